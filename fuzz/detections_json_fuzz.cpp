@@ -5,8 +5,6 @@
 #include <string>
 #include <string_view>
 
-#include <nlohmann/json.hpp>
-
 #include "waymark/app/common/detect_all.hpp"
 #include "waymark/app/common/report_fields.hpp"
 
@@ -20,7 +18,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   for (auto report : *reports) {
     if (!report.error && report.width_px <= 0)
       report.width_px = report.height_px = 1;  // a picture has a size
-    text += waymark::json_line(waymark::to_json(report, true));
+    text += waymark::json_line(fields(waymark::PictureLine{.report = report, .with_covariance = true}));
   }
   const auto again = waymark::parse_reports(text, "again");
   if (!again || again->size() != reports->size()) std::abort();

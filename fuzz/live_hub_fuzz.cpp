@@ -57,9 +57,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const LiveHub::Id id = *viewers[turn % 3];
     const auto held_before = hub.holder();
     if (line.starts_with('!'))
-      hub.hear_binary(id, {reinterpret_cast<const std::uint8_t*>(line.data()) + 1, line.size() - 1}, now);
+      hub.receive_binary(id, {reinterpret_cast<const std::uint8_t*>(line.data()) + 1, line.size() - 1}, now);
     else
-      hub.hear_text(id, line, now);
+      hub.receive_text(id, line, now);
     if (turn % 3 == 2) require(hub.holder() == held_before && hub.holder() != id);
     check_orders(feed);
     if (turn % 7 == 0) feed.publish(Sample(Odometry{.stamp = SensorTime(now)}), now.count());

@@ -37,7 +37,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     message.payload.insert(message.payload.end(), data + 3, data + 3 + length);
     for (const std::string& line : bridge.receive(std::move(message)))
       if (!other_side.read({.number = 2, .text = line})) std::abort();
-    (void)bridge.take_words();
+    (void)bridge.take_reports();
     data += 3 + length;
     size -= 3 + length;
   }

@@ -53,7 +53,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const std::span<const std::uint8_t> message(data + 3, length);
     for (const std::string& line : bridge.receive(from, message, arrived))
       if (!other_side.read({.number = 2, .text = line})) std::abort();
-    (void)bridge.take_words();
+    (void)bridge.take_reports();
     (void)message_text(from.type, message);
     if (const auto pose = read_initial_pose(message); pose && !pose->map_T_base.matrix().allFinite())
       std::abort();

@@ -1,5 +1,5 @@
-// From pixels to a camera: photographs of a board through a bent lens, detected, refined, calibrated; the
-// numbers must be as near the truth as they say.
+// Calibration from pixels: rendered photographs of a board through a distorting lens are detected, refined
+// and calibrated; the parameters must agree with the ground truth within their uncertainty.
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -52,7 +52,7 @@ TEST(CalibrationFromPhotographs, FindsTheCameraWithinItsUncertainty) {
   ASSERT_TRUE(found) << to_string(found.error());
   const double sigma_fx = std::sqrt(found->covariance(0, 0));
   const double sigma_cx = std::sqrt(found->covariance(2, 2));
-  std::printf("fx %.3f +- %.3f, cx %.3f +- %.3f, held out %.4f px, noise %.2f times what was promised\n",
+  std::printf("fx %.3f +- %.3f, cx %.3f +- %.3f, held out %.4f px, noise %.2f of the corner covariances\n",
               found->parameters[0], sigma_fx, found->parameters[2], sigma_cx, found->held_out_rms_px,
               found->noise_scale);
   EXPECT_NEAR(found->parameters[0], lens.fx, 4 * sigma_fx);
@@ -60,7 +60,7 @@ TEST(CalibrationFromPhotographs, FindsTheCameraWithinItsUncertainty) {
   EXPECT_NEAR(found->parameters[2], lens.cx, 4 * sigma_cx);
   EXPECT_NEAR(found->parameters[3], lens.cy, 4 * std::sqrt(found->covariance(3, 3)));
   EXPECT_LT(sigma_fx, 0.5);
-  EXPECT_NEAR(found->noise_scale, 1, 0.2);  // corners are as uncertain as the refinement says
+  EXPECT_NEAR(found->noise_scale, 1, 0.2);  // the covariance of the corner refinement is consistent
   EXPECT_LT(found->held_out_rms_px, 1.1 * found->rms_px);
 }
 

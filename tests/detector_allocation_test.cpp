@@ -1,5 +1,5 @@
-// Once it has seen a picture, the project's own detector takes no memory for the next one. A program of its
-// own: it counts every allocation.
+// After the first image, the project's own detector allocates no memory. A separate program, because it
+// counts every allocation.
 #include <atomic>
 #include <cstdlib>
 #include <new>
@@ -42,7 +42,7 @@ Image scene(std::uint64_t seed, bool with_tags) {
   return image;
 }
 
-TEST(Allocation, NoneAfterTheFirstPicture) {
+TEST(Allocation, NoneAfterTheFirstImage) {
   const std::vector<search::ReadableFamily> families = {{family(FamilyId::Tag36h11), 2}};
   search::TagSearch search({});
   const Image image = scene(1, true);
@@ -52,7 +52,7 @@ TEST(Allocation, NoneAfterTheFirstPicture) {
   EXPECT_EQ(allocations, before);
 }
 
-TEST(Allocation, ThePictureWithoutTagsTakesNoneOfTheDetectorEither) {
+TEST(Allocation, NoneForAnImageWithoutTags) {
   const auto detector = make_waymark_detector().value();
   const Image image = scene(2, false);
   ASSERT_TRUE(detector->detect(image)->empty());
@@ -61,7 +61,7 @@ TEST(Allocation, ThePictureWithoutTagsTakesNoneOfTheDetectorEither) {
   EXPECT_EQ(allocations, before);
 }
 
-TEST(Allocation, TheCountCounts) {
+TEST(Allocation, TheCounterWorks) {
   const long before = allocations;
   const auto memory = std::make_unique<int>(1);
   EXPECT_GT(allocations, before);

@@ -1,4 +1,4 @@
-// What the detector finds in photographs and in rendered images with exact truth, beside libapriltag itself.
+// Detections in photographs and in rendered images with exact ground truth, compared with libapriltag.
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -61,8 +61,7 @@ std::vector<FieldPhotograph> read_photographs(const std::filesystem::path& folde
   return photographs;
 }
 
-/// For each listed tag the largest distance to a corner of the detection nearest to it, infinite where none
-/// is near.
+/// For each listed tag the largest corner distance to the nearest detection, infinite if none is near.
 std::vector<double> corner_errors_px(const std::vector<Corners>& listed,
                                      const std::vector<TagDetection>& found) {
   std::vector<double> errors;
@@ -80,7 +79,7 @@ std::vector<double> corner_errors_px(const std::vector<Corners>& listed,
   return errors;
 }
 
-/// As libapriltag is used by itself, with the same settings.
+/// Direct use of libapriltag, with the same settings.
 std::vector<TagDetection> detect_raw(const Image& image, const DetectorOptions& options) {
   const std::unique_ptr<apriltag_family_t, void (*)(apriltag_family_t*)> family(tag36h11_create(),
                                                                                 tag36h11_destroy);
@@ -109,7 +108,7 @@ std::vector<TagDetection> detect_raw(const Image& image, const DetectorOptions& 
   return detections;
 }
 
-/// libapriltag's own settings, but for decimation: it halves the image, and loses small tags.
+/// libapriltag's own defaults except decimation, which halves the image and loses small tags.
 DetectorOptions library_defaults() {
   DetectorOptions options;
   options.max_hamming = 2;
@@ -118,7 +117,7 @@ DetectorOptions library_defaults() {
   return options;
 }
 
-TEST(DetectorOnPhotographs, AgreesWithTheListedCorners) {
+TEST(DetectorOnPhotographs, MatchesTheListedCorners) {
   WAYMARK_REAL_DATA(folder, "apriltag-images");
   DetectorOptions options = library_defaults();
   options.refine_edges = false;
@@ -184,7 +183,7 @@ void print(const char* name, const DetectionScores& scores) {
             << scores.corners->bias_outward_px << " px\n";
 }
 
-TEST(DetectorOnRenderedTags, LosesNothingThatTheLibraryFinds) {
+TEST(DetectorOnRenderedTags, FindsAllTagsThatTheLibraryFinds) {
   WAYMARK_REAL_DATA(folder, "synth-tags/clean");
   DetectorOptions options;
   const auto images = read_rendered(folder);
@@ -217,7 +216,7 @@ TEST(DetectorOnRenderedTags, RecallNoLessThanTheLibraryInAnySizeAndTilt) {
     DetectorOptions library = library_defaults();
     library.max_hamming = max_hamming;
     library.min_white_black_diff =
-        options.min_white_black_diff;  // finds the same here as 5, in an eighth of the time
+        options.min_white_black_diff;  // finds the same as 5 here, in an eighth of the time
     raw.push_back(score(images, [&](const Image& image) { return detect_raw(image, library); }));
     std::cout << max_hamming << " wrong bits corrected\n";
     print("  ours       ", ours.back());
@@ -232,7 +231,7 @@ TEST(DetectorOnRenderedTags, RecallNoLessThanTheLibraryInAnySizeAndTilt) {
       }
     }
   }
-  // Correcting one bit, we find as many as the library correcting two.
+  // Correcting one bit finds as many as the library correcting two.
   EXPECT_GE(ours[0].correct, raw[1].correct);
 }
 

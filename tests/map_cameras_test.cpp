@@ -1,4 +1,4 @@
-// A robot with a front and a rear camera: what the second one adds to a map, and that it takes nothing away.
+// A robot with a front and a rear camera: the second camera improves a map.
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -15,7 +15,7 @@ const RobotDescription& front_and_rear() {
   return robot;
 }
 
-/// Tags all around a circular path, facing its middle: who looks back sees as many as who looks ahead.
+/// Tags all around a circular path, facing its centre: both cameras observe equally many.
 const World& ring() {
   static const World world = [] {
     constexpr int kTags = 24;
@@ -40,7 +40,7 @@ const World& ring() {
 
 Lap drive_two(std::uint64_t seed) { return drive(seed, {}, ring(), front_and_rear()); }
 
-/// The same lap without what the rear camera saw.
+/// The same lap without the rear camera.
 LapInput front_alone(LapInput lap) {
   std::erase_if(lap.frames, [](const TagFrame& frame) { return frame.camera != "front"; });
   lap.more_cameras.clear();
@@ -60,7 +60,7 @@ double rmse_m(const BundleMap& map) {
   return std::sqrt(squared / static_cast<double>(map.map.tags.size()));
 }
 
-TEST(MapCameras, AFurtherCameraDoesNotChangeWhatTheFirstOneSees) {
+TEST(MapCameras, ASecondCameraDoesNotChangeTheFirstOnesDetections) {
   const Lap two = drive_two(3);
   const Lap one = drive(3, {}, ring());
   const LapInput front = front_alone(two.input);
@@ -72,7 +72,7 @@ TEST(MapCameras, AFurtherCameraDoesNotChangeWhatTheFirstOneSees) {
   }
 }
 
-TEST(MapCameras, TwoSeeMoreThanOneAndMapNoWorse) {
+TEST(MapCameras, TwoCamerasMapAtLeastAsWellAsOne) {
   constexpr int kLaps = 4;
   double with_two = 0;
   double with_one = 0;
@@ -83,20 +83,20 @@ TEST(MapCameras, TwoSeeMoreThanOneAndMapNoWorse) {
     EXPECT_EQ(two.map.tags.size(), ring().tags.tags.size()) << "seed " << seed;
     EXPECT_EQ(one.map.tags.size(), ring().tags.tags.size()) << "seed " << seed;
     EXPECT_GT(observations(two), 1.5 * observations(one)) << "seed " << seed;
-    EXPECT_EQ(two.trajectory.size(), one.trajectory.size()) << "one pose where both took a picture";
+    EXPECT_EQ(two.trajectory.size(), one.trajectory.size()) << "one pose for simultaneous images";
     EXPECT_TRUE(two.summary.usable());
-    EXPECT_NEAR(two.noise_ratio, 1, 0.1) << "the rear camera's corners fit as well";
+    EXPECT_NEAR(two.noise_ratio, 1, 0.1) << "the corners of the rear camera fit equally well";
     with_two += rmse_m(two) * rmse_m(two);
     with_one += rmse_m(one) * rmse_m(one);
   }
-  std::printf("%d laps: tags %.4f m rmse by two cameras, %.4f m by the front one alone\n", kLaps,
+  std::printf("%d laps: tags %.4f m rmse with two cameras, %.4f m with the front one alone\n", kLaps,
               std::sqrt(with_two / kLaps), std::sqrt(with_one / kLaps));
   EXPECT_LE(with_two, with_one);
 }
 
-TEST(MapCameras, CamerasThatAreNotTriggeredTogetherMapAsWell) {
+TEST(MapCameras, CamerasNeedNotBeTriggeredTogether) {
   Lap lap = drive_two(4);
-  // Every other frame of each camera, in turn.
+  // Alternating frames of each camera.
   std::vector<TagFrame> in_turn;
   for (std::size_t i = 0; i < lap.input.frames.size(); ++i) {
     const bool front = lap.input.frames[i].camera == "front";
@@ -110,9 +110,9 @@ TEST(MapCameras, CamerasThatAreNotTriggeredTogetherMapAsWell) {
   EXPECT_LT(rmse_m(map), 0.05);
 }
 
-TEST(MapCameras, AWrongMountingOfTheRearCameraShows) {
+TEST(MapCameras, AWrongMountingOfTheRearCameraIsVisible) {
   Lap lap = drive_two(5);
-  std::vector<TagFrame> few;  // a third of them shows it as well
+  std::vector<TagFrame> few;  // a third of the frames is sufficient
   for (std::size_t i = 0; i < lap.input.frames.size(); ++i) {
     if ((i / 2) % 3 == 0) few.push_back(lap.input.frames[i]);
   }

@@ -1,4 +1,4 @@
-// What was wrong with a lap is found and named: circuit24, one thing spoiled at a time.
+// Defects of a lap of circuit24 are reported, one defect at a time.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -16,13 +16,14 @@ namespace {
 
 using namespace test;
 using ::testing::Contains;
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
 TagId tag(int number) { return {FamilyId::Tag36h11, number}; }
 
-/// One lap at one speed tells a mounting far less well than it tells the map: what slips looks the same.
-TEST(MapChecks, NamesACameraThatSitsElsewhere) {
+/// One lap at one speed determines the mounting less well than the map, because slip has the same effect.
+TEST(MapChecks, ReportsAWrongCameraMounting) {
   constexpr double kDegrees = 57.29577951308232;
   Lap lap = drive(16);
   const SE3 truth = lap.input.base_T_cam;
@@ -30,26 +31,26 @@ TEST(MapChecks, NamesACameraThatSitsElsewhere) {
                              truth.translation() + Eigen::Vector3d(0.15, 0, 0));
   const BundleMap map = map_of(lap.input);
   ASSERT_TRUE(map.mounting);
-  EXPECT_THAT(check_map(lap.input, map), Contains(HasSubstr("the camera seems to sit elsewhere")));
+  EXPECT_THAT(check_map(lap.input, map), Contains(HasSubstr("camera mounting")));
   const SE3& found = map.mounting->base_T_cam;
   Vector6 off;
   off << found.translation() - truth.translation(), (found.rotation() * truth.rotation().inverse()).log();
-  std::printf("camera found %.1f mm (2 sigma %.1f) and %.2f deg (%.2f) from where it sits\n",
+  std::printf("camera estimated %.1f mm (2 sigma %.1f) and %.2f deg (%.2f) from its true mounting\n",
               1000 * off.head<2>().norm(), 2000 * map.mounting->sigma.head<2>().norm(),
               kDegrees * off.tail<3>().norm(), 2 * kDegrees * map.mounting->sigma.tail<3>().norm());
   for (int i : {0, 1, 3, 4, 5}) EXPECT_LT(std::abs(off[i]), 3 * map.mounting->sigma[i]) << i;
   BundleMapOptions options;
   options.find_mounting = true;
-  const auto mended = map_by_bundle(lap.input, {}, options);
-  ASSERT_TRUE(mended);
-  EXPECT_TRUE(mended->mounting_used);
-  EXPECT_LT(trajectory_errors(mended->trajectory, lap.truth).rmse_m,
+  const auto corrected = map_by_bundle(lap.input, {}, options);
+  ASSERT_TRUE(corrected);
+  EXPECT_TRUE(corrected->mounting_used);
+  EXPECT_LT(trajectory_errors(corrected->trajectory, lap.truth).rmse_m,
             trajectory_errors(map.trajectory, lap.truth).rmse_m);
 }
 
-/// Poses by tags that err draw the base to where it moves least, nearer to the tags: by 3 cm in each of these
-/// laps, had their heights and the noise of their turns a say in it.
-TEST(MapChecks, APlaceAheadIsNotDrawnToTheTags) {
+/// Pose errors from tags pull the base to where they vary least, nearer to the tags: by 3 cm in each of these
+/// laps, if heights and turn noise had full weight.
+TEST(MapChecks, TheForwardPositionIsNotBiasedTowardsTheTags) {
   double sum_m = 0;
   for (const std::uint64_t seed : {10U, 11U, 12U}) {
     Lap lap = drive(seed);
@@ -60,14 +61,14 @@ TEST(MapChecks, APlaceAheadIsNotDrawnToTheTags) {
     ASSERT_TRUE(map.mounting);
     EXPECT_TRUE(map.mounting->out[0]) << seed;
     const double off_m = map.mounting->base_T_cam.translation().x() - truth.translation().x();
-    std::printf("seed %llu: place ahead off by %.1f mm, sigma %.1f\n", static_cast<unsigned long long>(seed),
-                1000 * off_m, 1000 * map.mounting->sigma[0]);
+    std::printf("seed %llu: forward position off by %.1f mm, sigma %.1f\n",
+                static_cast<unsigned long long>(seed), 1000 * off_m, 1000 * map.mounting->sigma[0]);
     sum_m += off_m;
   }
   EXPECT_LT(std::abs(sum_m / 3), 0.02);
 }
 
-/// Drifts sideways, at another speed every half second, more than wheels are taken to.
+/// Odometry with lateral drift, whose speed changes every half second, beyond the assumed noise.
 std::vector<Odometry> drifting(const std::vector<Odometry>& odometry, std::uint64_t seed) {
   constexpr double kDrift_m_s = 0.1;
   Random random(seed);
@@ -86,8 +87,8 @@ std::vector<Odometry> drifting(const std::vector<Odometry>& odometry, std::uint6
   return drifted;
 }
 
-/// Wheels that are worse than they are taken for make a mounting stand out that is right.
-TEST(MapChecks, AMountingThatIsRightStaysWhereItIs) {
+/// Odometry with more noise than assumed makes the error of a correct mounting look significant.
+TEST(MapChecks, ACorrectMountingIsKept) {
   const World world = read_world(WAYMARK_SHARE "/worlds/mbot-square.yaml").value();
   const RobotDescription mbot = read_robot(WAYMARK_SHARE "/robots/mbot.yaml").value();
   int tempting = 0;
@@ -104,37 +105,37 @@ TEST(MapChecks, AMountingThatIsRightStaysWhereItIs) {
                 static_cast<int>(seed), 1000 * off[0], 1000 * sigma[0], 1000 * off[1], 1000 * sigma[1],
                 1000 * trajectory_errors(map.trajectory, lap.truth).rmse_m);
     EXPECT_FALSE(map.mounting_used) << seed;
-    EXPECT_THAT(check_map(lap.input, map), Not(Contains(HasSubstr("camera seems to sit elsewhere")))) << seed;
+    EXPECT_THAT(check_map(lap.input, map), Not(Contains(HasSubstr("camera mounting")))) << seed;
   }
-  EXPECT_GT(tempting, 0) << "no lap that the first estimate alone would get wrong";
+  EXPECT_GT(tempting, 0) << "the first estimate alone is right on every lap";
 }
 
-TEST(MapChecks, NamesACalibrationOfAnotherCamera) {
+TEST(MapChecks, ReportsACalibrationOfAnotherCamera) {
   Lap lap = drive(17);
   lap.input.camera =
       CameraModel::make(
           PinholeRadtan{.fx = 480, .fy = 480, .cx = 330, .cy = 235, .k = {0.1}, .coefficients = 4}, 640, 480)
           .value();
   const auto map = map_by_bundle(lap.input);
-  if (!map) return;  // a refusal is as good
-  EXPECT_THAT(check_map(lap.input, *map), Contains(HasSubstr("is the calibration this camera's")));
+  if (!map) return;  // an error is correct too
+  EXPECT_THAT(check_map(lap.input, *map), Contains(HasSubstr("`waymark calibrate camera`")));
 }
 
-TEST(MapChecks, SaysWhenTheCameraWasCovered) {
+TEST(MapChecks, ReportsACoveredCamera) {
   Lap lap = drive(18);
   const std::size_t middle = lap.input.frames.size() / 2;
   for (std::size_t i = middle; i < middle + 45; ++i) lap.input.frames[i].detections.clear();
   const BundleMap map = map_of(lap.input);
-  EXPECT_THAT(check_map(lap.input, map), Contains(HasSubstr("no mapped tag was seen for 3.")));
+  EXPECT_THAT(check_map(lap.input, map), Contains(ContainsRegex("no mapped tag .* 3\\.")));
   for (std::size_t i = middle; i < lap.input.frames.size(); ++i) lap.input.frames[i].detections.clear();
   lap.input.odometry.clear();
   const BundleMap half = map_of(lap.input);
   EXPECT_GT(half.frames_without_pose, 0);
   EXPECT_LT(half.map.tags.size(), 24U);
-  EXPECT_LT(worst_of_others(half, {}), 0.1) << "what can be known";
+  EXPECT_LT(worst_of_others(half, {}), 0.1) << "the tags that are determined";
 }
 
-TEST(MapChecks, OneTagIsAMapAndTwoGroupsAreNotTiedTogether) {
+TEST(MapChecks, OneTagIsAMapAndUnconnectedGroupsAreNotJoined) {
   Lap lap = drive(19);
   Lap alone = lap;
   for (TagFrame& frame : alone.input.frames)
@@ -147,24 +148,23 @@ TEST(MapChecks, OneTagIsAMapAndTwoGroupsAreNotTiedTogether) {
                   [&](const TagDetection& d) { return d.tag.number != 0 && d.tag.number != 12; });
   lap.input.odometry.clear();
   const BundleMap two = map_of(lap.input);
-  EXPECT_EQ(two.map.find(tag(12)), nullptr) << "never invented";
-  EXPECT_THAT(check_map(lap.input, two),
-              Contains(HasSubstr("tag36h11:12 was never seen together with a tag that leads to the anchor")));
+  EXPECT_EQ(two.map.find(tag(12)), nullptr) << "its pose is unknown";
+  EXPECT_THAT(check_map(lap.input, two), Contains(HasSubstr("tag36h11:12 ")));
 }
 
-TEST(MapChecks, SaysThatTagsStandOnOneLine) {
+TEST(MapChecks, ReportsTagsOnOneLine) {
   BundleMap map;
   for (int i = 0; i < 5; ++i) map.map.tags[tag(i)] = {SE3({}, {1.0 * i, 0.01 * (i % 2), 0.3}), 0.16};
-  std::vector<std::string> words;
-  waymark::internal::check_line(map, words);
-  EXPECT_THAT(words, ::testing::ElementsAre(HasSubstr("on one line")));
+  std::vector<std::string> warnings;
+  waymark::internal::check_line(map, warnings);
+  EXPECT_THAT(warnings, ::testing::ElementsAre(HasSubstr("one line")));
   map.map.tags[tag(7)] = {SE3({}, {2, 1, 0.3}), 0.16};
-  words.clear();
-  waymark::internal::check_line(map, words);
-  EXPECT_TRUE(words.empty());
+  warnings.clear();
+  waymark::internal::check_line(map, warnings);
+  EXPECT_TRUE(warnings.empty());
 }
 
-/// An aisle of signs, only those on the left, or all.
+/// An aisle with signs on the left only, or on both sides.
 LapInput aisle(bool only_left) {
   LapInput lap = drive_warehouse({.tags = 100}).lap;
   for (TagFrame& frame : lap.frames) {
@@ -174,14 +174,14 @@ LapInput aisle(bool only_left) {
   return lap;
 }
 
-TEST(MapChecks, NamesTagsOnALine) {
+TEST(MapChecks, ReportsASingleRowOfTags) {
   const LapInput line = aisle(true);
-  EXPECT_THAT(check_map(line, map_of(line)), Contains(HasSubstr("all tags stand on one line")));
+  EXPECT_THAT(check_map(line, map_of(line)), Contains(HasSubstr("one line")));
   const LapInput both = aisle(false);
-  EXPECT_THAT(check_map(both, map_of(both)), Not(Contains(HasSubstr("all tags stand on one line"))));
+  EXPECT_THAT(check_map(both, map_of(both)), Not(Contains(HasSubstr("one line"))));
 }
 
-TEST(MapChecks, SaysHowWellTheWayCloses) {
+TEST(MapChecks, ReportsTheLoopClosureError) {
   const Lap lap = drive(1);
   const BundleMap map = map_of(lap.input);
   const auto loop = loop_closure(lap.input, map);
@@ -190,7 +190,7 @@ TEST(MapChecks, SaysHowWellTheWayCloses) {
               to_string(loop->tag).c_str(), loop->way_m, loop->before_m, 57.3 * loop->before_rad,
               loop->after_m);
   EXPECT_GT(loop->way_m, 8);
-  // A bias of the gyro of 0.002 rad/s for half a minute and more, wheels that are 2 % off.
+  // A gyro bias of 0.002 rad/s over more than half a minute, and a distance scale 2 % off.
   EXPECT_GT(loop->before_m, 0.05);
   EXPECT_LT(loop->before_m, 2);
   EXPECT_LT(loop->after_m, 0.03);

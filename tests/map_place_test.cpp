@@ -1,5 +1,5 @@
-// A place and a robot as they are: an anchor that hangs crooked, wheels that say nothing right of turns, a
-// camera that sits elsewhere than the robot's file says. Judged against the simulator's truth.
+// Deviations of place and robot: a leaning anchor, wrong turns of odometry, and a camera mounting that
+// differs from the robot file. Compared with the simulator's ground truth.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -39,7 +39,7 @@ World with_leaning_anchor(double lean_deg) {
   return world;
 }
 
-/// How well the tags of a map keep their distances from each other and from the floor.
+/// Accuracy of a map: distances between its tags, heights and tilts.
 struct Shape {
   double rmse_m = 0, height_m = 0, lean_deg = 0;
 };
@@ -62,13 +62,13 @@ Shape shape_of(const MappedLap& lap, const World& world) {
 
 bool full() { return std::getenv("WAYMARK_FULL") != nullptr; }
 
-/// The first two, or all of them in the long run.
+/// The first two; all in the long run.
 std::vector<double> some_of(const std::vector<double>& all) {
   return full() ? all : std::vector<double>(all.begin(), all.begin() + 2);
 }
 
-/// Whether the pose of the anchor is not given, or is that of a tag that hangs upright.
-TEST(MapOfAPlace, AnAnchorMayHangCrooked) {
+/// The pose of the anchor is not given, or is that of an upright tag.
+TEST(MapOfAPlace, TheAnchorMayLean) {
   for (const double lean_deg : some_of({0.3, 30.0, 0.0, 0.15, 0.7, 3.0, 6.0, 15.0})) {
     const World world = with_leaning_anchor(lean_deg);
     const Lap lap = drive(5, {}, world);
@@ -88,36 +88,36 @@ TEST(MapOfAPlace, AnAnchorMayHangCrooked) {
       ASSERT_TRUE(mapped->map.floor.covariance);
       EXPECT_LT((mapped->map.floor.normal - Eigen::Vector3d::UnitZ()).norm(), 1e-5);
       if (!given) {
-        EXPECT_LT(anchor.translation().norm(), 1e-5) << "the map begins at the anchor's centre";
+        EXPECT_LT(anchor.translation().norm(), 1e-5) << "the map origin is the anchor's centre";
         EXPECT_NEAR((anchor.rotation() * Eigen::Vector3d::UnitZ()).y(), 0, 1e-3);
         continue;
       }
       EXPECT_LT(shape.rmse_m, 0.03);
       EXPECT_LT((anchor.translation() - setup.map_T_anchor.translation()).norm(), 1e-5);
-      const bool said = std::ranges::any_of(mapped->warnings, [](const std::string& words) {
-        return words.find("tilted by") != std::string::npos;
+      const bool reported = std::ranges::any_of(mapped->warnings, [&](const std::string& warning) {
+        return warning.find(" tilted by ") != std::string::npos;
       });
-      EXPECT_EQ(said, lean_deg > 1) << "by a degree it may";
+      EXPECT_EQ(reported, lean_deg > 1) << "smaller leans are not reported";
     }
   }
 }
 
-/// The robot's turns as wheels tell them that a skid-steered robot turns with this gain only.
+/// Odometry of a skid-steered robot that turns only `gain` times as much as its wheels indicate.
 std::vector<Odometry> skidding(const std::vector<Odometry>& odometry, double gain) {
-  std::vector<Odometry> told;
+  std::vector<Odometry> measured;
   for (std::size_t i = 0; i < odometry.size(); ++i) {
     Odometry sample = odometry[i];
     if (i > 0) {
       SE2::Tangent twist = (odometry[i - 1].odom_T_base.inverse() * sample.odom_T_base).log();
       twist[2] /= gain;
-      sample.odom_T_base = told.back().odom_T_base * SE2::exp(twist);
+      sample.odom_T_base = measured.back().odom_T_base * SE2::exp(twist);
     }
-    told.push_back(sample);
+    measured.push_back(sample);
   }
-  return told;
+  return measured;
 }
 
-TEST(MapOfAPlace, WheelsMayTellTurnsWrongly) {
+TEST(MapOfAPlace, OdometryTurnsMayBeWrong) {
   const Lap lap = drive(6);
   const double right = worst_of_others(map_of(lap.input), {});
   for (const double gain : some_of({0.2, 1.2, 0.3, 0.45, 0.6, 0.85})) {
@@ -138,24 +138,24 @@ TEST(MapOfAPlace, WheelsMayTellTurnsWrongly) {
   }
 }
 
-/// As wheels tell it that skid now more, now less: by `share` about `gain`, in periods of five seconds.
+/// Odometry with varying skid: `gain` plus or minus `share`, with a period of five seconds.
 std::vector<Odometry> skidding_by_turns(const std::vector<Odometry>& odometry, double gain, double share) {
-  std::vector<Odometry> told;
+  std::vector<Odometry> measured;
   for (std::size_t i = 0; i < odometry.size(); ++i) {
     Odometry sample = odometry[i];
     if (i > 0) {
       SE2::Tangent twist = (odometry[i - 1].odom_T_base.inverse() * sample.odom_T_base).log();
       const double phase = 2 * std::numbers::pi * to_seconds(sample.stamp.time_since_epoch()) / 5;
       twist[2] /= gain + share * std::sin(phase);
-      sample.odom_T_base = told.back().odom_T_base * SE2::exp(twist);
+      sample.odom_T_base = measured.back().odom_T_base * SE2::exp(twist);
     }
-    told.push_back(sample);
+    measured.push_back(sample);
   }
-  return told;
+  return measured;
 }
 
-/// Then a gyro is what to turn by.
-TEST(MapOfAPlace, AGyroTurnsForWheelsThatSkid) {
+/// A gyro then replaces odometry turns.
+TEST(MapOfAPlace, AGyroReplacesTurnsOfSkiddingWheels) {
   const Lap lap = drive(6);
   LapInput input = lap.input;
   input.odometry = skidding_by_turns(lap.input.odometry, 0.45, 0.3);
@@ -164,13 +164,13 @@ TEST(MapOfAPlace, AGyroTurnsForWheelsThatSkid) {
   input.imu = lap.imu;
   for (ImuSample& sample : input.imu) sample.angular_velocity_rad_s.z() += kBias_rad_s;
   const BundleMap map = map_of(input);
-  std::printf("wheels that skid by turns: worst tag %.1f mm, with a gyro %.1f mm\n", 1000 * by_wheels,
+  std::printf("varying skid: worst tag %.1f mm, with a gyro %.1f mm\n", 1000 * by_wheels,
               1000 * worst_of_others(map, {}));
   EXPECT_TRUE(map.turns_by_gyro);
   EXPECT_LT(worst_of_others(map, {}), 0.01);
 }
 
-/// What the turns that odometry told are to be multiplied by: their slope over the true ones, of one.
+/// The factor for odometry turns: the reciprocal of their slope over the true turns, per second.
 double true_turn_scale(const Lap& lap, const std::vector<Odometry>& odometry) {
   constexpr std::size_t kSecond = 50;  // samples
   double both = 0;
@@ -179,18 +179,18 @@ double true_turn_scale(const Lap& lap, const std::vector<Odometry>& odometry) {
     const auto a = true_pose(lap, odometry[i].stamp);
     const auto b = true_pose(lap, odometry[i + kSecond].stamp);
     if (!a || !b) continue;
-    double told = 0;
+    double measured = 0;
     for (std::size_t k = i; k < i + kSecond; ++k)
-      told += (odometry[k].odom_T_base.inverse() * odometry[k + 1].odom_T_base).log()[2];
+      measured += (odometry[k].odom_T_base.inverse() * odometry[k + 1].odom_T_base).log()[2];
     const double turned = (a->inverse() * *b).log()[5];
-    both += told * turned;
+    both += measured * turned;
     worth += turned * turned;
   }
   return worth / both;
 }
 
-/// A gyro that comes and goes turns where it is there, and the wheels turn elsewhere.
-TEST(MapOfAPlace, AGyroMayComeAndGo) {
+/// A gyro with gaps supplies the turns outside the gaps, odometry within them.
+TEST(MapOfAPlace, AGyroMayHaveGaps) {
   struct Case {
     const char* name;
     double period_s, without_s, offset_s;
@@ -199,8 +199,8 @@ TEST(MapOfAPlace, AGyroMayComeAndGo) {
   LapInput input = lap.input;
   input.odometry = skidding_by_turns(lap.input.odometry, 0.45, 0.3);
   const double truth = true_turn_scale(lap, input.odometry);
-  for (const Case& c : {Case{"all along", 1e3, 0, 0}, Case{"two thirds", 1e3, 20, 20},
-                        Case{"by turns", 4, 1.2, 0}, Case{"with short gaps", 2, 0.4, 0}}) {
+  for (const Case& c : {Case{"without gaps", 1e3, 0, 0}, Case{"two thirds", 1e3, 20, 20},
+                        Case{"in intervals", 4, 1.2, 0}, Case{"with short gaps", 2, 0.4, 0}}) {
     input.imu.clear();
     for (const ImuSample& sample : lap.imu) {
       const double t = to_seconds(sample.stamp.time_since_epoch()) - c.offset_s;
@@ -218,7 +218,7 @@ TEST(MapOfAPlace, AGyroMayComeAndGo) {
   }
 }
 
-TEST(MapOfAPlace, ACameraThatSitsElsewhereIsFoundAndUsed) {
+TEST(MapOfAPlace, AWrongMountingIsEstimatedAndUsed) {
   const Lap lap = drive(16, {.speed_m_s = 0.2, .second_speed_m_s = 0.6});
   const SE3 truth = lap.input.base_T_cam;
   LapInput wrong = lap.input;
@@ -232,9 +232,9 @@ TEST(MapOfAPlace, ACameraThatSitsElsewhereIsFoundAndUsed) {
               1000 * worst_of_others(map, {}));
   EXPECT_LT(to_degrees(turned.norm()), 0.3);
   EXPECT_LT(worst_of_others(map, {}), 0.02);
-  EXPECT_THAT(check_map(wrong, map), testing::Contains(testing::HasSubstr("taken into account")));
+  EXPECT_THAT(check_map(wrong, map), ::testing::Contains(::testing::HasSubstr("robot.yaml")));
   const BundleMap right = map_of(lap.input);
-  EXPECT_FALSE(right.mounting_used) << "nothing is corrected that is right";
+  EXPECT_FALSE(right.mounting_used) << "a correct mounting is not changed";
   BundleMapOptions options;
   options.keep_mounting = true;
   const auto kept = map_by_bundle(wrong, {}, options);

@@ -1,5 +1,5 @@
-// Refined corners under what real cameras do to a picture, one effect at a time and several at once; from
-// AprilTag 3's corners. The pictures come from a renderer that shares no code with the refinement.
+// Refined corners under the effects of real cameras, one at a time and in combination, starting from AprilTag
+// 3's corners. The renderer of the images shares no code with the refinement.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -27,8 +27,8 @@ using testing::CornerLine;
 struct Outcome {
   CornerLine all;  ///< refined or not
   int refined = 0;
-  int worse = 0;  ///< than the detector's corners
-  int wild = 0;   ///< refined, off by more than 0.5 px and 5 sigma
+  int worse = 0;  ///< less accurate than the detector's corners
+  int wild = 0;   ///< refined, but off by more than 0.5 px and 5 sigma
 
   [[nodiscard]] double share(int count) const {
     return count / std::max<double>(1.0, static_cast<double>(all.tags()));
@@ -77,7 +77,7 @@ Outcome measure(const std::string& name, const CameraChain& chain, int tags) {
   return outcome;
 }
 
-/// What is measured outside the bounds, docs/concepts/corner_refinement.md says.
+/// Effects outside the bounds; docs/concepts/corner_refinement.md has their figures.
 const std::set<std::string>& known_limits() {
   static const std::set<std::string> limits = {"gloss", "corner covered"};
   return limits;
@@ -92,7 +92,8 @@ TEST(RefinementConditions, AreConsistentUnderEachEffectAlone) {
     const Outcome outcome = measure(name, chain, full() ? 300 : 16);
     ASSERT_GT(outcome.all.tags(), 5U) << name;
     EXPECT_GT(outcome.all.nees_tag(), full() ? 0.5 : 0.3) << name;
-    EXPECT_LT(outcome.all.nees_tag(), full() ? 2.0 : 2.5) << name;  // 16 tags: the mean is uncertain by 13 %
+    EXPECT_LT(outcome.all.nees_tag(), full() ? 2.0 : 2.5)
+        << name;  // 16 tags: the mean has a standard deviation of 13 %
     EXPECT_EQ(outcome.wild, 0) << name;
     EXPECT_LE(outcome.all.rmse_px(), outcome.all.rmse_before_px()) << name;
   }

@@ -1,5 +1,5 @@
-// Refined corners in simulated photographs: other blurs, noises, contrasts and lenses than any calibration
-// saw.
+// Refined corners in simulated photographs, with other blurs, noises, contrasts and lenses than in the
+// calibration.
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -34,7 +34,7 @@ CameraModel camera_of(const Condition& condition) {
   return CameraModel::make(lens, 1280, 720).value();
 }
 
-/// Tags on a grid of 8 x 4, sizes evenly spread in their logarithm, tilted up to 65 degrees, turned any way.
+/// Tags on a grid of 8 x 4, with log-uniform sizes, tilted up to 65 degrees, at any roll.
 PhotographScene scene_of(const Condition& condition, const CameraModel& camera, Random& random) {
   PhotographScene scene;
   for (int i = 0; i < 32; ++i) {
@@ -60,13 +60,13 @@ struct Outcome {
   int tags = 0;
 };
 
-/// Starts from corners 0.12 px off each way, a detector's usual error.
-Outcome measure(const Condition& condition, const RefinementOptions& options, bool camera_is_known) {
+/// Starts from corners with errors of 0.12 px per coordinate, typical of a detector.
+Outcome measure(const Condition& condition, const RefinementOptions& options, bool use_camera) {
   const CameraModel camera = camera_of(condition);
   Random random(42);
   Outcome outcome;
-  const int pictures = std::getenv("WAYMARK_FULL") != nullptr ? 12 : 2;
-  for (int i = 0; i < pictures; ++i) {
+  const int images = std::getenv("WAYMARK_FULL") != nullptr ? 12 : 2;
+  for (int i = 0; i < images; ++i) {
     const auto picture = photograph(camera, scene_of(condition, camera, random), condition.camera, random);
     EXPECT_TRUE(picture) << to_string(picture.error());
     for (const TagTruth& tag : picture->tags) {
@@ -76,8 +76,7 @@ Outcome measure(const Condition& condition, const RefinementOptions& options, bo
       detection.corners_px = tag.corners_px;
       for (auto& corner : detection.corners_px)
         corner += 0.12 * Eigen::Vector2d(random.normal(), random.normal());
-      const auto result =
-          refine_corners(picture->image, detection, options, camera_is_known ? &camera : nullptr);
+      const auto result = refine_corners(picture->image, detection, options, use_camera ? &camera : nullptr);
       ++outcome.tags;
       if (!result.refined()) continue;
       outcome.line.add(tag.corners_px, detection.corners_px, result.corners_px, result.covariance_px2);
@@ -114,7 +113,7 @@ RefinementOptions straight() {
   return options;
 }
 
-TEST(RefinementOnPhotographs, IsHonestUnderAnyBlurNoiseAndLight) {
+TEST(RefinementOnPhotographs, IsConsistentUnderBlurNoiseAndIllumination) {
   const std::array<Condition, 9> conditions = {
       Condition{"blur 0.3 px", blurred(0.3)},         Condition{"blur 0.6 px", blurred(0.6)},
       Condition{"blur 1.0 px", blurred(1.0), 24},     Condition{"blur 1.5 px", blurred(1.5), 36},
@@ -126,8 +125,8 @@ TEST(RefinementOnPhotographs, IsHonestUnderAnyBlurNoiseAndLight) {
   for (const Condition& condition : conditions) {
     const Outcome outcome = measure(condition, straight(), false);
     EXPECT_GT(outcome.line.tags(), 0.9 * outcome.tags) << condition.name;
-    // 60 tags: the mean is uncertain by 6 % as such, what is added for other blurs is not needed here, and
-    // amid blurred cells the light cannot be seen, so that its doubt stays in.
+    // 60 tags: the mean has a standard deviation of 6 %. The allowance for other blurs is not needed here,
+    // and among blurred cells the illumination is not observable, so its uncertainty remains.
     EXPECT_GT(outcome.line.nees_tag(), 0.6) << condition.name;
     EXPECT_LT(outcome.line.nees_tag(), 1.2) << condition.name;
     EXPECT_LT(outcome.line.rmse_px(), outcome.line.rmse_before_px()) << condition.name;
@@ -135,11 +134,11 @@ TEST(RefinementOnPhotographs, IsHonestUnderAnyBlurNoiseAndLight) {
   }
 }
 
-TEST(RefinementOnPhotographs, FollowsALensThatIsKnownAndBearsOneThatIsNot) {
+TEST(RefinementOnPhotographs, UsesAKnownLensAndToleratesAnUnknownOne) {
   CornerLine::print_header();
   Condition condition{"k1 -0.25, known", blurred(0.6), 16, 110, -0.25};
   const Outcome known = measure(condition, {}, true);
-  condition.smallest_px = 24;  // smaller ones do not bend
+  condition.smallest_px = 24;  // edges of smaller tags are not curved
   condition.name = "k1 -0.25, bend";
   const Outcome unknown = measure(condition, {}, false);
   condition.name = "k1 -0.25, ignored";

@@ -1,4 +1,4 @@
-// Refined corners on rendered images with exact truth, beside those of libapriltag.
+// Refined corners on rendered images with exact ground truth, compared with those of libapriltag.
 #include <cstddef>
 #include <filesystem>
 #include <fstream>
@@ -89,46 +89,47 @@ void expect_better_than_half(const Table& table) {
   EXPECT_LT(std::abs(table.all.outward_px()), 0.01);
 }
 
-/// These pictures have neither gamma nor slopes of light. That the corners allow for them costs NEES here:
-/// the low bounds leave 0.05 to 0.1 for it. Under what real cameras do: refinement_conditions_test.cpp.
-void expect_honest(const Table& table, double low, double high) {
+/// These images have neither gamma nor illumination gradients. Because the corners allow for them, the NEES
+/// is lower here: the lower bounds include 0.05 to 0.1 for that. For the effects of real cameras see
+/// refinement_conditions_test.cpp.
+void expect_consistent(const Table& table, double low, double high) {
   EXPECT_GT(table.all.nees_tag(), 0.9);
   EXPECT_LT(table.all.nees_tag(), 1.1);
   EXPECT_GT(table.all.nees_corner(), 0.85);
   EXPECT_LT(table.all.nees_corner(), 1.1);
   for (const auto* classes : {&table.by_size, &table.by_tilt}) {
     for (const auto& [name, line] : *classes) {
-      if (line.tags() < 50) continue;  // the mean itself is uncertain by 7 % and more
+      if (line.tags() < 50) continue;  // otherwise the mean itself has a standard deviation above 7 %
       EXPECT_GT(line.nees_tag(), low) << name;
       EXPECT_LT(line.nees_tag(), high) << name;
     }
   }
 }
 
-TEST(RefinementOnRenderedTags, HalvesTheErrorAndSaysHowLargeItIs) {
+TEST(RefinementOnRenderedTags, HalvesTheErrorWithConsistentCovariance) {
   WAYMARK_REAL_DATA(folder, "synth-tags/clean");
   const Table table = measure(folder, 1, {});
   table.print("quad_decimate 1, edges may bend");
   expect_better_than_half(table);
-  expect_honest(table, 0.8, 1.15);
+  expect_consistent(table, 0.8, 1.15);
 }
 
-TEST(RefinementOnRenderedTags, IsAsGoodFromACoarserStart) {
+TEST(RefinementOnRenderedTags, IsAsAccurateFromACoarserStart) {
   WAYMARK_REAL_DATA(folder, "synth-tags/clean");
   const Table table = measure(folder, 2, {});
   table.print("quad_decimate 2, edges may bend");
   expect_better_than_half(table);
-  expect_honest(table, 0.8, 1.25);
+  expect_consistent(table, 0.8, 1.25);
 }
 
-TEST(RefinementOnRenderedTags, GainsWhereEdgesAreKnownToBeStraight) {
+TEST(RefinementOnRenderedTags, IsMoreAccurateIfEdgesAreStraight) {
   WAYMARK_REAL_DATA(folder, "synth-tags/clean");
   RefinementOptions straight;
   straight.curvature_per_px = 0;
   const Table table = measure(folder, 1, straight);
   table.print("quad_decimate 1, edges straight");
   expect_better_than_half(table);
-  expect_honest(table, 0.8, 1.25);
+  expect_consistent(table, 0.8, 1.25);
   const Table bent = measure(folder, 1, {});
   EXPECT_LT(table.by_size.at(115).rmse_px(), bent.by_size.at(115).rmse_px());
 }

@@ -1,6 +1,5 @@
-// From pixels to the pose of a tag: simulated photographs, the detector, refined corners with their
-// covariance, the pose with its covariance. The error in units of that covariance must be what six unknowns
-// give.
+// From pixels to the pose of a tag: simulated photographs, detector, refined corners with covariance, pose
+// with covariance. The normalised squared error must match six degrees of freedom.
 #include <cmath>
 #include <cstdlib>
 #include <limits>
@@ -29,7 +28,7 @@ CameraModel camera() {
       .value();
 }
 
-/// Tags of one size on a grid, tilted between 20 and 70 degrees about any axis, turned any way.
+/// Tags of one size on a grid, tilted between 20 and 70 degrees about any axis, at any roll.
 PhotographScene scene_of(double size_px, Random& random) {
   PhotographScene scene;
   const int columns = size_px > 100 ? 4 : 8;
@@ -64,15 +63,15 @@ struct Nees {
   int tags = 0;
 };
 
-/// Of the solution nearest to the truth, over `pictures` photographs of tags of one size.
-Nees nees_at(double size_px, int pictures) {
+/// For the solution nearest to the truth, over `images` photographs of tags of one size.
+Nees nees_at(double size_px, int images) {
   const CameraModel model = camera();
   RefinementOptions straight;
-  straight.curvature_per_px = 0;  // the lens has none
+  straight.curvature_per_px = 0;  // the lens has no distortion
   const TagFinder finder = make_tag_finder(DetectorOptions{}, straight).value();
   Random random(static_cast<std::uint64_t>(size_px));
   Nees nees;
-  for (int i = 0; i < pictures; ++i) {
+  for (int i = 0; i < images; ++i) {
     const PhotographScene scene = scene_of(size_px, random);
     const auto picture = photograph(model, scene, {}, random).value();
     const std::vector<TagDetection> found = find_tags(picture.image, finder, nullptr).value().detections;
@@ -91,13 +90,13 @@ Nees nees_at(double size_px, int pictures) {
   return nees;
 }
 
-TEST(PoseFromPhotographs, IsAsUncertainAsItSays) {
-  const int pictures = std::getenv("WAYMARK_FULL") != nullptr ? 40 : 2;
+TEST(PoseFromPhotographs, HasAConsistentCovariance) {
+  const int images = std::getenv("WAYMARK_FULL") != nullptr ? 40 : 2;
   for (const double size_px : {24.0, 34.0, 48.0, 68.0, 96.0, 140.0, 200.0}) {
-    const Nees nees = nees_at(size_px, pictures);
+    const Nees nees = nees_at(size_px, images);
     std::printf("%3.0f px: %4d tags, NEES mean %.2f of 6, worst %.0f\n", size_px, nees.tags,
                 nees.sum / nees.tags, nees.worst);
-    EXPECT_GT(nees.tags, 6 * pictures) << size_px;
+    EXPECT_GT(nees.tags, 6 * images) << size_px;
     EXPECT_GT(nees.sum / nees.tags, 4) << size_px;
     EXPECT_LT(nees.sum / nees.tags, 9) << size_px;
   }

@@ -1,5 +1,5 @@
-// What a detector makes of the pictures of a scene, beside those of the exact photograph of the same tags:
-// the same tags, corners off by as much.
+// Detections in images of SceneCamera compared with those in exact photographs of the same tags: the same
+// tags, and corner errors of equal size.
 #include <cmath>
 #include <cstdio>
 #include <map>
@@ -24,7 +24,7 @@ CameraModel camera() {
   return CameraModel::make(lens, 640, 480).value();
 }
 
-/// Twelve tags of 24 to 80 px, tilted up to 60 degrees, turned any way.
+/// Twelve tags of 24 to 80 px, tilted up to 60 degrees, at any roll.
 std::vector<TagInScene> some_tags(Random& random) {
   std::vector<TagInScene> tags;
   for (int i = 0; i < 12; ++i) {
@@ -39,7 +39,7 @@ std::vector<TagInScene> some_tags(Random& random) {
   return tags;
 }
 
-/// Of corners against the truth of the same geometry.
+/// Errors of corners against the truth of the same geometry.
 struct Corners {
   int tags = 0;
   double squares = 0;
@@ -73,7 +73,7 @@ Scene scene_of_tags(const std::vector<TagInScene>& tags, double sky_reflectance)
   return scene;
 }
 
-TEST(SceneCameraPictures, AreToADetectorAsExactPhotographs) {
+TEST(SceneCameraImages, AreEquivalentToExactPhotographsForADetector) {
   const CameraModel model = camera();
   const double white = 200;
   PhotographOptions photo{.blur_sigma_px = 0.6,
@@ -95,8 +95,8 @@ TEST(SceneCameraPictures, AreToADetectorAsExactPhotographs) {
   Random random(11);
   Corners of_photographs;
   Corners of_scenes;
-  constexpr int kPictures = 15;
-  for (int i = 0; i < kPictures; ++i) {
+  constexpr int kImages = 15;
+  for (int i = 0; i < kImages; ++i) {
     const std::vector<TagInScene> tags = some_tags(random);
     ASSERT_TRUE(takes.set_scene(scene_of_tags(tags, 90 / white)));
     const auto seed = static_cast<std::uint64_t>(i);
@@ -111,8 +111,8 @@ TEST(SceneCameraPictures, AreToADetectorAsExactPhotographs) {
       of_photographs.tags, of_photographs.rmse_px(), of_photographs.bias_px().x(),
       of_photographs.bias_px().y(), of_scenes.tags, of_scenes.rmse_px(), of_scenes.bias_px().x(),
       of_scenes.bias_px().y());
-  EXPECT_GT(of_scenes.tags, 0.9 * 12 * kPictures);
-  EXPECT_NEAR(of_scenes.tags, of_photographs.tags, 0.03 * 12 * kPictures);
+  EXPECT_GT(of_scenes.tags, 0.9 * 12 * kImages);
+  EXPECT_NEAR(of_scenes.tags, of_photographs.tags, 0.03 * 12 * kImages);
   EXPECT_NEAR(of_scenes.rmse_px() / of_photographs.rmse_px(), 1, 0.1);
   EXPECT_LT((of_scenes.bias_px() - of_photographs.bias_px()).norm(), 0.01);
 }

@@ -1,5 +1,5 @@
-// The project's own detector beside AprilTag 3 on the first pictures of the rendered sets, and on the clean
-// set.
+// The project's own detector compared with AprilTag 3 on the first images of the rendered sets, and on the
+// clean set.
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -35,9 +35,9 @@ struct Scored {
   DetectionScores library;
 };
 
-/// Both detectors on the same pictures, two bits corrected.
-template <class MakePicture>
-Scored score_both(std::size_t pictures, MakePicture&& make_picture, bool find_inverted = false) {
+/// Runs both detectors on the same images, with two bits corrected.
+template <class MakeImage>
+Scored score_both(std::size_t pictures, MakeImage&& make_picture, bool find_inverted = false) {
   DetectorOptions own_options = two_bits("waymark");
   own_options.find_inverted = find_inverted;
   const auto own = make_detector(own_options).value();
@@ -60,7 +60,7 @@ void print(const std::string& set, const Scored& scored) {
 struct Expected {
   const char* set;
   std::size_t pictures;
-  double least_share;  ///< of the tags
+  double least_share;  ///< minimum fraction of the tags
 };
 
 class RenderedSet : public ::testing::TestWithParam<Expected> {};
@@ -70,7 +70,7 @@ INSTANTIATE_TEST_SUITE_P(Sets, RenderedSet,
                                            Expected{"bar", 2, 0.7}, Expected{"inverted", 1, 0.9}),
                          [](const auto& of) { return std::string(of.param.set); });
 
-TEST_P(RenderedSet, MoreTagsThanAprilTag3AndNoneThatIsNotThere) {
+TEST_P(RenderedSet, MoreTagsThanAprilTag3AndNoFalsePositives) {
   const Expected& expected = GetParam();
   const std::string set = expected.set;
   const Scored scored = score_both(
@@ -79,12 +79,11 @@ TEST_P(RenderedSet, MoreTagsThanAprilTag3AndNoneThatIsNotThere) {
   EXPECT_GE(static_cast<double>(scored.own.correct),
             expected.least_share * static_cast<double>(scored.own.truth));
   EXPECT_GT(scored.own.correct, scored.library.correct);
-  EXPECT_EQ(scored.own.wrong_ids + scored.own.false_positives, 0U)
-      << "tags with corners that are wrong count too";
+  EXPECT_EQ(scored.own.wrong_ids + scored.own.false_positives, 0U) << "includes tags with wrong corners";
 }
 
-/// A map says which tags there are: those of the picture, and as many that are not in it.
-TEST(KnownTags, MoreAreFoundAndNoneThatIsNotThere) {
+/// The known tags are those of the image, and as many that are not in it.
+TEST(KnownTags, MoreAreFoundWithoutFalsePositives) {
   std::size_t plain_found = 0;
   std::size_t known_found = 0;
   std::vector<ImageDetections> by_known;
@@ -108,18 +107,19 @@ TEST(KnownTags, MoreAreFoundAndNoneThatIsNotThere) {
   EXPECT_EQ(scores.wrong_ids + scores.false_positives, 0U);
 }
 
-TEST(TagFreePictures, HoldNoTags) {
+TEST(TagFreeImages, HaveNoTags) {
   const auto detector = make_detector(two_bits("waymark")).value();
   for (std::size_t i = 0; i < 4; ++i)
     EXPECT_TRUE(detector->detect(testing::tag_free_picture(i)).value().empty()) << i;
   DetectorOptions options;
   for (int number = 0; number < 50; ++number) options.known_tags.push_back({FamilyId::Tag36h11, number});
-  const auto knowing = make_detector(options).value();
+  const auto with_known_tags = make_detector(options).value();
   for (std::size_t i = 0; i < 4; ++i)
-    EXPECT_TRUE(knowing->detect(testing::tag_free_picture(i)).value().empty()) << i << ", 50 tags known";
+    EXPECT_TRUE(with_known_tags->detect(testing::tag_free_picture(i)).value().empty())
+        << i << ", 50 tags known";
 }
 
-TEST(CleanSet, NoClassOfSizeAndTiltIsBelowAprilTag3) {
+TEST(CleanSet, IsAtLeastAprilTag3InEachClassOfSizeAndTilt) {
   WAYMARK_REAL_DATA(folder, "synth-tags/clean");
   std::ifstream file(folder / "truth.csv");
   const std::string text{std::istreambuf_iterator<char>(file), {}};

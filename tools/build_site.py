@@ -49,6 +49,7 @@ plugins: [search]
 markdown_extensions: [tables, fenced_code, {{toc: {{permalink: true}}}}]
 nav:
   - Start: index.md
+  - All documents: contents.md
   - In the browser: interactive.md
   - Architecture: architecture.md
   - Conventions: conventions.md

@@ -32,7 +32,7 @@ def banned():
         word, instead, right = (row + ["", "", ""])[:3]
         right = right.strip("| ")
         # A constant is found inside an identifier, a word between letters of others is not.
-        edges = (r"\b(?:{})", "") if word.startswith("k") else (r"(?<![A-Za-z0-9_])(?:{})(?![A-Za-z0-9_])", re.I)
+        edges = (r"\b(?:{})", "") if re.match("k[A-Z]", word) else (r"(?<![A-Za-z0-9_])(?:{})(?![A-Za-z0-9_])", re.I)
         yield re.compile(edges[0].format(word), edges[1] or 0), instead.rstrip("| "), re.compile(right, re.I) if right else None
 
 

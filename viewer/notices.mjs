@@ -1,5 +1,5 @@
 // Writes the licences of the packages whose code is in the page: notices.mjs LOCK_FILE NODE_MODULES OUT.
-// What is needed only to build or test ("dev" in the lock file) is not in the page.
+// Packages needed only to build or test ("dev" in the lock file) are not in the page.
 import { readFileSync, readdirSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 

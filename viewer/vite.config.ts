@@ -1,6 +1,6 @@
 import { defineConfig } from "vite";
 
-// One page, one script and what it loads, one style sheet: names without hashes, because the server embeds them.
+// One page, one script with its chunks, one style sheet; names without hashes, because the server embeds them.
 const names = { entryFileNames: "[name].js", chunkFileNames: "[name].js", assetFileNames: "[name][extname]" };
 
 export default defineConfig({

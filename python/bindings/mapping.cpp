@@ -5,16 +5,15 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
-#include <nlohmann/json.hpp>
 
 #include "python/bindings/errors.hpp"
 #include "python/bindings/jobs.hpp"
 #include "python/bindings/options.hpp"
 #include "python/bindings/packed.hpp"
+#include "python/bindings/report_attributes.hpp"
 #include "python/bindings/rooms.hpp"
 #include "python/bindings/tag_ids.hpp"
 #include "python/bindings/trajectories.hpp"
-#include "waymark/app/common/report_fields.hpp"
 #include "waymark/app/map/map_recording.hpp"
 
 namespace waymark::python {
@@ -74,10 +73,6 @@ MapReport map_file(const std::filesystem::path& recording, const std::filesystem
   return value_of(std::move(report));
 }
 
-py::object summary_of(const MapReport& report) {
-  return py::module_::import("json").attr("loads")(json_line(to_json(report)));
-}
-
 }  // namespace
 
 void bind_mapping(py::module_& m) {
@@ -115,7 +110,10 @@ void bind_mapping(py::module_& m) {
     return fmt::format("MapReport({} tags, {} points of the route, {} warnings)", r.lap.map.tags.size(),
                        r.lap.route.points.size(), r.warnings.size());
   });
-  report.def_property_readonly("summary", &summary_of, "summary.json as a dictionary (docs/formats/map.md).");
+  report.def_property_readonly(
+      "summary", [](const MapReport& r) { return to_python(fields(r)); },
+      "summary.json as a dictionary; each of its keys is an attribute as well, None where it is missing.");
+  def_report_attributes(report);
   def_packed(report);
   m.def("map_recording", &map_file, py::arg("recording"), py::arg("folder"), py::arg("progress") = py::none(),
         ("Maps a recorded lap of any format and writes map.yaml, route.yaml, … into the folder, as `waymark "

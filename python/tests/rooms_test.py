@@ -174,6 +174,15 @@ class Loop(unittest.TestCase):
         self.assertEqual(len(config.read_map(self.map / "map.yaml")), 24)
         self.assertEqual(len(self.report.route), len(config.read_route(self.map / "route.yaml")))
 
+    def test_report_has_the_keys_of_the_summary(self):
+        summary = json.loads((self.map / "summary.json").read_text())
+        self.assertEqual(self.report.summary, summary)
+        self.assertEqual(list(self.report.summary), list(summary))
+        for key, value in summary.items():
+            self.assertEqual(getattr(self.report, key), value, key)
+        self.assertIsNone(self.report.prior_rms_m)
+        self.assertIn("root mean square", mapping.MapReport.tag_rmse_m.__doc__)
+
     def test_simulated_lap_is_the_programs(self):
         world, robot = config.read_world("circuit24"), config.read_robot("limo")
         ours = [s for s in simulation.scripted_lap(world, robot, seed=1) if isinstance(s, samples.Odometry)]

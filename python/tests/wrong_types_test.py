@@ -227,7 +227,7 @@ class Writers(unittest.TestCase):
     def test_files_that_cannot_be_made_or_read_say_what_to_do(self):
         with self.assertRaises(errors.Unwritable) as raised:
             recording.Writer(self.path + "/none/a.mcap")
-        self.assertIn("Make the folder", raised.exception.hint)
+        self.assertIn("Create the folder", raised.exception.hint)
         pathlib.Path(self.path).touch()
         with self.assertRaises(errors.Unreadable) as raised:
             recording.Recording(self.path)

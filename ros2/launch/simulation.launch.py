@@ -2,7 +2,7 @@
 
     ros2 launch waymark simulation.launch.py
 
-The scripted driver presses the buttons itself: it teaches a lap, maps it and replays it.
+The scripted driver teaches a lap, maps it and replays it without operator.
 """
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, ExecuteProcess

@@ -102,14 +102,14 @@ class Calibrate(unittest.TestCase):
         (self.folder / "few.jsonl").write_text(board(4))
         outcome = self.run_here("--detections", "few.jsonl", *self.BOARD, "--lens", "none")
         self.assertEqual(outcome.code, 0, outcome.err)
-        self.assertIn("4 pictures are few", outcome.out)
+        self.assertIn("4 usable images", outcome.out)
 
     def test_bad_input(self):
         (self.folder / "two.jsonl").write_text(board(2))
         (self.folder / "mixed.jsonl").write_text(board(5) + board(5).replace('"width_px": 640', '"width_px": 320'))
         (self.folder / "text.jsonl").write_text("no\n")
         for words, code, part in (
-                (["--detections", "two.jsonl", *self.BOARD], 1, "2 pictures show two tags"),
+                (["--detections", "two.jsonl", *self.BOARD], 1, "only 2 images"),
                 (["--detections", "mixed.jsonl", *self.BOARD], 1, "one camera in one resolution"),
                 (["--detections", "text.jsonl", *self.BOARD], 1, "text.jsonl:1"),
                 (["--detections", "none.jsonl", *self.BOARD], 1, "none.jsonl: there is no such file"),
@@ -160,7 +160,7 @@ class CalibrateRobot(unittest.TestCase):
         lap = (self.folder / "lap.mcap").read_bytes()
         spoilt = waymark(*words[:-1], "lap.mcap", cwd=self.folder)
         self.assertEqual((spoilt.code, (self.folder / "lap.mcap").read_bytes() == lap), (2, True))
-        self.assertIn("what is written is YAML", spoilt.err)
+        self.assertIn(".yaml", spoilt.err)
         nowhere = waymark("calibrate", "robot", "none.mcap", "-o", "no/such/calibration.yaml", cwd=self.folder)
         self.assertEqual(nowhere.code, 1)
         self.assertIn("no/such/calibration.yaml: the file cannot be written: its folder is not there", nowhere.err, "said before any work")
@@ -173,11 +173,11 @@ class CalibrateRobot(unittest.TestCase):
             self.assertIn("between --from and --to", beyond.err)
         spoilt = waymark(*words[:-1], "map/map.yaml", cwd=self.folder)
         self.assertEqual(spoilt.code, 1)
-        self.assertIn("not written over", spoilt.err)
+        self.assertIn("not overwritten", spoilt.err)
         large = waymark("calibrate", "robot", "lap.mcap", "--tag-size-m", "0.3", "--to", "15", cwd=self.folder)
         self.assertEqual(large.code, 0, large.err)
         self.assertIn("the recording says 0.16 m", large.err)
-        self.assertIn("% farther than by its wheels", large.err)
+        self.assertIn(" % farther", large.err)
         localized = waymark("localize", "lap.mcap", "--map", "map/map.yaml", "--calibration", "calibration.yaml", "-o", "est.mcap",
                             cwd=self.folder)
         self.assertEqual(localized.code, 0, localized.err)

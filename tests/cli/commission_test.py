@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""First drives in real time: a robot that stops and one that does not when its driver is killed, Ctrl-C at any moment, the speed limit."""
+"""First drives in real time: robots with and without a working watchdog, Ctrl-C at any moment, the speed limit."""
 import json
 import os
 import pathlib
@@ -11,14 +11,15 @@ import sys
 import time
 
 from harness import PROGRAM, InFolder, event, unittest
+import golden_page
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 ROBOT = '''
 import json, math, os, select, sys, time
 stubborn, log = "--stubborn" in sys.argv, open("orders.log", "a")
-def say(kind, **values):
+def send(kind, **values):
     os.write(1, (json.dumps({"type": kind, "stamp_s": time.monotonic(), **values}) + "\\n").encode())
-say("hello", protocol_version=1, name="two wheels", sends=["odometry", "wheels"])
+send("hello", protocol_version=1, name="two wheels", sends=["odometry", "wheels"])
 x = y = yaw = speed = turn = left = right = 0.0
 then = time.monotonic()
 buffer, asked, over = b"", (0.0, 0.0), False
@@ -38,14 +39,14 @@ while not over:
     speed, turn = speed + 0.2 * (asked[0] - speed), turn + 0.2 * (asked[1] - turn)
     x, y, yaw = x + dt * speed * math.cos(yaw), y + dt * speed * math.sin(yaw), yaw + dt * turn
     left, right = left + dt * (speed - 0.086 * turn) / 0.045, right + dt * (speed + 0.086 * turn) / 0.045
-    say("odometry", x_m=x, y_m=y, yaw_rad=yaw, speed_m_s=speed, yaw_rate_rad_s=turn)
-    say("wheels", left_rad=left, right_rad=right)
+    send("odometry", x_m=x, y_m=y, yaw_rad=yaw, speed_m_s=speed, yaw_rate_rad_s=turn)
+    send("wheels", left_rad=left, right_rad=right)
     if over and stubborn:
         over = False
         signalled = time.monotonic()
-        while time.monotonic() - signalled < 1.6:  # goes on driving until it is ended
+        while time.monotonic() - signalled < 1.6:  # keeps driving until it is killed
             time.sleep(0.02)
-            say("odometry", x_m=x, y_m=y, yaw_rad=yaw, speed_m_s=speed, yaw_rate_rad_s=turn)
+            send("odometry", x_m=x, y_m=y, yaw_rad=yaw, speed_m_s=speed, yaw_rate_rad_s=turn)
         break
 '''
 
@@ -62,12 +63,12 @@ class FirstDrive(InFolder):
         return [(float(speed), float(turn), why) for speed, turn, why in lines]
 
     def fastest_of_a_taught_moment(self, *words):
-        """Somebody presses "up" for half a second, faster than a robot that was not commissioned may drive."""
+        """Commands 0.4 m/s for half a second, above the limit of a robot without commission. Returns the highest commanded speed and the messages."""
         (self.folder / "orders.log").write_text("")
         driven = subprocess.Popen([PROGRAM, "run", *self.words, *words, "--anchor", "0", "--tag-size-m", "0.16", "--driver", "lines", "-o", "session"],
                                   cwd=self.folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         words = event.Lines(driven.stderr)
-        words.wait_for("idle. 'go'")
+        words.wait_for("idle. ")
         for line in ["go"] + ["drive 0.4 0.2"] * 10 + ["stop", "quit"]:
             driven.stdin.write(line + "\n")
             driven.stdin.flush()
@@ -78,7 +79,7 @@ class FirstDrive(InFolder):
         return max(speed for speed, _, _ in self.orders()), words.rest()
 
     @unittest.skipUnless(os.environ.get("WAYMARK_FULL"), "WAYMARK_FULL: a minute")
-    def test_the_whole_first_drive_and_the_limit_that_it_lifts(self):
+    def test_a_passed_first_drive_removes_the_speed_limit(self):
         before = (self.folder / "my_robot.yaml").read_text()
         drive = self.run_here("commission", *self.words, "--yes", "--json")
         report = drive.records[0]
@@ -87,28 +88,28 @@ class FirstDrive(InFolder):
         levels = {found["check"]: found["level"] for found in report["findings"]}
         for stop in ("stop.zero", "stop.request", "stop.silence", "stop.kill"):
             self.assertEqual(levels[stop], "ok", report)
-        self.assertEqual(levels["stop.cable"], "warn", "no person pulled one")
+        self.assertEqual(levels["stop.cable"], "warn", "no person pulled a cable")
         self.assertLess(report["figures"]["kill_stopping_s"], 1)
         self.assertEqual(report["file"], "my_robot.yaml")
         self.assertEqual((self.folder / report["kept"]).read_text(), before)
         after = (self.folder / "my_robot.yaml").read_text()
         self.assertTrue(after.startswith(before))
         self.assertIn("\ncommissioned:", after)
-        fastest, said = self.fastest_of_a_taught_moment()
+        fastest, messages = self.fastest_of_a_taught_moment()
         self.assertAlmostEqual(fastest, 0.4, delta=1e-9)
-        self.assertNotIn("waymark commission", said)
+        self.assertNotIn("waymark commission", messages)
         (self.folder / "my_robot.yaml").write_text(after.replace("limits: {speed_m_s: 1.0,", "limits: {speed_m_s: 0.9,", 1))
-        fastest, said = self.fastest_of_a_taught_moment()
+        fastest, messages = self.fastest_of_a_taught_moment()
         self.assertAlmostEqual(fastest, 0.15, delta=1e-9)
-        self.assertIn("no longer counts: limits.speed_m_s was 1, and is 0.9", said)
+        self.assertRegex(messages, r"limits\.speed_m_s .*\b1\b.* 0\.9")
 
-    def test_a_robot_that_was_not_commissioned_is_slow(self):
-        fastest, said = self.fastest_of_a_taught_moment()
+    def test_the_speed_is_limited_without_a_commission(self):
+        fastest, messages = self.fastest_of_a_taught_moment()
         self.assertAlmostEqual(fastest, 0.15, delta=1e-9)
-        self.assertEqual(said.count("waymark commission --robot"), 1, said)
+        self.assertEqual(messages.count("waymark commission --robot"), 1, messages)
 
     @unittest.skipUnless(os.environ.get("WAYMARK_FULL"), "WAYMARK_FULL: half a minute")
-    def test_a_robot_that_goes_on_when_its_driver_is_killed_fails(self):
+    def test_a_robot_that_keeps_driving_when_its_driver_is_killed_fails(self):
         self.words[1] += " --stubborn"
         drive = self.run_here("commission", *self.words, "--yes", "--json", "--skip-lifted")
         self.assertEqual(drive.code, 1, drive.err)
@@ -116,11 +117,11 @@ class FirstDrive(InFolder):
         self.assertIn("stop.silence", failed, drive.out)
         self.assertIn("stop.kill", failed, drive.out)
         self.assertIn("passed: false", (self.folder / "my_robot.yaml").read_text())
-        _, said = self.fastest_of_a_taught_moment()
-        self.assertIn("did not pass (stop.silence, stop.kill)", said)
+        _, messages = self.fastest_of_a_taught_moment()
+        self.assertIn("(stop.silence, stop.kill)", messages)
 
     @unittest.skipUnless(os.environ.get("WAYMARK_FULL"), "WAYMARK_FULL: two minutes")
-    def test_ctrl_c_at_any_moment_leaves_the_robot_at_zero_and_its_file_alone(self):
+    def test_ctrl_c_at_any_moment_stops_the_robot_and_does_not_change_its_file(self):
         before = (self.folder / "my_robot.yaml").read_text()
         for seconds in (0.4, 1.6, 5.5, 12.5, 15.0, 18.5):
             (self.folder / "orders.log").write_text("")
@@ -135,34 +136,35 @@ class FirstDrive(InFolder):
             if self.orders():
                 self.assertEqual(self.orders()[-1][:2], (0, 0), (seconds, err))
 
-    def test_nobody_at_standard_input_is_said(self):
+    def test_a_closed_standard_input_is_an_error(self):
         drive = self.run_here("commission", *self.words, input="")
         self.assertEqual(drive.code, 2, drive.err)
         self.assertIn("--yes", drive.err)
+        golden_page.expect(self, "commission", drive.err)
 
     @unittest.skipUnless(os.environ.get("WAYMARK_FULL"), "WAYMARK_FULL: ten seconds")
-    def test_a_person_is_asked_and_may_say_no(self):
+    def test_a_negative_answer_fails_the_drive(self):
         drive = self.run_here("commission", *self.words, "--json", input="\nn\ny\n")
         self.assertEqual(drive.code, 1, drive.err)
         failed = [found for found in drive.records[0]["findings"] if found["level"] == "fail"]
         self.assertEqual(failed[0]["check"], "command.speed_m_s")
-        self.assertIn("a person saw another motion", failed[0]["words"])
 
-    def test_an_output_that_cannot_be_written_is_said_before_the_drive(self):
+    def test_an_unwritable_output_is_reported_before_the_drive(self):
         drive = self.run_here("commission", *self.words, "--yes", "-o", "no/such/folder.yaml")
         self.assertEqual(drive.code, 1, drive.err)
-        self.assertIn("its folder is not there", drive.err)
+        self.assertIn("no/such", drive.err)
+        golden_page.expect(self, "commission", drive.err)
         self.assertFalse((self.folder / "orders.log").exists(), "the robot was started")
 
     @unittest.skipUnless(os.environ.get("WAYMARK_FULL"), "WAYMARK_FULL: a minute and a half")
-    def test_a_space_bar_pressed_too_early_and_a_cable_that_nobody_pulls_fail_no_good_robot(self):
-        """A person at a terminal: presses space while the robot stands still, then while it drives; pulls nothing."""
+    def test_an_early_space_bar_and_an_unpulled_cable_do_not_fail_the_drive(self):
+        """A person at a terminal presses the space bar before the robot moves, then while it drives, and pulls no cable."""
         words = ["commission", *self.words]
         child, terminal = pty.fork()
         if child == 0:
             os.chdir(self.folder)
             os.execv(PROGRAM, [str(PROGRAM), *words])
-        said, answered, early = "", 0, True
+        messages, answered, early = "", 0, True
         deadline = time.monotonic() + 150
         while time.monotonic() < deadline:
             if select.select([terminal], [], [], 0.05)[0]:
@@ -170,27 +172,27 @@ class FirstDrive(InFolder):
                     more = os.read(terminal, 65536)
                 except OSError:
                     break
-                said += more.decode(errors="replace")
-            fresh = said[answered:]
+                messages += more.decode(errors="replace")
+            fresh = messages[answered:]
             if "press Enter (Ctrl-C ends)" in fresh:
-                answered = len(said)
+                answered = len(messages)
                 os.write(terminal, b"\n")
             elif "Was the cable pulled? y or n" in fresh:
-                answered = len(said)
+                answered = len(messages)
                 os.write(terminal, b"n\n")
-            elif "Enter where you did not see it" in fresh:
-                answered = len(said)
+            elif "Enter if you did not see it" in fresh:
+                answered = len(messages)
                 os.write(terminal, b"y\n")
             elif "press the space bar while the wheels turn" in fresh:
-                answered = len(said)
+                answered = len(messages)
                 time.sleep(0.1 if early else 2.5)
                 os.write(terminal, b" ")
                 early = False
         _, status = os.waitpid(child, 0)
-        self.assertEqual(os.waitstatus_to_exitcode(status), 0, said)
-        self.assertIn("was pressed before the robot moved; once more", said)
-        self.assertRegex(said, r"ok +stops +stop.key +stopped after")
-        self.assertRegex(said, r"warn +stops +stop.cable +pulling the cable was not tried")
+        self.assertEqual(os.waitstatus_to_exitcode(status), 0, messages)
+        self.assertIn("pressed before the robot moved", messages)
+        self.assertRegex(messages, r"ok +stops +stop.key ")
+        self.assertRegex(messages, r"warn +stops +stop.cable ")
 
     def test_a_simulated_robot_passes_and_is_not_written(self):
         drive = self.run_here("commission", "--world", "circuit24", "--json")

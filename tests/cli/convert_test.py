@@ -91,7 +91,7 @@ class Convert(InFolder):
         self.assertIn("--format", self.convert("lap.mcap", "lap.xyz", code=2).err)
         self.assertIn("'/odom'", self.convert("lap.mcap", "out.mcap", "--topics", "/odm", code=1).err)
         self.assertIn("--from", self.convert("lap.mcap", "out.mcap", "--from", "noon", code=2).err)
-        self.assertIn("does not begin as an MCAP file", self.convert("there.mcap", "out.mcap", code=1).err)
+        self.assertIn("does not begin like an MCAP file", self.convert("there.mcap", "out.mcap", code=1).err)
         self.assertIn("open", self.convert("nowhere.mcap", "out.mcap", code=1).err)
         self.assertIn("cannot create", self.convert("lap.mcap", "no/such/folder/out.mcap", code=1).err)
         self.assertFalse((self.folder / "out.mcap").exists())

@@ -170,8 +170,8 @@ class BadInput(InFolder):
         self.assertIn("none.yaml", with_sizes.err, "the pictures are no sizes")
         self.assertNotIn("is not a size", with_sizes.err)
         (self.folder / "camera.json.gz").write_bytes(gzip.compress(b"{}"))
-        for file, words in (("camera.json.gz", "this is packed (gzip), and no text. Unpack it first"),
-                            ("photograph.png", "this is a picture (PNG), and no text")):
+        for file, words in (("camera.json.gz", "this is a packed file (bzip2, gzip or zstd), not a camera calibration. Unpack it first"),
+                            ("photograph.png", "this is an image, not a camera calibration")):
             outcome = self.run_here("detect", "photograph.png", "--tag-size-m", 0.16, "--camera", file)
             self.assertEqual(outcome.code, 1, "a calibration is an input")
             self.assertIn(words, outcome.err)

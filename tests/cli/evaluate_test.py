@@ -48,7 +48,7 @@ class Evaluate(InFolder):
                 (["--truth", "none.csv", "photos"], ["none.csv: there is no such file"]),
                 (["--truth", "bad.csv", "photos"], ["bad.csv:2 (y3): 'eight' is not a finite number"]),
                 (["--truth", "photograph.png", "photos"], ["photograph.png"]),
-                (["--truth", "truth.csv", "--detections", "truth.csv"], ["truth.csv:1: is not a JSON object"])):
+                (["--truth", "truth.csv", "--detections", "truth.csv"], ["truth.csv: this is a table of true corners, not the output of `waymark detect`"])):
             outcome = self.run_here("evaluate", "detections", *words)
             self.assertEqual((outcome.code, outcome.out), (1, ""), outcome.err)
             for part in parts:

@@ -1,4 +1,4 @@
-"""What the tests of the command line share: a folder with pictures, and the program run in it."""
+"""Shared by the tests of the command line: a folder with images, and the program run in it."""
 import concurrent.futures
 import json
 import os
@@ -16,7 +16,7 @@ import event  # noqa: E402, F401  (tests import both from here)
 from installed import program  # noqa: E402, F401
 
 PROGRAM = os.path.abspath(sys.argv.pop(1)) if len(sys.argv) > 1 else sys.exit("usage: …_test.py PROGRAM [unittest options]")
-TAG_FAR = 0.5  # px: the tests ask whether it is the right tag in the right place, not how accurately
+TAG_FAR = 0.5  # px: these tests check identity and place of tags, not accuracy
 
 
 class Outcome:
@@ -36,8 +36,8 @@ def waymark(*words, cwd=None, **options):
 
 
 def rest_of(process, timeout=60):
-    """What a process whose output was read by lines still writes to stdout and stderr: communicate() would lose what
-    readline() has read ahead of the line it returned."""
+    """The remaining stdout and stderr of a process whose output was read by lines. communicate() would lose the data that
+    readline() has read ahead."""
     with concurrent.futures.ThreadPoolExecutor(2) as readers, process.stdout, process.stderr:
         out, err = (readers.submit(stream.read) for stream in (process.stdout, process.stderr))
         process.wait(timeout)

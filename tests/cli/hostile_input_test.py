@@ -84,7 +84,7 @@ time.sleep(20)
             words = process.communicate(timeout=60)[1]
             self.assertLess(time.monotonic() - start, 2, "one second, and the machine may be busy")
             if ending == signal.SIGINT:
-                self.assertIn("stopped while it was unpacked", words)
+                self.assertIn("stopped while unpacking", words)
             self.assertEqual(list(temporary.iterdir()), [])
 
     def test_pipes_are_refused_at_once(self):
@@ -125,7 +125,7 @@ time.sleep(20)
     def test_bytes_that_are_no_text_are_refused_at_once(self):
         start = time.monotonic()
         done = self.run_here("evaluate", "/dev/zero", "/dev/zero")
-        self.assertIn("this is binary (it holds zero bytes), and no text", done.err)
+        self.assertIn("this is binary (it contains zero bytes)", done.err)
         self.assertLess(time.monotonic() - start, 5)
 
     def test_links_out_of_a_folder_are_not_shown(self):
@@ -140,7 +140,7 @@ time.sleep(20)
             (shown / "map" / "map.yaml").unlink()
             (shown / "map" / "map.yaml").symlink_to("/etc/passwd")  # after it was offered
             self.assertEqual(server.ask("/files/0/map.yaml")[0], 404)
-        self.assertEqual(server.words.count("is a link to somewhere else"), 2)
+        self.assertEqual(server.words.count(" is a link "), 2)
 
     def test_addresses_that_are_printed_work(self):
         for flags, host in ((["--listen", "127.0.0.2", "--port", "0"], "127.0.0.2"), (["--listen", "::1", "--port", "0"], "::1"), (["--port", "80"], "127.0.0.1")):

@@ -50,7 +50,7 @@ class Client:
         with self.lock:
             self.socket.sendall(bytes([0x80 | opcode]) + size + mask + bytes(b ^ mask[i % 4] for i, b in enumerate(payload)))
 
-    def say(self, **message):
+    def send(self, **message):
         self.send_frame(1, json.dumps(message).encode())
 
     def _take(self, count):
@@ -100,7 +100,7 @@ class Client:
     def subscribe(self, topic, subscription):
         while topic not in self.channels:
             self.next()
-        self.say(op="subscribe", subscriptions=[{"id": subscription, "channelId": self.channels[topic]}])
+        self.send(op="subscribe", subscriptions=[{"id": subscription, "channelId": self.channels[topic]}])
 
     def watch_state(self):
         """Subscribes to the state; wait_for_phase() works from then on."""
@@ -113,7 +113,7 @@ class Client:
 
         def talk():
             while not over.wait(0.3):
-                self.say(op="alive")
+                self.send(op="alive")
 
         thread = threading.Thread(target=talk)
         thread.start()

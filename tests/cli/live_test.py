@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The live page over the wire: who may look, who may command, what happens when the one in control goes away, clients that never read.
+"""The live page over HTTP: access, control, loss of the viewer in control, clients that never read.
 
 usage: live_test.py PROGRAM
 """
@@ -43,7 +43,7 @@ class Robot:
                 return self.words()
             assert self.process.poll() is None, self.words()
             time.sleep(0.05)
-        raise TimeoutError(f"'{wanted}' was never said: {self.words()}")
+        raise TimeoutError(f"'{wanted}' was never printed: {self.words()}")
 
     def __enter__(self):
         return self
@@ -82,9 +82,9 @@ def access(robot):
     assert refused(robot, token=False, origin="http://evil.example") == 403
     assert refused(robot, token="0" * 32, origin="http://evil.example") == 403
     assert refused(robot, token=False, origin="null") == 403
-    assert refused(robot, token=False, origin=here) == 101  # anybody on this machine looks
+    assert refused(robot, token=False, origin=here) == 101  # any client on this machine may watch
     cookie = f"waymark_{robot.url.port}={robot.token}"
-    assert refused(robot, token=False, origin="http://evil.example", Cookie=cookie) == 403  # a foreign page in the browser that has the cookie
+    assert refused(robot, token=False, origin="http://evil.example", Cookie=cookie) == 403  # a page of another site in the browser with the cookie
     status, headers, _ = robot.ask(f"/?token={robot.token}")
     assert status == 303 and headers["Location"] == "/" and headers["Set-Cookie"].startswith(cookie + ";") and "SameSite=Strict" in headers["Set-Cookie"]
     assert json.loads(robot.ask("/session.json")[2])["live"] is True
@@ -92,12 +92,12 @@ def access(robot):
         client = robot.client(token=token, origin=here)
         assert client.protocol == "waymark.v1"
         assert client.wait_for_op("control")["may"] is may
-        client.say(op="order", order="go")
+        client.send(op="order", order="go")
         if not may:
             assert "watches" in client.wait_for_op("status")["message"]
         else:
             client.wait_for_op("control", yours=True)
-            client.say(op="release")
+            client.send(op="release")
         client.close()
     with_cookie = robot.client(token=False, origin=here, Cookie=cookie)
     assert with_cookie.wait_for_op("control")["may"] is True
@@ -108,27 +108,27 @@ def one_in_control(robot):
     first, second = robot.client(), robot.client()
     first.watch_state()
     first.wait_for_phase("teaching")  # the order of access()
-    first.say(op="order", order="stop")
+    first.send(op="order", order="stop")
     first.wait_for_phase("idle")
-    second.say(op="order", order="go")
+    second.send(op="order", order="go")
     assert "another viewer" in second.wait_for_op("status")["message"]
-    first.say(op="release")
+    first.send(op="release")
     second.wait_for_op("control", held=False)
-    second.say(op="take")
+    second.send(op="take")
     second.wait_for_op("control", yours=True)
     second.close()
     first.wait_for_op("control", held=False)
     first.close()
 
 
-def nonsense(robot):
+def invalid_input(robot):
     client = robot.client()
     for payload in (b"", b"{", b"[[[[", b"\xff\xfe", b'{"op":"drive","speed_m_s":1e999,"yaw_rate_rad_s":0}', b'{"op":"subscribe","subscriptions":[{}]}'):
         client.send_frame(2, payload)
         try:
             client.send_frame(1, payload)
         except OSError:
-            break  # text that is no UTF-8 ends a connection (RFC 6455, section 8.1)
+            break  # invalid UTF-8 ends a connection (RFC 6455, section 8.1)
     client.close()
     client = robot.client()
     client.send_frame(1, b" " * 60000 + b"{}")  # close to the limit
@@ -153,40 +153,40 @@ def nonsense(robot):
 
 
 def teaching_stops_replay_pauses(robot):
-    """By the page's keys; the robot's own words say what it was told to do."""
+    """With the orders of the page; checked with the robot's state and odometry."""
     client, watcher = robot.client(), robot.client(token=False)
     for one in (client, watcher):
         one.watch_state()
-    time.sleep(0.5)  # two presses within 0.3 s of the robot's time are one
-    client.say(op="order", order="go")
+    time.sleep(0.5)  # two presses within 0.3 s of robot time count as one
+    client.send(op="order", order="go")
     watcher.wait_for_phase("teaching")
     state = watcher.wait_for_state(lambda s: "script" in s["commands"])
     assert state["page_drives"]
-    client.say(op="order", order="script")
+    client.send(op="order", order="script")
     watcher.subscribe("/odom", 1)
     speed = SpeedOf(watcher)
     speed.wait(lambda v: v > 0.1)
-    client.close()  # the one in control goes away
+    client.close()  # the viewer in control disconnects
     speed.wait(lambda v: abs(v) < 0.005)
     for _ in range(50):
         assert abs(speed.next()) < 0.02
     client = robot.client()
     client.watch_state()
-    client.say(op="take")
+    client.send(op="take")
     with client.looked_at():
-        speed.wait(lambda v: v > 0.1)  # somebody is there again: the script goes on
+        speed.wait(lambda v: v > 0.1)  # a viewer is in control again: the script continues
         watcher.wait_for_phase("mapping", 120)
         watcher.wait_for_phase("ready", 120)
-    client.say(op="order", order="go")
+    client.send(op="order", order="go")
     watcher.wait_for_phase("replaying")
     speed.wait(lambda v: v > 0.1)
-    # Silent for longer than three seconds is gone, too.
+    # A client that is silent for more than three seconds counts as disconnected.
     watcher.wait_for_phase("paused", 20)
     speed.wait(lambda v: abs(v) < 0.005)
-    client.say(op="order", order="go")
+    client.send(op="order", order="go")
     watcher.wait_for_phase("replaying")
     speed.wait(lambda v: v > 0.1)
-    client.say(op="order", order="stop")
+    client.send(op="order", order="stop")
     assert watcher.wait_for_phase("stopped")["reason"]
     speed.wait(lambda v: abs(v) < 0.005)
     client.close()
@@ -194,7 +194,7 @@ def teaching_stops_replay_pauses(robot):
 
 
 class SpeedOf:
-    """Of nav_msgs/Odometry as CDR, subscription 1: the last 6 + 36 numbers of the message are twist and its covariance."""
+    """Speed in nav_msgs/Odometry as CDR, subscription 1: the last 6 + 36 numbers of the message are twist and its covariance."""
 
     def __init__(self, client):
         self.client = client
@@ -208,14 +208,14 @@ class SpeedOf:
         while time.monotonic() < end:
             if wanted(self.next()):
                 return
-        raise TimeoutError("the speed never came")
+        raise TimeoutError("the speed was not reached")
 
 
 def never_reads(robot):
     lazy = [robot.client(receive_buffer=2048) for _ in range(4)]
     for client in lazy:
         client.watch_state()
-        client.say(op="subscribe", subscriptions=[{"id": i, "channelId": i} for i in range(1, 6)])
+        client.send(op="subscribe", subscriptions=[{"id": i, "channelId": i} for i in range(1, 6)])
     keen = robot.client(token=False)
     keen.watch_state()
     start = time.monotonic()
@@ -244,11 +244,11 @@ def main():
     with tempfile.TemporaryDirectory(prefix="waymark-live-") as folder, Robot(folder, "--pace", "8") as robot:
         access(robot)
         one_in_control(robot)
-        nonsense(robot)
+        invalid_input(robot)
         teaching_stops_replay_pauses(robot)
         never_reads(robot)
     remote()
-    print("live page: access, one in control, nonsense, who goes away, who never reads, remote")
+    print("live page: access, control, invalid input, disconnected viewers, clients that never read, remote")
 
 
 if __name__ == "__main__":

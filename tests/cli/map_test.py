@@ -112,7 +112,7 @@ class Map(WithLap):
         shutil.copy(made(*OTHER_LAP) / "lap.mcap", self.folder / "laps/another.mcap")
         outcome = self.run_here("map", "laps", "-o", "all")
         self.assertEqual(outcome.code, 1)
-        self.assertIn("two recordings, and no parts of one. Name the one that is meant", outcome.err)
+        self.assertIn("two recordings, not parts of one", outcome.err)
 
     def test_what_changed_since_an_older_map_is_said(self):
         shutil.copytree(made(*MAP) / "map", self.folder / "old")
@@ -121,14 +121,14 @@ class Map(WithLap):
         (self.folder / "old.yaml").write_text(swapped)
         outcome = self.run_here("map", "lap.mcap", "-o", "new", "--prior", "old.yaml")
         self.assertEqual(outcome.code, 0)
-        self.assertEqual([line for line in outcome.err.splitlines() if "prior" in line],
-                         ["waymark map: warning: tag36h11:5 and tag36h11:6 are swapped against the prior map"])
+        (warning,) = [line for line in outcome.err.splitlines() if "prior" in line]
+        self.assertIn("warning: tag36h11:5 and tag36h11:6", warning)
         self.assertEqual(self.run_here("map", "lap.mcap", "-o", "new", "--prior", "none.yaml").code, 1)
 
     def test_a_wrong_tag_size_is_named(self):
         outcome = self.run_here("map", "lap.mcap", "-o", "wrong", "--tag-size-m", "0.2")
         self.assertEqual(outcome.code, 0)
-        self.assertIn("% too large (is it 0.16", outcome.err)
+        self.assertRegex(outcome.err, r"% too large .*0\.16")
 
     def test_the_anchor_may_stand_anywhere(self):
         plain = json.loads((made(*MAP) / "map/summary.json").read_text())
@@ -150,7 +150,7 @@ class Map(WithLap):
         (summary,) = outcome.records
         self.assertLess(summary["tags"], 24)
         self.assertFalse(summary["route_closed"])
-        self.assertIn("beyond the end of the file", summary["warnings"][0])
+        self.assertIn("past the end of the file", summary["warnings"][0])
         self.assertIn("does not come back to its start", outcome.err)
 
     def test_another_anchor_moves_the_map_and_is_not_compared(self):
@@ -176,17 +176,18 @@ class Map(WithLap):
 
     def test_the_lap_of_a_robot_is_no_video(self):
         (self.folder / "camera.yaml").write_text(pictures.CAMERA)
-        outcome = self.run_here("map", "lap.mcap", "-o", "m", "--camera", "camera.yaml", "--tag-size-m", "0.16")
-        self.assertEqual((outcome.code, outcome.out), (2, ""), outcome.err)
-        self.assertIn("(--camera): a recording brings its camera along. Give --robot for a recording without a calibration; --camera is that of a video.",
-                      outcome.err)
+        for words in (["map", "lap.mcap", "-o", "m", "--camera", "camera.yaml", "--tag-size-m", "0.16"], ["map", "video", "lap.mcap", "-o", "m"]):
+            outcome = self.run_here(*words)
+            self.assertEqual((outcome.code, outcome.out), (2, ""), outcome.err)
+            self.assertIn("(lap.mcap): this is the recording of a robot: it holds odometry or an IMU. `waymark map lap` maps it, without --camera", outcome.err)
+            self.assertNotIn("--robot", outcome.err)
 
     def test_mistakes(self):
         (self.folder / "bad.yaml").write_text("name: x\n")
         (self.folder / "file").touch()
         for words, code, part in (
                 (["none.mcap", "-o", "m"], 1, "none.mcap"),
-                (["photograph.png", "-o", "m"], 1, "no recording of a kind we know"),
+                (["photograph.png", "-o", "m"], 1, "photograph.png: this is an image, not a recording. `waymark detect photograph.png`"),
                 (["lap.mcap"], 2, "--output is required"),
                 (["-o", "m"], 2, "LAP is required"),
                 (["lap.mcap", "-o", "m", "--tag-size-m", "0"], 2, "'0' is not a size in metres"),
@@ -195,11 +196,11 @@ class Map(WithLap):
                 (["lap.mcap", "-o", "m", "--anchor-pose", "0", "0"], 2, "--anchor-pose"),
                 (["lap.mcap", "-o", "m", "--anchor-pose", "1e15", "0", "0", "-90", "0", "0"], 2, "more than 10 km"),
                 (["lap.mcap", "-o", "m", "--anchor-pose", "0", "0", "0.3", "0", "0", "0"], 1, "An upright tag has roll -90"),
-                (["lap.mcap", "-o", "m", "--anchor", "99"], 1, "tag36h11:99 is never seen"),
-                (["lap.mcap", "-o", "m", "--anchor", "tag36h12:1"], 1, "tag36h12"),
+                (["lap.mcap", "-o", "m", "--anchor", "99"], 1, "tag36h11:99"),
+                (["lap.mcap", "-o", "m", "--anchor", "tag36h12:1"], 2, "tag36h12"),
                 (["lap.mcap", "-o", "m", "--tag-size-m", "-1"], 2, "'-1' is not a size in metres"),
                 (["lap.mcap", "-o", "m", "--step-m", "9"], 2, "(--step-m): 9 is outside"),
-                (["lap.mcap", "-o", "m", "--world", "bad.yaml"], 2, "bad.yaml:1 (tag_family): 'tag_family' is missing"),
+                (["lap.mcap", "-o", "m", "--world", "bad.yaml"], 1, "bad.yaml:1 (tag_family): 'tag_family' is missing"),
                 (["lap.mcap", "-o", "file/m"], 1, "file/m: cannot make the folder")):
             outcome = self.run_here("map", *words)
             self.assertEqual((outcome.code, outcome.out), (code, ""), outcome.err)

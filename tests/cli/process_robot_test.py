@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Robots as processes: the whole loop with one, robots that misbehave, and the example of the documents."""
+"""Robots as processes: the whole loop, misbehaving robots, and the example of the documentation."""
 import json
 import os
 import pathlib
@@ -10,6 +10,7 @@ import sys
 import time
 
 from harness import PROGRAM, InFolder, rest_of, unittest
+import golden_page
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SIM = f"process:exec '{PROGRAM}' robot-sim --world circuit24 --lockstep"
@@ -25,11 +26,11 @@ class Loop(InFolder):
         replayed = self.run_here("replay", "map", "--robot", SIM + " --seed 7", "--world", "circuit24",
                                  "-o", "replay.mcap", "--search-every", "8", "--json")
         self.assertEqual(replayed.code, 0, replayed.err)
-        self.assertIn("had no effect: the robot sent no pictures", replayed.err)
+        self.assertIn("--search-every", replayed.err)
         report = replayed.records[0]
         self.assertTrue(report["finished"])
         inside = self.run_here("replay", "map", "--world", "circuit24", "--seed", "7", "--json").records[0]
-        # The same robot, the same noise: only what crosses the wire could differ.
+        # The same robot and noise: only the transmission could cause a difference.
         self.assertAlmostEqual(report["cross_track_rmse_m"], inside["cross_track_rmse_m"], delta=0.002)
         info = self.run_here("info", "replay.mcap", "--json").records[0]
         topics = {topic["topic"] for topic in info["topics"]}
@@ -37,7 +38,7 @@ class Loop(InFolder):
         self.the_plug_of_the_camera_is_pulled()
         self.the_space_bar_stops_a_replay()
         self.waymark_stop_is_named()
-        # The map says which tag it stands on, and how large it is.
+        # The map contains the anchor and its size.
         session = self.run_here("run", "--map", "map", "--robot", SIM, "--driver", "lines", "-o", "session", input="quit\n")
         self.assertEqual(session.code, 0, session.err)
 
@@ -46,8 +47,8 @@ class Loop(InFolder):
         unplugged = self.run_here("replay", "map", "--robot", SIM + " --seed 7 --faults unplugged.yaml", "--world", "circuit24",
                                   "-o", "unplugged.mcap", "--json")
         self.assertEqual(unplugged.code, 1, unplugged.err)
-        self.assertIn("is the camera connected?", unplugged.records[0]["reason"])
-        self.assertLess(unplugged.records[0]["distance_m"], 0.5 * 8 + 0.5, "it stands a second later")
+        golden_page.expect(self, "replay", unplugged.records[0]["reason"])
+        self.assertLess(unplugged.records[0]["distance_m"], 0.5 * 8 + 0.5, "stopped within a second")
 
     def the_space_bar_stops_a_replay(self):
         keyboard, terminal = pty.openpty()
@@ -65,7 +66,7 @@ class Loop(InFolder):
         os.close(terminal)
         self.assertLess(time.monotonic() - begin, 10)
         self.assertEqual(process.returncode, 1, err)
-        self.assertRegex(out + err, r"stopped with the space bar \d\.\d\d m along")
+        self.assertRegex(out + err, r"space bar \d\.\d\d m ")
 
     def waymark_stop_is_named(self):
         runtime = os.environ | {"XDG_RUNTIME_DIR": str(self.folder)}
@@ -78,15 +79,15 @@ class Loop(InFolder):
         subprocess.run([PROGRAM, "stop"], env=runtime, check=True, capture_output=True, timeout=30)
         out, err = process.communicate(timeout=60)
         self.assertEqual(process.returncode, 130, err)
-        self.assertRegex(err, r"stopped by 'waymark stop' \d\.\d\d m along")
+        self.assertRegex(err, r"'waymark stop' \d\.\d\d m ")
 
     def test_lockstep_gives_the_same_bytes_twice(self):
         for name in ("a", "b"):
             process = subprocess.Popen([PROGRAM, "robot-sim", "--world", "circuit24", "--lockstep"], stdin=subprocess.PIPE,
                                        stdout=subprocess.PIPE, text=True)
-            said = []
+            lines = []
             for line in process.stdout:
-                said.append(line)
+                lines.append(line)
                 message = json.loads(line)
                 if message["type"] == "step":
                     if message["step"] == 40:
@@ -100,9 +101,9 @@ class Loop(InFolder):
             self.assertEqual(process.wait(20), 0)
             process.stdout.close()
             if name == "a":
-                first = said
-        self.assertEqual(first, said)
-        truth = [json.loads(line) for line in said if '"type":"truth"' in line]
+                first = lines
+        self.assertEqual(first, lines)
+        truth = [json.loads(line) for line in lines if '"type":"truth"' in line]
         self.assertGreater(abs(truth[-1]["y_m"] - truth[0]["y_m"]), 0.3, "it drove")
 
     def test_ctrl_c_in_the_middle_of_pictures(self):
@@ -116,25 +117,25 @@ class Loop(InFolder):
         process.send_signal(signal.SIGINT)
         out, err = process.communicate(timeout=60)
         self.assertEqual(process.returncode, 130, out + err)
-        self.assertIn("the recording is whole up to here", err)
+        self.assertIn("Ctrl-C", err)
         info = self.run_here("info", "lap.mcap", "--json")
         self.assertEqual(info.code, 0, info.err)
         topics = {topic["topic"]: topic for topic in info.records[0]["topics"]}
-        self.assertGreater(topics["/tag_detections"]["messages"], 1, "found in the pictures")
+        self.assertGreater(topics["/tag_detections"]["messages"], 1, "detected in the images")
 
-    def test_ctrl_c_while_the_robot_has_not_said_hello(self):
+    def test_ctrl_c_before_the_hello_of_the_robot(self):
         for words in (["teach", "--world", "circuit24", "-o", "lap.mcap"],
                       ["run", "--anchor", "0", "--tag-size-m", "0.16", "--driver", "lines", "-o", "session"]):
             words += ["--robot", "process:sleep 30"]
             process = subprocess.Popen([PROGRAM, *words], cwd=self.folder, stderr=subprocess.PIPE, stdout=subprocess.PIPE,
                                        stdin=subprocess.PIPE, text=True)
-            self.assertIn("waiting for the robot's hello", process.stderr.readline())
+            golden_page.expect(self, "robots", process.stderr.readline())
             began = time.monotonic()
             process.send_signal(signal.SIGINT)
             out, err = rest_of(process)
             self.assertEqual(process.returncode, 130, out + err)
             self.assertLess(time.monotonic() - began, 10)
-            self.assertIn("stopped before the robot said hello", err)
+            golden_page.expect(self, "robots", err)
 
     def test_a_short_way_on_pictures_over_the_wire(self):
         """Pictures as base64 JPEG, five a second, and a way of two metres: the detector in the loop of a process."""
@@ -153,7 +154,7 @@ class Loop(InFolder):
         (report,) = replayed.records
         info = self.run_here("info", "again.mcap", "--json")
         topics = {topic["topic"]: topic["messages"] for topic in info.records[0]["topics"]}
-        self.assertEqual(topics["/image_raw/compressed"], topics["/tag_detections"], "each picture with the tags found in it")
+        self.assertEqual(topics["/image_raw/compressed"], topics["/tag_detections"], "each image with its detected tags")
         self.assertTrue(report["finished"])
         self.assertLess(report["cross_track_max_m"], 0.05)
 
@@ -171,41 +172,41 @@ class Misbehaviour(InFolder):
     def teach(self, command, *more):
         return self.run_here("teach", "--robot", "process:" + command, "--world", "circuit24", "-o", "lap.mcap", *more)
 
-    def test_is_said_in_words(self):
+    def test_is_reported(self):
         odometry = """echo '{"type":"odometry","stamp_s":1,"x_m":0,"y_m":0,"yaw_rad":0,"speed_m_s":0,"yaw_rate_rad_s":0}'; """
-        for command, words in (("echo motors on", ":1: is no JSON object: 'motors on'"),
-                               ("exit 7", "ended with exit code 7"),
-                               ("no-such-robot-program", "no such program"),
+        for command, words in (("echo motors on", ":1: "),
+                               ("exit 7", "exit code 7"),
+                               ("no-such-robot-program", "no-such-robot-program"),
                                (HELLO + odometry + "sleep 0.1; kill -9 $$", "signal 9"),
-                               (HELLO + odometry + "exec >&-; sleep 30", "closed its standard output"),
-                               (HELLO + """echo '{"type":"odometry","stamp_s":NaN}'""", ":2: is no JSON"),
+                               (HELLO + odometry + "exec >&-; sleep 30", "standard output"),
+                               (HELLO + """echo '{"type":"odometry","stamp_s":NaN}'""", ":2: "),
                                (HELLO + """echo '{"type":"imu","stamp_s":2}'""", "imu.angular_velocity_rad_s"),
-                               (HELLO + odometry + odometry.replace('_s":1,', '_s":0.5,'), "went back by 0.500 s")):
+                               (HELLO + odometry + odometry.replace('_s":1,', '_s":0.5,'), "0.500 s")):
             outcome = self.teach(command)
             self.assertEqual(outcome.code, 1, outcome.err)
             self.assertIn(words, outcome.err)
             if '"odometry"' not in command:
-                self.assertFalse((self.folder / "lap.mcap").exists(), "nothing was recorded, nothing is left")
+                self.assertFalse((self.folder / "lap.mcap").exists(), "nothing was recorded, no file is left")
             if "kill" in command:
-                self.assertTrue((self.folder / "lap.mcap").exists(), "what was recorded is kept")
+                self.assertTrue((self.folder / "lap.mcap").exists(), "the recorded part is kept")
             (self.folder / "lap.mcap").unlink(missing_ok=True)
 
-    def test_a_file_that_cannot_be_written_is_said_before_the_robot_starts(self):
+    def test_an_unwritable_file_is_reported_before_the_robot_starts(self):
         (self.folder / "lap.mcap").write_text("mine")
         outcome = self.teach("touch started; sleep 5")
         self.assertEqual(outcome.code, 1)
-        self.assertIn("File exists", outcome.err)
+        self.assertIn("lap.mcap: ", outcome.err)
         self.assertFalse((self.folder / "started").exists())
         self.assertEqual((self.folder / "lap.mcap").read_text(), "mine")
 
-    def test_words_pass_and_the_unknown_is_said_once(self):
+    def test_texts_are_printed_and_an_unknown_type_is_reported_once(self):
         strange = """for i in 1 2 3; do echo '{"type":"sonar","stamp_s":1}'; done; """
         log = """echo '{"type":"log","text":"battery low"}'; echo '{"type":"log","text":"red [31malert"}'
                  echo from stderr >&2; exit 1""".replace("[31m", "\\u001b[31m")
         outcome = self.teach(HELLO + strange + log)
         self.assertEqual(outcome.err.count("type 'sonar'"), 1, outcome.err)
         self.assertIn("robot: battery low", outcome.err)
-        self.assertIn("robot: red \\x1b[31malert", outcome.err, "a terminal obeys none of it")
+        self.assertIn("robot: red \\x1b[31malert", outcome.err, "control characters are escaped")
         self.assertNotIn("\x1b", outcome.err)
         self.assertIn("from stderr", outcome.err)
 
@@ -219,17 +220,18 @@ class Misbehaviour(InFolder):
         self.assertEqual(len(played.out.splitlines()), 2, played.out)
 
     def test_usage(self):
-        for words, said in ((["--robot", "process:"], "names no command"),
+        for words, part in ((["--robot", "process:"], "process:"),
                             (["--robot", "process:true"], "--anchor"),
                             (["--robot", "process:true", "--anchor", "0"], "--tag-size-m"),
                             (["--robot", "process:true", "--anchor", "zero", "--tag-size-m", "1"], "zero"),
                             (["--robot", "proces", "--world", "circuit24"], "process:CMD"),
                             (["--robot", "gazebo", "--world", "circuit24"], "gazebo:PROFILE"),
-                            (["--world", "circuit24", "--anchor", "0"], "already says"),
-                            (["--robot", "process:true", "--world", "circuit24", "--driver", "hands"], "no driver")):
+                            (["--world", "circuit24", "--anchor", "0"], "--anchor"),
+                            (["--robot", "process:true", "--world", "circuit24", "--driver", "hands"], "'hands'")):
             outcome = self.run_here("teach", "-o", "x.mcap", *words)
             self.assertEqual(outcome.code, 2, outcome.err)
-            self.assertIn(said, outcome.err)
+            self.assertIn(part, outcome.err)
+            golden_page.expect(self, "robots", outcome.err)
 
 
 class Example(InFolder):

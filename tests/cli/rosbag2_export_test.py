@@ -159,7 +159,7 @@ class Export(InFolder):
         (self.folder / "there").mkdir()
         self.export("lap.mcap", "bag")
         for words, code, said in (
-                ("lap.mcap there --format rosbag2", 1, "this folder exists already"),
+                ("lap.mcap there --format rosbag2", 1, "the folder exists already"),
                 ("lap.mcap new --format rosbag2 --ros-distro dashing", 2, "no layout of 'dashing' is known"),
                 ("lap.mcap new --format rosbag2 --storage tape", 2, "no storage is called 'tape'"),
                 ("lap.mcap new.mcap --ros-distro humble", 2, "It needs --format rosbag2."),

@@ -140,7 +140,7 @@ READERS = {
     "world in SDF": ("world import {file}/world.sdf -o {new}.yaml",),
     "sheet": ("detect {file} --json",),
     "detections": ("evaluate detections --truth truth.csv --detections {file}",
-                   (1, "pictures show two tags", f"calibrate camera --detections {{file}} {BOARD}")),
+                   (1, "images show two tags", f"calibrate camera --detections {{file}} {BOARD}")),
 }
 
 # Verbs without a row, and why.

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""`waymark samples`: what it writes is what it says, to the verbs that read it.
+"""`waymark samples`: other verbs read its files and find the ground truth.
 
 usage: samples_test.py PROGRAM [FOLDER] [unittest options]     FOLDER: where the samples stay, for the labs' test
 """
@@ -14,10 +14,11 @@ import unittest
 FOLDER = pathlib.Path(sys.argv.pop(2)).resolve() if len(sys.argv) > 2 and not sys.argv[2].startswith("-") else None
 
 from harness import InFolder, waymark  # noqa: E402  it takes the program's name from sys.argv
+import golden_page
 
 
 def same_files(one, other):
-    """The names of the files that differ, beside the run times of the map's summary."""
+    """The names of the files that differ, except summary.json of the map, which contains run times."""
     names = {p.relative_to(one) for p in one.rglob("*") if p.is_file()} | {p.relative_to(other) for p in other.rglob("*") if p.is_file()}
     return sorted(str(n) for n in names if n.name != "summary.json" and
                   not ((one / n).exists() and (other / n).exists() and (one / n).read_bytes() == (other / n).read_bytes()))
@@ -36,7 +37,7 @@ class Samples(InFolder):
         if FOLDER is None:
             shutil.rmtree(cls.made.parent)
 
-    def test_the_folder_holds_what_is_listed(self):
+    def test_the_folder_contains_the_listed_files(self):
         self.assertEqual((self.outcome.code, self.outcome.err), (0, ""))
         (report,) = self.outcome.records
         self.assertEqual(sorted(report["files"]), sorted(p.name for p in self.made.iterdir()))
@@ -45,7 +46,7 @@ class Samples(InFolder):
             self.assertTrue(name == "README.txt" or f"\n{name}: " in text, name)
         self.assertFalse(pathlib.Path(f"{self.made}.part").exists())
 
-    def test_detector_finds_the_corners_of_the_truth(self):
+    def test_detected_corners_agree_with_the_ground_truth(self):
         truth = json.loads((self.made / "pictures/truth.json").read_text())
         found = self.run_here("detect", "--json", self.made / "pictures").records
         self.assertEqual(len(found), 6)
@@ -56,7 +57,7 @@ class Samples(InFolder):
                 apart = [abs(a - b) for s, t in zip(seen["corners_px"], right[seen["tag"]]) for a, b in zip(s, t)]
                 self.assertLess(max(apart), 0.5, seen["tag"])
 
-    def test_calibration_finds_the_lens(self):
+    def test_calibration_estimates_the_camera_model(self):
         outcome = self.run_here("calibrate", "camera", self.made / "calibration", "--cols", 6, "--rows", 5, "--tag-size-m", 0.03, "--json")
         self.assertEqual(outcome.code, 0, outcome.err)
         found = outcome.records[0]["parameters"]
@@ -69,12 +70,13 @@ class Samples(InFolder):
             outcome = self.run_here("localize", self.made / lap, "--map", self.made / "map", "-o", self.folder / lap, "--json")
             self.assertEqual(outcome.code, 0, outcome.err)
 
-    def test_nothing_is_written_over(self):
+    def test_existing_files_are_not_overwritten(self):
         (self.folder / "mine").mkdir()
         (self.folder / "mine/lap.mcap").write_text("mine")
         refused = self.run_here("samples", "mine")
         self.assertEqual(refused.code, 1)
-        self.assertIn("this folder is not empty", refused.err)
+        self.assertIn("mine: ", refused.err)
+        golden_page.expect(self, "cli", refused.err)
         self.assertFalse((self.folder / "mine.part").exists())
         self.assertEqual((self.folder / "mine/lap.mcap").read_text(), "mine")
         (self.folder / "file").write_text("a file")
@@ -83,7 +85,7 @@ class Samples(InFolder):
         self.assertEqual(self.run_here("samples").code, 2)
 
     @unittest.skipUnless("WAYMARK_FULL" in os.environ, "takes long: WAYMARK_FULL")
-    def test_the_same_seed_gives_the_same_files_and_another_others(self):
+    def test_the_files_depend_on_the_seed(self):
         for seed in (1, 2):
             self.assertEqual(self.run_here("samples", f"again-{seed}", "--seed", seed).code, 0)
         self.assertEqual(same_files(self.made, self.folder / "again-1"), [])

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""Attacks on the server of a running robot, from this machine on 127.0.0.1 alone: connections without end, slow ones, seats taken without the
-token. Throughout the token's owner gets in, the recording goes on, and any viewer stops the robot.
+"""Attacks on the server of a running robot, only from 127.0.0.1: many connections, slow connections, seats taken without the token. Meanwhile the
+owner of the token can connect, the recording continues, and any viewer can stop the robot.
 
 usage: server_attack_test.py PROGRAM
 """
@@ -16,8 +16,8 @@ import time
 from live_client import Client, Refused
 from live_test import PROGRAM, Robot
 
-DESCRIPTORS = 160  # for the program under attack
-SEATS = 48  # what it may give to connections then: (160 - 64) / 2
+DESCRIPTORS = 160  # limit for the attacked program
+SEATS = 48  # connections that it may then accept: (160 - 64) / 2
 
 
 @contextlib.contextmanager
@@ -36,7 +36,7 @@ def upgrade_bytes(robot):
 
 
 def flood(robot, count, data):
-    """So many connections that send this and nothing more."""
+    """Opens this many connections that send only these bytes."""
     held = []
     for _ in range(count):
         one = socket.socket()
@@ -49,7 +49,7 @@ def flood(robot, count, data):
 
 
 def wait_until(reached, what, seconds=60):
-    """A busy server answers late: waits until reached() holds."""
+    """Waits until reached() holds, because a busy server answers late."""
     end = time.monotonic() + seconds
     while not reached():
         assert time.monotonic() < end, f"not within {seconds} s: {what}"
@@ -57,7 +57,7 @@ def wait_until(reached, what, seconds=60):
 
 
 def still_open(connections):
-    """How many the server has not closed, of those that were connected or wait to be."""
+    """Number of connections, accepted or waiting, that the server has not closed."""
     count = 0
     for one in connections:
         one.setblocking(False)
@@ -80,19 +80,19 @@ def owner_gets_in(robot, seconds=5):
     assert robot.ask(f"/session.json?token={robot.token}")[0] == 200
     client = robot.client()
     assert client.wait_for_op("control")["may"] is True
-    assert time.monotonic() - start < seconds, "the owner waited"
+    assert time.monotonic() - start < seconds, "the owner had to wait"
     return client
 
 
 def attacked_while_teaching(robot):
     owner = robot.client()
     owner.watch_state()
-    owner.say(op="order", order="go")
+    owner.send(op="order", order="go")
     owner.wait_for_phase("teaching")
     with owner.looked_at():
         held = flood(robot, 400, upgrade_bytes(robot))  # web sockets count as connections
         assert descriptors_of(robot) < DESCRIPTORS - 20, descriptors_of(robot)
-        owner.wait_for_state(lambda state: state["phase"] == "teaching")  # the one that was there stays
+        owner.wait_for_state(lambda state: state["phase"] == "teaching")  # the existing connection stays open
         wait_until(lambda: still_open(held) <= SEATS, "more connections than seats")
         owner_gets_in(robot).close()
         held += flood(robot, 200, b"GET / HTTP/1.1\r\nHost: ")  # never finished
@@ -123,7 +123,7 @@ def viewers_without_the_token(robot):
 
 def anybody_stops(robot):
     end = time.monotonic() + 10
-    while True:  # the watchers of before are still leaving
+    while True:  # the previous watchers may still be connected
         try:
             watcher = robot.client(token=False)
             watcher.watch_state()
@@ -134,15 +134,15 @@ def anybody_stops(robot):
     owner = robot.client()
     owner.watch_state()
     if watcher.wait_for_state(lambda _: True)["phase"] != "teaching":
-        owner.say(op="order", order="go")
+        owner.send(op="order", order="go")
         watcher.wait_for_phase("teaching")
     else:
-        owner.say(op="take")
+        owner.send(op="take")
     with owner.looked_at():
         owner.wait_for_op("control", yours=True)
-        watcher.say(op="order", order="go")
+        watcher.send(op="order", order="go")
         assert "watches" in watcher.wait_for_op("status")["message"]
-        watcher.say(op="order", order="stop")
+        watcher.send(op="order", order="stop")
         watcher.wait_for_phase("idle")
     foxglove = Client(robot.url, protocol="foxglove.sdk.v1", target="/")
     assert foxglove.wait_for_op("serverInfo")["capabilities"] == ["clientPublish"]
@@ -156,7 +156,7 @@ def stop(*environment):
 
 
 def waymark_stop_works_in_a_flood(folder):
-    """Two drives; both are reached while their servers have no seat left."""
+    """Two drives: `stop` reaches both while their servers are full."""
     runtime = ("XDG_RUNTIME_DIR", str(folder))
     assert stop(runtime).returncode == 1 and "no drive" in stop(runtime).stderr
     os.environ["XDG_RUNTIME_DIR"] = str(folder)
@@ -168,7 +168,7 @@ def waymark_stop_works_in_a_flood(folder):
     for robot in robots:
         owner = robot.client()
         owner.watch_state()
-        owner.say(op="order", order="go")
+        owner.send(op="order", order="go")
         owner.wait_for_phase("teaching")
         held += [owner, *flood(robot, 200, upgrade_bytes(robot)), *flood(robot, 64, b"GET / HTTP/1.1\r\n")]
     start = time.monotonic()
@@ -182,7 +182,7 @@ def waymark_stop_works_in_a_flood(folder):
     for one in held:
         one.close()
     assert stop(runtime).returncode == 1
-    assert not list((folder / "waymark").iterdir()), "sockets go with their drives"
+    assert not list((folder / "waymark").iterdir()), "sockets are removed with their drives"
 
 
 def slow_ones_from_elsewhere():
@@ -201,7 +201,7 @@ def main():
             attacked_while_teaching(robot)
             viewers_without_the_token(robot)
             anybody_stops(robot)
-        assert list(pathlib.Path(folder).rglob("*.mcap")), "the recording is there"
+        assert list(pathlib.Path(folder).rglob("*.mcap")), "the recording exists"
     slow_ones_from_elsewhere()
     with tempfile.TemporaryDirectory(prefix="waymark-stop-") as folder:
         waymark_stop_works_in_a_flood(pathlib.Path(folder))

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Tag sheets and calibration boards as a user meets them: files, summaries, and mistakes answered in words.
+"""Tag sheets and calibration boards: files, summaries, and errors.
 
 usage: tags_test.py PROGRAM [unittest options]
 """
@@ -10,6 +10,9 @@ import subprocess
 import sys
 import tempfile
 import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import golden_page  # noqa: E402
 
 PROGRAM = None
 FAMILIES = ("tag16h5", "tag25h9", "tag36h10", "tag36h11", "tagCircle21h7", "tagCircle49h12", "tagCustom48h12",
@@ -41,10 +44,11 @@ class InFolder(unittest.TestCase):
 
 
 class Sheet(InFolder):
-    def test_the_common_job(self):
+    def test_a_sheet_as_pdf(self):
         done = self.ok("tags sheet --family 36h11 --ids 0-23 --tag-size-m 0.16 --paper A4 -o tags.pdf")
-        self.assertIn("tags.pdf: 24 pages A4, 1 tag a page, tag36h11 of 0.16 m", done.stdout)
-        self.assertIn("Print at 100 %", done.stderr)
+        for part in ("tags.pdf: 24 pages A4", "tag36h11", "0.16 m"):
+            self.assertIn(part, done.stdout)
+        golden_page.expect(self, "tags", done.stdout + done.stderr)
         info = subprocess.run(["pdfinfo", self.folder / "tags.pdf"], capture_output=True, text=True, check=True).stdout
         self.assertRegex(info, r"Pages: +24")
         self.assertRegex(info, r"Page size: +595\.\d+ x 841\.\d+ pts \(A4\)")
@@ -74,43 +78,44 @@ class Sheet(InFolder):
                 for side in (right - left, bottom - top):  # upright: the first corner is the upper left one
                     self.assertLess(abs(side / dpi * 0.0254 - size_m), 1e-4, detection)
 
-    def test_every_kind_in_any_case(self):
+    def test_the_extension_may_be_in_upper_case(self):
         self.ok("tags sheet --ids 0 --tag-size-m 0.05 --dpi 50 -o a.PNG")
         self.assertEqual((self.folder / "a.PNG").read_bytes()[:4], b"\x89PNG")
 
-    def test_mistakes_say_the_way_out(self):
+    def test_errors_suggest_a_fix(self):
         usual = "tags sheet --ids 0 --tag-size-m 0.05 -o t.pdf"
         for words, answer in (
-                ("tags sheet --ids 0 --tag-size-m 0.17 -o t.pdf", "The largest size that does: 0.16 m. The smallest paper that would do: Tabloid."),
-                ("tags sheet --ids 0 --tag-size-m 160 -o t.pdf", "Sizes are in metres: 160 mm is 0.16."),
-                ("tags sheet --ids 0 --tag-size-m 0 -o t.pdf", "(--tag-size-m): 0 m is no size"),
-                ("tags sheet --ids 0 --tag-size-m -0.1 -o t.pdf", "(--tag-size-m): -0.1 m is no size"),
-                ("tags sheet --ids 0 --tag-size-m nan -o t.pdf", "(--tag-size-m): nan is not a number"),
-                ("tags sheet --ids 0 --tag-size-m inf -o t.pdf", "(--tag-size-m): inf m is no size"),
+                ("tags sheet --ids 0 --tag-size-m 0.17 -o t.pdf", "Tabloid"),
+                ("tags sheet --ids 0 --tag-size-m 160 -o t.pdf", "0.16"),
+                ("tags sheet --ids 0 --tag-size-m 0 -o t.pdf", "(--tag-size-m): 0 m"),
+                ("tags sheet --ids 0 --tag-size-m -0.1 -o t.pdf", "(--tag-size-m): -0.1 m"),
+                ("tags sheet --ids 0 --tag-size-m nan -o t.pdf", "(--tag-size-m): nan"),
+                ("tags sheet --ids 0 --tag-size-m inf -o t.pdf", "(--tag-size-m): inf m"),
                 ("tags sheet --ids 0 --tag-size-m big -o t.pdf", "--tag-size-m"),
-                ("tags sheet --ids 0 -o t.pdf", "--tag-size-m is required"),
-                ("tags sheet --tag-size-m 0.05 -o t.pdf", "--ids is required"),
-                ("tags sheet --ids 0 --tag-size-m 0.05", "--output is required"),
-                ("tags sheet --ids 587 --tag-size-m 0.05 -o t.pdf", "tag36h11 has the numbers 0 to 586."),
-                ("tags sheet --ids 3-1 --tag-size-m 0.05 -o t.pdf", "Write 1-3."),
-                ("tags sheet --ids a --tag-size-m 0.05 -o t.pdf", "Write them as in 0-3,7,9."),
-                ("tags sheet --ids 1,1 --tag-size-m 0.05 -o t.pdf", "tag number 1 is named twice"),
-                ("tags sheet --ids 0 --tag-size-m 0.05 -o t.jpg", "Let it end in .pdf, .svg or .png."),
-                (usual + " --paper A44", "(--paper): unknown paper 'A44'. Did you mean 'A4'?"),
-                (usual + " --family 36h1", "Did you mean 'tag36h1"),
-                (usual + " --orientation potrait", "Did you mean 'portrait'?"),
-                (usual + " --per-page 50", "do not fit on one page of A4"),
-                (usual + " --margin-m 2", "(--margin-m): 2 is outside [0, 0.1]"),
-                (usual + " --papper A4", "Did you mean '--paper'?"),
+                ("tags sheet --ids 0 -o t.pdf", "--tag-size-m"),
+                ("tags sheet --tag-size-m 0.05 -o t.pdf", "--ids"),
+                ("tags sheet --ids 0 --tag-size-m 0.05", "--output"),
+                ("tags sheet --ids 587 --tag-size-m 0.05 -o t.pdf", "586"),
+                ("tags sheet --ids 3-1 --tag-size-m 0.05 -o t.pdf", "1-3"),
+                ("tags sheet --ids a --tag-size-m 0.05 -o t.pdf", "0-3,7,9"),
+                ("tags sheet --ids 1,1 --tag-size-m 0.05 -o t.pdf", "--ids"),
+                ("tags sheet --ids 0 --tag-size-m 0.05 -o t.jpg", ".pdf, .svg or .png"),
+                (usual + " --paper A44", "'A4'?"),
+                (usual + " --family 36h1", "'tag36h1"),
+                (usual + " --orientation potrait", "'portrait'?"),
+                (usual + " --per-page 50", "A4"),
+                (usual + " --margin-m 2", "[0, 0.1]"),
+                (usual + " --papper A4", "'--paper'?"),
                 ("tags sheet --ids 0 --tag-size-m 0.05 --dpi 1 -o t.png", "(--dpi)"),
-                ("tags shet --ids 0", "Did you mean 'sheet'?")):
+                ("tags shet --ids 0", "'sheet'?")):
             done = self.run_here(words)
             self.assertEqual(done.returncode, 2, words)
             self.assertIn(answer, done.stderr, words)
+            golden_page.expect(self, "tags", done.stderr)
             self.assertEqual(done.stdout, "", words)
         self.assertEqual(self.names(), [])
 
-    def test_what_cannot_be_written_is_a_failure(self):
+    def test_an_unwritable_file_is_a_failure(self):
         for path in ("nowhere/t.pdf", "/proc/t.svg"):
             done = self.run_here(f"tags sheet --ids 0 --tag-size-m 0.05 -o {path}")
             self.assertEqual(done.returncode, 1, done.stderr)
@@ -119,7 +124,7 @@ class Sheet(InFolder):
         self.assertEqual(self.run_here("tags sheet --ids 0 --tag-size-m 0.05 -o t.pdf").returncode, 1)
 
 
-    def test_a_file_that_is_there_is_replaced_only_when_asked(self):
+    def test_an_existing_file_is_replaced_only_with_force(self):
         for words, name in (("tags sheet --ids 0 --tag-size-m 0.05 -o t.pdf", "t.pdf"),
                             ("tags sheet --ids 0-9 --tag-size-m 0.1 -o t.svg", "t-3.svg"),
                             ("tags board --tag-size-m 0.02 -o b.pdf", "b.pdf"),
@@ -127,7 +132,9 @@ class Sheet(InFolder):
             (self.folder / name).write_text("mine")
             done = self.run_here(words)
             self.assertEqual((done.returncode, done.stdout), (1, ""), done.stderr)
-            self.assertIn(f"{name}: there is a file already. Give another name with -o, or --force", done.stderr)
+            self.assertIn(f"{name}: ", done.stderr)
+            self.assertIn("--force", done.stderr)
+            golden_page.expect(self, "tags", done.stderr)
             self.assertEqual((self.folder / name).read_text(), "mine")
             self.ok(words + " --force")
             self.assertNotIn("mine", (self.folder / name).read_bytes()[:9].decode("latin1"))
@@ -140,9 +147,9 @@ class Board(InFolder):
         self.assertEqual((self.folder / "board.yaml").read_text(),
                          "target_type: 'aprilgrid'\ntagCols: 6\ntagRows: 5\ntagSize: 0.024\ntagSpacing: 0.3\n")
 
-    def test_a_separate_one_is_read_back_from_the_lower_left_corner(self):
+    def test_detect_reads_a_separate_board_back_from_the_lower_left_corner(self):
         done = self.ok("tags board --style separate --cols 4 --rows 3 --tag-size-m 0.03 --spacing 0.25 --dpi 100 -o board.png")
-        self.assertIn("separate board of 4 x 3 tags", done.stdout)
+        self.assertIn("4 x 3 tags", done.stdout)
         (record,) = [json.loads(line) for line in self.ok("detect --json board.png").stdout.splitlines()]
         places = {d["id"]: d["center_px"] for d in record["detections"]}
         self.assertEqual(sorted(places), list(range(12)))
@@ -151,22 +158,25 @@ class Board(InFolder):
             self.assertLess(abs(x - places[0][0] - number % 4 * pitch_px), 0.2)
             self.assertLess(abs(places[0][1] - y - number // 4 * pitch_px), 0.2)
 
-    def test_an_aprilgrid_says_who_reads_it(self):
-        self.assertIn("they want --style separate", self.ok("tags board --tag-size-m 0.02 -o board.svg").stderr)
+    def test_an_aprilgrid_has_a_note_about_its_detectors(self):
+        done = self.ok("tags board --tag-size-m 0.02 -o board.svg")
+        self.assertIn("--style separate", done.stderr)
+        golden_page.expect(self, "tags", done.stderr)
 
-    def test_mistakes_say_the_way_out(self):
+    def test_errors_suggest_a_fix(self):
         for words, answer in (
-                ("--tag-size-m 0.03 -o b.pdf", "The largest tags that do: 0.0246 m. The smallest paper that would do: Tabloid."),
-                ("--tag-size-m 0.02 --cols 0 -o b.pdf", "(--cols): 0 is outside [1, 100]"),
+                ("--tag-size-m 0.03 -o b.pdf", "0.0246 m"),
+                ("--tag-size-m 0.02 --cols 0 -o b.pdf", "[1, 100]"),
                 ("--tag-size-m 0.02 --spacing nan -o b.pdf", "(--spacing)"),
-                ("--tag-size-m 0.02 --style grid -o b.pdf", "unknown board style 'grid'"),
-                ("--tag-size-m 0.02 --family standard41h12 -o b.pdf", "Take tag36h11, or the style 'separate'."),
-                ("--tag-size-m 0.02 --style separate --kalibr-yaml -o b.pdf", "Take the style 'aprilgrid'."),
-                ("--tag-size-m 0.02 --first-id 580 -o b.pdf", "would need tag 615"),
-                ("-o b.pdf", "--tag-size-m is required")):
+                ("--tag-size-m 0.02 --style grid -o b.pdf", "'grid'"),
+                ("--tag-size-m 0.02 --family standard41h12 -o b.pdf", "'separate'"),
+                ("--tag-size-m 0.02 --style separate --kalibr-yaml -o b.pdf", "'aprilgrid'"),
+                ("--tag-size-m 0.02 --first-id 580 -o b.pdf", "615"),
+                ("-o b.pdf", "--tag-size-m")):
             done = self.run_here("tags board " + words)
             self.assertEqual(done.returncode, 2, words)
             self.assertIn(answer, done.stderr, words)
+            golden_page.expect(self, "tags", done.stderr)
         self.assertEqual(self.names(), [])
 
 

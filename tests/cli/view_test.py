@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""`waymark view` over the wire: the page, ranges, who is refused, what cannot be asked for, hostile and slow clients, Ctrl-C.
+"""`waymark view` over HTTP: the page, ranges, refused requests, hostile and slow clients, Ctrl-C.
 
 usage: view_test.py PROGRAM
 """
@@ -45,7 +45,7 @@ class Server:
         return answer.status, dict(answer.getheaders()), body
 
     def raw(self, data):
-        """What comes back for these bytes, until the server hangs up."""
+        """The answer to these bytes, until the server closes the connection."""
         out = b""
         with socket.create_connection((self.url.hostname, self.url.port), timeout=20) as s:
             try:
@@ -54,7 +54,7 @@ class Server:
                 while piece := s.recv(65536):
                     out += piece
             except ConnectionError:
-                pass  # the server hung up first
+                pass  # the server closed the connection first
             except OSError as error:
                 assert error.errno == errno.ENOTCONN
         return out
@@ -97,8 +97,8 @@ def hostile(server):
     for junk in (b"\0" * 100, b"GET / HTTP/1.1\r\nHost: " + b"a" * 20000 + b"\r\n\r\n", b"GET /" + b"../" * 5000 + b" HTTP/1.1\r\n\r\n",
                  b"POST / HTTP/1.1\r\nContent-Length: 99999999999\r\n\r\n" + b"x" * 1000, b"GET / HTTP/1.1\r\nRange: bytes=", b"\x16\x03\x01", b""):
         assert len(server.raw(junk)) < 20000
-    silent = [socket.create_connection((server.url.hostname, server.url.port)) for _ in range(40)]  # they never say a word
-    greedy = socket.create_connection((server.url.hostname, server.url.port))  # asks, and never reads
+    silent = [socket.create_connection((server.url.hostname, server.url.port)) for _ in range(40)]  # they send nothing
+    greedy = socket.create_connection((server.url.hostname, server.url.port))  # requests, and never reads
     greedy.sendall(f"GET /files/0/x HTTP/1.1\r\nHost: 127.0.0.1:{server.url.port}\r\n\r\n".encode() * 20)
     assert server.ask("/session.json")[0] == 200
     for s in (*silent, greedy):
@@ -110,11 +110,11 @@ def page(server):
     status, headers, body = server.ask("/", Accept_Encoding="gzip")
     assert status == 200 and headers["Content-Type"].startswith("text/html")
     text = (gzip.decompress(body) if headers.get("Content-Encoding") == "gzip" else body).decode()
-    if "notices.txt" in text:  # licences of the packages whose code is in the page
+    if "notices.txt" in text:  # licences of packages in the page
         notices = gzip.decompress(server.ask("/notices.txt", Accept_Encoding="gzip")[2]).decode()
         assert all(name in notices for name in ("three ", "@mcap/core ", "uplot ")), notices[:200]
     assert "Waymark" in text
-    assert "http://" not in text and "https://" not in text  # nothing from elsewhere
+    assert "http://" not in text and "https://" not in text  # no resources of other hosts
 
 
 def failures(folder):
@@ -122,9 +122,9 @@ def failures(folder):
         return subprocess.run([PROGRAM, "view", *map(str, words)], capture_output=True, text=True, check=False, timeout=60)
     (folder / "nothing.mcap").touch()
     (folder / "some.json").write_text("{}")
-    for path, words in ((folder / "nothing.mcap", "nothing.mcap: the file is empty"),
-                        (folder / "some.json", "neither a recording nor the YAML of a map"),
-                        (folder / "none.mcap", "no such file"), (folder / "empty", "no recording"), (folder / "text.bag", "waymark convert")):
+    for path, words in ((folder / "nothing.mcap", "nothing.mcap: "),
+                        (folder / "some.json", "some.json: "),
+                        (folder / "none.mcap", "none.mcap: "), (folder / "empty", "empty: "), (folder / "text.bag", "waymark convert")):
         done = run(path)
         assert done.returncode == 1 and words in done.stderr, done.stderr
     assert run("--port", "70000").returncode == 2
@@ -135,27 +135,27 @@ def listening_everywhere():
         token = server.url.query
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as s:
             try:
-                s.connect(("192.0.2.1", 9))  # sends nothing; says by which address this machine would go
+                s.connect(("192.0.2.1", 9))  # sends nothing; selects the address of this machine for outgoing traffic
                 own = s.getsockname()[0]
             except OSError:
                 own = None  # no network at all
-        said = []
-        while own and not any(own in line for line in said):
-            said.append(server.process.stderr.readline())
-            assert said[-1] and "Ctrl-C ends" not in said[-1], said
+        lines = []
+        while own and not any(own in line for line in lines):
+            lines.append(server.process.stderr.readline())
+            assert lines[-1] and "Ctrl-C ends" not in lines[-1], lines
         if own:
-            assert f"from another machine: http://{own}:{server.url.port}/?{token}" in said[-1], said
+            assert f" http://{own}:{server.url.port}/?{token}" in lines[-1], lines
 
 
 def a_cut_recording(folder):
     data = (made(PROGRAM, *LAP_OF_SQUARE) / "lap.mcap").read_bytes()
     (folder / "cut.mcap").write_bytes(data[:len(data) // 2])
     with Server(folder / "cut.mcap", "--port", "0") as server:
-        said = []
-        while "recover" not in "".join(said):
-            said.append(server.process.stderr.readline())
-            assert said[-1] and "Ctrl-C ends" not in said[-1], said
-        assert f"`waymark recover {folder / 'cut.mcap'} " in said[-1], said
+        lines = []
+        while "recover" not in "".join(lines):
+            lines.append(server.process.stderr.readline())
+            assert lines[-1] and "Ctrl-C ends" not in lines[-1], lines
+        assert f"`waymark recover {folder / 'cut.mcap'} -o " in lines[-1], lines
 
 
 def main():
@@ -175,7 +175,7 @@ def main():
             refusals(server)
             hostile(server)
             page(server)
-            with Server("--port", server.url.port) as other:  # the port is taken: another one
+            with Server("--port", server.url.port) as other:  # the port is in use: another one is chosen
                 assert other.url.port != server.url.port
                 assert json.loads(other.ask("/session.json")[2]) == {"files": [], "live": False}
         failures(folder)

@@ -48,4 +48,4 @@ expect '^tag 7: -?0.00[0-9] -?0.0[0-9]+ 0.25[34] m$' "$(build/detect sheet.png c
 build/own_robot nowhere >/dev/null 2>own.log && exit 1
 expect 'nowhere' "$(cat own.log)"
 words=$("$waymark" world check nowhere 2>&1) && exit 1
-grep -qF "$scratch/prefix/share/waymark/worlds: there is no 'nowhere'" <<<"$words" || { echo "$words" >&2; exit 1; }
+grep -qF "there is no 'nowhere' in $scratch/prefix/share/waymark/worlds" <<<"$words" || { echo "$words" >&2; exit 1; }

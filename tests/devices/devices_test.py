@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Cameras by Linux' own driver and gamepads by its uinput, in a machine that has them (machine.py).
+"""Cameras of Linux' own driver and gamepads of its uinput, in a virtual machine (machine.py).
 
 usage: devices_test.py PROGRAM FOLDER [TestClass.test]"""
 import json
@@ -12,11 +12,11 @@ import sys
 import lap_player
 import machine
 
-MOST_S = 900
-MOST_PX = 0.02  # between the corners of a rendered picture and of the same one through the driver
-LEAST_SAME = 0.99
-MOST_RMSE_M = 0.15  # pictures come 0.06 to 0.12 s late through queues of the driver, which nothing measures: 29 mm for the rendered lap itself
-PICTURES_HZ = 60  # of a lap that is played at half its speed to a camera that takes at most as many
+MAX_S = 900
+MAX_PX = 0.02  # between the corners of a rendered picture and of the same one through the driver
+MIN_SAME = 0.99
+MAX_RMSE_M = 0.15  # images are 0.06 to 0.12 s late in the driver's queues, which is not measured; the rendered lap itself has 29 mm
+PICTURES_HZ = 60  # of a lap played at half its speed, to a camera with at most this rate
 
 
 def tag_frames(program: pathlib.Path, path: pathlib.Path) -> list:
@@ -27,31 +27,31 @@ def tag_frames(program: pathlib.Path, path: pathlib.Path) -> list:
 
 
 def same_picture(frame, rendered: list):
-    """The stamp [ns] of the rendered picture whose tags are the same to MOST_PX; None where there is none."""
+    """The stamp [ns] of the rendered picture whose tags are the same to MAX_PX; None if there is no such picture."""
     corners = {seen.tag: seen.corners_px for seen in frame.detections}
     for other in rendered:
         theirs = {seen.tag: seen.corners_px for seen in other.detections}
-        if theirs.keys() == corners.keys() and all(abs(theirs[tag] - corners[tag]).max() < MOST_PX for tag in corners):
+        if theirs.keys() == corners.keys() and all(abs(theirs[tag] - corners[tag]).max() < MAX_PX for tag in corners):
             return other.stamp_ns
     return None
 
 
 def judge_lap(program: pathlib.Path, folder: pathlib.Path) -> int:
-    """The lap that was taught through the driver: its tags are those of the rendered pictures, in their order; and its map."""
+    """Checks the lap taught through the driver: tags equal those of the rendered pictures in their order; and its map."""
     taught = tag_frames(program, folder / "out/lap.mcap")
     rendered = tag_frames(program, folder / "lap/rendered.mcap")
     stamps = [same_picture(frame, rendered) for frame in taught]
     found = [stamp for stamp in stamps if stamp is not None]
     back = sum(b < a for a, b in zip(found, found[1:]))
-    print(f"taught through vivid: {len(found)} of {len(taught)} pictures with tags are rendered ones to {MOST_PX} px, {back} out of order")
+    print(f"taught through vivid: {len(found)} of {len(taught)} pictures with tags are rendered ones to {MAX_PX} px, {back} out of order")
     shutil.rmtree(folder / "map", ignore_errors=True)
     subprocess.run([program, "map", folder / "out/lap.mcap", "-o", folder / "map"], check=True)
     summary = json.loads((folder / "map/summary.json").read_text())
     print(f"map: {summary['tags']} tags from {summary['frames']} pictures, RMSE {1e3 * summary['tag_rmse_m']:.0f} mm, trajectory "
           f"{1e3 * summary['trajectory_rmse_m']:.0f} mm")
-    if len(found) >= LEAST_SAME * len(taught) and back == 0 and summary["tags"] == 8 and summary["tag_rmse_m"] < MOST_RMSE_M:
+    if len(found) >= MIN_SAME * len(taught) and back == 0 and summary["tags"] == 8 and summary["tag_rmse_m"] < MAX_RMSE_M:
         return 0
-    print(f"devices_test.py: expected {LEAST_SAME:.0%} of the pictures in order, and 8 tags within {MOST_RMSE_M} m", file=sys.stderr)
+    print(f"devices_test.py: expected {MIN_SAME:.0%} of the pictures in order, and 8 tags within {MAX_RMSE_M} m", file=sys.stderr)
     return 1
 
 
@@ -65,10 +65,10 @@ def main() -> int:
     lap.mkdir(parents=True, exist_ok=True)
     lap_player.record(str(program), lap, PICTURES_HZ)
     guest = shlex.join(["/usr/bin/python3", str(sources / "tests/devices/guest_test.py"), str(program), str(sources), str(lap), *sys.argv[3:]])
-    code, said = machine.boot(folder, guest, MOST_S)
-    print(said[said.find("machine: started"):])
+    code, output = machine.boot(folder, guest, MAX_S)
+    print(output[output.find("machine: started"):])
     if code is None:
-        print(f"devices_test.py: the machine did not end within {MOST_S} s", file=sys.stderr)
+        print(f"devices_test.py: the machine did not end within {MAX_S} s", file=sys.stderr)
     if code != 0:
         return 1
     return judge_lap(program, folder) if (folder / "out/lap.mcap").exists() else 0

@@ -55,16 +55,16 @@ class Devices(unittest.TestCase):
 
 class Camera(Devices):
     def connect(self, fourcc):
-        """What is written to the output of vivid comes back on its camera."""
+        """Connects the output of vivid to its camera."""
         v4l2("-d", CAMERA, "-i", "3")
         v4l2("-d", OUTPUT, "-o", "1")
-        v4l2("-d", CAMERA, "-c", "loop_video=1,osd_text_mode=2")  # no words over the pictures
+        v4l2("-d", CAMERA, "-c", "loop_video=1,osd_text_mode=2")  # no text over the pictures
         for device in (OUTPUT, CAMERA):
             v4l2("-d", device, "--set-dv-bt-timings", "index=0")  # 640 x 480
         v4l2("-d", OUTPUT, f"--set-fmt-video-out=width={WIDTH},height={HEIGHT},pixelformat={fourcc}")
 
     def feed(self, fourcc):
-        """Tags on the output of vivid."""
+        """Plays an image with tags on the output of vivid."""
         rows = pictures.scene(WIDTH, HEIGHT, TAGS)
         frame = b"".join(bytes(row) if fourcc == "GREY" else bytes(part for value in row for part in (value, 128)) for row in rows)
         (self.folder / "frames").write_bytes(frame * 4)
@@ -85,15 +85,15 @@ class Camera(Devices):
         self.assertIn("brightness", {control["name"] for control in camera["controls"]})
         print(f"vivid: {len(camera['modes'])} formats and sizes, {len(camera['controls'])} controls", flush=True)
 
-    def test_2_its_pictures_come_stamped(self):
+    def test_2_its_pictures_have_stamps(self):
         out, err = self.run_here("detect", f"v4l2:{CAMERA},size={WIDTH}x{HEIGHT}", "--json", "--duration-s", "4")
         records = [json.loads(line) for line in out.splitlines()]
         self.assertGreater(len(records), 8, err)
         stamps = [record["stamp_s"] for record in records]
         steps = [b - a for a, b in zip(stamps, stamps[1:])]
         self.assertGreater(min(steps), 0)
-        self.assertLess(abs(stamps[-1] - time.time()), 60, "times since 1970, though vivid stamps by the steady clock")
-        print(f"vivid's own pattern: {len(records)} pictures in {stamps[-1] - stamps[0]:.2f} s, least step {1e3 * min(steps):.1f} ms", flush=True)
+        self.assertLess(abs(stamps[-1] - time.time()), 60, "times since 1970, although vivid uses the steady clock")
+        print(f"vivid's own pattern: {len(records)} pictures in {stamps[-1] - stamps[0]:.2f} s, smallest step {1e3 * min(steps):.1f} ms", flush=True)
 
     def tags_through(self, fourcc):
         self.feed(fourcc)
@@ -112,20 +112,20 @@ class Camera(Devices):
         self.assertLess(worst, 0.2, "px")
         print(f"{fourcc}: {len(seen)} of {len(records)} pictures with both tags, corners within {worst:.3f} px", flush=True)
 
-    def test_3_tags_that_go_through_the_driver_as_grey_are_where_they_were(self):
+    def test_3_tags_keep_their_corners_through_the_driver_as_grey(self):
         self.tags_through("GREY")
 
-    def test_3_tags_that_go_through_the_driver_as_yuyv_are_where_they_were(self):
+    def test_3_tags_keep_their_corners_through_the_driver_as_yuyv(self):
         self.tags_through("YUYV")
 
-    def test_4_controls_are_set_and_bad_ones_refused(self):
-        least = int(v4l2("-d", CAMERA, "-l").split("brightness")[1].split("min=")[1].split()[0])  # that of the input that is chosen
+    def test_4_sets_controls_and_rejects_values_outside_their_range(self):
+        least = int(v4l2("-d", CAMERA, "-l").split("brightness")[1].split("min=")[1].split()[0])  # of the selected input
         self.run_here("detect", f"v4l2:{CAMERA},brightness={least + 90}", "--duration-s", "0.5")
         self.assertIn(f"brightness: {least + 90}", v4l2("-d", CAMERA, "-C", "brightness"))
         _, err = self.run_here("detect", f"v4l2:{CAMERA},brightness=9000", "--duration-s", "0.5", code=2)
         self.assertIn(f"from {least} to {least + 255}", err)
 
-    def test_5_a_camera_that_another_program_streams_from_is_named(self):
+    def test_5_reports_the_program_that_uses_the_camera(self):
         other = subprocess.Popen(["v4l2-ctl", "-d", CAMERA, "--stream-mmap=3", "--stream-count=10000"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         self.addCleanup(other.wait)
         self.addCleanup(other.kill)
@@ -135,7 +135,7 @@ class Camera(Devices):
         self.assertIn("uses the camera", err)
 
     def test_6_a_lap_is_taught_through_the_driver(self):
-        """devices_test.py makes a map of it, which would take minutes here."""
+        """devices_test.py maps it, which would take minutes here."""
         self.connect("GREY")
         player = shlex.join(["/usr/bin/python3", str(ROOT / "tests/devices/lap_player.py"), "play", LAP, OUTPUT, str(SLOWER)])
         _, words = self.run_here("teach", "--robot", f"process:{player}", "--robot-file", "mbot", "--world", "mbot-square", "--camera-source",
@@ -143,7 +143,7 @@ class Camera(Devices):
         print(words, flush=True)
         self.assertNotIn("clock went back", words)
 
-    def test_7_a_plug_that_is_pulled_is_waited_for(self):
+    def test_7_waits_for_an_unplugged_camera(self):
         process = self.start("detect", f"v4l2:{CAMERA}", "--json")
         self.assertTrue(process.stdout.readline(), "no picture before the plug is pulled")
         (DRIVER / "unbind").write_text("vivid.0")
@@ -153,20 +153,20 @@ class Camera(Devices):
         process.send_signal(signal.SIGINT)
         _, words = process.communicate(timeout=60)
         self.assertEqual(process.returncode, 130, words)
-        self.assertIn("not plugged in any more", words)
-        self.assertIn("there again", words)
+        self.assertIn("the camera was unplugged", words)
+        self.assertIn("connected again", words)
 
 
 class Gamepad(Devices):
     def speeds(self, recording):
-        """(time since the begin [s], speed [m/s]) by its odometry."""
+        """(time since the start [s], speed [m/s]) from the odometry of a recording."""
         self.run_here("convert", recording, "odometry.csv", "--kind", "odometry")
         with open(self.folder / "odometry.csv", encoding="utf-8") as file:
             rows = list(csv.DictReader(file))
         began = int(rows[0]["t_ns"])
         return [((int(row["t_ns"]) - began) * 1e-9, float(row["speed_m_s"])) for row in rows]
 
-    def test_drives_a_lap_stops_when_it_is_unplugged_and_ends_it_with_y(self):
+    def test_drives_stops_when_unplugged_and_ends_the_lap_with_y(self):
         held = pad.Pad()
         time.sleep(1)
         process = self.start("teach", "--world", "circuit24", "--driver", "gamepad", "-o", "lap.mcap")
@@ -186,13 +186,13 @@ class Gamepad(Devices):
         time.sleep(2)
         again.press("y")
         _, words = process.communicate(timeout=120)
-        self.assertEqual(process.returncode, 1, "a straight line is no lap, and nothing else is wrong: " + words)
-        for said in ("hold the left shoulder", "the gamepad was unplugged: the robot stands", "the gamepad is there again: let the left shoulder go once"):
-            self.assertIn(said, words)
+        self.assertEqual(process.returncode, 1, "fails only because a straight line is not a lap: " + words)
+        for text in ("hold the left shoulder", "the gamepad was unplugged", "the gamepad is connected again"):
+            self.assertIn(text, words)
         speeds = self.speeds("lap.mcap")
         moving = [speed > 0.05 for _, speed in speeds]
         drives = [i for i in range(1, len(moving)) if moving[i] and not any(moving[max(0, i - 20):i])]
-        self.assertEqual(len(drives), 2, "it drove, stood while the pad was away, and drove again")
+        self.assertEqual(len(drives), 2, "drove, stopped while the gamepad was unplugged, and drove again")
         first, second = max(speed for _, speed in speeds[:drives[1]]), max(speed for _, speed in speeds[drives[1]:])
         self.assertGreater(first, 1.3 * second)
         print(f"by uinput and SDL: {first:.2f} m/s at full stick, {second:.2f} m/s at 0.6 of it, unplugged in between", flush=True)

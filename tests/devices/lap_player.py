@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 """A simulated lap, played as a robot whose camera is Linux' own driver vivid: its pictures go in by the driver's output and come out of its camera.
 
-usage: lap_player.py record PROGRAM FOLDER HZ   drive a lap of mbot-square with that many pictures a second; keep what the robot said, its pictures as bytes
-       lap_player.py play FOLDER DEVICE SLOWER  be that robot, SLOWER times as slow, with the pictures on the output DEVICE
+usage: lap_player.py record PROGRAM FOLDER HZ   drive a lap of mbot-square with HZ pictures a second; store the robot's lines and its pictures as bytes
+       lap_player.py play FOLDER DEVICE SLOWER  play that robot SLOWER times slower, with the pictures on the output DEVICE
 """
 import json
 import os
@@ -24,15 +24,15 @@ def record(program, folder, rate_hz):
     import cv2
     import numpy
 
-    said = folder / "said.jsonl"
+    robot_lines = folder / "robot.jsonl"
     file = folder / "mbot.yaml"
     mbot = (pathlib.Path(__file__).parents[2] / "share/robots/mbot.yaml").read_text(encoding="utf-8")
     file.write_text(re.sub(r"camera_rate_hz: .*", f"camera_rate_hz: {rate_hz}", mbot), encoding="utf-8")
-    robot = f"{shlex.quote(program)} robot-sim --world mbot-square --robot-file {shlex.quote(str(file))} --images --lockstep | tee {shlex.quote(str(said))}"
+    robot = f"{shlex.quote(program)} robot-sim --world mbot-square --robot-file {shlex.quote(str(file))} --images --lockstep | tee {shlex.quote(str(robot_lines))}"
     (folder / "rendered.mcap").unlink(missing_ok=True)
     subprocess.run([program, "teach", "--robot", f"process:{robot}", "--robot-file", str(file), "--world", "mbot-square", "-o", str(folder / "rendered.mcap")], check=True)
     with open(folder / "pictures", "wb") as pictures, open(folder / "lines.jsonl", "w", encoding="utf-8") as lines:
-        for line in map(json.loads, open(said, encoding="utf-8")):
+        for line in map(json.loads, open(robot_lines, encoding="utf-8")):
             if line["type"] == "image":
                 jpeg = numpy.frombuffer(base64.b64decode(line.pop("jpeg_base64")), numpy.uint8)
                 picture = cv2.imdecode(jpeg, cv2.IMREAD_GRAYSCALE)
@@ -56,14 +56,14 @@ class Screen(threading.Thread):
             self.output.stdin.write(self.picture)
 
 
-def say(line):
+def send(line):
     print(json.dumps(line), flush=True)
 
 
 def play(folder, device, slower):
     screen = Screen(device)
     screen.start()
-    say({"type": "hello", "protocol_version": 1, "name": "player", "sends": ["odometry", "truth"], "simulated": True})
+    send({"type": "hello", "protocol_version": 1, "name": "player", "sends": ["odometry", "truth"], "simulated": True})
     began = time.monotonic()
     events = []
     for line in map(json.loads, open(folder / "lines.jsonl", encoding="utf-8")):
@@ -77,7 +77,7 @@ def play(folder, device, slower):
             for key in ("speed_m_s", "yaw_rate_rad_s"):
                 if key in line:
                     line[key] /= slower
-            say({**line, "stamp_s": time.monotonic()})  # of what the camera shows, also where the machine is late
+            send({**line, "stamp_s": time.monotonic()})  # of the shown picture, even if the machine is late
     screen.output.kill()
     os._exit(0)  # the thread may wait for the output, which is gone
 

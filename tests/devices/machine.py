@@ -69,8 +69,8 @@ def start_disk(folder: pathlib.Path, command: str) -> tuple[pathlib.Path, pathli
     return unpacked / f"boot/vmlinuz-{release}", folder / "first.gz"
 
 
-def boot(folder: pathlib.Path, command: str, most_s: float) -> tuple[int | None, str]:
-    """The exit code of a command of the shell in the machine, nothing where it did not end, and what was said."""
+def boot(folder: pathlib.Path, command: str, max_s: float) -> tuple[int | None, str]:
+    """The exit code of a shell command in the machine, None if it did not end in time, and its output."""
     image, first = start_disk(folder, command)
     out = folder / "out"
     shutil.rmtree(out, ignore_errors=True)
@@ -80,9 +80,9 @@ def boot(folder: pathlib.Path, command: str, most_s: float) -> tuple[int | None,
              "-virtfs", "local,path=/,mount_tag=host,security_model=none,readonly=on,multidevs=remap",
              "-virtfs", f"local,path={out},mount_tag=out,security_model=none"]
     try:
-        said = subprocess.run(words, stdin=subprocess.DEVNULL, capture_output=True, timeout=most_s, check=False).stdout
+        output = subprocess.run(words, stdin=subprocess.DEVNULL, capture_output=True, timeout=max_s, check=False).stdout
     except subprocess.TimeoutExpired as late:
-        said = late.stdout or b""
-    text = said.decode(errors="replace").replace("\r", "")
+        output = late.stdout or b""
+    text = output.decode(errors="replace").replace("\r", "")
     code = re.search(r"machine: ended with (\d+)", text)
     return int(code[1]) if code else None, text

@@ -13,7 +13,7 @@ FULL = 32767
 
 
 class Pad:
-    """It is plugged in as long as it is open."""
+    """Plugged in while it is open."""
 
     def __init__(self):
         self._file = os.open("/dev/uinput", os.O_WRONLY | os.O_NONBLOCK)
@@ -34,7 +34,7 @@ class Pad:
         self._event(EV_KEY, BUTTONS[button], int(down))
 
     def push(self, axis: str, share: float) -> None:
-        """From -1 to 1; forward and left are negative, as the kernel has it."""
+        """From -1 to 1; forward and left are negative, as in the kernel."""
         self._event(EV_ABS, AXES[axis], round(share * FULL))
 
     def unplug(self) -> None:

@@ -15,7 +15,7 @@ struct ControlRow {
   const char* name;
   std::int32_t min, max, step, preset;
 };
-// As a common webcam of uvcvideo has them: exposure by aperture priority.
+// The controls of a common webcam with uvcvideo: exposure by aperture priority.
 constexpr std::array kControls = {
     ControlRow{V4L2_CID_BRIGHTNESS, V4L2_CTRL_TYPE_INTEGER, "Brightness", -64, 64, 1, 0},
     ControlRow{V4L2_CID_AUTO_WHITE_BALANCE, V4L2_CTRL_TYPE_BOOLEAN, "White Balance, Automatic", 0, 1, 1, 1},
@@ -134,7 +134,7 @@ int Device::control(v4l2_control& control, bool set) {
     control.value = value == values_.end() ? row->preset : value->second;
     return 0;
   }
-  // As uvcvideo: the exposure cannot be set while it is automatic.
+  // Like uvcvideo: the exposure cannot be set while it is automatic.
   const auto mode = values_.find(V4L2_CID_EXPOSURE_AUTO);
   const bool manual = mode != values_.end() && mode->second == V4L2_EXPOSURE_MANUAL;
   if (control.id == V4L2_CID_EXPOSURE_ABSOLUTE && !manual) return EIO;

@@ -46,7 +46,7 @@ std::uint32_t size_of(const Mode& mode) {
   return mode.fourcc == V4L2_PIX_FMT_NV12 ? plane + plane / 2 : plane;
 }
 
-/// JPEG files one after the other: each ends before the next start marker that follows an end marker.
+/// Splits consecutive JPEG files: each ends before the next start marker that follows an end marker.
 std::vector<std::vector<std::uint8_t>> split_jpeg(const std::vector<std::uint8_t>& all) {
   std::vector<std::vector<std::uint8_t>> frames;
   const std::uint8_t border[] = {0xff, 0xd9, 0xff, 0xd8};
@@ -84,7 +84,7 @@ Device::Device(std::string folder, std::string node)
 
 Device::~Device() {
   if (bytes_ != nullptr) munmap(bytes_, mapped_);
-  kernel_call(SYS_close, memory_);  // the timer is closed by whoever opened the device
+  kernel_call(SYS_close, memory_);  // the caller that opened the device closes the timer
 }
 
 std::uint32_t Device::buffer_size() const {
@@ -107,7 +107,7 @@ int Device::format(v4l2_format& format, bool set) {
   if (format.type != V4L2_BUF_TYPE_VIDEO_CAPTURE || about_.modes.empty()) return EINVAL;
   if (set && fault("busy")) return EBUSY;
   if (set) {
-    // Like a driver: the nearest that there is, never a refusal.
+    // Like a driver: the nearest available mode instead of an error.
     const v4l2_pix_format wanted = format.fmt.pix;
     const auto far = [&](const Mode& mode) {
       return (mode.fourcc == wanted.pixelformat ? 0.0 : 1e9) +
@@ -177,7 +177,7 @@ void Device::fill(std::uint32_t buffer, std::uint64_t frame) {
   if (const auto half = fault("short"); half && frame % *half == *half - 1) used_[buffer] /= 2;
 }
 
-/// What a driver would have done until now.
+/// Performs what a driver would have done up to now.
 void Device::advance() {
   const std::int64_t now = now_ns();
   const auto stalled = fault("stall");

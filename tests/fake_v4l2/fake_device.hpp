@@ -9,8 +9,7 @@
 
 #include <linux/videodev2.h>
 
-/// A camera of Video4Linux that plays a file of frames (README.md). Plain state and ioctl calls; the caller
-/// locks.
+/// A Video4Linux camera that plays a file of frames (README.md). State and ioctl calls; the caller locks.
 namespace fake_v4l2 {
 
 struct Mode {
@@ -30,19 +29,18 @@ struct Description {
 };
 [[nodiscard]] Description read_description(const std::string& path);
 
-/// The number of a fault of FAKE_V4L2_FAULTS ("short:10"); 0 without a number; nothing where it is not asked
-/// for.
+/// The number of a fault of FAKE_V4L2_FAULTS ("short:10"); 0 without a number; empty if the fault is not set.
 [[nodiscard]] std::optional<std::uint64_t> fault(const std::string& name);
 
 class Device {
  public:
-  /// `folder` holds the frames; `node` is the description, whose absence means unplugged.
+  /// `folder`: the folder of the frames; `node`: the description, whose absence means unplugged.
   Device(std::string folder, std::string node);
   ~Device();
   Device(const Device&) = delete;
   Device& operator=(const Device&) = delete;
 
-  /// Readable (for poll and select) when a picture can be taken.
+  /// Readable (for poll and select) if an image is available.
   [[nodiscard]] int descriptor() const { return timer_; }
   [[nodiscard]] int memory() const { return memory_; }
   /// 0, or an errno.

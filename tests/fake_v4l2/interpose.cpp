@@ -1,5 +1,5 @@
-/// Functions of libc that a program calls on a device node, for those below FAKE_V4L2; any other call passes
-/// on.
+/// Functions of libc that a program calls on a device node, for nodes in FAKE_V4L2; any other call is
+/// forwarded.
 // These functions carry libc's own names.
 #undef _FORTIFY_SOURCE
 #include <cerrno>
@@ -38,7 +38,7 @@ std::map<int, std::unique_ptr<fake_v4l2::Device>>& devices() {
   return all;
 }
 
-/// The path below FAKE_V4L2 that stands for this one; empty where it is not ours.
+/// The path in FAKE_V4L2 that replaces this one; empty if the path is not a fake device.
 std::string replaced(const char* path) {
   const char* folder = std::getenv("FAKE_V4L2");
   if (folder == nullptr || path == nullptr) return {};
@@ -47,7 +47,7 @@ std::string replaced(const char* path) {
   return ours ? std::string(folder) + path : std::string();
 }
 
-/// The description of a node; links are followed.
+/// The description of a node, following links.
 std::string node_of(const char* path) {
   const std::string to = replaced(path);
   char* resolved = to.empty() ? nullptr : ::realpath(to.c_str(), nullptr);
@@ -82,7 +82,7 @@ int open_node(const char* path) {
   return number;
 }
 
-/// Whether a third argument was passed to open(). O_TMPFILE holds the bit of O_DIRECTORY, which has none.
+/// Whether a third argument was passed to open(). O_TMPFILE contains the bit of O_DIRECTORY, which has none.
 bool has_mode(int flags) { return (flags & O_CREAT) != 0 || (flags & O_TMPFILE) == O_TMPFILE; }
 
 int open_any(const char* path, int flags, unsigned mode) {

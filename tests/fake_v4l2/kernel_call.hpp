@@ -14,8 +14,8 @@ long register_of(Argument argument) {
     return static_cast<long>(argument);
 }
 
-/// syscall() with every argument as wide as a register. The kernel reads whole registers, and the upper half
-/// of an `int` that a variadic function gets on the stack is not set.
+/// syscall() with register-wide arguments. The kernel reads whole registers, but the upper half of an `int`
+/// that is passed to a variadic function on the stack is undefined.
 template <class... Arguments>
 long kernel_call(long number, Arguments... arguments) {
   return ::syscall(number, register_of(arguments)...);

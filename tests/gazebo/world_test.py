@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""Worlds of Gazebo, written and read. What is read is written here as people write such worlds: models that are included, boards that are
-boxes thin along x or z, planes, meshes, frames in frames; the bitmaps are OpenCV's. How a texture lies on a box is what MeshManager of
-gz-common says, which draws it in Gazebo. What is written is read by SDFormat (without a warning) and by Python's own XML parser.
+"""Worlds of Gazebo, exported and imported. The imported worlds have typical contents: included models, boards as boxes thin along x or z, planes,
+meshes, nested frames; the bitmaps are OpenCV's. Textures are mapped to boxes as in MeshManager of gz-common, which renders them in Gazebo. Exported
+worlds are read by SDFormat (without a warning) and by Python's own XML parser.
 
 usage: world_test.py PROGRAM [TestClass.test]
 """
@@ -25,9 +25,9 @@ CELL_PX = 10
 
 
 def bitmap(number, margin_cells=1):
-    """A tag of the family 36h11 (8 cells to the outer edge of its black border) on white paper."""
+    """A tag36h11 (8 cells wide including its black border) on white paper."""
     dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_36h11)
-    tag = np.rot90(cv2.aruco.drawMarker(dictionary, number, 8 * CELL_PX), 2)  # OpenCV's tags stand on their heads
+    tag = np.rot90(cv2.aruco.drawMarker(dictionary, number, 8 * CELL_PX), 2)  # OpenCV's tags are upside down
     return cv2.copyMakeBorder(tag, *4 * [margin_cells * CELL_PX], cv2.BORDER_CONSTANT, value=255)
 
 
@@ -63,7 +63,7 @@ class Folder(unittest.TestCase):
         (self.folder / "w.sdf").write_text(f"<?xml version='1.0'?><sdf version='{version}'><world name='w'>{content}</world></sdf>")
 
     def imported(self, *words):
-        """The tags that were read by number, the world, and what was said."""
+        """The imported tags by number, the world, and the report."""
         run = self.run_here("world", "import", "w.sdf", "-o", "w.yaml", "--json", *words)
         self.assertEqual(run.returncode, 0, run.stderr)
         read = yaml.safe_load((self.folder / "w.yaml").read_text())
@@ -96,7 +96,7 @@ class Import(Folder):
         self.assertAlmostEqual(tags[5].get("size_m", world["tag_size_m"]), 0.08, delta=2e-4)
         self.assertAlmostEqual(world["two_sided_board_m"], 0.012, delta=1e-4)
         self.assertAlmostEqual(world.get("tag_margin_cells", 1), 0, delta=0.051, msg="the tag's own white border is that margin")
-        self.assertNotIn("occluders", world, "the boards are the tags'")
+        self.assertNotIn("occluders", world, "tag boards are not occluders")
 
     def test_planes_meshes_included_models_and_frames(self):
         for name in ("board", "panel"):
@@ -148,18 +148,18 @@ class Import(Folder):
         self.assertEqual(sorted((lying["length_m"], lying["width_m"], lying["height_m"])), [0.2, 0.4, 1.0])
         self.assertEqual(lying["height_m"], 0.4, "its y axis points up")
         words = " ".join(report["warnings"])
-        for said in ("robot is left out: it is not static", "1 shapes that are no upright boxes", "a metre ahead of robot"):
-            self.assertIn(said, words)
+        for text in ("robot is left out: it is not static", "1 shapes that are no upright boxes", "a metre ahead of robot"):
+            self.assertIn(text, words)
         self.assertEqual(len(report["lights"]), 1)
         self.assertEqual(world["path_m"], [[0.5, 0.25], [0.5, 0.75], [0.5, 1.25]])
         (self.folder / "line.csv").write_text("x,y\n" + "".join(f"{math.cos(a)},{math.sin(a)}\n" for a in np.linspace(0, 2 * math.pi, 60)))
         _, world, _ = self.imported("--path", "line.csv")
         self.assertTrue(world["path_closed"])
 
-    def test_what_is_not_to_be_read_is_said(self):
+    def test_warns_about_unreadable_tags(self):
         cv2.imwrite(str(self.folder / "mirrored.png"), cv2.flip(bitmap(2), 1))
         cv2.imwrite(str(self.folder / "good.png"), bitmap(1))
-        mesh = "mtllib none.mtl\nv 0 -1 -1\nv 0 1 -1\nv 0 1 1\nv 0 -1 1\nvt 1 0\nvt 0 0\nvt 0 1\nvt 1 1\nf 1/1 2/2 3/3 4/4\n"  # its texture runs the other way
+        mesh = "mtllib none.mtl\nv 0 -1 -1\nv 0 1 -1\nv 0 1 1\nv 0 -1 1\nvt 1 0\nvt 0 0\nvt 0 1\nvt 1 1\nf 1/1 2/2 3/3 4/4\n"  # its texture is mirrored
         (self.folder / "m.obj").write_text(mesh)
         self.world(model("good", "1 0 0.5 0 0 0", visual(box(0.01, 0.2, 0.2), "good.png")) +
                    model("again", "5 0 0.5 0 0 0", visual(box(0.01, 0.2, 0.2), "good.png")) +
@@ -170,11 +170,11 @@ class Import(Folder):
         tags, _, report = self.imported()
         self.assertEqual(sorted(tags), [1])
         words = " ".join(report["warnings"])
-        for said in ("there is no file for nothing.png", "Gazebo/Wood", "is there more than once", "is mirrored there"):
-            self.assertIn(said, words)
+        for text in ("no file found for nothing.png", "Gazebo/Wood", "is there more than once", "is mirrored there"):
+            self.assertIn(text, words)
 
-    def test_bad_files_say_what_and_where(self):
-        def said(name, *content):
+    def test_errors_of_bad_files_contain_place_and_reason(self):
+        def error_of(name, *content):
             if content:
                 (self.folder / name).write_bytes(content[0])
             run = self.run_here("world", "import", name, "-o", "out.yaml")
@@ -182,19 +182,19 @@ class Import(Folder):
             self.assertEqual(len(run.stderr.splitlines()), 1, run.stderr)
             self.assertFalse((self.folder / "out.yaml").exists())
             return run.stderr
-        self.assertIn("there is no such file", said("none.sdf"))
-        self.assertIn("this is no XML", said("text.sdf", b"hello\n"))
-        self.assertIn("bad.sdf:3", said("bad.sdf", b"<sdf version='1.9'>\n<world name='w'>\n<model <\n"))
-        self.assertIn("this is no XML", said("noise.sdf", np.random.default_rng(1).bytes(100000)))
-        self.assertIn("0 of 0 visuals", said("nothing.sdf", b"<sdf version='1.9'><world name='w'/></sdf>"))
-        self.assertIn("pose", said("nan.sdf", b"<sdf version='1.9'><world name='w'><model name='m'><pose>nan 0 0 0 0 0</pose><link name='l'/></model></world></sdf>"))
+        self.assertIn("there is no such file", error_of("none.sdf"))
+        self.assertIn("not valid XML", error_of("text.sdf", b"hello\n"))
+        self.assertIn("bad.sdf:3", error_of("bad.sdf", b"<sdf version='1.9'>\n<world name='w'>\n<model <\n"))
+        self.assertIn("not valid XML", error_of("noise.sdf", np.random.default_rng(1).bytes(100000)))
+        self.assertIn("0 of 0 visuals", error_of("nothing.sdf", b"<sdf version='1.9'><world name='w'/></sdf>"))
+        self.assertIn("pose", error_of("nan.sdf", b"<sdf version='1.9'><world name='w'><model name='m'><pose>nan 0 0 0 0 0</pose><link name='l'/></model></world></sdf>"))
         deep = 20000
-        said("deep.sdf", b"<sdf version='1.9'><world name='w'>" + deep * b"<model name='m'>" + deep * b"</model>" + b"</world></sdf>")
+        error_of("deep.sdf", b"<sdf version='1.9'><world name='w'>" + deep * b"<model name='m'>" + deep * b"</model>" + b"</world></sdf>")
         self.assertIn("unknown tag family", self.run_here("world", "import", "nothing.sdf", "-o", "x.yaml", "--family", "tag99").stderr)
 
 
 class Export(Folder):
-    def test_every_world_comes_back_and_sdformat_has_nothing_to_say(self):
+    def test_every_world_round_trips_without_warnings_of_sdformat(self):
         for world, family in (("circuit24", "tag36h11"), ("limo-walls", "tag36h11"), ("academy-house", "tag36h11"), ("mbot-square", "tagCustom48h12")):
             with self.subTest(world):
                 run = self.run_here("world", "export", world, "--sdf", world)
@@ -202,7 +202,7 @@ class Export(Folder):
                 run = self.run_here("world", "import", f"{world}/world.sdf", "-o", f"{world}.yaml", "--family", family, "--json")
                 self.assertEqual(run.returncode, 0, run.stderr)
                 warnings = json.loads(run.stdout)["warnings"]
-                self.assertEqual(len(warnings), 2, warnings)  # that the robot moves, and where the line is
+                self.assertEqual(len(warnings), 2, warnings)  # the robot is not static; the position of the line
                 before = yaml.safe_load((ROOT / f"share/worlds/{world}.yaml").read_text())
                 after = yaml.safe_load((self.folder / f"{world}.yaml").read_text())
                 again = {tag["id"]: tag for tag in after["tags"]}
@@ -212,7 +212,7 @@ class Export(Folder):
                     self.assert_tag(again[tag["id"]], (tag["x_m"], tag["y_m"], tag["z_m"]), tag["facing_deg"], tag.get("tilt_deg", 0))
                     self.assertAlmostEqual(again[tag["id"]].get("size_m", after["tag_size_m"]), tag.get("size_m", before["tag_size_m"]), delta=2e-4)
 
-    def test_the_robot_is_that_of_its_file(self):
+    def test_the_robot_matches_its_robot_file(self):
         self.run_here("world", "export", "circuit24", "--sdf", "out")
         robot = yaml.safe_load((self.folder / "out/robot.yaml").read_text())
         world = xml.etree.ElementTree.parse(self.folder / "out/world.sdf").getroot().find("world")
@@ -239,10 +239,10 @@ class Export(Folder):
         for file in world.iter("albedo_map"):
             self.assertTrue((self.folder / "out" / file.text).is_file(), file.text)
 
-    def test_a_camera_that_gazebo_does_not_render_is_said(self):
+    def test_warns_about_a_camera_that_gazebo_does_not_render(self):
         run = self.run_here("world", "export", "circuit24", "--robot-file", "limo", "--sdf", "out")
         self.assertEqual(run.returncode, 0)
-        self.assertIn("not the pinhole that Gazebo renders", run.stderr)
+        self.assertIn("not the pinhole camera that Gazebo renders", run.stderr)
         again = self.run_here("world", "export", "circuit24", "--sdf", "out")
         self.assertEqual(again.returncode, 1)
         self.assertIn("there is something already", again.stderr)

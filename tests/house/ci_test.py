@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The public checks (.github/workflows/ci.yml) run README's commands in the system that README names, after what a checkout needs and nothing else."""
+"""The public checks (.github/workflows/ci.yml) run the commands of README on the system that README names, after only the packages that a checkout needs."""
 import pathlib
 import re
 import sys
@@ -14,8 +14,8 @@ BEFORE = ["apt-get update", "apt-get install -y --no-install-recommends git ca-c
 
 
 def readme_commands(text):
-    """Of the first block below "Two commands"."""
-    return re.search(r"^## Two commands\n.*?^```sh\n(.*?)^```", text, re.M | re.S).group(1).split("\n")[:-1]
+    """The commands of the first block below "Try it"."""
+    return re.search(r"^## Try it\n.*?^```sh\n(.*?)^```", text, re.M | re.S).group(1).split("\n")[:-1]
 
 
 def wrong(text, readme):
@@ -38,7 +38,7 @@ class Ci(unittest.TestCase):
         self.assertNotEqual(wrong(self.text, self.readme.replace("./demo.sh\n./test.sh", "./demo.sh")), [])
 
     def test_its_system_is_that_of_the_readme(self):
-        name, version = re.search(r"## Two commands\nOn (\w+) (\d+)", self.readme).groups()
+        name, version = re.search(r"## Try it\nOn (\w+) (\d+)", self.readme).groups()
         for job in workflow.jobs(self.text).values():
             self.assertEqual(job["container"], f"{name.lower()}:{version}")
             self.assertIn("timeout-minutes", job)

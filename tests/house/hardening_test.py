@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""What the linker and the compiler were asked for is in the programs: readelf (binutils) tells.
+"""The hardening options of linker and compiler are effective in the programs; checked with readelf (binutils).
 
 usage: hardening_test.py ON|OFF PROGRAM ...   ON: built as a user runs it, with canaries and checked copies
 """
@@ -8,8 +8,8 @@ import re
 import subprocess
 import sys
 
-# Where a jump or call may land: endbr64 (CET), paciasp (BTI and PAC). The linker marks a program only where the C library's own start files
-# are built so too, which Debian 12's are not; the instructions are there all the same.
+# Valid targets of indirect jumps and calls: endbr64 (CET), paciasp (BTI and PAC). The linker marks a program only if the start files of the C
+# library are built with the same options. Those of Debian 12 are not, but the instructions exist in the code.
 LANDINGS = {"X86-64": b"\xf3\x0f\x1e\xfa", "AArch64": b"\x3f\x23\x03\xd5"}
 FEWEST_LANDINGS = 10
 
@@ -19,7 +19,7 @@ def readelf(program, *flags):
 
 
 def landings(program):
-    """How many landings the code has; None where we know no such instruction."""
+    """Number of jump targets in the code; None for an architecture without such an instruction."""
     machine = re.search(r"Machine:.*?(X86-64|AArch64)", readelf(program, "--file-header"))
     if machine is None:
         return None
@@ -44,7 +44,7 @@ def check(program, compiled):
 programs, built_for_users = sys.argv[2:], sys.argv[1] == "ON"
 for one in programs:
     check(one, built_for_users)
-# All are compiled with the same flags; a small one may hold no copy whose length only the run tells.
+# All are compiled with the same flags; a small program may have no copy with a run-time length.
 if built_for_users and not any("_chk@" in readelf(one, "--dyn-syms") for one in programs):
     sys.exit(f"{', '.join(programs)}: no checked copies (_FORTIFY_SOURCE)")
 print("programs are hardened")

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The path of an image to its command, as docs/architecture.md draws it: files and functions exist, and no room is entered twice."""
+"""The path from an image to a command in docs/architecture.md: files and functions exist, and no room is entered twice."""
 import pathlib
 import re
 import sys
@@ -19,7 +19,7 @@ def path_rows(page):
 
 
 def defines(text, function):
-    """Whether a source defines the function: its name stands at the head of a line that is no call."""
+    """Whether a source defines the function: its name is at the beginning of a line that is not a call."""
     return re.search(r"^[A-Za-z][^;=\n]*\b%s\(" % re.escape(function), text, re.MULTILINE) is not None
 
 
@@ -27,7 +27,7 @@ class PictureToCommand(unittest.TestCase):
     def setUp(self):
         self.rows = path_rows((ROOT / "docs/architecture.md").read_text(encoding="utf-8"))
 
-    def test_the_files_and_functions_are_there(self):
+    def test_the_files_and_functions_exist(self):
         self.assertGreater(len(self.rows), 10)
         for _, file, function in self.rows:
             with self.subTest(file=file, function=function):
@@ -43,7 +43,7 @@ class PictureToCommand(unittest.TestCase):
         for room, file, _ in self.rows:
             self.assertTrue(file.startswith(room + "/"), file)
 
-    def test_a_function_that_is_only_called_is_not_there(self):
+    def test_a_call_is_not_a_definition(self):
         self.assertFalse(defines("void f() {\n  g(1);\n}\n", "g"))
         self.assertTrue(defines("Status g(int x) {\n", "g"))
 

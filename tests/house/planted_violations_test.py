@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Plants one violation after another in a small copy of the house and expects each to be caught."""
+"""Plants one violation after another in a small copy of the repository and expects each to be found."""
 import pathlib
 import shutil
 import subprocess
@@ -31,7 +31,7 @@ class PlantedViolations(unittest.TestCase):
             "include(cmake/WaymarkRoom.cmake)\nwaymark_check_edges(%s)\n" % uses)
         return subprocess.run(["cmake", "-S", self.root, "-B", self.root / "build"], capture_output=True, text=True)
 
-    def test_the_untouched_house_passes(self):
+    def test_the_unchanged_copy_passes(self):
         self.assertEqual(self.check_includes().returncode, 0, self.check_includes().stdout)
         self.assertEqual(self.configure("camera geometry base").returncode, 0)
 

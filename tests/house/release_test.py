@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""tools/release.sh --check tells whether sources are ready for a release, shown on a small repository with and without each fault."""
+"""tools/release.sh --check reports whether sources are ready for a release; tested on a small repository with and without each fault."""
 import pathlib
 import shutil
 import subprocess
@@ -49,17 +49,17 @@ class Release(unittest.TestCase):
         self.commit()
         self.refused("no section '## 1.2.3: …'")
 
-    def test_a_version_that_is_not_finished(self):
+    def test_an_unfinished_version(self):
         self.write("CHANGELOG.md", "# Changelog\n\n## 1.2.3: third\nNot released yet; what it will hold.\n")
         self.commit()
         self.refused("Not released yet")
 
-    def test_golden_files_that_are_missing(self):
+    def test_missing_golden_files(self):
         (self.folder / "tests/golden/1.2.3/symbols.txt").unlink()
         self.commit()
         self.refused("symbols.txt is missing")
 
-    def test_what_is_not_committed(self):
+    def test_uncommitted_changes(self):
         self.write("more.txt", "x")
         self.refused("more.txt")
 

@@ -14,13 +14,13 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BUILD = pathlib.Path(sys.argv.pop(1)) if len(sys.argv) > 1 else sys.exit(__doc__)
-# By a package without which CMake leaves these tests out.
+# Tests that CMake omits without the package, by package.
 MODULES = {"cyclonedds-dev": ("ros2.wire", "ros2.tools", "ros2.network", "ros2.security"), "liblcm-bin": ("mbot.wire",), "libignition-transport-dev": ("gazebo.wire",),
            "libsdformat-dev": ("gazebo.world",)}
 PYTHON = {"pybind11-dev": ("python.rooms", "python.academy", "python.labs")}
 REASONS = re.compile(r"WAYMARK_FULL|WAYMARK_DATA|FULL, \"|\"WAYMARK_FULL\" in|LOG\.is_file|another lab was asked for|no validators|npm has not built|no small file system|geteuid|\bDATA,")
 SKIP = re.compile(r"(?:skipTest|skipUnless|skipIf|SkipTest)\([^\n]*")
-# What may look for programs by itself: the one place for tests, browsers under other names, the packages of --full=devices, and a test that hides all programs.
+# Files that may search for programs: the common helper of the tests, browsers under other names, the packages of --full=devices, and a test that hides all programs.
 LOOKS = {"tests/support/installed.py", "tests/viewer/page_test.py", "tests/devices/machine.py", "tests/house/site_links_test.py", "tests/house/requirements_test.py"}
 NEEDED = re.compile(r"\bprogram\(\s*(?:\"[^\"]+\"|[A-Z]+), \"([^\"]+)\"\)")
 
@@ -31,7 +31,7 @@ def tests():
 
 
 def packages():
-    """Those that ./test.sh installs."""
+    """The packages that ./test.sh installs."""
     words = 'source tools/packages.sh; echo "${WAYMARK_BUILD_PACKAGES[@]}" "${WAYMARK_TEST_PACKAGES[@]}"'
     return set(subprocess.run(["bash", "-c", words], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split())
 
@@ -41,7 +41,7 @@ def wrong_skips(text):
 
 
 def registered(build):
-    """The names of the tests that CMake has written for ctest."""
+    """The test names in the files that CMake writes for ctest."""
     texts = [path.read_text() for path in build.rglob("CTestTestfile.cmake")]
     return {name for text in texts for name in re.findall(r"^add_test\((?:\[=\[)?([\w.]+)", text, re.M)}
 
@@ -51,7 +51,7 @@ def left_out(names, modules):
 
 
 class Requirements(unittest.TestCase):
-    def test_a_test_skips_for_no_missing_program(self):
+    def test_no_test_skips_because_of_a_missing_program(self):
         found = {name: wrong_skips(text) for name, text in tests().items() if name != "tests/house/requirements_test.py"}
         self.assertEqual({name: skips for name, skips in found.items() if skips}, {})
 
@@ -59,7 +59,7 @@ class Requirements(unittest.TestCase):
         self.assertEqual(len(wrong_skips('    @unittest.skipUnless(shutil.which("ffmpeg"), "no ffmpeg")\n')), 1)
         self.assertEqual(len(wrong_skips('    self.skipTest("python3-yaml is not installed")\n')), 1)
 
-    def test_no_module_and_its_tests_are_left_out(self):
+    def test_no_module_and_its_tests_are_omitted(self):
         modules = dict(MODULES)
         if not re.search(r"^WAYMARK_PYTHON:\w+=OFF$", (BUILD / "CMakeCache.txt").read_text(), re.M):
             modules.update(PYTHON)
@@ -68,10 +68,10 @@ class Requirements(unittest.TestCase):
         self.assertEqual(left_out(names - {"mbot.wire"}, modules), {"liblcm-bin": ["mbot.wire"]})
         self.assertLessEqual(set(modules), packages())
 
-    def test_programs_are_looked_for_in_one_place(self):
+    def test_programs_are_searched_in_one_place(self):
         self.assertEqual([name for name, text in tests().items() if "shutil.which(" in text and name not in LOOKS], [])
 
-    def test_what_tests_run_is_installed_by_the_script(self):
+    def test_the_script_installs_all_programs_of_tests(self):
         needed = {package for text in tests().values() for package in NEEDED.findall(text)}
         self.assertGreaterEqual(needed, {"ffmpeg", "zstd", "openssl", "libxml2-utils", "qemu-user"})
         self.assertEqual(needed - packages(), set())

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""tools/same_bytes.py finds a changed number, word, file or exit code in every format, and nothing where nothing changed."""
+"""tools/same_bytes.py finds a changed number, word, file or exit code in every format, and reports no difference for equal outputs."""
 import contextlib
 import io
 import json
@@ -61,7 +61,7 @@ def database(value):
 
 
 class Fields(unittest.TestCase):
-    def test_what_is_equal_has_no_difference(self):
+    def test_equal_outputs_have_no_difference(self):
         for name, data in (("a.yaml", f"x: {X}\n"), ("stdout", "words\n"), ("a.json", '{"x": 1}'), ("a.mcap", mcap(X)), ("a.png", png(b"\0" * 9, 1)),
                            ("a.pdf", pdf(1)), ("a.db3", database(b"\1")), ("a.jpg", b"\xff\0\1")):
             self.assertEqual(fields(name, data, data), [], name)
@@ -84,7 +84,7 @@ class Fields(unittest.TestCase):
             if name in places:
                 self.assertEqual(fields(name, before, far, rules(1e-9)), [places[name]])
 
-    def test_small_numbers_are_held_to_the_same_share(self):
+    def test_small_numbers_have_the_same_relative_tolerance(self):
         self.assertEqual(fields("a.csv", "1e-7", "1.000001e-7", rules(1e-9)), ["line 1"])
         self.assertEqual(fields("a.csv", "1.2e-17", "-3e-18", rules(1e-9)), [])
 
@@ -96,7 +96,7 @@ class Fields(unittest.TestCase):
                                       ('{"n": [1]}', '{"n": [1, 2]}', ["n.length"]), ('{"n": null}', '{"n": 0}', ["n"]), ('{"n": 1700000000000000000}', '{"n": 1700000000000000001}', ["n"])):
             self.assertEqual(fields("stdout", before, after, rules(1e-9)), places, (before, after))
 
-    def test_only_the_last_printed_digit_may_turn_and_is_counted(self):
+    def test_only_the_last_printed_digit_may_differ_and_is_counted(self):
         how = rules(1e-9)
         self.assertEqual(fields("stdout", "rmse 0.0045 m", "rmse 0.0046 m", how), [])
         self.assertEqual(sum(how.accepted.values()), 1)
@@ -105,11 +105,11 @@ class Fields(unittest.TestCase):
         self.assertEqual(fields("stdout", '{"rmse": 0.0045}', '{"rmse": 0.0047}', how), ["rmse"])
         self.assertEqual(fields("stdout", '{"rmse": 0.0045678}', '{"rmse": 0.0045679}', how), ["rmse"])
 
-    def test_a_line_that_was_added_is_one_difference(self):
+    def test_an_added_line_is_one_difference(self):
         self.assertEqual(fields("stdout", "a\nb\nc\n", "a\nnew\nb\nc\n"), ["line 2"])
         self.assertEqual(fields("a.csv", "1\n" * 5000, "1\n" * 4000 + "2\n"), ["lines from 4001 on"])
 
-    def test_what_measures_the_run_is_masked_and_nothing_else(self):
+    def test_only_measurements_of_the_run_are_masked(self):
         self.assertEqual(fields("s.json", '{"wall_s": 0.31, "x": 1}', '{"wall_s": 0.4, "x": 1}'), [])
         self.assertEqual(fields("s.json", '{"duration_s": 0.31}', '{"duration_s": 0.4}'), ["duration_s"])
         found = differences("stderr", b"in /tmp/a/x\n", b"in /tmp/b/x\n", rules(), ({"/tmp/a": "<here>"}, {"/tmp/b": "<here>"}))
@@ -141,18 +141,18 @@ class Renames(unittest.TestCase):
         self.assertIsNone(table.expects("map.1", "stdout line 2"))
         self.assertEqual(same_bytes.Renames("relative replay.* 1e-6 a loop amplifies\n").shares, [("replay.*", 1e-6)])
 
-    def test_a_rename_that_was_not_made_is_found(self):
+    def test_an_unused_rename_is_reported(self):
         for name, before, after in (("stdout", "the way", "the way"), ("a.json", '{"way": 1}', '{"way": 1}'), ("a.mcap", mcap(X, note="way"), mcap(X, note="way"))):
             self.assertNotEqual(fields(name, before, after, rules(renames="word way -> route")), [], name)
             self.assertEqual(fields(name, before, after, rules(renames="word[replay.*] way -> route")), [], name)
 
-    def test_paragraphs_may_be_wrapped_elsewhere_where_words_were_renamed(self):
+    def test_renamed_words_may_change_line_breaks(self):
         before, after = "Follow the way as far as\nit goes, then stop.\n", "Follow the trajectory\nas far as it goes, then stop.\n"
         self.assertEqual(fields("stdout", before, after, rules(renames="word way -> trajectory")), [])
         self.assertNotEqual(fields("stdout", before, after.replace("stop", "go"), rules(renames="word way -> trajectory")), [])
         self.assertEqual(fields("stdout", "a  table", "a table", rules(renames="word way -> trajectory")), ["line 1"], "no word of it was renamed")
 
-    def test_a_line_that_is_not_understood_is_refused(self):
+    def test_an_invalid_line_is_refused(self):
         with self.assertRaises(SystemExit), contextlib.redirect_stderr(io.StringIO()) as words:
             same_bytes.Renames("word way route")
         self.assertIn("same_bytes_renames.txt:1", words.getvalue())
@@ -188,34 +188,34 @@ class WholeTool(unittest.TestCase):
     def run_tool(self, task, program, *words):
         names = ("--old", str(self.folder / "old"), "--new") if task == "ratios" else ("--program",)
         options = same_bytes.options_of([task, *names, str(self.folder / program), "--folder", str(self.folder / "ref"), *words])
-        with contextlib.redirect_stdout(io.StringIO()) as said:
+        with contextlib.redirect_stdout(io.StringIO()) as printed:
             code = options.run(options)
-        return code, said.getvalue()
+        return code, printed.getvalue()
 
-    def test_a_changed_program_is_found_and_the_same_is_not(self):
-        code, said = self.run_tool("reference", "old")
-        self.assertEqual(code, 0, said)
-        self.assertIn("not reproducible: use stdout line 2", said)
-        self.assertIn("WAYMARK_DATA does not hold its input: 1 (real)", said)
-        code, said = self.run_tool("compare", "old")
-        self.assertEqual(code, 0, said)
-        self.assertIn("0 differences", said)
+    def test_reports_only_a_changed_program(self):
+        code, printed = self.run_tool("reference", "old")
+        self.assertEqual(code, 0, printed)
+        self.assertIn("not reproducible: use stdout line 2", printed)
+        self.assertIn("WAYMARK_DATA does not hold its input: 1 (real)", printed)
+        code, printed = self.run_tool("compare", "old")
+        self.assertEqual(code, 0, printed)
+        self.assertIn("0 differences", printed)
         number = ("1.25", "1.2500013", "make: files/made.yaml line 1: 'x: 1.25' -> 'x: 1.2500013'")
         name = ("made.yaml ;;", "other.yaml ;;", "make: files/made.yaml file: '8 bytes' -> 'not written'\nmake: files/other.yaml file: 'not written' -> '8 bytes'")
         code, words, verbs = ("exit 2", "exit 1", "wrong.01: exit"), ('"wrong"', '"wrongly"', "wrong.01: stderr line 1"), ("A program", "The program", "help.help: stdout")
         for changes in ((number, code, verbs), (name, words)):
             self.program("new", changes)
-            code, said = self.run_tool("compare", "new", "--relative", "1e-9")
-            self.assertEqual(code, 1, said)
+            code, printed = self.run_tool("compare", "new", "--relative", "1e-9")
+            self.assertEqual(code, 1, printed)
             for _, _, place in changes:
-                self.assertIn(place, said)
-            self.assertNotIn("use: ", said, "starts from what was kept")
+                self.assertIn(place, printed)
+            self.assertNotIn("use: ", printed, "uses the kept results")
         self.assertEqual(self.run_tool("compare", "new", "--only", "use,help.*")[0], 0)
         self.program("new", [number])
         (self.folder / "renames.txt").write_text("relative ma* 1e-5 the sum is made in another order\n")
-        code, said = self.run_tool("compare", "new", "--renames", str(self.folder / "renames.txt"))
-        self.assertEqual(code, 0, said)
-        self.assertIn("largest relative difference accepted: 1.0e-06 (make line 1)", said)
+        code, printed = self.run_tool("compare", "new", "--renames", str(self.folder / "renames.txt"))
+        self.assertEqual(code, 0, printed)
+        self.assertIn("largest relative difference accepted: 1.0e-06 (make line 1)", printed)
         self.assertRegex(self.run_tool("ratios", "new", "--repeat", "1")[1], r"\| make \| [\d.]+ \| [\d.]+ \| [\d.]+ \|")
 
 

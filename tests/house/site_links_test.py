@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""tools/build_site.py refuses a dead link and a missing picture, brings what lies outside docs/, and leaves code alone."""
+"""tools/build_site.py refuses dead links and missing images, includes linked files outside docs/, and does not change code."""
 import pathlib
 import sys
 import tempfile
@@ -24,22 +24,22 @@ class Links(unittest.TestCase):
             with self.assertRaises(SystemExit, msg=text):
                 self.rewritten(text)
 
-    def test_what_lies_outside_comes_with_it(self):
+    def test_linked_files_outside_docs_are_included(self):
         self.assertEqual(self.rewritten("[a](../../labs/README.md#x)"), "[a](../source/labs/README.md#x)")
         self.assertEqual(self.rewritten("[`a`](../conventions.md)"), "[`a`](../conventions.md)")
         self.assertEqual(self.rewritten("[robots](../../share/robots)"), "robots")
 
-    def test_code_and_the_web_stay(self):
+    def test_code_and_web_links_are_unchanged(self):
         for text in ("```\n[a](nothing.md)\n```", "    [a](nothing.md)", "[a](https://semver.org)", "[a](#below)"):
             self.assertEqual(self.rewritten(text), text)
 
-    def test_the_reference_of_c_plus_plus_holds_what_is_public(self):
+    def test_the_cpp_reference_contains_the_public_headers(self):
         headers = build_site.public_headers()
         self.assertIn("waymark/geometry/se3.hpp", headers)
         self.assertNotIn("waymark/geometry/lie.hpp", headers)  # only included by others
         self.assertTrue(all((ROOT / header).is_file() for header in headers))
 
-    def test_without_doxygen_the_page_says_so(self):
+    def test_without_doxygen_the_page_has_a_note(self):
         with tempfile.TemporaryDirectory() as folder, unittest.mock.patch("shutil.which", return_value=None):
             page = pathlib.Path(folder) / "reference/cpp.md"
             page.parent.mkdir()

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Functions that a released version offered to other programs are still there: tests/golden/VERSION/symbols.txt, for versions with the same
+"""The public functions of a released version still exist: tests/golden/VERSION/symbols.txt, for versions with the same
 minor number, between which a program need not change (cmake/Package.cmake: SameMinorVersion).
 
 usage: symbols_test.py BUILD_FOLDER; exit code 77: no version has been released yet
@@ -14,7 +14,7 @@ import list_symbols  # noqa: E402
 
 
 def missing(kept, now):
-    """Signatures that were promised and are not there."""
+    """Promised signatures that are missing."""
     return sorted(set(kept) - set(now))
 
 

@@ -33,7 +33,7 @@ class VariadicCalls(unittest.TestCase):
         for planted in ("syscall(SYS_mmap, nullptr, size, 3, 1, memory, 0)", "prctl(PR_SET_PDEATHSIG, SIGKILL)", 'execlp("sh", "sh", NULL)'):
             self.assertEqual(len(violations("planted.cpp", f"  (void)::{planted};\n")), 1, planted)
 
-    def test_what_is_right_passes(self):
+    def test_correct_calls_pass(self):
         for right in ("syscall(SYS_gettid)", "prctl(PR_SET_PDEATHSIG, static_cast<unsigned long>(SIGKILL))", 'prctl(PR_SET_NAME, "name")',
                       'execlp("sh", "sh", static_cast<char*>(nullptr))'):
             self.assertEqual(violations("right.cpp", f"  (void)::{right};\n"), [], right)

@@ -1,7 +1,7 @@
-"""AgileX LIMO's serial wire, written from the tables of its documentation alone: no line is shared with waymark/robots/limo.
+"""AgileX LIMO's serial protocol, written from the tables of its documentation only; it shares no code with waymark/robots/limo.
 
-A frame has 14 bytes: 55 0E, number of the message, eight bytes of data, a counter, the sum of the data modulo 256; numbers are
-big-endian. `Limo` is a robot on a pseudo-terminal that obeys such frames and judges them.
+A frame has 14 bytes: 55 0E, message id, eight bytes of data, a counter, the sum of the data modulo 256; numbers are
+big-endian. `Limo` is a robot on a pseudo-terminal that executes and records such frames.
 """
 import math
 import os
@@ -22,7 +22,7 @@ def pack(number, *values, count=0):
 
 
 class Decoder:
-    """Frames of a stream that must be perfect: everything else is counted as torn."""
+    """Decodes a stream that should contain only frames; other bytes are counted in `torn`."""
 
     def __init__(self):
         self.rest = b""
@@ -44,7 +44,7 @@ class Decoder:
 
 
 class Limo(threading.Thread):
-    """A LIMO at the other end of `path`: it moves as commanded while it is commanded, and notes every frame it is sent."""
+    """A LIMO at the other end of `path`: it executes commands while it is in command mode, and records every received frame."""
 
     def __init__(self, drive=0, feedback_hz=50):
         super().__init__(daemon=True)
@@ -53,9 +53,9 @@ class Limo(threading.Thread):
         self.path = os.ttyname(self.slave)
         self.drive, self.period = drive, 1 / feedback_hz
         self.control_mode, self.vehicle_state, self.errors, self.battery = 0, 0, 0, 118
-        self.obeys = True  # takes the command when it is asked to
+        self.obeys = True  # enters command mode on request
         self.speaks = True
-        self.own_speed = 0  # of somebody with the remote control
+        self.own_speed = 0  # by remote control
         self.spoil = lambda frame: frame
         self.frames = []  # (monotonic time, number, values)
         self.decoder = Decoder()
@@ -73,7 +73,7 @@ class Limo(threading.Thread):
                 due += self.period
                 self.move()
                 if self.speaks:
-                    self.say()
+                    self.send_feedback()
         os.close(self.slave)
         os.close(self.master)
 
@@ -93,7 +93,7 @@ class Limo(threading.Thread):
         self.x += self.speed * math.cos(self.yaw) * self.period
         self.y += self.speed * math.sin(self.yaw) * self.period
 
-    def say(self):
+    def send_feedback(self):
         degrees = math.degrees(math.remainder(self.yaw, 2 * math.pi))
         frames = [pack(ACCELERATION, 0, 0, 981), pack(GYRO, 0, 0, round(100 * math.degrees(self.rate))),
                   pack(ATTITUDE, round(100 * degrees), 0, 0),
@@ -109,5 +109,5 @@ class Limo(threading.Thread):
         self.join()
 
     def commands(self, since=0.0):
-        """(time, speed [m/s], yaw rate [rad/s], lateral [m/s], steering on the wire [rad]) of every 0x111 after `since`."""
+        """(time, speed [m/s], yaw rate [rad/s], lateral [m/s], steering in the message [rad]) of every 0x111 after `since`."""
         return [(at, *(value / 1e3 for value in values)) for at, number, values in list(self.frames) if number == MOTION and at > since]

@@ -1,4 +1,4 @@
-// Writes one recording with every type of message we know, for the validators. usage: waymark_all_types
+// Writes one recording with every supported message type, for the validators. usage: waymark_all_types
 // FILE.mcap
 #include <cstdio>
 

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""What `waymark convert` makes of other people's recordings, opened by `@mcap/core` and decoded message by message by the schemas
-the files carry.
+"""Converts recordings of other programs with `waymark convert`, opens the results with `@mcap/core` and decodes every message by
+the schema in the file.
 
 usage: converted_test.py PROGRAM NPM_FOLDER     exit code 77 (skipped) without tools/install_validators.sh or WAYMARK_DATA
 """

@@ -1,4 +1,4 @@
-// Writes a lap of ours again as another robot's driver would have recorded it: its names of topics and frames, its chain
+// Writes a Waymark lap again as another robot's driver would have recorded it: with its names of topics and frames, and its chain
 // of transforms. The file is written by @mcap/core, the messages by @foxglove/rosmsg2-serialization.
 // usage: node foreign_bag.mjs LAP.mcap ROBOT.json OUT.mcap|OUT.jsonl     .jsonl: topic, type, time and payload a line
 import { open, writeFile } from "node:fs/promises";
@@ -55,12 +55,12 @@ const codec = (type, text) => {
   return definitions.get(type);
 };
 
-// What is written: [topic, type, log time, message].
+// Messages to write: [topic, type, log time, message].
 const written = [];
 let base_T_cam;
 let start;
 const shift = BigInt(robot.clock_ns ?? 0);
-// The reader and the writer do not call nanoseconds the same.
+// The reader and the writer name nanoseconds differently.
 const time = (ns) => ({ sec: Number(ns / 1000000000n), nanosec: Number(ns % 1000000000n), nsec: Number(ns % 1000000000n) });
 const stamp = (message) => {
   const ns = BigInt(message.header.stamp.sec) * 1000000000n + BigInt(message.header.stamp.nanosec ?? message.header.stamp.nsec) + shift;
@@ -100,7 +100,7 @@ for await (const message of reader.readMessages()) {
   written.push([topic, schema.name, message.logTime + shift, value]);
 }
 
-// The chain: the links that are given, then the one that closes it onto the camera's place.
+// The chain: the given transforms, then the one that connects it to the camera.
 const link = (parent, child, transform, at) => ({ header: { stamp: at, frame_id: parent }, child_frame_id: child,
   transform: { translation: { x: transform.t[0], y: transform.t[1], z: transform.t[2] },
     rotation: { x: transform.q[0], y: transform.q[1], z: transform.q[2], w: transform.q[3] } } });
@@ -113,7 +113,7 @@ for (const topic of ["/tf_static", "/tf"]) {
   const name = (robot.namespace ?? "") + topic;
   if (links.length > 0) written.push([name, "tf2_msgs/msg/TFMessage", start, { transforms: links.map((s) => link(s.parent, s.child, s, at)) }]);
 }
-// What moves is not part of the chain: the robot in its odometry.
+// Moving transforms are not part of the chain: the robot in its odometry frame.
 for (const [, type, logTime, value] of [...written]) {
   if (type !== "nav_msgs/msg/Odometry") continue;
   const { position: p, orientation: q } = value.pose.pose;

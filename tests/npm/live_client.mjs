@@ -1,6 +1,6 @@
 // Connects to a running robot with Foxglove's own client, under both names of its protocol.
-// usage: node live_client.mjs URL TOKEN LAYOUT [TAGS]     URL as ws://127.0.0.1:PORT/; TAGS: the robot has a map of so many, which alone is looked at.
-// Exit code 1 and words when something is wrong
+// usage: node live_client.mjs URL TOKEN LAYOUT [TAGS]     URL as ws://127.0.0.1:PORT/; TAGS: the robot has a map with this many tags; only the map is checked.
+// Exit code 1 and a message on failure
 import { readFileSync } from "node:fs";
 import { parse } from "@foxglove/rosmsg";
 import { MessageReader } from "@foxglove/rosmsg2-serialization";
@@ -104,20 +104,20 @@ async function commands() {
   studio.heard.set("/odom", []);
   await studio.first("/odom", ({ twist: { twist: { linear } } }) => linear.x > 0.1);
   studio.heard.set("/odom", []);
-  await studio.first("/odom", ({ twist: { twist: { linear } } }) => Math.abs(linear.x) < 0.01); // silent: it stands
+  await studio.first("/odom", ({ twist: { twist: { linear } } }) => Math.abs(linear.x) < 0.01); // no commands: it stops
   studio.publish("/waymark/order", "std_msgs/String", { data: "stop" });
   await studio.until(() => studio.heard.get("/waymark/state").at(-1).message.phase === "idle", "end of the lap");
   studio.client.close();
 }
 
-/** A robot with a map: its tags and its route come as shapes, also to who comes later. */
+/** A robot with a map: its tags and its route are sent as markers, also to later viewers. */
 async function map(tags) {
   const studio = new Studio(url, "foxglove.sdk.v1");
   await within(studio.open, "connection");
   await studio.subscribe("/waymark/map");
   const { markers } = (await studio.first("/waymark/map")).message;
   const of = (ns) => markers.filter((marker) => marker.ns === ns);
-  check(markers.every((marker) => marker.header.frame_id === "map" && Number.isFinite(marker.pose.position.x)), "shapes stand in the map");
+  check(markers.every((marker) => marker.header.frame_id === "map" && Number.isFinite(marker.pose.position.x)), "markers are in frame map");
   const numbers = new Set(of("numbers").map((marker) => Number(marker.text)));
   check(numbers.size === tags && [...numbers].every((n) => n >= 0 && n < tags), `of ${tags} tags the numbers ${[...numbers]}`);
   check(of("tags").length === tags && of("tags").every((marker) => marker.points.length > 60 && marker.points.length === marker.colors.length), "each tag is drawn cell by cell");
@@ -125,7 +125,7 @@ async function map(tags) {
   studio.client.close();
 }
 
-/** The layout names only topics that are there, or come with a lidar or a replay. */
+/** The layout contains only existing topics, or those of a lidar or a replay. */
 function layout() {
   const topics = JSON.stringify(JSON.parse(readFileSync(layoutFile, "utf8"))).match(/"\/[a-z_/]+/g).map((text) => text.slice(1));
   const known = ["/waymark/pose", "/waymark/map", "/truth/pose", "/scan", "/image_raw/compressed", "/camera_info", "/odom", "/cmd_vel", "/waymark/state", "/waymark/order"];

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Our recordings opened by `@mcap/core` and `@foxglove/rosmsg2-serialization`, message by message.
+"""Waymark recordings opened by `@mcap/core` and `@foxglove/rosmsg2-serialization`, message by message.
 
 usage: recording_test.py PROGRAM ALL_TYPES NPM_FOLDER     ALL_TYPES writes a file with every type of message
 Exit code 77 (skipped) when tools/install_validators.sh has not been run.
@@ -55,7 +55,7 @@ def main():
             assert seen["attachments"] == {a["name"]: a["size_bytes"] for a in ours["attachments"]}
             assert seen["records"]["ChunkIndex"] == ours["chunks"]
             print(f"{name}: {sum(seen['types'].values())} messages of {len(types)} types")
-        # The validator is no rubber stamp: a byte turned over in the middle of a chunk is found.
+        # The validator detects damage: one byte is changed in the middle of a chunk.
         damaged = pathlib.Path(folder) / "lap.mcap"
         data = bytearray(damaged.read_bytes())
         data[len(data) // 2] ^= 0xFF

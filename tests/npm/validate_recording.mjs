@@ -1,9 +1,9 @@
-// Opens a recording with the libraries of the field and decodes every message by the schema the file carries.
-// usage: node validate_recording.mjs FILE.mcap [--foreign]      --foreign: not a lap of ours, so any frames and numbers; prints one JSON object; exit code 1 and words when something is wrong
+// Opens a recording with third-party libraries and decodes every message by the schema in the file.
+// usage: node validate_recording.mjs FILE.mcap [--foreign]      --foreign: not a Waymark lap, so any frames and values; prints one JSON object; exit code 1 and a message on failure
 import { open } from "node:fs/promises";
 import { pathToFileURL } from "node:url";
 
-// The libraries are installed into a build folder, not beside this file.
+// The libraries are installed into a build folder, not next to this file.
 const modules = pathToFileURL(process.env.WAYMARK_NODE_MODULES + "/").href;
 const load = async (name) => {
   const { createRequire } = await import("node:module");
@@ -20,14 +20,14 @@ function check(condition, words) {
   if (!condition) throw new Error(words);
 }
 
-/** Every number in a message is finite, however deep. */
+/** Checks that every number in a message is finite, at any depth. */
 function checkFinite(value, where) {
   if (typeof value === "number") check(Number.isFinite(value), `${where} is ${value}`);
   else if (ArrayBuffer.isView(value) || Array.isArray(value)) value.forEach((v, i) => checkFinite(v, `${where}[${i}]`));
   else if (value && typeof value === "object") for (const key of Object.keys(value)) checkFinite(value[key], `${where}.${key}`);
 }
 
-/** What must hold for messages of a type, beyond that they decode. */
+/** Conditions on messages of a type besides decoding. */
 const meaning = {
   "apriltag_msgs/msg/AprilTagDetectionArray": (m) => m.detections.forEach((d) => {
     check(d.family === "tag36h11" && d.id >= 0 && d.id < 587, `a tag ${d.family}:${d.id}`);
@@ -94,7 +94,7 @@ async function readAll(file) {
   return { library: reader.header.library, types, metadata, attachments };
 }
 
-/** Front to back with every checksum, as a pipe would deliver it. */
+/** Reads sequentially and verifies every checksum, as from a pipe. */
 async function streamThrough(file) {
   const reader = new McapStreamReader({ decompressHandlers, validateCrcs: true });
   const bytes = new Uint8Array(1 << 16);

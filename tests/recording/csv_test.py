@@ -1,4 +1,4 @@
-"""Tables with named columns read by us, counted by Python's own csv module."""
+"""Tables with named columns, compared with Python's csv module."""
 import csv
 import gzip
 import unittest
@@ -31,12 +31,12 @@ class Tables(dumps.InFolder):
         log = dumps.Log(self.table("# made by hand\n"), "--samples")
         self.assertEqual(log.code, 1)
 
-    def test_speeds_are_integrated_over_the_time_before_them(self):
+    def test_speeds_are_integrated_over_the_preceding_interval(self):
         log = dumps.Log(self.table("t_s,v_m_s,omega_rad_s\n0,5,0\n1,1,0\n2,1,0\n"), "--samples")
         self.assertEqual(log.samples[-1][2], "2.0000000 0.0000000 0.0000000 1.0000000 0.0000000")
         self.assertEqual(log.problems["csv.integrated"].count, 3)
 
-    def test_bad_rows_are_passed_over_and_said_where(self):
+    def test_invalid_rows_are_skipped_and_reported(self):
         log = dumps.Log(self.table("t_s,landmark,range_m,bearing_rad\n1,2,3,4\nx,2,3,4\n2,2,nan,4\n3,2\n4,2,3,4\n0,2,3,4\n5,2,"),
                         "--samples")
         self.assertEqual([s[1] for s in log.samples], ["1000000000", "4000000000", "0"])
@@ -44,14 +44,14 @@ class Tables(dumps.InFolder):
         self.assertTrue(any(":3" in p for p in damage), damage)
         self.assertEqual(log.problems["csv.time_back"].count, 1)
 
-    def test_columns_nobody_knows_are_named(self):
+    def test_unknown_columns_are_errors(self):
         log = dumps.Log(self.table("t_s,range,bearing\n1,2,3\n"))
         self.assertEqual(log.code, 1)
         self.assertIn("landmark,range_m,bearing_rad", log.words)
         self.assertIn("t_ns", dumps.Log(self.table("a,b\n1,2\n")).words)
-        self.assertIn("twice", dumps.Log(self.table("t_s,a,a\n1,2,3\n")).words)
+        self.assertIn("duplicate column 'a'", dumps.Log(self.table("t_s,a,a\n1,2,3\n")).words)
 
-    def test_the_real_robot(self):
+    def test_real_robot(self):
         folder = dumps.real_data("aer1513")
         measured = rows(folder / "measurements.csv.gz")
         log = dumps.Log(folder / "measurements.csv.gz", "--samples")
@@ -66,9 +66,9 @@ class Tables(dumps.InFolder):
         truth, true_rows = dumps.Log(folder / "truth.csv.gz", "--samples"), rows(folder / "truth.csv.gz")
         self.assertEqual(len(truth.samples), sum(r["valid"] == "1" for r in true_rows))
         self.assertEqual(truth.problems["csv.truth_not_valid"].count, sum(r["valid"] == "0" for r in true_rows))
-        print(f"{len(measured)} ranges, {len(odometry.samples)} of odometry, {len(truth.samples)} true poses")
+        print(f"{len(measured)} ranges, {len(odometry.samples)} of odometry, {len(truth.samples)} ground truth poses")
 
-    def test_every_real_table_of_detections(self):
+    def test_all_real_detection_tables(self):
         count = 0
         for path in sorted(dumps.real_data("tagslam").glob("test_*/detections.csv.gz")):
             table = rows(path)

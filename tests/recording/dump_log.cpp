@@ -1,8 +1,8 @@
-// What our readers see in a recording, as lines to hold against another program's:
+// Prints the contents of a recording as lines, for comparison with other programs:
 //   dump_log FILE            topic TAB log time [ns] TAB bytes TAB crc32 TAB crc32 of the message as CDR
 //   dump_log --samples FILE  kind of sample TAB stamp [ns] TAB its numbers
 //   dump_log --channels FILE topic TAB type TAB encoding TAB number of messages TAB crc32 of the ROS 2 schema
-// The problems follow on standard error: kind, key, count, words.
+// Problems follow on standard error: kind, key, count, message.
 #include <cstdio>
 #include <cstring>
 #include <type_traits>
@@ -43,7 +43,7 @@ void dump_channels(const MessageLog& log) {
   }
 }
 
-struct Words {
+struct SampleText {
   std::string operator()(const TagFrame& s) const {
     std::string text = fmt::format("tags\t{}\t{}\t{}", stamp_of(s).time_since_epoch().count(), s.camera,
                                    s.detections.size());
@@ -108,7 +108,7 @@ struct Words {
 
 Status dump_samples(MessageLog& log) {
   return log.visit_samples({}, [](const Sample& sample) {
-    print(std::visit(Words{}, sample));
+    print(std::visit(SampleText{}, sample));
     return Status{};
   });
 }

@@ -1,4 +1,4 @@
-"""What the tests of foreign recordings share: our reader as lines, the real data, a folder."""
+"""Shared by the tests of other programs' recordings: output of dump_log, real data, a temporary folder."""
 import collections
 import os
 import pathlib
@@ -17,7 +17,7 @@ Problem = collections.namedtuple("Problem", "kind key count words")
 
 
 class Log:
-    """A recording as our reader gives it."""
+    """A recording as printed by dump_log."""
 
     def __init__(self, path, *options):
         done = subprocess.run([DUMP, *options, path], capture_output=True, text=True, timeout=200, check=False)
@@ -39,19 +39,19 @@ class Log:
 
     @property
     def channels(self):
-        """Topic, type, encoding, count; the lines of schemas are left out."""
+        """Topic -> (type, encoding, count); schema lines are skipped."""
         rows = (line.split("\t") for line in self.lines)
         return {r[0]: (r[1], r[2], int(r[3])) for r in rows if len(r) == 5}
 
 
 def real_data(relative):
-    """A path inside WAYMARK_DATA; skips the test without it, fails it when WAYMARK_REQUIRE_DATA says so."""
+    """A path inside WAYMARK_DATA. If it is missing the test is skipped, or fails if WAYMARK_REQUIRE_DATA is set."""
     path = pathlib.Path(os.environ.get("WAYMARK_DATA", "/nonexistent")) / relative
     if path.exists():
         return path
     if os.environ.get("WAYMARK_REQUIRE_DATA"):
-        raise AssertionError(f"WAYMARK_DATA does not hold {relative}")
-    raise unittest.SkipTest(f"WAYMARK_DATA does not hold {relative}")
+        raise AssertionError(f"WAYMARK_DATA does not contain {relative}")
+    raise unittest.SkipTest(f"WAYMARK_DATA does not contain {relative}")
 
 
 class InFolder(unittest.TestCase):

@@ -1,5 +1,5 @@
-// The events of a log as LCM's own library reads them: number TAB channel TAB receive time [us] TAB bytes TAB
-// crc32.
+// Prints the events of a log as read by LCM's own library: number TAB channel TAB receive time [us] TAB bytes
+// TAB crc32.
 #include <cstdio>
 
 #include <zlib.h>

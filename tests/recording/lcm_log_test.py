@@ -1,4 +1,4 @@
-"""LCM event logs read by us, held against Debian's liblcm event by event, and the traps of an MBot's messages."""
+"""LCM event logs, compared with Debian's liblcm event by event, and the conventions of MBot messages."""
 import collections
 import statistics
 import struct
@@ -44,13 +44,13 @@ class LcmLogs(dumps.InFolder):
         self.assertEqual(mismatches, 0)
         return log
 
-    def test_a_log_we_make(self):
+    def test_generated_log(self):
         path = self.write(*(event(i, 10**15 + 40_000 * i, "MBOT_ODOMETRY", pose(10**15 + 40_000 * i, i, 0, 0.1)) for i in range(50)))
         self.compare(path)
         samples = dumps.Log(path, "--samples").samples
         self.assertEqual(samples[3][:2], ["odometry", str((10**15 + 120_000) * 1000)])
 
-    def test_speed_is_joined_by_stamp_and_zero_stamps_are_received(self):
+    def test_speeds_are_joined_by_stamp_and_zero_stamps_become_receive_times(self):
         t = 10**15
         log = dumps.Log(self.write(
             event(0, t + 9, "MBOT_ODOMETRY", pose(t, 1, 2, 0.5)),
@@ -60,8 +60,8 @@ class LcmLogs(dumps.InFolder):
                                        ["odometry", str(t * 1000), "1.0000000 2.0000000 0.5000000 0.5000000 0.2500000"]])
         self.assertEqual(log.problems["mbot.no_stamp:MBOT_VEL_CMD"].count, 1)
 
-    def test_units_and_quaternion_order_are_told_by_the_log(self):
-        """A tag 1.5 m ahead, turned 30 degrees about y: every publisher's way to say so gives the same sample."""
+    def test_units_and_quaternion_order_are_determined_from_the_log(self):
+        """A tag 1.5 m ahead, rotated 30 degrees about y: all conventions of publishers give the same sample."""
         s, c = 0.2588190, 0.9659258
         ways = {"jetson": ((100, 50, 1500), (0, 30, 0), (0, s, 0, c), {"mbot.millimetres", "mbot.quaternion_order"}),
                 "pi5": ((100, 50, 1500), (0, 30, 0), (c, 0, s, 0), {"mbot.millimetres", "mbot.quaternion_order"}),
@@ -75,11 +75,11 @@ class LcmLogs(dumps.InFolder):
                 self.assertEqual(seen[0], "tagCustom48h12:7")
                 for ours, true in zip(map(float, seen[1:]), (.1, .05, 1.5, 0, s, 0, c)):
                     self.assertAlmostEqual(ours, true, 5)
-                self.assertEqual(int(log.samples[0][1]), t * 1000 - 65_000_000)  # stamped when published
+                self.assertEqual(int(log.samples[0][1]), t * 1000 - 65_000_000)  # its stamp is the time of publication
                 self.assertLessEqual(traps, log.problems.keys())
                 self.assertEqual("mbot.millimetres" in log.problems, "mbot.millimetres" in traps)
 
-    def test_accelerometer_sign_is_told_by_gravity(self):
+    def test_accelerometer_sign_is_determined_from_gravity(self):
         for z, flipped in ((-9.8, True), (9.8, False)):
             imu = struct.pack(">Qq3f3f3f3f4ff", IMU, 10**15, 0, 0, .1, 0, 0, z, *([0] * 3), *([0] * 3), 1, 0, 0, 0, 20)
             log = dumps.Log(self.write(event(0, 10**15, "MBOT_IMU", imu)), "--samples")
@@ -97,7 +97,7 @@ class LcmLogs(dumps.InFolder):
         self.assertEqual(samples[0][2], "4")
         self.assertEqual(samples[1][2], "6.283185307 12.566370614")
 
-    def test_damage_is_passed_over_and_said_where(self):
+    def test_damage_is_skipped_and_reported_with_its_place(self):
         good = [event(i, 10**15 + i, "MBOT_ODOMETRY", pose(10**15 + i, i, 0, 0)) for i in range(20)]
         size = len(good[0])
         path = self.write(*good[:5], b"\xED\xA1\xDA\x01rubbish" * 3, *good[5:10], good[10][:7], *good[11:])
@@ -111,7 +111,7 @@ class LcmLogs(dumps.InFolder):
             self.assertEqual(len(log.messages), 3)
             self.assertIn(str(3 * size), log.problems["lcm.cut"].words)
 
-    def test_the_real_log_is_as_liblcm_reads_it(self):
+    def test_real_log_matches_liblcm(self):
         path = dumps.real_data(REAL)
         log = self.compare(path)
         self.assertEqual(len(log), 37_992)
@@ -127,7 +127,7 @@ class LcmLogs(dumps.InFolder):
         self.assertAlmostEqual((log[-1].time - log[0].time) * 1e-9, 183.98, delta=0.1)
         print("37992 events, 0 mismatches")
 
-    def test_the_real_log_gives_its_golden_samples(self):
+    def test_real_log_gives_golden_samples(self):
         log = dumps.Log(dumps.real_data(REAL), "--samples")
         counts = collections.Counter(s[0] for s in log.samples)
         self.assertEqual(counts, {"odometry": 4535, "imu": 4535, "tag_poses": 6774, "command": 3640, "wheels": 4535})
@@ -147,7 +147,7 @@ class LcmLogs(dumps.InFolder):
         self.assertFalse([p for p in log.problems.values() if p.kind == "damage"])
 
     def test_speeds_of_the_real_log_integrate_to_its_poses(self):
-        """The speed with the stamp of a pose is the mean of the interval before it."""
+        """The speed with the stamp of a pose is the mean over the preceding interval."""
         import math
         odometry = [(int(s[1]), *map(float, s[2].split())) for s in
                     dumps.Log(dumps.real_data(REAL), "--samples").samples if s[0] == "odometry"]

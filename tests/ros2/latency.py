@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""How long after its exposure a picture becomes a command: pictures of 640 x 480 at 30 Hz of a peer on Cyclone DDS, through the wire, the robot's
+"""Time from the exposure of an image to the resulting command: pictures of 640 x 480 at 30 Hz of a peer on Cyclone DDS, through the wire, the robot's
 process, the watchdog and the detector, until the decision that follows; all by the robot's clock, out of the recording.
 
 Beside other work it measures that work: `chrt -r 1 latency.py …` goes before it.

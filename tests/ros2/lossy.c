@@ -1,7 +1,7 @@
-// A bad network for one program (LD_PRELOAD): of what it sends by UDP some datagrams are lost, and each is held back for a time of its own,
-// so that they overtake one another.
+// A bad network for one program (LD_PRELOAD): some of its UDP datagrams are lost, and each is delayed by a random time,
+// so that they arrive out of order.
 //   LOSSY_SHARE       share that is lost, 0.1
-//   LOSSY_DELAY_MS    most that one is held back, 30
+//   LOSSY_DELAY_MS    maximum delay, 30
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <netinet/in.h>

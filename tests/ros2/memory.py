@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Memory of a localisation over the wire at ten times the usual rates: odometry at 500 Hz, the IMU at 1000 Hz, tf at 500 Hz, of a peer on Cyclone
+"""Memory of a localisation over DDS at ten times the usual rates: odometry at 500 Hz, the IMU at 1000 Hz, tf at 500 Hz, of a peer on Cyclone
 DDS. Resident memory of every process once a second; a line through it after the first quarter. Exit code 1: it grows by more than 1 MB an hour
 and by more than three standard deviations of the line.
 
@@ -33,7 +33,7 @@ def resident_mb(pid):
 
 
 def slope(points):
-    """Of the line through (time, value) by least squares, and its standard deviation."""
+    """Slope of the least-squares line through (time, value), and its standard deviation."""
     count = len(points)
     middle = [sum(point[i] for point in points) / count for i in (0, 1)]
     spread = sum((t - middle[0]) ** 2 for t, _ in points)

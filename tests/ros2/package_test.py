@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The ament package in ros2/, as far as it can be checked without ROS: XML, Python, YAML, and the flags of the commands it starts.
+"""The ament package in ros2/, checked without ROS: XML, Python, YAML, and the flags of its commands.
 
 usage: package_test.py PROGRAM
 """
@@ -20,7 +20,7 @@ PACKAGE = pathlib.Path(__file__).resolve().parent.parent.parent / "ros2"
 
 
 def commands(tree):
-    """The lists of words behind cmd=; what is no constant becomes a placeholder."""
+    """The word lists of cmd=; a placeholder for each word that is not a constant."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "ExecuteProcess":
             for keyword in node.keywords:
@@ -36,7 +36,7 @@ class Package(unittest.TestCase):
         version = re.search(r"VERSION ([\d.]+)", (PACKAGE.parent / "CMakeLists.txt").read_text().split("project(", 1)[1]).group(1)
         self.assertIn(f"<version>{version}</version>", (PACKAGE / "package.xml").read_text())
 
-    def test_launch_files_describe_commands_that_the_program_understands(self):
+    def test_launch_files_contain_valid_commands(self):
         files = sorted((PACKAGE / "launch").glob("*.launch.py"))
         self.assertEqual(len(files), 3)
         for file in files:
@@ -51,9 +51,9 @@ class Package(unittest.TestCase):
                 self.assertEqual(words[0], "waymark")
                 flags = [word for word in words if word and word.startswith("--")]
                 verb = words[1]
-                known = subprocess.run([PROGRAM, verb, "--help-all"], capture_output=True, text=True).stdout
+                help_text = subprocess.run([PROGRAM, verb, "--help-all"], capture_output=True, text=True).stdout
                 for flag in flags:
-                    self.assertIn(flag, known, f"{file}: {verb} {flag}")
+                    self.assertIn(flag, help_text, f"{file}: {verb} {flag}")
 
     def test_rviz_configuration_shows_topics_that_are_published(self):
         manager = yaml.safe_load((PACKAGE / "rviz/waymark.rviz").read_text())["Visualization Manager"]

@@ -1,4 +1,4 @@
-"""What the tests over the wire have in common: a domain for each, processes that end with it.
+"""Shared code of the tests over DDS: a domain per test, and processes that end with it.
 
 usage: …_test.py PROGRAM PEER …
 """
@@ -58,9 +58,9 @@ class Wire(unittest.TestCase):
             os.close(keep)
 
     def wait_for_subscription(self, topic):
-        """Until discovery has found who subscribes; each list looks for some seconds."""
+        """Waits until discovery has found a subscription; each list searches for some seconds."""
         found = re.compile(rf"^{topic} \[.*[1-9]\d* subscription", re.M)
-        until(lambda: found.search(self.run_program("ros2", "topic", "list").stdout), f"nobody subscribes to {topic}")
+        until(lambda: found.search(self.run_program("ros2", "topic", "list").stdout), f"{topic} has no subscriber")
 
     def succeeds(self, *words):
         done = self.run_program(*words, timeout=300)
@@ -69,7 +69,7 @@ class Wire(unittest.TestCase):
 
 
 def lines_of(robot, enough):
-    """What the process of a robot says, until that is enough, or for 30 s."""
+    """The lines of a robot process until `enough` returns true, or for 30 s."""
     lines = []
     deadline = time.monotonic() + 30
     while time.monotonic() < deadline and not enough(lines):

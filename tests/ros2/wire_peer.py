@@ -1,4 +1,4 @@
-"""The surroundings of both sides: this machine alone, by unicast, in a domain of its own."""
+"""Environment variables of both sides: only this computer, by unicast, in its own domain."""
 import os
 
 UNICAST = ('<CycloneDDS><Domain id="any"><General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>'

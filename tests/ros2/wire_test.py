@@ -31,7 +31,7 @@ WATCHDOG = str(pathlib.Path(PROGRAM).with_name("waymark-watchdog"))
 
 
 class Robot(Wire):
-    def test_a_robot_of_another_vendor_is_heard_and_moved(self):
+    def test_receives_from_and_drives_a_robot_of_another_vendor(self):
         peer = self.start(PEER, "robot", 60)
         robot = self.start(PROGRAM, "ros2", "robot", "limo", stdin=subprocess.PIPE)
         lines = lines_of(robot, lambda all: any(line["type"] == "image" for line in all) and len(all) > 60)
@@ -48,8 +48,8 @@ class Robot(Wire):
             self.assertEqual(pixels[k], (7 * k + k // 1920) % 256)
         wire_driver.drain(robot)
         words = " ".join(line["text"] for line in lines if line["type"] == "log")
-        self.assertIn("tf mounts the camera", words)
-        self.assertIn("camera_info says 1920 x 1080 px", words)
+        self.assertIn("camera mounting in tf", words)
+        self.assertIn("camera_info has 1920 x 1080 px", words)
         wire_driver.move(robot, 0.3, -0.1)
         robot.stdin.close()
         self.assertEqual(robot.wait(20), 0)
@@ -57,9 +57,9 @@ class Robot(Wire):
         commands = COMMAND.findall(peer.stdout.read())
         moving = [command for command in commands if float(command[1]) == 0.3 and float(command[2]) == -0.1]
         self.assertGreater(len(moving), 10)
-        self.assertEqual([float(v) for _, v, _ in commands[-3:]], [0, 0, 0], "it stands at the end")
+        self.assertEqual([float(v) for _, v, _ in commands[-3:]], [0, 0, 0], "stopped at the end")
 
-    def test_two_that_begin_at_once_are_refused_and_one_that_comes_later_is_named(self):
+    def test_two_simultaneous_drivers_fail_and_a_later_one_is_reported(self):
         self.start(PEER, "robot", 60, stdout=subprocess.DEVNULL)
         both = [self.start(PROGRAM, "ros2", "robot", "limo", stdin=subprocess.PIPE, stderr=subprocess.PIPE) for _ in range(2)]
         for robot in both:
@@ -69,7 +69,7 @@ class Robot(Wire):
             wire_driver.drain(robot)
         for robot in both:
             self.assertEqual(robot.wait(20), 1)
-            self.assertIn("both began at the same time", robot.stderr.read())
+            self.assertIn("both started at the same time", robot.stderr.read())
         first = self.start(PROGRAM, "ros2", "robot", "limo", stdin=subprocess.PIPE)
         self.assertEqual(json.loads(first.stdout.readline())["type"], "hello")
         wire_driver.say_hello(first)
@@ -78,7 +78,7 @@ class Robot(Wire):
         lines = lines_of(first, lambda all: any("obeys both in turn" in line.get("text", "") for line in all))
         self.assertIn("obeys both in turn", " ".join(line.get("text", "") for line in lines))
 
-    def test_who_only_listens_publishes_no_command(self):
+    def test_a_listening_robot_process_publishes_no_command(self):
         for flags in (["--listen-only"], []):
             peer = self.start(PEER, "robot", 60)
             robot = self.start(PROGRAM, "ros2", "robot", "limo", *flags, stdin=subprocess.PIPE)
@@ -88,28 +88,28 @@ class Robot(Wire):
             self.assertEqual(lines[0]["type"], "hello")
             wire_driver.drain(robot)
             listing = self.run_program("ros2", "topic", "list")
-            self.assertIn("/odom [nav_msgs/msg/Odometry]", listing.stdout, "who listens is discovered")
+            self.assertIn("/odom [nav_msgs/msg/Odometry]", listing.stdout, "the listening process is discovered")
             self.assertNotRegex(listing.stdout, r"/cmd_vel \S+ [1-9]")
             wire_driver.move(robot, 0.3, -0.1)
             robot.stdin.close()
             self.assertEqual(robot.wait(20), 0)
             peer.kill()
-            self.assertEqual(COMMAND.findall(peer.stdout.read()), [], "neither zero")
+            self.assertEqual(COMMAND.findall(peer.stdout.read()), [], "not even zero")
             self.next_domain()
 
     @LONG
-    def test_doctor_names_peers_qualities_of_service_and_who_drives(self):
+    def test_doctor_reports_peers_quality_of_service_and_drivers(self):
         names = ("robot", "clock", "peers", "qos")
         alone = wire_driver.doctor(PROGRAM, "ros2:limo-sim-tags", self.environment)
         self.assertEqual([alone[name]["level"] for name in ("robot", "peers")], ["fail", "fail"], alone)
-        self.assertEqual(alone["processor"]["words"], "not tried: the robot finds its tags itself")
+        self.assertEqual(alone["processor"]["level"], "ok")
         sim = self.start(PROGRAM, "robot-sim", "--world", "mbot-square", "--ros2", stdout=subprocess.DEVNULL)
         first = self.start(PROGRAM, "ros2", "robot", "limo-sim-tags", stdin=subprocess.PIPE)
         first.stdout.readline()
         wire_driver.drain(first)
         checks = wire_driver.doctor(PROGRAM, "ros2:limo-sim-tags", self.environment)
         self.assertEqual(checks["commands"]["level"], "warn", checks)
-        self.assertIn("another program publishes on /cmd_vel as well, and sent nothing", checks["commands"]["words"])
+        self.assertIn("/cmd_vel", checks["commands"]["words"])
         wire_driver.say_hello(first)
         checks = wire_driver.doctor(PROGRAM, "ros2:limo-sim-tags", self.environment)
         self.assertEqual([checks[name]["level"] for name in (*names, "commands")], ["ok"] * 4 + ["fail"], checks)
@@ -123,7 +123,7 @@ class Robot(Wire):
         self.assertEqual(wire_driver.doctor(PROGRAM, f"ros2:{profile}", self.environment)["qos"]["level"], "fail")
 
     @LONG
-    def test_mismatches_are_said_in_words(self):
+    def test_reports_mismatches_of_type_and_qos(self):
         self.start(PEER, "best-effort", 60)
         profile = self.folder / "reliable.yaml"
         profile.write_text("robot: limo\nimu_topic: /imu\nreliable_sensors: true\n")
@@ -131,9 +131,9 @@ class Robot(Wire):
         self.assertEqual(robot.returncode, 1)
         self.assertIn("/odom is offered best effort, but requested reliable here", robot.stderr)
         self.assertIn("/imu is published as nav_msgs/msg/Odometry, but sensor_msgs/msg/Imu is expected here", robot.stderr)
-        self.assertIn("no odometry came on /odom", robot.stderr)
+        self.assertIn("no odometry on /odom", robot.stderr)
 
-    def test_topics_that_nobody_has_are_named(self):
+    def test_reports_topics_without_publisher_or_subscriber(self):
         self.start(PEER, "robot", 60, stdout=subprocess.DEVNULL)
         profile = self.folder / "wrong.yaml"
         wrong = "robot: limo\ncommand_topic: /cmd_velocity\ndetections_topic: /wrong\n"
@@ -143,20 +143,21 @@ class Robot(Wire):
         self.assertRegex(refused.stderr, r"wrong.yaml \(ros_distro\): .*'noetic'")
         profile.write_text(wrong)
         checks = wire_driver.doctor(PROGRAM, f"ros2:{profile}", self.environment)
-        self.assertEqual(checks["topics"]["words"], "nobody publishes /wrong: is its name in the profile right?")
+        self.assertIn("/wrong", checks["topics"]["words"])
         commands = checks["commands"]
-        self.assertEqual((commands["level"], commands["words"]), ("fail", "nobody subscribes to /cmd_velocity: it would not move"))
+        self.assertEqual(commands["level"], "fail")
+        self.assertIn("/cmd_velocity", commands["words"])
         robot = self.start(PROGRAM, "ros2", "robot", profile, stdin=subprocess.PIPE)
-        expected = ("nobody subscribes to /cmd_velocity", "nobody publishes /wrong")
-        lines = lines_of(robot, lambda all: sum("nobody" in line.get("text", "") for line in all) >= len(expected))
-        said = " ".join(line["text"] for line in lines if line["type"] == "log")
+        expected = ("/cmd_velocity has no subscriber", "/wrong has no publisher")
+        lines = lines_of(robot, lambda all: sum("has no" in line.get("text", "") for line in all) >= len(expected))
+        reports = " ".join(line["text"] for line in lines if line["type"] == "log")
         for words in expected:
-            self.assertIn(words, said)
+            self.assertIn(words, reports)
 
 
 class Kill(Wire):
     def stop_times(self, victim, signal_number):
-        """Drives through the watchdog, kills the victim, and gives the last moving command after the kill [s]."""
+        """Drives through the watchdog, kills the victim, and returns the time of the last moving command after the kill [s]."""
         self.start(PEER, "robot", 60, stdout=subprocess.DEVNULL)
         listener = self.start(PEER, "listen", 120)
         heard = Lines(listener.stdout)
@@ -167,12 +168,12 @@ class Kill(Wire):
         killed = time.monotonic_ns()
         target = {"driver": driver.pid, "watchdog": self.child_of(driver.pid)}[victim]
         os.kill(target, signal_number)
-        until(lambda: [v for _, v, _ in COMMAND.findall(heard.text)][-3:] == ["0.000000"] * 3, "zero is the last command, again and again")
-        time.sleep(1)  # in which nothing may move it again
+        until(lambda: [v for _, v, _ in COMMAND.findall(heard.text)][-3:] == ["0.000000"] * 3, "zero is repeated at the end")
+        time.sleep(1)  # no moving command may follow
         listener.kill()
         commands = [(int(at), float(v)) for at, v, _ in COMMAND.findall(heard.rest())]
         before = [at for at, v in commands if v != 0 and at < killed]
-        self.assertGreater(len(before), 15, "it drove")
+        self.assertGreater(len(before), 15, "the robot drove")
         after = [at for at, v in commands if v != 0 and at > killed]
         zeros = [at for at, v in commands if v == 0 and at > killed]
         self.assertGreater(len(zeros), 2, "zero is published")
@@ -217,10 +218,10 @@ class Simulated(Wire):
     def test_one_driver_and_one_simulator_at_a_time(self):
         drive = [PROGRAM, "ros2", "robot", "limo-sim-tags"]
         late = self.start(*drive, stdin=subprocess.DEVNULL)
-        time.sleep(0.5)  # its input has ended long before the robot is heard
+        time.sleep(0.5)  # its input ends long before the robot sends
         self.assertIsNone(late.poll())
         robot = self.simulated(1, stderr=subprocess.PIPE)
-        self.assertIn("publishes /odom and the sensors of mbot on ROS 2", robot.stderr.readline())
+        self.assertRegex(robot.stderr.readline(), "/odom .*mbot")
         mounted = self.run_program("ros2", "topic", "echo", "/tf_static", "--count", 1)
         self.assertIn("child_frame_id: 'camera_color_optical_frame'", mounted.stdout)
         self.assertIn("child_frame_id: 'laser'", mounted.stdout, "its /scan has this frame")
@@ -230,18 +231,18 @@ class Simulated(Wire):
 
         code, _, words = wire_driver.end_of([PROGRAM, "robot-sim", "--world", "mbot-square", "--ros2"], self.environment)
         self.assertEqual(code, 1, words)
-        self.assertIn("/odom: another program publishes this topic already; nodes there: waymark", words)
+        self.assertRegex(words, "/odom: .* waymark")
 
         first = self.start(*drive, stdin=subprocess.PIPE)
         wire_driver.greet(first)
         code, out, words = wire_driver.end_of(drive, self.environment)
         self.assertEqual((code, out), (1, ""), words)
-        self.assertIn(f"/cmd_vel: another program commands this robot, waymark_robot (process {first.pid} on ", words)
+        self.assertIn(f"waymark_robot (process {first.pid} on ", words)
         code, out, words = wire_driver.end_of([*drive, "--share-commands"], self.environment)
         self.assertEqual(code, 0, words)
 
     def lap(self, folder, over_the_wire):
-        """Teach, map, replay; what the replay reports."""
+        """Teach, map, replay; returns the report of the replay."""
         lap, chart = folder / "lap.mcap", folder / "map"
         robot = ("--robot", "ros2:limo-sim-tags", "--robot-file", "mbot") if over_the_wire else ()
         seed = () if over_the_wire else ("--seed", 7)
@@ -274,7 +275,7 @@ class Simulated(Wire):
 
     @LONG
     def test_the_loop_over_the_wire(self):
-        """A lap taught, mapped and replayed over DDS follows its route as one in a single process does."""
+        """A lap taught, mapped and replayed over DDS follows its route as well as one in a single process."""
         wire, inside = (self.lap(self.folder_of(name), name == "wire") for name in ("wire", "inside"))
         rmse = [report["cross_track_rmse_m"] for report in (wire, inside)]
         print(f"cross-track error of the replay: {1e3 * rmse[0]:.1f} mm over DDS, {1e3 * rmse[1]:.1f} mm in one process")
@@ -282,7 +283,7 @@ class Simulated(Wire):
         self.assertLess(rmse[0], 0.03)
 
     def test_a_robot_is_localised_for_others(self):
-        """Somebody else may drive it; the peer hears pose, map to odom, and the phase."""
+        """Another program may drive; the peer receives the pose, map to odom, and the phase."""
         self.simulated(1)
         chart = made(PROGRAM, *MAP_OF_SQUARE) / "map"
         watcher = self.start(PEER, "watch", 10)
@@ -291,7 +292,7 @@ class Simulated(Wire):
                                  "--duration-s", "6", "--json")
         self.assertEqual(shown.returncode, 0, shown.stderr)
         self.assertEqual([speaker.communicate(timeout=20)[0] for speaker in speakers], ["1 listen\n"] * 2)
-        self.assertIn("/initialpose: the pose is in the frame 'odom', not in 'map'", shown.stderr)
+        self.assertIn("/initialpose: the pose is in frame 'odom'", shown.stderr)
         self.assertIn("pose given: x 0.50 m, y 0.25 m, heading 29 deg; it is certain as soon as tags agree", shown.stderr)
         *moments, report = [json.loads(line) for line in shown.stdout.splitlines()]
         self.assertGreater(report["certain"], 0.5 * report["estimates"], report)
@@ -304,8 +305,8 @@ class Simulated(Wire):
         self.assertTrue(0 < float(seen["variance"]) < 1, words)
 
     @LONG
-    def test_a_pose_that_is_given_stops_a_replay_until_it_is_resumed(self):
-        """RViz's pose estimate, half a metre off, where two tags are in view: a second after it began to move."""
+    def test_a_given_pose_stops_a_replay_until_it_is_resumed(self):
+        """RViz's pose estimate with an error of half a metre, with two tags in view, a second after the start."""
         self.simulated(7)
         chart = made(PROGRAM, *MAP_OF_SQUARE) / "map"
         listener = self.start(PEER, "listen", 60)
@@ -319,15 +320,15 @@ class Simulated(Wire):
             time.sleep(0.01)
         self.assertEqual(self.start(PEER, "pose", 20, "map", 0.5, 0.5, 1).communicate(timeout=40)[0], "1 listen\n")
         time.sleep(1)
-        stands = time.monotonic_ns()
-        time.sleep(7)  # longer than it takes to be given up
+        given = time.monotonic_ns()
+        time.sleep(7)  # longer than the time after which a replay is aborted
         resumed = time.monotonic_ns()
         self.assertEqual(self.call("replay"), "yes: replay in phase paused\n")
         report = json.loads(replay.communicate(timeout=60)[0])
-        self.assertGreater(max(v for at, v in commands if at < stands), 0.1, "it drove")
-        self.assertEqual({v for at, v in commands if stands < at < resumed}, {0})
+        self.assertGreater(max(v for at, v in commands if at < given), 0.1, "the robot drove")
+        self.assertEqual({v for at, v in commands if given < at < resumed}, {0})
         self.assertTrue(report["finished"], report)
-        self.assertGreater(max(v for at, v in commands if at > resumed), 0.1, "and goes on")
+        self.assertGreater(max(v for at, v in commands if at > resumed), 0.1, "and continues")
 
     def test_services_are_the_buttons_of_a_session(self):
         self.simulated(1)
@@ -335,7 +336,7 @@ class Simulated(Wire):
                    "--publish-ros2", "-o", self.folder / "session", stdin=subprocess.PIPE, stdout=subprocess.DEVNULL)
         deadline = time.monotonic() + 30
         while self.call("pause") == "no: pause has no effect in phase ''\n" and time.monotonic() < deadline:
-            pass  # the robot has not been heard yet
+            pass  # the robot has not sent yet
         calls = [("pause", "no: pause has no effect in phase 'idle'\n"), ("start_teach", "yes: start_teach in phase idle\n"),
                  ("start_teach", "no: start_teach has no effect in phase 'teaching'\n"), ("stop", "yes: stop in phase teaching\n")]
         for service, reply in calls:

@@ -22,14 +22,14 @@ using Eigen::Vector2d;
 constexpr double kPi = std::numbers::pi;
 constexpr int kFine = 3;  ///< samples along a pixel
 
-/// Everything that is drawn at random for one picture.
+/// All random draws of one image.
 struct Setting {
   TrueTag truth;
   Eigen::Matrix3d cell_H_px;
-  int size_px = 0;  ///< of the picture
+  int size_px = 0;  ///< of the image
   Vector2d slope_direction{1, 0};
   Vector2d light_direction{1, 0};
-  double behind = 0;  ///< share of white
+  double behind = 0;  ///< fraction of white
   Vector2d gloss_at{4, 4};
   double gloss_radius = 1;
   int covered_side = 0;
@@ -41,7 +41,7 @@ Vector2d direction(Random& random) {
   return {std::cos(angle), std::sin(angle)};
 }
 
-/// A tag in the middle of a picture just large enough, somewhere off the axis of a camera of 900 px.
+/// A tag in the middle of an image just large enough, off the axis of a camera of 900 px.
 Setting arrange(const CameraChain& chain, Random& random) {
   constexpr double kFocal = 900;
   Setting setting;
@@ -76,7 +76,7 @@ Setting arrange(const CameraChain& chain, Random& random) {
   return setting;
 }
 
-/// How much of [at - half, at + half] lies in each cell, from `first` on, of unit width.
+/// Overlap of [at - half, at + half] with each cell of unit width, starting at `first`.
 std::array<double, 12> overlaps(double at, double half, int first, int count) {
   std::array<double, 12> share{};
   for (int i = 0; i < count; ++i) {
@@ -91,7 +91,7 @@ double overlap(double at, double half, double low, double high) {
   return std::max(0.0, std::min(at + half, high) - std::max(at - half, low)) / (2 * half);
 }
 
-/// The tag and what is around it as reflected light, averaged over areas of 2 half_u by 2 half_v cells.
+/// The tag and its surroundings as reflected light, averaged over areas of 2 half_u by 2 half_v cells.
 class Paper {
  public:
   Paper(const CameraChain& chain, const Setting& setting)
@@ -127,7 +127,7 @@ class Paper {
   static constexpr int kCells = 10;
   static constexpr double kSide = 8;
 
-  /// White paper that lies over one border.
+  /// White paper over one border.
   [[nodiscard]] double paper_over(double u, double v, double half_u, double half_v) const {
     if (chain_.paper_over_cells <= 0) return 0;
     const double edge = chain_.paper_over_cells;
@@ -159,7 +159,7 @@ class Paper {
   std::vector<std::uint8_t> cells_;
 };
 
-/// The scene on the fine grid. `sensor_scale` sensor pixels are one pixel of the picture.
+/// The scene on the fine grid. `sensor_scale` sensor pixels are one pixel of the image.
 Plane scene(const CameraChain& chain, const Setting& setting) {
   const int side = static_cast<int>(std::lround(setting.size_px * chain.scale));
   const double step = setting.size_px / (static_cast<double>(side) * kFine);
@@ -178,7 +178,7 @@ Plane scene(const CameraChain& chain, const Setting& setting) {
 }
 
 Plane through_lens(const CameraChain& chain, const Setting& setting, Plane fine) {
-  const double samples = kFine * chain.scale;  // a pixel of the picture
+  const double samples = kFine * chain.scale;  // a pixel of the image
   fine = blurred(fine, chain.blur_px * samples);
   if (chain.disc_px > 0) fine = smeared(fine, disc(chain.disc_px * samples));
   if (chain.motion_px > 0) fine = smeared(fine, line(chain.motion_px * samples, setting.motion_rad));
@@ -207,8 +207,8 @@ Plane exposed(const CameraChain& chain, Plane& fine, Random& random) {
   return sensor;
 }
 
-/// Grey of a picture whose pixels have seen one colour each (RGGB), the others interpolated from neighbours.
-/// The paper is grey, the sensor's colours differ in sensitivity and are balanced again.
+/// Grey values of a sensor whose pixels each measure one colour (RGGB), with the other colours interpolated
+/// from neighbours. The paper is grey; the sensor's colours differ in sensitivity and are balanced.
 Plane demosaiced(const Plane& sensor) {
   Plane grey(sensor.width, sensor.height);
   const auto colour = [](int x, int y) { return (x & 1) + (y & 1); };  // 0 red, 1 green, 2 blue
@@ -230,7 +230,7 @@ Plane demosaiced(const Plane& sensor) {
   return grey;
 }
 
-/// Bilinear, as scalers in cameras are; pixels of the picture lie where their middles fall.
+/// Bilinear, like scalers in cameras; image pixels are sampled at their centres.
 Plane scaled(const Plane& from, int side) {
   const double step = static_cast<double>(from.width) / side;
   Plane to(side, side);

@@ -14,7 +14,7 @@
 #include "waymark/mapping/lap/map_checks.hpp"
 #include "waymark/robots/simulated/simulated_lap.hpp"
 
-/// Laps of circuit24 with noisy corners, and how maps of them are judged.
+/// Laps of circuit24 with noisy corners, and the scores of their maps.
 namespace waymark::test {
 
 inline const World& circuit() {
@@ -70,13 +70,13 @@ inline Eigen::Matrix3d position_covariance(const SE3& map_T_x, const Matrix6& co
   return coordinate_covariance(Uncertain<SE3>{map_T_x, covariance}).topLeftCorner<3, 3>();
 }
 
-/// Squared errors and the bound on their mean, over many laps.
+/// Squared errors and their Cramer-Rao bound over many laps.
 struct Score {
   double squared = 0;
   double bound = 0;
   int count = 0;
-  int inside = 0;             ///< of the 95 % ellipsoid
-  std::vector<Score> laps{};  ///< sums up to the end of each
+  int inside = 0;             ///< number inside the 95 % ellipsoid
+  std::vector<Score> laps{};  ///< cumulative sums after each lap
   void add(const Eigen::Vector3d& error, const Eigen::Matrix3d& P) {
     constexpr double k95 = 7.815;  // chi-square, 3 degrees of freedom
     squared += error.squaredNorm();
@@ -84,7 +84,7 @@ struct Score {
     inside += error.dot(P.llt().solve(error)) < k95 ? 1 : 0;
     ++count;
   }
-  /// What was added since the last call is of one lap.
+  /// Ends a lap: everything added since the last call belongs to it.
   void end_lap() { laps.push_back({squared, bound, count, inside}); }
   [[nodiscard]] double ratio() const { return std::sqrt(squared / bound); }
   /// Standard deviations over the laps (jackknife: Efron and Tibshirani, "An Introduction to the Bootstrap",

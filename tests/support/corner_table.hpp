@@ -44,14 +44,14 @@ class CornerLine {
   [[nodiscard]] double rmse_px() const { return std::sqrt(after_ / n()); }
   [[nodiscard]] double promised_px() const {
     return std::sqrt(promised_ / n());
-  }  ///< the same as the covariances have it
+  }  ///< the same according to the covariances
   [[nodiscard]] double worst_px() const { return worst_; }
   [[nodiscard]] Eigen::Vector2d bias_px() const { return bias_ / n(); }
   [[nodiscard]] double outward_px() const { return outward_ / n(); }
-  /// Mean normalised error squared over its degrees of freedom, 8 a tag: 1 when the covariances are honest,
-  /// more when they promise too much.
+  /// Mean normalised error squared over its degrees of freedom, 8 per tag: 1 if the covariances are
+  /// consistent, more if they are too small.
   [[nodiscard]] double nees_tag() const { return nees_tag_ / n(); }
-  [[nodiscard]] double nees_corner() const { return nees_corner_ / n(); }  ///< 2 a corner
+  [[nodiscard]] double nees_corner() const { return nees_corner_ / n(); }  ///< 2 per corner
 
   static void print_header() {
     std::printf("%-16s %6s %8s %8s %8s %7s %7s %7s %8s %8s %8s\n", "", "tags", "before", "rmse", "promised",

@@ -29,7 +29,7 @@ struct Canvas {
   }
 };
 
-/// What the whole picture suffers.
+/// Degradations of the entire image.
 struct Look {
   double blur_px = 0.6;
   double noise = 2;
@@ -37,14 +37,14 @@ struct Look {
   double motion_rad = 0;
 };
 
-/// How one tag is printed and lit; lengths in cells of the tag, from the corner TL of its border square.
+/// Print and illumination of one tag; lengths in cells of the tag, from the corner TL of its border square.
 struct Print {
   double black = 40;
   double white = 200;
   double margin = 1;
   bool inverted = false;
-  Eigen::Vector2d slope{0, 0};  ///< relative change of light over a whole tag
-  double shadow = 1;            ///< light beyond the line
+  Eigen::Vector2d slope{0, 0};  ///< relative change of illumination over the tag
+  double shadow = 1;            ///< illumination beyond the line
   Eigen::Vector3d shadow_line{0, 0, -1};
   double bar_level = -1;  ///< grey level of an occluder, none below zero
   double bar_begin = 0, bar_end = 0;
@@ -55,13 +55,13 @@ struct Print {
   bool corner_squares = false;
 };
 
-double power_law(Random& random, double low, double high) {  // density ~ r^-3, as sizes in natural pictures
+double power_law(Random& random, double low, double high) {  // density ~ r^-3, as sizes in natural images
   const double u = random.uniform();
   return 1 / std::sqrt((1 - u) / (low * low) + u / (high * high));
 }
 
-/// Opaque discs and rectangles over each other: the statistics of edges in natural pictures (Lee, Mumford and
-/// Huang, "Occlusion models for natural images", IJCV 2001).
+/// Opaque overlapping discs and rectangles: the edge statistics of natural images (Lee, Mumford and Huang,
+/// "Occlusion models for natural images", IJCV 2001).
 void paint_leaf(Canvas& canvas, Random& random) {
   const double radius = power_law(random, 4, 260);
   const double x0 = random.uniform(-40, kWidth + 40.0);
@@ -108,7 +108,7 @@ Canvas clutter(Random& random) {
   return canvas;
 }
 
-/// A tag of `size_px` seen face to face, tilted by `tilt_rad` about any axis, its centre at a pixel.
+/// A tag with a frontal size of `size_px`, tilted by `tilt_rad` about any axis, its centre at a pixel.
 TrueTag place(const TagId& tag, const Eigen::Vector2d& center_px, double size_px, double tilt_rad,
               Random& random) {
   const Eigen::Vector3d ray((center_px.x() - kWidth / 2.0) / kFocal, (center_px.y() - kHeight / 2.0) / kFocal,
@@ -134,7 +134,7 @@ TrueTag place(const TagId& tag, const Eigen::Vector2d& center_px, double size_px
   return truth;
 }
 
-/// The grey level at a point of the tag's plane, or a negative number where there is no paper.
+/// The grey level at a point of the tag's plane, or a negative number outside the paper.
 double level_at(const Family& family, const std::vector<std::uint8_t>& cells, const Print& print, double u,
                 double v) {
   const double side = family.width_at_border;
@@ -266,7 +266,7 @@ struct SizeRange {
   double max_tilt_deg = 60;
 };
 
-/// Tags whose papers do not touch, as many as find room in `tries` attempts.
+/// Tags whose papers do not touch, as many as can be placed in `tries` attempts.
 template <class MakePrint>
 std::vector<TrueTag> scatter(Canvas& canvas, const SizeRange& range, int most, Random& random,
                              MakePrint&& make_print) {
@@ -291,13 +291,13 @@ std::vector<TrueTag> scatter(Canvas& canvas, const SizeRange& range, int most, R
   return placed;
 }
 
-constexpr int kTagsAPicture = 22;
+constexpr int kTagsPerImage = 22;
 
 TagPicture mixed(Random& random) {
   Canvas canvas = clutter(random);
   TagPicture picture;
   picture.name = "mixed";
-  picture.truth = scatter(canvas, {12, 200, 75}, kTagsAPicture, random, [&] {
+  picture.truth = scatter(canvas, {12, 200, 75}, kTagsPerImage, random, [&] {
     Print print;
     const double contrast = random.uniform(50, 150);
     print.black = random.uniform(10, 230 - contrast);
@@ -315,7 +315,7 @@ TagPicture mixed(Random& random) {
   return picture;
 }
 
-/// What one picture of the set "single" suffers, beside a blur of 0.6 px and noise of 2 grey levels.
+/// Degradation of one image of the set "single", in addition to a blur of 0.6 px and noise of 2 grey levels.
 struct Degradation {
   const char* kind;
   double amount;
@@ -364,7 +364,7 @@ TagPicture single(std::size_t index, Random& random) {
   TagPicture picture;
   picture.name = fmt::format("{} {}", what.kind, what.amount);
   if (what.white > 0) picture.name += fmt::format("-{}", what.white);
-  picture.truth = scatter(canvas, {}, kTagsAPicture, random, [&] { return print_of(what, random); });
+  picture.truth = scatter(canvas, {}, kTagsPerImage, random, [&] { return print_of(what, random); });
   Look look;
   if (kind == "blur") look.blur_px = what.amount;
   if (kind == "noise") look.noise = what.amount;
@@ -380,7 +380,7 @@ TagPicture special(std::string_view set, Random& random) {
   Canvas canvas = clutter(random);
   TagPicture picture;
   picture.name = std::string(set);
-  picture.truth = scatter(canvas, {24, 120, 55}, kTagsAPicture, random, [&] {
+  picture.truth = scatter(canvas, {24, 120, 55}, kTagsPerImage, random, [&] {
     Print print;
     print.inverted = set == "inverted";
     if (set == "margin") print.margin = 0.25;
@@ -403,14 +403,14 @@ TagPicture special(std::string_view set, Random& random) {
   return picture;
 }
 
-/// A board of 6 x 4 tags whose papers are one, with black squares between the corners.
+/// A board of 6 x 4 tags on one paper, with black squares between the corners.
 TagPicture grid(Random& random) {
   Canvas canvas = clutter(random);
   TagPicture picture;
   picture.name = "grid";
   const double size = random.uniform(26, 70);
   const double tilt = random.uniform(0, 50) * kPi / 180;
-  // The plane of the board is that of one large tag; cells of 10 units a tag: 8 of the tag, 2 to the next.
+  // The plane of the board is that of one large tag; 10 cells per tag: 8 of the tag, 2 of the gap.
   const double x = random.uniform(400, 880);
   const double y = random.uniform(280, 440);
   const TrueTag plane = place({}, {x, y}, size, tilt, random);

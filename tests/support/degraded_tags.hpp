@@ -9,36 +9,36 @@
 #include "waymark/evaluation/detections.hpp"
 #include "waymark/image/image.hpp"
 
-/// Pictures of tags as bad cameras take them, with exact truth, made from a seed. They share no code with the
-/// corner refinement or with the simulated camera: a picture is sampled point by point, then blurred, smeared
-/// and made noisy as a whole.
+/// Degraded images of tags with exact ground truth, generated from a seed. They share no code with the corner
+/// refinement or with the simulated camera: an image is sampled point by point, then blur, motion and noise
+/// are applied to the entire image.
 namespace waymark::testing {
 
-/// One picture with its tags.
+/// One image with its tags.
 struct TagPicture {
-  std::string name;  ///< of what is wrong with it: "motion 8"
+  std::string name;  ///< kind of the degradation: "motion 8"
   Image image;
   std::vector<TrueTag> truth;
 };
 
-/// The seed of the sets whose figures docs/results/detection.md lists; detectors are tuned on this one.
+/// The seed of the sets with figures in docs/results/detection.md; detectors are tuned on this one.
 inline constexpr std::uint64_t kSetSeed = 20261123;
-/// Reported beside it and never tuned on.
+/// A second seed, reported but never used for tuning.
 inline constexpr std::uint64_t kSecondSetSeed = 7;
 
-/// A set of pictures, told apart by name:
-/// - "mixed": everything moderately bad at once; 12 to 200 px, tilts to 75 degrees.
+/// A set of images, identified by name:
+/// - "mixed": all degradations moderately at once; 12 to 200 px, tilts to 75 degrees.
 /// - "single": one degradation at a time (blur, noise, motion, low contrast, occlusion, glare); 20 to 100 px.
-/// - "grid": boards whose corners are joined by black squares; "shadow": the edge of a shadow across each
-///   tag; "bar": a dark or bright bar over one border; "margin": paper cut a quarter of a cell outside the
-///   border; "inverted": white and black swapped.
+/// - "grid": boards whose corners are joined by black squares;
+/// - "shadow": the edge of a shadow across each tag; "bar": a dark or bright bar over one border;
+/// - "margin": paper cut a quarter of a cell outside the border; "inverted": white and black swapped.
 struct TagSet {
   std::string_view name;
   std::size_t pictures = 0;
 };
 [[nodiscard]] const std::vector<TagSet>& tag_sets();
 
-/// Picture number `index` of a set, 1280 x 720 px. The same seed gives the same picture.
+/// Image number `index` of a set, 1280 x 720 px. The same seed gives the same image.
 [[nodiscard]] TagPicture tag_picture(std::string_view set, std::size_t index, std::uint64_t seed = kSetSeed);
 
 /// Clutter without tags.

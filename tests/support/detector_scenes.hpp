@@ -40,7 +40,7 @@ inline Image tag_scene(int width, int height, std::uint64_t seed, int tags) {
   Random random(seed);
   for (int i = 0; i < tags; ++i) {
     const double side = random.uniform(24, 60);
-    const double y = random.uniform(60, height - 60);  // one draw a statement: the same on every compiler
+    const double y = random.uniform(60, height - 60);  // one draw per statement: the same on every compiler
     const Eigen::Vector2d center(random.uniform(60, width - 60), y);
     paint_tag(image, {FamilyId::Tag36h11, i}, square_corners(center, side, random.uniform(0, 6)));
   }

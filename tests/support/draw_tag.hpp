@@ -13,13 +13,12 @@
 #include "waymark/families/family.hpp"
 #include "waymark/image/image.hpp"
 
-/// Tags painted into images with corners known exactly, for tests of detectors.
+/// Tags drawn into images with exactly known corners, for tests of detectors.
 namespace waymark::testing {
 
 using TagCorners = std::array<Eigen::Vector2d, 4>;
 
-/// A square of `side_px` around `center_px`, turned clockwise as seen in the image by `angle_rad`: TL, TR,
-/// BR, BL.
+/// A square of `side_px` around `center_px`, rotated clockwise in the image by `angle_rad`: TL, TR, BR, BL.
 inline TagCorners square_corners(const Eigen::Vector2d& center_px, double side_px, double angle_rad) {
   TagCorners corners;
   const Eigen::Rotation2Dd turn(angle_rad);
@@ -50,8 +49,8 @@ inline Eigen::Matrix3d homography_of_square(double side, const TagCorners& corne
   return out;
 }
 
-/// Paints the cells of a tag (as bitmap() gives them) so that the border square has these corners; each pixel
-/// is the mean of 8 x 8 points in it. Where a cell is no part of the tag, the image stays as it is.
+/// Draws the cells of a tag (from bitmap()) so that the border square has these corners; each pixel is the
+/// mean of 8 x 8 points in it. Cells outside the tag leave the image unchanged.
 inline void paint_cells(Image& image, const Family& family, const std::vector<std::uint8_t>& cells,
                         const TagCorners& corners_px, double black = 30, double white = 220) {
   constexpr int kSamples = 8;
@@ -105,7 +104,7 @@ inline void add_noise(Image& image, double sigma, Random& random) {
   }
 }
 
-/// The largest distance between corners of the same place.
+/// The largest distance between corresponding corners.
 inline double max_corner_error_px(const TagCorners& a, const TagCorners& b) {
   double worst = 0;
   for (std::size_t i = 0; i < 4; ++i) worst = std::max(worst, (a.at(i) - b.at(i)).norm());

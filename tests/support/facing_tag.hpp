@@ -19,7 +19,7 @@ namespace waymark::testing {
 using Corners = std::array<Eigen::Vector2d, 4>;
 using Vector8 = Eigen::Matrix<double, 8, 1>;
 
-/// A tag facing the camera, under a Gaussian lens: exact up to how finely the square of a pixel is sampled.
+/// A frontal tag with a Gaussian lens blur: exact up to the sampling of the pixel's square.
 struct Print {
   TagId tag = {FamilyId::Tag36h11, 7};
   Eigen::Vector2d center_px = {60.3, 59.6};
@@ -28,7 +28,7 @@ struct Print {
   double lens_px = 0.6;  ///< standard deviation of the lens
   double black = 40;
   double white = 200;
-  double behind = 110;  ///< what the paper lies on
+  double behind = 110;  ///< level of the background behind the paper
   double noise = 0;
   double margin_cells = 0;  ///< paper beyond the tag's own total width
   int image_px = 120;
@@ -45,7 +45,8 @@ inline Corners corners_of(const Print& print) {
 
 inline double normal_cdf(double z) { return 0.5 * std::erfc(-z / std::numbers::sqrt2); }
 
-/// Shares of a blurred point in the cells [begin, end) along one axis; in each other cell it is below 1e-18.
+/// Shares of a blurred point in the cells [begin, end) along one axis; in every other cell the share is below
+/// 1e-18.
 struct CellShares {
   static constexpr int kMaxCells = 16;  ///< no family is wider
   int begin = 0;
@@ -53,7 +54,7 @@ struct CellShares {
   std::array<double, kMaxCells> of{};
 };
 
-/// Of `count` cells, of which the first begins at `first`.
+/// For `count` cells, of which the first begins at `first`.
 inline CellShares cell_shares(double at, double first, int count, double sigma) {
   constexpr double kReach = 9;  // standard deviations
   const auto most = static_cast<double>(count);
@@ -149,7 +150,7 @@ inline double worst_error(const Corners& found, const Print& print) {
   return worst;
 }
 
-/// Normalised error squared of all four corners; 8 on average when the covariance is honest.
+/// Normalised error squared of all four corners; 8 on average if the covariance is consistent.
 inline double nees(const Corners& found, const CornerCovariance& covariance, const Print& print) {
   const Corners truth = corners_of(print);
   Vector8 error;

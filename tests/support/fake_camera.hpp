@@ -11,8 +11,8 @@
 
 namespace waymark::testing {
 
-/// A folder for tests/fake_v4l2 with one camera, /dev/video0, and the variables that make it visible; removed
-/// at the end.
+/// A folder for tests/fake_v4l2 with one camera, /dev/video0, and the environment variables that make it
+/// visible; removed at the end.
 class FakeCamera {
  public:
   FakeCamera()
@@ -30,7 +30,7 @@ class FakeCamera {
   FakeCamera(const FakeCamera&) = delete;
   FakeCamera& operator=(const FakeCamera&) = delete;
 
-  /// A mode that plays these bytes.
+  /// Adds a mode that plays these bytes.
   void add_mode(const std::string& format, int width, int height, double rate_hz,
                 const std::vector<std::uint8_t>& frames) {
     const std::string name = "frames" + std::to_string(modes_++);

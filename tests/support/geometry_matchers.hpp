@@ -9,11 +9,11 @@
 #include "waymark/geometry/se2.hpp"
 #include "waymark/geometry/se3.hpp"
 
-// Matchers that say by how much, in metres and radians:
+// Matchers that report differences in metres and radians:
 //
 //     EXPECT_THAT(map_T_base, SE3Near(truth, 0.01, 0.02));
 //
-// A value that is not finite matches nothing.
+// A non-finite value matches nothing.
 namespace waymark::testing {
 
 namespace internal {

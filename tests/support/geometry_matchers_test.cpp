@@ -1,4 +1,4 @@
-// A matcher that lets everything pass is worse than none.
+// The matchers must reject values outside their tolerances.
 #include "tests/support/geometry_matchers.hpp"
 
 #include <limits>
@@ -21,7 +21,7 @@ std::string explanation(const Matcher& matcher, const Value& value) {
   return listener.str();
 }
 
-TEST(GeometryMatchers, MatrixNearLooksAtEveryEntry) {
+TEST(GeometryMatchers, MatrixNearComparesEveryEntry) {
   const Eigen::Matrix2d m = (Eigen::Matrix2d() << 1, 2, 3, 4).finished();
   EXPECT_THAT(m, MatrixNear(m, 0.0));
   for (int i = 0; i < 4; ++i) {
@@ -57,12 +57,12 @@ TEST(GeometryMatchers, PlanarPosesNearInBothParts) {
   const SE2 X(1, 2, 3.1);
   EXPECT_THAT(SE2(1, 2.1, 3.1), SE2Near(X, 0.11, 1e-15));
   EXPECT_THAT(SE2(1, 2.1, 3.1), Not(SE2Near(X, 0.09, 1.0)));
-  EXPECT_THAT(SE2(1, 2, 3.2), SE2Near(X, 0.0, 0.11));  // across the seam at pi
+  EXPECT_THAT(SE2(1, 2, 3.2), SE2Near(X, 0.0, 0.11));  // across the discontinuity at pi
   EXPECT_THAT(SE2(1, 2, 3.2), Not(SE2Near(X, 1.0, 0.09)));
-  EXPECT_THAT(SE2(1, 2, 3.0), Not(SE2Near(X, 1.0, 0.09)));  // to either side
+  EXPECT_THAT(SE2(1, 2, 3.0), Not(SE2Near(X, 1.0, 0.09)));  // in either direction
 }
 
-TEST(GeometryMatchers, GroupNearSeesTheVelocityToo) {
+TEST(GeometryMatchers, GroupNearComparesTheVelocityToo) {
   const SE23 X(SO3(), {1, 2, 3}, {4, 5, 6});
   EXPECT_THAT(X, GroupNear(X, 0.0));
   EXPECT_THAT(SE23(SO3(), {1, 2, 3}, {4, 5, 6.1}), GroupNear(X, 0.11));

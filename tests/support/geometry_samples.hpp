@@ -23,8 +23,8 @@ template <LieGroup G>
   return xi;
 }
 
-/// Angles where exp, log and their Jacobians are apt to break: next to 0, around every switch between a
-/// series and a closed form, next to pi.
+/// Angles at which exp, log and their Jacobians are prone to errors: near 0, around every switch between a
+/// series and a closed form, near pi.
 [[nodiscard]] inline std::vector<double> critical_angles() {
   constexpr double kPi = std::numbers::pi;
   return {0.0, 1e-160, 1e-12, 1e-9,  1e-7,      1e-5,       1.9e-4,     2.1e-4,     1e-3,
@@ -44,7 +44,7 @@ template <LieGroup G>
   return all;
 }
 
-/// Elements whose tangents are ordinary: angles up to 2.8 rad, translations of metres.
+/// Elements with moderate tangents: angles up to 2.8 rad, translations of metres.
 template <LieGroup G>
 [[nodiscard]] G random_element(Random& random, double max_angle = 2.8, double size = 2.0) {
   return G::exp(random_tangent<G>(random, random.uniform(0, max_angle), size));

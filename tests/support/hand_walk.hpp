@@ -14,14 +14,14 @@
 #include "waymark/samples/visibility.hpp"
 #include "waymark/simulation/world/world.hpp"
 
-/// A person walks once round a room with a camera in the hand and films the tags on its walls.
+/// A person walks once around a room with a hand-held camera and films the tags on its walls.
 namespace waymark::testing {
 
 struct HandWalkOptions {
   double seconds = 30, rate_hz = 30;
   double readout_s = 0.015;  ///< of a rolling shutter
-  double white_px = 0.1;     ///< noise of a corner coordinate, new in each picture
-  double lasting_px = 0.05;  ///< and the part that lasts: exp(-t / 0.15 s)
+  double white_px = 0.1;     ///< white noise of a corner coordinate
+  double lasting_px = 0.05;  ///< correlated noise: exp(-t / 0.15 s)
   double farthest_m = 5;
 };
 
@@ -47,7 +47,7 @@ inline World walk_room(double tag_size_m) {
   return world;
 }
 
-/// Steps, sway and tremor differ from walk to walk.
+/// Steps, sway and tremor, different for each walk.
 class HandWalk {
  public:
   HandWalk(Random& random, double seconds) : seconds_(seconds) {
@@ -72,7 +72,7 @@ class HandWalk {
   struct Wave {
     double hz = 1, phase = 0, size = 1;
   };
-  /// Of a coordinate: two waves.
+  /// One coordinate: two waves.
   [[nodiscard]] double wave(std::size_t coordinate, double t_s) const {
     double sum = 0;
     for (std::size_t k : {coordinate, coordinate + 6})
@@ -85,7 +85,7 @@ class HandWalk {
   std::array<Wave, 12> waves_{};
 };
 
-/// Corners of a tag, each where its own row shows it; nothing where it cannot be read.
+/// Corners of a tag, each at the time of its own row; empty if it is not visible.
 inline std::optional<std::array<Eigen::Vector2d, 4>> rolling_corners(const CameraModel& camera,
                                                                      const HandWalk& walk, double t_s,
                                                                      double readout_s, const MappedTag& tag) {
@@ -93,7 +93,7 @@ inline std::optional<std::array<Eigen::Vector2d, 4>> rolling_corners(const Camer
   for (std::size_t i = 0; i < 4; ++i) {
     const Eigen::Vector3d map_p = tag.map_T_tag * tag_corners(tag.size_m)[i];
     double t = 0;
-    for (int k = 0; k < 6; ++k) {  // a contraction: a picture moves by a fraction of itself while it is read
+    for (int k = 0; k < 6; ++k) {  // a contraction: motion during the readout is small
       const auto px = camera.project(walk.at(t_s + t).inverse() * map_p);
       if (!px) return std::nullopt;
       corners[i] = *px;
@@ -109,7 +109,7 @@ inline std::optional<std::array<Eigen::Vector2d, 4>> rolling_corners(const Camer
   return corners;
 }
 
-/// What a detector would find in the pictures, without pictures.
+/// Detections of the walk, generated without rendering images.
 inline std::vector<SceneFrame> walked_views(const World& world, const CameraModel& camera,
                                             const HandWalk& walk, const HandWalkOptions& options,
                                             Random& random) {

@@ -12,7 +12,7 @@ namespace waymark::testing {
 inline constexpr double kSigma = 0.1;
 inline constexpr MultiTagOptions kOptions{.corner_sigma_px = kSigma};
 
-/// A camera in a map of tags it sees.
+/// A camera in a map, with the tags in its view.
 struct MappedView {
   CameraModel camera = plain_camera();
   SE3 map_T_cam{};
@@ -48,7 +48,7 @@ inline MultiTagPose estimate(const MappedView& scene, const MultiTagOptions& opt
   return pose.value();
 }
 
-/// A tag that stands elsewhere than the map says.
+/// Moves a tag away from its pose in the map.
 inline void displace(MappedView& scene, int number, Random& random, double metres = 0.2) {
   SE3& map_T_tag = scene.map.tags.at(id(number)).map_T_tag;
   const Eigen::Vector3d by =

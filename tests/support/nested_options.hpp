@@ -9,7 +9,7 @@
 
 #include "waymark/base/fields.hpp"
 
-/// Option structs of every type of field, and a file that says something of them.
+/// Option structs with every type of field, and a file that sets some of them.
 namespace waymark::test {
 
 struct Inner {

@@ -4,9 +4,9 @@
 
 namespace waymark::testing {
 
-/// Derivative at 0 of f: double -> vector (or scalar), by the 5-point rule once refined (Richardson): error
-/// O(h^6). With values of order 1 and h = 1e-2 the result is good to some 1e-12 for functions whose scale
-/// is 1.
+/// Derivative at 0 of f: double -> vector (or scalar), by the 5-point rule with one Richardson refinement:
+/// error O(h^6). With values of order 1 and h = 1e-2 the result is accurate to some 1e-12 for functions of
+/// scale 1.
 template <class F>
 [[nodiscard]] auto numeric_derivative(const F& f, double h = 1e-2) {
   const auto five_point = [&](double step) {
@@ -21,8 +21,7 @@ template <class F>
 ///     const auto J_px_p = numeric_jacobian<2, 3>([&](const Eigen::Vector3d& p) { return *camera.project(p);
 ///     }, cam_p);
 ///
-/// A group-valued argument or result goes through its tangent, with the perturbation on the left as
-/// everywhere:
+/// A group-valued argument or result goes through its tangent, with the perturbation on the left:
 ///
 ///     numeric_jacobian<2, 6>([&](const SE3::Tangent& xi) { return project(plus(xi, a_T_b)); },
 ///     SE3::Tangent::Zero()); numeric_jacobian<6, 6>([&](const SE3::Tangent& xi) { return minus(f(plus(xi,

@@ -10,7 +10,7 @@
 
 namespace waymark::testing {
 
-/// Light by places, 1 where the sensor saturates.
+/// Radiance per sample, 1 at saturation of the sensor.
 struct Plane {
   int width = 0;
   int height = 0;
@@ -59,7 +59,7 @@ inline Plane blurred(const Plane& from, double sigma) {
   return convolved(convolved(from, kernel, true), kernel, false);
 }
 
-/// The mean of the places at `offsets`, interpolated.
+/// The mean of the samples at `offsets`, interpolated.
 inline Plane smeared(const Plane& from, const std::vector<Eigen::Vector2d>& offsets) {
   Plane to(from.width, from.height);
   to.each([&](int x, int y) {

@@ -13,8 +13,8 @@
 namespace waymark::testing {
 namespace {
 
-/// x, y, yaw, scale, bias, slip, sliding velocity, direction of odom; errors of the yaw rate and of the
-/// velocities in odom during one odometry message.
+/// x, y, yaw, scale, bias, slip, sliding speed, direction of frame odom; the errors of the yaw rate and of
+/// the speeds in frame odom between odometry messages.
 enum : Eigen::Index { kX, kY, kYaw, kScale, kBias, kSlip, kSlide, kAxes, kTurning, kWalkX, kWalkY, kStates };
 using State = Eigen::Matrix<double, kStates, kStates>;
 
@@ -38,8 +38,8 @@ State at_the_start(const TrueNoise& noise) {
   return P;
 }
 
-/// Adds the sliding over an interval to the position along `aside` and to the velocity: an integrated
-/// Gauss-Markov process.
+/// Adds the integrated Gauss-Markov process of sliding over an interval to the position along `aside` and to
+/// the speed.
 void add_sliding(State& P, const Eigen::Vector2d& aside, double dt_s, const TrueNoise& noise) {
   const double time_s = noise.slide_time_s;
   const double kept = std::exp(-dt_s / time_s);
@@ -78,7 +78,7 @@ State moved(const State& P, const SE2& from, const SE2& to, double dt_s, const T
   return after;
 }
 
-/// Fisher information of the corners of one tag about x, y and yaw.
+/// Fisher information of one tag's corners about x, y and yaw.
 Eigen::Matrix3d information(const TagDetection& seen, const MappedTag& tag, const CameraModel& camera,
                             const SE3& base_T_cam, const SE2& map_X_base) {
   const auto corners = [&](const Eigen::Vector3d& off) {
@@ -101,7 +101,7 @@ Eigen::Matrix3d information(const TagDetection& seen, const MappedTag& tag, cons
   return H.transpose() * seen.corner_covariance_px2.value().inverse() * H;
 }
 
-/// (P^-1 + E J E')^-1 for a P that may be singular.
+/// (P^-1 + E J E')^-1 for a possibly singular P.
 State seen(const State& P, const Eigen::Matrix3d& J) {
   const Eigen::Matrix<double, kStates, 3> A = P.leftCols<3>();
   const Eigen::Matrix3d inner = (Eigen::Matrix3d::Identity() + J * P.topLeftCorner<3, 3>()).inverse() * J;
@@ -109,14 +109,14 @@ State seen(const State& P, const Eigen::Matrix3d& J) {
   return (after + after.transpose()) / 2;
 }
 
-/// Replaces an error that is constant for a while by an independent one.
+/// Draws a piecewise constant state again.
 void redraw(State& P, Eigen::Index state, double sigma) {
   P.row(state).setZero();
   P.col(state).setZero();
   P(state, state) = sigma * sigma;
 }
 
-/// The error of the next odometry message is independent.
+/// The next odometry message has independent errors.
 void next_message(State& P, const TrueNoise& noise) {
   const double seconds = std::sqrt(noise.message_s);
   redraw(P, kTurning, noise.gyro_rad / seconds);

@@ -6,7 +6,7 @@
 
 #include "waymark/camera/camera_model.hpp"
 
-/// Cameras for property tests only. Drawn so that a failing one shrinks towards no distortion.
+/// Cameras for property tests only. Failing cases shrink towards no distortion.
 namespace waymark::testing {
 
 /// Uniform in [0, count), at every size.
@@ -20,7 +20,7 @@ inline double fraction() {
 inline double between(double low, double high) {
   return 0.5 * (low + high) + 0.5 * (high - low) * fraction();
 }
-/// Uniform in (0, 1), mostly, but one time in four 1 - 10^-n: what lies just inside the limit.
+/// Uniform in (0, 1) in three of four cases, otherwise 1 - 10^-n: just inside the limit.
 inline double near_one() {
   if (index_below(4) == 0) return 1.0 - std::pow(10.0, -1 - index_below(13));
   return between(1e-6, 1.0 - 1e-6);
@@ -45,7 +45,7 @@ inline Equidistant any_equidistant() {
   return camera;
 }
 
-/// A camera of 640 x 480 that make() accepts; draws that fold inside the image are thrown away.
+/// A camera of 640 x 480 that make() accepts; draws that fold inside the image are rejected.
 inline CameraModel any_camera() {
   const bool fisheye = index_below(3) == 2;
   const auto camera =
@@ -54,7 +54,7 @@ inline CameraModel any_camera() {
   return *camera;
 }
 
-/// A direction this far from the optical axis [rad], anywhere around it.
+/// A direction at this angle from the optical axis [rad], uniform about it.
 inline Eigen::Vector3d direction(double angle_rad) {
   const double around = 3.14159265358979 * fraction();
   return {std::sin(angle_rad) * std::cos(around), std::sin(angle_rad) * std::sin(around),

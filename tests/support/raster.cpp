@@ -143,7 +143,7 @@ Raster read_png(const Bytes& png) {
     const unsigned char* data = cairo_image_surface_get_data(surface);
     const int stride = cairo_image_surface_get_stride(surface);
     for (int y = 0; y < raster.height; ++y) {
-      // The page is opaque and black, white or grey: one channel of the four says it all.
+      // The page is opaque and black, white or grey, so one of the four channels is sufficient.
       for (int x = 0; x < raster.width; ++x)
         raster.grey.push_back(data[static_cast<std::ptrdiff_t>(y) * stride + std::ptrdiff_t{4} * x + 1]);
     }

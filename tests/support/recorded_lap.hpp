@@ -13,12 +13,12 @@
 #include "waymark/config/text_file.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 
-/// Recordings of simulated laps of circuit24, as jobs read them.
+/// Recordings of simulated laps of circuit24, as input of jobs.
 namespace waymark::test {
 
 struct RecordedLapOptions {
-  double for_s = std::numeric_limits<double>::infinity();  ///< what is later is not recorded
-  bool knows_robot = true;                                 ///< anchor and tag size are in it
+  double for_s = std::numeric_limits<double>::infinity();  ///< recording ends at this time
+  bool knows_robot = true;                                 ///< records anchor and tag size
   bool odometry = true;
 };
 
@@ -35,7 +35,7 @@ inline std::string seven_numbers(const SE3& pose) {
   return text;
 }
 
-/// Drives a lap and records it with truth, world and robot; the path of the file.
+/// Drives a lap and records it with truth, world and robot; returns the path of the file.
 inline std::string record_lap(const std::filesystem::path& file, std::uint64_t seed,
                               const RecordedLapOptions& options = {}) {
   const RobotDescription robot = read_robot(WAYMARK_SHARE "/robots/limo.yaml").value();
@@ -69,7 +69,7 @@ inline std::string record_lap(const std::filesystem::path& file, std::uint64_t s
   return file.string();
 }
 
-/// The names of what a folder holds, sorted.
+/// Sorted names of the files in a folder.
 inline std::vector<std::string> names_in(const std::filesystem::path& folder) {
   std::vector<std::string> names;
   std::error_code none;
@@ -79,7 +79,7 @@ inline std::vector<std::string> names_in(const std::filesystem::path& folder) {
   return names;
 }
 
-/// A control that cancels once it has been asked so often.
+/// A control that cancels after being asked this many times.
 inline JobControl cancelled_after(int questions) {
   JobControl control;
   control.cancelled = [questions]() mutable { return questions-- <= 0; };

@@ -10,15 +10,15 @@
 #include "waymark/mapping/scene/scene_map.hpp"
 #include "waymark/samples/visibility.hpp"
 
-/// A rig of one or two cameras that walks past a wall of tags of which the first is known, and a map of it
-/// that is the truth.
+/// A rig of one or two cameras that moves past a wall of tags, of which the first has a known pose, and its
+/// true map.
 namespace waymark::test {
 
 inline constexpr double kRigTag_m = 0.2;
 
 struct RigShape {
   std::size_t frames = 24, tags = 8, cameras = 1;
-  double step_s = 0.1;   ///< from frame to frame
+  double step_s = 0.1;   ///< between frames
   double noise_px = 0;   ///< of corners
   double readout_s = 0;  ///< of a rolling shutter
   std::uint64_t seed = 1;
@@ -43,13 +43,13 @@ inline ScenePrior exactly(const SE3& mean) {
   return ScenePrior::of(mean, Eigen::Vector3d::Constant(1e-4), Eigen::Vector3d::Constant(1e-4));
 }
 
-/// Where the rig is at a time [frames].
+/// Pose of the rig at a time [frames].
 inline SE3 rig_at(const RigShape& shape, double frame) {
   const double s = frame / static_cast<double>(shape.frames);
   return at(2.4 * s - 1.2, 0.3 * std::sin(9 * s), 0.3 * s, 0.1 * std::sin(5 * s), 0.1, 0.2 * std::sin(7 * s));
 }
 
-/// The corners of a tag as a camera sees them whose rows are read one after the other.
+/// The corners of a tag in a rolling-shutter camera.
 inline std::optional<std::array<Eigen::Vector2d, 4>> rig_corners(const RigScene& made, std::size_t camera,
                                                                  std::size_t frame, const SE3& map_T_tag) {
   const CameraModel& model = made.scene.cameras[camera].model;
@@ -116,7 +116,7 @@ inline RigScene rig_scene(const RigShape& shape = {}) {
   return made;
 }
 
-/// The problem of the scene, with every pose at the truth and every observation in use; corners with this
+/// The problem of the scene, with every pose at the truth and every observation in use; corners have this
 /// noise.
 inline SceneMap true_scene_map(const RigScene& made, double sigma_px = 0.5) {
   SceneMap map{.scene = made.scene};

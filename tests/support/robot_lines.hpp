@@ -29,7 +29,7 @@ class RobotLines {
 template <class Bridge>
 std::string words_of(Bridge& bridge) {
   std::string all;
-  for (const std::string& line : bridge.take_words()) all += line;
+  for (const std::string& line : bridge.take_reports()) all += line;
   return all;
 }
 

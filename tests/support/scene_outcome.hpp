@@ -9,7 +9,7 @@
 #include "tests/support/tag_scenes.hpp"
 #include "waymark/mapping/scene/scene_map.hpp"
 
-/// Maps of wide scenes against the truth.
+/// Errors of maps of wide scenes.
 namespace waymark::test {
 
 struct Outcome {

@@ -10,7 +10,7 @@
 #include "waymark/samples/mounted_camera.hpp"
 #include "waymark/samples/visibility.hpp"
 
-/// A robot that drives in a ring of tags, and the filter that receives it.
+/// A robot that drives in a ring of tags, and the filter that receives its samples.
 namespace waymark::testing {
 
 inline SensorTime at(double seconds) { return SensorTime(Duration(std::llround(seconds * 1e9))); }
@@ -20,7 +20,7 @@ inline MountedSensor mounted_sensor() {
   return {CameraModel::make(lens, 640, 480).value(), SE3(body_R_optical(), {0.08, 0, 0.18})};
 }
 
-/// Sixteen upright tags around, facing inwards, not evenly.
+/// Sixteen upright tags in a ring, facing inwards, unevenly spaced.
 inline TagMap ring() {
   TagMap map;
   for (int i = 0; i < 16; ++i) {
@@ -31,7 +31,7 @@ inline TagMap ring() {
   return map;
 }
 
-/// What is really there, and what the robot is told.
+/// The true world, and the world given to the robot.
 struct RingWorld {
   TagMap tags = ring();
   double wrong_id_share = 0;
@@ -54,7 +54,7 @@ inline TagFrame observe(const RingWorld& world, const SE2& map_X_base, double se
   return frame;
 }
 
-/// A robot that drives in circles in the ring; its odometry is a little wrong.
+/// A robot that drives in circles in the ring, with slightly wrong odometry.
 struct RingRobot {
   SE2 truth{0, -1, 0};
   SE2 odom{};

@@ -11,7 +11,7 @@
 #include "waymark/samples/mounted_camera.hpp"
 #include "waymark/samples/visibility.hpp"
 
-/// Scenes of many tags without a floor: a walk through aisles, a room seen from below its ceiling.
+/// Scenes of many tags without a floor: a walk through aisles, a room with a ceiling of tags seen from below.
 namespace waymark::test {
 
 struct WideScene {
@@ -25,7 +25,7 @@ namespace internal {
 
 inline constexpr double kSceneTagM = 0.25;
 
-/// One camera on a body that moves, tags on a wall that stands still, of which number 0 is known.
+/// One camera on a moving body, tags on a static wall; the pose of number 0 is known.
 inline WideScene empty_scene(const std::map<int, SE3>& tags) {
   const auto exactly = [](const SE3& mean) {
     return ScenePrior::of(mean, Eigen::Vector3d::Constant(1e-4), Eigen::Vector3d::Constant(1e-4));
@@ -46,7 +46,7 @@ inline WideScene empty_scene(const std::map<int, SE3>& tags) {
   return wide;
 }
 
-/// What the camera sees from these places, the nearest tags first, at most so many a frame.
+/// The camera's observations from these poses, the nearest tags first, at most this many per frame.
 inline void film(WideScene& wide, const std::vector<SE3>& map_T_cam, double farthest_m, std::size_t most,
                  double noise_px, Random& random) {
   const auto cell = [](const Eigen::Vector3d& p) {
@@ -92,8 +92,8 @@ inline void film(WideScene& wide, const std::vector<SE3>& map_T_cam, double fart
 
 }  // namespace internal
 
-/// A walk up one aisle, round a half circle, down the next, with signs on alternate sides of the whole way,
-/// about five of them in a picture, no odometry.
+/// A walk up one aisle, around a half circle, down the next, with signs on alternate sides of the path, about
+/// five of them per image, without odometry.
 inline WideScene aisles(int tags, std::uint64_t seed, double noise_px = 0.2) {
   constexpr double kAisleM = 30;
   constexpr double kRadiusM = 1.5;
@@ -132,8 +132,8 @@ inline WideScene aisles(int tags, std::uint64_t seed, double noise_px = 0.2) {
   return wide;
 }
 
-/// A room whose ceiling is covered with tags, seen from below in lanes; so far below that there are about 20
-/// of them in a picture, or 37 from 3.4 m.
+/// A room whose ceiling is covered with tags, seen from below in lanes; at this distance about 20 of them are
+/// in an image, or 37 from 3.4 m.
 inline WideScene ceiling(int tags, std::uint64_t seed, double noise_px = 0.2, double below_m = 2.6) {
   constexpr double kPitchM = 0.6;
   constexpr double kLaneM = 1.2;
@@ -158,7 +158,8 @@ inline WideScene ceiling(int tags, std::uint64_t seed, double noise_px = 0.2, do
   return wide;
 }
 
-/// Replaces the id of this share of the detections by another one of the set. How many it replaced.
+/// Replaces the id of this fraction of the detections by another one of the set. Returns the number of
+/// replacements.
 inline std::size_t misread(SceneRecording& recording, int ids, double share, std::uint64_t seed) {
   Random random(seed);
   std::size_t wrong = 0;

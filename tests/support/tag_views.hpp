@@ -26,29 +26,29 @@ inline CameraModel distorting_camera() {
                            640, 480)
       .value();
 }
-/// A fisheye that sees beyond 90 degrees.
+/// A fisheye with a field of view beyond 90 degrees off the axis.
 inline CameraModel fisheye_camera() {
   return CameraModel::make(Equidistant{280, 281, 640, 480, {0.02, -0.008, 0.002, -0.0003}}, 1280, 960)
       .value();
 }
 
-/// What a view may look like.
+/// Range of random views.
 struct ViewRange {
   double min_size_px = 40, max_size_px = 200;  ///< side of the tag if it faced the camera
   double min_tilt_deg = 0, max_tilt_deg = 70;  ///< angle between the tag's z and the line of sight
   double max_off_axis = 0.25;                  ///< tangent of the direction to the tag
 };
 
-/// A random view: the tag's direction, its tilt about any axis across the line of sight, and its roll are
-/// uniform.
+/// A random view: the tag's direction, its tilt about any axis perpendicular to the line of sight, and its
+/// roll are uniform.
 inline SE3 random_view(Random& random, const ViewRange& range = {}, double size_m = kTagSize,
                        double focal_px = kFocal) {
   const double z = focal_px * size_m / random.uniform(range.min_size_px, range.max_size_px);
   const double x = random.uniform(-range.max_off_axis, range.max_off_axis);
   const double y = random.uniform(-range.max_off_axis, range.max_off_axis);
   const Eigen::Vector3d cam_t_tag = z * Eigen::Vector3d(x, y, 1);
-  // The shortest turn of z towards the tag. (Eigen's FromTwoVectors costs every test seven seconds to
-  // compile.)
+  // The smallest rotation of z towards the tag. (Eigen's FromTwoVectors costs every test seven seconds of
+  // compilation.)
   const Eigen::Vector3d across = Eigen::Vector3d::UnitZ().cross(cam_t_tag.normalized());
   const double turn = std::atan2(across.norm(), cam_t_tag.normalized().z());
   const SO3 towards = SO3::exp(across.norm() > 0 ? Eigen::Vector3d(turn * across.normalized()) : across);
@@ -59,14 +59,14 @@ inline SE3 random_view(Random& random, const ViewRange& range = {}, double size_
   return {towards * tilted * rolled, cam_t_tag};
 }
 
-/// The corners TL, TR, BR, BL of a tag in its own frame, written down independently of the code under test.
+/// The corners TL, TR, BR, BL of a tag in its own frame, independent of the code under test.
 inline std::array<Eigen::Vector3d, 4> tag_corners(double size_m = kTagSize) {
   const double h = size_m / 2;
   return {Eigen::Vector3d(-h, -h, 0), Eigen::Vector3d(h, -h, 0), Eigen::Vector3d(h, h, 0),
           Eigen::Vector3d(-h, h, 0)};
 }
 
-/// The tag as seen from there; nothing when a corner is not in the lens's domain.
+/// The detection of the tag in this view; nothing if a corner is outside the domain of the camera model.
 inline std::optional<TagDetection> see_tag(const CameraModel& camera, const SE3& cam_T_tag,
                                            double size_m = kTagSize, int number = 0) {
   TagDetection seen;

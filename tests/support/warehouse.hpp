@@ -11,16 +11,16 @@
 #include "waymark/samples/mounted_camera.hpp"
 #include "waymark/samples/visibility.hpp"
 
-/// A warehouse of any size: aisles driven one after the other, tags on signs along both sides.
+/// A warehouse of any size: parallel aisles driven in order, with tags on signs along both sides.
 namespace waymark::test {
 
 struct WarehouseShape {
   int tags = 2000;
   double aisle_m = 35;      ///< length
-  double pitch_m = 3;       ///< from aisle to aisle
-  double sign_m = 0.7;      ///< from sign to sign on one side
-  double frame_m = 0.035;   ///< way from frame to frame
-  double farthest_m = 7.5;  ///< at which a tag is seen
+  double pitch_m = 3;       ///< distance between aisles
+  double sign_m = 0.7;      ///< distance between signs on one side
+  double frame_m = 0.035;   ///< distance driven between frames
+  double farthest_m = 7.5;  ///< maximum distance of a visible tag
   double tag_m = 0.25;      ///< side
   double corner_sigma_px = 0.1;
   std::uint64_t seed = 1;
@@ -56,7 +56,7 @@ inline std::vector<SE2> warehouse_way(const WarehouseShape& shape, int aisles) {
   return way;
 }
 
-/// Signs turned by 40 degrees from the aisle towards those who come.
+/// Signs rotated by 40 degrees from the aisle towards the oncoming robot.
 inline TagMap warehouse_tags(const WarehouseShape& shape, int aisles) {
   TagMap map;
   const int per_side = static_cast<int>(shape.aisle_m / shape.sign_m);
@@ -76,8 +76,8 @@ inline TagMap warehouse_tags(const WarehouseShape& shape, int aisles) {
 
 }  // namespace internal
 
-/// Drives it: corners with noise and its covariance, wheels 1 % off with noise. Occlusion is not considered.
-/// O(frames * tags seen).
+/// Simulates the drive: noisy corners with their covariance, odometry 1 % off with noise. Occlusion is not
+/// simulated. O(frames * visible tags).
 inline Warehouse drive_warehouse(const WarehouseShape& shape) {
   const int per_aisle = 2 * static_cast<int>(shape.aisle_m / shape.sign_m);
   const int aisles = (shape.tags + per_aisle - 1) / per_aisle;
@@ -89,7 +89,7 @@ inline Warehouse drive_warehouse(const WarehouseShape& shape) {
                           .anchor = {FamilyId::TagStandard52h13, 0}}};
   house.truth = internal::warehouse_tags(shape, aisles);
   house.lap.map_T_anchor = house.truth.tags.at(house.lap.anchor).map_T_tag;
-  std::map<int, std::vector<TagId>> by_cell;  // aisles lie apart: cells of two metres along x and y
+  std::map<int, std::vector<TagId>> by_cell;  // cells of two metres along x and y, which separate the aisles
   const auto cell = [](double x, double y) {
     return static_cast<int>(std::floor(x / 2)) * 100000 + static_cast<int>(std::floor(y / 2));
   };

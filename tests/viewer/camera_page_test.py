@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The page of `waymark detect v4l2:… --view` in a headless Chromium: a camera that tests/fake_v4l2 plays.
+"""The page of `waymark detect v4l2:… --view` in a headless Chromium, with a camera simulated by tests/fake_v4l2.
 
 usage: camera_page_test.py PROGRAM VIEWER_BUILD_FOLDER
 Exit code 77 (skipped) where npm could not build the page (tools/build_viewer.sh).
@@ -23,7 +23,7 @@ def address(process):
     for line in process.stderr:
         if found := re.search(r"the page: (\S+)", line):
             return found.group(1)
-    raise SystemExit("the program said no address")
+    raise SystemExit("the program printed no address")
 
 
 def main():
@@ -45,19 +45,19 @@ def main():
                                     env={**os.environ, **environment})
         finally:
             process.send_signal(signal.SIGINT)
-            said = process.communicate(timeout=30)[1]
+            messages = process.communicate(timeout=30)[1]
         if looked.returncode != 0 or process.returncode != 130:
-            print(said, file=sys.stderr)
+            print(messages, file=sys.stderr)
             return 1
         saved, recorded = list(folder.glob("snapshot-*.png")), list(folder.glob("camera-*.mcap"))
         if len(saved) != 1 or len(recorded) != 1:
             raise SystemExit(f"saved {saved}, recorded {recorded}")
         found = subprocess.run([program, "detect", "--json", saved[0]], check=True, capture_output=True, text=True).stdout
         if "tag36h11:42" not in found:
-            raise SystemExit(f"the saved picture holds {found}")
+            raise SystemExit(f"the saved picture contains {found}")
         info = subprocess.run([program, "info", "--json", recorded[0]], check=True, capture_output=True, text=True).stdout
         if '"/image_raw/compressed"' not in info or '"/camera_info"' not in info:
-            raise SystemExit(f"the recording holds {info}")
+            raise SystemExit(f"the recording contains {info}")
     return 0
 
 

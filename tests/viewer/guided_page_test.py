@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The page of `waymark calibrate camera v4l2:… --view` in a headless Chromium: a board before a camera that tests/fake_v4l2 plays.
+"""The page of `waymark calibrate camera v4l2:… --view` in a headless Chromium: a board in front of a camera simulated by tests/fake_v4l2.
 
 usage: guided_page_test.py PROGRAM VIEWER_BUILD_FOLDER
 Exit code 77 (skipped) where npm could not build the page (tools/build_viewer.sh).
@@ -24,12 +24,12 @@ from harness import PROGRAM  # noqa: E402
 from page_test import SKIPPED, browser_tools  # noqa: E402
 
 VIEWS = 10
-HELD = 26  # pictures that show the board in one place
+HELD = 26  # frames with the board at one place
 BOARD = ("--target", "charuco", *map(str, boards.PrintedBoards.CHARUCO))
 
 
 def filmed(folder):
-    """A camera before which a printed board is held still in one place after the other."""
+    """A camera with a printed board that is held still at one place after the other."""
     subprocess.run([PROGRAM, "tags", "board", "--style", *BOARD[1:], "--dpi", str(boards.DPI), "-o", "sheet.png"], cwd=folder, check=True,
                    capture_output=True)
     photos = folder / "photos"
@@ -44,7 +44,7 @@ def filmed(folder):
 
 
 def corners_by_part(folder, views, width, height):
-    """Of the first views that were kept, by the calibration file that holds all corners."""
+    """The corners of the first accepted views, from the calibration file, which contains all corners."""
     kept = [f"views/view-{number:03}.png" for number in range(1, views + 1)]
     subprocess.run([PROGRAM, "calibrate", "camera", *kept, *BOARD, "--lens", "radtan4", "--format", "photonvision",
                     "-o", "corners.json"], cwd=folder, check=True, capture_output=True)
@@ -56,7 +56,7 @@ def corners_by_part(folder, views, width, height):
 
 
 def main():
-    tools = browser_tools(pathlib.Path(sys.argv[1]))  # harness took the program
+    tools = browser_tools(pathlib.Path(sys.argv[1]))  # harness has removed the program from sys.argv
     if tools is None:
         return SKIPPED
     node, environment = tools
@@ -67,22 +67,22 @@ def main():
                                     "--set", "guide.views_at_most=1000", "--set", "guide.focal_share=1e-5", "--set", "guide.capture.new_share=0.02",
                                     "--resume", "views", "--view", "--port", "0", "-o", "calibration.yaml"],
                                    cwd=folder, env=camera.environment(), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-        said = []
+        messages = []
         for line in process.stderr:
-            said.append(line)
+            messages.append(line)
             if found := re.search(r"the page: (\S+)", line):
                 break
         else:
-            print("".join(said), file=sys.stderr)
+            print("".join(messages), file=sys.stderr)
             return 1
         try:
             looked = subprocess.run([node, HERE.parents[1] / "viewer/test/guided_test.mjs", found.group(1), *sys.argv[2:]], check=False, timeout=300,
                                     env={**os.environ, **environment}, stdout=subprocess.PIPE, text=True)
         finally:
             process.send_signal(signal.SIGINT)
-            said.append(process.communicate(timeout=60)[1])
+            messages.append(process.communicate(timeout=60)[1])
         if looked.returncode != 0 or process.returncode != 130:
-            print("".join(said), file=sys.stderr)
+            print("".join(messages), file=sys.stderr)
             return 1
         panel = json.loads(looked.stdout)
         shown = [int(re.search(r"\d+", part["words"]).group()) for part in panel["parts"]]

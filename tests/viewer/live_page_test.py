@@ -1,10 +1,10 @@
 #!/usr/bin/python3
-"""The page of a robot that runs, in a headless Chromium: teach, map and replay by its buttons on the simulator; what its camera sees.
+"""The page of a running robot in a headless Chromium: teach, map and replay with its buttons in simulation, and the camera view.
 
 usage: live_page_test.py PROGRAM VIEWER_BUILD_FOLDER session|pictures [PICTURES]
-session: the robot says the corners of tags, which is cheap, so that page and robot keep up on a busy machine; with PICTURES it sends
-pictures as well, and the screenshot of the documents goes there. pictures: a short lap with pictures.
-Exit code 77 (skipped) where npm could not build the page (tools/build_viewer.sh).
+session: the robot sends tag corners, which needs little processor time on a busy machine; with PICTURES it also sends images, and the
+screenshot of the documentation is written to that folder. pictures: a short lap with images.
+Exit code 77 (skipped) if npm could not build the page (tools/build_viewer.sh).
 """
 import math
 import os
@@ -19,7 +19,7 @@ from page_test import SKIPPED, browser_tools  # noqa: E402
 
 
 def round_world():
-    """A lane of 5.7 m round the middle of a ring of 18 tags: a lap is twenty seconds."""
+    """A path of 5.7 m in a ring of 18 tags: a lap takes twenty seconds."""
     text = "name: ring\ntag_family: tag36h11\ntag_size_m: 0.16\nanchor_id: 0\ntags:\n"
     for i in range(18):
         angle = math.radians(20 * i + 40)
@@ -41,7 +41,7 @@ def main():
     with tempfile.TemporaryDirectory(prefix="waymark-live-") as folder:
         world = pathlib.Path(folder) / "ring.yaml"
         world.write_text(round_world(), encoding="utf-8")
-        # Nothing runs out while somebody looks: a replay is many laps long.
+        # A replay of many laps, so that it does not end during the test.
         how = ["--images", "--pace", "1"] if what == "pictures" or pictures else ["--pace", "2"]
         with Robot(folder, "--world", world, "--laps", "50", *how) as robot:
             script = HERE.parents[1] / "viewer/test/live_test.mjs"

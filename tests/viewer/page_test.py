@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The page of `waymark view` in a headless Chromium: opens, scrubs, steps, measures; pictures, accessibility, a phone.
+"""The page of `waymark view` in a headless Chromium: open, scrub, step, measure, images, accessibility, a phone.
 
 usage: page_test.py PROGRAM VIEWER_BUILD_FOLDER [PICTURES]     with PICTURES the screenshots of the documents go there
 Exit code 77 (skipped) where npm could not build the page (tools/build_viewer.sh): it comes from the network. Chromium is a package of ./test.sh.
@@ -19,7 +19,7 @@ SKIPPED = 77
 
 
 def browser_tools(built):
-    """Node and the environment of its scripts; None where npm has not built the page."""
+    """Node and the environment of its scripts; None if npm has not built the page."""
     modules = built / "source/node_modules"
     chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     npm_node = built.parent / "npm/node_modules/.bin/node"

@@ -15,11 +15,11 @@ import type { LiveMode } from "./live/live_mode";
 const byId = <T extends HTMLElement>(id: string): T => document.getElementById(id) as T;
 const colour = (name: string): string => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
-const sessionAsked = fetch("session.json", { cache: "no-store" }).catch(() => undefined); // while the page is set up
+const sessionAsked = fetch("session.json", { cache: "no-store" }).catch(() => undefined); // requested while the page is set up
 const reader = new Reader(hear);
 let content = emptyContent();
 let offers: Offer[] = [];
-let offered = false; // the recording that is open is one of them
+let offered = false; // the open recording is one of them
 let tagsByName = new Map(tagsOf(content).map((tag) => [`${tag.family}:${tag.id}`, tag]));
 const playback = new Playback();
 const map = new MapView(byId<HTMLCanvasElement>("map"));
@@ -29,15 +29,15 @@ const bar = new TimelineBar(playback, () => content.tracks.tags.column(0), updat
 const plots = new Plots(byId("plots"), (t) => bar.seek(t));
 let live: LiveMode | undefined;
 
-function say(words: string, bad = false): void {
+function showStatus(words: string, bad = false): void {
   byId("status").textContent = words;
   byId("status").classList.toggle("bad", bad);
 }
 
-let pictureShown = NaN; // of a recording: the time whose picture was shown last
-let lookedAt = NaN; // of a robot that runs, when somebody looks back
+let pictureShown = NaN; // recording: time of the last picture shown
+let lookedAt = NaN; // running robot: time shown while looking back
 
-/** All that moves with the time. */
+/** Updates everything that depends on the time. */
 function update(): void {
   const { t } = playback;
   if (content.info?.hasPictures) reader.picture(t);
@@ -63,13 +63,13 @@ function drawCamera(): void {
   const { info } = content;
   const { tags, estimate, truth } = content.tracks;
   const t = live?.pictureTime ?? playback.t;
-  const frame = tags.indexAt(t); // where the robot was when the picture was taken
+  const frame = tags.indexAt(t); // the pose of the robot at the time of the picture
   const base = frame >= 0 ? poseBetween(estimate.length > 0 ? estimate : truth, tags.time(frame)) : undefined;
   const map_T_cam = base && info?.base_T_cam ? compose(base, info.base_T_cam) : undefined;
   camera.draw(info?.camera, quadsAt(content.tracks.tags, content.families, t), tagsByName, map_T_cam, live !== undefined || tags.length > 0);
 }
 
-/** All that only changes when something is opened. */
+/** Updates everything that changes only when a file is opened. */
 function rebuild(reframe: boolean): void {
   tagsByName = new Map(tagsOf(content).map((tag) => [`${tag.family}:${tag.id}`, tag]));
   world.build(content, colour);
@@ -80,7 +80,7 @@ function rebuild(reframe: boolean): void {
     plots.show(figuresOf(scoresOf(tracks, content.route, world.map_T_odom ?? identity)));
     bar.showMarks(marksOf(tracks));
   }
-  const shown = [["truth", "truth", tracks.truth.length], ["odometry", "odometry, laid where it begins", tracks.odometry.length],
+  const shown = [["truth", "truth", tracks.truth.length], ["odometry", "odometry, aligned at its beginning", tracks.odometry.length],
                  ["estimate", "estimate, with three sigma", tracks.estimate.length], ["route", "route", content.route ? 1 : 0],
                  ["other", `route ${[...content.otherRoutes.keys()].join(", ")}`, content.otherRoutes.size]] as const;
   byId("legend").replaceChildren(...shown.filter(([, , count]) => count > 0).map(([name, words]) => {
@@ -94,7 +94,7 @@ function rebuild(reframe: boolean): void {
   update();
 }
 
-/** Every mapped tag with what the map says of it. */
+/** Lists every mapped tag with its data in the map. */
 function showTagTable(): void {
   const millimetres = (value: number | undefined): string => (value === undefined ? "" : (value * 1000).toFixed(1));
   byId("tags").hidden = content.tags.length === 0;
@@ -113,17 +113,17 @@ function showTagTable(): void {
 }
 
 function hear(answer: Answer): void {
-  switch (answer.tell) {
-    case "failed": return say(answer.words, true);
+  switch (answer.type) {
+    case "failed": return showStatus(answer.words, true);
     case "picture":
-      void camera.show(answer.picture).then(() => { drawCamera(); pictureShown = answer.t; }).catch((error: unknown) => say(String(error), true));
+      void camera.show(answer.picture).then(() => { drawCamera(); pictureShown = answer.t; }).catch((error: unknown) => showStatus(String(error), true));
       return;
     case "opened": {
       const { info } = answer;
       content.info = info;
       for (const [name, text] of Object.entries(info.texts)) if (name !== "options.yaml") takeText(content, name, text);
       playback.duration = info.duration;
-      say(`${info.name}: ${clockText(info.duration)}, ${info.messages} messages; reading …`);
+      showStatus(`${info.name}: ${clockText(info.duration)}, ${info.messages} messages; reading …`);
       rebuild(true);
       void layOfferedMap();
       return;
@@ -134,7 +134,7 @@ function hear(answer: Answer): void {
       content.families = answer.families;
       content.complete = answer.complete;
       const { info } = content;
-      if (info) say(`${info.name}: ${clockText(info.duration)}, ${info.messages} messages${answer.complete ? "" : `; reading ${Math.round(100 * answer.progress)} %`}`);
+      if (info) showStatus(`${info.name}: ${clockText(info.duration)}, ${info.messages} messages${answer.complete ? "" : `; reading ${Math.round(100 * answer.progress)} %`}`);
       if (answer.complete || first) rebuild(true);
       if (answer.complete) document.body.dataset["ready"] = "true";
       return;
@@ -154,12 +154,12 @@ function openRecording(source: File | string): void {
   reader.open(source);
 }
 
-/** Recordings replace what is open; a map or a route is laid over it. */
+/** A recording replaces the open one; a map or a route is added to it. */
 async function openFiles(files: readonly File[]): Promise<void> {
   for (const file of files) {
     if (!/\.(ya?ml|txt)$/.test(file.name)) { openRecording(file); continue; }
     const wrong = takeText(content, file.name, await file.text());
-    say(wrong ?? `${file.name} is open`, wrong !== undefined);
+    showStatus(wrong ?? `${file.name} is open`, wrong !== undefined);
     rebuild(true);
   }
 }
@@ -180,22 +180,22 @@ async function openOffered(): Promise<void> {
   document.body.dataset["ready"] = "true";
 }
 
-/** Its code comes only where a robot runs. */
+/** Loaded only if there is a running robot. */
 async function startLive(): Promise<void> {
   const { LiveMode } = await import("./live/live_mode");
   byId("choice").parentElement!.hidden = true;
   setFollow(true);
-  live = new LiveMode({ content, playback, world, camera, plots, bar, say, rebuild, refit: () => map.refit(), update, drawCamera, colour });
+  live = new LiveMode({ content, playback, world, camera, plots, bar, showStatus, rebuild, refit: () => map.refit(), update, drawCamera, colour });
 }
 
-/** A recording that is offered without a map of its own gets the one beside it; a recording from elsewhere does not. */
+/** An offered recording without its own map gets the map next to it; recordings from elsewhere do not. */
 async function layOfferedMap(): Promise<void> {
   if (!offered) return;
   const { info } = content;
   const hasOwn = content.tags.length > 0 || content.route !== undefined;
   for (const offer of offers.filter((o) => (hasOwn ? /^route-.*\.yaml$/ : /^(map|route|route-.*)\.yaml$/).test(o.name))) {
     const text = await fetch(offer.url).then((answer) => (answer.ok ? answer.text() : ""));
-    if (content.info !== info) return; // another one was opened meanwhile
+    if (content.info !== info) return; // another recording was opened meanwhile
     takeText(content, offer.name, text);
     rebuild(true);
   }
@@ -207,8 +207,8 @@ async function takeOfferedTexts(): Promise<void> {
     const text = await fetch(offer.url).then((answer) => (answer.ok ? answer.text() : ""));
     wrong = takeText(content, offer.name, text) ?? wrong;
   }
-  if (tagsOf(content).length > 0) say(wrong ?? `A map of ${tagsOf(content).length} tags`, wrong !== undefined);
-  else say(wrong ?? "Open a recording: with the button, or drop one here.", wrong !== undefined);
+  if (tagsOf(content).length > 0) showStatus(wrong ?? `A map of ${tagsOf(content).length} tags`, wrong !== undefined);
+  else showStatus(wrong ?? "Open a recording with the button, or drop one here.", wrong !== undefined);
   rebuild(true);
 }
 
@@ -233,13 +233,13 @@ function connect(): void {
   byId("measure").addEventListener("click", () => {
     const on = byId("measure").ariaPressed !== "true";
     press("measure", on);
-    byId("measured").textContent = on ? "click two places on the floor" : "";
+    byId("measured").textContent = on ? "click two points on the floor" : "";
     map.measure(on ? (words) => (byId("measured").textContent = words) : undefined);
   });
   byId("theme").addEventListener("click", () => setTheme(document.documentElement.dataset["theme"] === "dark" ? "light" : "dark"));
   byId("choice").addEventListener("change", (event) => openRecording((event.target as HTMLSelectElement).value));
   byId("address").addEventListener("click", () => {
-    const url = prompt("Address of a recording (MCAP) on a server that gives parts of files");
+    const url = prompt("Address of a recording (MCAP) on a server that supports ranges");
     if (url) openRecording(url);
   });
   byId("file").addEventListener("change", (event) => void openFiles([...((event.target as HTMLInputElement).files ?? [])]));
@@ -271,7 +271,7 @@ connect();
 setTheme(matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
 requestAnimationFrame(tick);
 void openOffered();
-// For tests: where a place of the map is on the canvas.
+// For tests: canvas position of a point of the map.
 Object.assign(window, { waymark: {
   pixelOf: (x: number, y: number, z: number) => map.pixelOf(x, y, z),
   pictureShown: () => pictureShown,

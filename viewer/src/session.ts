@@ -3,7 +3,7 @@ import type { Answer, Request } from "./data/protocol";
 import type { RecordingInfo } from "./data/recording";
 import { emptyTracks, trackNames, type TrackName, type Tracks } from "./data/tracks";
 
-/** What is open: a recording, a map, or both. */
+/** The open content: a recording, a map, or both. */
 export interface Content {
   info: RecordingInfo | undefined;
   tracks: Tracks;
@@ -11,11 +11,11 @@ export interface Content {
   complete: boolean;
   tags: MapTag[];
   route: Route | undefined;
-  otherRoutes: Map<string, Route>; // route-NAME.yaml, as `waymark optimize` writes it
+  otherRoutes: Map<string, Route>; // route-NAME.yaml, as written by `waymark optimize`
   world: World | undefined;
   hull: [number, number, number];
-  tagSize: number | undefined; // [m], of a robot that runs
-  seen: MapTag[]; // placed by odometry while there is no map
+  tagSize: number | undefined; // [m], of a running robot
+  seen: MapTag[]; // placed by odometry before there is a map
 }
 
 export const emptyContent = (): Content => ({
@@ -23,7 +23,7 @@ export const emptyContent = (): Content => ({
   tagSize: undefined, seen: [],
 });
 
-/** Takes what a file of text says into the content; gives its words where it says nothing that is shown. */
+/** Adds a text file to the content; returns a message if it contains nothing that can be shown. */
 export function takeText(content: Content, name: string, text: string): string | undefined {
   const base = name.split("/").pop() ?? name;
   try {
@@ -38,7 +38,7 @@ export function takeText(content: Content, name: string, text: string): string |
     else if (base === "truth_trajectory.txt") takeTrajectory(content, "truth", text);
     else if (base === "trajectory.txt") takeTrajectory(content, "estimate", text);
     else if (/^tag_family:/m.test(text)) content.world = parseWorld(text);
-    else return `${name}: neither a map nor a route`;
+    else return `${name}: not a map and not a route`;
   } catch (error) {
     return `${name}: ${(error as Error).message}`;
   }
@@ -58,31 +58,31 @@ function takeTrajectory(content: Content, name: "truth" | "estimate", text: stri
   content.complete = true;
 }
 
-/** Where the tags stand, as well as it is known: by the map, or else by the simulator's world. */
+/** Poses of the tags from the best source: the map, or else the simulator's world. */
 export const tagsOf = (content: Content): readonly MapTag[] => (content.tags.length > 0 ? content.tags : (content.world?.tags ?? []));
 
-/** What is drawn of the tags: those of the map or the world, or else those seen so far. */
+/** Tags to draw: those of the map or the world, or else those observed so far. */
 export const drawnTagsOf = (content: Content): readonly MapTag[] => (tagsOf(content).length > 0 ? tagsOf(content) : content.seen);
 
 const newWorker = (): Worker => new Worker(new URL("./data/worker.ts", import.meta.url), { type: "module" });
 
-/** The worker, and pictures asked one at a time: while one is on its way only the last wish is kept. */
+/** The worker. Pictures are requested one at a time; while one is pending only the last request is kept. */
 export class Reader {
   private worker: Worker | undefined;
-  private spare: Worker | undefined = newWorker(); // starts while the page does
+  private spare: Worker | undefined = newWorker(); // starts together with the page
   private asked = false;
   private wish: number | undefined;
 
-  constructor(private readonly told: (answer: Answer) => void) {}
+  constructor(private readonly onAnswer: (answer: Answer) => void) {}
 
   open(source: File | string): void {
     this.worker?.terminate();
-    this.asked = true; // the first picture comes by itself
+    this.asked = true; // the first picture is sent without a request
     this.wish = undefined;
     this.worker = this.spare ?? newWorker();
     this.spare = undefined;
     this.worker.onmessage = ({ data }: MessageEvent<Answer>) => this.hear(data);
-    this.worker.onerror = (event) => this.told({ tell: "failed", words: event.message || "the reader did not start" });
+    this.worker.onerror = (event) => this.onAnswer({ type: "failed", words: event.message || "the reader did not start" });
     this.ask({ ask: "open", source });
   }
   picture(t: number): void {
@@ -91,8 +91,8 @@ export class Reader {
     this.ask({ ask: "picture", t });
   }
   private hear(answer: Answer): void {
-    this.told(answer);
-    if (answer.tell !== "picture") return;
+    this.onAnswer(answer);
+    if (answer.type !== "picture") return;
     this.asked = false;
     const { wish } = this;
     this.wish = undefined;
@@ -110,7 +110,7 @@ export function takeRows(content: Content, rows: Partial<Record<TrackName, Float
   }
 }
 
-/** A file the server offers (`GET session.json`). */
+/** A file that the server offers (`GET session.json`). */
 export interface Offer {
   readonly name: string;
   readonly url: string;

@@ -1,7 +1,7 @@
-// Measures how old pictures of a robot that runs are on the page; one object of JSON. Run by tools/measure_page.py.
-// usage: node age.mjs URL PICTURES     URL with its token: has the robot taught by its script first; without: only looks
-// drawn_ms: until the page had drawn a picture with its tags; painted_ms: until the browser had put that on the screen. Both since the robot's program
-// had the picture, by the same clock.
+// Measures the latency of pictures of a running robot on the page; prints one JSON object. Run by tools/measure_page.py.
+// usage: node age.mjs URL PICTURES     URL with its token: first lets the script teach the robot; without: only watches
+// drawn_ms: until the page had drawn a picture with its tags; painted_ms: until the browser had put it on the screen. Both are measured from the
+// time at which the robot's program had the picture, by the same clock.
 import { launch, openPage } from "./browser.mjs";
 
 const [url, wanted] = process.argv.slice(2);
@@ -12,9 +12,9 @@ if (new URL(url).searchParams.has("token")) {
   await page.waitForFunction(() => document.body.dataset.phase === "idle");
   await page.click("#go");
   await page.click("#script");
-  await page.waitForFunction(() => /Speed0\.[1-9]/.test(document.querySelector("#facts").textContent)); // it drives
+  await page.waitForFunction(() => /Speed0\.[1-9]/.test(document.querySelector("#facts").textContent)); // the robot drives
 }
-await page.waitForFunction(() => window.waymark.latencies().length > 30); // all of the page is there
+await page.waitForFunction(() => window.waymark.latencies().length > 30); // the page is fully loaded
 const measured = await page.evaluate((count) => new Promise((done) => {
   const painted_ms = [], before = window.waymark.latencies().length, start = performance.now();
   const { port1, port2 } = new MessageChannel();

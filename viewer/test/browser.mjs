@@ -1,4 +1,4 @@
-// What the tests of the page share: a headless Chromium, what goes wrong in it, and looking at pixels.
+// Shared by the tests of the page: a headless Chromium, its errors, and pixel counts.
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { pathToFileURL } from "node:url";
@@ -13,10 +13,10 @@ export function check(condition, words) {
 
 export const launch = () => chromium.launch({
   executablePath: process.env.WAYMARK_CHROMIUM ?? "/usr/bin/chromium",
-  args: ["--no-sandbox", "--enable-unsafe-swiftshader"], // without a graphics card WebGL is drawn by the processor, and nothing else is made to be
+  args: ["--no-sandbox", "--enable-unsafe-swiftshader"], // without a graphics card only WebGL is rendered in software
 });
 
-/** A page that remembers its troubles: errors, and requests to anybody but `origin`. */
+/** Opens a page and collects its errors, and its requests to other origins than `origin`. */
 export async function openPage(browser, origin, options = {}) {
   const page = await browser.newPage({ viewport: { width: 1280, height: 800 }, colorScheme: "light", ...options });
   page.setDefaultTimeout(120000); // a busy machine
@@ -29,7 +29,7 @@ export async function openPage(browser, origin, options = {}) {
   return { page, troubles };
 }
 
-/** How many pixels of a canvas about a place (all of it unless given) are near a colour. */
+/** Number of pixels of a canvas near a colour, around a point (of the whole canvas unless given). */
 export const pixelsNear = (page, id, colour, at, reach) => page.$eval(id, (canvas, [rgb, place, r]) => {
   const copy = document.createElement("canvas");
   copy.width = canvas.width;
@@ -44,14 +44,14 @@ export const pixelsNear = (page, id, colour, at, reach) => page.$eval(id, (canva
   return count;
 }, [colour, at, reach]);
 
-/** WCAG 2 A and AA, and what axe-core thinks of as good practice. */
+/** Checks WCAG 2 A and AA and the best practices of axe-core. */
 export async function accessible(page, where) {
   await page.evaluate(axe);
   const { violations } = await page.evaluate(() => window.axe.run(document, { runOnly: ["wcag2a", "wcag2aa", "best-practice"] }));
   check(violations.length === 0, `${where}: ${violations.map((v) => `${v.id} (${v.nodes[0].html}: ${v.nodes[0].any[0]?.message ?? ""})`).join("; ")}`);
 }
 
-/** All that the last change asked for is on the screen. */
+/** Waits until the last change is on the screen. */
 export const drawn = (page) => page.evaluate(async () => {
   const frame = () => new Promise((done) => requestAnimationFrame(done));
   await frame();
@@ -59,7 +59,7 @@ export const drawn = (page) => page.evaluate(async () => {
   await frame();
 });
 
-/** How many of the places (x y z of the map) are outside the picture of the scene. */
+/** Number of points (x y z of the map) outside the picture of the scene. */
 export const outside = (page, places) => page.evaluate((all) => {
   const { clientWidth, clientHeight } = document.querySelector("#map");
   return all.map((place) => window.waymark.pixelOf(...place)).filter(([u, v]) => !(u >= 0 && u <= clientWidth && v >= 0 && v <= clientHeight)).length;

@@ -1,5 +1,5 @@
 // Uses the page of `waymark detect v4l2:… --view`: tags, poses, rate and age, the exposure, a picture saved, a recording.
-// usage: node camera_test.mjs URL     URL with its token; exit code 1 and words when something is wrong; else one object of JSON
+// usage: node camera_test.mjs URL     URL with its token; exit code 1 and a message on failure; else one JSON object
 import { accessible, check, launch, openPage } from "./browser.mjs";
 
 const [url] = process.argv.slice(2);
@@ -26,7 +26,7 @@ try {
   await until("#devicesaid", "saved snapshot-.*\\.png");
   await page.click("#record");
   await until("#devicesaid", "recording camera-.*\\.mcap");
-  check((await page.getAttribute("#record", "aria-pressed")) === "true", "the button says that it records");
+  check((await page.getAttribute("#record", "aria-pressed")) === "true", "the button shows that it records");
   await page.waitForTimeout(1000);
   await page.click("#record");
   await until("#devicesaid", "recorded camera-.*\\.mcap");

@@ -1,12 +1,12 @@
-// Uses the page of `waymark calibrate camera v4l2:… --view`: which parts of the picture and which tilts are there, and which are missing.
-// usage: node guided_test.mjs URL [SCREENSHOT]     URL with its token; exit code 1 and words when something is wrong; else the last panel as JSON
+// Uses the page of `waymark calibrate camera v4l2:… --view`: covered and missing parts of the picture and tilts.
+// usage: node guided_test.mjs URL [SCREENSHOT]     URL with its token; exit code 1 and a message on failure; else the last panel as JSON
 import { accessible, check, launch, openPage } from "./browser.mjs";
 
 const [url, screenshot] = process.argv.slice(2);
 const browser = await launch();
 const { page, troubles } = await openPage(browser, new URL(url).origin);
 
-/** The panel as it stands, of one moment. */
+/** The present state of the panel, read at once. */
 const read = () => page.evaluate(() => {
   const cell = (element) => ({ name: element.querySelector("span").textContent.replace(", board here", ""), words: element.querySelector("strong").textContent,
                                covered: element.classList.contains("covered"), missing: element.classList.contains("missing"), here: element.classList.contains("here") });
@@ -44,10 +44,10 @@ try {
   check(later.parts.every((part, i) => countOf(part) >= countOf(first.parts[i])), "no part loses corners");
   await page.waitForFunction(() => /focal length ± [\d.]+ %/.test(document.querySelector("#guidefacts").textContent));
   const fitted = await read();
-  check(total(fitted.tilts) >= 1 && total(fitted.tilts) <= viewsOf(fitted), `tilts are told from the fourth view on: ${JSON.stringify(fitted.tilts)}`);
+  check(total(fitted.tilts) >= 1 && total(fitted.tilts) <= viewsOf(fitted), `tilts are counted from the fourth view on: ${JSON.stringify(fitted.tilts)}`);
   const missing = fitted.tilts.filter((tilt) => tilt.missing).map(({ name }) => name.split(" ")[0]);
   const wanted = /tilt the board, its (.*) edge nearer/.exec(fitted.said)?.[1] ?? "";
-  check(missing.every((edge) => wanted.includes(edge)), `what is said is what the panel shows: ${fitted.said} ${missing}`);
+  check(missing.every((edge) => wanted.includes(edge)), `the message matches the panel: ${fitted.said} ${missing}`);
   if (screenshot) await page.screenshot({ path: screenshot });
   check(troubles.length === 0, troubles.join("; "));
   console.log(JSON.stringify(await read()));

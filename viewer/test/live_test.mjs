@@ -1,5 +1,5 @@
-// Uses the page of `waymark run --view`: clicks through teach, map and replay, or looks at the pictures of a robot that is taught.
-// usage: node live_test.mjs URL session|pictures [PICTURES]     URL with its token; exit code 1 and words when something is wrong
+// Uses the page of `waymark run --view`: clicks through teach, map and replay, or checks the pictures of a robot that is taught.
+// usage: node live_test.mjs URL session|pictures [PICTURES]     URL with its token; exit code 1 and a message on failure
 import { accessible, check, drawn, launch, openPage, outside } from "./browser.mjs";
 import { LiveUser } from "./live_user.mjs";
 
@@ -12,22 +12,22 @@ const { page, origin } = user;
 async function opens() {
   await user.untilPhase("idle");
   check(!(await page.isVisible("#teach")), "the first lap has one button");
-  check(page.url() === `${origin}/`, `the token left the address: ${page.url()}`);
-  check((await user.text("#go")) === "Teach a lap", "the button says what it does");
+  check(page.url() === `${origin}/`, `the token was removed from the address: ${page.url()}`);
+  check((await user.text("#go")) === "Teach a lap", "the button shows its action");
   check((await page.getAttribute("#session [aria-current]", "aria-current")) === "step" && (await user.text("#session [aria-current]")) === "idle", "where the session is");
-  await user.untilText("#lights", /● odometry: \d+ a second/);
+  await user.untilText("#lights", /● odometry: \d+ per second/);
 }
 
 async function drivesByHand() {
   await user.go("teaching");
   await user.takes();
   await page.selectOption("#drivespeed", "0.1");
-  await page.click("h1"); // the keys of a list are its own
+  await page.click("h1"); // a focused list uses the keys itself
   await page.keyboard.down("w");
   await user.untilSpeed((v) => v > 0.05, "w drives");
   await user.press("Space", async () => (await user.speed()) < 0.02, "space stops");
   await page.keyboard.up("w");
-  check((await user.phase()) === "teaching", "the lap goes on");
+  check((await user.phase()) === "teaching", "the lap continues");
 }
 
 async function scriptDrives() {
@@ -35,7 +35,7 @@ async function scriptDrives() {
   await user.untilText("#seen", /tag36h11:\d+/);
   await user.untilQuads("quads are drawn into the picture");
   await user.until(() => page.evaluate(() => window.waymark.tags().length > 1), "tags are drawn before there is a map");
-  check((await page.getAttribute("#follow", "aria-pressed")) === "true", "the view follows a robot that runs");
+  check((await page.getAttribute("#follow", "aria-pressed")) === "true", "the view follows a running robot");
   await user.until(async () => (await outside(page, await page.evaluate(() => window.waymark.tags()))) === 0, "the tags that were seen are in view");
 }
 
@@ -44,21 +44,21 @@ async function replays() {
   await user.untilSpeed((v) => v > 0.1, "it drives by itself");
   await user.untilText("#lights", /● localisation/);
   await user.go("paused");
-  await user.untilSpeed((v) => v < 0.02, "pause stands");
+  await user.untilSpeed((v) => v < 0.02, "a paused robot is stationary");
   await user.go("replaying");
   await user.until(() => page.$("#legend .estimate"), "the estimate is never drawn");
   await user.untilText("#seen", /residual [\d.]+ px/);
-  await user.until(async () => parseFloat((await user.text("#phase")).split(";")[1]) > 1.2, "it does not get on"); // metres of the way
+  await user.until(async () => parseFloat((await user.text("#phase")).split(";")[1]) > 1.2, "it does not progress"); // metres of the route
   if (pictures) await page.screenshot({ path: `${pictures}/live.png` });
   user.drives = false;
   await page.click("h1");
   await user.press("Space", async () => (await user.phase()) === "stopped", "space stops the replay");
   await user.untilSpeed((v) => v < 0.02, "space stops a replay");
-  check((await user.text("#phase")).includes("stopped by the operator"), "why it stopped");
-  await user.looksBack(2); // now that it stands: a page on a busy machine takes its time
+  check((await user.text("#phase")).includes("stopped by the operator"), "the reason of the stop");
+  await user.looksBack(2); // while the robot is stationary, because a page on a busy machine is slow
 }
 
-/** A second viewer, without the token, watches. */
+/** A second viewer without the token only watches. */
 async function onlyWatches() {
   const { page: other } = await openPage(browser, origin);
   await other.goto(origin);
@@ -78,7 +78,7 @@ async function phoneAndDark() {
   await page.setViewportSize({ width: 1280, height: 800 });
 }
 
-/** Begins another lap although there is a map, and drops it. */
+/** Begins another lap although there is a map, and discards it. */
 async function teachesAgain() {
   await user.press("#teach", async () => (await user.phase()) === "teaching", "another lap is taught", () => page.isVisible("#teach"));
   check(!(await page.isVisible("#teach")), "while a lap is taught there is no other to begin");
@@ -100,7 +100,7 @@ async function session() {
   return "taught, mapped and replayed";
 }
 
-/** What the camera of a robot sees, while it is taught. */
+/** Checks the camera pictures of a robot while it is taught. */
 async function looks() {
   await opens();
   await user.go("teaching");
@@ -126,7 +126,7 @@ try {
   const words = await (what === "session" ? session() : looks());
   check(user.troubles.length === 0, user.troubles.join("; "));
   console.log(`${words}; control was lost ${user.lost} times, the page was silent for ${((await user.silence()) / 1000).toFixed(1)} s at most; ` +
-    `all in ${((Date.now() - started) / 1000).toFixed(1)} s`);
+    `total ${((Date.now() - started) / 1000).toFixed(1)} s`);
 } catch (error) {
   console.error(`${error.message}\nphase: ${await user.text("#phase").catch(() => "")}\nstatus: ${await user.text("#status").catch(() => "")}\ntroubles: ${user.troubles.join("; ")}`);
   if (process.env.WAYMARK_FAILED) await page.screenshot({ path: process.env.WAYMARK_FAILED }).catch(() => {});

@@ -1,13 +1,13 @@
-// Somebody at the live page: sees what it says, presses, and waits for what comes of it, however slow the machine is. Nothing here has to be quick:
-// a page on a busy machine may even have been silent for so long that it lost control, and the robot stands as it should: then it is taken again.
+// A user of the live page: reads it, presses buttons, and waits for the effects, however slow the machine is. Nothing here has to be quick: a page on a
+// busy machine may be silent for so long that it loses control, and the robot stops as it should; control is then taken again.
 import { check, drawn, openPage, pixelsNear } from "./browser.mjs";
 
-const patience = 120000; // [ms] of one wait
+const patience = 120000; // [ms] timeout of one wait
 const again = 15000; // [ms] until a press that did nothing is repeated
 const QUAD = [240, 228, 66];
 
 export class LiveUser {
-  /** Of a page of its own; `token`: opens the address with it. */
+  /** Opens its own page; a token in the URL is used. */
   static async open(browser, url) {
     const user = new LiveUser();
     user.origin = new URL(url).origin;
@@ -24,7 +24,7 @@ export class LiveUser {
     await user.page.waitForSelector("body[data-ready]", { state: "attached", timeout: patience });
     return user;
   }
-  lost = 0; // so many times control was taken back
+  lost = 0; // number of times control was lost
   taken = -Infinity;
   resumed = -Infinity;
 
@@ -33,7 +33,7 @@ export class LiveUser {
   speed() {
     return this.page.$$eval("#facts div", (rows) => parseFloat(rows.find((r) => r.children[0].textContent === "Speed")?.children[1].textContent ?? "0"));
   }
-  /** Until `probe` finds something. */
+  /** Waits until `probe` returns something. */
   async until(probe, words) {
     for (const end = Date.now() + patience; ; await this.page.waitForTimeout(50)) {
       await this.keepControl();
@@ -43,7 +43,7 @@ export class LiveUser {
     }
   }
   untilText(id, pattern) {
-    return this.until(async () => pattern.test(await this.text(id)), `${id} never said ${pattern}`);
+    return this.until(async () => pattern.test(await this.text(id)), `${id} never showed ${pattern}`);
   }
   untilPhase(wanted) {
     return this.until(async () => (await this.phase()) === wanted, `the phase never was '${wanted}'`);
@@ -51,11 +51,11 @@ export class LiveUser {
   untilSpeed(wanted, words) {
     return this.until(async () => wanted(await this.speed()), words);
   }
-  /** Pictures come and go: one with tags is among the next. */
+  /** Waits for a picture with tags; not every picture has some. */
   untilQuads(words) {
     return this.until(async () => (await pixelsNear(this.page, "#picture", QUAD)) > 100, words);
   }
-  /** Presses a button, or a key, until `probe` finds something; once is enough unless the page was silent meanwhile. `may`: that it makes sense to press. */
+  /** Presses a button or a key until `probe` returns something; one press must suffice unless the page was silent meanwhile. `may`: whether pressing is meaningful. */
   async press(id, probe, words, may = async () => true) {
     let presses = 0, pressed = -Infinity;
     await this.until(async () => {
@@ -69,7 +69,7 @@ export class LiveUser {
     }, words);
     check(presses <= 1 || (await this.silence()) > 1000, `${presses} presses of ${id}: ${words}`);
   }
-  /** The button of the session. */
+  /** Presses the button of the session. */
   async go(wanted) {
     this.drives = false;
     const from = await this.phase();
@@ -77,7 +77,7 @@ export class LiveUser {
     this.drives = wanted === "replaying";
   }
   silence() { return this.page.evaluate(() => window.silence); }
-  /** Takes control back, and goes on with a replay that paused for it. */
+  /** Takes control back, and resumes a replay that was paused because of it. */
   async keepControl() {
     if (!this.held) return;
     const [words, phase] = await this.page.evaluate(() => [document.querySelector("#control").textContent, document.body.dataset.phase]);
@@ -96,7 +96,7 @@ export class LiveUser {
     await this.until(async () => (await this.text("#control")) === "Give control back", "control is never held");
     this.held = true;
   }
-  /** Scrubs to `t`: whether tags are in the picture of that time. */
+  /** Scrubs to `t`; returns whether tags are in the picture of that time. */
   async seesTagsAt(t) {
     await this.page.$eval("#time", (e, value) => { e.value = value; e.dispatchEvent(new Event("input")); }, String(t));
     await drawn(this.page);
@@ -105,7 +105,7 @@ export class LiveUser {
       if ((await pixelsNear(this.page, "#picture", QUAD)) > 100) return true;
     return false;
   }
-  /** Scrubs, and returns. At one moment no tag may be in view, or its message was dropped for a page that was slow: then at an earlier one. */
+  /** Scrubs back and returns. At one time no tag may be in view, or its message may have been dropped for a slow page; then tries an earlier time. */
   async looksBack(seconds) {
     const now = await this.page.$eval("#time", (e) => Number(e.value));
     let seen = false;

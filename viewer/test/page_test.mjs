@@ -1,5 +1,5 @@
 // Drives the page of `waymark view` in a headless Chromium.
-// usage: node page_test.mjs URL FOLDER [PICTURES]     URL serves FOLDER, which `waymark demo` wrote; exit code 1 and words when something is wrong
+// usage: node page_test.mjs URL FOLDER [PICTURES]     URL serves FOLDER, which `waymark demo` wrote; exit code 1 and a message on failure
 import { readFileSync } from "node:fs";
 import * as tools from "./browser.mjs";
 
@@ -32,7 +32,7 @@ async function replayIsShown() {
   check(legend === "truth odometry estimate route", `legend: ${legend}`);
 }
 
-/** The first view shows every tag and the robot, whatever the shape of the window. */
+/** The first view shows every tag and the robot, at any window size. */
 async function firstViewFits() {
   for (const [width, height] of [[1280, 800], [1900, 600], [800, 1000], [390, 844]]) {
     await page.setViewportSize({ width, height });
@@ -56,7 +56,7 @@ async function firstViewFits() {
 async function scrubbingMoves() {
   await seek(20);
   const [x, y] = (await fact("Truth")).split(",").map(parseFloat);
-  check(Number(parseFloat(await fact("Off by"))) < 10, `the estimate is off by ${await fact("Off by")}`);
+  check(Number(parseFloat(await fact("Error"))) < 10, `the estimate is off by ${await fact("Error")}`);
   check(Number(await fact("Tags in view")) > 0, "a tag is in view");
   check((await pixelsNear("#picture", QUAD)) > 100, "quads are drawn");
   await page.click("#viewtop");
@@ -67,7 +67,7 @@ async function scrubbingMoves() {
   await page.click("#view3d");
 }
 
-/** In 3-D from near: follow the robot, then a mapped tag shows black and white. */
+/** In 3-D up close: follows the robot, then a mapped tag shows black and white. */
 async function tagsAreReal() {
   await seek(0);
   await drawn();
@@ -83,7 +83,7 @@ async function tagsAreReal() {
 }
 
 async function keysWork() {
-  await page.click("h1"); // the focus is nowhere
+  await page.click("h1"); // no element has the focus
   await seek(10);
   await page.keyboard.press("ArrowRight");
   const stepped = await time();
@@ -150,7 +150,7 @@ try {
   await ownFiles();
   await phone();
   check(troubles.length === 0, troubles.join("; "));
-  console.log(`usable after ${usable} ms, browser started in ${launched - started} ms, all in ${Date.now() - started} ms`);
+  console.log(`usable after ${usable} ms, browser started in ${launched - started} ms, total ${Date.now() - started} ms`);
 } catch (error) {
   console.error(`${error.message}\nstatus: ${await status().catch(() => "")}\ntroubles: ${troubles.join("; ")}`);
   if (process.env.WAYMARK_FAILED) await page.screenshot({ path: process.env.WAYMARK_FAILED }).catch(() => {});

@@ -1,5 +1,5 @@
-// Measures the page on a long recording: how soon after the start of the server it is usable in a browser that is open, and how long each jump of the
-// timeline takes until its picture is drawn; one object of JSON. Run by tools/measure_page.py.
+// Measures the page on a long recording: the time from the start of the server until it is usable in an open browser, and the time of each jump of
+// the timeline until its picture is drawn; prints one JSON object. Run by tools/measure_page.py.
 // usage: node scrub.mjs PROGRAM RECORDING
 import { spawn } from "node:child_process";
 import { once } from "node:events";

@@ -4,7 +4,7 @@
 
 namespace waymark {
 
-/// What people read and write is in degrees, what is computed with in radians (docs/conventions.md, Units).
+/// Input and output use degrees, computations use radians (docs/conventions.md, Units).
 [[nodiscard]] constexpr double to_degrees(double angle_rad) { return angle_rad * 180 / std::numbers::pi; }
 [[nodiscard]] constexpr double to_radians(double angle_deg) { return angle_deg * std::numbers::pi / 180; }
 

@@ -23,13 +23,13 @@ TEST(Time, StampsOfDifferentClocksDoNotSubtract) {
   EXPECT_DOUBLE_EQ(to_seconds(SensorTime(Duration(1'500'000'000)) - SensorTime()), 1.5);
 }
 
-TEST(Angles, DegreesAreRadiansAndBack) {
+TEST(Angles, DegreesAndRadiansRoundTrip) {
   EXPECT_DOUBLE_EQ(to_radians(180), std::acos(-1.0));
   for (const double angle_rad : {-7.0, 0.0, 0.3})
     EXPECT_NEAR(to_radians(to_degrees(angle_rad)), angle_rad, 1e-15);
 }
 
-TEST(OrderStatistics, AreAsOfTheSortedValues) {
+TEST(OrderStatistics, MatchSortedValues) {
   Random random(5);
   for (std::size_t n = 1; n < 40; ++n) {
     std::vector<double> values(n);

@@ -37,16 +37,16 @@ std::string to_string(const Error& error) {
   return text;
 }
 
-std::string write_mend(int error, const std::string& folder) {
+std::string write_hint(int error, const std::string& folder) {
   switch (error) {
     case ENOENT:
-      return "Make the folder '" + folder + "' first.";
+      return "Create the folder '" + folder + "' first.";
     case ENOTDIR:
-      return "A part of this path is a file, where a folder is needed. Name another one.";
+      return "A component of this path is a file, not a folder. Choose another path.";
     case EACCES:
     case EPERM:
     case EROFS:
-      return "Name a folder in which you may write.";
+      return "Choose a folder with write permission.";
     case ENOSPC:
     case EDQUOT:
     case EFBIG:

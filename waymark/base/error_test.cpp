@@ -5,7 +5,7 @@
 namespace waymark {
 namespace {
 
-TEST(Error, SaysWhatWhereAndHowToMend) {
+TEST(Error, TextHasPlaceMessageAndHint) {
   const Error error{ErrorCode::InvalidArgument,
                     "negative focal length -3",
                     {.source = "cam.yaml", .line = 12, .key = "fx"},

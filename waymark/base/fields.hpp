@@ -10,16 +10,16 @@
 
 namespace waymark {
 
-/// One field of an option struct, named once: YAML keys, command line flags, Python keywords and the
-/// reference page are made from it. The name carries the unit where one is needed ("tag_size_m").
+/// One field of an option struct. YAML keys, command line flags, Python keywords and the reference page
+/// are generated from it. The name carries the unit if there is one ("tag_size_m").
 struct Field {
   std::string_view name;      ///< snake_case key; the flag is the same with dashes
-  std::string_view sentence;  ///< what it does and when to touch it
+  std::string_view sentence;  ///< what it does and when to change it
   double min = -std::numeric_limits<double>::infinity();  ///< smallest allowed value, for numbers
   double max = std::numeric_limits<double>::infinity();   ///< largest allowed value, for numbers
 };
 
-/// An option struct lists its fields in one static function that works for const and mutable objects alike:
+/// An option struct lists its fields in one static function that accepts const and mutable objects:
 ///
 ///     template <class Self, class Visitor>
 ///     static void fields(Self& self, Visitor&& visit) {
@@ -41,7 +41,7 @@ template <HasFields Options>
 /// The error of a number outside the range of its field.
 [[nodiscard]] tl::unexpected<Error> outside_range(double number, const Field& field);
 
-/// Checks every number against its range; the first one outside (or NaN) is the error.
+/// Checks each number against its range; the error is the first that is outside its range (or NaN).
 template <HasFields Options>
 [[nodiscard]] Status check_ranges(const Options& options) {
   Status status;
@@ -57,8 +57,8 @@ template <HasFields Options>
   return status;
 }
 
-/// Calls `visit(value, field)` for all fields of a struct and of the structs in it, in order; `enter(field)`
-/// before those of a struct in it and `leave()` after.
+/// Calls `visit(value, field)` for all fields of a struct and of its nested structs, in order; calls
+/// `enter(field)` before the fields of a nested struct and `leave()` after them.
 template <HasFields Options, class Visit, class Enter, class Leave>
 void visit_leaves(Options& options, const Visit& visit, const Enter& enter, const Leave& leave) {
   std::remove_const_t<Options>::fields(options, [&](auto& value, const Field& field) {
@@ -72,7 +72,7 @@ void visit_leaves(Options& options, const Visit& visit, const Enter& enter, cons
   });
 }
 
-/// check_ranges() that also looks into the structs in a struct.
+/// Like check_ranges(), and also checks nested structs.
 template <HasFields Options>
 [[nodiscard]] Status check_leaf_ranges(const Options& options) {
   Status status = check_ranges(options);
@@ -83,52 +83,54 @@ template <HasFields Options>
   return status;
 }
 
-/// A field of a job: a Field with what a command line needs beyond it. A job lists its fields as option
-/// structs do; its flags are made from them, and their help says the sentence:
+/// A field of a job: a Field with the additional properties of a command line flag or argument. A job
+/// lists its fields as option structs do; flags and their help are generated from them:
 ///
 ///     visit(self.output, JobField("output FILE", "Recording to write (.mcap)").required());
 struct JobField : Field {
-  /// `named`: the key, which is the flag with dashes, and what its value is called: "tag_size_m NUMBER";
-  /// of a switch the key alone. A range is checked where both of its ends are given.
+  /// `named`: the key (the flag has dashes instead of underscores) and the name of its value:
+  /// "tag_size_m NUMBER"; a switch has the key alone. The range is checked if both of its ends are
+  /// given.
   constexpr JobField(std::string_view named, std::string_view what,
                      double least = -std::numeric_limits<double>::infinity(),
                      double most = std::numeric_limits<double>::infinity())
       : Field{named.substr(0, named.find(' ')), what, least, most},
         value_name(named.substr(name.size() + (name.size() < named.size() ? 1 : 0))) {}
 
-  /// An input, not a flag: a word by itself, called as its value is ("RUN", or "RUN ...").
+  /// A positional argument instead of a flag, shown as the name of its value ("RUN", or "RUN ...").
   [[nodiscard]] constexpr JobField input() const { return with(&JobField::is_input, true); }
   [[nodiscard]] constexpr JobField required() const { return with(&JobField::is_required, true); }
-  /// Needed less: the short help leaves it out.
+  /// Rarely needed: the short help omits it.
   [[nodiscard]] constexpr JobField less() const { return with(&JobField::is_less, true); }
-  /// One of these words, between commas: "jpeg,raw".
+  /// The value must be one of these comma-separated words: "jpeg,raw".
   [[nodiscard]] constexpr JobField one_of(std::string_view all) const { return with(&JobField::words, all); }
-  /// What is said to be usual, where that is not the value before anything is given, or where that is zero.
+  /// Text of the default in the help, if it differs from the initial value or if the initial value is
+  /// zero.
   [[nodiscard]] constexpr JobField usually(std::string_view text) const {
     return with(&JobField::usual, text);
   }
-  /// Its value before anything is given says nothing, and is not shown.
-  [[nodiscard]] constexpr JobField without_usual() const { return with(&JobField::has_no_usual, true); }
-  /// In a group of that name, which the short help leaves out.
+  /// The help shows no default, because the initial value has no meaning.
+  [[nodiscard]] constexpr JobField without_default() const { return with(&JobField::has_no_default, true); }
+  /// Belongs to the group with this title, which the short help omits.
   [[nodiscard]] constexpr JobField grouped(std::string_view title) const {
     return with(&JobField::group, title);
   }
-  /// Means nothing without these other fields, or not beside those: "limo,mbot".
+  /// Requires these other fields, or is incompatible with those (excludes()): "limo,mbot".
   [[nodiscard]] constexpr JobField needs(std::string_view keys) const {
     return with(&JobField::needed, keys);
   }
   [[nodiscard]] constexpr JobField excludes(std::string_view keys) const {
     return with(&JobField::excluded, keys);
   }
-  /// Another name for it.
+  /// An alternative name.
   [[nodiscard]] constexpr JobField also(std::string_view other) const {
     return with(&JobField::alias, other);
   }
-  /// A list that is given in one word, with commas between its parts.
-  [[nodiscard]] constexpr JobField by_commas() const { return with(&JobField::has_commas, true); }
-  /// A list of which each part is given by a flag of its own.
+  /// A list that is given as one comma-separated word.
+  [[nodiscard]] constexpr JobField comma_separated() const { return with(&JobField::has_commas, true); }
+  /// A list; the flag is repeated for each element.
   [[nodiscard]] constexpr JobField repeated() const { return with(&JobField::is_repeated, true); }
-  /// A list of so many parts.
+  /// A list of exactly this many elements.
   [[nodiscard]] constexpr JobField parts(int number) const { return with(&JobField::count, number); }
 
   std::string_view value_name;
@@ -141,10 +143,10 @@ struct JobField : Field {
   bool is_input = false;
   bool is_required = false;
   bool is_less = false;
-  bool has_no_usual = false;
+  bool has_no_default = false;
   bool has_commas = false;
   bool is_repeated = false;
-  int count = 0;  ///< of the parts of a list; 0: any
+  int count = 0;  ///< number of elements of a list; 0: any
 
  private:
   template <class Value>

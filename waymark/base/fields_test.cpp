@@ -7,6 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
+
 namespace waymark {
 namespace {
 
@@ -43,8 +45,10 @@ TEST(FieldLeaves, AreVisitedInOrderBetweenTheirStructs) {
 
 TEST(FieldLeaves, TheirRangesAreChecked) {
   EXPECT_TRUE(check_leaf_ranges(Follower{}));
-  EXPECT_EQ(to_string(check_leaf_ranges(Follower{.motion = {.noise = 7}}).error()),
-            "(noise): 7 is outside [0, 1]. Noise of a step.");
+  const Status nested = check_leaf_ranges(Follower{.motion = {.noise = 7}});
+  ASSERT_FALSE(nested);
+  EXPECT_EQ(nested.error().place.key, "noise");
+  EXPECT_EQ(nested.error().hint, "Noise of a step.");
   EXPECT_EQ(check_leaf_ranges(Follower{.count = 0}).error().place.key, "count");
 }
 
@@ -61,12 +65,12 @@ struct Job {
   }
 };
 
-TEST(JobField, IsAFieldForWhatReadsFields) {
+TEST(JobField, IsVisitedLikeAField) {
   EXPECT_EQ(field_names<Job>(), (std::vector<std::string>{"output", "pause_s", "force"}));
 }
 
-TEST(JobField, KeyAndNameOfTheValueAreSaidInOne) {
-  constexpr JobField kSize("anchor_pose X Y Z", "Where it stands");
+TEST(JobField, KeyAndValueNameAreSplitAtTheFirstSpace) {
+  constexpr JobField kSize("anchor_pose X Y Z", "Pose of the anchor");
   EXPECT_EQ(kSize.name, "anchor_pose");
   EXPECT_EQ(kSize.value_name, "X Y Z");
   constexpr JobField kSwitch("force", "Replace a file");
@@ -74,7 +78,7 @@ TEST(JobField, KeyAndNameOfTheValueAreSaidInOne) {
   EXPECT_TRUE(kSwitch.value_name.empty());
 }
 
-TEST(JobField, WhatIsSaidOfItAddsUp) {
+TEST(JobField, PropertiesCanBeChained) {
   Job job;
   Job::fields(job, [](auto&, const JobField& field) {
     EXPECT_EQ(field.is_required, field.name == "output");
@@ -97,12 +101,15 @@ struct SomeOptions {
   }
 };
 
-TEST(Fields, AreNamedOnceAndRangeChecked) {
+TEST(Fields, NamesAreListedAndRangesChecked) {
   EXPECT_EQ(field_names<SomeOptions>(), (std::vector<std::string>{"scale", "count", "word"}));
   EXPECT_TRUE(check_ranges(SomeOptions{}));
   const Status too_large = check_ranges(SomeOptions{.scale = 3});
   ASSERT_FALSE(too_large);
-  EXPECT_EQ(to_string(too_large.error()), "(scale): 3 is outside [0, 2]. Between 0 and 2.");
+  EXPECT_EQ(too_large.error().code, ErrorCode::InvalidArgument);
+  EXPECT_EQ(too_large.error().place.key, "scale");
+  EXPECT_EQ(too_large.error().hint, "Between 0 and 2.");
+  testing::expect_on_page("config", too_large.error());
   EXPECT_FALSE(check_ranges(SomeOptions{.scale = std::numeric_limits<double>::quiet_NaN()}));
   EXPECT_FALSE(check_ranges(SomeOptions{.count = 0}));
 }

@@ -5,11 +5,11 @@
 namespace waymark {
 namespace {
 
-/// Behind the string that begins before `at`.
+/// Position after the closing quote of the string that begins before `at`.
 std::size_t end_of_string(std::string_view text, std::size_t at) {
   while ((at = text.find_first_of("\"\\", at)) != std::string_view::npos) {
     if (text[at] == '"') return at + 1;
-    at += 2;  // what is escaped ends nothing
+    at += 2;  // skips an escaped quote or backslash
   }
   return text.size();
 }

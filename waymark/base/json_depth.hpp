@@ -5,9 +5,9 @@
 
 namespace waymark {
 
-/// How deep lists and objects stand in each other in a JSON text; counting ends beyond `most`. Asked before a
-/// foreign text is parsed: what walks a parsed value calls itself at each level, and a text of brackets alone
-/// would use up the stack. A text that is no JSON has a depth, too.
+/// Nesting depth of lists and objects in a JSON text; counting stops once the depth exceeds `most`. Check
+/// it before parsing untrusted text: code that walks a parsed value recurses at each level, and a text of
+/// brackets alone would exhaust the stack. The text need not be valid JSON.
 [[nodiscard]] std::size_t json_depth(std::string_view text, std::size_t most);
 
 }  // namespace waymark

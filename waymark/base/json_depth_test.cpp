@@ -7,7 +7,7 @@
 namespace waymark {
 namespace {
 
-TEST(JsonDepth, CountsListsAndObjectsOutsideOfText) {
+TEST(JsonDepth, CountsListsAndObjectsOutsideStrings) {
   EXPECT_EQ(json_depth("", 9), 0U);
   EXPECT_EQ(json_depth("17", 9), 0U);
   EXPECT_EQ(json_depth(R"({"a":[1,[2],{}]})", 9), 3U);
@@ -17,7 +17,7 @@ TEST(JsonDepth, CountsListsAndObjectsOutsideOfText) {
   EXPECT_EQ(json_depth(R"("ends in the text \)", 9), 0U);
 }
 
-TEST(JsonDepth, CountingEndsBeyondTheLimit) { EXPECT_EQ(json_depth(std::string(10'000'000, '['), 16), 17U); }
+TEST(JsonDepth, CountingStopsBeyondTheLimit) { EXPECT_EQ(json_depth(std::string(10'000'000, '['), 16), 17U); }
 
 }  // namespace
 }  // namespace waymark

@@ -11,7 +11,7 @@ namespace waymark {
 namespace {
 
 constexpr unsigned char kDelete = 0x7f;
-/// UTF-8 of U+0080 to U+009F, which terminals obey as well: this byte, then 0x80 to 0x9f.
+/// UTF-8 of U+0080 to U+009F, control characters for terminals too: this byte, then 0x80 to 0x9f.
 constexpr unsigned char kLeadOfControls = 0xc2;
 
 bool continues(unsigned char byte) { return (byte & 0xc0U) == 0x80U; }
@@ -24,14 +24,14 @@ std::string printable(std::string_view text) {
   for (std::size_t i = 0; i < text.size(); ++i) {
     const auto byte = static_cast<unsigned char>(text[i]);
     const unsigned char next = i + 1 < text.size() ? static_cast<unsigned char>(text[i + 1]) : 0;
-    const bool alone = continues(byte) && before < kDelete;  // no letter of UTF-8: an old terminal's control
+    const bool alone = continues(byte) && before < kDelete;  // not valid UTF-8; a control of 8-bit terminals
     const bool begins_control = byte == kLeadOfControls && continues(next) && next < 0xa0U;
     const bool control = byte < ' ' || byte == kDelete || alone || begins_control;
     if (control)
       out += fmt::format("\\x{:02x}", byte);
     else
       out += text[i];
-    // The byte after an escaped one stands alone, too.
+    // A continuation byte after an escaped one is a lone byte as well.
     before = control ? static_cast<unsigned char>(0) : byte;
   }
   return out;
@@ -61,12 +61,12 @@ std::size_t edits(std::string_view a, std::string_view b) {
 }  // namespace
 
 std::string nearest_word(std::string_view word, const std::vector<std::string>& candidates) {
-  constexpr std::size_t kLongestWord = 100;  // anything longer is not a misspelling
+  constexpr std::size_t kLongestWord = 100;  // a longer word is not a misspelling
   if (word.size() > kLongestWord) return {};
   std::string best;
   std::size_t best_edits = std::max<std::size_t>(1, word.size() / 3) + 1;
   for (const std::string& candidate : candidates) {
-    // "36h11" for "tag36h11": leaving out a beginning or an end is the commonest slip.
+    // "36h11" for "tag36h11": omitting the beginning or the end is the most common mistake.
     const bool part = word.size() >= 3 && candidate.find(word) != std::string::npos;
     const std::size_t distance = part ? 1 : edits(word, candidate);
     if (distance < best_edits) {

@@ -19,7 +19,7 @@ TEST(Suggest, FindsTheNearestWord) {
   EXPECT_EQ(suggestion("xyzzy", {"a", "b"}), "Known: a, b.");
 }
 
-TEST(Printable, ATerminalObeysNothingOfIt) {
+TEST(Printable, ControlCharactersAreEscaped) {
   EXPECT_EQ(printable("battery low: 12.1 V"), "battery low: 12.1 V");
   EXPECT_EQ(printable("\x1b[2Jgone\r\n\tover\x7f"), "\\x1b[2Jgone\\x0d\\x0a\\x09over\\x7f");
   EXPECT_EQ(printable("\x1b]0;title\x07"), "\\x1b]0;title\\x07");

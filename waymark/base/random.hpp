@@ -5,9 +5,9 @@
 
 namespace waymark {
 
-/// Random numbers from a seed that is passed in. The same seed gives the same numbers on every platform: the
-/// standard fixes the engine but not its distributions, so those are here. Draw once a statement: which
-/// argument of a call is evaluated first differs between compilers.
+/// Random numbers from a given seed. The same seed gives the same numbers on every platform: the standard
+/// fixes the engine but not its distributions, so those are implemented here. Draw once per statement:
+/// the evaluation order of arguments differs between compilers.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : engine_(seed) {}

@@ -9,7 +9,7 @@
 namespace waymark {
 namespace {
 
-TEST(Random, TheSameSeedGivesTheSameNumbersEverywhere) {
+TEST(Random, TheSameSeedGivesTheSameNumbersOnAllPlatforms) {
   Random random(1);
   // Fixed by the standard for mt19937_64, seed 1, first two draws.
   EXPECT_DOUBLE_EQ(random.uniform(), static_cast<double>(2469588189546311528ULL >> 11) * 0x1.0p-53);

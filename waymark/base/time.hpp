@@ -8,7 +8,7 @@ namespace waymark {
 /// Duration on any clock: int64 nanoseconds.
 using Duration = std::chrono::duration<std::int64_t, std::nano>;
 
-/// The clock of the sensor that took the measurement. Has no now(): in the core, time is an argument.
+/// The clock of the sensor that made the measurement. It has no now(): in the core, time is an argument.
 struct SensorClock {
   using duration = Duration;
   using rep = duration::rep;
@@ -17,7 +17,7 @@ struct SensorClock {
   static constexpr bool is_steady = false;
 };
 
-/// The clock of the computer that received it.
+/// The clock of the computer that received the measurement.
 struct HostClock {
   using duration = Duration;
   using rep = duration::rep;
@@ -26,10 +26,10 @@ struct HostClock {
   static constexpr bool is_steady = false;
 };
 
-/// When a measurement was made (for a camera: the middle of the exposure). Stamps of different clocks do not
-/// subtract.
+/// When a measurement was made (for a camera: the middle of the exposure). Subtracting time points of
+/// different clocks does not compile.
 using SensorTime = SensorClock::time_point;
-/// When it arrived.
+/// When a measurement arrived at the computer.
 using HostTime = HostClock::time_point;
 
 /// Seconds as double, for formulas only.

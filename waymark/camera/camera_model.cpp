@@ -11,15 +11,15 @@
 namespace waymark {
 namespace {
 
-// Bounds no lens reaches; inside them no intermediate result overflows.
+// Bounds that no lens reaches; within them no intermediate result overflows.
 constexpr double kSmallestFocal = 1e-3;
 constexpr double kLargestFocal = 1e7;
 constexpr double kLargestCoefficient = 1e6;
 constexpr int kLargestSide = 1'000'000;
-/// Nearer than this to the camera centre a direction means nothing [m].
+/// Directions of points nearer than this to the camera centre are undefined [m].
 constexpr double kNearest = 1e-12;
-/// Nearer than this to the optical axis is on it: the quotients below would lose digits to denormal numbers
-/// [m].
+/// Points nearer than this to the optical axis count as on it: the quotients below would lose digits to
+/// denormal numbers [m].
 constexpr double kOnAxis = 1e-200;
 
 auto invalid(std::string message, std::string key, std::string hint) {
@@ -81,8 +81,8 @@ Status check_numbers(const Model& camera) {
   return status;
 }
 
-/// Distance from the principal point to the nearest edge of the image (or to the image, when it lies
-/// outside), in normalised coordinates.
+/// Distance from the principal point to the nearest edge of the image (or to the image, if it is outside), in
+/// normalised coordinates.
 template <class Model>
 double nearest_edge(const Model& camera, int width_px, int height_px) {
   const double left = camera.cx / camera.fx;
@@ -122,7 +122,7 @@ Result<double> find_domain(const Equidistant& camera, int width_px, int height_p
   const double rim = lens.distort(limit);
   const double edge = nearest_edge(camera, width_px, height_px);
   const double focal = std::min(camera.fx, camera.fy);
-  // A circular fisheye shows a full circle inside its image: what it sees beyond 90 degrees is enough.
+  // A circular fisheye has a full circle inside its image: a field of view beyond 90 degrees is enough.
   if (limit < 0.5 * std::numbers::pi && rim < edge) return folds(limit, rim * focal, edge * focal);
   return limit;
 }
@@ -142,7 +142,7 @@ std::optional<Eigen::Vector2d> project_with(const PinholeRadtan& camera, double 
   return Eigen::Vector2d(camera.fx * distorted.x() + camera.cx, camera.fy * distorted.y() + camera.cy);
 }
 
-/// As std::hypot, which is slow, where nothing overflows.
+/// Like std::hypot, which is slow; the arguments cannot overflow.
 double length(double x, double y) {
   const double square = x * x + y * y;
   return square > 1e-200 && square < 1e200 ? std::sqrt(square) : std::hypot(x, y);
@@ -157,7 +157,7 @@ std::optional<Eigen::Vector2d> project_with(const Equidistant& camera, double li
   if (!(theta < limit)) return std::nullopt;
   double slope = 0.0;
   const double theta_d = EquidistantAngle{camera.k}.distort(theta, &slope);
-  // On the axis every direction will do: there theta_d / rho and its radial derivative agree.
+  // On the axis any direction works: theta_d / rho equals its radial derivative there.
   const bool on_axis = rho < kOnAxis;
   const double x = on_axis ? 1.0 : cam_p.x() / rho;
   const double y = on_axis ? 0.0 : cam_p.y() / rho;
@@ -255,8 +255,8 @@ Result<CameraModel> scaled_camera(const CameraModel& camera, int width_px, int h
   constexpr double kMaxApart = 0.01;  // 1280x720 and 854x480 are apart by 0.0008
   if (width_px > 0 && height_px > 0 && std::abs(x / y - 1) > kMaxApart)
     return fail(ErrorCode::InvalidArgument,
-                fmt::format("a calibration for {}x{} does not scale to {}x{}: the sides are not in the same "
-                            "ratio, so that one of them shows a part of the other's picture",
+                fmt::format("a calibration for {}x{} does not scale to {}x{}: the aspect ratios differ, so "
+                            "one of the images is a crop of the other",
                             camera.width_px(), camera.height_px(), width_px, height_px),
                 {}, "Calibrate at the resolution in use.");
   CameraModel::Projection projection = camera.projection();

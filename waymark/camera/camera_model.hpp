@@ -20,14 +20,14 @@ struct PinholeRadtan {
   double fx = 0, fy = 0, cx = 0, cy = 0;
   std::array<double, 8> k{};  ///< k1 k2 p1 p2 k3 k4 k5 k6, zero beyond `coefficients`
   int coefficients =
-      0;  ///< how many are in use: 0, 4, 5 or 8 (kept so that writing gives back what was read)
+      0;  ///< how many are in use: 0, 4, 5 or 8 (kept so that a file is written as it was read)
 
   friend bool operator==(const PinholeRadtan&, const PinholeRadtan&) = default;
 };
 
 /// Equidistant fisheye (Kannala and Brandt, "A generic camera model and calibration method for conventional,
 /// wide-angle, and fish-eye lenses", PAMI 2006): theta_d = theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 +
-/// k4 theta^8). Sees beyond 90 degrees from its axis. Pixel centres at +1/2.
+/// k4 theta^8). It projects points more than 90 degrees off its axis. Pixel centres at +1/2.
 struct Equidistant {
   double fx = 0, fy = 0, cx = 0, cy = 0;
   std::array<double, 4> k{};
@@ -35,43 +35,42 @@ struct Equidistant {
   friend bool operator==(const Equidistant&, const Equidistant&) = default;
 };
 
-/// A camera: projection and image size. Immutable and checked: only make() creates one, so that every method
-/// may rely on positive focal lengths and a known domain of validity (beyond it there is nothing, not
-/// garbage).
+/// A camera: projection and image size. Immutable and validated: only make() creates one, so every method may
+/// assume positive focal lengths and a valid domain. Outside the domain, methods return nothing.
 class CameraModel {
  public:
   using Projection = std::variant<PinholeRadtan, Equidistant>;
 
-  /// Finds the domain: the largest cone about the optical axis in which the projection is one to one (see
-  /// Radtan::domain and EquidistantAngle::domain). Fails on non-finite numbers, focal lengths or sizes <= 0
-  /// or beyond any lens, coefficients beyond their count, and a distortion that folds before the nearest
-  /// image edge (for the fisheye: and before 90 degrees, for a circular one may end inside its image). The
-  /// place of the error names the field.
+  /// Determines the domain: the largest cone about the optical axis in which the projection is one to one
+  /// (see Radtan::domain and EquidistantAngle::domain). Fails on non-finite parameters, focal lengths or
+  /// sizes <= 0 or beyond any lens, coefficients beyond their count, and a distortion that folds before the
+  /// nearest image edge (for the fisheye: and before 90 degrees, because a circular one may end inside its
+  /// image). The place of the error names the field.
   static Result<CameraModel> make(const Projection& projection, int width_px, int height_px);
 
   [[nodiscard]] int width_px() const { return width_px_; }
   [[nodiscard]] int height_px() const { return height_px_; }
   [[nodiscard]] const Projection& projection() const { return projection_; }
 
-  /// Half the opening of the cone in which points are seen: nothing at or beyond this angle from the optical
-  /// axis projects. 90 degrees without distortion, at most 180 (equidistant). The image may show less of it,
-  /// or its corners more.
+  /// Half the opening angle of the cone of projectable points: a point at or beyond this angle from the
+  /// optical axis does not project. 90 degrees without distortion, at most 180 (equidistant). The image may
+  /// cover less of the cone, and its corners may lie outside it.
   [[nodiscard]] double max_angle_rad() const;
 
-  /// Pixel of a point in the camera frame (x right, y down, z forward) [m], pixel centres at +1/2. Nothing
-  /// when the point is outside the domain: behind the camera or beyond where the distortion folds, or not a
-  /// number. May lie outside the image: see contains(). J_px_p, if given, is the 2x3 Jacobian [px/m];
-  /// untouched when there is nothing.
+  /// Pixel of a point in the camera frame (x right, y down, z forward) [m], pixel centres at +1/2. Returns
+  /// nothing if the point is outside the domain (behind the camera or beyond the fold of the distortion) or
+  /// not a number. The pixel may lie outside the image: see contains(). J_px_p, if given, is the 2x3 Jacobian
+  /// [px/m]; it is unchanged if the result is empty.
   [[nodiscard]] std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& cam_p,
                                                        Matrix23* J_px_p = nullptr) const;
 
-  /// Unit bearing in the camera frame of a pixel; nothing where no point of the domain projects there. What
-  /// comes out always projects again: below 1e-9 px from where it came for pixels within 10000 px, relatively
-  /// 1e-13 beyond.
+  /// Unit bearing of a pixel in the camera frame; nothing if no point of the domain projects there. The
+  /// result always projects again: within 1e-9 px of the original for pixels within 10000 px, within 1e-13
+  /// (relative) beyond.
   [[nodiscard]] std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& px) const;
 
-  /// Normalised image coordinates (x/z, y/z) without distortion; nothing where unproject gives nothing or z
-  /// <= 0.
+  /// Normalised image coordinates (x/z, y/z) without distortion; nothing if unproject returns nothing or z <=
+  /// 0.
   [[nodiscard]] std::optional<Eigen::Vector2d> normalize(const Eigen::Vector2d& px) const;
 
   /// Whether the pixel lies in the image.
@@ -89,12 +88,11 @@ class CameraModel {
   double limit_ = 0;  ///< domain: largest undistorted radius (radtan, x/z) or angle (equidistant, rad)
 };
 
-/// Fails when an image of this size is not one of this camera: intrinsics hold for one resolution only.
+/// Fails if an image of this size cannot be from this camera: intrinsics are valid for one resolution only.
 [[nodiscard]] Status check_camera_matches_image(const CameraModel& camera, int width_px, int height_px);
 
-/// The same camera whose pictures are scaled to another size, as sensors do that put pixels together; pixel
-/// centres are at +1/2 in both. Fails where the sides are not in the same ratio (1 %), as of a cropped
-/// picture.
+/// The same camera with its images scaled to another size, as sensors with binning do; pixel centres are at
+/// +1/2 in both. Fails if the aspect ratios differ (1 %), as for a cropped image.
 [[nodiscard]] Result<CameraModel> scaled_camera(const CameraModel& camera, int width_px, int height_px);
 
 }  // namespace waymark

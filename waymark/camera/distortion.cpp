@@ -9,7 +9,7 @@
 namespace waymark {
 namespace {
 
-/// The last double on low's side of the sign change between low and high.
+/// The last double on the `low` side of the sign change between low and high.
 double bisect(const Polynomial& p, double low, double high) {
   const bool sign = evaluate(p, low) > 0.0;
   while (true) {
@@ -19,7 +19,7 @@ double bisect(const Polynomial& p, double low, double high) {
   }
 }
 
-/// Every place in (0, high) where p changes its sign, ascending.
+/// All sign changes of p in (0, high), ascending.
 std::vector<double> sign_changes(const Polynomial& p, double high) {
   if (p.size() < 2) return {};
   std::vector<double> knots = sign_changes(derivative(p), high);
@@ -79,16 +79,14 @@ std::optional<double> last_positive_before_root(const Polynomial& p, double high
 
 namespace {
 
-/// What is given back stays this far (relatively) inside the domain, so that it projects again after
-/// rounding.
+/// Results stay this far (relatively) inside the domain, so that they project again after rounding.
 constexpr double kInside = 1.0 - 1e-14;
-/// A fold is flat: what the rim sends out may come back this much beyond it, relatively, by rounding of its
-/// pixel.
+/// A fold is flat: rounding of its pixel may move a point of the rim this far (relatively) beyond it.
 constexpr double kRimSlack = 2e-14;
 
 /// Solves f(x) = target on [low, high] for an increasing f with f(low) <= target <= f(high): Newton, with
-/// bisection where Newton leaves the bracket or is too slow ("rtsafe", Press et al., "Numerical Recipes",
-/// section 9.4).
+/// bisection if Newton leaves the bracket or converges too slowly ("rtsafe", Press et al., "Numerical
+/// Recipes", section 9.4).
 template <class Function>
 double solve_increasing(Function&& f, double target, double low, double high) {
   constexpr int kMaxIterations = 200;
@@ -192,7 +190,7 @@ double Radtan::domain() const {
   const Polynomial denominator = {1.0, 0.0, k[5], 0.0, k[6], 0.0, k[7]};
   const Polynomial r = {0.0, 1.0};
   const Polynomial tangential = (6.0 * std::hypot(k[2], k[3])) * r;
-  // A and B, times powers of the denominator so that they become polynomials.
+  // A and B, multiplied by powers of the denominator to make them polynomials.
   const Polynomial denominator_squared = denominator * denominator;
   const Polynomial slope = numerator * denominator +
                            r * (derivative(numerator) * denominator - numerator * derivative(denominator));
@@ -200,8 +198,8 @@ double Radtan::domain() const {
   const Polynomial across = numerator - tangential * denominator;
   const Polynomial stretch = kLargestStretch * denominator_squared - slope;
   double limit = kLargestRadius;
-  // The denominator needs no check of its own: before its first zero g grows beyond kLargestStretch or falls
-  // to zero.
+  // The denominator needs no separate check: before its first zero, g exceeds kLargestStretch or falls to
+  // zero.
   for (const Polynomial& must_stay_positive : {along, across, stretch}) {
     limit = last_positive_before_root(must_stay_positive, limit).value_or(limit);
   }

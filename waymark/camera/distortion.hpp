@@ -18,10 +18,10 @@ using Polynomial = std::vector<double>;
 [[nodiscard]] Polynomial operator*(const Polynomial& a, const Polynomial& b);
 [[nodiscard]] Polynomial operator*(double factor, const Polynomial& p);
 
-/// Where a polynomial that is positive at 0 first stops being positive in (0, high]: the largest x found such
-/// that it is still positive at x and not at the next double. Nothing when it stays positive. Between two
-/// neighbouring zeros of its derivative a polynomial is monotone, so that bisection there misses no crossing.
-/// O(degree^2) bisections.
+/// The end of the interval from 0 in which a polynomial that is positive at 0 stays positive, within (0,
+/// high]: the largest x at which it is still positive while it is not at the next double. Nothing if it stays
+/// positive. Between two neighbouring zeros of its derivative a polynomial is monotone, so bisection there
+/// misses no crossing. O(degree^2) bisections.
 [[nodiscard]] std::optional<double> last_positive_before_root(const Polynomial& p, double high);
 
 /// The radial-tangential map of normalised image coordinates, k1 k2 p1 p2 k3 k4 k5 k6 as OpenCV orders them
@@ -38,24 +38,23 @@ struct Radtan {
   /// Distorted coordinates of undistorted ones; J, if given, is the symmetric 2x2 Jacobian.
   [[nodiscard]] Eigen::Vector2d distort(const Eigen::Vector2d& undistorted,
                                         Eigen::Matrix2d* J = nullptr) const;
-  /// The inverse inside the disk of radius `limit`; nothing when no point of it is mapped there.
-  /// A bracketed Newton iteration on the radius, then Newton in the plane for the tangential part.
+  /// The inverse inside the disk of radius `limit`; nothing if no point of the disk is mapped there. A
+  /// bracketed Newton iteration on the radius, then Newton in the plane for the tangential part.
   [[nodiscard]] std::optional<Eigen::Vector2d> undistort(const Eigen::Vector2d& distorted,
                                                          double limit) const;
-  /// Radius of the largest disk about the axis in which the map is known to be one to one: infinite without
+  /// Radius of the largest disk about the axis in which the map is provably one to one: infinite without
   /// distortion, else at most kLargestRadius.
   ///
   /// The radial part has the Jacobian eigenvalues A = d(r g)/dr and B = g, those of the tangential part lie
-  /// within
-  /// +-6 r |p|. While min(A, B) > 6 r |p| and the denominator is positive, the Jacobian is positive definite,
-  /// and a gradient map with a positive definite Jacobian on a convex set is one to one. The disk also ends
-  /// where A exceeds kLargestStretch: near a pole of g rounding errors grow beyond use.
+  /// within +-6 r |p|. While min(A, B) > 6 r |p| and the denominator is positive, the Jacobian is positive
+  /// definite, and a gradient map with a positive definite Jacobian on a convex set is one to one. The disk
+  /// also ends where A exceeds kLargestStretch: near a pole of g rounding errors become too large.
   [[nodiscard]] double domain() const;
   /// Smallest distorted radius of the rim of the disk of radius `limit`, over all directions.
   [[nodiscard]] double distorted_radius(double limit) const;
 
   static constexpr double kLargestRadius = 1e3;   ///< 89.94 degrees off the axis
-  static constexpr double kLargestStretch = 100;  ///< of A; no lens comes near, a pole of g does
+  static constexpr double kLargestStretch = 100;  ///< of A; beyond any lens, but exceeded near a pole of g
 
   friend bool operator==(const Radtan&, const Radtan&) = default;
 };
@@ -68,7 +67,7 @@ struct EquidistantAngle {
 
   /// theta_d; slope, if given, is its derivative.
   [[nodiscard]] double distort(double theta, double* slope = nullptr) const;
-  /// The angle in [0, limit] with this theta_d; nothing when there is none.
+  /// The angle in [0, limit] with this theta_d; nothing if there is none.
   [[nodiscard]] std::optional<double> undistort(double theta_d, double limit) const;
   /// Largest angle, at most pi, up to which theta_d strictly increases.
   [[nodiscard]] double domain() const;

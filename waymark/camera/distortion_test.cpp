@@ -12,7 +12,7 @@
 namespace waymark {
 namespace {
 
-TEST(Polynomial, KnowsItsArithmetic) {
+TEST(Polynomial, Arithmetic) {
   const Polynomial a = {1, 2};
   const Polynomial b = {0, 1, 3};
   EXPECT_EQ(a + b, (Polynomial{1, 3, 3}));
@@ -41,7 +41,7 @@ TEST(Polynomial, FindsADipThatSamplingWouldMiss) {
   EXPECT_NEAR(*first, 1 - 1e-6, 1e-9);
 }
 
-TEST(RadtanDomain, OfASingleRadialTermIsWhereTheSlopeVanishes) {
+TEST(RadtanDomain, OfASingleRadialTermEndsWhereTheSlopeVanishes) {
   EXPECT_NEAR((Radtan{{-0.3}}.domain()), std::sqrt(1 / 0.9), 1e-12);
   EXPECT_EQ((Radtan{{1e-7}}.domain()), Radtan::kLargestRadius);
   EXPECT_EQ(Radtan{}.domain(), std::numeric_limits<double>::infinity());
@@ -57,7 +57,7 @@ TEST(RadtanDomain, EndsWhereTheMapStretchesBeyondAnyLens) {
   EXPECT_NEAR((1 + q) / ((1 - q) * (1 - q)), 100, 1e-9);
 }
 
-TEST(RadtanDomain, OfTangentialDistortionIsWhereItsLargestEigenvalueReachesOne) {
+TEST(RadtanDomain, OfTangentialDistortionEndsWhereItsLargestEigenvalueReachesOne) {
   EXPECT_NEAR((Radtan{{0, 0, 0.03, 0.04}}.domain()), 1 / (6 * 0.05), 1e-12);
 }
 
@@ -88,8 +88,8 @@ RC_GTEST_PROP(RadtanDomain, TheJacobianIsSymmetricPositiveDefiniteInside, ()) {
 }
 
 RC_GTEST_PROP(RadtanDomain, IsNotSmallerThanItMustBe, ()) {
-  // Barrel distortion (slope A below B): in the direction against p the Jacobian loses rank exactly at the
-  // limit.
+  // Barrel distortion (slope A below B): along the direction opposite to p the Jacobian loses rank exactly at
+  // the limit.
   PinholeRadtan camera = testing::any_radtan();
   camera.k[0] = -std::abs(camera.k[0]) - 0.01;
   camera.k[1] = camera.k[4] = camera.k[5] = camera.k[6] = camera.k[7] = 0;
@@ -125,7 +125,7 @@ RC_GTEST_PROP(EquidistantDomain, ThetaIncreasesUpToTheLimitAndNotBeyond, ()) {
   RC_ASSERT(slope <= 0 || limit == std::numbers::pi);
 }
 
-TEST(EquidistantDomain, OfASingleTermIsWhereTheSlopeVanishes) {
+TEST(EquidistantDomain, OfASingleTermEndsWhereTheSlopeVanishes) {
   EXPECT_NEAR((EquidistantAngle{{-0.3, 0, 0, 0}}.domain()), std::sqrt(1 / 0.9), 1e-12);
   EXPECT_EQ((EquidistantAngle{{0.3, 0, 0, 0}}.domain()), std::numbers::pi);
   EXPECT_FALSE((EquidistantAngle{}.undistort(3.2, std::numbers::pi)));

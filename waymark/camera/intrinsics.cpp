@@ -11,7 +11,8 @@ constexpr int kPinhole = 4;  // fx, fy, cx, cy
 int coefficients_of(const PinholeRadtan& model) { return model.coefficients; }
 int coefficients_of(const Equidistant& model) { return static_cast<int>(model.k.size()); }
 
-/// Of where a ray of unit focal length meets the image plane, for each coefficient.
+/// Derivative, with respect to each coefficient, of the point where a ray meets the image plane at unit focal
+/// length.
 using Bend = Eigen::Matrix<double, 2, 8>;
 
 /// The derivatives of Radtan::distort().

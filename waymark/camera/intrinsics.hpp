@@ -10,22 +10,22 @@
 
 namespace waymark {
 
-/// A camera model has at most so many numbers.
+/// Largest number of parameters of a camera model.
 inline constexpr int kMaxIntrinsics = 12;
-/// J_px_intrinsics, one column for each number.
+/// J_px_intrinsics, one column per parameter.
 using IntrinsicsJacobian = Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::ColMajor, 2, kMaxIntrinsics>;
 
-/// The numbers of a camera: fx, fy, cx, cy, then the distortion coefficients in use in the order of its
+/// The parameters of a camera: fx, fy, cx, cy, then the distortion coefficients in use in the order of the
 /// model.
 [[nodiscard]] Eigen::VectorXd intrinsics_of(const CameraModel& camera);
 /// Their names: "fx", "fy", "cx", "cy", "k1", …
 [[nodiscard]] std::vector<std::string> intrinsics_names(const CameraModel& camera);
-/// The same kind of camera with other numbers, as many as intrinsics_of() gives. Fails on what
-/// CameraModel::make() refuses.
+/// The same kind of camera with other parameters, as many as intrinsics_of() returns. Fails as
+/// CameraModel::make() does.
 [[nodiscard]] Result<CameraModel> with_intrinsics(const CameraModel& camera,
                                                   const Eigen::VectorXd& intrinsics);
 
-/// How the pixel of a point moves with the camera's numbers; nothing where project() gives nothing.
+/// Derivative of the pixel of a point with respect to the parameters; nothing if project() returns nothing.
 [[nodiscard]] std::optional<IntrinsicsJacobian> intrinsics_jacobian(const CameraModel& camera,
                                                                     const Eigen::Vector3d& cam_p);
 

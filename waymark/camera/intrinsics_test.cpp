@@ -1,4 +1,4 @@
-// A camera as numbers and back, and how pixels move with them.
+// Conversion of a camera to parameters and back, and derivatives with respect to the parameters.
 #include "waymark/camera/intrinsics.hpp"
 
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ std::vector<CameraModel> cameras() {
   return all;
 }
 
-TEST(Intrinsics, ACameraComesBackFromItsNumbers) {
+TEST(Intrinsics, ACameraRoundTripsThroughItsParameters) {
   for (const CameraModel& camera : cameras()) {
     const Eigen::VectorXd numbers = intrinsics_of(camera);
     ASSERT_EQ(static_cast<std::size_t>(numbers.size()), intrinsics_names(camera).size());
@@ -55,7 +55,7 @@ TEST(Intrinsics, JacobianAgainstNumeric) {
   }
 }
 
-TEST(Intrinsics, OnTheAxisOnlyThePrincipalPointCounts) {
+TEST(Intrinsics, OnTheAxisOnlyThePrincipalPointMatters) {
   for (const CameraModel& camera : cameras()) {
     const auto J = intrinsics_jacobian(camera, {0, 0, 2});
     ASSERT_TRUE(J && J->allFinite());
@@ -65,7 +65,7 @@ TEST(Intrinsics, OnTheAxisOnlyThePrincipalPointCounts) {
   }
 }
 
-TEST(Intrinsics, RefusesWhatIsNoCamera) {
+TEST(Intrinsics, RejectsInvalidParameters) {
   for (const CameraModel& camera : cameras()) {
     EXPECT_FALSE(intrinsics_jacobian(camera, {0, 0, -1}) && camera.max_angle_rad() < 1.6);
     Eigen::VectorXd numbers = intrinsics_of(camera);

@@ -7,7 +7,7 @@
 namespace waymark::codecs {
 namespace {
 
-/// How a file of some kind begins: `magic` at `offset`.
+/// First bytes of a file type: `magic` at `offset`.
 struct Signature {
   std::size_t offset;
   std::string_view magic;
@@ -18,26 +18,26 @@ using namespace std::string_view_literals;
 constexpr std::string_view kConvert =
     "Convert it to PNG or JPEG, e.g. with ImageMagick: convert in.xyz out.png.";
 constexpr std::array kForeign = {
-    Signature{0, "GIF8"sv, "a GIF picture"},
-    Signature{8, "WEBP"sv, "a WebP picture"},
-    Signature{0, "II*\0"sv, "a TIFF picture (or a camera's raw file)"},
-    Signature{0, "MM\0*"sv, "a TIFF picture (or a camera's raw file)"},
-    Signature{0, "II+\0"sv, "a BigTIFF picture"},
+    Signature{0, "GIF8"sv, "a GIF image"},
+    Signature{8, "WEBP"sv, "a WebP image"},
+    Signature{0, "II*\0"sv, "a TIFF image (or a camera's raw file)"},
+    Signature{0, "MM\0*"sv, "a TIFF image (or a camera's raw file)"},
+    Signature{0, "II+\0"sv, "a BigTIFF image"},
     Signature{0, "%PDF"sv, "a PDF document"},
-    Signature{4, "ftypheic"sv, "a HEIC picture"},
-    Signature{4, "ftypheix"sv, "a HEIC picture"},
-    Signature{4, "ftypmif1"sv, "a HEIF picture"},
-    Signature{4, "ftypavif"sv, "an AVIF picture"},
+    Signature{4, "ftypheic"sv, "a HEIC image"},
+    Signature{4, "ftypheix"sv, "a HEIC image"},
+    Signature{4, "ftypmif1"sv, "a HEIF image"},
+    Signature{4, "ftypavif"sv, "an AVIF image"},
     Signature{4, "ftyp"sv, "an MP4 or QuickTime video"},
-    Signature{0, "BM"sv, "a BMP picture"},
+    Signature{0, "BM"sv, "a BMP image"},
     Signature{0, "P1"sv, "a PBM bitmap"},
     Signature{0, "P4"sv, "a PBM bitmap"},
-    Signature{0, "P7"sv, "a PAM picture"},
-    Signature{0, "Pf"sv, "a PFM picture"},
-    Signature{0, "PF"sv, "a PFM picture"},
-    Signature{4, "jP  "sv, "a JPEG 2000 picture"},
-    Signature{0, "\xff\x0a"sv, "a JPEG XL picture"},
-    Signature{4, "JXL "sv, "a JPEG XL picture"},
+    Signature{0, "P7"sv, "a PAM image"},
+    Signature{0, "Pf"sv, "a PFM image"},
+    Signature{0, "PF"sv, "a PFM image"},
+    Signature{4, "jP  "sv, "a JPEG 2000 image"},
+    Signature{0, "\xff\x0a"sv, "a JPEG XL image"},
+    Signature{4, "JXL "sv, "a JPEG XL image"},
     Signature{0, "\x89MCAP"sv, "an MCAP recording"},
     Signature{0, "\x1a\x45\xdf\xa3"sv, "a Matroska or WebM video"},
     Signature{0, "RIFF"sv, "a RIFF file (AVI video?)"},
@@ -45,7 +45,7 @@ constexpr std::array kForeign = {
     Signature{0, "<?xml"sv, "an XML file (SVG drawing?)"},
     Signature{0, "<!DOCTYPE"sv, "a web page"},
     Signature{0, "<html"sv, "a web page"},
-    Signature{0, "version https://git-lfs"sv, "a Git LFS pointer, not the file it stands for"},
+    Signature{0, "version https://git-lfs"sv, "a Git LFS pointer instead of the file itself"},
 };
 
 std::string_view as_text(std::span<const std::uint8_t> bytes) {
@@ -61,38 +61,36 @@ bool begins(std::string_view text, const Signature& signature) {
 Result<ImageFormat> recognise(const Input& input) {
   const std::string_view text = as_text(input.bytes);
   if (text.empty())
-    return fail(ErrorCode::Unreadable, "empty file where a picture was expected", input.whole());
-  if (text.starts_with("\xff\xd8\xff")) return ImageFormat::Jpeg;
-  if (text.starts_with("\x89PNG\r\n\x1a\n")) return ImageFormat::Png;
-  if (text.size() > 2 && text[0] == 'P' && "2356"sv.find(text[1]) != std::string_view::npos)
-    return ImageFormat::Pnm;
+    return fail(ErrorCode::Unreadable, "empty file instead of an image", input.whole(),
+                "Take or copy the image again.");
+  if (const auto format = image_format_of(input.bytes)) return *format;
   for (const Signature& signature : kForeign) {
     if (begins(text, signature)) {
-      return fail(ErrorCode::Unsupported, fmt::format("looks like {}, which is not read", signature.what),
-                  input.whole(), std::string(kConvert));
+      return fail(ErrorCode::Unsupported, fmt::format("{} is not supported", signature.what), input.whole(),
+                  std::string(kConvert));
     }
   }
   for (const std::string_view start : {"\xff\xd8\xff"sv, "\x89PNG\r\n\x1a\n"sv, "P5"sv}) {
-    if (start.starts_with(text)) return cut_short(input, "picture ends within its first bytes");
+    if (start.starts_with(text)) return cut_short(input, "image is truncated within its first bytes");
   }
-  return fail(ErrorCode::Unreadable, "not a picture: neither JPEG, PNG nor PNM by its first bytes",
+  return fail(ErrorCode::Unreadable, "not an image: the first bytes are not those of JPEG, PNG or PNM",
               input.at(0), "Check that this is the right file.");
 }
 
 Status check_limit(const ImageInfo& info, const Input& input, const DecodeOptions& options) {
   const std::int64_t pixels = std::int64_t{info.width} * info.height;
   if (pixels > options.max_pixels) {
-    return fail(ErrorCode::LimitExceeded,
-                fmt::format("picture of {} x {} px, more than {} pixels", info.width, info.height,
-                            options.max_pixels),
-                input.whole(), "Make it smaller or raise max_pixels.");
+    return fail(
+        ErrorCode::LimitExceeded,
+        fmt::format("image of {} x {} px, more than {} pixels", info.width, info.height, options.max_pixels),
+        input.whole(), "Reduce its size or raise `max_pixels`.");
   }
   return {};
 }
 
 tl::unexpected<Error> cut_short(const Input& input, std::string message) {
   return fail(ErrorCode::Unreadable, std::move(message), input.at(input.bytes.size()),
-              "The file is cut short: copy it again from its source.");
+              "The file is truncated. Copy it again from its source.");
 }
 
 }  // namespace waymark::codecs

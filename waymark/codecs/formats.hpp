@@ -1,5 +1,5 @@
 #pragma once
-// Inside the room: what the codecs of the single formats share.
+// Internal to the room: shared by the codecs of the formats.
 
 #include <cstdint>
 #include <span>
@@ -11,7 +11,7 @@
 
 namespace waymark::codecs {
 
-/// The bytes of a picture and what to call them in errors.
+/// The bytes of an image and their name in errors.
 struct Input {
   std::span<const std::uint8_t> bytes;
   std::string_view name;
@@ -22,7 +22,7 @@ struct Input {
   [[nodiscard]] Place whole() const { return {.source = std::string(name)}; }
 };
 
-/// Rows of `channels` interleaved bytes to encode, whoever owns them.
+/// Rows of `channels` interleaved bytes to encode; not owned.
 struct Pixels {
   const std::uint8_t* data = nullptr;
   int width = 0, height = 0;
@@ -34,16 +34,16 @@ struct Pixels {
   }
 };
 
-/// The format by content, or an error that says what the input looks like.
+/// The format by content; the error describes what the input looks like.
 [[nodiscard]] Result<ImageFormat> recognise(const Input& input);
 
 /// LimitExceeded beyond max_pixels.
 [[nodiscard]] Status check_limit(const ImageInfo& info, const Input& input, const DecodeOptions& options);
 
-/// The error for input that ends before its picture does.
+/// The error for input that ends before its image is complete.
 [[nodiscard]] tl::unexpected<Error> cut_short(const Input& input, std::string message);
 
-/// A picture by a reader of one format: its header, the limits, its pixels.
+/// Decodes an image with the reader of one format: header, limits, pixels.
 template <class Reader>
 [[nodiscard]] Result<Image> decode_by(Reader& reader, const Input& input, const DecodeOptions& options) {
   const Result<ImageInfo> info = reader.read_header();
@@ -56,10 +56,10 @@ template <class Reader>
   return image;
 }
 
-/// What an encoder gives.
+/// Result of an encoder.
 using Bytes = Result<std::vector<std::uint8_t>>;
 
-// One formula for grey, in whole numbers, rounded once.
+// One formula for grey, in integers, rounded once.
 
 /// Rec. 601 luma times 1000. Samples up to 65535.
 [[nodiscard]] constexpr std::uint64_t luma_1000(std::uint64_t r, std::uint64_t g, std::uint64_t b) {

@@ -30,11 +30,11 @@ Result<Image> decode(const Input& input, const DecodeOptions& options) {
 }
 
 tl::unexpected<Error> out_of_memory(Place place) {
-  return fail(ErrorCode::LimitExceeded, "not enough memory for this picture", std::move(place),
-              "Make it smaller.");
+  return fail(ErrorCode::LimitExceeded, "not enough memory for this image", std::move(place),
+              "Reduce its size.");
 }
 
-/// No exception leaves the room: what runs out of memory becomes an Error.
+/// Exceptions do not leave the room: exhausted memory becomes an Error.
 template <class Work>
 auto without_exceptions(const Place& place, Work work) -> decltype(work()) {
   try {
@@ -51,10 +51,10 @@ Pixels pixels_of(const ColorImage& image) {
   return {image.empty() ? nullptr : image.row_bytes(0), image.width(), image.height(), 3, 3 * image.width()};
 }
 
-/// Encodes what is not empty.
+/// Encodes an image that is not empty.
 template <class Picture, class Encode>
 Bytes encode(const Picture& image, Encode encode_pixels) {
-  if (image.empty()) return fail(ErrorCode::InvalidArgument, "an empty picture cannot be encoded");
+  if (image.empty()) return fail(ErrorCode::InvalidArgument, "an empty image cannot be encoded");
   return without_exceptions({}, [&]() -> Bytes { return encode_pixels(pixels_of(image)); });
 }
 
@@ -71,6 +71,15 @@ std::string_view to_string(ImageFormat format) {
       break;
   }
   return "PNM";
+}
+
+std::optional<ImageFormat> image_format_of(std::span<const std::uint8_t> head) {
+  const std::string_view text(reinterpret_cast<const char*>(head.data()), head.size());
+  if (text.starts_with("\xff\xd8\xff")) return ImageFormat::Jpeg;
+  if (text.starts_with("\x89PNG\r\n\x1a\n")) return ImageFormat::Png;
+  const bool pnm =
+      text.size() > 2 && text[0] == 'P' && std::string_view("2356").find(text[1]) != std::string_view::npos;
+  return pnm ? std::optional(ImageFormat::Pnm) : std::nullopt;
 }
 
 Result<ImageInfo> probe(std::span<const std::uint8_t> bytes, std::string_view name) {

@@ -37,25 +37,25 @@ std::string reason(int error) { return std::generic_category().message(error); }
 Result<File> open_to_read(const fs::path& path) {
   std::error_code ignored;
   if (fs::is_directory(path, ignored)) {
-    return fail(ErrorCode::Unreadable, "this is a folder, not a picture", place_of(path),
-                "Name a file in it.");
+    return fail(ErrorCode::Unreadable, "is a folder, not an image", place_of(path),
+                "Name an image file in it.");
   }
-  // Without waiting: a pipe that nobody writes to would never open.
+  // Non-blocking: opening a pipe without a writer would block forever.
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
   struct stat info {};
   if (descriptor >= 0 && ::fstat(descriptor, &info) == 0 && S_ISFIFO(info.st_mode)) {
     ::close(descriptor);
-    return fail(ErrorCode::Unreadable, "this is a pipe, not a picture", place_of(path),
-                "Write the picture to a file first.");
+    return fail(ErrorCode::Unreadable, "is a pipe, not an image", place_of(path),
+                "Write the image to a file first.");
   }
   File file(descriptor >= 0 ? ::fdopen(descriptor, "rb") : nullptr);
   if (file) return file;
   const ErrorCode code = errno == ENOENT || errno == ENOTDIR ? ErrorCode::NotFound : ErrorCode::Unreadable;
-  return fail(code, fmt::format("cannot open this picture: {}", reason(errno)), place_of(path),
+  return fail(code, fmt::format("cannot open this image: {}", reason(errno)), place_of(path),
               "Check the path.");
 }
 
-/// The whole file; a file that does not begin like a picture is not read further (it may have no end).
+/// The whole file; stops early if the file does not begin like an image (it may be endless).
 Result<std::vector<std::uint8_t>> read_bytes(const fs::path& path) {
   Result<File> file = open_to_read(path);
   if (!file) return tl::unexpected(file.error());
@@ -68,7 +68,7 @@ Result<std::vector<std::uint8_t>> read_bytes(const fs::path& path) {
     const std::size_t count = std::fread(bytes.data() + before, 1, kChunk, file->get());
     bytes.resize(before + count);
     if (std::ferror(file->get()) != 0) {
-      return fail(ErrorCode::Unreadable, fmt::format("cannot read this picture: {}", reason(errno)),
+      return fail(ErrorCode::Unreadable, fmt::format("cannot read this image: {}", reason(errno)),
                   place_of(path));
     }
     more = count == kChunk;
@@ -80,7 +80,7 @@ Result<std::vector<std::uint8_t>> read_bytes(const fs::path& path) {
   return bytes;
 }
 
-/// No exception leaves the room: a file larger than the memory becomes an Error.
+/// Exceptions do not leave the room: a file larger than memory becomes an Error.
 Result<std::vector<std::uint8_t>> read_all(const fs::path& path) {
   try {
     return read_bytes(path);
@@ -104,13 +104,13 @@ Result<std::vector<std::uint8_t>> encode_for(const fs::path& path, const Picture
   if (suffix == ".pnm" || suffix == (color ? ".ppm" : ".pgm")) return encode_pnm(image);
   if (suffix == ".pgm" || suffix == ".ppm") {
     return fail(ErrorCode::InvalidArgument,
-                fmt::format("a {} picture cannot be a {} file", color ? "colour" : "grey", suffix),
+                fmt::format("a {} image cannot be written as {}", color ? "colour" : "grey", suffix),
                 place_of(path), fmt::format("Use {}, .pnm or .png.", color ? ".ppm" : ".pgm"));
   }
-  return fail(ErrorCode::InvalidArgument,
-              suffix.empty() ? "the name of a picture needs a suffix"
-                             : fmt::format("no picture format for suffix '{}'", suffix),
-              place_of(path), "Use .png, .jpg, .pgm, .ppm or .pnm.");
+  return fail(
+      ErrorCode::InvalidArgument,
+      suffix.empty() ? "the file name has no suffix" : fmt::format("unknown image format '{}'", suffix),
+      place_of(path), "Use .png, .jpg, .pgm, .ppm or .pnm.");
 }
 
 template <class Picture>
@@ -126,11 +126,11 @@ tl::unexpected<Error> cannot_create(const fs::path& path, int error) {
   std::error_code ignored;
   const fs::path folder = path.parent_path();
   if (!folder.empty() && !fs::is_directory(folder, ignored)) {
-    return fail(ErrorCode::Unwritable, fmt::format("there is no folder {}", folder.string()), place_of(path),
-                "Create it or choose another.");
+    return fail(ErrorCode::Unwritable, fmt::format("missing folder {}", folder.string()), place_of(path),
+                "Create the folder or choose another.");
   }
   return fail(ErrorCode::Unwritable, fmt::format("cannot create this file: {}", reason(error)),
-              place_of(path), write_mend(error, folder.string()));
+              place_of(path), write_hint(error, folder.string()));
 }
 
 }  // namespace
@@ -160,12 +160,13 @@ Status write_bytes(const fs::path& path, std::span<const std::uint8_t> bytes) {
   errno = 0;
   const bool written = std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size();
   int error = written ? 0 : errno;
-  if (std::fclose(file) != 0 && error == 0) error = errno;  // what was buffered meets a full disk here
+  if (std::fclose(file) != 0 && error == 0)
+    error = errno;  // a full disk may be reported only when buffered data are flushed
   if (written && error == 0) return {};
   std::error_code ignored;
   if (fs::is_regular_file(path, ignored)) fs::remove(path, ignored);
   return fail(ErrorCode::Unwritable, fmt::format("cannot complete this file: {}", reason(error)),
-              place_of(path), write_mend(error, path.parent_path().string()));
+              place_of(path), write_hint(error, path.parent_path().string()));
 }
 
 }  // namespace waymark

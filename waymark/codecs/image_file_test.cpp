@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/data.hpp"
+#include "tests/support/golden_page.hpp"
 #include "waymark/base/random.hpp"
 
 namespace waymark {
@@ -43,62 +44,69 @@ TEST(ImageFile, RoundTripsBySuffixInAnyCase) {
   }
 }
 
-TEST(ImageFile, TheContentCountsWhenReading) {
+TEST(ImageFile, ContentNotSuffixDeterminesTheFormat) {
   const fs::path folder = testing::fresh_folder("content");
   const Image image = noise(10, 10);
   ASSERT_TRUE(write_bytes(folder / "really.jpg", encode_png(image).value()));
   EXPECT_EQ(read_image(folder / "really.jpg").value(), image);
 }
 
-TEST(ImageFile, BadSuffixesSayWhatToUse) {
+TEST(ImageFile, InvalidSuffixesAreRejectedWithAlternatives) {
   const fs::path folder = testing::fresh_folder("suffix");
   const Image image = noise(4, 4);
   const Status unknown = write_image(folder / "a.tiff", image);
   ASSERT_FALSE(unknown);
   EXPECT_EQ(unknown.error().code, ErrorCode::InvalidArgument);
-  EXPECT_THAT(to_string(unknown.error()), HasSubstr("no picture format for suffix '.tiff'. Use .png"));
-  EXPECT_THAT(to_string(write_image(folder / "a", image).error()), HasSubstr("needs a suffix"));
-  EXPECT_THAT(to_string(write_image(folder / "a.pgm", to_color(image)).error()), HasSubstr("Use .ppm"));
-  EXPECT_THAT(to_string(write_image(folder / "a.ppm", image).error()), HasSubstr("Use .pgm"));
+  EXPECT_THAT(unknown.error().message, HasSubstr("'.tiff'"));
+  EXPECT_THAT(unknown.error().hint, HasSubstr(".png"));
+  testing::expect_on_page("files", unknown.error());
+  testing::expect_on_page("files", write_image(folder / "a", image).error());
+  EXPECT_THAT(write_image(folder / "a.pgm", to_color(image)).error().hint, HasSubstr(".ppm"));
+  EXPECT_THAT(write_image(folder / "a.ppm", image).error().hint, HasSubstr(".pgm"));
+  testing::expect_on_page("files", write_image(folder / "a.ppm", image).error());
   const Status empty = write_image(folder / "a.png", Image());
   ASSERT_FALSE(empty);
   EXPECT_THAT(empty.error().place.source, HasSubstr("a.png"));
   EXPECT_TRUE(fs::is_empty(folder));
 }
 
-TEST(ImageFile, WhatCannotBeReadSaysWhy) {
+TEST(ImageFile, UnreadableFilesAreErrors) {
   const fs::path folder = testing::fresh_folder("unreadable");
   EXPECT_EQ(read_image(folder / "none.png").error().code, ErrorCode::NotFound);
   EXPECT_EQ(read_image(folder / "none.png").error().place.source, (folder / "none.png").string());
-  EXPECT_THAT(to_string(read_image(folder).error()), HasSubstr("this is a folder"));
+  EXPECT_EQ(read_image(folder).error().code, ErrorCode::Unreadable);
+  testing::expect_on_page("files", read_image(folder).error());
   std::ofstream(folder / "empty.png").close();
-  EXPECT_THAT(to_string(read_image(folder / "empty.png").error()), HasSubstr("empty file"));
-  std::ofstream(folder / "text.png") << "not a picture";
-  EXPECT_THAT(to_string(read_image(folder / "text.png").error()), HasSubstr("not a picture"));
+  EXPECT_EQ(read_image(folder / "empty.png").error().code, ErrorCode::Unreadable);
+  testing::expect_on_page("files", read_image(folder / "empty.png").error());
+  std::ofstream(folder / "text.png") << "not an image";
+  EXPECT_EQ(read_image(folder / "text.png").error().code, ErrorCode::Unreadable);
+  EXPECT_EQ(read_image(folder / "text.png").error().place.byte, 0);
+  testing::expect_on_page("files", read_image(folder / "text.png").error());
   ASSERT_TRUE(write_image(folder / "a.png", noise(4, 4)));
   EXPECT_EQ(read_image(folder / "a.png" / "b.png").error().code, ErrorCode::NotFound);
 }
 
-TEST(ImageFile, AFileWithoutEndIsNotReadToItsEnd) {
+TEST(ImageFile, AnEndlessFileIsNotReadToItsEnd) {
   if (!fs::exists("/dev/zero")) GTEST_SKIP() << "no /dev/zero here";
   EXPECT_EQ(read_image("/dev/zero").error().code, ErrorCode::Unreadable);
 }
 
-TEST(ImageFile, WhatCannotBeWrittenSaysWhy) {
+TEST(ImageFile, UnwritableFilesAreErrors) {
   const fs::path folder = testing::fresh_folder("unwritable");
   const Status missing = write_image(folder / "no" / "such" / "a.png", noise(4, 4));
   ASSERT_FALSE(missing);
   EXPECT_EQ(missing.error().code, ErrorCode::Unwritable);
-  EXPECT_THAT(to_string(missing.error()), HasSubstr("there is no folder"));
+  testing::expect_on_page("files", missing.error());
   fs::create_directory(folder / "folder.png");
   EXPECT_EQ(write_image(folder / "folder.png", noise(4, 4)).error().code, ErrorCode::Unwritable);
 }
 
-TEST(ImageFile, AFullDiskIsNoticed) {
+TEST(ImageFile, AFullDiskIsReported) {
   if (!fs::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
   const fs::path link = testing::fresh_folder("full") / "a.png";
   fs::create_symlink("/dev/full", link);
-  for (const int size : {4, 500}) {  // noticed when closed, noticed when written
+  for (const int size : {4, 500}) {  // reported at close, reported at write
     const Status full = write_image(link, noise(size, size));
     ASSERT_FALSE(full);
     EXPECT_EQ(full.error().code, ErrorCode::Unwritable);

@@ -10,7 +10,7 @@
 
 #include <fmt/format.h>
 
-// It needs <cstddef> and <cstdio> before it, and comes before jerror.h.
+// Requires <cstddef> and <cstdio> before it, and must precede jerror.h.
 #include <jpeglib.h>
 
 #include <jerror.h>
@@ -18,10 +18,11 @@
 namespace waymark::codecs {
 namespace {
 
-constexpr int kMaxScans = 200;  // usual progressive files have about ten; each costs a pass over the picture
+// Progressive files usually have about ten; each requires a pass over the image.
+constexpr int kMaxScans = 200;
 
-/// Warnings after which libjpeg invents pixels. The others (stray bytes between segments, unknown versions)
-/// are harmless and common in the streams of web cameras.
+/// Warnings after which libjpeg makes up pixel values. Other warnings (stray bytes between segments, unknown
+/// versions) are harmless and common in webcam streams.
 bool loses_pixels(int code) {
   constexpr std::array kCodes = {JWRN_ARITH_BAD_CODE, JWRN_BOGUS_PROGRESSION, JWRN_HIT_MARKER,
                                  JWRN_HUFF_BAD_CODE,  JWRN_JPEG_EOF,          JWRN_MUST_RESYNC,
@@ -29,8 +30,8 @@ bool loses_pixels(int code) {
   return std::find(kCodes.begin(), kCodes.end(), code) != kCodes.end();
 }
 
-/// One JPEG being read. libjpeg reports errors by longjmp, which skips destructors: so everything that owns
-/// memory lives in this object or outside, and the frames jumped over hold only plain values.
+/// Decoder of one JPEG. libjpeg reports errors by longjmp, which skips destructors. Therefore everything that
+/// owns memory is in this object or outside, and the skipped frames hold only plain values.
 class JpegReader {
  public:
   explicit JpegReader(const Input& input) : input_(input) {
@@ -74,12 +75,12 @@ class JpegReader {
     const bool inks = cinfo_.jpeg_color_space == JCS_CMYK || cinfo_.jpeg_color_space == JCS_YCCK;
     if (!inks && cinfo_.jpeg_color_space == JCS_UNKNOWN) {
       return fail(ErrorCode::Unsupported,
-                  fmt::format("JPEG with {} channels of no known meaning", cinfo_.num_components),
-                  input_.whole(), "Convert it to a grey or RGB picture.");
+                  fmt::format("JPEG with {} channels of unknown meaning", cinfo_.num_components),
+                  input_.whole(), "Convert it to a grey or RGB image.");
     }
     row_.resize(inks ? 4 * static_cast<std::size_t>(image.width()) : 0);
     const bool good = guarded([&] {
-      // Coefficients of a progressive file: 2 bytes a sample, up to 4 channels.
+      // Coefficients of a progressive file: 2 bytes per sample, up to 4 channels.
       const auto memory = 8 * options.max_pixels + (std::int64_t{64} << 20);
       cinfo_.mem->max_memory_to_use =
           static_cast<long>(std::min<std::int64_t>(memory, std::numeric_limits<long>::max()));
@@ -93,14 +94,14 @@ class JpegReader {
         jpeg_read_scanlines(&cinfo_, &row, 1);
         if (inks) inks_to_grey(row, to, image.width());
       }
-      jpeg_finish_decompress(&cinfo_);  // wants the end marker: without it the file is cut short
+      jpeg_finish_decompress(&cinfo_);  // requires the end marker: a file without it is truncated
     });
     if (!good) return error();
     return {};
   }
 
-  /// A Huffman-coded block takes at least one bit: a short file that claims more blocks is refused before
-  /// memory is taken.
+  /// A Huffman-coded block takes at least one bit: a short file that claims more blocks is rejected before
+  /// memory is allocated.
   [[nodiscard]] Status check_plausible() const {
     if (cinfo_.arith_code) return {};
     std::uint64_t blocks = 0;
@@ -119,7 +120,7 @@ class JpegReader {
     return *static_cast<JpegReader*>(cinfo->client_data);
   }
 
-  /// Runs C calls; false when libjpeg gave up.
+  /// Runs C calls; false when libjpeg failed.
   template <class Calls>
   bool guarded(Calls calls) {
     if (setjmp(jump_) != 0) return false;
@@ -145,7 +146,8 @@ class JpegReader {
     source_.bytes_in_buffer -= static_cast<std::size_t>(count);
   }
 
-  /// A file of several scans may end before a channel had one; libjpeg then takes it for mid-grey.
+  /// A file of several scans may end before some channel had its scan; libjpeg then fills the channel with
+  /// mid-grey.
   void expect_all_channels() {
     for (int i = 0; i < cinfo_.num_components; ++i) {
       const jpeg_component_info& channel = cinfo_.comp_info[i];
@@ -169,33 +171,33 @@ class JpegReader {
     const std::string text = message_.data();
     switch (errors_.msg_code) {
       case JERR_MISSING_DATA:
-        return fail(ErrorCode::Unreadable, "damaged JPEG: a channel of the picture is missing",
-                    input_.at(read), "Copy or save the file again.");
+        return fail(ErrorCode::Unreadable, "damaged JPEG: a colour channel is missing", input_.at(read),
+                    "Copy or save the file again.");
       case JERR_INPUT_EOF:
-        return cut_short(input_, "JPEG ends before its picture is complete");
+        return cut_short(input_, "JPEG ends before the image is complete");
       case JERR_BAD_PRECISION:
       case JERR_SOF_UNSUPPORTED:
       case JERR_CONVERSION_NOTIMPL:
       case JERR_FRACT_SAMPLE_NOTIMPL:
       case JERR_CCIR601_NOTIMPL:
-        return fail(ErrorCode::Unsupported, fmt::format("JPEG of a kind that is not read: {}", text),
+        return fail(ErrorCode::Unsupported, fmt::format("unsupported kind of JPEG: {}", text),
                     input_.at(read), "Convert it to a baseline or progressive JPEG with 8 bits, or to PNG.");
       case JERR_OUT_OF_MEMORY:
       case JERR_NO_BACKING_STORE:
         return fail(ErrorCode::LimitExceeded, "JPEG needs more memory than allowed", input_.whole(),
-                    "Make the picture smaller or raise max_pixels.");
+                    "Reduce the size of the image or raise `max_pixels`.");
       default:
         break;
     }
     if (too_many_scans_) {
       return fail(ErrorCode::LimitExceeded, fmt::format("JPEG with more than {} scans", kMaxScans),
-                  input_.at(read), "Save it again with an ordinary program.");
+                  input_.at(read), "Save the image again with another program.");
     }
     return fail(ErrorCode::Unreadable, fmt::format("damaged JPEG: {}", text), input_.at(read),
                 "Copy or save the file again.");
   }
 
-  /// Adobe's inverted CMYK: what is stored is 255 - ink, so R = C K / 255.
+  /// Adobe's inverted CMYK: the stored value is 255 - ink, so R = C K / 255.
   static void inks_to_grey(const std::uint8_t* cmyk, std::uint8_t* grey, int width) {
     for (int x = 0; x < width; ++x, cmyk += 4) {
       grey[x] = to_byte(luma_1000(cmyk[0], cmyk[1], cmyk[2]) * cmyk[3], std::uint64_t{1000} * 255 * 255);
@@ -227,8 +229,8 @@ Result<Image> decode_jpeg(const Input& input, const DecodeOptions& options) {
 
 namespace {
 
-/// One JPEG being written, to memory that libjpeg grows. As in the reader, no frame that longjmp skips owns
-/// anything.
+/// Encoder of one JPEG into memory that libjpeg grows. As in the reader, frames that longjmp skips own
+/// nothing.
 class JpegWriter {
  public:
   JpegWriter() {
@@ -239,7 +241,7 @@ class JpegWriter {
   }
   ~JpegWriter() {
     jpeg_destroy_compress(&cinfo_);
-    std::free(buffer_);  // NOLINT(cppcoreguidelines-no-malloc): libjpeg took it with malloc
+    std::free(buffer_);  // NOLINT(cppcoreguidelines-no-malloc): libjpeg allocated it with malloc
   }
   JpegWriter(const JpegWriter&) = delete;
   JpegWriter& operator=(const JpegWriter&) = delete;
@@ -270,7 +272,7 @@ class JpegWriter {
     cinfo_.in_color_space = pixels.channels == 3 ? JCS_RGB : JCS_GRAYSCALE;
     jpeg_set_defaults(&cinfo_);
     jpeg_set_quality(&cinfo_, quality, TRUE);
-    for (int i = 0; i < cinfo_.num_components; ++i) {  // thin coloured lines survive
+    for (int i = 0; i < cinfo_.num_components; ++i) {  // full chroma resolution keeps thin coloured lines
       cinfo_.comp_info[i].h_samp_factor = 1;
       cinfo_.comp_info[i].v_samp_factor = 1;
     }

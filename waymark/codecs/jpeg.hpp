@@ -1,5 +1,5 @@
 #pragma once
-// Inside the room: JPEG, by libjpeg-turbo.
+// Internal to the room: JPEG by libjpeg-turbo.
 
 #include "waymark/codecs/formats.hpp"
 

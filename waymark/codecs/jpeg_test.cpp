@@ -9,9 +9,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-// It needs <cstddef> and <cstdio> before it.
+// Requires <cstddef> and <cstdio> before it.
 #include <jpeglib.h>
 
+#include "tests/support/golden_page.hpp"
 #include "waymark/base/random.hpp"
 #include "waymark/codecs/image_codec.hpp"
 
@@ -30,7 +31,7 @@ struct Recipe {
   bool progressive = false;
   bool arithmetic = false;
   unsigned restart_interval = 0;
-  bool luma_last = false;  ///< one scan a channel, the first channel in the last scan
+  bool luma_last = false;  ///< one scan per channel, the first channel in the last scan
 };
 
 Bytes write(const Recipe& recipe, const Bytes& samples) {
@@ -76,7 +77,7 @@ Bytes flat(int pixels, const Bytes& pixel) {
   return samples;
 }
 
-/// A grey picture with something in every block.
+/// A grey image with non-zero coefficients in every block.
 Bytes waves(int width, int height) {
   Bytes samples;
   for (int y = 0; y < height; ++y) {
@@ -110,7 +111,7 @@ std::vector<std::pair<const char*, Bytes>> all_kinds() {
           {"color", write(color, rgb)},        {"progressive color", write(progressive_color, rgb)}};
 }
 
-TEST(Jpeg, EveryKindGivesTheSamePicture) {
+TEST(Jpeg, EveryKindDecodesToTheSameImage) {
   const Bytes grey = waves(43, 29);
   for (const auto& [kind, bytes] : all_kinds()) {
     const Result<Image> image = decode_image(bytes, kind);
@@ -153,20 +154,20 @@ TEST(Jpeg, UnknownChannelsAreUnsupported) {
   EXPECT_EQ(image.error().code, ErrorCode::Unsupported);
 }
 
-TEST(Jpeg, CutShortAnywhereIsAnErrorNeverAGreyPicture) {
+TEST(Jpeg, TruncationAnywhereIsAnErrorNeverAGreyImage) {
   for (const auto& [kind, whole] : all_kinds()) {
     for (std::size_t length = 1; length < whole.size(); ++length) {
       const Result<Image> image = decode_image(std::span(whole).first(length), "in.jpg");
       ASSERT_FALSE(image) << kind << ": " << length << " of " << whole.size();
       EXPECT_EQ(image.error().code, ErrorCode::Unreadable);
-      EXPECT_THAT(to_string(image.error()), HasSubstr("cut short"));
+      EXPECT_THAT(to_string(image.error()), HasSubstr("truncated"));
       EXPECT_EQ(image.error().place.byte, static_cast<std::int64_t>(length));
     }
   }
 }
 
-TEST(Jpeg, MissingMiddleIsAnErrorToo) {
-  // What a broken transfer leaves: half the data, then the end marker.
+TEST(Jpeg, AMissingPartInTheMiddleIsAnError) {
+  // As after an interrupted transfer: three quarters of the data, then the end marker.
   for (const auto& [kind, whole] : all_kinds()) {
     Bytes half(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(whole.size() * 3 / 4));
     half.insert(half.end(), {0xff, 0xd9});
@@ -174,11 +175,12 @@ TEST(Jpeg, MissingMiddleIsAnErrorToo) {
     if (std::string_view(kind) == "arithmetic")
       continue;  // an arithmetic decoder may end early by design (T.81 annex D)
     ASSERT_FALSE(image) << kind;
-    EXPECT_THAT(to_string(image.error()), HasSubstr("damaged JPEG"));
+    EXPECT_EQ(image.error().code, ErrorCode::Unreadable);
+    testing::expect_on_page("files", image.error());
   }
 }
 
-TEST(Jpeg, AMissingChannelIsAnErrorNeverAGreyPicture) {
+TEST(Jpeg, AMissingChannelIsAnErrorNeverAGreyImage) {
   const Recipe recipe{
       .width = 16, .height = 16, .channels = 3, .samples = JCS_RGB, .stored = JCS_YCbCr, .luma_last = true};
   Bytes bytes = write(recipe, flat(256, {200, 40, 90}));
@@ -191,18 +193,19 @@ TEST(Jpeg, AMissingChannelIsAnErrorNeverAGreyPicture) {
   bytes.insert(bytes.end(), {0xff, 0xd9});
   const Result<Image> image = decode_image(bytes, "in.jpg");
   ASSERT_FALSE(image);
-  EXPECT_THAT(to_string(image.error()), HasSubstr("a channel of the picture is missing"));
+  EXPECT_EQ(image.error().code, ErrorCode::Unreadable);
+  testing::expect_on_page("files", image.error());
 }
 
 TEST(Jpeg, StrayBytesAfterTheEndAreHarmless) {
   for (auto [kind, bytes] : all_kinds()) {
     const Image whole = decode_image(bytes, kind).value();
-    bytes.insert(bytes.end(), 100, 0);  // padding, as web cameras send
+    bytes.insert(bytes.end(), 100, 0);  // padding, as webcams send it
     EXPECT_EQ(decode_image(bytes, kind).value(), whole);
   }
 }
 
-TEST(Jpeg, DamageNeverCrashesNorPrints) {
+TEST(Jpeg, DamagedInputNeverCrashesNorPrints) {
   ::testing::internal::CaptureStderr();
   Random random(7);
   int errors = 0;
@@ -239,15 +242,15 @@ Bytes with_size(Bytes jpeg, unsigned width, unsigned height) {
   return jpeg;
 }
 
-TEST(Jpeg, AHugeClaimIsRefusedBeforeAllocating) {
+TEST(Jpeg, AHugeClaimedSizeIsRejectedBeforeAllocation) {
   const Bytes jpeg = all_kinds().front().second;
   EXPECT_EQ(decode_image(with_size(jpeg, 65500, 65500), "in").error().code, ErrorCode::LimitExceeded);
   EXPECT_EQ(decode_image(with_size(jpeg, 20000, 20000), "in").error().code, ErrorCode::Unreadable);
   EXPECT_EQ(decode_image(with_size(jpeg, 65500, 0), "in").error().code, ErrorCode::Unreadable);
 }
 
-TEST(Jpeg, ALargeFlatPictureIsNotTakenForALie) {
-  const Image image(5000, 4000, 200);  // two bits a block
+TEST(Jpeg, ALargeUniformImageIsAccepted) {
+  const Image image(5000, 4000, 200);  // two bits per block
   const Result<Image> back = decode_image(encode_jpeg(image, 90).value(), "in");
   ASSERT_TRUE(back) << to_string(back.error());
   EXPECT_EQ(*back, image);

@@ -12,26 +12,26 @@
 namespace waymark::codecs {
 namespace {
 
-constexpr std::size_t kMaxChunkMemory = std::size_t{8} << 20;  // what is left of other chunks
+constexpr std::size_t kMaxChunkMemory = std::size_t{8} << 20;  // limit for chunks other than pixels
 constexpr std::uint64_t kMaxDeflateRatio =
     1032;  // RFC 1951: 258 bytes from one bit of length and one of distance
 
-/// Which pixels a pass of an interlaced PNG holds (W3C, "Portable Network Graphics", section 8.2).
+/// Pixels of a pass of an interlaced PNG (W3C, "Portable Network Graphics", section 8.2).
 struct Pass {
   int x, y, step_x, step_y;
 };
 constexpr std::array kAdam7 = {Pass{0, 0, 8, 8}, Pass{4, 0, 8, 8}, Pass{0, 4, 4, 8}, Pass{2, 0, 4, 4},
                                Pass{0, 2, 2, 4}, Pass{1, 0, 2, 2}, Pass{0, 1, 1, 2}};
 
-/// One PNG being read. libpng reports errors by longjmp, which skips destructors: so everything that owns
-/// memory lives in this object or outside, and the frames jumped over hold only plain values.
+/// Decoder of one PNG. libpng reports errors by longjmp, which skips destructors. Therefore everything that
+/// owns memory is in this object or outside, and the skipped frames hold only plain values.
 class PngReader {
  public:
   explicit PngReader(const Input& input) : input_(input) {
     png_ = png_create_read_struct(
         PNG_LIBPNG_VER_STRING, this,
         [](png_structp png, png_const_charp text) { self(png_get_error_ptr(png)).stop(text); },
-        [](png_structp, png_const_charp) {});  // warnings are about what we do not use; never to stderr
+        [](png_structp, png_const_charp) {});  // warnings concern unused chunks; never to stderr
     if (png_ != nullptr) info_ = png_create_info_struct(png_);
   }
   ~PngReader() { png_destroy_read_struct(&png_, &info_, nullptr); }
@@ -40,15 +40,16 @@ class PngReader {
 
   Result<ImageInfo> read_header() {
     if (info_ == nullptr)
-      return fail(ErrorCode::LimitExceeded, "no memory for a PNG decoder", input_.whole());
+      return fail(ErrorCode::LimitExceeded, "not enough memory for a PNG decoder", input_.whole());
     const bool good = guarded([this] {
       png_set_read_fn(png_, this, [](png_structp png, png_bytep to, png_size_t count) {
         self(png_get_io_ptr(png)).copy(to, count);
       });
-      png_set_user_limits(png_, PNG_UINT_31_MAX, PNG_UINT_31_MAX);  // we count pixels ourselves
+      png_set_user_limits(png_, PNG_UINT_31_MAX,
+                          PNG_UINT_31_MAX);  // check_limit() limits the number of pixels
       png_set_chunk_malloc_max(png_, kMaxChunkMemory);
       png_set_keep_unknown_chunks(png_, PNG_HANDLE_CHUNK_NEVER, nullptr,
-                                  -1);  // all but the pixels and what they need
+                                  -1);  // all chunks but the pixels and those they require
       png_read_info(png_, info_);
     });
     if (!good) return error();
@@ -78,13 +79,13 @@ class PngReader {
       } else {
         for (int y = 0; y < image.height(); ++y) read_row(image.row(y), image.width(), 1);
       }
-      png_read_end(png_, nullptr);  // wants the end chunk: without it the file is cut short
+      png_read_end(png_, nullptr);  // requires the end chunk: a file without it is truncated
     });
     if (!good) return error();
     return {};
   }
 
-  /// Deflate has a largest ratio: a short file that claims more rows is refused before memory is taken.
+  /// Deflate has a maximum ratio: a short file that claims more rows is rejected before memory is allocated.
   [[nodiscard]] Status check_plausible() const {
     const std::uint64_t width = png_get_image_width(png_, info_);
     const std::uint64_t height = png_get_image_height(png_, info_);
@@ -98,7 +99,7 @@ class PngReader {
  private:
   static PngReader& self(void* pointer) { return *static_cast<PngReader*>(pointer); }
 
-  /// Runs C calls; false when libpng gave up.
+  /// Runs C calls; false when libpng failed.
   template <class Calls>
   bool guarded(Calls calls) {
     if (setjmp(jump_) != 0) return false;
@@ -120,18 +121,18 @@ class PngReader {
     position_ += count;
   }
 
-  /// The seven passes of Adam7 one after another, each pixel straight to its place: no second picture in
-  /// memory.
+  /// Writes the pixels of each of the seven Adam7 passes directly to their final positions, without a second
+  /// image in memory.
   void read_passes(Image& image) {
     for (const Pass& pass : kAdam7) {
-      if (pass.x >= image.width()) continue;  // a pass without pixels is not in the file
+      if (pass.x >= image.width()) continue;  // the file does not contain passes without pixels
       const int columns = (image.width() - pass.x + pass.step_x - 1) / pass.step_x;
       for (int y = pass.y; y < image.height(); y += pass.step_y)
         read_row(image.row(y) + pass.x, columns, pass.step_x);
     }
   }
 
-  /// The next row of the file to every `step`-th byte of `to`.
+  /// Writes the next row of the file to every `step`-th byte of `to`.
   void read_row(std::uint8_t* to, int count, int step) {
     png_read_row(png_, row_.data(), nullptr);
     const std::uint64_t max = wide_ ? 65535 : 255;
@@ -154,7 +155,7 @@ class PngReader {
   }
 
   [[nodiscard]] tl::unexpected<Error> error() const {
-    if (cut_short_) return cut_short(input_, "PNG ends before its picture is complete");
+    if (cut_short_) return cut_short(input_, "PNG ends before the image is complete");
     const std::string_view text = message_.data();
     if (text.find("memory") != std::string_view::npos) {
       return fail(ErrorCode::LimitExceeded, fmt::format("PNG needs more memory than allowed: {}", text),
@@ -190,7 +191,7 @@ Result<Image> decode_png(const Input& input, const DecodeOptions& options) {
 
 namespace {
 
-/// One PNG being written. As in the reader, no frame that longjmp skips owns anything.
+/// Encoder of one PNG. As in the reader, frames that longjmp skips own nothing.
 class PngWriter {
  public:
   PngWriter() {
@@ -223,7 +224,7 @@ class PngWriter {
   [[nodiscard]] const char* message() const { return message_.data(); }
 
  private:
-  /// No exception may cross the frames of libpng.
+  /// Exceptions must not cross the frames of libpng.
   static void append(png_structp png, png_bytep data, png_size_t count) {
     auto& bytes = static_cast<PngWriter*>(png_get_io_ptr(png))->bytes_;
     bool stored = true;

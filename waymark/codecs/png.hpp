@@ -1,5 +1,5 @@
 #pragma once
-// Inside the room: PNG, by libpng.
+// Internal to the room: PNG by libpng.
 
 #include "waymark/codecs/formats.hpp"
 

@@ -1,5 +1,5 @@
-// PNM is a dozen words and raw samples (Poskanzer, manual pages pgm(5) and ppm(5)); a library would be longer
-// than this.
+// PNM consists of a short header and raw samples (Poskanzer, manual pages pgm(5) and ppm(5)); using a library
+// would take more code.
 #include "waymark/codecs/pnm.hpp"
 
 #include <array>
@@ -27,7 +27,7 @@ struct Header {
   }
 };
 
-/// Walks through the words of a PNM.
+/// Tokenizer of a PNM.
 class Reader {
  public:
   Reader(const Input& input, std::size_t position) : input_(input), position_(position) {}
@@ -92,8 +92,7 @@ Result<Header> read_header(const Input& input) {
   }
   if (reader.position() >= input.bytes.size()) return cut_short(input, "PNM ends after its header");
   if (!is_space(input.bytes[reader.position()])) {
-    return fail(ErrorCode::Unreadable, "PNM header is not followed by white space",
-                input.at(reader.position()));
+    return fail(ErrorCode::Unreadable, "no white space after the PNM header", input.at(reader.position()));
   }
   header.pixels = reader.position() + 1;
   header.max = *max;
@@ -105,12 +104,12 @@ Result<Header> read_header(const Input& input) {
   return header;
 }
 
-/// Whether the samples a header promises can be there at all, so that nothing is allocated for a lie.
+/// Whether the input can contain all samples that the header claims; checked before allocation.
 Status check_complete(const Input& input, const Header& header) {
   const std::uint64_t there = input.bytes.size() - header.pixels;
   const std::uint64_t bytes_each = header.max > 255 ? 2 : 1;
-  // As text: a digit each and white space between them. samples() < 2^63 * 3 cannot be doubled, so `there` is
-  // halved.
+  // As text: one digit per sample and white space between them. samples() < 2^63 * 3 cannot be doubled, so
+  // `there` is halved.
   const bool complete =
       header.text ? header.samples() <= there / 2 + 1 : header.samples() <= there / bytes_each;
   if (complete) return {};
@@ -152,7 +151,7 @@ class RawSamples {
   Input input_;
 };
 
-/// Fills the picture from Text- or RawSamples.
+/// Fills the image from Text- or RawSamples.
 template <class Samples>
 Status fill(Image& image, const Header& header, Samples samples) {
   std::array<std::uint64_t, 3> pixel{};

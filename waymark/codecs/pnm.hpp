@@ -1,5 +1,5 @@
 #pragma once
-// Inside the room: PNM, by a few lines of our own.
+// Internal to the room: PNM by own code.
 
 #include "waymark/codecs/formats.hpp"
 

@@ -13,7 +13,7 @@
 namespace waymark {
 namespace {
 
-/// Characters of a text, with a count of the lines that were read.
+/// Input iterator over a text that counts the lines read.
 struct CountingLines {
   using iterator_category = std::input_iterator_tag;
   using value_type = char;
@@ -34,8 +34,7 @@ struct CountingLines {
   bool operator!=(const CountingLines& other) const { return at != other.at; }
 };
 
-/// Receives the parts of a document as they are read, and builds the tree. Each handler says whether to go
-/// on.
+/// Receives the parse events of a document and builds the tree. Each handler returns whether to continue.
 class JsonTreeBuilder {
  public:
   JsonTreeBuilder(const YamlLimits& limits, const std::set<std::string>& skipped, const std::int64_t& line)
@@ -69,7 +68,7 @@ class JsonTreeBuilder {
 
   bool parse_error(std::size_t position, const std::string& /*token*/,
                    const nlohmann::json::exception& /*error*/) {
-    return stop(ErrorCode::Unreadable, fmt::format("this is no JSON at character {}", position));
+    return stop(ErrorCode::Unreadable, fmt::format("invalid JSON at character {}", position));
   }
 
   [[nodiscard]] const std::optional<Error>& error() const { return error_; }
@@ -84,7 +83,7 @@ class JsonTreeBuilder {
     return ++nodes_ <= limits_.nodes ||
            stop(ErrorCode::LimitExceeded, fmt::format("more than {} values in a file", limits_.nodes));
   }
-  /// Whether this value is to be passed over.
+  /// Whether this value must be skipped.
   bool skips() { return skipping_ > 0 || std::exchange(skip_next_, false); }
 
   bool scalar(YamlNode::Kind kind, std::string text) {
@@ -125,7 +124,7 @@ class JsonTreeBuilder {
   std::vector<YamlNode> open_;
   YamlNode root_;
   std::size_t nodes_ = 0;
-  std::size_t skipping_ = 0;  ///< how deep within a value that is passed over
+  std::size_t skipping_ = 0;  ///< depth inside a skipped value
   bool skip_next_ = false;
   std::optional<Error> error_;
 };
@@ -147,7 +146,7 @@ Result<YamlNode> parse_json(std::string_view text, const std::string& source, co
   const CountingLines begin{text.data(), &line};
   const CountingLines end{text.data() + text.size(), &line};
   if (nlohmann::json::sax_parse(begin, end, &builder)) return builder.take();
-  Error error = builder.error().value_or(Error{ErrorCode::Unreadable, "this is no JSON", {}, {}});
+  Error error = builder.error().value_or(Error{ErrorCode::Unreadable, "invalid JSON", {}, {}});
   error.place.source = source;
   return tl::unexpected(std::move(error));
 }

@@ -14,12 +14,12 @@ namespace {
 
 constexpr std::size_t kLargestConfig = std::size_t{1} << 20U;
 
-/// "a.b=VALUE" as the map {a: {b: VALUE}}. Errors have no place.
+/// Parses "a.b=VALUE" as the map {a: {b: VALUE}}. Errors have no place.
 Result<YamlNode> parse_assignment(const std::string& assignment, const std::string& how_to_write) {
   const std::size_t equals = assignment.find('=');
   const std::string path = assignment.substr(0, equals);
   if (equals == std::string::npos || path.find('.') == std::string::npos)
-    return fail(ErrorCode::InvalidArgument, "no section, key and value", {}, how_to_write);
+    return fail(ErrorCode::InvalidArgument, "not of the form SECTION.KEY=VALUE", {}, how_to_write);
   Result<YamlNode> node = parse_yaml(assignment.substr(equals + 1), assignment);
   if (!node) return node;
   if (node->kind == YamlNode::Kind::Null)
@@ -37,14 +37,13 @@ Result<YamlNode> parse_assignment(const std::string& assignment, const std::stri
   }
 }
 
-/// Whether the assignment is of the section, or of the key of it: "follower", "filter.motion" or
-/// "filter.lag_s".
+/// Whether the assignment sets the section or key `path`: "follower", "filter.motion" or "filter.lag_s".
 bool is_about(const std::string& assignment, const std::string& path, bool whole) {
   const std::string name = assignment.substr(0, assignment.find('='));
   return name == path || (!whole && name.starts_with(path + "."));
 }
 
-/// Values that are neither maps nor lists of lists, as "path=VALUE".
+/// Appends values, except maps and lists of lists, as "path=VALUE".
 void add_assignments(const YamlNode& node, const std::string& path, std::vector<std::string>& out) {
   if (node.kind == YamlNode::Kind::Map) {
     for (std::size_t i = 0; i < node.keys.size(); ++i)
@@ -73,7 +72,7 @@ std::vector<std::string> OptionLayers::section_names() const {
   return names;
 }
 
-std::string OptionLayers::said(const std::string& assignment) const {
+std::string OptionLayers::with_source(const std::string& assignment) const {
   return assignments_.name.empty() ? assignment : assignments_.name + " " + assignment;
 }
 
@@ -89,14 +88,14 @@ Status OptionLayers::load(const std::string& file, const std::vector<std::string
   for (const std::string& assignment : assignments) {
     Result<YamlNode> root = parse_assignment(assignment, assignments_.how_to_write);
     if (!root) {
-      root.error().place = {.key = said(assignment)};
+      root.error().place = {.key = with_source(assignment)};
       return tl::unexpected(root.error());
     }
     layers_.push_back({std::move(*root), assignments_.name, assignment});
   }
   for (const Layer& layer : layers_) {
     Status status = check(layer);
-    if (!status && !layer.assignment.empty()) status.error().place = {.key = said(layer.assignment)};
+    if (!status && !layer.assignment.empty()) status.error().place = {.key = with_source(layer.assignment)};
     if (!status) return status;
   }
   return {};
@@ -131,7 +130,7 @@ std::string OptionLayers::first_assignment(const std::string& section, const std
   const std::string path = key.empty() ? section : section + "." + key;
   for (const Layer& layer : layers_) {
     if (!layer.assignment.empty() && is_about(layer.assignment, path, !key.empty()))
-      return said(layer.assignment);
+      return with_source(layer.assignment);
   }
   return {};
 }

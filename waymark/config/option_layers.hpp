@@ -9,33 +9,33 @@
 
 namespace waymark {
 
-/// How errors name what assignments were given by.
+/// How errors refer to assignments.
 struct AssignmentSource {
-  std::string name{};  ///< stands before the assignment; empty: nothing does
-  std::string how_to_write = "Write SECTION.KEY=VALUE.";  ///< the hint for what is no assignment
+  std::string name{};  ///< prefix of the assignment in errors; may be empty
+  std::string how_to_write = "Write SECTION.KEY=VALUE.";  ///< hint for an invalid assignment
 };
 
-/// Options by section and key, said in layers: a YAML file, then assignments "SECTION.KEY=VALUE", each of
-/// which counts more than what comes before it. A section is an option struct.
+/// Options by section and key, in layers: a YAML file, then assignments "SECTION.KEY=VALUE", each of which
+/// overrides earlier layers. A section is an option struct.
 class OptionLayers {
  public:
-  /// Reads a section to see whether it can be read.
+  /// Reads a section to check that it is valid.
   using Check = std::function<Status(const YamlCursor&)>;
 
   explicit OptionLayers(AssignmentSource assignments = {});
   void add_section(const std::string& name, Check check);
-  /// `file`: empty: none. Fails on what the sections do not have, and on values that are none, with their
-  /// place.
+  /// Loads the layers; an empty `file` is omitted. Fails, with the place, on unknown sections and keys and on
+  /// invalid values.
   [[nodiscard]] Status load(const std::string& file, const std::vector<std::string>& assignments);
 
-  /// Whether a layer says something about a section, or about a key, such as "filter.lag_s".
+  /// Whether a layer sets a section or a key, such as "filter.lag_s".
   [[nodiscard]] bool given(const std::string& path) const;
-  /// The first assignment about the section, or about one key of it, after the name of its source; empty when
-  /// there is none.
+  /// The first assignment to the section, or to one key of it, with the prefix of its source. Empty if the
+  /// section has no assignment.
   [[nodiscard]] std::string first_assignment(const std::string& section, const std::string& key = {}) const;
-  /// What all layers say about the section, as assignments, in the order in which they count.
+  /// The values of all layers for the section as assignments, in order of precedence.
   [[nodiscard]] std::vector<std::string> assignments(const std::string& section) const;
-  /// What all layers say about the section, over `options`. Cannot fail after load().
+  /// Applies all layers of the section to `options`. Cannot fail after load().
   template <HasFields Options>
   [[nodiscard]] Status read(const std::string& section, Options& options) const {
     Status status;
@@ -52,7 +52,7 @@ class OptionLayers {
   struct Layer {
     YamlNode root;
     std::string source;
-    std::string assignment = {};  ///< "follower.reach_m=0.4"; empty: it is the file
+    std::string assignment = {};  ///< "follower.reach_m=0.4"; empty for the file
   };
   struct Section {
     std::string name;
@@ -60,8 +60,8 @@ class OptionLayers {
   };
 
   [[nodiscard]] Status check(const Layer& layer) const;
-  /// The assignment after the name of its source.
-  [[nodiscard]] std::string said(const std::string& assignment) const;
+  /// The assignment with the prefix of its source.
+  [[nodiscard]] std::string with_source(const std::string& assignment) const;
 
   AssignmentSource assignments_;
   std::vector<Section> sections_;

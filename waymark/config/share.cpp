@@ -16,15 +16,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kMaxLevels = 5;  // from a module to the prefix it is installed in
+constexpr int kMaxLevels = 5;  // from a module to its install prefix
 
 bool is_folder(const fs::path& path) {
   std::error_code ignored;
   return fs::is_directory(path, ignored);
 }
 
-/// Where the code that runs is a library (the Python module, an application's), share/waymark of the prefix
-/// it is installed in: PREFIX/lib/python3/dist-packages/waymark/_waymark.so. Empty when there is none.
+/// If this code runs in a library (the Python module, an application's), share/waymark of its install prefix:
+/// PREFIX/lib/python3/dist-packages/waymark/_waymark.so. Empty if there is none.
 fs::path beside_module() {
   Dl_info module{};
   if (::dladdr(reinterpret_cast<const void*>(&share_folder), &module) == 0 || module.dli_fname == nullptr)
@@ -48,7 +48,13 @@ std::vector<std::string> names_in(const fs::path& folder) {
   return names;
 }
 
-/// "place/world.yaml" of the folder "place", where worlds are looked for; empty where there is none.
+/// The field for a file of the folder.
+std::string_view usual_field(std::string_view folder) {
+  if (folder == "worlds") return "world";
+  return folder == "robots" ? "robot_file" : "profile";
+}
+
+/// "place/world.yaml" for the folder "place" if worlds are searched; empty if it does not exist.
 std::string file_inside(std::string_view folder, const std::string& name) {
   const fs::path file = fs::path(name) / (std::string(folder.substr(0, folder.size() - 1)) + ".yaml");
   std::error_code ignored;
@@ -60,8 +66,8 @@ std::string file_inside(std::string_view folder, const std::string& name) {
 Result<fs::path> share_folder() {
   if (const char* named = std::getenv("WAYMARK_SHARE"); named != nullptr && *named != '\0') {
     if (is_folder(named)) return fs::path(named);
-    return fail(ErrorCode::NotFound, "WAYMARK_SHARE names a folder that is not there", {.source = named},
-                "Unset it, or let it name the folder that holds worlds/ and robots/.");
+    return fail(ErrorCode::NotFound, "the folder of WAYMARK_SHARE does not exist", {.source = named},
+                "Unset it, or set it to the folder with worlds/ and robots/.");
   }
   std::error_code ignored;
   const fs::path program = fs::read_symlink("/proc/self/exe", ignored);
@@ -70,30 +76,30 @@ Result<fs::path> share_folder() {
        {beside, beside_module(), fs::path(WAYMARK_SOURCE_SHARE), fs::path(WAYMARK_INSTALLED_SHARE)}) {
     if (is_folder(folder)) return folder;
   }
-  return fail(ErrorCode::NotFound, "the data that comes with Waymark is not found",
-              {.source = WAYMARK_INSTALLED_SHARE},
-              "Let the environment variable WAYMARK_SHARE name the folder that holds worlds/ and robots/.");
+  return fail(ErrorCode::NotFound, "cannot find the data of Waymark", {.source = WAYMARK_INSTALLED_SHARE},
+              "Set the environment variable WAYMARK_SHARE to the folder with worlds/ and robots/.");
 }
 
-Result<fs::path> find_shared(std::string_view folder, const std::string& name) {
+Result<fs::path> find_shared(std::string_view folder, const std::string& name, std::string_view field) {
+  const Place place{.key = std::string(field.empty() ? usual_field(folder) : field)};
   if (name.find('/') != std::string::npos || name.ends_with(".yaml")) {
     const std::string file = file_inside(folder, name);
-    if (file.empty()) return fs::path(name);
-    return fail(ErrorCode::InvalidArgument, "this is a folder", {.source = name},
-                fmt::format("Did you mean {}?", file));
+    if (file.empty() && !is_folder(name)) return fs::path(name);
+    return fail(ErrorCode::InvalidArgument, fmt::format("'{}' is a folder", name), place,
+                file.empty() ? "Give the path of a .yaml file." : fmt::format("Did you mean {}?", file));
   }
   const Result<fs::path> share = share_folder();
   if (!share) return share;
   const std::vector<std::string> names = names_in(*share / folder);
   if (std::ranges::find(names, name) != names.end()) return *share / folder / (name + ".yaml");
   std::error_code ignored;
-  if (fs::is_regular_file(name, ignored)) return fs::path(name);  // whoever reads it says what it is instead
-  if (const std::string file = file_inside(folder, name); !file.empty())
-    return fail(ErrorCode::NotFound, fmt::format("there is no '{}'", name),
-                {.source = (*share / folder).string()}, fmt::format("Did you mean {}?", file));
-  return fail(ErrorCode::NotFound, fmt::format("there is no '{}'", name),
-              {.source = (*share / folder).string()},
-              suggestion(name, names) + " Or give the path of a .yaml file.");
+  if (fs::is_regular_file(name, ignored)) return fs::path(name);  // the reader of the file reports its kind
+  const std::string file = file_inside(folder, name);
+  std::string message = fmt::format("there is no '{}' in {}", name, (*share / folder).string());
+  if (is_folder(name)) message += ", and the folder of this name is no .yaml file";
+  return fail(ErrorCode::NotFound, std::move(message), place,
+              file.empty() ? suggestion(name, names) + " Or give the path of a .yaml file."
+                           : fmt::format("Did you mean {}?", file));
 }
 
 std::string named_beside(const fs::path& file, const std::string& name) {

@@ -8,26 +8,27 @@
 
 namespace waymark {
 
-/// Where the data that comes with Waymark lies: what the environment variable WAYMARK_SHARE names; else
-/// ../share/waymark beside the running program; else share/waymark of the prefix where the library that this
-/// is part of is installed (a Python module); else the source tree this was built from; else where it was to
-/// be installed. Fails when none of them is there.
+/// Folder of the data that comes with Waymark. Tried in order: the environment variable WAYMARK_SHARE;
+/// ../share/waymark next to the running program; share/waymark of the prefix where this library is installed
+/// (a Python module); the source tree of the build; the install location. Fails if none exists.
 [[nodiscard]] Result<std::filesystem::path> share_folder();
 
-/// The file that a word of the command line means: a path (with a '/' or ending in .yaml) as it is, a plain
-/// name the file `name`.yaml in a folder ("worlds", "robots") of the share folder. Fails on a name that is
-/// not there, with the nearest one. O(files in the folder).
-[[nodiscard]] Result<std::filesystem::path> find_shared(std::string_view folder, const std::string& name);
+/// Resolves a file argument of the command line: a path (with a '/' or ending in .yaml) is used unchanged; a
+/// plain name is the file `name`.yaml in a folder ("worlds", "robots") of the share folder. Fails on an
+/// unknown name and suggests the nearest one. `field` is the field reported in the error; by default `world`,
+/// `robot_file` or `profile`, depending on the folder. O(files in the folder).
+[[nodiscard]] Result<std::filesystem::path> find_shared(std::string_view folder, const std::string& name,
+                                                        std::string_view field = {});
 
-/// What a file means by the name of another one: a relative path ending in .yaml is looked for beside it
-/// first; anything else is as it is.
+/// Resolves a file name used in another file: a relative path ending in .yaml is first looked up next to that
+/// file; anything else is returned unchanged.
 [[nodiscard]] std::string named_beside(const std::filesystem::path& file, const std::string& name);
 
-/// What a world may be called.
+/// Valid names of a world, for help.
 inline constexpr std::string_view kWorldNames =
     "circuit24, limo-walls, academy-house, mbot-square, or the path of a .yaml file";
 
-/// What a robot's file may be called.
+/// Valid names of a robot's file, for help.
 inline constexpr std::string_view kRobotNames =
     "a name that `waymark robots` lists, or the path of a .yaml file";
 

@@ -20,7 +20,7 @@
 namespace waymark {
 namespace {
 
-/// How files begin that are given by mistake where a text should be.
+/// The beginnings of files that are easily confused with text files.
 struct Beginning {
   std::string_view magic;
   std::string_view what;
@@ -28,8 +28,8 @@ struct Beginning {
 };
 
 constexpr std::string_view kRecordingHint =
-    "`waymark info` says what it holds, `waymark map` makes a map of it.";
-constexpr std::string_view kPackedHint = "Unpack it first: this file is read as plain text.";
+    "`waymark info` shows its contents, `waymark map` makes a map from it.";
+constexpr std::string_view kPackedHint = "Unpack it first: a plain text file is required.";
 constexpr std::string_view kPictureHint = "Give a text file here (YAML, JSON or CSV).";
 
 std::optional<Beginning> no_text(std::string_view beginning) {
@@ -49,11 +49,11 @@ std::optional<Beginning> no_text(std::string_view beginning) {
   for (const Beginning& known : kBeginnings)
     if (beginning.starts_with(known.magic)) return known;
   if (beginning.find('\0') != std::string_view::npos)
-    return Beginning{"", "binary (it holds zero bytes)", "Give a text file here, in UTF-8."};
+    return Beginning{"", "binary (it contains zero bytes)", "Give a text file here, in UTF-8."};
   return std::nullopt;
 }
 
-/// A file to read, or a pipe. A signal ends the wait for a pipe that nobody writes to.
+/// A file or a pipe opened for reading. A signal ends the wait for the writer of a pipe.
 class OpenFile {
  public:
   explicit OpenFile(int number) : number_(number) {}
@@ -63,7 +63,7 @@ class OpenFile {
   OpenFile(const OpenFile&) = delete;
   OpenFile& operator=(const OpenFile&) = delete;
   [[nodiscard]] int number() const { return number_; }
-  /// As read(2): 0 at the end, -1 with errno of a failure.
+  /// Like read(2): 0 at the end, -1 with errno on failure.
   [[nodiscard]] ssize_t read(char* into, std::size_t size) const {
     pollfd ready{.fd = number_, .events = POLLIN, .revents = 0};
     while (true) {
@@ -77,7 +77,7 @@ class OpenFile {
   int number_;
 };
 
-/// `text_only`: what begins as no text does is refused.
+/// `text_only`: files that are not text are rejected.
 Result<std::string> read(const std::filesystem::path& path, std::size_t max_bytes, bool text_only) {
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
@@ -87,13 +87,13 @@ Result<std::string> read(const std::filesystem::path& path, std::size_t max_byte
   if (std::filesystem::is_directory(status)) {
     return fail(ErrorCode::Unreadable, "this is a folder", {.source = path.string()}, "Give a file.");
   }
-  // Without waiting: a pipe that nobody writes to would never open.
+  // Non-blocking: opening a pipe without a writer would block forever.
   const OpenFile file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (file.number() < 0) {
-    return fail(ErrorCode::Unreadable, "the file cannot be opened", {.source = path.string()},
+    return fail(ErrorCode::Unreadable, "cannot open the file", {.source = path.string()},
                 "Check its permissions.");
   }
-  // In blocks, so that a small file costs little however much is allowed; pipes have no size to ask for.
+  // In blocks, so that memory follows the actual size; the size of a pipe is unknown.
   constexpr std::size_t kBlock = std::size_t{1} << 16U;
   std::string text;
   while (text.size() <= max_bytes) {
@@ -111,12 +111,11 @@ Result<std::string> read(const std::filesystem::path& path, std::size_t max_byte
     if (got == 0) break;
     if (before > 0 || !text_only) continue;
     if (const auto found = no_text(text))
-      return fail(ErrorCode::Unreadable, fmt::format("this is {}, and no text", found->what),
+      return fail(ErrorCode::Unreadable, fmt::format("this is {}, not text", found->what),
                   {.source = path.string()}, std::string(found->hint));
   }
   if (text.size() > max_bytes) {
-    return fail(ErrorCode::LimitExceeded,
-                fmt::format("the file is longer than the {} bytes allowed", max_bytes),
+    return fail(ErrorCode::LimitExceeded, fmt::format("the file exceeds the limit of {} bytes", max_bytes),
                 {.source = path.string()}, "Is this the right file?");
   }
   return text;
@@ -146,7 +145,7 @@ Status write_text_file(const std::filesystem::path& path, std::string_view text)
       std::filesystem::remove(beside, ignored);
       return fail(ErrorCode::Unwritable,
                   why ? "the file cannot be written: " + why.message() : "the file cannot be written",
-                  {.source = path.string()}, write_mend(why.value(), path.parent_path().string()));
+                  {.source = path.string()}, write_hint(why.value(), path.parent_path().string()));
     }
   }
   std::error_code error;
@@ -154,7 +153,7 @@ Status write_text_file(const std::filesystem::path& path, std::string_view text)
   if (!error) return {};
   std::error_code ignored;
   std::filesystem::remove(beside, ignored);
-  return fail(ErrorCode::Unwritable, fmt::format("the file cannot be put in place: {}", error.message()),
+  return fail(ErrorCode::Unwritable, fmt::format("cannot rename the written file: {}", error.message()),
               {.source = path.string()});
 }
 

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/data.hpp"
+#include "tests/support/golden_page.hpp"
 
 namespace waymark {
 namespace {
@@ -16,22 +17,21 @@ TEST(TextFile, ComesBackAsWritten) {
   ASSERT_TRUE(write_text_file(path, text));
   ASSERT_TRUE(write_text_file(path, text)) << "replaces";
   EXPECT_EQ(*read_file(path, 11), text);
-  EXPECT_EQ(to_string(read_text_file(path, 11).error()),
-            path.string() +
-                ": this is binary (it holds zero bytes), and no text. Give a text file here, in UTF-8.");
-  EXPECT_EQ(to_string(read_file(path, 10).error()),
-            path.string() + ": the file is longer than the 10 bytes allowed. Is this the right file?");
+  EXPECT_EQ(read_text_file(path, 11).error().place.source, path.string());
+  testing::expect_on_page("config", read_text_file(path, 11).error());
+  EXPECT_EQ(read_file(path, 10).error().code, ErrorCode::LimitExceeded);
+  testing::expect_on_page("config", read_file(path, 10).error());
 }
 
-TEST(TextFile, SaysWhatIsWrongWithAPath) {
+TEST(TextFile, ReportsInvalidPaths) {
   const auto folder = testing::fresh_folder("text");
-  EXPECT_EQ(to_string(read_text_file(folder / "none", 10).error()),
-            (folder / "none").string() + ": there is no such file. Check the path.");
-  EXPECT_EQ(to_string(read_text_file(folder, 10).error()),
-            folder.string() + ": this is a folder. Give a file.");
+  EXPECT_EQ(read_text_file(folder / "none", 10).error().code, ErrorCode::NotFound);
+  testing::expect_on_page("config", read_text_file(folder / "none", 10).error());
+  EXPECT_EQ(read_text_file(folder, 10).error().code, ErrorCode::Unreadable);
+  testing::expect_on_page("config", read_text_file(folder, 10).error());
   EXPECT_EQ(write_text_file(folder / "no" / "where", "x").error().code, ErrorCode::Unwritable);
   EXPECT_EQ(write_text_file(folder, "x").error().code, ErrorCode::Unwritable);
-  EXPECT_FALSE(std::filesystem::exists(folder.string() + ".tmp")) << "nothing is left behind";
+  EXPECT_FALSE(std::filesystem::exists(folder.string() + ".tmp")) << "no temporary file remains";
 }
 
 }  // namespace

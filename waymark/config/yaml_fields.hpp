@@ -27,20 +27,20 @@ inline constexpr bool kIsOptional<std::optional<T>> = true;
 template <class T>
 inline constexpr bool kNotReadable = false;
 
-/// The error for a number outside the range of its field.
+/// Fails if a number is outside the range of its field.
 [[nodiscard]] Status check_range(const YamlCursor& cursor, double value, const Field& field);
 
 }  // namespace internal
 
-/// Reads an option struct from a map: a missing key keeps its default, an unknown one is an error with the
-/// nearest word, so are a wrong type and a number outside its range. Fields may be bool, whole numbers,
-/// floating point, std::string, other option structs, and std::vector or std::optional of those. The error
-/// has file, line and dotted key.
+/// Reads an option struct from a map. A missing key keeps its default. Unknown keys (with the nearest known
+/// key), wrong types and numbers out of range are errors. Fields may be bool, integers, floating point,
+/// std::string, other option structs, and std::vector or std::optional of those. Errors have file, line and
+/// dotted key.
 template <HasFields Options>
 [[nodiscard]] Result<Options> read_fields(const YamlCursor& cursor);
 
-/// The same over options that are there: a missing key keeps its value, also of nested structs. On failure
-/// some may have been read.
+/// Updates existing options: a missing key keeps its value, also in nested structs. After a failure some
+/// values may have been read.
 template <HasFields Options>
 [[nodiscard]] Status update_fields(const YamlCursor& cursor, Options& options);
 
@@ -126,8 +126,7 @@ Result<Options> read_fields(const YamlCursor& cursor) {
   return options;
 }
 
-/// The same from the text of a whole document; `source` names it in errors. An empty document gives the
-/// defaults.
+/// Reads the text of a whole document; `source` is its name in errors. An empty document gives the defaults.
 template <HasFields Options>
 [[nodiscard]] Result<Options> parse_fields(std::string_view text, const std::string& source) {
   const auto root = parse_yaml(text, source);
@@ -135,8 +134,8 @@ template <HasFields Options>
   return read_fields<Options>(YamlCursor(*root, source));
 }
 
-/// The whole effective struct as YAML, one field a line, which reads back as the same value. `indent` spaces
-/// before each line. An empty std::optional is left out. Numbers must be finite.
+/// Writes the whole struct as YAML, one field per line, which reads back as the same value. `indent` spaces
+/// precede each line. Empty std::optional fields are omitted. Numbers must be finite.
 template <HasFields Options>
 [[nodiscard]] std::string write_fields(const Options& options, int indent = 0) {
   std::string text;
@@ -164,7 +163,7 @@ std::string write_plain(const T& value) {
   }
 }
 
-/// What follows "key:", with the line ends.
+/// The text after "key:", including line ends.
 template <class T>
 std::string write_value(const T& value, int indent) {
   if constexpr (HasFields<T>) {

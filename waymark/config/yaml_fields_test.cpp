@@ -10,6 +10,8 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include "tests/support/golden_page.hpp"
+
 namespace waymark {
 namespace {
 
@@ -20,8 +22,8 @@ struct Inner {
   bool enabled = true;
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.speed_m_s, Field{"speed_m_s", "How fast to drive.", 0, 2});
-    visit(self.enabled, Field{"enabled", "Whether at all."});
+    visit(self.speed_m_s, Field{"speed_m_s", "Maximum speed.", 0, 2});
+    visit(self.enabled, Field{"enabled", "Whether it is enabled."});
   }
   friend bool operator==(const Inner&, const Inner&) = default;
 };
@@ -36,13 +38,13 @@ struct Outer {
   std::optional<double> seed = {};
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.name, Field{"name", "What it is called."});
-    visit(self.count, Field{"count", "How many; 1 to 10.", 1, 10});
+    visit(self.name, Field{"name", "Name of the object."});
+    visit(self.count, Field{"count", "Number of objects; 1 to 10.", 1, 10});
     visit(self.small, Field{"small", "Something small."});
-    visit(self.inner, Field{"inner", "Options of the inside."});
+    visit(self.inner, Field{"inner", "Nested options."});
     visit(self.sizes_m, Field{"sizes_m", "Sides of tags.", 0.001, 10});
-    visit(self.laps, Field{"laps", "One for each lap."});
-    visit(self.seed, Field{"seed", "Fixes the randomness.", 0});
+    visit(self.laps, Field{"laps", "One entry per lap."});
+    visit(self.seed, Field{"seed", "Seed of the random numbers.", 0});
   }
   friend bool operator==(const Outer&, const Outer&) = default;
 };
@@ -57,7 +59,7 @@ std::string error_of(const std::string& text) {
   return options ? "" : to_string(options.error());
 }
 
-TEST(YamlFields, WhatIsMissingKeepsItsValueWhereOptionsAreUpdated) {
+TEST(YamlFields, UpdatingKeepsValuesOfMissingKeys) {
   Outer options;
   options.count = 5;
   options.inner.enabled = false;
@@ -71,7 +73,7 @@ TEST(YamlFields, WhatIsMissingKeepsItsValueWhereOptionsAreUpdated) {
   EXPECT_EQ(options, expected);
 }
 
-TEST(YamlFields, WhatIsMissingKeepsItsDefault) {
+TEST(YamlFields, MissingKeysKeepTheirDefaults) {
   EXPECT_EQ(must(""), Outer{});
   EXPECT_EQ(must("{}"), Outer{});
   EXPECT_EQ(must("count: ~\n"), Outer{});
@@ -90,34 +92,53 @@ TEST(YamlFields, ReadsEveryKindOfField) {
   EXPECT_EQ(options.seed, 4.0);
 }
 
-TEST(YamlFields, AnUnknownKeyGetsTheNearestWord) {
-  EXPECT_EQ(error_of("name: x\ncuont: 3\n"), "o.yaml:2 (cuont): unknown key 'cuont'. Did you mean 'count'?");
-  EXPECT_EQ(error_of("inner:\n  sped_m_s: 1\n"),
-            "o.yaml:2 (inner.sped_m_s): unknown key 'sped_m_s'. Did you mean 'speed_m_s'?");
-  EXPECT_EQ(error_of("laps:\n- enabled: true\n- enabeld: true\n"),
-            "o.yaml:3 (laps[1].enabeld): unknown key 'enabeld'. Did you mean 'enabled'?");
+TEST(YamlFields, SuggestsTheNearestKeyForAnUnknownKey) {
+  EXPECT_TRUE((error_of("name: x\ncuont: 3\n")).starts_with("o.yaml:2 (cuont): "));
+  testing::expect_on_page("config", error_of("name: x\ncuont: 3\n"));
+  EXPECT_TRUE((error_of("inner:\n  sped_m_s: 1\n")).starts_with("o.yaml:2 (inner.sped_m_s): "));
+  testing::expect_on_page("config", error_of("inner:\n  sped_m_s: 1\n"));
+  EXPECT_TRUE(
+      (error_of("laps:\n- enabled: true\n- enabeld: true\n")).starts_with("o.yaml:3 (laps[1].enabeld): "));
+  testing::expect_on_page("config", error_of("laps:\n- enabled: true\n- enabeld: true\n"));
 }
 
-TEST(YamlFields, AWrongTypeSaysWhatItIsNot) {
-  EXPECT_EQ(error_of("count: many\n"), "o.yaml:1 (count): 'many' is not a whole number");
-  EXPECT_EQ(error_of("count: 2.5\n"), "o.yaml:1 (count): '2.5' is not a whole number");
-  EXPECT_EQ(error_of("inner: 3\n"), "o.yaml:1 (inner): '3' is not a map (key: value)");
-  EXPECT_EQ(error_of("inner: {enabled: 1}\n"), "o.yaml:1 (inner.enabled): '1' is not true or false");
-  EXPECT_EQ(error_of("sizes_m: 0.1\n"), "o.yaml:1 (sizes_m): a list is needed. Write `[a, b]`.");
-  EXPECT_EQ(error_of("name: [a]\n"), "o.yaml:1 (name): a list is not a word");
-  EXPECT_EQ(error_of("[1, 2]\n"), "o.yaml:1: a list is not a map (key: value)");
+TEST(YamlFields, ReportsWrongTypes) {
+  EXPECT_TRUE((error_of("count: many\n")).starts_with("o.yaml:1 (count): "));
+  testing::expect_on_page("config", error_of("count: many\n"));
+  EXPECT_TRUE((error_of("count: 2.5\n")).starts_with("o.yaml:1 (count): "));
+  EXPECT_NE((error_of("count: 2.5\n")).find("2.5"), std::string::npos);
+  testing::expect_on_page("config", error_of("count: 2.5\n"));
+  EXPECT_TRUE((error_of("inner: 3\n")).starts_with("o.yaml:1 (inner): "));
+  EXPECT_NE((error_of("inner: 3\n")).find("'3'"), std::string::npos);
+  testing::expect_on_page("config", error_of("inner: 3\n"));
+  EXPECT_TRUE((error_of("inner: {enabled: 1}\n")).starts_with("o.yaml:1 (inner.enabled): "));
+  EXPECT_NE((error_of("inner: {enabled: 1}\n")).find("'1'"), std::string::npos);
+  testing::expect_on_page("config", error_of("inner: {enabled: 1}\n"));
+  EXPECT_TRUE((error_of("sizes_m: 0.1\n")).starts_with("o.yaml:1 (sizes_m): "));
+  testing::expect_on_page("config", error_of("sizes_m: 0.1\n"));
+  EXPECT_TRUE((error_of("name: [a]\n")).starts_with("o.yaml:1 (name): "));
+  testing::expect_on_page("config", error_of("name: [a]\n"));
+  EXPECT_TRUE((error_of("[1, 2]\n")).starts_with("o.yaml:1: "));
+  testing::expect_on_page("config", error_of("[1, 2]\n"));
 }
 
-TEST(YamlFields, ANumberOutsideItsRangeSaysTheRange) {
-  EXPECT_EQ(error_of("count: 11\n"), "o.yaml:1 (count): 11 is outside [1, 10]. How many; 1 to 10.");
-  EXPECT_EQ(error_of("inner:\n  speed_m_s: -0.5\n"),
-            "o.yaml:2 (inner.speed_m_s): -0.5 is outside [0, 2]. How fast to drive.");
-  EXPECT_EQ(error_of("sizes_m: [1, 20]\n"),
-            "o.yaml:1 (sizes_m[1]): 20 is outside [0.001, 10]. Sides of tags.");
+TEST(YamlFields, ReportsNumbersOutOfRange) {
+  EXPECT_TRUE((error_of("count: 11\n")).starts_with("o.yaml:1 (count): "));
+  EXPECT_NE((error_of("count: 11\n")).find("11"), std::string::npos);
+  testing::expect_on_page("config", error_of("count: 11\n"));
+  EXPECT_TRUE((error_of("inner:\n  speed_m_s: -0.5\n")).starts_with("o.yaml:2 (inner.speed_m_s): "));
+  EXPECT_NE((error_of("inner:\n  speed_m_s: -0.5\n")).find("-0.5"), std::string::npos);
+  testing::expect_on_page("config", error_of("inner:\n  speed_m_s: -0.5\n"));
+  EXPECT_TRUE((error_of("sizes_m: [1, 20]\n")).starts_with("o.yaml:1 (sizes_m[1]): "));
+  EXPECT_NE((error_of("sizes_m: [1, 20]\n")).find("20"), std::string::npos);
+  testing::expect_on_page("config", error_of("sizes_m: [1, 20]\n"));
   EXPECT_EQ(error_of("small: 256\n"), "o.yaml:1 (small): 256 is outside [0, 255]");
-  EXPECT_EQ(error_of("seed: -1\n"), "o.yaml:1 (seed): -1 is outside [0, inf]. Fixes the randomness.");
-  EXPECT_EQ(error_of("count: 99999999999999999999\n"),
-            "o.yaml:1 (count): '99999999999999999999' is not a whole number");
+  EXPECT_TRUE((error_of("seed: -1\n")).starts_with("o.yaml:1 (seed): "));
+  EXPECT_NE((error_of("seed: -1\n")).find("-1"), std::string::npos);
+  testing::expect_on_page("config", error_of("seed: -1\n"));
+  EXPECT_TRUE((error_of("count: 99999999999999999999\n")).starts_with("o.yaml:1 (count): "));
+  EXPECT_NE((error_of("count: 99999999999999999999\n")).find("99999999999999999999"), std::string::npos);
+  testing::expect_on_page("config", error_of("count: 99999999999999999999\n"));
 }
 
 TEST(YamlFields, WritesTheWholeStruct) {
@@ -137,7 +158,7 @@ TEST(YamlFields, WritesTheWholeStruct) {
             "seed: 1.0e-05\n");
 }
 
-RC_GTEST_PROP(YamlFieldsProperty, WhatIsWrittenReadsBackTheSame, ()) {
+RC_GTEST_PROP(YamlFieldsProperty, RoundTrips, ()) {
   const auto inner = [] {
     return Inner{*rc::gen::inRange(0, 2001) / 1000.0 / 3.0, *rc::gen::arbitrary<bool>()};
   };

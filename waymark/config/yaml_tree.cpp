@@ -22,7 +22,7 @@
 namespace waymark {
 namespace {
 
-/// Leaves yaml-cpp's parser from inside one of its events. Never leaves this file.
+/// Exception to leave yaml-cpp's parser from one of its events. Caught in this file.
 class Refused : public std::runtime_error {
  public:
   explicit Refused(Error error) : std::runtime_error(error.message), error_(std::move(error)) {}
@@ -36,7 +36,7 @@ std::int64_t line_of(const YAML::Mark& mark) {
   return std::max<std::int64_t>(std::int64_t{mark.line} + 1, 1);
 }
 
-/// Builds the tree from yaml-cpp's events, so that no limit is passed before it is noticed.
+/// Builds the tree from yaml-cpp's events, so that limits are checked during parsing.
 class TreeBuilder final : public YAML::EventHandler {
  public:
   TreeBuilder(const std::string& source, const YamlLimits& limits) : source_(source), limits_(limits) {}
@@ -82,7 +82,7 @@ class TreeBuilder final : public YAML::EventHandler {
   void refuse_anchor(const YAML::Mark& mark, YAML::anchor_t anchor) {
     if (anchor == 0) return;
     refuse(ErrorCode::Unsupported, line_of(mark), "anchors (&name) and aliases (*name) are not supported",
-           "Write the value out where it is needed.");
+           "Write out the value at each place.");
   }
 
   void refuse_doubled_keys(const YamlNode& map) {
@@ -105,7 +105,7 @@ class TreeBuilder final : public YAML::EventHandler {
            "Is this the right file?");
   }
 
-  /// A value of the innermost open container, or its key, or the document itself.
+  /// Adds a value or a key to the innermost open container, or the document itself.
   void add(YamlNode node) {
     count(node.line);
     if (open_.empty()) {
@@ -154,9 +154,9 @@ YamlNode parse_or_throw(std::string_view text, const std::string& source, const 
   while (parser.HandleNextDocument(rest)) {
     if (rest.empty()) continue;
     throw Refused(Error{ErrorCode::Unsupported,
-                        "there is a second document after '---'",
+                        "second document after '---'",
                         {.source = source, .line = rest.take().line},
-                        "Keep one document in a file."});
+                        "Keep one document per file."});
   }
   return first.take();
 }
@@ -166,8 +166,8 @@ YamlNode parse_or_throw(std::string_view text, const std::string& source, const 
 Result<YamlNode> parse_yaml(std::string_view text, const std::string& source, const YamlLimits& limits) {
   if (text.size() > limits.bytes) {
     return fail(ErrorCode::LimitExceeded,
-                fmt::format("{} bytes are more than the {} allowed", text.size(), limits.bytes),
-                {.source = source}, "Is this the right file?");
+                fmt::format("{} bytes exceed the limit of {}", text.size(), limits.bytes), {.source = source},
+                "Is this the right file?");
   }
   try {
     return parse_or_throw(text, source, limits);
@@ -191,7 +191,7 @@ std::string in_quotes(std::string_view text) {
   return fmt::format("'{}{}'", text.substr(0, kLongestQuote), cut ? "…" : "");
 }
 
-std::string in_words(const YamlNode& node) {
+std::string described(const YamlNode& node) {
   switch (node.kind) {
     case YamlNode::Kind::Null:
       return "nothing";
@@ -205,7 +205,7 @@ std::string in_words(const YamlNode& node) {
   return "something else";
 }
 
-/// The whole text as a number, however the locale writes them.
+/// Parses the whole text as a number, independent of the locale.
 template <class Number>
 std::optional<Number> parse_all(std::string_view text) {
   if (text.size() > 1 && text.front() == '+' && text[1] != '-') text.remove_prefix(1);
@@ -274,8 +274,10 @@ Status YamlCursor::check_keys(const std::vector<std::string>& known) const {
 }
 
 tl::unexpected<Error> YamlCursor::not_a(std::string_view what) const {
-  if (is_null() && key_.empty()) return fail_here(ErrorCode::InvalidArgument, "the file is empty");
-  return fail_here(ErrorCode::InvalidArgument, fmt::format("{} is not {}", in_words(*node_), what));
+  if (is_null() && key_.empty())
+    return fail_here(ErrorCode::InvalidArgument, "the file is empty",
+                     "Write it again, or give another file.");
+  return fail_here(ErrorCode::InvalidArgument, fmt::format("{} is not {}", described(*node_), what));
 }
 
 Result<double> YamlCursor::number() const {
@@ -331,7 +333,7 @@ std::string yaml_number(double value) {
   std::string text = fmt::format("{}", value);
   if (text.find('.') != std::string::npos) return text;
   const std::size_t exponent = text.find('e');
-  // PyYAML takes "1e-05" for a word: its numbers have a point.
+  // PyYAML reads "1e-05" as a string; its numbers need a decimal point.
   text.insert(exponent == std::string::npos ? text.size() : exponent, ".0");
   return text;
 }
@@ -408,7 +410,7 @@ double Numbers::plausible(std::string_view key, double most, std::string_view un
   if (status_ && value > most)
     status_ = cursor_.at(key)->fail_here(
         ErrorCode::InvalidArgument,
-        fmt::format("{:g} {} is more than the {:g} that any robot has", value, unit, most),
+        fmt::format("{:g} {} exceeds the plausible maximum of {:g}", value, unit, most),
         fmt::format("The unit is {}.", unit));
   return value;
 }

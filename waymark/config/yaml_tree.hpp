@@ -15,7 +15,7 @@
 
 namespace waymark {
 
-/// One value of a YAML document: plain data with the line it stands on.
+/// One value of a YAML document with its line.
 struct YamlNode {
   enum class Kind : std::uint8_t { Null, Scalar, Sequence, Map };
 
@@ -23,25 +23,25 @@ struct YamlNode {
   std::int64_t line = 1;                     ///< 1-based
   std::string text = {};                     ///< of a scalar, unquoted
   std::vector<std::string> keys = {};        ///< of a map, in the order of the file
-  std::vector<std::int64_t> key_lines = {};  ///< where they stand
+  std::vector<std::int64_t> key_lines = {};  ///< lines of the keys
   std::vector<YamlNode> items = {};          ///< of a sequence, or the values of a map (as many as keys)
 };
 
-/// What a document may grow to: beyond it is an error and not a full memory or an overflowing stack.
+/// Limits of a document; larger ones are errors instead of exhausting memory or the stack.
 struct YamlLimits {
   std::size_t bytes = std::size_t{1} << 20U;
   std::size_t nodes = 100'000;
   std::size_t depth = 64;
 };
 
-/// The single document in the text; `source` names it in errors. Fails on what is not YAML, on keys that are
-/// given twice or are not words, on anchors and aliases (Unsupported: they can multiply a small file without
-/// bound), on a second document that is not empty, and beyond the limits. O(bytes · log keys).
+/// Parses a single document; `source` is its name in errors. Fails on invalid YAML, on duplicate or
+/// non-scalar keys, on anchors and aliases (Unsupported: they can expand a small file without bound), on a
+/// second non-empty document, and beyond the limits. O(bytes · log keys).
 [[nodiscard]] Result<YamlNode> parse_yaml(std::string_view text, const std::string& source,
                                           const YamlLimits& limits = {});
 
-/// A place in a YAML tree that knows its file, line and dotted key, and says so in every error. Cheap to
-/// copy; the node must live longer.
+/// A position in a YAML tree with its file, line and dotted key, which it adds to every error. Cheap to copy;
+/// must not outlive the node.
 class YamlCursor {
  public:
   YamlCursor(const YamlNode& node, std::string source, std::string key = {})
@@ -53,17 +53,17 @@ class YamlCursor {
   [[nodiscard]] bool is_sequence() const { return node_->kind == YamlNode::Kind::Sequence; }
   [[nodiscard]] const std::string& source() const { return source_; }
   [[nodiscard]] Place place() const { return {.source = source_, .line = node_->line, .key = key_}; }
-  /// An error at this place.
+  /// An error at this position.
   [[nodiscard]] tl::unexpected<Error> fail_here(ErrorCode code, std::string message,
                                                 std::string hint = {}) const {
     return fail(code, std::move(message), place(), std::move(hint));
   }
 
-  /// The value of a key of a map; nothing when it is not there or null.
+  /// The value of a key of a map; nothing if it is missing or null.
   [[nodiscard]] std::optional<YamlCursor> find(std::string_view key) const;
-  /// The same, where it must be there.
+  /// The value of a required key.
   [[nodiscard]] Result<YamlCursor> at(std::string_view key) const;
-  /// What `read` makes of the value of a key that must be there: `root.read_at("fx", &YamlCursor::number)`.
+  /// Reads the value of a required key with `read`: `root.read_at("fx", &YamlCursor::number)`.
   template <class Read>
   [[nodiscard]] auto read_at(std::string_view key, Read&& read) const
       -> std::invoke_result_t<Read, const YamlCursor&> {
@@ -74,19 +74,19 @@ class YamlCursor {
   /// All values of a sequence or a map.
   [[nodiscard]] std::vector<YamlCursor> children() const;
 
-  /// Fails unless this is a map (or null) with no other keys; the error suggests the nearest word.
+  /// Fails unless this is a map (or null) without other keys; the error suggests the nearest known key.
   [[nodiscard]] Status check_keys(const std::vector<std::string>& known) const;
 
   /// A finite number.
   [[nodiscard]] Result<double> number() const;
-  /// A whole number in [low, high].
+  /// An integer in [low, high].
   [[nodiscard]] Result<std::int64_t> integer(std::int64_t low, std::int64_t high) const;
   /// true or false.
   [[nodiscard]] Result<bool> boolean() const;
   [[nodiscard]] Result<std::string> text() const;
-  /// A list of finite numbers, any length.
+  /// A list of finite numbers of any length.
   [[nodiscard]] Result<std::vector<double>> numbers() const;
-  /// A list of exactly so many finite numbers.
+  /// A list of exactly `count` finite numbers.
   [[nodiscard]] Result<std::vector<double>> exactly_numbers(std::size_t count) const;
 
  private:
@@ -98,11 +98,11 @@ class YamlCursor {
   std::string key_;
 };
 
-/// The shortest decimal that reads back as the same double, and as a number (not a whole one, not a word) in
-/// every YAML reader: "1.0", "1.0e-05". The value must be finite.
+/// The shortest decimal that reads back as the same double, and as a floating-point number in every YAML
+/// reader: "1.0", "1.0e-05". The value must be finite.
 [[nodiscard]] std::string yaml_number(double value);
 
-/// The word as it stands where YAML takes it for a word, else in double quotes with escapes.
+/// The text unquoted if YAML reads it as a string, else in double quotes with escapes.
 [[nodiscard]] std::string yaml_text(std::string_view text);
 
 /// "[1.0, 2.5]".
@@ -112,23 +112,23 @@ class YamlCursor {
 
 namespace waymark::internal {
 
-/// Farther, larger, faster than this (in SI units) is a slip, and would overflow once it is squared.
+/// Larger values (in SI units) are mistakes, and would overflow when squared.
 inline constexpr double kOutOfProportion = 1e6;
 
-/// Fails when one of the numbers at a place is out of all proportion.
+/// Fails if one of the numbers exceeds that limit.
 [[nodiscard]] Status check_proportion(const YamlCursor& cursor, std::span<const double> values);
 
-/// Numbers of a map, one after the other; the first error is kept.
+/// Reads several numbers of a map; the first error is kept.
 class Numbers {
  public:
   explicit Numbers(const YamlCursor& cursor) : cursor_(cursor) {}
 
   double operator()(std::string_view key);
-  /// The same, where the key may be missing.
+  /// A number whose key may be missing.
   double optional(std::string_view key, double fallback);
   /// A number greater than 0.
   double positive(std::string_view key);
-  /// A number greater than 0, and not greater than anything it describes is: else its unit was another one.
+  /// A number greater than 0 and at most `most`; larger values suggest a wrong unit.
   double plausible(std::string_view key, double most, std::string_view unit);
   double optional_positive(std::string_view key, double fallback);
   /// A number from low to high.
@@ -140,7 +140,7 @@ class Numbers {
   Status status_;
 };
 
-/// Where a file comes from, in words, in the order of the file: its key `provenance`, which may be missing.
+/// Origin of a file as text, in the order of the file: its optional key `provenance`.
 using Provenance = std::vector<std::pair<std::string, std::string>>;
 [[nodiscard]] Result<Provenance> read_provenance(const YamlCursor& root);
 [[nodiscard]] std::string provenance_yaml(const Provenance& provenance);

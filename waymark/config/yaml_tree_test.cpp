@@ -6,6 +6,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
+
 namespace waymark {
 namespace {
 
@@ -17,7 +19,7 @@ std::string error_of(const std::string& text, const YamlLimits& limits = {}) {
   return tree ? "" : to_string(tree.error());
 }
 
-TEST(YamlNode, KeepsTheLinesOfWhatItReads) {
+TEST(YamlNode, KeepsLineNumbers) {
   const auto tree = parse_yaml("# head\na: 1\nb:\n  c: [x,\n      'y z']\n  d: ~\n", "f.yaml");
   ASSERT_TRUE(tree);
   EXPECT_EQ(tree->kind, YamlNode::Kind::Map);
@@ -30,7 +32,7 @@ TEST(YamlNode, KeepsTheLinesOfWhatItReads) {
   EXPECT_EQ(b.items.at(1).kind, YamlNode::Kind::Null);
 }
 
-TEST(YamlNode, NothingIsNull) {
+TEST(YamlNode, AnEmptyDocumentIsNull) {
   for (const char* text : {"", "\n\n", "# only a comment\n", "---\n", "---\n...\n"}) {
     const auto tree = parse_yaml(text, "f.yaml");
     ASSERT_TRUE(tree) << text;
@@ -38,27 +40,29 @@ TEST(YamlNode, NothingIsNull) {
   }
 }
 
-TEST(YamlNode, SaysWhereItIsNotYaml) {
+TEST(YamlNode, ReportsThePlaceOfInvalidYaml) {
   EXPECT_THAT(error_of("a: 1\nb: [1, 2\nc: 3\n"), StartsWith("f.yaml:3: not valid YAML: "));
   EXPECT_THAT(error_of("a: 1\n  b: 2\n"), StartsWith("f.yaml:2: not valid YAML: "));
   EXPECT_THAT(error_of("a: \"x"), StartsWith("f.yaml:1: not valid YAML: "));
 }
 
-TEST(YamlNode, RefusesAKeyGivenTwice) {
-  EXPECT_EQ(error_of("a: 1\nb: 2\na: 3\n"),
-            "f.yaml:3 (a): 'a' is given twice, first on line 1. Remove one of them.");
-  EXPECT_EQ(error_of("x: {p: 1, q: 1, p: 1}\n"),
-            "f.yaml:1 (p): 'p' is given twice, first on line 1. Remove one of them.");
+TEST(YamlNode, RejectsDuplicateKeys) {
+  EXPECT_TRUE((error_of("a: 1\nb: 2\na: 3\n")).starts_with("f.yaml:3 (a): "));
+  EXPECT_NE((error_of("a: 1\nb: 2\na: 3\n")).find("line 1"), std::string::npos);
+  testing::expect_on_page("config", error_of("a: 1\nb: 2\na: 3\n"));
+  EXPECT_TRUE((error_of("x: {p: 1, q: 1, p: 1}\n")).starts_with("f.yaml:1 (p): "));
+  EXPECT_NE((error_of("x: {p: 1, q: 1, p: 1}\n")).find("line 1"), std::string::npos);
+  testing::expect_on_page("config", error_of("x: {p: 1, q: 1, p: 1}\n"));
 }
 
-TEST(YamlNode, RefusesAKeyThatIsNoWord) {
-  EXPECT_EQ(error_of("a: 1\n? [1, 2]\n: 3\n"), "f.yaml:2: a key must be a word. Write `key: value`.");
+TEST(YamlNode, RejectsNonScalarKeys) {
+  EXPECT_TRUE((error_of("a: 1\n? [1, 2]\n: 3\n")).starts_with("f.yaml:2: "));
+  testing::expect_on_page("config", error_of("a: 1\n? [1, 2]\n: 3\n"));
 }
 
-TEST(YamlNode, RefusesAnchorsAndAliases) {
-  EXPECT_EQ(error_of("a: &x [1]\nb: *x\n"),
-            "f.yaml:1: anchors (&name) and aliases (*name) are not supported. Write the value out where it "
-            "is needed.");
+TEST(YamlNode, RejectsAnchorsAndAliases) {
+  EXPECT_TRUE((error_of("a: &x [1]\nb: *x\n")).starts_with("f.yaml:1: "));
+  testing::expect_on_page("config", error_of("a: &x [1]\nb: *x\n"));
   std::string bomb = "a0: &a0 [x, x]\n";
   for (int i = 1; i < 40; ++i) {
     const auto name = [](int n) { return "a" + std::to_string(n); };
@@ -67,13 +71,13 @@ TEST(YamlNode, RefusesAnchorsAndAliases) {
   EXPECT_THAT(error_of(bomb), StartsWith("f.yaml:1: anchors"));
 }
 
-TEST(YamlNode, RefusesASecondDocument) {
-  EXPECT_EQ(error_of("a: 1\n---\nb: 2\n"),
-            "f.yaml:3: there is a second document after '---'. Keep one document in a file.");
-  EXPECT_EQ(error_of("a: 1\n---\n"), "") << "as `ros2 topic echo` ends its output";
+TEST(YamlNode, RejectsASecondDocument) {
+  EXPECT_TRUE((error_of("a: 1\n---\nb: 2\n")).starts_with("f.yaml:3: "));
+  testing::expect_on_page("config", error_of("a: 1\n---\nb: 2\n"));
+  EXPECT_EQ(error_of("a: 1\n---\n"), "") << "the end of the output of `ros2 topic echo`";
 }
 
-TEST(YamlNode, RefusesDepthBombsOfEveryKind) {
+TEST(YamlNode, RejectsExcessiveDepth) {
   for (const char* bracket : {"[", "{a: ", "- ", "? ", "[[", "{? "}) {
     std::string text;
     for (int i = 0; i < 20'000; ++i) text += bracket;
@@ -81,44 +85,53 @@ TEST(YamlNode, RefusesDepthBombsOfEveryKind) {
   }
   std::string blocks;
   for (std::size_t i = 0; i < 500; ++i) blocks += std::string(i, ' ') + "a:\n";
-  EXPECT_EQ(error_of(blocks), "f.yaml:65: nested more than 64 deep. Is this the right file?");
+  EXPECT_TRUE((error_of(blocks)).starts_with("f.yaml:65: "));
+  EXPECT_NE((error_of(blocks)).find("64"), std::string::npos);
+  testing::expect_on_page("config", error_of(blocks));
 }
 
-TEST(YamlNode, RefusesWhatIsTooLarge) {
-  EXPECT_EQ(error_of(std::string(101, ' '), {.bytes = 100}),
-            "f.yaml: 101 bytes are more than the 100 allowed. Is this the right file?");
-  EXPECT_EQ(error_of("[1, 2,\n3, 4]", {.nodes = 3}), "f.yaml:2: more than 3 values. Is this the right file?");
+TEST(YamlNode, RejectsDocumentsAboveTheLimits) {
+  EXPECT_TRUE((error_of(std::string(101, ' '), {.bytes = 100})).starts_with("f.yaml: "));
+  EXPECT_NE((error_of(std::string(101, ' '), {.bytes = 100})).find("101"), std::string::npos);
+  testing::expect_on_page("config", error_of(std::string(101, ' '), {.bytes = 100}));
+  EXPECT_TRUE((error_of("[1, 2,\n3, 4]", {.nodes = 3})).starts_with("f.yaml:2: "));
+  EXPECT_NE((error_of("[1, 2,\n3, 4]", {.nodes = 3})).find("3 values"), std::string::npos);
+  testing::expect_on_page("config", error_of("[1, 2,\n3, 4]", {.nodes = 3}));
 }
 
-TEST(YamlNode, SurvivesBytesThatAreNoText) {
+TEST(YamlNode, SurvivesBinaryData) {
   std::string bytes;
   for (int i = 0; i < 4096; ++i) bytes += static_cast<char>((i * 167 + 13) % 256);
   EXPECT_NE(error_of(bytes), "");
 }
 
-TEST(YamlCursor, NamesThePlaceOfEveryError) {
+TEST(YamlCursor, AddsThePlaceToEveryError) {
   const auto tree =
       parse_yaml("camera:\n  size: [640, tall]\n  fx: .nan\n  count: 3.5\n  on: maybe\n", "f.yaml");
   ASSERT_TRUE(tree);
   const YamlCursor camera = *YamlCursor(*tree, "f.yaml").find("camera");
-  EXPECT_EQ(to_string(camera.at("size")->numbers().error()),
-            "f.yaml:2 (camera.size[1]): 'tall' is not a number");
-  EXPECT_EQ(to_string(camera.at("fx")->number().error()),
-            "f.yaml:3 (camera.fx): '.nan' is not a finite number");
-  EXPECT_EQ(to_string(camera.at("count")->integer(0, 9).error()),
-            "f.yaml:4 (camera.count): '3.5' is not a whole number");
-  EXPECT_EQ(to_string(camera.at("on")->boolean().error()),
-            "f.yaml:5 (camera.on): 'maybe' is not true or false");
-  EXPECT_EQ(to_string(camera.at("size")->number().error()), "f.yaml:2 (camera.size): a list is not a number");
-  EXPECT_EQ(to_string(camera.at("fx")->numbers().error()),
-            "f.yaml:3 (camera.fx): '.nan' is not a list of numbers");
-  EXPECT_EQ(to_string(camera.at("fy").error()),
-            "f.yaml:2 (camera.fy): 'fy' is missing. Add `fy:` with its value.");
-  EXPECT_EQ(to_string(camera.check_keys({"size", "fxx", "count", "on"}).error()),
-            "f.yaml:3 (camera.fx): unknown key 'fx'. Did you mean 'fxx'?");
+  EXPECT_TRUE((to_string(camera.at("size")->numbers().error())).starts_with("f.yaml:2 (camera.size[1]): "));
+  testing::expect_on_page("config", to_string(camera.at("size")->numbers().error()));
+  EXPECT_TRUE((to_string(camera.at("fx")->number().error())).starts_with("f.yaml:3 (camera.fx): "));
+  testing::expect_on_page("config", to_string(camera.at("fx")->number().error()));
+  EXPECT_TRUE(
+      (to_string(camera.at("count")->integer(0, 9).error())).starts_with("f.yaml:4 (camera.count): "));
+  EXPECT_NE((to_string(camera.at("count")->integer(0, 9).error())).find("3.5"), std::string::npos);
+  testing::expect_on_page("config", to_string(camera.at("count")->integer(0, 9).error()));
+  EXPECT_TRUE((to_string(camera.at("on")->boolean().error())).starts_with("f.yaml:5 (camera.on): "));
+  testing::expect_on_page("config", to_string(camera.at("on")->boolean().error()));
+  EXPECT_TRUE((to_string(camera.at("size")->number().error())).starts_with("f.yaml:2 (camera.size): "));
+  testing::expect_on_page("config", to_string(camera.at("size")->number().error()));
+  EXPECT_TRUE((to_string(camera.at("fx")->numbers().error())).starts_with("f.yaml:3 (camera.fx): "));
+  testing::expect_on_page("config", to_string(camera.at("fx")->numbers().error()));
+  EXPECT_TRUE((to_string(camera.at("fy").error())).starts_with("f.yaml:2 (camera.fy): "));
+  testing::expect_on_page("config", to_string(camera.at("fy").error()));
+  EXPECT_TRUE((to_string(camera.check_keys({"size", "fxx", "count", "on"}).error()))
+                  .starts_with("f.yaml:3 (camera.fx): "));
+  testing::expect_on_page("config", to_string(camera.check_keys({"size", "fxx", "count", "on"}).error()));
 }
 
-TEST(YamlCursor, ReadsNumbersAsYamlWritesThem) {
+TEST(YamlCursor, ReadsYamlNumbers) {
   const auto tree = parse_yaml("[1, -2.5, +3, 1e-3, .5, 7., 1.0e+02]", "f.yaml");
   ASSERT_TRUE(tree);
   EXPECT_THAT(*YamlCursor(*tree, "f.yaml").numbers(), ElementsAre(1, -2.5, 3, 1e-3, 0.5, 7, 100));
@@ -129,22 +142,22 @@ TEST(YamlCursor, ReadsNumbersAsYamlWritesThem) {
   }
 }
 
-TEST(YamlWrite, NumbersStayNumbersInEveryReader) {
+TEST(YamlWrite, WritesNumbersThatEveryReaderAccepts) {
   EXPECT_EQ(yaml_number(1), "1.0");
   EXPECT_EQ(yaml_number(-0.0), "-0.0");
   EXPECT_EQ(yaml_number(0.1), "0.1");
-  EXPECT_EQ(yaml_number(1e-5), "1.0e-05") << "PyYAML reads 1e-05 as a word";
+  EXPECT_EQ(yaml_number(1e-5), "1.0e-05") << "PyYAML reads 1e-05 as a string";
   EXPECT_EQ(yaml_number(1.25e300), "1.25e+300");
   EXPECT_EQ(yaml_number(std::numeric_limits<double>::denorm_min()), "5.0e-324");
 }
 
-TEST(YamlWrite, WordsStayWords) {
+TEST(YamlWrite, WritesTextThatReadsBackAsText) {
   EXPECT_EQ(yaml_text("tag36h11"), "tag36h11");
   EXPECT_EQ(yaml_text("/camera/image_raw"), "/camera/image_raw");
   EXPECT_EQ(yaml_text("true"), "\"true\"");
   EXPECT_EQ(yaml_text("12"), "\"12\"");
   EXPECT_EQ(yaml_text("a: b # c"), "\"a: b # c\"");
-  EXPECT_EQ(yaml_text("say \"\\\"\n"), "\"say \\\"\\\\\\\"\\x0a\"");
+  EXPECT_EQ(yaml_text("a \"\\\"\n"), "\"a \\\"\\\\\\\"\\x0a\"");
   EXPECT_EQ(yaml_text(""), "\"\"");
 }
 

@@ -8,8 +8,8 @@
 namespace waymark {
 namespace {
 
-/// d(px)/d(xi) for a point that the perturbation carries: J_px_q [I, -p^], J_px_q the derivative for the
-/// point in the axes of the perturbed frame, p the point there.
+/// d(px)/d(xi) for a point that moves with the perturbed frame: J_px_q [I, -p^], J_px_q the derivative for
+/// the point in the axes of the perturbed frame, p the point in that frame.
 void carry(const Matrix23& J_px_q, const Eigen::Vector3d& p, double sign, int row,
            Eigen::Matrix<double, 8, 6>& J) {
   for (int i = 0; i < 2; ++i) {
@@ -19,7 +19,7 @@ void carry(const Matrix23& J_px_q, const Eigen::Vector3d& p, double sign, int ro
 }
 
 void whiten(const CornerCovariance& W, Eigen::Matrix<double, 8, 6>& J) {
-  // Products of this size go faster term by term than through the kernels for large matrices.
+  // For products of this size, term-by-term evaluation is faster than the kernels for large matrices.
   J = W.lazyProduct(J).eval();
 }
 
@@ -29,7 +29,7 @@ Result<CornerFactor> corner_factor(const TagDetection& detection, double size_m,
   CornerFactor factor{.corners_px = detection.corners_px, .size_m = size_m};
   for (const Eigen::Vector2d& corner : factor.corners_px) {
     if (!corner.allFinite())
-      return fail(ErrorCode::InvalidArgument, "a corner of " + to_string(detection.tag) + " is not a number");
+      return fail(ErrorCode::InvalidArgument, "non-finite corner of " + to_string(detection.tag));
   }
   if (!is_tag_size(size_m))
     return fail(ErrorCode::InvalidArgument, "the size of " + to_string(detection.tag) + " is not positive");

@@ -13,17 +13,17 @@
 
 namespace waymark {
 
-/// The four corners of one tag as one camera saw them.
+/// The four corners of one tag in an image of one camera.
 struct CornerFactor {
   std::array<Eigen::Vector2d, 4> corners_px{};  ///< TL, TR, BR, BL, distorted, pixel centres at +1/2
   double size_m = 0;                            ///< side of the square where black border meets white border
   /// L^-1 of the corners' covariance L L^T [1/px]: whitens the residual.
   CornerCovariance whitening = CornerCovariance::Identity();
-  bool isotropic = false;  ///< the whitening is a multiple of the identity, which saves work
+  bool isotropic = false;  ///< the whitening is a multiple of the identity, which saves operations
 };
 
-/// Of a detection; `default_sigma_px` where it has no covariance of its own. Fails on corners that are not
-/// finite, a size that is not positive, a covariance that is not positive definite.
+/// From a detection; uses `default_sigma_px` if it has no covariance. Fails on non-finite corners, a size
+/// that is not positive, or a covariance that is not positive definite.
 [[nodiscard]] Result<CornerFactor> corner_factor(const TagDetection& detection, double size_m,
                                                  double default_sigma_px);
 
@@ -36,7 +36,7 @@ struct CornerPoses {
   SE3 body_T_tag{};
 };
 
-/// J_r_X (8x6) of the whitened residual for a left perturbation of each pose that is wanted.
+/// J_r_X (8x6) of the whitened residual for a left perturbation of each requested pose.
 struct CornerJacobians {
   bool wants_rig = true, wants_cam = true, wants_body = true, wants_tag = true;
   Eigen::Matrix<double, 8, 6> rig;
@@ -45,7 +45,7 @@ struct CornerJacobians {
   Eigen::Matrix<double, 8, 6> tag;
 };
 
-/// Whitened residual, projected minus measured, TL x y, TR x y, … Nothing (and J unfinished) when a corner is
+/// Whitened residual, projected minus measured, TL x y, TR x y, … Nothing (and J incomplete) if a corner is
 /// behind the camera or beyond the lens. No allocation.
 [[nodiscard]] std::optional<Eigen::Matrix<double, 8, 1>> corner_residual(const CornerFactor& factor,
                                                                          const CameraModel& camera,
@@ -55,7 +55,7 @@ struct CornerJacobians {
 /// J_r_intrinsics (8 x n) of the whitened residual of corner_residual().
 using CornerIntrinsicsJacobian = Eigen::Matrix<double, 8, Eigen::Dynamic, Eigen::ColMajor, 8, kMaxIntrinsics>;
 
-/// Nothing when a corner is behind the camera or beyond the lens. No allocation.
+/// Nothing if a corner is behind the camera or beyond the lens. No allocation.
 [[nodiscard]] std::optional<CornerIntrinsicsJacobian> corner_intrinsics_jacobian(const CornerFactor& factor,
                                                                                  const CameraModel& camera,
                                                                                  const CornerPoses& poses);

@@ -1,4 +1,4 @@
-// Jacobians against numeric ones; whitening; what the factor must not notice.
+// Analytic and numeric Jacobians, whitening, and invariance under a common motion.
 #include "waymark/factors/corner_factor.hpp"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ CameraModel lens(bool fisheye) {
   return CameraModel::make(radtan, 640, 480).value();
 }
 
-/// A camera on a rig somewhere in the map and a tag on a body before it.
+/// A camera on a rig in the map and a tag on a body in front of it.
 struct Scene {
   CornerPoses poses{};
   CornerFactor factor{};
@@ -130,7 +130,7 @@ TEST(CornerFactor, ResidualHasUnitVarianceUnderItsOwnNoise) {
   EXPECT_NEAR(chi2 / kDraws, 8, 4 * 4 / std::sqrt(kDraws));  // four deviations of a mean of chi-square, 8 dof
 }
 
-TEST(CornerFactor, NothingBehindTheCamera) {
+TEST(CornerFactor, HasNoResidualBehindTheCamera) {
   Random random(14);
   const CameraModel camera = lens(false);
   Scene scene = random_scene(random, camera);
@@ -138,7 +138,7 @@ TEST(CornerFactor, NothingBehindTheCamera) {
   EXPECT_FALSE(corner_residual(scene.factor, camera, scene.poses));
 }
 
-TEST(CornerFactor, RefusesWhatIsNoMeasurement) {
+TEST(CornerFactor, RejectsInvalidMeasurements) {
   TagDetection detection;
   EXPECT_FALSE(corner_factor(detection, -1, 0.2));
   detection.corner_covariance_px2 = -CornerCovariance::Identity();

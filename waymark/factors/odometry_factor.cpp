@@ -18,23 +18,23 @@ Eigen::Matrix<double, 3, 6> planar_jacobian(const SE3& a_T_b, const Eigen::Vecto
 
 using ScaleJacobian = Eigen::Matrix<double, 3, OdometryScales::kCount>;
 
-/// What wheels should tell of the twist of a motion, and its derivatives.
-SE2::Tangent told_twist(const SE2::Tangent& twist, const OdometryFactor& factor, const OdometryScales& scales,
-                        Eigen::Matrix3d& J_twist, ScaleJacobian& J) {
+/// The twist that wheels should measure for a motion, and its derivatives.
+SE2::Tangent predicted_twist(const SE2::Tangent& twist, const OdometryFactor& factor,
+                             const OdometryScales& scales, Eigen::Matrix3d& J_twist, ScaleJacobian& J) {
   const double slip = factor.duration_s > 0 ? scales.slip_s / factor.duration_s : 0;
   const double across = twist[1] - slip * twist[0] * twist[2];
-  const SE2::Tangent told(twist[0] / scales.distance, across / scales.distance, twist[2] / scales.yaw);
+  const SE2::Tangent predicted(twist[0] / scales.distance, across / scales.distance, twist[2] / scales.yaw);
   J_twist << 1, 0, 0, -slip * twist[2], 1, -slip * twist[0], 0, 0, scales.distance / scales.yaw;
   J_twist /= scales.distance;
   J.setZero();
-  J.col(0).head<2>() = -told.head<2>() / scales.distance;
-  J(2, 1) = -told[2] / scales.yaw;
+  J.col(0).head<2>() = -predicted.head<2>() / scales.distance;
+  J(2, 1) = -predicted[2] / scales.yaw;
   if (factor.duration_s > 0) J(1, 2) = -twist[0] * twist[2] / (factor.duration_s * scales.distance);
   J.col(3) = factor.rate_change;
   J(2, 4) = factor.rate_change[2];
   J(2, 5) = factor.duration_s;
-  return told + J.rightCols<3>() *
-                    Eigen::Vector3d(scales.camera_latency_s, scales.turn_lead_s, scales.yaw_bias_rad_s);
+  return predicted + J.rightCols<3>() *
+                         Eigen::Vector3d(scales.camera_latency_s, scales.turn_lead_s, scales.yaw_bias_rad_s);
 }
 
 }  // namespace
@@ -57,7 +57,7 @@ Eigen::Vector3d odometry_residual(const OdometryFactor& factor, const OdometrySc
   const SE2::Tangent twist = a_X_b.log();
   Eigen::Matrix3d J_twist;
   ScaleJacobian J_scales;
-  const SE2::Tangent told = told_twist(twist, factor, scales, J_twist, J_scales);
+  const SE2::Tangent predicted = predicted_twist(twist, factor, scales, J_twist, J_scales);
   if (J != nullptr) {
     const Eigen::Matrix3d J_motion = J_twist * SE2::right_jacobian_inverse(twist);
     J->b = factor.whitening * J_motion * planar_jacobian(a_T_b, forward, a_X_b.rotation().inverse()) *
@@ -65,7 +65,7 @@ Eigen::Vector3d odometry_residual(const OdometryFactor& factor, const OdometrySc
     J->a = -J->b;
     J->scales = factor.whitening * J_scales;
   }
-  return factor.whitening * (told - factor.measured.log());
+  return factor.whitening * (predicted - factor.measured.log());
 }
 
 }  // namespace waymark

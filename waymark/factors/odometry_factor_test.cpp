@@ -1,4 +1,4 @@
-// Jacobians against numeric ones; what is as measured leaves nothing.
+// Analytic and numeric Jacobians; a motion as measured has no residual.
 #include "waymark/factors/odometry_factor.hpp"
 
 #include <gtest/gtest.h>
@@ -51,7 +51,7 @@ TEST(OdometryFactor, JacobiansAgainstNumeric) {
   }
 }
 
-TEST(OdometryFactor, WhatIsAsMeasuredLeavesNothing) {
+TEST(OdometryFactor, AMotionAsMeasuredHasNoResidual) {
   Random random(17);
   const SE3 a = random_pose(random, 3, 1);
   const SE2 motion(0.2, -0.05, 0.3);
@@ -68,7 +68,7 @@ TEST(OdometryFactor, WhatIsAsMeasuredLeavesNothing) {
                 .norm(),
             1e-12);
   const SE2 turned_earlier =
-      SE2::exp({0.2, 0, 0.3 - 0.02 * 0.5 - 0.01 * 0.5});  // told 0.02 s ahead, and a bias
+      SE2::exp({0.2, 0, 0.3 - 0.02 * 0.5 - 0.01 * 0.5});  // measured 0.02 s ahead, and a bias
   EXPECT_LT(odometry_residual({SE2::exp({0.2, 0, 0.3}), Eigen::Matrix3d::Identity(), 0.5, {0, 0, 0.5}},
                               {1, 1, 0, 0, 0.02, 0.01}, a, a * lift(turned_earlier))
                 .norm(),

@@ -5,31 +5,31 @@
 #include "waymark/geometry/se2.hpp"
 
 /// Measurements of a robot that moves in the plane among points. Its pose is (x, y, yaw) as plain numbers:
-/// perturbations are added, and yaw may count whole turns.
+/// perturbations are added, and yaw may exceed a full turn.
 namespace waymark {
 
-/// A point as a sensor has it in the base's axes, once the sensor sits where it is assumed to.
+/// A point measured by a sensor, in base axes according to the assumed mounting.
 struct PlanarPointFactor {
   Eigen::Vector2d base_p = Eigen::Vector2d::Zero();  ///< measured
   Eigen::Matrix2d whitening = Eigen::Matrix2d::Identity();
 };
 
-/// J_r_x of the whitened residual, one for each argument.
+/// J_r_x of the whitened residual, one per argument.
 struct PlanarPointJacobians {
   Eigen::Matrix<double, 2, 3> base;
   Eigen::Matrix2d point;
   Eigen::Matrix<double, 2, 3> mounting;
 };
 
-/// Whitened residual: the point seen from the base less the measured one, moved by `mounting` (x, y, yaw),
-/// where the sensor truly sits as seen from where it is assumed.
+/// Whitened residual: the point relative to the base minus the measured one, corrected by `mounting` (x, y,
+/// yaw): the true pose of the sensor in its assumed pose.
 [[nodiscard]] Eigen::Vector2d planar_point_residual(const PlanarPointFactor& factor,
                                                     const Eigen::Vector3d& map_X_base,
                                                     const Eigen::Vector2d& map_p,
                                                     const Eigen::Vector3d& mounting,
                                                     PlanarPointJacobians* J = nullptr);
 
-/// A motion by wheels: its twist (x, y, yaw), taken as constant, whose parts are scaled.
+/// A motion measured by wheels: its twist (x, y, yaw), assumed constant, whose components are scaled.
 struct PlanarMotionFactor {
   SE2::Tangent twist = SE2::Tangent::Zero();
   Eigen::Vector3d inverse_sigma = Eigen::Vector3d::Ones();  ///< of x, y, yaw
@@ -41,7 +41,7 @@ struct PlanarMotionJacobians {
   Eigen::Matrix<double, 3, 2> scales;
 };
 
-/// Whitened residual: B as seen from A less the motion scaled by `scales` (distances, turns), in A's axes.
+/// Whitened residual: B relative to A minus the motion scaled by `scales` (distances, turns), in A's axes.
 [[nodiscard]] Eigen::Vector3d planar_motion_residual(const PlanarMotionFactor& factor,
                                                      const Eigen::Vector3d& map_X_a,
                                                      const Eigen::Vector3d& map_X_b,

@@ -1,4 +1,4 @@
-// A robot in the plane among points: Jacobians against numeric ones, and what must leave no residual.
+// A robot in the plane among points: analytic and numeric Jacobians, and cases without residual.
 #include "waymark/factors/planar_factors.hpp"
 
 #include <numbers>
@@ -46,7 +46,7 @@ TEST(PlanarFactors, PointJacobiansAgainstNumeric) {
 TEST(PlanarFactors, MotionJacobiansAgainstNumeric) {
   Random random(22);
   for (int round = 0; round < 20; ++round) {
-    // Small and large turns, and none at all.
+    // Small, large and zero turns.
     const double turn = round == 0 ? 0 : random.uniform(-2.5, 2.5);
     const PlanarMotionFactor factor{{random.normal(), 0.2 * random.normal(), turn}, {10, 20, 50}};
     const Eigen::Vector3d a = random_pose(random);
@@ -63,7 +63,7 @@ TEST(PlanarFactors, MotionJacobiansAgainstNumeric) {
   }
 }
 
-TEST(PlanarFactors, WhatIsAsMeasuredLeavesNothing) {
+TEST(PlanarFactors, ValuesAsMeasuredHaveNoResidual) {
   Random random(23);
   for (int round = 0; round < 20; ++round) {
     const Eigen::Vector3d a = random_pose(random);
@@ -106,7 +106,7 @@ TEST(PlanarFactors, MovingEverythingTogetherChangesNothing) {
   }
 }
 
-TEST(PlanarFactors, WholeTurnsCount) {
+TEST(PlanarFactors, FullTurnsAreNotWrapped) {
   const PlanarMotionFactor factor{{0.1, 0, 0.2}};
   const Eigen::Vector3d a(0, 0, 3.1);
   const SE2 end = SE2(0, 0, 3.1) * SE2::exp(factor.twist);

@@ -15,7 +15,7 @@ using Matrix36 = Eigen::Matrix<double, 3, 6>;
 [[nodiscard]] Matrix6 whitening_of(const Matrix6& covariance);
 [[nodiscard]] Eigen::Matrix3d whitening_of(const Eigen::Matrix3d& covariance);
 
-/// A pose known beforehand: W log(X prior^-1), the error in the parent frame of X.
+/// A prior pose: W log(X prior^-1), the error in the parent frame of X.
 struct PosePriorFactor {
   SE3 prior{};
   Matrix6 whitening = Matrix6::Identity();
@@ -23,8 +23,8 @@ struct PosePriorFactor {
 [[nodiscard]] Vector6 pose_prior_residual(const PosePriorFactor& factor, const SE3& X,
                                           Matrix6* J_r_X = nullptr);
 
-/// Two poses known beforehand of which one tells of the other: W (log(B prior_b^-1) - gain log(A
-/// prior_a^-1)), W of the covariance of B's error given A's.
+/// Two correlated prior poses: W (log(B prior_b^-1) - gain log(A prior_a^-1)), W of the covariance of B's
+/// error given A's.
 struct PosePairPriorFactor {
   SE3 prior_a{}, prior_b{};
   Matrix6 gain = Matrix6::Zero();
@@ -33,19 +33,19 @@ struct PosePairPriorFactor {
 [[nodiscard]] Vector6 pose_pair_prior_residual(const PosePairPriorFactor& factor, const SE3& A, const SE3& B,
                                                Matrix6* J_r_a = nullptr, Matrix6* J_r_b = nullptr);
 
-/// A motion from one pose of a body to another measured in space by a sensor at body_T_sensor:
-/// W log((A S)^-1 B S M^-1), the error in the sensor's frame at A.
+/// A motion of a body measured in space by a sensor at body_T_sensor: W log((A S)^-1 B S M^-1), the error in
+/// the sensor's frame at A.
 struct RelativePoseFactor {
   SE3 measured{};       ///< sensorA_T_sensorB
-  SE3 body_T_sensor{};  ///< where the sensor sits
+  SE3 body_T_sensor{};  ///< mounting of the sensor
   Matrix6 whitening = Matrix6::Identity();
 };
 [[nodiscard]] Vector6 relative_pose_residual(const RelativePoseFactor& factor, const SE3& map_T_a,
                                              const SE3& map_T_b, Matrix6* J_r_a = nullptr,
                                              Matrix6* J_r_b = nullptr);
 
-/// A base that stands on its floor: height, and the tilts of its z axis (the x and y of base z in floor
-/// axes), of floor_T_base = map_T_floor^-1 map_T_base over their standard deviations.
+/// A base on its floor: height, and the tilts of its z axis (the x and y of base z in floor axes), of
+/// floor_T_base = map_T_floor^-1 map_T_base divided by their standard deviations.
 struct OnFloorFactor {
   double height_sigma_m = 0.005;
   double tilt_sigma_rad = 0.005;
@@ -54,8 +54,7 @@ struct OnFloorFactor {
                                                 const SE3& map_T_base, Matrix36* J_r_floor = nullptr,
                                                 Matrix36* J_r_base = nullptr);
 
-/// A distance between the origins of two poses in one parent frame, measured with this standard deviation
-/// [m].
+/// A distance between the origins of two poses in one parent frame, with its standard deviation [m].
 struct DistanceFactor {
   double measured_m = 0;
   double sigma_m = 0.01;
@@ -81,21 +80,22 @@ struct TagPoint {
 };
 [[nodiscard]] TagPoint tag_point(const SE3& map_T_body, const SE3& body_T_tag, const Eigen::Vector3d& tag_p);
 
-/// A distance between points of two tags, over its standard deviation; J_r_p for the first point, that of the
-/// second is its opposite.
+/// A distance between points of two tags, divided by its standard deviation; J_r_p for the first point, its
+/// negative for the second.
 [[nodiscard]] double point_distance_residual(double measured_m, double sigma_m,
                                              const Eigen::Vector3d& map_p_a, const Eigen::Vector3d& map_p_b,
                                              Eigen::RowVector3d* J_r_a = nullptr);
 
-/// An axis of a tag that is known to point along a direction of the map, or against it: "upright" is the
-/// tag's y axis along the map's z axis. Both of unit length.
+/// An axis of a tag that is parallel or antiparallel to a known direction of the map: "upright" is the tag's
+/// y axis along the map's z axis. Both of unit length.
 struct DirectionFactor {
   Eigen::Vector3d tag_axis = Eigen::Vector3d::UnitY();
   Eigen::Vector3d map_direction = Eigen::Vector3d::UnitZ();
   double sigma_rad = 0.02;
 };
 using Matrix26 = Eigen::Matrix<double, 2, 6>;
-/// The two components of the axis across the direction, over the standard deviation: sines of the angles.
+/// The two components of the axis perpendicular to the direction, divided by the standard deviation: sines of
+/// the angles.
 [[nodiscard]] Eigen::Vector2d direction_residual(const DirectionFactor& factor, const SE3& map_T_body,
                                                  const SE3& body_T_tag, Matrix26* J_r_body = nullptr,
                                                  Matrix26* J_r_tag = nullptr);

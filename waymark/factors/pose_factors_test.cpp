@@ -1,4 +1,4 @@
-// Poses, and points of tags on bodies: Jacobians against numeric ones; what is as measured leaves nothing.
+// Poses, and points of tags on bodies: analytic and numeric Jacobians; values as measured have no residual.
 #include "waymark/factors/pose_factors.hpp"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ Matrix6 random_covariance(Random& random) {
   return A * A.transpose() + Matrix6::Identity();
 }
 
-/// J_r_X of a residual of two poses against numeric ones.
+/// Compares J_r_X of a residual of two poses with numeric ones.
 template <int N, class Residual, class Jacobian>
 void expect_jacobians(const Residual& residual, const SE3& a, const SE3& b, const Jacobian& J_a,
                       const Jacobian& J_b) {
@@ -88,7 +88,7 @@ TEST(PoseFactors, DistanceAndCoordinateJacobians) {
   }
 }
 
-TEST(PoseFactors, WhatIsAsMeasuredLeavesNothing) {
+TEST(PoseFactors, PosesAsMeasuredHaveNoResidual) {
   Random random(17);
   const SE3 a = random_pose(random, 3, 1);
   const SE2 motion(0.2, -0.05, 0.3);
@@ -127,7 +127,7 @@ TEST(PointFactors, JacobiansAgainstNumeric) {
   }
 }
 
-TEST(PointFactors, DirectionIsZeroAlongTheAxisAndItsJacobiansAreThoseOfNumbers) {
+TEST(PointFactors, DirectionIsZeroAlongTheAxisWithNumericJacobians) {
   Random random(2);
   for (int k = 0; k < 20; ++k) {
     const SE3 body = uniform_pose(random);
@@ -150,7 +150,7 @@ TEST(PointFactors, DirectionIsZeroAlongTheAxisAndItsJacobiansAreThoseOfNumbers) 
   }
 }
 
-TEST(PointFactors, PointsThatFallTogetherGiveNoNan) {
+TEST(PointFactors, CoincidentPointsGiveNoNan) {
   Eigen::RowVector3d J;
   EXPECT_DOUBLE_EQ(point_distance_residual(0, 1, Eigen::Vector3d::Ones(), Eigen::Vector3d::Ones(), &J), 0);
   EXPECT_TRUE(J.allFinite());

@@ -6,30 +6,30 @@
 #include "waymark/camera/camera_model.hpp"
 #include "waymark/factors/pose_factors.hpp"
 
-/// Cameras that read one row after the other (rolling shutter).
+/// Cameras that expose one row after the other (rolling shutter).
 namespace waymark {
 
 using TagCorners = std::array<Eigen::Vector2d, 4>;
 
-/// When a row is exposed, from the stamp of the picture on, which is the time of its middle row [s].
-/// `readout_s`: from the first row to the last; negative when rows are read from the bottom.
+/// Exposure time of a row relative to the image stamp, which is the time of the middle row [s]. `readout_s`:
+/// from the first row to the last; negative if rows are read from the bottom.
 [[nodiscard]] inline double row_time_s(double y_px, int height_px, double readout_s) {
   return (y_px / height_px - 0.5) * readout_s;
 }
 
-/// A tag that moves before a camera: cam_T_tag(t) = exp(t twist + t^2 / 2 bend) cam_T_tag, t = 0 at the
+/// A tag moving relative to a camera: cam_T_tag(t) = exp(t twist + t^2 / 2 bend) cam_T_tag, t = 0 at the
 /// middle row.
 struct MovingTag {
   SE3 cam_T_tag{};
-  Vector6 twist = Vector6::Zero();  ///< left tangent of cam_T_tag a second [m/s, rad/s]
+  Vector6 twist = Vector6::Zero();  ///< left tangent of cam_T_tag per second [m/s, rad/s]
   double size_m = 0;
-  Vector6 bend = Vector6::Zero();  ///< the same a second squared
+  Vector6 bend = Vector6::Zero();  ///< per second squared
 };
 
-/// How far each corner moves in the picture (x, y of TL, TR, BR, BL [px]) from the middle row's time to that
-/// of the row in which it was measured, and the derivative for the twist. Nothing where a corner is behind
-/// the camera or beyond the lens. After Hedborg, Forssen, Felsberg and Ringaby, "Rolling Shutter Bundle
-/// Adjustment" (CVPR 2012), section 3, with the motion's first two derivatives instead of its
+/// Displacement of each corner in the image (x, y of TL, TR, BR, BL [px]) from the middle row's time to that
+/// of the row in which it was measured, and the derivative with respect to the twist. Nothing if a corner is
+/// behind the camera or beyond the lens. After Hedborg, Forssen, Felsberg and Ringaby, "Rolling Shutter
+/// Bundle Adjustment" (CVPR 2012), section 3, with the motion's first two derivatives instead of its
 /// interpolation.
 [[nodiscard]] std::optional<Eigen::Matrix<double, 8, 1>> rolling_shift(
     const MovingTag& tag, const TagCorners& measured_px, const CameraModel& camera, double readout_s,

@@ -1,5 +1,4 @@
-// Rows that are read one after the other: the shift against pictures taken row by row, Jacobians against
-// numeric ones.
+// Rolling shutter: the shift compared with corners computed row by row, and analytic with numeric Jacobians.
 #include "waymark/factors/rolling_shutter.hpp"
 
 #include <gtest/gtest.h>
@@ -28,7 +27,8 @@ MovingTag random_tag(Random& random) {
   return tag;
 }
 
-/// Each corner where it is when its own row is read: found by search in time, not by the measured row.
+/// Each corner at the time when its own row is read: found by a search in time, independent of the measured
+/// row.
 TagCorners corners_row_by_row(const MovingTag& tag, const CameraModel& camera) {
   TagCorners corners;
   for (std::size_t i = 0; i < 4; ++i) {
@@ -47,7 +47,7 @@ TagCorners corners_row_by_row(const MovingTag& tag, const CameraModel& camera) {
   return corners;
 }
 
-TEST(RollingShutter, MeasuredCornersLessTheShiftAreThoseOfTheMiddleRow) {
+TEST(RollingShutter, MeasuredCornersMinusTheShiftAreThoseOfTheMiddleRow) {
   const CameraModel camera = lens();
   Random random(7);
   for (int round = 0; round < 50; ++round) {

@@ -1,6 +1,6 @@
 #pragma once
-// Where the layouts and codes of the families come from. A build without libapriltag (web/) has another
-// source for load_family(). Not for other programs: AprilTag 3's own type.
+// Source of the layouts and codes of the families. A build without libapriltag (web/) has another
+// implementation of load_family(). Not for other programs: uses AprilTag 3's own type.
 
 #include <memory>
 
@@ -12,10 +12,10 @@ namespace waymark {
 
 using AprilTagFamily = std::unique_ptr<apriltag_family, void (*)(apriltag_family*)>;
 
-/// AprilTag 3's table of a family, made anew.
+/// AprilTag 3's table of a family; each call creates a new one.
 [[nodiscard]] AprilTagFamily make_apriltag_family(FamilyId id);
 
-/// Layout and codes of a family, read anew.
+/// Layout and codes of a family; each call reads them again.
 [[nodiscard]] Family load_family(FamilyId id);
 
 }  // namespace waymark

@@ -33,7 +33,7 @@ std::string lower(std::string_view text) {
   return out;
 }
 
-/// Hostile text is quoted in a message only so far.
+/// Untrusted text, shortened for a message.
 std::string quoted(std::string_view text) {
   constexpr std::size_t kLongest = 60;
   return fmt::format("'{}{}'", text.substr(0, kLongest), text.size() > kLongest ? "…" : "");
@@ -88,7 +88,7 @@ Result<FamilyId> parse_family(std::string_view text) {
 Result<TagId> parse_tag_id(std::string_view text) {
   const std::size_t colon = text.find(':');
   if (colon == std::string_view::npos) {
-    return fail(ErrorCode::InvalidArgument, fmt::format("{} is not a tag", quoted(text)), {},
+    return fail(ErrorCode::InvalidArgument, fmt::format("{} is not a tag id", quoted(text)), {},
                 "Write family and number, as in tag36h11:7.");
   }
   const Result<FamilyId> family_id = parse_family(text.substr(0, colon));
@@ -129,14 +129,14 @@ std::vector<std::uint8_t> bitmap(const TagId& id) {
 
 namespace {
 
-/// A number as it stands, whatever its size; nothing when it is none.
+/// A number of decimal digits; `beyond` if it does not fit an int; nothing if the text is not a number.
 std::optional<int> number(std::string_view text, int beyond) {
   const bool digits =
       !text.empty() && std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
   if (!digits) return std::nullopt;
   int value = 0;
   const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return failure == std::errc() ? value : beyond;  // too many digits for an int: no family has it either
+  return failure == std::errc() ? value : beyond;  // too many digits for an int, so beyond every family
 }
 
 std::string_view trimmed(std::string_view text) {
@@ -148,7 +148,7 @@ std::string_view trimmed(std::string_view text) {
 /// Adds the numbers of "7" or "0-3".
 Status add_item(const Family& family, std::string_view item, std::vector<int>& numbers) {
   const int count = static_cast<int>(family.codes.size());
-  const std::string known = fmt::format("{} has the numbers 0 to {}.", family.name, count - 1);
+  const std::string range_hint = fmt::format("{} has the numbers 0 to {}.", family.name, count - 1);
   const auto refuse = [&](std::string what, std::string hint) {
     return fail(ErrorCode::InvalidArgument, std::move(what), {.key = "ids"}, std::move(hint));
   };
@@ -156,15 +156,15 @@ Status add_item(const Family& family, std::string_view item, std::vector<int>& n
   const auto first = number(item.substr(0, dash), count);
   const auto last = dash == std::string_view::npos ? first : number(item.substr(dash + 1), count);
   if (!first || !last) {
-    return refuse(fmt::format("'{}' is no tag number and no range of them", item.substr(0, 40)),
+    return refuse(fmt::format("'{}' is neither a tag number nor a range", item.substr(0, 40)),
                   "Write them as in 0-3,7,9.");
   }
   if (std::max(*first, *last) >= count) {
-    return refuse(fmt::format("'{}' reaches beyond the numbers of {}", item.substr(0, 40), family.name),
-                  known);
+    return refuse(fmt::format("'{}' exceeds the tag numbers of {}", item.substr(0, 40), family.name),
+                  range_hint);
   }
   if (*last < *first) {
-    return refuse(fmt::format("the range {} runs backwards", item),
+    return refuse(fmt::format("the range {} is descending", item),
                   fmt::format("Write {}-{}.", *last, *first));
   }
   for (int i = *first; i <= *last; ++i) numbers.push_back(i);
@@ -180,10 +180,10 @@ Result<std::vector<int>> parse_tag_numbers(FamilyId id, std::string_view text) {
     const std::size_t comma = rest.find(',');
     if (Status added = add_item(family(id), trimmed(rest.substr(0, comma)), numbers); !added)
       return tl::unexpected<Error>(added.error());
-    // Each number once: more items than numbers is a list somebody made up to exhaust us.
+    // Each number once: a list with more items than the family has numbers is hostile.
     if (numbers.size() > 2 * family(id).codes.size()) {
       return fail(ErrorCode::LimitExceeded, "the list names more tags than the family has", {.key = "ids"},
-                  "Name each number once.");
+                  "List each number once.");
     }
     if (comma == std::string_view::npos) return numbers;
     rest.remove_prefix(comma + 1);

@@ -37,7 +37,7 @@ struct TagId {
   friend auto operator<=>(const TagId&, const TagId&) = default;
 };
 
-/// Where a data bit lies: its cell, counted from the corner TL of the black-white border square, x right, y
+/// Position of a data bit: its cell, counted from the corner TL of the black-white border square, x right, y
 /// down, in cells. Cells outside [0, width_at_border) lie outside the border (families with outer data bits).
 struct BitCell {
   int x = 0;
@@ -62,7 +62,8 @@ struct Family {
 /// The table of a family, built once. O(1) after the first call; thread-safe.
 [[nodiscard]] const Family& family(FamilyId id);
 
-/// "tag36h11"; accepts "36h11", "Standard41h12", any case. An unknown name gets the nearest one suggested.
+/// "tag36h11"; accepts "36h11", "Standard41h12", any case. The error for an unknown name suggests the nearest
+/// one.
 [[nodiscard]] Result<FamilyId> parse_family(std::string_view text);
 [[nodiscard]] std::string_view to_string(FamilyId id);
 
@@ -70,13 +71,13 @@ struct Family {
 [[nodiscard]] Result<TagId> parse_tag_id(std::string_view text);
 [[nodiscard]] std::string to_string(const TagId& id);
 
-/// The printed tag, one byte a cell (0 black, 255 white, 128 = not part of the tag, e.g. the corners of a
-/// circle family), total_width x total_width, row by row from TL as a reader sees it.
+/// The printed tag, one byte per cell (0 black, 255 white, 128 = not part of the tag, e.g. the corners of a
+/// circle family), total_width x total_width, row by row from TL as seen by a viewer of the print.
 [[nodiscard]] std::vector<std::uint8_t> bitmap(const TagId& id);
 
-/// A list of numbers of a family as people write it: "0-3,7,9" is 0 1 2 3 7 9, in the order written. Errors:
-/// InvalidArgument for what is no such list, a range that runs backwards, or a number the family does not
-/// have.
+/// Parses a list of tag numbers: "0-3,7,9" is 0 1 2 3 7 9, in the order written. Errors: InvalidArgument for
+/// text that is not such a list, a descending range, or a number that the family does not have; LimitExceeded
+/// for more items than the family has numbers.
 [[nodiscard]] Result<std::vector<int>> parse_tag_numbers(FamilyId family, std::string_view text);
 
 }  // namespace waymark

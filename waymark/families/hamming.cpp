@@ -8,9 +8,9 @@ namespace waymark {
 namespace {
 
 constexpr int kTurns = 4;
-constexpr std::size_t kAskAfter = 1024;  // codes, a multiple of kTurns: some ten milliseconds
+constexpr std::size_t kCancelCheckCodes = 1024;  // codes, a multiple of kTurns: some ten milliseconds
 
-/// The four turns of every code, code by code; the upright one first.
+/// All four rotations of every code, code by code; the upright one first.
 std::vector<std::uint64_t> all_turns(const Family& family) {
   const CodeRotation rotation(family);
   std::vector<std::uint64_t> turns;
@@ -48,7 +48,7 @@ struct Part {
   }
 };
 
-/// Codes sorted by their value in a part; those of one value can be dropped first in, first out.
+/// Codes sorted by their value in a part; those of one value are removed first in, first out.
 struct Buckets {
   std::vector<std::uint32_t> first;  ///< of each value
   std::vector<std::uint32_t> end;
@@ -66,8 +66,8 @@ struct Buckets {
     for (const std::uint64_t code : turns) codes[end[part.value(code)]++] = code;
   }
 
-  /// Whether a code left in here is at most `radius` from `code`, looking at values that differ by
-  /// `differences`.
+  /// Whether a code that is still in the buckets is at most `radius` from `code`; checks values that differ
+  /// by `differences`.
   [[nodiscard]] bool any_near(std::uint64_t code, const Part& part,
                               const std::vector<std::uint32_t>& differences, int radius) const {
     const std::uint32_t here = part.value(code);
@@ -81,17 +81,17 @@ struct Buckets {
   }
 };
 
-/// Whether two different codes in any relative turn, or a code and a turn of itself, are at most `radius`
-/// apart, and at most `near` within the part.
+/// Whether two different codes in any relative rotation, or a code and a rotation of itself, are at most
+/// `radius` apart, and at most `near` within the part.
 bool any_pair(const std::vector<std::uint64_t>& turns, const Part& part, int near, int radius,
               const std::function<bool()>& cancelled) {
   const std::vector<std::uint32_t> differences = light_words(part.width, near);
   if (differences.empty()) return false;
   Buckets buckets(turns, part);
   for (std::size_t i = 0; i < turns.size(); i += kTurns) {
-    if (i % kAskAfter == 0 && cancelled()) return true;
-    // A pair is looked at once: the upright first code against the turns of the second; and before the turns
-    // of the first are dropped, against its own.
+    if (i % kCancelCheckCodes == 0 && cancelled()) return true;
+    // Each pair is checked once: the upright first code against the rotations of the second, and against its
+    // own rotations before those are removed.
     ++buckets.first[part.value(turns[i])];
     if (buckets.any_near(turns[i], part, differences, radius)) return true;
     for (std::size_t turn = 1; turn < kTurns; ++turn) ++buckets.first[part.value(turns[i + turn])];
@@ -154,7 +154,7 @@ int CodeRotation::min_rotational_distance(std::uint64_t a, std::uint64_t b) cons
 int minimum_distance(const Family& family, const std::function<bool()>& cancelled) {
   const std::vector<std::uint64_t> turns = all_turns(family);
   const int bits = static_cast<int>(family.bits.size());
-  // The promise is nearly always kept exactly: ruling out one less first saves the small radii.
+  // The nominal distance is nearly always exact: ruling out one less first avoids the small radii.
   const int promised = std::clamp(family.min_hamming, 0, bits);
   int distance = any_pair(turns, bits, promised - 1, cancelled) ? 0 : promised;
   while (distance < bits && !any_pair(turns, bits, distance, cancelled)) ++distance;

@@ -15,7 +15,7 @@ INSTANTIATE_TEST_SUITE_P(All, HammingOf, ::testing::ValuesIn(kAllFamilies),
 
 std::uint64_t random_word(Random& random, std::size_t bits) { return random.index(std::uint64_t{1} << bits); }
 
-TEST_P(HammingOf, FourQuarterTurnsAreNone) {
+TEST_P(HammingOf, FourQuarterTurnsAreTheIdentity) {
   const Family& table = family(GetParam());
   const CodeRotation rotation(table);
   Random random(1);
@@ -35,7 +35,7 @@ TEST_P(HammingOf, TurningACodeTurnsItsPrint) {
   const int margin = (width - table.width_at_border) / 2;
   for (const int number : {0, 3, 29}) {
     const std::vector<std::uint8_t> cells = bitmap({GetParam(), number});
-    // Clockwise: what was on the left comes to the top.
+    // Clockwise: the left side becomes the top.
     const auto clockwise = [&](int x, int y) {
       const auto row = static_cast<std::size_t>(width - 1 - x);
       return cells.at(row * static_cast<std::size_t>(width) + static_cast<std::size_t>(y));
@@ -48,7 +48,7 @@ TEST_P(HammingOf, TurningACodeTurnsItsPrint) {
   }
 }
 
-TEST_P(HammingOf, RotationalDistanceIsSymmetricAndBlindToTurns) {
+TEST_P(HammingOf, RotationalDistanceIsSymmetricAndInvariantToTurns) {
   const Family& table = family(GetParam());
   const CodeRotation rotation(table);
   Random random(2);
@@ -84,7 +84,7 @@ TEST_P(HammingOf, MinimumDistanceEqualsThatOfAllPairs) {
   EXPECT_EQ(minimum_distance(table), minimum_distance_of_all_pairs(table));
 }
 
-TEST(MinimumDistance, EndsSoonOnceItIsCancelled) {
+TEST(MinimumDistance, StopsSoonAfterCancellation) {
   int asked = 0;
   (void)minimum_distance(family(FamilyId::TagStandard52h13), [&] { return ++asked >= 3; });
   EXPECT_LE(asked, 4) << "once more at the next distance";
@@ -102,13 +102,13 @@ TEST(MinimumDistance, FindsAPlantedPairAtEveryDistance) {
   }
 }
 
-TEST(MinimumDistance, SeesACodeThatLooksLikeItsOwnTurn) {
+TEST(MinimumDistance, DetectsACodeThatEqualsItsOwnTurn) {
   Family table = family(FamilyId::Tag36h11);
   table.codes.push_back(0);
   EXPECT_EQ(minimum_distance(table), 0);
 }
 
-TEST_P(HammingOf, FamilyKeepsItsPromise) {
+TEST_P(HammingOf, MinimumDistanceIsAtLeastTheNominalOne) {
   EXPECT_EQ(minimum_distance(family(GetParam())), family(GetParam()).min_hamming);
 }
 

@@ -10,7 +10,7 @@ namespace waymark {
 
 namespace {
 
-/// Any size up to 9 x 9, without the heap: the decomposition is compiled once for all sizes.
+/// Any size up to 9 x 9 without heap allocation: the decomposition is compiled once for all sizes.
 using Bounded = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 9, 9>;
 using BoundedSolver = Eigen::SelfAdjointEigenSolver<Bounded>;
 

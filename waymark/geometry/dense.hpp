@@ -5,10 +5,10 @@
 
 namespace waymark {
 
-/// Dense algebra of which each template is compiled once, in dense.cpp: Eigen's decompositions take seconds
-/// in every file that uses them. Header-only Eigen does the work; sizes are those that dense.cpp names.
+/// Dense algebra whose templates are instantiated once, in dense.cpp: Eigen's decompositions take seconds to
+/// compile in every file that uses them. The sizes are those instantiated in dense.cpp.
 
-/// A = V diag(values) V^T of a symmetric A, of which the lower triangle is read.
+/// A = V diag(values) V^T of a symmetric A; only the lower triangle is read.
 template <int N>
 struct SymmetricEigen {
   Eigen::Matrix<double, N, 1> values;   ///< ascending
@@ -24,15 +24,15 @@ template <int N>
 template <int N>
 [[nodiscard]] Eigen::Matrix<double, N, 1> symmetric_eigenvalues(const Eigen::Matrix<double, N, N>& A);
 
-/// The rotation by the smallest angle that takes the direction of `from` to that of `to` (any lengths but 0).
-/// Opposite directions: about some axis at right angles to them.
+/// The rotation by the smallest angle that turns the direction of `from` to that of `to` (any non-zero
+/// lengths). For opposite directions, the axis is some axis perpendicular to them.
 [[nodiscard]] Eigen::Quaterniond rotation_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
 
 /// A B and A^T B of matrices of any size. O(rows inner columns).
 [[nodiscard]] Eigen::MatrixXd product(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
 [[nodiscard]] Eigen::MatrixXd transposed_product(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
 
-/// Solves A X = B of a symmetric A of any size, of which the lower triangle is read, by L D L^T with pivots
+/// Solves A X = B for a symmetric A of any size, whose lower triangle is read, by L D L^T with pivoting
 /// (Golub and Van Loan, section 4.2.9).
 struct SymmetricSolution {
   Eigen::MatrixXd X{};
@@ -40,7 +40,7 @@ struct SymmetricSolution {
 };
 [[nodiscard]] SymmetricSolution solve_symmetric(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
 
-/// A = L L^T of a symmetric positive definite A of any size, of which the lower triangle is read.
+/// A = L L^T of a symmetric positive definite A of any size; only the lower triangle is read.
 class Cholesky {
  public:
   explicit Cholesky(const Eigen::MatrixXd& A);
@@ -48,7 +48,7 @@ class Cholesky {
   [[nodiscard]] bool positive() const { return positive_; }
   /// A^-1 B. Only if positive().
   [[nodiscard]] Eigen::MatrixXd solve(const Eigen::MatrixXd& B) const;
-  /// L^-1, which whitens what has the covariance A. Only if positive().
+  /// L^-1, which whitens a vector with the covariance A. Only if positive().
   [[nodiscard]] Eigen::MatrixXd whitening() const;
 
  private:

@@ -28,7 +28,7 @@ void expect_decomposition(Random& random) {
   for (int i = 1; i < N; ++i) EXPECT_LE(of.values[i - 1], of.values[i]);
 }
 
-TEST(Dense, EigenvectorsComposeTheMatrixAgain) {
+TEST(Dense, EigenvectorsReconstructTheMatrix) {
   Random random(1);
   for (int i = 0; i < 50; ++i) {
     expect_decomposition<1>(random);
@@ -40,7 +40,7 @@ TEST(Dense, EigenvectorsComposeTheMatrixAgain) {
   }
 }
 
-TEST(Dense, EigenvaluesHaveTheTraceAndTheDeterminant) {
+TEST(Dense, EigenvaluesMatchTraceAndDeterminant) {
   Random random(2);
   for (int i = 0; i < 50; ++i) {
     const Eigen::Matrix3d J = drawn(random, 3, 3);
@@ -53,13 +53,13 @@ TEST(Dense, EigenvaluesHaveTheTraceAndTheDeterminant) {
   }
 }
 
-TEST(Dense, EigenvaluesOfWhatIsNotFiniteDoNotConverge) {
+TEST(Dense, EigenvaluesOfANonFiniteMatrixDoNotConverge) {
   Eigen::Matrix3d A = Eigen::Matrix3d::Identity();
   A(1, 0) = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(symmetric_eigen<3>(A).converged);
 }
 
-TEST(Dense, TheRotationBetweenDirectionsTakesOneToTheOther) {
+TEST(Dense, RotationBetweenMapsOneDirectionToTheOther) {
   Random random(3);
   for (int i = 0; i < 100; ++i) {
     const Eigen::Vector3d from = drawn(random, 3, 1);
@@ -72,7 +72,7 @@ TEST(Dense, TheRotationBetweenDirectionsTakesOneToTheOther) {
   }
 }
 
-TEST(Dense, ProductsAreThoseOfEigen) {
+TEST(Dense, ProductsMatchEigen) {
   Random random(4);
   const Eigen::MatrixXd A = drawn(random, 40, 17);
   const Eigen::MatrixXd B = drawn(random, 17, 23);
@@ -80,7 +80,7 @@ TEST(Dense, ProductsAreThoseOfEigen) {
   EXPECT_LT((transposed_product(A, A) - A.transpose().lazyProduct(A)).norm(), 1e-12);
 }
 
-TEST(Dense, ASymmetricSystemIsSolvedOrRefused) {
+TEST(Dense, ASymmetricSystemIsSolvedOrRejected) {
   Random random(5);
   const Eigen::MatrixXd J = drawn(random, 30, 12);
   Eigen::MatrixXd A = J.transpose() * J;
@@ -92,7 +92,7 @@ TEST(Dense, ASymmetricSystemIsSolvedOrRefused) {
   EXPECT_FALSE(solve_symmetric(A, B).positive);
 }
 
-TEST(Dense, CholeskySolvesAndWhitensOrRefuses) {
+TEST(Dense, CholeskySolvesAndWhitensOrRejects) {
   Random random(6);
   const Eigen::MatrixXd J = drawn(random, 20, 7);
   Eigen::MatrixXd A = J.transpose() * J;

@@ -6,8 +6,8 @@
 
 namespace waymark {
 
-/// What every group here offers: SO2, SE2, SO3, SE3, SE23. One interface, so that one filter or one test
-/// serves all.
+/// The interface that all groups share: SO2, SE2, SO3, SE3, SE23. One filter or test can be written for all
+/// of them.
 template <class G>
 concept LieGroup = requires(const G& X, const typename G::Tangent& xi) {
   { G::kDof } -> std::convertible_to<int>;
@@ -29,7 +29,7 @@ concept LieGroup = requires(const G& X, const typename G::Tangent& xi) {
 
 // Jacobians below are for perturbations on the left of group-valued arguments and results, X = exp(xi) X_hat,
 // each tangent in the parent frame of its own transform (docs/concepts/geometry.md, equations (20) to (22)).
-// Pass nullptr for those you do not need.
+// Pass nullptr for Jacobians that are not needed.
 
 /// exp(xi) X: the correction xi, written in the parent frame, applied on the left.
 template <LieGroup G>
@@ -75,8 +75,8 @@ template <LieGroup G>
 }
 
 /// Z = exp(s log(Y X^-1)) X: the geodesic from X (s = 0) to Y (s = 1) at constant velocity in the parent
-/// frame; s outside [0, 1] goes on beyond the ends. The same path as X exp(s log(X^-1 Y)): the choice of
-/// frame does not matter. Between rotations exactly pi apart the way round is the one SO3::log takes.
+/// frame; s outside [0, 1] extrapolates. It is the same path as X exp(s log(X^-1 Y)): the choice of frame
+/// does not matter. Between rotations exactly pi apart the direction is the one that SO3::log chooses.
 template <LieGroup G>
 [[nodiscard]] inline G interpolate(const G& X, const G& Y, double s, typename G::Jacobian* J_Z_X = nullptr,
                                    typename G::Jacobian* J_Z_Y = nullptr) {

@@ -1,6 +1,6 @@
-// The laws of a Lie group and of its tangent, for every group in the same words; every analytic Jacobian
-// against a numeric one, and the relations among them; and properties that rapidcheck tries to break, and
-// shrinks when it does: rotations of any angle, translations up to kilometres.
+// The laws of a Lie group and of its tangent, as typed tests for every group. Every analytic Jacobian is
+// compared with a numeric one, and the relations among them are checked. rapidcheck searches for
+// counterexamples: rotations of any angle, translations up to kilometres.
 #include "waymark/geometry/lie.hpp"
 
 #include <functional>
@@ -135,7 +135,7 @@ TYPED_TEST(LieLaws, AdjointMovesATangentThroughAnElement) {
   }
 }
 
-// The sentence of docs/conventions.md: translation first, then rotation; X = Exp(xi) X_hat with xi in the
+// The convention of docs/conventions.md: translation first, then rotation; X = Exp(xi) X_hat with xi in the
 // parent frame; corrections add.
 TYPED_TEST(LieLaws, CorrectionsAreInTheParentFrameAndAdd) {
   using G = TypeParam;
@@ -213,7 +213,7 @@ typename G::Jacobian numeric_left(const F& f, const G& X) {
   return testing::numeric_jacobian<G::kDof, G::kDof>(moved, G::Tangent::Zero().eval());
 }
 
-constexpr double kTolerance = 5e-11;  // of the numeric ones, with translations of metres
+constexpr double kTolerance = 5e-11;  // of the numeric Jacobians, with translations of metres
 
 template <class G>
 class LieJacobians : public ::testing::Test {
@@ -256,7 +256,7 @@ TYPED_TEST(LieJacobians, LeftAndRightAreTheSameUpToSignAndAdjoint) {
     EXPECT_EQ(right, G::left_jacobian(-xi));
     EXPECT_EQ(G::right_jacobian_inverse(xi), G::left_jacobian_inverse(-xi));
     EXPECT_THAT((G::exp(xi).adjoint() * right).eval(), MatrixNear(left, 1e-15 * (1 + xi.squaredNorm())));
-    // Both leave the tangent itself alone: it commutes with itself.
+    // Both leave the tangent itself unchanged: it commutes with itself.
     EXPECT_THAT((left * xi).eval(), MatrixNear(xi, 1e-15 * (1 + xi.squaredNorm())));
   }
 }
@@ -350,7 +350,7 @@ TYPED_TEST(ActionJacobians, AgainstNumeric) {
   }
 }
 
-TYPED_TEST(ActionJacobians, AProductActsAsItsFactorsInTurn) {
+TYPED_TEST(ActionJacobians, AProductActsLikeItsFactorsInSequence) {
   using G = TypeParam;
   using Point = typename G::Point;
   Random random(16);
@@ -367,7 +367,7 @@ TYPED_TEST(ActionJacobians, AProductActsAsItsFactorsInTurn) {
 
 constexpr double kPi = std::numbers::pi;
 
-/// Uniform over powers of ten as well as over values, and exactly zero now and then.
+/// Log-uniform or uniform, and sometimes exactly zero.
 rc::Gen<double> number(double largest) {
   const auto make = [largest](int mantissa, int exponent) {
     return largest * mantissa / 1e6 * std::pow(10.0, -exponent);
@@ -397,7 +397,7 @@ double size(const G& X) {
   return X.matrix().cwiseAbs().maxCoeff();
 }
 
-/// Of one type, whatever is checked: what rapidcheck makes of a type of its own takes long to compile.
+/// A single type for all properties: rapidcheck's code for each further type takes long to compile.
 void check(const std::function<void()>& property) { rc::detail::checkGTest(property); }
 
 template <class G>
@@ -458,7 +458,7 @@ TYPED_TEST(Properties, InterpolationIsEquivariant) {
   using G = TypeParam;
   check([] {
     const G X = G::exp(any_tangent<G>(10.0)), A = G::exp(any_tangent<G>(10.0));
-    const typename G::Tangent xi = 0.9 * any_tangent<G>(10.0);  // at pi either way round is as short
+    const typename G::Tangent xi = 0.9 * any_tangent<G>(10.0);  // at pi both directions are equally short
     const G Y = plus(xi, X);
     const double s = *number(1.0);
     RC_ASSERT(distance(A * interpolate(X, Y, s), interpolate(A * X, A * Y, s)) <= 1e-11);

@@ -1,4 +1,4 @@
-// How many digits hold, from 1e-12 rad to pi, against sums of the defining series in long double.
+// Relative precision from 1e-12 rad to pi, compared with the defining series summed in long double.
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -84,7 +84,7 @@ TEST(Stumpff, InverseJacobianCoefficientMatchesItsDefinition) {
     const long double exact =
         (stumpff_reference(2, s / 4) - stumpff_reference(3, s / 4)) / (4 * stumpff_reference(1, s / 4));
     EXPECT_LE(std::abs(inverse_jacobian_coefficient(angle * angle) / exact - 1), 1e-15) << angle;
-    if (angle > 0.1) {  // and as the books write it, where that can be computed
+    if (angle > 0.1) {  // and in the textbook form, where it is well-conditioned
       const long double half = angle / 2.0L;
       EXPECT_LE(std::abs((1 - half * std::cos(half) / std::sin(half)) / s / exact - 1), 1e-15L) << angle;
     }
@@ -111,7 +111,7 @@ LongMatrix<G::kDof> jacobian_reference(const typename G::Tangent& xi) {
   return power_series<G::kDof>(G::ad(xi).template cast<long double>(), 1);
 }
 
-/// Where translation and rotation meet: the upper right of a Jacobian.
+/// The coupling of translation and rotation: the upper right block of a Jacobian.
 template <class G, class Matrix>
 auto coupling_block(const Matrix& J) {
   return J.template topRightCorner<kTranslationDof<G>, G::kRotationDof>().eval();
@@ -131,7 +131,7 @@ TYPED_TEST(Precision, Exp) {
         power_series<G::kMatrixSize>(G::hat(xi).template cast<long double>(), 0);
     const typename G::Matrix M = G::exp(xi).matrix();
     EXPECT_LE(relative_error(M, exact), 1e-15) << xi.transpose();
-    // The skew part is the small one: all its digits are there for small angles too.
+    // The skew-symmetric part is the small one: all its digits must be correct for small angles too.
     const auto skew = [](const auto& m) {
       const auto R = m.template topLeftCorner<kSquare<G>, kSquare<G>>().eval();
       return (R - R.transpose()).eval();
@@ -148,12 +148,12 @@ TYPED_TEST(Precision, Exp) {
   }
 }
 
-TYPED_TEST(Precision, LogGivesBackEveryPartOfTheTangent) {
+TYPED_TEST(Precision, LogRecoversEachPartOfTheTangent) {
   using G = TypeParam;
   for (const auto& xi : tangents<G>()) {
     const typename G::Tangent back = G::exp(xi).log();
     const auto rotation = xi.template tail<G::kRotationDof>();
-    if (rotation.norm() < std::numbers::pi) {  // at pi (rounded: just below it) either sign may come back
+    if (rotation.norm() < std::numbers::pi) {  // at pi (rounded: just below it) either sign is valid
       EXPECT_LE((back.template tail<G::kRotationDof>() - rotation).norm(), 1e-15 * rotation.norm())
           << xi.transpose();
       EXPECT_LE((back - xi).norm(), 2e-15 * xi.norm()) << xi.transpose();

@@ -7,12 +7,12 @@
 
 namespace waymark {
 
-/// A rotation of the plane, a_R_b, kept as a unit complex number (cos, sin): no wrapping of angles anywhere.
+/// A rotation of the plane, a_R_b, stored as a unit complex number (cos, sin), so angles are never wrapped.
 /// Tangent: the angle [rad], counter-clockwise. Drift is bounded as in SO3.
 class SO2 {
  public:
   static constexpr int kDof = 1;
-  static constexpr int kRotationDof = 1;  ///< the last so many of a tangent are rotation
+  static constexpr int kRotationDof = 1;  ///< the last components of a tangent that are rotation
   static constexpr int kMatrixSize = 2;
   static constexpr int kPointSize = 2;
   using Tangent = Eigen::Matrix<double, 1, 1>;
@@ -62,12 +62,12 @@ class SO2 {
   [[nodiscard]] static Jacobian right_jacobian(const Tangent&) { return Jacobian::Identity(); }
   [[nodiscard]] static Jacobian right_jacobian_inverse(const Tangent&) { return Jacobian::Identity(); }
 
-  /// Same bits.
+  /// Bitwise equality.
   friend bool operator==(const SO2&, const SO2&) = default;
 
  private:
   SO2(double cosine, double sine) : cos_(cosine), sin_(sine) {}
-  /// One Newton step towards unit length squares the error that rounding left; see SO3.
+  /// One Newton step towards unit length; it squares the rounding error. See SO3.
   [[nodiscard]] static SO2 renormalized(double cosine, double sine) {
     const double scale = (3.0 - (cosine * cosine + sine * sine)) / 2;
     return {cosine * scale, sine * scale};
@@ -82,7 +82,7 @@ class SO2 {
 class SE2 {
  public:
   static constexpr int kDof = 3;
-  static constexpr int kRotationDof = 1;  ///< the last so many of a tangent are rotation
+  static constexpr int kRotationDof = 1;  ///< the last components of a tangent that are rotation
   static constexpr int kMatrixSize = 3;
   static constexpr int kPointSize = 2;
   using Tangent = Eigen::Vector3d;
@@ -128,14 +128,14 @@ class SE2 {
   [[nodiscard]] static Matrix hat(const Tangent& xi);
   [[nodiscard]] static Tangent vee(const Matrix& m);
 
-  /// ad^3 = -theta^2 ad here as in SO(3), so the same polynomial serves both: I + c2 ad + c3 ad^2.
+  /// ad^3 = -theta^2 ad here as in SO(3), so the same polynomial holds: I + c2 ad + c3 ad^2.
   [[nodiscard]] static Jacobian left_jacobian(const Tangent& xi);
   /// Defined for |yaw| < 2 pi.
   [[nodiscard]] static Jacobian left_jacobian_inverse(const Tangent& xi);
   [[nodiscard]] static Jacobian right_jacobian(const Tangent& xi);
   [[nodiscard]] static Jacobian right_jacobian_inverse(const Tangent& xi);
 
-  /// Same bits.
+  /// Bitwise equality.
   friend bool operator==(const SE2&, const SE2&) = default;
 
  private:

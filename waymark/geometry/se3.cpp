@@ -109,13 +109,12 @@ SO3 SO3::from_matrix(const Eigen::Matrix3d& a_R_b) {
 
 Result<SO3> SO3::try_from_quaternion(const Eigen::Quaterniond& a_q_b, double tolerance) {
   if (!a_q_b.coeffs().allFinite()) {
-    return fail(ErrorCode::InvalidArgument, "a quaternion with a component that is not a finite number", {},
-                "Give four finite numbers.");
+    return fail(ErrorCode::InvalidArgument, "non-finite quaternion", {}, "Give four finite numbers.");
   }
   const double length = a_q_b.coeffs().stableNorm();
   if (!(std::abs(length - 1.0) <= tolerance)) {
     return fail(ErrorCode::InvalidArgument,
-                fmt::format("a quaternion of length {:.6g} is not a rotation", length), {},
+                fmt::format("quaternion of length {:.6g} is not a rotation", length), {},
                 "Give a quaternion of length 1, and check the order of its components (w first or last).");
   }
   return from_quaternion(a_q_b);
@@ -123,18 +122,18 @@ Result<SO3> SO3::try_from_quaternion(const Eigen::Quaterniond& a_q_b, double tol
 
 Result<SO3> SO3::try_from_matrix(const Eigen::Matrix3d& a_R_b, double tolerance) {
   if (!a_R_b.allFinite()) {
-    return fail(ErrorCode::InvalidArgument, "a rotation matrix with an entry that is not a finite number", {},
+    return fail(ErrorCode::InvalidArgument, "rotation matrix with a non-finite entry", {},
                 "Give nine finite numbers.");
   }
   const double error = orthonormality_error(a_R_b);
   if (!(error <= tolerance)) {
     return fail(ErrorCode::InvalidArgument,
-                fmt::format("a matrix that is no rotation: R^T R differs from the identity by {:.3g}", error),
-                {}, "Give three orthogonal columns of length 1.");
+                fmt::format("not a rotation matrix: R^T R differs from the identity by {:.3g}", error), {},
+                "Give three orthogonal columns of length 1.");
   }
   if (a_R_b.determinant() < 0) {
-    return fail(ErrorCode::InvalidArgument, "a reflection instead of a rotation (determinant -1)", {},
-                "Check the directions of the axes: frames are right-handed.");
+    return fail(ErrorCode::InvalidArgument, "reflection instead of a rotation (determinant -1)", {},
+                "Check the directions of the axes: frames must be right-handed.");
   }
   return from_matrix(a_R_b);
 }
@@ -150,7 +149,7 @@ Eigen::Vector3d SO3::rpy() const {
   const Matrix R = matrix();
   const double yaw = std::atan2(R(1, 0), R(0, 0));
   const double pitch = std::atan2(-R(2, 0), std::hypot(R(0, 0), R(1, 0)));
-  // Roll from the middle row of R_z(-yaw) R, so that roll and yaw fit together near pitch = ±pi/2 too.
+  // Roll from the middle row of R_z(-yaw) R, so that roll and yaw are consistent near pitch = ±pi/2 too.
   const double s = std::sin(yaw), c = std::cos(yaw);
   const double roll = std::atan2(s * R(0, 2) - c * R(1, 2), c * R(1, 1) - s * R(0, 1));
   return {roll, pitch, yaw};
@@ -249,11 +248,11 @@ SE3::Jacobian SE3::blocks(const Eigen::Matrix3d& diagonal, const Eigen::Matrix3d
 
 Result<SE3> SE3::try_from_matrix(const Matrix& a_T_b, double tolerance) {
   if (!a_T_b.allFinite()) {
-    return fail(ErrorCode::InvalidArgument, "a transform with an entry that is not a finite number", {},
+    return fail(ErrorCode::InvalidArgument, "transform with a non-finite entry", {},
                 "Give sixteen finite numbers.");
   }
   if (!((a_T_b.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).cwiseAbs().maxCoeff() <= tolerance)) {
-    return fail(ErrorCode::InvalidArgument, "a transform whose last row is not 0 0 0 1", {},
+    return fail(ErrorCode::InvalidArgument, "the last row of the transform is not 0 0 0 1", {},
                 "Give the matrix row by row, with the translation in the last column.");
   }
   return SO3::try_from_matrix(a_T_b.topLeftCorner<3, 3>(), tolerance).map([&](const SO3& a_R_b) {

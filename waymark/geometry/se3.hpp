@@ -10,14 +10,14 @@
 
 namespace waymark {
 
-/// A rotation of space, a_R_b, kept as a unit quaternion with w >= 0. Why a quaternion: a product costs less
-/// than one of matrices, log is exact up to and at an angle of pi, and unit length is all there is to keep.
-/// Every product is renormalised, so the length stays within a few units in the last place of 1 however long
-/// the chain. Tangent: the rotation vector [rad], written in the parent frame a.
+/// A rotation of space, a_R_b, stored as a unit quaternion with w >= 0. A quaternion product costs less than
+/// a matrix product, log is exact up to and at an angle of pi, and unit length is the only constraint to
+/// maintain. Every product is renormalised, so the length stays within a few units in the last place of 1 for
+/// chains of any length. Tangent: the rotation vector [rad], written in the parent frame a.
 class SO3 {
  public:
   static constexpr int kDof = 3;
-  static constexpr int kRotationDof = 3;  ///< the last so many of a tangent are rotation
+  static constexpr int kRotationDof = 3;  ///< the last components of a tangent that are rotation
   static constexpr int kMatrixSize = 3;
   static constexpr int kPointSize = 3;
   using Tangent = Eigen::Vector3d;
@@ -28,32 +28,31 @@ class SO3 {
   SO3() = default;
 
   [[nodiscard]] static SO3 identity() { return {}; }
-  /// From any finite quaternion but zero, of either sign; normalised. For trusted input: see
+  /// From any finite non-zero quaternion of either sign; normalises it. For trusted input; otherwise use
   /// try_from_quaternion.
   [[nodiscard]] static SO3 from_quaternion(const Eigen::Quaterniond& a_q_b);
   /// The rotation nearest to a_R_b in the Frobenius norm (Davenport's q-method, as in Bar-Itzhack, "New
-  /// method for extracting the quaternion from a rotation matrix", JGCD 23(6), 2000). For trusted input: see
-  /// try_from_matrix.
+  /// method for extracting the quaternion from a rotation matrix", JGCD 23(6), 2000). For trusted input;
+  /// otherwise use try_from_matrix.
   [[nodiscard]] static SO3 from_matrix(const Eigen::Matrix3d& a_R_b);
-  /// As from_quaternion for numbers from outside: fails if one is not finite or the length is off 1 by more
-  /// than `tolerance`.
+  /// Like from_quaternion for untrusted input: fails if a component is not finite or the length differs from
+  /// 1 by more than `tolerance`.
   [[nodiscard]] static Result<SO3> try_from_quaternion(const Eigen::Quaterniond& a_q_b,
                                                        double tolerance = 1e-3);
-  /// As from_matrix for numbers from outside: fails if one is not finite, if it is no rotation within
-  /// `tolerance` (largest entry of R^T R - I) or if it is a reflection.
+  /// Like from_matrix for untrusted input: fails if an entry is not finite, if the matrix is not a rotation
+  /// within `tolerance` (largest entry of R^T R - I) or if it is a reflection.
   [[nodiscard]] static Result<SO3> try_from_matrix(const Eigen::Matrix3d& a_R_b, double tolerance = 1e-3);
-  /// R_z(yaw) R_y(pitch) R_x(roll) [rad] (REP 103: fixed axes, roll about x first). For people; compute with
-  /// log.
+  /// R_z(yaw) R_y(pitch) R_x(roll) [rad] (REP 103: fixed axes, roll about x first). For input and output;
+  /// compute with log.
   [[nodiscard]] static SO3 from_rpy(double roll, double pitch, double yaw);
-  /// (roll, pitch, yaw) [rad]: roll, yaw in [-pi, pi], pitch in [-pi/2, pi/2]. Gives back the rotation
-  /// through from_rpy everywhere; at pitch = ±pi/2, where only roll ∓ yaw is defined, yaw is 0 or as rounding
-  /// has it.
+  /// (roll, pitch, yaw) [rad]: roll, yaw in [-pi, pi], pitch in [-pi/2, pi/2]. from_rpy recovers the rotation
+  /// everywhere; at pitch = ±pi/2, where only roll ∓ yaw is defined, yaw is 0 or determined by rounding.
   [[nodiscard]] Eigen::Vector3d rpy() const;
 
   /// Rotation by |xi| about xi, any finite xi (|xi| < 1e150).
   [[nodiscard]] static SO3 exp(const Tangent& xi);
   /// The rotation vector, |log| <= pi. At exactly pi, where two vectors give the same rotation, the one whose
-  /// first component that is not 0 is positive.
+  /// first non-zero component is positive.
   [[nodiscard]] Tangent log() const;
   /// Rotation angle in [0, pi] [rad].
   [[nodiscard]] double angle() const;
@@ -75,7 +74,7 @@ class SO3 {
   [[nodiscard]] static Jacobian ad(const Tangent& xi) { return hat(xi); }
   /// hat(xi) p = xi x p.
   [[nodiscard]] static Matrix hat(const Tangent& xi);
-  /// Inverse of hat; of a matrix that is not skew, that of its skew part.
+  /// Inverse of hat; for a matrix that is not skew-symmetric, that of its skew-symmetric part.
   [[nodiscard]] static Tangent vee(const Matrix& m);
 
   /// exp(xi + d) = exp(left_jacobian(xi) d) exp(xi) to first order in d: I + c2 ad + c3 ad^2.
@@ -85,15 +84,15 @@ class SO3 {
   [[nodiscard]] static Jacobian right_jacobian(const Tangent& xi);
   [[nodiscard]] static Jacobian right_jacobian_inverse(const Tangent& xi);
 
-  /// Same bits.
+  /// Bitwise equality.
   friend bool operator==(const SO3& x, const SO3& y) { return x.q_.coeffs() == y.q_.coeffs(); }
 
  private:
   explicit SO3(const Eigen::Quaterniond& unit) : q_(unit) {}
   /// I + a xi^ + b xi^ xi^, with xi^ xi^ = xi xi^T - s I.
   [[nodiscard]] static Matrix polynomial(const Tangent& xi, double s, double a, double b);
-  /// Of the two unit quaternions of a rotation the one with w > 0; for w = 0 the one whose first component
-  /// not 0 is positive.
+  /// Of the two unit quaternions of a rotation the one with w > 0; for w = 0 the one whose first non-zero
+  /// component is positive.
   [[nodiscard]] static SO3 canonical(const Eigen::Quaterniond& q) {
     return SO3(is_canonical(q) ? q : Eigen::Quaterniond(-q.coeffs()));
   }
@@ -103,8 +102,8 @@ class SO3 {
     if (q.y() != 0) return q.y() > 0;
     return q.z() > 0;
   }
-  /// One Newton step towards unit length. Two unit factors leave an error of some 1e-16, the step squares it:
-  /// no drift, and no square root.
+  /// One Newton step towards unit length. A product of two unit factors has an error of about 1e-16, which
+  /// the step squares: no drift, and no square root.
   [[nodiscard]] static SO3 renormalized(const Eigen::Quaterniond& q) {
     return canonical(Eigen::Quaterniond(q.coeffs() * ((3.0 - q.squaredNorm()) / 2)));
   }
@@ -116,12 +115,12 @@ namespace internal {
 
 /// Q(rho, phi), the coupling of translation and rotation in the left Jacobians of SE(3) and SE_2(3) (Barfoot,
 /// "State Estimation for Robotics", equation (7.86); docs/concepts/geometry.md, equation (16)). It is the
-/// derivative of SO3's left Jacobian I + c2 phi^ + c3 phi^ phi^ along rho; written so, four products of
-/// matrices fall away.
+/// derivative of SO3's left Jacobian I + c2 phi^ + c3 phi^ phi^ along rho; this form saves four matrix
+/// products.
 [[nodiscard]] Eigen::Matrix3d coupling(const Eigen::Vector3d& rho, const Eigen::Vector3d& phi,
                                        const Stumpff& c);
 
-/// (I + a phi^ + b phi^ phi^) v: a Jacobian of SO3 times a vector, without the matrix.
+/// (I + a phi^ + b phi^ phi^) v: a Jacobian of SO3 times a vector, without forming the matrix.
 [[nodiscard]] Eigen::Vector3d times_polynomial(const Eigen::Vector3d& phi, double a, double b,
                                                const Eigen::Vector3d& v);
 
@@ -132,7 +131,7 @@ namespace internal {
 class SE3 {
  public:
   static constexpr int kDof = 6;
-  static constexpr int kRotationDof = 3;  ///< the last so many of a tangent are rotation
+  static constexpr int kRotationDof = 3;  ///< the last components of a tangent that are rotation
   static constexpr int kMatrixSize = 4;
   static constexpr int kPointSize = 3;
   using Tangent = Eigen::Matrix<double, 6, 1>;
@@ -142,12 +141,12 @@ class SE3 {
 
   SE3() = default;
   SE3(const SO3& a_R_b, const Eigen::Vector3d& a_t_b) : rotation_(a_R_b), translation_(a_t_b) {}
-  /// From a 4x4 homogeneous matrix that can be trusted; its rotation part goes through SO3::from_matrix
-  /// (nearest rotation).
+  /// From a trusted 4x4 homogeneous matrix; its rotation part goes through SO3::from_matrix (nearest
+  /// rotation).
   [[nodiscard]] static SE3 from_matrix(const Matrix& a_T_b);
 
-  /// As from_matrix for numbers from outside: fails on what SO3::try_from_matrix does, on a translation that
-  /// is not finite, and if the last row is not 0 0 0 1 (a transposed matrix, mostly).
+  /// Like from_matrix for untrusted input: fails as SO3::try_from_matrix does, if the translation is not
+  /// finite, and if the last row is not 0 0 0 1 (usually a transposed matrix).
   [[nodiscard]] static Result<SE3> try_from_matrix(const Matrix& a_T_b, double tolerance = 1e-3);
 
   [[nodiscard]] const SO3& rotation() const { return rotation_; }
@@ -186,7 +185,7 @@ class SE3 {
   [[nodiscard]] static Jacobian right_jacobian(const Tangent& xi);
   [[nodiscard]] static Jacobian right_jacobian_inverse(const Tangent& xi);
 
-  /// Same bits.
+  /// Bitwise equality.
   friend bool operator==(const SE3&, const SE3&) = default;
 
  private:
@@ -204,7 +203,7 @@ class SE3 {
 class SE23 {
  public:
   static constexpr int kDof = 9;
-  static constexpr int kRotationDof = 3;  ///< the last so many of a tangent are rotation
+  static constexpr int kRotationDof = 3;  ///< the last components of a tangent that are rotation
   static constexpr int kMatrixSize = 5;
   using Tangent = Eigen::Matrix<double, 9, 1>;
   using Jacobian = Eigen::Matrix<double, 9, 9>;
@@ -248,7 +247,7 @@ class SE23 {
   [[nodiscard]] static Jacobian right_jacobian(const Tangent& xi);
   [[nodiscard]] static Jacobian right_jacobian_inverse(const Tangent& xi);
 
-  /// Same bits.
+  /// Bitwise equality.
   friend bool operator==(const SE23&, const SE23&) = default;
 
  private:

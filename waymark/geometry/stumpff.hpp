@@ -7,8 +7,8 @@
 namespace waymark {
 
 /// The Stumpff functions c_k(s) = sum_i (-s)^i / (k + 2i)!, k = 0 … 5, of s = theta^2 >= 0 (Stumpff,
-/// "Himmelsmechanik I", 1959; docs/concepts/geometry.md, equation (12)). Every coefficient of the
-/// exponentials and Jacobians here is one of them:
+/// "Himmelsmechanik I", 1959; docs/concepts/geometry.md, equation (12)). They are the coefficients of all
+/// exponentials and Jacobians in this room:
 ///
 ///     c0 = cos theta             c1 = sin theta / theta              c2 = (1 - cos theta) / theta^2
 ///     c3 = (theta - sin theta) / theta^3     c_{k+2} = (1/k! - c_k) / s
@@ -18,8 +18,8 @@ struct Stumpff {
 
 namespace internal {
 
-/// Below this s the series, above it the closed forms. At s = 4 (theta = 2 rad) the recurrence upwards loses
-/// less than four bits in c4 and c5, and eleven terms of the series reach the last bit of double.
+/// Below this s the series is used, above it the closed forms. At s = 4 (theta = 2 rad) the upward recurrence
+/// loses less than four bits in c4 and c5, and eleven terms of the series reach the last bit of double.
 inline constexpr double kSeriesLimit = 4.0;
 inline constexpr int kSeriesTerms = 11;
 

@@ -6,8 +6,8 @@
 
 namespace waymark {
 
-/// One draw of X = exp(xi) mean. The covariance may be singular; what of it is negative by rounding counts as
-/// zero.
+/// One draw of X = exp(xi) mean. The covariance may be singular; eigenvalues that are negative by rounding
+/// count as zero.
 template <LieGroup G>
 [[nodiscard]] inline G sample(const Uncertain<G>& a_X_b, Random& random) {
   const SymmetricEigen<G::kDof> axes = symmetric_eigen<G::kDof>(a_X_b.covariance);

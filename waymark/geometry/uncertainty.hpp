@@ -25,7 +25,7 @@ struct Uncertain {
 
 namespace internal {
 
-/// Symmetric to the last bit, whatever rounding did before: covariances go round in filters for hours.
+/// Symmetric to the last bit regardless of earlier rounding: filters propagate covariances for hours.
 template <int N>
 [[nodiscard]] inline Eigen::Matrix<double, N, N> symmetrized(const Eigen::Matrix<double, N, N>& P) {
   return (P + P.transpose()) / 2;
@@ -38,8 +38,8 @@ template <int N>
   return symmetrized<N>(J * P * J.transpose());
 }
 
-/// d(coordinates) / d(xi) for translations t1 … of the group: a rotation of the whole by phi moves each by
-/// phi x t. sign = -1 gives the inverse.
+/// d(coordinates) / d(xi) for translations t1 … of the group: a rotation of the whole by phi displaces each
+/// by phi x t. sign = -1 gives the inverse.
 [[nodiscard]] SE2::Jacobian coordinate_jacobian(const SE2& X, double sign);
 [[nodiscard]] SE3::Jacobian coordinate_jacobian(const SE3& X, double sign);
 [[nodiscard]] SE23::Jacobian coordinate_jacobian(const SE23& X, double sign);
@@ -50,8 +50,8 @@ template <LieGroup G>  // SO2 and SO3 have no translation
 
 }  // namespace internal
 
-/// a_X_c of a_X_b and b_X_c, whose errors are taken as independent. To first order (equation (23)): the terms
-/// of fourth order in the deviations that Barfoot and Furgale add are left out.
+/// a_X_c from a_X_b and b_X_c with independent errors. First order (equation (23)): omits the terms of fourth
+/// order in the deviations that Barfoot and Furgale add.
 template <LieGroup G>
 [[nodiscard]] inline Uncertain<G> compose(const Uncertain<G>& a_X_b, const Uncertain<G>& b_X_c) {
   const Covariance<G> J_ac_bc = a_X_b.mean.adjoint();
@@ -59,17 +59,17 @@ template <LieGroup G>
                                        a_X_b.covariance + J_ac_bc * b_X_c.covariance * J_ac_bc.transpose())};
 }
 
-/// b_X_a of a_X_b (equation (24)): the covariance moves to the frame b. Exact: (exp(xi) X)^-1 = exp(-Ad(X^-1)
-/// xi) X^-1.
+/// b_X_a from a_X_b (equation (24)): the covariance is expressed in frame b. Exact: (exp(xi) X)^-1 =
+/// exp(-Ad(X^-1) xi) X^-1.
 template <LieGroup G>
 [[nodiscard]] inline Uncertain<G> inverse(const Uncertain<G>& a_X_b) {
   const G b_X_a = a_X_b.mean.inverse();
   return {b_X_a, internal::propagate<G::kDof>(b_X_a.adjoint(), a_X_b.covariance)};
 }
 
-/// b_X_c of a_X_b and a_X_c (equation (25)), to first order. `cross` is the covariance of their errors,
-/// E[xi_ab xi_ac^T]; leave it out for independent ones. Two poses of one trajectory are not: without `cross`
-/// the result is far too large.
+/// b_X_c from a_X_b and a_X_c (equation (25)), to first order. `cross` is the covariance of their errors,
+/// E[xi_ab xi_ac^T]; omit it for independent errors. Errors of two poses of one trajectory are correlated:
+/// without `cross` the result is far too large.
 template <LieGroup G>
 [[nodiscard]] inline Uncertain<G> between(const Uncertain<G>& a_X_b, const Uncertain<G>& a_X_c,
                                           const Covariance<G>& cross = Covariance<G>::Zero()) {
@@ -78,15 +78,15 @@ template <LieGroup G>
   return {b_X_a * a_X_c.mean, internal::propagate<G::kDof>(b_X_a.adjoint(), difference)};
 }
 
-/// The covariance as people read it (equation (26)): of the coordinates of b in a (position, for SE23
-/// velocity too, as numbers along the axes of a) and of the rotation about the axes of a. Same size and order
-/// as the tangent; to first order. This is what ROS calls a PoseWithCovariance.
+/// The covariance in ordinary coordinates (equation (26)): of the coordinates of b in a (position, for SE23
+/// velocity too, along the axes of a) and of the rotation about the axes of a. Same size and order as the
+/// tangent; to first order. ROS calls this a PoseWithCovariance.
 template <LieGroup G>
 [[nodiscard]] inline Covariance<G> coordinate_covariance(const Uncertain<G>& a_X_b) {
   return internal::propagate<G::kDof>(internal::coordinate_jacobian(a_X_b.mean, 1.0), a_X_b.covariance);
 }
 
-/// Undoes coordinate_covariance: for covariances that come from outside in ordinary coordinates.
+/// Inverse of coordinate_covariance: for covariances given in ordinary coordinates.
 template <LieGroup G>
 [[nodiscard]] inline Uncertain<G> from_coordinate_covariance(const G& a_X_b,
                                                              const Covariance<G>& covariance) {

@@ -1,4 +1,4 @@
-// Covariances against Monte Carlo (fixed seed), and the algebra they must obey exactly.
+// Covariances compared with Monte Carlo (fixed seed), and their exact algebraic identities.
 #include "waymark/geometry/uncertainty.hpp"
 #include "waymark/geometry/uncertain_draw.hpp"
 
@@ -35,8 +35,8 @@ class Uncertainty : public ::testing::Test {
   }
 };
 
-/// L^-1 (sample covariance of `draws` about 0) L^-T, with L L^T the covariance that is claimed: the identity
-/// if it holds.
+/// L^-1 (sample covariance of `draws` about 0) L^-T, with L L^T the claimed covariance: the identity if the
+/// claim holds.
 template <int N>
 Eigen::Matrix<double, N, N> whitened(const std::vector<Eigen::Matrix<double, N, 1>>& draws,
                                      const Eigen::Matrix<double, N, N>& claimed) {
@@ -86,7 +86,8 @@ TYPED_TEST(Uncertainty, BetweenAgainstMonteCarlo) {
 
 TYPED_TEST(Uncertainty, BetweenOfAChainNeedsTheCrossCovariance) {
   const auto a_X_b = this->uncertain(), b_X_c = this->uncertain();
-  const auto a_X_c = compose(a_X_b, b_X_c);  // its error holds that of a_X_b: E[xi_ab xi_ac^T] = cov(xi_ab)
+  // The error of a_X_c contains that of a_X_b: E[xi_ab xi_ac^T] = cov(xi_ab).
+  const auto a_X_c = compose(a_X_b, b_X_c);
   const auto back = between(a_X_b, a_X_c, a_X_b.covariance);
   EXPECT_THAT(back.mean, testing::GroupNear(b_X_c.mean, 1e-13));
   EXPECT_THAT(back.covariance, MatrixNear(b_X_c.covariance, 1e-14));
@@ -109,7 +110,7 @@ TYPED_TEST(Uncertainty, ACertainFactorAddsNothing) {
   const auto x = this->uncertain();
   const Uncertain<G> certain{random_element<G>(this->random)};
   EXPECT_EQ(compose(x, certain).covariance,
-            x.covariance);  // moving the child frame leaves a parent-frame covariance alone
+            x.covariance);  // moving the child frame does not change a parent-frame covariance
   const auto moved = compose(certain, x).covariance;
   const typename G::Jacobian Ad = certain.mean.adjoint();
   EXPECT_THAT(moved, MatrixNear((Ad * x.covariance * Ad.transpose()).eval(), 1e-16));
@@ -136,7 +137,7 @@ TYPED_TEST(Uncertainty, SamplingASingularCovarianceStaysInItsRange) {
   }
 }
 
-// What a user reads: errors of x, y, z as numbers along the axes of the map, and rotations about them.
+// The displayed values: errors of x, y, z along the axes of the map, and rotations about them.
 TEST(UncertaintyOfPoses, CoordinateCovarianceOfSE3AgainstMonteCarlo) {
   Random random(52);
   const SE3 map_T_base(SO3::from_rpy(0.1, 0.2, 2.0), {5, -3, 1});

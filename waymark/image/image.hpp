@@ -9,9 +9,9 @@
 
 namespace waymark {
 
-/// A grey image somebody else owns: `height` rows of `width` bytes, `stride` bytes from row to row (stride >=
-/// width). Pixel (i, j) covers [i, i+1) x [j, j+1); its centre is (i + 1/2, j + 1/2). Copying a view copies
-/// no pixels.
+/// A grey image owned elsewhere: `height` rows of `width` bytes, `stride` bytes from row to row (stride >=
+/// width). Pixel (i, j) covers [i, i+1) x [j, j+1); its centre is (i + 1/2, j + 1/2). Copying a view does not
+/// copy pixels.
 struct ImageView {
   const std::uint8_t* data = nullptr;
   int width = 0;   ///< [px]
@@ -52,7 +52,7 @@ class Image {
     return pixels_.data() + static_cast<std::ptrdiff_t>(y) * width_;
   }
   [[nodiscard]] ImageView view() const { return {pixels_.data(), width_, height_, width_}; }
-  // NOLINTNEXTLINE(google-explicit-constructor): an owner is a view, at no cost
+  // NOLINTNEXTLINE(google-explicit-constructor): the conversion is free
   operator ImageView() const { return view(); }
 
   friend bool operator==(const Image&, const Image&) = default;
@@ -65,7 +65,7 @@ class Image {
 
 /// Grey level at (x, y) [px], interpolated bilinearly between the four nearest pixel centres (centres at
 /// +1/2, so sample_bilinear(image, i + 0.5, j + 0.5) is pixel (i, j) exactly). Border rule: beyond the
-/// outermost centres the nearest one counts, so every finite position has a value between 0 and 255. The
+/// outermost centres the nearest one is used, so every finite position has a value between 0 and 255. The
 /// image must not be empty, x and y must be finite. O(1).
 [[nodiscard]] inline double sample_bilinear(const ImageView& image, double x, double y) {
   assert(!image.empty() && std::isfinite(x) && std::isfinite(y));
@@ -84,7 +84,7 @@ class Image {
 }
 
 /// The part of `image` inside [x, x + width) x [y, y + height), clipped to the image, without copying pixels;
-/// an empty view where they do not meet. Pixel (i, j) of the result is pixel (max(x, 0) + i, max(y, 0) + j)
+/// an empty view if they do not overlap. Pixel (i, j) of the result is pixel (max(x, 0) + i, max(y, 0) + j)
 /// of the image.
 [[nodiscard]] inline ImageView crop(const ImageView& image, int x, int y, int width, int height) {
   const auto clip = [](std::int64_t value, int limit) {
@@ -107,8 +107,8 @@ struct Rgb {
   friend bool operator==(const Rgb&, const Rgb&) = default;
 };
 
-/// An owning colour picture, three bytes (r, g, b) a pixel, rows packed. Made for people: nothing measures in
-/// it. Pixel (i, j) covers [i, i+1) x [j, j+1), as in Image.
+/// An owning colour image, three bytes (r, g, b) per pixel, rows packed. For display only: no algorithm
+/// measures in it. Pixel (i, j) covers [i, i+1) x [j, j+1), as in Image.
 class ColorImage {
  public:
   ColorImage() = default;
@@ -148,7 +148,7 @@ class ColorImage {
 };
 static_assert(sizeof(Rgb) == 3, "row_bytes() relies on packed pixels");
 
-/// The grey picture as a colour one, to draw on. O(pixels).
+/// The grey image converted to colour, for annotation. O(pixels).
 [[nodiscard]] inline ColorImage to_color(const ImageView& image) {
   ColorImage color(image.width, image.height);
   for (int y = 0; y < image.height; ++y) {

@@ -20,7 +20,7 @@ Image random_image(int width, int height, std::uint64_t seed) {
   return image;
 }
 
-/// a + b x + c y at pixel centres; whole numbers, so that bytes hold it exactly.
+/// a + b x + c y at pixel centres; integers, so that bytes represent it exactly.
 Image plane_image(int width, int height) {
   Image image(width, height);
   for (int y = 0; y < height; ++y) {
@@ -29,7 +29,7 @@ Image plane_image(int width, int height) {
   return image;
 }
 
-TEST(Sampling, ACentreIsThePixelItself) {
+TEST(Sampling, ACentreHasThePixelsValue) {
   const Image image = random_image(17, 9, 1);
   for (int y = 0; y < image.height(); ++y) {
     for (int x = 0; x < image.width(); ++x)
@@ -47,7 +47,7 @@ TEST(Sampling, ReproducesAPlaneBetweenTheOutermostCentres) {
   }
 }
 
-TEST(Sampling, BeyondTheOutermostCentresTheNearestOneCounts) {
+TEST(Sampling, BeyondTheOutermostCentresTheNearestOneIsUsed) {
   const Image image = plane_image(4, 3);
   EXPECT_EQ(sample_bilinear(image, 0.0, 0.0), image.row(0)[0]);
   EXPECT_EQ(sample_bilinear(image, -1e300, 1.5), image.row(1)[0]);

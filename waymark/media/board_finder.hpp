@@ -17,35 +17,35 @@ struct MarkerCells {
   std::vector<bool> black{};
 };
 
-/// A board as one picture shows it.
+/// The corners of a board found in one image.
 struct FoundBoard {
-  std::vector<BoardCorner> corners{};  ///< by number; empty: there is no board
-  /// Of a ChArUco board: the side of its markers over that of their squares, as the picture shows them.
+  std::vector<BoardCorner> corners{};  ///< by number; empty: no board found
+  /// Of a ChArUco board: side of its markers divided by the side of their squares, measured in the image.
   std::optional<double> marker_share{};
 };
 
 /// Calibration boards and their markers, by OpenCV (the module libwaymark-boards.so of `media/opencv`).
 class BoardFinder {
  public:
-  /// Loads the module. Fails (NotFound, Unsupported) where it or OpenCV is not installed, in words that name
-  /// the packages.
+  /// Loads the module. Fails (NotFound, Unsupported) if it or OpenCV is not installed; the hint names the
+  /// packages.
   [[nodiscard]] static Result<BoardFinder> load();
 
-  /// The corners of a board in a picture. Fails (InvalidArgument)
-  /// on a board that is none (check_board()), an unknown dictionary or one with too few markers. A chessboard
-  /// is found by Duda and Frese, "Accurate Detection and Localization of Checkerboard Corners for
-  /// Calibration" (BMVC 2018), markers by Garrido-Jurado and others, "Automatic generation and detection of
-  /// highly reliable fiducial markers under occlusion" (2014), corners between markers by cornerSubPix.
+  /// The corners of a board in an image. Fails (InvalidArgument) on an invalid board (check_board()), an
+  /// unknown dictionary or one with too few markers. A chessboard is found by Duda and Frese, "Accurate
+  /// Detection and Localization of Checkerboard Corners for Calibration" (BMVC 2018), markers by
+  /// Garrido-Jurado and others, "Automatic generation and detection of highly reliable fiducial markers under
+  /// occlusion" (2014), corners between markers by cornerSubPix.
   [[nodiscard]] Result<FoundBoard> find(const ImageView& image, const CalibrationBoard& board) const;
-  /// A marker as it is printed. Fails (InvalidArgument) on an unknown dictionary or number.
+  /// The cells of a printed marker. Fails (InvalidArgument) on an unknown dictionary or number.
   [[nodiscard]] Result<MarkerCells> marker(const std::string& dictionary, int number) const;
 
-  /// Which markers a picture shows, whatever board was expected: the smallest dictionary that holds all of
-  /// them ("5x5_100"), "aprilgrid" for tags of tag36h11 with a border of two cells; empty: not four of any.
-  /// Slow: tries all.
+  /// The dictionary of the markers in an image, for any board: the smallest dictionary that contains all of
+  /// them ("5x5_100"), "aprilgrid" for tags of tag36h11 with a border of two cells; empty: fewer than four of
+  /// any. Slow: tries all dictionaries.
   [[nodiscard]] Result<std::string> name_markers(const ImageView& image) const;
 
-  /// What the module gives; for the module only.
+  /// The functions of the module; for the module only.
   struct Functions {
     void (*find)(const ImageView&, const CalibrationBoard&, FoundBoard&, Error&) = nullptr;
     void (*marker)(const std::string&, int, MarkerCells&, Error&) = nullptr;

@@ -14,7 +14,7 @@ namespace {
 std::string file_of(const char* stem, int major) { return fmt::format("{}.so.{}", stem, major); }
 
 tl::unexpected<Error> missing(const std::string& what) {
-  return fail(ErrorCode::Unsupported, "video files need libavformat and libavcodec: " + what, {},
+  return fail(ErrorCode::Unsupported, "video files require libavformat and libavcodec: " + what, {},
               fmt::format("Install them: sudo apt install libavformat{} libavcodec{}",
                           LIBAVFORMAT_VERSION_MAJOR, LIBAVCODEC_VERSION_MAJOR));
 }
@@ -49,7 +49,7 @@ Result<const Libav*> libav() {
   return &*loaded;
 }
 
-std::string words_of(const Libav& av, int error) {
+std::string text_of(const Libav& av, int error) {
   std::array<char, AV_ERROR_MAX_STRING_SIZE> words{};
   av.av_strerror(error, words.data(), words.size());
   return words.data();

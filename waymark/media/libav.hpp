@@ -17,10 +17,10 @@ extern "C" {
 
 #include "waymark/base/error.hpp"
 
-/// The functions of libavformat, libavcodec and libavutil that are used here, looked up when first needed.
+/// The functions of libavformat, libavcodec and libavutil used here, looked up at first use.
 namespace waymark::internal {
 
-// The layout that clang-format gives these lists is not stable.
+// clang-format has no stable layout for these lists.
 // clang-format off
 #define WAYMARK_LIBAVUTIL(F)                                                                                \
   F(av_log_set_level)                                                                                       \
@@ -73,11 +73,11 @@ struct Libav {
 #undef WAYMARK_LIBAV_MEMBER
 };
 
-/// The libraries, loaded by the first call and then kept; their own messages are switched off. Unsupported
-/// where they are missing: the error says which packages to install. May be called from any thread.
+/// The libraries, loaded by the first call and then kept; their own messages are disabled. Unsupported if
+/// they are missing: the hint names the packages to install. Thread-safe.
 [[nodiscard]] Result<const Libav*> libav();
-/// The words for an error of theirs.
-[[nodiscard]] std::string words_of(const Libav& av, int error);
+/// The library's text for an error.
+[[nodiscard]] std::string text_of(const Libav& av, int error);
 
 /// Frees what the libraries allocated.
 struct LibavDeleter {

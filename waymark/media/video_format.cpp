@@ -4,7 +4,6 @@
 #include <array>
 #include <cctype>
 #include <filesystem>
-#include <fstream>
 
 namespace waymark {
 namespace {
@@ -18,7 +17,7 @@ bool ends_as(std::string_view path, const std::array<std::string_view, N>& suffi
   return std::ranges::find(suffixes, suffix) != suffixes.end();
 }
 
-/// Packets of a transport stream begin with 0x47, one each 188 bytes.
+/// Packets of a transport stream are 188 bytes long and begin with 0x47.
 bool is_transport_stream(std::string_view head) {
   constexpr std::size_t kPacket = 188;
   return head.size() > 2 * kPacket && head[0] == 0x47 && head[kPacket] == 0x47 && head[2 * kPacket] == 0x47;
@@ -31,7 +30,7 @@ bool begins_as_video(std::span<const std::uint8_t> bytes) {
   constexpr std::size_t kBoxName = 4;
   const std::string_view box = head.size() >= 8 ? head.substr(kBoxName, 4) : ""sv;
   constexpr std::array kBoxes = {"ftyp"sv, "moov"sv, "mdat"sv, "wide"sv, "skip"sv};
-  constexpr std::array kPictures = {"heic"sv, "heix"sv, "mif1"sv, "avif"sv};  // in the same container
+  constexpr std::array kPictures = {"heic"sv, "heix"sv, "mif1"sv, "avif"sv};  // images in the same container
   if (box == "ftyp"sv && head.size() >= 12 &&
       std::ranges::find(kPictures, head.substr(8, 4)) != kPictures.end())
     return false;
@@ -41,22 +40,14 @@ bool begins_as_video(std::span<const std::uint8_t> bytes) {
   return head.starts_with("\0\0\1\xBA"sv) || is_transport_stream(head);
 }
 
-bool looks_like_video(const std::string& path) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) return false;
-  constexpr std::array kRaw = {".h264"sv, ".264"sv, ".h265"sv, ".hevc"sv, ".mjpeg"sv, ".ivf"sv};
-  if (ends_as(path, kRaw) || is_video_name(path))
-    return true;  // what is wrong with it is for its reader to say
-  std::array<char, 400> head{};
-  std::ifstream file(path, std::ios::binary);
-  file.read(head.data(), head.size());
-  return begins_as_video(
-      {reinterpret_cast<const std::uint8_t*>(head.data()), static_cast<std::size_t>(file.gcount())});
-}
-
 bool is_video_name(std::string_view path) {
   constexpr std::array kWritten = {".mp4"sv, ".mov"sv, ".m4v"sv, ".mkv"sv, ".webm"sv, ".avi"sv};
   return ends_as(path, kWritten);
+}
+
+bool has_video_ending(std::string_view path) {
+  constexpr std::array kRaw = {".h264"sv, ".264"sv, ".h265"sv, ".hevc"sv, ".mjpeg"sv, ".ivf"sv};
+  return is_video_name(path) || ends_as(path, kRaw);
 }
 
 }  // namespace waymark

@@ -21,17 +21,18 @@
 
 namespace waymark::internal {
 
-/// Problems of one video, one entry a kind.
+/// Problems of one video, one entry per kind.
 class VideoProblems {
  public:
   explicit VideoProblems(std::string source) : source_(std::move(source)) {}
 
-  /// Counts it; the first of a kind keeps its words and place.
+  /// Counts a problem; the first of a kind keeps its message and place.
   void add(const std::string& key, ErrorCode code, const std::string& message,
            std::optional<std::int64_t> byte = {}, const std::string& hint = {});
-  /// At the end of a file of `size_bytes`: that its pictures, or its packets, end before the time it says.
+  /// At the end of a file of `size_bytes`: checks whether its images, or its packets, end before its stated
+  /// duration.
   void add_end(const VideoInfo& info, Duration last_picture, Duration last_packet, std::int64_t size_bytes);
-  /// That players turn the pictures.
+  /// Reports the rotation that players apply.
   void add_rotation(const VideoInfo& info);
   [[nodiscard]] const std::vector<VideoProblem>& all() const { return all_; }
   [[nodiscard]] const std::string& source() const { return source_; }
@@ -43,9 +44,9 @@ class VideoProblems {
 
 void VideoProblems::add(const std::string& key, ErrorCode code, const std::string& message,
                         std::optional<std::int64_t> byte, const std::string& hint) {
-  const auto known = std::ranges::find(all_, key, &VideoProblem::key);
-  if (known != all_.end()) {
-    ++known->count;
+  const auto entry = std::ranges::find(all_, key, &VideoProblem::key);
+  if (entry != all_.end()) {
+    ++entry->count;
     return;
   }
   all_.push_back({key, Error{code, message, {.source = source_, .byte = byte}, hint}, 1});
@@ -53,7 +54,7 @@ void VideoProblems::add(const std::string& key, ErrorCode code, const std::strin
 
 void VideoProblems::add_end(const VideoInfo& info, Duration last_picture, Duration last_packet,
                             std::int64_t size_bytes) {
-  constexpr double kTolerance_s = 0.5;  // sound may last longer than the pictures
+  constexpr double kTolerance_s = 0.5;  // sound may last longer than the images
   const double rate_hz = info.mean_rate_hz.value_or(25);
   double expected_s = info.duration ? to_seconds(*info.duration) : 0;
   if (info.frames) expected_s = std::max(expected_s, static_cast<double>(*info.frames) / rate_hz);
@@ -61,14 +62,14 @@ void VideoProblems::add_end(const VideoInfo& info, Duration last_picture, Durati
   if (expected_s - to_seconds(last_picture) <= missing_s) return;
   if (expected_s - to_seconds(std::max(last_picture, last_packet)) > missing_s)
     add("video.truncated", ErrorCode::Unreadable,
-        fmt::format("the pictures end at {:.3f} s of {:.3f} s", to_seconds(last_picture), expected_s),
-        size_bytes, "The file was cut short, or its end is damaged: copy it again.");
+        fmt::format("the images end at {:.3f} s of {:.3f} s", to_seconds(last_picture), expected_s),
+        size_bytes, "The file is truncated, or its end is damaged. Copy it again.");
   else
     add("video.no_whole_picture", ErrorCode::Unreadable,
-        fmt::format("no picture between {:.3f} s and the end at {:.3f} s is whole", to_seconds(last_picture),
+        fmt::format("no intact image between {:.3f} s and the end at {:.3f} s", to_seconds(last_picture),
                     expected_s),
         {},
-        "They are predicted from what is damaged. Copy the file again; a video with more key frames loses "
+        "They are predicted from damaged data. Copy the file again; a video with more key frames loses "
         "less.");
 }
 
@@ -76,10 +77,10 @@ void VideoProblems::add_rotation(const VideoInfo& info) {
   if (info.rotation_deg == 0) return;
   add("video.rotated", ErrorCode::Unsupported,
       fmt::format(
-          "has a rotation flag: players turn its pictures {:g} degrees clockwise; here pixels are taken "
-          "as they are stored",
+          "has a rotation flag: players rotate its images {:g} degrees clockwise; here the pixels are used "
+          "as stored",
           info.rotation_deg),
-      {}, "Calibrate the camera with pictures that are stored the same way.");
+      {}, "Calibrate the camera with images that are stored the same way.");
 }
 
 namespace {
@@ -144,19 +145,19 @@ void fill_from_rgb(const AVFrame& frame, const AVPixFmtDescriptor& format, Image
   }
 }
 
-/// The luma of a decoded picture: its own plane where that has eight bits and rows in order, else converted
-/// into `storage` (deeper samples rounded down to eight bits, packed ones taken apart, RGB by Rec. 601).
-/// Unsupported: palettes, Bayer patterns, floating point, pictures in the memory of a graphics card.
+/// The luma of a decoded image: its own plane if that has eight bits and rows in order, otherwise converted
+/// into `storage` (deeper samples rounded down to eight bits, packed formats unpacked, RGB by Rec. 601).
+/// Unsupported: palettes, Bayer patterns, floating point, images in the memory of a graphics card.
 Result<ImageView> luma_of(const Libav& av, const AVFrame& frame, Image& storage) {
   const AVPixFmtDescriptor* format = av.av_pix_fmt_desc_get(static_cast<AVPixelFormat>(frame.format));
   constexpr std::uint64_t kUnknown = AV_PIX_FMT_FLAG_PAL | AV_PIX_FMT_FLAG_BITSTREAM |
                                      AV_PIX_FMT_FLAG_HWACCEL | AV_PIX_FMT_FLAG_BAYER | AV_PIX_FMT_FLAG_FLOAT;
   if (format == nullptr || (format->flags & kUnknown) != 0 || format->nb_components < 1 ||
       format->comp[0].depth > 16)
-    return fail(ErrorCode::Unsupported, fmt::format("pictures of pixel format {} are not read",
-                                                    format == nullptr ? "unknown" : format->name));
+    return fail(ErrorCode::Unsupported,
+                fmt::format("unsupported pixel format {}", format == nullptr ? "unknown" : format->name));
   if (frame.width <= 0 || frame.height <= 0 || frame.data[0] == nullptr)
-    return fail(ErrorCode::Unreadable, "a picture without pixels");
+    return fail(ErrorCode::Unreadable, "image without pixels");
   const bool rgb = (format->flags & AV_PIX_FMT_FLAG_RGB) != 0 && format->nb_components >= 3;
   const AVComponentDescriptor& luma = format->comp[0];
   const bool as_it_lies = !rgb && luma.depth == 8 && luma.shift == 0 && luma.step == 1 && luma.offset == 0 &&
@@ -174,7 +175,7 @@ Result<ImageView> luma_of(const Libav& av, const AVFrame& frame, Image& storage)
 
 }  // namespace
 
-/// The bytes of a video and how libavformat reads them: from one file or from memory, nothing else.
+/// The bytes of a video for libavformat: from one file or from memory, never from other files.
 class VideoInput {
  public:
   /// NotFound, Unreadable (folder, empty, no permission), Unsupported (pipe, device).
@@ -188,7 +189,7 @@ class VideoInput {
 
   [[nodiscard]] AVIOContext* context() const { return context_; }
   [[nodiscard]] std::int64_t size_bytes() const { return size_; }
-  /// Where reading stands; the farthest byte that was asked for.
+  /// Read position; the farthest byte that was requested.
   [[nodiscard]] std::int64_t at() const { return at_; }
   /// The first bytes, at most 400.
   [[nodiscard]] std::span<const std::uint8_t> head() const { return head_; }
@@ -218,8 +219,8 @@ Status check_kind(const struct stat& about) {
   if (S_ISREG(about.st_mode)) return {};
   const bool pipe = S_ISFIFO(about.st_mode) || S_ISSOCK(about.st_mode);
   return fail(ErrorCode::Unsupported,
-              pipe ? "is a pipe; a video is read from a file" : "is a device; a video is read from a file",
-              {}, pipe ? "Write it to a file first: cat PIPE > walk.mp4" : "Record a video file first.");
+              pipe ? "is a pipe; a video must be a file" : "is a device; a video must be a file", {},
+              pipe ? "Write it to a file first: cat PIPE > walk.mp4" : "Record a video file first.");
 }
 
 }  // namespace
@@ -249,7 +250,7 @@ Result<std::unique_ptr<VideoInput>> VideoInput::of_bytes(const Libav& av,
 }
 
 Status VideoInput::prepare() {
-  if (size_ == 0) return fail(ErrorCode::Unreadable, "is empty");
+  if (size_ == 0) return fail(ErrorCode::Unreadable, "the file is empty", {}, "Record or copy it again.");
   head_.resize(400);
   const int got = read(this, head_.data(), static_cast<int>(head_.size()));
   head_.resize(static_cast<std::size_t>(std::max(got, 0)));
@@ -287,7 +288,7 @@ int VideoInput::read(void* opaque, std::uint8_t* to, int size) {
     got = ::pread(self->file_, to, wanted, self->at_);
   } while (got < 0 && errno == EINTR);
   if (got < 0) return AVERROR(errno);
-  if (got == 0) return AVERROR_EOF;  // it became shorter since
+  if (got == 0) return AVERROR_EOF;  // the file has shrunk since it was opened
   self->at_ += got;
   return static_cast<int>(got);
 }
@@ -312,14 +313,14 @@ std::int64_t VideoInput::seek(void* opaque, std::int64_t offset, int whence) {
   return offset;
 }
 
-/// A file whose stream of pictures was found and whose decoder is open.
+/// An open file with its video stream and decoder.
 struct VideoStream {
   const Libav* av = nullptr;
   std::unique_ptr<VideoInput> input{};
   AVFormatContext* format = nullptr;
   AVStream* stream = nullptr;
   LibavPtr<AVCodecContext> codec{};
-  bool predicts = true;  ///< pictures are predicted from others
+  bool predicts = true;  ///< images are predicted from others
   VideoInfo info{};
 
   VideoStream() = default;
@@ -330,23 +331,23 @@ struct VideoStream {
 
 namespace {
 
-/// In nanoseconds; nothing where there is no time, or an absurd one.
+/// In nanoseconds; nothing if there is no time, or an absurd one.
 std::optional<Duration> time_of(const Libav& av, std::int64_t ticks, AVRational time_base) {
   if (ticks == AV_NOPTS_VALUE || time_base.num <= 0 || time_base.den <= 0) return std::nullopt;
   constexpr AVRational kNanoseconds = {1, 1'000'000'000};
-  constexpr std::int64_t kFarthest = 1'000'000'000'000'000'000;  // 30 years
+  constexpr std::int64_t kMaxTime_ns = 1'000'000'000'000'000'000;  // 30 years
   const std::int64_t ns = av.av_rescale_q(ticks, time_base, kNanoseconds);
-  if (ns < -kFarthest || ns > kFarthest) return std::nullopt;
+  if (ns < -kMaxTime_ns || ns > kMaxTime_ns) return std::nullopt;
   return Duration(ns);
 }
 
-// Containers of videos. Not among them: play lists and others that name further files, pictures, and what is
-// read from networks and devices.
+// Containers of videos. Excluded: play lists and other formats that name further files, images, and formats
+// that read from networks and devices.
 constexpr const char* kContainers =
     "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,mpegts,mpeg,h264,hevc,mjpeg,ivf,obu,m4v,flv,ogg,wav,mp3,aac,"
     "flac";
 
-/// Files may name others; those are not opened.
+/// A file may name other files; those are never opened.
 int open_nothing(AVFormatContext* /*context*/, AVIOContext** opened, const char* /*url*/, int /*flags*/,
                  AVDictionary** /*options*/) {
   *opened = nullptr;
@@ -355,12 +356,11 @@ int open_nothing(AVFormatContext* /*context*/, AVIOContext** opened, const char*
 
 tl::unexpected<Error> no_video(const VideoInput& input, const std::string& why) {
   if (begins_as_video(input.head()))
-    return fail(
-        ErrorCode::Unreadable, "this video cannot be opened: " + why, {.byte = input.at()},
-        "Its index is missing or damaged, as when a recording was not finished or a copy was cut short: "
-        "record or copy it again.");
-  return fail(ErrorCode::Unreadable, "is no video that can be read: " + why, {},
-              "Read are mp4, mov, mkv, webm, avi and MPEG streams.");
+    return fail(ErrorCode::Unreadable, "this video cannot be opened: " + why, {.byte = input.at()},
+                "Its index is missing or damaged, as after an unfinished recording or copy. "
+                "Record or copy it again.");
+  return fail(ErrorCode::Unreadable, "not a readable video: " + why, {},
+              "Supported are mp4, mov, mkv, webm, avi and MPEG streams.");
 }
 
 Status open_container(VideoStream& video) {
@@ -373,11 +373,11 @@ Status open_container(VideoStream& video) {
   AVDictionary* options = nullptr;
   av.av_dict_set(&options, "format_whitelist", kContainers, 0);
   const int opened =
-      av.avformat_open_input(&video.format, nullptr, nullptr, &options);  // frees it when it fails
+      av.avformat_open_input(&video.format, nullptr, nullptr, &options);  // frees the format if it fails
   av.av_dict_free(&options);
-  if (opened < 0) return no_video(*video.input, words_of(av, opened));
-  const int known = av.avformat_find_stream_info(video.format, nullptr);
-  if (known < 0) return no_video(*video.input, words_of(av, known));
+  if (opened < 0) return no_video(*video.input, text_of(av, opened));
+  const int found = av.avformat_find_stream_info(video.format, nullptr);
+  if (found < 0) return no_video(*video.input, text_of(av, found));
   return {};
 }
 
@@ -387,9 +387,9 @@ Status choose_stream(VideoStream& video) {
   if (found) video.stream = video.format->streams[best];
   const bool cover = found && (video.stream->disposition & AV_DISPOSITION_ATTACHED_PIC) != 0;
   if (found && !cover) return {};
-  if (video.format->nb_streams == 0) return no_video(*video.input, "it holds no stream");
-  return fail(ErrorCode::Unreadable, "holds no moving pictures, only sound or text", {},
-              "Give the file with the pictures.");
+  if (video.format->nb_streams == 0) return no_video(*video.input, "it contains no stream");
+  return fail(ErrorCode::Unreadable, "contains no video stream, only sound or text", {},
+              "Pass the file with the video stream.");
 }
 
 Status open_decoder(VideoStream& video, const VideoReaderOptions& options) {
@@ -405,22 +405,21 @@ Status open_decoder(VideoStream& video, const VideoReaderOptions& options) {
     return fail(ErrorCode::LimitExceeded, "not enough memory");
   video.codec->pkt_timebase = video.stream->time_base;
   video.codec->thread_count = options.threads;
-  // Between pictures, whether damage is noticed depends on which thread is first.
+  // With frame threads, whether damage is detected depends on the order of threads.
   video.codec->thread_type = FF_THREAD_SLICE;
   video.codec->max_pixels = options.max_pixels;
   if (static_cast<std::int64_t>(coded.width) * coded.height > options.max_pixels)
-    return fail(ErrorCode::LimitExceeded, fmt::format("pictures of {} x {} pixels; the limit is {}",
+    return fail(ErrorCode::LimitExceeded, fmt::format("images of {} x {} pixels; the limit is {}",
                                                       coded.width, coded.height, options.max_pixels));
   const int opened = av.avcodec_open2(video.codec.get(), decoder, nullptr);
   if (opened < 0)
-    return fail(ErrorCode::Unsupported,
-                fmt::format("'{}' cannot be decoded: {}", name, words_of(av, opened)));
+    return fail(ErrorCode::Unsupported, fmt::format("'{}' cannot be decoded: {}", name, text_of(av, opened)));
   const AVCodecDescriptor* about = av.avcodec_descriptor_get(coded.codec_id);
   video.predicts = about == nullptr || (about->props & AV_CODEC_PROP_INTRA_ONLY) == 0;
   return {};
 }
 
-/// The matrix by which a player moves the pictures.
+/// The matrix by which a player transforms the images.
 const std::int32_t* display_matrix(const AVStream& stream) {
 #if LIBAVCODEC_VERSION_INT >= AV_VERSION_INT(60, 30, 100)
   for (int i = 0; i < stream.codecpar->nb_coded_side_data; ++i) {
@@ -521,13 +520,13 @@ struct VideoReader::Impl {
   VideoReaderOptions options;
   VideoProblems problems;
   Image storage{};
-  std::optional<Duration> origin{};  ///< of the stamps
-  std::optional<Duration> last{};    ///< stamp of the picture before
-  std::optional<Duration> read{};    ///< newest time of a packet, whole or damaged
+  std::optional<Duration> origin{};  ///< origin of the stamps
+  std::optional<Duration> last{};    ///< stamp of the previous image
+  std::optional<Duration> read{};    ///< newest time of a packet, intact or damaged
   std::int64_t delivered = 0;
-  int failures = 0;  ///< of reading, one after the other
+  int failures = 0;  ///< consecutive read errors
   bool wait_for_key = false;
-  bool drained = false;  ///< the decoder was told that no packet follows
+  bool drained = false;  ///< the decoder was flushed: no packet follows
   bool ended = false;
 };
 
@@ -551,11 +550,11 @@ bool is_interlaced(const AVFrame& frame) {
 
 }  // namespace
 
-/// Something is damaged: what is predicted from it is not used either.
+/// Records damage; images predicted from the damaged one are skipped too.
 void VideoReader::Impl::skip(const std::string& why, std::int64_t byte) {
   const std::string when = last ? "after " + in_seconds(*last) : "at the beginning";
   problems.add("video.damaged", ErrorCode::Unreadable,
-               fmt::format("damaged {}: {}; pictures up to the next whole one are left out", when, why),
+               fmt::format("damaged {}: {}; images up to the next intact one are skipped", when, why),
                byte >= 0 ? std::optional(byte) : std::nullopt);
   wait_for_key = video->predicts;
 }
@@ -566,13 +565,13 @@ void VideoReader::Impl::note_time(const AVPacket& ours) {
   if (time) read = std::max(read.value_or(*time), *time);
 }
 
-/// Gives the decoder the next packet of the stream, or tells it that there is none.
+/// Passes the next packet of the stream to the decoder, or flushes it if there is none.
 Status VideoReader::Impl::feed() {
   constexpr int kMaxFailures = 100;
   while (!drained) {
     const int got = av.av_read_frame(video->format, packet.get());
     if (got < 0 && got != AVERROR_EOF && got != AVERROR(EAGAIN) && ++failures < kMaxFailures) {
-      skip(words_of(av, got), video->input->at());
+      skip(text_of(av, got), video->input->at());
       continue;
     }
     if (got < 0) {
@@ -589,40 +588,40 @@ Status VideoReader::Impl::feed() {
     const int sent = ours ? av.avcodec_send_packet(video->codec.get(), packet.get()) : 0;
     av.av_packet_unref(packet.get());
     if (sent == AVERROR(ENOMEM)) return fail(ErrorCode::LimitExceeded, "not enough memory");
-    if (sent < 0) skip(words_of(av, sent), byte);
+    if (sent < 0) skip(text_of(av, sent), byte);
     if (ours) return {};
   }
   return {};
 }
 
-/// Whether the decoded picture shows what was filmed.
+/// Whether the decoded image is intact.
 bool VideoReader::Impl::is_whole() {
   const bool broken = frame->decode_error_flags != 0 || (frame->flags & AV_FRAME_FLAG_CORRUPT) != 0;
-  if (broken) skip("a picture lacks parts", -1);
+  if (broken) skip("an image is incomplete", -1);
   if (wait_for_key && !broken && is_key_frame(*frame)) wait_for_key = false;
   return !broken && !wait_for_key;
 }
 
-/// Fills in `last`; false when the picture does not come after the one before.
+/// Fills in `last`; false if the image is not later than the previous one.
 bool VideoReader::Impl::stamp_frame() {
   const AVRational base = video->stream->time_base;
   std::optional<Duration> time = time_of(av, frame->best_effort_timestamp, base);
   if (!time) {
     problems.add("video.no_stamps", ErrorCode::Unreadable,
-                 "pictures without time stamps; they are taken to follow each other at the mean rate");
+                 "images without time stamps; assumed to be equally spaced at the mean rate");
     const double rate_hz = std::clamp(video->info.mean_rate_hz.value_or(25), 1e-3, 1e6);
     const auto step = Duration(static_cast<std::int64_t>(1e9 / rate_hz));
     time = (origin ? *origin : Duration{}) + (last ? *last + step : Duration{});
   }
-  if (!origin) {  // the first picture; where that was left out, the start of the stream
+  if (!origin) {  // the first image; if that was skipped, the start of the stream
     const auto start = time_of(av, video->stream->start_time, base);
     origin = !problems.all().empty() && start && *start < *time ? *start : *time;
   }
   const Duration stamp = *time - *origin;
   if (last && stamp <= *last) {
-    problems.add("video.order", ErrorCode::Unreadable,
-                 fmt::format("a picture at {} comes after one at {} and is left out", in_seconds(stamp),
-                             in_seconds(*last)));
+    problems.add(
+        "video.order", ErrorCode::Unreadable,
+        fmt::format("an image at {} follows one at {} and is skipped", in_seconds(stamp), in_seconds(*last)));
     return false;
   }
   if (last) note_gap(*last, stamp);
@@ -633,7 +632,7 @@ bool VideoReader::Impl::stamp_frame() {
 void VideoReader::Impl::note_gap(Duration from, Duration to) {
   if (to_seconds(to - from) > options.gap_s)
     problems.add("video.gap", ErrorCode::Unreadable,
-                 fmt::format("no picture between {} and {}", in_seconds(from), in_seconds(to)));
+                 fmt::format("no image between {} and {}", in_seconds(from), in_seconds(to)));
 }
 
 Result<std::optional<VideoFrame>> VideoReader::Impl::next() {
@@ -653,7 +652,7 @@ Result<std::optional<VideoFrame>> VideoReader::Impl::next() {
     }
     if (got == AVERROR(ENOMEM)) return fail(ErrorCode::LimitExceeded, "not enough memory");
     if (got < 0) {
-      skip(words_of(av, got), -1);
+      skip(text_of(av, got), -1);
       constexpr int kMaxFailures = 1000;
       ended = ++failures > kMaxFailures;
       continue;
@@ -662,12 +661,13 @@ Result<std::optional<VideoFrame>> VideoReader::Impl::next() {
     const Result<ImageView> luma = luma_of(av, *frame, storage);
     if (!luma) return tl::unexpected(luma.error());
     if (is_interlaced(*frame))
-      problems.add("video.interlaced", ErrorCode::Unsupported,
-                   "pictures are interlaced: their odd and even rows are of two times, which bends edges", {},
-                   "Record progressive video.");
+      problems.add(
+          "video.interlaced", ErrorCode::Unsupported,
+          "images are interlaced: odd and even rows are exposed at different times, which distorts edges", {},
+          "Record progressive video.");
     if (luma->width != video->info.width_px || luma->height != video->info.height_px)
       problems.add("video.size_changes", ErrorCode::Unsupported,
-                   fmt::format("a picture has {} x {} pixels, the video {} x {}", luma->width, luma->height,
+                   fmt::format("an image has {} x {} pixels, the video {} x {}", luma->width, luma->height,
                                video->info.width_px, video->info.height_px));
     return VideoFrame{*luma, SensorTime(*last), delivered++, is_key_frame(*frame)};
   }
@@ -729,8 +729,8 @@ struct VideoReader::Impl {
 namespace {
 
 tl::unexpected<Error> not_built(const std::string& name) {
-  return fail(ErrorCode::Unsupported, "this build reads no video files", {.source = name},
-              "Install libavformat-dev, libavcodec-dev and libavutil-dev, and build again.");
+  return fail(ErrorCode::Unsupported, "this build has no video support", {.source = name},
+              "Install libavformat-dev, libavcodec-dev and libavutil-dev, and rebuild.");
 }
 
 }  // namespace

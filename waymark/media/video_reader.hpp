@@ -16,58 +16,59 @@
 namespace waymark {
 
 struct VideoReaderOptions {
-  std::int64_t max_pixels = 100'000'000;  ///< of a picture; more is a LimitExceeded error
-  int threads = 0;                        ///< that decode; 0: one a core
-  double gap_s = 1.0;                     ///< a longer time without pictures is reported
+  std::int64_t max_pixels = 100'000'000;  ///< per image; more is a LimitExceeded error
+  int threads = 0;                        ///< decoder threads; 0: one per core
+  double gap_s = 1.0;                     ///< a longer time without images is reported
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.max_pixels,
-          Field{"max_pixels", "Largest accepted number of pixels of a picture.", 1, 2147483647});
-    visit(self.threads, Field{"threads", "Number of threads that decode; 0 means one a core.", 0, 64});
-    visit(self.gap_s, Field{"gap_s", "Time without pictures that is reported as a gap [s].", 0.01, 1e6});
+          Field{"max_pixels", "Largest accepted number of pixels of an image.", 1, 2147483647});
+    visit(self.threads, Field{"threads", "Number of decoder threads; 0 means one per core.", 0, 64});
+    visit(self.gap_s,
+          Field{"gap_s", "Shortest time without images that is reported as a gap [s].", 0.01, 1e6});
   }
 };
 
-/// What a file says of its pictures before any is decoded.
+/// Properties of a video file, before any image is decoded.
 struct VideoInfo {
-  std::string container{};  ///< "mov,mp4,m4a,3gp,3g2,mj2", "matroska,webm", as libavformat calls it
+  std::string container{};  ///< libavformat's name: "mov,mp4,m4a,3gp,3g2,mj2", "matroska,webm"
   std::string codec{};      ///< "h264", "hevc", "vp9", "av1", "mjpeg", …
   int width_px = 0;         ///< as stored, before any rotation
   int height_px = 0;
-  /// By how many degrees a player turns the pictures clockwise before it shows them (a phone held upright:
-  /// 90). They are delivered as stored.
+  /// Degrees by which a player rotates the images clockwise for display (a phone held upright: 90). Images
+  /// are returned as stored.
   double rotation_deg = 0;
   std::optional<double> mean_rate_hz{};
   std::optional<Duration> duration{};
-  std::optional<std::int64_t> frames{};  ///< where the file says it
+  std::optional<std::int64_t> frames{};  ///< if the file states it
 };
 
-/// One picture. The view is valid until the next call of VideoReader::next().
+/// One image. The view is valid until the next call of VideoReader::next().
 struct VideoFrame {
   ImageView luma{};        ///< as stored: full range or 16 to 235
-  SensorTime stamp{};      ///< presentation time since the first picture
-  std::int64_t index = 0;  ///< of the pictures that were delivered
-  bool is_key = false;     ///< decoded without any other
+  SensorTime stamp{};      ///< presentation time since the first image
+  std::int64_t index = 0;  ///< among the returned images
+  bool is_key = false;     ///< decoded independently of other images
 };
 
-/// Something about a video that a user must know.
+/// A problem of a video that users should see.
 struct VideoProblem {
-  std::string key{};        ///< a stable word: video.damaged, video.no_whole_picture (to the end),
-                            ///< video.truncated, video.gap, video.no_stamps, video.order, video.interlaced,
-                            ///< video.size_changes, video.rotated
-  Error error{};            ///< in words, with the place of the first one
-  std::uint64_t count = 1;  ///< how often
+  std::string
+      key{};  ///< stable key: video.damaged, video.no_whole_picture (to the end), video.truncated, video.gap,
+              ///< video.no_stamps, video.order, video.interlaced, video.size_changes, video.rotated
+  Error error{};            ///< message, with the place of the first occurrence
+  std::uint64_t count = 1;  ///< number of occurrences
 };
 
-/// A video file, open for reading from its beginning to its end.
+/// A video file, read from its beginning to its end.
 class VideoReader {
  public:
-  /// Errors: NotFound, Unreadable (no video, index missing, only sound), Unsupported (a pipe or a device, a
-  /// codec that is not installed, no libav), LimitExceeded.
+  /// Errors: NotFound, Unreadable (not a video, missing index, only sound), Unsupported (a pipe or a device,
+  /// a codec that is not installed, no libav), LimitExceeded.
   [[nodiscard]] static Result<VideoReader> open(const std::filesystem::path& path,
                                                 const VideoReaderOptions& options = {});
-  /// The same of bytes in memory, which must stay there; `name` is what errors call them.
+  /// The same for bytes in memory, which must outlive the reader; `name` is their name in errors.
   [[nodiscard]] static Result<VideoReader> open(std::span<const std::uint8_t> bytes, const std::string& name,
                                                 const VideoReaderOptions& options = {});
   VideoReader(VideoReader&&) noexcept;
@@ -75,12 +76,12 @@ class VideoReader {
   ~VideoReader();
 
   [[nodiscard]] const VideoInfo& info() const;
-  /// The next picture; nothing at the end. Stamps grow. Damage is passed over and noted among the problems.
-  /// An error only where reading cannot go on (LimitExceeded).
+  /// The next image; nothing at the end. Stamps increase. Damage is skipped and added to the problems. Fails
+  /// only if reading cannot continue (LimitExceeded).
   [[nodiscard]] Result<std::optional<VideoFrame>> next();
-  /// What was noticed so far; complete once next() has given nothing.
+  /// Problems found so far; complete once next() has returned nothing.
   [[nodiscard]] const std::vector<VideoProblem>& problems() const;
-  /// How much of the file was read, 0 to 1.
+  /// Fraction of the file that was read, 0 to 1.
   [[nodiscard]] double progress() const;
 
  private:

@@ -22,14 +22,14 @@
 namespace waymark::internal {
 namespace {
 
-/// Pictures as encoders take them: a plane of luma, and two of chroma with half its width and height; full
+/// Images in the layout of encoders: a plane of luma, and two of chroma with half its width and height; full
 /// range.
 struct Yuv420 {
   std::uint8_t* y = nullptr;
   std::uint8_t* cb = nullptr;
   std::uint8_t* cr = nullptr;
   std::ptrdiff_t y_stride = 0, cb_stride = 0, cr_stride = 0;
-  int width = 0, height = 0;  ///< even; what the picture lacks repeats its last column and row
+  int width = 0, height = 0;  ///< even; a missing last column or row is repeated
 };
 
 constexpr std::uint8_t kNoColor = 128;
@@ -87,7 +87,7 @@ struct Encoder {
   std::vector<std::pair<const char*, std::string>> settings;
 };
 
-/// Encoders of a codec, the preferred first; those that a build lacks are passed over.
+/// Encoders of a codec, the preferred first; the caller skips those that a build lacks.
 std::vector<Encoder> encoders_of(VideoCodec codec, int quality) {
   const std::string crf = std::to_string(quality);
   const std::string crf63 = std::to_string(quality * 63 / 51);
@@ -107,23 +107,22 @@ std::vector<Encoder> encoders_of(VideoCodec codec, int quality) {
 }
 
 void set_quality(AVCodecContext& encoder, int quality) {
-  encoder.flags |= AV_CODEC_FLAG_QSCALE;  // of encoders without a rate factor
+  encoder.flags |= AV_CODEC_FLAG_QSCALE;  // for encoders without a rate factor
   encoder.global_quality = FF_QP2LAMBDA * std::clamp(quality / 5, 1, 31);
   encoder.qmin = std::min(encoder.qmin, 1);
 }
 
-/// How the pictures are encoded: the first encoder for this codec that is installed, opened.
-/// `needs_global_header` and
-/// `may_reorder` (pictures predicted from later ones) as the container wants it.
+/// Opens the first installed encoder for this codec. The container determines `needs_global_header` and
+/// `may_reorder` (images predicted from later ones).
 Result<LibavPtr<AVCodecContext>> open_encoder(const Libav& av, VideoCodec codec, int width_px, int height_px,
                                               AVRational time_base, bool needs_global_header,
                                               bool may_reorder, const VideoWriterOptions& options) {
   std::vector<std::string> tried;
   for (const Encoder& candidate : encoders_of(codec, options.quality)) {
     tried.emplace_back(candidate.name);
-    const AVCodec* known = av.avcodec_find_encoder_by_name(candidate.name);
-    if (known == nullptr) continue;
-    LibavPtr<AVCodecContext> encoder(av.avcodec_alloc_context3(known), {&av});
+    const AVCodec* found = av.avcodec_find_encoder_by_name(candidate.name);
+    if (found == nullptr) continue;
+    LibavPtr<AVCodecContext> encoder(av.avcodec_alloc_context3(found), {&av});
     if (!encoder) return fail(ErrorCode::LimitExceeded, "not enough memory");
     encoder->width = width_px;
     encoder->height = height_px;
@@ -139,12 +138,12 @@ Result<LibavPtr<AVCodecContext>> open_encoder(const Libav& av, VideoCodec codec,
     for (const auto& [key, value] : candidate.settings)
       av.av_opt_set(encoder->priv_data, key, value.c_str(), 0);
     if (candidate.settings.empty()) set_quality(*encoder, options.quality);
-    if (av.avcodec_open2(encoder.get(), known, nullptr) == 0) return encoder;
+    if (av.avcodec_open2(encoder.get(), found, nullptr) == 0) return encoder;
   }
   return fail(
       ErrorCode::Unsupported,
       fmt::format("the installed libavcodec has no encoder of this kind ({})", fmt::join(tried, ", ")), {},
-      "Write .avi, which needs only the encoder of motion JPEG.");
+      "Write .avi, which needs only the motion JPEG encoder.");
 }
 
 }  // namespace
@@ -175,7 +174,7 @@ struct VideoWriter::Impl {
   [[nodiscard]] Status encode(AVFrame* picture);
   [[nodiscard]] Status close();
   [[nodiscard]] tl::unexpected<Error> unwritable(int error) const {
-    return fail(ErrorCode::Unwritable, "cannot write the video: " + words_of(av, error),
+    return fail(ErrorCode::Unwritable, "cannot write the video: " + text_of(av, error),
                 {.source = path.string()});
   }
 
@@ -211,15 +210,15 @@ Status check(const std::filesystem::path& path, int width_px, int height_px,
              const VideoWriterOptions& options) {
   const Place place{.source = path.string()};
   if (!is_video_name(path.string()))
-    return fail(ErrorCode::InvalidArgument, "this name ends as no video that is written", place,
-                "End it in .mp4, .mov, .mkv, .webm or .avi.");
+    return fail(ErrorCode::InvalidArgument, "unsupported suffix of a video", place,
+                "Use .mp4, .mov, .mkv, .webm or .avi.");
   constexpr int kMaxSide_px = 16384;
   if (width_px < 2 || height_px < 2 || width_px > kMaxSide_px || height_px > kMaxSide_px)
     return fail(ErrorCode::InvalidArgument,
-                fmt::format("pictures of {} x {} pixels make no video", width_px, height_px), place,
-                fmt::format("Sides of 2 to {} pixels are written.", kMaxSide_px));
+                fmt::format("images of {} x {} pixels cannot be written as a video", width_px, height_px),
+                place, fmt::format("Sides must be 2 to {} pixels.", kMaxSide_px));
   if (!(options.rate_hz >= 0.1 && options.rate_hz <= 10'000) || options.quality < 0 || options.quality > 51)
-    return fail(ErrorCode::InvalidArgument, "a rate or quality that makes no video", place);
+    return fail(ErrorCode::InvalidArgument, "invalid rate or quality", place);
   return {};
 }
 
@@ -233,7 +232,7 @@ VideoWriter::Impl::~Impl() {
   if (!done) std::filesystem::remove(beside, ignored);
 }
 
-/// Says how players are to turn the pictures; containers without a place for it lose it.
+/// Stores the rotation for players; containers without a field for it lose it.
 Status VideoWriter::Impl::add_rotation(double clockwise_deg) {
   if (clockwise_deg == 0) return {};
   constexpr std::size_t kMatrix = 9 * sizeof(std::int32_t);
@@ -282,7 +281,7 @@ Status VideoWriter::Impl::open(int width, int height, const VideoWriterOptions& 
   return begun ? Status() : unwritable(error);
 }
 
-/// Gives it to the encoder (nothing: it is to finish), and what comes out to the file.
+/// Passes an image to the encoder (nullptr: flushes it), and writes its packets to the file.
 Status VideoWriter::Impl::encode(AVFrame* picture) {
   int got = av.avcodec_send_frame(encoder.get(), picture);
   while (got >= 0) {
@@ -301,11 +300,11 @@ Status VideoWriter::Impl::add(const Picture& image, int width, int height, Senso
   if (width != width_px || height != height_px)
     return fail(
         ErrorCode::InvalidArgument,
-        fmt::format("a picture of {} x {} pixels in a video of {} x {}", width, height, width_px, height_px),
+        fmt::format("an image of {} x {} pixels in a video of {} x {}", width, height, width_px, height_px),
         {.source = path.string()});
   if (first && stamp <= last)
     return fail(ErrorCode::InvalidArgument,
-                fmt::format("the stamps of pictures do not grow at {:.6f} s", to_seconds(stamp - *first)),
+                fmt::format("the image stamps do not increase at {:.6f} s", to_seconds(stamp - *first)),
                 {.source = path.string()});
   if (!first) first = stamp;
   last = stamp;
@@ -360,8 +359,8 @@ struct VideoWriter::Impl {};
 
 Result<VideoWriter> VideoWriter::create(const std::filesystem::path& path, int /*width_px*/,
                                         int /*height_px*/, const VideoWriterOptions& /*options*/) {
-  return fail(ErrorCode::Unsupported, "this build writes no video files", {.source = path.string()},
-              "Install libavformat-dev, libavcodec-dev and libavutil-dev, and build again.");
+  return fail(ErrorCode::Unsupported, "this build has no video support", {.source = path.string()},
+              "Install libavformat-dev, libavcodec-dev and libavutil-dev, and rebuild.");
 }
 Status VideoWriter::add(const ImageView& /*image*/, SensorTime /*stamp*/) { return {}; }
 Status VideoWriter::add(const ColorImage& /*image*/, SensorTime /*stamp*/) { return {}; }

@@ -13,13 +13,13 @@
 
 namespace waymark {
 
-/// Messages of all subscriptions in the order in which they came, from the threads of the network to the one
-/// that takes them. Of each subscription at most its depth wait: the oldest are dropped and counted. A
-/// `Message` says in `subscription` by which it came.
+/// A queue of the messages of all subscriptions in the order of arrival, from the network's threads to one
+/// receiver. At most `depth` messages per subscription are queued; beyond that the oldest are dropped and
+/// counted. `Message` has a member `subscription` with the number of its subscription. Thread-safe.
 template <class Message>
 class ArrivalQueue {
  public:
-  /// The number of a new subscription.
+  /// Adds a subscription and returns its number. A depth below 1 is 1.
   std::size_t add(int depth) {
     const std::lock_guard lock(mutex_);
     subscriptions_.push_back({.depth = static_cast<std::size_t>(std::max(1, depth))});
@@ -41,10 +41,10 @@ class ArrivalQueue {
     arrived_.notify_one();
   }
 
-  /// The oldest; nothing: none came within `most`.
-  [[nodiscard]] std::optional<Message> take(Duration most) {
+  /// Removes and returns the oldest message; empty if none comes within `timeout`.
+  [[nodiscard]] std::optional<Message> take(Duration timeout) {
     std::unique_lock lock(mutex_);
-    if (!arrived_.wait_for(lock, most, [this] { return !messages_.empty(); })) return std::nullopt;
+    if (!arrived_.wait_for(lock, timeout, [this] { return !messages_.empty(); })) return std::nullopt;
     Message message = std::move(messages_.front());
     messages_.pop_front();
     --subscriptions_[message.subscription].waiting;

@@ -26,7 +26,7 @@ std::vector<Numbered> take_all(ArrivalQueue<Numbered>& queue) {
   return all;
 }
 
-TEST(ArrivalQueue, GivesEverySubscriptionsNewestInTheOrderInWhichTheyCame) {
+TEST(ArrivalQueue, KeepsTheNewestOfEachSubscriptionInOrderOfArrival) {
   Random random(20261124);
   for (int trial = 0; trial < 20; ++trial) {
     ArrivalQueue<Numbered> queue;
@@ -43,12 +43,12 @@ TEST(ArrivalQueue, GivesEverySubscriptionsNewestInTheOrderInWhichTheyCame) {
     for (std::size_t i = 0; i < depths.size(); ++i) {
       const auto count = static_cast<std::uint64_t>(std::ranges::count(taken, i, &Numbered::subscription));
       EXPECT_EQ(count, std::min<std::uint64_t>(pushed[i], static_cast<std::uint64_t>(depths[i])));
-      EXPECT_EQ(count + queue.dropped(i), pushed[i]) << "none is lost without being counted";
+      EXPECT_EQ(count + queue.dropped(i), pushed[i]) << "every dropped message is counted";
     }
   }
 }
 
-TEST(ArrivalQueue, ABusySubscriptionDisplacesNoOther) {
+TEST(ArrivalQueue, ABusySubscriptionDoesNotDisplaceOthers) {
   ArrivalQueue<Numbered> queue;
   const std::size_t rare = queue.add(1);
   const std::size_t busy = queue.add(2);
@@ -62,7 +62,7 @@ TEST(ArrivalQueue, ABusySubscriptionDisplacesNoOther) {
   EXPECT_EQ(queue.dropped(busy), 998U);
 }
 
-TEST(ArrivalQueue, ADepthOfNothingIsOne) {
+TEST(ArrivalQueue, ADepthOfZeroIsOne) {
   ArrivalQueue<Numbered> queue;
   const std::size_t only = queue.add(0);
   EXPECT_TRUE(queue.empty());

@@ -10,7 +10,7 @@ namespace waymark {
 
 SharedLibrary::SharedLibrary(std::string name)
     : name_(std::move(name)), handle_(::dlopen(name_.c_str(), RTLD_NOW | RTLD_LOCAL)) {
-  if (handle_ == nullptr) missing_ = name_ + " cannot be loaded";
+  if (handle_ == nullptr) missing_ = "cannot load " + name_;
 }
 
 void* SharedLibrary::find(const char* symbol) {
@@ -30,18 +30,17 @@ Result<void*> load_module(const ModuleName& module) {
     void* loaded = dlopen(place.c_str(), RTLD_NOW | RTLD_LOCAL);
     if (loaded == nullptr)
       return fail(ErrorCode::Unsupported,
-                  fmt::format("the module for {} cannot be loaded: {}", module.purpose, dlerror()),
-                  {.source = place.string()},
-                  fmt::format("Install {}, or build Waymark again.", module.needs));
+                  fmt::format("cannot load the module for {}: {}", module.purpose, dlerror()),
+                  {.source = place.string()}, fmt::format("Install {}, or rebuild Waymark.", module.needs));
     void* symbol = dlsym(loaded, module.symbol);
     if (symbol == nullptr)
-      return fail(ErrorCode::Unsupported, "this module is of another version", {.source = place.string()},
-                  "Install Waymark again.");
+      return fail(ErrorCode::Unsupported, "the module is of another version", {.source = place.string()},
+                  "Reinstall Waymark.");
     return symbol;
   }
   return fail(ErrorCode::NotFound, fmt::format("this installation has no module for {}", module.purpose),
               {.source = (folder / module.file).string()},
-              fmt::format("Install {} and build Waymark again.", module.build));
+              fmt::format("Install {} and rebuild Waymark.", module.build));
 }
 
 }  // namespace waymark

@@ -6,20 +6,20 @@
 
 namespace waymark {
 
-/// A library of others that is loaded when it is first needed, and stays: what few people use should not be
-/// loaded by every start.
+/// A third-party library that is loaded on first use and never unloaded, so that programs that do not need it
+/// start without it.
 class SharedLibrary {
  public:
-  /// `name`: as the loader knows it, "liblcm.so.1".
+  /// `name`: the file name for the loader, such as "liblcm.so.1".
   explicit SharedLibrary(std::string name);
 
-  /// The function of this name; null where there is none.
+  /// Sets `function` to the symbol; null if it is missing.
   template <class Function>
   void look_up(const char* symbol, Function& function) {
     function = reinterpret_cast<Function>(find(symbol));
   }
 
-  /// What is not there, in words; empty when all was found.
+  /// A message about a missing library or symbol; empty if all were found.
   [[nodiscard]] const std::string& missing() const { return missing_; }
 
  private:
@@ -30,17 +30,17 @@ class SharedLibrary {
   std::string missing_{};
 };
 
-/// A module of Waymark that is packaged by itself.
+/// A separately packaged module of Waymark.
 struct ModuleName {
   const char* file;     ///< libwaymark-dds.so
   const char* symbol;   ///< the function it exports
   const char* purpose;  ///< "ROS 2"
-  const char* needs;    ///< what is installed to run it: "libfastrtps2.9 (Fast DDS)"
-  const char* build;    ///< what is installed to build it: "libfastrtps-dev"
+  const char* needs;    ///< package required at run time: "libfastrtps2.9 (Fast DDS)"
+  const char* build;    ///< package required at build time: "libfastrtps-dev"
 };
 
-/// The function that a module exports; loads it beside the program that runs, or from ../lib/waymark. Fails
-/// where it is not there, cannot be loaded, or is of another version.
+/// Loads a module from the program's folder or from ../lib/waymark and returns the function that it exports.
+/// Fails if the module is missing, cannot be loaded, or is of another version.
 [[nodiscard]] Result<void*> load_module(const ModuleName& module);
 
 }  // namespace waymark

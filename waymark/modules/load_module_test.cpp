@@ -25,7 +25,7 @@ class Module : public ::testing::Test {
   std::string file_ = "libwaymark-test-" + std::to_string(getpid()) + ".so";
 };
 
-TEST_F(Module, OneThatIsNotThereSaysWhatItIsForAndWhatBuildsIt) {
+TEST_F(Module, AMissingModuleIsAnErrorWithItsPurposeAndBuildPackage) {
   const auto missing = load();
   ASSERT_FALSE(missing);
   EXPECT_EQ(missing.error().code, ErrorCode::NotFound);
@@ -33,21 +33,21 @@ TEST_F(Module, OneThatIsNotThereSaysWhatItIsForAndWhatBuildsIt) {
   EXPECT_NE(missing.error().hint.find("libglass-dev"), std::string::npos);
 }
 
-TEST_F(Module, OneThatIsNoLibrarySaysWhatRunsIt) {
+TEST_F(Module, ABrokenModuleIsAnErrorWithItsRuntimePackage) {
   std::ofstream(folder() / file_) << "no library";
   const auto broken = load();
   ASSERT_FALSE(broken);
   EXPECT_EQ(broken.error().code, ErrorCode::Unsupported);
-  EXPECT_NE(broken.error().message.find("cannot be loaded"), std::string::npos);
+
   EXPECT_NE(broken.error().hint.find("libglass,"), std::string::npos);
 }
 
-TEST(SharedLibrary, SaysWhatIsMissing) {
+TEST(SharedLibrary, ReportsMissingLibrariesAndSymbols) {
   SharedLibrary none("libwaymark-is-not-there.so.1");
   double (*cosine)(double) = [](double x) { return x; };
   none.look_up("cos", cosine);
   EXPECT_EQ(cosine, nullptr);
-  EXPECT_EQ(none.missing(), "libwaymark-is-not-there.so.1 cannot be loaded");
+  EXPECT_NE(none.missing().find("libwaymark-is-not-there.so.1"), std::string::npos) << none.missing();
   SharedLibrary math("libm.so.6");
   math.look_up("cos", cosine);
   ASSERT_NE(cosine, nullptr) << math.missing();
@@ -55,7 +55,8 @@ TEST(SharedLibrary, SaysWhatIsMissing) {
   EXPECT_EQ(math.missing(), "");
   math.look_up("waymark_cos", cosine);
   EXPECT_EQ(cosine, nullptr);
-  EXPECT_EQ(math.missing(), "libm.so.6 has no waymark_cos");
+  EXPECT_NE(math.missing().find("libm.so.6"), std::string::npos) << math.missing();
+  EXPECT_NE(math.missing().find("waymark_cos"), std::string::npos) << math.missing();
 }
 
 }  // namespace

@@ -74,7 +74,8 @@ SE3 leaning_as(const SE3& stance, const SE3& given) {
 /// Places the map by the pose of the anchor on the floor, with a message if the anchor is not upright. A
 /// given pose is compared with the observations and gets the observed tilt.
 Result<std::string> place_anchor(const TaughtLap& taught, const MapLapOptions& options, TeachSetup& setup) {
-  constexpr double kMaxTiltDifference = to_radians(60);  // a pose from few observations may be the mirrored one
+  constexpr double kMaxTiltDifference =
+      to_radians(60);  // a pose from few observations may be the mirrored one
   const auto stance =
       anchor_stance(observe_anchor(taught, setup), setup.anchor, setup.base_T_cam, options.chain.floor);
   if (!stance) return std::string();
@@ -177,7 +178,7 @@ Result<MappedLap> by_bundle(const TaughtLap& taught, const TeachSetup& setup, co
                                            .noise_ratio = map->noise_ratio,
                                            .correlated_frames = map->correlated_frames,
                                            .rejected = map->rejected.size(),
-                                           .left_out = left_out_by_tag(input, *map),
+                                           .left_out = rejections_by_tag(input, *map),
                                            .odometry_scales = map->odometry_scales,
                                            .odometry_scales_sigma = map->odometry_scales_sigma,
                                            .prior_agreeing = map->prior_agreeing,
@@ -335,8 +336,8 @@ void warn_of_points(const LandmarkMap& points, const std::map<TagId, TagId>& inn
     for (const TagId& id : ids) list.push_back(to_string(id));
     return fmt::format("{}", fmt::join(list, ", "));
   };
-  if (!points.hardly_seen.empty())
-    words.push_back(names(points.hardly_seen) +
+  if (!points.rarely_observed.empty())
+    words.push_back(names(points.rarely_observed) +
                     ": not in the map, too few observations while the robot moved");
   std::vector<TagId> inside;
   inside.reserve(inner.size());

@@ -45,7 +45,7 @@ struct BundleFigures {
   double noise_ratio = 1;
   double correlated_frames = 1;  ///< number of images that weigh as one, because corner errors are correlated
   std::size_t rejected = 0;
-  std::map<TagId, LeftOutCounts> left_out{};  ///< rejected observations per tag, by reason
+  std::map<TagId, RejectionCounts> left_out{};  ///< rejected observations per tag, by reason
   OdometryScales odometry_scales{};
   OdometryScales odometry_scales_sigma{};
   int prior_agreeing = 0;  ///< tags consistent with the map that is extended

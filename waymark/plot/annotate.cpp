@@ -54,7 +54,7 @@ void draw_center(cairo_t* cr, const Eigen::Vector2d& center, double arm, double 
   line(cr, center - Eigen::Vector2d(0, arm), center + Eigen::Vector2d(0, arm));
 }
 
-/// Above the box, or below it where there is no room, and never outside the picture where that can be helped.
+/// Above the box, or below it if there is no room, and inside the image if possible.
 void draw_label(cairo_t* cr, const std::string& words, const Eigen::Vector2d& low,
                 const Eigen::Vector2d& high, double height, const ImageView& image) {
   cairo_set_font_size(cr, height);
@@ -77,7 +77,7 @@ void draw_label(cairo_t* cr, const std::string& words, const Eigen::Vector2d& lo
 
 void draw_tag(cairo_t* cr, const TagDetection& detection, const ImageView& image) {
   Corners corners = detection.corners_px;
-  // Cairo counts in 24.8 fixed point: far outside the picture it would wrap around.
+  // Cairo uses 24.8 fixed point: coordinates far outside the image would wrap around.
   const Eigen::Vector2d reach(2.0 * image.width, 2.0 * image.height);
   for (auto& corner : corners) {
     if (!corner.allFinite()) return;
@@ -161,7 +161,7 @@ Result<ColorImage> annotate(const ImageView& image, std::span<const TagDetection
     return fail(ErrorCode::LimitExceeded,
                 fmt::format("cannot draw on {} x {} px: {}", image.width, image.height,
                             cairo_status_to_string(cairo_surface_status(surface.get()))),
-                {}, "At most 32767 px a side can be annotated.");
+                {}, "Reduce the image to at most 32767 px per side.");
   }
   copy_in(image, surface.get());
   {

@@ -8,7 +8,7 @@
 
 namespace waymark::plot {
 
-/// The axes of a frame as the camera sees them.
+/// The axes of a frame, projected into the image.
 struct FrameAxes {
   Eigen::Vector2d origin_px;
   Eigen::Vector2d x_px;  ///< end of the x axis
@@ -16,12 +16,11 @@ struct FrameAxes {
   Eigen::Vector2d z_px;
 };
 
-/// The picture with its tags drawn in, for people. Each tag: its quad, the side TL-TR red (the x axis) and
+/// The image with its tags drawn in, for display. Each tag: its quad, the side TL-TR red (the x axis) and
 /// TL-BL green (the y axis), the others yellow; a dot on TL; a cross in the centre; the upright bounding box
-/// thin and blue; and "tag36h11:7" beside it. Words are drawn with cairo's built-in font, so that the same
-/// input gives the same picture whatever fonts are installed. Error: LimitExceeded for a side above 32767 px,
-/// or without memory. O(pixels).
-/// Then the axes of frames: x red, y green, z blue.
+/// thin and blue; and "tag36h11:7" beside it. Text uses cairo's built-in font, so the result does not depend
+/// on installed fonts. Also draws the axes of frames: x red, y green, z blue. Error: LimitExceeded for a side
+/// above 32767 px, or without memory. O(pixels).
 [[nodiscard]] Result<ColorImage> annotate(const ImageView& image, std::span<const TagDetection> detections,
                                           std::span<const FrameAxes> axes = {});
 

@@ -24,7 +24,7 @@ bool is_red(Rgb c) { return c.r > 180 && c.g < 110 && c.b < 110; }
 bool is_green(Rgb c) { return c.g > 130 && c.r < 110 && c.b < 140; }
 bool is_yellow(Rgb c) { return c.r > 180 && c.g > 150 && c.b < 130; }
 
-TEST(Annotate, WithoutTagsThePictureIsUnchanged) {
+TEST(Annotate, WithoutTagsTheImageIsUnchanged) {
   const Image image = gray_ramp(257, 31);
   const auto drawn = annotate(image, {});
   ASSERT_TRUE(drawn);
@@ -39,7 +39,7 @@ TEST(Annotate, ReadsAViewWithStride) {
   EXPECT_EQ(drawn->at(3, 2).g, image.row(7)[13]);
 }
 
-TEST(Annotate, SidesShowTheAxesWhereTheCornersAre) {
+TEST(Annotate, SidesShowTheAxesAtTheCorners) {
   const Image image(400, 400, 128);
   const auto drawn = annotate(image, std::vector{square(120, 120, 160)});  // lines are 4 px wide
   ASSERT_TRUE(drawn);
@@ -50,10 +50,10 @@ TEST(Annotate, SidesShowTheAxesWhereTheCornersAre) {
   EXPECT_TRUE(is_yellow(drawn->at(200, 280)));
   EXPECT_TRUE(is_yellow(drawn->at(200, 200)));           // centre
   EXPECT_TRUE(is_red(drawn->at(115, 117)));              // dot on TL
-  EXPECT_EQ(drawn->at(150, 250), (Rgb{128, 128, 128}));  // nothing is drawn where nothing should be
+  EXPECT_EQ(drawn->at(150, 250), (Rgb{128, 128, 128}));  // pixels beside the drawing are unchanged
 }
 
-TEST(Annotate, TheLabelStaysInThePicture) {
+TEST(Annotate, TheLabelStaysInTheImage) {
   const Image image(300, 100, 255);
   for (const double x : {2.0, 250.0}) {
     for (const double y : {2.0, 50.0}) {  // at the top there is room only below
@@ -78,7 +78,7 @@ TEST(Annotate, IsDeterministic) {
   EXPECT_EQ(*annotate(image, tags), *annotate(image, tags));
 }
 
-TEST(Annotate, WildCornersDoNoHarm) {
+TEST(Annotate, ExtremeCornersAreHarmless) {
   const Image image = gray_ramp(50, 50);
   const double huge = 1e300;
   TagDetection tag = square(-huge, 10, huge);
@@ -87,7 +87,7 @@ TEST(Annotate, WildCornersDoNoHarm) {
   EXPECT_EQ(*annotate(image, std::vector{tag}), to_color(image));
 }
 
-TEST(Annotate, APictureTooLargeForTheDrawingLibraryIsAnError) {
+TEST(Annotate, AnImageTooLargeForCairoIsAnError) {
   const Image image(32768, 1);
   const auto drawn = annotate(image, {});
   ASSERT_FALSE(drawn);

@@ -6,7 +6,7 @@
 
 namespace waymark::plot {
 
-/// A place on the page: millimetres from its top left corner, x right, y down.
+/// A point on the page: millimetres from its top left corner, x right, y down.
 struct Point {
   double x_mm = 0;
   double y_mm = 0;
@@ -38,7 +38,7 @@ struct Color {
 inline constexpr Color kBlack{0, 0, 0};
 inline constexpr Color kWhite{1, 1, 1};
 
-/// A filled area: closed loops, filled where the number of loops around a point is odd.
+/// A filled area: closed loops with the even-odd rule.
 struct Fill {
   std::vector<std::vector<Point>> loops;
   Color color;
@@ -54,26 +54,26 @@ struct Stroke {
 
 enum class Align { Left, Middle, Right };
 
-/// One line of words. It shrinks to `room_mm` when it would be longer, so that nothing ever leaves its place.
+/// One line of text. It shrinks to `room_mm` if it would be longer, so that it never overflows.
 struct Text {
   std::string words;     ///< UTF-8
-  Point baseline;        ///< where the baseline is at the left end, the middle or the right end
+  Point baseline;        ///< baseline point of the left end, the middle or the right end
   double height_mm = 3;  ///< of the font (em), before shrinking
-  double room_mm = 1e9;  ///< longest allowed
+  double room_mm = 1e9;  ///< maximum length
   Align align = Align::Left;
   bool bold = false;
-  bool upwards = false;  ///< turned by a quarter: reads from bottom to top
+  bool upwards = false;  ///< rotated by 90 degrees: reads from bottom to top
   Color color = {};
 };
 
-/// A named part of the page: in SVG a group with this id, so that it can be found again.
+/// A named part of the page: an SVG group with this id, so that it can be found again.
 struct Group {
   std::string name;
 };
 
 using Shape = std::variant<Fill, Stroke, Text, Group>;
 
-/// A page in true size: what is drawn first lies below. White where nothing is drawn.
+/// A page in true size, white by default; earlier shapes are below later ones.
 struct Drawing {
   double width_mm = 0;
   double height_mm = 0;

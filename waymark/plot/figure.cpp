@@ -27,7 +27,7 @@ double nice_step(double raw) {
   return 10.0 * power;
 }
 
-/// With as many decimals as the step has; with an exponent where that would be long.
+/// With as many decimals as the step has; with an exponent if that would be long.
 std::string label_of(double value, double step) {
   if (value == 0.0) return "0";
   const double size = std::abs(value);
@@ -54,7 +54,7 @@ std::vector<Tick> ticks_every(double step, double low, double high, int wanted) 
 std::vector<Tick> linear_ticks(double low, double high, int wanted) {
   const double raw = (high - low) / std::max(1, wanted);
   std::vector<Tick> ticks = ticks_every(nice_step(raw), low, high, wanted);
-  // Steps of five can leave out a range of four; the next finer ones cannot.
+  // A step of five may have no multiple in a range of four; the next finer step has one.
   if (ticks.empty()) ticks = ticks_every(nice_step(nice_step(raw) / 2.5), low, high, wanted);
   return ticks;
 }
@@ -109,7 +109,7 @@ bool known(const Point& point) { return std::isfinite(point.x_mm) && std::isfini
 
 std::vector<std::vector<Point>> clipped_lines(const std::vector<Point>& points, const Box& box) {
   std::vector<std::vector<Point>> parts;
-  std::optional<Point> last;  // where the pen is, on the page or off it
+  std::optional<Point> last;  // the current point, on the page or off it
   bool drawing = false;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Point& next = points[i];
@@ -142,7 +142,7 @@ constexpr double kMarkMm = 0.8;  // half its width
 constexpr Color kFrameColor{0.25, 0.25, 0.25};
 constexpr Color kGridColor{0.88, 0.88, 0.88};
 
-/// An axis with its limits settled: values to places.
+/// An axis with fixed limits: maps values to positions.
 struct Scale {
   double low = 0, high = 1;  ///< in the axis' unit, or its log10
   double from_mm = 0, to_mm = 1;
@@ -179,19 +179,21 @@ std::string with_unit(const Axis& axis) {
 Status check_axis(const Axis& axis, const char* key) {
   for (const auto& limit : {axis.low, axis.high}) {
     if (!limit) continue;
-    if (!std::isfinite(*limit))
-      return fail(ErrorCode::InvalidArgument, "a limit that is not finite", {.key = key});
+    if (!std::isfinite(*limit)) return fail(ErrorCode::InvalidArgument, "non-finite limit", {.key = key});
     if (axis.logarithmic && *limit <= 0.0)
-      return fail(ErrorCode::InvalidArgument, "a logarithmic axis begins above 0", {.key = key});
+      return fail(ErrorCode::InvalidArgument, "the lower limit of a logarithmic axis must be above 0",
+                  {.key = key});
   }
   if (axis.low && axis.high && *axis.low >= *axis.high) {
-    return fail(ErrorCode::InvalidArgument, fmt::format("limits from {} to {}", *axis.low, *axis.high),
-                {.key = key}, "The first must be lower.");
+    return fail(ErrorCode::InvalidArgument,
+                fmt::format("invalid limits from {} to {}", *axis.low, *axis.high), {.key = key},
+                "Set the lower limit first.");
   }
   return {};
 }
 
-/// The limits of an axis: those given, otherwise of the data with a little air, a flat line in the middle.
+/// The limits of an axis: those given, otherwise those of the data with some margin; a constant line is
+/// centred.
 Result<Scale> scale_for(const Axis& axis, const Figure& figure, const std::vector<double> Series::*values,
                         const char* key) {
   if (const Status sane = check_axis(axis, key); !sane) return tl::unexpected<Error>(sane.error());
@@ -205,21 +207,22 @@ Result<Scale> scale_for(const Axis& axis, const Figure& figure, const std::vecto
     }
   }
   if (scale.low > scale.high)
-    return fail(ErrorCode::InvalidArgument, "no value that can be drawn", {.key = key},
-                "Give at least one finite point.");
+    return fail(ErrorCode::InvalidArgument, "no finite value to draw", {.key = key},
+                "Pass at least one finite point.");
   const double flat = std::max(std::abs(scale.low), 1.0) * 1e-9;
   const double air = scale.high - scale.low > flat ? 0.04 * (scale.high - scale.low)
                                                    : std::max(0.5 * std::abs(scale.low), 0.5);
   scale.low = axis.low ? scale.linear(*axis.low) : scale.low - air;
   scale.high = axis.high ? scale.linear(*axis.high) : scale.high + air;
   if (!(scale.low < scale.high) || !std::isfinite(scale.high - scale.low)) {
-    return fail(ErrorCode::InvalidArgument, "the values span nothing within the limits, or too much",
-                {.key = key}, "Give both limits of the axis, or none.");
+    return fail(ErrorCode::InvalidArgument,
+                "the range of the values is empty within the limits, or too large", {.key = key},
+                "Set both limits of the axis, or none.");
   }
   return scale;
 }
 
-/// Widens one of two axes about its middle until a unit is as long on both.
+/// Widens one of two axes about its middle until a unit has the same length on both.
 void equalise(Scale& x, Scale& y) {
   const double x_unit = std::abs(x.to_mm - x.from_mm) / (x.high - x.low);
   const double y_unit = std::abs(y.to_mm - y.from_mm) / (y.high - y.low);
@@ -297,7 +300,7 @@ void draw_axes(const Figure& figure, const Scale& x, const Scale& y, const Box& 
 
 void draw_series(const Series& series, const Look& look, const Scale& x, const Scale& y, const Box& frame,
                  std::vector<Shape>& shapes) {
-  std::vector<Point> places;  // not a number where there is no point: the line ends there
+  std::vector<Point> places;  // NaN for a missing point: the line ends there
   for (std::size_t i = 0; i < series.x.size(); ++i) {
     const bool there = x.shows(series.x[i]) && y.shows(series.y[i]);
     const double nowhere = std::numeric_limits<double>::quiet_NaN();
@@ -329,7 +332,7 @@ void draw_series(const Series& series, const Look& look, const Scale& x, const S
   }
 }
 
-/// The named series in rows from `top_mm` down; gives how high they are. Draws nothing without shapes.
+/// The named series in rows from `top_mm` down; returns their height. Draws nothing if `shapes` is null.
 double legend(const Figure& figure, double top_mm, double left_mm, std::vector<Shape>* shapes) {
   constexpr double kKeyMm = 7.0;
   const double row_mm = kTextMm * 1.5;
@@ -374,8 +377,8 @@ Status check_figure(const Figure& figure) {
   if (!(figure.width_mm >= 40.0 && figure.height_mm >= 30.0 && figure.width_mm <= 2000.0 &&
         figure.height_mm <= 2000.0)) {
     return fail(ErrorCode::InvalidArgument,
-                fmt::format("a figure of {} x {} mm", figure.width_mm, figure.height_mm), {},
-                "Give 40 x 30 mm to 2 x 2 m.");
+                fmt::format("invalid figure size {} x {} mm", figure.width_mm, figure.height_mm), {},
+                "Use 40 x 30 mm to 2 x 2 m.");
   }
   for (const Series& series : figure.series) {
     if (series.x.size() == series.y.size()) continue;

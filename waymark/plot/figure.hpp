@@ -17,58 +17,57 @@ struct Tick {
   friend bool operator==(const Tick&, const Tick&) = default;
 };
 
-/// Round numbers (1, 2 or 5 times a power of ten apart) inside [low, high], about `wanted` of them (Heckbert,
-/// "Nice numbers for graph labels", Graphics Gems, 1990). low < high, both finite.
+/// Round numbers (multiples of 1, 2 or 5 times a power of ten) inside [low, high], about `wanted` of them
+/// (Heckbert, "Nice numbers for graph labels", Graphics Gems, 1990). low < high, both finite.
 [[nodiscard]] std::vector<Tick> linear_ticks(double low, double high, int wanted);
 
-/// Powers of ten inside [low, high] with their multiples as minor ticks; where there are fewer than two
-/// powers, 2 and 5 times them are labelled as well. 0 < low < high, both finite.
+/// Powers of ten inside [low, high] with their multiples as minor ticks; with fewer than two powers, 2 and 5
+/// times them are labelled as well. 0 < low < high, both finite.
 [[nodiscard]] std::vector<Tick> log_ticks(double low, double high);
 
-/// Whether a point lies in the box, its rim included. What is not a number does not.
+/// Whether a point is in the box, including its border. False for NaN.
 [[nodiscard]] inline bool inside(const Point& point, const Box& box) {
   return point.x_mm >= box.x_mm && point.x_mm <= box.right_mm() && point.y_mm >= box.y_mm &&
          point.y_mm <= box.bottom_mm();
 }
 
-/// The parts of a line through these points that lie in the box. A point that is not a number ends a part.
-/// Points nearer than a fiftieth of a millimetre to the one before are left out: nobody can see them.
+/// The parts of a line through these points that are inside the box. A NaN point ends a part. Points nearer
+/// than a fiftieth of a millimetre to the previous one are omitted, because the difference is invisible.
 /// O(points). (Liang and Barsky, "A new concept and method for line clipping", ACM Transactions on Graphics
 /// 3, 1984.)
 [[nodiscard]] std::vector<std::vector<Point>> clipped_lines(const std::vector<Point>& points, const Box& box);
 
-/// How the line of a series is drawn.
+/// Style of the line of a series.
 struct LineStyle {
   double width_mm = 0.4;
   std::vector<double> dash_mm{};  ///< lengths of dash, gap, dash, …; empty: solid
 };
 
-/// Words beside a point of a chart.
+/// Text beside a point of a chart.
 struct PointLabel {
   double x = 0;
   double y = 0;
   std::string text{};
 };
 
-/// Points of a chart that belong together, in the units of its axes. Where a value is not finite, the line
-/// has a gap.
+/// Related points of a chart, in the units of its axes. A non-finite value makes a gap in the line.
 struct Series {
   enum class Style { Line, Points, LineAndPoints };
 
-  std::string name{};  ///< in the legend; empty: not in it
+  std::string name{};  ///< shown in the legend; empty: not shown
   std::vector<double> x{};
   std::vector<double> y{};  ///< as many as x
   Style style = Style::Line;
   std::optional<Color> color = {};     ///< otherwise the next of kPalette
-  std::optional<LineStyle> line = {};  ///< otherwise solid, and dashed where the colours of kPalette repeat
+  std::optional<LineStyle> line = {};  ///< default: solid, and dashed after the colours of kPalette repeat
   std::vector<PointLabel> labels = {};
 };
 
-/// What an axis shows.
+/// An axis of a chart.
 struct Axis {
   std::string label{};             ///< "size of the tag"
-  std::string unit{};              ///< "px"; empty for pure numbers
-  std::optional<double> low = {};  ///< where it begins and ends; otherwise round numbers around the data
+  std::string unit{};              ///< "px"; empty for dimensionless values
+  std::optional<double> low = {};  ///< limits; default: round numbers around the data
   std::optional<double> high = {};
   bool logarithmic = false;
 };
@@ -79,21 +78,21 @@ struct Figure {
   Axis x{};
   Axis y{};
   std::vector<Series> series{};
-  bool equal_scales = false;  ///< a metre in x is as long as a metre in y: for paths on the floor
+  bool equal_scales = false;  ///< equal lengths of a unit in x and y: for paths on the floor
   double width_mm = 160;
   double height_mm = 100;
 };
 
-/// Eight colours that people of all kinds of colour vision tell apart (Okabe and Ito, "Color Universal
-/// Design", 2008), those with the most contrast to white paper first. Series beyond them begin again, with
+/// Eight colours that are distinguishable with all kinds of colour vision (Okabe and Ito, "Color Universal
+/// Design", 2008), those with the most contrast to white paper first. Further series repeat the colours with
 /// another dash and mark.
 inline constexpr Color kPalette[] = {{0.0, 0.447, 0.698},   {0.835, 0.369, 0.0}, {0.0, 0.620, 0.451},
                                      {0.800, 0.475, 0.655}, {0.0, 0.0, 0.0},     {0.902, 0.624, 0.0},
                                      {0.337, 0.706, 0.914}};
 
-/// Draws it: title, legend, frame with ticks and units, series clipped to the frame. The result goes to
+/// Draws a figure: title, legend, frame with ticks and units, series clipped to the frame. Pass the result to
 /// render_svg, render_png or render_pdf. O(points). Errors: InvalidArgument (nothing finite to draw, x and y
-/// of different length, limits the wrong way round or not positive on a logarithmic axis, a figure smaller
+/// of different length, limits in the wrong order or not positive on a logarithmic axis, a figure smaller
 /// than 40 x 30 mm).
 [[nodiscard]] Result<Drawing> draw_figure(const Figure& figure);
 

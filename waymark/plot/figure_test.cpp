@@ -9,6 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
 #include "waymark/plot/render.hpp"
 
 namespace waymark::plot {
@@ -35,8 +36,9 @@ TEST(LinearTicks, AreRoundNumbersWithinTheLimits) {
   }));
 }
 
-TEST(LinearTicks, ARangeBetweenTwoWideStepsStillHasSome) {
-  EXPECT_EQ(linear_ticks(4.1609e-4, 4.1609e-4 + 4.0001e-3, 2).size(), 2U);  // no multiple of 5e-3 lies there
+TEST(LinearTicks, ARangeBetweenTwoWideStepsHasTicks) {
+  EXPECT_EQ(linear_ticks(4.1609e-4, 4.1609e-4 + 4.0001e-3, 2).size(),
+            2U);  // no multiple of 5e-3 is in this range
 }
 
 TEST(LinearTicks, AreLabelledWithTheDecimalsOfTheirStep) {
@@ -68,7 +70,7 @@ TEST(ClippedLines, StayInTheBoxAndOnTheLine) {
     std::vector<Point> points;
     for (int i = *rc::gen::inRange(2, 12); i > 0; --i)
       points.push_back({*rc::gen::inRange(0, 60) * 1.0, *rc::gen::inRange(0, 60) * 1.0});
-    double length_in_mm = 0.0;  // by walking along the line in small steps
+    double length_in_mm = 0.0;  // measured by small steps along the line
     constexpr int kSteps = 2000;
     for (std::size_t i = 1; i < points.size(); ++i) {
       const Point a = points[i - 1];
@@ -99,7 +101,7 @@ TEST(ClippedLines, BreakWhereAPointIsMissing) {
   EXPECT_EQ(parts[1].front(), (Point{3, 1}));
 }
 
-TEST(ClippedLines, LeaveOutWhatNobodySees) {
+TEST(ClippedLines, OmitInvisiblePoints) {
   std::vector<Point> points;
   for (int i = 0; i <= 100000; ++i) points.push_back({i * 1e-4, 5});
   const auto parts = clipped_lines(points, {0, 0, 10, 10});
@@ -135,8 +137,8 @@ TEST(Figure, ShowsTitleUnitsAndLegend) {
   EXPECT_EQ(svg_of(small_figure()), svg);
 }
 
-/// Everything but words, whose room is the renderer's to keep, lies on the page.
-TEST(Figure, StaysOnThePageWhateverTheValues) {
+/// Everything except text, which the renderer fits, is on the page.
+TEST(Figure, StaysOnThePageForAnyValues) {
   EXPECT_TRUE(rc::check([] {
     Figure figure;
     figure.x.label = figure.y.label = "value";
@@ -170,7 +172,7 @@ TEST(Figure, StaysOnThePageWhateverTheValues) {
   }));
 }
 
-TEST(Figure, EqualScalesMakeACircleRound) {
+TEST(Figure, EqualScalesKeepACircleRound) {
   Figure figure;
   figure.equal_scales = true;
   Series circle{"circle", {}, {}};
@@ -195,35 +197,39 @@ TEST(Figure, EqualScalesMakeACircleRound) {
   EXPECT_NEAR(right - left, bottom - top, 1e-6);
 }
 
-TEST(Figure, RefusesInWords) {
-  const auto error = [](const Figure& figure) {
+TEST(Figure, InvalidFiguresAreRejected) {
+  const auto expect_error = [](const Figure& figure, const std::string& key, const char* value) {
     const auto drawing = draw_figure(figure);
-    return drawing ? std::string("none") : to_string(drawing.error());
+    ASSERT_FALSE(drawing) << value;
+    EXPECT_EQ(drawing.error().code, ErrorCode::InvalidArgument) << value;
+    EXPECT_EQ(drawing.error().place.key, key);
+    EXPECT_THAT(drawing.error().message, HasSubstr(value));
+    testing::expect_on_page("plot", drawing.error());
   };
-  EXPECT_THAT(error({}), HasSubstr("no value that can be drawn"));
+  expect_error({}, "x", "value");
   Figure figure = small_figure();
   figure.series[0].x.pop_back();
-  EXPECT_THAT(error(figure), HasSubstr("series 'mine' has 2 x values and 3 y values"));
+  expect_error(figure, "", "'mine' has 2 x values and 3 y values");
   figure = small_figure();
   figure.x.low = 3;
   figure.x.high = 2;
-  EXPECT_THAT(error(figure), HasSubstr("(x): limits from 3 to 2. The first must be lower."));
+  expect_error(figure, "x", "3 to 2");
   figure = small_figure();
   figure.y.logarithmic = true;
   figure.y.low = 0;
-  EXPECT_THAT(error(figure), HasSubstr("(y): a logarithmic axis begins above 0"));
+  expect_error(figure, "y", "logarithmic");
   figure = small_figure();
   figure.y.high = kNan;
-  EXPECT_THAT(error(figure), HasSubstr("not finite"));
+  expect_error(figure, "y", "finite");
   figure = small_figure();
   figure.y.high = -5;
-  EXPECT_THAT(error(figure), HasSubstr("span nothing within the limits"));
+  expect_error(figure, "y", "limits");
   figure = small_figure();
   figure.width_mm = 10;
-  EXPECT_THAT(error(figure), HasSubstr("a figure of 10 x 100 mm"));
+  expect_error(figure, "", "10 x 100 mm");
   figure = small_figure();
   for (int i = 0; i < 200; ++i) figure.series.push_back({"another " + std::to_string(i), {0}, {0}});
-  EXPECT_THAT(error(figure), HasSubstr("leave no room for the chart"));
+  expect_error(figure, "", "legend");
 }
 
 }  // namespace

@@ -7,13 +7,13 @@
 #include "waymark/base/error.hpp"
 #include "waymark/plot/figure.hpp"
 
-/// A page to read: words, tables and figures.
+/// A page of text, tables and figures.
 namespace waymark::plot {
 
-/// Stands in the head of every page, so that one is known again.
+/// Contained in the head of every page, which identifies pages of this program.
 inline constexpr std::string_view kPageMark = R"(<meta name="generator" content="Waymark">)";
 
-/// Cells as they are shown. The first column names the row.
+/// Cells as displayed. The first column names the row.
 struct PageTable {
   std::string caption{};
   std::vector<std::string> head{};
@@ -21,14 +21,14 @@ struct PageTable {
 };
 
 struct PageFigure {
-  std::string name{};  ///< a word to find it by: "floor", "error"
+  std::string name{};  ///< a name to find it by: "floor", "error"
   Figure figure{};
   std::string caption{};
 };
 
 struct PageSection {
   std::string title{};
-  std::vector<std::string> words{};  ///< a paragraph each
+  std::vector<std::string> words{};  ///< one paragraph per entry
   std::vector<PageTable> tables{};
   std::vector<PageFigure> figures{};
 };
@@ -39,9 +39,9 @@ struct Page {
   std::vector<PageSection> sections{};
 };
 
-/// One HTML file with nothing outside it: figures are drawn inside (SVG), there is no script, and it loads
-/// nothing. Readable on a phone, on paper and in the dark; words are escaped. Same page, same bytes. Fails
-/// when a figure cannot be drawn, and names it.
+/// A self-contained HTML file: figures are inline SVG, without scripts or external resources. Readable on a
+/// phone, in print and in dark mode; text is escaped. The same page gives the same bytes. Fails if a figure
+/// cannot be drawn, and names the figure.
 [[nodiscard]] Result<std::string> to_html(const Page& page);
 
 }  // namespace waymark::plot

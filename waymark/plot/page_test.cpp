@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include "tests/support/golden_page.hpp"
+
 namespace waymark::plot {
 namespace {
 
@@ -19,7 +21,7 @@ Page page_of_one() {
                                      .caption = "rises"}}}}};
 }
 
-TEST(Page, HoldsEverythingItselfAndEscapesWords) {
+TEST(Page, IsSelfContainedAndEscapesText) {
   const std::string html = to_html(page_of_one()).value();
   EXPECT_THAT(html, HasSubstr("<h1>A &amp; B</h1>"));
   EXPECT_THAT(html, HasSubstr("&lt;today&gt;"));
@@ -32,12 +34,13 @@ TEST(Page, HoldsEverythingItselfAndEscapesWords) {
   EXPECT_EQ(html, to_html(page_of_one()).value());
 }
 
-TEST(Page, AFigureThatCannotBeDrawnIsNamed) {
+TEST(Page, TheErrorNamesTheFigure) {
   Page page = page_of_one();
   page.sections[0].figures[0].figure.series.clear();
   const auto html = to_html(page);
   ASSERT_FALSE(html);
-  EXPECT_THAT(html.error().message, HasSubstr("figure 'line'"));
+  EXPECT_THAT(html.error().message, HasSubstr("'line'"));
+  testing::expect_on_page("plot", html.error());
 }
 
 }  // namespace

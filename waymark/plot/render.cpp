@@ -32,7 +32,7 @@ std::optional<int> number_after(std::string_view text, std::string_view word) {
   return failure == std::errc() ? std::optional(value) : std::nullopt;
 }
 
-/// What stands between "<<" and the last ">>" of an object.
+/// The text between "<<" and the last ">>" of an object.
 std::optional<std::string> dictionary_of(std::string_view pdf, int object) {
   const std::size_t at = pdf.rfind(fmt::format("\n{} 0 obj", object));
   if (at == std::string_view::npos) return std::nullopt;
@@ -43,7 +43,7 @@ std::optional<std::string> dictionary_of(std::string_view pdf, int object) {
   return std::string(body.substr(open + 2, close - open - 2));
 }
 
-/// CRC-32 as PNG wants it (PNG specification, annex D).
+/// CRC-32 as defined by PNG (PNG specification, annex D).
 std::uint32_t crc32(const std::uint8_t* data, std::size_t count) {
   std::uint32_t crc = 0xFFFFFFFFU;
   for (std::size_t i = 0; i < count; ++i) {
@@ -58,8 +58,8 @@ void put_big_endian(std::uint8_t* out, std::uint32_t value) {
 }
 
 /// Appends an update to a PDF that sets ViewerPreferences / PrintScaling to None (ISO 32000-1, 7.5.6 and
-/// table 150), so that a print dialogue starts at 100 %. A PDF of another build than cairo 1.4-style (one
-/// cross-reference table) stays as it is.
+/// table 150), so that a print dialogue starts at 100 %. A PDF without a single cross-reference table, as
+/// cairo 1.4 and later write it, is left unchanged.
 void ask_to_print_unscaled(std::vector<std::uint8_t>& pdf) {
   const std::string_view text(reinterpret_cast<const char*>(pdf.data()), pdf.size());
   const std::size_t trailer_at = text.rfind("trailer");
@@ -91,7 +91,7 @@ void record_resolution(std::vector<std::uint8_t>& png, double dpi) {
   const auto per_metre = static_cast<std::uint32_t>(std::lround(dpi / kMetresPerInch));
   put_big_endian(&chunk[8], per_metre);
   put_big_endian(&chunk[12], per_metre);
-  chunk[16] = 1;  // the unit is the metre
+  chunk[16] = 1;  // unit: metre
   put_big_endian(&chunk[17], crc32(&chunk[4], 13));
   png.insert(png.begin() + kEndOfHeader, chunk.begin(), chunk.end());
 }
@@ -123,7 +123,7 @@ void trace(cairo_t* canvas, const std::vector<Point>& points) {
   for (const Point& point : points) cairo_line_to(canvas, point.x_mm, point.y_mm);
 }
 
-/// All loops are one path: no viewer can show a seam inside it.
+/// All loops are one path, so no viewer can show a seam inside it.
 void draw(cairo_t* canvas, const Fill& fill) {
   use_color(canvas, fill.color);
   cairo_set_fill_rule(canvas, CAIRO_FILL_RULE_EVEN_ODD);
@@ -160,8 +160,9 @@ void draw_page(cairo_t* canvas, const Drawing& page, double units_per_mm) {
 Status check_size(const Drawing& page) {
   const auto sane = [](double side_mm) { return side_mm > 0.0 && side_mm <= kLargestSideMm; };
   if (sane(page.width_mm) && sane(page.height_mm)) return {};
-  return fail(ErrorCode::InvalidArgument, fmt::format("a page of {} x {} mm", page.width_mm, page.height_mm),
-              {}, fmt::format("Each side must be more than 0 and at most {} mm.", kLargestSideMm));
+  return fail(ErrorCode::InvalidArgument,
+              fmt::format("invalid page size {} x {} mm", page.width_mm, page.height_mm), {},
+              fmt::format("Each side must be more than 0 and at most {} mm.", kLargestSideMm));
 }
 
 tl::unexpected<Error> cairo_failed(cairo_status_t status) {
@@ -169,7 +170,7 @@ tl::unexpected<Error> cairo_failed(cairo_status_t status) {
               fmt::format("drawing failed: {}", cairo_status_to_string(status)));
 }
 
-/// Enough whole pixels for the length; rounding errors do not make it one more.
+/// The number of whole pixels that cover the length; rounding errors do not add one.
 double pixels_of(double length_mm, double dpi) {
   return std::ceil(length_mm / kMillimetresPerInch * dpi - 1e-6);
 }
@@ -183,9 +184,9 @@ Result<FileFormat> format_of(std::string_view path) {
   if (suffix == ".svg") return FileFormat::Svg;
   if (suffix == ".png") return FileFormat::Png;
   return fail(ErrorCode::InvalidArgument,
-              suffix.starts_with('.') ? fmt::format("cannot write files of kind '{}'", suffix.substr(0, 20))
-                                      : std::string("the file name does not say its kind"),
-              {.source = std::string(path)}, "Let it end in .pdf, .svg or .png.");
+              suffix.starts_with('.') ? fmt::format("unsupported file format '{}'", suffix.substr(0, 20))
+                                      : std::string("the file name has no suffix"),
+              {.key = std::string(path)}, "Use the suffix .pdf, .svg or .png.");
 }
 
 Result<Bytes> render_pdf(std::span<const Drawing> pages) {
@@ -199,7 +200,7 @@ Result<Bytes> render_pdf(std::span<const Drawing> pages) {
   cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_TITLE, pages.front().title.c_str());
   cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_CREATOR, "Waymark");
   cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_CREATE_DATE,
-                                 nullptr);  // same input, same bytes
+                                 nullptr);  // without a date, the same input gives the same bytes
   const Canvas canvas(cairo_create(surface.get()));
   for (const Drawing& page : pages) {
     cairo_pdf_surface_set_size(surface.get(), page.width_mm * kPointsPerMillimetre,
@@ -217,15 +218,15 @@ Result<Bytes> render_pdf(std::span<const Drawing> pages) {
 Result<Bytes> render_png(const Drawing& page, double dpi) {
   if (const Status sane = check_size(page); !sane) return tl::unexpected<Error>(sane.error());
   if (!(dpi >= 10.0 && dpi <= 2400.0)) {
-    return fail(ErrorCode::InvalidArgument, fmt::format("{} pixels an inch", dpi), {.key = "dpi"},
-                "Give 10 to 2400; printers want 300 or 600.");
+    return fail(ErrorCode::InvalidArgument, fmt::format("invalid resolution of {} pixels per inch", dpi),
+                {.key = "dpi"}, "Use 10 to 2400; for printing, 300 or 600.");
   }
   const double width_px = pixels_of(page.width_mm, dpi);
   const double height_px = pixels_of(page.height_mm, dpi);
   if (width_px * height_px > kMaxPixels || std::max(width_px, height_px) > kMaxPixelsASide) {
     return fail(ErrorCode::LimitExceeded,
-                fmt::format("a picture of {:.0f} x {:.0f} pixels", width_px, height_px), {.key = "dpi"},
-                "Lower the dpi, or write .pdf or .svg, which have no pixels.");
+                fmt::format("image of {:.0f} x {:.0f} pixels is too large", width_px, height_px),
+                {.key = "dpi"}, "Lower `dpi`, or write .pdf or .svg, which have no pixels.");
   }
   const Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, static_cast<int>(width_px),
                                                    static_cast<int>(height_px)));
@@ -241,8 +242,8 @@ Result<Bytes> render_png(const Drawing& page, double dpi) {
   return bytes;
 }
 
-// Written by hand instead of by cairo: a group keeps its name, a length keeps its millimetres, and the bytes
-// do not depend on what was drawn before (cairo numbers its surfaces).
+// Written without cairo: groups keep their names, lengths keep their millimetres, and the bytes do not depend
+// on earlier drawings (cairo numbers its surfaces).
 
 namespace {
 
@@ -303,7 +304,7 @@ class Writer {
 Result<Bytes> render_svg(const Drawing& page) {
   if (!(page.width_mm > 0.0 && page.height_mm > 0.0 && page.width_mm <= 5000.0 && page.height_mm <= 5000.0)) {
     return fail(ErrorCode::InvalidArgument,
-                fmt::format("a page of {} x {} mm", page.width_mm, page.height_mm), {},
+                fmt::format("invalid page size {} x {} mm", page.width_mm, page.height_mm), {},
                 "Each side must be more than 0 and at most 5000 mm.");
   }
   const std::string width = short_number(page.width_mm);

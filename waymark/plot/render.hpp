@@ -13,10 +13,11 @@ namespace waymark::plot {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// The three ways to write a drawing. All are true to scale, and the same drawing gives the same bytes.
+/// The output formats of a drawing. All are true to scale, and the same drawing gives the same bytes.
 enum class FileFormat : std::uint8_t { Pdf, Svg, Png };
 
-/// By the suffix of a path, any case: ".pdf", ".svg", ".png". Error: InvalidArgument, which says these three.
+/// The format of a path's suffix, in any case: ".pdf", ".svg", ".png". Error: InvalidArgument, with these
+/// three as hint.
 [[nodiscard]] Result<FileFormat> format_of(std::string_view path);
 
 /// One PDF with a page per drawing; text stays text; the file asks its viewer not to scale it when printing
@@ -24,16 +25,16 @@ enum class FileFormat : std::uint8_t { Pdf, Svg, Png };
 /// larger than 5 m).
 [[nodiscard]] Result<Bytes> render_pdf(std::span<const Drawing> pages);
 
-/// SVG 1.1 with one user unit a millimetre; text as outlines, so that it looks the same everywhere, with its
-/// words as label.
+/// SVG 1.1 with one user unit per millimetre; text as outlines, independent of installed fonts, with the text
+/// as label.
 [[nodiscard]] Result<Bytes> render_svg(const Drawing& page);
 
-/// RGB PNG at `dpi` pixels an inch (recorded in the file, so that it prints at its size), antialiased: an
-/// edge between two pixels is grey by its share. Errors: InvalidArgument (dpi outside 10 … 2400),
+/// RGB PNG at `dpi` pixels per inch (recorded in the file, so that it prints in true size), antialiased: a
+/// pixel on an edge is grey in proportion to its coverage. Errors: InvalidArgument (dpi outside 10 … 2400),
 /// LimitExceeded (more than 200 megapixels).
 [[nodiscard]] Result<Bytes> render_png(const Drawing& page, double dpi);
 
-/// How long a line of words is when drawn at this height. 0 for no words.
+/// Length of a line of text drawn at this height. 0 for empty text.
 [[nodiscard]] double text_length_mm(const std::string& words, double height_mm, bool bold);
 
 }  // namespace waymark::plot

@@ -31,7 +31,7 @@ void add_gap(Series& series) {
   series.y.push_back(kGap);
 }
 
-/// Of the layer at `index`: the first is broad, so that it is seen under those that follow.
+/// Style of the layer at `index`: earlier layers are broader, so they are visible under later ones.
 LineStyle line_of(std::size_t index) {
   const std::array<LineStyle, 4> styles = {LineStyle{.width_mm = 1.1},
                                            {.width_mm = 0.55, .dash_mm = {2.4, 1.2}},
@@ -46,8 +46,8 @@ Series path_series(const PathLayer& layer, std::size_t index) {
   return series;
 }
 
-/// The side of each tag from above, and a stroke as long as half of it towards the reader. `labelled`: the
-/// tags that have their id already.
+/// Each tag seen from above: its side, and a stroke of half its length towards the viewer. `labelled`: the
+/// tags that already have their id.
 Series tag_series(const PathLayer& layer, std::size_t index, std::set<TagId>& labelled) {
   Series series{.name = layer.path.empty() ? layer.name : "",
                 .color = layer.color,
@@ -66,7 +66,7 @@ Series tag_series(const PathLayer& layer, std::size_t index, std::set<TagId>& la
   return series;
 }
 
-/// Where the base was at a time between two poses.
+/// Interpolated position of the base at a time between two poses.
 std::optional<Eigen::Vector3d> position_at(const Trajectory& trajectory, SensorTime stamp) {
   const auto after = std::ranges::lower_bound(trajectory, stamp, {}, &StampedPose::stamp);
   if (after == trajectory.end()) return std::nullopt;
@@ -77,9 +77,9 @@ std::optional<Eigen::Vector3d> position_at(const Trajectory& trajectory, SensorT
   return (1 - u) * before->map_T_base.translation() + u * after->map_T_base.translation();
 }
 
-Figure over_the_way(const std::string& title, const std::string& what, Series series) {
+Figure over_distance(const std::string& title, const std::string& what, Series series) {
   return {.title = title,
-          .x = {.label = "way driven", .unit = "m"},
+          .x = {.label = "distance driven", .unit = "m"},
           .y = {.label = what, .unit = "m", .low = 0},
           .series = {std::move(series)},
           .height_mm = 70};
@@ -114,7 +114,7 @@ Figure trajectory_error_figure(const std::string& title, const Trajectory& estim
     series.x.push_back(driven_m);
     series.y.push_back((pose.map_T_base.translation() - *position).norm());
   }
-  return over_the_way(title, "distance from the truth", std::move(series));
+  return over_distance(title, "position error", std::move(series));
 }
 
 Figure cross_track_figure(const std::string& title, const Trajectory& driven, const Trajectory& taught) {
@@ -125,7 +125,7 @@ Figure cross_track_figure(const std::string& title, const Trajectory& driven, co
     series.x.push_back(at.arc_length_m);
     series.y.push_back(foot ? foot->distance_m : kGap);
   }
-  return over_the_way(title, "distance from the taught way", std::move(series));
+  return over_distance(title, "cross-track error", std::move(series));
 }
 
 Figure tags_in_view_figure(const std::string& title, const std::vector<TagFrame>& frames) {
@@ -153,7 +153,7 @@ Figure over_time(const std::string& title, Axis y, std::vector<Series> series) {
           .height_mm = 65};
 }
 
-/// Twice the standard deviation in the direction of the floor in which it is largest.
+/// Twice the standard deviation along the direction of the floor in which it is largest.
 double two_sigma_m(const Eigen::Matrix3d& covariance) {
   return 2 * std::sqrt(std::max(0.0, symmetric_eigenvalues<2>(covariance.topLeftCorner<2, 2>())[1]));
 }
@@ -170,13 +170,13 @@ Figure speed_figure(const std::string& title, const std::vector<Odometry>& odome
     speed.y.push_back(sample.speed_m_s);
     turn.y.push_back(sample.yaw_rate_rad_s);
   }
-  return over_time(title, {.label = "by the wheels", .unit = ""}, {std::move(speed), std::move(turn)});
+  return over_time(title, {.label = "wheel odometry", .unit = ""}, {std::move(speed), std::move(turn)});
 }
 
 Figure error_and_uncertainty_figure(const std::string& title, const EstimatedTrajectory& estimate,
                                     const Trajectory& truth) {
-  Series error{.name = "distance from the truth", .color = kEstimateColor};
-  Series deviation{.name = "twice the standard deviation claimed", .color = kPalette[3]};
+  Series error{.name = "position error", .color = kEstimateColor};
+  Series deviation{.name = "2 sigma of the estimate", .color = kPalette[3]};
   for (const PosePair& pair : pair_by_time(estimate, truth, kMaxGap)) {
     error.x.push_back(to_seconds(pair.estimated.stamp - estimate.front().stamp));
     error.y.push_back(

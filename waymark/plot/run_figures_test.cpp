@@ -30,7 +30,7 @@ std::string style_sheet_color(const Color& color) {
 }
 
 /// The style sheet's first block is the light page.
-TEST(RunColors, AreThoseOfTheViewer) {
+TEST(RunColors, MatchTheViewer) {
   std::ifstream file(WAYMARK_SHARE "/../viewer/src/style.css");
   const std::string style(std::istreambuf_iterator<char>(file), {});
   const std::string light = style.substr(0, style.find('}'));
@@ -41,8 +41,8 @@ TEST(RunColors, AreThoseOfTheViewer) {
         << name << " should be " << style_sheet_color(color) << " in viewer/src/style.css";
 }
 
-TEST(LoopFigures, ErrorsAreThoseOfTheTrajectories) {
-  // Half a step later on the same line: where the truth is between two poses, it is interpolated.
+TEST(LoopFigures, ErrorsMatchTheTrajectories) {
+  // Half a step later on the same line: the truth is interpolated between two poses.
   const Figure late = trajectory_error_figure("", straight(0.25, 50), straight(0));
   ASSERT_EQ(late.series.at(0).y.size(), 100U) << "the last pose is after the truth";
   for (const double error : late.series[0].y) EXPECT_NEAR(error, std::hypot(0.25, 0.05), 1e-12);
@@ -51,9 +51,9 @@ TEST(LoopFigures, ErrorsAreThoseOfTheTrajectories) {
   EXPECT_NEAR(beside.series[0].x.back(), 10.0, 1e-9);
 }
 
-TEST(LoopFigures, TagsShowTheirReaderAndAllAreDrawn) {
+TEST(LoopFigures, TagsPointTowardsTheirViewerAndAllAreDrawn) {
   TagMap tags;
-  tags.tags[{}] = {.map_T_tag = SE3(SO3(), {1, 2, 0}), .size_m = 0.2};  // z up: its reader is below, at -z
+  tags.tags[{}] = {.map_T_tag = SE3(SO3(), {1, 2, 0}), .size_m = 0.2};  // z up: its viewer is below, at -z
   const Figure figure = path_figure("", {{"truth", straight(0), tags, kTruthColor}});
   ASSERT_EQ(figure.series.size(), 2U);
   EXPECT_EQ(figure.series[1].x.front(), 0.9);
@@ -62,14 +62,14 @@ TEST(LoopFigures, TagsShowTheirReaderAndAllAreDrawn) {
   EXPECT_TRUE(draw_figure(tags_in_view_figure("", {TagFrame{}})));
 }
 
-TEST(LoopFigures, LayersThatCoincideAreToldApartAndEachIdIsWrittenOnce) {
+TEST(LoopFigures, CoincidingLayersDifferAndEachIdIsShownOnce) {
   TagMap tags;
   tags.tags[TagId{.number = 7}] = {.map_T_tag = SE3(SO3(), {1, 2, 0}), .size_m = 0.2};
   const Figure figure = path_figure(
       "", {{"truth", straight(0), tags, kTruthColor}, {"estimate", straight(0), tags, kEstimateColor}});
   ASSERT_EQ(figure.series.size(), 4U);
   const Series &truth = figure.series[0], &estimate = figure.series[2];
-  EXPECT_GT(truth.line->width_mm, estimate.line->width_mm) << "what lies below is broader";
+  EXPECT_GT(truth.line->width_mm, estimate.line->width_mm) << "the lower layer is broader";
   EXPECT_NE(truth.line->dash_mm, estimate.line->dash_mm);
   ASSERT_EQ(figure.series[1].labels.size(), 1U);
   EXPECT_EQ(figure.series[1].labels[0].text, "7");
@@ -83,7 +83,7 @@ TEST(LoopFigures, LayersThatCoincideAreToldApartAndEachIdIsWrittenOnce) {
   EXPECT_EQ(words, 1);
 }
 
-TEST(LoopFigures, NothingToShowIsAnErrorWhenDrawnAndNoCrash) {
+TEST(LoopFigures, EmptyFiguresFailToDraw) {
   EXPECT_FALSE(draw_figure(path_figure("", {})));
   EXPECT_FALSE(draw_figure(trajectory_error_figure("", {}, {})));
   EXPECT_FALSE(draw_figure(cross_track_figure("", {}, {})));

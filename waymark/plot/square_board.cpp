@@ -17,14 +17,14 @@ constexpr int kMaxBoardPages = 400;
 
 double square_mm(const SquareBoardOptions& options) { return 1e3 * options.board.size_m; }
 
-/// What of the paper can be printed on, above the caption.
+/// The printable area of the paper, above the caption.
 Box printable(const SquareBoardOptions& options, const Paper& paper) {
   const double margin_mm = 1e3 * options.margin_m;
   return {margin_mm, margin_mm, paper.width_mm - 2 * margin_mm,
           paper.height_mm - 2 * margin_mm - kFooterHeightMm - kSquareCaptionHeightMm};
 }
 
-/// Squares of this size that fit along a length.
+/// Number of squares of this size that fit along a length.
 int fitting(double length_mm, double square_mm) {
   return static_cast<int>(std::min(1e3, std::floor((length_mm + kToleranceMm) / square_mm)));
 }
@@ -51,7 +51,7 @@ struct Split {
   [[nodiscard]] double pages() const { return static_cast<double>(across) * down; }
 };
 
-/// The way to lay the paper that needs the fewest pages.
+/// The orientation of the paper that needs the fewest pages.
 Split split_of(const SquareBoardOptions& options, double square_mm) {
   Split best;
   for (const Paper& paper : orientations(options)) {
@@ -71,19 +71,19 @@ tl::unexpected<Error> squares_do_not_fit(const SquareBoardOptions& options) {
     const double middle_mm = (fitting_mm + failing_mm) / 2;
     (split_of(options, middle_mm).pages() <= most_pages ? fitting_mm : failing_mm) = middle_mm;
   }
-  const std::string largest =
-      fmt::format("The largest squares that do: {:g} m", std::floor(10 * fitting_mm + kToleranceMm) / 1e4);
+  const std::string largest = fmt::format("The largest squares that fit have {:g} m",
+                                          std::floor(10 * fitting_mm + kToleranceMm) / 1e4);
   return fail(ErrorCode::InvalidArgument,
               fmt::format("{} x {} squares of {} do not fit on {}{}", options.board.columns,
                           options.board.rows, millimetres(square_mm(options)),
                           options.tiled ? fmt::format("{} pages of ", kMaxBoardPages) : std::string(),
                           options.paper.name),
               {.key = "square_size_m"},
-              largest + (options.tiled ? "; or take larger paper (`paper`)."
-                                       : "; or spread the board over several pages (`tiled`)."));
+              largest + (options.tiled ? "; or use larger paper (`paper`)."
+                                       : "; or distribute the board over several pages (`tiled`)."));
 }
 
-/// The squares of each of some pages, as equal as can be.
+/// The squares of each page, divided as equally as possible.
 std::vector<std::pair<int, int>> shares(int squares, int pages) {
   std::vector<std::pair<int, int>> all;
   for (int page = 0; page < pages; ++page) {
@@ -164,7 +164,7 @@ Result<SquareBoardLayout> layout_square_board(const SquareBoardOptions& options)
   if (Status usable = check_board(options.board); !usable) return tl::unexpected(usable.error());
   if (options.board.kind == BoardKind::AprilGrid ||
       options.markers.size() != board_markers(options.board).size())
-    return fail(ErrorCode::InvalidArgument, "this is no board of squares with its markers");
+    return fail(ErrorCode::InvalidArgument, "not a board of squares with all its markers");
   const Split split = split_of(options, square_mm(options));
   if ((!options.tiled && split.pages() > 1) || split.pages() > kMaxBoardPages)
     return squares_do_not_fit(options);

@@ -14,11 +14,12 @@ namespace waymark::plot {
 /// A chessboard or a ChArUco board to print.
 struct SquareBoardOptions {
   CalibrationBoard board{};
-  std::vector<Cells> markers{};  ///< ChArUco: as board_markers(), each with its black border of one cell
+  /// ChArUco: in the order of board_markers(), each with its black border of one cell
+  std::vector<Cells> markers{};
   Paper paper = {"A4", 210, 297};
   Orientation orientation = Orientation::Auto;
   double margin_m = 0.005;
-  bool tiled = false;  ///< a board larger than the paper is spread over several pages
+  bool tiled = false;  ///< distributes a board larger than the paper over several pages
 };
 
 /// The part of a board on one page: whole squares, columns and rows counted from the upper left.
@@ -27,26 +28,25 @@ struct SquareBoardPage {
   int first_row = 0;
   int columns = 0;
   int rows = 0;
-  Box area;  ///< where they lie on the page
+  Box area;  ///< their position on the page
 };
 
 /// A board on its pages, row by row, in millimetres.
 struct SquareBoardLayout {
   SquareBoardOptions options;
-  Paper paper;  ///< as it lies
+  Paper paper;  ///< in its orientation
   Footer footer;
-  int across = 1;  ///< pages in a row
+  int across = 1;  ///< pages per row
   int down = 1;
   std::vector<SquareBoardPage> pages;
 };
 
-/// Pure. Errors: InvalidArgument (check_board(), an AprilGrid, markers that are not as many, a board that
-/// does not fit on the paper and is not to be tiled: says the largest squares that do, a square larger than
-/// the paper).
+/// Pure. Errors: InvalidArgument (check_board(), an AprilGrid, a wrong number of markers, a board that does
+/// not fit on the paper without tiling: the hint has the largest size that fits, a square larger than the
+/// paper).
 [[nodiscard]] Result<SquareBoardLayout> layout_square_board(const SquareBoardOptions& options);
 
-/// The pages, drawn. Where a page joins another, its edge is a dashed line to cut along, with a cross at each
-/// end.
+/// The drawn pages. An edge that joins another page is a dashed line to cut along, with a cross at each end.
 [[nodiscard]] std::vector<Drawing> draw_square_board(const SquareBoardLayout& layout);
 
 }  // namespace waymark::plot

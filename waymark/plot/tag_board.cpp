@@ -18,7 +18,7 @@ Paper lying(const Paper& paper, bool wide) {
   return (paper.width_mm > paper.height_mm) == wide ? paper : turned(paper);
 }
 
-/// Sides of the board for tags of this size, the gap around it included.
+/// Size of the board for tags of this size, including the gap around it.
 Box extent(const BoardOptions& options, double tag_size_mm) {
   const auto side = [&](int count) { return tag_size_mm * (count + (count + 1) * options.spacing); };
   return {0, 0, side(options.columns), side(options.rows)};
@@ -31,7 +31,7 @@ bool fits_lying(const BoardOptions& options, double tag_size_mm, const Paper& pa
          board.height_mm <= paper.height_mm - margins_mm - kFooterHeightMm - kCaptionHeightMm + kToleranceMm;
 }
 
-/// The paper as it must lie for the board, or nothing.
+/// The paper in the orientation in which the board fits, or nothing.
 std::optional<Paper> place_on(const BoardOptions& options, double tag_size_mm, const Paper& paper) {
   for (const bool wide : {false, true}) {
     if (options.orientation == (wide ? Orientation::Portrait : Orientation::Landscape)) continue;
@@ -49,20 +49,20 @@ tl::unexpected<Error> does_not_fit(const BoardOptions& options) {
     (place_on(options, middle_mm, options.paper) ? fitting_mm : failing_mm) = middle_mm;
   }
   const double largest_mm = std::floor(fitting_mm * 10 + kToleranceMm) / 10;
-  std::string hint = largest_mm >= 1.0 ? fmt::format("The largest tags that do: {:g} m.", largest_mm / 1e3)
-                                       : std::string("No tag of 1 mm or more does: ask for fewer.");
+  std::string hint = largest_mm >= 1.0
+                         ? fmt::format("The largest tags that fit have {:g} m.", largest_mm / 1e3)
+                         : std::string("Not even tags of 1 mm fit: reduce `cols` and `rows`.");
   const auto& papers = known_papers();
   const auto enough = std::find_if(papers.begin(), papers.end(), [&](const Paper& paper) {
     return place_on(options, size_mm, paper).has_value();
   });
-  if (enough != papers.end()) hint += fmt::format(" The smallest paper that would do: {}.", enough->name);
+  if (enough != papers.end()) hint += fmt::format(" The smallest sufficient paper is {}.", enough->name);
   const Box board = extent(options, size_mm);
   return fail(
       ErrorCode::InvalidArgument,
-      fmt::format(
-          "{} x {} tags of {} with spacing {:g} make a board of {:.1f} x {:.1f} mm, which does not fit on {}",
-          options.columns, options.rows, millimetres(size_mm), options.spacing, board.width_mm,
-          board.height_mm, options.paper.name),
+      fmt::format("{} x {} tags of {} with spacing {:g} need {:.1f} x {:.1f} mm, which does not fit on {}",
+                  options.columns, options.rows, millimetres(size_mm), options.spacing, board.width_mm,
+                  board.height_mm, options.paper.name),
       {.key = "tag_size_m"}, hint);
 }
 
@@ -71,24 +71,24 @@ Status check_family(const BoardOptions& options) {
   const auto last = static_cast<std::size_t>(options.first_id) +
                     static_cast<std::size_t>(options.columns * options.rows) - 1;
   if (last >= table.codes.size()) {
-    return fail(ErrorCode::InvalidArgument,
-                fmt::format("the board would need tag {} of {}", last, table.name), {.key = "family"},
+    return fail(ErrorCode::InvalidArgument, fmt::format("the board requires tag {} of {}", last, table.name),
+                {.key = "family"},
                 fmt::format("{} has the numbers 0 to {}.", table.name, table.codes.size() - 1));
   }
   if (options.style == BoardStyle::AprilGrid) {
     if (!table.reversed_border) return {};
     return fail(ErrorCode::InvalidArgument,
-                fmt::format("{} ends in data cells, where the squares of an AprilGrid would be", table.name),
-                {.key = "family"}, "Take tag36h11, or the style 'separate'.");
+                fmt::format("{} has data cells in place of the squares of an AprilGrid", table.name),
+                {.key = "family"}, "Use tag36h11, or the style 'separate'.");
   }
-  // One cell of white between what two neighbours draw; an outer border needs no more than that.
+  // One white cell between the prints of two neighbours; an outer border needs no more than that.
   const int drawn = table.reversed_border ? table.total_width : table.width_at_border;
   const double least = static_cast<double>(drawn + 1 - table.width_at_border) / table.width_at_border;
   if (options.spacing >= least - 1e-9) return {};
   return fail(ErrorCode::InvalidArgument,
               fmt::format("spacing {:g} leaves less than a white cell between two {} tags", options.spacing,
                           table.name),
-              {.key = "spacing"}, fmt::format("Give at least {:.3f}.", std::ceil(least * 1000) / 1000));
+              {.key = "spacing"}, fmt::format("Set it to at least {:.3f}.", std::ceil(least * 1000) / 1000));
 }
 
 PlacedTag place(const BoardLayout& layout, int column, int row_from_below) {
@@ -154,20 +154,20 @@ Result<std::string> kalibr_target(const BoardOptions& options) {
     return fail(ErrorCode::Unsupported, std::move(what), {}, std::move(hint));
   };
   if (options.style != BoardStyle::AprilGrid)
-    return refuse("Kalibr reads only boards whose corner squares touch", "Take the style 'aprilgrid'.");
+    return refuse("Kalibr reads only boards whose corner squares touch", "Use the style 'aprilgrid'.");
   if (options.family != FamilyId::Tag36h11)
-    return refuse(fmt::format("Kalibr does not read {}", to_string(options.family)), "Take tag36h11.");
+    return refuse(fmt::format("Kalibr does not read {}", to_string(options.family)), "Use tag36h11.");
   if (options.first_id != 0)
-    return refuse(fmt::format("Kalibr counts from tag 0, not from {}", options.first_id),
-                  "Leave out the first id.");
+    return refuse(fmt::format("Kalibr counts from tag 0 instead of {}", options.first_id),
+                  "Omit `first_id`.");
   return fmt::format("target_type: 'aprilgrid'\ntagCols: {}\ntagRows: {}\ntagSize: {}\ntagSpacing: {}\n",
                      options.columns, options.rows, options.tag_size_m, options.spacing);
 }
 
 namespace {
 
-/// The squares that touch the tags at their corners; one path, so that they and their neighbours show no
-/// seam.
+/// The squares that touch the tags at their corners, as one path without seams between them and their
+/// neighbours.
 Fill corner_squares(const BoardLayout& layout) {
   const double size_mm = layout.options.tag_size_m * 1e3;
   const double gap_mm = size_mm * layout.options.spacing;

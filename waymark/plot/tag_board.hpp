@@ -10,13 +10,13 @@
 
 namespace waymark::plot {
 
-/// The two ways to make a board of tags.
+/// The two styles of a board of tags.
 enum class BoardStyle {
-  /// As Kalibr prints and reads it (wiki of github.com/ethz-asl/kalibr, "Calibration targets"): black border
-  /// of two cells, black squares that touch the corners of the tags, so that every tag corner is a saddle
-  /// point. AprilTag 3 does not read it: the squares join the borders, and its border has one cell.
+  /// As Kalibr prints and reads it (wiki of github.com/ethz-asl/kalibr, "Calibration targets"): a black
+  /// border of two cells, and black squares that touch the corners of the tags, so that every tag corner is a
+  /// saddle point. AprilTag 3 does not detect it: the squares join the borders, and its border has one cell.
   AprilGrid,
-  /// Tags as AprilTag 3 reads them, apart from each other, white between them.
+  /// Tags as AprilTag 3 detects them, with white gaps between them.
   Separate,
 };
 
@@ -25,8 +25,8 @@ enum class BoardStyle {
 [[nodiscard]] std::string_view to_string(BoardStyle style);
 
 /// A calibration board. Numbers run from first_id row by row, from the lower left tag to the right and then
-/// up, as Kalibr counts (its GridCalibrationTargetAprilgrid: origin in the lower left corner of tag 0, x
-/// right, y up).
+/// up, as in Kalibr (its GridCalibrationTargetAprilgrid: origin in the lower left corner of tag 0, x right, y
+/// up).
 struct BoardOptions {
   int columns = 6;
   int rows = 6;
@@ -43,15 +43,15 @@ struct BoardOptions {
   static void fields(Self& self, Visitor&& visit) {
     visit(self.columns,
           Field{"cols",
-                "Number of tags in a row; of a chessboard or ChArUco board the squares, not their corners.",
+                "Number of tags in a row; for a chessboard or ChArUco board the squares, not their corners.",
                 1, 100});
     visit(
         self.rows,
         Field{"rows",
-              "Number of tags in a column; of a chessboard or ChArUco board the squares, not their corners.",
+              "Number of tags in a column; for a chessboard or ChArUco board the squares, not their corners.",
               1, 100});
     visit(self.tag_size_m, Field{"tag_size_m", "Side of the black square of a tag, in metres.", 0.001, 5});
-    visit(self.spacing, Field{"spacing", "Gap between two tags, as a share of their size.", 0.01, 1});
+    visit(self.spacing, Field{"spacing", "Gap between two tags, as a fraction of their size.", 0.01, 1});
     visit(
         self.first_id,
         Field{"first_id", "Id of the lower left tag, or of the first marker of a ChArUco board.", 0, 100000});
@@ -64,23 +64,23 @@ struct BoardOptions {
 /// A board on its page, in millimetres.
 struct BoardLayout {
   BoardOptions options;
-  Paper paper;  ///< as it lies
+  Paper paper;  ///< in its orientation
   Box board;    ///< tags and the gap around them
-  Box caption;  ///< below it: dimension arrows, what it is
+  Box caption;  ///< below the board: dimension arrows and description
   Footer footer;
-  std::vector<PlacedTag> tags;  ///< by number; `cells` is what is drawn, `tile` and `caption` are empty
+  std::vector<PlacedTag> tags;  ///< by number; `cells` is the drawn area, `tile` and `caption` are empty
 };
 
-/// Pure. Errors: InvalidArgument (no size, more tags than the family has, a gap in which neighbours would not
-/// be told apart, a family with its black outside in an AprilGrid, a board that does not fit: says the
-/// largest size that does).
+/// Pure. Errors: InvalidArgument (invalid size, more tags than the family has, a gap too narrow to separate
+/// neighbours, an AprilGrid of a family without an outer black border, a board that does not fit: the hint
+/// has the largest size that fits).
 [[nodiscard]] Result<BoardLayout> layout_board(const BoardOptions& options);
 
-/// The page, drawn.
+/// The drawn page.
 [[nodiscard]] Drawing draw_board(const BoardLayout& layout);
 
-/// The target file that Kalibr wants for this board (keys target_type, tagCols, tagRows, tagSize [m],
-/// tagSpacing). Error: Unsupported for what Kalibr does not read: another style or family than AprilGrid of
+/// The target file of Kalibr for this board (keys target_type, tagCols, tagRows, tagSize [m], tagSpacing).
+/// Error: Unsupported for boards that Kalibr does not read: another style or family than AprilGrid of
 /// tag36h11, numbers that do not start at 0.
 [[nodiscard]] Result<std::string> kalibr_target(const BoardOptions& options);
 

@@ -19,7 +19,7 @@ Cells blank(int width, bool ink = false) {
   return cells;
 }
 
-/// The sides between ink and white, each walked with the ink on its right hand.
+/// The sides between ink and white, each directed with the ink on its right.
 class Sides {
  public:
   explicit Sides(const Cells& cells) : cells_(cells), lattice_(cells.width + 1) {
@@ -39,7 +39,7 @@ class Sides {
 
   [[nodiscard]] bool there(const BitCell& at, unsigned direction) { return side(at.x, at.y, direction); }
 
-  /// Takes away the side that starts at a lattice point; false when there is none in this direction.
+  /// Removes the side that starts at a lattice point; false if there is none in this direction.
   bool take(const BitCell& at, unsigned direction) {
     const bool was_there = there(at, direction);
     side(at.x, at.y, direction) = false;
@@ -61,8 +61,8 @@ class Sides {
   std::array<Cells, kDirections> starts_;  ///< lattice points where a side starts, by its direction
 };
 
-/// Walks the loop that starts to the right of a lattice point, and takes its sides away. Where two inked
-/// cells touch at a corner, it turns right and stays with its cell.
+/// Follows the loop that starts to the right of a lattice point, and removes its sides. At a point where two
+/// inked cells touch at a corner, it turns right and stays with its cell.
 std::vector<BitCell> walk(Sides& sides, const BitCell start) {
   std::vector<BitCell> corners;
   BitCell at = start;

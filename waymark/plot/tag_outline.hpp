@@ -8,7 +8,7 @@
 
 namespace waymark::plot {
 
-/// A square of cells, row by row from its top left corner; true where ink is.
+/// A square of cells, row by row from its top left corner; true for ink.
 struct Cells {
   int width = 0;
   std::vector<bool> ink;
@@ -19,8 +19,8 @@ struct Cells {
   [[nodiscard]] bool at(int x, int y) const { return ink[index(x, y)]; }
 };
 
-/// The ink of a tag, total_width cells wide. What is no part of the tag (corners of the circle families)
-/// stays white. The number must exist in the family.
+/// The ink of a tag, total_width cells wide. Cells outside the tag (corners of the circle families) stay
+/// white. The number must exist in the family.
 [[nodiscard]] Cells tag_cells(const TagId& tag);
 
 /// The same tag with a black border of two cells and no white margin, as Kalibr prints and reads it (wiki of
@@ -28,9 +28,9 @@ struct Cells {
 /// the black border outside (reversed_border false).
 [[nodiscard]] Cells two_cell_border(const TagId& tag);
 
-/// The border of the inked area as closed loops, one corner a point: no two loops share a side, so no
-/// renderer can leave a seam between neighbouring cells. `place` is where the whole square of cells lies on
-/// the page. O(cells).
+/// The border of the inked area as closed loops of corner points. No two loops share a side, so no renderer
+/// can leave a seam between neighbouring cells. `place` is the position of the square of cells on the page.
+/// O(cells).
 [[nodiscard]] std::vector<std::vector<Point>> outline(const Cells& cells, const Box& place);
 
 }  // namespace waymark::plot

@@ -27,7 +27,7 @@ bool inside(const Loops& loops, double x, double y) {
   return in;
 }
 
-/// The laws of an outline whose cells are one millimetre.
+/// Invariants of an outline whose cells are one millimetre.
 void expect_outline(const Cells& cells) {
   const auto width = static_cast<double>(cells.width);
   const Loops loops = outline(cells, {0, 0, width, width});
@@ -45,7 +45,7 @@ void expect_outline(const Cells& cells) {
       const Point& b = loop[(i + 1) % loop.size()];
       const Point& c = loop[(i + 2) % loop.size()];
       doubled_area += a.x_mm * b.y_mm - b.x_mm * a.y_mm;
-      RC_ASSERT((a.x_mm == b.x_mm) != (a.y_mm == b.y_mm));  // along one axis, and not nowhere
+      RC_ASSERT((a.x_mm == b.x_mm) != (a.y_mm == b.y_mm));  // along one axis, with non-zero length
       RC_ASSERT((b.x_mm == c.x_mm) == (a.y_mm == b.y_mm));  // every point is a corner
       const auto length = static_cast<int>(std::abs(b.x_mm - a.x_mm) + std::abs(b.y_mm - a.y_mm));
       for (int k = 0; k < length; ++k) {
@@ -62,7 +62,7 @@ void expect_outline(const Cells& cells) {
   RC_ASSERT(doubled_area == 2.0 * static_cast<double>(std::count(cells.ink.begin(), cells.ink.end(), true)));
 }
 
-TEST(Outline, EnclosesTheInkAndNothingElseForAnyPattern) {
+TEST(Outline, EnclosesExactlyTheInkForAnyPattern) {
   EXPECT_TRUE(rc::check([] {
     Cells cells{*rc::gen::inRange(1, 9), {}};
     cells.ink = *rc::gen::container<std::vector<bool>>(static_cast<std::size_t>(cells.width * cells.width),
@@ -71,7 +71,7 @@ TEST(Outline, EnclosesTheInkAndNothingElseForAnyPattern) {
   }));
 }
 
-TEST(Outline, HoldsForTagsOfEveryFamily) {
+TEST(Outline, IsValidForTagsOfEveryFamily) {
   EXPECT_TRUE(rc::check([] {
     const FamilyId id = *rc::gen::elementOf(kAllFamilies);
     const int number = *rc::gen::inRange(0, static_cast<int>(family(id).codes.size()));
@@ -79,7 +79,7 @@ TEST(Outline, HoldsForTagsOfEveryFamily) {
   }));
 }
 
-TEST(Outline, LiesWhereItIsTold) {
+TEST(Outline, IsAtTheGivenPosition) {
   const Loops loops = outline({2, {true, false, false, false}}, {10, 20, 8, 8});
   ASSERT_EQ(loops.size(), 1U);
   std::vector<Point> loop = loops.front();
@@ -89,16 +89,16 @@ TEST(Outline, LiesWhereItIsTold) {
   }
 }
 
-TEST(TagCells, OfNoPartOfTheTagStayWhite) {
+TEST(TagCells, CellsOutsideTheTagStayWhite) {
   const Cells cells = tag_cells({FamilyId::TagCircle21h7, 0});
   EXPECT_EQ(cells.width, 9);
   EXPECT_FALSE(cells.ink.front());
   EXPECT_FALSE(cells.ink.back());
 }
 
-/// Kalibr draws the bits of its table row by row from the top left, most significant first, black where a bit
-/// is 0. Its tables are those of AprilTag 2: the code of tag 0 of each family.
-TEST(TwoCellBorder, IsKalibrsTag) {
+/// Kalibr draws the bits of its table row by row from the top left, most significant first, black for a bit
+/// of 0. Its tables are those of AprilTag 2: the code of tag 0 of each family.
+TEST(TwoCellBorder, MatchesKalibr) {
   const std::vector<std::tuple<FamilyId, int, std::uint64_t>> first_codes = {
       {FamilyId::Tag36h11, 6, 0xd5d628584},
       {FamilyId::Tag25h9, 5, 0x155cbf1},

@@ -33,7 +33,7 @@ std::optional<double> number(std::string_view text) {
   return value;
 }
 
-/// "300x400" or "300x400mm" as two numbers; nothing when it does not look like that.
+/// "300x400" or "300x400mm" as two numbers; nothing for other text.
 std::optional<Paper> own_size(std::string_view text) {
   if (text.ends_with("mm")) text.remove_suffix(2);
   const std::size_t cross = text.find('x');
@@ -66,11 +66,12 @@ Result<Paper> parse_paper(std::string_view text) {
   }
   if (const auto paper = own_size(wanted)) {
     if (sane(paper->width_mm) && sane(paper->height_mm)) return *paper;
-    return fail(ErrorCode::InvalidArgument, fmt::format("paper of {} mm", paper->name), {.key = "paper"},
+    return fail(ErrorCode::InvalidArgument, fmt::format("invalid paper size {} mm", paper->name),
+                {.key = "paper"},
                 fmt::format("Each side must be {} to {} mm.", kSmallestSideMm, kLargestTagMm));
   }
   std::string hint = suggestion(wanted, names);
-  hint += fmt::format("{}Or give WIDTHxHEIGHT in millimetres, as in 300x400.", hint.empty() ? "" : " ");
+  hint += fmt::format("{}Or pass WIDTHxHEIGHT in millimetres, as in 300x400.", hint.empty() ? "" : " ");
   return fail(ErrorCode::InvalidArgument, fmt::format("unknown paper '{}'", text.substr(0, 60)),
               {.key = "paper"}, hint);
 }
@@ -78,9 +79,9 @@ Result<Paper> parse_paper(std::string_view text) {
 namespace {
 
 constexpr std::size_t kMaxPages = 2000;
-constexpr double kNarrowestTileMm = 18.0;  // so that the caption of a small tag can be read
+constexpr double kNarrowestTileMm = 18.0;  // so that the caption of a small tag stays readable
 
-/// The measures of one tile, the same for all tags of a family and size.
+/// Dimensions of one tile, equal for all tags of a family and size.
 struct Tile {
   double cells_mm = 0;   ///< side of all cells
   double border_mm = 0;  ///< from the edge of the cells to the border square
@@ -95,8 +96,8 @@ Tile tile_of(const Family& family, double tag_size_mm) {
   Tile tile;
   tile.cells_mm = cell_mm * family.total_width;
   tile.border_mm = cell_mm * (family.total_width - family.width_at_border) / 2;
-  // The cells of families with an outer border already contain the white ring they need. The others end in
-  // data cells, and half a cell of paper keeps the scissors off them.
+  // Families with an outer border already include the white ring they need. The others end in data cells, and
+  // half a cell of paper keeps a margin for cutting.
   tile.white_mm = family.reversed_border ? cell_mm / 2 : 0.0;
   tile.caption_mm = std::clamp(0.12 * tag_size_mm, 7.5, 16.0);
   tile.width_mm = std::max(tile.cells_mm + 2 * tile.white_mm, kNarrowestTileMm);
@@ -105,7 +106,7 @@ Tile tile_of(const Family& family, double tag_size_mm) {
 }
 
 struct Grid {
-  Paper paper;  ///< as it lies
+  Paper paper;  ///< in its orientation
   int columns = 0;
   int rows = 0;
 
@@ -116,13 +117,13 @@ int how_often(double length_mm, double room_mm) {
   return std::max(0, static_cast<int>(std::floor((room_mm + kToleranceMm) / length_mm)));
 }
 
-/// The largest grid of tiles on a sheet that lies as it is.
+/// The largest grid of tiles on a sheet in its given orientation.
 Grid grid_on(const Paper& paper, const Tile& tile, double margin_mm) {
   return {paper, how_often(tile.width_mm, paper.width_mm - 2 * margin_mm),
           how_often(tile.height_mm, paper.height_mm - 2 * margin_mm - kFooterHeightMm)};
 }
 
-/// The grid on the paper, turned if that is allowed and of use for `wanted` tags (0: as many as can be).
+/// The grid on the paper, rotated if that is allowed and useful for `wanted` tags (0: as many as possible).
 Grid best_grid(const Paper& paper, const Tile& tile, double margin_mm, Orientation orientation, int wanted) {
   const bool upright = paper.width_mm <= paper.height_mm;
   const Paper portrait = upright ? paper : turned(paper);
@@ -148,13 +149,13 @@ tl::unexpected<Error> tags_do_not_fit(const Family& family, const SheetOptions& 
                            : fmt::format("a {} tag of {} does not fit on {}", family.name,
                                          millimetres(size_mm), options.paper.name);
   const auto largest_m = largest_tag_size_m(family.id, options);
-  std::string hint =
-      largest_m ? fmt::format("The largest size that does: {:g} m.", *largest_m) : "No tag fits on it.";
+  std::string hint = largest_m ? fmt::format("The largest size that fits is {:g} m.", *largest_m)
+                               : "No tag fits on this paper.";
   const auto& papers = known_papers();
   const auto enough = std::find_if(papers.begin(), papers.end(),
                                    [&](const Paper& paper) { return fits(family, size_mm, paper, options); });
   if (enough != papers.end()) {
-    hint += fmt::format(" The smallest paper that would do: {}.", enough->name);
+    hint += fmt::format(" The smallest sufficient paper is {}.", enough->name);
   }
   return fail(ErrorCode::InvalidArgument, what, {.key = options.per_page > 1 ? "per_page" : "tag_size_m"},
               hint);
@@ -162,7 +163,8 @@ tl::unexpected<Error> tags_do_not_fit(const Family& family, const SheetOptions& 
 
 Status check_numbers(const Family& family, const std::vector<int>& numbers) {
   if (numbers.empty())
-    return fail(ErrorCode::InvalidArgument, "no tags to draw", {.key = "ids"}, "Name some, as in 0-3,7.");
+    return fail(ErrorCode::InvalidArgument, "no tags to draw", {.key = "ids"},
+                "Pass some numbers, as in 0-3,7.");
   std::set<int> seen;
   for (const int number : numbers) {
     if (number < 0 || static_cast<std::size_t>(number) >= family.codes.size()) {
@@ -171,8 +173,8 @@ Status check_numbers(const Family& family, const std::vector<int>& numbers) {
                   fmt::format("{} has the numbers 0 to {}.", family.name, family.codes.size() - 1));
     }
     if (!seen.insert(number).second) {
-      return fail(ErrorCode::InvalidArgument, fmt::format("tag number {} is named twice", number),
-                  {.key = "ids"}, "A tag says where it is: each number can stand in one place only.");
+      return fail(ErrorCode::InvalidArgument, fmt::format("duplicate tag number {}", number), {.key = "ids"},
+                  "Use each number once: tags with equal numbers cannot be distinguished.");
     }
   }
   return {};
@@ -214,11 +216,11 @@ Status check_tag_size(double tag_size_m) {
   constexpr double kLargestM = 5.0;
   if (tag_size_m >= kSmallestM && tag_size_m <= kLargestM) return {};
   const bool millimetres_given = tag_size_m > kLargestM && tag_size_m <= kLargestM * 1e3;
-  return fail(ErrorCode::InvalidArgument, fmt::format("{} m is no size of a tag to print", tag_size_m),
-              {.key = "tag_size_m"},
+  return fail(ErrorCode::InvalidArgument,
+              fmt::format("{} m is not a valid size of a printed tag", tag_size_m), {.key = "tag_size_m"},
               millimetres_given
                   ? fmt::format("Sizes are in metres: {:g} mm is {:g}.", tag_size_m, tag_size_m / 1e3)
-                  : fmt::format("Give metres, {:g} to {:g}; 160 mm is 0.16.", kSmallestM, kLargestM));
+                  : fmt::format("Use {:g} to {:g} metres; 160 mm is 0.16.", kSmallestM, kLargestM));
 }
 
 std::optional<double> largest_tag_size_m(FamilyId id, const SheetOptions& options) {
@@ -249,8 +251,8 @@ Result<SheetLayout> layout_sheet(FamilyId id, const std::vector<int>& numbers, c
   const auto step = static_cast<std::size_t>(per_page);
   if ((numbers.size() + step - 1) / step > kMaxPages) {
     return fail(ErrorCode::LimitExceeded,
-                fmt::format("{} tags would need more than {} pages", numbers.size(), kMaxPages),
-                {.key = "ids"}, "Ask for fewer at a time.");
+                fmt::format("{} tags require more than {} pages", numbers.size(), kMaxPages), {.key = "ids"},
+                "Print fewer tags at a time.");
   }
 
   SheetLayout layout{grid.paper, id, size_mm, margin_mm, per_page, place_footer(grid.paper, margin_mm), {}};
@@ -276,7 +278,7 @@ void line(Point from, Point to, double width_mm, std::vector<Shape>& shapes) {
   shapes.emplace_back(Stroke{{from, to}, width_mm, kMarkColor, {}});
 }
 
-/// A tip at `x_mm` that points away from `x_mm + length_mm`.
+/// An arrow tip at `x_mm` that points away from `x_mm + length_mm`.
 void tip(double x_mm, double y_mm, double length_mm, std::vector<Shape>& shapes) {
   const double half_mm = std::abs(length_mm) / 3.5;
   shapes.emplace_back(Fill{
@@ -294,7 +296,7 @@ Footer place_footer(const Paper& paper, double margin_mm) {
   footer.strip = {margin_mm, paper.height_mm - margin_mm - kFooterHeightMm, paper.width_mm - 2 * margin_mm,
                   kFooterHeightMm};
   constexpr double kStepMm = 10.0;
-  // Half a hairline of the end ticks lies outside the length they mark.
+  // Half a hairline of the end ticks is outside the marked length.
   const double room_mm = footer.strip.width_mm - kHairlineMm;
   const double length_mm = std::min(kLongestRulerMm, std::floor(room_mm / kStepMm) * kStepMm);
   footer.ruler = {paper.width_mm / 2 - length_mm / 2, footer.strip.y_mm + 1.5, length_mm, kRulerHeightMm};
@@ -360,7 +362,7 @@ void draw_up_mark(const Box& box, std::vector<Shape>& shapes) {
 
 namespace {
 
-/// The name in the middle of its row, or in the middle of what the up mark leaves free when it is long.
+/// The name in the middle of its row, or, if it is long, in the middle of the space beside the up mark.
 void draw_name(const std::string& name, const Box& row, double taken_mm, double baseline_mm,
                std::vector<Shape>& shapes) {
   const double height_mm = row.height_mm * 0.86;
@@ -381,7 +383,7 @@ void draw_sheet_caption(const PlacedTag& placed, double tag_size_mm, std::vector
 
   const Box& mark = placed.up_mark;
   draw_up_mark(mark, shapes);
-  const double up_mm = narrow ? 0.0 : row_mm * 1.3;  // room for the word
+  const double up_mm = narrow ? 0.0 : row_mm * 1.3;  // room for the word "up"
   if (!narrow) {
     shapes.emplace_back(Text{"up",
                              {mark.right_mm() + row_mm * 0.12, mark.bottom_mm()},
@@ -396,7 +398,7 @@ void draw_sheet_caption(const PlacedTag& placed, double tag_size_mm, std::vector
   draw_name(to_string(placed.tag), row, mark.right_mm() - box.x_mm + up_mm + 0.5, mark.bottom_mm(), shapes);
 }
 
-/// The sides of the tiles, those between neighbours once.
+/// The sides of the tiles; shared sides once.
 void draw_cut_lines(const std::vector<PlacedTag>& tags, std::vector<Shape>& shapes) {
   const auto tile_at = [&](double x_mm, double y_mm) {
     return std::any_of(tags.begin(), tags.end(), [&](const PlacedTag& other) {

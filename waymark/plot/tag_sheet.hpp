@@ -12,9 +12,9 @@
 
 namespace waymark::plot {
 
-/// A sheet of paper, upright (the first side is the width).
+/// A sheet of paper in portrait orientation (the first side is the width).
 struct Paper {
-  std::string name;      ///< "A4"; "300x400" for a size of one's own
+  std::string name;      ///< "A4"; "300x400" for a custom size
   double width_mm = 0;   ///< [mm]
   double height_mm = 0;  ///< [mm]
 
@@ -24,26 +24,27 @@ struct Paper {
 /// A6 to A0 (ISO 216), Letter, Legal and Tabloid (ANSI/ASME Y14.1), from small to large by area.
 [[nodiscard]] const std::vector<Paper>& known_papers();
 
-/// A name of known_papers() in any case, or a size of one's own, WIDTHxHEIGHT in millimetres ("300x400",
-/// "300x400mm"), 20 mm to 5 m a side. Errors: InvalidArgument, with the nearest name suggested.
+/// A name of known_papers() in any case, or a custom size WIDTHxHEIGHT in millimetres ("300x400",
+/// "300x400mm"), 20 mm to 5 m per side. Errors: InvalidArgument, with the nearest name suggested.
 [[nodiscard]] Result<Paper> parse_paper(std::string_view text);
 
-/// The same sheet turned by a quarter.
+/// The same sheet rotated by 90 degrees.
 [[nodiscard]] inline Paper turned(const Paper& paper) {
   return {paper.name, paper.height_mm, paper.width_mm};
 }
 
-/// How the paper lies. Auto: upright, or turned when more tags fit (or only then one does).
+/// Orientation of the paper. Auto: portrait, or rotated if more tags fit (or only then one does).
 enum class Orientation { Auto, Portrait, Landscape };
 
 /// "auto", "portrait" or "landscape". Error: InvalidArgument with a suggestion.
 [[nodiscard]] Result<Orientation> parse_orientation(std::string_view text);
 
-/// Whether a tag of this size can be printed; in words for who gave millimetres, nothing or NaN.
+/// Whether a tag of this size can be printed; the hint covers sizes given in millimetres, missing sizes and
+/// NaN.
 [[nodiscard]] Status check_tag_size(double tag_size_m);
 
-/// What a sheet of tags shall be. "Size" of a tag is the side of the square where its black border meets the
-/// white one; families with an inner border (circle, custom, standard) reach beyond it.
+/// Options of a sheet of tags. "Size" of a tag is the side of the square where its black border meets the
+/// white one; families with an inner border (circle, custom, standard) extend beyond it.
 struct SheetOptions {
   double tag_size_m = 0.0;
   Paper paper = {"A4", 210, 297};
@@ -63,26 +64,25 @@ struct SheetOptions {
   }
 };
 
-/// A tag on the page and what belongs to it.
+/// A tag on the page and its surroundings.
 struct PlacedTag {
   TagId tag;
-  Box square;   ///< its size: where the black border meets the white one
+  Box square;   ///< the square of its size: where the black border meets the white one
   Box cells;    ///< all its cells, total_width x total_width
-  Box tile;     ///< where it is cut out: cells, white margin and caption
+  Box tile;     ///< the area to cut out: cells, white margin and caption
   Box caption;  ///< below the cells: dimension arrow, then up mark and name
   Box up_mark;  ///< within the caption: a triangle that points to the upper edge of the tag
 };
 
-/// The lowest strip of a page: check ruler, how to print, what is on the page.
+/// The lowest strip of a page: ruler, printing instructions, contents of the page.
 struct Footer {
   Box strip;
-  Box ruler;  ///< the bar that can be measured; its width is the length it claims (100 mm, or less on small
-              ///< paper)
+  Box ruler;  ///< the measurable bar; its width is its nominal length (100 mm, or less on small paper)
 };
 
-/// A whole print job, in millimetres; nothing on it overlaps and everything inked lies within the margins.
+/// A print job, in millimetres; nothing overlaps and all ink is within the margins.
 struct SheetLayout {
-  Paper paper;  ///< as it lies
+  Paper paper;  ///< in its orientation
   FamilyId family = FamilyId::Tag36h11;
   double tag_size_mm = 0;
   double margin_mm = 0;
@@ -91,38 +91,38 @@ struct SheetLayout {
   std::vector<std::vector<PlacedTag>> pages;
 };
 
-/// Lays out the tags of these numbers in their order, row by row, page by page. Pure; O(numbers).
-/// Errors: InvalidArgument (a size that is no size, a number the family does not have or that is named twice,
-/// a tag or per_page that does not fit: says the largest size that does, and the paper that would),
-/// LimitExceeded (over 2000 pages).
+/// Lays out the tags of these numbers in their order, row by row, page by page. Pure; O(numbers). Errors:
+/// InvalidArgument (an invalid size, a number that the family does not have or a duplicate, a tag or per_page
+/// that does not fit: the hint has the largest size that fits and a sufficient paper), LimitExceeded (over
+/// 2000 pages).
 [[nodiscard]] Result<SheetLayout> layout_sheet(FamilyId family, const std::vector<int>& numbers,
                                                const SheetOptions& options);
 
-/// The largest tag_size_m, to a tenth of a millimetre, with which at least one tag (or options.per_page of
-/// them) fits on a page; nothing when not even 1 mm does. options.tag_size_m does not matter.
+/// The largest tag_size_m, to a tenth of a millimetre, with which at least one tag (or options.per_page tags)
+/// fits on a page; nothing if not even 1 mm fits. Ignores options.tag_size_m.
 [[nodiscard]] std::optional<double> largest_tag_size_m(FamilyId family, const SheetOptions& options);
 
-/// The pages of a layout, drawn.
+/// The drawn pages of a layout.
 [[nodiscard]] std::vector<Drawing> draw_sheet(const SheetLayout& layout);
 
-inline constexpr Color kMarkColor{0.25, 0.25, 0.25};   ///< of words, arrows and the ruler
+inline constexpr Color kMarkColor{0.25, 0.25, 0.25};   ///< of text, arrows and the ruler
 inline constexpr Color kFaintColor{0.55, 0.55, 0.55};  ///< of cut lines and side remarks
 
-/// Room for rounding in comparisons of lengths.
+/// Tolerance for rounding in comparisons of lengths.
 inline constexpr double kToleranceMm = 1e-6;
 
-/// 160 -> "160 mm", 24.69 -> "24.69 mm": what a ruler can show, to a hundredth.
+/// 160 -> "160 mm", 24.69 -> "24.69 mm": rounded to a hundredth.
 [[nodiscard]] std::string millimetres(double length_mm);
 
-/// Height of the footer strip; its place on a page.
+/// Height of the footer strip; its position on a page.
 inline constexpr double kFooterHeightMm = 15.0;
 [[nodiscard]] Footer place_footer(const Paper& paper, double margin_mm);
 
-/// The ruler with its ticks and the words that go with it; `remark` is the last line.
+/// The ruler with its ticks and text; `remark` is the last line.
 void draw_footer(const Footer& footer, const std::string& remark, std::vector<Shape>& shapes);
 
-/// An arrow between the x positions `from_mm` and `to_mm` inside a strip, with words in its middle, or to its
-/// right where they would be too small otherwise and the strip has room for them.
+/// An arrow between the x positions `from_mm` and `to_mm` inside a strip, with text in its middle, or to its
+/// right if it would be too small otherwise and the strip has room for it.
 void draw_dimension(double from_mm, double to_mm, const Box& strip, const std::string& words,
                     std::vector<Shape>& shapes);
 

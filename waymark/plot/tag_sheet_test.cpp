@@ -11,6 +11,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
+
 namespace waymark::plot {
 namespace {
 
@@ -48,15 +50,17 @@ TEST(Paper, AreListedFromSmallToLarge) {
   }
 }
 
-TEST(Paper, TakesASizeOfOnesOwn) {
+TEST(Paper, AcceptsACustomSize) {
   EXPECT_EQ(parse_paper("300x400").value(), (Paper{"300x400", 300, 400}));
   EXPECT_EQ(parse_paper("99.5X20mm").value(), (Paper{"99.5x20", 99.5, 20}));
 }
 
-TEST(Paper, RefusesWhatIsNoPaperWithAWayOut) {
-  EXPECT_EQ(
-      to_string(parse_paper("A44").error()),
-      "(paper): unknown paper 'A44'. Did you mean 'A4'? Or give WIDTHxHEIGHT in millimetres, as in 300x400.");
+TEST(Paper, InvalidPapersAreRejectedWithAHint) {
+  const Error unknown = parse_paper("A44").error();
+  EXPECT_EQ(unknown.place.key, "paper");
+  EXPECT_THAT(unknown.hint, ::testing::HasSubstr("'A4'"));
+  EXPECT_THAT(unknown.hint, ::testing::HasSubstr("300x400"));
+  testing::expect_on_page("tags", unknown);
   for (const char* text : {"", "x", "300x", "x400", "nanxnan", "infx300", "-300x400", "0x0", "19x300",
                            "300x5001", "1e9x1e9", "300x400x5", "300 x 400", "A4x"}) {
     const auto paper = parse_paper(text);
@@ -107,7 +111,7 @@ void expect_lawful(const SheetLayout& layout) {
       RC_ASSERT(contains(placed.caption, placed.up_mark));
       RC_ASSERT(!overlap(placed.cells, placed.caption));
       RC_ASSERT(!overlap(placed.tile, layout.footer.strip));
-      // The size is where black meets white, in the middle of all cells.
+      // The size is the square where black meets white, in the middle of all cells.
       RC_ASSERT(std::abs(placed.square.width_mm - layout.tag_size_mm) < kSlackMm);
       RC_ASSERT(std::abs(placed.cells.width_mm * table.width_at_border / table.total_width -
                          layout.tag_size_mm) < kSlackMm);
@@ -137,7 +141,7 @@ TEST(SheetLayout, NeverOverlapsAndStaysInTheMargins) {
       RC_DISCARD("does not fit");
     }
     expect_lawful(*layout);
-    // All numbers, in order, none twice.
+    // All numbers, in order, without duplicates.
     std::vector<int> placed;
     for (const auto& page : layout->pages) {
       for (const PlacedTag& tag : page) placed.push_back(tag.tag.number);
@@ -150,7 +154,7 @@ TEST(SheetLayout, NeverOverlapsAndStaysInTheMargins) {
   }));
 }
 
-TEST(SheetLayout, TheLargestSizeItNamesFitsAndALargerOneDoesNot) {
+TEST(SheetLayout, TheLargestSizeFitsAndALargerOneDoesNot) {
   for (const FamilyId id : kAllFamilies) {
     for (const Paper& paper : known_papers()) {
       for (const int per_page : {0, 1, 2, 5}) {
@@ -166,13 +170,13 @@ TEST(SheetLayout, TheLargestSizeItNamesFitsAndALargerOneDoesNot) {
   }
 }
 
-TEST(SheetLayout, ThePaperItNamesWouldDo) {
+TEST(SheetLayout, TheSuggestedPaperIsSufficient) {
   const auto layout = layout_sheet(FamilyId::Tag36h11, {0}, with_size(0.17));
   ASSERT_FALSE(layout);
-  EXPECT_EQ(to_string(layout.error()),
-            "(tag_size_m): a tag36h11 tag of 170 mm does not fit on A4. The largest size that does: 0.16 m. "
-            "The smallest paper that "
-            "would do: Tabloid.");
+  EXPECT_EQ(layout.error().place.key, "tag_size_m");
+  EXPECT_NE(layout.error().hint.find("0.16 m"), std::string::npos);
+  EXPECT_NE(layout.error().hint.find("Tabloid"), std::string::npos);
+  testing::expect_on_page("tags", layout.error());
   SheetOptions options = with_size(0.17);
   options.paper = parse_paper("Tabloid").value();
   EXPECT_TRUE(layout_sheet(FamilyId::Tag36h11, {0}, options));
@@ -185,7 +189,7 @@ TEST(SheetLayout, ATagOf160mmOfTheCommonFamilyFitsOnA4) {
   EXPECT_EQ(layout->tags_per_page, 1);
 }
 
-TEST(SheetLayout, TakesAsManyAsFitOrAsFewAsToldTo) {
+TEST(SheetLayout, PlacesAsManyAsFitOrPerPage) {
   SheetOptions options = with_size(0.05);
   const auto many = layout_sheet(FamilyId::Tag36h11, first_numbers(30), options);
   ASSERT_TRUE(many);
@@ -196,54 +200,61 @@ TEST(SheetLayout, TakesAsManyAsFitOrAsFewAsToldTo) {
   EXPECT_EQ(layout_sheet(FamilyId::Tag36h11, first_numbers(30), options)->pages.size(), 30U);
 }
 
-TEST(SheetLayout, TurnsThePaperOnlyWhereThatHelps) {
+TEST(SheetLayout, RotatesThePaperOnlyIfUseful) {
   SheetOptions options = with_size(0.16);
   EXPECT_EQ(layout_sheet(FamilyId::Tag36h11, {0}, options)->paper.width_mm, 210);
   options.paper = turned(options.paper);
   EXPECT_EQ(layout_sheet(FamilyId::Tag36h11, {0}, options)->paper.width_mm, 210);
-  options = with_size(0.075);  // 94 mm wide, 103 mm high with its caption: 2 x 2 upright, 3 x 1 turned
+  options = with_size(0.075);  // 94 mm wide, 103 mm high with its caption: 2 x 2 in portrait, 3 x 1 rotated
   EXPECT_EQ(layout_sheet(FamilyId::Tag36h11, {0}, options)->paper.width_mm, 210);
-  options = with_size(0.1);  // one upright, two turned
+  options = with_size(0.1);  // one in portrait, two rotated
   EXPECT_EQ(layout_sheet(FamilyId::Tag36h11, {0}, options)->paper.width_mm, 297);
 }
 
-TEST(SheetLayout, RefusesInWords) {
-  const auto error = [](const std::vector<int>& numbers, const SheetOptions& options) {
-    const auto layout = layout_sheet(FamilyId::Tag16h5, numbers, options);
-    return layout ? std::string("none") : to_string(layout.error());
-  };
+TEST(SheetLayout, InvalidOptionsAreRejected) {
   using ::testing::HasSubstr;
-  EXPECT_THAT(error({0, 30}, with_size(0.05)),
-              HasSubstr("no tag number 30 in tag16h5. tag16h5 has the numbers 0 to 29."));
-  EXPECT_THAT(error({-1}, with_size(0.05)), HasSubstr("no tag number -1"));
-  EXPECT_THAT(error({1, 2, 1}, with_size(0.05)), HasSubstr("tag number 1 is named twice"));
-  EXPECT_THAT(error({}, with_size(0.05)), HasSubstr("no tags to draw"));
-  EXPECT_THAT(error({0}, with_size(160)), HasSubstr("Sizes are in metres: 160 mm is 0.16."));
+  const auto expect_error = [](const std::vector<int>& numbers, const SheetOptions& options, const char* key,
+                               const char* value) {
+    const auto layout = layout_sheet(FamilyId::Tag16h5, numbers, options);
+    ASSERT_FALSE(layout) << value;
+    EXPECT_EQ(layout.error().code, ErrorCode::InvalidArgument) << value;
+    EXPECT_EQ(layout.error().place.key, key);
+    EXPECT_THAT(layout.error().message + layout.error().hint, HasSubstr(value));
+    testing::expect_on_page("tags", layout.error());
+  };
+  expect_error({0, 30}, with_size(0.05), "ids", "30");
+  expect_error({0, 30}, with_size(0.05), "ids", "0 to 29");
+  expect_error({-1}, with_size(0.05), "ids", "-1");
+  expect_error({1, 2, 1}, with_size(0.05), "ids", "1");
+  expect_error({}, with_size(0.05), "ids", "0-3,7");
+  expect_error({0}, with_size(160), "tag_size_m", "160 mm is 0.16");
   for (const double size_m : {0.0, -0.1, 1e-4, 1e9, std::numeric_limits<double>::quiet_NaN(),
                               std::numeric_limits<double>::infinity()}) {
-    EXPECT_THAT(error({0}, with_size(size_m)), HasSubstr("is no size of a tag to print")) << size_m;
+    expect_error({0}, with_size(size_m), "tag_size_m", "m");
   }
   SheetOptions options = with_size(0.05);
   options.margin_m = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THAT(error({0}, options), HasSubstr("margin_m"));
+  expect_error({0}, options, "margin_m", "nan");
   options = with_size(0.05);
   options.per_page = 50;
-  EXPECT_THAT(error({0}, options), HasSubstr("50 tag16h5 tags of 50 mm do not fit on one page of A4"));
+  expect_error({0}, options, "per_page", "50 tag16h5 tags of 50 mm");
   options = with_size(0.05);
   options.margin_m = 0.1;
   options.paper = {"A5", 148, 210};
-  EXPECT_THAT(error({0}, options), HasSubstr("No tag fits on it."));
+  expect_error({0}, options, "tag_size_m", "A5");
 }
 
-TEST(Orientation, IsReadOrSuggested) {
+TEST(Orientation, IsParsedOrSuggested) {
   EXPECT_EQ(parse_orientation("auto").value(), Orientation::Auto);
   EXPECT_EQ(parse_orientation("portrait").value(), Orientation::Portrait);
   EXPECT_EQ(parse_orientation("landscape").value(), Orientation::Landscape);
-  EXPECT_EQ(to_string(parse_orientation("potrait").error()),
-            "(orientation): unknown orientation 'potrait'. Did you mean 'portrait'?");
+  const Error unknown = parse_orientation("potrait").error();
+  EXPECT_EQ(unknown.place.key, "orientation");
+  EXPECT_NE(unknown.hint.find("'portrait'"), std::string::npos);
+  testing::expect_on_page("tags", unknown);
 }
 
-TEST(SheetLayout, StopsBeforeAForestIsPrinted) {
+TEST(SheetLayout, TooManyPagesAreRejected) {
   SheetOptions options = with_size(0.05);
   options.per_page = 1;
   const auto layout = layout_sheet(FamilyId::TagCircle49h12, first_numbers(2001), options);

@@ -23,7 +23,7 @@ struct Release {
 template <class T>
 using Owned = std::unique_ptr<T, Release>;
 
-/// Outlines as the designer drew them: hinting would make lengths depend on the resolution.
+/// Unhinted outlines: hinting would make lengths depend on the resolution.
 void select_font(cairo_t* canvas, double height_mm, bool bold) {
   cairo_select_font_face(canvas, "sans-serif", CAIRO_FONT_SLANT_NORMAL,
                          bold ? CAIRO_FONT_WEIGHT_BOLD : CAIRO_FONT_WEIGHT_NORMAL);
@@ -40,7 +40,7 @@ double advance_mm(cairo_t* canvas, const std::string& words) {
   return extents.x_advance;
 }
 
-/// Puts origin, direction and font so that the words can be set at the current point.
+/// Sets origin, direction and font so that the text can be drawn at the current point.
 void place(cairo_t* canvas, const Text& text) {
   select_font(canvas, text.height_mm, text.bold);
   double length_mm = advance_mm(canvas, text.words);
@@ -54,9 +54,9 @@ void place(cairo_t* canvas, const Text& text) {
   cairo_move_to(canvas, -back * length_mm, 0.0);
 }
 
-/// A canvas nothing is drawn on, for measuring; fine enough that cairo's fixed point does not show.
+/// A canvas for measuring only; fine enough that cairo's fixed point does not matter.
 Owned<cairo_t> ruler_canvas() {
-  // Without bounds: cairo leaves out letters far outside a surface, even of a path.
+  // Without bounds: cairo omits letters far outside a surface, even from a path.
   const Owned<cairo_surface_t> surface(cairo_recording_surface_create(CAIRO_CONTENT_ALPHA, nullptr));
   Owned<cairo_t> canvas(cairo_create(surface.get()));
   constexpr double kUnitsPerMillimetre = 100.0;
@@ -89,7 +89,7 @@ std::string text_outline(const Text& text) {
       out += 'Z';
       continue;
     }
-    // A move that no line follows only says where the next letter would stand.
+    // A move without a following line is only the position of the next letter.
     if (data->header.type == CAIRO_PATH_MOVE_TO &&
         (i + data->header.length >= path->num_data ||
          data[data->header.length].header.type == CAIRO_PATH_MOVE_TO)) {

@@ -12,13 +12,13 @@
 #include "waymark/geometry/lie.hpp"
 #include "waymark/geometry/uncertainty.hpp"
 
-/// One value from many measurements, each of which may offer several of which at most one is true.
+/// One value from many measurements, each with several alternatives of which at most one is correct.
 namespace waymark::internal {
 
-/// Poses nearer than this to each other agree: 0.999 quantile of chi-square with 6 degrees of freedom.
+/// Poses nearer to each other than this agree: 0.999 quantile of chi-square with 6 degrees of freedom.
 inline constexpr double kPoseGate = 22.5;
 
-/// What one frame says a transform may be.
+/// One candidate for a transform from one frame.
 template <LieGroup G>
 struct Alternative {
   G value{};
@@ -34,7 +34,7 @@ using Vote = std::vector<Alternative<G>>;
 template <LieGroup G>
 struct Agreement {
   Uncertain<G> value{};
-  int votes = 0;  ///< that agree with it
+  int votes = 0;  ///< votes that agree with the value
 };
 
 template <LieGroup G>
@@ -43,7 +43,7 @@ double distance2(const Alternative<G>& alternative, const G& value) {
   return r.dot(alternative.information * r);
 }
 
-/// The alternative of a vote nearest to a value, and how far; nullptr beyond the gate.
+/// The alternative of a vote nearest to a value, with its distance; nullptr beyond the gate.
 template <LieGroup G>
 std::pair<const Alternative<G>*, double> nearest(const Vote<G>& vote, const G& value, double gate) {
   std::pair<const Alternative<G>*, double> best{nullptr, gate};
@@ -61,7 +61,8 @@ double cost_of(const std::vector<Vote<G>>& votes, const G& value, double gate) {
   return sum;
 }
 
-/// The proposal that the votes contradict least: every alternative of the best determined votes is tried.
+/// The proposal with the smallest total cost over the votes; proposals are all alternatives of the best
+/// determined votes.
 template <LieGroup G>
 std::optional<G> propose(const std::vector<Vote<G>>& votes, double gate) {
   constexpr std::size_t kProposers = 8;
@@ -86,15 +87,15 @@ std::optional<G> propose(const std::vector<Vote<G>>& votes, double gate) {
 }
 
 /// The weighted mean (Barfoot and Furgale, "Associating Uncertainty with Three-Dimensional Poses for Use in
-/// Estimation Problems", IEEE T-RO 30(3), 2014, section IV: fusing poses by Gauss-Newton) of the alternatives
-/// that agree, found from a value near it: at most one of each vote, none farther than the gate.
+/// Estimation Problems", IEEE T-RO 30(3), 2014, section IV: fusing poses by Gauss-Newton) of the agreeing
+/// alternatives, starting from a value near it: at most one per vote, none beyond the gate.
 template <LieGroup G>
 std::optional<Agreement<G>> agree_near(const std::vector<Vote<G>>& votes, const G& start, double gate) {
   constexpr int kIterations = 20;
   G value = start;
   Agreement<G> result;
   for (int i = 0; i < kIterations; ++i) {
-    typename G::Jacobian H = G::Jacobian::Identity() * 1e-9;  // what no vote knows stays as it is
+    typename G::Jacobian H = G::Jacobian::Identity() * 1e-9;  // directions without information stay unchanged
     typename G::Tangent g = G::Tangent::Zero();
     double chi2 = 0;
     result.votes = 0;
@@ -117,7 +118,7 @@ std::optional<Agreement<G>> agree_near(const std::vector<Vote<G>>& votes, const 
   return result;
 }
 
-/// What the votes agree on. Which of its alternatives a vote means is decided by all votes together.
+/// The value on which the votes agree. All votes together determine which alternative of each vote is used.
 template <LieGroup G>
 std::optional<Agreement<G>> agree(const std::vector<Vote<G>>& votes, double gate) {
   const std::optional<G> start = propose(votes, gate);

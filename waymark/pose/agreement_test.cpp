@@ -12,8 +12,8 @@ internal::Vote<SE2> vote(const SE2& value, double chi2 = 0) {
   return {{value, Eigen::Matrix3d::Identity() * 1e4, chi2}};
 }
 
-// Two thirds of the votes prefer, by themselves, the wrong one of their two alternatives; only the true ones
-// coincide.
+// Two thirds of the votes prefer, individually, the wrong one of their two alternatives; only the correct
+// ones coincide.
 TEST(Agreement, FindsTheAlternativeThatAllFramesShare) {
   Random random(3);
   const SE2 truth(1, 2, 0.5);
@@ -30,10 +30,10 @@ TEST(Agreement, FindsTheAlternativeThatAllFramesShare) {
   ASSERT_TRUE(agreed);
   EXPECT_GE(agreed->votes, 28);
   EXPECT_LT(minus(agreed->value.mean, truth).norm(), 0.01);
-  EXPECT_LT(agreed->value.covariance.trace(), 3e-5) << "the mean of 30 is known better than one";
+  EXPECT_LT(agreed->value.covariance.trace(), 3e-5) << "the mean of 30 is more precise than one";
 }
 
-TEST(Agreement, OutliersBeyondTheGateDoNotCount) {
+TEST(Agreement, OutliersBeyondTheGateAreIgnored) {
   const std::vector<internal::Vote<SE2>> votes = {vote(SE2(0, 0, 0)), vote(SE2(0, 0, 0)), vote(SE2(5, 0, 0))};
   const auto agreed = internal::agree(votes, 20.0);
   ASSERT_TRUE(agreed);

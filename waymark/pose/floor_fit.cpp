@@ -8,7 +8,7 @@
 namespace waymark {
 namespace {
 
-/// Columns of the tangent of SE(3) in which lift(X) moves: x, y, rotation about z.
+/// Columns of the tangent of SE(3) that correspond to lift(X): x, y, rotation about z.
 Eigen::Matrix<double, 6, 3> plane_in_space() {
   Eigen::Matrix<double, 6, 3> A = Eigen::Matrix<double, 6, 3>::Zero();
   A(0, 0) = A(1, 1) = A(5, 2) = 1;
@@ -16,12 +16,11 @@ Eigen::Matrix<double, 6, 3> plane_in_space() {
 }
 
 Covariance<SE3> with_floor(const Covariance<SE3>& measured, const FloorOptions& options) {
-  constexpr double kLeastSigma =
-      1e-6;  // a covariance of zeros says that nothing is known of it, not that all is
+  constexpr double kMinSigma = 1e-6;  // a zero covariance means unknown, not exact
   const double tilt = options.tilt_sigma_rad * options.tilt_sigma_rad;
   const double height = options.height_sigma_m * options.height_sigma_m;
   Covariance<SE3> P = measured;
-  P.diagonal().array() += kLeastSigma * kLeastSigma;
+  P.diagonal().array() += kMinSigma * kMinSigma;
   P.diagonal().segment<3>(2) += Eigen::Vector3d(height, tilt, tilt);
   return P;
 }

@@ -9,7 +9,7 @@
 
 namespace waymark {
 
-/// How flat the floor is, and how well the camera's mounting is known.
+/// Accuracy of the floor and of the camera's mounting relative to it.
 struct FloorOptions {
   double tilt_sigma_rad = 0.005;
   double height_sigma_m = 0.005;
@@ -25,21 +25,23 @@ struct FloorOptions {
   }
 };
 
-/// The motion of the plane in a pose measured in space.
+/// The planar motion in a pose measured in space.
 struct FloorFit {
   Uncertain<SE2> a_X_b{};
   double chi2 =
-      0;  ///< of what a motion of the plane cannot explain (height, two tilts): 3 degrees of freedom
+      /// residual of the components that a planar motion cannot explain (height, two tilts): 3 degrees of
+      /// freedom
+      0;
 };
 
-/// The X that best explains a measured base_T_tag by lift(X) * shape, where a robot that stands on a floor
-/// can only turn and move in the plane and `shape` holds the height and the tilts of the tag: minimises the
-/// squared Mahalanobis distance of
+/// The X that best explains a measured base_T_tag by lift(X) * shape. A robot on a floor can only turn and
+/// move in the plane; `shape` contains the height and the tilts of the tag. Minimises the squared Mahalanobis
+/// distance of
 ///
 ///     log(base_T_tag (lift(X) shape)^-1)
 ///
-/// under the covariance of the measurement plus that of the floor. What is uncertain in space is mostly known
-/// on a floor: the covariance of X is smaller than that of the projected pose. Gauss-Newton, some
+/// under the covariance of the measurement plus that of the floor. The floor constrains components that are
+/// uncertain in space, so the covariance of X is smaller than that of the projected pose. Gauss-Newton, some
 /// microseconds.
 [[nodiscard]] FloorFit fit_to_floor(const Uncertain<SE3>& base_T_tag, const SE3& shape,
                                     const FloorOptions& options = {});

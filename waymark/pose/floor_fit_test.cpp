@@ -1,4 +1,4 @@
-// What a floor says of a pose: exact without noise, honest with it.
+// Pose fit to a floor: exact without noise, consistent covariance with noise.
 #include "waymark/pose/floor_fit.hpp"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ SE3 upright_shape() {
   return {SO3::from_matrix(R), {0, 0, 0.3}};
 }
 
-TEST(FloorFit, WithoutNoiseExact) {
+TEST(FloorFit, ExactWithoutNoise) {
   Random random(1);
   for (int i = 0; i < 200; ++i) {
     const SE2 X(random.uniform(0.3, 4), random.uniform(-2, 2), random.uniform(-3, 3));
@@ -27,8 +27,8 @@ TEST(FloorFit, WithoutNoiseExact) {
   }
 }
 
-// Weakly known tilts that are correlated with the position: the floor knows the tilts, so the position gains.
-TEST(FloorFit, KnowsMoreThanTheProjectionAndSaysHowMuch) {
+// Uncertain tilts correlated with the position: the floor constrains the tilts, which improves the position.
+TEST(FloorFit, IsMorePreciseThanTheProjectionAndConsistent) {
   Random random(2);
   Covariance<SE3> P = Covariance<SE3>::Identity() * 1e-5;
   P.block<3, 3>(3, 3) *= 400;
@@ -55,7 +55,7 @@ TEST(FloorFit, KnowsMoreThanTheProjectionAndSaysHowMuch) {
   EXPECT_NEAR(chi2 / kDraws, 3, 0.15);
 }
 
-TEST(FloorFit, ZeroCovarianceIsNoDivisionByZero) {
+TEST(FloorFit, ZeroCovarianceDoesNotDivideByZero) {
   const FloorFit fit = fit_to_floor({lift(SE2(1, 2, 3)) * upright_shape()}, upright_shape());
   EXPECT_LT(minus(fit.a_X_b.mean, SE2(1, 2, 3)).norm(), 1e-9);
   EXPECT_TRUE(fit.a_X_b.covariance.allFinite());

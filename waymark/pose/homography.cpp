@@ -11,7 +11,7 @@ namespace {
 using Points = std::span<const Eigen::Vector2d>;
 using Index = Eigen::Index;
 
-/// Relative size below which a singular value or determinant is rounding: the points determine no homography.
+/// A singular value or determinant below this relative size is rounding: the points determine no homography.
 constexpr double kDegenerate = 1e-10;
 
 auto invalid(std::string message, std::string hint) {
@@ -20,24 +20,23 @@ auto invalid(std::string message, std::string hint) {
 
 Status check(Points a_points, Points b_points) {
   if (a_points.size() != b_points.size()) {
-    return invalid(fmt::format("{} points against {}", a_points.size(), b_points.size()),
-                   "Give pairs: as many points in one plane as in the other.");
+    return invalid(fmt::format("{} points but {} images", a_points.size(), b_points.size()),
+                   "Pass pairs: as many points in one plane as in the other.");
   }
   if (a_points.size() < 4) {
     return invalid(fmt::format("{} pairs of points do not determine a homography", a_points.size()),
-                   "Give at least 4, no three of four on one line.");
+                   "Pass at least 4 pairs, no three of four on one line.");
   }
   for (const Points points : {a_points, b_points}) {
     for (const Eigen::Vector2d& p : points) {
-      if (!p.allFinite())
-        return invalid("a point with a coordinate that is not a finite number", "Check the input.");
+      if (!p.allFinite()) return invalid("non-finite coordinate of a point", "Check the input.");
     }
   }
   return {};
 }
 
 /// Hartley's normalisation (algorithm 4.2, steps i and ii): centroid to the origin, mean distance sqrt(2).
-/// All zero when the points are all in one place.
+/// Zero matrix if all points coincide.
 Eigen::Matrix3d normalisation(Points points) {
   const double n = static_cast<double>(points.size());
   Eigen::Vector2d centroid = Eigen::Vector2d::Zero();
@@ -51,7 +50,7 @@ Eigen::Matrix3d normalisation(Points points) {
   return T;
 }
 
-/// The 2n equations b x (H a) = 0, two rows a pair (Hartley and Zisserman, equation 4.3).
+/// The 2n equations b x (H a) = 0, two rows per pair (Hartley and Zisserman, equation 4.3).
 Eigen::Matrix<double, Eigen::Dynamic, 9> equations(Points a_points, const Eigen::Matrix3d& Ta,
                                                    Points b_points, const Eigen::Matrix3d& Tb) {
   Eigen::Matrix<double, Eigen::Dynamic, 9> A(2 * static_cast<Index>(a_points.size()), 9);
@@ -73,12 +72,12 @@ Result<Eigen::Matrix3d> homography_dlt(Points a_points, Points b_points) {
   const Eigen::Matrix3d Tb = normalisation(b_points);
   const auto degenerate = [] {
     return invalid("the points do not determine a homography: they are repeated or too many lie on one line",
-                   "Give at least 4 different points, no three of four on one line.");
+                   "Pass at least 4 different points, no three of four on one line.");
   };
   if (Ta.isZero(0) || Tb.isZero(0)) return degenerate();
 
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(equations(a_points, Ta, b_points, Tb), Eigen::ComputeFullV);
-  // Rank 8, or there is more than one solution; and the one solution must not flatten the plane.
+  // With a rank below 8 the solution is not unique; a singular solution would flatten the plane.
   if (!(svd.singularValues()(7) > kDegenerate * svd.singularValues()(0))) return degenerate();
   const Eigen::Matrix<double, 9, 1> h = svd.matrixV().col(8);
   const Eigen::Matrix3d normalised = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(h.data());

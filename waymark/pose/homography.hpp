@@ -9,17 +9,16 @@
 
 namespace waymark {
 
-/// The homography b_H_a that takes points of one plane to another, b ~ b_H_a (a, 1), by the normalised direct
+/// The homography b_H_a that maps points of one plane to another, b ~ b_H_a (a, 1), by the normalised direct
 /// linear transformation (Hartley and Zisserman, "Multiple View Geometry in Computer Vision", 2nd edition,
-/// algorithm 4.2). Martins and Ramos, "AprilTag-based Trajectory Tracking for the LIMOS Robot",
-/// section 2.2.1, start from it: with a the corners on the tag and b their normalised image, its columns are
-/// (r1, r2, t) up to scale. docs/concepts/pose.md, equations (1) to (3).
+/// algorithm 4.2). Martins and Ramos, "AprilTag-based Trajectory Tracking for the LIMOS Robot", section
+/// 2.2.1, start from it: with a the corners on the tag and b their normalised image, its columns are (r1, r2,
+/// t) up to scale. docs/concepts/pose.md, equations (1) to (3).
 ///
-/// At least 4 pairs, as many in a_points as in b_points, no three of four on one line. Exact for 4; for more
-/// the one of least algebraic error in normalised coordinates, not of least pixel error. Scaled to unit
-/// Frobenius norm, with the sign that makes the third coordinate of the image of a's centroid positive. Fails
-/// on too few or unequally many points, numbers that are not finite, and points that do not determine a
-/// homography. O(n).
+/// Requires at least 4 pairs, no three of four points on one line. Exact for 4 pairs; for more, the solution
+/// minimises the algebraic error in normalised coordinates, not the pixel error. Scaled to unit Frobenius
+/// norm; the sign makes the third coordinate of the image of a's centroid positive. Fails on too few or
+/// unequally many points, non-finite coordinates, and points that do not determine a homography. O(n).
 [[nodiscard]] Result<Eigen::Matrix3d> homography_dlt(std::span<const Eigen::Vector2d> a_points,
                                                      std::span<const Eigen::Vector2d> b_points);
 

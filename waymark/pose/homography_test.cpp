@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <opencv2/calib3d.hpp>
 
+#include "tests/support/golden_page.hpp"
 #include "tests/support/tag_views.hpp"
 
 namespace waymark {
@@ -68,7 +69,7 @@ TEST(Homography, DoesNotDependOnUnitsAndOrigin) {
 
 // Martins and Ramos, equation 2.12: on the tag's plane the projection is the homography (r1, r2, t) up to
 // scale.
-TEST(Homography, OfATagHoldsItsPose) {
+TEST(Homography, OfATagContainsItsPose) {
   Random random(3);
   const CameraModel camera = testing::plain_camera();
   for (int trial = 0; trial < 50; ++trial) {
@@ -100,8 +101,8 @@ TEST(Homography, AgreesWithOpenCvOnNoisyPoints) {
     }
     const cv::Mat cv_H = cv::findHomography(cv_a, cv_b, 0);
     const Eigen::Matrix3d ours = homography_dlt(a, b).value();
-    // OpenCV ends with a refinement of pixel error, so that the two differ by less than the noise, not by
-    // rounding.
+    // OpenCV finishes with a refinement of pixel error, so the two differ by less than the noise, but by more
+    // than rounding.
     for (const auto& p : a) {
       const cv::Matx31d q = cv::Matx33d(cv_H) * cv::Matx31d(p.x(), p.y(), 1);
       EXPECT_LT((apply_homography(ours, p) - Eigen::Vector2d(q(0) / q(2), q(1) / q(2))).norm(), 0.1);
@@ -112,30 +113,32 @@ TEST(Homography, AgreesWithOpenCvOnNoisyPoints) {
 struct BadInput {
   const char* why;
   Points a, b;
-  const char* words;
+  const char* text;
 };
 
-TEST(Homography, SaysWhatIsWrong) {
+TEST(Homography, RejectsInvalidInput) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const Points three(kSquare.begin(), kSquare.begin() + 3);
   const Points line = {{0, 0}, {1, 1}, {2, 2}, {0, 1}};
   const Points repeated = {{-1, -1}, {1, -1}, {1, 1}, {1, 1}};
   const Points one_place(4, Eigen::Vector2d(3, 4));
   const BadInput inputs[] = {
-      {"too few", three, three, "do not determine"},
-      {"unequal", kSquare, three, "4 points against 3"},
+      {"too few", three, three, "3 pairs"},
+      {"unequal", kSquare, three, "4 points"},
       {"not finite", kSquare, {{-1, -1}, {1, nan}, {1, 1}, {-1, 1}}, "finite"},
-      {"collinear source", line, kSquare, "line"},
-      {"collinear target", kSquare, line, "line"},
-      {"repeated source", repeated, kSquare, "repeated"},
-      {"repeated target", kSquare, repeated, "repeated"},
-      {"one place", one_place, kSquare, "repeated"},
-      {"onto one place", kSquare, one_place, "repeated"},
+      {"collinear source", line, kSquare, "homography"},
+      {"collinear target", kSquare, line, "homography"},
+      {"repeated source", repeated, kSquare, "homography"},
+      {"repeated target", kSquare, repeated, "homography"},
+      {"one place", one_place, kSquare, "homography"},
+      {"onto one place", kSquare, one_place, "homography"},
   };
   for (const BadInput& input : inputs) {
     const auto H = homography_dlt(input.a, input.b);
     ASSERT_FALSE(H) << input.why;
-    EXPECT_THAT(to_string(H.error()), HasSubstr(input.words)) << input.why;
+    EXPECT_EQ(H.error().code, ErrorCode::InvalidArgument) << input.why;
+    EXPECT_THAT(H.error().message, HasSubstr(input.text)) << input.why;
+    testing::expect_on_page("pose", H.error());
   }
 }
 

@@ -23,18 +23,18 @@
 namespace waymark::internal {
 namespace {
 
-/// A detection of a mapped tag, ready for the search.
+/// A detection of a map tag, prepared for the search.
 struct Candidate {
   std::size_t detection = 0;
   const TagDetection* seen = nullptr;
   const MappedTag* mapped = nullptr;
   Corners3 map_corners{};
-  Whitening whitening{};           ///< of the corners; with the map's covariance once linearised
+  Whitening whitening{};           ///< of the corners; includes the map's covariance once linearised
   std::array<SE3, 2> cam_T_map{};  ///< both poses of the tag, unrefined
   double area_px2 = 0;
 };
 
-/// A tag under a pose.
+/// Fit of a tag under a pose.
 struct TagFit {
   bool visible = false;
   NormalEquations normal{};
@@ -51,7 +51,7 @@ struct Consensus {
   std::size_t count = 0;
 };
 
-/// Grows a consensus from one pose of one tag. Keeps its memory between searches.
+/// Grows a consensus from one pose of one tag. Reuses its memory between searches.
 class Growth {
  public:
   Growth(const CameraModel& camera, std::vector<Candidate>& candidates, const MultiTagOptions& options)
@@ -64,18 +64,19 @@ class Growth {
       map_is_uncertain_ = map_is_uncertain_ || c.mapped->covariance.has_value();
   }
 
-  /// The consensus that grows from one pose of one tag; nothing when not even that tag fits. Tags may send
-  /// each other away, the seed too.
+  /// The consensus grown from one pose of one tag; nothing if that tag itself does not fit. Any tag may be
+  /// removed again, including the seed.
   std::optional<Consensus> from(std::size_t seed, const SE3& start) { return search(seed, start, true); }
-  /// The same of the seed alone.
+  /// The same with the seed alone.
   std::optional<Consensus> alone(std::size_t seed, const SE3& start) { return search(seed, start, false); }
 
  private:
   struct Tag {
     bool is_member = false;
     int expulsions = 0;
-    bool tried = false;      ///< together with the present members, in vain
-    double unexplained = 1;  ///< part of its chi2 that one Gauss-Newton step together with the members leaves
+    bool tried = false;  ///< together with the present members, without success
+    /// fraction of its chi2 that remains after one Gauss-Newton step together with the members
+    double unexplained = 1;
   };
   struct Solved {
     NormalEquations sum;
@@ -90,12 +91,12 @@ class Growth {
   void evaluate_others(const SE3& cam_T_map);
   [[nodiscard]] std::optional<SE3> refine_alone(std::size_t seed, const SE3& start) const;
   [[nodiscard]] std::optional<Solved> solve() const;
-  bool settle(SE3& cam_T_map, bool others_may_join);
-  bool let_join(const Solved& members);
-  bool try_to_join(SE3& cam_T_map);
+  bool minimise(SE3& cam_T_map, bool others_may_join);
+  bool add_fitting_tags(const Solved& members);
+  bool add_tag_by_trial(SE3& cam_T_map);
   bool try_one(std::size_t i, SE3& cam_T_map);
   [[nodiscard]] double excess(std::size_t i) const;
-  bool expel_worst();
+  bool remove_worst();
   bool linearise_map_again(const SE3& cam_T_map);
   void linearise_map(const SE3& cam_T_map);
   [[nodiscard]] std::optional<Consensus> finish(const SE3& cam_T_map) const;
@@ -112,18 +113,18 @@ class Growth {
   int linearisations_ = 0;
 };
 
-/// A tag that does not fit to first order is tried in earnest if a first-order step explains all but this
-/// part of its chi2.
-constexpr double kUnexplained = 0.25;
-/// How often a tag may be sent away and come back when the others have changed.
-constexpr int kMaxExpulsions = 2;
-/// The map's uncertainty is linearised again when the pose has moved by this many standard deviations, this
-/// often at most.
+/// A tag that does not fit to first order is tried iteratively if a first-order step leaves less than this
+/// fraction of its chi2.
+constexpr double kMaxUnexplained = 0.25;
+/// How often a tag may be removed and added again after the others changed.
+constexpr int kMaxRemovals = 2;
+/// The map's uncertainty is linearised again if the pose has moved by this many standard deviations, at most
+/// kMaxLinearisations times.
 constexpr double kMovedSigmas = 0.1;
 constexpr int kMaxLinearisations = 4;
 
 bool Growth::may_join(std::size_t i) const {
-  return !tags_[i].is_member && fits_[i].visible && tags_[i].expulsions < kMaxExpulsions;
+  return !tags_[i].is_member && fits_[i].visible && tags_[i].expulsions < kMaxRemovals;
 }
 
 void Growth::set_member(std::size_t i, bool is_member) {
@@ -145,7 +146,7 @@ void Growth::evaluate(const Candidate& candidate, const SE3& cam_T_map, TagFit& 
   fit.normal.add(e, J);
 }
 
-/// False when a member cannot be seen from there.
+/// False if a member is not visible from the pose.
 bool Growth::evaluate_members(const SE3& cam_T_map) {
   for (std::size_t i = 0; i < candidates_.size(); ++i) {
     if (!tags_[i].is_member) continue;
@@ -186,16 +187,15 @@ std::optional<Growth::Solved> Growth::solve() const {
   return solved;
 }
 
-/// Takes the members to their minimum; on the way others may join. False when they have none that can be
-/// seen.
-bool Growth::settle(SE3& cam_T_map, bool others_may_join) {
+/// Iterates the members to their minimum; other tags may be added on the way. False if no member is visible.
+bool Growth::minimise(SE3& cam_T_map, bool others_may_join) {
   for (int step = 0; step < options_.max_iterations; ++step) {
     if (!evaluate_members(cam_T_map)) return false;
     std::optional<Solved> solved = solve();
     if (!solved) return false;
     if (others_may_join) {
       evaluate_others(cam_T_map);
-      if (let_join(*solved)) solved = solve();
+      if (add_fitting_tags(*solved)) solved = solve();
       if (!solved) return false;
     }
     const double gain = -solved->xi.dot(solved->sum.g);
@@ -205,9 +205,8 @@ bool Growth::settle(SE3& cam_T_map, bool others_may_join) {
   return false;
 }
 
-/// Takes in every tag whose joining raises the total chi2, to first order, by no more than the gate: equation
-/// (22).
-bool Growth::let_join(const Solved& members) {
+/// Adds every tag that raises the total chi2, to first order, by no more than the gate: equation (22).
+bool Growth::add_fitting_tags(const Solved& members) {
   bool joined = false;
   for (std::size_t i = 0; i < tags_.size(); ++i) {
     if (!may_join(i)) continue;
@@ -225,12 +224,12 @@ bool Growth::let_join(const Solved& members) {
   return joined;
 }
 
-/// Where a first-order prediction is not enough, because the members leave the pose uncertain: fits the
-/// members with one more tag, the most promising first, until one fits with all of them.
-bool Growth::try_to_join(SE3& cam_T_map) {
+/// For members that leave the pose too uncertain for a first-order prediction: fits the members with one more
+/// tag, the most promising first, until one fits with all of them.
+bool Growth::add_tag_by_trial(SE3& cam_T_map) {
   while (true) {
     std::size_t best = tags_.size();
-    double least = kUnexplained;
+    double least = kMaxUnexplained;
     for (std::size_t i = 0; i < tags_.size(); ++i) {
       if (!may_join(i) || tags_[i].tried || !(tags_[i].unexplained < least)) continue;
       best = i;
@@ -244,7 +243,7 @@ bool Growth::try_to_join(SE3& cam_T_map) {
 bool Growth::try_one(std::size_t i, SE3& cam_T_map) {
   SE3 trial = cam_T_map;
   tags_[i].is_member = true;
-  bool fits = settle(trial, false);
+  bool fits = minimise(trial, false);
   for (std::size_t k = 0; k < tags_.size() && fits; ++k) fits = !tags_[k].is_member || excess(k) <= 1;
   if (fits) {
     set_member(i, true);
@@ -253,20 +252,20 @@ bool Growth::try_one(std::size_t i, SE3& cam_T_map) {
   }
   tags_[i].is_member = false;
   tags_[i].tried = true;
-  // The members' equations are those of the trial.
+  // Restores the members' equations after the trial.
   [[maybe_unused]] const bool visible = evaluate_members(cam_T_map);
   assert(visible);
   return false;
 }
 
-/// How far beyond its gates a tag is: more than 1 is outside.
+/// Excess of a tag over its gates; more than 1 is outside.
 double Growth::excess(std::size_t i) const {
   return std::max(fits_[i].normal.chi2 / options_.tag_gate_chi2,
                   fits_[i].worst_corner_chi2 / options_.corner_gate_chi2);
 }
 
-/// Sends away the member farthest beyond its gates; false when all are within.
-bool Growth::expel_worst() {
+/// Removes the member farthest beyond its gates; false if all are within.
+bool Growth::remove_worst() {
   std::size_t worst = tags_.size();
   double worst_excess = 1.0;
   for (std::size_t i = 0; i < tags_.size(); ++i) {
@@ -280,7 +279,7 @@ bool Growth::expel_worst() {
   return true;
 }
 
-/// Adds what the uncertainty of a mapped tag does to its corners, equation (21), seen from this pose.
+/// Adds the effect of a map tag's uncertainty on its corners, equation (21), linearised at this pose.
 void Growth::linearise_map(const SE3& cam_T_map) {
   if (!map_is_uncertain_) return;
   ++linearisations_;
@@ -323,7 +322,7 @@ std::optional<Consensus> Growth::finish(const SE3& cam_T_map) const {
   return consensus;
 }
 
-/// Linearises the map's uncertainty here if the pose has moved noticeably since last time.
+/// Linearises the map's uncertainty again if the pose has moved noticeably since the last linearisation.
 bool Growth::linearise_map_again(const SE3& cam_T_map) {
   if (!map_is_uncertain_ || linearisations_ >= kMaxLinearisations) return false;
   const std::optional<Solved> solved = solve();
@@ -344,12 +343,11 @@ std::optional<Consensus> Growth::search(std::size_t seed, const SE3& start, bool
   SE3 cam_T_map = *seed_only;
   tags_.assign(tags_.size(), Tag());
   tags_[seed].is_member = true;
-  // Each tag joins and leaves a bounded number of times; the bound on rounds only guards against a mistake in
-  // that.
+  // Each tag is added and removed a bounded number of times; the limit on rounds only guards against a bug.
   for (std::size_t rounds = 0; rounds < 10 + 4 * tags_.size(); ++rounds) {
-    if (!settle(cam_T_map, others_may_join)) return std::nullopt;
-    if (expel_worst()) continue;
-    if (others_may_join && try_to_join(cam_T_map)) continue;
+    if (!minimise(cam_T_map, others_may_join)) return std::nullopt;
+    if (remove_worst()) continue;
+    if (others_may_join && add_tag_by_trial(cam_T_map)) continue;
     if (linearise_map_again(cam_T_map)) continue;
     evaluate_others(cam_T_map);
     return finish(cam_T_map);
@@ -357,8 +355,8 @@ std::optional<Consensus> Growth::search(std::size_t seed, const SE3& start, bool
   return std::nullopt;
 }
 
-/// Poses of the same tags nearer than this many standard deviations are one: the covariance of each covers
-/// the other.
+/// Poses of the same tags nearer than this many standard deviations count as one: each covariance covers the
+/// other pose.
 constexpr double kSamePoseSigmas = 1.0;
 
 /// Distance of b from a in standard deviations of a.
@@ -383,14 +381,14 @@ void keep_if_new(std::vector<Consensus>& found, std::optional<Consensus> consens
   found.push_back(std::move(*consensus));
 }
 
-/// All consensuses worth reporting: best first, then those that explain as many tags with a chi2 larger by
+/// All consensuses to report: the best first, then those that explain as many tags and exceed its chi2 by
 /// less than options.ambiguity_chi2. Candidates must be in descending order of area.
 std::vector<Consensus> find_consensus(const CameraModel& camera, std::vector<Candidate>& candidates,
                                       const MultiTagOptions& options) {
   Growth growth(camera, candidates, options);
   std::vector<Consensus> found;
   for (std::size_t seed = 0; seed < candidates.size(); ++seed) {
-    // A larger consensus holds a tag that the best one lacks, so only those need to propose.
+    // A larger consensus must contain a tag that the best one lacks, so only such tags are seeds.
     const auto best = std::min_element(found.begin(), found.end(), is_better);
     if (best != found.end() && best->members[seed] != 0) continue;
     for (const SE3& start : candidates[seed].cam_T_map) {
@@ -401,8 +399,8 @@ std::vector<Consensus> find_consensus(const CameraModel& camera, std::vector<Can
   }
   std::sort(found.begin(), found.end(), is_better);
   if (found.empty()) return found;
-  // Poses of the same tags compare by likelihood; of different tags by their number alone: chi2 is of
-  // different data.
+  // Poses of the same tags are compared by likelihood; of different tags only by their number, because their
+  // chi2 are of different data.
   const Consensus best = found.front();
   std::erase_if(found, [&](const Consensus& c) {
     return c.count < best.count || (c.members == best.members && c.chi2 > best.chi2 + options.ambiguity_chi2);
@@ -439,7 +437,7 @@ bool is_finite(const SE3& T) {
   return T.translation().allFinite() && T.rotation().quaternion().coeffs().allFinite();
 }
 
-/// Collects what could not be used.
+/// Collects unusable detections.
 struct Rejections {
   Detections detections;
   std::vector<RejectedTag> list{};
@@ -449,8 +447,8 @@ struct Rejections {
   }
 };
 
-/// Detections that are the only one of their id; the others are rejected. Repeats count as one when all of
-/// them agree.
+/// Detections whose id is unique; the others are rejected. Duplicates count as one detection if all of them
+/// agree.
 std::vector<std::size_t> unique_detections(Detections detections, double tolerance_px, Rejections& rejected) {
   std::vector<std::size_t> unique;
   unique.reserve(detections.size());
@@ -469,10 +467,10 @@ std::vector<std::size_t> unique_detections(Detections detections, double toleran
       rejected.add(
           i, RejectReason::ContradictoryDuplicate,
           fmt::format(
-              "{} was seen {} times in one image, up to {:.1f} px apart: which one is true cannot be known",
+              "{} was detected {} times in one image, up to {:.1f} px apart; the correct one is ambiguous",
               id, same.size() + 1, apart));
     } else if (!same.empty() && same.front() < i) {
-      rejected.add(i, RejectReason::Duplicate, fmt::format("{} was seen twice in one place", id));
+      rejected.add(i, RejectReason::Duplicate, fmt::format("{} was detected twice at one position", id));
     } else {
       unique.push_back(i);
     }
@@ -480,14 +478,14 @@ std::vector<std::size_t> unique_detections(Detections detections, double toleran
   return unique;
 }
 
-/// What is wrong with an entry of the map, in words; empty when nothing is.
+/// Description of an invalid map entry; empty if it is valid.
 std::string map_entry_problem(const MappedTag& mapped) {
-  if (!is_tag_size(mapped.size_m)) return fmt::format("the map gives it a size of {} m", mapped.size_m);
-  if (!is_finite(mapped.map_T_tag)) return "its pose in the map is not finite";
+  if (!is_tag_size(mapped.size_m)) return fmt::format("invalid tag size {} m in the map", mapped.size_m);
+  if (!is_finite(mapped.map_T_tag)) return "non-finite pose in the map";
   if (!mapped.covariance) return {};
   const PoseCovariance& C = *mapped.covariance;
   if (!C.allFinite() || !C.isApprox(C.transpose(), 1e-6) || !Eigen::LDLT<PoseCovariance>(C).isPositive()) {
-    return "its covariance in the map is not symmetric and positive";
+    return "the covariance in the map is not symmetric and positive definite";
   }
   return {};
 }
@@ -522,7 +520,7 @@ std::optional<Candidate> prepare(std::size_t detection, Detections detections, c
   return candidate;
 }
 
-/// Root mean square distance of a tag's corners from where they project; infinite when one does not.
+/// Root mean square distance of a tag's corners from their projections; infinite if one does not project.
 double rms_px(const CameraModel& camera, const SE3& cam_T_map, const Candidate& candidate) {
   double squared = 0;
   for (std::size_t i = 0; i < 4; ++i) {
@@ -559,18 +557,17 @@ void reject_outliers(const Consensus& consensus, const std::vector<Candidate>& c
     const std::string id = to_string(candidates[i].seen->tag);
     const internal::TagFit& fit = consensus.fits[i];
     if (!fit.visible) {
-      rejected.add(
-          candidates[i].detection, RejectReason::NotVisible,
-          fmt::format(
-              "{} was seen, but from the pose of the other tags it lies behind the camera or beyond the "
-              "lens",
-              id));
+      rejected.add(candidates[i].detection, RejectReason::NotVisible,
+                   fmt::format("{} was detected, but according to the pose from the other tags it is behind "
+                               "the camera or beyond the "
+                               "lens",
+                               id));
       continue;
     }
     rejected.add(
         candidates[i].detection, RejectReason::Outlier,
         fmt::format(
-            "{} lies {:.1f} px from where the pose of the others puts it (chi2 {:.1f} over 8 residuals, "
+            "{} is {:.1f} px from its position predicted by the other tags (chi2 {:.1f} over 8 residuals, "
             "gate {:.1f}; worst corner {:.1f}, gate {:.1f})",
             id, rms_px(camera, consensus.cam_T_map, candidates[i]), fit.normal.chi2, options.tag_gate_chi2,
             fit.worst_corner_chi2, options.corner_gate_chi2),
@@ -581,7 +578,7 @@ void reject_outliers(const Consensus& consensus, const std::vector<Candidate>& c
 void reject_all(const std::vector<Candidate>& candidates, Rejections& rejected) {
   for (const Candidate& candidate : candidates) {
     rejected.add(candidate.detection, RejectReason::Outlier,
-                 fmt::format("the corners of {} fit no pose of a square within the gate",
+                 fmt::format("no pose of a square fits the corners of {} within the gate",
                              to_string(candidate.seen->tag)));
   }
 }

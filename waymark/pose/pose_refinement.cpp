@@ -92,14 +92,14 @@ Result<Corners3> bearings_of(const TagDetection& detection, const CameraModel& c
   for (std::size_t i = 0; i < 4; ++i) {
     const Eigen::Vector2d& px = detection.corners_px[i];
     if (!px.allFinite()) {
-      return invalid(detection, fmt::format("corner {} is not at a finite position", kCornerNames[i]),
-                     "Check where the detection came from.");
+      return invalid(detection, fmt::format("corner {} has a non-finite position", kCornerNames[i]),
+                     "Check the source of the detection.");
     }
     const auto bearing = camera.unproject(px);
     if (!bearing) {
       return invalid(
           detection,
-          fmt::format("corner {} at ({:.1f}, {:.1f}) px is where the lens model shows no point",
+          fmt::format("corner {} at ({:.1f}, {:.1f}) px is outside the domain of the camera model",
                       kCornerNames[i], px.x(), px.y()),
           "Calibrate with views that reach the edges of the image, or check that the calibration belongs to "
           "this camera and resolution.");
@@ -114,8 +114,8 @@ Result<Corners3> bearings_of(const TagDetection& detection, const CameraModel& c
 Result<std::array<SE3, 2>> starting_poses(const TagDetection& detection, double size_m,
                                           const CameraModel& camera) {
   if (!is_tag_size(size_m)) {
-    return invalid(detection, fmt::format("{} m is not the size of a tag", size_m),
-                   "Give the side of the black square in metres, measured where black meets white.");
+    return invalid(detection, fmt::format("{} m is not a valid tag size", size_m),
+                   "Pass the side of the black square in metres, measured where black meets white.");
   }
   const Result<Corners3> bearings = bearings_of(detection, camera);
   if (!bearings) return tl::unexpected<Error>(bearings.error());
@@ -123,7 +123,7 @@ Result<std::array<SE3, 2>> starting_poses(const TagDetection& detection, double 
   if (poses.defect != QuadDefect::None) {
     return invalid(
         detection, to_string(poses.defect),
-        "Give the corners of the printed tag in the order TL, TR, BR, BL, as a reader of the tag sees them.");
+        "Pass the corners of the printed tag in the order TL, TR, BR, BL, as seen by a viewer of the tag.");
   }
   return poses.cam_T_tag;
 }
@@ -133,7 +133,7 @@ Result<Whitening> whitening_of(const TagDetection& detection, double sigma_px) {
   const std::optional<Whitening> whitening = Whitening::of(*detection.corner_covariance_px2);
   if (!whitening) {
     return invalid(detection, "the covariance of the corners is not finite and positive definite",
-                   "Leave it out, or check how the detector makes it.");
+                   "Omit `corner_covariance_px2`, or check how the detector computes it.");
   }
   return *whitening;
 }

@@ -13,21 +13,21 @@
 
 namespace waymark::internal {
 
-/// Cholesky factorisation A = L L^T of a symmetric 6x6 matrix, for the inner loop of pose refinement. Loops
-/// of constant length, which compilers unroll: a third of the time of Eigen's LLT at this size
+/// Cholesky factorisation A = L L^T of a symmetric 6x6 matrix, for the inner loop of pose refinement. Its
+/// loops have constant length, so compilers unroll them: a third of the time of Eigen's LLT at this size
 /// (benchmarks/pose_benchmark.cpp).
 class Cholesky6 {
  public:
   using Vector = Eigen::Matrix<double, 6, 1>;
   using Matrix = Eigen::Matrix<double, 6, 6>;
 
-  /// Nothing when A is not positive definite, or not finite. Reads the lower triangle.
+  /// Nothing if A is not positive definite, or not finite. Reads the lower triangle.
   static std::optional<Cholesky6> of(const Matrix& A) {
     Cholesky6 c;
     for (int j = 0; j < 6; ++j) {
       double pivot = A(j, j);
       for (int k = 0; k < j; ++k) pivot -= c.L_(j, k) * c.L_(j, k);
-      // Below rounding of what was subtracted there is no information left in this direction.
+      // A pivot below the rounding of the subtraction carries no information.
       if (!(pivot > 1e-15 * A(j, j)) || !std::isfinite(pivot)) return std::nullopt;
       c.L_(j, j) = std::sqrt(pivot);
       c.inverse_diagonal_[j] = 1.0 / c.L_(j, j);
@@ -78,13 +78,12 @@ using Matrix86 = Eigen::Matrix<double, 8, 6>;
 using Corners3 = std::array<Eigen::Vector3d, 4>;
 using Corners2 = std::array<Eigen::Vector2d, 4>;
 
-/// What turns the eight coordinates of a residual into independent numbers of unit variance: L^-1 of the
-/// covariance L L^T.
+/// Transforms the eight coordinates of a residual to independent unit variance: L^-1 of the covariance L L^T.
 class Whitening {
  public:
   /// Independent coordinates of this standard deviation [px].
   explicit Whitening(double sigma_px = 1.0) : inverse_sigma_(1.0 / sigma_px) {}
-  /// Of a full covariance [px^2]; nothing when it is not positive definite and finite.
+  /// From a full covariance [px^2]; nothing if it is not positive definite and finite.
   static std::optional<Whitening> of(const CornerCovariance& covariance_px2);
 
   void apply(Vector8& e, Matrix86& J) const;
@@ -95,7 +94,7 @@ class Whitening {
  private:
   [[nodiscard]] bool isotropic() const { return inverse_sigma_ > 0; }
 
-  double inverse_sigma_ = 0;  ///< 0: the full factor holds
+  double inverse_sigma_ = 0;  ///< 0: the full factor is used
   CornerCovariance factor_;   ///< L, set only for a full covariance
 };
 
@@ -116,7 +115,7 @@ struct NormalEquations {
 
 /// Residuals projection - measurement of four corners and their derivative with respect to a left
 /// perturbation in the frame with the camera's axes and its origin at cam_pivot; equations (13) and (14).
-/// False, with e and J unfinished, when a corner lies behind the camera or beyond the lens.
+/// False, with e and J incomplete, if a corner is behind the camera or beyond the lens.
 bool corner_residuals(const CameraModel& camera, const Corners3& cam_corners,
                       const Eigen::Vector3d& cam_pivot, const Corners2& measured_px, Vector8& e, Matrix86& J);
 
@@ -127,33 +126,35 @@ bool corner_residuals(const CameraModel& camera, const Corners3& cam_corners,
   return {step.rotation() * cam_T_ref.rotation(), cam_pivot + step * (cam_T_ref.translation() - cam_pivot)};
 }
 
-/// Adjoint of the translation by t: takes a tangent at the pivot t to the tangent at the origin.
+/// Adjoint of the translation by t: maps a tangent at the pivot t to the tangent at the origin.
 [[nodiscard]] inline Matrix6 shift_adjoint(const Eigen::Vector3d& t) {
   Matrix6 Ad = Matrix6::Identity();
   Ad.topRightCorner<3, 3>() = SO3::hat(t);
   return Ad;
 }
 
-/// Root of the mean squared distance [px] of the corners from where they project; residuals before whitening.
+/// Root of the mean squared distance [px] of the corners from their projections; residuals before whitening.
 [[nodiscard]] inline double rms_of(const Vector8& e) { return std::sqrt(e.squaredNorm() / 4); }
 
-/// A step that promises less than this part of chi2 (or of 1e-3, when all but nothing is left) is the last: a
-/// thousandth of a standard deviation where chi2 is what it should be.
+/// A step whose predicted gain is below this fraction of chi2 (or of 1e-3, if chi2 is nearly zero) is the
+/// last: a thousandth of a standard deviation for a typical chi2.
 inline constexpr double kGainTolerance = 1e-6;
 
-/// Where a refinement ended.
+/// Result of a refinement.
 struct Refined {
   SE3 cam_T_ref{};
-  NormalEquations normal{};  ///< at cam_T_ref, but for a last step whose predicted gain was below tolerance
+  /// at cam_T_ref, except for a last step whose predicted gain was below tolerance
+  NormalEquations normal{};
   int iterations = 0;
   bool converged = false;
 };
 
-/// Minimises chi2 by Levenberg and Marquardt's method (pure Gauss-Newton as long as that lowers the cost).
+/// Minimises chi2 by the Levenberg-Marquardt method (pure Gauss-Newton while that lowers the cost).
 ///
-/// evaluate(cam_T_ref, cam_pivot, normal) adds up the normal equations at a pose, or returns false where a
-/// point cannot be seen. pivot_of(cam_T_ref) is the point of the camera frame about which a step turns: near
-/// the points it turns, the six unknowns are least correlated. Nothing when the start itself cannot be seen.
+/// evaluate(cam_T_ref, cam_pivot, normal) accumulates the normal equations at a pose, or returns false if a
+/// point is not visible. pivot_of(cam_T_ref) is the point of the camera frame about which a step rotates:
+/// with a pivot near the points the six unknowns are least correlated. Returns nothing if the start itself is
+/// not visible.
 template <class Evaluate, class PivotOf>
 std::optional<Refined> refine(const SE3& start, int max_iterations, PivotOf&& pivot_of, Evaluate&& evaluate) {
   Refined at{.cam_T_ref = start};
@@ -167,7 +168,7 @@ std::optional<Refined> refine(const SE3& start, int max_iterations, PivotOf&& pi
     const std::optional<Cholesky6> cholesky = Cholesky6::of(damped);
     if (!cholesky) return std::nullopt;
     const Vector6 step = -cholesky->solve(at.normal.g);
-    const double gain = -step.dot(at.normal.g);  // the fall of chi2 that the linear model promises
+    const double gain = -step.dot(at.normal.g);  // the decrease of chi2 predicted by the linear model
     const SE3 next = perturbed(step, at.cam_T_ref, pivot);
     if (gain <= kGainTolerance * (1e-3 + at.normal.chi2)) {
       at.cam_T_ref = next;
@@ -189,14 +190,14 @@ std::optional<Refined> refine(const SE3& start, int max_iterations, PivotOf&& pi
   return at;
 }
 
-/// Both closed-form poses of a detected tag (square_poses), or in words why it is no image of a square: size
-/// not positive and finite, corners not finite, beyond the lens, repeated, on a line, mirrored or out of
-/// order.
+/// Both closed-form poses of a detected tag (square_poses). Fails if the detection is not an image of a
+/// square: size not positive and finite; corners not finite, beyond the lens, repeated, collinear, mirrored
+/// or out of order.
 Result<std::array<SE3, 2>> starting_poses(const TagDetection& detection, double size_m,
                                           const CameraModel& camera);
 
-/// From the detection's covariance, or from sigma_px when it has none; fails when that is not finite and
-/// positive definite.
+/// From the detection's covariance, or from sigma_px if it has none; fails if the covariance is not finite
+/// and positive definite.
 Result<Whitening> whitening_of(const TagDetection& detection, double sigma_px);
 
 }  // namespace waymark::internal

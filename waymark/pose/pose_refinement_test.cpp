@@ -39,7 +39,7 @@ TEST(Cholesky6, SolvesAndInverts) {
   }
 }
 
-TEST(Cholesky6, RefusesWhatIsNotPositiveDefinite) {
+TEST(Cholesky6, RejectsMatricesThatAreNotPositiveDefinite) {
   Matrix6 singular = Matrix6::Identity();
   singular(5, 5) = 0;
   EXPECT_FALSE(Cholesky6::of(singular));
@@ -76,7 +76,7 @@ TEST(Reprojection, JacobianIsTheDerivative) {
   }
 }
 
-// exp at the pivot is exp at the origin of the adjoint tangent: the covariance handed out is in the plain
+// exp at the pivot equals exp at the origin of the adjoint tangent: the returned covariance is in the plain
 // left tangent.
 TEST(Reprojection, ThePivotOnlyChangesCoordinates) {
   Random random(3);
@@ -126,7 +126,7 @@ TEST(Whitening, IsotropicIsTheDiagonalCovariance) {
   EXPECT_THAT(Ja, MatrixNear(Jb, 1e-12));
 }
 
-TEST(Whitening, RefusesWhatIsNoCovariance) {
+TEST(Whitening, RejectsInvalidCovariances) {
   EXPECT_FALSE(Whitening::of(CornerCovariance::Zero()));
   EXPECT_FALSE(Whitening::of(-CornerCovariance::Identity()));
   CornerCovariance nan = CornerCovariance::Identity();

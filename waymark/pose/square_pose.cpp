@@ -10,14 +10,14 @@ namespace {
 
 using Bearings = std::array<Eigen::Vector3d, 4>;
 
-/// Four corners within this angle [rad] are one point: below it the differences of unit vectors lose their
-/// digits.
+/// Four corners within this angle [rad] count as one point: below it the differences of unit vectors lose
+/// their digits.
 constexpr double kSmallestAngle = 1e-7;
 /// Smallest area of a corner triangle, relative to the square of the longest side or diagonal: a millionth,
-/// which is less than rounding to float leaves of three corners on a line.
+/// which is below the rounding to float of three collinear corners.
 constexpr double kSmallestArea = 1e-6;
 
-/// det(a, b, c) through differences, which keeps the digits of small triangles.
+/// det(a, b, c) from differences, which keeps the digits of small triangles.
 double triple(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
   return a.dot((b - a).cross(c - a));
 }
@@ -54,24 +54,24 @@ std::pair<Eigen::Vector3d, Eigen::Vector3d> complete_basis(const Eigen::Vector3d
           Eigen::Vector3d(b, sign + z.y() * z.y() * a, -z.y())};
 }
 
-/// What the image of the square about its centre says of its rotation: R~ = [top; row] with the sign of row
-/// open.
+/// Rotation of the square determined by its image about the centre: R~ = [top; row] with the sign of row
+/// undetermined.
 struct FirstOrder {
   double gamma = 0;     ///< largest singular value of A: half side over distance
   Eigen::Matrix2d top;  ///< A / gamma
   Eigen::Vector2d row;  ///< last row of the first two columns
 };
 
-/// Equations (8) and (9). A turns and stretches: A z = (u z + w conj(z)) / 2 with the complex numbers u and
-/// w, so that the singular values are (|u| +- |w|) / 2. Their difference |w| comes without cancellation,
-/// which keeps the digits of a frontal square, where they are equal.
+/// Equations (8) and (9). A is a rotation with scaling: A z = (u z + w conj(z)) / 2 with complex u and w, so
+/// the singular values are (|u| +- |w|) / 2. Their difference |w| is computed without cancellation, which
+/// keeps the digits for a frontal square, whose singular values are equal.
 FirstOrder first_order(const Eigen::Matrix2d& A) {
   const std::complex<double> u(A(0, 0) + A(1, 1), A(1, 0) - A(0, 1));
   const std::complex<double> w(A(0, 0) - A(1, 1), A(1, 0) + A(0, 1));
   const double sum = std::abs(u), difference = std::abs(w);
   const double gamma = (sum + difference) / 2;
   const double length = std::sqrt(sum * difference) / gamma;  // sqrt(1 - (s2 / s1)^2)
-  // The right singular vector of s1 has half the angle of w conj(u); that of s2 is a quarter turn from it.
+  // The right singular vector of s1 has half the angle of w conj(u); that of s2 is perpendicular to it.
   const std::complex<double> v = difference > 0 ? std::sqrt(w * std::conj(u) / (sum * difference)) : 0;
   return {gamma, A / gamma, length * Eigen::Vector2d(-v.imag(), v.real())};
 }
@@ -89,11 +89,11 @@ const char* to_string(QuadDefect defect) {
     case QuadDefect::None:
       return "the corners are those of a square";
     case QuadDefect::RepeatedCorner:
-      return "two of the corners are in one place";
+      return "two corners coincide";
     case QuadDefect::Collinear:
-      return "three of the corners lie on one line";
+      return "three corners are collinear";
     case QuadDefect::Mirrored:
-      return "the corners run against the clock, as of a tag seen from behind";
+      return "the corners are in counter-clockwise order, as if the tag was seen from behind";
     case QuadDefect::NotConvex:
       return "the corners do not form a convex quadrilateral in the order TL, TR, BR, BL";
   }
@@ -106,8 +106,8 @@ SquarePoses square_poses(const Bearings& cam_bearings, double size_m) {
   SquarePoses poses{.defect = find_defect(q, depth)};
   if (poses.defect != QuadDefect::None) return poses;
 
-  // Columns of the homography of the square [-1, 1] x [-1, 1], equation (6): its image is along c + x a + y
-  // b.
+  // Columns of the homography of the square [-1, 1] x [-1, 1], equation (6): the direction of its image is c
+  // + x a + y b.
   const Eigen::Vector3d p0 = depth[0] * q[0], p1 = depth[1] * q[1], p2 = depth[2] * q[2],
                         p3 = depth[3] * q[3];
   const Eigen::Vector3d c = p0 + p1 + p2 + p3;
@@ -115,13 +115,13 @@ SquarePoses square_poses(const Bearings& cam_bearings, double size_m) {
   const Eigen::Vector3d a = (p1 + p2 - p0 - p3) / length;
   const Eigen::Vector3d b = (p2 + p3 - p0 - p1) / length;
 
-  // Seen along the direction of the centre, equations (7) to (9).
+  // Viewed along the direction of the centre, equations (7) to (9).
   const Eigen::Vector3d e3 = c / length;
   const auto [e1, e2] = complete_basis(e3);
   const Eigen::Matrix2d A = (Eigen::Matrix2d() << e1.dot(a), e1.dot(b), e2.dot(a), e2.dot(b)).finished();
   const auto [gamma, top, first_row] = first_order(A);
   Eigen::Vector2d row = first_row;
-  // Equation (11): what lies deeper is seen smaller.
+  // Equation (11): farther points appear smaller.
   if (row.x() * e3.dot(a) + row.y() * e3.dot(b) < 0) row = -row;
 
   const Eigen::Vector3d cam_t_tag = size_m / (2 * gamma) * e3;  // equation (10)

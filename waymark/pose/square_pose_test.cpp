@@ -20,15 +20,15 @@ Bearings bearings_to(const SE3& cam_T_tag, double size_m = testing::kTagSize) {
   return bearings;
 }
 
-TEST(SquarePose, OneOfTheTwoIsExactWithoutNoise) {
+TEST(SquarePose, OneSolutionIsExactWithoutNoise) {
   Random random(1);
   for (int trial = 0; trial < 2000; ++trial) {
     const SE3 cam_T_tag =
         testing::random_view(random, {.min_size_px = 5, .max_size_px = 400, .max_tilt_deg = 80});
     const SquarePoses poses = square_poses(bearings_to(cam_T_tag), testing::kTagSize);
     ASSERT_EQ(poses.defect, QuadDefect::None);
-    // Perspective tells the two apart, if by little: without noise the true one comes first. Facing the
-    // camera they are one, and their rotation is a square root of rounding.
+    // Perspective distinguishes the two, if only slightly: without noise the correct one is first. For a
+    // frontal tag they coincide, and their rotation error is the square root of rounding.
     EXPECT_THAT(poses.cam_T_tag[0], testing::SE3Near(cam_T_tag, 1e-9, 1e-6));
   }
 }
@@ -46,8 +46,8 @@ TEST(SquarePose, WorksInEveryDirection) {
   }
 }
 
-// Both solutions share the image of the centre and its first derivatives (Collins and Bartoli, section 4):
-// tags shrunk to a thousandth about their centre look the same.
+// Both solutions have the same image of the centre and the same first derivatives (Collins and Bartoli,
+// section 4): tags scaled to a thousandth about their centres have the same image.
 TEST(SquarePose, BothSolutionsAgreeToFirstOrder) {
   Random random(3);
   for (int trial = 0; trial < 200; ++trial) {
@@ -57,7 +57,7 @@ TEST(SquarePose, BothSolutionsAgreeToFirstOrder) {
     const Bearings second = bearings_to(poses.cam_T_tag[1], 1e-3 * testing::kTagSize);
     for (std::size_t i = 0; i < 4; ++i)
       EXPECT_LT((first[i] - second[i]).norm(), 1e-6 * (first[0] - first[2]).norm() * 1e3);
-    // They tilt by the same angle to opposite sides of the line of sight.
+    // They are tilted by the same angle to opposite sides of the line of sight.
     const Eigen::Vector3d sight = cam_T_tag.translation().normalized();
     const Eigen::Vector3d z0 = poses.cam_T_tag[0].rotation() * Eigen::Vector3d::UnitZ();
     const Eigen::Vector3d z1 = poses.cam_T_tag[1].rotation() * Eigen::Vector3d::UnitZ();
@@ -88,7 +88,7 @@ Bearings bearings_through(const std::array<Eigen::Vector2d, 4>& image) {
   return bearings;
 }
 
-TEST(SquarePose, SaysWhatIsWrongWithAQuad) {
+TEST(SquarePose, ReportsTheDefectOfAQuad) {
   struct Case {
     std::array<Eigen::Vector2d, 4> image;
     QuadDefect defect;
@@ -110,9 +110,9 @@ TEST(SquarePose, SaysWhatIsWrongWithAQuad) {
   }
 }
 
-// Whatever the four corners, their order is judged by the order alone: turning the list keeps the verdict,
-// reversing it mirrors the quad.
-TEST(SquarePose, TheVerdictTurnsWithTheCorners) {
+// The verdict depends on the order of the corners alone: rotating the list keeps it, reversing the list
+// mirrors the quad.
+TEST(SquarePose, TheDefectIsInvariantToRotationOfTheCorners) {
   Random random(5);
   int convex = 0;
   for (int trial = 0; trial < 2000; ++trial) {

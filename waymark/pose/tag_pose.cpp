@@ -19,11 +19,11 @@ using internal::Vector6;
 using internal::Vector8;
 using internal::Whitening;
 
-/// Two minima nearer than this many standard deviations are one: what is left of it is the end of the
+/// Two minima nearer than this many standard deviations count as one: the difference is the tolerance of the
 /// iteration.
 constexpr double kSameMinimumSigmas = 0.1;
 
-/// Everything one refinement needs.
+/// Inputs of one refinement.
 struct Problem {
   const CameraModel& camera;
   const TagDetection& detection;
@@ -92,7 +92,7 @@ Result<TagPose> solve(const Problem& problem, const std::array<SE3, 2>& starts, 
   if (!solutions[best]) {
     return fail(ErrorCode::InvalidArgument, "no pose in front of the camera fits the corners of the tag",
                 {.key = to_string(problem.detection.tag)},
-                "Check the corners and their order, and the calibration of the camera.");
+                "Check the corners and their order, and the camera calibration.");
   }
   TagPose pose{.best = *solutions[best]};
   const std::size_t other = 1 - best;

@@ -19,15 +19,16 @@ namespace waymark {
 using PoseCovariance = Covariance<SE3>;
 
 struct TagPoseOptions {
-  /// Default noise of a corner: used when a detection has no covariance of its own
-  /// (TagDetection::corner_covariance_px2 comes first). The other options of this name say how they differ.
+  /// Default noise of a corner, for detections without a covariance of their own
+  /// (TagDetection::corner_covariance_px2 overrides it). Options of this name elsewhere document their
+  /// differences.
   double corner_sigma_px = 0.2;
   int max_iterations = 30;
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.corner_sigma_px, Field{"corner_sigma_px",
-                                      "Standard deviation of a corner coordinate when the detector gives no "
+                                      "Standard deviation of a corner coordinate if the detector provides no "
                                       "covariance; raise it for blurred "
                                       "images or a rough calibration.",
                                       1e-6, 1e3});
@@ -37,38 +38,38 @@ struct TagPoseOptions {
 };
 
 /// One pose that explains the corners: a local minimum of the reprojection error (Martins and Ramos,
-/// "AprilTag-based Trajectory Tracking for the LIMOS Robot", equation 2.13, through the true lens and
-/// weighted by the corner covariance).
+/// "AprilTag-based Trajectory Tracking for the LIMOS Robot", equation 2.13, with lens distortion and weighted
+/// by the corner covariance).
 struct TagPoseSolution {
   SE3 cam_T_tag{};
   double chi2 =
       0;  ///< squared residuals over their variance; 8 coordinates, 6 unknowns: 2 degrees of freedom
-  double rms_px = 0;  ///< root mean square distance of the four corners from where they project [px]
+  double rms_px = 0;  ///< root mean square distance of the four corners from their projections [px]
   /// Inverse Fisher information of the corners about cam_T_tag, in the camera frame's left tangent. First
-  /// order: it knows nothing of the other solution.
+  /// order: it does not account for the other solution.
   PoseCovariance covariance = PoseCovariance::Zero();
 };
 
-/// Why there is, or is not, a second solution.
+/// State of the second solution.
 enum class OtherSolution : std::uint8_t {
   Found,
-  SameMinimum,   ///< both starting points end in one minimum: strong perspective, or a frontal view
-  NotVisible,    ///< its corners would lie behind the camera or beyond the lens
-  NotConverged,  ///< no minimum was found from there
+  SameMinimum,   ///< both starting points converge to one minimum: strong perspective, or a frontal view
+  NotVisible,    ///< its corners would be behind the camera or beyond the lens
+  NotConverged,  ///< no minimum was found from that starting point
 };
 
 /// The pose of one tag. A flat square seen nearly without perspective has two poses that fit almost equally
-/// well, mirrored about the plane facing the camera, and noise decides which fits better: see
-/// docs/concepts/pose.md, "Two poses". So both are here, and whoever takes `best` alone decides to.
+/// well, mirrored about the plane facing the camera, and noise determines which fits better: see
+/// docs/concepts/pose.md, "Two poses". Both are returned; a caller that uses only `best` makes the choice.
 struct TagPose {
-  TagPoseSolution best{};  ///< the smaller chi2; not certainly the true one, see ambiguity_ratio()
+  TagPoseSolution best{};  ///< the smaller chi2; not necessarily the correct one, see ambiguity_ratio()
   std::optional<TagPoseSolution> other{};            ///< the larger chi2
-  OtherSolution other_state = OtherSolution::Found;  ///< Found: `other` is there; else why it is not
+  OtherSolution other_state = OtherSolution::Found;  ///< Found: `other` is set; otherwise the reason why not
 
-  /// best.rms_px / other.rms_px in [0, 1]: near 1 nothing tells them apart, 0 when there is no other.
+  /// best.rms_px / other.rms_px in [0, 1]: near 1 the two are indistinguishable, 0 if there is no other.
   [[nodiscard]] double ambiguity_ratio() const;
-  /// How much less likely the corners are under `other`: exp((best.chi2 - other.chi2) / 2) in [0, 1], 0 when
-  /// there is none. Means what it says only as far as the corner covariance does.
+  /// Likelihood of the corners under `other` relative to `best`: exp((best.chi2 - other.chi2) / 2) in [0, 1],
+  /// 0 if there is no other. Only as accurate as the corner covariance.
   [[nodiscard]] double likelihood_ratio() const;
 };
 

@@ -15,6 +15,7 @@
 #include <opencv2/calib3d.hpp>
 
 #include "tests/support/geometry_matchers.hpp"
+#include "tests/support/golden_page.hpp"
 #include "tests/support/numeric_jacobian.hpp"
 #include "tests/support/tag_views.hpp"
 #include "waymark/geometry/lie.hpp"
@@ -33,8 +34,8 @@ using testing::some_covariance;
 using testing::with_noise;
 using Vector6 = SE3::Tangent;
 
-/// Sum of squared pixel errors over their variance, written down independently: the cost both solutions
-/// minimise.
+/// Sum of squared pixel errors divided by their variance, implemented independently: the cost that both
+/// solutions minimise.
 double cost(const CameraModel& camera, const TagDetection& seen, double sigma_px, const SE3& cam_T_tag) {
   Eigen::Matrix<double, 8, 1> e;
   for (std::size_t i = 0; i < 4; ++i) {
@@ -92,8 +93,8 @@ TEST(TagPose, BothSolutionsAreMinimaOfTheReprojectionError) {
       both += pose->other.has_value() ? 1 : 0;
       for (const TagPoseSolution* s : {&pose->best, pose->other ? &*pose->other : &pose->best}) {
         EXPECT_NEAR(s->chi2, cost(camera, seen, sigma, s->cam_T_tag), 1e-5 * (1 + s->chi2));
-        // A step in any direction costs more: a twentieth of a standard deviation, or of what the standard
-        // deviation would be if the residuals were noise. The end of the iteration lies within that.
+        // A step in any direction increases the cost: a twentieth of a standard deviation, scaled as if the
+        // residuals were noise. The tolerance of the iteration is smaller than that.
         const double step = 0.05 * std::sqrt(1 + s->chi2 / 2);
         const Eigen::LLT<PoseCovariance> llt(s->covariance);
         for (int k = 0; k < 12; ++k) {
@@ -130,7 +131,7 @@ TEST(TagPose, TheCovarianceIsTheInverseFisherInformation) {
   }
 }
 
-TEST(TagPose, NoiseScalesTheCovarianceAndLeavesThePose) {
+TEST(TagPose, NoiseScalesTheCovarianceButNotThePose) {
   Random random(5);
   const CameraModel camera = testing::plain_camera();
   const TagDetection seen = with_noise(see_tag(camera, testing::random_view(random)).value(), 0.2, random);
@@ -163,7 +164,7 @@ TEST(TagPose, ScalesWithTheSizeOfTheTag) {
   }
 }
 
-TEST(TagPose, ACornerWithLargeVarianceHardlyCounts) {
+TEST(TagPose, ACornerWithLargeVarianceHasLittleWeight) {
   Random random(7);
   const CameraModel camera = testing::plain_camera();
   const SE3 truth = testing::random_view(random, {.min_tilt_deg = 30});
@@ -177,19 +178,19 @@ TEST(TagPose, ACornerWithLargeVarianceHardlyCounts) {
             0.01 * testing::internal::distance(truth, pulled).rotation);
 }
 
-TEST(TagPose, SaysWhyThereIsNoSecondSolution) {
+TEST(TagPose, ReportsWhyThereIsNoSecondSolution) {
   const CameraModel camera = testing::plain_camera();
-  // Facing the camera both solutions are one …
+  // For a frontal tag both solutions coincide;
   const SE3 frontal(SO3(), {0, 0, 1.0});
   const TagPose facing = estimate_tag_pose(see_tag(camera, frontal).value(), kTagSize, camera).value();
   EXPECT_FALSE(facing.other);
   EXPECT_EQ(facing.other_state, OtherSolution::SameMinimum);
   EXPECT_EQ(facing.ambiguity_ratio(), 0);
   EXPECT_EQ(facing.likelihood_ratio(), 0);
-  // … a tag that fills the view leaves no second minimum …
+  // a tag that fills the view has no second minimum;
   const SE3 close(SO3::exp({0.9, 0.2, 0.3}), {0, 0, 0.15});
   EXPECT_FALSE(estimate_tag_pose(see_tag(camera, close).value(), kTagSize, camera).value().other);
-  // … and a small tilted one has a second solution that fits nearly as well.
+  // and a small tilted tag has a second solution that fits nearly as well.
   const SE3 far(SO3::exp({0.5, 0.2, 0.3}), {0.1, 0, 5.0});
   Random random(8);
   const TagPose two =
@@ -220,8 +221,8 @@ TEST(TagPose, SameInputSameBits) {
   EXPECT_EQ(a.best.covariance, b.best.covariance);
 }
 
-// A rotation by sigma about the camera's x axis moves a tag at distance z by z sigma along y: what the
-// tangent calls a pure rotation is a position to a person.
+// A rotation by sigma about the camera's x axis moves a tag at distance z by z sigma along y: a pure rotation
+// of the tangent changes the position.
 TEST(StandardDeviations, AreThoseOfThePosition) {
   PoseCovariance covariance = PoseCovariance::Zero();
   covariance(3, 3) = 0.01 * 0.01;
@@ -230,59 +231,59 @@ TEST(StandardDeviations, AreThoseOfThePosition) {
   EXPECT_THAT(d.rotation_rad, MatrixNear(Eigen::Vector3d(0.01, 0, 0), 1e-12));
 }
 
-// What it does with corners that it cannot use.
+// Corners that cannot be used.
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
-TEST(TagPose, SaysWhatIsWrong) {
+TEST(TagPose, RejectsInvalidDetections) {
   const CameraModel camera = testing::distorting_camera();
   const TagDetection good = see_tag(camera, SE3(SO3::exp({0.5, 0, 0}), {0, 0, 1.0}), kTagSize, 7).value();
   ASSERT_TRUE(estimate_tag_pose(good, kTagSize, camera));
   struct Case {
     TagDetection seen;
     double size_m;
-    const char* words;
+    const char* text;
   };
   std::vector<Case> cases;
-  for (const double size : {0.0, -1.0, kNan, kInf}) cases.push_back({good, size, "not the size of a tag"});
+  for (const double size : {0.0, -1.0, kNan, kInf}) cases.push_back({good, size, " m"});
   const auto with_corners = [&](auto&& change) {
     TagDetection seen = good;
     change(seen.corners_px);
     return seen;
   };
-  cases.push_back(
-      {with_corners([](auto& c) { c[1].x() = kNan; }), 1, "corner TR is not at a finite position"});
-  cases.push_back(
-      {with_corners([](auto& c) { c[3].y() = -kInf; }), 1, "corner BL is not at a finite position"});
+  cases.push_back({with_corners([](auto& c) { c[1].x() = kNan; }), 1, "TR"});
+  cases.push_back({with_corners([](auto& c) { c[3].y() = -kInf; }), 1, "BL"});
   cases.push_back({with_corners([](auto& c) {
                      c[2] = {1e6, 2e6};
                    }),
                    1, "corner BR at (1000000.0, 2000000.0) px"});
-  cases.push_back({with_corners([](auto& c) { c[2] = c[1]; }), 1, "in one place"});
-  cases.push_back({with_corners([](auto& c) { c.fill({320, 240}); }), 1, "in one place"});
+  cases.push_back({with_corners([](auto& c) { c[2] = c[1]; }), 1, "two"});
+  cases.push_back({with_corners([](auto& c) { c.fill({320, 240}); }), 1, "two"});
   cases.push_back({with_corners([](auto& c) { std::swap(c[0], c[1]); }), 1, "order TL, TR, BR, BL"});
-  cases.push_back({with_corners([](auto& c) { std::swap(c[1], c[3]); }), 1, "against the clock"});
+  cases.push_back({with_corners([](auto& c) { std::swap(c[1], c[3]); }), 1, "counter-clockwise"});
   TagDetection no_covariance = good;
   no_covariance.corner_covariance_px2 = -CornerCovariance::Identity();
-  cases.push_back({no_covariance, 1, "positive definite"});
+  cases.push_back({no_covariance, 1, "covariance"});
   for (const Case& c : cases) {
     const auto pose = estimate_tag_pose(c.seen, c.size_m, camera);
-    ASSERT_FALSE(pose) << c.words;
-    EXPECT_THAT(to_string(pose.error()), HasSubstr(c.words));
-    EXPECT_THAT(to_string(pose.error()), HasSubstr("tag36h11:7")) << "the error names the tag";
+    ASSERT_FALSE(pose) << c.text;
+    EXPECT_EQ(pose.error().code, ErrorCode::InvalidArgument);
+    EXPECT_THAT(pose.error().message, HasSubstr(c.text));
+    EXPECT_EQ(pose.error().place.key, "tag36h11:7") << "the error names the tag";
     EXPECT_FALSE(pose.error().hint.empty());
+    testing::expect_on_page("pose", pose.error());
   }
   EXPECT_FALSE(estimate_tag_pose(good, 1, camera, {.corner_sigma_px = 0}));
   EXPECT_FALSE(estimate_tag_pose(good, 1, camera, {.corner_sigma_px = kNan}));
   EXPECT_FALSE(estimate_tag_pose(good, 1, camera, {.max_iterations = 0}));
-  // Three corners on a line, without a lens that bends it.
+  // Three collinear corners, without lens distortion.
   TagDetection line = good;
   line.corners_px = {{{100, 100}, {200, 100}, {300, 100}, {100, 200}}};
-  EXPECT_THAT(to_string(estimate_tag_pose(line, 1, testing::plain_camera()).error()), HasSubstr("one line"));
+  EXPECT_THAT(estimate_tag_pose(line, 1, testing::plain_camera()).error().message, HasSubstr("collinear"));
 }
 
-TEST(TagPose, GarbageGivesAnErrorOrFiniteNumbers) {
+TEST(TagPose, RandomInputGivesAnErrorOrFiniteResults) {
   Random random(9);
   const double odd[] = {0, kNan, kInf, -kInf, 1e300, -1e-300, 320, 240, 1e9};
   int poses = 0;
@@ -312,28 +313,29 @@ TEST(TagPose, GarbageGivesAnErrorOrFiniteNumbers) {
   EXPECT_GT(poses, 100);
 }
 
-// Monte Carlo: is the estimate as good as the corners allow, and does its covariance say how good it is?
+// Monte Carlo: whether the estimate is as accurate as the corners allow, and whether its covariance is
+// consistent.
 
 using testing::ViewRange;
 
-/// How many times as long the Monte Carlo runs are in the full test (test.sh).
+/// Factor of the Monte Carlo length in the full test (test.sh).
 int effort() { return std::getenv("WAYMARK_FULL") == nullptr ? 1 : 5; }
 
 struct Statistics {
   int count = 0;
-  double squared_position = 0, squared_rotation = 0;  ///< of the error
-  double bound_position = 0, bound_rotation = 0;  ///< Cramér-Rao: smallest possible expectation of the same
+  double squared_position = 0, squared_rotation = 0;  ///< squared error
+  /// Cramér-Rao: smallest possible expectation of the squared error
+  double bound_position = 0, bound_rotation = 0;
   double nees = 0;
 
   [[nodiscard]] double position_ratio() const { return std::sqrt(squared_position / bound_position); }
   [[nodiscard]] double rotation_ratio() const { return std::sqrt(squared_rotation / bound_rotation); }
   [[nodiscard]] double mean_nees() const { return nees / count; }
-  /// Half width of the interval that holds the mean of `count` draws of a chi-square of 6 degrees with
-  /// probability 0.95.
+  /// Half width of the 0.95 interval of the mean of `count` draws of a chi-square with 6 degrees of freedom.
   [[nodiscard]] double nees_margin() const { return 1.96 * std::sqrt(12.0 / count); }
 };
 
-/// The solution whose rotation is nearest to the truth: the branch is not what is tested here.
+/// The solution whose rotation is nearest to the truth: the choice of branch is not tested here.
 const TagPoseSolution& nearest(const TagPose& pose, const SE3& truth) {
   const auto angle = [&](const TagPoseSolution& s) {
     return (s.cam_T_tag.rotation().inverse() * truth.rotation()).angle();
@@ -361,8 +363,8 @@ Statistics run(const CameraModel& camera, const ViewRange& range, double sigma_p
     }
     const TagPoseOptions options{.corner_sigma_px = sigma_px};
     const auto pose = estimate_tag_pose(seen, kTagSize, camera, options);
-    // Without noise the covariance is the bound (its being the inverse Fisher information is tested on its
-    // own).
+    // Without noise the covariance is the bound (another test checks that it is the inverse Fisher
+    // information).
     const auto bound = estimate_tag_pose(clean, kTagSize, camera, options);
     EXPECT_TRUE(pose && bound);
     if (!pose || !bound) break;
@@ -384,7 +386,7 @@ void expect_efficient_and_consistent(const char* what, const Statistics& s) {
             << ", NEES " << s.mean_nees() << " (6 +- " << s.nees_margin() << ") of " << s.count << "\n";
   EXPECT_LT(s.position_ratio(), 1.1) << what;
   EXPECT_LT(s.rotation_ratio(), 1.1) << what;
-  // Better than the bound can only be a mistake in the bound.
+  // A result better than the bound would be a bug in the bound.
   EXPECT_GT(s.position_ratio(), 0.9) << what;
   EXPECT_GT(s.rotation_ratio(), 0.9) << what;
   EXPECT_NEAR(s.mean_nees(), 6.0, s.nees_margin()) << what;
@@ -392,17 +394,17 @@ void expect_efficient_and_consistent(const char* what, const Statistics& s) {
 
 constexpr ViewRange kOrdinary{.min_size_px = 40, .max_size_px = 200, .min_tilt_deg = 20, .max_tilt_deg = 70};
 
-TEST(TagPoseStatistics, ReachesTheBoundAndKnowsIt) {
+TEST(TagPoseStatistics, ReachesTheBoundWithConsistentCovariance) {
   expect_efficient_and_consistent("plain",
                                   run(testing::plain_camera(), kOrdinary, 0.1, 20000 * effort(), 11));
 }
 
-TEST(TagPoseStatistics, ThroughADistortingLens) {
+TEST(TagPoseStatistics, WithADistortingLens) {
   expect_efficient_and_consistent("distorted",
                                   run(testing::distorting_camera(), kOrdinary, 0.1, 10000 * effort(), 12));
 }
 
-TEST(TagPoseStatistics, ThroughAFisheye) {
+TEST(TagPoseStatistics, WithAFisheye) {
   expect_efficient_and_consistent("fisheye",
                                   run(testing::fisheye_camera(), kOrdinary, 0.1, 10000 * effort(), 13));
 }
@@ -416,9 +418,8 @@ TEST(TagPoseStatistics, WithCorrelatedCorners) {
       "correlated", run(testing::plain_camera(), kOrdinary, 0.1, 10000 * effort(), 15, covariance));
 }
 
-// Small tags seen almost from the front are the hard case: there the covariance, first order as it is, says
-// too little. Measured, not wished: docs/concepts/pose.md has the table. These bounds only notice when it
-// changes.
+// Small, nearly frontal tags are the hard case: the first-order covariance is too small for them. The bounds
+// are measured values (table in docs/concepts/pose.md) and only detect changes.
 TEST(TagPoseStatistics, SmallTagsAreWorseThanTheirCovariance) {
   const ViewRange small{.min_size_px = 20, .max_size_px = 20, .min_tilt_deg = 0, .max_tilt_deg = 10};
   const Statistics s = run(testing::plain_camera(), small, 0.1, 5000 * effort(), 16);
@@ -428,9 +429,9 @@ TEST(TagPoseStatistics, SmallTagsAreWorseThanTheirCovariance) {
   EXPECT_GT(s.mean_nees(), 6.5);
 }
 
-// OpenCV's IPPE_SQUARE, by the authors of the method, beside ours.
+// Comparison with OpenCV's IPPE_SQUARE, implemented by the authors of the method.
 
-/// OpenCV wants the corners with y up and z towards the reader: our tag frame turned by pi about x.
+/// OpenCV expects corners with y up and z towards the viewer: our tag frame rotated by pi about x.
 const SO3 kTurned = SO3::exp({3.14159265358979323846, 0, 0});
 
 std::vector<SE3> opencv_poses(const PinholeRadtan& lens, const TagDetection& seen) {
@@ -465,8 +466,8 @@ double angle_to_nearest(const SE3& pose, const SE3& a, const SE3& b) {
                   (pose.rotation().inverse() * b.rotation()).angle());
 }
 
-// The closed form is the same: both rotations agree, for noisy corners too.
-TEST(SquarePoseOracle, BothRotationsAreThoseOfOpenCv) {
+// The closed form is the same: both rotations agree, also for noisy corners.
+TEST(SquarePoseOracle, BothRotationsMatchOpenCv) {
   Random random(1);
   const CameraModel camera = testing::plain_camera();
   const auto lens = std::get<PinholeRadtan>(camera.projection());
@@ -497,7 +498,7 @@ TEST(TagPoseOracle, NeverFitsWorseThanOpenCv) {
       better += ours->best.rms_px < 0.99 * theirs ? 1 : 0;
     }
   }
-  EXPECT_GT(better, 100) << "refinement is worth its time";
+  EXPECT_GT(better, 100) << "refinement improves the fit";
 }
 
 }  // namespace

@@ -19,7 +19,7 @@
 namespace waymark {
 namespace {
 
-/// A file descriptor that closes itself.
+/// A file descriptor that is closed on destruction.
 class Descriptor {
  public:
   explicit Descriptor(int fd) : fd_(fd) {}
@@ -36,7 +36,7 @@ class Descriptor {
 
 std::string reason() { return std::strerror(errno); }  // NOLINT(concurrency-mt-unsafe)
 
-// No buffer of our own: what write() returned from is with the kernel and survives our death.
+// Unbuffered: data that write() accepted are in the kernel and survive the death of this process.
 class FileSink final : public ByteSink {
  public:
   FileSink(int fd, std::filesystem::path path) : fd_(fd), path_(std::move(path)) {}
@@ -63,7 +63,7 @@ class FileSink final : public ByteSink {
   }
 
   Status sync() override {
-    // EINVAL: a pipe or device that cannot be synced has nothing to lose.
+    // EINVAL: a pipe or device that cannot be synced has no data to lose.
     if (::fdatasync(fd_.get()) != 0 && errno != EINVAL) {
       return fail(ErrorCode::Unwritable, fmt::format("cannot sync: {}", reason()),
                   {.source = path_.string()});
@@ -74,13 +74,13 @@ class FileSink final : public ByteSink {
   }
 
  private:
-  // Half of a chunk would stand in the way of the summary, which may still fit.
+  // An incomplete chunk would precede the summary, which may still fit on the disk.
   void take_back() {
     const auto size = static_cast<off_t>(size_);
     if (::ftruncate(fd_.get(), size) == 0) (void)::lseek(fd_.get(), size, SEEK_SET);
   }
-  // A new file is lost with its bytes unless its folder knows of it. What cannot be synced is not ours to
-  // mend.
+  // A new file survives a power cut only if its folder entry is synced too. Failures are ignored: nothing
+  // else can be done about them.
   void sync_name() const {
     const std::filesystem::path folder = path_.has_parent_path() ? path_.parent_path() : ".";
     const Descriptor fd(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
@@ -108,7 +108,7 @@ class FileSource final : public ByteSource {
       const ssize_t got = ::pread(fd_.get(), out.data(), out.size(), static_cast<off_t>(offset));
       if (got < 0 && errno == EINTR) continue;
       if (got <= 0) {
-        return fail(ErrorCode::Unreadable, got == 0 ? "the file ends here" : reason(),
+        return fail(ErrorCode::Unreadable, got == 0 ? "unexpected end of file" : reason(),
                     {.source = name_, .byte = static_cast<std::int64_t>(offset)});
       }
       out = out.subspan(static_cast<std::size_t>(got));
@@ -130,7 +130,7 @@ class MemorySource final : public ByteSource {
   Result<std::uint64_t> size() const override { return bytes_.size(); }
   Status read(std::uint64_t offset, std::span<std::uint8_t> out) const override {
     if (offset > bytes_.size() || out.size() > bytes_.size() - offset) {
-      return fail(ErrorCode::Unreadable, "the file ends here",
+      return fail(ErrorCode::Unreadable, "unexpected end of file",
                   {.source = name_, .byte = static_cast<std::int64_t>(offset)});
     }
     if (!out.empty()) std::memcpy(out.data(), bytes_.data() + offset, out.size());
@@ -165,16 +165,16 @@ Result<std::unique_ptr<ByteSink>> create_file(const std::filesystem::path& path)
   const std::string why = fmt::format("cannot create the file: {}", reason());
   const Place place{.source = path.string()};
   if (error != EEXIST)
-    return fail(ErrorCode::Unwritable, why, place, write_mend(error, path.parent_path().string()));
+    return fail(ErrorCode::Unwritable, why, place, write_hint(error, path.parent_path().string()));
   std::error_code ignored;
   const auto status = std::filesystem::status(path, ignored);
   if (std::filesystem::is_directory(status))
     return fail(ErrorCode::Unwritable, "this is a folder", place, "Give the name of a file.");
   if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
-    return fail(ErrorCode::Unwritable, "this is a device or a pipe, and a recording needs a file of its own",
+    return fail(ErrorCode::Unwritable, "this is a device or a pipe, but a recording needs a regular file",
                 place, "Give the name of a file.");
   return fail(ErrorCode::Unwritable, why, place,
-              "A recording is never overwritten: choose another name or remove it.");
+              "Recordings are never overwritten: choose another name or remove the file.");
 }
 
 Error named_output(Error error, const std::filesystem::path& output) {
@@ -184,7 +184,7 @@ Error named_output(Error error, const std::filesystem::path& output) {
 }
 
 Status rename_to_new(const std::filesystem::path& from, const std::filesystem::path& to) {
-  // A link fails where the name is taken, a rename would not. Some file systems have no links.
+  // link() fails if the name is taken, rename() does not. Some file systems have no links.
   const bool linked = ::link(from.c_str(), to.c_str()) == 0;
   const bool no_links = !linked && (errno == EPERM || errno == EOPNOTSUPP || errno == EMLINK);
   std::error_code ignored;
@@ -194,23 +194,23 @@ Status rename_to_new(const std::filesystem::path& from, const std::filesystem::p
   }
   if (no_links && !std::filesystem::exists(to, ignored) && ::rename(from.c_str(), to.c_str()) == 0) return {};
   const bool taken = errno == EEXIST || std::filesystem::exists(to, ignored);
-  return fail(ErrorCode::Unwritable, fmt::format("cannot give the file its name: {}", reason()),
-              {.source = to.string()}, taken ? "A file is never overwritten: choose another name." : "");
+  return fail(ErrorCode::Unwritable, fmt::format("cannot rename the finished file: {}", reason()),
+              {.source = to.string()}, taken ? "Files are never overwritten: choose another name." : "");
 }
 
 Result<std::unique_ptr<ByteSource>> open_file(const std::filesystem::path& path) {
-  // Without waiting: a pipe that nobody writes to would never open.
+  // Non-blocking: opening a pipe without a writer would block forever.
   const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   struct stat info {};
   if (fd >= 0 && ::fstat(fd, &info) == 0 && S_ISFIFO(info.st_mode)) {
     ::close(fd);
-    return fail(ErrorCode::Unsupported, "this is a pipe, which cannot be read from any place",
+    return fail(ErrorCode::Unsupported, "this is a pipe, which does not support random access",
                 {.source = path.string()}, "Write it to a file first.");
   }
   if (fd < 0) {
     return fail(errno == ENOENT ? ErrorCode::NotFound : ErrorCode::Unreadable,
                 fmt::format("cannot open: {}", reason()), {.source = path.string()},
-                "Check the path and who may read it.");
+                "Check the path and its permissions.");
   }
   return std::make_unique<FileSource>(fd, path.string());
 }
@@ -223,8 +223,8 @@ std::unique_ptr<ByteSink> memory_sink(Bytes& bytes) { return std::make_unique<Me
 
 namespace {
 
-/// The descriptor of a file without a name in `folder`, or -1 and errno. Never named where the file system
-/// has O_TMPFILE; elsewhere (NFS, older overlays) a process killed between two calls leaves an empty file.
+/// Opens an unnamed file in `folder`; -1 and errno on failure. Uses O_TMPFILE if the file system supports it;
+/// otherwise (NFS, older overlays) a process that is killed between two calls leaves an empty file.
 int open_unnamed(const std::filesystem::path& folder) {
   const int unnamed = ::open(folder.c_str(), O_TMPFILE | O_EXCL | O_RDWR | O_CLOEXEC, S_IRUSR | S_IWUSR);
   if (unnamed >= 0) return unnamed;
@@ -245,7 +245,7 @@ Result<std::shared_ptr<TemporaryFile>> TemporaryFile::create() {
     return fail(ErrorCode::Unwritable,
                 fmt::format("cannot create a temporary file: {}",
                             std::strerror(errno)),  // NOLINT(concurrency-mt-unsafe)
-                {.source = folder.string()}, "Set TMPDIR to a folder that can be written.");
+                {.source = folder.string()}, "Set TMPDIR to a writable folder.");
   return std::shared_ptr<TemporaryFile>(new TemporaryFile(fd, folder.string()));
 }
 
@@ -258,7 +258,8 @@ Status TemporaryFile::append(ByteSpan bytes) {
     if (written < 0)
       return fail(ErrorCode::Unwritable,
                   fmt::format("cannot unpack: {}", std::strerror(errno)),  // NOLINT(concurrency-mt-unsafe)
-                  {.source = folder_}, "Set TMPDIR to a folder with more room, or unpack it by hand.");
+                  {.source = folder_},
+                  "Set TMPDIR to a folder with more free space, or unpack the file yourself.");
     bytes = bytes.subspan(static_cast<std::size_t>(written));
     size_ += static_cast<std::uint64_t>(written);
   }
@@ -270,9 +271,10 @@ Status TemporaryFile::read(std::uint64_t offset, std::span<std::uint8_t> out) co
     const ssize_t got = ::pread(fd_, out.data(), out.size(), static_cast<off_t>(offset));
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0)
-      return fail(ErrorCode::Unreadable,
-                  got == 0 ? "the file ends here" : std::strerror(errno),  // NOLINT(concurrency-mt-unsafe)
-                  {.byte = static_cast<std::int64_t>(offset)});
+      return fail(
+          ErrorCode::Unreadable,
+          got == 0 ? "unexpected end of file" : std::strerror(errno),  // NOLINT(concurrency-mt-unsafe)
+          {.byte = static_cast<std::int64_t>(offset)});
     out = out.subspan(static_cast<std::size_t>(got));
     offset += static_cast<std::uint64_t>(got);
   }

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/data.hpp"
+#include "tests/support/golden_page.hpp"
 #include "waymark/recording/byte_io.hpp"
 
 namespace waymark {
@@ -31,7 +32,7 @@ class ByteFile : public ::testing::Test {
   }
 };
 
-TEST_F(ByteFile, WhatIsWrittenIsThereAtOnceAndReadFromAnyPlace) {
+TEST_F(ByteFile, WrittenBytesAreReadableAtOnceAtAnyOffset) {
   auto sink = create_file(file_);
   ASSERT_TRUE(sink);
   auto source = open_file(file_);
@@ -39,32 +40,32 @@ TEST_F(ByteFile, WhatIsWrittenIsThereAtOnceAndReadFromAnyPlace) {
   EXPECT_EQ((*source)->size().value(), 0U);
   for (int i = 1; i <= 3; ++i) {
     ASSERT_TRUE((*sink)->write(as_bytes("0123456789")));
-    EXPECT_EQ((*source)->size().value(), 10U * static_cast<unsigned>(i)) << "it grows while it is read";
+    EXPECT_EQ((*source)->size().value(), 10U * static_cast<unsigned>(i)) << "the file grows while it is read";
   }
   ASSERT_TRUE((*sink)->sync());
   Bytes part(4);
   ASSERT_TRUE((*source)->read(8, part));
   EXPECT_EQ(as_text(part), "8901");
   EXPECT_EQ((*source)->name(), file_.string());
-  ASSERT_TRUE((*source)->read(30, {})) << "nothing can be read anywhere";
+  ASSERT_TRUE((*source)->read(30, {})) << "an empty read succeeds at any offset";
   const Status beyond = (*source)->read(28, part);
   ASSERT_FALSE(beyond);
   EXPECT_EQ(beyond.error().place.source, file_.string());
-  EXPECT_EQ(beyond.error().place.byte, 30) << "where the file ends";
+  EXPECT_EQ(beyond.error().place.byte, 30) << "the end of the file";
 }
 
-TEST_F(ByteFile, AFileIsNeverOverwritten) {
+TEST_F(ByteFile, NeverOverwritesAFile) {
   write(file_, "mine");
   const auto again = create_file(file_);
   ASSERT_FALSE(again);
   EXPECT_EQ(again.error().code, ErrorCode::Unwritable);
-  EXPECT_THAT(again.error().hint, HasSubstr("another name"));
+  testing::expect_on_page("recording", again.error());
   write(folder_ / "new", "new");
   const Status renamed = rename_to_new(folder_ / "new", file_);
   ASSERT_FALSE(renamed);
   EXPECT_EQ(renamed.error().place.source, file_.string());
   EXPECT_EQ(text_of(file_), "mine");
-  EXPECT_EQ(text_of(folder_ / "new"), "new") << "it keeps its old name";
+  EXPECT_EQ(text_of(folder_ / "new"), "new") << "the file keeps its old name";
   ASSERT_TRUE(rename_to_new(folder_ / "new", folder_ / "free"));
   EXPECT_EQ(text_of(folder_ / "free"), "new");
   EXPECT_FALSE(fs::exists(folder_ / "new"));
@@ -72,16 +73,16 @@ TEST_F(ByteFile, AFileIsNeverOverwritten) {
   EXPECT_FALSE(fs::exists(folder_ / "other"));
 }
 
-TEST_F(ByteFile, WhatIsNotThereOrNoFileIsToldApart) {
+TEST_F(ByteFile, MissingFilesAndFoldersAreDifferentErrors) {
   EXPECT_EQ(open_file(folder_ / "none").error().code, ErrorCode::NotFound);
   EXPECT_EQ(create_file(folder_ / "none" / "lap.mcap").error().code, ErrorCode::Unwritable);
   EXPECT_EQ(create_file(folder_).error().code, ErrorCode::Unwritable);
   const auto folder = open_file(folder_);
   Bytes byte(1);
-  EXPECT_FALSE(folder && (*folder)->read(0, byte)) << "a folder has no bytes";
+  EXPECT_FALSE(folder && (*folder)->read(0, byte)) << "a folder cannot be read";
 }
 
-TEST_F(ByteFile, MemoryBehavesAsAFileDoes) {
+TEST_F(ByteFile, MemoryBehavesLikeAFile) {
   Bytes bytes;
   const auto sink = memory_sink(bytes);
   ASSERT_TRUE(sink->write(as_bytes("01234")));
@@ -98,7 +99,7 @@ TEST_F(ByteFile, MemoryBehavesAsAFileDoes) {
   }
 }
 
-TEST(TemporaryFileTest, HoldsWhatWasAppended) {
+TEST(TemporaryFileTest, ContainsTheAppendedBytes) {
   const auto file = TemporaryFile::create();
   ASSERT_TRUE(file) << to_string(file.error());
   ASSERT_TRUE((*file)->append(as_bytes("hello ")));
@@ -111,7 +112,7 @@ TEST(TemporaryFileTest, HoldsWhatWasAppended) {
   EXPECT_GT((*file)->free_bytes(), 0U);
 }
 
-TEST(BigEndianReader, AHostileCountFailsBeforeMemoryIsTaken) {
+TEST(BigEndianReader, AnExcessiveCountFailsBeforeAllocation) {
   const Bytes bytes = {0x01, 0x02, 0xC0, 0x45, 0, 0, 0, 0, 0, 0, 7};
   BigEndianReader reader(bytes);
   EXPECT_EQ(reader.number<std::uint16_t>(), 0x0102);
@@ -120,7 +121,7 @@ TEST(BigEndianReader, AHostileCountFailsBeforeMemoryIsTaken) {
   reader.numbers(values, std::uint64_t{1} << 60U);
   EXPECT_TRUE(reader.failed());
   EXPECT_TRUE(values.empty());
-  EXPECT_EQ(reader.number<std::uint8_t>(), 0) << "a reader that failed gives zeros";
+  EXPECT_EQ(reader.number<std::uint8_t>(), 0) << "a failed reader returns zeros";
 }
 
 TEST(TemporaryFileTest, HasNoName) {

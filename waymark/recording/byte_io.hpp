@@ -17,7 +17,7 @@ namespace waymark {
 using Bytes = std::vector<std::uint8_t>;
 using ByteSpan = std::span<const std::uint8_t>;
 
-/// A number as it lies in a little-endian file, on any machine.
+/// Reads a number in little-endian byte order, on any machine.
 template <class T>
   requires std::integral<T> || std::floating_point<T>
 [[nodiscard]] T from_little_endian(const std::uint8_t* bytes) {
@@ -50,8 +50,8 @@ void append_little_endian(Bytes& out, T value) {
   out.insert(out.end(), raw, raw + sizeof(T));
 }
 
-/// Reads forward through bytes it does not own. After the first read past the end it is failed(), gives zeros
-/// and empty values, and never touches memory outside: check failed() once at the end.
+/// Reads forward through bytes it does not own. A read past the end sets failed(); from then on numbers are
+/// zero and spans are empty. It never reads out of bounds, so one check of failed() at the end is enough.
 class ByteReader {
  public:
   explicit ByteReader(ByteSpan bytes) : bytes_(bytes) {}
@@ -76,7 +76,7 @@ class ByteReader {
     return raw.empty() ? T{} : from_little_endian<T>(raw.data());
   }
 
-  /// Bytes behind a count of type Length.
+  /// Bytes preceded by their count of type Length.
   template <class Length>
   [[nodiscard]] ByteSpan counted() {
     return take(number<Length>());
@@ -98,7 +98,7 @@ class ByteReader {
 
 inline void append(Bytes& out, ByteSpan part) { out.insert(out.end(), part.begin(), part.end()); }
 
-/// ByteReader for numbers whose most significant byte comes first.
+/// ByteReader for numbers in big-endian order.
 class BigEndianReader {
  public:
   explicit BigEndianReader(ByteSpan bytes) : in_(bytes) {}
@@ -119,7 +119,7 @@ class BigEndianReader {
   void numbers(std::array<T, kCount>& out) {
     for (T& value : out) value = number<T>();
   }
-  /// `count` numbers; a count that the bytes cannot hold fails before memory is taken.
+  /// `count` numbers. A count that exceeds the remaining bytes fails before memory is allocated.
   template <class T>
   void numbers(std::vector<T>& out, std::uint64_t count) {
     if (failed() || count > remaining() / sizeof(T)) {
@@ -134,7 +134,7 @@ class BigEndianReader {
   ByteReader in_;
 };
 
-/// The other direction.
+/// Writes numbers in big-endian order.
 class BigEndianWriter {
  public:
   template <class T>

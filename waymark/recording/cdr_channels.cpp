@@ -11,7 +11,7 @@
 namespace waymark::ros {
 namespace {
 
-/// A message of empty structs could make a great deal of nothing.
+/// Bounds the output: a short message of empty structs could otherwise expand without limit.
 constexpr std::size_t kMaxGrowth = 16;
 constexpr std::size_t kGrowthRoom = 1 << 16;
 
@@ -25,7 +25,7 @@ class Walk {
         max_out_(out.size() + kGrowthRoom + kMaxGrowth * message.size()) {}
 
   bool structure(std::size_t number) {
-    // Structs can be nested so that they read nothing and repeat without end.
+    // Structs can be nested so that they consume no input and repeat without end.
     if (++steps_ > max_out_) return false;
     const Struct& s = definition_.structs[number];
     if (s.fields.empty()) out_.push_back(0);
@@ -54,7 +54,7 @@ class Walk {
     return !in_.failed();
   }
 
-  /// Both sides are little-endian: only the padding differs.
+  /// Both sides are little-endian; only the padding differs.
   bool numbers(std::uint32_t count, std::size_t size) {
     const ByteSpan bytes = in_.take(std::uint64_t{count} * size);
     if (in_.failed()) return false;
@@ -117,10 +117,10 @@ Status Ros1Transcoder::transcode(ByteSpan message, Bytes& out) const {
   Walk walk(definition_, message, out);
   if (!walk.structure(0))
     return fail(ErrorCode::Unreadable,
-                fmt::format("a message of {} bytes ends too early for its type {}", message.size(), type_));
+                fmt::format("message of {} bytes is too short for its type {}", message.size(), type_));
   if (!walk.at_end())
     return fail(ErrorCode::Unreadable,
-                fmt::format("a message of {} bytes is longer than its type {} ({} bytes)", message.size(),
+                fmt::format("message of {} bytes is longer than its type {} ({} bytes)", message.size(),
                             type_, walk.position()));
   return {};
 }
@@ -130,20 +130,20 @@ Status Ros1Transcoder::transcode(ByteSpan message, Bytes& out) const {
 namespace waymark {
 namespace {
 
-/// Where a channel's metadata keeps the ROS 1 spelling of the type; MCAP files have it as the schema's name.
+/// The channel metadata hold the ROS 1 spelling of the type; in MCAP files it is the schema name.
 std::string ros1_type(const LogChannel& channel) {
   const auto name = channel.metadata.find("ros1_type");
   return name == channel.metadata.end() ? ros::short_type(channel.type) : name->second;
 }
 
-/// Whether the definition a recording carries lays the bytes as ours of the same name does.
+/// Whether the definition in a recording has the byte layout of the built-in one of that name.
 bool fits_ours(const LogChannel& channel) {
   const std::string ours = ros2::schema_text(channel.type);
   if (ours.empty() || channel.schema_encoding != "ros2msg" || channel.schema.empty()) return true;
   if (channel.schema == ours) return true;
   const auto a = ros::parse_definition(channel.type, ours);
   const auto b = ros::parse_definition(channel.type, channel.schema);
-  // A definition that our parser does not know all of is no proof that the bytes differ.
+  // A definition that the parser rejects does not prove that the bytes differ.
   return !a || !b || ros::wire_layout(*a) == ros::wire_layout(*b);
 }
 
@@ -176,7 +176,8 @@ const CdrChannels::Channel* CdrChannels::channel(const LogChannel& channel) {
   if (made && !made->known_layout) {
     note_(LogProblem::Kind::Trap, "ros.other_layout:" + channel.topic,
           Error{ErrorCode::Unsupported,
-                fmt::format("its {} has other fields than that of ROS 2: passed on, but not read as samples",
+                fmt::format("the fields of its {} differ from those of ROS 2: messages are copied but not "
+                            "read as samples",
                             made->channel.type),
                 {.key = channel.topic},
                 {}});

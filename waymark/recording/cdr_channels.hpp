@@ -14,26 +14,28 @@
 
 namespace waymark::ros {
 
-/// Rewrites messages of one ROS 1 type as ROS 2 writes them (plain little-endian CDR), by the definition that
-/// the recording carries, so that types nobody here has heard of pass as well. Header.seq is dropped: ROS 2
-/// has none.
+/// Converts messages of one ROS 1 type to the form of ROS 2 (plain little-endian CDR). It uses the definition
+/// in the recording, so unknown message types are converted too. Header.seq is dropped: ROS 2 has no such
+/// field.
 class Ros1Transcoder {
  public:
-  /// `type` as ROS 1 writes it: "sensor_msgs/Image". Fails when the definition makes no sense.
+  /// `type` in ROS 1 spelling: "sensor_msgs/Image". Fails if the definition is invalid.
   static Result<Ros1Transcoder> make(std::string_view type, std::string_view definition);
 
-  /// "sensor_msgs/msg/Image". tf/tfMessage, which became tf2_msgs/TFMessage, has the new name.
+  /// Type in ROS 2 spelling: "sensor_msgs/msg/Image". tf/tfMessage becomes tf2_msgs/msg/TFMessage.
   [[nodiscard]] const std::string& type() const { return type_; }
-  /// ROS 2's own text where we have it and the bytes are in the same order (it names fields as ROS 2 does: k,
-  /// not K); else the recording's definition in the words of ROS 2.
+  /// The ROS 2 definition if it is available and has the same byte layout (its field names differ: k, not K);
+  /// otherwise the definition of the recording in ROS 2 syntax.
   [[nodiscard]] const std::string& schema() const { return schema_; }
-  /// Whether the bytes lie as in ROS 2's type of that name (true for a name we have no text of).
+  /// Whether the byte layout is that of the ROS 2 type of the same name (true for types without a built-in
+  /// text).
   [[nodiscard]] bool same_as_ros2() const { return same_; }
 
   /// Whether a message loses its Header.seq.
   [[nodiscard]] bool drops_sequence_numbers() const;
 
-  /// Appends the message to `out`. Fails when it does not end where its definition does. O(message).
+  /// Appends the converted message to `out`. Fails unless the message ends exactly where its definition does.
+  /// O(message).
   Status transcode(ByteSpan message, Bytes& out) const;
 
  private:
@@ -47,28 +49,28 @@ class Ros1Transcoder {
 
 namespace waymark {
 
-/// Messages of any ROS channel as ROS 2 writes them: what is CDR already passes, what ROS 1 wrote is
-/// rewritten by the definition its channel carries.
+/// Converts messages of any ROS channel to CDR. CDR passes unchanged; ROS 1 messages are converted by the
+/// definition of their channel.
 class CdrChannels {
  public:
   struct Channel {
-    LogChannel channel{};  ///< type, schema and encoding as ROS 2 has them
-    /// Whether the definition it carries lays the bytes as ROS 2's type of that name; else our structs do not
-    /// decode it.
+    LogChannel channel{};  ///< type, schema and encoding of ROS 2
+    /// Whether the definition of the channel has the byte layout of the ROS 2 type of that name; otherwise
+    /// the built-in structs cannot decode it.
     bool known_layout = true;
     std::optional<ros::Ros1Transcoder> transcoder{};
   };
   struct Message {
     const Channel* channel = nullptr;
-    ByteSpan data{};  ///< gone with the next call
+    ByteSpan data{};  ///< valid until the next call
   };
   using Note = std::function<void(LogProblem::Kind, const std::string& key, const Error&)>;
 
   explicit CdrChannels(Note note) : note_(std::move(note)) {}
 
-  /// The channel rewritten; nullptr for one whose definition makes no sense (noted) or of no ROS encoding.
+  /// The converted channel; nullptr if its definition is invalid (noted) or its encoding is not of ROS.
   const Channel* channel(const LogChannel& channel);
-  /// The message rewritten; nothing when it does not fit its definition (noted), or the channel does not.
+  /// The converted message; nothing if it does not match its definition (noted) or the channel has none.
   std::optional<Message> convert(const LogChannel& channel, const LogMessage& message);
 
  private:

@@ -11,7 +11,7 @@ constexpr std::string_view kHeader =
     "================================================================================\n"
     "MSG: std_msgs/Header\nuint32 seq\ntime stamp\nstring frame_id\n";
 
-TEST(Ros1Transcoder, PadsAsCdrWants) {
+TEST(Ros1Transcoder, PadsAsCdrRequires) {
   const auto transcoder = ros::Ros1Transcoder::make(
       "pkg/Type", "uint8 a\nfloat64 b\nstring s\nint16[] c\nfloat64[] none\nbool e\n");
   ASSERT_TRUE(transcoder);
@@ -31,8 +31,8 @@ TEST(Ros1Transcoder, PadsAsCdrWants) {
   EXPECT_FALSE(transcoder->transcode(longer, cdr));
 }
 
-// Structs of nothing, repeated without end, take no input: they must not make any output without end either.
-TEST(Ros1Transcoder, NothingRepeatedEndsSoon) {
+// Repeated empty structs consume no input, so the output must be bounded separately.
+TEST(Ros1Transcoder, RepeatedEmptyStructsAreBounded) {
   std::string text = "A[10000000] a\n";
   for (const char* name : {"A", "B", "C"})
     text += std::string("====================\nMSG: pkg/") + name + "\n" +
@@ -44,7 +44,7 @@ TEST(Ros1Transcoder, NothingRepeatedEndsSoon) {
   EXPECT_LT(cdr.size(), std::size_t{1} << 20);
 }
 
-TEST(Ros1Transcoder, KnownTypesGetTheNamesOfRos2) {
+TEST(Ros1Transcoder, KnownTypesGetRos2Names) {
   const auto info = ros::Ros1Transcoder::make(
       "sensor_msgs/CameraInfo",
       "Header header\nuint32 height\nuint32 width\nstring distortion_model\nfloat64[] D\nfloat64[9] "

@@ -18,7 +18,7 @@ namespace waymark {
 namespace {
 
 tl::unexpected<Error> damaged(std::string_view kind, std::string_view why) {
-  return fail(ErrorCode::Unreadable, fmt::format("a chunk packed with {} is damaged ({})", kind, why));
+  return fail(ErrorCode::Unreadable, fmt::format("damaged {} chunk ({})", kind, why));
 }
 
 Status compress_zstd(ByteSpan bytes, Bytes& out) {
@@ -46,7 +46,8 @@ Result<ByteSpan> decompress_zstd(ByteSpan packed, std::size_t size, Bytes& room)
   const unsigned long long promised = ZSTD_getFrameContentSize(packed.data(), packed.size());
   const bool known = promised != ZSTD_CONTENTSIZE_UNKNOWN;
   if (promised == ZSTD_CONTENTSIZE_ERROR) return damaged("zstd", "not a zstd frame");
-  // Before anything is allocated. Several frames one after the other may hold more than the first says.
+  // Checked before allocation. With several concatenated frames the total may exceed the size in the first
+  // header.
   if (known && promised > size) return damaged("zstd", fmt::format("{} bytes instead of {}", promised, size));
   room.resize(size);
   const std::size_t got = ZSTD_decompress(room.data(), room.size(), packed.data(), packed.size());
@@ -56,7 +57,7 @@ Result<ByteSpan> decompress_zstd(ByteSpan packed, std::size_t size, Bytes& room)
 }
 
 Result<ByteSpan> decompress_lz4(ByteSpan packed, std::size_t size, Bytes& room) {
-  constexpr std::size_t kMaxRatio = 255;  // of the format (LZ4 block format, "Compressed block format")
+  constexpr std::size_t kMaxRatio = 255;  // limit of the format (LZ4 block format, "Compressed block format")
   if (size / kMaxRatio > packed.size())
     return damaged("lz4", fmt::format("{} bytes cannot hold {}", packed.size(), size));
   LZ4F_dctx* raw = nullptr;
@@ -73,7 +74,7 @@ Result<ByteSpan> decompress_lz4(ByteSpan packed, std::size_t size, Bytes& room) 
     std::size_t in = packed.size() - used;
     more = LZ4F_decompress(context.get(), room.data() + filled, &out, packed.data() + used, &in, nullptr);
     if (LZ4F_isError(more) != 0) return damaged("lz4", LZ4F_getErrorName(more));
-    if (out == 0 && in == 0) break;  // wants more room than there may be
+    if (out == 0 && in == 0) break;  // needs more output than `size`
     filled += out;
     used += in;
   }
@@ -87,7 +88,7 @@ Result<Compression> parse_compression(std::string_view name) {
   if (name.empty()) return Compression::None;
   if (name == "lz4") return Compression::Lz4;
   if (name == "zstd") return Compression::Zstd;
-  return fail(ErrorCode::Unsupported, fmt::format("chunks packed with '{}' cannot be read", name), {},
+  return fail(ErrorCode::Unsupported, fmt::format("unsupported chunk compression '{}'", name), {},
               "Known: lz4, zstd.");
 }
 
@@ -126,7 +127,7 @@ Result<ByteSpan> decompress(Compression compression, ByteSpan packed, std::uint6
       break;
   }
   if (packed.size() != size)
-    return damaged("nothing", fmt::format("{} bytes instead of {}", packed.size(), size));
+    return damaged("uncompressed", fmt::format("{} bytes instead of {}", packed.size(), size));
   return packed;
 }
 
@@ -136,8 +137,8 @@ std::uint32_t crc32(ByteSpan bytes, std::uint32_t earlier) {
 
 namespace {
 
-// Polynomials over GF(2) modulo that of CRC-32, the highest bit first (bit 31 is x^0), as in zlib's
-// crc32_combine().
+// Polynomials over GF(2) modulo the CRC-32 polynomial, highest coefficient first (bit 31 is x^0), as in
+// zlib's crc32_combine().
 constexpr std::uint32_t multiply(std::uint32_t a, std::uint32_t b) {
   constexpr std::uint32_t kPolynomial = 0xEDB88320;
   std::uint32_t product = 0;
@@ -171,7 +172,7 @@ namespace {
 
 constexpr std::size_t kPiece = 1 << 16;
 
-/// A file that was unpacked; keeps it on the disk as long as somebody reads.
+/// An unpacked file; keeps the temporary file alive while it is read.
 class UnpackedSource final : public ByteSource {
  public:
   UnpackedSource(std::shared_ptr<const TemporaryFile> file, std::string name)
@@ -194,18 +195,18 @@ Error too_much(std::uint64_t max) {
   return {ErrorCode::LimitExceeded,
           fmt::format("unpacks to more than {} bytes", max),
           {},
-          "Unpack it by hand if it is meant to be that large."};
+          "If this size is intended, unpack the file yourself."};
 }
 
-/// Takes what was unpacked, as long as its limits allow.
+/// Writes unpacked bytes to a temporary file within the limits.
 class BoundedFile {
  public:
   BoundedFile(std::shared_ptr<TemporaryFile> file, std::uint64_t packed_bytes, const UnpackLimits& limits)
-      : file_(std::move(file)), most_(limits.most(packed_bytes)), limits_(limits) {}
+      : file_(std::move(file)), max_bytes_(limits.max_unpacked_bytes(packed_bytes)), limits_(limits) {}
 
   Status take(ByteSpan piece) {
-    if (piece.size() > most_ - file_->size()) return refused(too_much(most_));
-    if (limits_.stop()) return refused({ErrorCode::LimitExceeded, "stopped while it was unpacked", {}, {}});
+    if (piece.size() > max_bytes_ - file_->size()) return refused(too_much(max_bytes_));
+    if (limits_.stop()) return refused({ErrorCode::LimitExceeded, "stopped while unpacking", {}, {}});
     if (file_->size() >= check_at_) {
       constexpr std::uint64_t kBetweenChecks = std::uint64_t{1} << 24U;
       check_at_ = file_->size() + kBetweenChecks;
@@ -215,14 +216,14 @@ class BoundedFile {
                                     "temporary folder",
                                     limits_.keep_free_bytes),
                         {},
-                        "Set TMPDIR to a folder with more room, or unpack it by hand."});
+                        "Set TMPDIR to a folder with more free space, or unpack the file yourself."});
     }
     Status status = file_->append(piece);
     if (!status) refusal = status.error();
     return status;
   }
 
-  std::optional<Error> refusal{};  ///< of our own making: no damage
+  std::optional<Error> refusal{};  ///< a limit was exceeded; not damage
 
  private:
   Status refused(Error error) {
@@ -231,7 +232,7 @@ class BoundedFile {
   }
 
   std::shared_ptr<TemporaryFile> file_;
-  std::uint64_t most_;
+  std::uint64_t max_bytes_;
   const UnpackLimits& limits_;
   std::uint64_t check_at_ = 0;
 };
@@ -267,8 +268,7 @@ UnpackedBytes unpack_bytes(Packing packing, ByteSpan packed, std::uint64_t max) 
   if (Status status = (*unpacker)->give(packed, sink); !status) {
     out.damage = status.error();
   } else if (!(*unpacker)->complete()) {
-    out.damage = Error{
-        ErrorCode::Unreadable, fmt::format("the {} packing ends too early", to_string(packing)), {}, {}};
+    out.damage = Error{ErrorCode::Unreadable, fmt::format("truncated {} stream", to_string(packing)), {}, {}};
   }
   return out;
 }
@@ -301,9 +301,9 @@ Result<UnpackedFile> unpack_file(const ByteSource& packed, Packing packing, cons
   }
   if (!out.damage && !(*unpacker)->complete())
     out.damage = Error{ErrorCode::Unreadable,
-                       fmt::format("the {} packing ends too early: the file was cut", to_string(packing)),
+                       fmt::format("truncated {} stream", to_string(packing)),
                        {.source = packed.name(), .byte = static_cast<std::int64_t>(*size)},
-                       "What precedes the cut is read."};
+                       "Data before the truncation are read."};
   out.source = std::make_unique<UnpackedSource>(std::move(*file), packed.name());
   return out;
 }
@@ -316,7 +316,7 @@ std::shared_ptr<const TemporaryFile> unpacked_to(const ByteSource& source) {
 namespace {
 
 tl::unexpected<Error> damaged(Packing packing, std::string_view why) {
-  return fail(ErrorCode::Unreadable, fmt::format("the {} packing is damaged ({})", to_string(packing), why));
+  return fail(ErrorCode::Unreadable, fmt::format("damaged {} stream ({})", to_string(packing), why));
 }
 
 struct Bzlib {
@@ -346,7 +346,7 @@ struct Zlib {
   static void end(Stream& stream) { inflateEnd(&stream); }
 };
 
-/// By a library with zlib's interface. Where a stream ends another may follow.
+/// Unpacks with a library that has zlib's interface. Another stream may follow the end of one.
 template <class Library>
 class StreamUnpacker final : public Unpacker {
  public:
@@ -356,7 +356,7 @@ class StreamUnpacker final : public Unpacker {
   }
 
   Status give(ByteSpan packed, const Sink& sink) override {
-    // The libraries promise not to write to their input.
+    // The libraries do not write to their input.
     stream_.next_in = reinterpret_cast<typename Library::Byte*>(  // NOLINT(*-reinterpret-cast)
         const_cast<std::uint8_t*>(packed.data()));                // NOLINT(*-const-cast)
     stream_.avail_in = static_cast<unsigned>(packed.size());
@@ -382,7 +382,7 @@ class StreamUnpacker final : public Unpacker {
   bool complete() const override { return !open_; }
 
  private:
-  /// A new stream that reads on where the last one ended.
+  /// Opens the next stream at the end of the previous one.
   bool open() {
     typename Library::Stream fresh{};
     fresh.next_in = stream_.next_in;
@@ -418,7 +418,7 @@ class ZstdUnpacker final : public Unpacker {
   bool complete() const override { return complete_; }
 
  private:
-  static constexpr int kMaxWindowLog = 27;  // 128 MiB, as the command line tool allows
+  static constexpr int kMaxWindowLog = 27;  // 128 MiB, the limit of the zstd command line tool
   std::unique_ptr<ZSTD_DCtx, std::size_t (*)(ZSTD_DCtx*)> context_{ZSTD_createDCtx(), ZSTD_freeDCtx};
   std::array<std::uint8_t, kPiece> out_{};
   bool complete_ = true;
@@ -472,7 +472,7 @@ Result<std::unique_ptr<Unpacker>> Unpacker::make(Packing packing) {
     case Packing::None:
       break;
   }
-  return fail(ErrorCode::InvalidArgument, "these bytes are not packed");
+  return fail(ErrorCode::InvalidArgument, "not compressed");
 }
 
 }  // namespace waymark

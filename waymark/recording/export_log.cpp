@@ -25,7 +25,7 @@
 namespace waymark {
 namespace {
 
-/// How far a visit of a log has come, by the times it meets; tells the caller now and then.
+/// Progress of a visit by the log times it meets; calls the caller's function periodically.
 class ExportProgress {
  public:
   ExportProgress(const MessageLog& log, const ExportOptions& options) : report_(options.progress) {
@@ -49,7 +49,7 @@ class ExportProgress {
   std::uint64_t count_ = 0;
 };
 
-/// Channels of the source as they are called in the file that is written.
+/// Maps channels of the source to channels of the file being written.
 class McapExport {
  public:
   McapExport(mcap::Writer writer, MessageLog& log, const ExportOptions& options)
@@ -75,7 +75,7 @@ class McapExport {
       if (converted->channel->transcoder->drops_sequence_numbers()) {
         noted_.trap("ros1.header_seq", [&] {
           return Error{ErrorCode::Unsupported,
-                       "headers lose the sequence number (seq) that ROS 1 counts in them: ROS 2 has none",
+                       "message headers lose their sequence number (seq), which ROS 2 does not have",
                        {.key = channel.topic},
                        {}};
         });
@@ -122,7 +122,7 @@ class McapExport {
 
 using Blocks = std::map<std::string, std::map<std::string, std::string>>;
 
-/// Blocks of metadata: the source's, the caller's, and what was noticed on the way.
+/// Metadata blocks of the source, of the caller and those added during the export.
 Blocks blocks_of(MessageLog& log, const ExportReport& report, const ExportOptions& options) {
   Blocks blocks = options.metadata;
   for (const LogProblem& problem : report.problems)
@@ -149,19 +149,18 @@ Status add_blocks(mcap::Writer& writer, const Blocks& blocks) {
   return {};
 }
 
-/// Whether the messages of a channel hold until another one follows: ROS publishes them once, to late comers
-/// too.
+/// Whether messages of a channel stay valid until the next one. ROS delivers them to late subscribers too.
 bool is_latched(const LogChannel& channel) {
   const auto qos = channel.metadata.find("offered_qos_profiles");
-  const bool said =
+  const bool latched =
       qos != channel.metadata.end() && (qos->second.find("durability: 1") != std::string::npos ||
                                         qos->second.find("transient_local") != std::string::npos);
-  return said || channel.topic.ends_with("/tf_static") || channel.type.ends_with("/CameraInfo");
+  return latched || channel.topic.ends_with("/tf_static") || channel.type.ends_with("/CameraInfo");
 }
 
-/// The part of a recording that begins later needs what was published before and still holds: of each topic
-/// the newest message, of fixed transforms all of them. They are written at the beginning of the part.
-/// O(messages before it on these topics).
+/// A part that begins later needs earlier messages that are still valid: the newest message of each latched
+/// topic and all fixed transforms. They are written at the beginning of the part. O(messages before it on
+/// these topics).
 Status add_latched(McapExport& exported, MessageLog& log, const LogSelection& selection) {
   LogSelection before{.to = selection.from};
   for (const LogChannel& channel : log.channels())
@@ -195,7 +194,7 @@ Result<ExportReport> export_messages(MessageLog& log, std::unique_ptr<ByteSink> 
       return exported.add(channel, message);
     });
   if (status) status = add_attachments(exported.writer(), log);
-  // Before anything else is asked of the log: a visit forgets what the one before noticed.
+  // Copied before the log is read again: each visit clears the problems of the previous one.
   exported.report().problems = log.problems();
   exported.noted().append_to(exported.report().problems);
   if (status) status = add_blocks(exported.writer(), blocks_of(log, exported.report(), options));
@@ -204,7 +203,7 @@ Result<ExportReport> export_messages(MessageLog& log, std::unique_ptr<ByteSink> 
   return std::move(exported.report());
 }
 
-/// The topic SampleRecorder takes, without the name of a further camera.
+/// Topic that SampleRecorder uses, without the name of a further camera.
 const char* topic_of(const Sample& sample) {
   struct Visitor {
     const char* operator()(const TagFrame&) const { return topics::kTags; }
@@ -222,7 +221,7 @@ const char* topic_of(const Sample& sample) {
   return std::visit(Visitor{}, sample);
 }
 
-/// The topic SampleRecorder takes, with the name of a further camera.
+/// Topic that SampleRecorder uses, with the name of a further camera.
 std::string topic_with_camera(const Sample& sample) {
   const char* topic = topic_of(sample);
   return std::visit(
@@ -243,7 +242,7 @@ Result<ExportReport> export_samples(MessageLog& log, std::unique_ptr<ByteSink> s
   const auto setup = log.setup();
   bool begun = false;
   Status status = log.visit_samples(options.selection, [&](const Sample& sample) -> Status {
-    if (Status told = progress.at(log_time_of(sample)); !told) return told;
+    if (Status reported = progress.at(log_time_of(sample)); !reported) return reported;
     if (!std::exchange(begun, true)) {
       const auto camera = options.camera || !setup ? options.camera : setup->camera;
       const auto base_T_cam = options.base_T_cam || !setup ? options.base_T_cam : setup->base_T_cam;
@@ -298,16 +297,16 @@ Status write_text(const fs::path& path, const std::string& text) {
   return sink ? (*sink)->write(as_bytes(text)) : tl::unexpected(sink.error());
 }
 
-/// A SQLite bag has no place for them.
-void note_what_is_left_out(MessageLog& log, LogProblems& noted) {
+/// Notes metadata and attachments, which a SQLite bag cannot store.
+void note_omitted_metadata(MessageLog& log, LogProblems& noted) {
   const auto setup = log.setup();
   if (log.attachments().empty() && (!setup || setup->metadata.empty())) return;
   noted.trap("rosbag2.no_metadata_blocks", [] {
     return Error{ErrorCode::Unsupported,
-                 "metadata and attachments of the recording (tag size, calibration) have no place in a bag "
-                 "that is stored as sqlite3: left out",
+                 "a bag stored as sqlite3 cannot hold metadata and attachments of the recording (tag size, "
+                 "calibration); they are omitted",
                  {},
-                 "Store it as mcap to keep them."};
+                 "Use storage mcap to keep them."};
   });
 }
 
@@ -321,7 +320,7 @@ Status store_as_sqlite(const fs::path& mcap, const fs::path& folder, const BagFo
                                        [&](std::uint64_t log_time) { return progress.at(log_time); });
       !status)
     return status;
-  note_what_is_left_out(**log, noted);
+  note_omitted_metadata(**log, noted);
   return write_text(folder / "metadata.yaml", bag_metadata(format, contents));
 }
 
@@ -331,13 +330,12 @@ Result<ExportReport> export_rosbag2(MessageLog& log, const fs::path& folder, con
                                     const BagFormat& format, const ExportOptions& options) {
   std::error_code error;
   if (!fs::create_directory(folder, error))
-    return fail(ErrorCode::Unwritable, error ? error.message() : "this folder exists already",
+    return fail(ErrorCode::Unwritable, error ? error.message() : "the folder exists already",
                 {.source = folder.string()});
   const std::string file = fmt::format("{}_0{}", name, format.suffix());
   ExportOptions as_bag = options;
   as_bag.qos = format.qos();
-  // As MCAP first, whatever it was: channels, their counts and times are then known before a message is
-  // stored.
+  // Always MCAP first, so that channels, their counts and times are known before the first message is stored.
   const bool is_final = format.storage == BagStorage::Mcap;
   const fs::path mcap = folder / (is_final ? file : "messages.mcap");
   Result<ExportReport> report = export_to(log, mcap, as_bag);
@@ -362,7 +360,7 @@ namespace {
 
 constexpr std::size_t kFlushBytes = 1 << 16;
 
-/// Lines on their way into a file.
+/// Buffered lines of a text file.
 class Lines {
  public:
   explicit Lines(std::unique_ptr<ByteSink> sink) : sink_(std::move(sink)) {}
@@ -403,7 +401,7 @@ const char* kind_of(const Sample& sample) {
   return "";
 }
 
-/// Writes one sample as the rows it takes: a tag frame as many as it has tags.
+/// Writes the rows of one sample: a tag frame has one row per tag.
 struct RowWriter {
   Lines& lines;
   ExportReport& report;
@@ -443,7 +441,7 @@ struct RowWriter {
   }
 };
 
-/// The only kind that can be a table.
+/// The kind to export if the recording contains only one that fits a table.
 Result<std::string> only_kind(MessageLog& log, const LogSelection& selection) {
   std::set<std::string> found;
   Status status = log.visit_samples(selection, [&](const Sample& sample) {
@@ -454,10 +452,10 @@ Result<std::string> only_kind(MessageLog& log, const LogSelection& selection) {
   if (found.size() == 1) return *found.begin();
   if (found.empty())
     return fail(ErrorCode::NotFound,
-                "nothing in this recording fits a table of detections, odometry, imu or range-bearing");
+                "the recording has no detections, odometry, imu or range-bearing to export as a table");
   return fail(ErrorCode::InvalidArgument,
-              fmt::format("the recording holds {}: a table takes one of them", fmt::join(found, ", ")), {},
-              fmt::format("Say which: `kind={}`.", *found.begin()));
+              fmt::format("the recording contains {}, but a table holds one kind", fmt::join(found, ", ")),
+              {}, fmt::format("Choose one, for example `kind={}`.", *found.begin()));
 }
 
 }  // namespace
@@ -472,7 +470,7 @@ Result<ExportReport> export_csv(MessageLog& log, std::unique_ptr<ByteSink> sink,
   }
   const auto kind = std::ranges::find_if(kKinds, [&](const TextKind& k) { return k.name == wanted; });
   if (kind == kKinds.end())
-    return fail(ErrorCode::InvalidArgument, fmt::format("no table of '{}'", wanted), {},
+    return fail(ErrorCode::InvalidArgument, fmt::format("no table for kind '{}'", wanted), {},
                 "Known: detections, odometry, imu, range-bearing.");
   Lines lines(std::move(sink));
   ExportReport report;
@@ -480,13 +478,13 @@ Result<ExportReport> export_csv(MessageLog& log, std::unique_ptr<ByteSink> sink,
   Status status = lines.add("{}\n", kind->columns);
   if (status)
     status = log.visit_samples(options.selection, [&](const Sample& sample) -> Status {
-      if (Status told = progress.at(log_time_of(sample)); !told) return told;
+      if (Status reported = progress.at(log_time_of(sample)); !reported) return reported;
       return kind_of(sample) == wanted ? std::visit(RowWriter{lines, report}, sample) : Status{};
     });
   if (status) status = lines.flush();
   if (!status) return tl::unexpected(status.error());
   if (report.messages == 0)
-    return fail(ErrorCode::NotFound, fmt::format("the recording holds no {} in what was chosen", wanted));
+    return fail(ErrorCode::NotFound, fmt::format("the selection contains no {}", wanted));
   report.by_topic[wanted] = report.messages;
   report.problems = log.problems();
   return report;
@@ -497,12 +495,12 @@ namespace {
 Result<std::string> only_topic(const std::vector<std::string>& topics) {
   if (topics.size() == 1) return topics.front();
   if (topics.empty())
-    return fail(
-        ErrorCode::NotFound, "no topic of poses in what was chosen", {},
-        "A TUM file takes nav_msgs/Odometry, geometry_msgs/PoseStamped or PoseWithCovarianceStamped.");
+    return fail(ErrorCode::NotFound, "the selection contains no topic with poses", {},
+                "TUM files are written from nav_msgs/Odometry, geometry_msgs/PoseStamped or "
+                "PoseWithCovarianceStamped.");
   return fail(ErrorCode::InvalidArgument,
-              fmt::format("several topics have poses: {}", fmt::join(topics, ", ")), {},
-              fmt::format("Say which: `topics={}`.", topics.front()));
+              fmt::format("several topics contain poses: {}", fmt::join(topics, ", ")), {},
+              fmt::format("Choose one, for example `topics={}`.", topics.front()));
 }
 
 class TumExport {
@@ -515,7 +513,7 @@ class TumExport {
     const Status status = samples ? from_samples() : from_messages();
     if (!status) return tl::unexpected(status.error());
     if (samples) report_.problems = log_.problems();
-    if (report_.messages == 0) return fail(ErrorCode::NotFound, "no poses in what was chosen");
+    if (report_.messages == 0) return fail(ErrorCode::NotFound, "the selection contains no poses");
     if (Status written = sink_->write(as_bytes(text_)); !written) return tl::unexpected(written.error());
     return report_;
   }
@@ -535,7 +533,7 @@ class TumExport {
 
   Status from_samples() {
     return log_.visit_samples(options_.selection, [&](const Sample& sample) -> Status {
-      if (Status told = progress_.at(log_time_of(sample)); !told) return told;
+      if (Status reported = progress_.at(log_time_of(sample)); !reported) return reported;
       if (const auto* o = std::get_if<Odometry>(&sample))
         return line("/odom", o->stamp, lift(o->odom_T_base));
       if (const auto* t = std::get_if<TruthPose>(&sample))

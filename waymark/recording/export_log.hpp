@@ -13,48 +13,50 @@
 #include "waymark/recording/message_log.hpp"
 #include "waymark/recording/ros2/rosbag2_writer.hpp"
 
-/// Recordings of any format written as another.
+/// Converts recordings of any format to another format.
 namespace waymark {
 
 struct ExportOptions {
   LogSelection selection{};
-  std::string
-      kind{};  ///< of CSV: "detections", "odometry", "imu", "range-bearing"; empty: the only one there is
-  /// Blocks of metadata to add (MCAP).
+  std::string kind{};  ///< of CSV: "detections", "odometry", "imu", "range-bearing"; empty: the only kind in
+                       ///< the recording
+  /// Metadata blocks to add (MCAP).
   std::map<std::string, std::map<std::string, std::string>> metadata{};
-  /// What becomes part of an MCAP of samples: the camera and where it sits.
+  /// Camera and its mounting, stored in an MCAP file of samples.
   std::optional<CameraModel> camera{};
   std::optional<SE3> base_T_cam{};
-  /// How the qualities of service of an MCAP's topics are rewritten; unless given they pass as they are.
+  /// Notation of the QoS profiles of an MCAP file's topics; if unset they are copied unchanged.
   std::optional<QosNotation> qos{};
-  /// Called now and then with the part that is done, 0 to 1; an error it gives stops the export.
+  /// Called periodically with the completed fraction, 0 to 1; an error that it returns stops the export.
   std::function<Status(double done)> progress = {};
 };
 
 struct ExportReport {
-  std::uint64_t messages = 0;                       ///< written, or lines
-  std::map<std::string, std::uint64_t> by_topic{};  ///< as they are called in what was written
-  std::vector<LogProblem> problems{};  ///< of the source, and of messages that could not be written
+  std::uint64_t messages = 0;                       ///< messages or lines written
+  std::map<std::string, std::uint64_t> by_topic{};  ///< by topic name in the output
+  std::vector<LogProblem> problems{};  ///< of the source and of messages that could not be written
 };
 
-/// As MCAP: CDR passes as it is, with schema and metadata; ROS 1 messages are rewritten by their definitions;
-/// LCM and CSV become samples and those our messages. Metadata and attachments come along.
+/// Writes MCAP. CDR is copied with its schema and metadata; ROS 1 messages are converted by their
+/// definitions; LCM and CSV become samples, written with Waymark's message types. Metadata and attachments
+/// are copied.
 [[nodiscard]] Result<ExportReport> export_mcap(MessageLog& log, std::unique_ptr<ByteSink> sink,
                                                const ExportOptions& options);
 
-/// As a bag of rosbag2: a new folder with metadata.yaml and one file, `name`_0.mcap or .db3, in the layout of
-/// the release; messages as export_mcap() writes them. After an error the folder is incomplete, and the
-/// caller removes it.
+/// Writes a rosbag2 bag: a new folder with metadata.yaml and one file, `name`_0.mcap or .db3, in the layout
+/// of the chosen release. The messages are those of export_mcap(). After an error the folder is incomplete
+/// and the caller must remove it.
 [[nodiscard]] Result<ExportReport> export_rosbag2(MessageLog& log, const std::filesystem::path& folder,
                                                   const std::string& name, const BagFormat& format,
                                                   const ExportOptions& options);
 
-/// The poses of one topic as TUM lines (timestamp [s] tx ty tz [m] qx qy qz qw). Without a topic in the
-/// selection the only one that has poses; fails, naming them, when there are several or none.
+/// Writes the poses of one topic as TUM lines (timestamp [s] tx ty tz [m] qx qy qz qw). If the selection has
+/// no topic, the only topic with poses is used; fails and lists them if there are several, or if there is
+/// none.
 [[nodiscard]] Result<ExportReport> export_tum(MessageLog& log, std::unique_ptr<ByteSink> sink,
                                               const ExportOptions& options);
 
-/// Samples of one kind as a table whose columns name their units; open_log() reads it back.
+/// Writes samples of one kind as a table with units in the column names; open_log() can read it.
 [[nodiscard]] Result<ExportReport> export_csv(MessageLog& log, std::unique_ptr<ByteSink> sink,
                                               const ExportOptions& options);
 

@@ -1,5 +1,4 @@
-// Recordings written as others: poses as TUM lines, several files of one drive as one, progress and its
-// errors.
+// Conversions of recordings: poses as TUM lines, several files of one drive as one, progress and its errors.
 #include "waymark/recording/export_log.hpp"
 
 #include <limits>
@@ -9,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/data.hpp"
+#include "tests/support/golden_page.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/recording/logged_poses.hpp"
 #include "waymark/recording/ros2/cdr.hpp"
@@ -26,7 +26,7 @@ using ::testing::IsEmpty;
 
 SensorTime at_s(double seconds) { return SensorTime(Duration(std::llround(seconds * 1e9))); }
 
-/// Twenty seconds of odometry along x, ten a second; what else is recorded is the caller's.
+/// Twenty seconds of odometry along x at 10 Hz; the caller adds further messages.
 template <class More>
 Bytes drive(More&& more, double from_s = 100) {
   Bytes file;
@@ -70,7 +70,7 @@ Result<std::vector<TumLine>> tum_of(MessageLog& log, const ExportOptions& option
   return lines;
 }
 
-TEST(ExportTum, EachPoseIsALineInOrderOfTime) {
+TEST(ExportTum, WritesOneLinePerPoseInTimeOrder) {
   const Bytes file = plain_drive();
   const auto lines = tum_of(*log_of(file));
   ASSERT_TRUE(lines) << to_string(lines.error());
@@ -80,7 +80,7 @@ TEST(ExportTum, EachPoseIsALineInOrderOfTime) {
   EXPECT_NEAR(2 * std::atan2((*lines)[7].qz, (*lines)[7].qw), 0.07, 1e-12);
 }
 
-TEST(ExportTum, TimesThatAreChosenAreTheHalfOpenInterval) {
+TEST(ExportTum, SelectsAHalfOpenInterval) {
   const Bytes file = plain_drive();
   ExportOptions options;
   options.selection.from = 101'000'000'000;
@@ -91,10 +91,10 @@ TEST(ExportTum, TimesThatAreChosenAreTheHalfOpenInterval) {
   EXPECT_DOUBLE_EQ(lines->front().t, 101);
   options.selection.from = 1'000'000'000'000;
   options.selection.to = std::numeric_limits<std::uint64_t>::max();
-  EXPECT_FALSE(tum_of(*log_of(file), options)) << "no poses are left";
+  EXPECT_FALSE(tum_of(*log_of(file), options)) << "the selection is empty";
 }
 
-TEST(ExportTum, OneOfSeveralTopicsMustBeNamedAndThenItAloneCounts) {
+TEST(ExportTum, RequiresOneOfSeveralTopicsToBeChosen) {
   const Bytes file = drive([](SampleRecorder& recorder) {
     for (int i = 0; i < 5; ++i)
       EXPECT_TRUE(recorder.add(TruthPose{at_s(100 + i), SE3(SO3(), {1, 2, 0.5 * i})}));
@@ -112,7 +112,7 @@ TEST(ExportTum, OneOfSeveralTopicsMustBeNamedAndThenItAloneCounts) {
   EXPECT_EQ(truth->back().z, 2);
 }
 
-TEST(ExportTum, APoseThatIsNotFiniteIsPassedOverAndNoted) {
+TEST(ExportTum, SkipsAndNotesANonFinitePose) {
   const Bytes file = drive([](SampleRecorder& recorder) {
     ros2::PoseStamped pose;
     for (const double x : {1.0, std::numeric_limits<double>::quiet_NaN(), 3.0}) {
@@ -128,7 +128,7 @@ TEST(ExportTum, APoseThatIsNotFiniteIsPassedOverAndNoted) {
       *log, "/estimate", {},
       [&](const EstimatedPose& pose) {
         x_m.push_back(pose.map_T_base.translation().x());
-        EXPECT_FALSE(pose.covariance) << "of those who do not know it";
+        EXPECT_FALSE(pose.covariance) << "all zeros: unknown";
         return Status();
       },
       problems));
@@ -138,7 +138,7 @@ TEST(ExportTum, APoseThatIsNotFiniteIsPassedOverAndNoted) {
   EXPECT_THAT(keys, ElementsAre(HasSubstr("poses.message")));
 }
 
-TEST(VisitPoses, TheCovarianceIsThatOfThePlane) {
+TEST(VisitPoses, PassesThePlanarCovariance) {
   const Bytes file = drive([](SampleRecorder& recorder) {
     ros2::PoseWithCovarianceStamped pose;
     pose.header.stamp = ros2::to_ros(at_s(101));
@@ -154,30 +154,30 @@ TEST(VisitPoses, TheCovarianceIsThatOfThePlane) {
         ++poses;
         Eigen::Matrix3d expected;
         expected << 0, 1, 5, 6, 7, 11, 30, 31, 35;
-        EXPECT_EQ(*pose.covariance, expected) << "rows and columns x, y and the turn about z";
+        EXPECT_EQ(*pose.covariance, expected) << "rows and columns x, y and the rotation about z";
         return Status();
       },
       problems));
   EXPECT_EQ(poses, 1);
 }
 
-TEST(ExportProgress, IsToldAndItsErrorEndsTheExport) {
+TEST(ExportProgress, IsReportedAndItsErrorStopsTheExport) {
   Bytes table;
   append(table, as_bytes("t_s,x_m,y_m,theta_rad,speed_m_s,yaw_rate_rad_s\n"));
   for (int i = 0; i < 2000; ++i) append(table, as_bytes(std::to_string(i) + ",1,2,0.1,0,0\n"));
   for (const auto write : {export_mcap, export_tum, export_csv}) {
     const auto log = log_of(table);
-    std::vector<double> told;
+    std::vector<double> progress;
     ExportOptions options{.progress = [&](double done) {
-      told.push_back(done);
+      progress.push_back(done);
       return Status();
     }};
     Bytes out;
     ASSERT_TRUE(write(*log, memory_sink(out), options));
-    ASSERT_GE(told.size(), 3U);
-    EXPECT_TRUE(std::ranges::is_sorted(told));
-    EXPECT_GE(told.front(), 0);
-    EXPECT_LE(told.back(), 1);
+    ASSERT_GE(progress.size(), 3U);
+    EXPECT_TRUE(std::ranges::is_sorted(progress));
+    EXPECT_GE(progress.front(), 0);
+    EXPECT_LE(progress.back(), 1);
     options.progress = [](double) -> Status { return fail(ErrorCode::Unwritable, "enough"); };
     const auto stopped = write(*log, memory_sink(out), options);
     ASSERT_FALSE(stopped);
@@ -185,7 +185,7 @@ TEST(ExportProgress, IsToldAndItsErrorEndsTheExport) {
   }
 }
 
-TEST(ExportMcap, APartThatBeginsLaterKeepsCalibrationAndMounting) {
+TEST(ExportMcap, ALaterPartKeepsCalibrationAndMounting) {
   const auto camera = CameraModel::make(PinholeRadtan{.fx = 400, .fy = 400, .cx = 320, .cy = 240}, 640, 480);
   ASSERT_TRUE(camera);
   const SE3 base_T_cam(SO3::from_rpy(-1.5, 0, -1.57), {0.08, 0, 0.18});
@@ -202,12 +202,12 @@ TEST(ExportMcap, APartThatBeginsLaterKeepsCalibrationAndMounting) {
     ASSERT_TRUE(setup) << to_string(setup.error());
     ASSERT_TRUE(setup->camera && setup->base_T_cam) << from_s;
     EXPECT_LT((setup->base_T_cam->inverse() * base_T_cam).translation().norm(), 1e-9);
-    EXPECT_GE(*log->summary().start, options.selection.from) << "nothing lies before the part";
+    EXPECT_GE(*log->summary().start, options.selection.from) << "no message precedes the part";
     EXPECT_EQ(report->by_topic.at(topics::kCameraInfo), 1U);
   }
 }
 
-TEST(ExportMcap, MetadataAttachmentsAndStampsComeAlong) {
+TEST(ExportMcap, CopiesMetadataAttachmentsAndStamps) {
   const Bytes file = drive([](SampleRecorder& recorder) {
     EXPECT_TRUE(recorder.add_metadata("waymark", {{"anchor", "tag36h11:0"}}));
     EXPECT_TRUE(recorder.add_attachment("robot.yaml", "application/yaml", at_s(1), "name: limo\n"));
@@ -228,7 +228,7 @@ TEST(ExportMcap, MetadataAttachmentsAndStampsComeAlong) {
   EXPECT_EQ(back->summary().start, 100'000'000'000U);
 }
 
-TEST(ExportLog, ADamagedAttachmentIsLeftOutAndSaid) {
+TEST(ExportLog, OmitsAndReportsADamagedAttachment) {
   Bytes file = drive([](SampleRecorder& recorder) {
     EXPECT_TRUE(recorder.add_attachment("map.yaml", "application/yaml", at_s(1), "anchor: 3\n"));
     EXPECT_TRUE(recorder.add_attachment("robot.yaml", "application/yaml", at_s(1), "name: limo\n"));
@@ -239,8 +239,9 @@ TEST(ExportLog, ADamagedAttachmentIsLeftOutAndSaid) {
   const auto report = export_mcap(*log, memory_sink(out), {});
   ASSERT_TRUE(report) << to_string(report.error());
   EXPECT_TRUE(std::ranges::any_of(report->problems, [](const LogProblem& problem) {
-    return problem.error.message.find("attachment 'map.yaml'") != std::string::npos;
+    return problem.error.message.find("'map.yaml'") != std::string::npos;
   }));
+  for (const LogProblem& problem : report->problems) testing::expect_on_page("convert", problem.error);
   const auto back = log_of(out);
   ASSERT_EQ(back->attachments().size(), 1U);
   EXPECT_EQ(back->attachments()[0].name, "robot.yaml");
@@ -261,7 +262,7 @@ class SeveralFiles : public ::testing::Test {
   fs::path folder_ = testing::fresh_folder("several_files");
 };
 
-TEST_F(SeveralFiles, OfOneDriveAreOneInOrderOfTheirStamps) {
+TEST_F(SeveralFiles, OfOneDriveAreMergedInStampOrder) {
   const std::vector<std::string> files = {write("ranges.csv", as_bytes(ranges_)),
                                           write("odometry.csv", as_bytes(odometry_))};
   auto log = open_logs(files);
@@ -281,7 +282,7 @@ TEST_F(SeveralFiles, OfOneDriveAreOneInOrderOfTheirStamps) {
   EXPECT_THAT((*log)->problems(), IsEmpty());
 }
 
-TEST_F(SeveralFiles, PosesOfTablesThatAreReadTogetherAreExportedToo) {
+TEST_F(SeveralFiles, ExportsPosesOfMergedTables) {
   auto log = open_logs({write("ranges.csv", as_bytes(ranges_)), write("odometry.csv", as_bytes(odometry_))});
   ASSERT_TRUE(log);
   ExportOptions options;
@@ -291,7 +292,7 @@ TEST_F(SeveralFiles, PosesOfTablesThatAreReadTogetherAreExportedToo) {
   EXPECT_EQ(lines->back().x, 2);
 }
 
-TEST_F(SeveralFiles, WhatTravelsInsideOneOfThemComesAlong) {
+TEST_F(SeveralFiles, CopiesAttachmentsOfEachFile) {
   const Bytes lap = drive([](SampleRecorder& recorder) {
     EXPECT_TRUE(recorder.add_attachment("robot.yaml", "application/yaml", at_s(1), "name: limo\n"));
   });
@@ -306,23 +307,24 @@ TEST_F(SeveralFiles, WhatTravelsInsideOneOfThemComesAlong) {
   EXPECT_EQ(back->attachments()[0].name, "robot.yaml");
 }
 
-TEST_F(SeveralFiles, OdometryOfTheSameTimeIsOfTwoDrives) {
+TEST_F(SeveralFiles, RejectsOdometryOfTwoDrivesAtTheSameTime) {
   const std::string first = write("first.mcap", plain_drive());
   const std::string second = write("second.mcap", drive([](SampleRecorder&) {}, 110));
   const auto both = open_logs({first, second});
   ASSERT_FALSE(both);
   EXPECT_EQ(both.error().place.source, second);
   EXPECT_THAT(both.error().message, HasSubstr("first.mcap"));
+  testing::expect_on_page("convert", both.error());
   const std::string later = write("later.mcap", drive([](SampleRecorder&) {}, 200));
   const auto parts = open_logs({first, later});
   ASSERT_TRUE(parts) << to_string(parts.error());
-  EXPECT_EQ((*parts)->format(), LogFormat::Mcap) << "one after the other they are one recording";
+  EXPECT_EQ((*parts)->format(), LogFormat::Mcap) << "consecutive parts form one recording";
   EXPECT_EQ((*parts)->summary().messages, 400U);
   EXPECT_FALSE(open_logs({}));
   EXPECT_FALSE(open_logs({first, (folder_ / "none.csv").string()}));
 }
 
-TEST_F(SeveralFiles, ADamagedPartIsNotedWhateverTheOthersSay) {
+TEST_F(SeveralFiles, NotesADamagedPart) {
   auto log = open_logs(
       {write("ranges.csv", as_bytes(ranges_ + "x,9,1,0\n")), write("odometry.csv", as_bytes(odometry_))});
   ASSERT_TRUE(log);

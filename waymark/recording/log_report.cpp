@@ -12,12 +12,13 @@ namespace waymark {
 namespace {
 
 constexpr double kBucketsPerOctave = 512;
-constexpr std::uint64_t kContents_ns = 10'000'000'000;  // what a robot senses, it senses in ten seconds
+constexpr std::uint64_t kContents_ns = 10'000'000'000;  // all sensors of a robot publish within ten seconds
 constexpr std::int64_t kClockJump_ns = 500'000'000;
 
 double interval_of(int bucket) { return std::exp2((bucket + 0.5) / kBucketsPerOctave); }
 
-/// The first field of a message definition: its first line that is neither empty, a comment nor a constant.
+/// Type of the first field of a message definition: of the first line that is not empty, a comment or a
+/// constant.
 std::string_view first_type(std::string_view schema) {
   while (!schema.empty()) {
     std::string_view line = schema.substr(0, schema.find('\n'));
@@ -39,12 +40,12 @@ bool begins_with_header(const LogChannel& channel) {
 using Key = std::pair<std::string_view, std::string_view>;
 Key key_of(const LogChannel& channel) { return {channel.topic, channel.type}; }
 
-/// What is being counted of a topic.
+/// Counters of one topic.
 struct Counting {
   TopicReport report{};
   std::uint64_t first = 0, last = 0;          ///< log times
-  std::uint64_t newest = 0;                   ///< log time of the message before
-  std::optional<std::int64_t> last_offset{};  ///< stamp less log time
+  std::uint64_t newest = 0;                   ///< log time of the previous message
+  std::optional<std::int64_t> last_offset{};  ///< stamp minus log time
 
   void jumped(std::int64_t by_ns) {
     ++report.clock_jumps;
@@ -59,7 +60,7 @@ struct Counting {
     last = std::max(last, message.log_time);
     ++report.messages;
     const auto stamp = report.has_header ? header_stamp_ns(channel, message.data) : std::nullopt;
-    // A robot whose clock begins at zero means it; elsewhere zero says that nobody set the stamp.
+    // Zero is a valid stamp if the robot's clock begins at zero; otherwise the stamp was never set.
     const bool beginning = message.log_time == 0 && stamp.value_or(0) == 0;
     if (!beginning) report.stamps.add(stamp.value_or(message.log_time));
     if (!stamp || *stamp == 0) return;
@@ -118,8 +119,8 @@ bool StampStatistics::periodic() const {
     all += n;
     if (std::abs(interval_of(bucket) - *median) <= 0.5 * *median) near += n;
   }
-  constexpr std::uint64_t kEnough = 10;
-  return all >= kEnough && 5 * near >= 4 * all;
+  constexpr std::uint64_t kMinIntervals = 10;
+  return all >= kMinIntervals && 5 * near >= 4 * all;
 }
 
 std::uint64_t StampStatistics::gaps() const {
@@ -144,7 +145,7 @@ std::uint64_t StampStatistics::dropped() const {
 std::optional<std::uint64_t> header_stamp_ns(const LogChannel& channel, ByteSpan message) {
   constexpr std::uint64_t kSecond = 1'000'000'000;
   const bool cdr = channel.encoding == "cdr";
-  // Encapsulation, then the stamp; in ROS 1 a sequence number, then the stamp.
+  // CDR: encapsulation header, then the stamp. ROS 1: sequence number, then the stamp.
   constexpr std::size_t kStampAt = 4;
   if (message.size() < kStampAt + 8 || (cdr && message[1] != 1)) return std::nullopt;
   const auto sec = from_little_endian<std::uint32_t>(message.data() + kStampAt);
@@ -152,7 +153,7 @@ std::optional<std::uint64_t> header_stamp_ns(const LogChannel& channel, ByteSpan
   return sec * kSecond + nsec;
 }
 
-/// What says how things are and not when: some stamp it with 0.
+/// Static descriptions, which some programs stamp with 0.
 bool is_description(const LogChannel& channel) {
   return channel.type == ros2::CameraInfo::kType || channel.topic.ends_with("tf_static");
 }
@@ -168,7 +169,7 @@ Result<LogReport> report_on(MessageLog& log, const std::function<bool(std::uint6
         return stopped ? fail(ErrorCode::LimitExceeded, "stopped") : Status{};
       });
   if (!status && !stopped) return tl::unexpected(status.error());
-  const bool tells_of_time = std::ranges::any_of(log.channels(), [&](const LogChannel& channel) {
+  const bool has_timed_topics = std::ranges::any_of(log.channels(), [&](const LogChannel& channel) {
     return counting.at(key_of(channel)).report.messages > 0 && !is_description(channel);
   });
   LogReport report;
@@ -178,7 +179,7 @@ Result<LogReport> report_on(MessageLog& log, const std::function<bool(std::uint6
     Counting& counted = counting.at(key_of(channel));
     counted.report.rate_hz = rate(counted.report.messages, counted.first, counted.last);
     report.messages += counted.report.messages;
-    if (counted.report.messages > 0 && !(tells_of_time && is_description(channel))) {
+    if (counted.report.messages > 0 && !(has_timed_topics && is_description(channel))) {
       first = std::min(first, counted.first);
       last = std::max(last, counted.last);
     }
@@ -201,7 +202,7 @@ Result<LogContents> contents_of(MessageLog& log, bool whole) {
     if (!picture) others.topics.insert(channel.topic);
   }
   if (others.topics.empty()) return contents;
-  // One that was cut does not know when it starts.
+  // The start is unknown if the file is truncated.
   if (const auto start = log.summary().start; start && !whole) others.to = *start + kContents_ns;
   const Status status = log.visit_samples(others, [&](const Sample& sample) {
     constexpr std::array<const char*, 11> kNames = {"tags",          "odometry", "wheels",   "imu",

@@ -10,24 +10,25 @@
 
 #include "waymark/recording/message_log.hpp"
 
-/// What the stamps of a recording say about it: how regular, what is missing, when a clock jumped.
+/// Timing of a recording from its stamps: regularity, missing messages, clock jumps.
 namespace waymark {
 
-/// The stamps of one stream, in the order of their arrival.
+/// Statistics of the stamps of one stream, in order of arrival.
 class StampStatistics {
  public:
   void add(std::uint64_t stamp_ns);
 
   [[nodiscard]] std::uint64_t count() const { return count_; }
-  [[nodiscard]] std::uint64_t zero() const { return zero_; }            ///< stamps of 0: never set
-  [[nodiscard]] std::uint64_t duplicate() const { return duplicate_; }  ///< equal to the one before
-  [[nodiscard]] std::uint64_t backward() const { return backward_; }    ///< before the one before
+  [[nodiscard]] std::uint64_t zero() const { return zero_; }            ///< stamps of 0, which were never set
+  [[nodiscard]] std::uint64_t duplicate() const { return duplicate_; }  ///< equal to the previous one
+  [[nodiscard]] std::uint64_t backward() const { return backward_; }    ///< earlier than the previous one
   [[nodiscard]] std::uint64_t longest_ns() const { return longest_; }   ///< longest interval
   /// Median interval [ns], within 0.2 %; nothing with fewer than two stamps.
   [[nodiscard]] std::optional<double> median_ns() const;
-  /// Whether the stream is periodic: four fifths of the intervals are within a half of the median.
+  /// Whether the stream is periodic: four fifths of the intervals are within 50 % of the median.
   [[nodiscard]] bool periodic() const;
-  /// Intervals of more than 1.5 medians of a periodic stream, and how many stamps are missing in them.
+  /// Number of intervals of a periodic stream that exceed 1.5 medians, and (dropped) of the stamps missing in
+  /// them.
   [[nodiscard]] std::uint64_t gaps() const;
   [[nodiscard]] std::uint64_t dropped() const;
 
@@ -38,7 +39,7 @@ class StampStatistics {
   std::uint64_t backward_ = 0;
   std::uint64_t longest_ = 0;
   std::optional<std::uint64_t> last_{};
-  std::map<int, std::uint64_t> intervals_{};  ///< how many, by 512 log2(interval): memory does not grow
+  std::map<int, std::uint64_t> intervals_{};  ///< count by 512 log2(interval), so memory is bounded
 };
 
 /// One topic.
@@ -48,10 +49,10 @@ struct TopicReport {
   std::string encoding{};
   std::uint64_t messages = 0;
   double rate_hz = 0;       ///< over the duration of the topic
-  bool has_header = false;  ///< the stamps below are those in the messages, else the times of recording
+  bool has_header = false;  ///< stamps are those of the message headers, else log times
   StampStatistics stamps{};
-  /// Stamps that moved against the times of recording by more than half a second, and times of recording that
-  /// went back by as much from one message of the file to the next.
+  /// Number of times the stamps moved against the log times by more than half a second, or the log time went
+  /// back by as much between consecutive messages of the file.
   std::uint64_t clock_jumps = 0;
   double largest_jump_s = 0;
 };
@@ -66,18 +67,18 @@ struct LogReport {
 /// The stamp in the header of a message, for types that begin with one (ROS 2 as CDR, ROS 1).
 [[nodiscard]] std::optional<std::uint64_t> header_stamp_ns(const LogChannel& channel, ByteSpan message);
 
-/// Reads all messages once. `progress`, when given, is called with the log time [ns] of each message, and
-/// ends the report early by false. Memory does not grow with the recording.
+/// Reads all messages once. `progress`, if given, is called with the log time [ns] of each message; false
+/// ends the report early. Memory does not grow with the recording.
 [[nodiscard]] Result<LogReport> report_on(MessageLog& log,
                                           const std::function<bool(std::uint64_t log_time)>& progress = {});
 
-/// What kinds of samples the first ten seconds of a recording make: "tags", "pictures", "odometry", "wheels",
-/// "imu", "commands", "truth", "tag_poses", "range_bearing", "scans", "gamepad"; with `whole`, all of it, so
-/// that problems() knows all there is to say. Pictures are not decoded.
+/// Kinds of samples in the first ten seconds of a recording: "tags", "pictures", "odometry", "wheels", "imu",
+/// "commands", "truth", "tag_poses", "range_bearing", "scans", "gamepad". With `whole` it reads the whole
+/// recording, so problems() is complete. Images are not decoded.
 using LogContents = std::set<std::string>;
 [[nodiscard]] Result<LogContents> contents_of(MessageLog& log, bool whole = false);
 
-/// The same from the index alone, where the file has one: counts and rates, no stamps. O(index).
+/// Report from the index alone, if the file has one: counts and rates, no stamps. O(index).
 [[nodiscard]] LogReport quick_report_on(const MessageLog& log);
 
 }  // namespace waymark

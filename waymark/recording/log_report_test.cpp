@@ -1,4 +1,4 @@
-// What is said of the stamps of a recording.
+// Timing reports of recordings.
 #include "waymark/recording/log_report.hpp"
 
 #include <gtest/gtest.h>
@@ -21,28 +21,28 @@ TEST(StampStatistics, ARegularStreamHasNoGaps) {
   EXPECT_EQ(stamps.zero() + stamps.duplicate() + stamps.backward(), 0U);
 }
 
-TEST(StampStatistics, WhatIsMissingIsCounted) {
+TEST(StampStatistics, CountsMissingStamps) {
   StampStatistics stamps;
   for (std::uint64_t i = 1; i <= 300; ++i) {
-    if (i % 50 == 0 || (i > 120 && i <= 130)) continue;  // 6 single ones, of which none in the ten of the gap
+    if (i % 50 == 0 || (i > 120 && i <= 130)) continue;  // 6 single ones, none of them in the gap of ten
     stamps.add(i * 20 * kMs);
   }
   EXPECT_NEAR(*stamps.median_ns(), 20e6, 20e6 * 0.002);
-  EXPECT_EQ(stamps.gaps(), 6U);  // the last one is at the end, where nobody misses it
+  EXPECT_EQ(stamps.gaps(), 6U);  // a missing stamp at the end cannot be detected
   EXPECT_EQ(stamps.dropped(), 15U);
   EXPECT_EQ(stamps.longest_ns(), 220 * kMs);
 }
 
-TEST(StampStatistics, StampsThatAreWrongAreToldApart) {
+TEST(StampStatistics, ClassifiesInvalidStamps) {
   StampStatistics stamps;
   for (const std::uint64_t ms : {100U, 110U, 110U, 120U, 0U, 130U, 125U}) stamps.add(ms * kMs);
   EXPECT_EQ(stamps.duplicate(), 1U);
   EXPECT_EQ(stamps.zero(), 1U);
   EXPECT_EQ(stamps.backward(), 2U);
-  EXPECT_FALSE(stamps.periodic());  // too few to say
+  EXPECT_FALSE(stamps.periodic());  // too few stamps
 }
 
-TEST(StampStatistics, AnUnevenStreamIsNotSaidToDrop) {
+TEST(StampStatistics, AnIrregularStreamHasNoDrops) {
   StampStatistics stamps;
   std::uint64_t t = 0;
   for (std::uint64_t i = 1; i <= 200; ++i) stamps.add(t += (i % 7) * (i % 11) * kMs + kMs);
@@ -50,7 +50,7 @@ TEST(StampStatistics, AnUnevenStreamIsNotSaidToDrop) {
   EXPECT_EQ(stamps.dropped(), 0U);
 }
 
-/// Odometry at 50 Hz whose stamps jump by `jump_s` against the time of recording in the middle.
+/// Odometry at 50 Hz whose stamps jump by `jump_s` against the log time in the middle.
 Bytes with_jump(double jump_s) {
   Bytes file;
   auto recorder = SampleRecorder::open(memory_sink(file));
@@ -66,7 +66,7 @@ Bytes with_jump(double jump_s) {
   return file;
 }
 
-TEST(LogReport, AClockThatJumpsIsNoticed) {
+TEST(LogReport, DetectsAClockJump) {
   for (const double jump_s : {0.0, 0.4, 3600.0, -7.0}) {
     const Bytes file = with_jump(jump_s);
     const auto log = open_log(memory_source(file));
@@ -88,7 +88,7 @@ TEST(LogReport, AClockThatJumpsIsNoticed) {
   }
 }
 
-TEST(LogReport, ADescriptionStampedWithZeroMakesNoDriveLonger) {
+TEST(LogReport, ZeroStampedDescriptionsDoNotExtendTheDuration) {
   Bytes file;
   auto recorder = SampleRecorder::open(memory_sink(file));
   const CameraModel camera =
@@ -104,7 +104,7 @@ TEST(LogReport, ADescriptionStampedWithZeroMakesNoDriveLonger) {
   EXPECT_EQ(report->messages, 66U);
 }
 
-TEST(LogReport, AClockThatWasSetBackIsNoticedThoughLogTimeIsTheStamp) {
+TEST(LogReport, DetectsABackwardClockJumpIfLogTimeIsTheStamp) {
   Bytes file;
   auto recorder = SampleRecorder::open(memory_sink(file));
   for (int i = 0; i < 400; ++i) {
@@ -119,7 +119,7 @@ TEST(LogReport, AClockThatWasSetBackIsNoticedThoughLogTimeIsTheStamp) {
   EXPECT_NEAR(report->topics.at(0).largest_jump_s, -2.98, 1e-9);
   EXPECT_EQ(report->topics.at(0).stamps.backward(), 1U);
   EXPECT_EQ((*log)->problems().at(0).key, "mcap.time_back");
-  std::uint64_t last = 0;  // the visit by time is still by time, and has all of it
+  std::uint64_t last = 0;  // visit() remains sorted by time and complete
   std::uint64_t messages = 0;
   EXPECT_TRUE((*log)->visit({}, [&](const LogChannel&, const LogMessage& message) {
     EXPECT_GE(message.log_time, last);
@@ -130,7 +130,7 @@ TEST(LogReport, AClockThatWasSetBackIsNoticedThoughLogTimeIsTheStamp) {
   EXPECT_EQ(messages, 400U);
 }
 
-TEST(LogReport, StopsWhenItIsToldTo) {
+TEST(LogReport, StopsOnRequest) {
   const Bytes file = with_jump(0);
   const auto log = open_log(memory_source(file));
   int received = 0;
@@ -139,7 +139,7 @@ TEST(LogReport, StopsWhenItIsToldTo) {
   EXPECT_EQ(report->messages, 10U);
 }
 
-TEST(LogReport, TheStampIsThatOfTypesWhichBeginWithAHeader) {
+TEST(LogReport, ReadsTheStampOfTypesThatBeginWithAHeader) {
   LogChannel channel{.encoding = "cdr"};
   const Bytes message = {0, 1, 0, 0, 2, 0, 0, 0, 3, 0, 0, 0};
   EXPECT_EQ(header_stamp_ns(channel, message), 2'000'000'003U);

@@ -20,8 +20,8 @@ bool has_poses(std::string_view type) {
          type == ros2::PoseWithCovarianceStamped::kType;
 }
 
-/// Rows and columns of x, y and the rotation about z; nothing where they are all zero, as of those who do not
-/// know.
+/// Rows and columns of x, y and the rotation about z; nothing if all are zero, which publishers write for an
+/// unknown covariance.
 std::optional<Eigen::Matrix3d> planar_covariance(const std::array<double, 36>& covariance) {
   constexpr Eigen::Index kRow[3] = {0, 1, 5};
   const Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>> full(covariance.data());
@@ -63,16 +63,13 @@ Status visit_messages(MessageLog& log, const LogSelection& selection, const Pose
     noted.add(kind, key, [&] { return error; });
   });
   return log.visit(selection, [&](const LogChannel& channel, const LogMessage& message) -> Status {
-    if (Status told = at ? at(message.log_time) : Status{}; !told) return told;
+    if (Status reported = at ? at(message.log_time) : Status{}; !reported) return reported;
     const auto converted = channels.convert(channel, message);
     if (!converted || !converted->channel->known_layout) return {};
     const Result<EstimatedPose> pose = decode_pose(converted->channel->channel.type, converted->data);
     if (pose && finite(*pose)) return visit(*pose);
     noted.damage("poses.message", [&] {
-      return pose ? Error{ErrorCode::InvalidArgument,
-                          "a pose that is not finite",
-                          {.source = channel.topic},
-                          {}}
+      return pose ? Error{ErrorCode::InvalidArgument, "non-finite pose", {.source = channel.topic}, {}}
                   : pose.error();
     });
     return {};
@@ -82,7 +79,7 @@ Status visit_messages(MessageLog& log, const LogSelection& selection, const Pose
 Status visit_samples_of(MessageLog& log, const std::string& topic, const LogSelection& selection,
                         const PoseVisitor& visit, const LogTimeVisitor& at) {
   return log.visit_samples(selection, [&](const Sample& sample) -> Status {
-    if (Status told = at ? at(log_time_of(sample)) : Status{}; !told) return told;
+    if (Status reported = at ? at(log_time_of(sample)) : Status{}; !reported) return reported;
     const auto* odometry = std::get_if<Odometry>(&sample);
     if (odometry != nullptr && topic == kOdometryOfSamples)
       return visit({odometry->stamp, lift(odometry->odom_T_base), {}});

@@ -9,21 +9,20 @@
 
 namespace waymark {
 
-/// Whether the poses of a log are found among its samples: those of LCM and CSV, and of several files of
-/// which none has messages of poses.
+/// Whether the poses of a log are samples rather than messages: in LCM and CSV logs, and in merged logs
+/// without pose messages.
 [[nodiscard]] bool poses_are_samples(const MessageLog& log);
 
-/// The topics of a log whose messages are poses: nav_msgs/Odometry, geometry_msgs/PoseStamped and
-/// PoseWithCovarianceStamped; where poses_are_samples() "/odom" and "/truth/pose", whether or not they
-/// have any.
+/// Topics of a log whose messages are poses: nav_msgs/Odometry, geometry_msgs/PoseStamped and
+/// PoseWithCovarianceStamped. If poses_are_samples(), "/odom" and "/truth/pose", even if they are empty.
 [[nodiscard]] std::vector<std::string> pose_topics(const MessageLog& log);
 
 using PoseVisitor = std::function<Status(const EstimatedPose& pose)>;
-/// Hears the log time of every message that is looked at.
+/// Receives the log time of every message that is read.
 using LogTimeVisitor = std::function<Status(std::uint64_t log_time)>;
 
-/// Calls visit for each pose of one topic within the selection's times, in order of log time. Messages that
-/// are damaged, or whose numbers are not finite, are passed over and noted. Fails when a visitor does.
+/// Calls `visit` for each pose of one topic within the selected times, in order of log time. Messages that
+/// are damaged or non-finite are skipped and noted. Fails if a visitor does.
 [[nodiscard]] Status visit_poses(MessageLog& log, const std::string& topic, LogSelection selection,
                                  const PoseVisitor& visit, std::vector<LogProblem>& problems,
                                  const LogTimeVisitor& at = {});

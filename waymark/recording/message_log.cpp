@@ -26,23 +26,23 @@ namespace {
 
 using OpenedLog = Result<std::unique_ptr<MessageLog>>;
 
-/// A format of recordings, and how it is recognised and read.
+/// How a recording format is recognised and read.
 struct FormatRow {
   LogFormat format;
   std::string_view name;     ///< in JSON
-  std::string_view known{};  ///< in the list of what is known; empty: not in it
-  bool samples = false;      ///< gives samples, not messages with types of ROS
-  /// By the first bytes and the size of the file; nullptr: nothing begins so.
+  std::string_view known{};  ///< name in the list of supported formats; empty: not listed
+  bool samples = false;      ///< contains samples, not messages with ROS types
+  /// Recognises the format by the first bytes and the size of the file; nullptr: never.
   bool (*begins)(ByteSpan head, std::uint64_t size) = nullptr;
   OpenedLog (*open)(std::unique_ptr<ByteSource> source, const LogOptions& options) = nullptr;
-  bool certain = true;  ///< nothing but a recording begins so
+  bool certain = true;  ///< the first bytes identify a recording
 };
 
 bool begins_with(ByteSpan head, ByteSpan magic) {
   return head.size() >= magic.size() && std::ranges::equal(head.first(magic.size()), magic);
 }
 
-/// Such a file is read by its path.
+/// A SQLite file is read by its path.
 bool begins_as_sqlite(ByteSpan head) { return begins_with(head, as_bytes(kSqliteMagic)); }
 
 bool begins_as_mcap(ByteSpan head, std::uint64_t /*size*/) { return begins_with(head, mcap::kMagic); }
@@ -55,7 +55,7 @@ bool begins_as_old_bag(ByteSpan head, std::uint64_t /*size*/) {
 bool begins_as_rosbag2(ByteSpan head, std::uint64_t /*size*/) { return begins_as_sqlite(head); }
 bool begins_as_csv(ByteSpan head, std::uint64_t /*size*/) { return looks_like_csv(head); }
 
-/// SQLite reads files, not bytes: what is none yet is written to one.
+/// SQLite reads files only, so bytes from elsewhere are written to a temporary one.
 OpenedLog open_sqlite(std::unique_ptr<ByteSource> source, const LogOptions& options) {
   constexpr std::size_t kPieceBytes = std::size_t{1} << 16U;
   if (const auto unpacked = unpacked_to(*source))
@@ -75,12 +75,12 @@ OpenedLog open_sqlite(std::unique_ptr<ByteSource> source, const LogOptions& opti
 }
 
 OpenedLog open_old_bag(std::unique_ptr<ByteSource> source, const LogOptions& /*options*/) {
-  return fail(ErrorCode::Unsupported, "a ROS bag of version 1, from before 2010", {.source = source->name()},
-              "Convert it with `rosbag fix`.");
+  return fail(ErrorCode::Unsupported, "this is a ROS bag of version 1 (before 2010)",
+              {.source = source->name()}, "Convert it with `rosbag fix`.");
 }
 
-/// THE table of formats, in the order in which they are tried. A format more is a row here, and its reader.
-/// CSV comes last: it takes any text with a comma in its first line.
+/// All formats, in the order in which they are tried. A new format needs a row here and a reader. CSV comes
+/// last because it matches any text with a comma in its first line.
 constexpr std::array kFormats = {
     FormatRow{LogFormat::Mcap, "mcap", "MCAP", false, begins_as_mcap, open_mcap_log},
     FormatRow{LogFormat::Rosbag2, "rosbag2", "rosbag2 (.db3, bag folder)", false, begins_as_rosbag2,
@@ -102,35 +102,31 @@ std::string known_formats() {
   return names;
 }
 
-/// Opens bytes that are not packed by the format that `head`, their first ones, begin. Fails on those of no
-/// format.
+/// Opens uncompressed bytes in the format recognised from their beginning `head`. Fails if no format matches.
 Result<std::unique_ptr<MessageLog>> open_by_format(std::unique_ptr<ByteSource> source, ByteSpan head,
                                                    const LogOptions& options) {
   const Place place{.source = source->name()};
-  std::error_code unknown;  // of a name that is none of a file: then it is no device
+  std::error_code unknown;  // set if the source is not a file, hence not a device
   if (head.empty() && std::filesystem::is_character_file(place.source, unknown))
-    return fail(ErrorCode::Unreadable, "this is a device, and no recording", place,
+    return fail(ErrorCode::Unreadable, "this is a device, not a recording", place,
                 "Name a file or a folder.");
   if (head.empty())
     return fail(ErrorCode::Unreadable, "the file is empty", place,
-                "Was the recording interrupted before it began? Record again.");
+                "The recording was probably interrupted before its first message. Record again.");
   const std::uint64_t size = source->size().value_or(0);
   const bool yaml = place.source.ends_with(".yaml") || place.source.ends_with(".yml");
   for (const FormatRow& row : kFormats) {
     if (row.begins == nullptr || !row.begins(head, size) || (yaml && !row.certain)) continue;
     return row.open(std::move(source), options);
   }
-  if (yaml)
-    return fail(ErrorCode::Unsupported, "this is a YAML file, and no recording", place,
-                "A map goes after `map`, a robot after `robot` or `robot_file`, a world after `world`.");
   if (place.source.ends_with(".mcap"))
-    return fail(ErrorCode::Unsupported, "this does not begin as an MCAP file", place,
-                "If its beginning is damaged, `waymark recover FILE` saves what stands behind it.");
-  return fail(ErrorCode::Unsupported, "this is no recording of a kind we know", place,
+    return fail(ErrorCode::Unsupported, "this does not begin like an MCAP file", place,
+                "If its beginning is damaged, `waymark recover FILE` saves the rest.");
+  return fail(ErrorCode::Unsupported, "this is not a recording of a supported format", place,
               fmt::format("Known: {}.", known_formats()));
 }
 
-/// A recording out of a packed file.
+/// A recording in a compressed file.
 class UnpackedLog final : public MessageLog {
  public:
   UnpackedLog(std::unique_ptr<MessageLog> log, Packing packing, std::optional<Error> damage,
@@ -177,16 +173,17 @@ class UnpackedLog final : public MessageLog {
   std::uint64_t packed_bytes_;
 };
 
-/// A recording out of a packed file: says so, and what was wrong with the packing.
+/// Wraps a recording from a compressed file: adds the compression to its description, and the damage found in
+/// it.
 std::unique_ptr<MessageLog> with_packing(std::unique_ptr<MessageLog> log, Packing packing,
                                          const std::optional<Error>& damage, std::uint64_t packed_bytes) {
   return std::make_unique<UnpackedLog>(std::move(log), packing, damage, packed_bytes);
 }
 
-/// A file is recognised by at most so many of its first bytes.
+/// At most this many bytes at the beginning of a file are used to recognise it.
 constexpr std::size_t kHeadBytes = std::size_t{1} << 16U;
 
-/// The first bytes of a file, as many as there are.
+/// The first bytes of a file, at most kHeadBytes.
 Result<Bytes> head_of(const ByteSource& source) {
   const Result<std::uint64_t> size = source.size();
   if (!size) return tl::unexpected(size.error());
@@ -220,7 +217,7 @@ std::uint64_t recording_start_ns(MessageLog& log) {
   const std::uint64_t start = log.summary().start.value_or(0);
   if (start > 0) return start;
   std::optional<std::uint64_t> next;
-  // The first message is enough: an error of the visitor stops the visit.
+  // The first message is enough: an error of the visitor ends the visit.
   (void)log.visit({.from = 1}, [&](const LogChannel&, const LogMessage& message) -> Status {
     next = message.log_time;
     return fail(ErrorCode::LimitExceeded, "the first message is enough");
@@ -239,7 +236,7 @@ Result<std::unique_ptr<MessageLog>> open_log(std::unique_ptr<ByteSource> source,
   head = head_of(*unpacked->source);
   if (!head) return tl::unexpected(head.error());
   if (head->empty() && unpacked->damage) {
-    unpacked->damage->hint = "Nothing of it could be unpacked: not one block of the packing is whole.";
+    unpacked->damage->hint = "No data could be unpacked: no block of the compressed file is complete.";
     return tl::unexpected(*unpacked->damage);
   }
   Result<std::unique_ptr<MessageLog>> log = open_by_format(std::move(unpacked->source), *head, options);
@@ -258,16 +255,11 @@ Result<std::unique_ptr<MessageLog>> open_log(const std::filesystem::path& path, 
   return open_log(std::move(*source), options);
 }
 
-bool looks_like_recording(const std::string& path) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) return false;
-  const auto source = open_file(path);
-  const std::uint64_t size = source ? (*source)->size().value_or(0) : 0;
-  Bytes head(static_cast<std::size_t>(std::min<std::uint64_t>(size, kHeadBytes)));
-  if (head.empty() || !(*source)->read(0, head)) return false;
-  return packing_of(head) != Packing::None || std::ranges::any_of(kFormats, [&](const FormatRow& row) {
-           return row.certain && row.begins != nullptr && row.begins(head, size);
-         });
+std::optional<LogFormat> format_of_head(ByteSpan head, std::uint64_t size) {
+  const auto row = std::ranges::find_if(kFormats, [&](const FormatRow& one) {
+    return one.certain && one.begins != nullptr && one.begins(head, size);
+  });
+  return row == kFormats.end() ? std::nullopt : std::optional(row->format);
 }
 
 }  // namespace waymark

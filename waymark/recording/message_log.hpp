@@ -22,8 +22,8 @@
 #include "waymark/recording/recording_setup.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
-/// One door to every recording we can read, whoever wrote it (docs/formats/importing.md). What is read is
-/// told by the first bytes of a file, never by its name.
+/// Reads recordings of any supported format through one interface (docs/formats/importing.md). The format is
+/// recognised by the first bytes of a file, never by its name.
 namespace waymark {
 
 enum class LogFormat : std::uint8_t { Mcap, Rosbag2, Ros1Bag, Lcm, Csv, Merged };
@@ -31,40 +31,40 @@ enum class LogFormat : std::uint8_t { Mcap, Rosbag2, Ros1Bag, Lcm, Csv, Merged }
 /// "mcap", "rosbag2", "ros1bag", "lcm", "csv", "merged", as in JSON summaries.
 [[nodiscard]] std::string_view to_string(LogFormat format);
 
-/// Whether recordings of this format give samples of the robot rather than messages with types of ROS.
+/// Whether recordings of this format contain samples rather than messages with ROS types.
 [[nodiscard]] bool gives_samples(LogFormat format);
 
 /// One stream of messages of one type.
 struct LogChannel {
   std::string topic{};
   std::string type{};      ///< as ROS 2 writes it: "nav_msgs/msg/Odometry"; "mbot_lcm_msgs/pose2D_t" in LCM
-  std::string encoding{};  ///< of the messages: "cdr", "ros1", "lcm", "csv"; other words as an MCAP file says
+  std::string encoding{};  ///< of the messages: "cdr", "ros1", "lcm", "csv"; otherwise as in the MCAP file
   std::string schema_encoding{};  ///< of the schema: "ros2msg", "ros1msg"; empty when there is none
-  std::string schema{};           ///< the definition the file carries, or ours of the same name; may be empty
+  std::string schema{};           ///< definition in the file, or the built-in one of that name; may be empty
   std::map<std::string, std::string> metadata{};  ///< "offered_qos_profiles", "md5sum", …
-  std::optional<std::uint64_t> messages{};        ///< how many, when the file says so or opening had to count
+  std::optional<std::uint64_t> messages{};        ///< count, if stored in the file or counted on opening
 };
 
-/// One message; the bytes are gone after the callback returns.
+/// One message; its bytes are valid until the callback returns.
 struct LogMessage {
-  std::uint64_t log_time = 0;      ///< [ns] when it was recorded
-  std::uint64_t publish_time = 0;  ///< [ns] when it was published; log_time where the format does not know
-  ByteSpan data{};                 ///< in the encoding of its channel, as it lies in the file
+  std::uint64_t log_time = 0;      ///< [ns] time of recording
+  std::uint64_t publish_time = 0;  ///< [ns] time of publication; log_time if the format has none
+  ByteSpan data{};                 ///< in the encoding of its channel, unchanged
 };
 
-/// Something about a file that a user must know: it is damaged, or it says things that mislead.
+/// A problem of a file that the user must be warned of: damage, or data that are easily misread.
 struct LogProblem {
   enum class Kind : std::uint8_t {
-    Damage,  ///< bytes that are missing or wrong; what could be read is read
-    Trap,    ///< sound bytes that do not mean what they seem to; `error` says how they were taken
+    Damage,  ///< missing or corrupt bytes; the rest is read
+    Trap,    ///< valid bytes that are easily misread; `error` explains how they were interpreted
   };
   Kind kind = Kind::Damage;
-  std::string key{};        ///< a stable word: "lcm.resync", "mbot.millimetres"
-  Error error{};            ///< in words, with the place of the first one
-  std::uint64_t count = 1;  ///< how often
+  std::string key{};        ///< stable identifier: "lcm.resync", "mbot.millimetres"
+  Error error{};            ///< message, with the place of the first occurrence
+  std::uint64_t count = 1;  ///< number of occurrences
 };
 
-/// With its place, and how often.
+/// The message with its place and the number of occurrences.
 [[nodiscard]] std::string to_string(const LogProblem& problem);
 
 /// The stamp of a sample as a log time.
@@ -72,7 +72,7 @@ struct LogProblem {
   return static_cast<std::uint64_t>(std::max<std::int64_t>(0, stamp_of(sample).time_since_epoch().count()));
 }
 
-/// Which messages: all topics when empty; log times in [from, to) nanoseconds.
+/// Selects messages: all topics if empty; log times in [from, to) nanoseconds.
 struct LogSelection {
   std::set<std::string> topics{};
   std::uint64_t from = 0;
@@ -84,20 +84,21 @@ struct LogSelection {
   [[nodiscard]] bool takes(std::uint64_t log_time) const { return log_time >= from && log_time < to; }
 };
 
-/// When, as far as known without reading all messages (LCM and CSV have no index: opening reads them).
+/// Extent of a recording, as far as known without reading all messages (LCM and CSV have no index, so opening
+/// reads them).
 struct LogSummary {
   std::optional<std::uint64_t> start{};     ///< [ns] first log time
   std::optional<std::uint64_t> end{};       ///< [ns] last log time
-  std::optional<std::uint64_t> messages{};  ///< in all
+  std::optional<std::uint64_t> messages{};  ///< total
   std::uint64_t size_bytes = 0;             ///< of the files
   std::vector<std::string> files{};         ///< more than one: a split recording
-  std::string library{};                    ///< who wrote it, as far as it says
+  std::string library{};                    ///< the program that wrote it, if given
   std::string profile{};                    ///< of an MCAP file: "ros2"
   std::optional<std::uint64_t> chunks{};    ///< of an MCAP file
-  bool complete = true;                     ///< false: it does not end as a finished recording does
+  bool complete = true;                     ///< false: the end of the file is missing
 };
 
-/// A file inside a recording.
+/// A file stored inside a recording.
 struct LogAttachment {
   std::string name{};
   std::string media_type{};
@@ -105,10 +106,10 @@ struct LogAttachment {
 };
 
 struct LogOptions {
-  /// Refuse a record, chunk or message larger than this.
+  /// Records, chunks and messages larger than this are rejected.
   std::uint64_t max_record_bytes = std::uint64_t{1} << 30;
   UnpackLimits unpack{};
-  /// How long before its stamp an MBot's picture was taken: its tags are stamped when they are published.
+  /// Time from the exposure of an MBot's image to the stamp of its tags, which is that of publication.
   Duration mbot_camera_latency = std::chrono::milliseconds(65);
 };
 
@@ -123,74 +124,72 @@ class MessageLog {
   MessageLog& operator=(const MessageLog&) = delete;
 
   [[nodiscard]] virtual LogFormat format() const = 0;
-  /// For people: "ROS 1 bag 2.0, bz2 around the file".
+  /// Description for display: "ROS 1 bag 2.0, bz2 around the file".
   [[nodiscard]] virtual std::string description() const = 0;
   [[nodiscard]] virtual const std::vector<LogChannel>& channels() const = 0;
   [[nodiscard]] virtual LogSummary summary() const = 0;
 
   /// Calls visit for the selected messages in order of log time. Memory does not grow with the recording.
-  /// Damage is passed over and noted among the problems; fails when the visitor does.
+  /// Damaged parts are skipped and noted among the problems; fails if the visitor does.
   virtual Status visit(const LogSelection& selection, const Visitor& visit) = 0;
-  /// All messages in the order in which they were written, where the file keeps that: a clock that jumped
-  /// back shows only there. Elsewhere as visit().
+  /// Visits all messages in the order in which they were written, if the file preserves it: only there a
+  /// backward clock jump is visible. Otherwise as visit().
   virtual Status visit_as_written(const Visitor& visit) { return this->visit({}, visit); }
-  /// The same as samples, with the conventions of the house (docs/conventions.md); messages that are not
-  /// samples are passed over.
+  /// Visits the messages as samples, in the conventions of Waymark (docs/conventions.md); messages that are
+  /// not samples are skipped.
   virtual Status visit_samples(const LogSelection& selection, const SampleVisitor& visit) = 0;
-  /// The camera, its place on the robot, and the metadata, as far as the recording knows them; `choice` names
-  /// frames and topics where it holds several.
+  /// The camera, its mounting on the robot, and the metadata, as far as the recording contains them. `choice`
+  /// selects frames and topics if there are several.
   virtual Result<RecordingSetup> setup(const CameraChoice& choice) = 0;
   Result<RecordingSetup> setup() { return setup(CameraChoice{}); }
-  /// The topics that are to be read with a setup: of pictures, of all else, or all. Empty where there are
-  /// none.
+  /// Topics to read with a setup: of images, of everything else, or all. Empty if there are none.
   [[nodiscard]] LogSelection topics_used(const RecordingSetup& setup,
                                          std::optional<bool> pictures = {}) const;
   /// The files inside the recording, by name.
   [[nodiscard]] virtual std::vector<LogAttachment> attachments() const { return {}; }
 
-  /// Files that travel inside the recording (calibration, map): name, kind, time and bytes.
+  /// A file inside the recording (calibration, map): name, kind, time and bytes.
   struct Attachment {
     std::string name{};
     std::string media_type{};
     std::uint64_t log_time = 0;  ///< [ns]
     ByteSpan data{};
   };
-  /// One that is damaged is passed over and noted among the problems.
+  /// Visits the attachments; damaged ones are skipped and noted among the problems.
   virtual Status visit_attachments(const std::function<Status(const Attachment&)>& /*visit*/) { return {}; }
 
-  /// What was noticed when it was opened and during the last visit.
+  /// Problems found on opening and during the last visit.
   [[nodiscard]] virtual std::vector<LogProblem> problems() const = 0;
 
  protected:
   MessageLog() = default;
 };
 
-/// When a recording begins [ns]: the log time of its first message, but not of those that nobody stamped
-/// (zero, as some programs write /camera_info and /tf_static) where the others come more than ten seconds
-/// later.
+/// Start of a recording [ns]: the log time of its first message. Unstamped messages (zero, as some programs
+/// write /camera_info and /tf_static) do not count if the others begin more than ten seconds later.
 [[nodiscard]] std::uint64_t recording_start_ns(MessageLog& log);
 
-/// Opens a recording: an MCAP file, a rosbag2 .db3 file or bag folder (with its metadata.yaml, .db3 or .mcap,
-/// split or not), a ROS 1 bag, an LCM event log, a CSV table with named columns; any of the files also packed
-/// as a whole with bzip2, gzip or zstd. Fails when there is no such file or it is none of these.
+/// Opens a recording: an MCAP file; a rosbag2 .db3 file or bag folder (with its metadata.yaml, .db3 or .mcap,
+/// split or not); a ROS 1 bag; an LCM event log; or a CSV table with named columns. Each file may also be
+/// packed as a whole with bzip2, gzip or zstd. Fails if the file does not exist or has another format.
 [[nodiscard]] Result<std::unique_ptr<MessageLog>> open_log(const std::filesystem::path& path,
                                                            const LogOptions& options = {});
-/// Several of one drive as one, samples in the order of their stamps, which are held in memory where a file
-/// is no recording of ROS.
+/// Opens several recordings of one drive as one, with samples in order of their stamps. If one of them is not
+/// a ROS recording, the samples are held in memory.
 [[nodiscard]] Result<std::unique_ptr<MessageLog>> open_logs(const std::vector<std::string>& paths,
                                                             const LogOptions& options = {});
-/// The same of bytes from anywhere.
+/// Opens a recording from a source of bytes.
 [[nodiscard]] Result<std::unique_ptr<MessageLog>> open_log(std::unique_ptr<ByteSource> source,
                                                            const LogOptions& options = {});
 
-/// Whether a file begins as a recording does (MCAP, rosbag2, ROS 1 bag, LCM; a table could be anything), or
-/// as a packed one may. Reads the first bytes of a regular file; pipes are left alone.
-[[nodiscard]] bool looks_like_recording(const std::string& path);
+/// The recording format of a file that begins with `head` and has `size` bytes. Nothing for tables, which
+/// cannot be recognised with certainty, for packed files and for any other file. A head of 64 KiB is enough.
+[[nodiscard]] std::optional<LogFormat> format_of_head(ByteSpan head, std::uint64_t size);
 
-/// Problems by their key, in the order they were first seen; what happens often is counted, not repeated.
+/// Problems by key, in order of first occurrence; repetitions are counted.
 class LogProblems {
  public:
-  /// The words are made only for the first of a kind: `words()` gives the Error.
+  /// Calls `words()`, which returns the Error, only for the first problem of a key.
   template <class Words>
   void add(LogProblem::Kind kind, std::string_view key, Words&& words, std::uint64_t count = 1) {
     const auto known = std::ranges::find(list_, key, &LogProblem::key);
@@ -208,7 +207,7 @@ class LogProblems {
   void trap(std::string_view key, Words&& words, std::uint64_t count = 1) {
     add(LogProblem::Kind::Trap, key, std::forward<Words>(words), count);
   }
-  /// Each with its own words.
+  /// Adds each error as a separate problem.
   void damages(std::string_view key, const std::vector<Error>& errors) {
     for (const Error& error : errors) list_.push_back({LogProblem::Kind::Damage, std::string(key), error, 1});
   }
@@ -221,7 +220,7 @@ class LogProblems {
   std::vector<LogProblem> list_;
 };
 
-/// What was found when a log was opened, then what the last visit found.
+/// Problems found on opening, then those of the last visit.
 [[nodiscard]] inline std::vector<LogProblem> joined(const LogProblems& opened, const LogProblems& visited) {
   std::vector<LogProblem> all = opened.list();
   visited.append_to(all);

@@ -1,5 +1,5 @@
-// What is behind open_log() and needs no other program: tables, MCAP and bag folders.
-// What other programs write is held against them in tests/recording.
+// Parts of open_log() that need no other program: tables, MCAP and bag folders. Recordings of other programs
+// are tested in tests/recording.
 #include "waymark/recording/message_log.hpp"
 
 #include <filesystem>
@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/data.hpp"
+#include "tests/support/golden_page.hpp"
 #include "waymark/recording/byte_file.hpp"
 #include "waymark/recording/export_log.hpp"
 #include "waymark/recording/mcap/writer.hpp"
@@ -35,7 +36,7 @@ std::vector<Sample> samples_of(MessageLog& log, const LogSelection& selection = 
   return samples;
 }
 
-TEST(OpenLog, APipeIsRefusedAtOnce) {
+TEST(OpenLog, RejectsAPipeWithoutBlocking) {
   const std::string name = ::testing::TempDir() + "waymark-log-pipe";
   (void)unlink(name.c_str());
   ASSERT_EQ(mkfifo(name.c_str(), 0600), 0);
@@ -45,7 +46,7 @@ TEST(OpenLog, APipeIsRefusedAtOnce) {
   (void)unlink(name.c_str());
 }
 
-TEST(MessageLog, SelectionIsByTopicAndTime) {
+TEST(MessageLog, SelectsByTopicAndTime) {
   const auto log = opened("t_s,landmark,range_m,bearing_rad\n1,1,1,0\n2,2,1,0\n3,3,1,0\n");
   ASSERT_TRUE(log);
   EXPECT_EQ(log->summary().start, 1'000'000'000U);
@@ -56,7 +57,7 @@ TEST(MessageLog, SelectionIsByTopicAndTime) {
   EXPECT_TRUE(samples_of(*log, {.topics = {"/other"}}).empty());
 }
 
-TEST(MessageLog, TheVisitorsErrorEndsTheVisit) {
+TEST(MessageLog, AVisitorErrorEndsTheVisit) {
   const auto log = opened("t_s,landmark,range_m,bearing_rad\n1,1,1,0\n2,2,1,0\n");
   int visits = 0;
   const Status status = log->visit_samples({}, [&](const Sample&) -> Status {
@@ -68,7 +69,7 @@ TEST(MessageLog, TheVisitorsErrorEndsTheVisit) {
   EXPECT_EQ(visits, 1);
 }
 
-TEST(ExportLog, WhatBecomesMcapComesBack) {
+TEST(ExportLog, McapRoundTrips) {
   const auto table = opened(
       "t_ns,camera,tag,tl_x_px,tl_y_px,tr_x_px,tr_y_px,br_x_px,br_y_px,bl_x_px,bl_y_px\n"
       "1000,cam,tag36h11:7,10.5,20.5,30.5,20.5,30.5,40.5,10.5,40.5\n"
@@ -90,7 +91,7 @@ TEST(ExportLog, WhatBecomesMcapComesBack) {
   EXPECT_EQ(tag.corners_px[3], Eigen::Vector2d(10.5, 40.5));
 }
 
-/// A recording of one topic in ROS 1's encoding, as `mcap convert` leaves a bag.
+/// A recording of one topic in ROS 1 encoding, as written by `mcap convert` from a bag.
 Bytes ros1_mcap(std::uint64_t first_time, int count) {
   Bytes file;
   auto writer = mcap::Writer::open(memory_sink(file), {.profile = "ros1"});
@@ -109,7 +110,7 @@ Bytes ros1_mcap(std::uint64_t first_time, int count) {
   return file;
 }
 
-TEST(MessageLog, Ros1InsideMcapIsRewritten) {
+TEST(MessageLog, ConvertsRos1InsideMcap) {
   const Bytes file = ros1_mcap(5, 3);
   const auto log = opened(as_text(file));
   ASSERT_TRUE(log);
@@ -121,10 +122,10 @@ TEST(MessageLog, Ros1InsideMcapIsRewritten) {
   EXPECT_EQ(command.command, (VelocityCommand{1.0, -1.0}));
 }
 
-TEST(MessageLog, ASplitBagOfMcapFilesIsOne) {
+TEST(MessageLog, JoinsASplitBagOfMcapFiles) {
   const std::filesystem::path folder = testing::fresh_folder("split_mcap");
   for (const auto& [name, first] : std::initializer_list<std::pair<const char*, int>>{
-           {"b_0.mcap", 10}, {"b_1.mcap", 14}}) {  // they overlap by one
+           {"b_0.mcap", 10}, {"b_1.mcap", 14}}) {  // they overlap by one message
     const auto sink = create_file(folder / name);
     ASSERT_TRUE(sink);
     ASSERT_TRUE((*sink)->write(ros1_mcap(static_cast<std::uint64_t>(first), 5)));
@@ -148,7 +149,7 @@ TEST(MessageLog, ASplitBagOfMcapFilesIsOne) {
   }
 }
 
-TEST(MessageLog, ACopyInAFolderCountsOnceAndTwoDrivesAreNotOne) {
+TEST(MessageLog, IgnoresCopiesInAFolderAndRejectsTwoDrives) {
   const std::filesystem::path folder = testing::fresh_folder("copies_mcap");
   const auto write = [&](const char* name, ByteSpan bytes) {
     const auto sink = create_file(folder / name);
@@ -158,21 +159,23 @@ TEST(MessageLog, ACopyInAFolderCountsOnceAndTwoDrivesAreNotOne) {
   const Bytes lap = ros1_mcap(10, 40);
   write("lap.mcap", lap);
   write("lap_copy.mcap", lap);
-  write("lap_shorter.mcap", ros1_mcap(10, 30));  // the same messages, the last ones missing
+  write("lap_shorter.mcap", ros1_mcap(10, 30));  // the same messages without the last ones
   auto log = open_log(folder);
   ASSERT_TRUE(log) << to_string(log.error());
   EXPECT_EQ(samples_of(**log).size(), 40U);
   std::vector<std::string> words;
   for (const LogProblem& problem : (*log)->problems()) words.push_back(to_string(problem.error));
-  EXPECT_THAT(words, ::testing::Contains(::testing::HasSubstr("left out. Move the copy elsewhere")));
-  Bytes other = ros1_mcap(11, 40);  // other words at these times
+  EXPECT_THAT(words, ::testing::Contains(::testing::HasSubstr("lap_copy.mcap")));
+  for (const std::string& text : words) testing::expect_on_page("recording", text);
+  Bytes other = ros1_mcap(11, 40);  // different messages at the same times
   write("other.mcap", other);
   log = open_log(folder);
   ASSERT_FALSE(log);
-  EXPECT_THAT(to_string(log.error()), ::testing::HasSubstr("two recordings, and no parts of one"));
+  EXPECT_EQ(log.error().code, ErrorCode::Unsupported);
+  testing::expect_on_page("recording", log.error());
 }
 
-TEST(MessageLog, WhatIsNoRecordingSaysWhatIs) {
+TEST(MessageLog, OtherFilesListTheSupportedFormats) {
   for (const std::string_view bytes : {"", "hello",
                                        "\x7f"
                                        "ELF",
@@ -184,7 +187,7 @@ TEST(MessageLog, WhatIsNoRecordingSaysWhatIs) {
   EXPECT_EQ(open_log(std::filesystem::path("/no/such/file")).error().code, ErrorCode::NotFound);
 }
 
-TEST(LogProblemsTest, WhatHappensOftenIsCountedWithTheFirstPlace) {
+TEST(LogProblemsTest, CountsRepetitionsAndKeepsTheFirstPlace) {
   LogProblems problems;
   int made = 0;
   for (int i = 0; i < 5; ++i) {
@@ -199,7 +202,7 @@ TEST(LogProblemsTest, WhatHappensOftenIsCountedWithTheFirstPlace) {
         return Error{ErrorCode::Unsupported, "millimetres", {}, {}};
       },
       7);
-  EXPECT_EQ(made, 1) << "words are made only for the first of a kind";
+  EXPECT_EQ(made, 1) << "the message is built only for the first of a key";
   ASSERT_EQ(problems.list().size(), 2U);
   EXPECT_EQ(problems.list()[0].count, 5U);
   EXPECT_EQ(problems.list()[0].error.message, "row 0");

@@ -32,8 +32,8 @@ void put_in_order(std::vector<Frame>& frames, std::vector<std::string>& notes) {
   }
   if (out_of_order > 0) {
     std::ranges::stable_sort(frames, {}, &Frame::stamp);
-    notes.push_back(fmt::format("recorded after later pictures, and put in the order of the stamps: {}",
-                                counted(out_of_order, "picture")));
+    notes.push_back(
+        fmt::format("images recorded out of order, sorted by stamp: {}", counted(out_of_order, "picture")));
   }
   std::map<std::string, SensorTime> newest;
   const std::size_t again = std::erase_if(frames, [&](const Frame& frame) {
@@ -41,8 +41,8 @@ void put_in_order(std::vector<Frame>& frames, std::vector<std::string>& notes) {
     return !is_first && std::exchange(entry->second, frame.stamp) == frame.stamp;
   });
   if (again > 0)
-    notes.push_back(
-        fmt::format("left out, with the stamp of another of the same camera: {}", counted(again, "picture")));
+    notes.push_back(fmt::format("images with the stamp of another image of the same camera, skipped: {}",
+                                counted(again, "picture")));
 }
 
 Status find_tags(MessageLog& log, const FrameFinder& find, RecordedLap& lap) {
@@ -66,7 +66,7 @@ void order_frames(RecordedLap& lap) {
 }
 
 void rejoin_odometry(RecordedLap& lap) {
-  SE2 odom_T_later;  // the frame of what follows the last jump, in that of the begin
+  SE2 odom_T_later;  // odometry frame after the last jump in the initial one
   int jumps = 0;
   for (std::size_t i = 1; i < lap.odometry.size(); ++i) {
     Odometry rejoined = lap.odometry[i];
@@ -83,11 +83,11 @@ void rejoin_odometry(RecordedLap& lap) {
     lap.odometry[i] = rejoined;
   }
   if (jumps > 0)
-    lap.notes.push_back(
-        fmt::format("odometry jumped {}, as it does when the robot is restarted or its odometry is set "
-                    "back: the robot is taken to have stood meanwhile; where tags contradict that, drive the "
-                    "lap again",
-                    counted(jumps, "time")));
+    lap.notes.push_back(fmt::format(
+        "odometry jumped {}, as after a restart of the robot or a reset of its odometry; assumed that "
+        "the robot was stationary meanwhile. If tags contradict this, drive the "
+        "lap again",
+        counted(jumps, "time")));
 }
 
 Result<RecordedLap> read_lap(MessageLog& log, const FrameFinder& find, TagSource source,
@@ -113,8 +113,8 @@ Result<RecordedLap> read_lap(MessageLog& log, const FrameFinder& find, TagSource
   }
   if (source == TagSource::Pictures) {
     if (log.topics_used(lap.setup, true).topics.empty())
-      return fail(ErrorCode::NotFound, "the recording holds no pictures to look for tags in", {},
-                  "Leave out the detector's settings to take the tags it holds.");
+      return fail(ErrorCode::NotFound, "the recording has no images in which to detect tags", {},
+                  "Omit the detector settings to use the recorded tags.");
     lap.frames.clear();
   }
   if (status && lap.frames.empty() && lap.tag_poses.empty() && find) status = find_tags(log, find, lap);

@@ -11,38 +11,38 @@
 
 namespace waymark {
 
-/// A whole recording in memory: what making a map of a lap needs.
+/// A whole recording in memory, as needed to map a lap.
 struct RecordedLap {
   RecordingSetup setup{};
   std::vector<TagFrame> frames{};
   std::vector<Odometry> odometry{};
-  std::vector<TagPoseFrame> tag_poses{};  ///< of a robot that keeps no corners
+  std::vector<TagPoseFrame> tag_poses{};  ///< of a robot that records no corners
   std::vector<ImuSample> imu{};
-  Trajectory truth{};                                ///< empty when nobody knew it
+  Trajectory truth{};                                ///< empty if unknown
   std::map<std::string, std::string> attachments{};  ///< their bytes, by name
-  std::vector<std::string> notes{};                  ///< what was put in order or left out, in words
+  std::vector<std::string> notes{};                  ///< messages about what was reordered or skipped
 };
 
-/// Puts pictures that were recorded up to a second out of order in the order of their stamps, and leaves out
-/// those that have the stamp of another of the same camera; what was done stands among the notes. A clock
-/// that went back by more is left as it is: what came before and after it has no order.
+/// Sorts images that were recorded up to one second out of order by their stamps, and removes those with the
+/// stamp of another image of the same camera; both are noted. A clock that went back by more is left as it
+/// is, because images before and after the jump have no order.
 void order_frames(RecordedLap& lap);
 
-/// Odometry that was set back on the way (odometry_jumped()) goes on from where it was, as if the robot had
-/// stood meanwhile; a note says so.
+/// Removes resets of the odometry (odometry_jumped()): it continues from the pose before the reset, as if the
+/// robot had been stationary meanwhile. Each reset is noted.
 void rejoin_odometry(RecordedLap& lap);
 
-/// Finds the tags of a picture, where a recording holds pictures only.
+/// Detects the tags in an image, for recordings without detections.
 using FrameFinder = std::function<Result<TagFrame>(const CameraFrame& frame, const CameraModel* camera)>;
 
 enum class TagSource : std::uint8_t {
-  AsRecorded,  ///< the tags it holds; its pictures only where it holds none
-  Pictures,    ///< its pictures, whatever tags it holds
+  AsRecorded,  ///< recorded tags; images only if there are no recorded tags
+  Pictures,    ///< images, even if tags were recorded
 };
 
-/// Reads all of it, whatever its format; of several cameras the one that `choice` names. Pictures are looked
-/// at only when `find` is given. What is damaged is passed over, and `setup.problems` says so. Fails when
-/// `find` does, or when there are no pictures to look at though they were asked for.
+/// Reads a whole recording of any format; `choice` selects one of several cameras. Images are read only if
+/// `find` is given. Damaged data are skipped and listed in `setup.problems`. Fails if `find` does, or if
+/// images were requested and there are none.
 [[nodiscard]] Result<RecordedLap> read_lap(MessageLog& log, const FrameFinder& find = {},
                                            TagSource source = TagSource::AsRecorded,
                                            const CameraChoice& choice = {});

@@ -37,7 +37,7 @@ auto* with_topic(Items& items, std::string_view topic) {
   return known == items.end() ? nullptr : &*known;
 }
 
-/// The camera of rectified pictures: the projection matrix, and nothing is bent.
+/// Camera model of rectified images: the projection matrix, without distortion.
 std::optional<CameraModel> rectified_camera(const ros2::CameraInfo& info) {
   if (!(info.p[0] > 0)) return std::nullopt;
   ros2::CameraInfo flat = info;
@@ -48,11 +48,11 @@ std::optional<CameraModel> rectified_camera(const ros2::CameraInfo& info) {
   return camera ? std::optional(*camera) : std::nullopt;
 }
 
-/// Drivers of cameras that nobody calibrated publish zeros.
+/// Camera drivers publish zeros without a calibration.
 Result<CameraModel> camera_of(const ros2::CameraInfo& info) {
   if (!(info.k[0] > 0))
-    return fail(ErrorCode::NotFound, "the camera was not calibrated: its focal length is zero", {},
-                "Calibrate it (`waymark calibrate camera`), and give the robot's file with `robot`.");
+    return fail(ErrorCode::NotFound, "the camera is not calibrated: its focal length is zero", {},
+                "Calibrate it with `waymark calibrate camera` and pass the robot file with `robot`.");
   return ros2::from_ros(info);
 }
 
@@ -107,7 +107,7 @@ bool is_tags(std::string_view type) {
 
 }  // namespace
 
-bool first_message_tells(std::string_view type) {
+bool first_message_has_facts(std::string_view type) {
   return is_tags(type) || type == ros2::Image::kType || type == ros2::CompressedImage::kType ||
          type == ros2::Odometry::kType || type == ros2::Imu::kType;
 }
@@ -136,14 +136,14 @@ namespace {
 
 constexpr std::string_view kOptical = "optical";
 
-/// "/cam/image_raw/compressed" is "/cam/image_raw" in another packing.
+/// "/cam/image_raw/compressed" is the compressed form of "/cam/image_raw".
 std::string unpacked_topic(std::string topic) {
   constexpr std::string_view kPacked = "/compressed";
   if (topic.ends_with(kPacked)) topic.resize(topic.size() - kPacked.size());
   return topic;
 }
 
-/// What stands before the last slash: the namespace that a picture shares with its calibration.
+/// The part before the last slash: the namespace that an image topic shares with its calibration.
 std::string namespace_of(const std::string& topic) {
   const std::string plain = unpacked_topic(topic);
   return plain.substr(0, std::min(plain.rfind('/'), plain.size()));
@@ -153,19 +153,19 @@ bool is_rectified(const std::string& topic) {
   return unpacked_topic(topic).substr(namespace_of(topic).size()).find("rect") != std::string::npos;
 }
 
-/// A word of a frame's name is base_link, whatever the namespace before it.
+/// Whether the frame is `name` in any namespace, for example base_link.
 bool is_named(const std::string& frame, std::string_view name) {
   return frame == name || frame.ends_with("/" + std::string(name));
 }
 
-bool lies_at(const std::string& topic, const std::string& place) {
+bool is_on_topic(const std::string& topic, const std::string& place) {
   const std::string root = place.ends_with('/') ? place.substr(0, place.size() - 1) : place;
   return topic == root || topic.starts_with(root + "/");
 }
 
-class Choosing {
+class CameraSelector {
  public:
-  Choosing(const CameraFacts& facts, const CameraChoice& choice) : facts_(facts), choice_(choice) {}
+  CameraSelector(const CameraFacts& facts, const CameraChoice& choice) : facts_(facts), choice_(choice) {}
 
   ChosenCamera run() {
     choose_views();
@@ -181,7 +181,7 @@ class Choosing {
   void choose_views();
   void keep_one_copy();
   void choose_info();
-  void choose_motion(bool imu, const std::string& asked, std::string_view usual, const char* field);
+  void choose_motion(bool imu, const std::string& requested, std::string_view usual, const char* field);
   void find_mounting();
   std::string find_base(const std::string& camera);
   std::string find_camera();
@@ -200,12 +200,12 @@ class Choosing {
   const RecordedMotion* imu_ = nullptr;
 };
 
-/// A picture of distances is none to look for tags in.
+/// Tags cannot be detected in a depth image.
 bool shows_distances(const RecordedView& view) {
   return view.encoding == "16UC1" || view.encoding == "32FC1" || view.topic.ends_with("/compressedDepth");
 }
 
-void Choosing::choose_views() {
+void CameraSelector::choose_views() {
   std::vector<RecordedView> all;
   for (const RecordedView& view : facts_.views) {
     if (shows_distances(view)) {
@@ -214,8 +214,8 @@ void Choosing::choose_views() {
       all.push_back(view);
     }
   }
-  const auto choose = [&](const std::string& asked, auto takes) {
-    if (asked.empty() || std::ranges::none_of(all, takes)) return false;
+  const auto choose = [&](const std::string& requested, auto takes) {
+    if (requested.empty() || std::ranges::none_of(all, takes)) return false;
     std::vector<RecordedView> kept;
     for (const RecordedView& view : all) {
       if (takes(view)) {
@@ -228,19 +228,19 @@ void Choosing::choose_views() {
     return true;
   };
   if (!choice_.camera_topic.empty()) {
-    const auto names = [&](const auto& item) { return lies_at(item.topic, choice_.camera_topic); };
+    const auto names = [&](const auto& item) { return is_on_topic(item.topic, choice_.camera_topic); };
     const auto shares = [&](const RecordedView& view) {
       return names(view) || std::ranges::any_of(facts_.infos, [&](const RecordedCameraInfo& info) {
                return names(info) && namespace_of(info.topic) == namespace_of(view.topic);
              });
     };
     if (!choose(choice_.camera_topic, shares) && std::ranges::none_of(facts_.infos, names))
-      ambiguous(fmt::format("the recording has no camera at the topic '{}'", choice_.camera_topic),
+      ambiguous(fmt::format("the recording has no camera on topic '{}'", choice_.camera_topic),
                 "`waymark info` lists the topics.");
   }
   const std::string frame = frame_name(choice_.camera_frame);
   choose(frame, [&](const RecordedView& view) { return view.frame == frame; });
-  // Tags go before the pictures they were found in.
+  // Tags take precedence over the images in which they were detected.
   std::map<std::string, std::vector<std::string>> topics_of_frame;
   const bool tags = std::ranges::any_of(all, [](const RecordedView& view) { return !view.picture; });
   for (const RecordedView& view : all)
@@ -250,7 +250,7 @@ void Choosing::choose_views() {
     for (const auto& [name, topics] : topics_of_frame) chosen_.frames.push_back(name);
     for (const auto& [name, topics] : topics_of_frame)
       list += fmt::format("\n  {}  ({})", name, fmt::join(topics, ", "));
-    ambiguous(fmt::format("the recording holds {} cameras:{}", topics_of_frame.size(), list),
+    ambiguous(fmt::format("the recording has {} cameras:{}", topics_of_frame.size(), list),
               fmt::format("Choose one with `camera_frame`, for example `camera_frame={}`.",
                           topics_of_frame.begin()->first));
   }
@@ -267,8 +267,8 @@ void Choosing::choose_views() {
   keep_one_copy();
 }
 
-/// The same picture raw, packed and rectified would be looked at more than once.
-void Choosing::keep_one_copy() {
+/// Keeps one of the raw, compressed and rectified copies of an image, so that tags are not detected twice.
+void CameraSelector::keep_one_copy() {
   std::vector<const RecordedView*> pictures;
   for (const RecordedView& view : views_)
     if (view.picture) pictures.push_back(&view);
@@ -283,12 +283,12 @@ void Choosing::keep_one_copy() {
     others.push_back(view->topic);
     chosen_.unused.insert(view->topic);
   }
-  note(fmt::format("pictures of {} are used, not {} (`camera_topic` chooses)", best->topic,
+  note(fmt::format("images of {} are used, not {} (set `camera_topic` to change this)", best->topic,
                    fmt::join(others, ", ")));
   std::erase_if(views_, [&](const RecordedView& view) { return chosen_.unused.contains(view.topic); });
 }
 
-void Choosing::choose_info() {
+void CameraSelector::choose_info() {
   std::vector<const RecordedCameraInfo*> fitting;
   for (const RecordedCameraInfo& info : facts_.infos) fitting.push_back(&info);
   const auto narrow = [&](auto takes) {
@@ -297,7 +297,7 @@ void Choosing::choose_info() {
     if (!kept.empty()) fitting = std::move(kept);
   };
   if (!choice_.camera_topic.empty())
-    narrow([&](const auto* info) { return lies_at(info->topic, choice_.camera_topic); });
+    narrow([&](const auto* info) { return is_on_topic(info->topic, choice_.camera_topic); });
   const auto beside = [&](const auto* info) {
     return std::ranges::any_of(views_, [&](const RecordedView& view) {
       return namespace_of(view.topic) == namespace_of(info->topic);
@@ -318,38 +318,38 @@ void Choosing::choose_info() {
   if (!one) {
     std::vector<std::string> topics;
     for (const auto* other : fitting) topics.push_back(other->topic);
-    ambiguous(fmt::format("several calibrations may be the camera's: {}", fmt::join(topics, ", ")),
+    ambiguous(fmt::format("several calibrations match the camera: {}", fmt::join(topics, ", ")),
               fmt::format("Choose one with `camera_topic`, for example `camera_topic={}`.", topics.front()));
   }
   const bool rectified =
       std::ranges::any_of(views_, [](const RecordedView& view) { return is_rectified(view.topic); });
   chosen_.camera = rectified && info.rectified ? info.rectified : info.camera;
   chosen_.camera_error = info.error;
-  if (rectified && info.rectified)
-    note("the pictures are rectified: their camera is the projection matrix of " + info.topic);
-  if (facts_.infos.size() > 1) note("the camera's calibration is that of " + info.topic);
+  if (rectified && info.rectified) note("images are rectified: using the projection matrix of " + info.topic);
+  if (facts_.infos.size() > 1) note("using the camera calibration of " + info.topic);
   if (views_.empty()) views_.push_back({info.topic, info.frame, false, {}});
   if (views_.front().frame.empty()) views_.front().frame = info.frame;
 }
 
-void Choosing::choose_motion(bool imu, const std::string& asked, std::string_view usual, const char* field) {
+void CameraSelector::choose_motion(bool imu, const std::string& requested, std::string_view usual,
+                                   const char* field) {
   std::vector<const RecordedMotion*> all;
   for (const RecordedMotion& motion : facts_.motions)
     if (motion.imu == imu) all.push_back(&motion);
   if (all.empty()) return;
   const RecordedMotion* chosen = all.size() == 1 ? all.front() : nullptr;
   for (const RecordedMotion* motion : all) {
-    if (!asked.empty() && motion->topic == asked) chosen = motion;
+    if (!requested.empty() && motion->topic == requested) chosen = motion;
     const bool as_usual = motion->topic.ends_with("/" + std::string(usual));
-    if (asked.empty() && chosen == nullptr && as_usual) chosen = motion;
+    if (requested.empty() && chosen == nullptr && as_usual) chosen = motion;
   }
   std::vector<std::string> topics;
   for (const RecordedMotion* motion : all) topics.push_back(motion->topic);
-  if (chosen == nullptr || (!asked.empty() && chosen->topic != asked)) {
-    ambiguous(asked.empty() ? fmt::format("the recording has {} topics of {}: {}", all.size(),
-                                          imu ? "IMUs" : "odometry", fmt::join(topics, ", "))
-                            : fmt::format("the recording has no {} on '{}', but on {}",
-                                          imu ? "IMU" : "odometry", asked, fmt::join(topics, ", ")),
+  if (chosen == nullptr || (!requested.empty() && chosen->topic != requested)) {
+    ambiguous(requested.empty() ? fmt::format("the recording has {} {} topics: {}", all.size(),
+                                              imu ? "IMU" : "odometry", fmt::join(topics, ", "))
+                                : fmt::format("the recording has no {} on '{}', only on {}",
+                                              imu ? "IMU" : "odometry", requested, fmt::join(topics, ", ")),
               fmt::format("Choose one with `{}`, for example `{}={}`.", field, field, topics.front()));
     return;
   }
@@ -357,25 +357,25 @@ void Choosing::choose_motion(bool imu, const std::string& asked, std::string_vie
   for (const RecordedMotion* motion : all)
     if (motion != chosen) chosen_.unused.insert(motion->topic);
   if (all.size() > 1)
-    note(fmt::format("{} of {} is used, of {} topics (`{}` chooses)", imu ? "the IMU" : "odometry",
-                     chosen->topic, all.size(), field));
+    note(fmt::format("{} of {} is used, one of {} topics (set `{}` to change this)",
+                     imu ? "the IMU" : "odometry", chosen->topic, all.size(), field));
 }
 
-std::string Choosing::find_camera() {
+std::string CameraSelector::find_camera() {
   if (!choice_.camera_frame.empty()) return frame_name(choice_.camera_frame);
   if (!views_.empty() && !views_.front().frame.empty()) return views_.front().frame;
   std::vector<std::string> optical;
   for (const std::string& frame : facts_.frames.frames())
     if (frame.find(kOptical) != std::string::npos) optical.push_back(frame);
   if (optical.size() == 1) {
-    note(fmt::format("no header names the frame of the camera: taken as '{}'", optical.front()));
+    note(fmt::format("no header contains the camera frame; assumed to be '{}'", optical.front()));
     return optical.front();
   }
   return {};
 }
 
-/// The frame of the base that the camera hangs together with.
-std::string Choosing::find_base(const std::string& camera) {
+/// The base frame that is connected to the camera by transforms.
+std::string CameraSelector::find_base(const std::string& camera) {
   if (!choice_.base_frame.empty()) return frame_name(choice_.base_frame);
   if (odometry_ != nullptr && !odometry_->frame.empty()) return odometry_->frame;
   constexpr std::array<std::string_view, 2> kUsual = {"base_link", "base_footprint"};
@@ -385,7 +385,7 @@ std::string Choosing::find_base(const std::string& camera) {
       if (is_named(frame, name) && facts_.frames.joined(frame, camera)) found.push_back(frame);
     if (found.size() == 1) return found.front();
     if (found.size() > 1)
-      ambiguous(fmt::format("the camera '{}' hangs together with several bases: {}", camera,
+      ambiguous(fmt::format("the camera '{}' is connected to several base frames: {}", camera,
                             fmt::join(found, ", ")),
                 fmt::format("Choose one, for example `base_frame={}`.", found.front()));
     if (!found.empty()) return found.front();
@@ -393,13 +393,13 @@ std::string Choosing::find_base(const std::string& camera) {
   return "base_link";
 }
 
-/// An optical frame looks along z; a body's frame has z up, x ahead.
+/// Optical frames look along z; body frames have z up and x ahead.
 bool has_axes_of_a_body(const SE3& base_T_frame) {
   constexpr double kNear_rad = 0.8;
   return base_T_frame.rotation().log().norm() < kNear_rad;
 }
 
-void Choosing::find_mounting() {
+void CameraSelector::find_mounting() {
   const std::string camera = find_camera();
   const FrameTree& frames = facts_.frames;
   if (frames.empty()) {
@@ -408,15 +408,15 @@ void Choosing::find_mounting() {
           Error{ErrorCode::NotFound,
                 "the recording has no transforms (/tf_static, /tf)",
                 {},
-                "Leave out `base_frame` and `camera_frame`, and give the mounting with `robot=FILE`."};
+                "Omit `base_frame` and `camera_frame`, and pass the mounting with `robot=FILE`."};
     return;
   }
   if (camera.empty()) {
     if (!views_.empty())
       chosen_.mounting_error = Error{ErrorCode::NotFound,
-                                     "no header names the frame of the camera; " + frames.text(),
+                                     "no header contains the camera frame; " + frames.text(),
                                      {},
-                                     "Name it with `camera_frame`."};
+                                     "Set it with `camera_frame`."};
     return;
   }
   const std::string base = find_base(camera);
@@ -431,18 +431,18 @@ void Choosing::find_mounting() {
   if (choice_.camera_frame.empty() && !named_optical && has_axes_of_a_body(*base_T_cam)) {
     chosen_.mounting_error = Error{
         ErrorCode::NotFound,
-        fmt::format("the frame of the camera, '{}', has the axes of a body (x ahead, z up): a camera's are x "
+        fmt::format("the camera frame '{}' has body axes (x ahead, z up), but an optical frame has x "
                     "right, y down, z ahead; {}",
                     camera, frames.text()),
         {},
-        "Name the optical frame with `camera_frame`; `camera_frame` with this very frame takes it as it is."};
+        "Set the optical frame with `camera_frame`; set `camera_frame` to this frame to use it unchanged."};
     return;
   }
   chosen_.base_T_cam = *base_T_cam;
 }
 
-/// The gyro of a camera has the axes of the camera.
-void Choosing::turn_imu() {
+/// A camera's IMU has the axes of the camera, not of the base.
+void CameraSelector::turn_imu() {
   if (imu_ == nullptr || imu_->frame.empty() || chosen_.base_frame.empty() ||
       imu_->frame == chosen_.base_frame)
     return;
@@ -451,15 +451,15 @@ void Choosing::turn_imu() {
     return;
   }
   note(fmt::format(
-      "no chain of transforms leads from '{}' to the frame of the IMU, '{}': its axes are taken as "
-      "those of the base",
+      "no chain of transforms connects '{}' to the IMU frame '{}'; assumed that the IMU axes are those "
+      "of the base",
       chosen_.base_frame, imu_->frame));
 }
 
 }  // namespace
 
 ChosenCamera choose_camera(const CameraFacts& facts, const CameraChoice& choice) {
-  return Choosing(facts, choice).run();
+  return CameraSelector(facts, choice).run();
 }
 
 std::vector<ChosenCamera> choose_all_cameras(const CameraFacts& facts, const CameraChoice& choice) {
@@ -483,7 +483,7 @@ std::vector<ChosenCamera> choose_all_cameras(const CameraFacts& facts, const Cam
 
 namespace {
 
-/// The first of several becomes the chosen one; what none of them needs is not read.
+/// The first camera becomes the selected one; topics that no camera uses are not read.
 void use_all(std::vector<ChosenCamera> cameras, RecordingSetup& setup) {
   setup.chosen = cameras.front();
   std::vector<std::string> frames;
@@ -496,8 +496,8 @@ void use_all(std::vector<ChosenCamera> cameras, RecordingSetup& setup) {
   for (auto camera = cameras.begin() + 1; camera != cameras.end(); ++camera)
     setup.more_cameras.push_back(
         {ros2::camera_of_frame(camera->camera_frame), *camera->camera, *camera->base_T_cam});
-  setup.chosen.notes = {fmt::format("all {} cameras are used: {} (`camera_frame` chooses one)", frames.size(),
-                                    fmt::join(frames, ", "))};
+  setup.chosen.notes = {fmt::format("all {} cameras are used: {} (set `camera_frame` to use one)",
+                                    frames.size(), fmt::join(frames, ", "))};
 }
 
 }  // namespace

@@ -17,31 +17,31 @@
 
 namespace waymark {
 
-/// A calibration of a camera in a recording (sensor_msgs/CameraInfo).
+/// A camera calibration in a recording (sensor_msgs/CameraInfo).
 struct RecordedCameraInfo {
   std::string topic{};
   std::string frame{};
-  std::optional<CameraModel> camera{};     ///< of the pictures as they come
-  std::optional<CameraModel> rectified{};  ///< of the rectified ones: the projection matrix, no distortion
-  std::optional<Error> error{};            ///< why there is no camera
+  std::optional<CameraModel> camera{};     ///< of the unrectified images
+  std::optional<CameraModel> rectified{};  ///< of the rectified images: projection matrix, no distortion
+  std::optional<Error> error{};            ///< why there is no camera model
 };
 
-/// A topic of what a camera saw: tags, their poses, or pictures.
+/// A topic with data of a camera: tags, tag poses or images.
 struct RecordedView {
   std::string topic{};
   std::string frame{};
   bool picture = false;
-  std::string encoding{};  ///< of raw pictures
+  std::string encoding{};  ///< of raw images
 };
 
 /// A topic of odometry or of an IMU.
 struct RecordedMotion {
   std::string topic{};
-  std::string frame{};  ///< what moves: child_frame_id of odometry, the frame of an IMU
+  std::string frame{};  ///< child_frame_id of odometry, or the frame of an IMU
   bool imu = false;
 };
 
-/// What a recording of ROS says about cameras and frames, before anything is chosen.
+/// Cameras and frames in a ROS recording, before any selection.
 struct CameraFacts {
   FrameTree frames{};
   std::vector<RecordedCameraInfo> infos{};
@@ -49,86 +49,88 @@ struct CameraFacts {
   std::vector<RecordedMotion> motions{};
 };
 
-/// Whether the first message of such a topic tells something that add_fact() keeps.
-[[nodiscard]] bool first_message_tells(std::string_view type);
+/// Whether add_fact() uses the first message of a topic of this type.
+[[nodiscard]] bool first_message_has_facts(std::string_view type);
 
-/// Takes what a message tells: its frame, a calibration, transforms. Fails on a message that does not decode.
+/// Adds the contents of a message: its frame, a calibration, transforms. Fails on a message that does not
+/// decode.
 [[nodiscard]] Status add_fact(CameraFacts& facts, std::string_view topic, std::string_view type,
                               ByteSpan cdr);
 
-/// What a caller says of the frames and topics of a recording; empty: found out.
+/// A caller's choice of frames and topics of a recording; empty fields are determined from the recording.
 struct CameraChoice {
   std::string base_frame{};
   std::string camera_frame{};
-  std::string camera_topic{};    ///< of its pictures, tags or calibration, or the namespace above them
-  std::string odometry_topic{};  ///< of several
-  std::string imu_topic{};       ///< of several
+  std::string camera_topic{};    ///< of its images, tags or calibration, or their namespace
+  std::string odometry_topic{};  ///< if there are several
+  std::string imu_topic{};       ///< if there are several
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.base_frame, JobField("base_frame FRAME",
-                                    "Frame of the robot's base. Unless given: child_frame_id of the "
+                                    "Frame of the robot's base. Default: child_frame_id of the "
                                     "odometry, else base_link or base_footprint")
                                .grouped("Recordings of other robots"));
     visit(self.camera_frame,
           JobField("camera_frame FRAME",
-                   "Optical frame of the camera (x right, y down, z ahead); of several cameras the one with "
-                   "this frame. Unless given: that of the header of its tags, pictures or calibration")
+                   "Optical frame of the camera (x right, y down, z ahead); selects one of several cameras. "
+                   "Default: the frame in the header of its tags, images or calibration")
               .grouped("Recordings of other robots"));
     visit(self.camera_topic,
           JobField("camera_topic TOPIC",
-                   "Topic, or namespace such as /camera/color, of the camera to use, of several")
+                   "Topic, or namespace such as /camera/color, of the camera to use if there are several")
               .grouped("Recordings of other robots"));
-    visit(self.odometry_topic, JobField("odometry_topic TOPIC", "Topic of the odometry to use, of several")
-                                   .grouped("Recordings of other robots"));
-    visit(self.imu_topic, JobField("imu_topic TOPIC", "Topic of the IMU to use, of several")
+    visit(self.odometry_topic,
+          JobField("odometry_topic TOPIC", "Topic of the odometry to use if there are several")
+              .grouped("Recordings of other robots"));
+    visit(self.imu_topic, JobField("imu_topic TOPIC", "Topic of the IMU to use if there are several")
                               .grouped("Recordings of other robots"));
   }
 };
 
-/// The one camera of a recording that is used, and where it sits.
+/// The camera selected from a recording and its mounting.
 struct ChosenCamera {
   std::optional<CameraModel> camera{};
   std::optional<SE3> base_T_cam{};
-  std::optional<SO3> base_R_imu{};  ///< where the IMU's axes are not those of the base
+  std::optional<SO3> base_R_imu{};  ///< set if the IMU axes differ from the base axes
   std::string base_frame{};
   std::string camera_frame{};
-  std::set<std::string> unused{};         ///< topics that must not be read beside it: other cameras, copies
-  std::vector<std::string> notes{};       ///< what was chosen among several, in words
+  std::set<std::string> unused{};         ///< topics that must not be read: other cameras, duplicates
+  std::vector<std::string> notes{};       ///< messages about selections among several
   std::optional<Error> camera_error{};    ///< why there is no calibration
-  std::optional<Error> mounting_error{};  ///< why there is no mounting: shows the tree
-  std::optional<Error> ambiguous{};       ///< what must be said before the recording can be used at all
-  std::vector<std::string> frames{};      ///< of the cameras, where there are several and none was named
+  std::optional<Error> mounting_error{};  ///< why there is no mounting; shows the frame tree
+  std::optional<Error> ambiguous{};       ///< choice that is required before the recording can be used
+  std::vector<std::string> frames{};      ///< of the cameras if there are several and none was selected
 };
 
-/// Chooses. The base is `base_frame`, else what the odometry moves (child_frame_id), else base_link or
-/// base_footprint, below whatever namespace. The camera's frame is `camera_frame`, else that of the header of
-/// its tags or pictures, else that of its calibration. The mounting is composed of every link between them.
+/// Selects the camera. The base is `base_frame`, else the child_frame_id of the odometry, else base_link or
+/// base_footprint in any namespace. The camera frame is `camera_frame`, else that in the header of its tags
+/// or images, else that of its calibration. The mounting is composed of all transforms between the two.
 [[nodiscard]] ChosenCamera choose_camera(const CameraFacts& facts, const CameraChoice& choice);
 
-/// All cameras of a recording: one for each frame of tags or pictures, in the order of their calibrations.
-/// Empty unless there are several, none was named, and calibration and mounting of each are known.
+/// All cameras of a recording: one for each frame of tags or images, in the order of their calibrations.
+/// Empty unless there are several, none was selected, and each has a calibration and a mounting.
 [[nodiscard]] std::vector<ChosenCamera> choose_all_cameras(const CameraFacts& facts,
                                                            const CameraChoice& choice);
 
-/// What a recording says about the robot before any sample.
+/// Robot data of a recording that precede its samples.
 struct RecordingSetup {
   std::optional<CameraModel> camera{};
   std::optional<SE3> base_T_cam{};
-  std::vector<MountedCamera> more_cameras{};  ///< beside that one, where all cameras are used
+  std::vector<MountedCamera> more_cameras{};                             ///< further cameras if all are used
   std::map<std::string, std::map<std::string, std::string>> metadata{};  ///< by name
-  std::vector<Error> problems{};  ///< damage in the file; what could be read is read
-  CameraFacts facts{};            ///< all that a recording of ROS says of cameras and frames
-  ChosenCamera chosen{};          ///< which of it `camera` and `base_T_cam` are
+  std::vector<Error> problems{};  ///< damage in the file; the rest is read
+  CameraFacts facts{};            ///< cameras and frames of a ROS recording
+  ChosenCamera chosen{};          ///< source of `camera` and `base_T_cam`
 };
 
-/// The lens of the camera that a sample names; nullptr: not known.
+/// Camera model of the camera that a sample names; nullptr if unknown.
 [[nodiscard]] const CameraModel* lens_of(const RecordingSetup& setup, std::string_view camera);
 
-/// Chooses the camera among the facts; of several that are all known, all of them.
+/// Selects the camera among the facts; if several are complete and none was selected, all of them.
 void choose(RecordingSetup& setup, const CameraChoice& choice = {});
 
-/// Turns what an IMU says into the axes of the base, where the recording says how they lie.
+/// Rotates IMU measurements into the axes of the base, if the recording contains the rotation.
 void turn_into_base(Sample& sample, const ChosenCamera& chosen);
 
 }  // namespace waymark

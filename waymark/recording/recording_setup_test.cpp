@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
 #include "waymark/samples/mounted_camera.hpp"
 
 namespace waymark {
@@ -20,7 +21,7 @@ CameraModel some_camera(double focal_px = 400) {
   return *CameraModel::make(PinholeRadtan{.fx = focal_px, .fy = focal_px, .cx = 320, .cy = 240}, 640, 480);
 }
 
-/// A robot whose chain has three links, in the names of a RealSense.
+/// A robot with a chain of three transforms, named as by a RealSense.
 CameraFacts a_robot() {
   CameraFacts facts;
   facts.frames.add("odom", "base_link", SE3());
@@ -41,7 +42,7 @@ std::string mounting_error(const CameraFacts& facts, const CameraChoice& choice 
 
 void expect_same(const SE3& a, const SE3& b) { EXPECT_LT((a.inverse() * b).log().norm(), 1e-12); }
 
-TEST(CameraChoice, ComposesEveryLinkOfTheChain) {
+TEST(CameraChoice, ComposesAllTransformsOfTheChain) {
   const ChosenCamera chosen = choose_camera(a_robot(), {});
   ASSERT_TRUE(chosen.base_T_cam);
   expect_same(*chosen.base_T_cam, kUp * kTurned * kOpticalTurn);
@@ -52,7 +53,7 @@ TEST(CameraChoice, ComposesEveryLinkOfTheChain) {
   EXPECT_THAT(chosen.unused, IsEmpty());
 }
 
-TEST(CameraChoice, TheBaseIsWhatTheOdometryMoves) {
+TEST(CameraChoice, TheBaseIsTheChildFrameOfTheOdometry) {
   CameraFacts facts = a_robot();
   facts.frames.add("base_footprint", "base_link", SE3(SO3(), {0, 0, 0.01}));  // a second parent beside odom
   EXPECT_TRUE(choose_camera(facts, {}).base_T_cam);
@@ -70,46 +71,52 @@ TEST(CameraChoice, TheBaseIsWhatTheOdometryMoves) {
               SE3(SO3(), {0.084, 0, 0.19}) * kOpticalTurn);
 }
 
-TEST(CameraChoice, AChainThatCannotBeUsedShowsTheTree) {
+TEST(CameraChoice, AnUnusableChainShowsTheTree) {
   CameraFacts missing = a_robot();
   missing.views[0].frame = "default_cam";
   const std::string words = mounting_error(missing);
-  EXPECT_THAT(words, HasSubstr("no transform has the frame 'default_cam'"));
+  EXPECT_THAT(words, HasSubstr("'default_cam'"));
+  testing::expect_on_page("recording", words);
   EXPECT_THAT(words, HasSubstr("\n      camera_link\n        camera_color_frame"));
   EXPECT_THAT(words, HasSubstr("`camera_frame`"));
   EXPECT_TRUE(choose_camera(missing, {.camera_frame = "camera_color_optical_frame"}).base_T_cam);
 
   CameraFacts moving = a_robot();
   moving.frames.add("base_link", "camera_link", SE3(SO3(), {0.09, 0, 0.18}));
-  EXPECT_THAT(mounting_error(moving), HasSubstr("camera_link  (moves)"));
+  EXPECT_THAT(mounting_error(moving), HasSubstr("camera_link"));
+  testing::expect_on_page("recording", mounting_error(moving));
 
   CameraFacts apart = a_robot();
   apart.motions[0].frame = "chassis";
   apart.frames.add("world", "chassis", SE3());
-  EXPECT_THAT(mounting_error(apart), HasSubstr("no chain of transforms leads from 'chassis'"));
+  EXPECT_THAT(mounting_error(apart), HasSubstr("'chassis'"));
+  testing::expect_on_page("recording", mounting_error(apart));
 
   CameraFacts circle;
   circle.frames.add("a_optical", "b", SE3());
   circle.frames.add("b", "a_optical", SE3());
   circle.frames.add("b", "base_link", SE3());
   circle.views.push_back({"/detections", "a_optical", false, {}});
-  EXPECT_THAT(mounting_error(circle), HasSubstr("go round in a circle: a_optical -> b -> a_optical"));
+  EXPECT_THAT(mounting_error(circle), HasSubstr("a_optical -> b -> a_optical"));
+  testing::expect_on_page("recording", mounting_error(circle));
 
   CameraFacts broken;
   broken.frames.add("base_link", "a_optical", std::nullopt);
   broken.views.push_back({"/detections", "a_optical", false, {}});
-  EXPECT_THAT(mounting_error(broken), HasSubstr("cannot be used"));
+  EXPECT_THAT(mounting_error(broken), ::testing::Not(IsEmpty()));
+  testing::expect_on_page("recording", mounting_error(broken));
 }
 
-TEST(CameraChoice, TheFrameOfABodyIsNoOpticalFrame) {
+TEST(CameraChoice, RejectsABodyFrameAsOpticalFrame) {
   CameraFacts facts = a_robot();
   facts.views[0].frame = "camera_link";
   facts.infos[0].frame = "camera_link";
-  EXPECT_THAT(mounting_error(facts), HasSubstr("axes of a body"));
+  EXPECT_THAT(mounting_error(facts), HasSubstr("camera_link"));
+  testing::expect_on_page("recording", mounting_error(facts));
   EXPECT_TRUE(choose_camera(facts, {.camera_frame = "camera_link"}).base_T_cam);
 }
 
-TEST(CameraChoice, OfSeveralCamerasOneMustBeNamed) {
+TEST(CameraChoice, OneOfSeveralCamerasMustBeChosen) {
   CameraFacts facts = a_robot();
   facts.views.push_back({"/camera/infra1/image_rect_raw", "camera_infra1_optical_frame", true, "mono8"});
   facts.views.push_back({"/camera/depth/image_rect_raw", "camera_depth_optical_frame", true, "16UC1"});
@@ -130,7 +137,7 @@ TEST(CameraChoice, OfSeveralCamerasOneMustBeNamed) {
   }
 }
 
-TEST(CameraChoice, APictureIsLookedAtOnce) {
+TEST(CameraChoice, EachImageIsReadOnce) {
   CameraFacts facts = a_robot();
   facts.views.push_back({"/camera/color/image_raw/compressed", "camera_color_optical_frame", true, {}});
   facts.views.push_back({"/camera/color/image_rect", "camera_color_optical_frame", true, {}});
@@ -140,14 +147,14 @@ TEST(CameraChoice, APictureIsLookedAtOnce) {
   EXPECT_FALSE(chosen.notes.empty());
 }
 
-TEST(CameraChoice, RectifiedPicturesHaveTheProjectionMatrix) {
+TEST(CameraChoice, RectifiedImagesUseTheProjectionMatrix) {
   CameraFacts facts = a_robot();
   facts.infos[0].rectified = some_camera(380);
   facts.views[0].topic = "/camera/color/image_rect";
   EXPECT_EQ(choose_camera(facts, {}).camera, some_camera(380));
 }
 
-TEST(CameraChoice, OdometryAndImusAreNotMixed) {
+TEST(CameraChoice, OneOdometryAndOneImuAreUsed) {
   CameraFacts facts = a_robot();
   facts.motions.push_back({"/odometry/filtered", "base_link", false});
   facts.motions.push_back({"/camera/imu", "camera_imu_optical_frame", true});

@@ -24,7 +24,7 @@ constexpr std::array kPrimitives = {
     Name{"uint32", Primitive::UInt32}, Name{"int64", Primitive::Int64}, Name{"uint64", Primitive::UInt64},
     Name{"float32", Primitive::Float32}, Name{"float64", Primitive::Float64},
     Name{"string", Primitive::String}, Name{"time", Primitive::Time}, Name{"duration", Primitive::Duration},
-    // Older names: "byte" is signed in ROS 1 and has no sign in ROS 2; the bits are the same.
+    // Legacy names: "byte" is signed in ROS 1 and unsigned in ROS 2; the bits are the same.
     Name{"byte", Primitive::Int8}, Name{"char", Primitive::UInt8}};
 
 constexpr std::size_t kMaxStructs = 1000;
@@ -84,16 +84,16 @@ class Parser {
   }
 
  private:
-  /// The number of a type among the structs, parsed when it is met for the first time.
+  /// Index of a type among the structs; parses it on first use.
   Result<std::size_t> structure(std::size_t section) {
     constexpr auto kInWork = static_cast<std::size_t>(-1);
     if (const auto known = done_.find(section); known != done_.end()) {
       if (known->second == kInWork)
-        return wrong(section, 0, fmt::format("the type {} uses itself", sections_[section].name));
+        return wrong(section, 0, fmt::format("recursive type {}", sections_[section].name));
       return known->second;
     }
     if (done_.size() >= kMaxStructs || done_.size() > kMaxDepth)
-      return wrong(section, 0, "a definition of too many types");
+      return wrong(section, 0, "too many types in the definition");
     done_[section] = kInWork;
     const std::size_t number = definition_.structs.size();
     definition_.structs.emplace_back();
@@ -126,10 +126,10 @@ class Parser {
     const std::size_t name_end = std::min(code.find_first_of(" \t="), code.size());
     const std::string_view name = code.substr(0, name_end);
     if (name.empty())
-      return wrong(section, line, fmt::format("a field without a name: '{}'", printable(whole)));
+      return wrong(section, line, fmt::format("field without a name: '{}'", printable(whole)));
     const std::string_view rest = trimmed(code.substr(name_end));
     if (rest.starts_with('=')) {
-      // What follows a string constant is all of it, '#' included.
+      // The value of a string constant is the rest of the line, including '#'.
       const bool text_constant = type == "string" || type == "wstring";
       const std::string_view value = text_constant ? whole.substr(whole.find('=') + 1) : rest.substr(1);
       into.constants.push_back({std::string(type), std::string(name), std::string(trimmed(value))});
@@ -140,17 +140,18 @@ class Parser {
 
   Status add_field(std::size_t section, std::int64_t line, std::string_view type, std::string_view name,
                    Struct& into) {
-    if (++fields_ > kMaxFields) return wrong(section, line, "a definition of too many fields");
+    if (++fields_ > kMaxFields) return wrong(section, line, "too many fields in the definition");
     Field field{.name = std::string(name)};
     if (const std::size_t bracket = type.find('['); bracket != std::string_view::npos) {
       std::string_view inside = type.substr(bracket + 1);
-      if (!inside.ends_with(']')) return wrong(section, line, fmt::format("no ']' in '{}'", printable(type)));
+      if (!inside.ends_with(']'))
+        return wrong(section, line, fmt::format("missing ']' in '{}'", printable(type)));
       inside.remove_suffix(1);
       field.repeat = inside.empty() || inside.starts_with("<=") ? Repeat::Sequence : Repeat::Fixed;
       if (field.repeat == Repeat::Fixed) {
         const auto [end, error] = std::from_chars(inside.data(), inside.data() + inside.size(), field.count);
         if (error != std::errc() || end != inside.data() + inside.size() || field.count > kMaxFixedCount)
-          return wrong(section, line, fmt::format("no array of '{}'", printable(inside)));
+          return wrong(section, line, fmt::format("invalid array size '{}'", printable(inside)));
       }
       type = type.substr(0, bracket);
     }
@@ -161,7 +162,7 @@ class Parser {
       field.type = primitive->type;
     } else {
       const std::optional<std::size_t> used = find_section(type, sections_[section].name);
-      if (!used) return wrong(section, line, fmt::format("the type '{}' is not defined", printable(type)));
+      if (!used) return wrong(section, line, fmt::format("undefined type '{}'", printable(type)));
       Result<std::size_t> number = structure(*used);
       if (!number) return tl::unexpected(number.error());
       field.type = Primitive::Struct;
@@ -171,7 +172,7 @@ class Parser {
     return {};
   }
 
-  /// A name without package is of the same package, "Header" is std_msgs/Header.
+  /// A name without package is in the same package; "Header" is std_msgs/Header.
   [[nodiscard]] std::optional<std::size_t> find_section(std::string_view type, std::string_view user) const {
     std::string wanted = short_type(type);
     if (wanted.find('/') == std::string::npos)
@@ -231,11 +232,11 @@ namespace {
 
 constexpr std::size_t kMaxLayout = 1 << 16;
 
-/// Appends the layout of a struct: a digit for a number of so many bytes, 's' for text, brackets for arrays.
-/// False when it grows too long.
+/// Appends the layout of a struct: a digit for the size of a number, 's' for a string, brackets for arrays.
+/// False if it exceeds the limit.
 bool add_layout(const Definition& definition, std::size_t structure, std::string& out) {
   const Struct& s = definition.structs[structure];
-  if (s.fields.empty()) out += '1';  // CDR knows no empty struct: one byte stands for it
+  if (s.fields.empty()) out += '1';  // CDR encodes an empty struct as one byte
   for (std::size_t i = s.has_sequence_number ? 1 : 0; i < s.fields.size(); ++i) {
     const Field& field = s.fields[i];
     if (out.size() > kMaxLayout) return false;
@@ -275,7 +276,7 @@ std::string type_text(const Definition& definition, const Field& field) {
   return text;
 }
 
-/// A constant as ROS 2 writes it; empty for one it could not read.
+/// A constant in ROS 2 syntax; empty if ROS 2 has no syntax for it.
 std::string constant_text(const Constant& constant) {
   if (constant.type == "string" || constant.type == "wstring") {
     const bool plain =

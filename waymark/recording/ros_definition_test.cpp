@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
 #include "waymark/recording/cdr_channels.hpp"
 
 namespace waymark {
@@ -11,7 +12,7 @@ constexpr std::string_view kHeader =
     "================================================================================\n"
     "MSG: std_msgs/Header\nuint32 seq\ntime stamp\nstring frame_id\n";
 
-TEST(RosDefinition, KeepsWhatRos2SaysTheSameWay) {
+TEST(RosDefinition, KeepsFieldsThatRos2HasUnchanged) {
   const std::string text =
       "# words\nHeader header\nint32 A=5 # of course\nstring B= x # y\nfloat64[3] v\nuint8[] data\nduration "
       "d\nbyte b\n" +
@@ -28,7 +29,7 @@ TEST(RosDefinition, KeepsWhatRos2SaysTheSameWay) {
   EXPECT_NE(schema.find("MSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n"), std::string::npos);
 }
 
-TEST(RosDefinition, RefusesWhatMakesNoSense) {
+TEST(RosDefinition, RejectsInvalidDefinitions) {
   for (const char* text : {"Foo foo\n", "uint8[x] a\n", "uint8[3 a\n", "uint8\n", "uint8[99999999999] a\n"}) {
     const auto parsed = ros::parse_definition("pkg/Type", text);
     ASSERT_FALSE(parsed) << text;
@@ -37,7 +38,8 @@ TEST(RosDefinition, RefusesWhatMakesNoSense) {
   const auto recursive = ros::parse_definition(
       "pkg/Type", "A a\n====================\nMSG: pkg/A\nB b\n====================\nMSG: pkg/B\nA a\n");
   ASSERT_FALSE(recursive);
-  EXPECT_NE(recursive.error().message.find("uses itself"), std::string::npos);
+  EXPECT_EQ(recursive.error().code, ErrorCode::Unreadable);
+  testing::expect_on_page("recording", recursive.error());
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ Status RosLog::visit_cdr(const LogSelection& selection, const Visitor& visit) {
 }
 
 Status RosLog::visit_samples(const LogSelection& selection, const SampleVisitor& visit) {
-  // An error of the visitor ends the pass; one of a message is noted.
+  // An error of the visitor ends the pass; an error of a message is noted.
   bool stopped = false;
   SampleDecoder decoder([&](const Sample& sample) {
     Status status = visit(sample);
@@ -55,8 +55,9 @@ Status RosLog::add_facts(const std::set<std::string>& topics, RecordingSetup& se
 
 void RosLog::add_first_facts(RecordingSetup& setup) {
   for (const LogChannel& channel : channels()) {
-    if (!first_message_tells(channel.type) || channel.messages == std::optional<std::uint64_t>(0)) continue;
-    // A visit ends with an error of the visitor: here that is the way to stop.
+    if (!first_message_has_facts(channel.type) || channel.messages == std::optional<std::uint64_t>(0))
+      continue;
+    // Returning an error is the only way to stop a visit.
     (void)visit_cdr({.topics = {channel.topic}},
                     [&](const LogChannel& cdr, const LogMessage& message) -> Status {
                       (void)add_fact(setup.facts, cdr.topic, cdr.type, message.data);
@@ -82,7 +83,7 @@ Result<RecordingSetup> RosLog::setup(const CameraChoice& choice) {
   add_first_facts(setup);
   if (Status status = add_facts(fixed, setup); !status) return tl::unexpected(status.error());
   choose(setup, choice);
-  // Most robots say all that stands still on /tf_static; /tf is long, and read where that is not enough.
+  // Most robots publish all fixed transforms on /tf_static; the long /tf is read only if they are not enough.
   if (setup.base_T_cam || moving.empty()) return setup;
   if (Status status = add_facts(moving, setup); !status) return tl::unexpected(status.error());
   choose(setup, choice);

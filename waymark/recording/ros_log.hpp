@@ -4,8 +4,7 @@
 
 namespace waymark {
 
-/// What the formats of ROS share: their messages, in CDR or as ROS 1 wrote them, become samples by their
-/// type.
+/// Base of the ROS formats: converts their messages, in CDR or ROS 1 serialisation, to samples by type.
 class RosLog : public MessageLog {
  public:
   Status visit_samples(const LogSelection& selection, const SampleVisitor& visit) override;
@@ -13,20 +12,20 @@ class RosLog : public MessageLog {
   Result<RecordingSetup> setup(const CameraChoice& choice) override;
 
  protected:
-  /// The blocks of metadata a file carries, by name.
+  /// The metadata blocks of a file, by name.
   virtual Result<std::map<std::string, std::map<std::string, std::string>>> metadata() { return {}; }
-  /// Of a message that does not decode: noted, and passed over.
+  /// Notes a message that does not decode; it is skipped.
   void note(LogProblem::Kind kind, const std::string& key, const Error& error) {
     visited_.add(kind, key, [&] { return error; });
   }
 
-  LogProblems visited_;  ///< by the last visit
+  LogProblems visited_;  ///< of the last visit
 
  private:
   Status visit_cdr(const LogSelection& selection, const Visitor& visit);
-  /// What all messages of these topics tell of cameras and frames; damage becomes a problem of the setup.
+  /// Adds cameras and frames from all messages of these topics; damage becomes a problem of the setup.
   Status add_facts(const std::set<std::string>& topics, RecordingSetup& setup);
-  /// The same of the first message of each.
+  /// Adds cameras and frames from the first message of each topic.
   void add_first_facts(RecordingSetup& setup);
 };
 

@@ -9,7 +9,7 @@
 namespace waymark {
 namespace {
 
-// Qualities of service, so that `ros2 bag play` offers a topic as a robot would.
+// Offered QoS, so that `ros2 bag play` publishes a topic as a robot would.
 constexpr OfferedQos kReliable{};
 constexpr OfferedQos kLatched{.depth = 1, .durability = 1};
 
@@ -85,8 +85,8 @@ Status SampleRecorder::close() {
   return writer_.close();
 }
 
-/// What was recorded before it had arrived before it. A stamp of another time, as of a clock that jumped,
-/// says nothing of that.
+/// Data recorded before the image arrived before it. The stamp of another clock, as after a clock jump, gives
+/// no such bound.
 Duration SampleRecorder::arrival_delay_of_image(SensorTime stamp) const {
   constexpr Duration kMaxArrivalDelay = std::chrono::seconds(2);
   const Duration behind = newest_ ? *newest_ - stamp : Duration{};

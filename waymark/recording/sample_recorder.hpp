@@ -30,44 +30,42 @@ inline constexpr const char* kImu = "/imu";
 inline constexpr const char* kCommand = "/cmd_vel";
 inline constexpr const char* kTf = "/tf";
 inline constexpr const char* kTfStatic = "/tf_static";
-inline constexpr const char* kTruth = "/truth/pose";  ///< what no robot could know
+inline constexpr const char* kTruth = "/truth/pose";  ///< ground truth, not available to the robot
 inline constexpr const char* kDiagnostics = "/diagnostics";
 inline constexpr const char* kEstimate = "/waymark/pose";
 }  // namespace topics
 
-/// The topic of one camera's data: that of "cam" stands at the root, that of another below its name.
+/// The topic of one camera's data: at the root for camera "cam", below its name for others.
 [[nodiscard]] std::string topic_of_camera(const std::string& camera, const char* topic);
 
-/// Writes samples as ROS 2 messages into an MCAP recording. Log time is the sample's stamp; of a camera's,
-/// the time it arrives: its stamp and the arrival delay that was set, and no earlier than the newest stamp of
-/// the other sensors that were added before it.
+/// Writes samples as ROS 2 messages into an MCAP recording. Log time is the sample's stamp. For camera data
+/// it is the arrival time: stamp plus the configured delay, and not earlier than the newest stamp of other
+/// sensors added before.
 class SampleRecorder {
  public:
   static Result<SampleRecorder> open(std::unique_ptr<ByteSink> sink, const mcap::WriterOptions& options = {});
 
   Status add(const Sample& sample);
-  /// What a reader needs before the first frame: the camera and where it sits.
+  /// Records the camera and its mounting, which readers need before the first frame.
   Status add_camera(SensorTime stamp, const CameraModel& camera, const SE3& base_T_cam,
                     const std::string& name = "cam");
-  /// The same of all cameras with the stamp of the first sample that is added, which may be anything on a
-  /// robot's clock.
+  /// Records all cameras with the stamp of the first sample, whose clock the caller need not know.
   void add_cameras_with_first_sample(std::vector<MountedCamera> cameras) { cameras_ = std::move(cameras); }
-  /// A message of ours on any topic.
+  /// A message of a Waymark type on any topic.
   template <class Message>
   Status add_message(const std::string& topic, SensorTime stamp, const Message& message);
   Status add_metadata(const std::string& name, const std::map<std::string, std::string>& values);
   Status add_attachment(const std::string& name, const std::string& media_type, SensorTime stamp,
                         std::string_view text);
 
-  /// Pictures, tags and poses of tags arrive at least so long after their stamp.
+  /// Minimum delay between the stamp and the arrival of images, tags and tag poses.
   void set_image_arrival_delay(Duration arrival_delay) { image_arrival_delay_ = arrival_delay; }
 
-  /// How the topics' qualities of service are written; by numbers unless it is called, as Humble reads them.
+  /// Sets the notation of the topics' QoS profiles. Default: numbers, as Humble reads them.
   void set_qos_notation(QosNotation notation) { qos_notation_ = notation; }
 
   Status flush() { return writer_.flush(); }
-  /// Ends the file with its summary. A recorder that is destroyed without it leaves a file that can be
-  /// recovered.
+  /// Completes the file with its summary. A recorder that is destroyed without it leaves a recoverable file.
   Status close();
 
  private:
@@ -81,16 +79,16 @@ class SampleRecorder {
   std::map<std::string, std::uint16_t> channels_;
   QosNotation qos_notation_ = QosNotation::Numbers;
   Duration image_arrival_delay_{};
-  Duration arrival_delay_{};              ///< of what is being added
+  Duration arrival_delay_{};              ///< of the sample being added
   std::optional<SensorTime> newest_{};    ///< of the other sensors
-  std::vector<MountedCamera> cameras_{};  ///< wait for the first sample
+  std::vector<MountedCamera> cameras_{};  ///< recorded with the first sample
 };
 
 }  // namespace waymark
 
 namespace waymark::topics {
 
-// The topic of each kind of sample. Tags have two: TagFrame is recorded with its corner covariances.
+// Topic of each kind of sample. Tags have two: the corner covariances of a TagFrame are recorded separately.
 [[nodiscard]] inline const char* of(const TagFrame& /**/) { return kTags; }
 [[nodiscard]] inline const char* of(const Odometry& /**/) { return kOdometry; }
 [[nodiscard]] inline const char* of(const WheelTicks& /**/) { return kWheels; }
@@ -105,10 +103,10 @@ namespace waymark::topics {
 
 }  // namespace waymark::topics
 
-/// How pictures get into a recording (`record_images`, `pictures`).
+/// Values of `record_images` and `pictures`: how images are recorded.
 namespace waymark {
 
-/// Writes a picture as `how` says: raw; jpeg, a tenth as large; empty: not at all.
+/// Records an image as `how` specifies: "raw"; "jpeg", a tenth of the size; empty: not at all.
 [[nodiscard]] Status record_picture(const CameraFrame& picture, const std::string& how,
                                     SampleRecorder& recorder);
 

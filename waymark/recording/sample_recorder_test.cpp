@@ -1,4 +1,4 @@
-// When a camera's data arrived, as a recording tells it.
+// Arrival times of camera data in a recording.
 #include "waymark/recording/sample_recorder.hpp"
 
 #include <gtest/gtest.h>
@@ -34,22 +34,22 @@ std::vector<double> arrival_delays_ms(const std::vector<Sample>& samples, Durati
 Sample odometry(int ms) { return Odometry{.stamp = at_ms(ms)}; }
 Sample tags(int ms) { return TagFrame{.stamp = at_ms(ms)}; }
 
-TEST(SampleRecorder, WhatACameraSawArrivesNoEarlierThanWhatWasRecordedBefore) {
+TEST(SampleRecorder, CameraDataArriveAfterSamplesRecordedBefore) {
   EXPECT_EQ(arrival_delays_ms({odometry(100), tags(60), odometry(120), tags(120), tags(130)}),
             (std::vector<double>{40, 0, 0}));
 }
 
-TEST(SampleRecorder, ALatencyThatIsKnownIsTheLeast) {
+TEST(SampleRecorder, TheConfiguredDelayIsTheMinimum) {
   EXPECT_EQ(arrival_delays_ms({odometry(100), tags(60), tags(100)}, std::chrono::milliseconds(25)),
             (std::vector<double>{40, 25}));
 }
 
-TEST(SampleRecorder, AClockThatJumpedSaysNothingOfWhenAPictureArrived) {
+TEST(SampleRecorder, AClockJumpDoesNotDelayImages) {
   EXPECT_EQ(arrival_delays_ms({odometry(100'000), tags(60), odometry(80), tags(70)}),
             (std::vector<double>{0, 10}));
 }
 
-/// A recording of one picture; what of it comes back.
+/// Records one image and reads it again.
 std::vector<CameraFrame> recorded(const CameraFrame& picture, const std::string& how) {
   Bytes bytes;
   auto recorder = SampleRecorder::open(memory_sink(bytes));
@@ -67,7 +67,7 @@ std::vector<CameraFrame> recorded(const CameraFrame& picture, const std::string&
   return pictures;
 }
 
-TEST(RecordPicture, RawIsToTheByteJpegNearlyAndNothingIsNothing) {
+TEST(RecordPicture, RawIsExactJpegIsCloseAndEmptyRecordsNothing) {
   CameraFrame picture{.stamp = SensorTime(std::chrono::seconds(3)), .image = Image(64, 48)};
   for (int y = 0; y < 48; ++y)
     for (int x = 0; x < 64; ++x) picture.image.row(y)[x] = static_cast<std::uint8_t>(2 * x + y);

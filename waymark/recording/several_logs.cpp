@@ -15,7 +15,7 @@ namespace waymark {
 namespace {
 
 constexpr std::uint64_t kOverlapSecond = 1'000'000'000;
-constexpr std::uint64_t kMaxWindows = 10'000;  // of one overlap, however long somebody says it is
+constexpr std::uint64_t kMaxWindows = 10'000;  // per overlap, however long the files claim it is
 
 class SplitLog final : public RosLog {
  public:
@@ -49,7 +49,7 @@ class SplitLog final : public RosLog {
 
   Status visit(const LogSelection& selection, const Visitor& visit) override {
     visited_.clear();
-    // Between two neighbouring times the same parts have messages.
+    // Between two consecutive times the set of parts with messages is constant.
     std::vector<std::uint64_t> times;
     for (const auto& part : parts_) {
       const LogSummary one = part->summary();
@@ -102,7 +102,7 @@ class SplitLog final : public RosLog {
   }
 
  private:
-  /// Each visit of a part forgets what the one before noticed; we do not.
+  /// Collects the problems of a part, because each visit of a part clears those of the previous one.
   void collect(std::size_t part) {
     for (const LogProblem& problem : parts_[part]->problems()) {
       const auto [known, is_new] = of_parts_.try_emplace({part, problem.key}, problem);
@@ -110,7 +110,7 @@ class SplitLog final : public RosLog {
     }
   }
 
-  /// The same topic and type in several files is one channel.
+  /// Index of the channel; the same topic and type in several files is one channel.
   std::size_t file(const LogChannel& channel) {
     const auto same = std::ranges::find_if(channels_, [&](const LogChannel& known) {
       return known.topic == channel.topic && known.type == channel.type && known.encoding == channel.encoding;
@@ -192,8 +192,8 @@ std::unique_ptr<MessageLog> join_logs(std::vector<std::unique_ptr<MessageLog>> p
 
 namespace {
 
-/// Recordings of any formats as one: samples in the order of their stamps, held in memory. Messages as such
-/// are visited file by file.
+/// Recordings of any formats merged: samples in order of their stamps, held in memory. Messages are visited
+/// file by file.
 class MergedLog final : public MessageLog {
  public:
   explicit MergedLog(std::vector<std::unique_ptr<MessageLog>> parts) : parts_(std::move(parts)) {
@@ -251,7 +251,7 @@ class MergedLog final : public MessageLog {
   }
 
   using MessageLog::setup;
-  /// The camera of the first part that has one.
+  /// The setup of the first part that has a camera.
   Result<RecordingSetup> setup(const CameraChoice& choice) override {
     RecordingSetup all;
     for (const auto& part : parts_) {
@@ -293,7 +293,7 @@ class MergedLog final : public MessageLog {
   std::vector<LogProblem> problems_;  ///< of the last visit
 };
 
-/// The topic of its odometry; nothing where it has none.
+/// Topic of the odometry; nothing if there is none.
 std::optional<std::string> odometry_topic(const MessageLog& log) {
   const auto channel = std::ranges::find_if(log.channels(), [](const LogChannel& c) {
     return c.type.ends_with("/Odometry") && c.messages.value_or(1) > 0;
@@ -305,7 +305,7 @@ bool overlap(const LogSummary& a, const LogSummary& b) {
   return a.start && a.end && b.start && b.end && *a.start < *b.end && *b.start < *a.end;
 }
 
-/// A robot drives once at a time: odometry of two files at one time is of two drives, or of one drive twice.
+/// Two files with odometry at the same time contain two drives, or one drive twice.
 Status check_one_drive(const std::vector<std::string>& paths,
                        const std::vector<std::unique_ptr<MessageLog>>& parts) {
   for (std::size_t i = 0; i < parts.size(); ++i) {
@@ -314,10 +314,9 @@ Status check_one_drive(const std::vector<std::string>& paths,
       if (odometry_topic(*parts[j]) != topic || !overlap(parts[i]->summary(), parts[j]->summary())) continue;
       return fail(
           ErrorCode::InvalidArgument,
-          fmt::format("it holds '{}' for the same time as {}: two drives, or one drive twice", *topic,
-                      paths[j]),
+          fmt::format("overlaps in '{}' with {}: two drives, or one drive twice", *topic, paths[j]),
           {.source = paths[i]},
-          "Files that are read together must be of one drive. Map the first lap, then add the other with "
+          "Files that are read together must be of one drive. Map the first lap, then add the second with "
           "`waymark map SECOND extend=MAP`.");
     }
   }
@@ -328,7 +327,7 @@ Status check_one_drive(const std::vector<std::string>& paths,
 
 Result<std::unique_ptr<MessageLog>> open_logs(const std::vector<std::string>& paths,
                                               const LogOptions& options) {
-  if (paths.empty()) return fail(ErrorCode::InvalidArgument, "no recording is named");
+  if (paths.empty()) return fail(ErrorCode::InvalidArgument, "no recording given");
   std::vector<std::unique_ptr<MessageLog>> parts;
   for (const std::string& path : paths) {
     Result<std::unique_ptr<MessageLog>> log = open_log(std::filesystem::path(path), options);

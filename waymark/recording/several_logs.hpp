@@ -8,8 +8,8 @@
 /// Several recordings as one; open_logs() of message_log.hpp opens them.
 namespace waymark {
 
-/// Recordings that follow each other as one; at least one. Where they overlap in time, messages are put in
-/// order a second at a time.
+/// Joins consecutive recordings; at least one. Messages that overlap in time are sorted within windows of one
+/// second.
 [[nodiscard]] std::unique_ptr<MessageLog> join_logs(std::vector<std::unique_ptr<MessageLog>> parts,
                                                     LogProblems problems);
 

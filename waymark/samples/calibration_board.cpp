@@ -17,7 +17,7 @@ double pitch_of(const CalibrationBoard& board) {
   return board.kind == BoardKind::AprilGrid ? board.size_m * (1 + board.spacing) : board.size_m;
 }
 
-/// The middle of a square or a tag; `row` counts from the top.
+/// The centre of a square or a tag; `row` counts from the top.
 Eigen::Vector2d middle_of(const CalibrationBoard& board, int column, int row) {
   return pitch_of(board) * Eigen::Vector2d(column - 0.5 * (board.columns - 1), row - 0.5 * (board.rows - 1));
 }
@@ -27,8 +27,8 @@ bool is_length(double length_m) { return std::isfinite(length_m) && length_m > 0
 }  // namespace
 
 std::string_view to_string(BoardKind kind) {
-  for (const auto& [known, name] : kKinds)
-    if (known == kind) return name;
+  for (const auto& [candidate, name] : kKinds)
+    if (candidate == kind) return name;
   return "";
 }
 
@@ -42,26 +42,26 @@ Status check_board(const CalibrationBoard& board) {
   const bool grid = board.kind == BoardKind::AprilGrid;
   constexpr int kMaxSide = 200;
   const int least = grid ? 1 : 3;
-  const auto wrong = [](std::string words, const char* key, std::string hint) {
-    return fail(ErrorCode::InvalidArgument, std::move(words), {.key = key}, std::move(hint));
+  const auto wrong = [](std::string message, const char* key, std::string hint) {
+    return fail(ErrorCode::InvalidArgument, std::move(message), {.key = key}, std::move(hint));
   };
   if (board.columns < least || board.rows < least || board.columns > kMaxSide || board.rows > kMaxSide)
-    return wrong(fmt::format("{} x {} {} make no {}", board.columns, board.rows, grid ? "tags" : "squares",
-                             to_string(board.kind)),
-                 "cols", fmt::format("Give `cols` and `rows` of {} to {}.", least, kMaxSide));
+    return wrong(fmt::format("{} x {} {} are not a valid {}", board.columns, board.rows,
+                             grid ? "tags" : "squares", to_string(board.kind)),
+                 "cols", fmt::format("Set `cols` and `rows` to values from {} to {}.", least, kMaxSide));
   if (!is_length(board.size_m))
     return wrong(fmt::format("the side of a {} is missing", grid ? "tag" : "square"),
                  grid ? "tag_size_m" : "square_size_m", "Measure it on the print, in metres.");
   if (grid && !(board.spacing > 0 && board.spacing <= 1))
     return wrong(fmt::format("the spacing {} is not between 0 and 1", board.spacing), "spacing",
-                 "Give the gap between two tags as a share of their size.");
+                 "Set it to the gap between two tags divided by their size.");
   if (board.kind == BoardKind::Charuco && board.marker_m == 0)
     return wrong("the side of a marker is missing", "marker_size_m",
                  "Measure the black square of a marker on the print, in metres.");
   if (board.kind == BoardKind::Charuco && !(is_length(board.marker_m) && board.marker_m < board.size_m))
-    return wrong("the side of a marker lies between 0 and that of its square", "marker_size_m",
+    return wrong("the side of a marker must be between 0 and the side of its square", "marker_size_m",
                  "Measure the black square of a marker on the print, in metres.");
-  if (board.first_id < 0) return wrong("the first number is below 0", "first_id", "Numbers begin at 0.");
+  if (board.first_id < 0) return wrong("the first id is negative", "first_id", "Ids start at 0.");
   return {};
 }
 

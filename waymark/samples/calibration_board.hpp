@@ -13,10 +13,10 @@
 
 namespace waymark {
 
-/// Printed boards whose corners are found one by one, each where four squares meet.
+/// Printed boards whose corners are detected individually, each where four squares meet.
 enum class BoardKind : std::uint8_t {
-  Chessboard,  ///< wholly in view, or it is not found
-  Charuco,     ///< a chessboard with an ArUco marker in each white square, which tells its corners apart
+  Chessboard,  ///< detected only if the whole board is in view
+  Charuco,     ///< a chessboard with an ArUco marker in each white square, which identifies its corners
   AprilGrid,   ///< Kalibr's: tags of tag36h11 with a border of two cells, black squares that touch their
                ///< corners
 };
@@ -27,21 +27,21 @@ enum class BoardKind : std::uint8_t {
 
 struct CalibrationBoard {
   BoardKind kind = BoardKind::Charuco;
-  int columns = 0;                    ///< squares in a row; of an AprilGrid: tags
-  int rows = 0;                       ///< squares in a column; of an AprilGrid: tags
-  double size_m = 0;                  ///< side of a square; of an AprilGrid: of a tag's black square
-  double marker_m = 0;                ///< ChArUco: side of a marker's black square
-  double spacing = 0.3;               ///< AprilGrid: gap between two tags, as a share of their size
-  int first_id = 0;                   ///< ChArUco: of the first marker; AprilGrid: of the lower left tag
+  int columns = 0;       ///< squares in a row; AprilGrid: tags
+  int rows = 0;          ///< squares in a column; AprilGrid: tags
+  double size_m = 0;     ///< side of a square; AprilGrid: side of a tag's black square
+  double marker_m = 0;   ///< ChArUco: side of a marker's black square
+  double spacing = 0.3;  ///< AprilGrid: gap between two tags, as a fraction of their size
+  int first_id = 0;      ///< ChArUco: id of the first marker; AprilGrid: id of the lower left tag
   std::string dictionary = "4x4_50";  ///< ChArUco: OpenCV's name without "DICT_", in lower case
-  /// ChArUco as OpenCV drew it before 4.6: the lower left square is black. Since then it is the upper left
-  /// one, which differs where the number of rows is even.
+  /// ChArUco as OpenCV drew it before 4.6: the lower left square is black. Since 4.6 the upper left square is
+  /// black, which differs if the number of rows is even.
   bool legacy_pattern = false;
 
   friend bool operator==(const CalibrationBoard&, const CalibrationBoard&) = default;
 };
 
-/// A marker on a board: the middle and side of its black square, x right, y down, from the board's middle
+/// A marker on a board: centre and side of its black square, x right, y down, from the centre of the board
 /// [m].
 struct BoardMarker {
   int id = 0;
@@ -49,23 +49,23 @@ struct BoardMarker {
   double size_m = 0;
 };
 
-/// A corner of a board as one picture shows it.
+/// A corner of a board as observed in one image.
 struct BoardCorner {
   int number = 0;            ///< index into board_corners()
   Eigen::Vector2d px{0, 0};  ///< distorted, pixel centres at +1/2
 };
 
-/// Fails (InvalidArgument; the place names the field) on fewer than 3 x 3 squares or 1 x 1 tags, sizes that
-/// are none, a marker that fills its square.
+/// Fails (InvalidArgument; the place names the field) on fewer than 3 x 3 squares or 1 x 1 tags, invalid
+/// sizes, and a marker that fills its square.
 [[nodiscard]] Status check_board(const CalibrationBoard& board);
 
-/// Where the corners of a board are, x right, y down, from its middle [m]. Of a chessboard and a ChArUco
-/// board the inner corners row by row from the upper left; of an AprilGrid TL, TR, BR, BL of each tag, tags
-/// row by row from the lower left one to the right, then up (as Kalibr counts). O(corners).
+/// Positions of the corners of a board, x right, y down, from its centre [m]. For a chessboard and a ChArUco
+/// board, the inner corners row by row from the upper left; for an AprilGrid, TL, TR, BR, BL of each tag,
+/// with the tags row by row from the lower left one to the right, then up (as Kalibr counts). O(corners).
 [[nodiscard]] std::vector<Eigen::Vector2d> board_corners(const CalibrationBoard& board);
 
-/// The markers of a ChArUco board (row by row from the top, as OpenCV counts) and of an AprilGrid; of a
-/// chessboard none.
+/// The markers of a ChArUco board (row by row from the top, as OpenCV counts) or an AprilGrid; empty for a
+/// chessboard.
 [[nodiscard]] std::vector<BoardMarker> board_markers(const CalibrationBoard& board);
 
 /// Whether the square in this column and row (from the upper left) of a chessboard or ChArUco board is black.

@@ -16,7 +16,7 @@ CalibrationBoard charuco(int columns, int rows, bool legacy = false) {
           .legacy_pattern = legacy};
 }
 
-TEST(CalibrationBoard, CornersLieWhereFourSquaresMeetRoundTheMiddle) {
+TEST(CalibrationBoard, CornersLieWhereFourSquaresMeetAroundTheCentre) {
   const auto corners = board_corners(charuco(5, 4));
   ASSERT_EQ(corners.size(), 12U);
   EXPECT_LT((corners[0] - Eigen::Vector2d(-0.045, -0.03)).norm(), 1e-12);
@@ -38,7 +38,8 @@ TEST(CalibrationBoard, MarkersAreInWhiteSquaresRowByRow) {
     }
   }
   EXPECT_TRUE(is_black_square(charuco(4, 4), 0, 0));
-  EXPECT_FALSE(is_black_square(charuco(4, 4, true), 0, 0));  // OpenCV before 4.6: the lower left one is black
+  EXPECT_FALSE(
+      is_black_square(charuco(4, 4, true), 0, 0));  // OpenCV before 4.6: the lower left square is black
   EXPECT_TRUE(is_black_square(charuco(4, 4, true), 0, 3));
   EXPECT_TRUE(is_black_square(charuco(4, 5, true), 0, 0));
 }
@@ -56,7 +57,7 @@ TEST(CalibrationBoard, AprilGridsCountFromTheLowerLeft) {
   EXPECT_LT((corners[2] - Eigen::Vector2d(-0.03, 0.045)).norm(), 1e-12);  // BR
 }
 
-TEST(CalibrationBoard, RefusesWhatIsNone) {
+TEST(CalibrationBoard, RejectsInvalidBoards) {
   EXPECT_TRUE(check_board(charuco(5, 4)));
   EXPECT_FALSE(check_board(charuco(2, 4)));
   EXPECT_FALSE(check_board(charuco(5, 100000)));

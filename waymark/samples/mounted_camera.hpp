@@ -10,7 +10,7 @@
 
 namespace waymark {
 
-/// Where the body of a camera (x forward, y left, z up) sits on the base, as people measure it.
+/// Pose of a camera body (x forward, y left, z up) on the base, as a person measures it.
 struct CameraMounting {
   double x_m = 0;
   double y_m = 0;
@@ -20,7 +20,8 @@ struct CameraMounting {
   double yaw_rad = 0;    ///< to the left is positive
 };
 
-/// Optical axes (x right, y down, z forward) in those of a camera's body (x forward, y left, z up).
+/// Rotation from optical axes (x right, y down, z forward) to those of a camera body (x forward, y left, z
+/// up).
 [[nodiscard]] inline SO3 body_R_optical() {
   return SO3::from_matrix((Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished());
 }
@@ -30,14 +31,14 @@ struct CameraMounting {
           Eigen::Vector3d(m.x_m, m.y_m, m.z_m)};
 }
 
-/// Undoes base_T_camera, within rounding.
+/// Inverse of base_T_camera, within rounding.
 [[nodiscard]] inline CameraMounting camera_mounting(const SE3& base_T_cam) {
   const Eigen::Vector3d& t = base_T_cam.translation();
   const Eigen::Vector3d rpy = (base_T_cam.rotation() * body_R_optical().inverse()).rpy();
   return {t.x(), t.y(), t.z(), rpy.x(), rpy.y(), rpy.z()};
 }
 
-/// A camera of a robot: the name in its samples, its lens, and where it is mounted.
+/// A camera of a robot: its name in samples, its model, and its mounting.
 struct MountedCamera {
   std::string name = "cam";
   CameraModel camera;
@@ -48,7 +49,8 @@ struct MountedCamera {
   }
 };
 
-/// The camera of a sample: the one of this name; a robot's only camera whatever its name. nullptr: none.
+/// The camera of a sample: the one with this name; if the robot has a single camera, that one regardless of
+/// its name. nullptr if there is none.
 [[nodiscard]] inline const MountedCamera* find_camera(const std::vector<MountedCamera>& cameras,
                                                       std::string_view name) {
   if (cameras.size() == 1) return &cameras.front();
@@ -56,14 +58,14 @@ struct MountedCamera {
   return found == cameras.end() ? nullptr : &*found;
 }
 
-/// Lens and mounting of one camera of a setup, which outlives this.
+/// Model and mounting of one camera of a setup; the setup must outlive this.
 struct CameraView {
   const CameraModel& camera;
   const SE3& base_T_cam;
 };
 
-/// Of a setup that has a first camera (`camera`, `base_T_cam`) and others by name (`more_cameras`): the one
-/// of this name, else the first.
+/// For a setup with a first camera (`camera`, `base_T_cam`) and others by name (`more_cameras`): the one with
+/// this name, otherwise the first.
 template <class Setup>
 [[nodiscard]] CameraView camera_of(const Setup& setup, std::string_view name) {
   const auto found = std::ranges::find(setup.more_cameras, name, &MountedCamera::name);

@@ -1,4 +1,4 @@
-// Which camera a sample is from, and what all of them see.
+// Selection of the camera of a sample, and the tags in view of all cameras.
 #include "waymark/samples/mounted_camera.hpp"
 
 #include <gtest/gtest.h>
@@ -18,14 +18,14 @@ struct TwoCameras {
   std::vector<MountedCamera> more_cameras{{.name = "rear", .camera = lens(300)}};
 };
 
-TEST(MountedCamera, AnOnlyCameraAnswersToAnyName) {
+TEST(MountedCamera, ASingleCameraMatchesAnyName) {
   const std::vector<MountedCamera> one = {{.name = "front", .camera = lens(400)}};
   EXPECT_EQ(find_camera(one, "front"), &one[0]);
   EXPECT_EQ(find_camera(one, "cam"), &one[0]);
   EXPECT_EQ(find_camera({}, "cam"), nullptr);
 }
 
-TEST(MountedCamera, OfSeveralTheNameDecides) {
+TEST(MountedCamera, SeveralCamerasAreSelectedByName) {
   const std::vector<MountedCamera> two = {{.name = "front", .camera = lens(400)},
                                           {.name = "rear", .camera = lens(300)}};
   EXPECT_EQ(find_camera(two, "rear"), &two[1]);
@@ -48,7 +48,7 @@ TEST(TagsInView, AddsUpTheNewestFramesOfAllCameras) {
   EXPECT_EQ(view.beside("rear", at(1000)), one);
   view.add("front", at(1060), {});
   EXPECT_EQ(view.count(at(1060)), 2U);
-  EXPECT_TRUE(view.beside("front", at(1060)).empty()) << "not at the same moment";
+  EXPECT_TRUE(view.beside("front", at(1060)).empty()) << "not at the same time";
   view.add("front", at(1200), {});
   EXPECT_EQ(view.count(at(1200)), 0U) << "the rear camera is silent";
 }

@@ -5,20 +5,19 @@
 namespace waymark {
 namespace {
 
-/// Samples may be missing: a robot that drives on to the origin has come from no farther than its speed
-/// tells.
+/// Samples may be missing: the speed bounds the distance of a robot that drove to the origin meanwhile.
 bool back_at_origin(const Odometry& before, const Odometry& now, double way_m, double dt_s) {
   constexpr double kAtOrigin_m = 0.02;
   constexpr double kAtOrigin_rad = 0.05;
   constexpr double kAfar_m = 0.3;
-  constexpr double kFaster = 2;  // it may have gained speed meanwhile
+  constexpr double kFaster = 2;  // it may have accelerated meanwhile
   return now.odom_T_base.translation().norm() < kAtOrigin_m &&
          std::abs(now.odom_T_base.yaw()) < kAtOrigin_rad &&
          way_m > kAfar_m + kFaster * std::abs(before.speed_m_s) * dt_s;
 }
 
-/// No robot that drives there stands so exactly at the origin.
-bool begun_anew(const Odometry& now, double way_m) {
+/// A robot that drives to the origin does not stop there this exactly.
+bool restarted_at_origin(const Odometry& now, double way_m) {
   constexpr double kExactly = 1e-3;  // m, rad, m/s
   constexpr double kAfar_m = 0.1;
   return way_m > kAfar_m && now.odom_T_base.translation().norm() < kExactly &&
@@ -42,7 +41,7 @@ bool odometry_jumped(const Odometry& before, const Odometry& now) {
   const SE2 step = before.odom_T_base.inverse() * now.odom_T_base;
   const double way_m = step.translation().norm();
   return faster_than_any_robot(way_m, step.yaw(), dt_s) || back_at_origin(before, now, way_m, dt_s) ||
-         begun_anew(now, way_m);
+         restarted_at_origin(now, way_m);
 }
 
 }  // namespace waymark

@@ -9,39 +9,39 @@
 
 namespace waymark {
 
-/// Words of a robot for whoever drives it.
+/// A message of a robot to its operator.
 struct RobotText {
   std::string text{};
 };
 
-/// A robot in lockstep asks for its next command: its time stands still until it gets one.
+/// A robot in lockstep requests its next command: its time does not advance until it receives one.
 struct CommandRequest {
   SensorTime stamp{};
 };
 
-/// Anything that comes from a robot.
+/// Any event from a robot.
 using RobotEvent = std::variant<Sample, RobotText, CommandRequest>;
 
-/// Whatever makes samples as time passes: a simulator, a live robot.
+/// A source of samples over time: a simulator or a live robot.
 class Source {
  public:
   virtual ~Source() = default;
   Source(const Source&) = delete;
   Source& operator=(const Source&) = delete;
 
-  /// What comes next, waiting for no longer than `most`; nothing: not within that time. Fails when there will
-  /// be no more, and says why.
+  /// The next event, waiting at most `most`; nothing if none arrives within that time. Fails with the reason
+  /// if there will be no more events.
   virtual Result<std::optional<RobotEvent>> next(Duration most) = 0;
-  /// Whether next() would give something without waiting.
+  /// Whether next() would return an event without waiting.
   [[nodiscard]] virtual bool more() const = 0;
-  /// What the robot's clock shows now; nothing before the first sample.
+  /// The current time of the robot's clock; nothing before the first sample.
   [[nodiscard]] virtual std::optional<SensorTime> now() const = 0;
 
  protected:
   Source() = default;
 };
 
-/// Whatever takes commands. A robot must stop by itself when commands cease (watchdog).
+/// A receiver of commands. A robot must stop by itself when commands cease (watchdog).
 class Robot {
  public:
   virtual ~Robot() = default;
@@ -49,8 +49,8 @@ class Robot {
   Robot& operator=(const Robot&) = delete;
 
   virtual Status command(const VelocityCommand& command) = 0;
-  /// The drive is over, whatever ended it, and its last command was zero. For robots that obey a command only
-  /// when they are asked for samples the next time, which will not come.
+  /// The drive is over, for any reason, and its last command was zero. For robots that execute a command only
+  /// when they are next asked for samples, which will not happen again.
   virtual void finish() {}
 
  protected:

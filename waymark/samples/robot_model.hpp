@@ -14,7 +14,7 @@ struct Hull {
   double height_m = 0;
 };
 
-/// What a robot can do.
+/// Motion limits of a robot.
 struct MotionLimits {
   double speed_m_s = 0;
   double yaw_rate_rad_s = 0;
@@ -22,7 +22,7 @@ struct MotionLimits {
   double yaw_acceleration_rad_s2 = 0;
 };
 
-/// What everybody needs to know of a robot. Frame base: x forward, y left, z up, on the floor.
+/// Geometry and limits of a robot that several rooms need. Frame base: x forward, y left, z up, on the floor.
 struct RobotModel {
   std::string name{};
   Hull hull{};

@@ -13,37 +13,37 @@
 #include "waymark/image/image.hpp"
 #include "waymark/samples/tag_detection.hpp"
 
-/// What a robot says and what it is told, as plain values with a stamp of the sensor's clock.
+/// Samples from a robot and commands to it, as plain values with a stamp of the sensor clock.
 namespace waymark {
 
-/// The tags found in one picture; an empty list says that the camera looked and saw none.
+/// The tags detected in one image; an empty list means that no tag was detected.
 struct TagFrame {
   SensorTime stamp{};          ///< middle of the exposure
-  std::string camera = "cam";  ///< which camera
+  std::string camera = "cam";  ///< name of the camera
   std::vector<TagDetection> detections{};
 };
 
-/// A picture, grey.
+/// A grey image.
 struct CameraFrame {
   SensorTime stamp{};          ///< middle of the exposure
-  std::string camera = "cam";  ///< which camera
+  std::string camera = "cam";  ///< name of the camera
   Image image{};
 };
 
-/// A tag as the robot's own software placed it before the camera, where a log has no corners.
+/// The pose of a tag as estimated by the robot's own software, for logs without corners.
 struct SeenTagPose {
   TagId tag{};
   SE3 cam_T_tag{};  ///< tag frame: centre, x right, y down, z into the tag
 };
 
-/// All of one picture.
+/// All tag poses of one image.
 struct TagPoseFrame {
   SensorTime stamp{};
   std::string camera = "cam";
   std::vector<SeenTagPose> tags{};
 };
 
-/// Distance and direction of a landmark with a number, in the plane of the sensor.
+/// Distance and direction of a numbered landmark, in the plane of the sensor.
 struct RangeBearing {
   SensorTime stamp{};
   std::int64_t landmark = 0;
@@ -51,8 +51,8 @@ struct RangeBearing {
   double bearing_rad = 0;  ///< counter-clockwise from the sensor's x axis
 };
 
-/// Where the wheels (and whatever the robot's own driver mixes in) say the robot went since it was switched
-/// on.
+/// Pose and velocity since the robot was switched on, from the wheels (and any other sensors that the robot's
+/// driver fuses).
 struct Odometry {
   SensorTime stamp{};
   SE2 odom_T_base{};
@@ -60,7 +60,7 @@ struct Odometry {
   double yaw_rate_rad_s = 0;  ///< about base z
 };
 
-/// How far each side's wheels have turned since the robot was switched on.
+/// Rotation of each side's wheels since the robot was switched on.
 struct WheelTicks {
   SensorTime stamp{};
   double left_rad = 0;
@@ -74,13 +74,13 @@ struct ImuSample {
   Eigen::Vector3d linear_acceleration_m_s2 = Eigen::Vector3d::Zero();  ///< specific force, in base axes
 };
 
-/// One turn of a planar lidar: ranges_m[i] lies in direction angle_min_rad + i * angle_increment_rad about
-/// the sensor's z axis. What is not in [range_min_m, range_max_m] (or not a number) saw nothing.
+/// One revolution of a planar lidar: ranges_m[i] lies in direction angle_min_rad + i * angle_increment_rad
+/// about the sensor's z axis. A range outside [range_min_m, range_max_m] (or NaN) means no return.
 struct LaserScan {
   SensorTime stamp{};  ///< of the first ray
   double angle_min_rad = 0;
   double angle_increment_rad = 0;
-  double time_increment_s = 0;  ///< from ray to ray
+  double time_increment_s = 0;  ///< between consecutive rays
   double range_min_m = 0;
   double range_max_m = 0;
   std::vector<float> ranges_m{};
@@ -93,7 +93,7 @@ struct GamepadState {
   std::vector<std::int32_t> buttons{};  ///< 1 pressed
 };
 
-/// What the wheels are asked to do. All zero: stop.
+/// Velocity command to the wheels. All zero: stop.
 struct VelocityCommand {
   double speed_m_s = 0;
   double yaw_rate_rad_s = 0;
@@ -101,19 +101,19 @@ struct VelocityCommand {
   friend bool operator==(const VelocityCommand&, const VelocityCommand&) = default;
 };
 
-/// A command as it was given.
+/// A command with its stamp.
 struct StampedCommand {
   SensorTime stamp{};
   VelocityCommand command{};
 };
 
-/// What only a simulator or a motion capture system knows. Never an input of an estimator.
+/// Ground truth of a simulator or a motion capture system. Never an input of an estimator.
 struct TruthPose {
   SensorTime stamp{};
   SE3 map_T_base{};
 };
 
-/// Anything a source gives, in stamp order.
+/// Any sample of a source, in stamp order.
 using Sample = std::variant<TagFrame, Odometry, WheelTicks, ImuSample, StampedCommand, TruthPose, CameraFrame,
                             TagPoseFrame, RangeBearing, LaserScan, GamepadState>;
 

@@ -14,7 +14,7 @@ namespace waymark {
 /// 8x8 covariance of the corners (x0 y0 x1 y1 x2 y2 x3 y3) in px^2.
 using CornerCovariance = Eigen::Matrix<double, 8, 8>;
 
-/// One tag seen in one image.
+/// One tag detected in one image.
 struct TagDetection {
   TagId tag;
   int hamming = 0;             ///< bits corrected
@@ -22,12 +22,12 @@ struct TagDetection {
   /// TL, TR, BR, BL of the printed tag (where black border meets white border), in distorted pixels, centres
   /// at +1/2.
   std::array<Eigen::Vector2d, 4> corners_px{};
-  /// Covariance of corners_px; nothing when the detector does not know it.
+  /// Covariance of corners_px; nothing if the detector does not estimate it.
   std::optional<CornerCovariance> corner_covariance_px2{};
 };
 
-/// Where the diagonals of a quad cross [px]: the image of a tag's centre under any perspective (the mean of
-/// the corners is not). The mean where the diagonals are parallel.
+/// The intersection of a quad's diagonals [px]: the image of a tag's centre under any perspective (the mean
+/// of the corners is not). The mean if the diagonals are parallel.
 [[nodiscard]] inline Eigen::Vector2d center_px(const std::array<Eigen::Vector2d, 4>& corners_px) {
   const Eigen::Vector2d a = corners_px[2] - corners_px[0];
   const Eigen::Vector2d b = corners_px[3] - corners_px[1];

@@ -23,7 +23,7 @@ TEST(Corners, TheCenterIsTheImageOfTheCenterUnderAnyHomography) {
   }
 }
 
-TEST(Corners, AQuadWithoutAreaHasItsMeanAsCenter) {
+TEST(Corners, CenterOfAQuadWithoutAreaIsItsMean) {
   const Eigen::Vector2d p(3, 4);
   EXPECT_EQ(center_px({p, p, p, p}), p);
   const Eigen::Vector2d q(5, 4);

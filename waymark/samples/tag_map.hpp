@@ -12,10 +12,10 @@
 
 namespace waymark {
 
-/// How the error of one tag of a map hangs together with that of another.
+/// Cross-covariance between the errors of two tags of a map.
 struct TagTie {
   TagId to{};
-  /// 6x6, rows this tag, columns the other, each in its left tangent in the map frame [m, rad].
+  /// 6x6, rows: this tag, columns: the other; each in its left tangent in the map frame [m, rad].
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
 };
 
@@ -24,37 +24,37 @@ struct MappedTag {
   SE3 map_T_tag{};    ///< tag frame: centre, x right, y down, z into the tag
   double size_m = 0;  ///< side of the square where black border meets white border
   /// 6x6 covariance of map_T_tag in its tangent (translation, rotation) [m, rad], written in the map frame,
-  /// on the left; nothing when not known (or surveyed exactly).
+  /// on the left; nothing if unknown (or surveyed exactly).
   std::optional<Eigen::Matrix<double, 6, 6>> covariance{};
-  /// To the tag of the map that tells most of this one; ties make no circles. Nothing when not known.
+  /// Tie to the most informative other tag of the map; ties form no cycles. Nothing if unknown.
   std::optional<TagTie> tie{};
 };
 
-/// The floor a robot drives on: the plane of the points p with normal . (p - (0, 0, z_m)) = 0.
+/// The floor on which a robot drives: the plane of the points p with normal . (p - (0, 0, z_m)) = 0.
 struct FloorPlane {
   double z_m = 0;                                     ///< its height at the map's origin
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< upwards, length 1; z is not 0
-  /// Of (z_m, turn about x, turn about y) [m, rad]; nothing when not known.
+  /// Of (z_m, rotation about x, rotation about y) [m, rad]; nothing if unknown.
   std::optional<Eigen::Matrix3d> covariance{};
 };
 
-/// The frame whose z = 0 is the floor: turned from the map by the smallest rotation that makes the floor
-/// level, its origin on the floor, at x = y = 0 of a level map.
+/// The frame whose plane z = 0 is the floor: rotated from the map by the smallest rotation that makes the
+/// floor level; its origin is on the floor, at x = y = 0 of a level map.
 [[nodiscard]] SE3 map_T_floor(const FloorPlane& floor);
 
-/// Where the tags are. Ordered by id, so that everything made from a map comes out in the same order.
+/// The poses of the tags. Ordered by id, so that results computed from a map have a fixed order.
 struct TagMap {
   std::map<TagId, MappedTag> tags{};
-  FloorPlane floor{};  ///< that the robot drives on; the anchor's centre may be the origin
+  FloorPlane floor{};  ///< the floor on which the robot drives; the anchor's centre may be the origin
 
-  /// The tag, or nullptr when it is not in the map. O(log n).
+  /// The tag, or nullptr if it is not in the map. O(log n).
   [[nodiscard]] const MappedTag* find(const TagId& tag) const {
     const auto it = tags.find(tag);
     return it == tags.end() ? nullptr : &it->second;
   }
 };
 
-/// The families of its tags by name, sorted, each once: what pictures of these tags are searched for. O(n).
+/// The families of the tags by name, sorted, without duplicates: those to search for in images. O(n).
 [[nodiscard]] std::vector<std::string> families_of(const TagMap& map);
 
 }  // namespace waymark

@@ -9,7 +9,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-TEST(FamiliesOf, AMapNamesEachOnce) {
+TEST(FamiliesOf, ListsEachFamilyOnce) {
   TagMap map;
   EXPECT_THAT(families_of(map), IsEmpty());
   for (const TagId& id :

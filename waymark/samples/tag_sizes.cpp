@@ -8,10 +8,10 @@ namespace waymark {
 namespace {
 
 constexpr const char* kHint =
-    "Give the side of the black square in metres, measured where black meets white.";
+    "Pass the side of the black square in metres, measured where black meets white.";
 
 tl::unexpected<Error> not_a_size(double size_m, std::string key) {
-  return fail(ErrorCode::InvalidArgument, fmt::format("{} m is not the size of a tag", size_m),
+  return fail(ErrorCode::InvalidArgument, fmt::format("{} m is not a valid tag size", size_m),
               {.key = std::move(key)}, kHint);
 }
 
@@ -22,8 +22,8 @@ bool is_tag_size(double size_m) { return std::isfinite(size_m) && size_m > 0.0; 
 Result<double> TagSizes::size_m(const TagId& tag) const {
   const auto own = size_by_tag_m.find(tag);
   if (own == size_by_tag_m.end() && !default_size_m) {
-    return fail(ErrorCode::NotFound, fmt::format("the size of {} is not known", to_string(tag)),
-                {.key = to_string(tag)}, "Give its size, or a default size for all tags, in metres.");
+    return fail(ErrorCode::NotFound, fmt::format("unknown size of {}", to_string(tag)),
+                {.key = to_string(tag)}, "Set its size, or a default size for all tags, in metres.");
   }
   const double size = own == size_by_tag_m.end() ? *default_size_m : own->second;
   if (!is_tag_size(size)) return not_a_size(size, to_string(tag));

@@ -8,15 +8,15 @@
 
 namespace waymark {
 
-/// How large the tags are: side of the square where black border meets white border [m]. One size for all,
-/// others by id.
+/// Tag sizes: side of the square where black border meets white border [m]. One default size, and others by
+/// id.
 struct TagSizes {
   std::optional<double>
-      default_size_m{};  ///< of every tag without a size of its own; nothing: such a tag is unknown
+      default_size_m{};  ///< for tags without a size of their own; nothing: the size of such a tag is unknown
   std::map<TagId, double> size_by_tag_m{};  ///< tags printed in another size
 
-  /// The size of one tag [m]. Fails when there is neither a size of its own nor a default, or when it is not
-  /// a positive finite number. O(log n).
+  /// The size of one tag [m]. Fails if it has neither its own size nor a default, or if the size is not
+  /// positive and finite. O(log n).
   [[nodiscard]] Result<double> size_m(const TagId& tag) const;
   /// Fails on the first size that is not a positive finite number. O(n).
   [[nodiscard]] Status check() const;
@@ -24,7 +24,7 @@ struct TagSizes {
   friend bool operator==(const TagSizes&, const TagSizes&) = default;
 };
 
-/// A side of a tag [m] that can be: positive and finite.
+/// Whether the side of a tag [m] is valid: positive and finite.
 [[nodiscard]] bool is_tag_size(double size_m);
 
 }  // namespace waymark

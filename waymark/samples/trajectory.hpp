@@ -15,14 +15,14 @@ struct StampedPose {
   SE3 map_T_base{};
 };
 
-/// Where the base was, in order of time.
+/// Poses of the base in order of time.
 using Trajectory = std::vector<StampedPose>;
 
 /// Estimated pose of the base, with its covariance.
 struct EstimatedPose {
   SensorTime stamp{};
   SE3 map_T_base{};
-  /// Of x [m], y [m] and yaw [rad] in ordinary map coordinates; nothing when it does not say.
+  /// Covariance of x [m], y [m] and yaw [rad] in ordinary map coordinates; nothing if the source has none.
   std::optional<Eigen::Matrix3d> covariance{};
 };
 

@@ -14,7 +14,7 @@ std::array<Eigen::Vector3d, 4> tag_corners(double size_m) {
 
 std::optional<std::array<Eigen::Vector2d, 4>> visible_corners(const CameraModel& camera, const SE3& cam_T_tag,
                                                               double size_m, const VisibilityLimits& limits) {
-  const Eigen::Vector3d cam_normal = cam_T_tag.rotation() * Eigen::Vector3d::UnitZ();  // away from the reader
+  const Eigen::Vector3d cam_normal = cam_T_tag.rotation() * Eigen::Vector3d::UnitZ();  // away from the viewer
   const double cos_incidence = cam_normal.dot(cam_T_tag.translation().normalized());
   if (!(cos_incidence > std::cos(limits.max_incidence_rad))) return std::nullopt;
   std::array<Eigen::Vector2d, 4> corners_px;
@@ -51,7 +51,7 @@ double clearance_m(const Hull& hull, const SE3& map_T_base, const MappedTag& tag
   const Eigen::Vector3d base_high(hull.front_m, hull.width_m / 2, hull.height_m);
   const Eigen::Vector3d tag_high(tag.size_m / 2, tag.size_m / 2, 0);
   constexpr int kMaxSteps = 10000;
-  constexpr double kEnough = 1e-12;
+  constexpr double kRelativeTolerance = 1e-12;
   Eigen::Vector3d base_p = base_T_tag.translation();
   double distance = std::numeric_limits<double>::infinity();
   for (int step = 0; step < kMaxSteps; ++step) {
@@ -59,7 +59,7 @@ double clearance_m(const Hull& hull, const SE3& map_T_base, const MappedTag& tag
     const Eigen::Vector3d tag_p = tag_T_base * in_hull;
     base_p = base_T_tag * tag_p.cwiseMax(-tag_high).cwiseMin(tag_high);
     const double now = (base_p - in_hull).norm();
-    if (distance - now < kEnough * (1 + now)) return now;
+    if (distance - now < kRelativeTolerance * (1 + now)) return now;
     distance = now;
   }
   return distance;

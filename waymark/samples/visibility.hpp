@@ -10,29 +10,29 @@
 #include "waymark/samples/robot_model.hpp"
 #include "waymark/samples/tag_map.hpp"
 
-/// Which tags a camera can see from a pose, and how near the robot's hull comes to them.
+/// Which tags a camera sees from a pose, and the distance from the robot's hull to them.
 namespace waymark {
 
-/// What a detector needs to find a tag.
+/// Conditions under which a detector finds a tag.
 struct VisibilityLimits {
-  double min_side_px = 14;         ///< shortest side of the quad in the picture
-  double max_incidence_rad = 1.3;  ///< between the line of sight and the tag's normal (75 deg)
-  double margin_px = 2;            ///< from every corner to the edge of the picture
+  double min_side_px = 14;         ///< shortest side of the quad in the image
+  double max_incidence_rad = 1.3;  ///< angle between the line of sight and the tag's normal (75 deg)
+  double margin_px = 2;            ///< from every corner to the edge of the image
 };
 
 /// The corners of a tag in its own frame, TL TR BR BL, z = 0 [m].
 [[nodiscard]] std::array<Eigen::Vector3d, 4> tag_corners(double size_m);
 
-/// Where the corners of a tag appear in the picture, TL TR BR BL [px]; nothing when the tag is turned away,
-/// behind the camera, too oblique, too small, or not wholly in the picture. Occlusion is not considered.
+/// Corners of a tag in the image, TL TR BR BL [px]; nothing if the tag faces away, or is behind the camera,
+/// too oblique, too small, or not entirely in the image. Occlusion is ignored.
 [[nodiscard]] std::optional<std::array<Eigen::Vector2d, 4>> visible_corners(
     const CameraModel& camera, const SE3& cam_T_tag, double size_m, const VisibilityLimits& limits = {});
 
-/// The tags of a map that the camera sees, in order of id. O(tags).
+/// The map tags that the camera sees, in order of id. O(tags).
 [[nodiscard]] std::vector<TagId> visible_tags(const TagMap& map, const CameraModel& camera,
                                               const SE3& map_T_cam, const VisibilityLimits& limits = {});
 
-/// Shortest distance in space between the hull's box and the black square of a tag [m]; 0 when they touch.
+/// Shortest distance in space between the hull's box and the black square of a tag [m]; 0 if they touch.
 /// Alternating projections between two convex sets (Cheney and Goldstein, "Proximity maps for convex sets",
 /// Proc. AMS 10, 1959).
 [[nodiscard]] double clearance_m(const Hull& hull, const SE3& map_T_base, const MappedTag& tag);

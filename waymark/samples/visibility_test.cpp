@@ -15,25 +15,25 @@ const CameraModel& camera() {
   return model;
 }
 
-TEST(Visibility, ATagInFrontIsSeenUprightAndInOrder) {
+TEST(Visibility, CornersOfATagInFrontAreUprightAndInOrder) {
   const auto corners = visible_corners(camera(), SE3(SO3(), {0, 0, 2}), 0.2);
   ASSERT_TRUE(corners);
   EXPECT_TRUE((*corners)[0].isApprox(Eigen::Vector2d(300, 220), 1e-12));
   EXPECT_TRUE((*corners)[2].isApprox(Eigen::Vector2d(340, 260), 1e-12));
 }
 
-TEST(Visibility, WhatADetectorCannotFindIsNotSeen) {
+TEST(Visibility, TagsThatADetectorCannotFindAreNotVisible) {
   const double pi = std::numbers::pi;
   EXPECT_FALSE(visible_corners(camera(), SE3(SO3(), {0, 0, -2}), 0.2)) << "behind";
-  EXPECT_FALSE(visible_corners(camera(), SE3(SO3::exp({0, pi, 0}), {0, 0, 2}), 0.2)) << "turned away";
+  EXPECT_FALSE(visible_corners(camera(), SE3(SO3::exp({0, pi, 0}), {0, 0, 2}), 0.2)) << "facing away";
   EXPECT_FALSE(visible_corners(camera(), SE3(SO3::exp({0, 1.4, 0}), {0, 0, 2}), 0.2)) << "oblique";
   EXPECT_FALSE(visible_corners(camera(), SE3(SO3(), {0, 0, 6}), 0.2)) << "13 px";
-  EXPECT_FALSE(visible_corners(camera(), SE3(SO3(), {1.5, 0, 2}), 0.2)) << "over the edge";
+  EXPECT_FALSE(visible_corners(camera(), SE3(SO3(), {1.5, 0, 2}), 0.2)) << "beyond the image edge";
   EXPECT_TRUE(visible_corners(camera(), SE3(SO3(), {1.4, 0, 2}), 0.2));
 }
 
-// Dense sampling of both bodies bounds the distance from above, and nothing sampled may be nearer than
-// claimed.
+// Dense sampling of both bodies is an upper bound of the distance, and no pair of samples may be nearer than
+// the result.
 TEST(Clearance, AgreesWithBruteForce) {
   Random random(1);
   const Hull hull{.front_m = 0.16, .rear_m = 0.14, .width_m = 0.22, .height_m = 0.25};

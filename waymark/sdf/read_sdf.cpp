@@ -39,8 +39,8 @@ Result<SdfScene> read_sdf(const fs::path& file, const std::vector<fs::path>& fol
   constexpr std::uintmax_t kMaxBytes = 64U << 20U;
   std::error_code error;
   if (!fs::is_regular_file(file, error))
-    return fail(ErrorCode::NotFound, fs::exists(file, error) ? "this is no file" : "there is no such file",
-                {.source = file.string()}, "Name the .sdf or .world file of a world.");
+    return fail(ErrorCode::NotFound, fs::exists(file, error) ? "this is not a file" : "there is no such file",
+                {.source = file.string()}, "Give the .sdf or .world file of a world.");
   if (fs::file_size(file, error) > kMaxBytes)
     return fail(ErrorCode::LimitExceeded, "the file is larger than 64 MiB", {.source = file.string()});
   const auto symbol = load_module({.file = "libwaymark-sdf.so",

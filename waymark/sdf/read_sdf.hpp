@@ -11,10 +11,10 @@
 #include "waymark/base/error.hpp"
 #include "waymark/geometry/se3.hpp"
 
-/// A world in SDF, read as plain values. Frame world: that of the file, z up.
+/// A world in SDF as plain values. Frame world: that of the file, z up.
 namespace waymark {
 
-/// A triangle and where its corners lie in the texture: u to the right, v down, both 0 to 1.
+/// A triangle and the texture coordinates of its corners: u to the right, v down, both 0 to 1.
 struct TexturedTriangle {
   std::array<Eigen::Vector3d, 3>
       visual_p{};  ///< [m], in the frame of the visual, counter-clockwise from outside
@@ -23,18 +23,18 @@ struct TexturedTriangle {
 
 enum class SdfShape : std::uint8_t { Box, Plane, Cylinder, Sphere, Mesh, Other };
 
-/// Something that is seen.
+/// A visible shape.
 struct SdfVisual {
   std::string name{};  ///< "model::link::visual"
   SE3 world_T_visual{};
   SdfShape shape = SdfShape::Other;
-  /// [m] Sides of the box around it, along its own axes; of a plane the third is 0.
+  /// [m] Side lengths of its bounding box along its own axes; for a plane the third is 0.
   Eigen::Vector3d size_m = Eigen::Vector3d::Zero();
-  Eigen::Vector3d visual_t_centre = Eigen::Vector3d::Zero();  ///< middle of that box
+  Eigen::Vector3d visual_t_centre = Eigen::Vector3d::Zero();  ///< centre of that box
   Eigen::Vector3d visual_n_plane = Eigen::Vector3d::UnitZ();  ///< normal of a plane
-  std::string texture{};     ///< file of the picture on it; empty: none, or it was not found
+  std::string texture{};     ///< image file; empty if there is none or it was not found
   double reflectance = 0.5;  ///< mean of its diffuse colour, 0 to 1
-  bool fixed = true;         ///< of a model that is static
+  bool fixed = true;         ///< its model is static
   std::vector<TexturedTriangle> mesh{};
 };
 
@@ -56,17 +56,17 @@ struct SdfScene {
   std::vector<SdfVisual> visuals{};
   std::vector<SdfLight> lights{};
   std::vector<SdfModelPose> models{};
-  std::vector<std::string> warnings{};  ///< of the parser, and files that were not found
+  std::vector<std::string> warnings{};  ///< of the parser, and missing files
 };
 
-/// The first world of a file in SDF (any version that SDFormat 12 reads), or of one that holds a model alone.
-/// model:// and relative names are looked for in the folders, then beside the file, in `models` beside it and
-/// above, and where IGN_GAZEBO_RESOURCE_PATH and SDF_PATH point. Fails on what is no SDF, and where the
-/// module for SDF is not installed.
+/// Reads the first world of an SDF file (any version that SDFormat 12 reads), or a file with a single model.
+/// model:// and relative names are searched in the folders, then next to the file, in `models` next to it and
+/// above, and in IGN_GAZEBO_RESOURCE_PATH and SDF_PATH. Fails if the file is not SDF or the module for SDF is
+/// not installed.
 [[nodiscard]] Result<SdfScene> read_sdf(const std::filesystem::path& file,
                                         const std::vector<std::filesystem::path>& folders = {});
 
-/// What the module exports: the scene, or an error with a message.
+/// The function exported by the module: returns the scene, or an error with a message.
 using ReadSdfFunction = void (*)(const std::filesystem::path& file,
                                  const std::vector<std::filesystem::path>& folders, SdfScene& scene,
                                  Error& error);

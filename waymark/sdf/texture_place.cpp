@@ -13,8 +13,8 @@ namespace {
 
 using Vec3 = Eigen::Vector3d;
 
-/// Adds a rectangle about `middle`; `right` and `down` are its sides as one who looks at it from outside sees
-/// the texture.
+/// Adds a rectangle around `middle`; `right` and `down` are its sides along the texture axes, as seen from
+/// outside.
 void add_face(const Vec3& middle, const Vec3& right, const Vec3& down,
               std::vector<TexturedTriangle>& triangles) {
   const Vec3 top_left = middle - right / 2 - down / 2;
@@ -42,7 +42,7 @@ void add_plane(const SdfVisual& plane, std::vector<TexturedTriangle>& triangles)
            turn * (-plane.size_m.y() * Vec3::UnitY()), triangles);
 }
 
-/// Weights of the corners at a point of the texture; nothing where the triangle has no area there.
+/// Barycentric weights of a point of the texture; nothing if the triangle has no area in the texture.
 std::optional<Vec3> weights_at(const TexturedTriangle& triangle, const Eigen::Vector2d& uv) {
   Eigen::Matrix2d sides;
   sides << triangle.uv[1] - triangle.uv[0], triangle.uv[2] - triangle.uv[0];
@@ -83,7 +83,7 @@ std::vector<PlacedQuad> placed_on(const std::vector<TexturedTriangle>& triangles
     const Vec3 into = (quad.visual_p[1] - quad.visual_p[0]).cross(quad.visual_p[3] - quad.visual_p[0]);
     quad.mirrored = out.dot(into) > 0;
     const bool known = std::ranges::any_of(quads, [&](const PlacedQuad& other) {
-      constexpr double kSame_m = 1e-6;  // the other half of the same face
+      constexpr double kSame_m = 1e-6;  // the second triangle of the same face
       return (other.visual_p[0] - quad.visual_p[0]).norm() < kSame_m &&
              (other.visual_p[2] - quad.visual_p[2]).norm() < kSame_m;
     });

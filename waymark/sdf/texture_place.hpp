@@ -7,20 +7,20 @@
 
 namespace waymark {
 
-/// The surface of a visual as triangles in its own frame: the six faces of a box and one of a plane with the
-/// texture as Gazebo lays it there (gz-common, MeshManager::CreateBox() and CreatePlane(): upright on the
-/// four sides; on top and below its upper edge towards +x and -x), faces in the order +x, +y, +z, -x, -y, -z;
-/// those of a mesh. Nothing of any other shape.
+/// The surface of a visual as triangles in its own frame. Boxes have six faces and planes one, textured as by
+/// Gazebo (gz-common, MeshManager::CreateBox() and CreatePlane()): upright on the four sides; on top and
+/// bottom the upper edge is towards +x and -x. Faces are in the order +x, +y, +z, -x, -y, -z. Meshes give
+/// their own triangles, other shapes none.
 [[nodiscard]] std::vector<TexturedTriangle> triangles_of(const SdfVisual& visual);
 
 /// A flat quadrilateral of the texture in space.
 struct PlacedQuad {
   std::array<Eigen::Vector3d, 4> visual_p{};  ///< [m], in the frame of the visual
-  bool mirrored = false;                      ///< as one who stands outside sees it
+  bool mirrored = false;                      ///< as seen from outside
 };
 
-/// Where four points of the texture are, once for each face on which the middle of them lies. The map from
-/// texture to space is that of the triangle (affine). O(triangles).
+/// Locates four points of the texture in space, once for each face that contains their centre. Uses the
+/// affine map of the triangle from texture to space. O(triangles).
 [[nodiscard]] std::vector<PlacedQuad> placed_on(const std::vector<TexturedTriangle>& triangles,
                                                 const std::array<Eigen::Vector2d, 4>& uv);
 

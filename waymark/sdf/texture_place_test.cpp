@@ -21,7 +21,7 @@ Vec3 right_of(const PlacedQuad& quad) { return quad.visual_p[1] - quad.visual_p[
 Vec3 down_of(const PlacedQuad& quad) { return quad.visual_p[3] - quad.visual_p[0]; }
 Vec3 middle_of(const PlacedQuad& quad) { return (quad.visual_p[0] + quad.visual_p[2]) / 2; }
 
-TEST(TexturePlace, ABoxShowsThePictureUprightOnItsSidesAndNowhereMirrored) {
+TEST(TexturePlace, ABoxShowsTheImageUprightAndNotMirrored) {
   const Vec3 size_m(0.3, 0.5, 0.7);
   const auto faces = placed_on(triangles_of(shape(SdfShape::Box, size_m)), kWhole);
   ASSERT_EQ(faces.size(), 6U);
@@ -32,16 +32,17 @@ TEST(TexturePlace, ABoxShowsThePictureUprightOnItsSidesAndNowhereMirrored) {
     EXPECT_FALSE(face.mirrored) << i;
     EXPECT_LT((middle_of(face) - out[i].cwiseProduct(size_m) / 2).norm(), kTiny) << i;
     EXPECT_LT((right_of(face).cross(down_of(face)).normalized() + out[i]).norm(), kTiny)
-        << "into the box " << i;
+        << "facing into the box " << i;
     if (out[i].z() != 0) continue;
     EXPECT_LT((down_of(face) + size_m.z() * Vec3::UnitZ()).norm(), kTiny) << "upright " << i;
   }
   EXPECT_LT((down_of(faces[2]) + size_m.x() * Vec3::UnitX()).norm(), kTiny)
-      << "on top its upper edge is at +x";
-  EXPECT_LT((down_of(faces[5]) - size_m.x() * Vec3::UnitX()).norm(), kTiny) << "below at -x";
+      << "the upper edge of the top face is at +x";
+  EXPECT_LT((down_of(faces[5]) - size_m.x() * Vec3::UnitX()).norm(), kTiny)
+      << "the upper edge of the bottom face is at -x";
 }
 
-TEST(TexturePlace, APlaneLooksAlongItsNormal) {
+TEST(TexturePlace, APlaneFacesAlongItsNormal) {
   Random random(3);
   for (int i = 0; i < 100; ++i) {
     SdfVisual plane = shape(SdfShape::Plane, {0.2, 0.4, 0});
@@ -55,7 +56,7 @@ TEST(TexturePlace, APlaneLooksAlongItsNormal) {
   }
 }
 
-TEST(TexturePlace, APieceOfThePictureIsThatPieceOfTheFace) {
+TEST(TexturePlace, APartOfTheImageIsThatPartOfTheFace) {
   const std::array<Eigen::Vector2d, 4> piece = {
       Eigen::Vector2d(0.6, 0.1), {0.8, 0.1}, {0.8, 0.3}, {0.6, 0.3}};
   const auto faces = placed_on(triangles_of(shape(SdfShape::Plane, {2, 1, 0})), piece);
@@ -64,7 +65,7 @@ TEST(TexturePlace, APieceOfThePictureIsThatPieceOfTheFace) {
   EXPECT_LT((faces[0].visual_p[2] - Vec3(0.6, 0.2, 0)).norm(), kTiny);
 }
 
-TEST(TexturePlace, AMeshMayMirrorThePictureOrHaveNoPlaceForIt) {
+TEST(TexturePlace, AMeshMayMirrorTheImageOrLackTextureArea) {
   SdfVisual mesh = shape(SdfShape::Mesh, {1, 1, 0});
   const Vec3 x = Vec3::UnitX(), y = Vec3::UnitY();
   mesh.mesh = {{{Vec3::Zero(), x, x + y}, {Eigen::Vector2d(1, 1), {0, 1}, {0, 0}}},
@@ -73,7 +74,8 @@ TEST(TexturePlace, AMeshMayMirrorThePictureOrHaveNoPlaceForIt) {
   ASSERT_EQ(mirrored.size(), 1U);
   EXPECT_TRUE(mirrored[0].mirrored);
   for (TexturedTriangle& triangle : mesh.mesh) triangle.uv.fill(Eigen::Vector2d(0.5, 0.5));
-  EXPECT_TRUE(placed_on(triangles_of(mesh), kWhole).empty()) << "one point of the picture everywhere";
+  EXPECT_TRUE(placed_on(triangles_of(mesh), kWhole).empty())
+      << "all corners have the same texture coordinates";
   EXPECT_TRUE(placed_on(triangles_of(shape(SdfShape::Sphere, {1, 1, 1})), kWhole).empty());
 }
 

@@ -54,8 +54,8 @@ std::string fixed_model(std::string_view name, const SE3& world_T_model, std::st
 namespace waymark {
 namespace {
 
-constexpr double kBoard_m = 0.01;     // of a tag without a board of its own
-constexpr double kBefore_m = 0.0005;  // the tag before its board, so that the two are told apart
+constexpr double kBoard_m = 0.01;     // thickness for a tag without its own board
+constexpr double kBefore_m = 0.0005;  // offset of the tag from its board, against z-fighting
 constexpr int kPixelsPerCell = 32;
 constexpr double kWhite = 0.9;
 
@@ -63,7 +63,7 @@ std::string texture_name(const TagId& tag) {
   return fmt::format("{}_{}.png", to_string(tag.family), tag.number);
 }
 
-/// The tag on its white paper, kPixelsPerCell pixels a cell.
+/// The tag with its white margin at kPixelsPerCell pixels per cell.
 Image texture_of(const TagId& tag, double margin_cells) {
   const int cells = family(tag.family).total_width;
   const std::vector<std::uint8_t> bits = bitmap(tag);
@@ -80,8 +80,8 @@ Image texture_of(const TagId& tag, double margin_cells) {
   return image;
 }
 
-/// A tag looks along -z of its own frame (x right, y down); a plane of SDF along +z, its picture's upper edge
-/// at +y.
+/// A tag faces along -z of its own frame (x right, y down); an SDF plane faces along +z, with the upper edge
+/// of its image at +y.
 std::string tag_model(const std::string& name, const TagId& tag, const MappedTag& placed, double margin_cells,
                       bool with_board) {
   const Family& layout = family(tag.family);
@@ -152,7 +152,7 @@ std::string scenery_of(const World& world) {
   return text;
 }
 
-/// Where the line begins, along it.
+/// Start of the line, oriented along it.
 SE3 start_of(const World& world) {
   if (world.path_m.size() < 2) return {};
   const Eigen::Vector2d along = world.path_m[1] - world.path_m[0];
@@ -201,9 +201,9 @@ namespace {
 constexpr double kBodyMass_kg = 3.2;
 constexpr double kWheelMass_kg = 0.2;
 constexpr double kWheelWidth_m = 0.045;
-constexpr double kWheelbaseShare = 0.6;  // of the length of the hull
+constexpr double kWheelbaseShare = 0.6;  // fraction of the length of the hull
 
-/// Moments of inertia of a box of even density.
+/// Moments of inertia of a homogeneous box.
 std::string box_inertia(double mass_kg, const Eigen::Vector3d& size_m, const SE3& link_T_middle) {
   const Eigen::Vector3d square = size_m.cwiseAbs2();
   return fmt::format(
@@ -220,7 +220,7 @@ std::string body_of(const RobotModel& model) {
                                std::max(0.02, hull.height_m - clearance_m));
   const SE3 base_T_middle({}, {(hull.front_m - hull.rear_m) / 2, 0, clearance_m + size_m.z() / 2});
   constexpr double kGrey = 0.3;
-  // The weight lies low, at the height of the axles.
+  // The centre of mass is at the height of the axles.
   const SE3 base_T_weight({}, {base_T_middle.translation().x(), 0, model.wheel_radius_m});
   return box_inertia(kBodyMass_kg, size_m, base_T_weight) +
          sdf_text::solid("body", base_T_middle, sdf_text::box(size_m), kGrey);
@@ -256,7 +256,7 @@ std::string wheels_of(const RobotModel& model) {
   return text;
 }
 
-/// Gazebo Fortress renders a pinhole whose axis goes through the middle of the picture.
+/// Gazebo Fortress renders a pinhole camera with its principal point at the image centre.
 std::string camera_of(const RobotDescription& robot, std::vector<std::string>& notes) {
   const CameraModel& camera = robot.camera;
   const auto* pinhole = std::get_if<PinholeRadtan>(&camera.projection());
@@ -271,8 +271,8 @@ std::string camera_of(const RobotDescription& robot, std::vector<std::string>& n
                      std::abs(straight->y() - middle->y() - 0.2 * fx) < 0.01;
   if (!plain)
     notes.push_back(
-        fmt::format("the camera of {} is not the pinhole that Gazebo renders: give the robot a camera_info "
-                    "without distortion, with its axis through the middle, as limo-gazebo has it",
+        "the camera of {} is not the pinhole camera that Gazebo renders; give the robot a camera_info without "
+        "distortion and with a central principal point, as in limo-gazebo",
                     robot.model.name));
   const SE3 base_T_body = robot.model.base_T_cam * SE3(body_R_optical().inverse(), Eigen::Vector3d::Zero());
   return fmt::format(
@@ -341,7 +341,7 @@ std::string write_sdf_robot(const RobotDescription& robot, const SE3& world_T_ba
       "        <sensor name='imu' type='imu'><topic>imu</topic><update_rate>{}</update_rate></sensor>\n",
       robot.simulation.imu_rate_hz);
   if (!robot.more_cameras.empty())
-    notes.push_back(fmt::format("only the first of the cameras of {} is written", robot.model.name));
+    notes.push_back(fmt::format("only the first camera of {} is written", robot.model.name));
   return fmt::format(
       "    <model name='{}'>\n      {}\n      <link name='base_link'>\n{}{}{}{}      </link>\n{}{}    "
       "</model>\n",

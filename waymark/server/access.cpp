@@ -8,12 +8,12 @@
 namespace waymark {
 namespace {
 
-constexpr std::size_t kLeastToken = 16;
+constexpr std::size_t kMinToken = 16;
 constexpr std::size_t kMaxToken = 128;
 
 std::string cookie_name(std::uint16_t port) { return fmt::format("waymark_{}", port); }
 
-/// Takes as long whatever is wrong.
+/// Compares in constant time.
 bool same(std::string_view given, std::string_view wanted) {
   if (given.size() != wanted.size() || wanted.empty()) return false;
   unsigned difference = 0;
@@ -89,7 +89,7 @@ std::string token_cookie(const AccessPolicy& policy) {
 }
 
 std::string make_token() {
-  std::random_device device;  // the system's, on Linux
+  std::random_device device;  // random source of the system on Linux
   std::string token;
   for (int i = 0; i < 4; ++i) token += fmt::format("{:08x}", device());
   return token;
@@ -101,8 +101,8 @@ Status check_token(std::string_view token) {
   });
   if (plain && token.size() >= kLeastToken && token.size() <= kMaxToken) return {};
   return fail(ErrorCode::InvalidArgument,
-              fmt::format("a token is {} to {} letters, digits, - and _", kLeastToken, kMaxToken),
-              {.key = "token"}, "Leave it out, and one is made.");
+              fmt::format("a token must have {} to {} letters, digits, - and _", kMinToken, kMaxToken),
+              {.key = "token"}, "Omit `token` to have one generated.");
 }
 
 }  // namespace waymark

@@ -5,13 +5,13 @@
 
 namespace waymark {
 
-/// A file of the page, packed with gzip.
+/// A file of the page, compressed with gzip.
 struct Asset {
   std::string_view name;  ///< "index.html"
   std::span<const unsigned char> gzip;
 };
 
-/// The page as it was embedded when the program was built; empty where it was built without.
+/// The page embedded at build time; empty if the program was built without it.
 [[nodiscard]] std::span<const Asset> viewer_assets();
 
 }  // namespace waymark

@@ -9,7 +9,7 @@
 
 namespace waymark {
 
-void BackgroundThread::robot_is_here() { robots_.store(sched_getcpu(), std::memory_order_relaxed); }
+void BackgroundThread::note_robot_processor() { robots_.store(sched_getcpu(), std::memory_order_relaxed); }
 
 void BackgroundThread::begin() {
   constexpr int kNice = 10;
@@ -17,13 +17,13 @@ void BackgroundThread::begin() {
   static_cast<void>(sched_setscheduler(0, SCHED_BATCH, &none));
   static_cast<void>(setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), kNice));
   cpu_set_t allowed;
-  if (sched_getaffinity(0, sizeof allowed, &allowed) != 0) return;  // more processors than a set holds
+  if (sched_getaffinity(0, sizeof allowed, &allowed) != 0) return;  // more processors than a cpu_set_t holds
   for (int cpu = 0; cpu < CPU_SETSIZE; ++cpu) {
     if (CPU_ISSET(static_cast<std::size_t>(cpu), &allowed)) allowed_.push_back(cpu);
   }
 }
 
-void BackgroundThread::keep_off_the_robot() {
+void BackgroundThread::avoid_robot_processor() {
   const int robots = robots_.load(std::memory_order_relaxed);
   if (robots == left_alone_ || robots < 0) return;
   cpu_set_t others;

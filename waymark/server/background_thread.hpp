@@ -5,23 +5,23 @@
 
 namespace waymark {
 
-/// The thread that serves viewers, beside the loop of a robot: it waits where the loop wants the processor,
-/// does not interrupt it when a sample wakes it, and works on another processor than the loop did last.
-/// Needs no privilege. Best effort: a system that refuses serves viewers all the same.
+/// Scheduling of the thread that serves viewers next to the loop of a robot. It yields to the loop, does not
+/// preempt it when a sample arrives, and runs on another processor than the loop last used. Needs no
+/// privileges. Best effort: if the system refuses, viewers are served anyway.
 class BackgroundThread {
  public:
-  /// In the loop's thread; never waits.
-  void robot_is_here();
-  /// In the server's thread, once.
+  /// Called in the loop's thread; does not block.
+  void note_robot_processor();
+  /// Called once in the server's thread.
   void begin();
-  /// In the server's thread, whenever it begins to work.
-  void keep_off_the_robot();
-  /// The processor that is left to the robot; -1: none.
+  /// Called in the server's thread whenever it starts to work.
+  void avoid_robot_processor();
+  /// The processor reserved for the robot; -1: none.
   [[nodiscard]] int left_alone() const { return left_alone_; }
 
  private:
-  std::atomic<int> robots_{-1};  ///< processor
-  std::vector<int> allowed_{};   ///< processors of the server's thread
+  std::atomic<int> robots_{-1};  ///< processor that the loop last used
+  std::vector<int> allowed_{};   ///< processors allowed for the server's thread
   int left_alone_ = -1;
 };
 

@@ -8,22 +8,22 @@
 namespace waymark {
 namespace {
 
-TEST(BackgroundThread, WorksWhereTheRobotDoesNot) {
+TEST(BackgroundThread, RunsOnAnotherProcessorThanTheRobot) {
   cpu_set_t allowed;
   ASSERT_EQ(sched_getaffinity(0, sizeof allowed, &allowed), 0);
   BackgroundThread background;
-  background.robot_is_here();
+  background.note_robot_processor();
   int left_alone = -1;
   cpu_set_t used;
   std::thread server([&] {
     background.begin();
-    background.keep_off_the_robot();
+    background.avoid_robot_processor();
     left_alone = background.left_alone();
     sched_getaffinity(0, sizeof used, &used);
     EXPECT_EQ(sched_getscheduler(0), SCHED_BATCH);
   });
   server.join();
-  if (CPU_COUNT(&allowed) == 1) {  // nowhere else to go
+  if (CPU_COUNT(&allowed) == 1) {  // there is no other processor
     EXPECT_EQ(left_alone, -1);
     EXPECT_TRUE(CPU_EQUAL(&used, &allowed));
     return;

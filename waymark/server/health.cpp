@@ -14,10 +14,10 @@ constexpr double kGone_s = 2;
 constexpr std::array<const char*, 4> kNames{"camera", "odometry", "IMU", "lidar"};
 
 HealthLight estimate_light(const LiveStatus& status) {
-  HealthLight light{.name = "localisation", .level = Level::Unknown, .words = "not asked for"};
+  HealthLight light{.name = "localisation", .level = Level::Unknown, .words = "not running"};
   if (!status.certain) return light;
-  light.level = *status.certain ? Level::Good : Level::Doubtful;
-  light.words = *status.certain ? "knows where it is" : "does not know where it is";
+  light.level = *status.certain ? Level::Good : Level::Uncertain;
+  light.words = *status.certain ? "pose is certain" : "pose is uncertain";
   return light;
 }
 
@@ -27,10 +27,10 @@ HealthLight drive_light(const LiveStatus& status) {
     light.level = Level::Bad;
     light.words = status.halted;
   } else if (status.phase == "stopped" && !status.reason.empty()) {
-    light.level = Level::Doubtful;
+    light.level = Level::Uncertain;
     light.words = status.reason;
   } else if (status.phase != "teaching" && status.phase != "replaying") {
-    light.words = "stands";
+    light.words = "stationary";
   }
   return light;
 }
@@ -63,18 +63,18 @@ void RobotHealth::receive(const Sample& sample, Duration now) {
 
 HealthLight RobotHealth::light_of(std::size_t which, Duration now) const {
   const Stream& stream = streams_[which];
-  HealthLight light{.name = kNames[which], .level = Level::Unknown, .words = "nothing yet"};
+  HealthLight light{.name = kNames[which], .level = Level::Unknown, .words = "no data yet"};
   if (!stream.first) return light;
   const double age_s = to_seconds(now - stream.last);
-  light.level = age_s < kLate_s ? Level::Good : age_s < kGone_s ? Level::Doubtful : Level::Bad;
-  light.words = light.level == Level::Good ? fmt::format("{:.0f} a second", stream.rate_hz)
+  light.level = age_s < kLate_s ? Level::Good : age_s < kGone_s ? Level::Uncertain : Level::Bad;
+  light.words = light.level == Level::Good ? fmt::format("{:.0f} per second", stream.rate_hz)
                                            : fmt::format("silent for {:.1f} s", age_s);
   return light;
 }
 
 std::vector<HealthLight> RobotHealth::lights(const LiveStatus& status, Duration now) const {
   std::vector<HealthLight> lights{light_of(kCamera, now), light_of(kOdometry, now)};
-  for (const std::size_t extra : {std::size_t{kImu}, std::size_t{kLidar}}) {  // not every robot has them
+  for (const std::size_t extra : {std::size_t{kImu}, std::size_t{kLidar}}) {  // optional sensors
     if (streams_[extra].first) lights.push_back(light_of(extra, now));
   }
   lights.push_back(estimate_light(status));

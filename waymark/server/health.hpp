@@ -12,19 +12,19 @@
 
 namespace waymark {
 
-/// One light of the page: a colour for the eye, and words for everybody.
+/// One indicator on the page: a level shown as a colour, and a text.
 struct HealthLight {
-  enum class Level : std::uint8_t { Unknown, Good, Doubtful, Bad };
+  enum class Level : std::uint8_t { Unknown, Good, Uncertain, Bad };
   std::string name;  ///< "camera"
   Level level = Level::Unknown;
-  std::string words;  ///< "29.8 a second"
+  std::string words;  ///< "29.8 per second"
 };
 [[nodiscard]] std::string_view to_string(HealthLight::Level level);
 
-/// How the robot fares, told by what is heard of it.
+/// State of the robot's sensors and drive, from the samples received.
 class RobotHealth {
  public:
-  /// `now`: of the host's clock, when it was received.
+  /// `now`: host clock at reception.
   void receive(const Sample& sample, Duration now);
   [[nodiscard]] std::vector<HealthLight> lights(const LiveStatus& status, Duration now) const;
 

@@ -52,30 +52,30 @@ using asio::ip::tcp;
 using Request = http::request<http::empty_body>;
 
 constexpr std::size_t kMaxMessageBytes = 64 * 1024;
-/// A viewer that answers no ping for so long has gone, cable and all.
+/// A viewer that answers no ping for this long is disconnected (its cable may be unplugged).
 constexpr std::chrono::seconds kIdle{4};
 
 }  // namespace
 
-// The WebSockets of the viewers of a running robot (RFC 6455, by Boost.Beast). One thread.
+// WebSockets of the viewers of a running robot (RFC 6455, by Boost.Beast). Single-threaded.
 
 class LiveSocket;
 
-/// All sockets and the hub they talk to.
+/// All sockets and the hub that serves them.
 class LiveSockets {
  public:
-  /// `now`: the host's clock, as in the feed.
+  /// `now`: host clock, as in the feed.
   LiveSockets(LiveFeed& feed, std::string robot_name, std::function<Duration()> now);
   ~LiveSockets();
   LiveSockets(const LiveSockets&) = delete;
   LiveSockets& operator=(const LiveSockets&) = delete;
 
-  /// Answers an upgrade that has been let in, and holds its seat while it is connected. What it returns hangs
-  /// up on it.
+  /// Accepts an upgrade that has been authorised and holds its seat while it is connected. Returns a function
+  /// that closes the connection.
   std::function<void()> accept(boost::beast::tcp_stream stream,
                                const boost::beast::http::request<boost::beast::http::empty_body>& request,
                                bool may_command, std::shared_ptr<void> seat);
-  /// Passes on what the robot said.
+  /// Passes on data of the robot.
   void tick();
 
  private:
@@ -87,7 +87,7 @@ class LiveSockets {
   std::map<LiveHub::Id, std::weak_ptr<LiveSocket>> sockets_{};
 };
 
-/// One viewer: reads and writes at the same time, one frame of each.
+/// One viewer: reads and writes concurrently, one frame each.
 class LiveSocket : public std::enable_shared_from_this<LiveSocket> {
  public:
   LiveSocket(beast::tcp_stream stream, LiveSockets& all, std::shared_ptr<void> seat)
@@ -105,7 +105,7 @@ class LiveSocket : public std::enable_shared_from_this<LiveSocket> {
       if (!protocol.empty()) answer.set(http::field::sec_websocket_protocol, protocol);
     }));
     stream_.read_message_max(kMaxMessageBytes);
-    stream_.auto_fragment(false);  // a picture is one frame: nothing is sent between its parts
+    stream_.auto_fragment(false);  // an image is one frame, so that no other frame interrupts it
     request_ = std::move(request);
     stream_.async_accept(request_,
                          [self = shared_from_this(), protocol, may_command](beast::error_code error) {
@@ -130,9 +130,9 @@ class LiveSocket : public std::enable_shared_from_this<LiveSocket> {
     });
   }
 
-  /// The server is going.
+  /// The server is being destroyed.
   void forget() { gone_ = true; }
-  /// What waits for the connection ends with an error, and ends it.
+  /// Closes the connection: pending operations end with an error.
   void hang_up() {
     beast::error_code ignored;
     beast::get_lowest_layer(stream_).socket().close(ignored);
@@ -141,7 +141,7 @@ class LiveSocket : public std::enable_shared_from_this<LiveSocket> {
  private:
   void begin(const std::string& protocol, bool may_command) {
     const auto id = all_->hub_.join(protocol, may_command, all_->now_());
-    if (!id) {  // the house is full
+    if (!id) {  // no room for more viewers
       return stream_.async_close(websocket::close_code::try_again_later,
                                  [self = shared_from_this()](beast::error_code) {});
     }
@@ -163,9 +163,10 @@ class LiveSocket : public std::enable_shared_from_this<LiveSocket> {
   void receive() {
     const auto data = buffer_.cdata();
     if (stream_.got_text())
-      all_->hub_.hear_text(id_, {static_cast<const char*>(data.data()), data.size()}, all_->now_());
+      all_->hub_.receive_text(id_, {static_cast<const char*>(data.data()), data.size()}, all_->now_());
     else
-      all_->hub_.hear_binary(id_, {static_cast<const std::uint8_t*>(data.data()), data.size()}, all_->now_());
+      all_->hub_.receive_binary(id_, {static_cast<const std::uint8_t*>(data.data()), data.size()},
+                                all_->now_());
     buffer_.consume(buffer_.size());
     all_->tick();
   }
@@ -183,7 +184,7 @@ class LiveSocket : public std::enable_shared_from_this<LiveSocket> {
   Request request_;
   beast::flat_buffer buffer_;
   LiveHub::Id id_ = 0;
-  OutFrame frame_;  ///< on its way
+  OutFrame frame_;  ///< being sent
   bool writing_ = false;
   bool gone_ = false;
 };
@@ -212,20 +213,20 @@ void LiveSockets::tick() {
 }
 
 void LiveSockets::flush() {
-  std::vector<std::shared_ptr<LiveSocket>> all;  // write() may end one
+  std::vector<std::shared_ptr<LiveSocket>> all;  // write() may remove one
   for (const auto& [id, weak] : sockets_) {
     if (auto socket = weak.lock()) all.push_back(std::move(socket));
   }
   for (const auto& socket : all) socket->write();
 }
 
-/// What all connections of a server share; outlives them.
+/// State shared by all connections of a server; outlives them.
 struct SharedByConnections {
   OfferedThings offered{};
   AccessPolicy policy{};
   std::unique_ptr<LiveSockets> live{};
   Seats seats{};
-  std::map<Seats::Id, std::function<void()>> hang_up{};  ///< on the connection that has this seat
+  std::map<Seats::Id, std::function<void()>> hang_up{};  ///< closes the connection of a seat
 
   void drop(Seats::Id id) {
     if (const auto found = hang_up.find(id); found != hang_up.end()) std::function<void()>(found->second)();
@@ -236,7 +237,7 @@ namespace {
 
 constexpr std::uint32_t kMaxHeaderBytes = 8192;
 constexpr std::chrono::seconds kPatience{30};
-/// The head of a first request comes in one piece, unless somebody wants to keep a seat taken.
+// The head of a first request arrives in one piece, unless a client wants to occupy a seat.
 constexpr std::chrono::seconds kHeadPatience{5};
 constexpr std::size_t kPieceBytes = std::size_t{256} * 1024;
 
@@ -245,7 +246,7 @@ std::string_view field(const http::request<http::empty_body>& request, http::fie
   return {value.data(), value.size()};
 }
 
-/// A seat, given back when the connection that holds it, web socket or not, is gone.
+/// A seat that is released when its connection, WebSocket or not, ends.
 class HeldSeat {
  public:
   HeldSeat(std::shared_ptr<SharedByConnections> shared, Seats::Id id) : shared_(std::move(shared)), id_(id) {}
@@ -262,8 +263,8 @@ class HeldSeat {
   Seats::Id id_;
 };
 
-/// One connection: requests are read and answered in turn. A file goes out piece by piece, the next one when
-/// the client has taken the last, so that a slow client costs one piece of memory.
+/// One connection: requests are read and answered in turn. A file is sent block by block, the next one after
+/// the client has taken the previous, so that a slow client costs one block of memory.
 class Connection : public std::enable_shared_from_this<Connection> {
  public:
   Connection(tcp::socket socket, std::shared_ptr<SharedByConnections> shared, Seats::Id seat)
@@ -293,7 +294,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     http::async_read(stream_, buffer_, *parser_,
                      [self = shared_from_this()](beast::error_code error, std::size_t) {
                        if (!error) self->answer();
-                       // what is no request, or too long, ends the connection
+                       // an invalid or too long request ends the connection
                      });
   }
 
@@ -339,7 +340,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
                              });
   }
 
-  /// False: it is not let in, and gets an answer like any other request.
+  /// False if it is not authorised; it then gets a reply like any other request.
   bool upgrade(const http::request<http::empty_body>& request, const AccessRights& rights) {
     if (rights.refusal != AccessRights::Refusal::None) return false;
     shared_->hang_up[seat_->id()] = shared_->live->accept(std::move(stream_), request, rights.token, seat_);
@@ -367,7 +368,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     piece_.resize(static_cast<std::size_t>(std::min<std::uint64_t>(left_, kPieceBytes)));
     file_.read(piece_.data(), static_cast<std::streamsize>(piece_.size()));
     if (file_.gcount() != static_cast<std::streamsize>(piece_.size()))
-      return;  // shorter than it was: hang up
+      return;  // the file has become shorter: close the connection
     left_ -= piece_.size();
     stream_.expires_after(kPatience);
     asio::async_write(stream_, asio::buffer(piece_),
@@ -397,8 +398,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
   std::shared_ptr<HeldSeat> seat_;
 };
 
-/// Reads requests of one client and answers them in turn, until one of the two hangs up. Closed at once when
-/// there is no seat for it.
+/// Reads requests of one client and answers them in turn until either side closes. Closed at once if there is
+/// no seat.
 void serve_connection(tcp::socket socket, std::shared_ptr<SharedByConnections> shared) {
   const auto admission = shared->seats.admit();
   if (!admission) return;
@@ -406,10 +407,9 @@ void serve_connection(tcp::socket socket, std::shared_ptr<SharedByConnections> s
   std::make_shared<Connection>(std::move(socket), std::move(shared), admission->id)->begin();
 }
 
-/// Descriptors that are left to the recording, the robot's pipes and whatever else this process opens.
+/// Descriptors reserved for the recording, the robot's pipes and other files of this process.
 constexpr std::uint64_t kKeptDescriptors = 64;
-/// Where a connection cannot be taken now, the next attempt waits: the one that failed stays in the queue of
-/// the system, and would be reported again at once.
+/// Delay after a failed accept: the connection stays in the system's queue and would fail again at once.
 constexpr std::chrono::milliseconds kBreath{100};
 
 std::size_t allowed_connections() {
@@ -418,8 +418,8 @@ std::size_t allowed_connections() {
   return seats_for(limit.rlim_cur, kKeptDescriptors);
 }
 
-/// The addresses at which other machines may find this one, as they stand in a URL ("192.168.1.7",
-/// "[fd00::7]"): but for loopback and what is valid on one cable only.
+/// Addresses of this machine for other machines, as in a URL ("192.168.1.7", "[fd00::7]"), without loopback
+/// and link-local addresses.
 std::vector<std::string> own_addresses(bool with_ipv6) {
   std::vector<std::string> all;
   ifaddrs* first = nullptr;
@@ -452,7 +452,7 @@ struct HttpServer::Inside {
   tcp::acceptor acceptor{context};
   asio::steady_timer timer{context};
   asio::steady_timer breath{context};
-  /// Rung by the loop of the robot; writing to it never waits.
+  /// Signalled by the loop of the robot; writing to it never blocks.
   asio::posix::stream_descriptor bell{context};
   std::uint64_t rings = 0;
   LiveFeed* feed = nullptr;
@@ -464,10 +464,10 @@ struct HttpServer::Inside {
   Inside& operator=(const Inside&) = delete;
   ~Inside() {
     if (feed != nullptr) feed->set_wake([] {});
-    shared->live.reset();  // its sockets, which the context still holds, must not look for it
+    shared->live.reset();  // sockets still held by the context must not use it
   }
 
-  /// The address as it stands in a URL, of one that a browser on this machine can open.
+  /// The address as in a URL that a browser on this machine can open.
   [[nodiscard]] std::string host() const {
     const std::string text = address.to_string();
     if (address.is_v6()) return address.is_unspecified() ? "[::1]" : fmt::format("[{}]", text);
@@ -493,11 +493,11 @@ struct HttpServer::Inside {
 
   Status watch_feed(LiveFeed& live, const std::string& robot_name) {
     const int handle = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
-    if (handle < 0) return fail(ErrorCode::LimitExceeded, "no more files can be opened");
+    if (handle < 0) return fail(ErrorCode::LimitExceeded, "cannot open more files");
     bell.assign(handle);
     feed = &live;
     feed->set_wake([handle, this] {
-      background.robot_is_here();
+      background.note_robot_processor();
       const std::uint64_t one = 1;
       static_cast<void>(::write(handle, &one, sizeof one) == sizeof one);
     });
@@ -510,7 +510,7 @@ struct HttpServer::Inside {
   void hear_bell() {
     bell.async_read_some(asio::buffer(&rings, sizeof rings), [this](beast::error_code error, std::size_t) {
       if (error) return;
-      background.keep_off_the_robot();
+      background.avoid_robot_processor();
       shared->live->tick();
       hear_bell();
     });
@@ -547,17 +547,18 @@ Result<HttpServer> HttpServer::listen(ServerOptions options) {
   beast::error_code error;
   inside->address = asio::ip::make_address(options.address, error);
   if (error)
-    return fail(ErrorCode::InvalidArgument, fmt::format("'{}' is no address of the network", options.address),
-                {.key = "listen"}, "For example 0.0.0.0 for all networks of this machine.");
+    return fail(ErrorCode::InvalidArgument, fmt::format("'{}' is not a network address", options.address),
+                {.key = "listen"}, "Use for example 0.0.0.0 for all networks of this machine.");
   const bool remote = !inside->address.is_loopback();
   if (remote && options.token.empty())
-    return fail(ErrorCode::InvalidArgument, "a server that others reach needs a token", {.key = "token"});
+    return fail(ErrorCode::InvalidArgument, "a server that is reachable from other machines needs a token",
+                {.key = "token"});
   error = inside->bind(options.port);
   if (error && options.port != 0) error = inside->bind(0);
   if (error)
     return fail(ErrorCode::Unwritable,
                 fmt::format("cannot listen on {}: {}", options.address, error.message()), {},
-                "Another program may hold every port, or the address is none of this machine.");
+                "All ports may be in use, or the address may not belong to this machine.");
   inside->shared->offered = {.files = std::move(options.offered), .live = options.feed != nullptr};
   inside->shared->seats = Seats(allowed_connections());
   inside->shared->policy = {.port = inside->acceptor.local_endpoint().port(),
@@ -598,7 +599,7 @@ namespace waymark {
 
 struct HttpServer::Inside {};
 Result<HttpServer> HttpServer::listen(ServerOptions /*options*/) {
-  return fail(ErrorCode::Unsupported, "this program was built without Boost.Beast", {},
+  return fail(ErrorCode::Unsupported, "built without Boost.Beast", {},
               "Install libboost-dev and build again.");
 }
 std::uint16_t HttpServer::port() const { return 0; }

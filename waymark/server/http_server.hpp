@@ -13,22 +13,22 @@
 namespace waymark {
 
 struct ServerOptions {
-  std::uint16_t port = 8642;          ///< where that one is taken, or is 0, any that is free
-  std::string address = "127.0.0.1";  ///< other than loopback needs a token
-  std::string token = {};             ///< empty: nobody commands
+  std::uint16_t port = 8642;          ///< if taken or 0, any free port
+  std::string address = "127.0.0.1";  ///< anything but loopback needs a token
+  std::string token = {};             ///< empty: no viewer may command
   std::vector<OfferedFile> offered{};
-  LiveFeed* feed = nullptr;  ///< of a robot that runs; outlives the server
+  LiveFeed* feed = nullptr;  ///< of a running robot; outlives the server
   std::string robot_name = {};
 };
 
-/// HTTP and, for a robot that runs, WebSockets, on one port. Everything runs in the thread that calls run();
-/// at most 64 connections are held, web sockets included, fewer where this process may open few files
-/// (`Seats` says who goes for whom); a request is at most 8 KiB; a first one that is not complete after 5 s,
-/// or anything else that takes longer than 30 s, is dropped.
+/// HTTP server on one port, with WebSockets for a running robot. Everything runs in the thread that calls
+/// run(). Holds at most 64 connections including WebSockets, fewer if this process may open few files
+/// (`Seats` decides which ones are dropped). A request is at most 8 KiB. A first request that is incomplete
+/// after 5 s, and any other operation that takes longer than 30 s, is dropped.
 class HttpServer {
  public:
-  /// Errors: no port at all, an address that is none of this machine or lacks its token, or the program was
-  /// built without Boost.Beast.
+  /// Fails if no port is free, if the address does not belong to this machine or needs a token, and if the
+  /// program was built without Boost.Beast.
   static Result<HttpServer> listen(ServerOptions options);
 
   HttpServer(HttpServer&&) noexcept;
@@ -36,11 +36,11 @@ class HttpServer {
   ~HttpServer();
 
   [[nodiscard]] std::uint16_t port() const;
-  /// Where a browser on this machine finds the page, with the token if there is one.
+  /// URL of the page for a browser on this machine, with the token if there is one.
   [[nodiscard]] std::string url() const;
-  /// The same for other machines, where it listens on all networks of this one; else nothing.
+  /// URLs for other machines if the server listens on all networks; else empty.
   [[nodiscard]] std::vector<std::string> urls_from_elsewhere() const;
-  /// Answers until `stop` says so; it is asked ten times a second.
+  /// Serves until `stop` returns true; it is called ten times per second.
   void run(const std::function<bool()>& stop);
 
  private:

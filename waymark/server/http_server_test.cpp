@@ -19,7 +19,7 @@ namespace {
 
 constexpr const char* kToken = "0123456789abcdef";
 
-/// A connection to this machine's port; reads wait for a second at most.
+/// A connection to a port of this machine; reads time out after one second.
 class Client {
  public:
   explicit Client(std::uint16_t port) : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
@@ -35,15 +35,15 @@ class Client {
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
 
-  void say(const std::string& bytes) const {
+  void send(const std::string& bytes) const {
     EXPECT_TRUE(connected_);
     (void)::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
   }
-  /// A text of the WebSocket (RFC 6455, section 5.2), masked with zeros.
-  void say_text(const std::string& text) const {
-    say(std::string("\x81") + static_cast<char>(0x80U | text.size()) + std::string(4, '\0') + text);
+  /// Sends a text frame of the WebSocket (RFC 6455, section 5.2), masked with zeros.
+  void send_text(const std::string& text) const {
+    send(std::string("\x81") + static_cast<char>(0x80U | text.size()) + std::string(4, '\0') + text);
   }
-  /// Whatever comes next; empty at the end.
+  /// The next bytes received; empty at the end.
   [[nodiscard]] std::string receive() const {
     std::array<char, 65536> bytes{};
     const ssize_t count = ::recv(socket_, bytes.data(), bytes.size(), 0);
@@ -61,7 +61,7 @@ std::string upgrade(std::uint16_t port, const std::string& target) {
          "AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Protocol: waymark.v1\r\n\r\n";
 }
 
-TEST(HttpServer, ViewersComeAndGoInThreadsBesideTheLoopOfTheRobot) {
+TEST(HttpServer, ViewersConnectAndDisconnectDuringTheRobotLoop) {
   LiveFeed feed;
   auto server = HttpServer::listen({.port = 0, .token = kToken, .feed = &feed, .robot_name = "limo"});
   ASSERT_TRUE(server) << to_string(server.error());
@@ -72,10 +72,10 @@ TEST(HttpServer, ViewersComeAndGoInThreadsBesideTheLoopOfTheRobot) {
   std::thread viewing([&] {
     for (int i = 0; i < 100; ++i) {
       const Client client(port);
-      client.say(upgrade(port, i % 2 == 0 ? "/live" : std::string("/live?token=") + kToken));
+      client.send(upgrade(port, i % 2 == 0 ? "/live" : std::string("/live?token=") + kToken));
       if (client.receive().starts_with("HTTP/1.1 101")) ++greeted;
-      client.say_text(R"({"op":"subscribe","subscriptions":[{"id":1,"channelId":1}]})");
-      client.say_text(R"({"op":"order","order":"stop"})");
+      client.send_text(R"({"op":"subscribe","subscriptions":[{"id":1,"channelId":1}]})");
+      client.send_text(R"({"op":"order","order":"stop"})");
       (void)client.receive();
     }
     over = true;
@@ -95,7 +95,7 @@ TEST(HttpServer, ViewersComeAndGoInThreadsBesideTheLoopOfTheRobot) {
   EXPECT_GT(stops, 50);
 }
 
-TEST(HttpServer, ConnectionsThatNeverFinishARequestAreDroppedForOthers) {
+TEST(HttpServer, DropsConnectionsWithUnfinishedRequests) {
   auto server = HttpServer::listen({.port = 0});
   ASSERT_TRUE(server) << to_string(server.error());
   std::atomic<bool> over{false};
@@ -103,12 +103,12 @@ TEST(HttpServer, ConnectionsThatNeverFinishARequestAreDroppedForOthers) {
   std::vector<std::unique_ptr<Client>> slow;
   for (int i = 0; i < 200; ++i) {
     slow.push_back(std::make_unique<Client>(server->port()));
-    slow.back()->say("GET / HTTP/1.1\r\n");
+    slow.back()->send("GET / HTTP/1.1\r\n");
   }
   const Client quick(server->port());
-  quick.say("GET /session.json HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(server->port()) + "\r\n\r\n");
+  quick.send("GET /session.json HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(server->port()) + "\r\n\r\n");
   EXPECT_TRUE(quick.receive().starts_with("HTTP/1.1 200"));
-  EXPECT_EQ(slow.front()->receive(), "") << "the oldest was closed";
+  EXPECT_EQ(slow.front()->receive(), "") << "the oldest connection was closed";
   over = true;
   serving.join();
 }

@@ -13,39 +13,39 @@
 
 namespace waymark {
 
-/// A stream of messages of one type, as it would stand in a recording.
+/// A stream of messages of one type, as in a recording.
 struct LiveChannel {
   std::uint32_t id = 0;
   std::string topic;     ///< "/odom"
   std::string type;      ///< "nav_msgs/msg/Odometry"
-  bool json = false;     ///< no ROS message, but an object in JSON
-  bool newest = false;   ///< only the newest counts: a picture that was not sent yet is replaced
-  bool latched = false;  ///< who comes later gets the last one
+  bool json = false;     ///< JSON objects instead of ROS messages
+  bool newest = false;   ///< an unsent message (an image) is replaced by a newer one
+  bool latched = false;  ///< new viewers receive the last message
 };
 
-/// One message on its way to viewers; the bytes are shared among them.
+/// One message for viewers; they share its bytes.
 struct LiveMessage {
   std::uint32_t channel = 0;
   std::int64_t host_ns = 0;
   std::shared_ptr<const Bytes> cdr;
 };
 
-/// Turns what the robot says into ROS 2 messages on the topics of docs/formats/recording.md. Pictures become
-/// JPEG. Frames are said as well: map, odom, base_link and the camera's.
+/// Converts samples of a robot to ROS 2 messages on the topics of docs/formats/recording.md. Images become
+/// JPEG. Also publishes the transforms of map, odom, base_link and the camera.
 class LiveChannels {
  public:
-  /// Messages of the sample; of a channel that nobody `wants` none is encoded, but the channel becomes known.
+  /// Messages of a sample. Channels not in `wanted` are registered but not encoded.
   [[nodiscard]] std::vector<LiveMessage> encode(const LiveSample& sample,
                                                 const std::set<std::uint32_t>& wanted);
   [[nodiscard]] std::vector<LiveMessage> encode(const LiveFeed::Mounted& camera, std::int64_t host_ns);
   [[nodiscard]] std::vector<LiveMessage> encode(const ros2::MarkerArray& shapes, std::int64_t host_ns);
-  /// An object that is written already, on a latched channel of JSON.
+  /// An object that is already JSON text, on a latched JSON channel.
   [[nodiscard]] LiveMessage encode_json(const std::string& topic, std::string_view object,
                                         std::int64_t host_ns);
 
-  /// All that are known so far; ids are places in it.
+  /// All channels so far; an id is an index into it.
   [[nodiscard]] const std::vector<LiveChannel>& known() const { return known_; }
-  /// The last message of a latched channel; nullptr where there is none.
+  /// The last message of a latched channel; nullptr if there is none.
   [[nodiscard]] const LiveMessage* latched(std::uint32_t channel) const;
 
  private:

@@ -41,11 +41,11 @@ void LiveFeed::add(LiveSample sample) {
 }
 
 void LiveFeed::tell(const LiveStatus& status) {
-  if (status == told_) {
+  if (status == last_status_) {
     if (status_waiting_) hand_over();
     return;
   }
-  told_ = status;
+  last_status_ = status;
   status_waiting_ = status;
   status_waiting_->reason = for_users_(status.reason);
   status_waiting_->halted = for_users_(status.halted);
@@ -115,7 +115,7 @@ std::vector<ViewerOrder> LiveFeed::take_orders() {
 
 void LiveFeed::order(const ViewerOrder& order) {
   const std::scoped_lock hand(order_box_);
-  // A robot that does not ask for its orders must not fill the memory; a stop is never lost.
+  // Orders are bounded in case the robot does not read them; a stop is never dropped.
   if (orders_.size() >= kMaxOrders) {
     if (order.kind != ViewerOrder::Kind::Stop) return;
     orders_.clear();

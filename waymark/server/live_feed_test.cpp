@@ -10,7 +10,7 @@ namespace {
 
 Sample odometry_at(std::int64_t ns) { return Odometry{.stamp = SensorTime(Duration(ns))}; }
 
-TEST(LiveFeed, NothingIsKeptWhileNobodyListens) {
+TEST(LiveFeed, KeepsNoSamplesWithoutViewers) {
   LiveFeed feed;
   feed.publish(odometry_at(1), 1);
   feed.set_listening(true);
@@ -21,17 +21,17 @@ TEST(LiveFeed, NothingIsKeptWhileNobodyListens) {
   EXPECT_EQ(updates.samples[0].host_ns, 2);
 }
 
-TEST(LiveFeed, StateAndTextsWaitForWhoComesLater) {
+TEST(LiveFeed, StateAndTextsAreKeptForLaterViewers) {
   LiveFeed feed;
   feed.tell({.phase = "ready"});
   feed.show_text("map.yaml", "tags: []");
   EXPECT_EQ(feed.take().status.phase, "ready");
-  EXPECT_EQ(feed.take().texts->by_name.at("map.yaml"), "tags: []");  // and stays
+  EXPECT_EQ(feed.take().texts->by_name.at("map.yaml"), "tags: []");  // and is kept
   feed.show_text("map.yaml", "tags: []");
   EXPECT_EQ(feed.take().texts->version, 1u);
 }
 
-TEST(LiveFeed, ReasonsAreWrittenForUsers) {
+TEST(LiveFeed, RewritesReasonsForUsers) {
   LiveFeed feed;
   feed.set_for_users([](std::string_view text) { return "<" + std::string(text) + ">"; });
   feed.tell({.phase = "paused", .reason = "a", .halted = "b"});
@@ -41,7 +41,7 @@ TEST(LiveFeed, ReasonsAreWrittenForUsers) {
   EXPECT_EQ(status.halted, "<b>");
 }
 
-TEST(LiveFeed, AServerThatDoesNotComeCostsABoundedMemory) {
+TEST(LiveFeed, MemoryIsBoundedWithoutAServer) {
   LiveFeed feed;
   feed.set_listening(true);
   for (int i = 0; i < 5000; ++i) feed.publish(odometry_at(i), i);
@@ -49,7 +49,7 @@ TEST(LiveFeed, AServerThatDoesNotComeCostsABoundedMemory) {
   EXPECT_EQ(feed.dropped(), 5000 - LiveFeed::kMaxWaiting);
 }
 
-TEST(LiveFeed, APictureThatIsGivenBackIsWrittenOverByTheNext) {
+TEST(LiveFeed, ReusesTheMemoryOfReturnedImages) {
   LiveFeed feed;
   feed.set_listening(true);
   const auto picture_of = [](std::uint8_t grey) {
@@ -66,18 +66,18 @@ TEST(LiveFeed, APictureThatIsGivenBackIsWrittenOverByTheNext) {
     auto& frame = std::get<CameraFrame>(std::get<Sample>(updates.samples[0].value));
     EXPECT_EQ(frame.image.row(47)[63], grey);
     if (place != nullptr) {
-      EXPECT_EQ(frame.image.row(0), place);  // no new memory
+      EXPECT_EQ(frame.image.row(0), place);  // no new allocation
     }
     place = frame.image.row(0);
     feed.give_back(std::move(frame));
-    feed.publish(odometry_at(grey), grey);  // the mailbox is visited
+    feed.publish(odometry_at(grey), grey);  // the queue is handed over
     static_cast<void>(feed.take());
   }
   feed.publish(Sample(CameraFrame{.image = Image(8, 4)}), 1);
-  EXPECT_EQ(taken().image.width(), 8);  // of another size
+  EXPECT_EQ(taken().image.width(), 8);  // images of another size
 }
 
-TEST(LiveFeed, OrdersAreBoundedAndAStopIsNeverLost) {
+TEST(LiveFeed, OrdersAreBoundedAndAStopIsNeverDropped) {
   LiveFeed feed;
   for (int i = 0; i < 1000; ++i) feed.order({.kind = ViewerOrder::Kind::Velocity});
   feed.order({.kind = ViewerOrder::Kind::Stop});
@@ -88,8 +88,8 @@ TEST(LiveFeed, OrdersAreBoundedAndAStopIsNeverLost) {
   EXPECT_TRUE(feed.take_orders().empty());
 }
 
-/// The robot's side goes on while the other is in the box; nothing is lost without being counted.
-TEST(LiveFeedThreads, NothingIsLostUncounted) {
+/// The robot's side continues while the server holds the lock; every lost sample is counted.
+TEST(LiveFeedThreads, EveryLostSampleIsCounted) {
   constexpr std::int64_t kSamples = 20000;
   std::atomic<int> rings{0};
   LiveFeed feed([&] { ++rings; });
@@ -114,7 +114,7 @@ TEST(LiveFeedThreads, NothingIsLostUncounted) {
   }
   over = true;
   server.join();
-  feed.publish(odometry_at(kSamples), kSamples);  // hands over what was kept back
+  feed.publish(odometry_at(kSamples), kSamples);  // hands over the samples kept so far
   listen();
   EXPECT_TRUE(in_order);
   EXPECT_EQ(received + feed.dropped(), static_cast<std::uint64_t>(kSamples) + 1);

@@ -40,12 +40,12 @@ std::optional<OutFrame> Outbox::next() {
 namespace {
 
 constexpr std::size_t kMaxSubscriptions = 256;
-/// A page says every half second that somebody looks at it; whatever else holds control says or publishes
-/// something. That a viewer answers pings says nothing of the person in front of it.
+/// A page sends a message every half second while its window is visible; other holders of control send or
+/// publish something. Answers to pings do not show that a person is present.
 constexpr Duration kSilence = std::chrono::seconds(3);
 constexpr Duration kStatePeriod = std::chrono::milliseconds(200);
 constexpr const char* kStateTopic = "/waymark/state";
-constexpr std::uint32_t kControlMark = 0xffffffffU;  // beyond any channel
+constexpr std::uint32_t kControlMark = 0xffffffffU;  // larger than any channel id
 
 }  // namespace
 
@@ -78,8 +78,8 @@ std::optional<LiveHub::Id> LiveHub::join(std::string_view protocol, bool may_com
   put_text(client, server_info(name_));
   advertise(client);
   if (client.page) {
-    tell_control(id, client);
-    tell_texts(client);
+    send_control(id, client);
+    send_texts(client);
   }
   return id;
 }
@@ -98,8 +98,8 @@ void LiveHub::put_text(Client& client, std::string text, std::optional<std::uint
   put(client, {.text = true, .head = std::move(text), .newest_of = newest_of, .must_arrive = true});
 }
 
-void LiveHub::complain(Client& client, const std::string& words) {
-  // May be lost: who sends nonsense without end is not told without end.
+void LiveHub::warn(Client& client, const std::string& words) {
+  // Droppable, so that a viewer that keeps sending invalid messages does not fill its queue.
   put(client, {.text = true, .head = status_message(words)});
 }
 
@@ -148,13 +148,13 @@ void LiveHub::tick(Duration now) {
   for (auto& [id, client] : clients_) {
     advertise(client);
     for (const LiveMessage& message : messages) send(client, message);
-    if (client.page) tell_texts(client);
+    if (client.page) send_texts(client);
   }
-  tell_state(now);
+  send_state(now);
   if (holder_ && now - clients_.at(*holder_).received > kSilence) release(*holder_, true);
 }
 
-void LiveHub::tell_state(Duration now) {
+void LiveHub::send_state(Duration now) {
   const bool due = !state_told_ || now - *state_told_ >= kStatePeriod || status_.phase != last_phase_;
   if (due) {
     state_told_ = now;
@@ -167,11 +167,11 @@ void LiveHub::tell_state(Duration now) {
     }
   }
   for (auto& [id, client] : clients_) {
-    if (client.page) tell_control(id, client);
+    if (client.page) send_control(id, client);
   }
 }
 
-void LiveHub::tell_control(Id id, Client& client) {
+void LiveHub::send_control(Id id, Client& client) {
   std::string words = control_json({.may = client.may_command,
                                     .yours = holder_ == id,
                                     .held = holder_.has_value(),
@@ -182,7 +182,7 @@ void LiveHub::tell_control(Id id, Client& client) {
   put_text(client, std::move(words), kControlMark);
 }
 
-void LiveHub::tell_texts(Client& client) {
+void LiveHub::send_texts(Client& client) {
   if (client.texts_version == texts_->version) return;
   client.texts_version = texts_->version;
   for (const auto& [name, text] : texts_->by_name) put_text(client, text_message(name, text));
@@ -191,11 +191,11 @@ void LiveHub::tell_texts(Client& client) {
 bool LiveHub::take(Id id, Client& client) {
   if (holder_ == id) return true;
   if (!client.may_command) {
-    complain(client, "this viewer only watches and stops: open the address with the token");
+    warn(client, "this viewer may only watch and stop the robot: open the address with the token");
     return false;
   }
   if (holder_) {
-    complain(client, "another viewer holds control");
+    warn(client, "another viewer holds control");
     return false;
   }
   holder_ = id;
@@ -209,7 +209,7 @@ void LiveHub::release(Id id, bool lost) {
   feed_.set_control(lost ? LiveFeed::Control::Lost : LiveFeed::Control::Nobody);
 }
 
-void LiveHub::obey(Id id, Client& client, const ViewerOrder& order) {
+void LiveHub::pass_order(Id id, Client& client, const ViewerOrder& order) {
   const bool only_stops = order.kind == ViewerOrder::Kind::Stop && (holder_ || !client.may_command);
   if (only_stops || take(id, client)) feed_.order(order);
 }
@@ -217,9 +217,9 @@ void LiveHub::obey(Id id, Client& client, const ViewerOrder& order) {
 void LiveHub::subscribe(Client& client, const ClientSubscribe& message) {
   for (const auto& [subscription, channel] : message.wanted) {
     if (channel >= channels_.known().size()) {
-      complain(client, fmt::format("there is no channel {}", channel));
+      warn(client, fmt::format("no channel {}", channel));
     } else if (client.channel_of.size() >= kMaxSubscriptions) {
-      complain(client, "too many subscriptions");
+      warn(client, "too many subscriptions");
     } else if (client.channel_of.emplace(subscription, channel).second) {
       const LiveMessage* last = channels_.latched(channel);
       if (last != nullptr)
@@ -231,61 +231,61 @@ void LiveHub::subscribe(Client& client, const ClientSubscribe& message) {
 void LiveHub::advertise_own(Client& client, const ClientAdvertise& message) {
   for (const auto& [channel, topic, encoding] : message.channels) {
     if (!client.may_command && topic != kOrderTopic)
-      complain(client, "this viewer may only stop the robot: connect with ?token=… in the address");
+      warn(client, "this viewer may only stop the robot: connect with ?token=… in the address");
     else if (encoding != "json" || (topic != kOrderTopic && topic != kDriveTopic))
-      complain(client, fmt::format("only {} and {} are accepted, as json", kOrderTopic, kDriveTopic));
+      warn(client, fmt::format("only {} and {} are accepted, with encoding json", kOrderTopic, kDriveTopic));
     else if (client.publishes.size() < kMaxSubscriptions)
       client.publishes[channel] = topic;
   }
 }
 
-void LiveHub::hear_text(Id id, std::string_view text, Duration now) {
+void LiveHub::receive_text(Id id, std::string_view text, Duration now) {
   const auto found = clients_.find(id);
   if (found == clients_.end()) return;
   Client& client = found->second;
   const Result<ClientMessage> message = parse_client_text(text);
-  if (!message) return complain(client, message.error().message);
+  if (!message) return warn(client, message.error().message);
   client.received = now;
   std::visit(
-      [&](const auto& said) {
-        using Kind = std::remove_cvref_t<decltype(said)>;
+      [&](const auto& request) {
+        using Kind = std::remove_cvref_t<decltype(request)>;
         if constexpr (std::is_same_v<Kind, ClientSubscribe>) {
-          subscribe(client, said);
+          subscribe(client, request);
         } else if constexpr (std::is_same_v<Kind, ClientUnsubscribe>) {
-          for (const std::uint32_t one : said.subscriptions) client.channel_of.erase(one);
+          for (const std::uint32_t one : request.subscriptions) client.channel_of.erase(one);
         } else if constexpr (std::is_same_v<Kind, ClientAdvertise>) {
-          advertise_own(client, said);
+          advertise_own(client, request);
         } else if constexpr (std::is_same_v<Kind, ClientUnadvertise>) {
-          for (const std::uint32_t one : said.channels) client.publishes.erase(one);
+          for (const std::uint32_t one : request.channels) client.publishes.erase(one);
           if (client.publishes.empty() && !client.page) release(id, false);
         } else if constexpr (std::is_same_v<Kind, ClientTakes>) {
           static_cast<void>(take(id, client));
         } else if constexpr (std::is_same_v<Kind, ClientReleases>) {
           release(id, false);
         } else if constexpr (std::is_same_v<Kind, ClientOrders>) {
-          obey(id, client, said.order);
-        } else if constexpr (std::is_same_v<Kind, ClientAsksInVain>) {
-          complain(client, fmt::format("'{}' is not known here", said.op));
+          pass_order(id, client, request.order);
+        } else if constexpr (std::is_same_v<Kind, ClientUnsupported>) {
+          warn(client, fmt::format("unknown operation '{}'", request.op));
         }
       },
       *message);
 }
 
-void LiveHub::hear_binary(Id id, std::span<const std::uint8_t> bytes, Duration now) {
+void LiveHub::receive_binary(Id id, std::span<const std::uint8_t> bytes, Duration now) {
   const auto found = clients_.find(id);
   if (found == clients_.end()) return;
   Client& client = found->second;
   const Result<ClientPublishes> published = parse_client_binary(bytes);
-  if (!published) return complain(client, published.error().message);
+  if (!published) return warn(client, published.error().message);
   const auto topic = client.publishes.find(published->channel);
   if (topic == client.publishes.end())
-    return complain(client, fmt::format("channel {} was not advertised", published->channel));
+    return warn(client, fmt::format("channel {} was not advertised", published->channel));
   const std::string_view json(reinterpret_cast<const char*>(published->message.data()),
                               published->message.size());
   const Result<ViewerOrder> order = parse_published(topic->second, json);
-  if (!order) return complain(client, order.error().message);
+  if (!order) return warn(client, order.error().message);
   client.received = now;
-  obey(id, client, *order);
+  pass_order(id, client, *order);
 }
 
 std::optional<OutFrame> LiveHub::next(Id id) {

@@ -21,25 +21,26 @@
 
 namespace waymark {
 
-/// One frame for a viewer. The body is shared among viewers, the head is its own.
+/// One frame for a viewer. Viewers share the body; the head is separate.
 struct OutFrame {
   bool text = false;
-  std::string head{};                        ///< all of a text; the first bytes of a binary frame
-  std::shared_ptr<const Bytes> body{};       ///< the rest, if any
-  std::optional<std::uint32_t> newest_of{};  ///< replaces what waits with the same mark
-  bool must_arrive = false;                  ///< never dropped; without it the viewer makes no sense
+  std::string head{};                   ///< the whole of a text frame, or the first bytes of a binary one
+  std::shared_ptr<const Bytes> body{};  ///< the rest, if any
+  std::optional<std::uint32_t> newest_of{};  ///< replaces a waiting frame with the same mark
+  bool must_arrive = false;  ///< never dropped, because the viewer cannot interpret later frames without it
 
   [[nodiscard]] std::size_t size() const { return head.size() + (body ? body->size() : 0); }
 };
 
-/// What waits for one viewer: bounded in number and bytes. A viewer that does not keep up loses the oldest of
-/// what may be lost, and it is counted.
+/// Queue of one viewer, bounded in number and bytes. If a viewer does not keep up, the oldest droppable
+/// frames are dropped and counted.
 class Outbox {
  public:
   static constexpr std::size_t kMaxFrames = 256;
   static constexpr std::size_t kMaxBytes = std::size_t{4} << 20U;
 
-  /// False when even what must arrive does not fit: the viewer has stopped reading and should be let go.
+  /// False if even frames that must arrive do not fit: the viewer has stopped reading and should be
+  /// disconnected.
   [[nodiscard]] bool put(OutFrame frame);
   [[nodiscard]] std::optional<OutFrame> next();
   [[nodiscard]] bool empty() const { return frames_.empty(); }
@@ -54,39 +55,40 @@ class Outbox {
   std::uint64_t dropped_ = 0;
 };
 
-/// The subprotocols of a WebSocket that are understood: the page's own, and Foxglove's two, which are the
-/// same on the wire.
+/// Supported subprotocols of a WebSocket: that of the page, and two names of the Foxglove protocol with
+/// identical messages.
 inline constexpr std::string_view kPageProtocol = "waymark.v1";
 inline constexpr std::string_view kFoxgloveProtocols[] = {"foxglove.sdk.v1", "foxglove.websocket.v1"};
 
-/// The first of the offered subprotocols ("a, b") that is understood; empty where none is.
+/// The first supported one of the offered subprotocols ("a, b"); empty if there is none.
 [[nodiscard]] std::string_view choose_protocol(std::string_view offered);
 
-/// All viewers of a running robot: what each of them gets, and which one may command. Every viewer may stop
-/// the robot; only the one that holds control moves it. Without sockets and without clocks; one thread.
+/// All viewers of a running robot: what each of them receives, and which one may command. Every viewer may
+/// stop the robot; only the one that holds control can move it. Contains no sockets and no clocks;
+/// single-threaded.
 class LiveHub {
  public:
   using Id = std::uint32_t;
   static constexpr std::size_t kMaxClients = 16;
-  /// So many of them may be without the token.
+  /// Maximum number of viewers without the token.
   static constexpr std::size_t kMaxWatchers = 12;
 
-  /// `name`: of the robot, for people.
+  /// `name`: of the robot, for display.
   LiveHub(LiveFeed& feed, std::string name) : feed_(feed), name_(std::move(name)) {}
 
-  /// A viewer has come; nothing when there is no room. `may_command`: it has the token.
+  /// Adds a viewer; nothing if there is no room. `may_command`: it has the token.
   [[nodiscard]] std::optional<Id> join(std::string_view protocol, bool may_command, Duration now);
-  /// It has gone; if it held control, the robot is stopped or paused.
+  /// Removes a viewer; if it held control, the robot is stopped or paused.
   void leave(Id id);
-  void hear_text(Id id, std::string_view text, Duration now);
-  void hear_binary(Id id, std::span<const std::uint8_t> bytes, Duration now);
-  /// Passes on what the robot said since the last call. `now` is of the host's clock, as in the feed.
+  void receive_text(Id id, std::string_view text, Duration now);
+  void receive_binary(Id id, std::span<const std::uint8_t> bytes, Duration now);
+  /// Passes on data of the robot since the last call. `now`: host clock, as in the feed.
   void tick(Duration now);
 
-  /// What goes out next to this viewer.
+  /// The next frame for this viewer.
   [[nodiscard]] std::optional<OutFrame> next(Id id);
   [[nodiscard]] bool waits(Id id) const;
-  /// It does not read: let it go.
+  /// Whether the viewer has stopped reading and should be disconnected.
   [[nodiscard]] bool lost(Id id) const;
   [[nodiscard]] std::size_t clients() const { return clients_.size(); }
   [[nodiscard]] std::optional<Id> holder() const { return holder_; }
@@ -97,8 +99,8 @@ class LiveHub {
     bool may_command = false;
     Outbox outbox{};
     std::map<std::uint32_t, std::uint32_t> channel_of{};  ///< by subscription
-    std::size_t advertised = 0;                           ///< so many channels it knows
-    std::map<std::uint32_t, std::string> publishes{};     ///< its own channels: topics
+    std::size_t advertised = 0;                           ///< number of channels sent to it
+    std::map<std::uint32_t, std::string> publishes{};     ///< topics of its own channels
     std::uint64_t texts_version = 0;
     std::string last_control{};
     Duration received{};
@@ -109,12 +111,12 @@ class LiveHub {
   void put_text(Client& client, std::string text, std::optional<std::uint32_t> newest_of = {});
   void send(Client& client, const LiveMessage& message);
   void advertise(Client& client);
-  void complain(Client& client, const std::string& words);
-  void tell_state(Duration now);
-  void tell_control(Id id, Client& client);
-  void tell_texts(Client& client);
-  void obey(Id id, Client& client, const ViewerOrder& order);
-  /// Whether it holds control now; takes it where it is free.
+  void warn(Client& client, const std::string& words);
+  void send_state(Duration now);
+  void send_control(Id id, Client& client);
+  void send_texts(Client& client);
+  void pass_order(Id id, Client& client, const ViewerOrder& order);
+  /// Whether it holds control now; takes control if it is free.
   bool take(Id id, Client& client);
   void release(Id id, bool lost);
   void subscribe(Client& client, const ClientSubscribe& message);

@@ -16,12 +16,14 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr double kMaxSpeed_m_s = 10;  // a robot's own limits are narrower; this is against nonsense
+constexpr double kMaxSpeed_m_s = 10;  // sanity limit; robots have lower limits
 constexpr double kMaxYawRate_rad_s = 20;
 constexpr double kMaxControl = 1e9;
 constexpr std::size_t kMaxName = 256;
 
-tl::unexpected<Error> nonsense(std::string words) { return fail(ErrorCode::Unreadable, std::move(words)); }
+tl::unexpected<Error> invalid_message(std::string words) {
+  return fail(ErrorCode::Unreadable, std::move(words));
+}
 
 std::optional<std::uint32_t> id_of(const Json& value) {
   if (!value.is_number_unsigned()) return std::nullopt;
@@ -42,7 +44,7 @@ std::optional<std::uint32_t> id_of(const Json& object, const char* key) {
   return object.is_object() && found != object.end() ? id_of(*found) : std::nullopt;
 }
 
-/// The list of a message; nullptr where there is none, or a longer one than anybody needs.
+/// A list in a message; nullptr if missing or longer than kMaxNamed.
 const Json* list_of(const Json& message, const char* key) {
   const auto found = message.find(key);
   if (found == message.end() || !found->is_array() || found->size() > kMaxNamed) return nullptr;
@@ -51,12 +53,13 @@ const Json* list_of(const Json& message, const char* key) {
 
 Result<ClientMessage> subscribe(const Json& message) {
   const Json* list = list_of(message, "subscriptions");
-  if (list == nullptr) return nonsense("subscribe without its list 'subscriptions'");
+  if (list == nullptr) return invalid_message("subscribe: list 'subscriptions' is missing");
   ClientSubscribe out;
   for (const Json& one : *list) {
     const auto subscription = id_of(one, "id");
     const auto channel = id_of(one, "channelId");
-    if (!subscription || !channel) return nonsense("a subscription needs the numbers 'id' and 'channelId'");
+    if (!subscription || !channel)
+      return invalid_message("a subscription needs the numbers 'id' and 'channelId'");
     out.wanted.push_back({*subscription, *channel});
   }
   return ClientMessage(std::move(out));
@@ -64,11 +67,11 @@ Result<ClientMessage> subscribe(const Json& message) {
 
 Result<std::vector<std::uint32_t>> ids(const Json& message, const char* key) {
   const Json* list = list_of(message, key);
-  if (list == nullptr) return nonsense(fmt::format("the list '{}' is missing", key));
+  if (list == nullptr) return invalid_message(fmt::format("the list '{}' is missing", key));
   std::vector<std::uint32_t> out;
   for (const Json& one : *list) {
     const auto id = id_of(one);
-    if (!id) return nonsense(fmt::format("'{}' holds what is no number", key));
+    if (!id) return invalid_message(fmt::format("'{}' contains a value that is not a number", key));
     out.push_back(*id);
   }
   return out;
@@ -76,13 +79,14 @@ Result<std::vector<std::uint32_t>> ids(const Json& message, const char* key) {
 
 Result<ClientMessage> advertise(const Json& message) {
   const Json* list = list_of(message, "channels");
-  if (list == nullptr) return nonsense("advertise without its list 'channels'");
+  if (list == nullptr) return invalid_message("advertise: list 'channels' is missing");
   ClientAdvertise out;
   for (const Json& one : *list) {
     const auto channel = id_of(one, "id");
     const auto topic = one.is_object() ? word_of(one, "topic") : std::nullopt;
     const auto encoding = one.is_object() ? word_of(one, "encoding") : std::nullopt;
-    if (!channel || !topic || !encoding) return nonsense("a channel needs 'id', 'topic' and 'encoding'");
+    if (!channel || !topic || !encoding)
+      return invalid_message("a channel needs 'id', 'topic' and 'encoding'");
     out.channels.push_back({*channel, *topic, *encoding});
   }
   return ClientMessage(std::move(out));
@@ -102,12 +106,13 @@ Result<ViewerOrder> order_named(std::string_view name) {
         std::pair{"script", Kind::Script}, std::pair{"teach", Kind::Teach}}) {
     if (name == word) return ViewerOrder{.kind = kind};
   }
-  return nonsense("an order is one of go, stop, script, teach, quit");
+  return invalid_message("an order must be one of go, stop, script, teach, quit");
 }
 
 Result<ViewerOrder> drive_order(std::optional<double> speed_m_s, std::optional<double> yaw_rate_rad_s) {
   if (!speed_m_s || !yaw_rate_rad_s)
-    return nonsense(fmt::format("a speed is within {} m/s and {} rad/s", kMaxSpeed_m_s, kMaxYawRate_rad_s));
+    return invalid_message(
+        fmt::format("a velocity must be within {} m/s and {} rad/s", kMaxSpeed_m_s, kMaxYawRate_rad_s));
   return ViewerOrder{.kind = ViewerOrder::Kind::Velocity, .command = {*speed_m_s, *yaw_rate_rad_s}};
 }
 
@@ -120,7 +125,7 @@ Result<ViewerOrder> camera_order(const Json& message) {
   const auto control = word_of(message, "control");
   const auto value = number_of(message, "value", kMaxControl);
   if (what != "set" || !control || !value)
-    return nonsense("an order to a camera is set (with control and value), snapshot or record");
+    return invalid_message("a camera order must be set (with control and value), snapshot or record");
   return ViewerOrder{.kind = Kind::SetControl, .control = *control, .value = *value};
 }
 
@@ -129,11 +134,11 @@ Result<ClientMessage> order_message(Result<ViewerOrder> order) {
   return ClientMessage(ClientOrders{*order});
 }
 
-/// A subscription stands at depth 3.
-constexpr std::size_t kDeepest = 16;
+/// Maximum nesting depth of a message; a subscription has depth 3.
+constexpr std::size_t kMaxJsonDepth = 16;
 
 Json parsed(std::string_view text) {
-  if (json_depth(text, kDeepest) > kDeepest) return Json(Json::value_t::discarded);
+  if (json_depth(text, kMaxJsonDepth) > kMaxJsonDepth) return Json(Json::value_t::discarded);
   return Json::parse(text.begin(), text.end(), nullptr, false);
 }
 
@@ -141,9 +146,9 @@ Json parsed(std::string_view text) {
 
 Result<ClientMessage> parse_client_text(std::string_view text) {
   const Json message = parsed(text);
-  if (!message.is_object()) return nonsense("this is no JSON object");
+  if (!message.is_object()) return invalid_message("not a JSON object");
   const auto op = word_of(message, "op");
-  if (!op) return nonsense("the object has no 'op'");
+  if (!op) return invalid_message("the object has no 'op'");
   if (*op == "subscribe") return subscribe(message);
   if (*op == "advertise") return advertise(message);
   if (*op == "unsubscribe" || *op == "unadvertise") {
@@ -161,14 +166,14 @@ Result<ClientMessage> parse_client_text(std::string_view text) {
   if (*op == "drive")
     return order_message(drive_order(number_of(message, "speed_m_s", kMaxSpeed_m_s),
                                      number_of(message, "yaw_rate_rad_s", kMaxYawRate_rad_s)));
-  return ClientMessage(ClientAsksInVain{*op});
+  return ClientMessage(ClientUnsupported{*op});
 }
 
 Result<ClientPublishes> parse_client_binary(std::span<const std::uint8_t> bytes) {
   constexpr std::uint8_t kMessageData = 1;
   constexpr std::size_t kHead = 5;
   if (bytes.size() < kHead || bytes[0] != kMessageData)
-    return nonsense("a binary message begins with 1 and the number of its channel");
+    return invalid_message("a binary message must begin with 1 and a channel number");
   std::uint32_t channel = 0;
   for (std::size_t i = 0; i < 4; ++i) channel |= std::uint32_t{bytes[1 + i]} << (8 * i);
   return ClientPublishes{channel, bytes.subspan(kHead)};
@@ -176,14 +181,14 @@ Result<ClientPublishes> parse_client_binary(std::span<const std::uint8_t> bytes)
 
 Result<ViewerOrder> parse_published(std::string_view topic, std::string_view json) {
   const Json message = parsed(json);
-  if (!message.is_object()) return nonsense("this is no JSON object");
+  if (!message.is_object()) return invalid_message("not a JSON object");
   if (topic == kOrderTopic) return order_named(word_of(message, "data").value_or(""));
   if (topic != kDriveTopic)
-    return nonsense(fmt::format("only {} and {} are accepted", kOrderTopic, kDriveTopic));
+    return invalid_message(fmt::format("only {} and {} are accepted", kOrderTopic, kDriveTopic));
   const auto linear = message.find("linear");
   const auto angular = message.find("angular");
   if (linear == message.end() || angular == message.end())
-    return nonsense("a Twist has 'linear' and 'angular'");
+    return invalid_message("a Twist needs 'linear' and 'angular'");
   return drive_order(number_of(*linear, "x", kMaxSpeed_m_s), number_of(*angular, "z", kMaxYawRate_rad_s));
 }
 
@@ -191,7 +196,7 @@ namespace {
 
 using OrderedJson = nlohmann::ordered_json;
 
-/// Names and reasons come from anywhere; what is no UTF-8 in them is replaced.
+/// Names and reasons may contain any bytes; invalid UTF-8 is replaced.
 std::string written(const OrderedJson& json) {
   return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
@@ -205,7 +210,7 @@ void append_little(std::string& out, Number value) {
 
 std::string server_info(std::string_view name) {
   OrderedJson info{{"op", "serverInfo"}, {"name", name}};
-  info["capabilities"] = OrderedJson::array({"clientPublish"});  // without the token: a stop
+  info["capabilities"] = OrderedJson::array({"clientPublish"});  // without the token only a stop
   info["supportedEncodings"] = OrderedJson::array({"json"});
   info["metadata"] = {{"ROS_DISTRO", "humble"}};
   return written(info);
@@ -257,7 +262,7 @@ std::string state_json(const LiveStatus& status, const std::vector<HealthLight>&
                   {"lights", std::move(list)}});
 }
 
-std::string control_json(const ControlWords& words) {
+std::string control_json(const ControlState& words) {
   return written({{"op", "control"},
                   {"may", words.may},
                   {"yours", words.yours},

@@ -14,9 +14,9 @@
 
 namespace waymark {
 
-// What viewers say. Text is a JSON object with "op", as the Foxglove WebSocket protocol has it
-// (foxglove/ws-protocol, docs/spec.md, "Messages sent by the client"), and a few of the page's own: take,
-// release, alive, order, drive, camera (docs/formats/live.md).
+// Messages of viewers. Text is a JSON object with "op", as in the Foxglove WebSocket protocol
+// (foxglove/ws-protocol, docs/spec.md, "Messages sent by the client"). The page adds: take, release, alive,
+// order, drive, camera (docs/formats/live.md).
 
 struct ClientSubscribe {
   struct One {
@@ -46,15 +46,15 @@ struct ClientAlive {};
 struct ClientOrders {
   ViewerOrder order{};
 };
-/// A message of the protocol that asks for what we do not have.
-struct ClientAsksInVain {
+/// A message of the protocol that is not supported.
+struct ClientUnsupported {
   std::string op{};
 };
 
 using ClientMessage = std::variant<ClientSubscribe, ClientUnsubscribe, ClientAdvertise, ClientUnadvertise,
-                                   ClientTakes, ClientReleases, ClientAlive, ClientOrders, ClientAsksInVain>;
+                                   ClientTakes, ClientReleases, ClientAlive, ClientOrders, ClientUnsupported>;
 
-/// Fails on what is no message of the protocol; what it names never exceeds kMaxNamed.
+/// Fails on text that is not a message of the protocol. Lists have at most kMaxNamed entries.
 [[nodiscard]] Result<ClientMessage> parse_client_text(std::string_view text);
 inline constexpr std::size_t kMaxNamed = 1024;
 
@@ -65,35 +65,35 @@ struct ClientPublishes {
 };
 [[nodiscard]] Result<ClientPublishes> parse_client_binary(std::span<const std::uint8_t> bytes);
 
-/// Topics on which Foxglove may publish, as JSON: an order in words ({"data": "stop"}, std_msgs/String), and
-/// a speed (geometry_msgs/Twist).
+/// Topics on which Foxglove may publish, as JSON: an order as text ({"data": "stop"}, std_msgs/String), and a
+/// velocity (geometry_msgs/Twist).
 inline constexpr std::string_view kOrderTopic = "/waymark/order";
 inline constexpr std::string_view kDriveTopic = "/cmd_vel";
 [[nodiscard]] Result<ViewerOrder> parse_published(std::string_view topic, std::string_view json);
 
-// What the server says to viewers, as text: the Foxglove WebSocket protocol (foxglove/ws-protocol,
-// docs/spec.md, "Messages sent by the server") and what the page needs beside it (docs/formats/live.md).
+// Messages of the server to viewers, as text: the Foxglove WebSocket protocol (foxglove/ws-protocol,
+// docs/spec.md, "Messages sent by the server") and additions for the page (docs/formats/live.md).
 
 [[nodiscard]] std::string server_info(std::string_view name);
 [[nodiscard]] std::string advertisement(std::span<const LiveChannel> channels);
-/// A warning in words.
+/// A warning as text.
 [[nodiscard]] std::string status_message(std::string_view words);
 /// Opcode 1, subscription, time [ns]; the message follows. All little endian.
 [[nodiscard]] std::string message_head(std::uint32_t subscription, std::int64_t host_ns);
 
 /// A file of the map, for the page.
 [[nodiscard]] std::string text_message(std::string_view name, std::string_view text);
-/// The state of the robot, for everybody: topic /waymark/state.
+/// The state of the robot, for all viewers: topic /waymark/state.
 [[nodiscard]] std::string state_json(const LiveStatus& status, const std::vector<HealthLight>& lights,
                                      std::uint64_t dropped);
 
-struct ControlWords {
-  bool may = false;    ///< command, with the token
-  bool yours = false;  ///< the control is with this viewer
-  bool held = false;   ///< by anybody
+struct ControlState {
+  bool may = false;    ///< may command: it has the token
+  bool yours = false;  ///< this viewer holds control
+  bool held = false;   ///< some viewer holds control
   std::size_t viewers = 0;
-  std::uint64_t dropped = 0;  ///< frames that this viewer was too slow for
+  std::uint64_t dropped = 0;  ///< frames dropped because this viewer was too slow
 };
-[[nodiscard]] std::string control_json(const ControlWords& words);
+[[nodiscard]] std::string control_json(const ControlState& words);
 
 }  // namespace waymark

@@ -7,7 +7,7 @@
 namespace waymark {
 namespace {
 
-TEST(ClientMessage, WhatFoxgloveSays) {
+TEST(ClientMessage, ParsesMessagesOfFoxglove) {
   const auto wanted = parse_client_text(R"({"op":"subscribe","subscriptions":[{"id":0,"channelId":7}]})");
   ASSERT_TRUE(wanted);
   const auto& list = std::get<ClientSubscribe>(*wanted).wanted;
@@ -19,10 +19,10 @@ TEST(ClientMessage, WhatFoxgloveSays) {
   EXPECT_EQ(std::get<ClientAdvertise>(*channels).channels.at(0).topic, "/cmd_vel");
   const auto other = parse_client_text(R"({"op":"getParameters","parameterNames":[]})");
   ASSERT_TRUE(other);
-  EXPECT_EQ(std::get<ClientAsksInVain>(*other).op, "getParameters");
+  EXPECT_EQ(std::get<ClientUnsupported>(*other).op, "getParameters");
 }
 
-TEST(ClientMessage, WhatThePageSays) {
+TEST(ClientMessage, ParsesMessagesOfThePage) {
   const auto stop = parse_client_text(R"({"op":"order","order":"stop"})");
   ASSERT_TRUE(stop);
   EXPECT_EQ(std::get<ClientOrders>(*stop).order.kind, ViewerOrder::Kind::Stop);
@@ -39,7 +39,7 @@ TEST(ClientMessage, WhatThePageSays) {
   EXPECT_EQ(std::get<ClientOrders>(*record).order.kind, ViewerOrder::Kind::Record);
 }
 
-TEST(ClientMessage, NonsenseIsSaidInWords) {
+TEST(ClientMessage, InvalidMessagesAreErrors) {
   for (const char* text : {"",
                            "{",
                            "[]",
@@ -73,7 +73,7 @@ TEST(ClientMessage, NonsenseIsSaidInWords) {
   EXPECT_FALSE(parse_client_text(std::string(60000, '[')));
 }
 
-TEST(ClientMessage, WhatIsPublished) {
+TEST(ClientMessage, ParsesPublishedMessages) {
   const std::uint8_t bytes[] = {1, 2, 1, 0, 0, '{', '}'};
   const auto published = parse_client_binary(bytes);
   ASSERT_TRUE(published);

@@ -13,15 +13,15 @@
 namespace waymark {
 namespace {
 
-/// The page runs its own scripts only. It talks to this server, and reads recordings from addresses that its
-/// user types.
+/// The page runs only its own scripts. It connects to this server, and to addresses of recordings that the
+/// user enters.
 constexpr const char* kPolicy =
     "default-src 'none'; script-src 'self'; worker-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
     "connect-src 'self' https: http://127.0.0.1:* http://localhost:*; base-uri 'none'; form-action 'none'; "
     "frame-ancestors 'none'";
 constexpr std::string_view kNoPage =
-    "<!doctype html><html lang=\"en\"><title>Waymark</title><h1>The page is not in this program</h1>"
-    "<p>It was built without. With npm at hand, run <code>tools/build_viewer.sh</code> in the source folder "
+    "<!doctype html><html lang=\"en\"><title>Waymark</title><h1>This program was built without the page</h1>"
+    "<p>With npm installed, run <code>tools/build_viewer.sh</code> in the source folder "
     "and build again.</p></html>";
 
 HttpReply words(int status, std::string text) {
@@ -41,7 +41,7 @@ std::string_view media_type(std::string_view name) {
   return "application/octet-stream";
 }
 
-/// As a string of JSON.
+/// Text as a JSON string.
 std::string json_string(std::string_view text) {
   std::string out = "\"";
   for (const char c : text) {
@@ -81,8 +81,8 @@ HttpReply page_file(std::string_view name, bool accepts_gzip) {
   if (assets.empty() && name == "index.html")
     return {200, {{"Content-Type", "text/html; charset=utf-8"}}, kNoPage};
   const auto found = std::ranges::find_if(assets, [&](const Asset& asset) { return asset.name == name; });
-  if (found == assets.end()) return words(404, "There is nothing here of that name.");
-  if (!accepts_gzip) return words(406, "The page is packed with gzip: send Accept-Encoding: gzip.");
+  if (found == assets.end()) return words(404, "There is no such page.");
+  if (!accepts_gzip) return words(406, "The page is compressed with gzip: send Accept-Encoding: gzip.");
   return {200,
           {{"Content-Type", std::string(media_type(name))}, {"Content-Encoding", "gzip"}},
           std::string_view(reinterpret_cast<const char*>(found->gzip.data()), found->gzip.size())};
@@ -109,7 +109,7 @@ HttpReply session(const OfferedThings& offered) {
           fmt::format(R"({{"files":[{}],"live":{}}})", files, offered.live)};
 }
 
-/// `rest` is "N/NAME": the number counts, the name is for people.
+/// `rest` is "N/NAME": only the number is used, the name is for display.
 HttpReply offered_file(std::string_view rest, std::string_view range,
                        const std::vector<OfferedFile>& offered) {
   const auto index = number<std::size_t>(rest.substr(0, rest.find('/')));
@@ -117,13 +117,13 @@ HttpReply offered_file(std::string_view rest, std::string_view range,
   const OfferedFile& file = offered[*index];
   std::error_code error;
   if (!file.within.empty() && !lies_within(file.path, file.within))
-    return words(404, fmt::format("{} is not in its folder.", file.name));
+    return words(404, fmt::format("{} is outside its folder.", file.name));
   const std::uint64_t size = std::filesystem::file_size(file.path, error);
-  if (error) return words(404, fmt::format("{} is gone: {}", file.name, error.message()));
+  if (error) return words(404, fmt::format("cannot read {}: {}", file.name, error.message()));
   const ByteRange part = parse_range(range, size);
   const std::string type(media_type(file.path.filename().string()));
   if (part.kind == ByteRange::Kind::Unsatisfiable) {
-    HttpReply reply = words(416, "The file has no such bytes.");
+    HttpReply reply = words(416, "The requested range is outside the file.");
     reply.headers.emplace_back("Content-Range", fmt::format("bytes */{}", size));
     return reply;
   }
@@ -139,7 +139,7 @@ HttpReply offered_file(std::string_view rest, std::string_view range,
 /// `rest` is "FAMILY/ID".
 HttpReply printed_tag(std::string_view rest) {
   const std::size_t slash = rest.find('/');
-  if (slash == std::string_view::npos) return words(404, "A tag is asked for as tags/FAMILY/ID.");
+  if (slash == std::string_view::npos) return words(404, "The address of a tag is tags/FAMILY/ID.");
   const auto id = parse_tag_id(fmt::format("{}:{}", rest.substr(0, slash), rest.substr(slash + 1)));
   if (!id) return words(404, to_string(id.error()));
   std::string cells;
@@ -153,7 +153,7 @@ HttpReply printed_tag(std::string_view rest) {
 
 HttpReply route(const HttpRequest& request, const OfferedThings& offered) {
   if (request.method != "GET" && request.method != "HEAD") {
-    HttpReply reply = words(405, "Nothing can be changed here.");
+    HttpReply reply = words(405, "Only GET and HEAD are supported.");
     reply.headers.emplace_back("Allow", "GET, HEAD");
     return reply;
   }
@@ -195,7 +195,7 @@ ByteRange parse_range(std::string_view header, std::uint64_t size) {
   const auto first = number<std::uint64_t>(from);
   const auto last = number<std::uint64_t>(to);
   if ((!first && !from.empty()) || (!last && !to.empty()) || (!first && !last)) return {};
-  if (!first) {  // the last so many bytes
+  if (!first) {  // the last `length` bytes
     const std::uint64_t length = std::min(*last, size);
     if (length == 0) return {.kind = ByteRange::Kind::Unsatisfiable};
     return {.kind = ByteRange::Kind::Part, .first = size - length, .length = length};
@@ -209,9 +209,10 @@ ByteRange parse_range(std::string_view header, std::uint64_t size) {
 HttpReply refusal_of(AccessRights::Refusal refusal, const AccessPolicy& policy) {
   using Refusal = AccessRights::Refusal;
   if (refusal == Refusal::WrongHost)
-    return words(421, fmt::format("This server is {} or localhost, port {}.", policy.address, policy.port));
-  if (refusal == Refusal::ForeignPage) return words(403, "Other pages get nothing from this server.");
-  return words(401, "Open the address with the token, as the program printed it.");
+    return words(421, fmt::format("The address of this server is {} or localhost, port {}.", policy.address,
+                                  policy.port));
+  if (refusal == Refusal::ForeignPage) return words(403, "Requests from other pages are refused.");
+  return words(401, "Open the address with the token that the program printed.");
 }
 
 HttpReply reply_to(const HttpRequest& request, const OfferedThings& offered, const AccessPolicy& policy) {

@@ -13,26 +13,25 @@
 
 namespace waymark {
 
-/// A file the server gives away. Nothing else of the disk can be asked for.
+/// A file that the server offers. Other files cannot be requested.
 struct OfferedFile {
   enum class Kind : std::uint8_t { Recording, Text };
-  std::string name;  ///< as the page shows it
+  std::string name;  ///< as shown on the page
   std::filesystem::path path;
   Kind kind = Kind::Recording;
-  /// The folder that was offered: a link that leads out of it is not followed. Empty: the file itself was
-  /// named.
+  /// The offered folder, which links must not leave. Empty: the file itself was given.
   std::filesystem::path within{};
 };
 
-/// Whether the file, all links followed, lies in the folder. False where one of them is not there.
+/// Whether the file is in the folder after all links are resolved. False if one of them does not exist.
 [[nodiscard]] bool lies_within(const std::filesystem::path& file, const std::filesystem::path& folder);
 
 struct OfferedThings {
   std::vector<OfferedFile> files{};
-  bool live = false;  ///< a robot that runs
+  bool live = false;  ///< a running robot
 };
 
-/// What of a request matters. Header fields that were not sent are empty.
+/// Relevant fields of a request. Header fields that were not sent are empty.
 struct HttpRequest {
   std::string_view method;
   std::string_view target;  ///< "/files/0/lap.mcap"
@@ -53,24 +52,28 @@ struct FilePart {
 struct HttpReply {
   int status = 200;
   std::vector<std::pair<std::string, std::string>> headers;
-  std::variant<std::string, std::string_view, FilePart> body;  ///< a view lives as long as the program
+  std::variant<std::string, std::string_view, FilePart> body;  ///< a view has static lifetime
 
   [[nodiscard]] std::uint64_t length() const;
 };
 
-/// What a request gets: the page, `session.json` (what is offered), `files/N/NAME` by ranges, or
-/// `tags/FAMILY/ID` (how a tag is printed). Who may not ask gets nothing (access.hpp); who opens the page
-/// with the token in the address gets it as a cookie, and the address without it. Never fails; reads the size
-/// of a file at most.
+/// Reply to a request: the page, `session.json` (the offered files), `files/N/NAME` by ranges, or
+/// `tags/FAMILY/ID` (the printed cells of a tag). Requests without the right get an error (access.hpp). A
+/// page opened with the token in the address gets it as a cookie, and a redirect to the address without it.
+/// Never fails; reads at most the size of a file. of a file at most.
 [[nodiscard]] HttpReply reply_to(const HttpRequest& request, const OfferedThings& offered,
                                  const AccessPolicy& policy);
 
-/// Why an asker gets nothing: status and words.
+/// Reply to a refused request: status and text.
 [[nodiscard]] HttpReply refusal_of(AccessRights::Refusal refusal, const AccessPolicy& policy);
 
 /// First byte and length of "bytes=0-99", "bytes=100-" or "bytes=-50" within `size` bytes.
 struct ByteRange {
-  enum class Kind : std::uint8_t { Whole, Part, Unsatisfiable };  ///< Whole: nothing that is understood
+  enum class Kind : std::uint8_t {
+    Whole,
+    Part,
+    Unsatisfiable
+  };  ///< Whole: also if the header is not understood
   Kind kind = Kind::Whole;
   std::uint64_t first = 0;
   std::uint64_t length = 0;

@@ -38,7 +38,7 @@ std::string header(const HttpReply& reply, std::string_view name) {
   return {};
 }
 
-/// A file of ten bytes that is offered.
+/// An offered file of ten bytes.
 class Replies : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -51,7 +51,7 @@ class Replies : public ::testing::Test {
   OfferedThings offered_;
 };
 
-TEST(Range, PartsOfAFile) {
+TEST(Range, ParsesPartsOfAFile) {
   using Kind = ByteRange::Kind;
   const auto is = [](std::string_view text, Kind kind, std::uint64_t first, std::uint64_t length) {
     const ByteRange range = parse_range(text, 10);
@@ -70,7 +70,7 @@ TEST(Range, PartsOfAFile) {
     EXPECT_EQ(parse_range(text, 10).kind, Kind::Whole) << text;
 }
 
-TEST(Range, EmptyFileHasNone) {
+TEST(Range, AnEmptyFileHasNoRanges) {
   EXPECT_EQ(parse_range("bytes=0-", 0).kind, ByteRange::Kind::Unsatisfiable);
   EXPECT_EQ(parse_range("bytes=-5", 0).kind, ByteRange::Kind::Unsatisfiable);
 }
@@ -83,7 +83,7 @@ TEST(Host, OnlyThisMachineAndThisPort) {
     EXPECT_FALSE(is_own_host(host, kPolicy)) << host;
 }
 
-TEST_F(Replies, AForeignHostOrPageGetsNothing) {
+TEST_F(Replies, RefusesForeignHostsAndPages) {
   HttpRequest request = get("/session.json");
   request.host = "evil.example:8642";
   EXPECT_EQ(reply_to(request, offered_, kPolicy).status, 421);
@@ -98,7 +98,7 @@ TEST_F(Replies, AForeignHostOrPageGetsNothing) {
   EXPECT_EQ(reply_to(request, offered_, kPolicy).status, 200);
 }
 
-TEST_F(Replies, NothingIsWritten) {
+TEST_F(Replies, RefusesWrites) {
   for (const char* method : {"POST", "PUT", "DELETE", "OPTIONS", "BREW"}) {
     HttpRequest request = get("/files/0/x");
     request.method = method;
@@ -106,13 +106,13 @@ TEST_F(Replies, NothingIsWritten) {
   }
 }
 
-TEST_F(Replies, SessionNamesWhatIsOffered) {
+TEST_F(Replies, SessionListsTheOfferedFiles) {
   const HttpReply reply = reply_to(get("/session.json?x=1"), offered_, kPolicy);
   EXPECT_EQ(text_of(reply), R"({"files":[{"name":"a \"lap\".mcap","url":"files/0/a%20%22lap%22.mcap",)"
                             R"("kind":"recording","size_bytes":10}],"live":false})");
 }
 
-TEST_F(Replies, FilesGoByRanges) {
+TEST_F(Replies, ServesFilesByRanges) {
   HttpRequest request = get("/files/0/whatever");
   HttpReply reply = reply_to(request, offered_, kPolicy);
   EXPECT_EQ(reply.status, 200);
@@ -127,7 +127,7 @@ TEST_F(Replies, FilesGoByRanges) {
   EXPECT_EQ(reply_to(request, offered_, kPolicy).status, 416);
 }
 
-TEST_F(Replies, OnlyOfferedFilesAreThere) {
+TEST_F(Replies, ServesOnlyOfferedFiles) {
   for (const char* target : {"/files/1/x", "/files/-1/x", "/files/", "/files/0x/y", "/files/../../etc/passwd",
                              "/../etc/passwd", "/etc/passwd", "//etc/passwd", "/%2e%2e/etc/passwd",
                              "/index.html/..", "/files/18446744073709551616/x", "/tags/", "/tags/tag36h11",
@@ -139,7 +139,7 @@ TEST_F(Replies, OnlyOfferedFilesAreThere) {
   EXPECT_EQ(reply_to(get("/files/0/x"), offered_, kPolicy).status, 404);
 }
 
-TEST_F(Replies, ALinkOutOfAnOfferedFolderIsNotFollowed) {
+TEST_F(Replies, DoesNotFollowLinksOutOfAnOfferedFolder) {
   namespace fs = std::filesystem;
   const fs::path folder = testing::fresh_folder("offered");
   fs::create_directories(folder / "map");
@@ -148,7 +148,7 @@ TEST_F(Replies, ALinkOutOfAnOfferedFolderIsNotFollowed) {
   fs::create_symlink(folder / "map" / "map.yaml", folder / "route.yaml");
   fs::create_directory_symlink("/etc", folder / "etc");
   EXPECT_TRUE(lies_within(folder / "map" / "map.yaml", folder));
-  EXPECT_TRUE(lies_within(folder / "route.yaml", folder)) << "a link that stays inside";
+  EXPECT_TRUE(lies_within(folder / "route.yaml", folder)) << "a link inside the folder";
   for (const char* name : {"map/robot.yaml", "etc/passwd", "nothing.yaml", "map/../../waymark-offered.txt"})
     EXPECT_FALSE(lies_within(folder / name, folder)) << name;
   EXPECT_FALSE(lies_within(folder, folder / "map"));
@@ -157,18 +157,18 @@ TEST_F(Replies, ALinkOutOfAnOfferedFolderIsNotFollowed) {
     offered.files.push_back({name, folder / name, OfferedFile::Kind::Text, folder});
   EXPECT_EQ(reply_to(get("/files/0/x"), offered, kPolicy).status, 200);
   EXPECT_EQ(reply_to(get("/files/1/x"), offered, kPolicy).status, 404);
-  offered.files[1].within.clear();  // named by the user
+  offered.files[1].within.clear();  // given by the user
   EXPECT_EQ(reply_to(get("/files/1/x"), offered, kPolicy).status, 200);
   fs::remove_all(folder);
 }
 
-TEST_F(Replies, ATagAsItIsPrinted) {
+TEST_F(Replies, ServesTheCellsOfAPrintedTag) {
   const std::string text = text_of(reply_to(get("/tags/tag36h11/0"), offered_, kPolicy));
   const std::string start = R"({"total_width":10,"width_at_border":8,"cells":")";
   ASSERT_TRUE(text.starts_with(start));
   const std::string cells = text.substr(start.size(), 100);
   EXPECT_EQ(cells.substr(0, 10), "1111111111");   // the white margin
-  EXPECT_EQ(cells.substr(10, 10), "1000000001");  // the black border in it
+  EXPECT_EQ(cells.substr(10, 10), "1000000001");  // the black border inside it
 }
 
 TEST_F(Replies, EveryReplyForbidsForeignScripts) {
@@ -180,7 +180,7 @@ TEST_F(Replies, EveryReplyForbidsForeignScripts) {
   }
 }
 
-TEST_F(Replies, ThePageOrHowToGetIt) {
+TEST_F(Replies, ServesThePageOrBuildInstructions) {
   const HttpReply reply = reply_to(get("/"), offered_, kPolicy);
   ASSERT_EQ(reply.status, 200);
   if (viewer_assets().empty()) {

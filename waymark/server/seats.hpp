@@ -7,32 +7,32 @@
 
 namespace waymark {
 
-/// Which connections a server keeps, web sockets included. A newcomer is always received while anybody
-/// without the token is there: for it the oldest connection goes that has not finished its first request,
-/// then the oldest of those that have shown no token. Without sockets, so that tests can fill it.
+/// Decides which connections a server keeps, including WebSockets. A new connection is accepted as long as
+/// any connection without the token remains. To make room, the oldest connection with an unfinished first
+/// request is dropped, then the oldest without the token. Contains no sockets, for tests.
 class Seats {
  public:
   using Id = std::uint64_t;
   static constexpr std::size_t kMaxSeats = 64;
-  /// So many of them are kept free of connections that have shown no token but hold on.
+  /// Seats that connections without the token cannot keep occupied.
   static constexpr std::size_t kReserved = 16;
 
   enum class Guest : std::uint8_t {
-    Waiting,  ///< its request is not complete yet
+    Waiting,  ///< its first request is incomplete
     Looks,    ///< without the token
     Owner,    ///< with the token
   };
 
   explicit Seats(std::size_t most = kMaxSeats) : most_(most) {}
 
-  /// A newcomer. Nothing when every seat is an owner's. `dropped`: the connection that must go for it.
+  /// A new connection. Nothing if all seats belong to owners. `dropped`: the connection to close for it.
   struct Admission {
     Id id = 0;
     std::optional<Id> dropped{};
   };
   [[nodiscard]] std::optional<Admission> admit();
-  /// What its request has shown. Gives the connection that must go because too many look without the token;
-  /// it may be this one.
+  /// Updates a connection after its first request. Returns a connection to close if too many are without the
+  /// token; it may be this one.
   [[nodiscard]] std::optional<Id> request_received(Id id, bool token);
   void leave(Id id) { guests_.erase(id); }
 
@@ -48,8 +48,8 @@ class Seats {
   Id next_ = 1;
 };
 
-/// How many connections fit among the descriptors this process may open, when `kept` of them are left to
-/// everything else (a recording above all). A connection takes two: its socket, and the file it reads. At
+/// Number of connections that fit into the descriptors this process may open, with `kept` of them reserved
+/// for everything else (recording above all). A connection takes two: its socket, and the file it reads. At
 /// least 4, at most Seats::kMaxSeats.
 [[nodiscard]] std::size_t seats_for(std::uint64_t descriptors, std::uint64_t kept);
 

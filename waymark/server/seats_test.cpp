@@ -5,7 +5,7 @@
 namespace waymark {
 namespace {
 
-TEST(Seats, WhoHasNotFinishedItsRequestGoesFirstOldestFirst) {
+TEST(Seats, DropsUnfinishedRequestsFirstOldestFirst) {
   Seats seats(8);
   const Seats::Id looks = seats.admit()->id;
   EXPECT_FALSE(seats.request_received(looks, false));
@@ -18,7 +18,7 @@ TEST(Seats, WhoHasNotFinishedItsRequestGoesFirstOldestFirst) {
   EXPECT_EQ(seats.taken(), 8U);
 }
 
-TEST(Seats, AFloodWithoutTheTokenNeverPushesAnOwnerOut) {
+TEST(Seats, AFloodWithoutTheTokenNeverDropsAnOwner) {
   Seats seats(8);
   const Seats::Id owner = seats.admit()->id;
   EXPECT_FALSE(seats.request_received(owner, true));
@@ -30,11 +30,11 @@ TEST(Seats, AFloodWithoutTheTokenNeverPushesAnOwnerOut) {
     EXPECT_LE(seats.taken(), 8U);
   }
   const auto second = seats.admit();
-  ASSERT_TRUE(second) << "and another owner still gets in";
+  ASSERT_TRUE(second) << "another owner is still admitted";
   EXPECT_FALSE(seats.request_received(second->id, true));
 }
 
-TEST(Seats, ConnectionsThatHoldOnWithoutTheTokenLeaveSeatsFree) {
+TEST(Seats, ConnectionsWithoutTheTokenLeaveSeatsFree) {
   Seats seats(8);
   Seats::Id first = 0;
   std::optional<Seats::Id> dropped;
@@ -47,7 +47,7 @@ TEST(Seats, ConnectionsThatHoldOnWithoutTheTokenLeaveSeatsFree) {
   EXPECT_EQ(seats.taken(), 6U);
 }
 
-TEST(Seats, ANewcomerIsTurnedAwayOnlyWhenAllAreOwners) {
+TEST(Seats, RejectsAConnectionOnlyIfAllAreOwners) {
   Seats seats(4);
   for (int i = 0; i < 4; ++i) EXPECT_FALSE(seats.request_received(seats.admit()->id, true));
   EXPECT_FALSE(seats.admit());
@@ -55,7 +55,7 @@ TEST(Seats, ANewcomerIsTurnedAwayOnlyWhenAllAreOwners) {
   EXPECT_TRUE(seats.admit());
 }
 
-TEST(Seats, DescriptorsAreLeftToTheRecording) {
+TEST(Seats, ReservesDescriptorsForTheRecording) {
   EXPECT_EQ(seats_for(1024, 64), Seats::kMaxSeats);
   EXPECT_EQ(seats_for(128, 64), 32U);
   EXPECT_EQ(seats_for(64, 64), 4U);

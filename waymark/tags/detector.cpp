@@ -15,11 +15,11 @@ namespace {
 
 using Quad = std::array<Eigen::Vector2d, 4>;
 
-/// Looked at around a region: room for the white margin of a tag at its rim and for the neighbourhood its
-/// threshold is taken from.
+/// Margin searched around a region: room for the white margin of a tag at its rim and for the neighbourhood
+/// that determines its threshold.
 constexpr std::int64_t kMarginPx = 16;
 
-/// A rectangle without overflow, clipped.
+/// A clipped rectangle, computed without overflow.
 struct Span2 {
   std::int64_t x0 = 0, y0 = 0, x1 = 0, y1 = 0;
 };
@@ -48,7 +48,7 @@ bool inside(const Eigen::Vector2d& point, const Span2& span) {
          point.y() >= static_cast<double>(span.y0) && point.y() < static_cast<double>(span.y1);
 }
 
-/// Whether an edge of `a` has all of `a` on one side and all of `b` on the other.
+/// Whether some edge of `a` separates `a` from `b`.
 bool separated_by_an_edge_of(const Quad& a, const Quad& b) {
   for (std::size_t i = 0; i < 4; ++i) {
     const Eigen::Vector2d edge = a[(i + 1) % 4] - a[i];
@@ -134,7 +134,7 @@ Result<std::vector<FamilyId>> chosen_families(const DetectorOptions& options) {
   }
   if (ids.empty()) {
     return fail(ErrorCode::InvalidArgument, "no tag family given", {.key = "families"},
-                "Name at least one, e.g. tag36h11.");
+                "Pass at least one, e.g. tag36h11.");
   }
   return ids;
 }

@@ -14,7 +14,7 @@
 
 namespace waymark {
 
-/// Largest image accepted, 8192 x 8192 or the like; no side may exceed 32767.
+/// Largest image accepted, e.g. 8192 x 8192; no side may exceed 32767.
 inline constexpr std::int64_t kMaxImagePixels = std::int64_t{1} << 26;
 
 /// A rectangle of pixels: [x, x + width) x [y, y + height).
@@ -22,21 +22,21 @@ struct PixelRect {
   int x = 0, y = 0, width = 0, height = 0;
 };
 
-/// Finds tags in a grey image. Implementations are exchangeable; every one returns corners in full-image
-/// pixels, finite, sorted by tag id and then by position, so that the same image gives the same answer.
+/// Finds tags in a grey image. Implementations are interchangeable; all return corners in full-image pixels,
+/// finite, sorted by tag id and then by position, so the result is deterministic.
 class Detector {
  public:
   virtual ~Detector() = default;
   Detector(const Detector&) = delete;
   Detector& operator=(const Detector&) = delete;
 
-  /// All tags in the image. An image too small to hold one gives an empty list; one larger than the
-  /// implementation can address gives LimitExceeded. Safe to call from several threads.
+  /// All tags in the image. The list is empty for an image too small to contain a tag; an image larger than
+  /// the implementation can address is a LimitExceeded error. Thread-safe.
   [[nodiscard]] virtual Result<std::vector<TagDetection>> detect(const ImageView& image) const = 0;
 
-  /// The tags whose centre lies in one of some rectangles of the image (clipped to it). A little more of the
-  /// image than the rectangle is looked at, so that a tag needs no room for its white margin in it. A tag
-  /// found in two of them is reported once, as its better reading. Costs about the sum of the areas:
+  /// The tags whose centre lies in one of the given rectangles of the image (clipped to it). The search
+  /// extends a little beyond each rectangle, which therefore need not include the white margin of a tag. A
+  /// tag found in two rectangles is reported once, as its better reading. Costs about the sum of the areas:
   /// overlapping rectangles are not merged.
   [[nodiscard]] virtual Result<std::vector<TagDetection>> detect(const ImageView& image,
                                                                  std::span<const PixelRect> regions) const;
@@ -45,7 +45,7 @@ class Detector {
   Detector() = default;
 
  private:
-  /// [px] Cutting the image at multiples of this changes nothing in how its pixels are grouped.
+  /// [px] Cutting the image at multiples of this does not change how pixels are grouped.
   [[nodiscard]] virtual int region_alignment_px() const { return 1; }
 };
 
@@ -53,19 +53,19 @@ class Detector {
 /// first.
 void sort_detections(std::vector<TagDetection>& detections);
 
-/// Of detections of the same tag that overlap in the image, keeps the best reading: fewest bits corrected,
-/// then largest decision margin, then lowest position. Readings apart from each other are different prints of
-/// one tag and stay. The result is sorted as by sort_detections. O(n log n + pairs of the same tag).
+/// Keeps the best of overlapping detections of the same tag: fewest bits corrected, then largest decision
+/// margin, then lowest position. Detections that do not overlap are different prints of one tag and are all
+/// kept. The result is sorted as by sort_detections. O(n log n + pairs of the same tag).
 void remove_duplicates(std::vector<TagDetection>& detections);
 
-/// Which detector, and what it is asked to do. The defaults were chosen on photographs and rendered images,
-/// see docs/concepts/detection.md.
+/// Choice of the detector and its settings. The defaults were chosen on photographs and rendered images, see
+/// docs/concepts/detection.md.
 struct DetectorOptions {
   std::string detector = "waymark";
   std::vector<std::string> families = {"tag36h11"};
-  /// Conservative on purpose: correcting two bits instead of one finds 1.5 % more tags, and makes a random
-  /// quad pass for a tag 18 times as often (docs/concepts/hamming.md; Martins and Ramos, "AprilTag-based
-  /// Trajectory Tracking for the LIMOS Robot", section 2.3.1).
+  /// Conservative: correcting two bits instead of one finds 1.5 % more tags, but makes a random quad pass as
+  /// a tag 18 times as often (docs/concepts/hamming.md; Martins and Ramos, "AprilTag-based Trajectory
+  /// Tracking for the LIMOS Robot", section 2.3.1).
   int max_hamming = 1;
   double min_decision_margin = 0;
   bool find_inverted = false;
@@ -75,8 +75,8 @@ struct DetectorOptions {
   double decode_sharpening = 0.8;
   int min_white_black_diff = 15;
   int memory_limit_mib = 512;
-  /// Tags of a map that may be here, no setting: the detector waymark reads them with up to four wrong bits
-  /// where the levels of the cells are evidence enough; numbers of other families do not count.
+  /// Not a setting: map tags that may be in view. The detector waymark reads them with up to four wrong bits
+  /// if the cell levels are sufficient evidence; numbers of other families are ignored.
   std::vector<TagId> known_tags = {};
 
   template <class Self, class Visitor>
@@ -86,32 +86,33 @@ struct DetectorOptions {
                                "3.3.0: slower, with options that waymark does not have)."});
     visit(self.families,
           Field{"families", "Tag families to look for, e.g. tag36h11; each costs time and memory."});
-    visit(self.max_hamming,
-          Field{"max_hamming",
-                "Maximum number of corrected bits of a tag, 0 to 2 (the limit of the library). Each further "
-                "bit finds slightly more tags and many more false ones.",
-                0, 2});
+    visit(
+        self.max_hamming,
+        Field{"max_hamming",
+              "Maximum number of corrected bits of a tag, 0 to 2 (the limit of the library). Each additional "
+              "bit finds slightly more tags and many more false ones.",
+              0, 2});
     visit(self.min_decision_margin,
           Field{"min_decision_margin",
                 "Minimum mean distance of the data bits from the black/white threshold, in grey levels after "
                 "sharpening (apriltag3 sharpens more: its values are two to three times as large); raise it "
                 "against false detections.",
                 0, 2000});
-    visit(
-        self.find_inverted,
-        Field{"find_inverted",
-              "Also find tags printed with black and white exchanged; detector waymark only. Takes twice the "
-              "time."});
+    visit(self.find_inverted,
+          Field{"find_inverted",
+                "Also find tags printed with black and white exchanged; detector waymark only. Doubles the "
+                "time."});
     visit(self.quad_decimate, Field{"quad_decimate",
                                     "Downscaling of the image in which quads are searched, detector "
-                                    "apriltag3: 1, 1.5 or a whole number to 8. 2 is "
-                                    "two to four times as fast and loses tags with less than 3 px a bit.",
+                                    "apriltag3: 1, 1.5 or an integer up to 8. 2 is "
+                                    "two to four times as fast and loses tags with less than 3 px per bit.",
                                     1, 8});
-    visit(self.quad_sigma, Field{"quad_sigma",
-                                 "Standard deviation in pixels of a blur before quads are searched, detector "
-                                 "apriltag3; about 0.8 for very noisy "
-                                 "images. With quad_decimate 1 the bits are read from the blurred image too.",
-                                 0, 2});
+    visit(self.quad_sigma,
+          Field{"quad_sigma",
+                "Standard deviation in pixels of a blur before the search for quads, detector "
+                "apriltag3; about 0.8 for very noisy "
+                "images. With quad_decimate 1 the bits are read from the blurred image too.",
+                0, 2});
     visit(self.refine_edges, Field{"refine_edges",
                                    "Move each edge of a quad to the strongest gradient nearby, detector "
                                    "apriltag3 (the library's own "
@@ -125,7 +126,7 @@ struct DetectorOptions {
     visit(self.min_white_black_diff,
           Field{"min_white_black_diff",
                 "Minimum difference of black and white in grey levels; lower it for faint prints in the "
-                "dark, at the price of time wherever the image noise exceeds an eighth of it.",
+                "dark; this costs time if the image noise exceeds an eighth of it.",
                 1, 255});
     visit(self.memory_limit_mib,
           Field{"memory_limit_mib",
@@ -133,7 +134,7 @@ struct DetectorOptions {
   }
 };
 
-/// The families that are named, each once. Errors: an unknown one, or none.
+/// The families in the options without duplicates. Errors: an unknown family, or none.
 [[nodiscard]] Result<std::vector<FamilyId>> chosen_families(const DetectorOptions& options);
 
 }  // namespace waymark

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/draw_tag.hpp"
+#include "tests/support/golden_page.hpp"
 #include "waymark/tags/apriltag3/apriltag_detector.hpp"
 
 namespace waymark {
@@ -32,7 +33,7 @@ std::vector<int> numbers(const std::vector<TagDetection>& detections) {
   return out;
 }
 
-/// Sees a tag around every white pixel of the image, and remembers what it was shown.
+/// Reports a tag around every white pixel of the image, and records its input.
 class WhitePixels final : public Detector {
  public:
   using Detector::detect;
@@ -56,7 +57,7 @@ class WhitePixels final : public Detector {
   [[nodiscard]] int region_alignment_px() const override { return alignment_px; }
 };
 
-TEST(Regions, ReportWhatIsInsideInCoordinatesOfTheWholeImage) {
+TEST(Regions, ReportTagsInsideInImageCoordinates) {
   Image image(300, 200);
   image.row(60)[100] = 7;
   image.row(60)[139] = 8;
@@ -68,7 +69,7 @@ TEST(Regions, ReportWhatIsInsideInCoordinatesOfTheWholeImage) {
   EXPECT_LT(testing::max_corner_error_px(found[0].corners_px, square_corners({100.5, 60.5}, 10, 0.3)), 1e-12);
 }
 
-TEST(Regions, LookAtAMarginAroundThemAndAreClippedToTheImage) {
+TEST(Regions, IncludeAMarginClippedToTheImage) {
   const Image image(300, 200);
   const WhitePixels detector;
   const int far = std::numeric_limits<int>::max();
@@ -86,7 +87,7 @@ TEST(Regions, LookAtAMarginAroundThemAndAreClippedToTheImage) {
   EXPECT_EQ(detector.shown[3].height, 21);
 }
 
-TEST(Regions, BeginWhereTheDetectorAsks) {
+TEST(Regions, AreAlignedForTheDetector) {
   const Image image(300, 200);
   WhitePixels detector;
   detector.alignment_px = 8;
@@ -96,7 +97,7 @@ TEST(Regions, BeginWhereTheDetectorAsks) {
   EXPECT_EQ(detector.shown[0].width, 137 - 80);
 }
 
-TEST(Regions, OutsideTheImageOrWithoutAreaFindNothing) {
+TEST(Regions, OutsideTheImageOrWithoutAreaHaveNoTags) {
   Image image(30, 20, 1);
   const WhitePixels detector;
   const std::vector<PixelRect> regions = {
@@ -107,7 +108,7 @@ TEST(Regions, OutsideTheImageOrWithoutAreaFindNothing) {
   EXPECT_TRUE(detector.shown.empty());
 }
 
-TEST(Regions, ATagInTwoOfThemIsReportedOnce) {
+TEST(Regions, ATagInTwoRegionsIsReportedOnce) {
   Image image(300, 200);
   image.row(60)[100] = 7;
   image.row(90)[200] = 7;  // another print of it
@@ -116,7 +117,7 @@ TEST(Regions, ATagInTwoOfThemIsReportedOnce) {
   EXPECT_THAT(numbers(detector.detect(image, regions).value()), ElementsAre(7, 7));
 }
 
-TEST(Regions, PassAnErrorOn) {
+TEST(Regions, PropagateAnError) {
   const Image image(300, 200);
   WhitePixels detector;
   detector.failing = true;
@@ -133,7 +134,7 @@ TEST(RemoveDuplicates, KeepsTheBetterReading) {
   EXPECT_EQ(detections[0].decision_margin, 30);
 }
 
-TEST(RemoveDuplicates, LeavesOtherTagsOtherFamiliesAndOtherPrints) {
+TEST(RemoveDuplicates, KeepsOtherTagsFamiliesAndPrints) {
   std::vector<TagDetection> detections = {reading(3, {50, 50}), reading(4, {50, 50}), reading(3, {70, 50}),
                                           reading(3, {50, 50})};
   detections[3].tag.family = FamilyId::Tag16h5;
@@ -177,13 +178,13 @@ TEST(RemoveDuplicates, TouchingIsNotOverlapping) {
   EXPECT_LT(detections[0].corners_px[0].x(), detections[1].corners_px[0].x());
 }
 
-TEST(DetectorOptions, EveryFieldIsNamedOnce) {
+TEST(DetectorOptions, EveryFieldIsListedOnce) {
   const std::vector<std::string> names = field_names<DetectorOptions>();
   EXPECT_EQ(names.size(), 11U);
   EXPECT_EQ(std::count(names.begin(), names.end(), "quad_decimate"), 1);
 }
 
-TEST(DetectorOptions, WrongOnesAreRefusedInWords) {
+TEST(DetectorOptions, InvalidOptionsAreRejected) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const std::vector<std::pair<std::string, std::function<void(DetectorOptions&)>>> wrong = {
       {"max_hamming", [](auto& o) { o.max_hamming = 3; }},
@@ -211,19 +212,20 @@ TEST(DetectorOptions, WrongOnesAreRefusedInWords) {
     EXPECT_EQ(made.error().code, ErrorCode::InvalidArgument) << key;
     EXPECT_EQ(made.error().place.key, key);
     EXPECT_FALSE(made.error().hint.empty()) << key;
+    testing::expect_on_page("detect", made.error());
   }
 }
 
-TEST(DetectorOptions, TablesBeyondTheMemoryLimitAreRefusedBeforeTheyAreMade) {
+TEST(DetectorOptions, TablesBeyondTheMemoryLimitAreRejectedBeforeAllocation) {
   DetectorOptions options;
   options.families = {"tagStandard52h13"};
   options.max_hamming = 2;
   const auto made = make_apriltag_detector(options);
   ASSERT_FALSE(made);
-  EXPECT_EQ(
-      to_string(made.error()),
-      "(max_hamming): correcting 2 bits of tagStandard52h13 needs decoding tables of 6033 MiB, more than 512 "
-      "MiB. Lower max_hamming, name fewer families or raise memory_limit_mib.");
+  EXPECT_EQ(made.error().code, ErrorCode::LimitExceeded);
+  EXPECT_EQ(made.error().place.key, "max_hamming");
+  EXPECT_NE(made.error().message.find("6033 MiB"), std::string::npos);
+  testing::expect_on_page("detect", made.error());
 }
 
 TEST(DetectorOptions, AllFamiliesTogetherFitTheDefaultLimit) {

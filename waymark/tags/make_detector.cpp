@@ -11,7 +11,7 @@ Result<std::unique_ptr<Detector>> make_detector(const DetectorOptions& options) 
   if (options.detector == "apriltag3") return make_apriltag_detector(options);
   if (options.detector == "waymark") return make_waymark_detector(options);
   return fail(ErrorCode::InvalidArgument, fmt::format("unknown detector '{}'", options.detector),
-              {.key = "detector"}, "There are waymark and apriltag3.");
+              {.key = "detector"}, "Use waymark or apriltag3.");
 }
 
 }  // namespace waymark

@@ -7,7 +7,7 @@
 
 namespace waymark {
 
-/// The detector that options.detector names.
+/// Creates the detector named by options.detector.
 [[nodiscard]] Result<std::unique_ptr<Detector>> make_detector(const DetectorOptions& options = {});
 
 }  // namespace waymark

@@ -23,8 +23,7 @@ void refine_all(const ImageView& image, const TagFinder& finder, const CameraMod
 
 Result<TagFinder> make_tag_finder(std::unique_ptr<Detector> detector, const RefinementOptions& refinement) {
   if (detector == nullptr) {
-    return fail(ErrorCode::InvalidArgument, "no detector to refine the corners of", {},
-                "Make a detector first.");
+    return fail(ErrorCode::InvalidArgument, "the detector is missing", {}, "Create a detector first.");
   }
   if (const Status status = check_ranges(refinement); !status) return tl::unexpected<Error>(status.error());
   return TagFinder{std::move(detector), refinement};
@@ -48,7 +47,7 @@ Result<FoundTags> find_tags(const ImageView& image, const TagFinder& finder, con
 
 Result<FoundTags> TagSequence::find(const ImageView& image, const CameraModel* camera,
                                     std::span<const ExpectedTag> expected) {
-  // Where nothing else is asked for, live and offline find the same to the last bit.
+  // Without tracking or expected tags, live and offline results are bitwise equal.
   if (finder_->tracking.whole_every == 1 && expected.empty() && !tracker_)
     return find_tags(image, *finder_, camera);
   if (!tracker_) {
@@ -59,7 +58,7 @@ Result<FoundTags> TagSequence::find(const ImageView& image, const CameraModel* c
   auto tracked = tracker_->next(image, expected);
   if (!tracked) return tl::unexpected(tracked.error());
   FoundTags found{.detections = std::move(tracked->detections), .missed = std::move(tracked->missed)};
-  // Not those that the pictures before alone would have shown here.
+  // Not the tags that only the preceding images would predict here.
   std::erase_if(found.missed, [&](const MissedTag& missed) {
     return std::ranges::none_of(expected,
                                 [&](const ExpectedTag& tag) { return tag.tag == missed.expected.tag; });

@@ -16,7 +16,7 @@ using testing::Print;
 using testing::render;
 using testing::worst_error;
 
-/// Finds what it was told, or fails.
+/// Returns given detections, or a given error.
 class ScriptedDetector final : public Detector {
  public:
   explicit ScriptedDetector(Result<std::vector<TagDetection>> answer) : answer_(std::move(answer)) {}
@@ -29,13 +29,13 @@ class ScriptedDetector final : public Detector {
   Result<std::vector<TagDetection>> answer_;
 };
 
-TEST(TagFinder, RefinesWhatIsFound) {
+TEST(TagFinder, RefinesDetections) {
   Print print;
   print.noise = 2;
   Random random(19);
   TagDetection elsewhere = detection_at(print, 0, random);
   elsewhere.tag.number = 8;
-  for (auto& corner : elsewhere.corners_px) corner.x() -= 30;  // in the picture, where no tag is
+  for (auto& corner : elsewhere.corners_px) corner.x() -= 30;  // in the image, where no tag is
   const Image image = render(print);
   const auto finder = make_tag_finder(
       std::make_unique<ScriptedDetector>(std::vector{detection_at(print, 0.2, random), elsewhere}));
@@ -55,7 +55,7 @@ TEST(TagFinder, RefinesWhatIsFound) {
   EXPECT_NE(found->refinements[1], RefinementOutcome::Refined);
 }
 
-TEST(TagFinder, KeepsTheDetectorsCornersWhereNoneAreToBeRefined) {
+TEST(TagFinder, KeepsTheDetectorsCornersWithoutRefinement) {
   Print print;
   Random random(20);
   const TagDetection seen = detection_at(print, 0.2, random);
@@ -67,7 +67,7 @@ TEST(TagFinder, KeepsTheDetectorsCornersWhereNoneAreToBeRefined) {
   EXPECT_TRUE(found->refinements.empty());
 }
 
-TEST(TagFinder, PassesErrorsOnAndChecksItsOptions) {
+TEST(TagFinder, PropagatesErrorsAndChecksItsOptions) {
   const auto failing = make_tag_finder(
       std::make_unique<ScriptedDetector>(fail(ErrorCode::LimitExceeded, "the image is too large")));
   ASSERT_TRUE(failing);

@@ -24,14 +24,14 @@ using Corners = std::array<Eigen::Vector2d, 4>;
 
 double apart_px(const Corners& a, const Corners& b) { return (center_px(a) - center_px(b)).norm(); }
 
-/// Half the cross product of the diagonals; negative where the corners run the other way round.
+/// Half the cross product of the diagonals; negative if the corners are in reverse order.
 double area_px2(const Corners& c) {
   const Eigen::Vector2d a = c[2] - c[0];
   const Eigen::Vector2d b = c[3] - c[1];
   return 0.5 * (a.x() * b.y() - a.y() * b.x());
 }
 
-/// Range of the levels in a part of a picture, and the greatest difference of neighbours.
+/// Range of the levels in a part of an image, and the greatest difference of neighbours.
 struct Levels {
   int low = 255;
   int high = 0;
@@ -94,7 +94,7 @@ bool found_at(const std::vector<TagDetection>& found, const ExpectedTag& expecte
 std::string_view to_string(MissReason reason) {
   switch (reason) {
     case MissReason::Outside:
-      return "outside the picture";
+      return "outside the image";
     case MissReason::TooFaint:
       return "too faint";
     case MissReason::Blurred:
@@ -131,8 +131,8 @@ std::vector<MissedTag> missed_tags(const ImageView& image, std::span<const Expec
 
 namespace {
 
-/// The image at 1 / factor of its size, each pixel the mean of factor x factor; what does not fill one at the
-/// right and below is left out. O(pixels).
+/// The image at 1 / factor of its size, each pixel the mean of factor x factor; incomplete blocks at the
+/// right and bottom are dropped. O(pixels).
 Image shrunk(const ImageView& image, int factor) {
   Image small(image.width / factor, image.height / factor);
   const int area = factor * factor;
@@ -162,7 +162,7 @@ bool has_code(const TagId& tag) {
 
 }  // namespace
 
-/// Reads a tag where it should be, without a search.
+/// Reads a tag at its predicted position, without a search.
 struct TagTracker::Reader {
   std::vector<search::ReadableFamily> families;
   search::TagReader reader;
@@ -179,16 +179,16 @@ struct TagTracker::Reader {
 
   std::optional<TagDetection> read_as(const ImageView& image, const ExpectedTag& expected,
                                       const search::ReadableFamily& kind, bool inverted) {
-    constexpr float kWidestReach = 6;  // px
-    constexpr float kLastReach = 1.5F;
-    constexpr int kFewCrossings = 8;
+    constexpr float kMaxReachPx = 6;  // px
+    constexpr float kFinalReachPx = 1.5F;
+    constexpr int kCrossingsPerEdge = 8;
     search::Quad quad = quad_of(expected.corners_px);
     const float cell_px = std::sqrt(search::area(quad)) / static_cast<float>(kind.width);
     const int sign = kind.bright_border == inverted ? 1 : -1;
-    for (float reach = std::clamp(0.9F * cell_px, 1.0F, kWidestReach); reach > kLastReach; reach *= 0.5F) {
-      if (!search::sharpen_edges(image, {reach, sign, kFewCrossings}, quad)) return std::nullopt;
+    for (float reach = std::clamp(0.9F * cell_px, 1.0F, kMaxReachPx); reach > kFinalReachPx; reach *= 0.5F) {
+      if (!search::sharpen_edges(image, {reach, sign, kCrossingsPerEdge}, quad)) return std::nullopt;
     }
-    const float last = std::clamp(0.9F * cell_px, 1.0F, kLastReach);
+    const float last = std::clamp(0.9F * cell_px, 1.0F, kFinalReachPx);
     if (!search::sharpen_edges(image, {last, sign}, quad)) return std::nullopt;
     search::ReadProgress progress;
     auto tag = reader.read(image, quad, kind, inverted, progress);
@@ -204,10 +204,10 @@ TagTracker::TagTracker(TagTracker&&) noexcept = default;
 TagTracker::~TagTracker() = default;
 
 Result<TagTracker> TagTracker::make(const Detector& detector, const TrackingOptions& tracking) {
-  constexpr int kRarest = 1000;
-  if (tracking.whole_every < 1 || tracking.whole_every > kRarest) {
-    return fail(ErrorCode::InvalidArgument, fmt::format("whole_every is {}", tracking.whole_every),
-                {.key = "whole_every"}, fmt::format("It is from 1 to {}.", kRarest));
+  constexpr int kMaxInterval = 1000;
+  if (tracking.whole_every < 1 || tracking.whole_every > kMaxInterval) {
+    return fail(ErrorCode::InvalidArgument, fmt::format("`whole_every` is {}", tracking.whole_every),
+                {.key = "whole_every"}, fmt::format("Set it to a value from 1 to {}.", kMaxInterval));
   }
   const DetectorOptions& options = tracking.detector;
   if (const Status ranges = check_ranges(options); !ranges) return tl::unexpected<Error>(ranges.error());
@@ -233,10 +233,10 @@ std::vector<ExpectedTag> TagTracker::all_expected(std::span<const ExpectedTag> g
   return all;
 }
 
-/// Around the tag, at a scale at which its cells have a few pixels.
+/// Searches around the tag, at a scale at which its cells have a few pixels.
 Status TagTracker::search_around(const ImageView& image, const ExpectedTag& tag,
                                  std::vector<TagDetection>& found) {
-  constexpr double kFinestCell = 8;  // px; larger ones are shrunk to half of it or more
+  constexpr double kFinestCell = 8;  // px; larger ones are scaled down by a factor of at least two
   constexpr double kAround = 0.5;    // of the tag's box, and
   constexpr double kAroundPx = 8;
   const Eigen::AlignedBox2d box = box_of(tag.corners_px);
@@ -252,7 +252,8 @@ Status TagTracker::search_around(const ImageView& image, const ExpectedTag& tag,
   return search_region(image, {x0, y0, x1 - x0, y1 - y0}, factor, found);
 }
 
-/// A part of the picture, shrunk by a factor; what is found there is read again in the picture itself.
+/// Searches a part of the image, scaled down by a factor; detections are read again in the full-resolution
+/// image.
 Status TagTracker::search_region(const ImageView& image, const PixelRect& region, int factor,
                                  std::vector<TagDetection>& found) {
   if (factor == 1) {
@@ -273,9 +274,10 @@ Status TagTracker::search_region(const ImageView& image, const PixelRect& region
   return {};
 }
 
-/// At each scale with as much above and below as the tags it is for are high: smaller ones lie whole in it.
+/// Searches a strip at each scale, extended above and below by the height of the tags at that scale, so that
+/// smaller tags lie entirely in it.
 Status TagTracker::search_strip(const ImageView& image, std::vector<TagDetection>& found) {
-  constexpr int kHighest = 64;  // px at the scale: of tags that a scale is for; the next one takes over there
+  constexpr int kHighest = 64;  // px at the scale: highest tags of a scale; the next scale covers larger ones
   const int strips = options_.whole_every;
   const int from = image.height * strip_ / strips;
   const int to = image.height * (strip_ + 1) / strips;

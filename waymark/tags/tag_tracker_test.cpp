@@ -21,7 +21,7 @@ using testing::paint_cells;
 using testing::paint_tag;
 using testing::square_corners;
 
-/// Counts what is asked of the detector behind it.
+/// Counts the requests to the underlying detector.
 class CountedDetector final : public Detector {
  public:
   explicit CountedDetector(const DetectorOptions& options) : inner_(make_detector(options).value()) {}
@@ -45,7 +45,7 @@ TrackingOptions options_here() {
 
 TagId tag(int number) { return {FamilyId::Tag36h11, number}; }
 
-/// Three tags that drift and turn.
+/// Three tags that drift and rotate.
 Image picture(int step) {
   Image image(640, 480, 140);
   const double t = step;
@@ -57,7 +57,7 @@ Image picture(int step) {
   return image;
 }
 
-TEST(TagTracker, FindsWhatTheWholePictureHoldsForAFewPixels) {
+TEST(TagTracker, FindsTheTagsOfTheWholeImageReadingFewPixels) {
   const CountedDetector detector(options_here().detector);
   TagTracker tracker = TagTracker::make(detector, options_here()).value();
   long tracked_pixels = 0;
@@ -76,12 +76,12 @@ TEST(TagTracker, FindsWhatTheWholePictureHoldsForAFewPixels) {
     }
     EXPECT_TRUE(found.missed.empty());
   }
-  EXPECT_LT(tracked_pixels, 14L * 640 * 480 / 20) << "of 14 pictures";
+  EXPECT_LT(tracked_pixels, 14L * 640 * 480 / 20) << "of 14 images";
 }
 
-/// Tags of all sizes come into view after the first picture: each is found within as many pictures as there
-/// are strips, and no picture costs much more than another.
-TEST(TagTracker, StripsFindWhatComesIntoViewAndCostTheSame) {
+/// Tags of all sizes come into view after the first image: each is found within as many images as there are
+/// strips, and all images cost nearly the same.
+TEST(TagTracker, StripsFindNewTagsAtConstantCost) {
   TrackingOptions options = options_here();
   options.in_strips = true;
   for (const double side_px : {14.0, 30.0, 60.0, 110.0, 200.0, 400.0}) {
@@ -115,14 +115,14 @@ TEST(TagTracker, StripsFindWhatComesIntoViewAndCostTheSame) {
   }
 }
 
-TEST(TagTracker, ATagThatIsKnownToBeThereIsReadWithMoreWrongBits) {
+TEST(TagTracker, AnExpectedTagIsReadWithMoreWrongBits) {
   const CountedDetector detector(options_here().detector);
   TagTracker tracker = TagTracker::make(detector, options_here()).value();
   Image image(640, 480, 140);
   const auto corners = square_corners({300, 200}, 120, 0.2);
   paint_tag(image, tag(3), corners);
   ASSERT_EQ(tracker.next(image).value().detections.size(), 1U);
-  // Dirt over three cells inside: half black, half white cells are wrong.
+  // Dirt over three cells inside: about half of the covered cells are wrong.
   const Family& tags = family(FamilyId::Tag36h11);
   std::vector<std::uint8_t> dirt = bitmap(tag(3));
   std::size_t changed = 0;
@@ -142,7 +142,7 @@ TEST(TagTracker, ATagThatIsKnownToBeThereIsReadWithMoreWrongBits) {
   EXPECT_EQ(found[0].hamming, static_cast<int>(changed));
 }
 
-TEST(TagTracker, ATagThatJumpsIsFoundAroundWhereItWas) {
+TEST(TagTracker, ATagThatJumpsIsFoundNearItsLastPosition) {
   const CountedDetector detector(options_here().detector);
   for (const double side : {30.0, 160.0}) {
     TagTracker tracker = TagTracker::make(detector, options_here()).value();
@@ -159,7 +159,7 @@ TEST(TagTracker, ATagThatJumpsIsFoundAroundWhereItWas) {
   }
 }
 
-TEST(TagTracker, WhatTheCallerExpectsNeedsNoPictureBefore) {
+TEST(TagTracker, ExpectedTagsNeedNoPreviousImage) {
   const CountedDetector detector(options_here().detector);
   TagTracker tracker = TagTracker::make(detector, options_here()).value();
   Image image(640, 480, 140);
@@ -174,7 +174,7 @@ TEST(TagTracker, WhatTheCallerExpectsNeedsNoPictureBefore) {
   EXPECT_LT(max_corner_error_px(found.detections[0].corners_px, truth), 0.3);
 }
 
-TEST(TagTracker, AnotherTagInItsPlaceIsNotTakenForIt) {
+TEST(TagTracker, AnotherTagAtThePositionIsNotConfused) {
   const CountedDetector detector(options_here().detector);
   TagTracker tracker = TagTracker::make(detector, options_here()).value();
   Image image(640, 480, 140);
@@ -189,7 +189,7 @@ TEST(TagTracker, AnotherTagInItsPlaceIsNotTakenForIt) {
   EXPECT_EQ(found.missed[0].why, MissReason::Occluded);
 }
 
-TEST(TagTracker, SaysWhyATagWasNotSeen) {
+TEST(TagTracker, ReportsWhyATagWasNotFound) {
   const auto why = [](const Image& image, const testing::TagCorners& corners) {
     return why_missed(image, {tag(5), corners}, 8, 15);
   };
@@ -224,7 +224,7 @@ TEST(TagTracker, SaysWhyATagWasNotSeen) {
   EXPECT_EQ(why(blurred, place), MissReason::Blurred);
 }
 
-TEST(TagTracker, OptionsOutOfRangeAreNamed) {
+TEST(TagTracker, OptionsOutOfRangeAreRejected) {
   const CountedDetector detector(options_here().detector);
   TrackingOptions options = options_here();
   options.whole_every = 0;
@@ -234,7 +234,7 @@ TEST(TagTracker, OptionsOutOfRangeAreNamed) {
   EXPECT_FALSE(TagTracker::make(detector, options));
 }
 
-TEST(TagSequence, TracksWhereTheFinderSaysSo) {
+TEST(TagSequence, TracksIfTheFinderEnablesIt) {
   auto counted = std::make_unique<CountedDetector>(options_here().detector);
   const CountedDetector& detector = *counted;
   TagFinder finder = make_tag_finder(std::move(counted)).value();
@@ -252,7 +252,7 @@ TEST(TagSequence, TracksWhereTheFinderSaysSo) {
   }
 }
 
-TEST(TagTracker, ExpectationsOfAnyKindAreTaken) {
+TEST(TagTracker, AcceptsAnyExpectation) {
   const CountedDetector detector(options_here().detector);
   TagTracker tracker = TagTracker::make(detector, options_here()).value();
   Image image(64, 48, 140);

@@ -6,7 +6,7 @@ export interface MapTag {
   readonly id: number;
   readonly size: number;
   readonly map_T_tag: Pose;
-  /** One-sigma of the position along x, y, z [m]; absent where the file does not say. */
+  /** One-sigma of the position along x, y, z [m]; absent if the file has no covariance. */
   readonly sigma?: Vec3;
   readonly observations?: number;
 }
@@ -51,10 +51,10 @@ function numbers(value: unknown, count: number, key: string): number[] {
 /** map.yaml (docs/formats/map.md). */
 export function parseMap(text: string): MapTag[] {
   const root = object(text, "map");
-  if (root["format"] !== "waymark-map-1") throw new Error("not a map: its first line of content is 'format: waymark-map-1'");
+  if (root["format"] !== "waymark-map-1") throw new Error("not a map: 'format: waymark-map-1' is missing");
   return list(root["tags"]).map((node) => {
     const [family, id] = String(node["tag"]).split(":");
-    if (!family || !/^\d+$/.test(id ?? "")) throw new Error(`'${String(node["tag"])}' is no tag`);
+    if (!family || !/^\d+$/.test(id ?? "")) throw new Error(`'${String(node["tag"])}' is not a tag`);
     const tag: MapTag = {
       family, id: Number(id), size: number(node, "size_m"),
       map_T_tag: {
@@ -72,13 +72,13 @@ export function parseMap(text: string): MapTag[] {
   });
 }
 
-/** Of the tag's own centre: the tangent of a map's covariance turns about the map's origin (docs/conventions.md). */
+/** Sigma of the tag's centre: the tangent of a map's covariance rotates about the map origin (docs/conventions.md). */
 function positionSigma(upper: number[], p: Vec3): Vec3 {
   const at = (i: number, j: number): number => {
     const [a, b] = i <= j ? [i, j] : [j, i];
     return upper[a * 6 - (a * (a - 1)) / 2 + (b - a)]!;
   };
-  // position' = position + v + w × p: its rows of [I, -[p]×]
+  // position' = position + v + w × p, hence the rows of [I, -[p]×]
   const rows = [
     [1, 0, 0, 0, p[2], -p[1]],
     [0, 1, 0, -p[2], 0, p[0]],
@@ -97,15 +97,15 @@ export function parseRoute(text: string): Route {
   const root = object(text, "route");
   if (root["format"] !== "waymark-route-1") throw new Error("not a route: 'format: waymark-route-1' is missing");
   const points = (Array.isArray(root["points"]) ? root["points"] : []) as unknown[];
-  if (points.length < 2) throw new Error("a route of less than two points");
+  if (points.length < 2) throw new Error("a route needs at least two points");
   const xy = new Float64Array(2 * points.length);
   points.forEach((point, i) => xy.set(numbers(point, 6, "points").slice(1, 3), 2 * i));
   return { closed: root["closed"] === true, xy };
 }
 
-/** A tag that faces this way, tilted up by tilt: x right and y down as its reader sees it, z into it. */
+/** A tag facing this way, tilted up by tilt: x right and y down as seen by a viewer, z into the tag. */
 export function facingTag(x: number, y: number, z: number, facing: number, tilt: number): Pose {
-  const upright: Quat = [-0.5, -0.5, 0.5, 0.5]; // for a reader at +x: x to map +y, y to map -z, z to map -x
+  const upright: Quat = [-0.5, -0.5, 0.5, 0.5]; // for a viewer at +x: x to map +y, y to map -z, z to map -x
   const leaning = multiply(upright, [Math.sin(-tilt / 2), 0, 0, Math.cos(tilt / 2)]);
   return { p: [x, y, z], q: multiply(fromYaw(0, 0, facing).q, leaning) };
 }
@@ -116,7 +116,7 @@ const placed = (node: Node): Pose =>
   facingTag(number(node, "x_m"), number(node, "y_m"), number(node, "z_m"),
             number(node, "facing_deg") * degrees, number(node, "tilt_deg", 0) * degrees);
 
-/** A world of the simulator (docs/formats/world.md): what stands in it. */
+/** Contents of a simulator world (docs/formats/world.md). */
 export function parseWorld(text: string): World {
   const root = object(text, "world");
   const family = String(root["tag_family"] ?? "tag36h11");
@@ -149,7 +149,7 @@ export function parseWorld(text: string): World {
   return { tags, boxes: [...walls, ...furniture], keepOuts };
 }
 
-/** TUM text: stamp x y z qx qy qz qw; lines that begin with # say nothing. */
+/** TUM text: stamp x y z qx qy qz qw; lines that begin with # are comments. */
 export function parseTum(text: string): number[][] {
   return text.split("\n").map((line) => line.trim()).filter((line) => line !== "" && !line.startsWith("#"))
     .map((line) => numbers(line.split(/\s+/).map(Number), 8, "a line of a trajectory"));

@@ -2,10 +2,10 @@ import type { Camera } from "../math/camera";
 import type { Pose } from "../math/pose";
 import type { Tracks } from "./tracks";
 
-/** Decoded ROS 2 messages are plain objects; what is used of them is read with a default, so that nothing throws on odd ones. */
+/** Decoded ROS 2 messages are plain objects; fields are read with defaults, so that unusual messages do not throw. */
 type Message = Record<string, any>; // eslint-disable-line @typescript-eslint/no-explicit-any
 
-/** What of a recording the page shows, and how a topic is recognised: by its type; only truth is told by its name. */
+/** Kinds of topics that the page shows. Topics are recognised by type; only truth is recognised by name. */
 export type Kind = "truth" | "odometry" | "estimate" | "uncertain" | "command" | "tags" | "nis" | "image" | "camera" | "tf";
 
 export function kindOf(topic: string, type: string): Kind | undefined {
@@ -27,7 +27,7 @@ export function kindOf(topic: string, type: string): Kind | undefined {
 
 const finite = (values: number[]): boolean => values.every(Number.isFinite);
 
-/** Seconds of a message's own stamp since `start` [ns]; its log time where it has none. */
+/** Seconds of a message's own stamp since `start` [ns]; its log time if it has no stamp. */
 export function secondsOf(message: Message, logTime: bigint, start: bigint): number {
   const stamp = message["header"]?.stamp;
   const ns = stamp ? BigInt(stamp.sec) * 1_000_000_000n + BigInt(stamp.nanosec ?? stamp.nsec ?? 0) : logTime;
@@ -39,7 +39,7 @@ export const poseRow = (pose: Message): number[] => [
   pose["orientation"].x, pose["orientation"].y, pose["orientation"].z, pose["orientation"].w,
 ];
 
-/** Families are kept as numbers in the tracks. */
+/** Family names by number; the tracks store the numbers. */
 export class FamilyNames {
   readonly names: string[] = [];
   indexOf(name: string): number {
@@ -50,11 +50,11 @@ export class FamilyNames {
 }
 
 function keep(series: { push(...row: number[]): void; length: number; time(row: number): number }, row: number[]): void {
-  if (!finite(row) || (series.length > 0 && row[0]! < series.time(series.length - 1))) return; // never back in time
+  if (!finite(row) || (series.length > 0 && row[0]! < series.time(series.length - 1))) return; // never backward in time
   series.push(...row);
 }
 
-/** Adds what the message says to the tracks; O(1) per message. Messages with numbers that are none are passed over. */
+/** Adds a message to the tracks; O(1). Messages with non-finite numbers are skipped. */
 export function add(tracks: Tracks, families: FamilyNames, kind: Kind, t: number, message: Message): void {
   switch (kind) {
     case "truth": return keep(tracks.truth, [t, ...poseRow(message["pose"].pose ?? message["pose"])]);
@@ -80,7 +80,7 @@ export function add(tracks: Tracks, families: FamilyNames, kind: Kind, t: number
     case "tags":
       if (message["detections"].length === 0) keep(tracks.tags, [t, 0, -1, 0, 0, 0, 0, 0, 0, 0, 0]);
       for (const tag of message["detections"]) {
-        const [bl, br, tr, tl] = tag.corners; // as libapriltag orders them
+        const [bl, br, tr, tl] = tag.corners; // in the order of libapriltag
         keep(tracks.tags, [t, families.indexOf(String(tag.family)), tag.id, tl.x, tl.y, tr.x, tr.y, br.x, br.y, bl.x, bl.y]);
       }
       return;
@@ -88,7 +88,7 @@ export function add(tracks: Tracks, families: FamilyNames, kind: Kind, t: number
   }
 }
 
-/** From the middle of the exposure until it was recorded; both clocks of the recording [s]. */
+/** Time from the middle of the exposure to recording [ms]; both arguments in the clock of the recording [s]. */
 export function addLatency(tracks: Tracks, t: number, recorded: number): void {
   keep(tracks.latency, [t, (recorded - t) * 1000]);
 }
@@ -100,7 +100,7 @@ export function cameraOf(message: Message): Camera | undefined {
   return camera.fx > 0 && camera.width > 0 ? camera : undefined;
 }
 
-/** base_T_cam of a static transform, if it has one: into a frame that ends with `optical`. */
+/** base_T_cam from static transforms: the one into a frame that ends with `optical`, if there is one. */
 export function mountingOf(message: Message): Pose | undefined {
   for (const { child_frame_id, transform } of message["transforms"]) {
     if (!String(child_frame_id).endsWith("optical")) continue;

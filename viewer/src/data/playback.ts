@@ -1,10 +1,10 @@
-/** Where the page is in a recording; time is an argument. */
+/** Position of the page in a recording; time is an argument. */
 export class Playback {
   t = 0;
   duration = 0;
   speed = 1;
   playing = false;
-  /** Of a robot that runs: always at its newest. */
+  /** For a running robot: stays at the newest time. */
   following = false;
 
   seek(t: number): void {
@@ -12,18 +12,18 @@ export class Playback {
     this.t = Math.min(this.duration, Math.max(0, t));
   }
   toggle(): void {
-    if (this.following) { this.following = false; return; } // the picture is held
+    if (this.following) { this.following = false; return; } // hold the current picture
     if (!this.playing && this.t >= this.duration) this.t = 0;
     this.playing = !this.playing && this.duration > 0;
   }
-  /** Whether anything moved. */
+  /** Returns whether the time changed. */
   advance(seconds: number): boolean {
     if (!this.playing || seconds <= 0) return false;
     this.seek(this.t + seconds * this.speed);
     if (this.t >= this.duration) this.playing = false;
     return true;
   }
-  /** To the next (or last) of these times, or by a second where there is none; stops the play. */
+  /** Moves to the next (or previous) of these times, or by a second if there is none; stops playing. */
   step(times: ArrayLike<number>, direction: 1 | -1): void {
     this.playing = false;
     const small = 1e-6;

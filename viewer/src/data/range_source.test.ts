@@ -1,7 +1,7 @@
 import { afterEach, describe, expect, it, vi } from "vitest";
 import { HttpSource } from "./range_source";
 
-/** A server that gives parts of a file, and what it was asked. */
+/** A server that returns parts of a file; records the requests. */
 function serve(file: Uint8Array<ArrayBuffer>, asked: string[], status = 206): void {
   vi.stubGlobal("location", new URL("http://x/worker.js"));
   vi.stubGlobal("fetch", (_url: string, { method, headers }: { method?: string; headers?: Record<string, string> }) => {
@@ -17,10 +17,10 @@ function serve(file: Uint8Array<ArrayBuffer>, asked: string[], status = 206): vo
 }
 afterEach(() => vi.unstubAllGlobals());
 
-describe("a file behind an address", () => {
+describe("a file at a URL", () => {
   const file = Uint8Array.from({ length: 1_000_000 }, (_, i) => (i * 7919) >> 3);
 
-  it("is read as it is, its ends with one question each", async () => {
+  it("is read exactly, each end with one request", async () => {
     const asked: string[] = [];
     serve(file, asked);
     const source = new HttpSource("http://x/files/0/a%20lap.mcap");
@@ -31,7 +31,7 @@ describe("a file behind an address", () => {
     expect(await source.size()).toBe(1_000_000n);
     expect(asked).toEqual(["bytes=-262144", "bytes=0-65535", "bytes=65530-65539", "bytes=400000-449999", "bytes=700000-799999"]);
   });
-  it("of another site is asked for its length first", async () => {
+  it("on another site has its length requested first", async () => {
     const asked: string[] = [];
     serve(file, asked);
     const source = new HttpSource("https://elsewhere/lap.mcap");
@@ -39,7 +39,7 @@ describe("a file behind an address", () => {
     expect(await source.size()).toBe(1_000_000n);
     expect(asked).toEqual(["HEAD", "bytes=737856-999999"]);
   });
-  it("may be small, or empty, or end too early", async () => {
+  it("may be small, empty or truncated", async () => {
     const asked: string[] = [];
     serve(file.slice(0, 100), asked);
     const small = new HttpSource("http://x/small.mcap");
@@ -48,9 +48,9 @@ describe("a file behind an address", () => {
     serve(new Uint8Array(), asked);
     expect(await new HttpSource("http://x/empty.mcap").size()).toBe(0n);
   });
-  it("needs a server that gives parts", async () => {
+  it("needs a server that supports ranges", async () => {
     serve(file, [], 200);
-    await expect(new HttpSource("http://x/whole.mcap").size()).rejects.toThrow("no parts of files (200)");
+    await expect(new HttpSource("http://x/whole.mcap").size()).rejects.toThrow("does not support ranges (200)");
     serve(file, [], 404);
     await expect(new HttpSource("http://x/gone.mcap").size()).rejects.toThrow("gone.mcap: 404");
   });

@@ -1,4 +1,4 @@
-/** Bytes that are read piece by piece: a file of the reader's own, or one behind a URL. */
+/** Random-access bytes: of a local file, or of a URL. */
 export interface RangeSource {
   readonly name: string;
   size(): Promise<bigint>;
@@ -17,10 +17,10 @@ export class BlobSource implements RangeSource {
   }
 }
 
-const tailBytes = 256 * 1024; // the index of an hour
+const tailBytes = 256 * 1024; // enough for the index of an hour
 const headBytes = 64 * 1024;
 
-/** The end of the file, where its index is, and its beginning are asked for once: most small reads are there. */
+/** Requests the end of the file, which contains its index, and the beginning once: most small reads are there. */
 export class HttpSource implements RangeSource {
   readonly name: string;
   private tail: Promise<{ readonly total: bigint; readonly bytes: Uint8Array }> | undefined;
@@ -55,10 +55,10 @@ export class HttpSource implements RangeSource {
   }
   private async ourEnding(): Promise<{ readonly total: bigint; readonly bytes: Uint8Array }> {
     const answer = await this.fetchPart(`-${tailBytes}`);
-    if (answer.total === undefined) throw new Error(`${this.name}: the server does not say how long it is`);
+    if (answer.total === undefined) throw new Error(`${this.name}: the server does not send the file size`);
     return { total: answer.total, bytes: answer.bytes };
   }
-  /** Other sites let a page ask for parts from a byte on, and see how long a file is by its head alone. */
+  /** Other sites allow ranges with a start only, and send the file size only for HEAD requests. */
   private async foreignEnding(): Promise<{ readonly total: bigint; readonly bytes: Uint8Array }> {
     const answer = await fetch(this.url, { method: "HEAD", cache: "no-store" });
     const length = answer.headers.get("content-length");
@@ -68,11 +68,11 @@ export class HttpSource implements RangeSource {
   }
   private async fetchPart(range: string): Promise<{ readonly total: bigint | undefined; readonly bytes: Uint8Array }> {
     const answer = await fetch(this.url, { headers: { range: `bytes=${range}` }, cache: "no-store" });
-    if (answer.status === 416) return { total: 0n, bytes: new Uint8Array() }; // an empty file has no part
+    if (answer.status === 416) return { total: 0n, bytes: new Uint8Array() }; // an empty file has no ranges
     if (!answer.ok) throw new Error(`${this.name}: ${answer.status} ${answer.statusText}`);
     if (answer.status !== 206) {
       void answer.body?.cancel();
-      throw new Error(`${this.name}: the server gives no parts of files (${answer.status})`);
+      throw new Error(`${this.name}: the server does not support ranges (${answer.status})`);
     }
     const total = /^bytes \d+-\d+\/(\d+)$/.exec(answer.headers.get("content-range") ?? "")?.[1];
     return { total: total === undefined ? undefined : BigInt(total), bytes: new Uint8Array(await answer.arrayBuffer()) };

@@ -27,7 +27,7 @@ const decompressHandlers = {
   zstd: (bytes: Uint8Array, size: bigint) => unzstd(bytes, new Uint8Array(Number(size))),
   lz4: (bytes: Uint8Array, size: bigint) => lz4.decompress(bytes, Number(size)),
 };
-const maxTextBytes = 8e6; // an attachment beyond this is none of ours
+const maxTextBytes = 8e6; // larger attachments are ignored
 
 interface Topic {
   readonly kind: Kind;
@@ -35,7 +35,7 @@ interface Topic {
   readonly reader: MessageReader;
 }
 
-/** A recording that is read by its index: pieces of the file, when they are needed. */
+/** A recording read by its index: parts of the file are read on demand. */
 export class Recording {
   private readonly topics = new Map<number, Topic>();
   private readonly names = new Map<Kind, string[]>();
@@ -57,12 +57,12 @@ export class Recording {
     const readable = { size: () => source.size(), read: (offset: bigint, size: bigint) => source.read(offset, size) };
     const head = await source.read(0n, (await source.size()) < 8n ? await source.size() : 8n);
     if (head.length < 8 || head[0] !== 0x89 || String.fromCharCode(...head.slice(1, 5)) !== "MCAP")
-      throw new Error(`${source.name}: not an MCAP recording. Other kinds become one with: waymark convert ${source.name} out.mcap`);
+      throw new Error(`${source.name}: not an MCAP recording. Convert other formats with: waymark convert ${source.name} out.mcap`);
     try {
       return new Recording(await McapIndexedReader.Initialize({ readable, decompressHandlers, messageIndexCacheSizeBytes: 16e6 }), source.name);
     } catch (error) {
-      throw new Error(`${source.name}: it has no index, because it was cut or is still being written. ` +
-        `waymark recover ${source.name} -o whole.mcap gives it one. (${(error as Error).message})`);
+      throw new Error(`${source.name}: no index: the file is truncated or still being written. ` +
+        `waymark recover ${source.name} -o whole.mcap adds one. (${(error as Error).message})`);
     }
   }
 
@@ -84,14 +84,14 @@ export class Recording {
     };
   }
 
-  /** All that is small into the tracks, in the order of the log; gives how far it is, from 0 to 1, about every `everyMs`. */
+  /** Reads all small messages into the tracks, in order of log time; yields the progress, from 0 to 1, about every `everyMs`. */
   async *overview(tracks: Tracks, families: FamilyNames, everyMs = 100): AsyncGenerator<number> {
-    // Of two odometries or two cameras the first by name: they would be mixed up otherwise.
+    // Only the first odometry and the first camera by name: several would be mixed up.
     const topics = (["truth", "odometry", "estimate", "uncertain", "command", "tags", "nis"] as const)
       .flatMap((kind) => this.names.get(kind)?.slice(0, 1) ?? []);
     if (topics.length === 0) return;
     const span = Number((this.mcap.statistics?.messageEndTime ?? this.start) - this.start) || 1;
-    let told = performance.now();
+    let reported = performance.now();
     for await (const message of this.mcap.readMessages({ topics, validateCrcs: false })) {
       const topic = this.topics.get(message.channelId);
       if (!topic) continue;
@@ -99,13 +99,13 @@ export class Recording {
       const t = secondsOf(decoded, message.logTime, this.start);
       add(tracks, families, topic.kind, t, decoded);
       if (topic.kind === "tags") addLatency(tracks, t, Number(message.logTime - this.start) * 1e-9);
-      if (performance.now() - told < everyMs) continue;
-      told = performance.now();
+      if (performance.now() - reported < everyMs) continue;
+      reported = performance.now();
       yield Number(message.logTime - this.start) / span;
     }
   }
 
-  /** The picture that was the last at t [s]: two reads of the file, however long it is. */
+  /** The last picture at t [s]: two reads of the file, whatever its length. */
   async picture(t: number): Promise<Picture | undefined> {
     const topic = this.names.get("image")?.[0];
     if (topic === undefined) return undefined;

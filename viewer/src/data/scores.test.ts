@@ -14,20 +14,20 @@ describe("scores", () => {
   for (let i = 0; i <= 20; ++i) {
     const t = i / 10;
     tracks.truth.push(...row(t, 5 + t, 2, 0)); // along x, 2 cm left of the route below
-    tracks.odometry.push(...row(t, 0, t, Math.PI / 2), 1, 0); // the same way, in its own frame
+    tracks.odometry.push(...row(t, 0, t, Math.PI / 2), 1, 0); // the same trajectory, in its own frame
     tracks.estimate.push(...row(t, 5 + t, 2.01, 0.1), 0, 0, 0, 0);
   }
   const map_T_odom = placeOdometry(tracks);
   const scores = scoresOf(tracks, { closed: false, xy: Float64Array.from([0, 1.98, 100, 1.98]) }, map_T_odom);
-  it("lay odometry where the truth begins", () => {
+  it("align odometry with the beginning of the truth", () => {
     expect(map_T_odom.p[0]).toBeCloseTo(5, 9);
     scores.headingOdometry.v.forEach((v) => expect(v).toBeCloseTo(0, 9));
   });
-  it("measure the distance from the way in cm, left positive", () => {
+  it("measure the distance from the route in cm, left positive", () => {
     scores.crossTrackTruth.v.forEach((v) => expect(v).toBeCloseTo(2, 9));
     scores.crossTrackEstimate.v.forEach((v) => expect(v).toBeCloseTo(3, 9));
   });
-  it("have no heading from before the truth was known", () => {
+  it("have no heading before the truth begins", () => {
     const early = emptyTracks();
     for (let i = 0; i < 10; ++i) early.odometry.push(...row(i, 0, 0, 0.1), 1, 0);
     for (let i = 5; i < 10; ++i) early.truth.push(...row(i, 0, 0, 0));
@@ -42,7 +42,7 @@ describe("scores", () => {
   });
 });
 
-it("a pose between two rows is straight between them, whatever the sign of the quaternions", () => {
+it("a pose between two rows is interpolated linearly, for any sign of the quaternions", () => {
   const { truth } = emptyTracks();
   truth.push(...row(0, 0, 0, 0.2));
   truth.push(...row(2, 4, 2, 0.6).map((v, i) => (i >= 4 ? -v : v)));
@@ -53,7 +53,7 @@ it("a pose between two rows is straight between them, whatever the sign of the q
   expect(poseBetween(truth, 9)!.p[0]).toBe(4);
 });
 
-it("marks say where nothing was seen and where the robot stood", () => {
+it("marks show times without tags and stops of the robot", () => {
   const tracks = emptyTracks();
   for (let i = 0; i < 50; ++i) {
     const t = i / 10;
@@ -67,7 +67,7 @@ it("marks say where nothing was seen and where the robot stood", () => {
 });
 
 describe("playback", () => {
-  it("plays, ends, and begins again", () => {
+  it("plays, ends, and restarts", () => {
     const play = new Playback();
     play.toggle();
     expect(play.playing).toBe(false); // nothing to play

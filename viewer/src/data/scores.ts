@@ -4,7 +4,7 @@ import type { Route } from "./map_files";
 import type { Series } from "./series";
 import type { Tracks } from "./tracks";
 
-/** One line of a plot: times and values. */
+/** One curve of a plot: times and values. */
 export interface Curve {
   readonly t: number[];
   readonly v: number[];
@@ -25,7 +25,7 @@ export function poseAt(series: Series, t: number): Pose | undefined {
   return row < 0 ? undefined : poseOf(series, row);
 }
 
-/** Between the two rows about t: straight, and turned in proportion. */
+/** Interpolates between the two rows around t: position linearly, rotation by constant angular velocity. */
 export function poseBetween(series: Series, t: number): Pose | undefined {
   const row = series.indexAt(t);
   if (row < 0) return undefined;
@@ -42,7 +42,7 @@ export function poseBetween(series: Series, t: number): Pose | undefined {
   };
 }
 
-/** map_T_odom: laid so that odometry begins where the truth, or else the first estimate, says the robot is. */
+/** map_T_odom that places the beginning of the odometry at the truth, or else at the first estimate. */
 export function placeOdometry(tracks: Tracks): Pose {
   const reference = tracks.truth.length > 0 ? tracks.truth : tracks.estimate;
   if (reference.length === 0 || tracks.odometry.length === 0) return identity;
@@ -50,7 +50,7 @@ export function placeOdometry(tracks: Tracks): Pose {
   return compose(poseAt(reference, t)!, inverse(poseAt(tracks.odometry, t)!));
 }
 
-/** At most every `apart` seconds, so that a long recording draws as quickly as a short one; rows without a value are left out. */
+/** Values at most every `apart` seconds, so that long recordings draw as fast as short ones; rows without a value are skipped. */
 function sampled(series: Series, apart: number, value: (row: number) => number): Curve {
   const curve: Curve = { t: [], v: [] };
   let next = -Infinity;
@@ -109,13 +109,13 @@ function tagCounts(tags: Series): Curve {
   return curve;
 }
 
-/** What a timeline shows: the first estimate, stops, and times without any tag. */
+/** Marks of a timeline: the first estimate, stops, and times without any tag. */
 export function marksOf(tracks: Tracks, blindFrom = 1, stoppedFrom = 0.5): Mark[] {
   const marks: Mark[] = [];
   if (tracks.estimate.length > 0) marks.push({ t: tracks.estimate.time(0), kind: "start", words: "first estimate" });
   const stillness = stretches(tracks.command, (row) => tracks.command.at(row, 1) === 0 && tracks.command.at(row, 2) === 0, stoppedFrom);
   for (const [from, to, open] of stillness) {
-    marks.push({ t: from, kind: "stop", words: `stands for ${(to - from).toFixed(1)} s` });
+    marks.push({ t: from, kind: "stop", words: `stationary for ${(to - from).toFixed(1)} s` });
     if (!open) marks.push({ t: to, kind: "go", words: "drives on" });
   }
   for (const [from, to] of stretches(tracks.tags, (row) => tracks.tags.at(row, 2) < 0, blindFrom))
@@ -123,7 +123,7 @@ export function marksOf(tracks: Tracks, blindFrom = 1, stoppedFrom = 0.5): Mark[
   return marks.sort((a, b) => a.t - b.t);
 }
 
-/** From, to, and whether it lasts to the end: where the condition holds for that long. */
+/** Intervals in which the condition holds for at least that long: from, to, and whether it lasts to the end. */
 function stretches(series: Series, holds: (row: number) => boolean, atLeast: number): [number, number, boolean][] {
   const found: [number, number, boolean][] = [];
   let from: number | undefined;

@@ -1,4 +1,4 @@
-/** Rows of numbers that grow: the first column is the time [s], never falling. */
+/** Growing rows of numbers; the first column is the time [s] and never decreases. */
 export class Series {
   private rows: Float64Array;
   length = 0;
@@ -8,7 +8,7 @@ export class Series {
   }
 
   push(...row: number[]): void {
-    if (row.length !== this.columns) throw new Error(`a row of ${row.length} in a series of ${this.columns} columns`);
+    if (row.length !== this.columns) throw new Error(`row with ${row.length} values in a series of ${this.columns} columns`);
     if ((this.length + 1) * this.columns > this.rows.length) {
       const larger = new Float64Array(this.rows.length * 2);
       larger.set(this.rows);
@@ -33,7 +33,7 @@ export class Series {
     return out;
   }
 
-  /** The last row not later than t, -1 before the first; O(log n). */
+  /** The last row not later than t; -1 before the first; O(log n). */
   indexAt(t: number): number {
     let low = 0, high = this.length;
     while (low < high) {
@@ -44,11 +44,11 @@ export class Series {
     return low - 1;
   }
 
-  /** Takes over what a worker sent: whole rows. */
+  /** Appends whole rows sent by a worker. */
   append(rows: Float64Array): void {
     for (let i = 0; i < rows.length; i += this.columns) this.push(...rows.subarray(i, i + this.columns));
   }
-  /** The rows from here on, as append() takes them. */
+  /** The rows from `row` on, in the form that append() takes. */
   since(row: number): Float64Array {
     return this.rows.slice(row * this.columns, this.length * this.columns);
   }

@@ -1,6 +1,6 @@
 import { Series } from "./series";
 
-/** What of a recording is kept in memory: all that is small. */
+/** The small messages of a recording, kept in memory. */
 export const columnsOf = {
   truth: 8, // t x y z qx qy qz qw
   odometry: 10, // t x y z qx qy qz qw v w
@@ -8,8 +8,8 @@ export const columnsOf = {
   uncertain: 12,
   command: 3, // t v w
   nis: 5, // t tag nis dof accepted
-  latency: 2, // t, milliseconds until it was recorded, or shown
-  tags: 11, // t family id, then corners as the page draws them: TL TR BR BL; t 0 -1 … where a frame saw none
+  latency: 2, // t, milliseconds until it was recorded or shown
+  tags: 11, // t family id, then corners TL TR BR BL; t 0 -1 … for a frame without tags
 } as const;
 
 export type TrackName = keyof typeof columnsOf;
@@ -20,7 +20,7 @@ export function emptyTracks(): Tracks {
   return Object.fromEntries(trackNames.map((name) => [name, new Series(columnsOf[name])])) as unknown as Tracks;
 }
 
-/** The rows of the frame of tags that was last at t: from, to (exclusive). */
+/** The rows of the last frame of tags at t: from, to (exclusive). */
 export function frameAt(tags: Series, t: number): [number, number] {
   const last = tags.indexAt(t);
   if (last < 0) return [0, 0];

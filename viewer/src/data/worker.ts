@@ -1,4 +1,4 @@
-// Reads the recording beside the page, so that the page never waits for it.
+// Reads the recording in a worker, so that the page never blocks.
 import { FamilyNames } from "./messages";
 import type { Answer, Request } from "./protocol";
 import { BlobSource, HttpSource } from "./range_source";
@@ -6,15 +6,15 @@ import { Recording } from "./recording";
 import { emptyTracks, trackNames, type TrackName } from "./tracks";
 
 let recording: Recording | undefined;
-const tell = (answer: Answer): void => self.postMessage(answer);
-const failed = (error: unknown): void => tell({ tell: "failed", words: error instanceof Error ? error.message : String(error) });
+const post = (answer: Answer): void => self.postMessage(answer);
+const failed = (error: unknown): void => post({ type: "failed", words: error instanceof Error ? error.message : String(error) });
 
 async function open(source: File | string): Promise<void> {
   const opened = await Recording.open(typeof source === "string" ? new HttpSource(source) : new BlobSource(source, source.name));
   recording = opened;
   const info = await opened.info();
-  tell({ tell: "opened", info });
-  if (info.hasPictures) await picture(opened, 0); // before all else is read
+  post({ type: "opened", info });
+  if (info.hasPictures) await picture(opened, 0); // before anything else is read
   const tracks = emptyTracks(), families = new FamilyNames();
   const sent = new Map<TrackName, number>();
   const send = (progress: number, complete: boolean): void => {
@@ -25,15 +25,15 @@ async function open(source: File | string): Promise<void> {
       rows[name] = tracks[name].since(from);
       sent.set(name, tracks[name].length);
     }
-    tell({ tell: "tracks", rows, families: families.names, progress, complete });
+    post({ type: "tracks", rows, families: families.names, progress, complete });
   };
   for await (const progress of opened.overview(tracks, families)) send(progress, false);
   send(1, true);
 }
 
 const picture = (from: Recording, t: number): Promise<void> =>
-  from.picture(t).then((found) => tell({ tell: "picture", t, picture: found })).catch((error: unknown) => {
-    tell({ tell: "picture", t, picture: undefined });
+  from.picture(t).then((found) => post({ type: "picture", t, picture: found })).catch((error: unknown) => {
+    post({ type: "picture", t, picture: undefined });
     failed(error);
   });
 

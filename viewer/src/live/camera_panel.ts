@@ -1,6 +1,6 @@
 import { GuidePanel, type GuideStatus } from "./guide_panel";
 
-/** What the program says of a live camera that is shown without a robot (docs/formats/live.md, camera.json). */
+/** State of a live camera that is shown without a robot (docs/formats/live.md, camera.json). */
 export interface CameraStatus {
   readonly camera: string;
   readonly rate_hz?: number;
@@ -29,12 +29,12 @@ export interface CameraTag {
 }
 
 const shownControls = ["exposure_ms", "gain", "focus", "white_balance_k"];
-const steps = 1000; // of a slider
+const steps = 1000; // steps of a slider
 
-/** The place of a value on its slider, 0 to 1: an exposure by its logarithm, as eyes and sensors have it. */
+/** The position of a value on its slider, 0 to 1; exposures are logarithmic. */
 export const placeOf = ({ name, min, max }: CameraControl, value: number): number =>
   name === "exposure_ms" && min > 0 ? Math.log(value / min) / Math.log(max / min) : (value - min) / (max - min);
-/** The value at a place, on the control's steps. */
+/** The value at a slider position, rounded to the control's steps. */
 export function valueAt(control: CameraControl, place: number): number {
   const { name, min, max, step } = control;
   const value = name === "exposure_ms" && min > 0 ? min * (max / min) ** place : min + place * (max - min);
@@ -49,7 +49,7 @@ export function factsOf(status: CameraStatus): string {
   return [...parts, ...counts.map(([name, count]) => `${count} ${name}`)].join("; ");
 }
 
-/** Distance and standard deviations of a tag, in the words of its row. */
+/** Text of a tag's row: distance and standard deviations. */
 export function rowOf({ tag, pose }: CameraTag): string[] {
   if (!pose) return [tag, "", "", ""];
   const sigma = pose.sigma_t_m?.map((s) => (1000 * s).toFixed(1)).join(", ") ?? "";
@@ -58,14 +58,14 @@ export function rowOf({ tag, pose }: CameraTag): string[] {
 
 const byId = <T extends HTMLElement>(id: string): T => document.getElementById(id) as T;
 
-/** Rate, age, tags and controls of a camera beside its picture. */
+/** Rate, latency, tags and controls of a camera, next to its picture. */
 export class CameraPanel {
   private readonly sliders = new Map<string, HTMLInputElement>();
   private controls = new Map<string, CameraControl>();
   private readonly guide = new GuidePanel();
   private may = false;
 
-  constructor(private readonly say: (message: object) => void) {
+  constructor(private readonly send: (message: object) => void) {
     byId("snapshot").addEventListener("click", () => this.order({ do: "snapshot" }));
     byId("record").addEventListener("click", () => this.order({ do: "record" }));
   }
@@ -92,7 +92,7 @@ export class CameraPanel {
   }
 
   private order(what: object): void {
-    this.say({ op: "camera", ...what });
+    this.send({ op: "camera", ...what });
   }
 
   private showControl(control: CameraControl): void {
@@ -111,7 +111,7 @@ export class CameraPanel {
     slider.addEventListener("change", () => {
       const control = this.controls.get(name);
       if (control) this.order({ do: "set", control: name, value: valueAt(control, Number(slider.value) / steps) });
-      slider.blur(); // what the camera took is shown again
+      slider.blur(); // show the value that the camera set
     });
     label.append(slider, value);
     byId("controls").append(label);

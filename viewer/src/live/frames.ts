@@ -1,4 +1,4 @@
-// The frames of the Foxglove WebSocket protocol, as far as the page needs them, and what Waymark says beside it (docs/formats/live.md).
+// Frames of the Foxglove WebSocket protocol that the page needs, and Waymark's additions (docs/formats/live.md).
 
 export interface Channel {
   readonly id: number;
@@ -45,7 +45,7 @@ export interface DataFrame {
   readonly data: Uint8Array;
 }
 
-/** Opcode 1, subscription, time, message; nothing for any other frame. */
+/** Parses opcode 1, subscription, time, message; undefined for any other frame. */
 export function parseData(buffer: ArrayBuffer): DataFrame | undefined {
   if (buffer.byteLength < 13) return undefined;
   const view = new DataView(buffer);
@@ -53,12 +53,12 @@ export function parseData(buffer: ArrayBuffer): DataFrame | undefined {
   return { subscription: view.getUint32(1, true), hostTime: view.getBigUint64(5, true), data: new Uint8Array(buffer, 13) };
 }
 
-/** What the one button of the session does in each phase. */
+/** Action of the session button in each phase. */
 export const goWords: Readonly<Record<string, string>> = {
-  idle: "Teach a lap", teaching: "The lap is over", ready: "Replay", replaying: "Pause", paused: "Go on", done: "Replay again",
+  idle: "Teach a lap", teaching: "Finish the lap", ready: "Replay", replaying: "Pause", paused: "Resume", done: "Replay again",
   stopped: "Replay again",
 };
-/** The line of phases that the page shows; "paused" and "stopped" stand where "replaying" and "done" do. */
+/** Phases in the order of the page; "paused" and "stopped" take the places of "replaying" and "done". */
 export const sessionPhases = ["idle", "teaching", "mapping", "ready", "replaying", "done"] as const;
 export const placeInSession = (phase: string): number =>
   sessionPhases.indexOf((phase === "paused" ? "replaying" : phase === "stopped" ? "done" : phase) as (typeof sessionPhases)[number]);

@@ -10,24 +10,24 @@ const status: GuideStatus = {
 };
 
 describe("the panel of a guided calibration", () => {
-  it("lays the parts as they lie in the picture", () => {
+  it("arranges the parts as in the picture", () => {
     const rows = rowsOf(status.parts);
     expect(rows.map((row) => row.map(({ name }) => name))).toEqual([names.slice(0, 3), names.slice(3, 6), names.slice(6)]);
   });
-  it("tells covered parts from missing ones, and where the board is", () => {
+  it("marks covered and missing parts, and the place of the board", () => {
     const cells = rowsOf(status.parts).flat();
     expect(cells.map(({ covered }) => covered)).toEqual([false, false, false, false, true, true, true, true, true]);
     expect(cells[3]!.words).toBe("15 of 20");
     expect(cells[4]!.words).toBe("✓ 20");
     expect(cells.filter(({ here }) => here).map(({ name }) => name)).toEqual(["middle"]);
   });
-  it("names the edge of a tilt", () => {
+  it("names the near edge of a tilt", () => {
     expect(status.tilts.map(cellOfTilt)).toEqual([
       { name: "left edge nearer", words: "1 of 2", covered: false, here: false },
       { name: "right edge nearer", words: "✓ 2", covered: true, here: false },
     ]);
   });
-  it("says how far it is, and nothing that is not known yet", () => {
+  it("shows the progress and omits unknown values", () => {
     expect(guideFacts(status)).toBe("7 of 12 views; focal length ± 0.31 %, 0.1 % wanted; held-out error 0.21 px; hold still");
     const { held_out_rms_px, focal_sigma_share, ...begun } = status;
     expect([held_out_rms_px, focal_sigma_share]).toEqual([0.214, 0.00312]);

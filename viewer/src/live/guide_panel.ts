@@ -1,4 +1,4 @@
-/** How far a guided calibration is (docs/formats/live.md, camera.json). */
+/** Progress of a guided calibration (docs/formats/live.md, camera.json). */
 export interface GuideStatus {
   readonly picture: string;
   readonly views: number;
@@ -23,7 +23,7 @@ export interface GuideTilt {
   readonly views_wanted: number;
 }
 
-/** What a part of the picture or a tilt shows: words beside the colour, which not everybody can tell. */
+/** A part of the picture or a tilt: text in addition to the colour, for viewers who cannot distinguish the colours. */
 export interface Cell {
   readonly name: string;
   readonly words: string;
@@ -37,7 +37,7 @@ const cell = (name: string, count: number, wanted: number, here: boolean): Cell 
 export const cellOfPart = (part: GuidePart): Cell => cell(part.part, part.corners, part.corners_wanted, part.corners_in_picture > 0);
 export const cellOfTilt = (tilt: GuideTilt): Cell => cell(`${tilt.nearer_edge} edge nearer`, tilt.views, tilt.views_wanted, false);
 
-/** Rows of three, as the parts lie in the picture. */
+/** Rows of three, arranged as in the picture. */
 export const rowsOf = (parts: readonly GuidePart[]): Cell[][] =>
   [0, 3, 6].map((first) => parts.slice(first, first + 3).map(cellOfPart));
 
@@ -54,7 +54,7 @@ export function guideFacts(status: GuideStatus): string {
 
 const byId = (id: string): HTMLElement => document.getElementById(id)!;
 
-/** Which parts of the picture and which tilts of the board a calibration has, and which are missing. */
+/** Shows the parts of the picture and the tilts of the board that a calibration has, and those that are missing. */
 export class GuidePanel {
   show(status: GuideStatus): void {
     document.body.classList.add("guided");

@@ -3,8 +3,8 @@ import type { Pose } from "../math/pose";
 import type { TrackName } from "../data/tracks";
 import type { Control, RobotState } from "./frames";
 
-/** What the page tells its link: a message for the server, or that it is ready for the next updates. */
-export type ToLink = { readonly say: object } | { readonly next: true };
+/** Messages of the page to its link: a message for the server, or a request for the next updates. */
+export type ToLink = { readonly send: object } | { readonly next: true };
 
 export interface LivePicture {
   readonly t: number;
@@ -16,18 +16,18 @@ export interface ShownPicture {
   readonly bitmap: ImageBitmap;
 }
 
-/** What came since the last updates, all at once: a page that is slow gets it late, but never old. */
+/** Everything since the last updates: a slow page receives them late, but never outdated ones. */
 export interface Updates {
   readonly rows: Partial<Record<TrackName, Float64Array>>;
   readonly families: readonly string[];
-  readonly name?: string; // of the robot: the connection is there
+  readonly name?: string; // name of the robot; set when connected
   readonly lost?: boolean;
   readonly camera?: Camera;
   readonly base_T_cam?: Pose;
-  readonly states: readonly RobotState[]; // the last of each phase
+  readonly states: readonly RobotState[]; // the newest of each phase
   readonly control?: Control;
   readonly texts: readonly { readonly name: string; readonly text: string }[];
   readonly words: readonly string[];
-  readonly pictures: readonly LivePicture[]; // to look back
-  readonly shown?: ShownPicture; // the newest whose tags are known
+  readonly pictures: readonly LivePicture[]; // for looking back
+  readonly shown?: ShownPicture; // the newest picture with known tags
 }

@@ -1,4 +1,4 @@
-// The connection to a robot that runs, beside the page: its messages are read as they come, however busy the page is with drawing.
+// The connection to a running robot, in a worker: messages are read as they arrive, even while the page is drawing.
 import { compressedPictureOf } from "../data/pictures";
 import { LiveLink } from "./live_link";
 import type { Updates, ToLink } from "./link_protocol";
@@ -11,7 +11,7 @@ let sending = false;
 const link = new LiveLink(box.tracks, box.families, {
   opened: (name) => { box.opened(name); void send(); },
   closed: () => { box.lost(); void send(); },
-  said: (words) => { box.say(words); void send(); },
+  warned: (words) => { box.warn(words); void send(); },
   rows: () => { box.grown(); void send(); },
   camera: (camera, base_T_cam) => { box.see(camera, base_T_cam); void send(); },
   picture: (t, hostTime, data) => { box.picture(t, hostTime, data); void send(); },
@@ -35,13 +35,13 @@ async function bitmapOf(bytes: Uint8Array<ArrayBuffer>): Promise<ImageBitmap | u
     const picture = compressedPictureOf(bytes);
     return picture.kind === "file" ? await createImageBitmap(new Blob([picture.bytes], { type: picture.mime })) : undefined;
   } catch (error) {
-    box.say(String(error));
+    box.warn(String(error));
     return undefined;
   }
 }
 
 self.onmessage = ({ data }: MessageEvent<ToLink>): void => {
-  if ("say" in data) return link.say(data.say);
+  if ("send" in data) return link.send(data.send);
   asked = true;
   void send();
 };

@@ -9,13 +9,13 @@ import { parseData, type Channel, type Control, type DataFrame, type RobotState,
 export interface LiveEvents {
   opened(name: string): void;
   closed(): void;
-  rows(): void; // the tracks have grown
+  rows(): void; // the tracks have new rows
   camera(camera: Camera | undefined, base_T_cam: Pose | undefined): void;
   picture(t: number, hostTime: bigint, data: Uint8Array<ArrayBuffer>): void;
   state(state: RobotState): void;
   control(control: Control): void;
   text(name: string, text: string): void;
-  said(words: string): void;
+  warned(words: string): void;
 }
 
 interface Stream {
@@ -24,11 +24,11 @@ interface Stream {
   readonly reader: MessageReader;
 }
 
-/** A robot that runs, over a WebSocket: its messages go into the tracks as those of a recording do. */
+/** A running robot over a WebSocket: its messages are added to the tracks like those of a recording. */
 export class LiveLink {
   private socket: WebSocket | undefined;
   private streams = new Map<number, Stream>();
-  private state = -1; // the subscription of the state
+  private state = -1; // id of the state subscription
   private start: bigint | undefined;
   private kinds = new Set<Kind>();
   private camera: Camera | undefined;
@@ -52,7 +52,7 @@ export class LiveLink {
     };
   }
 
-  say(message: object): void {
+  send(message: object): void {
     if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
   }
 
@@ -62,11 +62,11 @@ export class LiveLink {
       case "advertise": return message.channels.forEach((channel) => this.subscribe(channel));
       case "control": return this.events.control(message);
       case "text": return this.events.text(message.name, message.text);
-      case "status": return this.events.said(message.message);
+      case "status": return this.events.warned(message.message);
     }
   }
 
-  /** One stream of each kind is shown: the first. */
+  /** Shows one stream of each kind: the first. */
   private subscribe(channel: Channel): void {
     if (channel.topic === "/waymark/state") this.state = channel.id;
     else {
@@ -75,7 +75,7 @@ export class LiveLink {
       this.kinds.add(kind);
       this.streams.set(channel.id, { kind, type: channel.schemaName, reader: new MessageReader(parse(channel.schema, { ros2: true })) });
     }
-    this.say({ op: "subscribe", subscriptions: [{ id: channel.id, channelId: channel.id }] });
+    this.send({ op: "subscribe", subscriptions: [{ id: channel.id, channelId: channel.id }] });
   }
 
   private hearFrame(frame: DataFrame | undefined): void {

@@ -20,7 +20,7 @@ export interface LiveParts {
   readonly camera: CameraView;
   readonly plots: Plots;
   readonly bar: TimelineBar;
-  say(words: string, bad?: boolean): void;
+  showStatus(words: string, bad?: boolean): void;
   rebuild(reframe: boolean): void;
   refit(): void;
   update(): void;
@@ -28,13 +28,13 @@ export interface LiveParts {
   colour(name: string): string;
 }
 
-const keptPictures = 300; // ten seconds, to look back
+const keptPictures = 300; // ten seconds of history
 const phaseWords: Readonly<Record<string, string>> = {
-  teaching: "a lap is taught", mapping: "the map is made", ready: "there is a map", replaying: "replay", paused: "paused", done: "done", stopped: "stopped",
+  teaching: "teaching a lap", mapping: "making the map", ready: "map is ready", replaying: "replay", paused: "paused", done: "done", stopped: "stopped",
   localizing: "localisation",
 };
 
-/** The page of a robot that runs: what comes in is shown as soon as it is there, and kept to look back. */
+/** The page of a running robot: new data are shown at once and kept for looking back. */
 export class LiveMode {
   private readonly link = new Worker(new URL("./link_worker.ts", import.meta.url), { type: "module" });
   private readonly alive: ReturnType<typeof setInterval>;
@@ -47,34 +47,34 @@ export class LiveMode {
   private dirty = false;
   private rebuilt = 0;
   private framed = false;
-  private streams = 0; // that have something to show
-  /** When the picture that is shown was taken; nothing where there are none. */
+  private streams = 0; // number of streams with data
+  /** Time of the picture on the screen; undefined without pictures. */
   pictureTime: number | undefined;
-  /** When the robot's program had it [ns of its clock]. */
+  /** Time at which the robot's program received it [ns of its clock]. */
   pictureHostTime = 0n;
 
   constructor(private readonly parts: LiveParts) {
     parts.playback.following = true;
-    this.page = new LivePage((message) => this.tell({ say: message }));
-    this.panel = new CameraPanel((message) => this.tell({ say: message }));
+    this.page = new LivePage((message) => this.send({ send: message }));
+    this.panel = new CameraPanel((message) => this.send({ send: message }));
     this.link.onmessage = ({ data }: MessageEvent<Updates>) => this.hear(data);
-    this.link.onerror = (event) => parts.say(event.message || "the connection did not start", true);
-    this.alive = setInterval(() => this.tell({ say: { op: "alive" } }), 500); // from here: a page that hangs holds no control
-    this.tell({ next: true });
+    this.link.onerror = (event) => parts.showStatus(event.message || "the connection did not start", true);
+    this.alive = setInterval(() => this.send({ send: { op: "alive" } }), 500); // sent from the page, so that a blocked page loses control
+    this.send({ next: true });
   }
 
-  private tell(message: ToLink): void {
+  private send(message: ToLink): void {
     this.link.postMessage(message);
   }
 
   private hear(updates: Updates): void {
-    this.tell({ next: true });
-    const { content, say } = this.parts;
+    this.send({ next: true });
+    const { content, showStatus } = this.parts;
     takeRows(content, updates.rows);
     content.families = updates.families;
-    if (updates.name !== undefined) { say(`${updates.name}: live`); document.body.dataset["ready"] = "true"; }
-    if (updates.lost) { say("The robot's program does not answer.", true); this.page.lost(); }
-    updates.words.forEach((words) => say(words, true));
+    if (updates.name !== undefined) { showStatus(`${updates.name}: live`); document.body.dataset["ready"] = "true"; }
+    if (updates.lost) { showStatus("The robot's program does not answer.", true); this.page.lost(); }
+    updates.words.forEach((words) => showStatus(words, true));
     if (updates.camera || updates.base_T_cam) this.takeCamera(updates);
     updates.states.forEach((state) => this.takeState(state));
     if (updates.control) { this.page.showControl(updates.control); this.panel.allow(updates.control.may); }
@@ -83,7 +83,7 @@ export class LiveMode {
     if (device) this.panel.show(JSON.parse(device.text) as CameraStatus);
     for (const { name, text } of texts) {
       const wrong = takeText(content, name, text);
-      if (wrong) say(wrong, true);
+      if (wrong) showStatus(wrong, true);
     }
     if (texts.length > 0) this.parts.rebuild(true);
     this.pictures.push(...updates.pictures);
@@ -106,7 +106,7 @@ export class LiveMode {
     if (words) this.phases.push({ t: this.newest(), kind: state.phase === "replaying" ? "go" : state.phase === "teaching" ? "start" : "stop", words });
   }
 
-  /** With its tags, so that both belong together. */
+  /** Shows a picture together with its own tags. */
   private show({ t, hostTime, bitmap }: ShownPicture): void {
     const { camera, content, drawCamera, playback } = this.parts;
     if (!playback.following) return bitmap.close();
@@ -124,7 +124,7 @@ export class LiveMode {
     return Math.max(...[odometry, tags, estimate, truth].map((s) => (s.length > 0 ? s.time(s.length - 1) : 0)));
   }
 
-  /** Something else is looked at from now on. */
+  /** Called when another time is shown. */
   close(): void {
     clearInterval(this.alive);
     this.link.terminate();
@@ -133,7 +133,7 @@ export class LiveMode {
     document.getElementById("live")!.hidden = true;
   }
 
-  /** Looking back: the picture of that time, if it is kept. */
+  /** Looking back: shows the picture of that time, if it is still kept. */
   async seek(t: number): Promise<void> {
     const kept = this.pictures.filter((one) => one.t <= t + 1e-6).at(-1);
     if (!kept) { this.pictureTime = this.pictures.length > 0 ? t : undefined; await this.parts.camera.show(undefined); }
@@ -141,7 +141,7 @@ export class LiveMode {
     this.parts.drawCamera();
   }
 
-  /** Tags stand in the scene from their first observation on; the map replaces them. */
+  /** Tags are placed in the scene from their first observation; the map replaces them. */
   private drawSeenTags(): void {
     const { content, world, rebuild } = this.parts;
     if (tagsOf(content).length > 0 || !this.seen.take(content, world.map_T_odom ?? identity)) return;
@@ -149,7 +149,7 @@ export class LiveMode {
     rebuild(false);
   }
 
-  /** Before each frame of the screen. */
+  /** Called before each frame of the screen. */
   tick(now: number): void {
     if (!this.dirty) return;
     this.dirty = false;
@@ -163,7 +163,7 @@ export class LiveMode {
       if (!this.framed && tracks.odometry.length > 1) { this.framed = true; this.parts.rebuild(true); }
       const streams = [tracks.truth, tracks.odometry, tracks.estimate].filter((one) => one.length > 0).length;
       this.drawSeenTags();
-      if (streams !== this.streams) { this.streams = streams; this.parts.rebuild(false); } // the legend names them
+      if (streams !== this.streams) { this.streams = streams; this.parts.rebuild(false); } // the legend lists them
       this.parts.refit();
       plots.refresh(figuresOf(scoresOf(tracks, content.route, world.map_T_odom ?? identity, 0.2)));
       bar.showMarks([...marksOf(tracks), ...this.phases].sort((a, b) => a.t - b.t));

@@ -2,19 +2,19 @@ import { goWords, placeInSession, sessionPhases, type Control, type RobotState }
 
 const byId = <T extends HTMLElement>(id: string): T => document.getElementById(id) as T;
 const signs = { unknown: "○", good: "●", doubtful: "◐", bad: "✖" } as const;
-const drives: Readonly<Record<string, readonly [number, number]>> = { // shares of speed and turn
+const drives: Readonly<Record<string, readonly [number, number]>> = { // fractions of speed and turn rate
   w: [1, 0], s: [-1, 0], a: [0, 1], d: [0, -1], ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, 1], ArrowRight: [0, -1],
 };
 const turnRate = 0.8; // [rad/s]
 
-/** The panel of a robot that runs: its phase, buttons, lights, and keys that drive while somebody teaches. */
+/** Panel of a running robot: phase, buttons, lights, and driving keys while teaching. */
 export class LivePage {
   private state: RobotState | undefined;
   private control: Control | undefined;
   private readonly held = new Set<string>();
   private driving: ReturnType<typeof setInterval> | undefined;
 
-  constructor(private readonly say: (message: object) => void) {
+  constructor(private readonly send: (message: object) => void) {
     byId("live").hidden = false;
     document.body.classList.add("live");
     byId("session").replaceChildren(...sessionPhases.map((phase) => {
@@ -26,8 +26,8 @@ export class LivePage {
     byId("stop").addEventListener("click", () => this.order("stop"));
     byId("script").addEventListener("click", () => this.order("script"));
     byId("teach").addEventListener("click", () => this.order("teach"));
-    byId("control").addEventListener("click", () => this.say({ op: this.control?.yours ? "release" : "take" }));
-    // Before anybody else hears them: a key that stops a robot is not to press a button instead.
+    byId("control").addEventListener("click", () => this.send({ op: this.control?.yours ? "release" : "take" }));
+    // Registered first, so that a key that stops the robot does not press a button as well.
     window.addEventListener("keydown", (event) => this.key(event, true), true);
     window.addEventListener("keyup", (event) => this.key(event, false), true);
     window.addEventListener("blur", () => this.letGo());
@@ -49,11 +49,11 @@ export class LivePage {
   }
   lost(): void {
     this.letGo();
-    byId("phase").textContent = "The connection is gone; trying again …";
+    byId("phase").textContent = "Connection lost; reconnecting …";
   }
 
   private order(order: string): void {
-    this.say({ op: "order", order });
+    this.send({ op: "order", order });
   }
   private get moves(): boolean {
     return this.state !== undefined && ["teaching", "replaying", "paused"].includes(this.state.phase);
@@ -62,7 +62,7 @@ export class LivePage {
     return this.state?.phase === "teaching" && this.state.page_drives && this.control?.may === true;
   }
 
-  /** Control is with this viewer, or free for it to take. */
+  /** Control is held by this viewer, or free to take. */
   private get mine(): boolean {
     return this.control?.may === true && (this.control.yours || !this.control.held);
   }
@@ -79,10 +79,10 @@ export class LivePage {
     else this.release(event.key);
   }
 
-  /** The robot stands: a lap goes on when its keys are pressed again, a replay is over. */
+  /** Stops the robot: a lap continues when its keys are pressed again, a replay ends. */
   private halt(): void {
     this.letGo();
-    if (this.teaches && this.mine) this.say({ op: "drive", speed_m_s: 0, yaw_rate_rad_s: 0 });
+    if (this.teaches && this.mine) this.send({ op: "drive", speed_m_s: 0, yaw_rate_rad_s: 0 });
     else this.order("stop");
   }
   private press(key: string): void {
@@ -106,7 +106,7 @@ export class LivePage {
     let speed = 0, turn = 0;
     for (const key of this.held) { speed += drives[key]?.[0] ?? 0; turn += drives[key]?.[1] ?? 0; }
     const most = Number(byId<HTMLSelectElement>("drivespeed").value);
-    this.say({ op: "drive", speed_m_s: Math.sign(speed) * most, yaw_rate_rad_s: Math.sign(turn) * turnRate });
+    this.send({ op: "drive", speed_m_s: Math.sign(speed) * most, yaw_rate_rad_s: Math.sign(turn) * turnRate });
   }
 
   private draw(): void {
@@ -116,17 +116,17 @@ export class LivePage {
     document.body.dataset["phase"] = state.phase;
     setText("phase", [state.phase, state.halted || state.reason].filter(Boolean).join(": ") +
       (state.goal_m > 0 && state.phase !== "idle" ? `; ${state.driven_m.toFixed(1)} of ${state.goal_m.toFixed(1)} m` : ""));
-    byId("session").hidden = state.phase === "localizing"; // nothing is taught
+    byId("session").hidden = state.phase === "localizing"; // no session
     [...byId("session").children].forEach((item, i) => i === placeInSession(state.phase) ? item.setAttribute("aria-current", "step") : item.removeAttribute("aria-current"));
     const button = (id: string, order: string, words: string): void => {
       const element = byId<HTMLButtonElement>(id);
-      const stops = order === "stop"; // for everybody who looks
+      const stops = order === "stop"; // available to every viewer
       element.hidden = (!control.may && !stops) || (order !== "go" && !stops && !state.commands.includes(order));
       element.disabled = (!may && !stops) || !state.commands.includes(order);
       if (element.textContent !== words) element.textContent = words;
     };
     button("go", "go", goWords[state.phase] ?? "Go");
-    button("stop", "stop", state.phase === "teaching" ? "Drop the lap" : state.phase === "localizing" ? "End (the robot drives on)" : "Stop (space)");
+    button("stop", "stop", state.phase === "teaching" ? "Drop the lap" : state.phase === "localizing" ? "End (the robot keeps driving)" : "Stop (space)");
     button("script", "script", "Let the script drive");
     button("teach", "teach", "Teach another lap");
     byId("pad").hidden = !this.teaches || !may;
@@ -134,9 +134,9 @@ export class LivePage {
     take.hidden = !control.may;
     take.disabled = !may;
     setText("control", control.yours ? "Give control back" : "Take control");
-    setText("viewers", (control.yours ? "You hold control" : !control.may ? "You watch, and may stop the robot: open the address with its token to command" :
-      control.held ? "Another viewer holds control" : "Nobody holds control") + `; ${control.viewers} ${control.viewers === 1 ? "viewer" : "viewers"}` +
-      (control.dropped > 0 ? `; ${control.dropped} frames were too fast for this browser` : ""));
+    setText("viewers", (control.yours ? "You hold control" : !control.may ? "You watch, and may stop the robot. Open the address with its token to command" :
+      control.held ? "Another viewer holds control" : "No viewer holds control") + `; ${control.viewers} ${control.viewers === 1 ? "viewer" : "viewers"}` +
+      (control.dropped > 0 ? `; ${control.dropped} frames dropped because this browser is too slow` : ""));
     byId("lights").replaceChildren(...state.lights.map((light) => {
       const item = document.createElement("li");
       item.className = light.level;
@@ -147,5 +147,5 @@ export class LivePage {
 }
 
 function setText(id: string, words: string): void {
-  if (byId(id).textContent !== words) byId(id).textContent = words; // a reader of the screen is told of changes alone
+  if (byId(id).textContent !== words) byId(id).textContent = words; // screen readers announce changes only
 }

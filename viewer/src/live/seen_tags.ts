@@ -6,15 +6,15 @@ import type { Content } from "../session";
 
 interface View {
   readonly tag: MapTag;
-  readonly area: number; // [px²] in the picture it was placed from
+  readonly area: number; // [px²] in the picture that it was placed from
 }
 
-/** Tags before there is a map: each where its largest observation and the odometry place it. */
+/** Tags before there is a map: each is placed by its largest observation and the odometry. */
 export class SeenTags {
   private readonly views = new Map<string, View>();
-  private row = 0; // the first that was not looked at
+  private row = 0; // the first row not yet used
 
-  /** Takes what the content has new; whether a tag appeared or moved. */
+  /** Uses new rows of the content; returns whether a tag appeared or moved. */
   take(content: Content, map_T_odom: Pose): boolean {
     const { tracks, info, families, tagSize } = content;
     const { camera, base_T_cam } = info ?? {};
@@ -23,7 +23,7 @@ export class SeenTags {
     for (; this.row < tracks.tags.length; ++this.row) {
       const v = tracks.tags.row(this.row), family = families[v[1]!];
       const last = tracks.odometry.length - 1;
-      if (last < 0 || tracks.odometry.time(last) < v[0]!) break; // where the robot was is not known yet
+      if (last < 0 || tracks.odometry.time(last) < v[0]!) break; // the pose of the robot is still unknown
       const odom_T_base = poseBetween(tracks.odometry, v[0]!);
       if (v[2]! < 0 || family === undefined || !odom_T_base) continue;
       const corners = [0, 1, 2, 3].map((i) => [v[3 + 2 * i]!, v[4 + 2 * i]!] as const);

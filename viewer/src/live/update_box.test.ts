@@ -11,25 +11,25 @@ const state = (phase: string, driven_m: number): RobotState => ({
   phase, reason: "", commands: [], page_drives: false, halted: "", driven_m, goal_m: 0, dropped_pictures: 0, dropped_samples: 0, lights: [],
 });
 
-describe("updates of a robot that runs", () => {
-  it("show a picture when its tags are known, and not before", () => {
+describe("updates of a running robot", () => {
+  it("show a picture once its tags are known", () => {
     const box = new UpdateBox();
     picture(box, 1);
     expect(box.takePicture()).toBeUndefined();
-    picture(box, 2); // the detector is one behind
+    picture(box, 2); // the detector is one picture behind
     tagsAt(box, 1);
     expect(box.takePicture()?.t).toBe(1);
     expect(box.takePicture()).toBeUndefined();
     tagsAt(box, 2);
     expect(box.takePicture()?.t).toBe(2);
   });
-  it("show one that comes after its tags at once", () => {
+  it("show a picture that arrives after its tags at once", () => {
     const box = new UpdateBox();
     tagsAt(box, 3);
     picture(box, 3);
     expect(box.takePicture()?.t).toBe(3);
   });
-  it("are of now, however long the page was busy", () => {
+  it("are current, even after the page was busy", () => {
     const box = new UpdateBox();
     for (let t = 0; t < 1000; ++t) { picture(box, t); tagsAt(box, t); box.state(state("teaching", t)); }
     expect(box.takePicture()?.t).toBe(999);
@@ -39,25 +39,25 @@ describe("updates of a robot that runs", () => {
     expect(updates.rows.tags?.length).toBe(11 * 1000);
     expect(updates.states).toEqual([state("teaching", 999)]);
   });
-  it("do not wait for the tags of pictures that were lost on the way", () => {
+  it("do not wait for tags of lost pictures", () => {
     const box = new UpdateBox();
     for (let t = 0; t < 1000; ++t) picture(box, t);
-    tagsAt(box, 500); // forgotten by now
+    tagsAt(box, 500); // discarded by now
     expect(box.takePicture()).toBeUndefined();
     tagsAt(box, 990);
     expect(box.takePicture()?.t).toBe(990);
   });
-  it("tell each phase, in order, and the newest of each", () => {
+  it("contain each phase in order, with its newest state", () => {
     const box = new UpdateBox();
     for (const [phase, at] of [["idle", 0], ["teaching", 0], ["teaching", 2], ["mapping", 2]] as const) box.state(state(phase, at));
     expect(box.take().states.map((s) => [s.phase, s.driven_m])).toEqual([["idle", 0], ["teaching", 2], ["mapping", 2]]);
   });
-  it("are told once", () => {
+  it("are returned once", () => {
     const box = new UpdateBox();
     box.opened("limo");
     box.text("map.yaml", "old");
     box.text("map.yaml", "new");
-    for (let i = 0; i < 100; ++i) box.say("no");
+    for (let i = 0; i < 100; ++i) box.warn("no");
     tagsAt(box, 1);
     expect(box.full).toBe(true);
     const updates = box.take();
@@ -66,7 +66,7 @@ describe("updates of a robot that runs", () => {
     const then = box.take();
     expect([then.name, then.lost, then.texts, then.words, then.states, then.rows]).toEqual([undefined, undefined, [], [], [], {}]);
     tagsAt(box, 2);
-    expect(box.take().rows.tags?.[0]).toBe(2); // only what is new
+    expect(box.take().rows.tags?.[0]).toBe(2); // only new rows
     box.lost();
     expect(box.take().lost).toBe(true);
   });

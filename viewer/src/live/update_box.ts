@@ -5,14 +5,14 @@ import type { Pose } from "../math/pose";
 import type { Control, RobotState } from "./frames";
 import type { LivePicture, Updates } from "./link_protocol";
 
-const mostPictures = 300; // ten seconds, to look back
+const mostPictures = 300; // ten seconds of history
 const mostWords = 20;
 
 interface Taken extends LivePicture {
   readonly hostTime: bigint;
 }
 
-/** Between the connection, which never waits, and the page, which may be slow: collects what the page has not seen yet, within bounds. */
+/** Buffer between the connection, which never blocks, and the page, which may be slow: collects bounded updates for the page. */
 export class UpdateBox {
   readonly tracks = emptyTracks();
   readonly families = new FamilyNames();
@@ -25,14 +25,14 @@ export class UpdateBox {
   private texts = new Map<string, string>();
   private words: string[] = [];
   private pictures: LivePicture[] = [];
-  private waiting: Taken[] = []; // for their tags
+  private waiting: Taken[] = []; // waiting for their tags
   private ready: Taken | undefined;
-  /** Something is in it. */
+  /** There is an update. */
   full = false;
 
   opened(name: string): void { this.name = name; this.isLost = false; this.full = true; }
   lost(): void { this.isLost = true; this.full = true; }
-  say(words: string): void { if (this.words.length < mostWords) this.words.push(words); this.full = true; }
+  warn(words: string): void { if (this.words.length < mostWords) this.words.push(words); this.full = true; }
   see(camera: Camera | undefined, base_T_cam: Pose | undefined): void {
     this.eye = { ...(camera ? { camera } : {}), ...(base_T_cam ? { base_T_cam } : {}) };
     this.full = true;
@@ -45,7 +45,7 @@ export class UpdateBox {
   controlled(control: Control): void { this.control = control; this.full = true; }
   text(name: string, text: string): void { this.texts.set(name, text); this.full = true; }
 
-  /** The tracks have grown: tags that came show the picture they were found in. */
+  /** The tracks have new rows: new tags show the picture in which they were detected. */
   grown(): void {
     this.full = true;
     const { tags } = this.tracks;
@@ -60,13 +60,13 @@ export class UpdateBox {
     this.grown();
   }
 
-  /** The picture to be shown next, once. */
+  /** The next picture to show, returned once. */
   takePicture(): { t: number; hostTime: bigint; bytes: Uint8Array<ArrayBuffer> } | undefined {
     const { ready } = this;
     this.ready = undefined;
     return ready;
   }
-  /** All but that picture; empty from now on. */
+  /** All updates except that picture; empties the box. */
   take(): Omit<Updates, "shown"> {
     const rows: Partial<Record<TrackName, Float64Array>> = {};
     for (const name of trackNames) {

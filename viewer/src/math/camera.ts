@@ -1,6 +1,6 @@
 import { compose, inverse, transform, type Pose, type Vec3 } from "./pose";
 
-/** A camera as ROS describes it (pixel centres at integers), with where it sits on the robot. */
+/** A camera as in ROS (pixel centres at integers), with its mounting on the robot. */
 export interface Camera {
   readonly width: number;
   readonly height: number;
@@ -31,7 +31,7 @@ export function distort(camera: Camera, x: number, y: number): [number, number] 
   ];
 }
 
-/** Normalised coordinates without distortion of a pixel: the inverse of distort(), by fixed-point iteration. */
+/** Undistorted normalised coordinates of a pixel: the inverse of distort(), by fixed-point iteration. */
 export function undistort(camera: Camera, u: number, v: number): [number, number] {
   const wanted = [(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy] as const;
   let [x, y]: [number, number] = [...wanted];
@@ -43,7 +43,7 @@ export function undistort(camera: Camera, u: number, v: number): [number, number
   return [x, y];
 }
 
-/** The pixel of a point of the camera's frame; nothing when it is behind the camera. */
+/** The pixel of a point in the camera frame; undefined if the point is behind the camera. */
 export function project(camera: Camera, p: Vec3): [number, number] | undefined {
   if (p[2] <= 1e-3) return undefined;
   const [x, y] = distort(camera, p[0] / p[2], p[1] / p[2]);
@@ -56,7 +56,7 @@ export function tagCorners(size: number): Vec3[] {
   return [[-h, -h, 0], [h, -h, 0], [h, h, 0], [-h, h, 0]];
 }
 
-/** Where the camera sees the corners of a tag; nothing when one of them is behind it. */
+/** Pixels of the corners of a tag; undefined if one of them is behind the camera. */
 export function projectTag(camera: Camera, map_T_cam: Pose, map_T_tag: Pose, size: number): [number, number][] | undefined {
   const cam_T_tag = compose(inverse(map_T_cam), map_T_tag);
   const pixels = tagCorners(size).map((corner) => project(camera, transform(cam_T_tag, corner)));

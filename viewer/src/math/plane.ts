@@ -8,7 +8,7 @@ export interface Ellipse {
   readonly angle: number;
 }
 
-/** Axes of the one-sigma ellipse of a 2×2 covariance. Rounding below zero counts as zero. */
+/** Axes of the one-sigma ellipse of a 2×2 covariance. Negative rounding counts as zero. */
 export function ellipseOf(xx: number, xy: number, yy: number): Ellipse {
   const mean = (xx + yy) / 2;
   const spread = Math.hypot((xx - yy) / 2, xy);
@@ -20,15 +20,15 @@ export function ellipseOf(xx: number, xy: number, yy: number): Ellipse {
 }
 
 export interface OnRoute {
-  /** Signed distance [m]: positive to the left of the way. */
+  /** Signed distance [m]: positive to the left of the polyline. */
   readonly crossTrack: number;
-  /** Direction of the way there [rad]. */
+  /** Direction of the polyline there [rad]. */
   readonly yaw: number;
-  /** The piece it lies on: from point i to the next. */
+  /** The segment: from point i to the next. */
   readonly piece: number;
 }
 
-/** The nearest place of a polyline (x y pairs, at least two); O(number of points). */
+/** The nearest point of a polyline (x y pairs, at least two); O(number of points). */
 export function nearestOnRoute(xy: ArrayLike<number>, closed: boolean, x: number, y: number): OnRoute {
   const count = xy.length / 2;
   let best: OnRoute = { crossTrack: Infinity, yaw: 0, piece: 0 };
@@ -50,13 +50,13 @@ export function nearestOnRoute(xy: ArrayLike<number>, closed: boolean, x: number
 }
 
 /**
- * The points (x y z, one after the other) that are enough to draw a way: none that is left out lies farther than `off` [m] from the line
- * through its neighbours that are kept. First and last are kept; O(number of points).
+ * The points (x y z, consecutive) that suffice to draw a polyline: no removed point is farther than `off` [m] from the line
+ * through its kept neighbours. The first and the last are kept; O(number of points).
  */
 export function thinned(xyz: ArrayLike<number>, off: number): number[] {
   const count = Math.floor(xyz.length / 3);
   const kept: number[] = count > 0 ? [0] : [];
-  let anchor = 0, base = 0, low = -Infinity, high = Infinity, farthest = 0; // directions that pass all points since the anchor
+  let anchor = 0, base = 0, low = -Infinity, high = Infinity, farthest = 0; // range of directions that pass all points since the anchor
   for (let i = 1; i < count; ++i) {
     const dx = xyz[3 * i]! - xyz[3 * anchor]!, dy = xyz[3 * i + 1]! - xyz[3 * anchor + 1]!, dz = xyz[3 * i + 2]! - xyz[3 * anchor + 2]!;
     const distance = Math.hypot(dx, dy);
@@ -65,13 +65,13 @@ export function thinned(xyz: ArrayLike<number>, off: number): number[] {
     if (fresh) base = Math.atan2(dy, dx);
     const turned = fresh ? 0 : wrapAngle(Math.atan2(dy, dx) - base);
     if (turned < low || turned > high || distance < farthest - off || Math.abs(dz) > off) {
-      if (anchor === i - 1) { // nothing between them: this one is the next
+      if (anchor === i - 1) { // no point in between: this one is the next anchor
         kept.push(i);
         anchor = i;
       } else {
         kept.push(i - 1);
         anchor = i - 1;
-        --i; // once more, from there
+        --i; // repeat from the new anchor
       }
       low = -Infinity; high = Infinity; farthest = 0;
       continue;

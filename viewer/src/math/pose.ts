@@ -43,7 +43,7 @@ export function inverse(a_T_b: Pose): Pose {
   return { p: [-p[0], -p[1], -p[2]], q };
 }
 
-/** Heading about z [rad], of a pose whose z points up. */
+/** Heading about z [rad] of a pose whose z points up. */
 export function yawOf(q: Quat): number {
   const [x, y, z, w] = q;
   return Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));
@@ -54,7 +54,7 @@ export const fromYaw = (x: number, y: number, yaw: number, z = 0): Pose => ({
   q: [0, 0, Math.sin(yaw / 2), Math.cos(yaw / 2)],
 });
 
-/** Into (-π, π]. */
+/** Wraps an angle into (-π, π]. */
 export function wrapAngle(angle: number): number {
   const turned = angle - 2 * Math.PI * Math.floor((angle + Math.PI) / (2 * Math.PI));
   return turned === -Math.PI ? Math.PI : turned;

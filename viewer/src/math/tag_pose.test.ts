@@ -31,10 +31,10 @@ describe("tagPose", () => {
       }
     });
   }
-  it("gives nothing for corners on one line", () => {
+  it("returns undefined for collinear corners", () => {
     expect(tagPose(cameras[0]!, [[10, 10], [20, 10], [30, 10], [40, 10]], 0.16)).toBeUndefined();
   });
-  it("keeps the turn of a tag that lies on its side", () => {
+  it("keeps the roll of a tag on its side", () => {
     const map_T_tag = { ...facingTag(1.5, 0, 0.4, 2.9, 0), q: multiply(facingTag(0, 0, 0, 2.9, 0).q, [0, 0, Math.SQRT1_2, Math.SQRT1_2]) };
     const cam_T_tag = tagPose(cameras[0]!, projectTag(cameras[0]!, base_T_cam, map_T_tag, 0.2)!, 0.2)!;
     const off = compose(inverse(map_T_tag), compose(base_T_cam, cam_T_tag));

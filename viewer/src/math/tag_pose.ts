@@ -1,10 +1,10 @@
-// The pose of a tag from its four corners, for drawing; what is measured is measured by the program.
+// The pose of a tag from its four corners, for drawing only; measurements are made by the program.
 import { tagCorners, undistort, type Camera } from "./camera";
 import type { Pose, Vec3 } from "./pose";
 
 type Pixel = readonly [number, number];
 
-/** Of a quadrilateral, half the cross product of its diagonals [px²]. */
+/** Area of a quadrilateral: half the cross product of its diagonals [px²]. */
 export const areaOf = ([a, b, c, d]: readonly Pixel[]): number =>
   Math.abs((c![0] - a![0]) * (d![1] - b![1]) - (c![1] - a![1]) * (d![0] - b![0])) / 2;
 
@@ -12,7 +12,7 @@ const cross = (a: Vec3, b: Vec3): Vec3 => [a[1] * b[2] - a[2] * b[1], a[2] * b[0
 const norm = (a: Vec3): number => Math.hypot(...a);
 const scaled = (a: Vec3, s: number): Vec3 => [a[0] * s, a[1] * s, a[2] * s];
 
-/** Solves a linear system by Gaussian elimination with row pivoting; nothing where it is singular. */
+/** Solves a linear system by Gaussian elimination with row pivoting; undefined if it is singular. */
 function solve(rows: number[][]): number[] | undefined {
   const n = rows.length;
   for (let i = 0; i < n; ++i) {
@@ -40,8 +40,8 @@ function quaternionOf(x: Vec3, y: Vec3, z: Vec3): Pose["q"] {
 }
 
 /**
- * cam_T_tag from the corners TL, TR, BR, BL [px, centres at integers] of a tag of this size [m]; nothing where they have no area. The plane's
- * homography is decomposed (Zhang, "A Flexible New Technique for Camera Calibration", 2000, section 3.1).
+ * cam_T_tag from the corners TL, TR, BR, BL [px, centres at integers] of a tag of this size [m]; undefined if they have no area. Decomposes
+ * the homography of the plane (Zhang, "A Flexible New Technique for Camera Calibration", 2000, section 3.1).
  */
 export function tagPose(camera: Camera, corners: readonly Pixel[], size: number): Pose | undefined {
   if (!(areaOf(corners) > 1)) return undefined;

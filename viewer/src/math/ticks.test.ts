@@ -2,7 +2,7 @@ import { describe, expect, it } from "vitest";
 import { labelsOf, ticksOf } from "./ticks";
 
 describe("ticksOf", () => {
-  it("has three ticks or more on any axis, all of them on it, and never a crowd", () => {
+  it("gives three to seven ticks within any axis", () => {
     let seed = 7;
     const random = (): number => (seed = (seed * 16807) % 2147483647) / 2147483647;
     for (let i = 0; i < 2000; ++i) {
@@ -14,9 +14,9 @@ describe("ticksOf", () => {
       expect(Math.max(...ticks)).toBeLessThanOrEqual(high + 1e-6 * (high - low));
     }
   });
-  it("labels them with one number of decimals", () => {
+  it("labels them with equal numbers of decimals", () => {
     expect(labelsOf(ticksOf(-0.3, 0.35))).toEqual(["-0.2", "0.0", "0.2"]);
     expect(labelsOf(ticksOf(0, 10))).toEqual(["0", "5", "10"]);
   });
-  it("has none where there is no axis", () => expect(ticksOf(1, 1)).toEqual([]));
+  it("gives none for an empty axis", () => expect(ticksOf(1, 1)).toEqual([]));
 });

@@ -1,4 +1,4 @@
-/** The round numbers (1, 2 or 5 times a power of ten) on an axis from low to high: at least three, as few as that allows. */
+/** Round numbers (1, 2 or 5 times a power of ten) on an axis from low to high: at least three, and as few as possible. */
 export function ticksOf(low: number, high: number): number[] {
   const span = high - low;
   if (!(span > 0) || !Number.isFinite(span)) return [];
@@ -15,7 +15,7 @@ function multiplesOf(factor: number, power: number, low: number, high: number): 
   return ticks;
 }
 
-/** All with as many decimals as the finest of them needs. */
+/** Labels with as many decimals as the finest tick needs. */
 export function labelsOf(ticks: readonly number[]): string[] {
   const decimals = Math.max(0, ...ticks.map((tick) => (String(tick).split(".")[1] ?? "").length));
   return ticks.map((tick) => tick.toFixed(Math.min(decimals, 6)));

@@ -5,7 +5,7 @@ import type { Picture } from "../data/pictures";
 import type { Series } from "../data/series";
 import { frameAt } from "../data/tracks";
 
-/** A tag found in a picture: pixel centres at integers, corners TL TR BR BL. */
+/** A tag detected in a picture: pixel centres at integers, corners TL TR BR BL. */
 interface Quad {
   readonly name: string;
   readonly corners: readonly (readonly [number, number])[];
@@ -22,7 +22,7 @@ export function quadsAt(tags: Series, families: readonly string[], t: number): Q
   return quads;
 }
 
-/** The camera's picture with the quads that were found in it, and crosses where map and estimate expect their corners. */
+/** The camera picture with the detected quads, and crosses where map and estimate expect their corners. */
 export class CameraView {
   private picture: ImageData | ImageBitmap | undefined;
 
@@ -34,7 +34,7 @@ export class CameraView {
     else this.picture = await createImageBitmap(new Blob([picture.bytes], { type: picture.mime }));
   }
 
-  /** Takes the bitmap over. */
+  /** Takes ownership of the bitmap. */
   showBitmap(bitmap: ImageBitmap): void {
     if (this.picture instanceof ImageBitmap) this.picture.close();
     this.picture = bitmap;
@@ -56,12 +56,12 @@ export class CameraView {
       if (wanted) residuals.push(...this.drawCrosses(context, quad, wanted, width));
     }
     const rms = Math.sqrt(residuals.reduce((sum, r) => sum + r * r, 0) / residuals.length);
-    this.words.textContent = (!searched ? "no detections of tags are recorded" : quads.length === 0 ? "no tag in view" : quads.map((quad) => quad.name).join(", ")) +
+    this.words.textContent = (!searched ? "the recording has no detections" : quads.length === 0 ? "no tag in view" : quads.map((quad) => quad.name).join(", ")) +
       (residuals.length > 0 ? `; residual ${rms.toFixed(2)} px rms (crosses: where map and estimate expect the corners)` : "");
   }
 
   private drawQuad(context: CanvasRenderingContext2D, quad: Quad, width: number): void {
-    const points = quad.corners.map(([x, y]) => [x + 0.5, y + 0.5] as const); // canvas: pixel centres at half numbers
+    const points = quad.corners.map(([x, y]) => [x + 0.5, y + 0.5] as const); // canvas: pixel centres at half-integers
     context.lineWidth = Math.max(1.5, width / 400);
     context.strokeStyle = "#f0e442";
     context.beginPath();

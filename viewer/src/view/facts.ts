@@ -2,7 +2,7 @@ import { ellipseOf } from "../math/plane";
 import { wrapAngle, yawOf, type Pose } from "../math/pose";
 import type { Content } from "../session";
 
-/** The numbers beside the picture. */
+/** The values next to the picture. */
 export function factsAt(content: Content, poses: ReadonlyMap<string, Pose>, t: number, tagsInView: number): [string, string][] {
   const facts: [string, string][] = [];
   const estimate = poses.get("estimate"), truth = poses.get("truth");
@@ -12,7 +12,7 @@ export function factsAt(content: Content, poses: ReadonlyMap<string, Pose>, t: n
   if (truth) facts.push(["Truth", where(truth)]);
   if (estimate && truth) {
     const off = Math.hypot(estimate.p[0] - truth.p[0], estimate.p[1] - truth.p[1]) * 100;
-    facts.push(["Off by", `${off.toFixed(1)} cm, ${((wrapAngle(yawOf(estimate.q) - yawOf(truth.q)) * 180) / Math.PI).toFixed(1)}°`]);
+    facts.push(["Error", `${off.toFixed(1)} cm, ${((wrapAngle(yawOf(estimate.q) - yawOf(truth.q)) * 180) / Math.PI).toFixed(1)}°`]);
   }
   const row = content.tracks.estimate.indexAt(t);
   if (row >= 0 && content.tracks.estimate.at(row, 8) > 0) {
@@ -25,18 +25,18 @@ export function factsAt(content: Content, poses: ReadonlyMap<string, Pose>, t: n
   return facts;
 }
 
-/** In words, when the place is hardly held by what is seen. */
+/** A warning if observations constrain the pose only weakly. */
 export function warningAt(content: Content, t: number, tagsInView: number): string {
   const { tags, estimate } = content.tracks;
   if (tags.length === 0 || tagsInView > 1 || tags.indexAt(t) < 0) return "";
   let row = tags.indexAt(t);
   if (tagsInView === 1) {
-    while (row > 0 && tags.time(row - 1) !== tags.time(row)) --row; // back to a frame with two
+    while (row > 0 && tags.time(row - 1) !== tags.time(row)) --row; // back to a frame with two tags
     const alone = t - tags.time(row);
-    return alone < 1 ? "" : `Only one tag in view for ${alone.toFixed(1)} s: the place is held weakly.`;
+    return alone < 1 ? "" : `Only one tag in view for ${alone.toFixed(1)} s: the pose is weakly constrained.`;
   }
   while (row >= 0 && tags.at(row, 2) < 0) --row;
   const blind = t - (row >= 0 ? tags.time(row) : tags.time(0));
   if (blind < 0.5) return "";
-  return `No tag for ${blind.toFixed(1)} s: ${estimate.length > 0 ? "the estimate goes by the wheels alone" : "nothing places this stretch in the map"}.`;
+  return `No tag for ${blind.toFixed(1)} s: ${estimate.length > 0 ? "the estimate uses odometry only" : "this segment is not located in the map"}.`;
 }

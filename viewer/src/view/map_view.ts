@@ -6,9 +6,9 @@ import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { distanceToFit } from "../math/fit";
 import type { Vec3 } from "../math/pose";
 
-const quick = 25; // [ms] a frame or two of the screen: needs no rest
+const quick = 25; // [ms] one or two frames of the screen: needs no pause
 
-/** Smooth edges where the picture is made by a graphics card; by a processor they cost too much. */
+/** Antialiasing only with a graphics card; in software it is too slow. */
 function drawnByCard(): boolean {
   const context = document.createElement("canvas").getContext("webgl2");
   const names = context?.getExtension("WEBGL_debug_renderer_info");
@@ -17,9 +17,9 @@ function drawnByCard(): boolean {
   return !/swiftshader|llvmpipe|softpipe|software/i.test(renderer);
 }
 
-/** The scene with its two cameras; draws when something changed, never otherwise, and leaves as much time to others as it takes. */
+/** The scene with its two cameras. Draws only after changes, and pauses as long as drawing took. */
 export class MapView {
-  readonly content = new Group(); // what the recording brought
+  readonly content = new Group(); // content of the recording
   private readonly scene = new Scene();
   private readonly renderer: WebGLRenderer;
   private readonly eye = new PerspectiveCamera(50, 1, 0.05, 500);
@@ -28,12 +28,12 @@ export class MapView {
   private readonly aboveControls: OrbitControls;
   private top = false;
   private waiting = false;
-  private fence: WebGLSync | null = null; // of the picture that is being made
+  private fence: WebGLSync | null = null; // of the frame being drawn
   private begun = 0;
-  private rest = 0; // until then others come first
+  private rest = 0; // no drawing before this time
   private readonly asking: (() => void)[] = [];
   private followed: Vector3 | undefined;
-  private placed = false; // by the user: the view is theirs, until another scene is framed
+  private placed = false; // the user moved the view; kept until another scene is framed
   private measuring: ((words: string) => void) | undefined;
   private readonly ends: Vector3[] = [];
   private readonly tape = new Line(new BufferGeometry(), new LineBasicMaterial({ color: 0xcc79a7, depthTest: false }));
@@ -42,7 +42,7 @@ export class MapView {
     this.renderer = new WebGLRenderer({ canvas, antialias: drawnByCard(), preserveDrawingBuffer: true });
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     const grid = new GridHelper(40, 40, 0x7b8594, 0x7b8594);
-    grid.rotation.x = Math.PI / 2; // in the plane of the floor
+    grid.rotation.x = Math.PI / 2; // into the plane of the floor
     for (const material of [grid.material].flat()) Object.assign(material, { transparent: true, opacity: 0.25 });
     const sun = new DirectionalLight(0xffffff, 1.5);
     sun.position.set(3, 2, 8);
@@ -86,7 +86,7 @@ export class MapView {
     this.fit();
   }
 
-  /** Shows content that has grown out of the picture, unless the user chose the view. */
+  /** Shows content that has grown out of the picture, unless the user moved the view. */
   refit(): void {
     if (!this.placed && !this.cornersOf(new Box3().setFromObject(this.content)).every((corner) => this.shows(corner))) this.fit();
   }
@@ -123,7 +123,7 @@ export class MapView {
     return Math.abs(x) <= 1 && Math.abs(y) <= 1 && Math.abs(z) <= 1;
   }
 
-  /** Keeps the cameras as they look, moved with this place; nothing ends it. */
+  /** Moves the cameras with this point, keeping their direction; undefined ends it. */
   follow(x: number | undefined, y = 0): void {
     if (x === undefined) { this.followed = undefined; return; }
     const now = new Vector3(x, y, 0);
@@ -138,9 +138,9 @@ export class MapView {
     this.draw();
   }
 
-  /** Two clicks on the floor give a distance in words; nothing ends it. */
-  measure(say: ((words: string) => void) | undefined): void {
-    this.measuring = say;
+  /** Two clicks on the floor give a distance as text; undefined ends it. */
+  measure(show: ((words: string) => void) | undefined): void {
+    this.measuring = show;
     this.ends.length = 0;
     this.tape.visible = false;
     this.draw();
@@ -164,7 +164,7 @@ export class MapView {
     this.draw();
   }
 
-  /** Where a place of the map stands on the canvas [CSS px]; for tests and labels. */
+  /** Position of a point of the map on the canvas [CSS px]; for tests and labels. */
   pixelOf(x: number, y: number, z: number): [number, number] {
     const v = new Vector3(x, y, z).project(this.camera);
     return [((v.x + 1) / 2) * this.canvas.clientWidth, ((1 - v.y) / 2) * this.canvas.clientHeight];
@@ -191,13 +191,13 @@ export class MapView {
     this.draw();
   }
 
-  /** Soon: many changes make one picture. */
+  /** Draws soon: many changes make one frame. */
   draw(): void {
     if (this.waiting) return;
     this.waiting = true;
     requestAnimationFrame(this.render);
   }
-  /** Once more, as all is now; for tests. */
+  /** Draws once more in the present state; for tests. */
   drawn(): Promise<void> {
     this.draw();
     return new Promise((done) => this.asking.push(done));
@@ -214,7 +214,7 @@ export class MapView {
     this.asking.splice(0).forEach((done) => done());
   };
 
-  /** A picture that takes long would hold up the camera's and the buttons, if the next one followed at once. */
+  /** A slow frame would delay the camera picture and the buttons if the next one followed at once. */
   private busy(): boolean {
     const gl = this.renderer.getContext() as WebGL2RenderingContext, now = performance.now();
     if (this.fence && !gl.isContextLost()) {
@@ -228,7 +228,7 @@ export class MapView {
   }
 }
 
-/** Empties a group, and gives back what the graphics card holds of it. */
+/** Empties a group and frees its memory on the graphics card. */
 export function disposeOf(group: Group): void {
   const geometries: { dispose(): void }[] = [];
   group.traverse((object: Object3D & { geometry?: { dispose(): void } }) => object.geometry && geometries.push(object.geometry));

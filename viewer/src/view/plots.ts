@@ -14,7 +14,7 @@ interface Figure {
   readonly title: string;
   readonly unit: string;
   readonly lines: readonly Line[];
-  readonly most?: number; // what is larger is drawn there: one value must not make all others a line on the floor
+  readonly most?: number; // larger values are drawn there, so that one outlier does not flatten the curve
 }
 
 export function figuresOf(scores: Scores): Figure[] {
@@ -29,7 +29,7 @@ export function figuresOf(scores: Scores): Figure[] {
       { label: "odometry", color: "--odometry", curve: scores.speed },
       { label: "asked", color: "--route", curve: scores.commanded, dash: [6, 4] }] },
     { title: "Tags in view", unit: "", lines: [{ label: "tags", color: "--text", curve: scores.tagsInView }] },
-    { title: "Latency of the camera", unit: "ms", lines: [{ label: "latency", color: "--odometry", curve: scores.latency }] },
+    { title: "Camera latency", unit: "ms", lines: [{ label: "latency", color: "--odometry", curve: scores.latency }] },
     { title: "NIS per degree of freedom (at the top: 10 or more)", unit: "", most: 10, lines: [
       { label: "nis", color: "--estimate", curve: scores.nis, points: true }] },
   ];
@@ -37,7 +37,7 @@ export function figuresOf(scores: Scores): Figure[] {
     .filter((figure) => figure.lines.length > 0);
 }
 
-/** One figure below the other, with one cursor; a click goes to that time. */
+/** Figures below each other with one cursor; a click seeks to that time. */
 export class Plots {
   private plots: uPlot[] = [];
   private now = 0;
@@ -58,7 +58,7 @@ export class Plots {
     this.plots = figures.map((figure) => this.draw(figure));
   }
 
-  /** The same figures with more in them; drawn anew only where there are others than before. */
+  /** The same figures with more data; drawn again only if the set of figures changed. */
   refresh(figures: Figure[]): void {
     const names = (list: Figure[]): string => list.map((f) => f.title + f.lines.map((line) => line.label).join()).join("|");
     if (names(figures) !== names(this.lastFigures)) return this.show(figures);
@@ -66,7 +66,7 @@ export class Plots {
     figures.forEach((figure, i) => this.plots[i]?.setData(dataOf(figure)));
   }
 
-  /** Again, in the colours of now. */
+  /** Draws again in the current colours. */
   recolour(): void {
     this.show(this.lastFigures);
   }
@@ -111,7 +111,7 @@ export class Plots {
   }
 }
 
-/** A line over the curves, which stay as they are drawn. */
+/** A line over the curves, which are not redrawn. */
 function placeNow(plot: uPlot, t: number): void {
   const now = plot.over.querySelector<HTMLElement>(".now"), x = plot.valToPos(t, "x");
   if (now) now.style.transform = `translateX(${Number.isFinite(x) ? x : -9}px)`;
@@ -128,7 +128,7 @@ function dataOf({ lines, most = Infinity }: Figure): uPlot.AlignedData {
   return joined(lines.map(({ curve: { t, v } }) => ({ t, v: most === Infinity ? v : v.map((value) => Math.min(value, most)) })));
 }
 
-/** uPlot wants one list of times; where a curve has no value at one, it has a gap. */
+/** uPlot needs one list of times; a curve without a value at a time has a gap. */
 export function joined(curves: readonly Curve[]): uPlot.AlignedData {
   const tables = curves.map((curve): uPlot.AlignedData => [curve.t, curve.v]);
   return tables.length === 1 ? tables[0]! : uPlot.join(tables);

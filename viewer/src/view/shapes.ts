@@ -1,4 +1,4 @@
-// What stands in the map, as three.js objects. Map axes: z up.
+// Objects in the map, as three.js objects. Map axes: z up.
 import {
   AxesHelper, BoxGeometry, BufferAttribute, BufferGeometry, ConeGeometry, DoubleSide, EdgesGeometry, Group, Line, LineBasicMaterial,
   LineLoop, LineSegments, Mesh, MeshBasicMaterial, MeshLambertMaterial, PlaneGeometry, Sprite, SpriteMaterial, type InterleavedBufferAttribute, type Object3D,
@@ -17,14 +17,14 @@ export function place(object: Object3D, pose: Pose): void {
   object.quaternion.set(...(pose.q as [number, number, number, number]));
 }
 
-/** A tag as it is printed, with its number above; `changed` is called when its picture has come. */
+/** A printed tag with its id above; `changed` is called when its texture is loaded. */
 export function tagObject(tag: MapTag, changed: () => void): Group {
   const group = new Group();
   place(group, tag.map_T_tag);
   const face = new Mesh(new PlaneGeometry(tag.size, tag.size), new MeshBasicMaterial({ color: 0x888888, side: DoubleSide }));
-  face.rotation.x = Math.PI; // a plane looks along +z with y up; a tag along -z with y down
+  face.rotation.x = Math.PI; // a plane faces along +z with y up; a tag along -z with y down
   group.add(face);
-  const shelf = new Mesh(new BoxGeometry(tag.size, 0.02, 0.05), new MeshBasicMaterial({ color: 0x7b8594 })); // from above a face that stands is not seen
+  const shelf = new Mesh(new BoxGeometry(tag.size, 0.02, 0.05), new MeshBasicMaterial({ color: 0x7b8594 })); // an upright face is invisible from above
   shelf.position.set(0, tag.size * 0.75, 0);
   group.add(shelf);
   const label = new Sprite(new SpriteMaterial({ map: labelTexture(String(tag.id)), depthTest: false }));
@@ -68,12 +68,12 @@ export function routeObject(route: Route, color: string): Line {
 const geometryOf = (flat: ArrayLike<number>): BufferGeometry =>
   new BufferGeometry().setAttribute("position", new BufferAttribute(Float32Array.from(flat), 3));
 
-/** A trajectory: what was driven so far is strong, the rest weak. Drawn by as few pieces as its shape needs. */
+/** A trajectory: the driven part is opaque, the rest faint. Drawn with as few segments as its shape needs. */
 export class PathObject {
   readonly object = new Group();
   private readonly done: Line2;
-  private readonly tip: Line2; // from the last point that is drawn to where it is now
-  private readonly rows: readonly number[]; // that are drawn
+  private readonly tip: Line2; // from the last drawn point to the current position
+  private readonly rows: readonly number[]; // rows that are drawn
   private readonly drawable: boolean;
 
   /** `width` in pixels; dashes in metres, 0 for none. */
@@ -87,7 +87,7 @@ export class PathObject {
       const line = new Line2(new LineGeometry().setPositions(Float32Array.from(positions)), material);
       line.computeLineDistances();
       line.frustumCulled = false;
-      line.renderOrder = height * 1000; // higher ones over lower ones, however near they are
+      line.renderOrder = height * 1000; // higher ones over lower ones at any distance
       this.object.add(line);
       return line;
     };
@@ -95,10 +95,10 @@ export class PathObject {
     this.tip = broad([0, 0, 0, 0, 0, 0]);
     this.object.add(new Line(geometryOf(drawn), new LineBasicMaterial({ color, transparent: true, opacity: 0.35 })));
   }
-  /** Up to this row, or to the last that was known when this was made. */
+  /** Draws up to this row, or to the last row that was known at construction. */
   until(wanted: number): void {
     const row = Math.min(wanted, this.points.length / 3 - 1);
-    let low = 0, high = this.rows.length; // the last that is drawn at or before the row
+    let low = 0, high = this.rows.length; // the last drawn point at or before the row
     while (low < high) {
       const middle = (low + high) >> 1;
       if (this.rows[middle]! <= row) low = middle + 1;
@@ -143,7 +143,7 @@ export function robotObject(color: string, hull: readonly [number, number, numbe
   return group;
 }
 
-/** A unit circle; setEllipse() makes it one of three sigma about a place. */
+/** A unit circle; setEllipse() makes it a three-sigma ellipse. */
 export function ellipseObject(color: string): LineLoop {
   const flat: number[] = [];
   for (let i = 0; i < 64; ++i) flat.push(Math.cos((i * Math.PI) / 32), Math.sin((i * Math.PI) / 32), 0);

@@ -1,6 +1,6 @@
 import { CanvasTexture, NearestFilter, SRGBColorSpace } from "three";
 
-/** The printed tag, cell by cell (`GET tags/FAMILY/ID`): 0 black, 1 white, . not part of it; rows from TL as a reader sees it. */
+/** The printed tag, cell by cell (`GET tags/FAMILY/ID`): 0 black, 1 white, . outside the tag; rows from TL as seen by a viewer. */
 export interface TagBitmap {
   readonly cells: string;
   readonly total_width: number;
@@ -9,7 +9,7 @@ export interface TagBitmap {
 
 const cache = new Map<string, Promise<TagBitmap | undefined>>();
 
-/** Nothing where the server does not know the tag, or there is none. */
+/** Undefined if the server does not have the tag, or there is no server. */
 export function tagBitmap(family: string, id: number): Promise<TagBitmap | undefined> {
   const url = `tags/${encodeURIComponent(family)}/${id}`;
   let bitmap = cache.get(url);

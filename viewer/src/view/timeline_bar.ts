@@ -4,7 +4,7 @@ import type { Mark } from "../data/scores";
 const signs = { start: "◆", stop: "■", go: "▶", blind: "○" } as const;
 const byId = <T extends HTMLElement>(id: string): T => document.getElementById(id) as T;
 
-/** Play, step, scrub, speed and the marks; the keys of the whole page. */
+/** Play, step, scrub, speed and the marks; handles the keys of the whole page. */
 export class TimelineBar {
   private readonly range = byId<HTMLInputElement>("time");
   private readonly play = byId<HTMLButtonElement>("play");
@@ -32,7 +32,7 @@ export class TimelineBar {
     this.moved();
   }
 
-  /** Space plays, arrows step, with shift by five seconds; not where the key has a meaning of its own. */
+  /** Space plays, arrows step, with shift by five seconds; ignored if the focused element uses the key. */
   private key(event: KeyboardEvent): void {
     const target = event.target as HTMLElement;
     const own = target.closest("input, select, button, textarea, summary") !== null && target !== this.range;
@@ -61,7 +61,7 @@ export class TimelineBar {
     byId("clock").textContent = clockText(t);
   }
 
-  /** At most a hundred: more would be a stripe. */
+  /** Shows at most a hundred marks: more would merge into a stripe. */
   showMarks(marks: readonly Mark[]): void {
     const items = marks.slice(0, 100).map((mark) => {
       const item = document.createElement("li");

@@ -9,15 +9,15 @@ import { boxObject, ellipseObject, PathObject, place, polygonObject, robotObject
 
 type Name = "truth" | "odometry" | "estimate";
 const dashes: Record<Name, number> = { truth: 0, odometry: 0.03, estimate: 0.12 };
-const widths: Record<Name, number> = { truth: 7, odometry: 3, estimate: 3 }; // the truth lies broad under the others
+const widths: Record<Name, number> = { truth: 7, odometry: 3, estimate: 3 }; // the truth is drawn wide below the others
 const heights: Record<Name, number> = { truth: 0.004, odometry: 0.006, estimate: 0.008 };
 
-/** What is open, in the map: built once, moved with the time. */
+/** The open content in the map: built once, then moved with the time. */
 export class WorldView {
   private readonly paths = new Map<Name, PathObject>();
   private readonly robots = new Map<Name, Group>();
   private readonly moving = new Group(); // trajectories and robots
-  private readonly axes = new Group(); // of every frame that stands still
+  private readonly axes = new Group(); // of every fixed frame
   private ellipse: ReturnType<typeof ellipseObject> | undefined;
   map_T_odom: Pose | undefined;
 
@@ -45,7 +45,7 @@ export class WorldView {
     this.rebuildTracks(content, colour);
   }
 
-  /** The trajectories and the robots alone. */
+  /** Rebuilds only the trajectories and the robots. */
   rebuildTracks(content: Content, colour: (name: string) => string): void {
     disposeOf(this.moving);
     this.paths.clear();
@@ -60,7 +60,7 @@ export class WorldView {
     this.view.draw();
   }
 
-  /** Of map, odom and the tags; those of the robot and its camera are on the robot. Red x, green y, blue z. */
+  /** Axes of map, odom and the tags; those of the robot and its camera are part of the robot. Red x, green y, blue z. */
   private buildAxes(content: Content): void {
     disposeOf(this.axes);
     const frame = (pose: Pose, length: number): void => {
@@ -90,7 +90,7 @@ export class WorldView {
     return name === "odometry" && this.map_T_odom ? compose(this.map_T_odom, pose) : pose;
   }
 
-  /** Where they are at t, in the frame map. */
+  /** Poses of the robots at t, in the frame map. */
   posesAt(content: Content, t: number): Map<Name, Pose> {
     const poses = new Map<Name, Pose>();
     for (const name of this.robots.keys()) {

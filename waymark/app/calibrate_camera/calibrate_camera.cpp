@@ -9,11 +9,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/output_files.hpp"
 #include "waymark/config/exchange/camera_file.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/yaml/calibration_file.hpp"
-#include "waymark/media/video_format.hpp"
 
 namespace waymark {
 
@@ -172,7 +172,7 @@ class PictureChoice {
       without_ = copy_of(image);
       without_name_ = report.image;
     }
-    if (report.stamp && looks_like_video(inputs_[index].path))
+    if (report.stamp && kind_of(inputs_[index].path) == FileKind::Video)
       filmed_.push_back(std::move(picture));
     else if (fits_)
       fits_ = add_picture(std::move(picture), seen_);
@@ -214,9 +214,10 @@ class PictureChoice {
 };
 
 Result<SeenPictures> from_detections(const std::string& path) {
-  const auto text = read_text_file(path == "-" ? "/dev/stdin" : path, kMaxTextBytes);
+  const auto text = or_wrong_kind(read_text_file(path == "-" ? "/dev/stdin" : path, kMaxTextBytes), path,
+                                  FileUse::Detections);
   if (!text) return tl::unexpected(text.error());
-  auto reports = parse_reports(*text, path);
+  auto reports = or_wrong_kind(parse_reports(*text, path), path, FileUse::Detections);
   if (!reports) return tl::unexpected(reports.error());
   SeenPictures seen;
   for (PictureReport& report : *reports)
@@ -339,18 +340,18 @@ Status check_ending(const CameraFitJob& job) {
 
 }  // namespace
 
-void refuse_without_output(const CameraFitJob& fit, FlagRefusals& refused) {
-  refused.flags(fit.output.empty(), {"format"}, "this is about `output`", "Give `output`, or leave it out.");
-  refused.flags(fit.output.empty() && fit.camera_info.empty(), {"force"}, "nothing is written",
-                "Give `output`, or leave it out.");
+void refuse_without_output(const CameraFitJob& fit, FieldRefusals& refused) {
+  refused.fields(fit.output.empty(), {"format"}, "this is about `output`", "Give `output`, or leave it out.");
+  refused.fields(fit.output.empty() && fit.camera_info.empty(), {"force"}, "nothing is written",
+                 "Give `output`, or leave it out.");
 }
 
-Status check_job(const CalibrateCameraJob& job, const GivenFlags& given) {
-  FlagRefusals refused(given);
-  refused.flags(!job.detections.empty(), {"recursive"}, "with `detections` nothing is detected",
-                "Leave it out, or give pictures.");
-  refused.flags(!job.target.map.empty(), {"spacing", "first_id", "target"},
-                "this is about a board, and `map` names a map", "Leave it out.");
+Status check_job(const CalibrateCameraJob& job, const GivenFields& given) {
+  FieldRefusals refused(given);
+  refused.fields(!job.detections.empty(), {"recursive"}, "with `detections` nothing is detected",
+                 "Leave it out, or give pictures.");
+  refused.fields(!job.target.map.empty(), {"spacing", "first_id", "target"},
+                 "this is about a board, and `map` names a map", "Leave it out.");
   refuse_without_output(job.fit, refused);
   refuse_of_other_targets(job.target, refused);
   if (!refused.status() || job.sources.empty() != job.detections.empty()) return refused.status();

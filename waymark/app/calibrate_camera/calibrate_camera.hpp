@@ -90,7 +90,7 @@ struct CameraFitJob {
 };
 
 /// Refuses fields that are given and have no effect without an output.
-void refuse_without_output(const CameraFitJob& fit, FlagRefusals& refused);
+void refuse_without_output(const CameraFitJob& fit, FieldRefusals& refused);
 
 struct CalibrateCameraJob {
   std::vector<std::string> sources{};  ///< pictures of the board …
@@ -117,7 +117,7 @@ struct CalibrateCameraJob {
 };
 
 /// Fails unless either pictures or detections are named, and on fields that are given and have no effect.
-[[nodiscard]] Status check_job(const CalibrateCameraJob& job, const GivenFlags& given);
+[[nodiscard]] Status check_job(const CalibrateCameraJob& job, const GivenFields& given);
 
 struct CalibrateCameraReport {
   /// A camera of one pixel until it is found.

@@ -46,9 +46,9 @@ ExitCode calibrate_by_images(const CalibrateCameraArgs& args, Console& console) 
   if (usable) usable = args.views.apply(job.views);
   const auto finder = usable ? args.detector.make() : Result<TagFinder>(tl::unexpected(usable.error()));
   if (!finder) return fail_usage(finder.error(), console);
-  if (const Status sound = check(args); !sound) return fail_before_reading(sound.error(), console);
+  if (const Status sound = check(args); !sound) return fail_by_kind(sound.error(), console);
   const auto target = usable_target(job.target, job.fit);
-  if (!target) return fail_before_reading(target.error(), console);
+  if (!target) return fail_by_kind(target.error(), console);
   return print_and_write(calibrate_camera(job, *target, *finder, control_from(console)), job.fit, args.json,
                          console);
 }

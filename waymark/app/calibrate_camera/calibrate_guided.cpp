@@ -9,11 +9,10 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/app/common/detect_all.hpp"
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/picture_files.hpp"
 #include "waymark/app/live/camera_page.hpp"
 #include "waymark/app/live/cameras.hpp"
-#include "waymark/media/video_format.hpp"
-#include "waymark/recording/message_log.hpp"
 
 namespace waymark {
 namespace {
@@ -112,25 +111,28 @@ Status from_files(const CalibrateGuidedJob& job, GuidedCalibration& guided, cons
 }
 
 Status check_pictures_follow(const CalibrateGuidedJob& job) {
-  for (const Input& input : find_inputs(job.sources, job.recursive))
-    if (!input.error && !looks_like_recording(input.path) && !looks_like_video(input.path))
-      return fail(ErrorCode::InvalidArgument,
-                  fmt::format("{} is a picture: a guided calibration takes its views from a live camera, a "
-                              "video or a recording",
-                              input.path),
-                  {}, "`waymark calibrate camera` takes all pictures.");
+  for (const Input& input : find_inputs(job.sources, job.recursive)) {
+    if (input.error) continue;
+    const FileKind kind = kind_of(input.path);
+    if (kind == FileKind::Video || is_recording(kind)) continue;
+    return or_wrong_kind(
+        Status(fail(ErrorCode::InvalidArgument,
+                    "a guided calibration takes its views from a live camera, a video or a recording",
+                    {.source = input.path}, "`waymark calibrate camera` takes images.")),
+        input.path, FileUse::Video);
+  }
   return {};
 }
 
 }  // namespace
 
-Status check_job(const CalibrateGuidedJob& job, const GivenFlags& given) {
+Status check_job(const CalibrateGuidedJob& job, const GivenFields& given) {
   const auto live = is_only_camera(job.sources);
   if (!live) return tl::unexpected(live.error());
-  FlagRefusals refused(given);
+  FieldRefusals refused(given);
   refuse_without_output(job.fit, refused);
   refuse_of_other_targets(job.target, refused);
-  refused.flags(!*live, {"view"}, "this is about live cameras", "Leave it out.");
+  refused.fields(!*live, {"view"}, "this is about live cameras", "Leave it out.");
   if (!refused.status()) return refused.status();
   if (job.sources.empty())
     return fail(

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "waymark/app/calibrate_camera/guided_calibration.hpp"
-#include "waymark/app/common/flag_refusals.hpp"
+#include "waymark/app/common/field_refusals.hpp"
 #include "waymark/app/live/viewers.hpp"
 #include "waymark/base/fields.hpp"
 
@@ -44,7 +44,7 @@ struct CalibrateGuidedJob {
 /// Fails without a source, on a live camera among other sources, on pictures of their own (a guided
 /// calibration chooses among pictures that follow each other), and on fields that are given and have no
 /// effect.
-[[nodiscard]] Status check_job(const CalibrateGuidedJob& job, const GivenFlags& given);
+[[nodiscard]] Status check_job(const CalibrateGuidedJob& job, const GivenFields& given);
 
 /// Takes views until they tell the camera well enough, the source ends, or control cancels; then the
 /// calibration by all of them. How far it is are progress and notes.

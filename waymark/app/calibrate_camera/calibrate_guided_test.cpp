@@ -19,7 +19,10 @@ TEST(GuidedChecks, PicturesOfTheirOwnAreNoSource) {
   std::ofstream(folder / "a.png") << "x";
   CalibrateGuidedJob job{.sources = {(folder / "a.png").string()}};
   const auto none_given = [](const char*) { return false; };
-  EXPECT_THAT(words(check_job(job, none_given)), HasSubstr("is a picture: a guided calibration takes"));
+  EXPECT_THAT(words(check_job(job, none_given)),
+              HasSubstr("a.png: a guided calibration takes its views from"));
+  std::ofstream(folder / "a.png") << "\x89PNG\r\n\x1a\n";
+  EXPECT_THAT(words(check_job(job, none_given)), HasSubstr("a.png: this is an image, not a video"));
   job.sources = {(folder / "a.mp4").string()};
   EXPECT_EQ(words(check_job(job, none_given)), "");
   EXPECT_THAT(words(check_job(job, [](const char* field) { return std::string(field) == "view"; })),

@@ -35,9 +35,9 @@ ExitCode calibrate_by_guide(const CalibrateGuidedArgs& args, Console& console) {
   const auto finder = usable ? args.detector.make() : Result<TagFinder>(tl::unexpected(usable.error()));
   if (!finder) return fail_usage(finder.error(), console);
   if (const Status sound = check_job(job, given_on(args.settings.app())); !sound)
-    return fail_before_reading(sound.error(), console);
+    return fail_by_kind(sound.error(), console);
   const auto target = usable_target(job.target, job.fit);
-  if (!target) return fail_before_reading(target.error(), console);
+  if (!target) return fail_by_kind(target.error(), console);
   const auto report = calibrate_guided(job, *target, *finder, control_from(console));
   const ExitCode code = print_and_write(report, job.fit, args.json, console);
   return code == ExitCode::Ok && interrupted() ? ExitCode::Interrupted : code;

@@ -1,21 +1,62 @@
+#include <algorithm>
+#include <filesystem>
+#include <string>
+#include <system_error>
+#include <vector>
+
 #include "waymark/app/cli/verb.hpp"
+#include "waymark/app/common/file_kind.hpp"
+#include "waymark/app/live/cameras.hpp"
 
 namespace waymark::cli {
+namespace {
+
+/// Whether a word names the recording of a drive, also one that is not there.
+bool is_drive(const std::string& word) {
+  const std::string suffix = std::filesystem::path(word).extension().string();
+  std::error_code ignored;
+  return is_recording(kind_of(word)) || suffix == ".mcap" || suffix == ".bag" || suffix == ".db3" ||
+         suffix == ".csv" || std::filesystem::exists(std::filesystem::path(word) / "metadata.yaml", ignored);
+}
+
+/// Which of `verbs` calibrates what a line is about: a live camera, a robot by its drive, or else a camera by
+/// pictures. Pictures in a recording are of a camera where the line describes a board.
+std::string what_is_calibrated(const std::vector<std::string>& words, const std::vector<Verb>& verbs) {
+  if (words.empty()) return {};
+  const std::vector<std::string> inputs = inputs_of(words, verbs);
+  if (has_word(words, "--guided") || has_word(words, "--resume") ||
+      std::ranges::any_of(inputs, is_camera_address))
+    return "guided";
+  const bool has_board =
+      has_word(words, "--cols") || has_word(words, "--rows") || has_word(words, "--target");
+  return !has_board && std::ranges::any_of(inputs, is_drive) ? "robot" : "camera";
+}
+
+}  // namespace
 
 Verb calibrate_verb() {
+  const std::vector<Verb> verbs = {calibrate_camera_verb(), calibrate_guided_verb(), calibrate_robot_verb()};
   return {
       .name = "calibrate",
       .sentence = "Calibrate a robot or its camera",
       .help =
           R"(`camera` takes pictures, videos or detections that are there; `guided` takes the views of a board that you hold before
-a live camera. `waymark calibrate camera v4l2:/dev/video0` is read as `waymark calibrate guided v4l2:/dev/video0`.
+a live camera; `robot` takes the recording of a drive past tags.
+
+A line may leave out which one is meant: with the address of a camera (v4l2:…, gstreamer:…), --guided or --resume it is
+`guided`; with a recording, and without --cols, --rows and --target, `robot`; else `camera`. A file or folder that is
+called camera, guided or robot is written with its folder: ./robot. `waymark calibrate camera v4l2:/dev/video0` is read
+as `waymark calibrate guided v4l2:/dev/video0`.
 
 Examples:
-  waymark calibrate camera 'board/*.png' --cols 6 --rows 5 --tag-size-m 0.025 -o calibration.yaml
-  waymark calibrate guided v4l2:/dev/video0 --cols 6 --rows 5 --tag-size-m 0.025 --view -o calibration.yaml
-  waymark calibrate robot lap.mcap --map map/map.yaml -o calibration.yaml
+  waymark calibrate 'board/*.png' --cols 6 --rows 5 --tag-size-m 0.025 -o calibration.yaml
+  waymark calibrate v4l2:/dev/video0 --cols 6 --rows 5 --tag-size-m 0.025 --view -o calibration.yaml
+  waymark calibrate lap.mcap --map map/map.yaml -o calibration.yaml
 )",
-      .verbs = {calibrate_camera_verb(), calibrate_guided_verb(), calibrate_robot_verb()}};
+      .verbs = verbs,
+      .usual_verb = [verbs](const std::vector<std::string>& words) {
+        return what_is_calibrated(words, verbs);
+      }};
 }
 
 }  // namespace waymark::cli

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/base/order_statistics.hpp"
 #include "waymark/config/yaml/map_file.hpp"
 #include "waymark/families/family.hpp"
@@ -40,7 +41,10 @@ Result<TagMap> tags_of(const TargetOptions& options) {
   if (board != options.map.empty())
     return fail(ErrorCode::InvalidArgument,
                 "give either the board (`cols`, `rows`, `tag_size_m`) or a map of tags (`map`)");
-  if (!options.map.empty()) return read_map(options.map).map([](const MapFile& map) { return map.tags; });
+  if (!options.map.empty())
+    return or_wrong_kind(read_map(options.map), options.map, FileUse::OwnMap).map([](const MapFile& map) {
+      return map.tags;
+    });
   if (options.columns < 1 || options.rows < 1 || !is_tag_size(options.tag_size_m))
     return fail(ErrorCode::InvalidArgument,
                 "a board has `cols` and `rows` of 1 or more and a `tag_size_m` above 0", {},
@@ -163,7 +167,7 @@ std::optional<std::string> CalibrationTarget::words_of_marker_size(std::vector<d
       share, board_->marker_m, board_->size_m, said);
 }
 
-void refuse_of_other_targets(const TargetOptions& options, FlagRefusals& refused) {
+void refuse_of_other_targets(const TargetOptions& options, FieldRefusals& refused) {
   struct FieldOf {
     const char* name;
     std::vector<std::string> kinds;
@@ -177,9 +181,9 @@ void refuse_of_other_targets(const TargetOptions& options, FlagRefusals& refused
                                        {"first_id", {"tags", "aprilgrid", "charuco"}},
                                        {"detections", {"tags"}}};
   for (const FieldOf& field : fields)
-    refused.flags(std::ranges::find(field.kinds, options.kind) == field.kinds.end(), {field.name},
-                  fmt::format("this has no effect on the target {}", options.kind),
-                  fmt::format("Leave it out, or choose `target={}`.", fmt::join(field.kinds, " or ")));
+    refused.fields(std::ranges::find(field.kinds, options.kind) == field.kinds.end(), {field.name},
+                   fmt::format("this has no effect on the target {}", options.kind),
+                   fmt::format("Leave it out, or choose `target={}`.", fmt::join(field.kinds, " or ")));
 }
 
 }  // namespace waymark

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "waymark/app/common/flag_refusals.hpp"
+#include "waymark/app/common/field_refusals.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/mapping/camera/target_mark.hpp"
 #include "waymark/media/board_finder.hpp"
@@ -70,7 +70,7 @@ struct TargetOptions {
 };
 
 /// Refuses fields that are given and have no effect on a target of this kind.
-void refuse_of_other_targets(const TargetOptions& options, FlagRefusals& refused);
+void refuse_of_other_targets(const TargetOptions& options, FieldRefusals& refused);
 
 /// A finder that finds nothing: the pictures are only read, for what finds a board in them.
 [[nodiscard]] TagFinder no_tags();

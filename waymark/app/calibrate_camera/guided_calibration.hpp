@@ -45,8 +45,8 @@ struct GuideStatus {
   bool good_enough = false;
 };
 
-/// "7 views, 0.21 px, focal length +- 0.3 %; hold still; wanted: tilt the board, its left edge nearer to the
-/// camera; hold it where it was not yet: top left, top".
+/// "7 views, 0.21 px, focal length +- 0.3 %; hold still; wanted: tilt the board so that its left edge is nearer
+/// to the camera; hold the board in these parts of the image: top left, top".
 [[nodiscard]] std::string to_text(const GuideStatus& status);
 
 /// What is there and what is wanted, of each part of the picture and each tilt (docs/formats/live.md).

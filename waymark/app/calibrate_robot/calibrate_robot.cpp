@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/lap_input.hpp"
 #include "waymark/app/common/output_files.hpp"
 #include "waymark/app/map/map_extension.hpp"
@@ -29,7 +30,8 @@ Status believe_files(const LocalizeJob& job, RecordingSetup& setup, const JobCon
   if (Status status = take_robot(job.robot, setup, warnings); !status) return status;
   for (const std::string& words : warnings) control.note("warning: " + words);
   if (job.calibration.empty()) return {};
-  const Result<Calibration> calibration = read_calibration(job.calibration);
+  const auto calibration =
+      or_wrong_kind(read_calibration(job.calibration), job.calibration, FileUse::Calibration);
   if (!calibration) return tl::unexpected(calibration.error());
   if (calibration->camera) setup.camera = calibration->camera;
   if (setup.base_T_cam) setup.base_T_cam = calibrated_mounting(*setup.base_T_cam, *calibration);
@@ -62,7 +64,7 @@ void tell_of_size(const RecordedLap& recorded, const SetupOverrides& given, cons
 Status take_map(const LocalizeJob& job, RecordedLap& recorded, SetupOverrides& overrides,
                 std::optional<LapPrior>& prior) {
   if (job.map.empty()) return {};
-  Result<MapFile> map = read_map(map_file_of(job.map));
+  Result<MapFile> map = or_wrong_kind(read_map(map_file_of(job.map)), job.map, FileUse::OwnMap);
   if (!map) return tl::unexpected(map.error());
   MapJob extension;
   extension.extend = std::move(*map);

@@ -61,7 +61,7 @@ struct CalibrateRobotWords {
               .parts(3));
     visit(self.job.from_s, JobField("from S", "Begin of the used interval, in seconds from the start"));
     visit(self.job.to_s,
-          JobField("to S", "End of the used interval, in seconds from the start").without_usual());
+          JobField("to S", "End of the used interval, in seconds from the start").without_default());
     visit(self.job.drive.output, JobField("output FILE", "Calibration to write (calibration.yaml)"));
   }
 };

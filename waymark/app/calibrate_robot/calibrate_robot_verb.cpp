@@ -22,10 +22,11 @@ Result<CalibrateRobotJob> job_of(const CalibrateRobotArgs& args) {
   if (args.by == "innovations") job.by = CalibrateRobotBy::Innovations;
   Refusals refused(args.settings.app());
   refused.options(true, args.filter, kNoDelay, "Leave it out.", "lag_s");
-  refused.flags(job.drive.map.empty() || job.by == CalibrateRobotBy::Innovations, {"--map-sigma"},
-                "this is about a map, where the method is lap", "Give --map, or leave it out.");
+  refused.fields(job.drive.map.empty() || job.by == CalibrateRobotBy::Innovations, {"--map-sigma"},
+                 "this is about a map, where the method is lap", "Give --map, or leave it out.");
   Status flags = refused.status();
   if (flags) flags = args.filter.apply(job.drive.filter);
+  job.drive.asked = [&args](RiekfOptions& filter) { return args.filter.apply(filter); };
   if (!flags) return tl::unexpected(flags.error());
   if (!args.filter.given()) return job;
   if (job.by == CalibrateRobotBy::Lap || job.drive.map.empty())
@@ -43,7 +44,7 @@ ExitCode calibrate_drive(const CalibrateRobotArgs& args, Console& console) {
   console.print(args.json ? json_line(fields(*report)) : to_text(*report));
   console.warn(report->warnings);
   const auto earlier = write_robot_calibration(*job, *report);
-  if (!earlier) return console.failed(earlier.error(), ExitCode::SomeFailed);
+  if (!earlier) return fail_with(earlier.error(), console);
   if (!earlier->empty()) console.say("the earlier file is kept: " + *earlier);
   if (!job->drive.output.empty()) console.say("wrote " + job->drive.output);
   return ExitCode::Ok;

@@ -11,17 +11,12 @@ Result<CalibrationTarget> usable_target(const TargetOptions& target, const Camer
   return made;
 }
 
-ExitCode fail_before_reading(const Error& error, Console& console) {
-  const bool of_command_line = error.code == ErrorCode::InvalidArgument && error.place.source.empty();
-  return console.failed(error, of_command_line ? ExitCode::Usage : ExitCode::SomeFailed);
-}
-
 ExitCode print_and_write(const Result<CalibrateCameraReport>& report, const CameraFitJob& fit, bool json,
                          Console& console) {
-  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
+  if (!report) return fail_with(report.error(), console);
   console.print(json ? json_line(fields(*report)) : to_text(*report));
   const Status written = write_camera_calibration(fit, *report);
-  return written ? ExitCode::Ok : console.failed(written.error(), ExitCode::SomeFailed);
+  return written ? ExitCode::Ok : fail_with(written.error(), console);
 }
 
 }  // namespace waymark::cli

@@ -3,14 +3,11 @@
 #include "waymark/app/calibrate_camera/calibrate_camera.hpp"
 #include "waymark/app/cli/console.hpp"
 
-/// What verbs share that calibrate a camera.
+/// Shared by the verbs that calibrate a camera.
 namespace waymark::cli {
 
-/// The target, once it is known that what is found on it can be written.
+/// Makes the target. Fails also if an output file of `fit` cannot be written, so that no work is lost later.
 [[nodiscard]] Result<CalibrationTarget> usable_target(const TargetOptions& target, const CameraFitJob& fit);
-
-/// Says what is wrong before a picture was read, and gives back the exit code: 2, but of a file 1.
-[[nodiscard]] ExitCode fail_before_reading(const Error& error, Console& console);
 
 /// Prints a calibration, as one JSON object or as tables, and writes the files of the job.
 [[nodiscard]] ExitCode print_and_write(const Result<CalibrateCameraReport>& report, const CameraFitJob& fit,

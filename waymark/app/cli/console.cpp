@@ -30,13 +30,13 @@ std::atomic<Duration::rep> first_seen{0};
 static_assert(std::atomic<Duration::rep>::is_always_lock_free, "a signal handler sets it");
 TerminalSettings terminal;  // keys may be read from it, without echo
 
-/// timeout(1) and some shells send one signal to the program and again to its group.
+/// timeout(1) and some shells send a signal to the program and then to its process group: the same key press.
 constexpr Duration kSameKey = std::chrono::milliseconds(200);
 
-/// The second time the same signal ends the program at once, as without a handler; that is said first.
+/// The same signal a second time prints a message and ends the program at once, as without a handler.
 extern "C" void raise_flag(int signal) {
   constexpr std::string_view kAtOnce =
-      "\nwaymark: the second signal: ended at once, nothing more is written\n";
+      "\nwaymark: second signal: ended at once; unfinished files are not completed\n";
   const unsigned bit = 1U << static_cast<unsigned>(signal);
   const Duration now = steady_now();
   if ((seen_signals.fetch_or(bit) & bit) != 0) {
@@ -85,7 +85,7 @@ const char* interrupted_by() {
 
 namespace {
 
-/// Every number as one sign.
+/// The warning with "#" for each number.
 std::string kind_of(const std::string& warning) {
   std::string kind;
   const auto in_number = [](char c) { return (c >= '0' && c <= '9') || c == '.' || c == '-' || c == '+'; };
@@ -111,14 +111,13 @@ std::vector<std::string> folded_warnings(const std::vector<std::string>& warning
   }
   std::vector<std::string> result;
   for (const auto& alike : kinds) {
-    // One line more says as much as the count of one.
-    const std::size_t said = alike.size() <= kFirst + 1 ? alike.size() : kFirst;
-    for (std::size_t i = 0; i < said; ++i) result.push_back(*alike[i]);
-    if (said < alike.size())
+    // The fourth warning needs no more space than the line that would count it.
+    const std::size_t shown = alike.size() <= kFirst + 1 ? alike.size() : kFirst;
+    for (std::size_t i = 0; i < shown; ++i) result.push_back(*alike[i]);
+    if (shown < alike.size())
       result.push_back(
-          fmt::format("{} more warnings differ from the last one in their numbers only: --json lists "
-                      "all",
-                      alike.size() - said));
+          fmt::format("{} more warnings differ from the last one only in numbers; --json lists all",
+                      alike.size() - shown));
   }
   return result;
 }
@@ -130,7 +129,7 @@ std::int64_t now_ms() {
   return std::chrono::duration_cast<std::chrono::milliseconds>(since_start).count();
 }
 
-/// Words that nobody can read any more (a closed pipe, a full disk) are no reason to stop.
+/// Ignores failures: a message that cannot be written (closed pipe, full disk) is no reason to stop.
 void put(std::FILE* file, std::string_view text) {
   static_cast<void>(std::fwrite(text.data(), 1, text.size(), file));
   static_cast<void>(std::fflush(file));
@@ -138,9 +137,10 @@ void put(std::FILE* file, std::string_view text) {
 
 }  // namespace
 
-Console::Console(std::string verb, std::FILE* out, std::FILE* err, HasFlag has_flag)
+Console::Console(std::string verb, std::FILE* out, std::FILE* err, HasFlag has_flag, HasFlag has_own)
     : verb_(std::move(verb)),
       has_flag_(std::move(has_flag)),
+      has_own_(has_own ? std::move(has_own) : has_flag_),
       out_(out),
       err_(err),
       watched_(isatty(fileno(err)) == 1) {}
@@ -175,8 +175,8 @@ void Console::warn(const std::vector<std::string>& warnings) {
 }
 
 void Console::say_first(const std::vector<std::string>& lines, std::string_view where_all) {
-  constexpr std::size_t kMost = 12;
-  const std::size_t shown = lines.size() > kMost + 1 ? kMost : lines.size();
+  constexpr std::size_t kMaxLines = 12;
+  const std::size_t shown = lines.size() > kMaxLines + 1 ? kMaxLines : lines.size();
   for (std::size_t i = 0; i < shown; ++i) say(lines[i]);
   if (shown < lines.size()) say(fmt::format("and {} more: {}", lines.size() - shown, where_all));
 }
@@ -237,7 +237,9 @@ ExitCode fail_by_kind(const Error& error, Console& console) {
   return error.code == ErrorCode::InvalidArgument ? fail_usage(error, console) : fail_with(error, console);
 }
 
-ExitCode fail_usage(const Error& error, Console& console) { return console.failed(error, ExitCode::Usage); }
+ExitCode fail_usage(const Error& error, Console& console) {
+  return console.failed(error, error.place.source.empty() ? ExitCode::Usage : exit_code_of(error));
+}
 
 JobControl control_from(Console& console) {
   JobControl control;

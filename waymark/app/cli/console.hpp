@@ -12,78 +12,78 @@
 #include "waymark/base/error.hpp"
 #include "waymark/robots/watchdog/stop_socket.hpp"
 
-/// How the program talks with who runs it: words and results, exit codes, Ctrl-C.
+/// The program's side of the terminal: results, messages, progress, exit codes, signals.
 namespace waymark::cli {
 
-/// From now on the first Ctrl-C (or SIGTERM) only raises a flag, so that the picture at hand is finished and
-/// what was done is kept; the second of the same kind says so and ends the
-/// program at once. Writing to a closed pipe, or more than a
-/// file may hold, becomes an error instead of a signal.
+/// Installs signal handlers. The first Ctrl-C (or SIGTERM) only sets a flag, so that the current picture is
+/// finished and results are kept. The second signal of the same kind prints a message and ends the program at
+/// once. Writing to a closed pipe, or beyond the limit on file size, becomes an error instead of a signal.
 void watch_signals();
 
-/// The same as Ctrl-C, from any thread: another process asked for it with `waymark stop`.
+/// The same as Ctrl-C, from any thread, for requests of `waymark stop` in another process.
 void interrupt();
 
 /// Whether Ctrl-C was pressed, or a stop was requested, since watch_signals().
 [[nodiscard]] bool interrupted();
-/// Which of the two, in words: "Ctrl-C" or "'waymark stop'".
+/// The cause as text: "Ctrl-C", "SIGTERM", "the closed terminal" or "'waymark stop'".
 [[nodiscard]] const char* interrupted_by();
 
-/// The first warnings of each kind and how many more there are, for people; alike are those that differ in
-/// numbers only (ids of tags are numbers). In the order of the first of each kind.
+/// The first warnings of each kind and the count of the others. Two warnings are of one kind if they differ
+/// only in numbers (tag ids are numbers). Kinds keep the order of their first warning.
 [[nodiscard]] std::vector<std::string> folded_warnings(const std::vector<std::string>& warnings);
 
-/// The error of a field as people type it: "(--tag-size-m): ...". Keys in a file, and what the program has no
-/// flag for, stay as they are.
+/// The error with its field as the flag that users type: "(--tag-size-m): ...". Keys in a file, and fields
+/// without a flag, stay unchanged.
 [[nodiscard]] Error naming_flag(Error error, const HasFlag& has_flag);
 
-/// What the program tells its caller.
+/// The program's exit status.
 enum class ExitCode : std::uint8_t {
   Ok = 0,            ///< all inputs processed, whatever was found in them
   SomeFailed = 1,    ///< some input or output failed; the others were processed
-  Usage = 2,         ///< the command line makes no sense
-  Interrupted = 130  ///< stopped by Ctrl-C; what was done is kept
+  Usage = 2,         ///< invalid command line; nothing was done
+  Interrupted = 130  ///< stopped by Ctrl-C; finished results are kept
 };
 
-/// Where words go: results to standard output, everything else to standard error, with a progress line below
-/// it when standard error is a terminal.
+/// Prints results to standard output and messages to standard error. If standard error is a terminal, a
+/// progress line is redrawn below the messages.
 class Console {
  public:
-  /// `verb` introduces what is said ("waymark detect: …"). Fields that texts name are written as flags of the
-  /// program (with_flags()); without `has_flag` they stay.
-  explicit Console(std::string verb, std::FILE* out = stdout, std::FILE* err = stderr, HasFlag has_flag = {});
+  /// `verb` is the prefix of each message ("waymark detect: …"). Fields named in texts are printed as flags
+  /// of the program (with_flags()), the field of an error as a flag of the verb (`has_own`; an input keeps
+  /// its name). Without `has_flag` they stay fields.
+  explicit Console(std::string verb, std::FILE* out = stdout, std::FILE* err = stderr, HasFlag has_flag = {},
+                   HasFlag has_own = {});
 
-  /// Results; passed on at once, so that what was printed survives whatever comes later.
+  /// Prints results and flushes, so that they are not lost if the program ends abnormally later.
   void print(std::string_view text);
-  /// The same with all words as they are: help.
+  /// The same without replacing fields by flags: help.
   void print_help(std::string_view text);
-  /// One line of words: "waymark detect: words".
+  /// Prints one message line: "waymark detect: words".
   void say(std::string_view words);
-  /// The same of an error, whose field is named as the flag that sets it (naming_flag()).
-  void say(const Error& error) { say(to_string(naming_flag(error, has_flag_))); }
-  /// Says it, and gives back the code: `return console.failed(error, ExitCode::Usage);`
+  /// Prints an error, with its field as the flag that sets it (naming_flag()).
+  void say(const Error& error) { say(to_string(naming_flag(error, has_own_))); }
+  /// Prints the error and returns the code: `return console.failed(error, ExitCode::Usage);`
   [[nodiscard]] ExitCode failed(const Error& error, ExitCode code) {
     say(error);
     return code;
   }
-  /// "warning: ..." of each; many that are alike as folded_warnings() has them.
+  /// Prints "warning: ..." for each, folded by folded_warnings().
   void warn(const std::vector<std::string>& warnings);
-  /// Says the first few lines of many; how many more there are, and where they stand.
+  /// Prints the first lines, then the number of the remaining ones and `where_all`, where to find them.
   void say_first(const std::vector<std::string>& lines, std::string_view where_all);
-  /// Redraws the progress line ("12/60 photo.png"), ten times a second at most; silent unless a terminal
-  /// watches.
+  /// Redraws the progress line ("12/60 photo.png"), at most ten times a second and only on a terminal.
   void progress(std::size_t done, std::size_t all, std::string_view what);
-  /// Redraws the line below everything with these words, as progress() does.
+  /// Replaces the progress line by this text, at the same rate as progress().
   void live(std::string_view line);
   void end_progress();
 
-  /// The text with the flags of the program for fields.
+  /// The text with fields replaced by flags of the program.
   [[nodiscard]] std::string text_for_users(std::string_view text) const;
 
-  /// Nobody can read the results any more: the reader closed the pipe, or writing failed. Stop working.
+  /// Results can no longer be printed, because the reader closed the pipe or writing failed: stop working.
   [[nodiscard]] bool output_ended() const { return output_ != Output::Open; }
-  /// `code`, unless results were lost: then SomeFailed, said in words. A reader who closed the pipe has seen
-  /// enough: Ok. What failed after Ctrl-C was interrupted.
+  /// The exit code to return. SomeFailed if results were lost (a message was printed), Ok if the reader
+  /// closed the pipe, Interrupted for a failure after Ctrl-C; else `code`.
   [[nodiscard]] ExitCode finish(ExitCode code);
 
  private:
@@ -94,6 +94,7 @@ class Console {
 
   std::string verb_;
   HasFlag has_flag_;
+  HasFlag has_own_;
   std::FILE* out_;
   std::FILE* err_;
   bool watched_ = false;
@@ -102,27 +103,27 @@ class Console {
   Output output_ = Output::Open;
 };
 
-// How a verb fails: which words, and which exit code.
+// How a verb fails: message and exit code.
 
-/// 2 for what the command line or the environment says (the error's key is a field: there is no source, or
-/// it is between backticks; or the source is "environment"), 1 for a file that is not usable or could not be
-/// written. Console::finish() makes 130 of both after Ctrl-C.
+/// 2 for an error in the command line or the environment: the key is a field (no source, or a key between
+/// backticks), or the source is "environment". 1 for a file that is not usable or could not be written.
+/// After Ctrl-C Console::finish() changes both to 130.
 [[nodiscard]] ExitCode exit_code_of(const Error& error);
 
-/// Says the error, and gives back its exit code.
+/// Prints the error and returns its exit code.
 [[nodiscard]] ExitCode fail_with(const Error& error, Console& console);
 
-/// Says the error: of what makes no sense (InvalidArgument) 2, else as fail_with().
+/// Prints the error. Returns fail_usage() for InvalidArgument, else fail_with().
 [[nodiscard]] ExitCode fail_by_kind(const Error& error, Console& console);
 
-/// Says the error: the command line makes no sense.
+/// Prints the error. Returns 2, or for an error with a source, such as a file or a device, exit_code_of().
 [[nodiscard]] ExitCode fail_usage(const Error& error, Console& console);
 
-/// A job's progress and notes go to the console, and Ctrl-C cancels it.
+/// Control of a job: progress and notes go to the console, and Ctrl-C cancels.
 [[nodiscard]] JobControl control_from(Console& console);
 
-/// While it lives `waymark stop` ends this drive as Ctrl-C does. nullptr, and words, where that is not
-/// possible: the drive goes on without.
+/// While the result lives, `waymark stop` ends this drive as Ctrl-C does. If that is not possible, prints a
+/// warning and returns nullptr.
 [[nodiscard]] std::unique_ptr<StopSocket> listen_for_stop(const std::string& drive, Console& console);
 
 }  // namespace waymark::cli

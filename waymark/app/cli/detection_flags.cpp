@@ -9,7 +9,7 @@
 namespace waymark::cli {
 namespace {
 
-constexpr const char* kSet = "Leave it out, or --no-refine.";
+constexpr const char* kSet = "Omit this flag, or omit --no-refine.";
 
 }  // namespace
 
@@ -17,15 +17,15 @@ DetectorFlags::DetectorFlags(Settings& settings, const char* group)
     : app_(settings.app()),
       detector_(settings, "detector", "Detector"),
       refinement_(settings, "refinement", "Corner refinement") {
-  std::string known;
-  for (const FamilyId id : kAllFamilies) known += (known.empty() ? "" : ", ") + std::string(to_string(id));
+  std::string families;
+  for (const FamilyId id : kAllFamilies)
+    families += (families.empty() ? "" : ", ") + std::string(to_string(id));
   CLI::App& app = settings.app();
   add_option(app, "--family NAME", families_,
-             "Tag family to look for, tag36h11 unless given; may be given several times. Known: " + known,
-             in_group(group))
+             "Tag family to detect (repeatable); default tag36h11. One of " + families, in_group(group))
       ->allow_extra_args(false);
-  add_flag(app, "--no-refine", no_refine_,
-           "Keep the corners as the detector found them; they have no covariance then", in_group(group));
+  add_flag(app, "--no-refine", no_refine_, "Keep the corners of the detector, which have no covariance",
+           in_group(group));
 }
 
 bool DetectorFlags::given() const {
@@ -36,7 +36,7 @@ Status DetectorFlags::refuse_all(const std::string& why, const std::string& hint
   Refusals refused(app_);
   refused.options(true, detector_, why, hint);
   refused.options(true, refinement_, why, hint);
-  refused.flags(true, {"family", "no_refine"}, why, hint);
+  refused.fields(true, {"family", "no_refine"}, why, hint);
   return refused.status();
 }
 
@@ -54,7 +54,7 @@ PoseFlags::PoseFlags(CLI::App& verb) : app_(verb) { add_fields(verb, words_); }
 
 Status PoseFlags::refuse_all(const std::string& why, const std::string& hint) const {
   Refusals refused(app_);
-  refused.flags(true, {"camera", "camera_name", "camera_size", "tag_size_m"}, why, hint);
+  refused.fields(true, {"camera", "camera_name", "camera_size", "tag_size_m"}, why, hint);
   return refused.status();
 }
 

@@ -13,19 +13,19 @@
 
 namespace waymark::cli {
 
-/// The flags with which a verb chooses and tunes its detector: --family, --no-refine, and the sections
-/// detector and refinement. Must stay where it is while the command line is parsed.
+/// The flags that select and tune the detector: --family, --no-refine, and the sections detector and
+/// refinement. Must not move while the command line is parsed.
 class DetectorFlags {
  public:
-  /// `group`: of --family and --no-refine.
+  /// `group`: the help group of --family and --no-refine.
   DetectorFlags(Settings& settings, const char* group);
 
   /// Defaults, then the settings, then flags. Fails on an unknown family, a value out of range, and on
   /// options of the refinement with --no-refine.
   [[nodiscard]] Result<TagFinder> make() const;
-  /// Whether any of them was given.
+  /// Whether any of these flags or options was given.
   [[nodiscard]] bool given() const;
-  /// Fails when one of them is on the command line, where nothing is detected.
+  /// Fails if one of them is on the command line. For verbs and modes without detection.
   [[nodiscard]] Status refuse_all(const std::string& why, const std::string& hint) const;
 
  private:
@@ -36,20 +36,20 @@ class DetectorFlags {
   OptionFlags<RefinementOptions> refinement_;
 };
 
-/// The flags with which a verb gives poses: --camera, --camera-name, --camera-size, --tag-size-m. Must stay
-/// where it is while the command line is parsed.
+/// The flags for tag poses: --camera, --camera-name, --camera-size, --tag-size-m. Must not move while the
+/// command line is parsed.
 class PoseFlags {
  public:
   explicit PoseFlags(CLI::App& verb);
   PoseFlags(const PoseFlags&) = delete;
   PoseFlags& operator=(const PoseFlags&) = delete;
 
-  /// Nothing when no pose was asked for. Fails when only half of what is needed was given, on a file that
-  /// cannot be read and on a size that cannot be.
+  /// Nothing if no flag was given. Fails if only the camera or only the tag size was given, on an unreadable
+  /// file and on an invalid size.
   [[nodiscard]] Result<std::optional<PoseSetup>> make() const {
     return described_poses(words_.camera, words_.sizes);
   }
-  /// Fails when one of them was given, where no pose is asked for.
+  /// Fails if one of them was given. For modes without poses.
   [[nodiscard]] Status refuse_all(const std::string& why, const std::string& hint) const;
 
  private:

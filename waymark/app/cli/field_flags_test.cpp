@@ -13,7 +13,7 @@ bool has_flag(std::string_view flag) {
 }
 std::string written(std::string_view text) { return with_flags(text, has_flag); }
 
-TEST(FieldFlags, AFieldIsItsFlagWithItsValue) {
+TEST(FieldFlags, AFieldBecomesAFlagWithItsValue) {
   EXPECT_EQ(written("Give `tag_size_m`, the side."), "Give --tag-size-m, the side.");
   EXPECT_EQ(written("`tag_size_m=0.16`"), "--tag-size-m 0.16");
   EXPECT_EQ(written("`imu`/`anchor` or `output`"), "--imu/--anchor or -o");
@@ -27,7 +27,7 @@ TEST(FieldFlags, ACommandKeepsItsBackticks) {
   EXPECT_EQ(written("`waymark map json`"), "`waymark map json`") << "a word without '=' is an input";
 }
 
-TEST(FieldFlags, AllElseStays) {
+TEST(FieldFlags, OtherTextStaysUnchanged) {
   for (const std::string_view text :
        {"", "`", "no field", "`unknown`", "`Tag_Size_m`", "`tag_size_m", "a `b c` d", "``", "```", "`--json`",
         "`waymark map unknown=3`", "`9`", "`é`"})
@@ -35,7 +35,7 @@ TEST(FieldFlags, AllElseStays) {
   EXPECT_EQ(written("a ` b `json`"), "a ` b --json") << "an odd backtick before a field";
 }
 
-TEST(FieldFlags, TwiceIsOnce) {
+TEST(FieldFlags, ASecondConversionChangesNothing) {
   const std::string once = written("Give `tag_size_m=2` to `waymark map anchor=1`.");
   EXPECT_EQ(written(once), once);
 }

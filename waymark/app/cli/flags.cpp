@@ -17,16 +17,14 @@ Settings::Settings(CLI::App& app)
     : OptionLayers(
           {.name = "--set", .how_to_write = "Write SECTION.KEY=VALUE; --help-all lists sections and keys."}),
       app_(app) {
-  app.add_option(
-         "--config", config_path_,
-         "YAML file with options by section and key, as --set names them; --set and flags override it")
+  app.add_option("--config", config_path_,
+                 "YAML file with options by section and key, as for --set; --set and flags override it")
       ->type_name("FILE");
   set_ = app.add_option("--set", sets_, "Set one option by section and key (repeatable)")
              ->type_name("SECTION.KEY=VALUE")
              ->allow_extra_args(false);
   app.callback([this] {
-    if (const Status loaded = load(config_path_, sets_); !loaded)
-      throw CLI::ValidationError(to_string(loaded.error()));
+    if (const Status loaded = load(config_path_, sets_); !loaded) throw SettingsError(loaded.error());
   });
   app.footer([this, &app]() -> std::string {
     const CLI::Option* all = app.get_help_all_ptr();
@@ -56,7 +54,7 @@ std::string Settings::keys_text() const {
   return text;
 }
 
-GivenFlags given_on(const CLI::App& app) {
+GivenFields given_on(const CLI::App& app) {
   return [&app](const char* flag) {
     const std::string name = std::string_view(flag).starts_with('-') ? flag : flag_name(flag);
     const CLI::Option* option = app.get_option_no_throw(name);
@@ -74,7 +72,7 @@ std::vector<std::string> parts_of(std::string_view text) {
 
 void add_choice(CLI::App& app, const std::string& name) {
   app.add_flag_callback(
-         name, [] {}, "Chooses this verb in a line that does not name it")
+         name, [] {}, "Selects this verb in a command line that does not name it")
       ->group(kMoreGroup);
 }
 
@@ -104,7 +102,7 @@ void arrange(CLI::Option& option, const JobField& field) {
   if (!field.usual.empty()) option.default_str(std::string(field.usual));
   if (field.has_commas) option.delimiter(',');
   if (field.is_repeated) option.allow_extra_args(false);
-  if (field.count > 0) option.expected(field.count);
+  if (field.count > 0) exactly(field.count)(option);
 }
 
 CLI::Validator recording_name() {
@@ -114,7 +112,7 @@ CLI::Validator recording_name() {
     const std::string suffix = name.extension().string();
     if (suffix.empty() && !is_device(path)) path += ".mcap";
     if (suffix.empty() || suffix == ".mcap") return std::string();
-    return fmt::format("{}: recordings are written as MCAP: end the name in .mcap, not in {}", path, suffix);
+    return fmt::format("{}: recordings are written as MCAP: use the extension .mcap, not {}", path, suffix);
   };
   return {complete, "", "recording"};
 }
@@ -125,7 +123,7 @@ CLI::Validator yaml_name() {
     std::error_code ignored;
     const bool folder = std::filesystem::is_directory(path, ignored);
     if (suffix == ".yaml" || suffix == ".yml" || (is_device(path) && !folder)) return std::string();
-    return fmt::format("{}: what is written is YAML: end the name in .yaml", path);
+    return fmt::format("{}: the output is YAML: use the extension .yaml", path);
   };
   return {check, "", "YAML"};
 }

@@ -15,7 +15,7 @@
 #include <CLI/Validators.hpp>
 
 #include "waymark/app/cli/verb.hpp"
-#include "waymark/app/common/flag_refusals.hpp"
+#include "waymark/app/common/field_refusals.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/config/option_layers.hpp"
 
@@ -28,16 +28,23 @@ inline constexpr const char* kMoreGroup = "More";
 /// The group of flags that --help shows.
 inline constexpr const char* kFirstGroup = "Options";
 
-/// A key that --set and --config take, and no flag does.
+/// A key of --set and --config without a flag.
 struct SettingOnlyKey {
   std::string key;       ///< "camera.exposure_ms"
   std::string usual;     ///< its default, as YAML
   std::string sentence;  ///< with its range
 };
 
-/// The options of a verb by their names: --config FILE.yaml and --set SECTION.KEY=VALUE, the layers below the
-/// flags. What the sections do not have is refused while the command line is parsed, with its place. Must
-/// stay where it is while the command line is parsed.
+/// Thrown by Settings while the command line is parsed.
+struct SettingsError : CLI::ValidationError {
+  explicit SettingsError(waymark::Error why) : CLI::ValidationError(to_string(why)), error(std::move(why)) {}
+
+  waymark::Error error;
+};
+
+/// The options of a verb by name: --config FILE.yaml and --set SECTION.KEY=VALUE, the layers below the flags.
+/// Unknown sections and keys are refused while the command line is parsed, with their place. Must not move
+/// while the command line is parsed.
 class Settings : public OptionLayers {
  public:
   explicit Settings(CLI::App& app);
@@ -46,9 +53,9 @@ class Settings : public OptionLayers {
 
   /// The verb whose options they are.
   [[nodiscard]] CLI::App& app() const { return app_; }
-  /// For the help of --set; the first one counts.
+  /// Sets the example in the help of --set; only the first call has an effect.
   void name_example(const std::string& assignment);
-  /// For --help-all.
+  /// Adds a key to the list in --help-all.
   void add_key(SettingOnlyKey key) { keys_.push_back(std::move(key)); }
 
  private:
@@ -69,12 +76,12 @@ class Settings : public OptionLayers {
   return flag;
 }
 
-/// The field's sentence and what is allowed or usual: "Look for quads in a smaller image. From 1 to 8.".
+/// The field's sentence with its range or default: "Look for quads in a smaller image. From 1 to 8.".
 template <class Value>
 [[nodiscard]] std::string flag_help(const Value& usual, const Field& field) {
   std::string range;
   if constexpr (std::is_same_v<Value, bool>) {
-    range = usual ? " On unless said otherwise." : " Off unless said otherwise.";
+    range = usual ? " On by default." : " Off by default.";
   } else if constexpr (std::is_arithmetic_v<Value>) {
     if (std::isfinite(field.min) && std::isfinite(field.max))
       range = fmt::format(" From {} to {}.", field.min, field.max);
@@ -93,7 +100,7 @@ enum class Reach : std::uint8_t {
 
 /// An option struct on the command line, made from its fields(): each field, also of structs in it, is a key
 /// of a section of --set and --config and, unless SettingsOnly, a flag: name with dashes, sentence, range,
-/// default. Must stay where it is while the command line is parsed.
+/// default. Must not move while the command line is parsed.
 template <HasFields Options>
 class OptionFlags {
  public:
@@ -124,14 +131,14 @@ class OptionFlags {
   OptionFlags(const OptionFlags&) = delete;
   OptionFlags& operator=(const OptionFlags&) = delete;
 
-  /// Whether any of them was given, in whatever way.
+  /// Whether any of the options was given, by a flag, --set or --config.
   [[nodiscard]] bool given() const { return settings_.given(section_) || !first_argument().empty(); }
-  /// Whether this field was, such as "lag_s" or "motion.slide_m_s".
+  /// Whether this field was given, such as "lag_s" or "motion.slide_m_s".
   [[nodiscard]] bool given(std::string_view key) const {
     return settings_.given(section_ + "." + std::string(key)) || !first_argument(key).empty();
   }
-  /// The first of them on the command line, as it was given: "--reach-m" or "--set follower.reach_m=0.4";
-  /// empty when there is none. With `key` only that of this field, such as "lag_s" or "motion.slide_m_s".
+  /// The first of these options on the command line, as given: "--reach-m" or "--set follower.reach_m=0.4";
+  /// empty if there is none. With `key` only this field counts, such as "lag_s" or "motion.slide_m_s".
   [[nodiscard]] std::string first_argument(std::string_view key = {}) const {
     for (std::size_t i = 0; i < flags_.size(); ++i) {
       if (flags_[i] != nullptr && flags_[i]->count() > 0 && (key.empty() || keys_[i] == key))
@@ -139,8 +146,8 @@ class OptionFlags {
     }
     return settings_.first_assignment(section_, std::string(key));
   }
-  /// Writes what was given over `options`: the file's, then that of --set, then that of flags. Fails when a
-  /// flag is outside its range.
+  /// Overwrites `options` with the values of the file, then of --set, then of flags. Fails if a value is
+  /// outside its range.
   [[nodiscard]] Status apply(Options& options) const {
     if (Status status = check_leaf_ranges(given_); !status) {
       status.error().place.key = flag_name(status.error().place.key);
@@ -168,7 +175,7 @@ class OptionFlags {
   static std::string group_of(const std::string& title, const std::string& key) {
     return title == kFirstGroup ? title : fmt::format("{} (--set {}.KEY=VALUE)", title, key);
   }
-  /// nullptr for lists and the like: their verb makes a flag by hand.
+  /// nullptr for lists and structures, whose flags a verb adds by hand.
   template <class Value>
   static CLI::Option* add_flag(CLI::App& app, Value& value, const Field& field, const std::string& group) {
     const std::string flag = flag_name(field.name);
@@ -194,7 +201,8 @@ class OptionFlags {
   std::vector<std::string> keys_;  ///< of the fields, such as "motion.slide_m_s"
 };
 
-/// Fails when one of the options is on the command line, where they have no effect; a file may be shared.
+/// Fails if one of the options is on the command line. For options without effect; a --config file may still
+/// contain them, since verbs share it.
 template <HasFields Options>
 [[nodiscard]] Status refuse(const OptionFlags<Options>& flags, const std::string& why,
                             const std::string& hint, std::string_view key = {}) {
@@ -203,25 +211,26 @@ template <HasFields Options>
   return fail(ErrorCode::InvalidArgument, why, {.key = argument}, hint);
 }
 
-/// Why the option lag_s of a filter is refused where the filter is not a smoother.
+/// Why lag_s is refused for filters other than the smoother.
 inline constexpr const char* kNoDelay = "only the smoother of `waymark localize` has a delay";
 
-/// Which flags are on the command line: "--tag-size-m", or "tag_size_m".
-[[nodiscard]] GivenFlags given_on(const CLI::App& app);
+/// Asks whether a flag, "--tag-size-m" or "tag_size_m", is on the command line. `app` must outlive the
+/// result.
+[[nodiscard]] GivenFields given_on(const CLI::App& app);
 
-/// Fields and options that have no effect on what is given, refused one after the other: the first that is on
-/// the command line is the error.
-class Refusals : public FlagRefusals {
+/// Refuses fields and options that have no effect in this run. status() is the error of the first one that is
+/// on the command line.
+class Refusals : public FieldRefusals {
  public:
-  explicit Refusals(const CLI::App& app) : FlagRefusals(given_on(app)) {}
+  explicit Refusals(const CLI::App& app) : FieldRefusals(given_on(app)) {}
 
-  /// The options of a struct, or with `key` that of one field.
+  /// Refuses the options of a struct, or with `key` one of them.
   template <HasFields Options>
   void options(bool when, const OptionFlags<Options>& flags, const std::string& why, const std::string& hint,
                std::string_view key = {}) {
     if (when && status_) status_ = refuse(flags, why, hint, key);
   }
-  /// Those of a group that refuses its own: DetectorFlags, PoseFlags.
+  /// Refuses all options of a group with refuse_all(): DetectorFlags, PoseFlags.
   template <class Group>
   void all(bool when, const Group& group, const std::string& why, const std::string& hint) {
     if (when && status_) status_ = group.refuse_all(why, hint);
@@ -231,12 +240,16 @@ class Refusals : public FlagRefusals {
 // Flags in one call:
 // add_option(app, "--speed-m-s FLOAT", speed, "Cruising speed", kShown, between(0.01, 5)).
 
-/// Its value as it is before parsing stands in the help.
+/// The help shows the value before parsing as default.
 inline constexpr auto kShown = [](CLI::Option& option) { option.capture_default_str(); };
 inline constexpr auto kRequired = [](CLI::Option& option) { option.required(); };
 /// Only --help-all shows it.
 inline constexpr auto kMore = [](CLI::Option& option) { option.group(kMoreGroup); };
-/// Several values in one word, with commas between them.
+/// Takes exactly `count` values: the next word is an input.
+[[nodiscard]] inline auto exactly(int count) {
+  return [count](CLI::Option& option) { option.expected(count)->allow_extra_args(false); };
+}
+/// Takes comma-separated values in one word.
 inline constexpr auto kByCommas = [](CLI::Option& option) { option.delimiter(','); };
 
 /// A group of its own in --help-all.
@@ -251,8 +264,8 @@ template <class Number>
   return [words = std::move(words)](CLI::Option& option) { option.check(CLI::IsMember(words)); };
 }
 
-/// `names`: as on the command line, then what its value is called: "-o,--output FILE". A name without a dash
-/// is that of an input.
+/// `names`: the names on the command line, then the name of the value: "-o,--output FILE". A name without a
+/// dash is an input.
 template <class Value, class... Trait>
 CLI::Option* add_option(CLI::App& app, const std::string& names, Value& value, const std::string& sentence,
                         const Trait&... traits) {
@@ -263,7 +276,7 @@ CLI::Option* add_option(CLI::App& app, const std::string& names, Value& value, c
   return option;
 }
 
-/// The same of a flag without a value.
+/// The same for a flag without a value.
 template <class... Trait>
 CLI::Option* add_flag(CLI::App& app, const std::string& name, bool& value, const std::string& sentence,
                       const Trait&... traits) {
@@ -272,20 +285,20 @@ CLI::Option* add_flag(CLI::App& app, const std::string& name, bool& value, const
   return option;
 }
 
-/// A flag by which a line chooses this verb without naming it ("--ros2"); it does nothing else.
+/// A flag that selects this verb in a command line that does not name it ("--ros2"), without other effect.
 void add_choice(CLI::App& app, const std::string& name);
 
 // The flags of a job, made from its fields().
 
-/// "-o,--output" for "output", "--tag-size-m" for "tag_size_m"; of an input what it is called, and the flag
-/// of its other name.
+/// "-o,--output" for "output", "--tag-size-m" for "tag_size_m"; for an input its name, and the flag for its
+/// alternative name.
 [[nodiscard]] std::string names_of(const JobField& field);
-/// What its value is called.
+/// The name of the value in the help.
 [[nodiscard]] std::string type_of(const JobField& field);
-/// What does not depend on the kind of value: group, what is allowed, what is usual.
+/// Sets what does not depend on the type of the value: group, allowed values, default.
 void arrange(CLI::Option& option, const JobField& field);
 
-/// What it needs and excludes of other flags, which must be there.
+/// Sets the flags that this one needs or excludes; they must have been added.
 void link(CLI::App& app, const JobField& field);
 
 template <class Value>
@@ -297,7 +310,7 @@ void add_field(CLI::App& app, Value& value, const JobField& field) {
   } else {
     option = app.add_option(names_of(field), value, sentence);
     option->type_name(type_of(field));
-    if (value != Value{} && !field.has_no_usual) option->capture_default_str();
+    if (value != Value{} && !field.has_no_default) option->capture_default_str();
     using Number = std::conditional_t<std::is_integral_v<Value>, int, double>;
     if (std::isfinite(field.min) && std::isfinite(field.max))
       between(static_cast<Number>(field.min), static_cast<Number>(field.max))(*option);
@@ -305,15 +318,14 @@ void add_field(CLI::App& app, Value& value, const JobField& field) {
   arrange(*option, field);
 }
 
-/// A flag or an input for each field, in order. The job must stay where it is while the command line is
-/// parsed.
+/// Adds a flag or an input for each field, in order. The job must not move while the command line is parsed.
 template <HasFields Job>
 void add_fields(CLI::App& app, Job& job) {
   Job::fields(job, [&](auto& value, const JobField& field) { add_field(app, value, field); });
   Job::fields(job, [&](auto&, const JobField& field) { link(app, field); });
 }
 
-/// The `prepare` of a verb that has the flags of its job alone.
+/// The `prepare` of a verb with only the flags of its job.
 template <HasFields Job>
 [[nodiscard]] std::function<Run(CLI::App&)> prepared_job(ExitCode (*run)(const Job&, Console&)) {
   return [run](CLI::App& app) -> Run {
@@ -323,10 +335,10 @@ template <HasFields Job>
   };
 }
 
-/// The flags of a verb that has those of its job, and --json.
+/// The flags of a verb: those of its job, and --json.
 template <HasFields Job>
 struct JobArgs {
-  explicit JobArgs(CLI::App& app, const char* of_json = "One JSON object instead of words") {
+  explicit JobArgs(CLI::App& app, const char* of_json = "Print one JSON object instead of text") {
     add_fields(app, job);
     app.add_flag("--json", json, of_json);
   }
@@ -335,13 +347,13 @@ struct JobArgs {
   bool json = false;
 };
 
-// What the files are called that verbs write: an ending must not promise another format.
+// Names of output files: the extension must match the format that is written.
 
-/// For CLI11's transform(): the name of a recording to be written. What we write is MCAP: a name without an
-/// ending gets .mcap, and one must not promise anything else.
+/// For CLI11's transform(): the name of a recording to write. The format is MCAP: a name without an extension
+/// gets .mcap, and other extensions are refused.
 [[nodiscard]] CLI::Validator recording_name();
 
-/// For CLI11's check(): the name of a YAML file to be written ends in .yaml or .yml, or it is a device.
+/// For CLI11's check(): the name of a YAML file to write must end in .yaml or .yml, or be a device.
 [[nodiscard]] CLI::Validator yaml_name();
 
 }  // namespace waymark::cli

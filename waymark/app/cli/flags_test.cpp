@@ -23,7 +23,7 @@ struct Args {
 };
 
 struct Parsed {
-  Outer outer{.count = 7};  // as a robot's file might say
+  Outer outer{.count = 7};  // as from a robot's file
   Inner inner{};
   std::string error{};
   bool outer_given = false;
@@ -49,7 +49,7 @@ Parsed parse(std::vector<std::string> words) {
   return parsed;
 }
 
-TEST_F(OptionFile, AFlagGoesBeforeSetAndSetBeforeTheFile) {
+TEST_F(OptionFile, AFlagOverridesSetAndSetOverridesTheFile) {
   const std::string file = write("outer: {reach_m: 1, count: 1, motion: {noise: 0.2}}\n");
   const Parsed all = parse({"--reach-m", "3", "--set", "outer.reach_m=2", "--config", file, "--set",
                             "outer.motion.noise=0.3", "--noise", "0.4"});
@@ -64,7 +64,7 @@ TEST_F(OptionFile, AFlagGoesBeforeSetAndSetBeforeTheFile) {
   EXPECT_EQ(parse({"--reach-m", "0.5", "--config", file}).outer.reach_m, 0.5);  // also a flag of the default
 }
 
-TEST_F(OptionFile, WhatWasGivenIsKnown) {
+TEST_F(OptionFile, ReportsWhichOptionsWereGiven) {
   const std::string file = write("outer: {reach_m: 1}\n");
   EXPECT_FALSE(parse({}).outer_given);
   EXPECT_TRUE(parse({"--config", file}).outer_given);

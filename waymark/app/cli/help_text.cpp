@@ -25,7 +25,7 @@ std::string key_line(const std::string& name, const std::string& sentence) {
   return help_line(name.substr(kIndentOfParser), sentence);
 }
 
-/// How many flags --help does not show.
+/// Number of flags that --help does not show.
 std::size_t count_more(const CLI::App& app) {
   return app
       .get_options([](const CLI::Option* option) {
@@ -114,16 +114,16 @@ std::string WrappingFormatter::make_first_group(const CLI::App& app) const {
   const std::size_t more = count_more(app);
   const bool settings = app.get_option_no_throw("--set") != nullptr;
   if (more > 0 && settings)
-    text += fmt::format("\n{} more: --help-all, which also names what --set and --config take\n", more);
+    text += fmt::format("\n{} more: --help-all, which also lists the keys of --set and --config\n", more);
   else if (more > 0)
     text += fmt::format("\n{} more: --help-all\n", more);
   else if (settings)
-    text += "\n--help-all names what --set and --config take\n";
+    text += "\n--help-all lists the keys of --set and --config\n";
   return text;
 }
 
 std::string WrappingFormatter::make_option_name(const CLI::Option* option, bool is_positional) const {
-  // Of an input that is a flag as well, the flag's value is called as the input is.
+  // The value of a flag that is also an input has the name of the input.
   const bool of_input = !is_positional && option->get_positional();
   const std::string value = of_input ? " " + option->get_name(true) : "";
   return replaced(CLI::Formatter::make_option_name(option, is_positional), "{false}", "") + value;

@@ -12,21 +12,20 @@
 
 namespace waymark::cli {
 
-/// Text with line breaks such that no line is longer than `width` columns (words longer than that stay
-/// whole).
+/// The text wrapped between words to lines of at most `width` columns; longer words are not split.
 [[nodiscard]] std::string wrapped(std::string_view text, std::size_t width);
 
 /// Longest line of a help text.
 inline constexpr std::size_t kHelpColumns = 100;
 
-/// A line of a group of flags, with its sentence in the column of theirs.
+/// A line of a flag group, with the sentence in the same column as the descriptions of flags.
 [[nodiscard]] std::string help_line(const std::string& name, const std::string& sentence);
 
-/// Help in 100 columns: descriptions of flags are wrapped, plain words for the kinds of values. --help shows
-/// the group "Options" and says how many flags there are more; --help-all shows all groups.
+/// Help in 100 columns, with wrapped descriptions and plain names for value types. --help shows the group
+/// "Options" and the number of the other flags; --help-all shows all groups.
 class WrappingFormatter : public CLI::Formatter {
  public:
-  /// Fields that sentences name are written as flags of the program.
+  /// Fields named in sentences are printed as flags of the program.
   explicit WrappingFormatter(HasFlag has_flag = {});
   /// --help-all also lists the keys of `report`.
   [[nodiscard]] std::shared_ptr<WrappingFormatter> with_report(ReportFields report) const;

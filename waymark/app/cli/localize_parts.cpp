@@ -1,7 +1,5 @@
 #include "waymark/app/cli/localize_parts.hpp"
 
-#include <nlohmann/json.hpp>
-
 #include "waymark/app/common/report_fields.hpp"
 
 namespace waymark::cli {
@@ -18,7 +16,7 @@ Status MethodFlags::apply(LocalizationKind& method, RiekfOptions& filter, Anchor
   const Result<LocalizationKind> named = parse_localization_method(method_);
   if (!named) return tl::unexpected(named.error());
   method = *named;
-  const char* hint = "Leave it out, or choose another --method.";
+  const char* hint = "Omit this option, or choose another --method.";
   Status status;
   if (method == LocalizationKind::Anchor)
     status = refuse(filter_, "the method anchor has no filter", hint);
@@ -31,12 +29,12 @@ Status MethodFlags::apply(LocalizationKind& method, RiekfOptions& filter, Anchor
   return status;
 }
 
-ExitCode show_localized(const LocalizeReport& report, LocalizationKind method, bool json,
-                        const std::vector<std::string>& warnings, Console& console) {
-  console.print(json ? json_line(to_json(method, report)) : to_text(report));
+ExitCode show_localized(const LocalizeReport& report, bool json, const std::vector<std::string>& warnings,
+                        Console& console) {
+  console.print(json ? json_line(fields(report)) : to_text(report));
   for (const std::string& warning : warnings) console.say("warning: " + warning);
   for (const std::string& problem : report.problems) console.say(problem);
-  for (const std::string& doubt : doubts_about(report)) console.say(doubt);
+  for (const std::string& warning : doubts_about(report)) console.say(warning);
   return report.certain > 0 ? ExitCode::Ok : ExitCode::SomeFailed;
 }
 

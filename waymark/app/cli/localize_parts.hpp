@@ -7,20 +7,19 @@
 #include "waymark/app/cli/flags.hpp"
 #include "waymark/app/localize/localize_log.hpp"
 
-/// What the verbs of `waymark localize` share.
+/// Shared by the verbs of `waymark localize`.
 namespace waymark::cli {
 
-/// The flag --method, and the options of the methods. Must stay where it is while the command line is parsed.
+/// The flag --method, and the options of the methods. Must not move while the command line is parsed.
 class MethodFlags {
  public:
   explicit MethodFlags(Settings& settings);
 
-  /// Writes method and options over those of a job. Fails on an unknown method, and on options of another
-  /// method.
+  /// Overwrites method and options of a job. Fails on an unknown method, and on options of another method.
   [[nodiscard]] Status apply(LocalizationKind& method, RiekfOptions& filter, AnchorOptions& anchor) const;
-  /// Writes what was given over options of the filter that a file has.
+  /// Overwrites filter options from a file with those that were given.
   [[nodiscard]] Status apply(RiekfOptions& filter) const { return filter_.apply(filter); }
-  /// Whether options of the filter were given.
+  /// Whether filter options were given.
   [[nodiscard]] bool set_filter() const { return filter_.given(); }
 
  private:
@@ -29,11 +28,11 @@ class MethodFlags {
   OptionFlags<AnchorOptions> anchor_;
 };
 
-/// Prints the report, the warnings and what is doubtful about it; its exit code.
-ExitCode show_localized(const LocalizeReport& report, LocalizationKind method, bool json,
-                        const std::vector<std::string>& warnings, Console& console);
+/// Prints the report and its warnings. Returns the exit code.
+ExitCode show_localized(const LocalizeReport& report, bool json, const std::vector<std::string>& warnings,
+                        Console& console);
 
-/// Ends also where nobody reads the lines any more.
+/// As control_from(); also cancels if the reader of the output lines has closed the pipe.
 [[nodiscard]] JobControl control_of_lines(Console& console);
 
 }  // namespace waymark::cli

@@ -13,7 +13,7 @@ int main(int argc, char** argv) {
       .help =
           "`waymark VERB --help` explains a verb with an example. Start here:\n"
           "  waymark demo                                teach, map and replay a lap in simulation\n"
-          "  waymark detect --annotate seen photos/      find the tags in a folder of pictures\n",
+          "  waymark detect --annotate seen photos/      find the tags in a folder of images\n",
       .verbs =
           {
               cli::demo_verb(),       cli::teach_verb(),    cli::map_verb(),      cli::replay_verb(),

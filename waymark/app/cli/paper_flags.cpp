@@ -6,8 +6,8 @@
 namespace waymark::cli {
 
 PaperFlags::PaperFlags(CLI::App& verb) : app_(verb) {
-  add_fields(verb, said_);
-  verb.add_flag("--json", json_, "One JSON object about what was written instead of words");
+  add_fields(verb, request_);
+  verb.add_flag("--json", json_, "Print one JSON object about the written files instead of text");
 }
 
 CLI::Option* name_tag_size(CLI::App& app) {

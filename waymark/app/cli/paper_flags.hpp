@@ -4,7 +4,6 @@
 #include <vector>
 
 #include <CLI/App.hpp>
-#include <nlohmann/json.hpp>
 
 #include "waymark/app/cli/console.hpp"
 #include "waymark/app/cli/flags.hpp"
@@ -14,34 +13,34 @@
 
 namespace waymark::cli {
 
-/// The flags that every verb with a printed page has: --family, --paper, --orientation, --dpi, --output,
-/// --force, --json.
+/// The flags of verbs that write printable pages: --family, --paper, --orientation, --dpi, --output, --force,
+/// --json.
 class PaperFlags {
  public:
   explicit PaperFlags(CLI::App& verb);
 
-  /// Paper and orientation into options that have them; the output must be of a known kind.
+  /// Sets paper and orientation of `options`. Fails if the format of the output is unknown.
   template <class Options>
   [[nodiscard]] Status apply(Options& options) const {
-    if (Status status = describe_paper(said_, options); !status) return status;
+    if (Status status = apply_paper(request_, options); !status) return status;
     Refusals refused(app_);
-    refused.flags(plot::format_of(said_.files.path) != plot::FileFormat::Png, {"--dpi"},
-                  "only .png has a resolution", "Leave it out.");
+    refused.fields(plot::format_of(request_.files.path) != plot::FileFormat::Png, {"--dpi"},
+                   "only .png has a resolution", "Omit --dpi.");
     return refused.status();
   }
-  [[nodiscard]] Result<FamilyId> family() const { return described_family(said_); }
+  [[nodiscard]] Result<FamilyId> family() const { return requested_family(request_); }
 
-  /// After apply(): draws the pages of a layout into their files and says so, with what is to be said of them
-  /// (`words`). `target`: PageFiles::target.
+  /// After apply(): writes the pages of a layout to their files and prints the report, then the note `words`.
+  /// `target`: PageFiles::target.
   template <class Layout>
   [[nodiscard]] ExitCode write(const Layout& layout, const std::vector<plot::Drawing>& pages,
                                Console& console, const std::string& words = {},
                                const std::string& target = {}) const {
-    PageFiles files = said_.files;
+    PageFiles files = request_.files;
     files.format = *plot::format_of(files.path);
     files.target = target;
     const WrittenPages written = write_pages(pages, files, control_from(console));
-    if (json_) console.print(json_line(to_json(layout, written.files)));
+    if (json_) console.print(json_line(fields(Printed<Layout>{layout, written.files})));
     if (!written.status) return fail_writing(written.status.error(), console);
     if (!json_) console.print(to_text(layout, written.files));
     if (!words.empty()) console.say(words);
@@ -50,20 +49,19 @@ class PaperFlags {
   }
 
  private:
-  /// Says why a page was not written, and gives back the exit code.
+  /// Prints why a page was not written, and returns the exit code.
   [[nodiscard]] static ExitCode fail_writing(const Error& error, Console& console);
 
   const CLI::App& app_;
-  PaperDescription said_{};
+  PageRequest request_{};
   bool json_ = false;
 };
 
-/// The flag --tag-size-m, without a default: a size has no usual value. Call after the option flags were
-/// added.
+/// Shows the flag --tag-size-m as required, without a default. Call after the option flags were added.
 CLI::Option* name_tag_size(CLI::App& app);
 
-/// Fails unless a size was `given`, by the flag or otherwise, and on a flag that is no size, in words that
-/// help who gave millimetres.
+/// Fails unless a size was `given`, by the flag or otherwise, and on an invalid size; the message helps users
+/// who entered millimetres.
 [[nodiscard]] Status check_tag_size(const CLI::Option& tag_size, bool given);
 
 }  // namespace waymark::cli

@@ -1,22 +1,29 @@
 #include "waymark/app/cli/program.hpp"
 
 #include <algorithm>
+#include <cstddef>
 #include <exception>
+#include <filesystem>
 #include <iterator>
 #include <map>
 #include <memory>
 #include <new>
+#include <optional>
 #include <regex>
-#include <set>
+#include <span>
 #include <string_view>
+#include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 
+#include "waymark/app/cli/flags.hpp"
 #include "waymark/app/cli/help_text.hpp"
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/base/message_text.hpp"
 
 #ifndef WAYMARK_VERSION
@@ -34,15 +41,15 @@ struct Node {
   std::vector<Node> children;
 };
 
-bool says(const std::vector<std::string>& words, std::string_view word) {
+bool names_word(const std::vector<std::string>& words, std::string_view word) {
   return std::ranges::count(words, word) > 0;
 }
 
-/// Only verbs that the words name get their flags: all of them take longer than many a verb runs.
+/// Only verbs among the words get their flags: adding all flags takes longer than many verbs run.
 Node grow(const Verb& verb, CLI::App& app, const std::vector<std::string>& words) {
   Node node{&verb, &app, {}, {}};
   app.set_help_flag("-h,--help", "Print this and stop");
-  app.set_help_all_flag("--help-all", "Print all flags, also those used less, and stop");
+  app.set_help_all_flag("--help-all", "Print all flags, including rarely used ones, and stop");
   app.footer(verb.help);
   if (verb.report)
     app.formatter(
@@ -50,7 +57,8 @@ Node grow(const Verb& verb, CLI::App& app, const std::vector<std::string>& words
   if (verb.prepare) node.run = verb.prepare(app);
   for (const Verb& child : verb.verbs) {
     CLI::App* sub = app.add_subcommand(child.name, child.sentence)->group("Verbs");
-    node.children.push_back(says(words, child.name) ? grow(child, *sub, words) : Node{&child, sub, {}, {}});
+    const bool named = names_word(words, child.name);
+    node.children.push_back(named ? grow(child, *sub, words) : Node{&child, sub, {}, {}});
   }
   if (!node.children.empty()) app.require_subcommand(node.run ? 0 : 1, 1);
   return node;
@@ -63,13 +71,104 @@ const Verb* find_verb(const std::vector<Verb>& verbs, std::string_view name) {
 
 bool asks_for_help(std::string_view word) { return word == "-h" || word == "--help" || word == "--help-all"; }
 
-/// The verb that a line means and does not name.
+/// Number and name of the values of a flag.
+struct FlagValues {
+  int least = 0;
+  int most = 0;
+  std::string name{};
+};
+using FlagTable = std::map<std::string, FlagValues, std::less<>>;
+
+void add_flags(const CLI::App& app, FlagTable& table) {
+  for (const CLI::Option* option : app.get_options()) {
+    const int least = option->get_items_expected_min();
+    const int most = option->get_allow_extra_args() ? option->get_items_expected_max() : least;
+    for (const std::string& name : option->get_lnames())
+      table["--" + name] = {least, most, option->get_type_name()};
+    for (const std::string& name : option->get_snames())
+      table["-" + name] = {least, most, option->get_type_name()};
+  }
+}
+
+/// Adds the flags of a verb and of all verbs below it.
+void add_flags(const Verb& verb, FlagTable& table) {
+  CLI::App app;
+  if (verb.prepare) static_cast<void>(verb.prepare(app));
+  add_flags(app, table);
+  for (const Verb& child : verb.verbs) add_flags(child, table);
+}
+
+/// Marks the words that are neither flags nor values of flags.
+std::vector<std::size_t> input_places(const std::vector<std::string>& words, const FlagTable& flags) {
+  std::vector<std::size_t> places;
+  int values = 0;  // number of words that may still belong to the last flag
+  bool inputs_only = false;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const auto flag = flags.find(std::string_view(words[i]).substr(0, words[i].find('=')));
+    if (inputs_only)
+      places.push_back(i);
+    else if (words[i] == "--")
+      inputs_only = true;
+    else if (flag != flags.end())
+      values = flag->first == words[i] ? flag->second.most : 0;
+    else if (values > 0)
+      --values;
+    else if (!words[i].starts_with('-'))
+      places.push_back(i);
+  }
+  return places;
+}
+
+/// The index of the first word after `verb` that is neither a flag nor a value of one, if there is any.
+std::optional<std::size_t> first_input(const Verb& verb, const std::vector<std::string>& words) {
+  if (words.empty()) return std::nullopt;
+  if (!words.front().starts_with('-')) return 0;  // spares building the table of flags
+  FlagTable flags;
+  add_flags(verb, flags);
+  const std::vector<std::size_t> places = input_places(words, flags);
+  return places.empty() ? std::nullopt : std::optional(places.front());
+}
+
+bool is_file(const std::string& word) {
+  std::error_code ignored;
+  return std::filesystem::exists(word, ignored);
+}
+
+/// Whether a verb does nothing by itself, so that a line must name one of those below it.
+bool only_leads_on(const Verb& verb) { return !verb.prepare && !verb.usual_verb; }
+
+/// Moves a verb that follows flags before them: "map -o m lap lap.mcap" becomes "map lap -o m lap.mcap". If
+/// `verb` takes inputs and a file of that name exists, the word is an input.
+void put_verb_first(const Verb& verb, const std::vector<std::string>::iterator from,
+                    const std::vector<std::string>::iterator end) {
+  const std::vector<std::string> rest(from, end);
+  if (verb.verbs.empty() || rest.empty() || !rest.front().starts_with('-')) return;
+  const auto place = first_input(verb, rest);
+  if (!place) return;
+  const std::string& word = rest[*place];
+  if (!only_leads_on(verb) && (find_verb(verb.verbs, word) == nullptr || is_file(word))) return;
+  const auto at = from + static_cast<std::ptrdiff_t>(*place);
+  std::rotate(from, at, at + 1);
+}
+
+/// The verb of which the first input is a misspelt name: "lap" for "lapp" if there is no such file. Empty:
+/// none.
+std::string misspelt_verb(const Verb& verb, const std::string& input) {
+  if (input.find_first_of("./:*") != std::string::npos || is_file(input)) return {};
+  std::vector<std::string> names;
+  for (const Verb& child : verb.verbs) names.push_back(child.name);
+  return nearest_word(input, names);
+}
+
+/// The verb that a command line implies.
 struct MeantVerb {
   const Verb* verb = nullptr;  ///< nullptr: the line names all its verbs
-  std::string typed{};         ///< what the line has in its place; empty: nothing
+  std::string typed{};         ///< the word that it replaces; empty: none
+  std::string misspelt{};      ///< the input that is neither a verb nor a file, and similar to `nearest`
+  std::string nearest{};
 };
 
-/// Puts the verb that the words mean where it belongs: "map lap.mcap" becomes "map lap lap.mcap", and
+/// Inserts the implied verb: "map lap.mcap" becomes "map lap lap.mcap", and
 /// "calibrate camera v4l2:/dev/video0" becomes "calibrate guided v4l2:/dev/video0".
 MeantVerb complete(const Verb& program, std::vector<std::string>& words) {
   const Verb* parent = nullptr;
@@ -79,9 +178,15 @@ MeantVerb complete(const Verb& program, std::vector<std::string>& words) {
   for (const Verb* next = named(); next != nullptr; next = named()) {
     parent = std::exchange(verb, next);
     ++word;
+    put_verb_first(*verb, word, words.end());
   }
   const std::vector<std::string> rest(word, words.end());
-  if (!verb->usual_verb || (!rest.empty() && std::ranges::all_of(rest, asks_for_help))) return {};
+  if (only_leads_on(*verb) || (!rest.empty() && std::ranges::all_of(rest, asks_for_help))) return {};
+  const bool leads_on = !verb->verbs.empty() && std::ranges::none_of(rest, asks_for_help);
+  const auto input = leads_on ? first_input(*verb, rest) : std::nullopt;
+  if (std::string nearest = input ? misspelt_verb(*verb, rest[*input]) : ""; !nearest.empty())
+    return {.misspelt = rest[*input], .nearest = std::move(nearest)};
+  if (!verb->usual_verb) return {};
   const std::string name = verb->usual_verb(rest);
   if (const Verb* meant = find_verb(verb->verbs, name)) {
     words.insert(word, name);
@@ -93,20 +198,20 @@ MeantVerb complete(const Verb& program, std::vector<std::string>& words) {
   return {beside, verb->name};
 }
 
-/// How far the words lead into the tree of verbs.
+/// The node of the verb tree that the words lead to.
 struct Chosen {
   const Node* node = nullptr;
   const Node* parent = nullptr;
   std::string name;          ///< "waymark evaluate detections", as the user named it
-  std::string full_name;     ///< with the verb that is meant
+  std::string full_name;     ///< with the implied verb
   std::string unknown_verb;  ///< the word that should have been a verb; empty when there is none
+  std::size_t verbs = 0;     ///< number of verbs at the beginning of the words
 };
 
 Chosen choose(const Node& root, const std::vector<std::string>& words, const MeantVerb& meant) {
-  Chosen chosen{&root, nullptr, root.verb->name, root.verb->name, {}};
+  Chosen chosen{&root, nullptr, root.verb->name, root.verb->name, {}, 0};
   for (const std::string& word : words) {
-    if (chosen.node->children.empty()) break;
-    if (word.starts_with('-')) continue;
+    if (chosen.node->children.empty() || word.starts_with('-')) break;
     const auto& children = chosen.node->children;
     const auto found =
         std::find_if(children.begin(), children.end(), [&](const Node& n) { return n.verb->name == word; });
@@ -116,6 +221,7 @@ Chosen choose(const Node& root, const std::vector<std::string>& words, const Mea
     }
     chosen.parent = chosen.node;
     chosen.node = &*found;
+    ++chosen.verbs;
     chosen.full_name += " " + word;
     const std::string& typed = found->verb == meant.verb ? meant.typed : word;
     if (!typed.empty()) chosen.name += " " + typed;
@@ -123,19 +229,10 @@ Chosen choose(const Node& root, const std::vector<std::string>& words, const Mea
   return chosen;
 }
 
-/// The flags of a verb and of all verbs below it.
-void collect_flags(const Verb& verb, std::set<std::string, std::less<>>& flags) {
-  CLI::App app;
-  if (verb.prepare) static_cast<void>(verb.prepare(app));
-  for (const CLI::Option* option : app.get_options())
-    for (const std::string& name : option->get_lnames()) flags.insert("--" + name);
-  for (const Verb& child : verb.verbs) collect_flags(child, flags);
-}
-
-/// Whether a verb of the program has the flag; asked for the first time, all of them are listed.
+/// Whether a verb of the program has the flag. The first call lists all flags.
 HasFlag has_flag_of(const Verb& program) {
-  return [&program, flags = std::make_shared<std::set<std::string, std::less<>>>()](std::string_view flag) {
-    if (flags->empty()) collect_flags(program, *flags);
+  return [&program, flags = std::make_shared<FlagTable>()](std::string_view flag) {
+    if (flags->empty()) add_flags(program, *flags);
     return flags->contains(flag);
   };
 }
@@ -148,7 +245,7 @@ std::vector<std::string> flags_of(const CLI::App& app) {
   return flags;
 }
 
-/// The first word that looks like a flag and is none; empty when there is none.
+/// The first unknown flag; empty if there is none.
 std::string unknown_flag(const CLI::App& root) {
   for (const std::string& word : root.remaining(true)) {
     if (word.size() > 1 && word.starts_with('-') && word != "--") return word.substr(0, word.find('='));
@@ -163,52 +260,51 @@ std::string short_number(const std::string& number) {
   return shorter.ends_with('.') ? shorter.substr(0, shorter.size() - 1) : shorter;
 }
 
+/// Of values between commas the first that is not a number; of one value all of it.
+std::string first_not_number(const std::string& values) {
+  for (const std::string& value : CLI::detail::split(values, ',')) {
+    double number = 0;
+    if (!CLI::detail::lexical_cast(value, number)) return value;
+  }
+  return values;
+}
+
 /// "(--seed): 'abc' is not a number from 0 to 9" for the parser's "--seed: Value abc not in range 0 to 9",
 /// and
-/// "(--laps): '1e' is not a number" for its "Could not convert: --laps = 1e".
+/// "(--laps): '1e' is not a number" for its "Could not convert: --laps = 1e", and
+/// "(--seed): given more than once" for its "--seed: At Most 1 required but received 2".
 std::string plain_words(const std::string& words) {
   static const std::regex kRange("(--[a-z0-9-]+): Value (.*) not in range (.*) to (.*)");
   static const std::regex kConversion("Could not convert: (--[a-z0-9-]+) = (.*)");
+  static const std::regex kRepeated("(--[a-z0-9-]+): At Most [0-9]+ required but received [0-9]+");
   std::smatch match;
   if (std::regex_match(words, match, kRange))
     return fmt::format("({}): '{}' is not a number from {} to {}", match[1].str(), match[2].str(),
                        short_number(match[3].str()), short_number(match[4].str()));
   if (std::regex_match(words, match, kConversion))
-    return fmt::format("({}): '{}' is not a number", match[1].str(), match[2].str());
+    return fmt::format("({}): '{}' is not a number", match[1].str(), first_not_number(match[2].str()));
+  if (std::regex_match(words, match, kRepeated))
+    return fmt::format("({}): given more than once", match[1].str());
   return words;
 }
 
-/// Whether a line may mean one of these verbs by the name of another.
-bool stand_in(const std::vector<Verb>& verbs) {
+/// Whether a command line with one of these verbs may imply another of them.
+bool any_usual_verb(const std::vector<Verb>& verbs) {
   return std::ranges::any_of(verbs, [](const Verb& verb) { return verb.verbs.empty() && verb.usual_verb; });
 }
 
-/// The verb beside the chosen one that has the flag, where a line need not name which is meant.
+/// The sibling of the chosen verb that has the flag, if the verb may be implied.
 std::string verb_with(const std::string& flag, const Chosen& chosen) {
   if (chosen.parent == nullptr) return {};
   const Verb& parent = *chosen.parent->verb;
-  if (!parent.usual_verb && !stand_in(parent.verbs)) return {};
+  if (!parent.usual_verb && !any_usual_verb(parent.verbs)) return {};
   for (const Verb& verb : parent.verbs) {
     if (&verb == chosen.node->verb) continue;
-    std::set<std::string, std::less<>> flags;
-    collect_flags(verb, flags);
+    FlagTable flags;
+    add_flags(verb, flags);
     if (flags.contains(flag)) return chosen.full_name.substr(0, chosen.full_name.rfind(' ') + 1) + verb.name;
   }
   return {};
-}
-
-/// What a ParseError means, with the verb that has an unknown flag, or the nearest known flag.
-std::string explain(const CLI::ParseError& error, const CLI::App& root, const Chosen& chosen) {
-  const std::string flag = unknown_flag(root);
-  if (flag.empty()) return plain_words(error.what());
-  const std::vector<std::string> own = flags_of(*chosen.node->app);
-  if (std::ranges::find(own, flag) != own.end())
-    return fmt::format("the flag '{}' belongs after `{}`.", flag, chosen.full_name);
-  if (const std::string verb = verb_with(flag, chosen); !verb.empty())
-    return fmt::format("unknown flag '{}' of `{}`: it is one of `{}`.", flag, chosen.full_name, verb);
-  const std::string nearest = nearest_word(flag, own);
-  return fmt::format("unknown flag '{}'.{}", flag,
-                     nearest.empty() ? "" : fmt::format(" Did you mean '{}'?", nearest));
 }
 
 std::vector<std::string> names_of(const std::vector<Node>& nodes) {
@@ -218,13 +314,27 @@ std::vector<std::string> names_of(const std::vector<Node>& nodes) {
   return names;
 }
 
+/// The message for a ParseError, with the verb that has an unknown flag, or the nearest valid flag.
+std::string explain(const CLI::ParseError& error, const CLI::App& root, const Chosen& chosen) {
+  if (chosen.parent != nullptr && !chosen.node->children.empty() && !chosen.node->run)
+    return fmt::format("no verb given. Verbs: {}.", fmt::join(names_of(chosen.node->children), ", "));
+  const std::string flag = unknown_flag(root);
+  if (flag.empty()) return plain_words(error.what());
+  const std::vector<std::string> own = flags_of(*chosen.node->app);
+  if (const std::string verb = verb_with(flag, chosen); !verb.empty())
+    return fmt::format("unknown flag '{}' of `{}`: it is one of `{}`.", flag, chosen.full_name, verb);
+  const std::string nearest = nearest_word(flag, own);
+  return fmt::format("unknown flag '{}'.{}", flag,
+                     nearest.empty() ? "" : fmt::format(" Did you mean '{}'?", nearest));
+}
+
 ExitCode misused(Console& console, const std::string& name, const std::string& what) {
   console.say(fmt::format("{}{} See `{} --help`.", what,
                           what.ends_with('?') || what.ends_with('.') ? "" : ".", name));
   return ExitCode::Usage;
 }
 
-/// The flag that was given "nan", which passes every test of a range; empty when none was.
+/// The flag with the value "nan", which passes every range check; empty if there is none.
 std::string flag_without_number(const CLI::App& app) {
   for (const CLI::Option* option : app.get_options()) {
     if (option->get_lnames().empty()) continue;
@@ -235,30 +345,83 @@ std::string flag_without_number(const CLI::App& app) {
   return {};
 }
 
+/// The message for a flag without its values (a flag, an empty word or nothing follows it), or for an empty
+/// input. Empty: all values are there.
+std::string missing_value(std::span<const std::string> words, const CLI::App& app) {
+  FlagTable flags;
+  add_flags(app, flags);
+  const auto is_value = [&flags](const std::string& word) {
+    return !word.empty() && !word.starts_with("--") && !flags.contains(word.substr(0, word.find('=')));
+  };
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    if (words[i] == "--") break;
+    if (words[i].empty()) return "an input is empty: give a file name.";
+    const std::size_t end = std::min(words[i].find('='), words[i].size());
+    const auto flag = flags.find(std::string_view(words[i]).substr(0, end));
+    if (flag == flags.end() || flag->second.least == 0) continue;
+    int given = words[i].size() > end + 1 ? 1 : 0;
+    const bool whole = end == words[i].size();
+    while (whole && given < flag->second.least && i + 1 < words.size() && is_value(words[i + 1]))
+      ++given, ++i;
+    const int least = flag->second.least;
+    const std::string name = app.get_formatter()->get_label(flag->second.name);
+    if (given == 0 && least == 1) return fmt::format("{} needs a value ({}).", flag->first, name);
+    if (given < least && whole) return fmt::format("{} needs {} values ({}).", flag->first, least, name);
+  }
+  return {};
+}
+
+/// The message for a flag before its verb; empty if the words begin with a verb or request help.
+std::string flag_before_verb(const Verb& program, const std::vector<std::string>& words) {
+  if (words.empty() || !words.front().starts_with('-') || asks_for_help(words.front()) ||
+      words.front() == "--version")
+    return {};
+  for (const std::string& word : words)
+    if (find_verb(program.verbs, word) != nullptr)
+      return fmt::format("the flag '{}' must follow `{} {}`.", words.front(), program.name, word);
+  return {};
+}
+
 ExitCode parse_and_run(const Verb& program, std::vector<std::string> words, std::FILE* out, std::FILE* err) {
   CLI::App app(program.sentence, program.name);
   app.formatter(std::make_shared<WrappingFormatter>(has_flag_of(program)));
-  const bool verbose = says(words, "--version") && std::erase(words, "--verbose") > 0;
+  const bool verbose = names_word(words, "--version") && std::erase(words, "--verbose") > 0;
   app.set_version_flag("--version", program.name + " " WAYMARK_VERSION,
-                       "Print the version and stop; with --verbose also compiler, features and libraries");
+                       "Print the version (with --verbose also compiler, features and libraries) and stop");
   if (!words.empty() && words.front() == "help") {  // `waymark help detect`
     words.erase(words.begin());
     words.emplace_back("--help");
   }
   const bool no_words = words.empty();
+  const std::string misplaced = flag_before_verb(program, words);
   const MeantVerb meant = complete(program, words);
   const Node root = grow(program, app, words);
   const Chosen chosen = choose(root, words, meant);
-  Console console(chosen.name, out, err, has_flag_of(program));
+  Console console(chosen.name, out, err, has_flag_of(program),
+                  [app = chosen.node->app](std::string_view flag) {
+                    return std::ranges::count(flags_of(*app), flag) > 0;
+                  });
   if (no_words) {
     console.say("no verb given.\n\n" + app.help());
     return ExitCode::Usage;
   }
-  if (!chosen.unknown_verb.empty()) {
+  if (!misplaced.empty()) return misused(console, chosen.name, misplaced);
+  if (!meant.misspelt.empty()) {
     return misused(console, chosen.name,
-                   fmt::format("unknown verb '{}'. {}", chosen.unknown_verb,
-                               suggestion(chosen.unknown_verb, names_of(chosen.node->children))));
+                   fmt::format("'{}' is neither a verb nor a file. Did you mean `{} {}`?", meant.misspelt,
+                               chosen.full_name, meant.nearest));
   }
+  if (!chosen.unknown_verb.empty()) {
+    const std::string file = described_kind(chosen.unknown_verb);
+    return misused(
+        console, chosen.name,
+        fmt::format("unknown verb '{}'. {}", chosen.unknown_verb,
+                    file.empty() ? suggestion(chosen.unknown_verb, names_of(chosen.node->children)) : file));
+  }
+  const std::span<const std::string> given = std::span(words).subspan(chosen.verbs);
+  if (const std::string missing = missing_value(given, *chosen.node->app);
+      chosen.node->run && !missing.empty())
+    return misused(console, chosen.full_name, missing);
   try {
     std::reverse(words.begin(), words.end());  // CLI11 wants the last word first
     app.parse(std::move(words));
@@ -271,6 +434,10 @@ ExitCode parse_and_run(const Verb& program, std::vector<std::string> words, std:
   } catch (const CLI::CallForVersion& version) {
     console.print(std::string(version.what()) + "\n" + (verbose ? build_details() : ""));
     return console.finish(ExitCode::Ok);
+  } catch (const SettingsError& failed) {
+    if (exit_code_of(failed.error) == ExitCode::Usage)
+      return misused(console, chosen.full_name, to_string(failed.error));
+    return console.finish(console.failed(failed.error, ExitCode::SomeFailed));
   } catch (const CLI::ParseError& error) {
     return misused(console, chosen.full_name, explain(error, app, chosen));
   }
@@ -287,29 +454,10 @@ bool has_word(const std::vector<std::string>& words, const std::string& flag) {
 }
 
 std::vector<std::string> inputs_of(const std::vector<std::string>& words, const std::vector<Verb>& verbs) {
-  std::map<std::string, int> most_values;
-  for (const Verb& verb : verbs) {
-    CLI::App app;
-    if (verb.prepare) static_cast<void>(verb.prepare(app));
-    for (const CLI::Option* option : app.get_options()) {
-      const int most = option->get_allow_extra_args() ? option->get_items_expected_max()
-                                                      : option->get_items_expected_min();
-      for (const std::string& name : option->get_lnames()) most_values["--" + name] = most;
-      for (const std::string& name : option->get_snames()) most_values["-" + name] = most;
-    }
-  }
+  FlagTable flags;
+  for (const Verb& verb : verbs) add_flags(verb, flags);
   std::vector<std::string> inputs;
-  int values = 0;  // that may follow
-  for (auto word = words.begin(); word != words.end(); ++word) {
-    if (*word == "--") return inputs.insert(inputs.end(), word + 1, words.end()), inputs;
-    const auto flag = most_values.find(word->substr(0, word->find('=')));
-    if (flag != most_values.end())
-      values = flag->first == *word ? flag->second : 0;
-    else if (values > 0)
-      --values;
-    else if (!word->starts_with('-'))
-      inputs.push_back(*word);
-  }
+  for (const std::size_t place : input_places(words, flags)) inputs.push_back(words[place]);
   return inputs;
 }
 
@@ -319,7 +467,8 @@ int run_program(const Verb& program, std::vector<std::string> words, std::FILE* 
     code = parse_and_run(program, std::move(words), out, err);
   } catch (const std::bad_alloc&) {
     std::fputs(fmt::format("{}: out of memory\n", program.name).c_str(), err);
-  } catch (const std::exception& error) {  // from a library; ours do not throw
+  } catch (const std::exception& error) {  // thrown by a library; this code base does not throw
+
     std::fputs(fmt::format("{}: internal error: {}. Please report it.\n", program.name, error.what()).c_str(),
                err);
   }

@@ -3,7 +3,7 @@
 namespace waymark::cli {
 namespace {
 
-/// Keys of the follower that other controllers use as well.
+/// Keys of the follower that all controllers use.
 bool every_controller_uses(std::string_view key) { return key == "stop_within_m" || key == "brake_m_s2"; }
 
 }  // namespace
@@ -15,7 +15,7 @@ ReplayFlags::ReplayFlags(Settings& settings, Reach reach)
       actuators_(settings, "actuators", "Motion of the robot", reach),
       profile_(settings, "profile", "Speed", reach),
       watch_(settings, "watch", "Alarms", reach),
-      consistency_(settings, "consistency", "Alarms: sources of motion that contradict each other", reach),
+      consistency_(settings, "consistency", "Alarms: inconsistent sources of motion", reach),
       safety_(settings, "safety", "Limits", reach) {
   if (reach == Reach::SettingsOnly) return;
   anchor_.emplace(settings, "anchor", "Method anchor");
@@ -27,11 +27,11 @@ ReplayFlags::ReplayFlags(Settings& settings, Reach reach)
 Status ReplayFlags::check(const ReplayJob& job) const {
   const ReplayController controller = job.replay.controller;
   const bool by_anchor = job.method == LocalizationKind::Anchor;
-  const char* choose = "Leave it out, or choose what it belongs to (--method, --controller).";
+  const char* choose = "Omit this option, or choose its method or controller (--method, --controller).";
   Refusals refused(app_);
   if (anchor_) refused.options(!by_anchor, *anchor_, "this is an option of the method anchor", choose);
-  refused.options(by_anchor, filter_, "this is an option of the methods riekf and ekf", "Leave it out.");
-  refused.options(true, filter_, kNoDelay, "Leave it out.", "lag_s");
+  refused.options(by_anchor, filter_, "this is an option of the methods riekf and ekf", "Omit this option.");
+  refused.options(true, filter_, kNoDelay, "Omit this option.", "lag_s");
   if (pursuit_)
     refused.options(controller != ReplayController::Pursuit, *pursuit_,
                     "this is an option of the controller pursuit", choose);
@@ -40,7 +40,7 @@ Status ReplayFlags::check(const ReplayJob& job) const {
                     choose);
   for (const std::string& key : field_names<FollowerOptions>())
     refused.options(controller != ReplayController::Follower && !every_controller_uses(key), follower_,
-                    "this is an option of the controller follower", "Leave it out.", key);
+                    "this is an option of the controller follower", "Omit this option.", key);
   return refused.status();
 }
 

@@ -7,15 +7,15 @@
 
 namespace waymark::cli {
 
-/// The options of a replay: filter, controller, speed, alarms and limits. Must stay where it is while the
-/// command line is parsed.
+/// The options of a replay: filter, controller, speed, alarms and limits. Must not move while the command
+/// line is parsed.
 class ReplayFlags {
  public:
-  /// SettingsOnly: of the usual method and controller alone, for verbs that do not choose them.
+  /// SettingsOnly: only options of the default method and controller, for verbs without that choice.
   ReplayFlags(Settings& settings, Reach reach);
 
-  /// Writes what was given over the job. Fails on options of a method or a controller that the job does not
-  /// use.
+  /// Overwrites the job's options with the given ones. Fails on options of a method or a controller that the
+  /// job does not use.
   [[nodiscard]] Status apply(ReplayJob& job) const;
 
  private:

@@ -18,7 +18,7 @@ Ros2Flags::Ros2Flags(CLI::App& app) : app_(app) { add_fields(app, place_); }
 
 Status Ros2Flags::refuse_all(const std::string& why, const std::string& hint) const {
   Refusals refused(app_);
-  refused.flags(true, {"domain", "localhost", "interface", "ros_distro"}, why, hint);
+  refused.fields(true, {"domain", "localhost", "interface", "ros_distro"}, why, hint);
   return refused.status();
 }
 
@@ -31,29 +31,30 @@ Result<BusOptions> Ros2Flags::options(const std::string& node, const std::string
 SetupFlags::SetupFlags(CLI::App& app, const std::string& world, bool processes,
                        const std::string& robot_file_default)
     : app_(app), processes_(processes) {
-  words_.world = world;
-  add_option(app, "--robot NAME", words_.robot, robot_kinds_help(processes), kShown);
-  CLI::Option* world_flag = add_option(app, "--world NAME", words_.world,
+  request_.world = world;
+  add_option(app, "--robot NAME", request_.robot, robot_kinds_help(processes), kShown);
+  CLI::Option* world_flag = add_option(app, "--world NAME", request_.world,
                                        fmt::format("World of the simulated robot: {}", kWorldNames));
   if (world.empty() && !processes) world_flag->required();
   if (!world.empty()) world_flag->capture_default_str();
-  add_option(app, "--robot-file NAME", words_.robot_file,
-             fmt::format("Body, camera and behaviour of the robot: {}. Unless given: {}the robot that the "
+  add_option(app, "--robot-file NAME", request_.robot_file,
+             fmt::format("Body, camera and behaviour of the robot: {}. Default: {}the robot that the "
                          "world names, or limo",
                          kRobotNames, robot_file_default));
   if (processes)
-    add_option(app, "--camera-source ADDRESS", words_.camera_sources,
-               "Camera of this computer that gives the pictures of a robot which sends none, with --robot "
-               "process:CMD: v4l2:/dev/video0, or NAME=ADDRESS where the robot's file names several",
+    add_option(app, "--camera-source ADDRESS", request_.camera_sources,
+               "Camera of this computer for a robot that sends no images, with --robot "
+               "process:CMD: v4l2:/dev/video0, or NAME=ADDRESS if the robot's file names several",
                kMore);
-  if (processes) add_fields(app, words_.pictures);
-  add_option(app, "--seed INTEGER", words_.seed, "Seed of all noise: the same seed gives the same bytes",
+  if (processes) add_fields(app, request_.pictures);
+  add_option(app, "--seed INTEGER", request_.seed, "Seed of all noise: the same seed gives the same bytes",
              kShown)
       ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 53, "INTEGER"));
 }
 
-SceneFlags::SceneFlags(Settings& settings, Reach reach)
+SceneFlags::SceneFlags(Settings& settings, Reach reach, bool has_flag)
     : settings_(settings),
+      has_flag_(has_flag),
       camera_(settings, "camera", "Camera with --images", reach),
       scene_(settings, "scene", "Scene with --images", reach) {}
 
@@ -65,8 +66,9 @@ Status SceneFlags::apply(bool images, std::optional<DetectingCameraOptions>& pic
     if (status) pictures = scene_camera;
     return status;
   }
-  const char* why = "without pictures there is no camera to set";
-  const char* hint = "Add --images, or leave out the options of camera and scene.";
+  const char* why = "options of camera and scene have no effect without images";
+  const char* hint = has_flag_ ? "Add --images, or omit the options of camera and scene."
+                               : "Omit the options of camera and scene.";
   Status status = refuse(camera_, why, hint);
   return status ? refuse(scene_, why, hint) : status;
 }
@@ -81,24 +83,30 @@ std::vector<std::string> SceneFlags::as_words(const SetupFlags& setup, bool imag
   return words;
 }
 
-PictureFlags::PictureFlags(Settings& settings, Reach reach, bool detects)
-    : app_(settings.app()), scene_(settings, reach) {
+PictureFlags::PictureFlags(Settings& settings, Reach reach, bool detects, Pictures pictures)
+    : app_(settings.app()),
+      scene_(settings, pictures == Pictures::Never ? Reach::SettingsOnly : reach,
+             pictures != Pictures::Never) {
   CLI::App& app = settings.app();
-  words_.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1U, 16U));
-  app.add_flag("--images", words_.images, "Render camera pictures and detect tags in them");
+  request_.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1U, 16U));
+  request_.images = pictures == Pictures::Always;
+  if (pictures != Pictures::Never)
+    add_flag(app, "--images", request_.images,
+             pictures == Pictures::Always ? "Render camera images: always on for this verb"
+                                          : "Render camera images and detect tags in them");
   if (detects)
-    add_option(app, "--threads INTEGER", words_.threads,
-               "Number of threads that render pictures and detect tags; the result does not depend on it. "
-               "Unless given: one per core",
+    add_option(app, "--threads INTEGER", request_.threads,
+               "Number of threads that render images and detect tags; the result does not depend on it. "
+               "Default: one per core",
                between(1, 64), kMore);
-  add_option(app, "--faults FILE", words_.faults,
+  add_option(app, "--faults FILE", request_.faults,
              "Fault script: a .yaml file of faults and their times (docs/formats/faults.md)");
 }
 
 Result<RobotSetup> PictureFlags::apply(Result<RobotSetup> setup) const {
   if (!setup) return setup;
-  Status status = describe_simulated(words_, given_on(app_), *setup);
-  if (status) status = scene_.apply(words_.images, setup->simulated.pictures);
+  Status status = apply_simulation(request_, given_on(app_), *setup);
+  if (status) status = scene_.apply(request_.images, setup->simulated.pictures);
   if (!status) return tl::unexpected(status.error());
   return setup;
 }

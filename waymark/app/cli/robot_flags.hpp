@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,21 +13,21 @@
 #include "waymark/robots/process/robot_wire.hpp"
 #include "waymark/robots/simulated/simulated_lap.hpp"
 
-/// What verbs share that drive a robot, or are one.
+/// Shared by the verbs that drive or simulate a robot.
 namespace waymark::cli {
 
-/// Where on the network of ROS 2: flags over what ROS's environment variables say.
+/// The place on the ROS 2 network: flags override the environment variables of ROS 2.
 class Ros2Flags {
  public:
   explicit Ros2Flags(CLI::App& app);
   Ros2Flags(const Ros2Flags&) = delete;
   Ros2Flags& operator=(const Ros2Flags&) = delete;
 
-  /// As the node of this name. Fails on variables of the environment that make no sense, and on a release of
-  /// ROS 2 that is none.
+  /// Options for a node with this name. Fails on invalid environment variables and on an unknown ROS 2
+  /// release.
   [[nodiscard]] Result<BusOptions> options(const std::string& node = "waymark",
                                            const std::string& usual_distro = "") const;
-  /// Fails when one of them was given, where nothing joins the network.
+  /// Fails if one of the flags was given. For runs that do not join the network.
   [[nodiscard]] Status refuse_all(const std::string& why, const std::string& hint) const;
 
  private:
@@ -34,72 +35,77 @@ class Ros2Flags {
   RosPlace place_{};
 };
 
-/// The flags --robot, --world, --robot-file and --seed. Must stay where it is while the command line is
-/// parsed.
+/// The flags --robot, --world, --robot-file and --seed. Must not move while the command line is parsed.
 class SetupFlags {
  public:
-  /// `robot_file_default` is what the help says comes first without --robot-file. Without a `world` the flag
-  /// --world is required.
-  /// With `processes` the robot may be a program of the user's: --robot process:CMD.
+  /// `robot_file_default`: what the help names as first choice without --robot-file. Without a `world` the
+  /// flag --world is required. With `processes` the robot may be a process: --robot process:CMD.
   explicit SetupFlags(CLI::App& app, const std::string& world = {}, bool processes = false,
                       const std::string& robot_file_default = {});
   SetupFlags(const SetupFlags&) = delete;
   SetupFlags& operator=(const SetupFlags&) = delete;
 
-  /// `robot_file`: where the robot is described when no flag says so; empty: as load_setup() has it.
+  /// `robot_file`: the robot's file if no flag names one; empty: the default of load_setup().
   [[nodiscard]] Result<RobotSetup> make(const std::string& robot_file = {}) const {
-    return described_setup(words_, processes_, robot_file, given_on(app_));
+    return requested_setup(request_, processes_, robot_file, given_on(app_));
   }
-  /// Whether the robot is simulated and no flag names its world.
-  [[nodiscard]] bool lacks_world() const { return words_.robot == "sim" && words_.world.empty(); }
-  /// The flags of the simulated robot again, for a command line.
-  [[nodiscard]] std::vector<std::string> as_words() const { return words_.as_words(); }
+  /// Whether the robot is simulated and its world is not given.
+  [[nodiscard]] bool lacks_world() const { return request_.robot == "sim" && request_.world.empty(); }
+  /// Flags for the command line of a simulated robot with this setup.
+  [[nodiscard]] std::vector<std::string> as_words() const { return request_.as_words(); }
 
  private:
   const CLI::App& app_;
   bool processes_;
-  RobotWords words_{};
+  RobotRequest request_{};
 };
 
-/// The simulated camera and what it looks at: the sections camera and scene. Must stay where it is while the
-/// command line is parsed.
+/// The simulated camera and its scene: the sections camera and scene. Must not move while the command line is
+/// parsed.
 class SceneFlags {
  public:
-  SceneFlags(Settings& settings, Reach reach);
+  /// `has_flag`: whether the verb has --images.
+  SceneFlags(Settings& settings, Reach reach, bool has_flag = true);
 
-  /// The options, where there are pictures; without them one on the command line is refused.
+  /// Sets the options if there are images. Without images, fails on an option on the command line.
   [[nodiscard]] Status apply(bool images, std::optional<DetectingCameraOptions>& pictures) const;
-  /// What was given again for the command line of a simulated robot, with the flags of its setup, --images,
-  /// and "--set SECTION.KEY=VALUE".
+  /// Flags for the command line of a simulated robot with the given options: those of its setup, --images,
+  /// and
+  /// "--set SECTION.KEY=VALUE".
   [[nodiscard]] std::vector<std::string> as_words(const SetupFlags& setup, bool images) const;
 
  private:
   const Settings& settings_;
+  bool has_flag_;
   OptionFlags<SceneCameraOptions> camera_;
   OptionFlags<SceneOptions> scene_;
 };
 
-/// The flags --images, --threads, --faults, and the camera and the scene. Must stay where it is while the
+/// Whether a simulated robot has images.
+enum class Pictures : std::uint8_t { OnDemand, Always, Never };
+
+/// The flags --images, --threads, --faults, and the options of camera and scene. Must not move while the
 /// command line is parsed.
 class PictureFlags {
  public:
-  /// Without `detects` nothing is detected, and there is no --threads.
-  PictureFlags(Settings& settings, Reach reach, bool detects = true);
+  /// Without `detects` there is no --threads, since nothing is detected. With Pictures::Never there is no
+  /// --images, and a --config file may contain options of camera and scene only for other verbs.
+  PictureFlags(Settings& settings, Reach reach, bool detects = true, Pictures pictures = Pictures::OnDemand);
   PictureFlags(const PictureFlags&) = delete;
   PictureFlags& operator=(const PictureFlags&) = delete;
 
-  /// The setup, unless it failed, with the script of faults and what the flags say. Fails on flags of a
-  /// simulated robot where the robot is a process.
+  /// Adds the fault script and the flags to the setup; passes an error on. Fails on flags of a simulated
+  /// robot if the robot is a process.
   [[nodiscard]] Result<RobotSetup> apply(Result<RobotSetup> setup) const;
 
  private:
   const CLI::App& app_;
-  SimulatedWords words_{};
+  SimulationRequest request_{};
   SceneFlags scene_;
 };
 
-/// Of a robot process that is this program: standard input and output; words go to the console, which must
-/// outlive the wire.
+/// The wire of a robot process in this program: standard input and output. Messages go to the console, which
+/// must outlive the wire.
 [[nodiscard]] RobotWire standard_wire(Console& console, bool listen_only = false);
 
 }  // namespace waymark::cli

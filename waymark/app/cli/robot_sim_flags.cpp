@@ -4,17 +4,16 @@
 
 namespace waymark::cli {
 
-RobotSimFlags::RobotSimFlags(CLI::App& verb, PlantFlag plant)
-    : settings_(verb), setup_(verb), pictures_(settings_, Reach::Flags, false) {
+RobotSimFlags::RobotSimFlags(CLI::App& verb, PlantFlag plant, Pictures pictures)
+    : settings_(verb), setup_(verb), pictures_(settings_, Reach::Flags, false, pictures) {
   if (plant == PlantFlag::None) return;
-  add_option(
-      verb, "--plant ROBOT", plant_,
-      "Simulation behind the wire instead of Waymark's: process:CMD, a program that speaks the protocol "
-      "of robot processes. World and robot file say which camera, wheels and tags it has",
-      kMore)
+  add_option(verb, "--plant ROBOT", plant_,
+             "Simulation behind the wire instead of Waymark's: process:CMD, a program with the protocol "
+             "of robot processes. World and robot file specify its camera, wheels and tags",
+             kMore)
       ->check([](const std::string& given) {
         return plant_command(given) ? std::string()
-                                    : "'" + given + "' is no process:CMD (docs/formats/robot-process.md)";
+                                    : "'" + given + "' is not process:CMD (docs/formats/robot-process.md)";
       });
 }
 
@@ -23,7 +22,7 @@ ExitCode RobotSimFlags::run(const Result<SimWire>& wire, Console& console) const
   if (setup && !plant_.empty()) setup->process = *plant_command(plant_);
   setup = pictures_.apply(std::move(setup));
   if (!setup) return fail_usage(setup.error(), console);
-  if (!wire) return fail_with(wire.error(), console);
+  if (!wire) return fail_usage(wire.error(), console);
   if (plant_.empty())
     if (const Status fits = fit_to_wire(*wire, setup->simulated); !fits)
       return fail_usage(fits.error(), console);

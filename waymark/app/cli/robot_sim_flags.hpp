@@ -10,17 +10,17 @@ namespace waymark::cli {
 /// Whether another program may be the simulation behind the wire: the flag --plant.
 enum class PlantFlag : std::uint8_t { Shown, None };
 
-/// The flags of a simulated robot whatever it speaks: --config, --set, those of its setup, --images,
-/// --faults,
-/// --plant. Must stay where it is while the command line is parsed.
+/// The flags of a simulated robot with any protocol: --config, --set, those of its setup, --images, --faults,
+/// --plant. Must not move while the command line is parsed.
 class RobotSimFlags {
  public:
-  explicit RobotSimFlags(CLI::App& verb, PlantFlag plant = PlantFlag::Shown);
+  explicit RobotSimFlags(CLI::App& verb, PlantFlag plant = PlantFlag::Shown,
+                         Pictures pictures = Pictures::OnDemand);
   RobotSimFlags(const RobotSimFlags&) = delete;
   RobotSimFlags& operator=(const RobotSimFlags&) = delete;
 
-  /// Runs the robot on its wire, until Ctrl-C or the end of its input. An error of the wire's options is one
-  /// of usage.
+  /// Runs the robot on its wire, until Ctrl-C or the end of its input. An error in the options of the wire is
+  /// a usage error.
   [[nodiscard]] ExitCode run(const Result<SimWire>& wire, Console& console) const;
 
  private:

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <string>
@@ -14,28 +15,28 @@ class App;
 
 namespace waymark::cli {
 
-/// What runs once the command line is parsed.
+/// Runs a verb after the command line was parsed.
 using Run = std::function<ExitCode(Console&)>;
 
-/// A word of the command line and what it does: it runs (`prepare`), or leads to further words (`verbs`), or
-/// both, when what follows it is none of those words. A line that leaves out which of `verbs` it means is
-/// read as that of `usual_verb`, which may also name a verb beside this one that the line is read as.
+/// A verb of the command line. It runs (`prepare`), has further verbs (`verbs`), or both: then it runs if the
+/// next word is not one of `verbs`. In a line without one of `verbs`, `usual_verb` chooses one of them, or a
+/// sibling of this verb.
 struct Verb {
   std::string name;
   std::string sentence;  ///< in the list of verbs
   std::string help;      ///< at the end of its own --help: an example with its output, exit codes
   std::function<Run(CLI::App&)> prepare = {};  ///< adds the flags; called once, before parsing
-  std::function<ReportFields()> report = {};   ///< what --json prints: --help-all lists its keys
+  std::function<ReportFields()> report = {};   ///< the output of --json; --help-all lists its keys
   std::vector<Verb> verbs = {};
-  /// Which of `verbs`, or of the verbs beside this one, is meant by a line that names none of `verbs`: its
-  /// words after this verb ("lap.mcap", "--json").
+  /// The implied verb, one of `verbs` or of the siblings, of a line that names none of `verbs`. `words`:
+  /// those after this verb ("lap.mcap", "--json").
   std::function<std::string(const std::vector<std::string>& words)> usual_verb = {};
 };
 
-/// Whether a flag is among the words: "--robot ros2:limo" or "--robot=ros2:limo".
+/// Whether the words contain a flag, also with its value: "--robot=ros2:limo".
 [[nodiscard]] bool has_word(const std::vector<std::string>& words, const std::string& flag);
 
-/// The words that are neither flags nor their values, by the flags of `verbs`.
+/// The words that are neither flags nor values of flags, according to the flags of `verbs`.
 [[nodiscard]] std::vector<std::string> inputs_of(const std::vector<std::string>& words,
                                                  const std::vector<Verb>& verbs);
 
@@ -47,7 +48,7 @@ template <class Args>
     return [args, run](Console& console) { return run(*args, console); };
   };
 }
-/// The same of a verb without flags.
+/// The same for a verb without flags.
 [[nodiscard]] inline std::function<Run(CLI::App&)> prepared(ExitCode (*run)(Console&)) {
   return [run](CLI::App&) -> Run { return run; };
 }
@@ -57,8 +58,18 @@ template <IsReport Report>
 [[nodiscard]] ReportFields report_of() {
   return fields(Report{});
 }
+/// The same if --json prints one of several reports: each key once, with the sentence of the first report.
+template <IsReport... Reports>
+[[nodiscard]] ReportFields report_of_any() {
+  ReportFields all;
+  for (const ReportFields& one : {fields(Reports{})...})
+    for (const ReportField& field : one)
+      if (std::ranges::find(all, field.name, &ReportField::name) == all.end()) all.push_back(field);
+  return all;
+}
 
-// One line a verb; main.cpp lists them.
+// One line per verb; main.cpp lists them.
+
 [[nodiscard]] Verb detect_verb();
 [[nodiscard]] Verb cameras_verb();
 [[nodiscard]] Verb commission_verb();

@@ -35,7 +35,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A line of standard input, without its end. Fails at the end of the input, and when it is cancelled.
+/// A line of standard input without newline. Fails at the end of the input, and if cancelled.
 Result<std::string> typed_line(const std::function<bool()>& cancelled) {
   std::string line;
   while (!cancelled()) {
@@ -44,8 +44,8 @@ Result<std::string> typed_line(const std::function<bool()>& cancelled) {
     if (poll(&ready, 1, kSlice_ms) <= 0) continue;
     char typed = 0;
     if (read(STDIN_FILENO, &typed, 1) != 1)
-      return fail(ErrorCode::InvalidArgument, "nobody answers at standard input", {.key = "yes"},
-                  "Give `yes` where no person is there, and the robot is where it may drive.");
+      return fail(ErrorCode::InvalidArgument, "standard input has ended, but answers are needed",
+                  {.key = "yes"}, "Without a person, add `yes`; the robot must be where it may drive.");
     if (typed == '\n') return line;
     line += typed;
   }
@@ -55,18 +55,17 @@ Result<std::string> typed_line(const std::function<bool()>& cancelled) {
 constexpr VelocityCommand kFirstForward{.speed_m_s = 0.1, .yaw_rate_rad_s = 0};
 constexpr VelocityCommand kFirstTurn{.speed_m_s = 0, .yaw_rate_rad_s = 0.4};
 
-/// The steps of commission(), one after the other. Each adds what it found; an error means that the next one
-/// cannot be taken.
+/// The steps of commission(), in order. Each adds its findings; after an error the next step is impossible.
 class FirstDrive {
  public:
   FirstDrive(const RobotSetup& setup, const CommissionJob& job, const CommissionPerson& person,
              const JobControl& control);
 
-  /// With the wheels in the air: forward, left.
+  /// With lifted wheels: forward, left.
   Status drive_lifted();
-  /// 0.5 m, 90 degrees, 0.3 m.
+  /// 0.5 m forward, 90 degrees to the left, 0.3 m forward.
   Status drive_on_floor();
-  /// Of a real robot, or one in real time: `waymark stop`, no commands, a killed driver, no data.
+  /// For robots in real time: `waymark stop`, space bar, no commands, a killed driver, no data.
   Status try_stops();
 
   [[nodiscard]] CommissionReport& report() { return report_; }
@@ -82,7 +81,7 @@ class FirstDrive {
   Status stop_by_key();
   Status stop_by_silence();
   Status stop_by_kill();
-  Status see_again(MotionTiming& timing);
+  Status check_rest_again(MotionTiming& timing);
   Status lose_data();
 
   const RobotSetup& setup_;
@@ -105,7 +104,7 @@ TagWitness witness_of(const RobotSetup& setup, double tag_size_m) {
   return witness;
 }
 
-/// By this origin, else by the first one.
+/// The ratio measured by this origin, else by the first one.
 double ratio_of(const std::vector<MotionReading>& readings, const char* origin) {
   double ratio = 0;
   for (const MotionReading& reading : readings) {
@@ -132,7 +131,7 @@ Status FirstDrive::open() {
 }
 
 Status FirstDrive::wait_for(const std::string& words) {
-  robot_.reset();  // nobody drives while a person has the hands on it
+  robot_.reset();  // no process can drive while a person handles the robot
   return person_.ready(words);
 }
 
@@ -166,14 +165,15 @@ Status FirstDrive::drive_lifted() {
   if (Status ready = wait_for("Lift the robot so that its wheels turn freely."); !ready) return ready;
   const auto forward = drive({.command = kFirstForward}, "lifted: forward at 0.1 m/s for 2 s");
   if (!forward) return tl::unexpected(forward.error());
-  add("lifted", judge_forward(*forward, model, Ground::Lifted, person_.saw("Did all wheels turn forward?")));
+  add("lifted",
+      judge_forward(*forward, model, Ground::Lifted, person_.confirm("Did all wheels turn forward?")));
   add("lifted", judge_standing(standing_part(*forward)));
   add("lifted", {judge_stop("stop.zero", timing_of(*forward), 0)});
   const auto turn = drive({.command = kFirstTurn}, "lifted: left at 0.4 rad/s for 2 s");
   if (!turn) return tl::unexpected(turn.error());
   add("lifted",
       judge_turn(*turn, model, Ground::Lifted,
-                 person_.saw("Did the wheels of the right side turn forward, those of the left backward?")));
+                 person_.confirm("Did the right wheels turn forward and the left wheels backward?")));
   return {};
 }
 
@@ -184,8 +184,8 @@ Status FirstDrive::drive_on_floor() {
   const auto forward =
       drive({.command = kFirstForward, .most_s = 7, .way = 0.5}, "floor: forward at 0.1 m/s, 0.5 m");
   if (!forward) return tl::unexpected(forward.error());
-  add("floor",
-      judge_forward(*forward, model, Ground::Floor, person_.saw("Did it drive forward, by half a metre?")));
+  add("floor", judge_forward(*forward, model, Ground::Floor,
+                             person_.confirm("Did the robot drive half a metre forward?")));
   add("floor", judge_standing(standing_part(*forward)));
   const MotionTiming timing = timing_of(*forward);
   add("floor", {judge_response(timing), judge_stop("stop.zero", timing, 0)});
@@ -193,7 +193,7 @@ Status FirstDrive::drive_on_floor() {
                           "floor: 90 degrees to the left at 0.4 rad/s");
   if (!turn) return tl::unexpected(turn.error());
   add("floor",
-      judge_turn(*turn, model, Ground::Floor, person_.saw("Did it turn to its left, by a quarter turn?")));
+      judge_turn(*turn, model, Ground::Floor, person_.confirm("Did the robot turn left by a quarter turn?")));
   const auto second =
       drive({.command = kFirstForward, .most_s = 4, .way = 0.3}, "floor: forward again, 0.3 m");
   if (!second) return tl::unexpected(second.error());
@@ -214,9 +214,9 @@ Status FirstDrive::drive_on_floor() {
 
 using V = CommissionVerdict;
 
-constexpr const char* kNoPerson = "a person at the terminal (leave `yes` out)";
+constexpr const char* kNoPerson = "a person at the terminal (omit `yes`)";
 
-/// A folder that is removed with all that is in it.
+/// A temporary folder, removed with its content.
 class ScratchFolder {
  public:
   ScratchFolder() {
@@ -237,7 +237,7 @@ class ScratchFolder {
 
 double command_timeout_s() { return to_seconds(CommandWatchOptions{}.timeout); }
 
-/// Its socket stands in a folder of its own, so that no other drive of this user is stopped.
+/// The socket is in a temporary folder, so that no other drive of this user is stopped.
 Status FirstDrive::stop_by_request() {
   const ScratchFolder folder;
   std::atomic<bool> asked{false};
@@ -246,7 +246,7 @@ Status FirstDrive::stop_by_request() {
   std::future<std::vector<StopAnswer>> answers;
   const Duration began = steady_now();
   const auto trace =
-      drive({.command = kFirstForward, .most_s = 4}, "stops: a request as of `waymark stop`", [&] {
+      drive({.command = kFirstForward, .most_s = 4}, "stops: a request like that of `waymark stop`", [&] {
         constexpr Duration kDriven = std::chrono::milliseconds(2000);
         if (!answers.valid() && steady_now() - began > kDriven)
           answers = std::async(std::launch::async,
@@ -255,23 +255,23 @@ Status FirstDrive::stop_by_request() {
       });
   if (!trace) return tl::unexpected(trace.error());
   CommissionLine line = judge_stop("stop.request", timing_of(*trace), 0);
-  if (!asked) line = {line.key, V::Fail, "a request to stop did not arrive", "waymark doctor"};
+  if (!asked) line = {line.key, V::Fail, "the request to stop did not arrive", "waymark doctor"};
   add("stops", {line});
   return {};
 }
 
-/// A press before the wheels turn stops nothing that could be judged: the drive begins again.
+/// Repeats the drive if the key was pressed before the wheels turn, because then no stop can be measured.
 Status FirstDrive::stop_by_key() {
   StopKey key(false);
-  if (!person_.there || !key.watched()) {
-    add("stops", {{"stop.key", V::Warn, "the space bar was not tried", kNoPerson}});
+  if (!person_.present || !key.watched()) {
+    add("stops", {{"stop.key", V::Warn, "the space bar was not tested", kNoPerson}});
     return {};
   }
   constexpr int kTries = 3;
   bool pressed = false;
   MotionTiming timing;
   for (int tried = 0; tried < kTries && (tried == 0 || (pressed && !timing.response_s)); ++tried) {
-    if (tried > 0) control_.note("stops: the space bar was pressed before the robot moved; once more");
+    if (tried > 0) control_.note("stops: the space bar was pressed before the robot moved; try again");
     pressed = false;
     const auto trace = drive({.command = kFirstForward, .most_s = 10},
                              "stops: press the space bar while the wheels turn", [&] {
@@ -282,17 +282,17 @@ Status FirstDrive::stop_by_key() {
     timing = timing_of(*trace);
   }
   CommissionLine line = judge_stop("stop.key", timing, 0);
-  if (!pressed) line = {line.key, V::Fail, "nobody pressed the space bar for 10 s", kNoPerson};
+  if (!pressed) line = {line.key, V::Fail, "the space bar was not pressed within 10 s", kNoPerson};
   if (pressed && !timing.response_s)
-    line = {line.key, V::Warn, "not judged: the space bar was pressed before the robot moved",
-            "run it again"};
+    line = {line.key, V::Warn, "not tested: the space bar was pressed before the robot moved",
+            "run the first drive again"};
   add("stops", {line});
   return {};
 }
 
 Status FirstDrive::stop_by_silence() {
   if (Status opened = open(); !opened) return opened;
-  control_.note("stops: no commands any more");
+  control_.note("stops: no more commands");
   const auto trace = fall_silent(robot_->process(), {.cancelled = control_.cancelled});
   if (!trace) return tl::unexpected(trace.error());
   const MotionTiming timing = timing_of(*trace);
@@ -301,20 +301,20 @@ Status FirstDrive::stop_by_silence() {
   return {};
 }
 
-/// A robot whose process ended before it was seen standing is looked at again.
-Status FirstDrive::see_again(MotionTiming& timing) {
+/// Starts the robot again and checks that it is stationary, if its process ended before that was observed.
+Status FirstDrive::check_rest_again(MotionTiming& timing) {
   const Duration began = steady_now();
   if (Status opened = open(); !opened) return opened;
   constexpr double kLook_s = 1;
-  const auto seen = look_at(robot_->process(), kLook_s, control_.cancelled);
+  const auto seen = observe_at_rest(robot_->process(), kLook_s, control_.cancelled);
   if (!seen) return tl::unexpected(seen.error());
-  const bool stands =
+  const bool stationary =
       !seen->odometry.empty() && std::ranges::all_of(seen->odometry, [](const Odometry& odometry) {
         constexpr double kStill = 0.02;
         return std::abs(odometry.speed_m_s) < kStill;
       });
   timing.watched_s += to_seconds(steady_now() - began);
-  if (stands) timing.stopping_s = timing.watched_s;
+  if (stationary) timing.stopping_s = timing.watched_s;
   return {};
 }
 
@@ -325,51 +325,53 @@ Status FirstDrive::stop_by_kill() {
   robot_.reset();
   if (!trace) return tl::unexpected(trace.error());
   MotionTiming timing = timing_of(*trace);
-  constexpr double kEnough_s = 1.3;
+  constexpr double kMinWatched_s = 1.3;
   bool late = false;
-  if (timing.response_s && !timing.stopping_s && timing.watched_s < kEnough_s) {
-    if (Status seen = see_again(timing); !seen) return seen;
+  if (timing.response_s && !timing.stopping_s && timing.watched_s < kMinWatched_s) {
+    if (Status seen = check_rest_again(timing); !seen) return seen;
     late = timing.stopping_s.has_value();
   }
   CommissionLine line = judge_stop("stop.kill", timing, command_timeout_s());
   if (late)
-    line = {line.key, V::Warn,
-            "the robot's process ended before it was seen standing; it stood when it was started again",
-            "the robot's program, which must go on with odometry until `bye`"};
+    line = {
+        line.key, V::Warn,
+        "the robot's process ended before the stop was observed; the robot was stationary after a restart",
+        "the robot's program, which must send odometry until `bye`"};
   add("stops", {line});
   if (!late) report_.figures.kill_stopping_s = timing.stopping_s;
   return {};
 }
 
 Status FirstDrive::lose_data() {
-  if (!person_.there) {
-    add("stops", {{"stop.cable", V::Warn, "pulling the cable was not tried", kNoPerson}});
+  if (!person_.present) {
+    add("stops", {{"stop.cable", V::Warn, "pulling the cable was not tested", kNoPerson}});
     return {};
   }
   if (Status opened = open(); !opened) return opened;
   constexpr double kPatience_s = 30;
   control_.note(fmt::format(
-      "stops: pull the cable of the robot, or switch off its radio, within {:g} s, or wait; the robot stands",
+      "stops: pull the cable of the stationary robot, or switch off its radio, within {:g} s; or wait",
       kPatience_s));
   const auto silent_s = await_silence(robot_->process(), kPatience_s, control_.cancelled);
   if (!silent_s) return tl::unexpected(silent_s.error());
   if (*silent_s) {
     add("stops",
-        {{"stop.cable", V::Ok, fmt::format("noticed {:.2f} s after the last odometry", **silent_s), ""}});
-  } else if (person_.saw("Odometry went on coming. Was the cable pulled?").value_or(false)) {
-    add("stops", {{"stop.cable", V::Fail, "odometry went on coming: the pulled cable was not noticed",
+        {{"stop.cable", V::Ok, fmt::format("detected {:.2f} s after the last odometry", **silent_s), ""}});
+  } else if (person_.confirm("Odometry still arrived. Was the cable pulled?").value_or(false)) {
+    add("stops", {{"stop.cable", V::Fail, "odometry still arrived: the pulled cable was not detected",
                    "the robot's program, which must not repeat old data"}});
   } else {
-    add("stops", {{"stop.cable", V::Warn, "pulling the cable was not tried", "a cable or a radio to cut"}});
+    add("stops",
+        {{"stop.cable", V::Warn, "pulling the cable was not tested", "a cable or a radio to disconnect"}});
     return {};
   }
-  return wait_for("Plug the cable in again, and wait until the robot is up.");
+  return wait_for("Connect the cable again, and wait until the robot is ready.");
 }
 
 Status FirstDrive::try_stops() {
   if (Status opened = open(); !opened) return opened;
   if (robot_->process().hello().lockstep) {
-    add("stops", {{"stop.kill", V::Warn, "not tried: the robot waits for its commands (lockstep)",
+    add("stops", {{"stop.kill", V::Warn, "not tested: the robot waits for its commands (lockstep)",
                    "a robot in real time"}});
     return {};
   }
@@ -387,7 +389,7 @@ bool nothing_failed(const CommissionReport& report) {
   });
 }
 
-/// The steps, until one fails. Whether the last one was taken.
+/// Runs the steps until one fails. True if the last step was run.
 Result<bool> take_steps(FirstDrive& drive, const CommissionJob& job) {
   Status status;
   if (!job.skip_lifted) {
@@ -414,14 +416,14 @@ CommissionRecord record_of(const CommissionReport& report, const RobotSetup& set
                           .track_m = model.track_m,
                           .figures = report.figures};
   for (const CommissionFinding& finding : report.findings) {
-    const bool known = std::ranges::find(record.failed, finding.line.key) != record.failed.end();
-    if (finding.line.verdict == CommissionVerdict::Fail && !known) record.failed.push_back(finding.line.key);
+    const bool listed = std::ranges::find(record.failed, finding.line.key) != record.failed.end();
+    if (finding.line.verdict == CommissionVerdict::Fail && !listed) record.failed.push_back(finding.line.key);
   }
   return record;
 }
 
-/// Keeps what is there under the first free number.
-Result<std::string> keep(const fs::path& file) {
+/// Copies an existing file to NAME.1, or the next free number. Returns the name of the backup.
+Result<std::string> back_up(const fs::path& file) {
   std::error_code error;
   if (!fs::exists(file, error)) return std::string();
   for (int number = 1;; ++number) {
@@ -429,8 +431,8 @@ Result<std::string> keep(const fs::path& file) {
     if (fs::exists(name, error)) continue;
     fs::copy_file(file, name, error);
     if (!error) return name.string();
-    return fail(ErrorCode::Unwritable, "the robot's file cannot be kept: " + error.message(),
-                {.source = name.string()}, "Name another file with -o.");
+    return fail(ErrorCode::Unwritable, "cannot copy the robot's file: " + error.message(),
+                {.source = name.string()}, "Choose another file with `output`.");
   }
 }
 
@@ -439,7 +441,7 @@ Status write_result(CommissionReport& report, const RobotSetup& setup, const Com
   const fs::path file = job.output.empty() ? commission_file(setup) : job.output;
   const auto text = with_commission(setup.robot_yaml, record_of(report, setup));
   if (!text) return tl::unexpected(text.error());
-  auto kept = keep(file);
+  auto kept = back_up(file);
   if (!kept) return tl::unexpected(kept.error());
   if (Status written = write_text_file(file, *text); !written) return written;
   report.file = file.string();
@@ -459,14 +461,14 @@ std::string commission_file(const RobotSetup& setup) {
 
 CommissionPerson person_at_terminal(const JobControl& control) {
   CommissionPerson person;
-  person.there = true;
+  person.present = true;
   person.ready = [control](const std::string& words) -> Status {
     control.note(words + " Then press Enter (Ctrl-C ends).");
     const auto line = typed_line(control.cancelled);
     return line ? Status() : tl::unexpected(line.error());
   };
-  person.saw = [control](const std::string& question) -> Seen {
-    control.note(question + " y or n, Enter where you did not see it");
+  person.confirm = [control](const std::string& question) -> Seen {
+    control.note(question + " y or n; Enter if you did not see it");
     const auto line = typed_line(control.cancelled);
     if (!line || line->empty()) return {};
     const int answer = std::tolower(static_cast<unsigned char>(line->front()));
@@ -490,7 +492,7 @@ Result<CommissionReport> commission(const RobotSetup& setup, const CommissionJob
     const bool of_job = std::ranges::find(fields, error.place.key) != fields.end();
     const bool of_message = !error.place.key.empty() && !of_job;
     if (report.findings.empty() && !of_message) return tl::unexpected(error);
-    if (of_job) error.place.key = fmt::format("`{}`", error.place.key);  // in words
+    if (of_job) error.place.key = fmt::format("`{}`", error.place.key);  // printed in a sentence
     report.findings.push_back(
         {"end",
          {of_message ? error.place.key : "drive", CommissionVerdict::Fail, to_string(error),
@@ -505,15 +507,15 @@ std::string to_text(const CommissionReport& report) {
   std::string text;
   for (const auto& [step, line] : report.findings) {
     text += fmt::format("{:<5} {:<7} {:<29} {}\n", to_string(line.verdict), step, line.key, line.words);
-    if (!line.mend.empty()) text += fmt::format("{:<44}mend: {}\n", "", line.mend);
+    if (!line.mend.empty()) text += fmt::format("{:<44}fix: {}\n", "", line.mend);
   }
   text += report.passed        ? "passed"
-          : report.interrupted ? "stopped: the robot stands, nothing was written"
+          : report.interrupted ? "stopped: the robot is stationary, nothing was written"
                                : "did not pass";
-  if (!report.file.empty()) text += ", written into " + report.file;
-  if (!report.kept.empty()) text += " (as it was before: " + report.kept + ")";
+  if (!report.file.empty()) text += ", written to " + report.file;
+  if (!report.kept.empty()) text += " (previous version: " + report.kept + ")";
   if (report.file.empty() && !report.interrupted)
-    text += "; the robot is simulated, nothing was written (-o FILE does)";
+    text += "; nothing was written, because the robot is simulated (see `output`)";
   return text + "\n";
 }
 
@@ -529,14 +531,14 @@ ReportFields fields(const CommissionFinding& finding) {
 namespace {
 
 ReportFields fields_of(const CommissionFigures& figures) {
-  return {
-      {"response_s", "From a command to half the commanded speed", if_any(figures.response_s)},
-      {"stopping_s", "From the zero command to standing, at 0.1 m/s", if_any(figures.stopping_s)},
-      {"stopping_m", "Distance driven in that time", if_any(figures.stopping_m)},
-      {"silence_stopping_s", "From the last command to standing", if_any(figures.silence_stopping_s)},
-      {"kill_stopping_s", "From the end of the driving process to standing", if_any(figures.kill_stopping_s)},
-      {"speed_scale", "Measured speed over the commanded one", if_any(figures.speed_scale)},
-      {"yaw_rate_scale", "Measured yaw rate over the commanded one", if_any(figures.yaw_rate_scale)}};
+  return {{"response_s", "Time from a command to half the commanded speed", if_any(figures.response_s)},
+          {"stopping_s", "Time from the zero command to rest, at 0.1 m/s", if_any(figures.stopping_s)},
+          {"stopping_m", "Distance driven in that time", if_any(figures.stopping_m)},
+          {"silence_stopping_s", "Time from the last command to rest", if_any(figures.silence_stopping_s)},
+          {"kill_stopping_s", "Time from the end of the driving process to rest",
+           if_any(figures.kill_stopping_s)},
+          {"speed_scale", "Ratio of measured and commanded speed", if_any(figures.speed_scale)},
+          {"yaw_rate_scale", "Ratio of measured and commanded yaw rate", if_any(figures.yaw_rate_scale)}};
 }
 
 }  // namespace
@@ -545,9 +547,9 @@ ReportFields fields(const CommissionReport& report) {
   return {{"passed", "No check failed, and the robot was driven on the floor", report.passed},
           {"interrupted", "Stopped before the end; nothing was written", report.interrupted},
           {"simulated", "The robot is simulated", !report.real},
-          {"file", "Robot's file that holds the result; empty: none was written", report.file},
+          {"file", "Robot file with the result; empty: none was written", report.file},
           {"kept", "Backup of the earlier file; empty: there was none", report.kept},
-          {"figures", "Measured values, as in the robot's file; those not measured are left out",
+          {"figures", "Measured values, as in the robot's file; only those that were measured",
            fields_of(report.figures)},
           {"findings", "One entry per check", report.findings}};
 }

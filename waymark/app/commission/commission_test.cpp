@@ -7,7 +7,7 @@
 namespace waymark {
 namespace {
 
-TEST(CommissionReport, HasAnEntryPerFindingAndOnlyTheFiguresThatWereMeasured) {
+TEST(CommissionReport, HasAnEntryPerFindingAndOnlyMeasuredFigures) {
   EXPECT_EQ(to_json(fields(CommissionReport{})).dump(),
             R"({"passed":false,"interrupted":false,"simulated":false,"file":"","kept":"","figures":{},)"
             R"("findings":[]})");

@@ -9,7 +9,7 @@ namespace {
 struct CommissionArgs {
   explicit CommissionArgs(CLI::App& verb) : app(verb), setup(verb, {}, true) {
     add_fields(verb, job);
-    verb.add_flag("--json", json, "One JSON object instead of lines");
+    verb.add_flag("--json", json, "Print one JSON object instead of lines");
   }
 
   const CLI::App& app;
@@ -25,7 +25,7 @@ ExitCode commission_robot(const CommissionArgs& args, Console& console) {
   if (not_a_process) setup->ground.robot = "sim";
   const bool simulated = setup->ground.robot == "sim";
   Refusals refused(args.app);
-  refused.flags(not_a_process, {"yes"}, "a simulated robot needs no answers", "Leave it out.");
+  refused.fields(not_a_process, {"yes"}, "has no effect on a simulated robot", "Omit `yes`.");
   refuse_seed(!simulated, refused);
   Status started = refused.status();
   if (started && not_a_process) started = become_the_robot(*setup, args.setup.as_words(), {.lockstep = true});
@@ -46,17 +46,16 @@ ExitCode commission_robot(const CommissionArgs& args, Console& console) {
 Verb commission_verb() {
   return {
       .name = "commission",
-      .sentence = "First drive of a robot: check signs, axes, units and stops, and lift its speed limit",
+      .sentence = "First drive of a robot: check signs, axes, units and stops, then remove its speed limit",
       .help =
-          R"(Drives at 0.1 m/s and 0.4 rad/s, first with lifted wheels, then 0.5 m and a quarter turn on the floor, and holds
-what was commanded against odometry, wheels, gyro and tags: reversed signs, swapped axes, degrees for radians and
-millimetres for metres are named with the key that mends them. The stops are tried as well: zero, `waymark stop`,
-the space bar, no commands, a driving process that is killed, a pulled cable. Lifted wheels that fail are not put
-on the floor. One line a check: ok, warn or fail.
-
-The result is written into the robot's file (commissioned). Until a first drive has passed, a robot that is not
-simulated is driven at 0.15 m/s at most by teach, replay and run; a change of its limits, wheels, topics or of
---robot makes the result void. docs/howto/first-drive.md goes through it.
+          R"(Drives at 0.1 m/s and 0.4 rad/s, first with lifted wheels, then 0.5 m and a quarter turn on the floor. Compares
+the commands with odometry, wheels, gyro and tags. Reports reversed signs, swapped axes, degrees instead of
+radians and millimetres instead of metres, with the key to correct. Also tests the stops: zero command,
+`waymark stop`, space bar, no commands, killed driving process, pulled cable. If a check with lifted wheels fails,
+the robot is not driven on the floor. Prints one line per check: ok, warn or fail.
+The result is written into the robot's file (commissioned). Until a first drive has passed, teach, replay and run
+limit the speed of a real robot to 0.15 m/s. A change of its limits, wheels, topics or of --robot invalidates the
+result. docs/howto/first-drive.md is a step-by-step guide.
 
 Exit code: 0 passed, 1 did not pass, or the robot could not be driven, 2 wrong usage, 130 stopped by Ctrl-C.
 

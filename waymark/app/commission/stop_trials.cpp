@@ -15,7 +15,7 @@ constexpr Duration kOrderEvery = std::chrono::milliseconds(50);
 
 Duration seconds(double value) { return Duration(std::llround(value * 1e9)); }
 
-/// The process that drives; it never outlives this.
+/// The driving child process; killed with this object.
 class DrivingChild {
  public:
   explicit DrivingChild(pid_t pid) : pid_(pid) {}
@@ -36,7 +36,7 @@ class DrivingChild {
   pid_t pid_;
 };
 
-/// Listens for a while and repeats a command, if there is one.
+/// Receives samples for this time and repeats the command, if there is one.
 Status listen(ProcessRobot& robot, MotionTrace& trace, double for_s,
               const std::optional<VelocityCommand>& command, const std::function<bool()>& cancelled) {
   const Duration until = steady_now() + seconds(for_s);
@@ -58,14 +58,14 @@ Status listen(ProcessRobot& robot, MotionTrace& trace, double for_s,
   return {};
 }
 
-/// Stands until it has said something.
+/// Commands zero until data have arrived; returns the begun trace.
 Result<MotionTrace> rested(ProcessRobot& robot, const StopTrial& trial) {
   constexpr double kRest_s = 0.7;
   MotionTrace trace{.commanded = trial.command};
   if (Status rest = listen(robot, trace, kRest_s, VelocityCommand{}, trial.cancelled); !rest)
     return tl::unexpected(rest.error());
   trace.began = robot.now();
-  if (!trace.began) return fail(ErrorCode::Unreadable, "the robot says nothing");
+  if (!trace.began) return fail(ErrorCode::Unreadable, "the robot sends no data");
   return trace;
 }
 
@@ -92,7 +92,7 @@ Result<MotionTrace> kill_driver(ProcessRobot& robot, const StopTrial& trial) {
     return tl::unexpected(status.error());
   child.end();
   trace->ceased = robot.now();
-  constexpr double kEnding_s = 6;  // of the robot's process, by the patience of its watchdog
+  constexpr double kEnding_s = 6;  // longer than the watchdog waits before it ends the robot's process
   (void)listen(robot, *trace, kEnding_s, {}, trial.cancelled);
   if (trial.cancelled()) return fail(ErrorCode::Unreadable, "stopped");
   return trace;
@@ -102,21 +102,22 @@ Result<std::optional<double>> await_silence(ProcessRobot& robot, double most_s,
                                             const std::function<bool()>& cancelled) {
   constexpr double kSilent_s = 0.5;
   const Duration until = steady_now() + seconds(most_s);
-  Duration heard = steady_now();
-  std::size_t known = 0;
+  Duration last_data = steady_now();
+  std::size_t count = 0;
   MotionTrace trace;
   while (steady_now() < until) {
     const Status status = listen(robot, trace, to_seconds(kOrderEvery), VelocityCommand{}, cancelled);
     if (cancelled()) return fail(ErrorCode::Unreadable, "stopped");
-    if (status && trace.odometry.size() > known) heard = steady_now();
-    known = trace.odometry.size();
-    const double silent_s = to_seconds(steady_now() - heard);
+    if (status && trace.odometry.size() > count) last_data = steady_now();
+    count = trace.odometry.size();
+    const double silent_s = to_seconds(steady_now() - last_data);
     if (!status || silent_s >= kSilent_s) return std::optional<double>(silent_s);
   }
   return std::optional<double>();
 }
 
-Result<MotionTrace> look_at(ProcessRobot& robot, double for_s, const std::function<bool()>& cancelled) {
+Result<MotionTrace> observe_at_rest(ProcessRobot& robot, double for_s,
+                                    const std::function<bool()>& cancelled) {
   MotionTrace trace;
   if (Status status = listen(robot, trace, for_s, VelocityCommand{}, cancelled); !status)
     return tl::unexpected(status.error());

@@ -1,4 +1,4 @@
-// Robots of a few lines of shell, in real time: does the end of a driving process reach them.
+// Robots of a few lines of shell, in real time: does the watchdog stop them when their driver ends?
 #include "waymark/app/commission/stop_trials.hpp"
 
 #include <cstdlib>
@@ -10,7 +10,7 @@
 namespace waymark {
 namespace {
 
-/// Drives at what it was told last; `obeys`: a shell pattern of orders that it passes over.
+/// Drives at the last commanded speed; `obeys`: a shell pattern of orders that it ignores.
 std::unique_ptr<ProcessRobot> robot(const std::string& passes_over) {
   const std::string script =
       R"(echo '{"type":"hello","protocol_version":1,"name":"tiny"}'; v=0; while true; do )"
@@ -35,7 +35,7 @@ TEST(StopTrials, TheWatchdogStopsARobotWhoseDriverIsKilled) {
   EXPECT_EQ(line.verdict, CommissionVerdict::Ok) << line.words;
 }
 
-TEST(StopTrials, ARobotThatPassesOverTheWatchdogFails) {
+TEST(StopTrials, ARobotThatIgnoresTheWatchdogFails) {
   if (std::getenv("WAYMARK_FULL") == nullptr) GTEST_SKIP() << "WAYMARK_FULL: some seconds";
   const auto stubborn = robot(kNoStops);
   ASSERT_NE(stubborn, nullptr);
@@ -55,13 +55,13 @@ TEST(StopTrials, CancellingEndsTheDriver) {
   EXPECT_FALSE(fall_silent(*robot(kAll), {.cancelled = [] { return true; }}));
 }
 
-TEST(StopTrials, SilenceIsNoticedByItsAge) {
+TEST(StopTrials, DetectsSilenceByTheAgeOfTheLastOdometry) {
   if (std::getenv("WAYMARK_FULL") == nullptr) GTEST_SKIP() << "WAYMARK_FULL: some seconds";
   const auto obedient = robot(kAll);
   ASSERT_NE(obedient, nullptr);
   const auto none = await_silence(*obedient, 0.8, [] { return false; });
   ASSERT_TRUE(none);
-  EXPECT_FALSE(*none) << "odometry goes on";
+  EXPECT_FALSE(*none) << "odometry still arrives";
   const auto mute = robot("*velocity*) sleep 3;;");
   const auto silent_s = await_silence(*mute, 3, [] { return false; });
   ASSERT_TRUE(silent_s && *silent_s);

@@ -1,32 +1,48 @@
 #include "waymark/app/common/camera_description.hpp"
 
+#include <array>
 #include <charconv>
 #include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
-#include "waymark/app/common/report_fields.hpp"
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/config/exchange/camera_file.hpp"
 #include "waymark/config/yaml/calibration_file.hpp"
 
 namespace waymark {
 namespace {
 
-using nlohmann::ordered_json;
+std::array<double, 3> numbers_of(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
-ordered_json numbers_of(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+struct ReportedSolution {
+  TagPoseSolution solution{};
+};
 
-ordered_json solution_json(const TagPoseSolution& solution) {
+ReportFields fields(const ReportedSolution& reported) {
+  const TagPoseSolution& solution = reported.solution;
   const PoseDeviations sigma = standard_deviations(solution.cam_T_tag, solution.covariance);
   const auto q = solution.cam_T_tag.rotation().quaternion();
-  return {{"cam_t_tag_m", numbers_of(solution.cam_T_tag.translation())},
-          {"cam_q_tag_xyzw", {q.x(), q.y(), q.z(), q.w()}},
-          {"sigma_t_m", numbers_of(sigma.position_m)},
-          {"sigma_r_rad", numbers_of(sigma.rotation_rad)},
-          {"rms_px", solution.rms_px},
-          {"chi2", solution.chi2}};
+  return {{"cam_t_tag_m", "x, y, z of the tag in the camera (x right, y down, z forward)",
+           numbers_of(solution.cam_T_tag.translation())},
+          {"cam_q_tag_xyzw", "Rotation of the tag in the camera", std::array{q.x(), q.y(), q.z(), q.w()}},
+          {"sigma_t_m", "Standard deviation of x, y, z", numbers_of(sigma.position_m)},
+          {"sigma_r_rad", "Standard deviation of the rotation about x, y, z", numbers_of(sigma.rotation_rad)},
+          {"rms_px", "Root mean square reprojection error of the corners", solution.rms_px},
+          {"chi2", "Chi-square of the corners, 2 degrees of freedom", solution.chi2}};
+}
+
+struct ReportedPose {
+  TagPose pose{};
+};
+
+ReportFields fields(const ReportedPose& reported) {
+  ReportFields all = fields(ReportedSolution{reported.pose.best});
+  all.push_back({"ambiguity_ratio",
+                 "rms_px of this pose to that of the other one, 0 to 1; near 1 they are ambiguous",
+                 reported.pose.ambiguity_ratio()});
+  return all;
 }
 
 Result<double> parse_size_m(const std::string& text, const std::string& whole) {
@@ -52,8 +68,11 @@ Result<TagSizes> parse_tag_sizes(const std::vector<std::string>& words) {
       continue;
     }
     const std::string name = word.substr(0, equals);
-    const Result<TagId> tag = parse_tag_id(name.find(':') == std::string::npos ? "tag36h11:" + name : name);
-    if (!tag) return tl::unexpected(tag.error());
+    Result<TagId> tag = parse_tag_id(name.find(':') == std::string::npos ? "tag36h11:" + name : name);
+    if (!tag) {
+      tag.error().place.key = "tag_size_m";
+      return tl::unexpected(tag.error());
+    }
     sizes.size_by_tag_m[*tag] = *size;
   }
   return sizes;
@@ -66,14 +85,20 @@ PoseList poses_of(std::span<const TagDetection> detections, const PoseSetup& set
   return poses;
 }
 
-void add_to_json(ordered_json& detection, const Result<TagPose>& pose) {
-  if (!pose) {
-    detection["pose_error"] = to_json(fields(pose.error()));
-    return;
+ReportFields pose_fields(const std::optional<Result<TagPose>>& pose) {
+  std::optional<ReportedPose> best;
+  std::optional<std::optional<ReportedSolution>> other;
+  std::optional<Error> error;
+  if (pose && *pose) {
+    best = ReportedPose{**pose};
+    other.emplace();
+    if ((*pose)->other) *other = ReportedSolution{*(*pose)->other};
+  } else if (pose) {
+    error = pose->error();
   }
-  detection["pose"] = solution_json(pose->best);
-  detection["pose"]["ambiguity_ratio"] = pose->ambiguity_ratio();
-  detection["other_pose"] = pose->other ? solution_json(*pose->other) : ordered_json();
+  return {{"pose", "With `camera` and `tag_size_m`: pose that fits better", if_any(best)},
+          {"other_pose", "The other pose that fits; null if there is none", if_any(other)},
+          {"pose_error", "Instead of a pose: why there is none", if_any(error)}};
 }
 
 std::vector<plot::FrameAxes> axes_of(std::span<const TagDetection> detections, const PoseList& poses,
@@ -130,7 +155,8 @@ Status scale(const std::string& size, DescribedCamera& camera) {
 }  // namespace
 
 Result<DescribedCamera> read_camera(const CameraDescription& description) {
-  const Result<NamedCamera> named = read_camera(description.file, description.name);
+  const auto named =
+      or_wrong_kind(read_camera(description.file, description.name), description.file, FileUse::Camera);
   if (!named) return tl::unexpected(named.error());
   DescribedCamera read{.camera = named->camera};
   if (const Result<Calibration> ours = read_calibration(description.file)) {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include <Eigen/Core>
-#include <nlohmann/json_fwd.hpp>
 
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/camera/camera_model.hpp"
 #include "waymark/plot/annotate.hpp"
@@ -31,8 +31,8 @@ using PoseList = std::vector<Result<TagPose>>;
 
 [[nodiscard]] PoseList poses_of(std::span<const TagDetection> detections, const PoseSetup& setup);
 
-/// The keys "pose" and "pose_error" of docs/reference/cli.md.
-void add_to_json(nlohmann::ordered_json& detection, const Result<TagPose>& pose);
+/// "pose" and "other_pose" (null if there is one pose only), or "pose_error"; without a pose none of them.
+[[nodiscard]] ReportFields pose_fields(const std::optional<Result<TagPose>>& pose);
 
 /// The axes of each tag, half a side long, where the camera sees them.
 [[nodiscard]] std::vector<plot::FrameAxes> axes_of(std::span<const TagDetection> detections,

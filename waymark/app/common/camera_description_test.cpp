@@ -83,16 +83,14 @@ TEST(PosesOf, AWrongSizeScalesTheDistance) {
 
 TEST(PoseJson, ThePoseOrWhyThereIsNone) {
   const std::vector<TagDetection> detections = {seen(1)};
-  nlohmann::ordered_json known;
-  add_to_json(known, poses_of(detections, {pose_camera(), {.default_size_m = 0.2}})[0]);
+  const auto known = to_json(pose_fields(poses_of(detections, {pose_camera(), {.default_size_m = 0.2}})[0]));
   EXPECT_NEAR(known["pose"]["cam_t_tag_m"][2].get<double>(), 2, 1e-6);
   EXPECT_EQ(known["pose"]["cam_q_tag_xyzw"].size(), 4U);
   EXPECT_EQ(known["pose"]["sigma_t_m"].size(), 3U);
   for (const auto& sigma : known["pose"]["sigma_t_m"]) EXPECT_GT(sigma.get<double>(), 0);
   EXPECT_TRUE(known.contains("other_pose"));
   EXPECT_FALSE(known.contains("pose_error"));
-  nlohmann::ordered_json unknown;
-  add_to_json(unknown, poses_of(detections, {pose_camera(), {}})[0]);
+  const auto unknown = to_json(pose_fields(poses_of(detections, {pose_camera(), {}})[0]));
   EXPECT_FALSE(unknown.contains("pose"));
   EXPECT_FALSE(unknown["pose_error"]["message"].get<std::string>().empty());
 }

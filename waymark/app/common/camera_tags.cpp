@@ -8,9 +8,9 @@
 #include <unistd.h>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "waymark/app/common/camera_description.hpp"
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/lap_input.hpp"
 #include "waymark/base/message_text.hpp"
 #include "waymark/media/video_format.hpp"
@@ -23,7 +23,7 @@ namespace waymark {
 
 Result<VideoTags> find_video_tags(const std::string& path, const TagFinder& finder, const CameraModel* camera,
                                   const JobControl& control, const EachVideoTags& each) {
-  Result<VideoReader> reader = VideoReader::open(path);
+  Result<VideoReader> reader = or_wrong_kind(VideoReader::open(path), path, FileUse::Video);
   if (!reader) return tl::unexpected(reader.error());
   VideoTags all{.info = reader->info()};
   TagSequence sequence(finder);
@@ -68,7 +68,8 @@ Image owned_copy(const ImageView& view) {
 Status check_job(const ConvertVideoJob& job) {
   std::error_code ignored;
   if (std::filesystem::path(job.output).extension() != ".mcap")
-    return fail(ErrorCode::InvalidArgument, "a video becomes a recording of its tags", {.source = job.output},
+    return fail(ErrorCode::InvalidArgument, "a video becomes a recording of its tags",
+                {.source = job.output, .key = "`output`"},
                 "End the name in .mcap; `waymark detect json=true` writes the tags as text.");
   if (std::filesystem::exists(job.output, ignored))
     return fail(ErrorCode::Unwritable, "this file exists already", {.source = job.output},
@@ -143,13 +144,32 @@ std::string to_text(const ConvertVideoJob& job, const VideoTags& found) {
                      counted(found.tags, "tag"));
 }
 
-nlohmann::ordered_json to_json(const ConvertVideoJob& job, const VideoTags& found) {
-  nlohmann::ordered_json problems = nlohmann::ordered_json::array();
-  for (const VideoProblem& problem : found.problems)
-    problems.push_back({{"key", problem.key}, {"count", problem.count}, {"words", to_string(problem.error)}});
-  return {{"input", job.input},   {"input_format", "video"},        {"codec", found.info.codec},
-          {"output", job.output}, {"output_format", "mcap"},        {"pictures", found.pictures},
-          {"tags", found.tags},   {"problems", std::move(problems)}};
+namespace {
+
+struct ListedProblem {
+  VideoProblem problem{};
+};
+
+ReportFields fields(const ListedProblem& listed) {
+  return {
+      {"key", "Stable name of the problem", listed.problem.key},
+      {"count", "Number of occurrences", listed.problem.count},
+      {"words", "Error message, with the place of the first occurrence", to_string(listed.problem.error)}};
+}
+
+}  // namespace
+
+ReportFields fields(const ConvertedVideo& converted) {
+  const VideoTags& found = converted.found;
+  const std::vector<ListedProblem> problems(found.problems.begin(), found.problems.end());
+  return {{"input", "Video that was read", converted.input},
+          {"input_format", "video", "video"},
+          {"codec", "Videos: codec, such as h264", found.info.codec},
+          {"output", "Recording that was written", converted.output},
+          {"output_format", "mcap", "mcap"},
+          {"pictures", "Videos and cameras: images that were searched for tags", found.pictures},
+          {"tags", "Videos and cameras: detections in all images", found.tags},
+          {"problems", "Defects of the video", problems}};
 }
 
 namespace {
@@ -194,7 +214,7 @@ class SampleTags {
 Result<VideoTags> find_recorded_tags(const std::string& path, const TagFinder& finder,
                                      const CameraModel& camera, const JobControl& control,
                                      const EachTagFrame& each) {
-  const auto log = open_log(path, control.log_options());
+  const auto log = or_wrong_kind(open_log(path, control.log_options()), path, FileUse::Video);
   if (!log) return tl::unexpected(log.error());
   const Result<LogContents> contents = contents_of(**log);
   if (!contents) return tl::unexpected(contents.error());
@@ -221,7 +241,7 @@ Result<VideoTags> find_recorded_tags(const std::string& path, const TagFinder& f
 }  // namespace
 
 bool is_of_camera(const std::string& path, bool calibrated) {
-  if (looks_like_video(path)) return true;
+  if (kind_of(path) == FileKind::Video) return true;
   if (!calibrated) return false;
   const auto log = open_log(path);
   const auto contents = log ? contents_of(**log) : tl::unexpected(log.error());
@@ -230,12 +250,16 @@ bool is_of_camera(const std::string& path, bool calibrated) {
   return (has("tags") || has("pictures")) && !has("odometry") && !has("imu");
 }
 
+Status check_of_camera(const std::string& path, const std::string& hint) {
+  if (is_of_camera(path, true)) return {};
+  return fail(ErrorCode::InvalidArgument, "this is the recording of a robot: it holds odometry or an IMU",
+              {.key = path}, hint);
+}
+
 Result<VideoTags> find_camera_tags(const std::string& path, const TagFinder& finder,
                                    const CameraModel& camera, const JobControl& control,
                                    const EachTagFrame& each) {
-  std::error_code ignored;
-  if (std::filesystem::exists(path, ignored) && !looks_like_video(path))
-    return find_recorded_tags(path, finder, camera, control, each);
+  if (kind_of(path) != FileKind::Video) return find_recorded_tags(path, finder, camera, control, each);
   return find_video_tags(path, finder, &camera, control,
                          [&](const VideoFrame&, TagFrame& tags) { return each(tags); });
 }

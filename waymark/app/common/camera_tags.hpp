@@ -5,9 +5,8 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "waymark/app/common/job_control.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/camera/camera_model.hpp"
 #include "waymark/media/video_reader.hpp"
 #include "waymark/samples/robot_samples.hpp"
@@ -56,7 +55,14 @@ using TakeTagPicture = std::function<Status(const ImageView& picture, const TagF
 [[nodiscard]] Result<VideoTags> convert_video(const ConvertVideoJob& job, const TagFinder& finder,
                                               const JobControl& control);
 [[nodiscard]] std::string to_text(const ConvertVideoJob& job, const VideoTags& found);
-[[nodiscard]] nlohmann::ordered_json to_json(const ConvertVideoJob& job, const VideoTags& found);
+
+/// What `waymark convert` reports of a video.
+struct ConvertedVideo {
+  std::string input{};
+  std::string output{};
+  VideoTags found{};
+};
+[[nodiscard]] ReportFields fields(const ConvertedVideo& converted);
 
 // What a camera without a robot saw: a video, or the recording of a live camera.
 
@@ -64,6 +70,9 @@ using TakeTagPicture = std::function<Status(const ImageView& picture, const TagF
 /// also a recording that holds tags or pictures and neither odometry nor an IMU; and whatever cannot be read,
 /// or holds nothing, so that whoever opens it says so.
 [[nodiscard]] bool is_of_camera(const std::string& path, bool calibrated);
+
+/// Fails on the recording of a robot, where a camera is asked for: not is_of_camera(). `hint`: who takes it.
+[[nodiscard]] Status check_of_camera(const std::string& path, const std::string& hint);
 
 /// Called with the tags of each picture, in order.
 using EachTagFrame = std::function<Status(TagFrame& tags)>;

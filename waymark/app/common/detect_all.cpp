@@ -1,6 +1,7 @@
 #include "waymark/app/common/detect_all.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdlib>
@@ -9,8 +10,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "waymark/app/common/camera_description.hpp"
-#include "waymark/app/common/report_fields.hpp"
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/codecs/image_file.hpp"
 #include "waymark/config/yaml_tree.hpp"
 #include "waymark/media/video_format.hpp"
@@ -23,7 +23,6 @@ namespace waymark {
 namespace {
 
 using nlohmann::json;
-using nlohmann::ordered_json;
 
 /// So many decimals, and -0 as 0: the same bytes wherever only the last bit of the arithmetic differs.
 double rounded_to(double value, double per_unit) {
@@ -31,39 +30,73 @@ double rounded_to(double value, double per_unit) {
   return std::abs(value) < kLargest ? std::round(value * per_unit) / per_unit + 0.0 : value;
 }
 
-ordered_json point(const Eigen::Vector2d& px) {
+std::array<double, 2> rounded_point(const Eigen::Vector2d& px) {
   constexpr double kPerPx = 1e6;
-  return ordered_json::array({rounded_to(px.x(), kPerPx), rounded_to(px.y(), kPerPx)});
+  return {rounded_to(px.x(), kPerPx), rounded_to(px.y(), kPerPx)};
 }
 
-ordered_json rows(const CornerCovariance& covariance) {
-  ordered_json all = ordered_json::array();
-  for (Eigen::Index r = 0; r < 8; ++r) {
-    ordered_json row = ordered_json::array();
-    for (Eigen::Index c = 0; c < 8; ++c) row.push_back(covariance(r, c));
-    all.push_back(std::move(row));
-  }
+using FourPoints = std::array<std::array<double, 2>, 4>;
+
+FourPoints rounded_points(const std::array<Eigen::Vector2d, 4>& px) {
+  FourPoints points{};
+  for (std::size_t i = 0; i < 4; ++i) points[i] = rounded_point(px[i]);
+  return points;
+}
+
+FourPoints sigma_points(const CornerCovariance& covariance) {
+  const Eigen::Matrix<double, 8, 1> sigma = covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  FourPoints points{};
+  for (Eigen::Index i = 0; i < 4; ++i)
+    points[static_cast<std::size_t>(i)] = rounded_point(sigma.segment<2>(2 * i));
+  return points;
+}
+
+using CovarianceRows = std::array<std::array<double, 8>, 8>;
+
+CovarianceRows rows_of(const CornerCovariance& covariance) {
+  CovarianceRows rows{};
+  for (std::size_t r = 0; r < 8; ++r)
+    for (std::size_t c = 0; c < 8; ++c)
+      rows[r][c] = covariance(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c));
+  return rows;
+}
+
+TagDetection detection_at_origin() {
+  TagDetection detection;
+  detection.corners_px.fill(Eigen::Vector2d::Zero());
+  return detection;
+}
+
+struct DetectionLine {
+  TagDetection detection = detection_at_origin();
+  std::optional<RefinementOutcome> refinement{};
+  std::optional<Result<TagPose>> pose{};
+  bool with_covariance = false;
+};
+
+ReportFields fields(const DetectionLine& line) {
+  const TagDetection& detection = line.detection;
+  const auto& covariance = detection.corner_covariance_px2;
+  const auto refinement = [](RefinementOutcome outcome) { return std::string(to_string(outcome)); };
+  ReportFields all = {
+      {"tag", "Family and id, such as tag36h11:7", to_string(detection.tag)},
+      {"family", "Family of the tag", to_string(detection.tag.family)},
+      {"id", "Id of the tag", detection.tag.number},
+      {"hamming", "Number of corrected bits", detection.hamming},
+      {"decision_margin", "Mean distance of the data bits from the black/white threshold [grey level]",
+       rounded_to(detection.decision_margin, 1e4)},
+      {"corners_px", "Distorted [x, y] of top left, top right, bottom right, bottom left of the printed tag",
+       rounded_points(detection.corners_px)},
+      {"center_px", "[x, y] of the crossing of the diagonals, the image of the centre of the tag",
+       rounded_point(center_px(detection.corners_px))},
+      {"corner_sigma_px", "Standard deviations [x, y] of each corner; absent with `no_refine`",
+       if_any(part(covariance, sigma_points))},
+      {"corner_covariance_px2", "With `covariance`: 8 x 8, row by row, of x0 y0 x1 y1 x2 y2 x3 y3",
+       if_any(line.with_covariance ? part(covariance, rows_of) : std::nullopt)},
+      {"refinement", "refined, or why the corners are those of the detector; absent with `no_refine`",
+       if_any(part(line.refinement, refinement))}};
+  for (ReportField& field : pose_fields(line.pose)) all.push_back(std::move(field));
   return all;
-}
-
-ordered_json to_json(const TagDetection& detection, bool with_covariance) {
-  const auto& corners = detection.corners_px;
-  ordered_json value;
-  value["tag"] = to_string(detection.tag);
-  value["family"] = std::string(to_string(detection.tag.family));
-  value["id"] = detection.tag.number;
-  value["hamming"] = detection.hamming;
-  value["decision_margin"] = rounded_to(detection.decision_margin, 1e4);
-  value["corners_px"] = ordered_json::array();
-  for (const auto& corner : corners) value["corners_px"].push_back(point(corner));
-  value["center_px"] = point(center_px(corners));
-  if (!detection.corner_covariance_px2) return value;
-  value["corner_sigma_px"] = ordered_json::array();
-  const Eigen::Matrix<double, 8, 1> sigma =
-      detection.corner_covariance_px2->diagonal().cwiseMax(0).cwiseSqrt();
-  for (Eigen::Index i = 0; i < 4; ++i) value["corner_sigma_px"].push_back(point(sigma.segment<2>(2 * i)));
-  if (with_covariance) value["corner_covariance_px2"] = rows(*detection.corner_covariance_px2);
-  return value;
 }
 
 /// Whether brackets and braces are nested deeper than the other readers of text go.
@@ -196,25 +229,33 @@ Result<PictureReport> read_report(const json& object, const Place& place) {
 
 }  // namespace
 
-nlohmann::ordered_json to_json(const PictureReport& report, bool with_covariance) {
-  ordered_json value;
-  value["image"] = report.image;
-  if (report.stamp) value["stamp_s"] = static_cast<double>(report.stamp->time_since_epoch().count()) / 1e9;
-  if (report.width_px > 0) {
-    value["width_px"] = report.width_px;
-    value["height_px"] = report.height_px;
+ReportFields fields(const PictureLine& line) {
+  const PictureReport& report = line.report;
+  const auto seconds = [](SensorTime stamp) {
+    return static_cast<double>(stamp.time_since_epoch().count()) / 1e9;
+  };
+  const bool is_read = report.width_px > 0;
+  std::optional<std::vector<DetectionLine>> detections;
+  if (report.detected) detections.emplace();
+  for (std::size_t i = 0; report.detected && i < report.detections.size(); ++i) {
+    DetectionLine one{.detection = report.detections[i], .with_covariance = line.with_covariance};
+    if (i < report.refinements.size()) one.refinement = report.refinements[i];
+    if (i < line.poses.size()) one.pose = line.poses[i];
+    detections->push_back(std::move(one));
   }
-  if (report.detected) {
-    value["detections"] = ordered_json::array();
-    for (std::size_t i = 0; i < report.detections.size(); ++i) {
-      ordered_json detection = to_json(report.detections[i], with_covariance);
-      if (i < report.refinements.size())
-        detection["refinement"] = std::string(to_string(report.refinements[i]));
-      value["detections"].push_back(std::move(detection));
-    }
-  }
-  if (report.error) value["error"] = to_json(fields(*report.error));
-  return value;
+  return {
+      {"image", "Path as given or found; in a recording or a video FILE#SECONDS", report.image},
+      {"stamp_s", "Stamp in the recording, time since the first image of the video, or (cameras) since 1970",
+       if_any(part(report.stamp, seconds))},
+      {"width_px", "Width of the image; absent if it could not be read",
+       if_any(is_read ? std::optional(report.width_px) : std::nullopt)},
+      {"height_px", "Height of the image; absent if it could not be read",
+       if_any(is_read ? std::optional(report.height_px) : std::nullopt)},
+      {"detections", "Tags by family, id and place; absent if the image could not be read or is too large",
+       if_any(detections)},
+      {"error", "What failed for this input; absent if nothing did", if_any(report.error)},
+      {"age_ms", "Cameras: time from the middle of the exposure until the tags were found",
+       if_any(line.age_ms)}};
 }
 
 Result<std::vector<PictureReport>> parse_reports(std::string_view text, const std::string& source) {
@@ -268,7 +309,7 @@ Image process(const Input& input, const TagFinder& finder, const CameraModel* ca
   report.image = input.path;
   report.error = input.error;
   if (report.error) return {};
-  auto image = read_image(input.path);
+  auto image = or_wrong_kind(read_image(input.path), input.path, FileUse::Image);
   if (!image) {
     report.error = image.error();
     return {};
@@ -319,7 +360,7 @@ LogSelection pictures_of(const MessageLog& log) {
 bool detect_recording(std::size_t index, const std::string& path, const TagFinder& finder,
                       const CameraModel* camera, const JobControl& control, const EachPicture& each,
                       DetectSummary& summary) {
-  const Result<std::unique_ptr<MessageLog>> log = open_log(path, control.log_options());
+  const Result<std::unique_ptr<MessageLog>> log = open_recording(path, control);
   if (!log) {
     fail_with(log.error(), path, control, summary);
     return true;
@@ -404,11 +445,12 @@ DetectSummary detect_all(const std::vector<Input>& inputs, const TagFinder& find
       break;
     }
     control.progress({inputs[i].path, i, inputs.size()});
-    if (!inputs[i].error && looks_like_recording(inputs[i].path)) {
+    const FileKind kind = inputs[i].error ? FileKind::Unknown : kind_of(inputs[i].path);
+    if (is_recording(kind)) {
       going = detect_recording(i, inputs[i].path, finder, camera, control, each, summary);
       continue;
     }
-    if (!inputs[i].error && looks_like_video(inputs[i].path)) {
+    if (kind == FileKind::Video) {
       going = detect_video(i, inputs[i].path, finder, camera, control, each, summary);
       continue;
     }

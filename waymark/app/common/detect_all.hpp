@@ -9,10 +9,10 @@
 #include <string_view>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
+#include "waymark/app/common/camera_description.hpp"
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/app/common/picture_files.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/base/time.hpp"
 #include "waymark/camera/camera_model.hpp"
@@ -35,9 +35,15 @@ struct PictureReport {
   std::optional<Error> error = {};  ///< something failed for this picture; the rest holds as far as it goes
 };
 
-/// The object of one picture; its keys are the contract of the JSON output of detect (docs/reference/cli.md).
-/// Corners are rounded to 1e-6 px.
-[[nodiscard]] nlohmann::ordered_json to_json(const PictureReport& report, bool with_covariance);
+/// One line of the JSON output of detect, which parse_reports() reads.
+struct PictureLine {
+  PictureReport report{};
+  PoseList poses{};                ///< one a detection, or empty
+  bool with_covariance = false;    ///< corner_covariance_px2 as well
+  std::optional<double> age_ms{};  ///< of a live camera
+};
+/// New keys may come, none changes its meaning. Corners are rounded to 1e-6 px.
+[[nodiscard]] ReportFields fields(const PictureLine& line);
 
 /// Reads back what `waymark detect` wrote as JSON, one object a line; unknown keys are ignored, blank lines
 /// skipped. The error names the line and the key. Fails also on JSON that

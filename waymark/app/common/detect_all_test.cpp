@@ -1,6 +1,7 @@
 // Pictures inside a recording are searched one by one, and a lap without tags is mapped by them.
 #include "waymark/app/common/detect_all.hpp"
 
+#include <algorithm>
 #include <set>
 
 #include <rapidcheck.h>
@@ -19,6 +20,10 @@ namespace waymark {
 namespace {
 
 using ::testing::HasSubstr;
+
+nlohmann::ordered_json line_of(const PictureReport& report, bool with_covariance) {
+  return to_json(fields(PictureLine{.report = report, .with_covariance = with_covariance}));
+}
 
 PictureReport some_report(std::uint64_t seed, bool with_covariance) {
   Random random(seed);
@@ -42,7 +47,7 @@ PictureReport some_report(std::uint64_t seed, bool with_covariance) {
 TEST(DetectionsJson, ComesBackAsItWas) {
   rc::check("writing and reading keep everything that matters", [](std::uint64_t seed, bool with_covariance) {
     const PictureReport report = some_report(seed, with_covariance);
-    const auto back = parse_reports(json_line(to_json(report, true)), "t.jsonl");
+    const auto back = parse_reports(json_line(line_of(report, true)), "t.jsonl");
     RC_ASSERT(back.has_value());
     RC_ASSERT(back->size() == 1U);
     const PictureReport& got = back->front();
@@ -65,14 +70,33 @@ TEST(DetectionsJson, ComesBackAsItWas) {
 TEST(DetectionsJson, KeysAreTheContract) {
   const PictureReport report = some_report(1, true);
   std::vector<std::string> keys;
-  const auto value = to_json(report, false);
+  const auto value = line_of(report, false);
   for (const auto& [key, ignored] : value.items()) keys.push_back(key);
   EXPECT_THAT(keys, ::testing::ElementsAre("image", "width_px", "height_px", "detections"));
   keys.clear();
   for (const auto& [key, ignored] : value["detections"][0].items()) keys.push_back(key);
   EXPECT_THAT(keys, ::testing::ElementsAre("tag", "family", "id", "hamming", "decision_margin", "corners_px",
                                            "center_px", "corner_sigma_px"));
-  EXPECT_TRUE(to_json(report, true)["detections"][0].contains("corner_covariance_px2"));
+  EXPECT_TRUE(line_of(report, true)["detections"][0].contains("corner_covariance_px2"));
+}
+
+TEST(DetectionsJson, ALineOfALiveCameraHasTheAgeOfItsPicture) {
+  const auto value = to_json(fields(PictureLine{.report = some_report(1, false), .age_ms = 12.5}));
+  EXPECT_EQ(value["age_ms"], 12.5);
+  EXPECT_FALSE(value["detections"][0].contains("pose"));
+}
+
+TEST(DetectionsJson, AllKeysAreKnownWithoutAPicture) {
+  const auto names_in = [](const ReportFields& of) {
+    std::vector<std::string> names;
+    for (const ReportField& field : of) names.push_back(field.name);
+    return names;
+  };
+  const ReportFields all = fields(PictureLine{});
+  EXPECT_THAT(names_in(all), ::testing::Contains("age_ms"));
+  const auto detections = std::ranges::find(all, "detections", &ReportField::name);
+  ASSERT_NE(detections, all.end());
+  EXPECT_THAT(names_in(detections->value.keys()), ::testing::IsSupersetOf({"tag", "refinement", "pose"}));
 }
 
 TEST(DetectionsJson, AFailureSaysWhatAndWhere) {
@@ -80,17 +104,17 @@ TEST(DetectionsJson, AFailureSaysWhatAndWhere) {
       .image = "x.png",
       .error = Error{ErrorCode::Unreadable, "cut short", {.source = "x.png", .byte = 7}, "Copy again."}};
   EXPECT_EQ(
-      json_line(to_json(report, false)),
+      json_line(line_of(report, false)),
       R"({"image":"x.png","error":{"code":"unreadable","message":"cut short","source":"x.png","byte":7,)"
       R"("hint":"Copy again."}})"
       "\n");
-  const auto back = parse_reports(json_line(to_json(report, false)), "t.jsonl");
+  const auto back = parse_reports(json_line(line_of(report, false)), "t.jsonl");
   ASSERT_TRUE(back);
   EXPECT_TRUE(back->front().error.has_value());
 }
 
 TEST(DetectionsJson, AFileNameThatIsNotUtf8IsStillALine) {
-  EXPECT_THAT(json_line(to_json(PictureReport{.image = "\xFF.png", .width_px = 1, .height_px = 1}, false)),
+  EXPECT_THAT(json_line(line_of(PictureReport{.image = "\xFF.png", .width_px = 1, .height_px = 1}, false)),
               HasSubstr("\xEF\xBF\xBD.png"));
 }
 
@@ -134,7 +158,7 @@ TEST(DetectionsJson, NestingHasALimitAndTextIsNoNesting) {
 TEST(DetectionsJson, AnyTextIsReadOrRefused) {
   rc::check("a damaged line does not crash", [](std::uint64_t seed) {
     Random random(seed);
-    std::string line = json_line(to_json(some_report(seed, true), true));
+    std::string line = json_line(line_of(some_report(seed, true), true));
     for (int i = 0; i < 3; ++i) line.at(random.index(line.size())) = static_cast<char>(random.index(128));
     (void)parse_reports(line, "t.jsonl");
   });
@@ -258,7 +282,7 @@ TEST_F(DetectRecording, TheDetectorThatIsNamedSearchesThePicturesAlsoBesideTags)
   EXPECT_TRUE(read_lap_file(tags_only));
   const auto none = read_lap_file(tags_only, {}, &finder_);
   ASSERT_FALSE(none);
-  EXPECT_THAT(none.error().message, HasSubstr("no pictures"));
+  EXPECT_THAT(none.error().message, HasSubstr("no images"));
   EXPECT_EQ(read_lap_file(file_.string(), {}, &finder_)->frames.size(), 3U);
 }
 

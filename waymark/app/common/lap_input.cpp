@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "waymark/app/common/camera_description.hpp"
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/base/angles.hpp"
 #include "waymark/config/share.hpp"
 #include "waymark/config/yaml/robot_file.hpp"
@@ -64,7 +65,8 @@ Status fill_anchor(const RecordedLap& lap, const SetupOverrides& overrides, Teac
   if (!recorded && !overrides.anchor)
     return fail(ErrorCode::NotFound, "the recording does not say which tag is the anchor", {},
                 "Give `anchor` with a tag that was seen, for example `anchor=tag36h11:0`.");
-  const Result<TagId> anchor = tag_named(overrides.anchor.value_or(recorded.value_or("")));
+  const Result<TagId> anchor =
+      overrides.anchor ? tag_named(*overrides.anchor, "anchor") : tag_named(*recorded);
   if (!anchor) return tl::unexpected(anchor.error());
   setup.anchor = *anchor;
   setup.map_T_anchor = overrides.map_T_anchor.value_or(anchor_at_origin());
@@ -87,9 +89,11 @@ SE3 anchor_at_origin() {
           Eigen::Vector3d::Zero()};
 }
 
-Result<TagId> tag_named(const std::string& text) {
+Result<TagId> tag_named(const std::string& text, const char* field) {
   const bool only_digits = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
-  return parse_tag_id(only_digits ? "tag36h11:" + text : text);
+  Result<TagId> tag = parse_tag_id(only_digits ? "tag36h11:" + text : text);
+  if (!tag && field != nullptr) tag.error().place.key = field;
+  return tag;
 }
 
 Result<std::vector<TagId>> tags_named(const std::vector<std::string>& texts, const char* field) {
@@ -97,11 +101,8 @@ Result<std::vector<TagId>> tags_named(const std::vector<std::string>& texts, con
   for (std::string_view rest : texts) {
     do {
       const std::size_t end = std::min(rest.find(','), rest.size());
-      Result<TagId> tag = tag_named(std::string(rest.substr(0, end)));
-      if (!tag) {
-        tag.error().place.key = field;
-        return tl::unexpected(tag.error());
-      }
+      Result<TagId> tag = tag_named(std::string(rest.substr(0, end)), field);
+      if (!tag) return tl::unexpected(tag.error());
       tags.push_back(*tag);
       rest.remove_prefix(std::min(end + 1, rest.size()));
     } while (!rest.empty());
@@ -132,6 +133,13 @@ Result<TeachSetup> setup_of(const RecordedLap& lap, const SetupOverrides& overri
     std::string message = "the recording holds no calibration of its camera (/camera_info)";
     if (!lap.setup.problems.empty())  // cut too early, perhaps
       message += fmt::format(", and this was found in it: {}", to_string(lap.setup.problems.front()));
+    if (lap.odometry.empty() && lap.imu.empty())  // of a camera alone: a robot's file would not help
+      return fail(ErrorCode::NotFound, message + ", and no odometry", {},
+                  "The recording of a camera without a robot is mapped by `waymark map video`, with "
+                  "`camera`; that of "
+                  "several cameras by `waymark map tagslam=FOLDER`, where TagSLAM's files describe them and "
+                  "the tags' "
+                  "sizes. `waymark info` shows what it holds.");
     return fail(ErrorCode::NotFound, std::move(message), {},
                 "Give a robot's file with `robot`, or record sensor_msgs/CameraInfo with it; a table or bag "
                 "of detections "
@@ -211,7 +219,7 @@ Result<RecordedLap> read_lap_file(const std::string& path, const JobControl& con
 
 Result<RecordedLap> read_lap_files(const std::vector<std::string>& paths, const JobControl& control,
                                    const TagFinder* finder, const CameraChoice& choice) {
-  const auto log = open_logs(paths, control.log_options());
+  const auto log = open_recordings(paths, control);
   if (!log) return tl::unexpected(log.error());
   std::optional<TagFinder> usual;  // made when it is needed
   const FrameFinder find = [&](const CameraFrame& picture, const CameraModel* camera) -> Result<TagFrame> {
@@ -286,9 +294,9 @@ std::vector<std::string> disagreements(const RobotDescription& robot, const Reco
 
 Status take_robot(const std::string& robot, RecordingSetup& setup, std::vector<std::string>& warnings) {
   if (robot.empty()) return {};
-  const auto path = find_shared("robots", robot);
+  const auto path = find_shared("robots", robot, "robot");
   if (!path) return tl::unexpected(path.error());
-  const Result<RobotDescription> description = read_robot(*path);
+  const auto description = or_wrong_kind(read_robot(*path), *path, FileUse::Robot);
   if (!description) return tl::unexpected(description.error());
   for (std::string& words : disagreements(*description, setup)) warnings.push_back(std::move(words));
   setup.camera = description->camera;

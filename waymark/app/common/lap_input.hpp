@@ -41,8 +41,8 @@ struct SetupOverrides {
 /// Sizes as metadata of a recording: kTagSize and, where some tags are of another size, kTagSizes.
 void add_tag_sizes(const TagSizes& sizes, std::map<std::string, std::string>& facts);
 
-/// "tag36h11:0", or a number of tag36h11.
-[[nodiscard]] Result<TagId> tag_named(const std::string& text);
+/// "tag36h11:0", or a number of tag36h11. Errors name the field that holds the text, if there is one.
+[[nodiscard]] Result<TagId> tag_named(const std::string& text, const char* field = nullptr);
 /// The tags of several texts, each with one or more names between commas: "3,tag36h11:7". Errors name this
 /// field.
 [[nodiscard]] Result<std::vector<TagId>> tags_named(const std::vector<std::string>& texts, const char* field);

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/base/order_statistics.hpp"
 #include "waymark/recording/message_log.hpp"
 
@@ -59,7 +59,7 @@ std::optional<double> image_latency_of(const std::string& path, const JobControl
 }
 
 Result<RecordingProfile> profile_of(const std::string& path, const JobControl& control) {
-  const auto log = open_log(path, control.log_options());
+  const auto log = open_recording(path, control);
   if (!log) return tl::unexpected(log.error());
   RecordingProfiler profiler;
   const Status status = (*log)->visit_samples({}, [&](const Sample& sample) -> Status {
@@ -118,16 +118,16 @@ std::vector<ProfileRow> profile_table(const RecordingProfile& like, const Record
   return rows;
 }
 
-nlohmann::ordered_json to_json(const std::vector<ProfileRow>& rows, const std::string& file) {
-  const auto number = [](const std::optional<double>& value) -> nlohmann::ordered_json {
-    if (!value) return nullptr;
-    return *value;
-  };
-  nlohmann::ordered_json json{{"file", file}, {"quantities", nlohmann::ordered_json::object()}};
-  for (const ProfileRow& row : rows)
-    json["quantities"][row.key] = {{"recording", number(row.recording)},
-                                   {"simulation", number(row.simulation)}};
-  return json;
+ReportFields fields(const ProfileReport& report) {
+  ReportFields quantities;
+  for (const ProfileRow& row : report.rows)
+    quantities.push_back({row.key,
+                          {},
+                          ReportFields{{"recording", "Of the recording that was imitated", row.recording},
+                                       {"simulation", "Of the recording that was written", row.simulation}}});
+  return {{"file", "Recording that was written", report.file},
+          {"quantities", "By quantity: recording and simulation, each a number, or null if not measured",
+           quantities}};
 }
 
 namespace {

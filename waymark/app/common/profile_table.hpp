@@ -4,9 +4,8 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "waymark/app/common/job_control.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/evaluation/recording_profile.hpp"
 #include "waymark/simulation/robot/simulated_robot_options.hpp"
@@ -34,6 +33,12 @@ struct ProfileRow {
 [[nodiscard]] SimulatedRobotOptions options_like(const RecordingProfile& profile,
                                                  SimulatedRobotOptions options);
 [[nodiscard]] std::string to_text(const std::vector<ProfileRow>& rows);
-[[nodiscard]] nlohmann::ordered_json to_json(const std::vector<ProfileRow>& rows, const std::string& file);
+
+/// What `waymark simulate` reports.
+struct ProfileReport {
+  std::string file{};  ///< recording that was written
+  std::vector<ProfileRow> rows{};
+};
+[[nodiscard]] ReportFields fields(const ProfileReport& report);
 
 }  // namespace waymark

@@ -70,7 +70,7 @@ TEST(ProfileTable, ARowHasBothAndARowOfNeitherIsLeftOut) {
   EXPECT_EQ(row_of(rows, "corner_sigma_px")->recording, 0.25);
   EXPECT_EQ(row_of(rows, "gyro_noise_rad_s")->recording, std::nullopt);
   EXPECT_THAT(to_text(rows), HasSubstr("corner noise [px]                               0.25           -"));
-  const auto json = to_json(rows, "made.mcap");
+  const auto json = to_json(fields(ProfileReport{"made.mcap", rows}));
   EXPECT_EQ(json["file"], "made.mcap");
   EXPECT_EQ(json["quantities"]["duration_s"]["simulation"], 12);
   EXPECT_TRUE(json["quantities"]["corner_sigma_px"]["simulation"].is_null());

@@ -76,8 +76,8 @@ TEST(ReportFields, TypesAndKeysAreKnownWithoutValues) {
     EXPECT_EQ(type(6), "bool");
     EXPECT_TRUE(all.at(1).value.may_be_null());
     EXPECT_FALSE(all.at(2).value.may_be_null()) << "left out instead";
-    for (const std::size_t of_legs : {3, 4}) {
-      ASSERT_EQ(all.at(of_legs).value.keys().size(), 1);
+    for (const std::size_t of_legs : {3U, 4U}) {
+      ASSERT_EQ(all.at(of_legs).value.keys().size(), 1U);
       EXPECT_EQ(all.at(of_legs).value.keys().front().name, "length_m");
     }
   }

@@ -9,9 +9,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/shell_word.hpp"
 #include "waymark/base/message_text.hpp"
-#include "waymark/recording/message_log.hpp"
 
 namespace waymark {
 namespace {
@@ -85,12 +85,10 @@ Status check_map_folder(const fs::path& folder) {
   std::error_code ignored;
   if (fs::exists(folder / "map.yaml", ignored)) return {};
   const Place place{.source = folder.string()};
-  if (looks_like_recording(folder.string()))
-    return fail(ErrorCode::InvalidArgument, "this is a recording, not the folder of a map", place,
-                fmt::format("Map it first: waymark map {} -o map", shell_word(folder.string())));
   if (fs::exists(folder / "map" / "map.yaml", ignored))
     return fail(ErrorCode::NotFound, "the folder holds no map.yaml", place,
                 fmt::format("Did you mean {}?", (folder / "map").string()));
+  if (auto wrong = wrong_kind(folder, FileUse::MapFolder)) return tl::unexpected(*std::move(wrong));
   if (fs::is_regular_file(folder, ignored))
     return fail(ErrorCode::InvalidArgument, "this is a file, not the folder of a map", place,
                 "Give the folder that `waymark map` wrote.");

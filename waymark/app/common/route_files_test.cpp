@@ -7,8 +7,6 @@
 
 #include "tests/support/recorded_lap.hpp"
 #include "waymark/app/common/job_control.hpp"
-#include "waymark/recording/compression.hpp"
-#include "waymark/recording/message_log.hpp"
 
 namespace waymark {
 namespace {
@@ -89,30 +87,6 @@ TEST_F(RouteFiles, ARouteThatIsNotThereIsNamedWithThoseThatAre) {
   EXPECT_THAT(error("").hint, HasSubstr("kitchen: give `route`"));
   EXPECT_THAT(error("kitchn").hint, HasSubstr("kitchen"));
   EXPECT_EQ(error("kitchn").place.key, "`route`");
-}
-
-TEST_F(RouteFiles, RecordingsAreToldByTheirFirstBytes) {
-  Bytes zstd;
-  ASSERT_TRUE(compress(Compression::Zstd, as_bytes("packed"), zstd));
-  const std::pair<const char*, std::string_view> recordings[] = {
-      {"a", "\x89MCAP0\r\n"},
-      {"b.txt", "#ROSBAG V2.0\n"},
-      {"c", std::string_view("SQLite format 3\0", 16)},
-      {"d", "BZh91AY"},
-      {"e", as_text(zstd)}};
-  for (const auto& [name, bytes] : recordings) {
-    touch(name, bytes);
-    EXPECT_TRUE(looks_like_recording((folder_ / name).string())) << name;
-  }
-  const std::pair<const char*, std::string_view> others[] = {
-      {"empty", ""}, {"short", "\x89"}, {"table.csv", "t_s,x_m\n"}, {"lap.mcap", "MCAP0"}};
-  for (const auto& [name, bytes] : others) {
-    touch(name, bytes);
-    EXPECT_FALSE(looks_like_recording((folder_ / name).string())) << name;
-  }
-  EXPECT_FALSE(looks_like_recording(folder_.string()));
-  EXPECT_FALSE(looks_like_recording("/dev/zero")) << "only regular files are read";
-  EXPECT_FALSE(looks_like_recording((folder_ / "none").string()));
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 #include "waymark/app/common/trajectory_files.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <filesystem>
 #include <limits>
@@ -10,6 +9,7 @@
 #include <fmt/ranges.h>
 
 #include "waymark/app/common/estimate_message.hpp"
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/picture_files.hpp"
 #include "waymark/base/message_text.hpp"
 #include "waymark/config/exchange/trajectory_file.hpp"
@@ -51,7 +51,7 @@ std::optional<double> nis_of(const ros2::DiagnosticStatus& status) {
 
 std::optional<NisSummary> read_nis(const std::string& path, SensorTime from, SensorTime to,
                                    const JobControl& control) {
-  if (!looks_like_recording(path)) return std::nullopt;
+  if (!is_recording(kind_of(path))) return std::nullopt;
   const auto log = open_log(path, control.log_options());
   if (!log) return std::nullopt;
   NisSummary all;
@@ -79,7 +79,7 @@ std::optional<NisSummary> read_nis(const std::string& path, SensorTime from, Sen
 
 std::size_t count_uncertain(const std::string& path, SensorTime from, SensorTime to,
                             const JobControl& control) {
-  if (!looks_like_recording(path)) return 0;
+  if (!is_recording(kind_of(path))) return 0;
   const auto log = open_log(path, control.log_options());
   if (!log || (*log)->format() != LogFormat::Mcap) return 0;
   std::size_t count = 0;
@@ -95,36 +95,6 @@ std::size_t count_uncertain(const std::string& path, SensorTime from, SensorTime
 }
 
 namespace {
-
-enum class FileKind : std::uint8_t { Recording, Table, Tum, Other };
-
-/// Also a bag folder.
-bool is_recording(const std::string& path) {
-  std::error_code ignored;
-  return std::filesystem::is_directory(path, ignored) || looks_like_recording(path);
-}
-
-/// The first line that says something.
-std::string_view first_line(std::string_view text) {
-  while (!text.empty()) {
-    const std::size_t end = std::min(text.find('\n'), text.size());
-    const std::string_view line = text.substr(0, end);
-    if (line.find_first_not_of(" \t\r") != std::string_view::npos && line.front() != '#') return line;
-    text.remove_prefix(std::min(end + 1, text.size()));
-  }
-  return {};
-}
-
-FileKind kind_of(std::string_view text) {
-  const std::string_view line = first_line(text);
-  if (line.empty()) return FileKind::Other;
-  const char first = line.front();
-  if (std::isdigit(static_cast<unsigned char>(first)) != 0 || first == '-' || first == '+' || first == '.')
-    return FileKind::Tum;
-  return line.find(',') != std::string_view::npos ? FileKind::Table : FileKind::Other;
-}
-
-bool has_time(const CsvTable& table) { return table.column("t_s") || table.column("t_ns"); }
 
 Result<FloorPath> corners_of(const CsvTable& table, bool closed) {
   const auto x = table.column("x_m");
@@ -222,45 +192,74 @@ Result<Reference> reference_of_log(const std::string& path, const std::string& t
   return with_path(poses_alone(*poses));
 }
 
-}  // namespace
+/// Fails on an empty file.
+Result<std::string> read_whole_text(const std::string& path) {
+  Result<std::string> text = read_text_file(path, kMaxTextBytes);
+  if (text && text->find_first_not_of(" \t\r\n") == std::string::npos)
+    return fail(ErrorCode::NotFound, "the file is empty", {.source = path},
+                "Record or write it again, or name another file.");
+  return text;
+}
 
-Result<EstimatedTrajectory> read_estimate(const std::string& path, const std::string& topic,
-                                          const JobControl& control) {
-  if (is_recording(path)) return poses_of_log(path, topic, topics::kEstimate, control);
-  const Result<std::string> text = read_text_file(path, kMaxTextBytes);
+Result<Reference> timed_reference(std::string_view text, const std::string& path) {
+  Result<Trajectory> trajectory = parse_trajectory(text, path);
+  if (!trajectory) return tl::unexpected(trajectory.error());
+  if (trajectory->empty()) return fail(ErrorCode::NotFound, "no poses", {.source = path});
+  return with_path(std::move(*trajectory));
+}
+
+Result<Reference> path_of_table(std::string_view text, const std::string& path, bool closed) {
+  const Result<CsvTable> table = parse_csv(text, path);
+  if (!table) return tl::unexpected(table.error());
+  Result<FloorPath> corners = corners_of(*table, closed);
+  if (!corners) return tl::unexpected(corners.error());
+  return Reference{{}, std::move(*corners)};
+}
+
+/// A folder is opened as a recording, whatever it holds.
+bool is_log(const std::string& path) {
+  std::error_code ignored;
+  return std::filesystem::is_directory(path, ignored) || is_recording(kind_of(path));
+}
+
+Result<EstimatedTrajectory> estimate_of(const std::string& path, const std::string& topic,
+                                        const JobControl& control) {
+  if (is_log(path)) return poses_of_log(path, topic, topics::kEstimate, control);
+  const Result<std::string> text = read_whole_text(path);
   if (!text) return tl::unexpected(text.error());
-  if (kind_of(*text) == FileKind::Table) return poses_of_log(path, topic, topics::kEstimate, control);
+  if (is_table_kind(kind_of_content(*text, path)))
+    return poses_of_log(path, topic, topics::kEstimate, control);
   const Result<Trajectory> trajectory = parse_trajectory(*text, path);
   if (!trajectory) return tl::unexpected(trajectory.error());
   if (trajectory->empty()) return fail(ErrorCode::NotFound, "no poses", {.source = path});
   return without_covariance(*trajectory);
 }
 
+Result<Reference> reference_of(const std::string& path, const std::string& topic, bool closed,
+                               const JobControl& control) {
+  if (is_log(path)) return reference_of_log(path, topic, control);
+  const Result<std::string> text = read_whole_text(path);
+  if (!text) return tl::unexpected(text.error());
+  const FileKind kind = kind_of_content(*text, path);
+  if (kind == FileKind::CsvLog) return reference_of_log(path, topic, control);
+  if (is_table_kind(kind)) return path_of_table(*text, path, closed);
+  return kind == FileKind::Route ? path_of_route(*text, path, closed) : timed_reference(*text, path);
+}
+
+}  // namespace
+
+Result<EstimatedTrajectory> read_estimate(const std::string& path, const std::string& topic,
+                                          const JobControl& control) {
+  return or_wrong_kind(estimate_of(path, topic, control), path, FileUse::Estimate);
+}
+
 Result<Reference> read_reference(const std::string& path, const std::string& topic, bool closed,
                                  const JobControl& control) {
-  if (is_recording(path)) return reference_of_log(path, topic, control);
-  const Result<std::string> text = read_text_file(path, kMaxTextBytes);
-  if (!text) return tl::unexpected(text.error());
-  if (text->find_first_not_of(" \t\r\n") == std::string::npos)
-    return fail(ErrorCode::NotFound, "the file is empty", {.source = path});
-  const FileKind kind = kind_of(*text);
-  if (kind == FileKind::Other) return path_of_route(*text, path, closed);
-  if (kind == FileKind::Table) {
-    const Result<CsvTable> table = parse_csv(*text, path);
-    if (!table) return tl::unexpected(table.error());
-    if (has_time(*table)) return reference_of_log(path, topic, control);
-    Result<FloorPath> corners = corners_of(*table, closed);
-    if (!corners) return tl::unexpected(corners.error());
-    return Reference{{}, std::move(*corners)};
-  }
-  Result<Trajectory> trajectory = parse_trajectory(*text, path);
-  if (!trajectory) return tl::unexpected(trajectory.error());
-  if (trajectory->empty()) return fail(ErrorCode::NotFound, "no poses", {.source = path});
-  return with_path(std::move(*trajectory));
+  return or_wrong_kind(reference_of(path, topic, closed, control), path, FileUse::Reference);
 }
 
 Result<Motion> read_motion(const std::string& path, const JobControl& control) {
-  const auto log = open_log(path, control.log_options());
+  const auto log = open_recording(path, control);
   if (!log) return tl::unexpected(log.error());
   Motion motion;
   const Status read = (*log)->visit_samples({}, [&](const Sample& sample) -> Status {

@@ -11,8 +11,8 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <nlohmann/json.hpp>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/lap_input.hpp"
 #include "waymark/base/message_text.hpp"
 #include "waymark/recording/message_log.hpp"
@@ -106,7 +106,7 @@ Result<std::string> format_of(const ConvertJob& job) {
   return fail(ErrorCode::InvalidArgument,
               name.size() < 2 ? "the name of the output says no format"
                               : fmt::format("no format is called '{}'", name.substr(1)),
-              {.source = job.output},
+              {.source = job.output, .key = "`output`"},
               "End the name in .mcap, .tum or .csv, or give `format`; `format=rosbag2` makes a folder.");
 }
 
@@ -195,10 +195,10 @@ Error about_files(Error error) {
 
 }  // namespace
 
-Status check_no_recording(const GivenFlags& given) {
-  FlagRefusals refused(given);
-  refused.flags(true, {"format", "topics", "from", "to", "kind", "robot", "tag_latency_s"},
-                "this is about recordings, and the input is none", "Leave it out.");
+Status check_no_recording(const GivenFields& given) {
+  FieldRefusals refused(given);
+  refused.fields(true, {"format", "topics", "from", "to", "kind", "robot", "tag_latency_s"},
+                 "this is about recordings, and the input is none", "Leave it out.");
   return refused.status();
 }
 
@@ -220,7 +220,7 @@ Result<ConvertReport> convert_log(const ConvertJob& job, const JobControl& contr
   if (!out) return tl::unexpected(out.error());
   const auto latency = Duration(std::llround(job.tag_latency_s * 1e9));
   const Result<std::unique_ptr<MessageLog>> log =
-      open_logs(job.inputs, control.log_options({.mbot_camera_latency = latency}));
+      open_recordings(job.inputs, control, {.mbot_camera_latency = latency});
   if (!log) return tl::unexpected(about_files(log.error()));
   Result<ExportOptions> options = export_options(job, **log);
   if (!options) return tl::unexpected(options.error());
@@ -234,33 +234,52 @@ Result<ConvertReport> convert_log(const ConvertJob& job, const JobControl& contr
   };
   Result<ExportReport> report = write_out(*format, *bag, **log, *out, *options);
   if (!report) return tl::unexpected(about_files(report.error()));
-  return ConvertReport{.format = *format,
+  return ConvertReport{.inputs = job.inputs,
+                       .output = job.output,
+                       .format = *format,
                        .input_format = (*log)->format(),
                        .input_description = (*log)->description(),
                        .exported = std::move(*report)};
 }
 
-nlohmann::ordered_json to_json(const ConvertJob& job, const ConvertReport& report) {
-  nlohmann::ordered_json problems = nlohmann::ordered_json::array();
-  for (const LogProblem& problem : report.exported.problems) {
-    problems.push_back({{"kind", problem.kind == LogProblem::Kind::Damage ? "damage" : "trap"},
-                        {"key", problem.key},
-                        {"count", problem.count},
-                        {"words", to_string(problem.error)}});
-  }
-  nlohmann::ordered_json inputs = job.inputs;
-  return {{"input", job.inputs.size() == 1 ? inputs.front() : inputs},
-          {"input_format", to_string(report.input_format)},
-          {"output", job.output},
-          {"output_format", report.format},
-          {"messages", report.exported.messages},
-          {"topics", report.exported.by_topic},
-          {"problems", std::move(problems)}};
+namespace {
+
+struct ConvertProblem {
+  LogProblem problem{};
+};
+
+ReportFields fields(const ConvertProblem& listed) {
+  const LogProblem& problem = listed.problem;
+  return {{"kind", "Recordings: damage, or trap (sound data that do not mean what they seem to)",
+           problem.kind == LogProblem::Kind::Damage ? "damage" : "trap"},
+          {"key", "Stable name of the problem", problem.key},
+          {"count", "Number of occurrences", problem.count},
+          {"words", "Error message, with the place of the first occurrence", to_string(problem.error)}};
 }
 
-std::string to_text(const ConvertJob& job, const ConvertReport& report) {
+}  // namespace
+
+ReportFields fields(const ConvertReport& report) {
+  const std::vector<ConvertProblem> problems(report.exported.problems.begin(),
+                                             report.exported.problems.end());
+  ReportFields topics;
+  for (const auto& [topic, count] : report.exported.by_topic) topics.push_back({topic, {}, count});
+  const bool merged = report.inputs.size() > 1;
+  const std::string input = report.inputs.empty() ? std::string() : report.inputs.front();
+  return {{"input", "File that was read, or a list of the recordings that were merged",
+           merged ? ReportValue(report.inputs) : ReportValue(input)},
+          {"input_format", "Format by the content: mcap, rosbag2, ros1bag, lcm or csv; video; camera",
+           to_string(report.input_format)},
+          {"output", "File or folder that was written", report.output},
+          {"output_format", "mcap, rosbag2, tum or csv", report.format},
+          {"messages", "Recordings: messages, or lines, that were written", report.exported.messages},
+          {"topics", "Recordings: number of messages by topic of the output", topics},
+          {"problems", "Defects of the input, and messages that could not be written", problems}};
+}
+
+std::string to_text(const ConvertReport& report) {
   std::string text = fmt::format(
-      "{} ({}) to {}: {} {}\n", fmt::join(job.inputs, ", "), report.input_description, job.output,
+      "{} ({}) to {}: {} {}\n", fmt::join(report.inputs, ", "), report.input_description, report.output,
       report.exported.messages, report.format == "mcap" || report.format == "rosbag2" ? "messages" : "lines");
   for (const auto& [topic, count] : report.exported.by_topic)
     text += fmt::format("  {:<32} {:>9}\n", topic, count);

@@ -3,10 +3,9 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
-#include "waymark/app/common/flag_refusals.hpp"
+#include "waymark/app/common/field_refusals.hpp"
 #include "waymark/app/common/job_control.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/recording/export_log.hpp"
 
@@ -37,8 +36,9 @@ struct ConvertJob {
     visit(self.storage,
           JobField("storage NAME",
                    "Storage of `format=rosbag2`: sqlite3 (usual in Humble) or mcap (usual in Jazzy)"));
-    visit(self.topics,
-          JobField("topics A,B", "Only these topics, with commas between them").also("topic").by_commas());
+    visit(self.topics, JobField("topics A,B", "Only these topics, with commas between them")
+                           .also("topic")
+                           .comma_separated());
     visit(
         self.from,
         JobField("from T", "Begin of the interval [s]: after the start, or with @ on the recording's clock"));
@@ -86,9 +86,11 @@ struct ConvertWords {
 [[nodiscard]] ConvertJob described_convert(const ConvertWords& words);
 
 /// Fails on flags about recordings, where the input is none.
-[[nodiscard]] Status check_no_recording(const GivenFlags& given);
+[[nodiscard]] Status check_no_recording(const GivenFields& given);
 
 struct ConvertReport {
+  std::vector<std::string> inputs{};
+  std::string output{};
   std::string format{};  ///< of the output
   LogFormat input_format = LogFormat::Mcap;
   std::string input_description{};
@@ -98,7 +100,7 @@ struct ConvertReport {
 /// The output appears when it is whole. InvalidArgument: the job makes no sense; any other code: a file.
 [[nodiscard]] Result<ConvertReport> convert_log(const ConvertJob& job, const JobControl& control);
 /// What was written: messages by topic.
-[[nodiscard]] std::string to_text(const ConvertJob& job, const ConvertReport& report);
-[[nodiscard]] nlohmann::ordered_json to_json(const ConvertJob& job, const ConvertReport& report);
+[[nodiscard]] std::string to_text(const ConvertReport& report);
+[[nodiscard]] ReportFields fields(const ConvertReport& report);
 
 }  // namespace waymark

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/support/recorded_lap.hpp"
+#include "waymark/app/convert/record_camera.hpp"
 #include "waymark/app/convert/recording_info.hpp"
 #include "waymark/app/evaluate/report_page.hpp"
 
@@ -36,7 +37,32 @@ TEST_F(ConvertLog, ATableHasALineASample) {
   EXPECT_EQ(report->format, "csv");
   const std::string text = test::file_text(job.output);
   EXPECT_EQ(static_cast<std::size_t>(std::ranges::count(text, '\n')), report->exported.messages + 1);
-  EXPECT_EQ(to_json(job, *report)["messages"], report->exported.messages);
+  EXPECT_EQ(to_json(fields(*report))["messages"], report->exported.messages);
+}
+
+TEST(ConvertReport, OneInputIsATextAndSeveralAreAList) {
+  ConvertReport report{.inputs = {"a.csv"}, .output = "lap.mcap", .format = "mcap"};
+  report.exported.messages = 2;
+  report.exported.by_topic = {{"/odom", 2}};
+  report.exported.problems = {
+      {LogProblem::Kind::Trap, "csv.units", Error{ErrorCode::Unreadable, "millimetres"}}};
+  const auto one = to_json(fields(report));
+  EXPECT_EQ(one["input"], "a.csv");
+  EXPECT_EQ(one["topics"]["/odom"], 2);
+  EXPECT_EQ(one["problems"][0]["kind"], "trap");
+  report.inputs.emplace_back("b.csv");
+  EXPECT_EQ(to_json(fields(report))["input"].dump(), R"(["a.csv","b.csv"])");
+}
+
+TEST(RecordCameraReport, HoldsWhatBecameOfThePictures) {
+  RecordCameraReport report{.input = "v4l2:/dev/video0", .output = "desk.mcap"};
+  report.end.pictures = 30;
+  report.end.seconds = 2.5;
+  report.end.counts.dropped = 1;
+  EXPECT_EQ(
+      to_json(fields(report)).dump(),
+      R"({"input":"v4l2:/dev/video0","input_format":"camera","output":"desk.mcap",)"
+      R"("output_format":"mcap","pictures":30,"tags":0,"seconds":2.5,"dropped":1,"lost":0,"damaged":0})");
 }
 
 TEST_F(ConvertLog, FromAndToCutInTime) {

@@ -7,6 +7,7 @@
 #include "waymark/app/cli/detection_flags.hpp"
 #include "waymark/app/cli/parts.hpp"
 #include "waymark/app/common/camera_tags.hpp"
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/convert/convert_log.hpp"
 #include "waymark/app/convert/record_camera.hpp"
 #include "waymark/app/live/cameras.hpp"
@@ -59,8 +60,8 @@ Status ConvertVideoFlags::check_unused() const {
   const char* why = "cameras, tag sizes, detectors and --pictures have no effect on recordings";
   const char* hint = "Leave it out, or give one video.";
   Refusals refused(app_);
-  refused.flags(true, {"--pictures"}, why, hint);
-  refused.flags(true, {"--duration-s"}, "this is about live cameras", "Leave it out.");
+  refused.fields(true, {"--pictures"}, why, hint);
+  refused.fields(true, {"--duration-s"}, "this is about live cameras", "Leave it out.");
   refused.all(true, poses_, why, hint);
   refused.all(true, detector_, why, hint);
   return refused.status();
@@ -84,7 +85,7 @@ Result<ConvertVideoFlags::Prepared> ConvertVideoFlags::prepare(const std::string
 ExitCode ConvertVideoFlags::convert(const std::string& input, const std::string& output, bool json,
                                     Console& console) const {
   Refusals refused(app_);
-  refused.flags(true, {"--duration-s"}, "this is about live cameras", "Leave it out.");
+  refused.fields(true, {"--duration-s"}, "this is about live cameras", "Leave it out.");
   const auto prepared = refused.status() ? prepare(input, output) : tl::unexpected(refused.status().error());
   if (!prepared) return fail_with(prepared.error(), console);
   const Result<VideoTags> found = convert_video(prepared->job, prepared->finder, control_from(console));
@@ -92,7 +93,8 @@ ExitCode ConvertVideoFlags::convert(const std::string& input, const std::string&
   for (const VideoProblem& problem : found->problems)
     console.say(fmt::format("note: {}{}", to_string(problem.error),
                             problem.count > 1 ? fmt::format(" ({} times)", problem.count) : ""));
-  console.print(json ? json_line(to_json(prepared->job, *found)) : to_text(prepared->job, *found));
+  console.print(json ? json_line(fields(ConvertedVideo{input, output, *found}))
+                     : to_text(prepared->job, *found));
   return ExitCode::Ok;
 }
 
@@ -102,7 +104,7 @@ ExitCode ConvertVideoFlags::record(const std::string& address, const std::string
   if (!prepared) return fail_with(prepared.error(), console);
   const auto report = record_camera(prepared->job, duration_s_, prepared->finder, control_from(console));
   if (!report) return fail_by_kind(report.error(), console);
-  console.print(json ? json_line(to_json(prepared->job, *report)) : to_text(prepared->job, *report));
+  console.print(json ? json_line(fields(*report)) : to_text(*report));
   return report->end.stopped ? ExitCode::Interrupted : ExitCode::Ok;
 }
 
@@ -129,12 +131,12 @@ ExitCode convert(const ConvertArgs& args, Console& console) {
   const ConvertJob job = described_convert(args);
   if (job.inputs.size() == 1 && is_camera_address(args.first))
     return args.video.record(args.first, job.output, args.json, console);
-  if (job.inputs.size() == 1 && looks_like_video(args.first))
+  if (job.inputs.size() == 1 && kind_of(args.first) == FileKind::Video)
     return args.video.convert(args.first, job.output, args.json, console);
   if (const Status unused = args.video.check_unused(); !unused) return fail_usage(unused.error(), console);
   const Result<ConvertReport> report = convert_log(job, control_from(console));
   if (!report) return fail_by_kind(report.error(), console);
-  console.print(args.json ? json_line(to_json(job, *report)) : to_text(job, *report));
+  console.print(args.json ? json_line(fields(*report)) : to_text(*report));
   if (!args.json) say_problems(report->exported.problems, console);
   return ExitCode::Ok;
 }
@@ -168,7 +170,8 @@ Examples:
   waymark convert v4l2:/dev/video0 desk.mcap --duration-s 10 --pictures jpeg
   waymark convert detections.csv odometry.csv imu.csv lap.mcap --robot limo
 )",
-      .prepare = prepared(convert)};
+      .prepare = prepared(convert),
+      .report = report_of_any<ConvertReport, ConvertedVideo, RecordCameraReport>};
 }
 
 }  // namespace waymark::cli

@@ -14,8 +14,8 @@ std::string words_of(const LogProblem& problem) {
 
 ExitCode info(const InfoArgs& args, Console& console) {
   const Result<RecordingInfo> found = look_at(args.job.file, args.job.quick, control_from(console));
-  if (!found) return console.failed(found.error(), ExitCode::SomeFailed);
-  console.print(args.json ? json_line(to_json(*found)) : to_text(*found));
+  if (!found) return fail_with(found.error(), console);
+  console.print(args.json ? json_line(fields(*found)) : to_text(*found));
   if (!found->summary.complete)
     console.say(
         "the file has no usable summary: it was cut, damaged or is still being written. What stands in "
@@ -39,7 +39,6 @@ Verb info_verb() {
 stamps that are zero, twice or out of order, clocks that jumped; metadata; attachments; what misleads in
 files of its kind; and which verbs take it next. The format is told by the content, whatever the name.
 A file that was cut, or is still being written, has no summary: it is read front to back, and that is said.
-Keys of --json: docs/reference/cli.md.
 
 Exit code: 0 read, 1 not a recording or not readable, 2 wrong usage, 130 stopped by Ctrl-C.
 
@@ -47,7 +46,8 @@ Examples:
   waymark info lap.mcap
   waymark info --json lap.mcap
 )",
-      .prepare = prepared(info)};
+      .prepare = prepared(info),
+      .report = report_of<RecordingInfo>};
 }
 
 }  // namespace waymark::cli

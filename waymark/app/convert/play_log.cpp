@@ -1,17 +1,17 @@
 #include "waymark/app/convert/play_log.hpp"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <optional>
 #include <thread>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <nlohmann/json.hpp>
 
-#include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/message_text.hpp"
 #include "waymark/geometry/planar.hpp"
 
@@ -19,8 +19,6 @@ namespace waymark {
 
 // Samples as lines.
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 struct Kind {
   const char* operator()(const TagFrame& /**/) const { return "tags"; }
@@ -91,84 +89,114 @@ struct Words {
   }
 };
 
-/// JSON has no infinity; null says the same of a number that is none.
-template <class Number>
-Json number(Number value) {
-  return std::isfinite(value) ? Json(value) : Json(nullptr);
-}
-Json list(const Eigen::Vector3d& v) { return {number(v.x()), number(v.y()), number(v.z())}; }
-Json list(const std::vector<float>& values) {
-  Json out = Json::array();
-  for (const float value : values) out.push_back(number(value));
-  return out;
-}
-Json pose(const SE3& a_T_b) {
-  const Eigen::Quaterniond q = a_T_b.rotation().quaternion();
-  return {{"translation_m", list(a_T_b.translation())}, {"quaternion_xyzw", {q.x(), q.y(), q.z(), q.w()}}};
-}
-Json pose(const SE2& a_T_b) {
-  return {{"x_m", number(a_T_b.translation().x())},
-          {"y_m", number(a_T_b.translation().y())},
-          {"yaw_rad", number(a_T_b.rotation().angle())}};
+std::array<double, 3> list_of(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+struct PlayedPose {
+  SE3 a_T_b{};
+};
+
+ReportFields fields(const PlayedPose& pose) {
+  const Eigen::Quaterniond q = pose.a_T_b.rotation().quaternion();
+  return {{"translation_m", "x, y, z", list_of(pose.a_T_b.translation())},
+          {"quaternion_xyzw", "Rotation", std::array{q.x(), q.y(), q.z(), q.w()}}};
 }
 
-struct Fields {
-  Json& out;
+struct PlayedPlanarPose {
+  SE2 a_T_b{};
+};
 
-  void operator()(const TagFrame& s) const {
-    out["camera"] = s.camera;
-    Json tags = Json::array();
+ReportFields fields(const PlayedPlanarPose& pose) {
+  const Eigen::Vector2d& at = pose.a_T_b.translation();
+  return {{"x_m", "Position", at.x()},
+          {"y_m", "Position", at.y()},
+          {"yaw_rad", "Heading", pose.a_T_b.rotation().angle()}};
+}
+
+struct PlayedTag {
+  TagId tag{};
+  std::array<std::array<double, 2>, 4> corners_px{};
+};
+
+ReportFields fields(const PlayedTag& tag) {
+  return {{"tag", "Family and id, such as tag36h11:7", to_string(tag.tag)},
+          {"corners_px", "[x, y] of top left, top right, bottom right, bottom left of the printed tag",
+           tag.corners_px}};
+}
+
+struct PlayedTagPose {
+  SeenTagPose seen{};
+};
+
+ReportFields fields(const PlayedTagPose& tag) {
+  return {{"tag", "Family and id, such as tag36h11:7", to_string(tag.seen.tag)},
+          {"cam_T_tag", "Pose of the tag in the camera", PlayedPose{tag.seen.cam_T_tag}}};
+}
+
+/// Keys that several kinds have get the same sentence.
+struct SampleFields {
+  static ReportField camera_field(const std::string& camera) {
+    return {"camera", "tags, tag_poses, pictures: name of the camera", camera};
+  }
+  static ReportFields speeds(double speed_m_s, double yaw_rate_rad_s) {
+    return {{"speed_m_s", "odometry, commands: forward speed", speed_m_s},
+            {"yaw_rate_rad_s", "odometry, commands: yaw rate, counter-clockwise", yaw_rate_rad_s}};
+  }
+
+  ReportFields operator()(const TagFrame& s) const {
+    std::vector<PlayedTag> tags;
     for (const TagDetection& d : s.detections) {
-      Json corners = Json::array();
-      for (const Eigen::Vector2d& corner : d.corners_px)
-        corners.push_back({number(corner.x()), number(corner.y())});
-      tags.push_back({{"tag", to_string(d.tag)}, {"corners_px", corners}});
+      PlayedTag tag{.tag = d.tag};
+      for (std::size_t i = 0; i < d.corners_px.size(); ++i)
+        tag.corners_px[i] = {d.corners_px[i].x(), d.corners_px[i].y()};
+      tags.push_back(tag);
     }
-    out["detections"] = tags;
+    return {camera_field(s.camera), {"detections", "tags: detected tags", tags}};
   }
-  void operator()(const Odometry& s) const {
-    out["odom_T_base"] = pose(s.odom_T_base);
-    out["speed_m_s"] = number(s.speed_m_s);
-    out["yaw_rate_rad_s"] = number(s.yaw_rate_rad_s);
+  ReportFields operator()(const Odometry& s) const {
+    ReportFields all = {{"odom_T_base", "odometry: pose of the robot in the odometry frame",
+                         PlayedPlanarPose{s.odom_T_base}}};
+    for (ReportField& field : speeds(s.speed_m_s, s.yaw_rate_rad_s)) all.push_back(std::move(field));
+    return all;
   }
-  void operator()(const WheelTicks& s) const {
-    out["left_rad"] = number(s.left_rad);
-    out["right_rad"] = number(s.right_rad);
+  ReportFields operator()(const WheelTicks& s) const {
+    return {{"left_rad", "wheels: angle that the left wheels have turned since the robot was switched on",
+             s.left_rad},
+            {"right_rad", "wheels: the same of the right wheels", s.right_rad}};
   }
-  void operator()(const ImuSample& s) const {
-    out["angular_velocity_rad_s"] = list(s.angular_velocity_rad_s);
-    out["linear_acceleration_m_s2"] = list(s.linear_acceleration_m_s2);
+  ReportFields operator()(const ImuSample& s) const {
+    return {{"angular_velocity_rad_s", "imu: angular velocity about x, y, z of the base",
+             list_of(s.angular_velocity_rad_s)},
+            {"linear_acceleration_m_s2", "imu: specific force along x, y, z of the base",
+             list_of(s.linear_acceleration_m_s2)}};
   }
-  void operator()(const StampedCommand& s) const {
-    out["speed_m_s"] = number(s.command.speed_m_s);
-    out["yaw_rate_rad_s"] = number(s.command.yaw_rate_rad_s);
+  ReportFields operator()(const StampedCommand& s) const {
+    return speeds(s.command.speed_m_s, s.command.yaw_rate_rad_s);
   }
-  void operator()(const TruthPose& s) const { out["map_T_base"] = pose(s.map_T_base); }
-  void operator()(const CameraFrame& s) const {
-    out["camera"] = s.camera;
-    out["width_px"] = s.image.width();
-    out["height_px"] = s.image.height();
+  ReportFields operator()(const TruthPose& s) const {
+    return {{"map_T_base", "truth: pose of the robot", PlayedPose{s.map_T_base}}};
   }
-  void operator()(const TagPoseFrame& s) const {
-    out["camera"] = s.camera;
-    Json tags = Json::array();
-    for (const SeenTagPose& t : s.tags)
-      tags.push_back({{"tag", to_string(t.tag)}, {"cam_T_tag", pose(t.cam_T_tag)}});
-    out["tags"] = tags;
+  ReportFields operator()(const CameraFrame& s) const {
+    return {camera_field(s.camera),
+            {"width_px", "pictures: width", s.image.width()},
+            {"height_px", "pictures: height", s.image.height()}};
   }
-  void operator()(const RangeBearing& s) const {
-    out["landmark"] = s.landmark;
-    out["range_m"] = number(s.range_m);
-    out["bearing_rad"] = number(s.bearing_rad);
+  ReportFields operator()(const TagPoseFrame& s) const {
+    const std::vector<PlayedTagPose> tags(s.tags.begin(), s.tags.end());
+    return {camera_field(s.camera), {"tags", "tag_poses: tags with their poses", tags}};
   }
-  void operator()(const LaserScan& s) const {
-    out["angle_min_rad"] = number(s.angle_min_rad);
-    out["angle_increment_rad"] = number(s.angle_increment_rad);
-    out["ranges_m"] = list(s.ranges_m);
+  ReportFields operator()(const RangeBearing& s) const {
+    return {{"landmark", "range_bearing: number of the landmark", s.landmark},
+            {"range_m", "range_bearing: distance", s.range_m},
+            {"bearing_rad", "range_bearing: direction, counter-clockwise from the x axis of the sensor",
+             s.bearing_rad}};
   }
-  void operator()(const GamepadState& s) const {
-    out["axes"] = list(s.axes);
-    out["buttons"] = s.buttons;
+  ReportFields operator()(const LaserScan& s) const {
+    return {{"angle_min_rad", "scans: direction of the first ray", s.angle_min_rad},
+            {"angle_increment_rad", "scans: angle from ray to ray", s.angle_increment_rad},
+            {"ranges_m", "scans: distances; null if not a finite number", s.ranges_m}};
+  }
+  ReportFields operator()(const GamepadState& s) const {
+    return {{"axes", "gamepad: sticks, -1 to 1", s.axes}, {"buttons", "gamepad: 1 if pressed", s.buttons}};
   }
 };
 
@@ -181,10 +209,23 @@ std::string to_text(const Sample& sample, SensorTime start) {
                      std::visit(Words{}, sample));
 }
 
-Json to_json(const Sample& sample) {
-  Json out = {{"kind", kind_of(sample)}, {"stamp_ns", stamp_of(sample).time_since_epoch().count()}};
-  std::visit(Fields{out}, sample);
-  return out;
+ReportFields fields(const Sample& sample) {
+  ReportFields all = {
+      {"kind",
+       "tags, pictures, odometry, wheels, imu, commands, truth, tag_poses, range_bearing, scans or gamepad",
+       kind_of(sample)},
+      {"stamp_ns", "Time of the sample by the clock of the sensor",
+       stamp_of(sample).time_since_epoch().count()}};
+  for (ReportField& field : std::visit(SampleFields{}, sample)) all.push_back(std::move(field));
+  return all;
+}
+
+ReportFields fields(const PlayedMessage& message) {
+  return {{"topic", "`messages`: name of the topic", message.topic},
+          {"type", "`messages`: type of the message", message.type},
+          {"log_time_ns", "`messages`: time of recording", message.log_time_ns},
+          {"publish_time_ns", "`messages`: time of publication", message.publish_time_ns},
+          {"size_bytes", "`messages`: size of the message", message.size_bytes}};
 }
 
 // Playing.
@@ -226,11 +267,11 @@ tl::unexpected<Error> enough() { return fail(ErrorCode::LimitExceeded, "stopped"
 std::string message_line(const LogChannel& channel, const LogMessage& message, std::uint64_t start,
                          bool json) {
   if (json)
-    return json_line(Json{{"topic", channel.topic},
-                          {"type", channel.type},
-                          {"log_time_ns", message.log_time},
-                          {"publish_time_ns", message.publish_time},
-                          {"size_bytes", message.data.size()}});
+    return json_line(fields(PlayedMessage{.topic = channel.topic,
+                                          .type = channel.type,
+                                          .log_time_ns = message.log_time,
+                                          .publish_time_ns = message.publish_time,
+                                          .size_bytes = message.data.size()}));
   const double since_s = static_cast<double>(static_cast<std::int64_t>(message.log_time - start)) * 1e-9;
   return fmt::format("{:>10.3f}  {:<24}  {}, {} bytes\n", since_s, channel.topic, channel.type,
                      message.data.size());
@@ -292,18 +333,18 @@ Status play_log(MessageLog& log, const LogSelection& selection, const PlayOption
   return log.visit_samples(selection, [&](const Sample& sample) -> Status {
     if (!start) start = stamp_of(sample);
     if (!pace.wait_for(stamp_of(sample).time_since_epoch().count())) return enough();
-    return on_line(options.json ? json_line(to_json(sample)) : to_text(sample, *start)) ? Status() : enough();
+    return on_line(options.json ? json_line(fields(sample)) : to_text(sample, *start)) ? Status() : enough();
   });
 }
 
-Status check_effects(const PlayWords& words, const GivenFlags& given) {
+Status check_effects(const PlayWords& words, const GivenFields& given) {
   if (!(words.options.speed >= 0 && words.options.speed <= 1e6))
     return fail(ErrorCode::InvalidArgument, fmt::format("{} is no speed", words.options.speed),
                 {.key = "speed"}, "1 is as it was, 0 as fast as possible.");
-  FlagRefusals refused(given);
-  refused.flags(words.ros2, {"messages", "json"}, "nothing is printed with `ros2`", "Leave it out.");
-  refused.flags(!words.ros2, {"commands"}, "nothing is published without `ros2`",
-                "Add `ros2`, or leave it out.");
+  FieldRefusals refused(given);
+  refused.fields(words.ros2, {"messages", "json"}, "nothing is printed with `ros2`", "Leave it out.");
+  refused.fields(!words.ros2, {"commands"}, "nothing is published without `ros2`",
+                 "Add `ros2`, or leave it out.");
   return refused.status();
 }
 

@@ -1,13 +1,13 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <limits>
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
-#include "waymark/app/common/flag_refusals.hpp"
+#include "waymark/app/common/field_refusals.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/recording/message_log.hpp"
 #include "waymark/samples/robot_samples.hpp"
@@ -21,9 +21,19 @@ namespace waymark {
 /// "  12.340  odometry   x 1.200 m, y …"; seconds since `start`.
 [[nodiscard]] std::string to_text(const Sample& sample, SensorTime start);
 
-/// {"kind": …, "stamp_ns": …, …}; keys carry units. Pictures by their size, not their pixels; what is not a
-/// number is null.
-[[nodiscard]] nlohmann::ordered_json to_json(const Sample& sample);
+/// `kind`, `stamp_ns` and the values of that kind. Pictures by their size, not their pixels. In JSON a
+/// non-finite number is null.
+[[nodiscard]] ReportFields fields(const Sample& sample);
+
+/// A message as it is in the file, without its data.
+struct PlayedMessage {
+  std::string topic{};
+  std::string type{};
+  std::uint64_t log_time_ns = 0;
+  std::uint64_t publish_time_ns = 0;
+  std::size_t size_bytes = 0;
+};
+[[nodiscard]] ReportFields fields(const PlayedMessage& message);
 
 /// A part of a recording.
 struct LogPart {
@@ -35,12 +45,12 @@ struct LogPart {
   static void fields(Self& self, Visitor&& visit) {
     visit(self.topics,
           JobField("topics TOPIC,…", "Only these topics, with commas between them. Unless given: all")
-              .by_commas());
+              .comma_separated());
     visit(self.from_s,
           JobField("from SECONDS", "Begin this many seconds after the first message").usually("0"));
     visit(self.to_s,
           JobField("to SECONDS", "End this many seconds after the first message. Unless given: with the file")
-              .without_usual());
+              .without_default());
   }
 };
 /// Fails on a topic that the recording does not have (with the nearest that it has) and on times that make no
@@ -89,7 +99,7 @@ struct PlayWords {
 };
 
 /// Fails on a speed that is none, and on flags that have no effect.
-[[nodiscard]] Status check_effects(const PlayWords& words, const GivenFlags& given);
+[[nodiscard]] Status check_effects(const PlayWords& words, const GivenFields& given);
 
 /// Gives a line a sample, or a message, of what is selected, each when it is due. `on_line` returns false to
 /// end it, and `cancelled` is asked while it waits; then it fails (LimitExceeded).

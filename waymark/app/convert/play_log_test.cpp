@@ -56,10 +56,10 @@ TEST(SampleWords, EveryKindHasANameOfItsOwnALineAndAnObject) {
     EXPECT_THAT(text, HasSubstr("10.000"));
     EXPECT_THAT(text, HasSubstr(kind_of(sample)));
     EXPECT_EQ(std::ranges::count(text, '\n'), 1) << text;
-    const Json json = to_json(sample);
+    const Json json = to_json(fields(sample));
     EXPECT_EQ(json["kind"], kind_of(sample));
     EXPECT_EQ(json["stamp_ns"], 12'000'000'000);
-    EXPECT_EQ(Json::parse(json_line(json)), json) << "a line is read back as it was";
+    EXPECT_EQ(json_line(Json::parse(json_line(json))), json_line(json)) << "a line is read back as it was";
   }
   EXPECT_EQ(kinds.size(), std::variant_size_v<Sample>);
 }
@@ -77,7 +77,7 @@ TEST(SampleWords, NumbersCarryTheirUnits) {
 }
 
 TEST(SampleWords, TheObjectHoldsWhatTheSampleDoes) {
-  const auto json = [](std::size_t kind) { return to_json(all_kinds()[kind]); };
+  const auto json = [](std::size_t kind) { return to_json(fields(all_kinds()[kind])); };
   EXPECT_EQ(json(0)["camera"], "left");
   EXPECT_EQ(json(0)["detections"][0]["corners_px"], Json::parse("[[1.0,2.0],[3.0,4.0],[5.0,6.0],[7.0,8.0]]"));
   EXPECT_NEAR(json(1)["odom_T_base"]["yaw_rad"].get<double>(), M_PI / 2, 1e-12);
@@ -85,16 +85,18 @@ TEST(SampleWords, TheObjectHoldsWhatTheSampleDoes) {
   EXPECT_EQ(json(5)["map_T_base"]["translation_m"], Json::parse("[3.0,4.0,0.0]"));
   EXPECT_EQ(json(5)["map_T_base"]["quaternion_xyzw"][3], 1.0);
   EXPECT_FALSE(json(6).contains("pixels"));
-  EXPECT_EQ(json(9)["ranges_m"], Json::parse("[1.0,null,9.0]")) << "JSON has no infinity";
+  EXPECT_THAT(json_line(fields(all_kinds()[9])), HasSubstr(R"("ranges_m":[1.0,null,9.0])"))
+      << "JSON has no infinity";
   EXPECT_EQ(json(10)["buttons"], Json::parse("[0,1]"));
 }
 
 TEST(SampleWords, WhatIsNoNumberIsNull) {
-  const Json odometry = to_json(Odometry{second(1), SE2(kNan, 0, 0), kNan, 0});
+  const auto line_of = [](const Sample& sample) { return Json::parse(json_line(fields(sample))); };
+  const Json odometry = line_of(Odometry{second(1), SE2(kNan, 0, 0), kNan, 0});
   EXPECT_TRUE(odometry["odom_T_base"]["x_m"].is_null());
   EXPECT_TRUE(odometry["speed_m_s"].is_null());
   EXPECT_EQ(odometry["yaw_rate_rad_s"], 0.0);
-  const Json range = to_json(RangeBearing{second(1), 1, std::numeric_limits<double>::infinity(), 0});
+  const Json range = line_of(RangeBearing{second(1), 1, std::numeric_limits<double>::infinity(), 0});
   EXPECT_TRUE(range["range_m"].is_null());
 }
 

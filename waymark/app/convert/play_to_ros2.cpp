@@ -41,12 +41,13 @@ Ros2Played play_to_ros2(MessageLog& log, const LogSelection& selection, const Ro
   wait_for_discovery(**bus, kDiscovery, control.cancelled);
   std::vector<LogChannel> channels = log.channels();
   std::erase_if(channels, [&](const LogChannel& one) { return !selection.takes(one.topic); });
-  if (Status alone = nobody_publishes(channels, options.commands, **bus); !alone) return {.status = alone};
+  if (Status alone = check_no_other_publisher(channels, options.commands, **bus); !alone)
+    return {.status = alone};
   LogPublisher publisher(**bus, options.commands, [&](const BusTopic& topic) {
     if (guard) guard->guard(topic);
   });
   const auto say = [&] {
-    for (const std::string& words : publisher.take_words()) control.note(words);
+    for (const std::string& words : publisher.take_reports()) control.note(words);
   };
   Duration next_look{};
   const auto publish = [&](const LogChannel& channel, const LogMessage& message) {

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "waymark/app/cli/parts.hpp"
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/convert/play_log.hpp"
 #include "waymark/app/convert/play_to_ros2.hpp"
 
@@ -24,8 +25,8 @@ Status publish(const PlayArgs& args, MessageLog& log, const LogSelection& select
 ExitCode play(const PlayArgs& args, Console& console) {
   if (Status status = check_effects(args, given_on(args.app)); !status)
     return fail_usage(status.error(), console);
-  const Result<std::unique_ptr<MessageLog>> log = open_log(args.file, control_from(console).log_options());
-  if (!log) return console.failed(log.error(), ExitCode::SomeFailed);
+  const Result<std::unique_ptr<MessageLog>> log = open_recording(args.file, control_from(console));
+  if (!log) return fail_with(log.error(), console);
   const Result<LogSelection> selection = select_part(**log, args.part);
   if (!selection) return fail_usage(selection.error(), console);
   const auto print = [&](const std::string& line) {
@@ -55,9 +56,9 @@ Verb play_verb() {
       .help =
           R"(One line a sample: when, what kind, its numbers; poses and corners of tags, odometry, wheels, IMU, scans,
 commands, pictures by their size. Units are those of the house: metres, seconds, radians (degrees in words).
-Keys of --json: docs/reference/cli.md. With --ros2, velocity commands (Twist, TwistStamped) are left out unless --commands
-is given, and zero follows them at the end, by a second process also where this one is killed; they go out as the one of
-both types that is subscribed. A topic that another program publishes is refused.
+With --ros2, velocity commands (Twist, TwistStamped) are left out unless --commands is given, and zero follows them at
+the end, by a second process also where this one is killed; they go out as the one of both types that is subscribed. A
+topic that another program publishes is refused.
 
 Exit code: 0 played to the end, 1 not a recording, not readable or damaged (what is sound is played), 2 wrong usage,
 130 stopped by Ctrl-C.
@@ -68,7 +69,10 @@ Examples:
   waymark play lap.mcap --speed 0 --json
   waymark play lap.mcap --ros2
 )",
-      .prepare = prepared(play)};
+      .prepare = prepared(play),
+      .report =
+          report_of_any<TagFrame, TagPoseFrame, CameraFrame, Odometry, WheelTicks, ImuSample, StampedCommand,
+                        TruthPose, RangeBearing, LaserScan, GamepadState, PlayedMessage>};
 }
 
 }  // namespace waymark::cli

@@ -1,7 +1,6 @@
 #include "waymark/app/convert/record_camera.hpp"
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "waymark/app/live/cameras.hpp"
 #include "waymark/base/message_text.hpp"
@@ -27,27 +26,29 @@ Result<RecordCameraReport> record_camera(const ConvertVideoJob& job, double dura
     return end ? Status() : tl::unexpected(end.error());
   });
   if (!written) return tl::unexpected(written.error());
-  return RecordCameraReport{.description = (*camera)->description(), .end = *end};
+  return RecordCameraReport{
+      .input = job.input, .output = job.output, .description = (*camera)->description(), .end = *end};
 }
 
-std::string to_text(const ConvertVideoJob& job, const RecordCameraReport& report) {
-  return fmt::format("{} ({}) to {}: {} in {:.1f} s, {}\n", job.input, report.description, job.output,
+std::string to_text(const RecordCameraReport& report) {
+  return fmt::format("{} ({}) to {}: {} in {:.1f} s, {}\n", report.input, report.description, report.output,
                      counted(report.end.pictures, "picture"), report.end.seconds,
                      counted(report.end.tags, "tag"));
 }
 
-nlohmann::ordered_json to_json(const ConvertVideoJob& job, const RecordCameraReport& report) {
+ReportFields fields(const RecordCameraReport& report) {
   const CameraCounts& counts = report.end.counts;
-  return {{"input", job.input},
-          {"input_format", "camera"},
-          {"output", job.output},
-          {"output_format", "mcap"},
-          {"pictures", report.end.pictures},
-          {"tags", report.end.tags},
-          {"seconds", report.end.seconds},
-          {"dropped", counts.dropped},
-          {"lost", counts.lost},
-          {"damaged", counts.damaged}};
+  return {
+      {"input", "Address of the camera", report.input},
+      {"input_format", "camera", "camera"},
+      {"output", "Recording that was written", report.output},
+      {"output_format", "mcap", "mcap"},
+      {"pictures", "Videos and cameras: images that were searched for tags", report.end.pictures},
+      {"tags", "Videos and cameras: detections in all images", report.end.tags},
+      {"seconds", "Cameras: time from the first image to the last [s]", report.end.seconds},
+      {"dropped", "Cameras: images that were replaced by newer ones before they were read", counts.dropped},
+      {"lost", "Cameras: images that are missing in the sequence numbers of the driver", counts.lost},
+      {"damaged", "Cameras: images that were incomplete or could not be decoded", counts.damaged}};
 }
 
 }  // namespace waymark

@@ -2,14 +2,15 @@
 
 #include <string>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "waymark/app/common/camera_tags.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/app/live/cameras.hpp"
 
 namespace waymark {
 
 struct RecordCameraReport {
+  std::string input{};  ///< address of the camera
+  std::string output{};
   std::string description{};  ///< of the camera
   CameraWatchEnd end{};
 };
@@ -18,7 +19,7 @@ struct RecordCameraReport {
 /// the job's output until the time is over (0: never) or the control cancels it. Errors: as convert_video().
 [[nodiscard]] Result<RecordCameraReport> record_camera(const ConvertVideoJob& job, double duration_s,
                                                        const TagFinder& finder, const JobControl& control);
-[[nodiscard]] std::string to_text(const ConvertVideoJob& job, const RecordCameraReport& report);
-[[nodiscard]] nlohmann::ordered_json to_json(const ConvertVideoJob& job, const RecordCameraReport& report);
+[[nodiscard]] std::string to_text(const RecordCameraReport& report);
+[[nodiscard]] ReportFields fields(const RecordCameraReport& report);
 
 }  // namespace waymark

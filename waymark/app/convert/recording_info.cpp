@@ -8,34 +8,13 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <nlohmann/json.hpp>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/shell_word.hpp"
 #include "waymark/base/message_text.hpp"
 
 namespace waymark {
 namespace {
-
-nlohmann::ordered_json to_json(const TopicReport& topic, bool quick) {
-  nlohmann::ordered_json json = {{"topic", topic.topic},
-                                 {"type", topic.type},
-                                 {"encoding", topic.encoding},
-                                 {"messages", topic.messages},
-                                 {"rate_hz", topic.rate_hz}};
-  if (quick) return json;
-  const StampStatistics& stamps = topic.stamps;
-  json["stamps"] = topic.has_header ? "header" : "log";
-  json["periodic"] = stamps.periodic();
-  json["gaps"] = stamps.gaps();
-  json["dropped"] = stamps.dropped();
-  json["longest_interval_s"] = static_cast<double>(stamps.longest_ns()) * 1e-9;
-  json["duplicate_stamps"] = stamps.duplicate();
-  json["zero_stamps"] = stamps.zero();
-  json["backward_stamps"] = stamps.backward();
-  json["clock_jumps"] = topic.clock_jumps;
-  json["largest_clock_jump_s"] = topic.largest_jump_s;
-  return json;
-}
 
 /// What stands in the way of using its camera.
 void add_doubts(RecordingInfo& info) {
@@ -47,7 +26,7 @@ void add_doubts(RecordingInfo& info) {
 }  // namespace
 
 Result<RecordingInfo> look_at(const std::string& file, bool quick, const JobControl& control) {
-  Result<std::unique_ptr<MessageLog>> opened = open_log(file, control.log_options());
+  Result<std::unique_ptr<MessageLog>> opened = open_recording(file, control);
   if (!opened) return tl::unexpected(opened.error());
   MessageLog& log = **opened;
   RecordingInfo info{.file = file,
@@ -84,44 +63,118 @@ Result<RecordingInfo> look_at(const std::string& file, bool quick, const JobCont
   return info;
 }
 
-nlohmann::ordered_json to_json(const RecordingInfo& info) {
-  using Json = nlohmann::ordered_json;
-  Json topics = Json::array();
-  for (const TopicReport& topic : info.report.topics) topics.push_back(to_json(topic, info.quick));
-  Json metadata = Json::object();
-  for (const auto& [name, values] : info.setup.metadata) metadata[name] = values;
-  Json attachments = Json::array();
-  for (const LogAttachment& a : info.attachments)
-    attachments.push_back({{"name", a.name}, {"media_type", a.media_type}, {"size_bytes", a.size_bytes}});
-  Json problems = Json::array();
-  Json traps = Json::array();
-  for (const LogProblem& problem : info.problems) {
-    if (problem.kind == LogProblem::Kind::Damage) {
-      problems.push_back(to_string(problem.error));
-    } else {
-      traps.push_back({{"key", problem.key}, {"count", problem.count}, {"words", to_string(problem.error)}});
-    }
+// As fields.
+namespace {
+
+struct InfoTopic {
+  TopicReport topic{};
+  bool quick = false;
+};
+
+ReportFields fields(const InfoTopic& listed) {
+  const TopicReport& topic = listed.topic;
+  const StampStatistics& stamps = topic.stamps;
+  const auto unless_quick = [&](const auto& value) {
+    return if_any(listed.quick ? std::nullopt : std::optional(value));
+  };
+  return {
+      {"topic", "Name of the topic", topic.topic},
+      {"type", "Type of its messages", topic.type},
+      {"encoding", "Encoding of its messages", topic.encoding},
+      {"messages", "Number of messages", topic.messages},
+      {"rate_hz", "Messages per second over the duration of the topic", topic.rate_hz},
+      {"stamps",
+       "Stamps analysed: header, or log (times of recording, of types without a stamp); not with `quick`",
+       unless_quick(std::string(topic.has_header ? "header" : "log"))},
+      {"periodic", "Four fifths of the intervals are near the median; not with `quick`",
+       unless_quick(stamps.periodic())},
+      {"gaps", "Number of intervals of more than 1.5 medians; not with `quick`", unless_quick(stamps.gaps())},
+      {"dropped", "Approximate number of messages that are missing in the gaps; not with `quick`",
+       unless_quick(stamps.dropped())},
+      {"longest_interval_s", "Longest interval between two messages; not with `quick`",
+       unless_quick(static_cast<double>(stamps.longest_ns()) * 1e-9)},
+      {"duplicate_stamps", "Number of stamps equal to the one before; not with `quick`",
+       unless_quick(stamps.duplicate())},
+      {"zero_stamps", "Number of stamps of 0; not with `quick`", unless_quick(stamps.zero())},
+      {"backward_stamps", "Number of stamps earlier than the one before; not with `quick`",
+       unless_quick(stamps.backward())},
+      {"clock_jumps", "Stamps that moved against the times of recording by more than 0.5 s; not with `quick`",
+       unless_quick(topic.clock_jumps)},
+      {"largest_clock_jump_s", "Largest of these jumps; not with `quick`",
+       unless_quick(topic.largest_jump_s)}};
+}
+
+struct InfoAttachment {
+  LogAttachment attachment{};
+};
+
+ReportFields fields(const InfoAttachment& listed) {
+  const LogAttachment& attachment = listed.attachment;
+  return {{"name", "File name", attachment.name},
+          {"media_type", "Media type", attachment.media_type},
+          {"size_bytes", "Size", attachment.size_bytes}};
+}
+
+struct InfoTrap {
+  LogProblem problem{};
+};
+
+ReportFields fields(const InfoTrap& trap) {
+  return {{"key", "Stable name of the problem", trap.problem.key},
+          {"count", "Number of occurrences", trap.problem.count},
+          {"words", "Message, with the place of the first occurrence", to_string(trap.problem.error)}};
+}
+
+ReportFields metadata_fields(const RecordingInfo& info) {
+  ReportFields blocks;
+  for (const auto& [name, values] : info.setup.metadata) {
+    ReportFields block;
+    for (const auto& [key, value] : values) block.push_back({key, {}, value});
+    blocks.push_back({name, {}, block});
   }
-  Json next = Json::array();
-  for (const NextStep& step : next_steps(info))
-    next.push_back({{"sentence", step.sentence}, {"command", step.command}});
-  return {{"file", info.file},
-          {"format", to_string(info.format)},
-          {"size_bytes", info.summary.size_bytes},
-          {"library", info.summary.library},
-          {"profile", info.summary.profile},
-          {"complete", info.summary.complete},
-          {"start_ns", info.report.start_ns},
-          {"duration_s", info.report.duration_s},
-          {"messages", info.report.messages},
-          {"chunks", info.summary.chunks.value_or(0)},
-          {"topics", topics},
-          {"contents", info.contents},
-          {"metadata", metadata},
-          {"attachments", attachments},
-          {"problems", problems},
-          {"traps", traps},
-          {"next", next}};
+  return blocks;
+}
+
+}  // namespace
+
+ReportFields fields(const NextStep& step) {
+  return {{"sentence", "What can be done", step.sentence},
+          {"command", "Command line; empty if there is none", step.command}};
+}
+
+ReportFields fields(const RecordingInfo& info) {
+  std::vector<InfoTopic> topics;
+  for (const TopicReport& topic : info.report.topics) topics.push_back({topic, info.quick});
+  const std::vector<InfoAttachment> attachments(info.attachments.begin(), info.attachments.end());
+  std::vector<std::string> problems;
+  std::vector<InfoTrap> traps;
+  for (const LogProblem& problem : info.problems) {
+    if (problem.kind == LogProblem::Kind::Damage)
+      problems.push_back(to_string(problem.error));
+    else
+      traps.push_back({problem});
+  }
+  return {
+      {"file", "Recording that was read", info.file},
+      {"format", "mcap, rosbag2, ros1bag, lcm or csv, by the content", to_string(info.format)},
+      {"size_bytes", "Size of its files", info.summary.size_bytes},
+      {"library", "MCAP: program that wrote the file", info.summary.library},
+      {"profile", "MCAP: profile; ros2 in recordings by Waymark", info.summary.profile},
+      {"complete", "The file has its summary; if not, it was cut or is being written, and was read in full",
+       info.summary.complete},
+      {"start_ns", "Log time of the first message", info.report.start_ns},
+      {"duration_s", "Time from the first message to the last", info.report.duration_s},
+      {"messages", "Number of messages", info.report.messages},
+      {"chunks", "MCAP: number of chunks; else 0", info.summary.chunks.value_or(0)},
+      {"topics", "Topics by name", topics},
+      {"contents",
+       "Kinds of samples in the recording (with `quick`: in its first 10 s), as `waymark play` names them",
+       info.contents},
+      {"metadata", "Blocks of metadata by name, each with its texts by key", metadata_fields(info)},
+      {"attachments", "Files in the recording", attachments},
+      {"problems", "Messages about damage", problems},
+      {"traps", "Sound data that do not mean what they seem to", traps},
+      {"next", "What can be done with the recording", next_steps(info)}};
 }
 
 // What can be done next.

@@ -4,9 +4,8 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "waymark/app/common/job_control.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/recording/log_report.hpp"
 
@@ -53,8 +52,9 @@ struct InfoJob {
 
 /// Which verbs take this recording, and what it lacks for the others.
 [[nodiscard]] std::vector<NextStep> next_steps(const RecordingInfo& info);
+[[nodiscard]] ReportFields fields(const NextStep& step);
 
-[[nodiscard]] nlohmann::ordered_json to_json(const RecordingInfo& info);
+[[nodiscard]] ReportFields fields(const RecordingInfo& info);
 
 /// What `waymark info` prints: head, topics, stamps, metadata, attachments, what can be done next.
 [[nodiscard]] std::string to_text(const RecordingInfo& info);

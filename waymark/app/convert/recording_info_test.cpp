@@ -68,7 +68,7 @@ TEST(RecordingInfo, ItsTextAndItsJsonSayTheSame) {
   const auto info = look_at(short_lap(), false, {});
   ASSERT_TRUE(info);
   const std::string text = to_text(*info);
-  const auto json = to_json(*info);
+  const auto json = to_json(fields(*info));
   EXPECT_EQ(json["file"], short_lap());
   EXPECT_EQ(json["messages"], info->report.messages);
   EXPECT_THAT(text, HasSubstr(std::to_string(info->report.messages) + " messages in "));
@@ -86,7 +86,7 @@ TEST(RecordingInfo, ItsTextAndItsJsonSayTheSame) {
 TEST(RecordingInfo, AQuickLookSaysNothingOfStamps) {
   const auto quick = look_at(short_lap(), true, {});
   ASSERT_TRUE(quick);
-  EXPECT_FALSE(to_json(*quick)["topics"][0].contains("gaps"));
+  EXPECT_FALSE(to_json(fields(*quick))["topics"][0].contains("gaps"));
   EXPECT_THAT(to_text(*quick), Not(HasSubstr("\nstamps\n")));
 }
 
@@ -135,7 +135,7 @@ TEST(RecordingInfo, ADamagedFileIsToldAsFarAsItGoes) {
   ASSERT_TRUE(info) << to_string(info.error());
   EXPECT_FALSE(info->problems.empty());
   EXPECT_FALSE(info->summary.complete);
-  const auto json = to_json(*info);
+  const auto json = to_json(fields(*info));
   EXPECT_FALSE(json["problems"].empty());
   EXPECT_FALSE(json["complete"].get<bool>());
 }
@@ -155,7 +155,7 @@ TEST(RecoverLog, WhatIsWholeOfACutFileIsARecordingAgain) {
   EXPECT_LT(info->report.messages, look_at(short_lap(), true, {})->report.messages);
   EXPECT_GT(info->report.messages, 0U);
   EXPECT_THAT(to_text(*report), HasSubstr("bytes of " + cut + " are lost"));
-  const auto json = to_json(*report);
+  const auto json = to_json(fields(*report));
   EXPECT_EQ(json["messages"], report->recovery.messages);
   EXPECT_FALSE(json["problems"].empty());
 }
@@ -280,7 +280,7 @@ class LookAt : public ::testing::Test {
 TEST_F(LookAt, TheSummaryNamesTopicsAttachmentsAndWhatToDo) {
   const auto info = look_at(file_, false, {});
   ASSERT_TRUE(info) << to_string(info.error());
-  const auto json = to_json(*info);
+  const auto json = to_json(fields(*info));
   EXPECT_EQ(json["file"], file_);
   EXPECT_EQ(json["format"], "mcap");
   EXPECT_EQ(json["complete"], true);
@@ -300,7 +300,7 @@ TEST_F(LookAt, TheSummaryNamesTopicsAttachmentsAndWhatToDo) {
 TEST_F(LookAt, QuickSaysNothingOfStamps) {
   const auto info = look_at(file_, true, {});
   ASSERT_TRUE(info);
-  const auto json = to_json(*info);
+  const auto json = to_json(fields(*info));
   ASSERT_FALSE(json["topics"].empty());
   for (const auto& topic : json["topics"]) EXPECT_FALSE(topic.contains("gaps"));
 }
@@ -322,7 +322,7 @@ TEST_F(LookAt, OfACutFileItSaysSoAndHowToMendIt) {
   const auto info = look_at(cut, false, {});
   ASSERT_TRUE(info) << to_string(info.error());
   EXPECT_FALSE(info->summary.complete);
-  EXPECT_EQ(to_json(*info)["complete"], false);
+  EXPECT_EQ(to_json(fields(*info))["complete"], false);
   EXPECT_THAT(commands(*info).front(), StartsWith("waymark recover"));
 }
 

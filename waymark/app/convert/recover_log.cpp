@@ -5,7 +5,8 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
+
+#include "waymark/app/common/file_kind.hpp"
 
 namespace waymark {
 namespace {
@@ -22,24 +23,25 @@ std::string recovered_name(const std::string& file) {
 
 Result<RecoverReport> recover_log(const RecoverJob& job) {
   const std::string output = job.output.empty() ? recovered_name(job.file) : job.output;
-  Result<mcap::Recovery> recovery = mcap::recover_file(job.file, output);
+  Result<mcap::Recovery> recovery =
+      or_wrong_kind(mcap::recover_file(job.file, output), job.file, FileUse::Recording);
   if (!recovery) return tl::unexpected(recovery.error());
   return RecoverReport{job.file, output, std::move(*recovery)};
 }
 
-nlohmann::ordered_json to_json(const RecoverReport& report) {
+ReportFields fields(const RecoverReport& report) {
   const mcap::Recovery& recovery = report.recovery;
   std::vector<std::string> problems;
-  problems.reserve(recovery.problems.size());
   for (const Error& problem : recovery.problems) problems.push_back(to_string(problem));
-  return {{"file", report.file},
-          {"output", report.output},
-          {"was_whole", recovery.was_whole},
-          {"messages", recovery.messages},
-          {"chunks", recovery.chunks},
-          {"kept_bytes", recovery.kept_bytes},
-          {"lost_bytes", recovery.lost_bytes},
-          {"problems", problems}};
+  return {{"file", "Recording that was read", report.file},
+          {"output", "Recording that was written", report.output},
+          {"was_whole", "Nothing was missing or damaged, the summary included", recovery.was_whole},
+          {"messages", "Messages in the new recording", recovery.messages},
+          {"chunks", "Chunks in the new recording", recovery.chunks},
+          {"kept_bytes", "Size of what was copied of the data section", recovery.kept_bytes},
+          {"lost_bytes", "Size of damaged records and of what follows the last whole record",
+           recovery.lost_bytes},
+          {"problems", "Error messages about the file as it was", problems}};
 }
 
 std::string to_text(const RecoverReport& report) {

@@ -2,8 +2,7 @@
 
 #include <string>
 
-#include <nlohmann/json_fwd.hpp>
-
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/recording/mcap/recover.hpp"
 
@@ -26,13 +25,13 @@ struct RecoverJob {
 };
 
 struct RecoverReport {
-  std::string file;
-  std::string output;
+  std::string file{};
+  std::string output{};
   mcap::Recovery recovery{};
 };
 
 [[nodiscard]] Result<RecoverReport> recover_log(const RecoverJob& job);
 [[nodiscard]] std::string to_text(const RecoverReport& report);
-[[nodiscard]] nlohmann::ordered_json to_json(const RecoverReport& report);
+[[nodiscard]] ReportFields fields(const RecoverReport& report);
 
 }  // namespace waymark

@@ -12,8 +12,8 @@ struct RecoverArgs : JobArgs<RecoverJob> {
 
 ExitCode recover(const RecoverArgs& args, Console& console) {
   const Result<RecoverReport> report = recover_log(args.job);
-  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
-  console.print(args.json ? json_line(to_json(*report)) : to_text(*report));
+  if (!report) return fail_with(report.error(), console);
+  console.print(args.json ? json_line(fields(*report)) : to_text(*report));
   std::vector<std::string> problems;
   for (const Error& problem : report->recovery.problems) problems.push_back(to_string(problem));
   console.say_first(problems, "--json gives all");
@@ -39,7 +39,8 @@ Examples:
   waymark recover lap.mcap
   waymark recover lap.mcap -o whole.mcap --json
 )",
-      .prepare = prepared(recover)};
+      .prepare = prepared(recover),
+      .report = report_of<RecoverReport>};
 }
 
 }  // namespace waymark::cli

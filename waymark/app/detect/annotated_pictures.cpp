@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/media/video_format.hpp"
 #include "waymark/media/video_reader.hpp"
 
@@ -57,7 +58,7 @@ Result<AnnotatedVideo> AnnotatedVideo::create(const std::string& path, const std
     if (std::filesystem::equivalent(input.path, path, ignored))
       return fail(ErrorCode::InvalidArgument, "this is a video that is read", {.source = path},
                   "Give `annotate` another name.");
-    if (known || input.error || !looks_like_video(input.path)) continue;
+    if (known || input.error || kind_of(input.path) != FileKind::Video) continue;
     const Result<VideoReader> reader = VideoReader::open(input.path);
     if (!reader) continue;  // said when it is read
     video.options_.rate_hz = reader->info().mean_rate_hz.value_or(video.options_.rate_hz);

@@ -106,15 +106,15 @@ Result<std::vector<DetectedCamera>> detect_cameras(const DetectCamerasJob& job, 
   return detected;
 }
 
-Result<bool> is_camera_input(const std::vector<std::string>& sources, const GivenFlags& given) {
+Result<bool> is_camera_input(const std::vector<std::string>& sources, const GivenFields& given) {
   const auto live = are_cameras(sources);
   if (!live) return live;
-  FlagRefusals refused(given);
-  refused.flags(*live && sources.size() > 1, {"view", "camera"},
-                "this is about one camera, and several are named", "Run the program once for each camera.");
-  refused.flags(!*live, {"view", "duration_s"}, "this is about live cameras", "Leave it out.");
-  refused.flags(*live, {"annotate", "recursive"}, "this is about files, and the input is a live camera",
-                "Leave it out; `waymark convert` records the camera.");
+  FieldRefusals refused(given);
+  refused.fields(*live && sources.size() > 1, {"view", "camera"},
+                 "this is about one camera, and several are named", "Run the program once for each camera.");
+  refused.fields(!*live, {"view", "duration_s"}, "this is about live cameras", "Leave it out.");
+  refused.fields(*live, {"annotate", "recursive"}, "this is about files, and the input is a live camera",
+                 "Leave it out; `waymark convert` records the camera.");
   if (!refused.status()) return tl::unexpected(refused.status().error());
   return live;
 }

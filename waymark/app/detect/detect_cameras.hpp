@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "waymark/app/common/flag_refusals.hpp"
+#include "waymark/app/common/field_refusals.hpp"
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/app/detect/detect_pictures.hpp"
 #include "waymark/app/live/cameras.hpp"
@@ -51,7 +51,7 @@ struct DetectWords {
 };
 
 /// Whether the inputs are live cameras; fails on flags that do not go with what they are.
-[[nodiscard]] Result<bool> is_camera_input(const std::vector<std::string>& sources, const GivenFlags& given);
+[[nodiscard]] Result<bool> is_camera_input(const std::vector<std::string>& sources, const GivenFields& given);
 
 /// What became of one camera; an error ended it alone.
 struct DetectedCamera {

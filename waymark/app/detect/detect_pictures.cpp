@@ -11,7 +11,6 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "waymark/app/common/camera_description.hpp"
 #include "waymark/app/detect/annotated_pictures.hpp"
@@ -54,7 +53,7 @@ Result<Annotations> prepare_annotations(const std::string& folder, const std::ve
     std::error_code ignored;
     if (!input.error && fs::equivalent(parent.empty() ? "." : parent, folder, ignored)) {
       return fail(
-          ErrorCode::InvalidArgument, "this folder holds the pictures themselves", {.source = folder},
+          ErrorCode::InvalidArgument, "this folder holds the pictures themselves", {.key = folder},
           "Give `annotate` another folder, for example " + (fs::path(folder) / "annotated").string() + ".");
     }
   }
@@ -126,12 +125,6 @@ Result<DetectSummary> detect_pictures(const DetectJob& job, const TagFinder& fin
     summary.annotations_failed = true;
   }
   return summary;
-}
-
-nlohmann::ordered_json to_json(const PictureReport& report, const PoseList& poses, bool with_covariance) {
-  nlohmann::ordered_json json = to_json(report, with_covariance);
-  for (std::size_t k = 0; k < poses.size(); ++k) add_to_json(json["detections"][k], poses[k]);
-  return json;
 }
 
 namespace {

@@ -45,10 +45,6 @@ using EachDetected = std::function<bool(const PictureReport& report, const PoseL
 /// report.
 [[nodiscard]] PoseList poses_for(PictureReport& report, const PoseSetup& setup);
 
-/// The contract of the JSON output of detect (docs/reference/cli.md).
-[[nodiscard]] nlohmann::ordered_json to_json(const PictureReport& report, const PoseList& poses,
-                                             bool with_covariance);
-
 /// What was seen in one picture, as a table for people; ends with an end of line. Requires report.detected.
 [[nodiscard]] std::string to_text(const PictureReport& report);
 

@@ -90,7 +90,7 @@ TEST_F(DetectPictures, ThePoseIsThatOfThePicture) {
   nlohmann::ordered_json json;
   const auto summary =
       detect_pictures(job, finder_, {}, [&](const PictureReport& report, const PoseList& poses) {
-        json = to_json(report, poses, false);
+        json = to_json(fields(PictureLine{report, poses}));
         return true;
       });
   ASSERT_TRUE(summary);
@@ -198,7 +198,7 @@ TEST_F(DetectPictures, AreScoredAgainstTheTruth) {
   ASSERT_TRUE(report->scores);
   EXPECT_EQ(report->scores->correct, 1U);
   EXPECT_LT(report->scores->corners->rmse_px, 0.1);
-  EXPECT_EQ(to_json(*report->scores)["recall"], 1.0);
+  EXPECT_EQ(to_json(fields(*report->scores))["recall"], 1.0);
   job.sources = {at("broken.png")};
   const auto broken = evaluate_detections(job, finder_, {});
   ASSERT_TRUE(broken);
@@ -231,7 +231,7 @@ std::string board_detections(const CameraModel& camera, int pictures) {
       detection.corner_covariance_px2 = CornerCovariance::Identity() * 0.01;
       if (whole) report.detections.push_back(detection);
     }
-    lines += json_line(to_json(report, true));
+    lines += json_line(fields(PictureLine{.report = report, .with_covariance = true}));
   }
   return lines;
 }
@@ -257,7 +257,7 @@ TEST_F(DetectPictures, ACameraIsCalibratedFromWhatWasDetected) {
   const auto read = read_camera(job.fit.camera_info, "");
   ASSERT_TRUE(read) << to_string(read.error());
   EXPECT_EQ(read->camera.width_px(), 640);
-  EXPECT_EQ(to_json(*report)["pictures"].size(), 10U);
+  EXPECT_EQ(to_json(fields(*report))["pictures"].size(), 10U);
 }
 
 TagDetection square(int number, double left_px, double side_px) {
@@ -459,6 +459,10 @@ TEST_F(TagVideo, BecomesARecordingOfTagsAndPictures) {
   const auto found = convert_video(job, finder_, {});
   ASSERT_TRUE(found) << to_string(found.error());
   EXPECT_EQ(found->tags, static_cast<std::size_t>(kPictures));
+  const auto json = to_json(fields(ConvertedVideo{job.input, job.output, *found}));
+  EXPECT_EQ(json["output"], job.output);
+  EXPECT_EQ(json["pictures"], kPictures);
+  EXPECT_FALSE(json["codec"].get<std::string>().empty());
   const auto log = open_log(job.output);
   ASSERT_TRUE(log) << to_string(log.error());
   std::vector<TagFrame> tags;

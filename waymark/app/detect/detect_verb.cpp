@@ -29,9 +29,7 @@ ExitCode detect_live(DetectCamerasJob job, bool json, bool covariance, const Tag
   job.on_picture = [&](const PictureReport& report, const PoseList& poses, Duration age) {
     const double age_ms = 1e3 * to_seconds(age);
     if (json) {
-      nlohmann::ordered_json line = to_json(report, poses, covariance);
-      line["age_ms"] = age_ms;
-      console.print(json_line(line));
+      console.print(json_line(fields(PictureLine{report, poses, covariance, age_ms})));
     } else if (!job.page) {
       console.print(waymark::to_text(report) + waymark::to_text(report.detections, poses));
     } else {
@@ -42,8 +40,7 @@ ExitCode detect_live(DetectCamerasJob job, bool json, bool covariance, const Tag
   control.cancelled = [&console] { return interrupted() || console.output_ended(); };
   const auto cameras = detect_cameras(job, finder, control);
   if (cameras) return say_ends(*cameras, console);
-  const bool usage = cameras.error().code == ErrorCode::InvalidArgument;
-  return console.failed(cameras.error(), usage ? ExitCode::Usage : ExitCode::SomeFailed);
+  return fail_by_kind(cameras.error(), console);
 }
 
 struct DetectArgs : DetectWords {
@@ -59,16 +56,13 @@ struct DetectArgs : DetectWords {
 ExitCode detect(const DetectArgs& args, Console& console) {
   const CLI::App& app = args.settings.app();
   Refusals refused(app);
-  refused.flags(!args.json, {"--covariance"}, "tables do not show covariances",
-                "Add --json, or leave it out.");
-  if (!refused.status()) return console.failed(refused.status().error(), ExitCode::Usage);
+  refused.fields(!args.json, {"--covariance"}, "tables do not show covariances",
+                 "Add --json, or leave it out.");
+  if (!refused.status()) return fail_usage(refused.status().error(), console);
   const auto finder = args.detector.make();
-  if (!finder) return console.failed(finder.error(), ExitCode::Usage);
+  if (!finder) return fail_usage(finder.error(), console);
   auto poses = args.poses.make();
-  if (!poses) {
-    const bool flag = poses.error().place.source.empty();  // else the calibration, which is an input
-    return console.failed(poses.error(), flag ? ExitCode::Usage : ExitCode::SomeFailed);
-  }
+  if (!poses) return fail_usage(poses.error(), console);
   const auto live = is_camera_input(args.job.sources, given_on(app));
   if (!live) return fail_usage(live.error(), console);
   if (*live)
@@ -82,12 +76,12 @@ ExitCode detect(const DetectArgs& args, Console& console) {
   const auto summary = detect_pictures(
       job, *finder, control_from(console), [&](const PictureReport& report, const PoseList& of_tags) {
         if (args.json)
-          console.print(json_line(to_json(report, of_tags, args.covariance)));
+          console.print(json_line(fields(PictureLine{report, of_tags, args.covariance})));
         else if (report.detected)
           console.print(to_text(report) + to_text(report.detections, of_tags));
         return !console.output_ended();
       });
-  if (!summary) return console.failed(summary.error(), ExitCode::Usage);
+  if (!summary) return fail_usage(summary.error(), console);
   console.say(fmt::format("{}, {}, {} failed", counted(summary->pictures, "picture"),
                           counted(summary->tags, "tag"), summary->failed));
   if (summary->stopped) return ExitCode::Interrupted;
@@ -106,7 +100,6 @@ black border meets the white one: top left, top right, bottom right, bottom left
 Pixel (i, j) covers [i, i+1) x [j, j+1). A folder's pictures are taken in the order of their names.
 Pictures of a recording or a video are called after their stamp: lap.mcap#12.345000000; that of a video is the
 presentation time since its first picture. Videos are read as they are stored: a rotation flag turns no corners.
-Keys of --json: docs/reference/cli.md.
 
 Exit code: 0 all inputs processed (with or without tags), 1 some failed (the others are processed),
 2 wrong usage, 130 stopped by Ctrl-C.
@@ -125,7 +118,8 @@ camera (x right, y down, z forward) with standard deviations. A tag seen nearly 
 fit almost equally: both are printed, the better first, and the ratio of their errors says how sure that is (near 1:
 not at all).
 )",
-      .prepare = prepared(detect)};
+      .prepare = prepared(detect),
+      .report = report_of<PictureLine>};
 }
 
 }  // namespace waymark::cli

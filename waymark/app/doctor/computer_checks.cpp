@@ -33,14 +33,14 @@ namespace waymark {
 namespace {
 
 constexpr double kOldDays = 180;
-constexpr std::uint64_t kFew_bytes = 200'000'000;
+constexpr std::uint64_t kMinFree_bytes = 200'000'000;
 constexpr std::uint64_t kSome_bytes = 2'000'000'000;
-constexpr double kFewCores = 0.5;  // more leaves no room for mapping, the page and other programs
+constexpr double kMaxShare = 0.5;  // the rest is for mapping, the page and other programs
 constexpr double kNoCore = 0.9;
 constexpr Duration kLook = std::chrono::seconds(1);
-constexpr Duration kFirst = std::chrono::seconds(5);  // some cameras take seconds until the first picture
+constexpr Duration kFirst = std::chrono::seconds(5);  // some cameras need seconds for the first image
 
-constexpr const char* kCalibrate = "waymark calibrate camera --help";
+constexpr const char* kCalibrate = "waymark calibrate camera help=true";
 
 DoctorLine check_device(const CameraDevice& device) {
   DoctorLine line{.key = "camera", .words = fmt::format("{}: {}", device.path, device.card)};
@@ -51,7 +51,7 @@ DoctorLine check_device(const CameraDevice& device) {
     line.command = device.problem->hint;
   } else if (readable == 0) {
     line.level = DoctorLevel::Fail;
-    line.words += " delivers no format that is read";
+    line.words += " has no supported format";
     line.command = fmt::format("gst-launch-1.0 v4l2src device={} ! fakesink", device.path);
   } else if (!device.holder.empty()) {
     line.level = DoctorLevel::Warn;
@@ -82,14 +82,14 @@ std::vector<DoctorLine> check_cameras(const std::vector<CameraDevice>& devices) 
   lines.reserve(std::max<std::size_t>(1, devices.size()));
   for (const CameraDevice& device : devices) lines.push_back(check_device(device));
   if (lines.empty())
-    lines.push_back({"camera", DoctorLevel::Warn,
-                     "this computer has no camera; a robot may send pictures of its own", "waymark cameras"});
+    lines.push_back({"camera", DoctorLevel::Warn, "this computer has no camera; the robot may have its own",
+                     "waymark cameras"});
   return lines;
 }
 
-std::string words_of_flat_picture(const ImageView& image) {
-  constexpr std::size_t kEvery = 4;  // pixels: a quick look
-  constexpr double kFew = 0.0005;    // pixels that say nothing
+std::string flat_picture_warning(const ImageView& image) {
+  constexpr std::size_t kEvery = 4;     // pixel stride, for speed
+  constexpr double kOutliers = 0.0005;  // share of pixels ignored at both ends
   constexpr double kDark = 40;
   std::vector<double> levels;
   for (int y = 0; y < image.height; ++y)
@@ -97,14 +97,14 @@ std::string words_of_flat_picture(const ImageView& image) {
          x += kEvery)
       levels.push_back(image.row(y)[x]);
   if (levels.empty()) return {};
-  const double low = quantile(levels, kFew);
-  const double high = quantile(std::move(levels), 1 - kFew);
+  const double low = quantile(levels, kOutliers);
+  const double high = quantile(std::move(levels), 1 - kOutliers);
   if (high - low >= DetectorOptions{}.min_white_black_diff) return {};
   return fmt::format(
-      "; its last picture has grey levels from {:.0f} to {:.0f} only, too little contrast for a tag: {}", low,
+      "; the grey levels of its last image are only {:.0f} to {:.0f}, too little contrast for a tag: {}", low,
       high,
       high < kDark ? "is the lens covered, or the exposure too short?"
-                   : "is the exposure too long, or the lens before a wall?");
+                   : "is the exposure too long, or the lens close to a wall?");
 }
 
 DoctorLine check_live_camera(const std::string& address, const DoctorCancelled& cancelled) {
@@ -117,7 +117,7 @@ DoctorLine check_live_camera(const std::string& address, const DoctorCancelled& 
   };
   const auto camera = open_live_camera(address);
   if (!camera) return failed(camera.error());
-  std::string said;
+  std::string messages;
   std::string flat;
   int pictures = 0;
   SensorTime first{};
@@ -127,11 +127,11 @@ DoctorLine check_live_camera(const std::string& address, const DoctorCancelled& 
     const auto event = (*camera)->next(std::chrono::milliseconds(100));
     if (!event) return failed(event.error());
     if (!*event) continue;
-    if (const auto* text = std::get_if<RobotText>(&**event)) said += "; " + text->text;
+    if (const auto* text = std::get_if<RobotText>(&**event)) messages += "; " + text->text;
     if (const auto* sample = std::get_if<Sample>(&**event)) {
       last = stamp_of(*sample);
       if (const auto* frame = std::get_if<CameraFrame>(sample))
-        flat = words_of_flat_picture(frame->image.view());
+        flat = flat_picture_warning(frame->image.view());
       if (pictures++ == 0) {
         first = last;
         end = steady_now() + kLook;
@@ -139,15 +139,15 @@ DoctorLine check_live_camera(const std::string& address, const DoctorCancelled& 
     }
   }
   const bool silent = pictures < 2;
-  if (!silent) said += flat;
-  const bool warns = silent || !said.empty();
+  if (!silent) messages += flat;
+  const bool warns = silent || !messages.empty();
   line.level = silent ? DoctorLevel::Fail : warns ? DoctorLevel::Warn : DoctorLevel::Ok;
   line.words = (*camera)->description() +
-               (silent ? std::string(" delivers no pictures")
-                       : fmt::format(" delivers {:.1f} pictures a second",
+               (silent ? std::string(" delivers no images")
+                       : fmt::format(" delivers {:.1f} images per second",
                                      (pictures - 1) / to_seconds(last - first))) +
-               said;
-  if (warns) line.command = "waymark detect " + shell_word(address) + " --view";
+               messages;
+  if (warns) line.command = "waymark detect " + shell_word(address) + " view=true";
   return line;
 }
 
@@ -163,30 +163,29 @@ DoctorLine check_calibration(const std::filesystem::path& path, std::filesystem:
     return line;
   }
   const double days = std::chrono::duration<double>(now - written).count() / 86400;
-  const std::string doubtful = calibration ? unobservable_in(*calibration) : std::string();
+  const std::string unobservable = calibration ? unobservable_in(*calibration) : std::string();
   line.words = fmt::format("{}: {:.0f} days old", path.string(), std::max(0.0, days));
   if (!calibration)
-    line.words += ", and does not say how exact it is";
+    line.words += ", without uncertainties";
   else if (!calibration->camera)
-    line.words += ", and calibrates no camera";
-  else if (!doubtful.empty())
-    line.words += ", and could not determine " + doubtful;
+    line.words += ", without a camera calibration";
+  else if (!unobservable.empty())
+    line.words += ", not observable: " + unobservable;
   else if (days > kOldDays)
-    line.words += ": a lens that was touched since needs a new one";
+    line.words += ": calibrate again if the lens was touched since then";
   else
-    line = {.key = "calibration", .words = line.words + ", all that was tried is known"};
+    line = {.key = "calibration", .words = line.words + ", all parameters observable"};
   return line;
 }
 
 DoctorLine check_disk(const std::filesystem::path& folder) {
   std::error_code error;
   if (std::filesystem::exists(folder, error) && !std::filesystem::is_directory(folder, error))
-    return {"disk", DoctorLevel::Fail, fmt::format("{}: this is no folder", folder.string()),
+    return {"disk", DoctorLevel::Fail, fmt::format("{}: not a folder", folder.string()),
             "ls -ld " + shell_word(folder.string())};
   if (std::filesystem::exists(folder, error) && access(folder.c_str(), W_OK) != 0)
     return {"disk", DoctorLevel::Fail,
-            fmt::format("{}: nothing can be written there: {}", folder.string(),
-                        std::generic_category().message(errno)),
+            fmt::format("{}: not writable: {}", folder.string(), std::generic_category().message(errno)),
             "ls -ld " + shell_word(folder.string())};
   const std::filesystem::space_info space = std::filesystem::space(folder, error);
   if (!error) return check_disk(folder, space.available);
@@ -195,10 +194,9 @@ DoctorLine check_disk(const std::filesystem::path& folder) {
 
 DoctorLine check_disk(const std::filesystem::path& folder, std::uint64_t free_bytes) {
   const double gigabytes = static_cast<double>(free_bytes) * 1e-9;
-  DoctorLine line{.key = "disk",
-                  .words = fmt::format("{:.1f} GB are free at {}", gigabytes, folder.string())};
+  DoctorLine line{.key = "disk", .words = fmt::format("{:.1f} GB free at {}", gigabytes, folder.string())};
   if (free_bytes >= kSome_bytes) return line;
-  line.level = free_bytes < kFew_bytes ? DoctorLevel::Fail : DoctorLevel::Warn;
+  line.level = free_bytes < kMinFree_bytes ? DoctorLevel::Fail : DoctorLevel::Warn;
   line.command = fmt::format("du -sh {}/* | sort -h | tail", folder.string());
   return line;
 }
@@ -207,7 +205,7 @@ namespace {
 
 DoctorLevel level_of(const LoopTrialResult& result) {
   const bool late = result.dropped * 10 > result.pictures || result.share > kNoCore || result.pictures == 0;
-  return late ? DoctorLevel::Fail : result.share > kFewCores ? DoctorLevel::Warn : DoctorLevel::Ok;
+  return late ? DoctorLevel::Fail : result.share > kMaxShare ? DoctorLevel::Warn : DoctorLevel::Ok;
 }
 
 }  // namespace
@@ -216,12 +214,12 @@ DoctorLine check_processor(const LoopTrial& trial, const LoopTrialResult& result
   DoctorLine line{
       .key = "processor",
       .level = level_of(result),
-      .words = fmt::format("tags in {} x {} px at {:g} Hz take {:.0f} % of one core, {:.1f} ms from "
-                           "picture to tags; {} of {} pictures passed over",
+      .words = fmt::format("detection in {} x {} px at {:g} Hz needs {:.0f} % of one core, {:.1f} ms per "
+                           "image; {} of {} images skipped",
                            trial.width, trial.height, trial.rate_hz, 100 * result.share, result.median_ms,
                            result.dropped, result.pictures)};
   if (line.level != DoctorLevel::Ok)
-    line.command = fmt::format("waymark doctor --rate-hz {:g}", trial.rate_hz / 2);
+    line.command = fmt::format("waymark doctor rate_hz={:g}", trial.rate_hz / 2);
   return line;
 }
 
@@ -236,7 +234,7 @@ std::vector<std::string> gamepads() {
   return found;
 }
 
-/// One line a kind of device, and one a device that this user may not open.
+/// Adds one line for the devices of a kind, and one for each device without permission.
 void add_kind(const std::string& key, const std::string& what, const std::vector<std::string>& paths,
               std::vector<DoctorLine>& lines) {
   if (paths.empty()) return;
@@ -247,7 +245,7 @@ void add_kind(const std::string& key, const std::string& what, const std::vector
     lines.push_back({key, DoctorLevel::Warn, path + ": " + error.message, error.hint});
   }
   if (lines.size() == before)
-    lines.push_back({key, DoctorLevel::Ok, fmt::format("{} may be opened", fmt::join(paths, ", ")), ""});
+    lines.push_back({key, DoctorLevel::Ok, fmt::format("{} can be opened", fmt::join(paths, ", ")), ""});
 }
 
 }  // namespace
@@ -261,9 +259,9 @@ std::vector<DoctorLine> check_devices() {
 
 namespace {
 
-constexpr double kNoise = 3;  // grey levels, as a webcam indoors
+constexpr double kNoise = 3;  // standard deviation in grey levels, as of a webcam indoors
 
-/// A tag with its white border, `cell_px` from cell to cell.
+/// Draws a tag with its white border, with cells of `cell_px`.
 void draw_tag(Image& image, int id, int left, int top, int cell_px) {
   const std::vector<std::uint8_t> cells = bitmap({FamilyId::Tag36h11, id});
   const int side = static_cast<int>(std::lround(std::sqrt(static_cast<double>(cells.size()))));
@@ -274,7 +272,7 @@ void draw_tag(Image& image, int id, int left, int top, int cell_px) {
     }
 }
 
-/// Four tags before a background with structure, and noise.
+/// Four tags on a structured background, with noise.
 Image drawn_picture(int width, int height) {
   Image image(width, height);
   for (int y = 0; y < height; ++y)
@@ -293,7 +291,7 @@ Image drawn_picture(int width, int height) {
   return image;
 }
 
-/// The picture again and again, at a rate.
+/// Delivers the same image repeatedly at a rate.
 class DrawnCamera final : public Source {
  public:
   explicit DrawnCamera(const LoopTrial& trial)

@@ -12,7 +12,7 @@
 /// Checks of a computer before a drive (`waymark doctor`).
 namespace waymark {
 
-/// Whether somebody wants the checks to end; asked ten times a second or more often.
+/// Returns true to cancel the checks; called at least ten times per second.
 using DoctorCancelled = std::function<bool()>;
 
 enum class DoctorLevel : std::uint8_t { Ok, Warn, Fail };
@@ -20,36 +20,36 @@ enum class DoctorLevel : std::uint8_t { Ok, Warn, Fail };
 [[nodiscard]] const char* to_string(DoctorLevel level);
 
 struct DoctorLine {
-  std::string key{};  ///< a stable word: camera, calibration, map, disk, processor
+  std::string key{};  ///< stable name of the check: camera, calibration, map, disk, processor
   DoctorLevel level = DoctorLevel::Ok;
   std::string words{};
-  std::string command{};  ///< that mends it; empty where all is well
+  std::string command{};  ///< command that fixes it, with fields instead of flags; empty: nothing to fix
 };
 
-/// One line a device; a warning where there is none.
+/// One line per device; a warning if there is none.
 [[nodiscard]] std::vector<DoctorLine> check_cameras(const std::vector<CameraDevice>& devices);
 
-/// What is wrong with a picture in which no two grey levels differ as a tag's do, behind a semicolon; empty
-/// where they do.
-[[nodiscard]] std::string words_of_flat_picture(const ImageView& image);
+/// A warning, after a semicolon, about an image with too little contrast for a tag; empty if the contrast is
+/// sufficient.
+[[nodiscard]] std::string flat_picture_warning(const ImageView& image);
 
-/// Opens the camera of an address and takes pictures for a second: whether they come, at which rate, what the
-/// driver says of them, and whether they have contrast.
+/// Opens the camera at an address for one second and reports the frame rate, messages of the driver, and too
+/// little contrast.
 [[nodiscard]] DoctorLine check_live_camera(const std::string& address, const DoctorCancelled& cancelled);
 
-/// Whether the file calibrates a camera, what it could not determine, and how old it is; `now`: the clock of
-/// files.
+/// Whether the file contains a camera calibration, its unobservable parameters and its age. `now`: the file
+/// clock.
 [[nodiscard]] DoctorLine check_calibration(const std::filesystem::path& path,
                                            std::filesystem::file_time_type now);
 
-/// Serial ports and gamepads of this computer, and whether this user may open them.
+/// Serial ports and gamepads of this computer, and whether this user has permission to open them.
 [[nodiscard]] std::vector<DoctorLine> check_devices();
 
-/// The room on the disk of a folder: a recording with pictures takes some 100 MB a minute.
+/// Free disk space at a folder. A recording with images needs about 100 MB per minute.
 [[nodiscard]] DoctorLine check_disk(const std::filesystem::path& folder);
 [[nodiscard]] DoctorLine check_disk(const std::filesystem::path& folder, std::uint64_t free_bytes);
 
-/// What the trial of the loop is made of.
+/// Parameters of the loop trial.
 struct LoopTrial {
   int width = 640;   ///< [px]
   int height = 480;  ///< [px]
@@ -58,12 +58,12 @@ struct LoopTrial {
 };
 struct LoopTrialResult {
   int pictures = 0;
-  int dropped = 0;       ///< came while the one before was searched
-  double share = 0;      ///< of one core
-  double median_ms = 0;  ///< from picture to tags
+  int dropped = 0;       ///< images that arrived during the detection in an earlier one
+  double share = 0;      ///< processor time as share of one core
+  double median_ms = 0;  ///< time from image to tags
 };
 
-/// Runs the loop of a robot (RobotLoop) on drawn pictures with four tags, in real time.
+/// Runs RobotLoop in real time on synthetic images with four tags.
 [[nodiscard]] Result<LoopTrialResult> try_loop(const TagFinder& finder, const LoopTrial& trial,
                                                const DoctorCancelled& cancelled);
 [[nodiscard]] DoctorLine check_processor(const LoopTrial& trial, const LoopTrialResult& result);

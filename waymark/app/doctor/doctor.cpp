@@ -14,7 +14,7 @@
 namespace waymark {
 namespace {
 
-/// What was named, else what is in the current folder.
+/// The given calibration, else calibration.yaml in the current folder.
 std::string calibration_file(const DoctorJob& job) {
   std::error_code ignored;
   const std::string found = std::filesystem::exists("calibration.yaml", ignored) ? "calibration.yaml" : "";
@@ -23,11 +23,11 @@ std::string calibration_file(const DoctorJob& job) {
 
 DoctorLine calibration_line(const std::string& file) {
   if (!file.empty()) return check_calibration(file, std::filesystem::file_time_type::clock::now());
-  return {"calibration", DoctorLevel::Warn, "no calibration was named, and there is no calibration.yaml here",
-          "waymark doctor --camera FILE"};
+  return {"calibration", DoctorLevel::Warn, "no calibration given, and calibration.yaml does not exist here",
+          "waymark doctor camera=FILE"};
 }
 
-/// What is found at the address of a robot of some kind, without moving it.
+/// The checks for a kind of robot, which do not move it.
 struct RobotCheck {
   std::string_view kind;
   std::vector<DoctorLine> (*check)(const std::string& address, const DoctorCancelled& cancelled);
@@ -35,7 +35,7 @@ struct RobotCheck {
 constexpr std::array kRobotChecks = {RobotCheck{"ros2", check_ros2}, RobotCheck{"limo", check_limo},
                                      RobotCheck{"mbot", check_mbot}, RobotCheck{"gazebo", check_gazebo}};
 
-/// The lines of a robot `KIND:ADDRESS`. Fails where there is no such kind, or one that has no checks.
+/// The lines of a robot `KIND:ADDRESS`. Fails on a kind that is unknown or has no checks.
 Result<std::vector<DoctorLine>> check_robot(const std::string& robot, const DoctorCancelled& cancelled) {
   std::vector<std::string> names;
   for (const RobotKind& kind : robot_kinds()) {
@@ -49,11 +49,11 @@ Result<std::vector<DoctorLine>> check_robot(const std::string& robot, const Doct
     }
     names.push_back(begin + std::string(kind.address));
   }
-  return fail(ErrorCode::InvalidArgument, "there are no checks of a robot '" + robot + "'", {.key = "robot"},
+  return fail(ErrorCode::InvalidArgument, "no checks for a robot '" + robot + "'", {.key = "robot"},
               suggestion(robot, names));
 }
 
-/// The loop of a robot on drawn pictures.
+/// Runs the loop trial.
 Result<DoctorLine> processor_line(const LoopTrial& trial, const DoctorCancelled& cancelled) {
   const auto finder = make_tag_finder();
   if (!finder) return tl::unexpected(finder.error());
@@ -85,13 +85,13 @@ Result<DoctorReport> run_doctor(const DoctorJob& job, const DoctorCancelled& can
       lines.push_back(check_map_tags(source, calibration, job.map, cancelled));
   lines.push_back(check_disk(job.folder));
   if (job.sources.empty() && finds_tags_itself(job.robot)) {
-    lines.push_back({"processor", DoctorLevel::Ok, "not tried: the robot finds its tags itself", ""});
+    lines.push_back({"processor", DoctorLevel::Ok, "not tested: the robot detects tags itself", ""});
   } else {
     auto line = processor_line(job.trial, cancelled);
     if (!line) return tl::unexpected(line.error());
     lines.push_back(std::move(*line));
   }
-  if (cancelled()) return fail(ErrorCode::LimitExceeded, "stopped before all checks were made");
+  if (cancelled()) return fail(ErrorCode::LimitExceeded, "stopped before all checks were done");
   return DoctorReport{std::move(lines)};
 }
 
@@ -109,7 +109,7 @@ std::string to_text(const DoctorReport& report) {
 }
 
 ReportFields fields(const DoctorLine& line) {
-  return {{"check", "What was checked: camera, calibration, robot, map, disk, processor, ...", line.key},
+  return {{"check", "Name of the check: camera, calibration, robot, map, disk, processor, ...", line.key},
           {"level", "ok, warn or fail", to_string(line.level)},
           {"words", "Result as a sentence", line.words},
           {"command", "Command that fixes it or prints more; empty: nothing to fix", line.command}};

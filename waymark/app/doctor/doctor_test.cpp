@@ -12,7 +12,7 @@ namespace {
 using nlohmann::json;
 using ::testing::HasSubstr;
 
-TEST(DoctorText, ACheckIsALineAndItsCommandStandsBelow) {
+TEST(DoctorText, HasALinePerCheckFollowedByItsCommand) {
   const DoctorReport report{{{"disk", DoctorLevel::Ok, "80 GB are free", ""},
                              {"camera", DoctorLevel::Warn, "in use", "fuser /dev/video0"}}};
   const std::string text = to_text(report);

@@ -5,18 +5,25 @@ namespace waymark::cli {
 namespace {
 
 struct DoctorArgs : JobArgs<DoctorJob> {
-  explicit DoctorArgs(CLI::App& app) : JobArgs(app, "One JSON object instead of lines") {}
+  explicit DoctorArgs(CLI::App& app) : JobArgs(app, "Print one JSON object instead of lines") {}
 };
 
-ExitCode examine(const DoctorArgs& args, Console& console) {
-  const auto report = run_doctor(args.job, interrupted);
-  if (!report) {
-    const ErrorCode code = report.error().code;  // a file or profile that is named wrongly, too
-    const bool usage = code == ErrorCode::InvalidArgument || code == ErrorCode::NotFound;
-    return console.failed(report.error(), usage ? ExitCode::Usage : ExitCode::SomeFailed);
+/// The report with commands to copy: flags instead of fields.
+DoctorReport with_flags_in_commands(DoctorReport report, const Console& console) {
+  for (DoctorLine& line : report.checks) {
+    if (!line.command.starts_with("waymark ")) continue;
+    const std::string quoted = console.text_for_users("`" + line.command + "`");
+    line.command = quoted.substr(1, quoted.size() - 2);
   }
-  console.print(args.json ? json_line(fields(*report)) : to_text(*report));
-  return any_failed(*report) ? ExitCode::SomeFailed : ExitCode::Ok;
+  return report;
+}
+
+ExitCode examine(const DoctorArgs& args, Console& console) {
+  const auto checked = run_doctor(args.job, interrupted);
+  if (!checked) return fail_by_kind(checked.error(), console);
+  const DoctorReport report = with_flags_in_commands(*checked, console);
+  console.print(args.json ? json_line(fields(report)) : to_text(report));
+  return any_failed(report) ? ExitCode::SomeFailed : ExitCode::Ok;
 }
 
 }  // namespace
@@ -26,13 +33,12 @@ Verb doctor_verb() {
       .name = "doctor",
       .sentence = "Check robot, cameras, calibration, disk and processor before a drive",
       .help =
-          R"(One line a check: ok, warn or fail, what was found, and below it the command that mends it or tells more.
-Cameras: each device, whether this user may open it, and who uses it. Calibration: age, and what it could not
-tell. Robot: its port (is it there, who may open it, who has it) or its network (peers, qualities of service), the
-rate of its odometry, the difference of its clock, who else commands it, battery, errors. Devices: serial ports and
-gamepads, and whether this user may open them. Map: the tags of a map that should be found from where the
-camera stands, and why some are not: covered, too faint or blurred. Disk: the room for recordings. Processor: the
-loop of a robot runs for two seconds on drawn pictures.
+          R"(Prints one line per check: ok, warn or fail, and the result; below it a command that fixes it or prints more.
+Cameras: each device, its permissions, and the program that uses it. Calibration: age and unobservable parameters.
+Robot: its port (existence, permissions, other programs) or its network (peers, qualities of service), rate of the
+odometry, clock offset, other programs with commands, battery, errors. Devices: serial ports and gamepads, with
+permissions. Map: map tags expected at the camera's pose but not detected, with the reason: covered, too faint or
+blurred. Disk: space for recordings. Processor: two seconds of the robot loop on synthetic images.
 
 Exit code: 0 nothing failed, 1 a check failed, 2 wrong usage, 130 ended by Ctrl-C.
 

@@ -28,21 +28,21 @@
 namespace waymark {
 namespace {
 
-/// How long one waits for a message before it is asked whether to end.
+/// Longest wait for a message before cancellation is checked.
 constexpr Duration kDoctorSlice = std::chrono::milliseconds(100);
 
-DoctorLine odometry_line(const NetworkHeard& heard, const std::string& howto) {
+DoctorLine odometry_line(const NetworkTraffic& traffic, const std::string& howto) {
   constexpr double kLeastRateHz = 10;
-  if (heard.odometries == 0)
+  if (traffic.odometries == 0)
     return {"robot", DoctorLevel::Fail,
-            fmt::format("no odometry on {} in {:.1f} s{}{}", heard.odometry, heard.listened_s,
-                        heard.there.empty() ? "" : "; ", heard.there),
+            fmt::format("no odometry on {} in {:.1f} s{}{}", traffic.odometry, traffic.listened_s,
+                        traffic.there.empty() ? "" : "; ", traffic.there),
             howto};
-  const double rate_Hz = heard.odometries / (heard.listened_s * heard.sim_pace.value_or(1));
+  const double rate_Hz = traffic.odometries / (traffic.listened_s * traffic.sim_pace.value_or(1));
   const bool slow = rate_Hz < kLeastRateHz;
   return {"robot", slow ? DoctorLevel::Warn : DoctorLevel::Ok,
-          fmt::format("odometry on {} {:.0f} times a {}second", heard.odometry, rate_Hz,
-                      heard.sim_pace ? "simulated " : ""),
+          fmt::format("odometry on {} {:.0f} times per {}second", traffic.odometry, rate_Hz,
+                      traffic.sim_pace ? "simulated " : ""),
           slow ? howto : ""};
 }
 
@@ -50,55 +50,53 @@ DoctorLine clock_line(double behind_s) {
   constexpr double kApart_s = 0.1;
   const bool apart = std::abs(behind_s) > kApart_s;
   return {"clock", apart ? DoctorLevel::Warn : DoctorLevel::Ok,
-          apart
-              ? fmt::format("the robot's stamps are {:.2f} s {} this computer's clock: pictures of a camera "
-                            "of this computer do not fit to them",
-                            std::abs(behind_s), behind_s > 0 ? "behind" : "ahead of")
-              : fmt::format("the robot's stamps come within {:.0f} ms of this computer's clock",
-                            1e3 * std::abs(behind_s)),
+          apart ? fmt::format("the robot's stamps are {:.2f} s {} this computer's clock: images of this "
+                              "computer's cameras cannot be matched to them",
+                              std::abs(behind_s), behind_s > 0 ? "behind" : "ahead of")
+                : fmt::format("the robot's stamps are within {:.0f} ms of this computer's clock",
+                              1e3 * std::abs(behind_s)),
           apart ? "chronyc tracking, on both computers" : ""};
 }
 
-DoctorLine commands_line(const NetworkHeard& heard, const std::string& howto) {
-  if (heard.others_commands >= kCommandsOfADriver)
+DoctorLine commands_line(const NetworkTraffic& traffic, const std::string& howto) {
+  if (traffic.others_commands >= kCommandsOfADriver)
     return {"commands", DoctorLevel::Fail,
-            fmt::format("another program commands this robot on {}{}", heard.commands,
-                        heard.driver.empty() ? "" : ": " + heard.driver),
-            "End that program; two drivers make a robot obey both in turn."};
-  if (heard.silent_publishers > 0)
+            fmt::format("another program commands this robot on {}{}", traffic.commands,
+                        traffic.driver.empty() ? "" : ": " + traffic.driver),
+            "End that program: the robot would obey the commands of both."};
+  if (traffic.silent_publishers > 0)
     return {"commands", DoctorLevel::Warn,
-            fmt::format("{} {} on {} as well, and sent nothing in {:.1f} s{}",
-                        heard.silent_publishers == 1 ? "another program" : "other programs",
-                        heard.silent_publishers == 1 ? "publishes" : "publish", heard.commands,
-                        heard.listened_s, heard.silent_names.empty() ? "" : ": " + heard.silent_names),
-            "End what drives the robot by itself; a drive is refused while it sends commands."};
-  if (!heard.hears_commands)
-    return {"commands", DoctorLevel::Fail, "nobody subscribes to " + heard.commands + ": it would not move",
-            howto};
-  return {"commands", DoctorLevel::Ok, "nobody else drives it on " + heard.commands, ""};
+            fmt::format("{} {} on {} too, but sent nothing in {:.1f} s{}",
+                        traffic.silent_publishers == 1 ? "another program" : "other programs",
+                        traffic.silent_publishers == 1 ? "publishes" : "publish", traffic.commands,
+                        traffic.listened_s, traffic.silent_names.empty() ? "" : ": " + traffic.silent_names),
+            "End programs that drive the robot; a drive is refused while they send commands."};
+  if (!traffic.has_subscriber)
+    return {"commands", DoctorLevel::Fail,
+            "no subscriber on " + traffic.commands + ": the robot would not move", howto};
+  return {"commands", DoctorLevel::Ok, "no commands of other programs on " + traffic.commands, ""};
 }
 
-DoctorLine battery_line(const NetworkHeard& heard) {
+DoctorLine battery_line(const NetworkTraffic& traffic) {
   constexpr double kLow = 0.2;
-  const bool low = heard.battery_share && *heard.battery_share < kLow;
-  std::string words = fmt::format("{:.1f} V", *heard.battery_V);
-  if (heard.battery_share) words += fmt::format(", {:.0f} %", 100 * *heard.battery_share);
+  const bool low = traffic.battery_share && *traffic.battery_share < kLow;
+  std::string words = fmt::format("{:.1f} V", *traffic.battery_V);
+  if (traffic.battery_share) words += fmt::format(", {:.0f} %", 100 * *traffic.battery_share);
   return {"battery", low ? DoctorLevel::Warn : DoctorLevel::Ok, words,
           low ? "Charge the robot before a drive." : ""};
 }
 
 }  // namespace
 
-std::vector<DoctorLine> network_lines(const NetworkHeard& heard, const std::string& howto) {
-  std::vector<DoctorLine> lines = {odometry_line(heard, howto)};
-  if (heard.odometries == 0) return lines;
-  lines.push_back(commands_line(heard, howto));
-  if (heard.behind_s) lines.push_back(clock_line(*heard.behind_s));
-  if (heard.sim_pace)
+std::vector<DoctorLine> network_lines(const NetworkTraffic& traffic, const std::string& howto) {
+  std::vector<DoctorLine> lines = {odometry_line(traffic, howto)};
+  if (traffic.odometries == 0) return lines;
+  lines.push_back(commands_line(traffic, howto));
+  if (traffic.behind_s) lines.push_back(clock_line(*traffic.behind_s));
+  if (traffic.sim_pace)
     lines.push_back({"clock", DoctorLevel::Ok,
-                     fmt::format("simulated time runs {:.2f} times as fast as real time", *heard.sim_pace),
-                     ""});
-  if (heard.battery_V) lines.push_back(battery_line(heard));
+                     fmt::format("real-time factor of the simulation: {:.2f}", *traffic.sim_pace), ""});
+  if (traffic.battery_V) lines.push_back(battery_line(traffic));
   return lines;
 }
 
@@ -106,19 +104,19 @@ namespace {
 
 constexpr const char* kHowTo = "docs/howto/limo.md";
 
-DoctorLine check_frames(const std::string& port, const LimoHeard& heard) {
+DoctorLine check_frames(const std::string& port, const LimoPortActivity& traffic) {
   constexpr double kLeastRateHz = 20;
-  if (heard.bytes == 0)
+  if (traffic.bytes == 0)
     return {"robot", DoctorLevel::Fail,
-            port + ": no byte came: is LIMO on, is this the port of its mainboard?", kHowTo};
-  if (heard.frames == 0)
-    return {"robot", DoctorLevel::Fail,
-            fmt::format("{}: {} bytes came, and no frame of LIMO among them", port, heard.bytes), kHowTo};
+            port + ": no data. Is LIMO switched on? Is this the port of its mainboard?", kHowTo};
+  if (traffic.frames == 0)
+    return {"robot", DoctorLevel::Fail, fmt::format("{}: {} bytes, but no LIMO frame", port, traffic.bytes),
+            kHowTo};
   const std::string words =
-      fmt::format("{}: motion {:.0f} times a second, gyro {:.0f} times, {} of {} bytes damaged", port,
-                  heard.motion_rate_hz, heard.gyro_rate_hz, heard.skipped_bytes, heard.bytes);
-  const bool slow = heard.motion_rate_hz < kLeastRateHz || heard.gyro_rate_hz < kLeastRateHz;
-  const bool damaged = 100 * heard.skipped_bytes > heard.bytes;
+      fmt::format("{}: motion at {:.0f} Hz, gyro at {:.0f} Hz, {} of {} bytes damaged", port,
+                  traffic.motion_rate_hz, traffic.gyro_rate_hz, traffic.skipped_bytes, traffic.bytes);
+  const bool slow = traffic.motion_rate_hz < kLeastRateHz || traffic.gyro_rate_hz < kLeastRateHz;
+  const bool damaged = 100 * traffic.skipped_bytes > traffic.bytes;
   return {"robot", slow || damaged ? DoctorLevel::Warn : DoctorLevel::Ok, words,
           slow || damaged ? kHowTo : ""};
 }
@@ -131,35 +129,35 @@ DoctorLine check_battery(const LimoState& state) {
 }
 
 DoctorLine check_errors(const LimoState& state) {
-  std::vector<std::string> words = error_words(state.errors);
-  if (state.vehicle == LimoState::Vehicle::EmergencyStop) words.emplace_back("it is in emergency stop");
-  if (state.vehicle == LimoState::Vehicle::Exception) words.emplace_back("it reports an exception");
-  if (words.empty()) return {"errors", DoctorLevel::Ok, "LIMO reports none", ""};
+  std::vector<std::string> words = limo_error_texts(state.errors);
+  if (state.vehicle == LimoState::Vehicle::EmergencyStop) words.emplace_back("emergency stop");
+  if (state.vehicle == LimoState::Vehicle::Exception) words.emplace_back("exception");
+  if (words.empty()) return {"errors", DoctorLevel::Ok, "LIMO reports no errors", ""};
   const bool stops = (state.errors & kLimoStoppingErrors) != 0 || state.vehicle != LimoState::Vehicle::Normal;
   return {"errors", stops ? DoctorLevel::Fail : DoctorLevel::Warn,
-          fmt::format("LIMO says: {}", fmt::join(words, "; ")),
-          stops ? "Switch LIMO off and on; it is not driven while it says so." : kHowTo};
+          fmt::format("LIMO reports: {}", fmt::join(words, "; ")),
+          stops ? "Switch LIMO off and on; a drive is refused while it reports this." : kHowTo};
 }
 
 DoctorLine check_drive(const LimoState& state) {
   return {"drive", DoctorLevel::Ok,
-          fmt::format(
-              "{}; {}", to_string(state.drive),
-              state.commanded ? "it obeys this port" : "it does not obey this port yet: a drive asks for it"),
+          fmt::format("{}; {}", to_string(state.drive),
+                      state.commanded ? "controlled by this port"
+                                      : "not controlled by this port yet; a drive requests it"),
           state.drive == LimoDrive::Ackermann ? "`robot_file=limo-ackermann`" : ""};
 }
 
-/// The lines of what was heard.
-std::vector<DoctorLine> limo_lines(const std::string& port, const LimoHeard& heard) {
-  std::vector<DoctorLine> lines = {check_frames(port, heard)};
-  if (heard.frames == 0) return lines;
-  if (!heard.state) {
-    lines.push_back({"errors", DoctorLevel::Fail, "LIMO's state (0x211) did not come", kHowTo});
+/// The lines for the received data.
+std::vector<DoctorLine> limo_lines(const std::string& port, const LimoPortActivity& traffic) {
+  std::vector<DoctorLine> lines = {check_frames(port, traffic)};
+  if (traffic.frames == 0) return lines;
+  if (!traffic.state) {
+    lines.push_back({"errors", DoctorLevel::Fail, "LIMO's state (0x211) did not arrive", kHowTo});
     return lines;
   }
-  lines.push_back(check_battery(*heard.state));
-  lines.push_back(check_errors(*heard.state));
-  lines.push_back(check_drive(*heard.state));
+  lines.push_back(check_battery(*traffic.state));
+  lines.push_back(check_errors(*traffic.state));
+  lines.push_back(check_drive(*traffic.state));
   return lines;
 }
 
@@ -167,16 +165,16 @@ std::vector<DoctorLine> limo_lines(const std::string& port, const LimoHeard& hea
 
 std::vector<DoctorLine> check_limo(const std::string& port, const DoctorCancelled& cancelled) {
   constexpr Duration kListenFor = std::chrono::milliseconds(1500);
-  const auto heard = listen_to_limo(port, kListenFor, cancelled);
-  if (heard) return limo_lines(port, *heard);
-  return {{"robot", DoctorLevel::Fail, port + ": " + heard.error().message, heard.error().hint}};
+  const auto traffic = listen_to_limo(port, kListenFor, cancelled);
+  if (traffic) return limo_lines(port, *traffic);
+  return {{"robot", DoctorLevel::Fail, port + ": " + traffic.error().message, traffic.error().hint}};
 }
 
 namespace {
 
 constexpr const char* kMbotHowTo = "docs/howto/mbot.md";
 
-/// What comes on all channels while it listens.
+/// Receives messages on all channels.
 class MbotListener {
  public:
   Status listen(LcmLink& link, Duration most, const DoctorCancelled& cancelled) {
@@ -187,29 +185,29 @@ class MbotListener {
       if (!message) return tl::unexpected(message.error());
       if (*message) receive(**message);
     }
-    heard_.listened_s = to_seconds(most);
-    heard_.there =
-        channels_.empty() ? "nothing was heard" : fmt::format("heard: {}", fmt::join(channels_, ", "));
+    traffic_.listened_s = to_seconds(most);
+    traffic_.there =
+        channels_.empty() ? "nothing received" : fmt::format("received: {}", fmt::join(channels_, ", "));
     return {};
   }
-  [[nodiscard]] const NetworkHeard& heard() const { return heard_; }
+  [[nodiscard]] const NetworkTraffic& traffic() const { return traffic_; }
   [[nodiscard]] bool simulated() const { return channels_.contains(kSimulatorChannel); }
 
  private:
   void receive(const LcmMessage& message) {
     channels_.insert(message.channel);
-    if (message.channel == kDriverChannel) heard_.driver = presence_of(message.payload);
-    if (message.channel == heard_.commands && mbot::decode<mbot::Twist2D>(message.payload))
-      ++heard_.others_commands;
-    if (message.channel != heard_.odometry) return;
-    ++heard_.odometries;
+    if (message.channel == kDriverChannel) traffic_.driver = presence_of(message.payload);
+    if (message.channel == traffic_.commands && mbot::decode<mbot::Twist2D>(message.payload))
+      ++traffic_.others_commands;
+    if (message.channel != traffic_.odometry) return;
+    ++traffic_.odometries;
     const auto utime = mbot::utime_of(message.payload);
     if (!utime || *utime == 0) return;
     const double behind_s = 1e-6 * static_cast<double>(message.received_us - *utime);
-    heard_.behind_s = std::min(heard_.behind_s.value_or(behind_s), behind_s);
+    traffic_.behind_s = std::min(traffic_.behind_s.value_or(behind_s), behind_s);
   }
 
-  NetworkHeard heard_{.odometry = "MBOT_ODOMETRY", .commands = "MBOT_VEL_CMD"};
+  NetworkTraffic traffic_{.odometry = "MBOT_ODOMETRY", .commands = "MBOT_VEL_CMD"};
   std::set<std::string> channels_{};
 };
 
@@ -221,8 +219,8 @@ std::vector<DoctorLine> check_mbot(const std::string& address, const DoctorCance
   MbotListener listener;
   const Status status = link ? listener.listen(**link, kListenFor, cancelled) : tl::unexpected(link.error());
   if (!status) return {{"robot", DoctorLevel::Fail, status.error().message, status.error().hint}};
-  std::vector<DoctorLine> lines = network_lines(listener.heard(), kMbotHowTo);
-  if (listener.simulated()) lines.front().words += "; it is simulated";
+  std::vector<DoctorLine> lines = network_lines(listener.traffic(), kMbotHowTo);
+  if (listener.simulated()) lines.front().words += "; simulated";
   return lines;
 }
 
@@ -230,7 +228,7 @@ namespace {
 
 constexpr const char* kRos2HowTo = "docs/howto/ros2.md";
 
-/// sensor_msgs/msg/BatteryState, as far as it is read.
+/// The first fields of sensor_msgs/msg/BatteryState.
 struct BatteryBegin {
   static constexpr std::string_view kType = "sensor_msgs/msg/BatteryState";
   ros2::Header header{};
@@ -243,8 +241,8 @@ struct BatteryBegin {
 class Ros2Listener {
  public:
   Ros2Listener(Bus& bus, const Ros2Profile& profile) : bus_(bus), profile_(profile) {
-    heard_.odometry = profile.odometry_topic;
-    heard_.commands = profile.command_topic;
+    traffic_.odometry = profile.odometry_topic;
+    traffic_.commands = profile.command_topic;
   }
 
   Status listen(Duration most, const DoctorCancelled& cancelled) {
@@ -260,65 +258,65 @@ class Ros2Listener {
     while (steady_now() < until && !cancelled()) {
       const auto message = bus_.next(std::min(kDoctorSlice, until - steady_now()));
       if (!message || names_.take(*message)) continue;
-      if (message->subscription == *commands) hear_command(*message);
-      if (message->subscription == *odometry) hear_odometry(*message);
-      if (message->subscription == *battery) hear_battery(message->bytes);
+      if (message->subscription == *commands) receive_command(*message);
+      if (message->subscription == *odometry) receive_odometry(*message);
+      if (message->subscription == *battery) receive_battery(message->bytes);
     }
-    heard_.listened_s = to_seconds(most);
+    traffic_.listened_s = to_seconds(most);
     name_drivers();
     const auto endpoints = bus_.endpoints();
-    heard_.hears_commands = std::ranges::any_of(endpoints, [&](const BusEndpoint& endpoint) {
+    traffic_.has_subscriber = std::ranges::any_of(endpoints, [&](const BusEndpoint& endpoint) {
       return !endpoint.publishes && endpoint.name.topic == command_use(profile_).name.topic;
     });
     return {};
   }
-  [[nodiscard]] NetworkHeard& heard() { return heard_; }
-  /// One command would move all of them.
+  [[nodiscard]] NetworkTraffic& traffic() { return traffic_; }
+  /// Fails if there are several robots: one command would move all of them.
   [[nodiscard]] std::vector<DoctorLine> robot_lines() const {
     if (robots_.size() < 2) return {};
     return {{"robots", DoctorLevel::Fail,
-             fmt::format("{} programs publish odometry on {}: are there two robots in this domain?",
+             fmt::format("{} programs publish odometry on {}. Are there two robots in this domain?",
                          robots_.size(), profile_.odometry_topic),
-             "Give each a ROS_DOMAIN_ID, or a namespace and the topics of its profile."}};
+             "Use a ROS_DOMAIN_ID per robot, or a namespace and a profile with its topics."}};
   }
 
  private:
-  void hear_command(const BusMessage& message) {
-    ++heard_.others_commands;
+  void receive_command(const BusMessage& message) {
+    ++traffic_.others_commands;
     drivers_.insert(message.identity.guid);
   }
   void name_drivers() {
-    heard_.driver = names_.of(drivers_, bus_);
+    traffic_.driver = names_.of(drivers_, bus_);
     const std::set<Guid> all = publishers_of(command_use(profile_).name, bus_);
-    heard_.silent_publishers = static_cast<int>(all.size());
-    heard_.silent_names = names_.of(all, bus_);
+    traffic_.silent_publishers = static_cast<int>(all.size());
+    traffic_.silent_names = names_.of(all, bus_);
   }
-  void hear_odometry(const BusMessage& message) {
+  void receive_odometry(const BusMessage& message) {
     const auto odometry = cdr::decode<ros2::Odometry>(message.bytes);
     if (!odometry) return;
     robots_.insert(message.identity.guid);
-    ++heard_.odometries;
+    ++traffic_.odometries;
     const auto now = std::chrono::system_clock::now().time_since_epoch();
     const Duration stamp = ros2::from_ros(odometry->header.stamp).time_since_epoch();
     const double behind_s = to_seconds(std::chrono::duration_cast<Duration>(now) - stamp);
-    heard_.behind_s = std::min(heard_.behind_s.value_or(behind_s), behind_s);
+    traffic_.behind_s = std::min(traffic_.behind_s.value_or(behind_s), behind_s);
   }
-  void hear_battery(std::span<const std::uint8_t> bytes) {
+  void receive_battery(std::span<const std::uint8_t> bytes) {
     const auto battery = cdr::decode<BatteryBegin>(bytes);
     if (!battery) return;
-    heard_.battery_V = battery->voltage;
-    if (battery->percentage >= 0 && battery->percentage <= 1) heard_.battery_share = battery->percentage;
+    traffic_.battery_V = battery->voltage;
+    if (battery->percentage >= 0 && battery->percentage <= 1) traffic_.battery_share = battery->percentage;
   }
 
   Bus& bus_;
   const Ros2Profile& profile_;
-  NetworkHeard heard_{};
+  NetworkTraffic traffic_{};
   PublisherNames names_{};
-  std::set<Guid> robots_{};   ///< publishers of odometry that came
-  std::set<Guid> drivers_{};  ///< publishers of commands that came
+  std::set<Guid> robots_{};   ///< publishers of received odometry
+  std::set<Guid> drivers_{};  ///< publishers of received commands
 };
 
-/// What the profile names and a drive would not find.
+/// Errors in the robot file of the profile, which would prevent a drive.
 std::vector<DoctorLine> profile_lines(const Ros2Profile& profile) {
   std::vector<DoctorLine> lines;
   const auto wrong = [&](const Error& error) {
@@ -333,7 +331,7 @@ std::vector<DoctorLine> profile_lines(const Ros2Profile& profile) {
   return lines;
 }
 
-/// Who is there, and which of the profile's topics cannot be heard.
+/// The peers on the network, and topics of the profile that cannot be received.
 std::vector<DoctorLine> peer_lines(const Bus& bus, const BusOptions& options, const Ros2Profile& profile) {
   const bool alone = bus.participants().empty();
   std::vector<DoctorLine> lines = {{"peers", alone ? DoctorLevel::Fail : DoctorLevel::Ok,
@@ -343,7 +341,7 @@ std::vector<DoctorLine> peer_lines(const Bus& bus, const BusOptions& options, co
     lines.push_back({"qos", DoctorLevel::Fail, words, "docs/formats/ros2-profile.md"});
   if (lines.size() == 1 && !alone)
     lines.push_back(
-        {"qos", DoctorLevel::Ok, "no topic of the profile is offered in a way that excludes it", ""});
+        {"qos", DoctorLevel::Ok, "the qualities of service of all topics in the profile match", ""});
   if (!alone)
     for (const std::string& words : missing_publishers(profile, bus.endpoints()))
       lines.push_back({"topics", DoctorLevel::Fail, words, "waymark ros2 topic list"});
@@ -365,7 +363,7 @@ std::vector<DoctorLine> check_ros2(const std::string& profile, const DoctorCance
   if (!bus) return failed(bus.error());
   Ros2Listener listener(**bus, *found);
   if (Status status = listener.listen(kListenFor, cancelled); !status) return failed(status.error());
-  std::vector<DoctorLine> lines = network_lines(listener.heard(), kRos2HowTo);
+  std::vector<DoctorLine> lines = network_lines(listener.traffic(), kRos2HowTo);
   for (DoctorLine& line : listener.robot_lines()) lines.push_back(std::move(line));
   for (DoctorLine& line : profile_lines(*found)) lines.push_back(std::move(line));
   for (DoctorLine& line : peer_lines(**bus, *options, *found)) lines.push_back(std::move(line));
@@ -376,15 +374,15 @@ namespace {
 
 constexpr const char* kGazeboHowTo = "docs/howto/gazebo.md";
 
-/// When a message came, and its stamp.
+/// Arrival time and stamp of a message.
 struct Moment {
   Duration arrived{};
   SensorTime stamp{};
 };
 
-Result<NetworkHeard> listen_to_gazebo(GazeboLink& link, const GazeboProfile& profile, Duration most,
-                                      const DoctorCancelled& cancelled) {
-  NetworkHeard heard{.odometry = profile.odometry_topic, .commands = profile.command_topic};
+Result<NetworkTraffic> listen_to_gazebo(GazeboLink& link, const GazeboProfile& profile, Duration most,
+                                        const DoctorCancelled& cancelled) {
+  NetworkTraffic traffic{.odometry = profile.odometry_topic, .commands = profile.command_topic};
   const auto odometry = link.subscribe(profile.odometry_topic, 100);
   if (!odometry) return tl::unexpected(odometry.error());
   const auto commands = link.subscribe(profile.command_topic, 100);
@@ -395,22 +393,22 @@ Result<NetworkHeard> listen_to_gazebo(GazeboLink& link, const GazeboProfile& pro
   while (steady_now() < until && !cancelled()) {
     const auto message = link.next(std::min(kDoctorSlice, until - steady_now()));
     if (!message || !message->value) continue;
-    heard.others_commands += message->subscription == *commands ? 1 : 0;
+    traffic.others_commands += message->subscription == *commands ? 1 : 0;
     const auto* value = std::get_if<Odometry>(&*message->value);
     if (message->subscription != *odometry || value == nullptr) continue;
-    ++heard.odometries;
+    ++traffic.odometries;
     last = {message->arrived, value->stamp};
     if (!first) first = last;
   }
-  heard.listened_s = to_seconds(most);
+  traffic.listened_s = to_seconds(most);
   if (first && last.arrived > first->arrived)
-    heard.sim_pace = to_seconds(last.stamp - first->stamp) / to_seconds(last.arrived - first->arrived);
+    traffic.sim_pace = to_seconds(last.stamp - first->stamp) / to_seconds(last.arrived - first->arrived);
   const std::vector<std::string> publishers = link.publishers(profile.command_topic);
   if (!publishers.empty())
-    heard.driver = heard.silent_names = fmt::format("at {}", fmt::join(publishers, ", "));
-  heard.silent_publishers = static_cast<int>(publishers.size());
-  if (heard.odometries == 0) heard.there = link.where() + "; " + topics_in_words(link.topics());
-  return heard;
+    traffic.driver = traffic.silent_names = fmt::format("at {}", fmt::join(publishers, ", "));
+  traffic.silent_publishers = static_cast<int>(publishers.size());
+  if (traffic.odometries == 0) traffic.there = link.where() + "; " + topic_list_text(link.topics());
+  return traffic;
 }
 
 }  // namespace
@@ -419,10 +417,10 @@ std::vector<DoctorLine> check_gazebo(const std::string& profile, const DoctorCan
   constexpr Duration kListenFor = std::chrono::seconds(2);
   const auto found = find_gazebo_profile(profile);
   const auto link = found ? open_gazebo() : tl::unexpected(found.error());
-  const auto heard =
+  const auto traffic =
       link ? listen_to_gazebo(**link, *found, kListenFor, cancelled) : tl::unexpected(link.error());
-  if (!heard) return {{"robot", DoctorLevel::Fail, to_string(heard.error()), kGazeboHowTo}};
-  return network_lines(*heard, kGazeboHowTo);
+  if (!traffic) return {{"robot", DoctorLevel::Fail, to_string(traffic.error()), kGazeboHowTo}};
+  return network_lines(*traffic, kGazeboHowTo);
 }
 
 }  // namespace waymark

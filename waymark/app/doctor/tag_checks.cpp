@@ -21,22 +21,22 @@ namespace waymark {
 namespace {
 
 constexpr double kMapLook_s = 2;
-constexpr int kOneOf = 5;  // a tag that is missed more often than once in so many pictures is named
+constexpr int kMissPeriod = 5;  // a tag is reported if it is missed more often than once in this many images
 
 DoctorLine map_warning(std::string words, std::string command) {
   return {"map", DoctorLevel::Warn, std::move(words), std::move(command)};
 }
-/// What was asked for could not be looked at.
+/// A line for a check that cannot be done.
 DoctorLine map_failed(std::string words, std::string command) {
   return {"map", DoctorLevel::Fail, std::move(words), std::move(command)};
 }
 
-/// Whether tags elsewhere in the picture can be foretold from this pose.
+/// Whether the pose is certain enough to predict other tags in the image.
 bool certain(const CameraPoseEstimate& pose) {
-  constexpr double kSure_m = 0.1;
-  constexpr double kSure_rad = 0.05;
+  constexpr double kMaxSigma_m = 0.1;
+  constexpr double kMaxSigma_rad = 0.05;
   const PoseDeviations sigma = standard_deviations(pose.map_T_cam, pose.covariance);
-  return sigma.position_m.maxCoeff() <= kSure_m && sigma.rotation_rad.maxCoeff() <= kSure_rad;
+  return sigma.position_m.maxCoeff() <= kMaxSigma_m && sigma.rotation_rad.maxCoeff() <= kMaxSigma_rad;
 }
 
 }  // namespace
@@ -64,47 +64,44 @@ void MapTagTrial::add(const ImageView& image, const std::vector<TagDetection>& f
 }
 
 DoctorLine check_map_tags(const MapTagTrial& trial, const std::string& view_command) {
-  const std::string pictures = counted(static_cast<std::size_t>(trial.pictures), "picture");
+  const std::string pictures = counted(static_cast<std::size_t>(trial.pictures), "image");
   if (trial.with_tags == 0)
-    return map_failed(fmt::format("no tag of the map is found in {}", pictures), view_command);
+    return map_failed(fmt::format("no map tag was detected in {}", pictures), view_command);
   if (trial.placed == 0)
     return map_warning(
-        fmt::format("tags of the map are found in {} of {}, but they do not tell where the camera is: "
-                    "move it nearer, or so that several tags are in view, and check that the calibration is "
-                    "this camera's",
+        fmt::format("map tags were detected in {} of {}, but the camera pose is ambiguous: move the camera "
+                    "closer, or so that several tags are in view, and check that the calibration is that of "
+                    "this camera",
                     trial.with_tags, pictures),
         view_command);
   std::vector<std::string> missed;
   for (const auto& [tag, count] : trial.tags)
-    if (count.times_missed() * kOneOf > count.expected)
+    if (count.times_missed() * kMissPeriod > count.expected)
       missed.push_back(fmt::format("{} in {} of {} ({})", to_string(tag), count.times_missed(),
                                    count.expected, counted_reasons(count.missed)));
-  const std::string all = counted(trial.tags.size(), "tag");
+  const std::string all = counted(trial.tags.size(), "map tag");
   if (missed.empty())
-    return {"map", DoctorLevel::Ok,
-            fmt::format("{} of the map should be found from here and {}, in {}", all,
-                        trial.tags.size() == 1 ? "is" : "are", pictures),
+    return {"map", DoctorLevel::Ok, fmt::format("{} expected from here and detected, in {}", all, pictures),
             ""};
-  return map_warning(fmt::format("of {} of the map that should be found from here, {} missed: {}", all,
-                                 missed.size() == 1 ? "one is" : fmt::format("{} are", missed.size()),
-                                 fmt::join(missed, ", ")),
-                     view_command);
+  return map_warning(
+      fmt::format("{} expected from here, {} missed: {}", all, missed.size(), fmt::join(missed, ", ")),
+      view_command);
 }
 
 DoctorLine check_map_tags(const std::string& address, const std::filesystem::path& calibration,
                           const std::filesystem::path& map, const DoctorCancelled& cancelled) {
   if (calibration.empty())
-    return map_failed("tags of a map can only be expected with the camera's calibration",
-                      fmt::format("waymark doctor --camera FILE --camera-source {} --map {}",
-                                  shell_word(address), shell_word(map.string())));
+    return map_failed("the check of map tags needs the camera's calibration",
+                      fmt::format("waymark doctor camera=FILE camera_source={} map={}", shell_word(address),
+                                  shell_word(map.string())));
   const auto camera = read_camera(calibration);
-  if (!camera) return map_failed(to_string(camera.error()), "waymark calibrate camera --help");
+  if (!camera) return map_failed(to_string(camera.error()), "waymark calibrate camera help=true");
   const auto file = read_map(map_file_of(map));
-  if (!file) return map_failed(to_string(file.error()), "waymark map --help");
+  if (!file) return map_failed(to_string(file.error()), "waymark map help=true");
   DetectorOptions options{.families = families_of(file->tags)};
   for (const auto& [tag, mapped] : file->tags.tags) options.known_tags.push_back(tag);
   const auto finder = make_tag_finder(options);
-  if (!finder) return map_failed(to_string(finder.error()), "waymark map --help");
+  if (!finder) return map_failed(to_string(finder.error()), "waymark map help=true");
   const auto source = open_live_camera(address);
   if (!source) return map_failed(to_string(source.error()), "waymark cameras");
   MapTagTrial trial;
@@ -119,25 +116,25 @@ DoctorLine check_map_tags(const std::string& address, const std::filesystem::pat
   };
   const auto end = watch_camera(**source, *finder, watch);
   if (!end) return map_failed(to_string(end.error()), "waymark cameras");
-  return check_map_tags(trial, "waymark detect " + address + " --view");
+  return check_map_tags(trial, "waymark detect " + address + " view=true");
 }
 
 namespace {
 
 constexpr double kTagLook_s = 1;
-constexpr double kNotWorthIt = 0.01;  // of the size
-constexpr double kNoTrial = 0.03;
+constexpr double kMinError = 0.01;  // relative; smaller size errors are not reported
+constexpr double kMaxSigma = 0.03;  // relative; above this, the measurement is not significant
 
-DoctorLine tag_warning(std::string words, std::string command = "waymark doctor --help") {
+DoctorLine tag_warning(std::string words, std::string command = "waymark doctor help=true") {
   return {"tag size", DoctorLevel::Warn, std::move(words), std::move(command)};
 }
 
-/// What was asked for could not be looked at.
-DoctorLine tag_failed(std::string words, std::string command = "waymark doctor --help") {
+/// A line for a measurement that cannot be done.
+DoctorLine tag_failed(std::string words, std::string command = "waymark doctor help=true") {
   return {"tag size", DoctorLevel::Fail, std::move(words), std::move(command)};
 }
 
-/// A distance as seen, and its standard deviation.
+/// An estimated distance and its standard deviation.
 struct SeenDistance {
   double distance_m = 0;
   double sigma_m = 0;
@@ -163,12 +160,12 @@ DoctorLine check_tag_size(std::span<const TagDetection> detections, const Camera
                           const TagSizeTrial& trial) {
   std::set<std::string> tags;
   for (const TagDetection& detection : detections) tags.insert(to_string(detection.tag));
-  if (tags.empty()) return tag_warning("no tag was in view", "waymark detect SOURCE --view");
+  if (tags.empty()) return tag_warning("no tag in view", "waymark detect SOURCE view=true");
   if (tags.size() > 1)
     return tag_warning(
-        fmt::format("{} tags are in view ({}): leave one", tags.size(), fmt::join(tags, ", ")));
+        fmt::format("{} tags in view ({}): leave only one", tags.size(), fmt::join(tags, ", ")));
   const std::vector<SeenDistance> seen = distances(detections, camera, trial.size_m);
-  if (seen.empty()) return tag_warning(*tags.begin() + ": its corners make no square");
+  if (seen.empty()) return tag_warning(*tags.begin() + ": its corners are not those of a square");
   const SeenDistance& median = seen[seen.size() / 2];
   const double ratio = trial.distance_m / median.distance_m;
   const double sigma =
@@ -176,25 +173,25 @@ DoctorLine check_tag_size(std::span<const TagDetection> detections, const Camera
   const std::string found =
       fmt::format("{} at {:.2f} m is {:.1f} mm (+- {:.1f}), ", *tags.begin(), trial.distance_m,
                   1000 * ratio * trial.size_m, 1000 * ratio * sigma * trial.size_m);
-  if (sigma > kNoTrial)
-    return tag_warning(
-        fmt::format("{}which is not significant: take a larger tag, or another distance", found));
-  if (std::abs(ratio - 1) <= std::max(2 * sigma, kNotWorthIt))
-    return {"tag size", DoctorLevel::Ok, fmt::format("{}as it should be ({:g})", found, 1000 * trial.size_m),
+  if (sigma > kMaxSigma)
+    return tag_warning(fmt::format("{}not significant: use a larger tag, or another distance", found));
+  if (std::abs(ratio - 1) <= std::max(2 * sigma, kMinError))
+    return {"tag size", DoctorLevel::Ok, fmt::format("{}as specified ({:g})", found, 1000 * trial.size_m),
             ""};
   return tag_warning(
-      fmt::format("{}not {:g}: printed at {:.1f} %? Print at 100 %, or name the size that a ruler shows",
+      fmt::format("{}not {:g}: printed at {:.1f} %? Print at 100 %, or give the size measured with a ruler",
                   found, 1000 * trial.size_m, 100 * ratio),
-      fmt::format("waymark teach --tag-size-m {:.4f}", ratio * trial.size_m));
+      fmt::format("waymark teach tag_size_m={:.4f}", ratio * trial.size_m));
 }
 
 DoctorLine check_tag_size(const std::string& address, const std::filesystem::path& calibration,
                           const TagSizeTrial& trial, const DoctorCancelled& cancelled) {
   if (calibration.empty())
-    return tag_failed("the size of a tag can only be measured with the camera's calibration",
-                      "waymark doctor --camera FILE");
+    return tag_failed("measuring the size of a tag needs the camera's calibration",
+                      "waymark doctor camera=FILE");
   const auto camera = read_camera(calibration);
-  if (!camera) return tag_failed(to_string(camera.error()), "waymark calibrate camera --help");
+  if (!camera) return tag_failed(to_string(camera.error()), "waymark calibrate camera help=true");
+
   const auto finder = make_tag_finder({.families = trial.families});
   if (!finder) return tag_failed(to_string(finder.error()));
   const auto source = open_live_camera(address);

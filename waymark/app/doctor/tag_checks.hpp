@@ -15,52 +15,50 @@
 
 namespace waymark {
 
-/// How a tag of a map fared in the pictures in which it should be found.
+/// Detections of a map tag in the images where it is expected.
 struct ExpectedTagCount {
-  int expected = 0;                    ///< pictures in which it should be found
-  std::map<MissReason, int> missed{};  ///< of these, in which it was not, by the reason
+  int expected = 0;                    ///< number of images where it is expected
+  std::map<MissReason, int> missed{};  ///< number of these images where it was missed, by reason
   [[nodiscard]] int times_missed() const;
 };
 
-/// How the tags of a map are found in pictures of a camera that stands.
+/// Detection of map tags in images of a stationary camera.
 struct MapTagTrial {
   int pictures = 0;
-  int with_tags = 0;  ///< of these, in which a tag of the map was found
-  int placed = 0;     ///< of these, whose tags tell where the camera is
+  int with_tags = 0;  ///< number of images with a detected map tag
+  int placed = 0;     ///< number of images with a certain camera pose
   std::map<TagId, ExpectedTagCount> tags{};
 
-  /// Counts the tags of one picture: the camera's pose follows from those that were found, and the others
-  /// should be where that pose has them. `min_white_black_diff`: of the detector that found them.
+  /// Counts the tags of one image: the detected tags give the camera pose, which predicts the others.
+  /// `min_white_black_diff`: the option of the detector.
   void add(const ImageView& image, const std::vector<TagDetection>& found, const TagMap& map,
            const CameraModel& camera, int min_white_black_diff);
 };
 
-/// Fails where no tag of the map is in view; warns where the camera's pose stays ambiguous, and of each tag
-/// that should be found and is missed in more than one picture of five, with the reason. `view_command` shows
-/// the pictures.
+/// Fails if no map tag is in view. Warns if the camera pose is ambiguous, and about each expected tag that is
+/// missed in more than one of five images, with the reason. `view_command` shows the images.
 [[nodiscard]] DoctorLine check_map_tags(const MapTagTrial& trial, const std::string& view_command);
 
-/// The same of a live camera, whose pictures are looked at for two seconds; `map` is a map's file or its
-/// folder.
+/// The same for two seconds of a live camera; `map`: a map file or its folder.
 [[nodiscard]] DoctorLine check_map_tags(const std::string& address, const std::filesystem::path& calibration,
                                         const std::filesystem::path& map, const DoctorCancelled& cancelled);
 
-/// A tag that somebody holds before the camera, at a distance that was measured.
+/// A tag at a measured distance from the camera.
 struct TagSizeTrial {
-  std::vector<std::string> families = {"tag36h11"};  ///< that the tag may be of
-  double size_m = 0;                                 ///< that the tag should have, without its white margin
-  double distance_m = 0;                             ///< from the front of the lens to the centre of the tag
-  double distance_sigma_m = 0.01;  ///< of that measurement, and of where in the lens the camera's centre is
+  std::vector<std::string> families = {"tag36h11"};  ///< possible families of the tag
+  double size_m = 0;                                 ///< nominal side of the black square
+  double distance_m = 0;                             ///< from the front of the lens to the tag centre
+  double distance_sigma_m = 0.01;                    ///< of that measurement and of the optical centre
 };
 
-/// How large the tag of these detections is printed, from the median of the distances that it would have with
-/// its size: a printer that fits a page to its margins prints 3 to 6 % too small, and everything that is
-/// mapped with such tags is as much too large. Warns beyond two standard deviations and 1 %, where several
-/// tags are in view, and where there is none.
+/// Measures the printed size of the tag in these detections, from the median of the distances estimated with
+/// its nominal size. A printer that fits a page to its margins prints 3 to 6 % too small, which makes maps
+/// too large by the same factor. Warns beyond two standard deviations and 1 %, and unless exactly one tag is
+/// in view.
 [[nodiscard]] DoctorLine check_tag_size(std::span<const TagDetection> detections, const CameraModel& camera,
                                         const TagSizeTrial& trial);
 
-/// The same of a live camera, whose pictures are looked at for a second; `calibration` is its file.
+/// The same for one second of a live camera; `calibration`: its file.
 [[nodiscard]] DoctorLine check_tag_size(const std::string& address, const std::filesystem::path& calibration,
                                         const TagSizeTrial& trial, const DoctorCancelled& cancelled);
 

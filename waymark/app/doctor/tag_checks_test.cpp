@@ -1,5 +1,5 @@
-// Which tags of a map a camera that stands does not find, and why.
-// The printed size of a tag that is held before the camera.
+// Map tags that a stationary camera misses, and why.
+// The printed size of a tag in front of the camera.
 #include "waymark/app/doctor/tag_checks.hpp"
 
 #include <array>
@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/draw_tag.hpp"
+#include "tests/support/golden_page.hpp"
 #include "waymark/base/random.hpp"
 #include "waymark/samples/visibility.hpp"
 #include "waymark/tags/tag_finder.hpp"
@@ -24,7 +25,7 @@ const CameraModel kCamera =
 
 TagId tag(int number) { return {FamilyId::Tag36h11, number}; }
 
-/// Four tags before the camera, which is the map's origin, not in one plane, and one behind it.
+/// Four tags in front of the camera, which is at the map origin, not in one plane, and one tag behind it.
 TagMap wall() {
   TagMap map;
   for (int number = 0; number < 4; ++number)
@@ -64,7 +65,7 @@ DoctorLine looked_at(const std::function<Levels(int)>& levels,
     const auto found = find_tags(image.view(), finder, &kCamera).value();
     trial.add(image.view(), found.detections, wall(), kCamera, options.min_white_black_diff);
   }
-  return check_map_tags(trial, "waymark detect SOURCE --view");
+  return check_map_tags(trial, "waymark detect SOURCE view=true");
 }
 
 void cover(Image& image, int left, int right) {
@@ -75,39 +76,41 @@ void cover(Image& image, int left, int right) {
 const auto kNothing = [](Image&, int) {};
 const auto kAllPlain = [](int) { return kPlain; };
 
-TEST(DoctorMap, IsContentWhereAllIsFoundThatShouldBe) {
+TEST(DoctorMap, IsOkIfAllExpectedTagsAreDetected) {
   const DoctorLine line = looked_at(kAllPlain, kNothing);
   EXPECT_EQ(line.level, DoctorLevel::Ok) << line.words;
-  EXPECT_THAT(line.words, HasSubstr("4 tags of the map should be found from here and are, in 10 pictures"));
+  EXPECT_THAT(line.words, AllOf(HasSubstr("4 map tags"), HasSubstr("10 images")));
+  testing::expect_on_page("doctor", line.words);
   EXPECT_TRUE(line.command.empty());
 }
 
 TEST(DoctorMap, NamesATagThatIsCoveredOrFaint) {
   const DoctorLine covered = looked_at(kAllPlain, [](Image& image, int) { cover(image, 80, 160); });
   EXPECT_EQ(covered.level, DoctorLevel::Warn);
-  // Of three tags some pictures do not tell where the camera is.
-  EXPECT_THAT(
-      covered.words,
-      HasSubstr("of 4 tags of the map that should be found from here, one is missed: tag36h11:0 in "));
-  EXPECT_THAT(covered.words, HasSubstr(" occluded)"));
-  EXPECT_THAT(covered.command, HasSubstr("--view"));
+  // With three detected tags the camera pose is ambiguous in some images.
+  EXPECT_THAT(covered.words,
+              AllOf(HasSubstr("4 map tags"), HasSubstr("1 missed: tag36h11:0 in "), HasSubstr(" occluded)")));
+  testing::expect_on_page("doctor", covered.words);
+  EXPECT_THAT(covered.command, HasSubstr("view=true"));
   const auto faint = [](int number) { return number == 2 ? Levels{139, 141} : kPlain; };
   EXPECT_THAT(looked_at(faint, kNothing).words,
-              AllOf(HasSubstr("one is missed: tag36h11:2 in "), HasSubstr(" too faint)")));
+              AllOf(HasSubstr("1 missed: tag36h11:2 in "), HasSubstr(" too faint)")));
 }
 
-/// One picture of ten is somebody who walks by.
-TEST(DoctorMap, SaysNothingOfATagThatIsMissedOnce) {
+/// In one of ten images the tag is covered, as by a person who walks by.
+TEST(DoctorMap, IgnoresATagThatIsMissedOnce) {
   const auto once = [](Image& image, int i) {
     if (i == 4) cover(image, 80, 160);
   };
   EXPECT_EQ(looked_at(kAllPlain, once).level, DoctorLevel::Ok);
 }
 
-TEST(DoctorMap, SaysWhatKeepsItFromKnowing) {
-  EXPECT_THAT(looked_at(kAllPlain, [](Image& image, int) { image = Image(640, 480, 90); }).words,
-              HasSubstr("no tag of the map is found in 10 pictures"));
-  // Two tags of the map, each where the other should be.
+TEST(DoctorMap, ReportsWhyTagsCannotBeChecked) {
+  const DoctorLine empty = looked_at(kAllPlain, [](Image& image, int) { image = Image(640, 480, 90); });
+  EXPECT_EQ(empty.level, DoctorLevel::Fail);
+  EXPECT_THAT(empty.words, HasSubstr("10 images"));
+  testing::expect_on_page("doctor", empty.words);
+  // Two exchanged map tags.
   DetectorOptions options;
   const auto finder = make_tag_finder(options).value();
   TagMap exchanged = wall();
@@ -120,7 +123,7 @@ TEST(DoctorMap, SaysWhatKeepsItFromKnowing) {
             options.min_white_black_diff);
   const DoctorLine line = check_map_tags(trial, "");
   EXPECT_EQ(line.level, DoctorLevel::Warn);
-  EXPECT_THAT(line.words, HasSubstr("do not tell where the camera is"));
+  testing::expect_on_page("doctor", line.words);
 }
 
 /// Detections of a tag with this side at this distance, with 0.1 px of noise.
@@ -140,7 +143,7 @@ std::vector<TagDetection> held(double size_m, double distance_m, int number = 5)
   return all;
 }
 
-TEST(DoctorTagSize, NamesATagThatAPrinterMadeSmaller) {
+TEST(DoctorTagSize, ReportsATagThatIsPrintedTooSmall) {
   const TagSizeTrial trial{.size_m = 0.16, .distance_m = 1.0};
   const DoctorLine right = check_tag_size(held(0.16, 1.0), kCamera, trial);
   EXPECT_EQ(right.level, DoctorLevel::Ok) << right.words;
@@ -148,24 +151,30 @@ TEST(DoctorTagSize, NamesATagThatAPrinterMadeSmaller) {
   const DoctorLine small = check_tag_size(held(0.16 * 0.95, 1.0), kCamera, trial);
   EXPECT_EQ(small.level, DoctorLevel::Warn);
   EXPECT_THAT(small.words, HasSubstr("tag36h11:5 at 1.00 m is 15"));
-  EXPECT_THAT(small.words, HasSubstr("not 160: printed at 9"));
-  EXPECT_THAT(small.command, HasSubstr("--tag-size-m 0.15"));
+  EXPECT_THAT(small.words, HasSubstr("not 160: "));
+  testing::expect_on_page("doctor", small.words);
+  EXPECT_THAT(small.command, HasSubstr("tag_size_m=0.15"));
   const DoctorLine within_tape = check_tag_size(held(0.16 * 0.985, 1.0), kCamera, trial);
-  EXPECT_EQ(within_tape.level, DoctorLevel::Ok) << "a tape does not tell 1.5 % at 1 m: " << within_tape.words;
+  EXPECT_EQ(within_tape.level, DoctorLevel::Ok)
+      << "1.5 % at 1 m is within the accuracy of a tape: " << within_tape.words;
 }
 
-TEST(DoctorTagSize, SaysWhatItCannotTell) {
+TEST(DoctorTagSize, ReportsWhyASizeCannotBeMeasured) {
   const TagSizeTrial trial{.size_m = 0.16, .distance_m = 1.0};
-  EXPECT_THAT(check_tag_size({}, kCamera, trial).words, HasSubstr("no tag was in view"));
+  const auto expect_warning = [](const DoctorLine& line) {
+    EXPECT_EQ(line.level, DoctorLevel::Warn);
+    testing::expect_on_page("doctor", line.words);
+  };
+  expect_warning(check_tag_size({}, kCamera, trial));
   std::vector<TagDetection> two = held(0.16, 1.0);
   two.front().tag.number = 9;
-  EXPECT_THAT(check_tag_size(two, kCamera, trial).words,
-              HasSubstr("2 tags are in view (tag36h11:5, tag36h11:9)"));
+  EXPECT_THAT(check_tag_size(two, kCamera, trial).words, HasSubstr("(tag36h11:5, tag36h11:9)"));
+  expect_warning(check_tag_size(two, kCamera, trial));
   std::vector<TagDetection> point = held(0.16, 1.0);
   for (TagDetection& detection : point) detection.corners_px.fill({320, 240});
-  EXPECT_THAT(check_tag_size(point, kCamera, trial).words, HasSubstr("no square"));
+  expect_warning(check_tag_size(point, kCamera, trial));
   const TagSizeTrial near{.size_m = 0.16, .distance_m = 0.25};
-  EXPECT_THAT(check_tag_size(held(0.16, 0.25), kCamera, near).words, HasSubstr("not significant"));
+  expect_warning(check_tag_size(held(0.16, 0.25), kCamera, near));
 }
 
 }  // namespace

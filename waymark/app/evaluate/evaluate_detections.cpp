@@ -7,8 +7,8 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/base/message_text.hpp"
 #include "waymark/config/text_file.hpp"
 
@@ -33,7 +33,8 @@ Reports detect(const EvaluateDetectionsJob& job, const TagFinder& finder, const 
 
 Result<Reports> read_reports(const EvaluateDetectionsJob& job) {
   const auto text = read_text_file(job.detections == "-" ? "/dev/stdin" : job.detections, kMaxTextBytes);
-  auto reports = text ? parse_reports(*text, job.detections) : tl::unexpected(text.error());
+  auto reports = or_wrong_kind(text ? parse_reports(*text, job.detections) : tl::unexpected(text.error()),
+                               job.detections, FileUse::Detections);
   if (!reports) return tl::unexpected(reports.error());
   return Reports{.reports = std::move(*reports)};
 }
@@ -69,37 +70,13 @@ Result<std::vector<ImageDetections>> join(std::vector<PictureReport> reports, co
   return images;
 }
 
-nlohmann::ordered_json number(std::optional<double> value) {
-  return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json();
-}
-
-nlohmann::ordered_json to_json(const std::optional<CornerScores>& corners) {
-  if (!corners) return {};
-  return {{"tags", corners->tags},           {"rmse_px", corners->rmse_px},
-          {"rmse_x_px", corners->rmse_x_px}, {"rmse_y_px", corners->rmse_y_px},
-          {"worst_px", corners->worst_px},   {"bias_x_px", corners->bias_x_px},
-          {"bias_y_px", corners->bias_y_px}, {"bias_outward_px", corners->bias_outward_px}};
-}
-
-nlohmann::ordered_json to_json(const std::vector<ClassScores>& classes, const char* unit) {
-  nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  for (const ClassScores& row : classes) {
-    list.push_back({{std::string("min_") + unit, row.low},
-                    {std::string("max_") + unit, row.high},
-                    {"truth", row.truth},
-                    {"found", row.found},
-                    {"recall", number(row.recall())},
-                    {"corners", to_json(row.corners)}});
-  }
-  return list;
-}
-
 }  // namespace
 
 Result<EvaluateDetectionsReport> evaluate_detections(const EvaluateDetectionsJob& job,
                                                      const TagFinder& finder, const JobControl& control) {
   const auto text = read_text_file(job.truth, kMaxTextBytes);
-  const auto truth = text ? parse_truth(*text, job.truth) : tl::unexpected(text.error());
+  const auto truth = or_wrong_kind(text ? parse_truth(*text, job.truth) : tl::unexpected(text.error()),
+                                   job.truth, FileUse::TrueCorners);
   if (!truth) return tl::unexpected(truth.error());
   Result<Reports> all =
       job.sources.empty() ? read_reports(job) : Result<Reports>(detect(job, finder, control));
@@ -118,35 +95,84 @@ Result<EvaluateDetectionsReport> evaluate_detections(const EvaluateDetectionsJob
   return report;
 }
 
-nlohmann::ordered_json to_json(const DetectionScores& scores) {
-  nlohmann::ordered_json value = {{"images", scores.images},
-                                  {"truth", scores.truth},
-                                  {"detections", scores.detections},
-                                  {"correct", scores.correct},
-                                  {"recall", number(scores.recall())},
-                                  {"wrong_ids", scores.wrong_ids},
-                                  {"false_positives", scores.false_positives},
-                                  {"corners", to_json(scores.corners)}};
-  value["consistency"] = nullptr;
-  if (const auto& n = scores.consistency) {
-    value["consistency"] = {
-        {"tags", n->tags}, {"mean_nes_corner", n->mean_nes_corner}, {"mean_nes_tag", n->mean_nes_tag}};
-  }
-  value["unusable_covariances"] = scores.unusable_covariances;
-  value["by_size"] = to_json(scores.by_size, "px");
-  value["by_tilt"] = to_json(scores.by_tilt, "deg");
-  value["by_size_and_tilt"] = nlohmann::ordered_json::array();
-  for (const auto& row : scores.by_size_and_tilt) value["by_size_and_tilt"].push_back(to_json(row, "deg"));
-  return value;
+// As fields.
+ReportFields fields(const CornerScores& corners) {
+  return {{"tags", "Number of correct detections", corners.tags},
+          {"rmse_px", "Root mean square of the Euclidean corner error", corners.rmse_px},
+          {"rmse_x_px", "The same along x", corners.rmse_x_px},
+          {"rmse_y_px", "The same along y", corners.rmse_y_px},
+          {"worst_px", "Largest Euclidean corner error", corners.worst_px},
+          {"bias_x_px", "Mean error to the right", corners.bias_x_px},
+          {"bias_y_px", "Mean error downwards", corners.bias_y_px},
+          {"bias_outward_px", "Mean error away from the centre of the true tag", corners.bias_outward_px}};
 }
 
-Status check_effects(const EvaluateDetectionsJob& job, const GivenFlags& given) {
+ReportFields fields(const CornerConsistency& consistency) {
+  return {
+      {"tags", "Number of correct detections with a positive definite covariance", consistency.tags},
+      {"mean_nes_corner", "Mean normalised error squared of a corner; 2 if the covariances are consistent",
+       consistency.mean_nes_corner},
+      {"mean_nes_tag", "The same of a tag; 8 if the covariances are consistent", consistency.mean_nes_tag}};
+}
+
+namespace {
+
+ReportFields fields_of_class(const ClassScores& scores, const char* unit) {
+  return {
+      {fmt::format("min_{}", unit), "Lower edge of the class, included", scores.low},
+      {fmt::format("max_{}", unit), "Upper edge of the class, included in the last one only", scores.high},
+      {"truth", "Number of true tags", scores.truth},
+      {"found", "Number of true tags that were detected correctly", scores.found},
+      {"recall", "found / truth; null without true tags", scores.recall()},
+      {"corners", "Corner errors, with the keys of all tags; null if none was found", scores.corners}};
+}
+
+struct SizeClass {
+  ClassScores scores{};
+};
+ReportFields fields(const SizeClass& of_size) { return fields_of_class(of_size.scores, "px"); }
+
+struct TiltClass {
+  ClassScores scores{};
+};
+ReportFields fields(const TiltClass& of_tilt) { return fields_of_class(of_tilt.scores, "deg"); }
+
+std::vector<TiltClass> tilt_classes(const std::vector<ClassScores>& classes) {
+  return {classes.begin(), classes.end()};
+}
+
+}  // namespace
+
+ReportFields fields(const DetectionScores& scores) {
+  const std::vector<SizeClass> by_size(scores.by_size.begin(), scores.by_size.end());
+  std::vector<std::vector<TiltClass>> grid;
+  for (const auto& row : scores.by_size_and_tilt) grid.push_back(tilt_classes(row));
+  return {{"images", "Number of images that were scored", scores.images},
+          {"truth", "Number of true tags", scores.truth},
+          {"detections", "Number of detections: correct + wrong_ids + false_positives", scores.detections},
+          {"correct", "Detections with the right family, id, corner order and place", scores.correct},
+          {"recall", "correct / truth; null without true tags", scores.recall()},
+          {"wrong_ids", "Detections on a true tag that nothing else found, with another id or rotation",
+           scores.wrong_ids},
+          {"false_positives", "All other detections, second ones of the same tag included",
+           scores.false_positives},
+          {"corners", "Corner errors, detected - true; null if no detection is correct", scores.corners},
+          {"consistency", "Consistency of the covariances; null without covariances", scores.consistency},
+          {"unusable_covariances", "Number of covariances that are not positive definite",
+           scores.unusable_covariances},
+          {"by_size", "Scores by size of the tag", by_size},
+          {"by_tilt", "Scores by angle between the line of sight and the normal of the tag",
+           tilt_classes(scores.by_tilt)},
+          {"by_size_and_tilt", "For each class of by_size a list of classes by tilt", grid}};
+}
+
+Status check_effects(const EvaluateDetectionsJob& job, const GivenFields& given) {
   if (Status usable = check_edges(job.edges); !usable) return usable;
   if (job.sources.empty() == job.detections.empty())
     return fail(ErrorCode::InvalidArgument,
                 "give either pictures to detect in, or `detections` with what was detected");
-  FlagRefusals refused(given);
-  refused.flags(!job.detections.empty(), {"recursive"}, kNothingDetected, "Leave it out, or give pictures.");
+  FieldRefusals refused(given);
+  refused.fields(!job.detections.empty(), {"recursive"}, kNothingDetected, "Leave it out, or give pictures.");
   return refused.status();
 }
 

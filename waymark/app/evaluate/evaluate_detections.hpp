@@ -4,10 +4,9 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "waymark/app/common/detect_all.hpp"
-#include "waymark/app/common/flag_refusals.hpp"
+#include "waymark/app/common/field_refusals.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/evaluation/detections.hpp"
 
@@ -39,7 +38,7 @@ struct EvaluateDetectionsJob {
 
 /// Fails unless pictures are given or what was detected, on edges that make no sense, and on flags that have
 /// no effect.
-[[nodiscard]] Status check_effects(const EvaluateDetectionsJob& job, const GivenFlags& given);
+[[nodiscard]] Status check_effects(const EvaluateDetectionsJob& job, const GivenFields& given);
 inline constexpr const char* kNothingDetected = "with `detections` nothing is detected";
 
 struct EvaluateDetectionsReport {
@@ -55,8 +54,9 @@ struct EvaluateDetectionsReport {
                                                                    const TagFinder& finder,
                                                                    const JobControl& control);
 
-/// The JSON output of evaluate detections (docs/reference/cli.md).
-[[nodiscard]] nlohmann::ordered_json to_json(const DetectionScores& scores);
+[[nodiscard]] ReportFields fields(const DetectionScores& scores);
+[[nodiscard]] ReportFields fields(const CornerScores& corners);
+[[nodiscard]] ReportFields fields(const CornerConsistency& consistency);
 
 /// The scores as tables for people: recall by size and tilt, corner error and bias by size and by tilt, the
 /// sums.

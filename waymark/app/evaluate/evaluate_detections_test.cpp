@@ -41,7 +41,8 @@ class EvaluateDetections : public ::testing::Test {
   Result<EvaluateDetectionsReport> evaluate(const std::vector<PictureReport>& reports,
                                             const std::string& truth) {
     std::string lines;
-    for (const PictureReport& report : reports) lines += json_line(to_json(report, true));
+    for (const PictureReport& report : reports)
+      lines += json_line(fields(PictureLine{.report = report, .with_covariance = true}));
     EXPECT_TRUE(write_text_file(folder_ / "detections.jsonl", lines));
     EXPECT_TRUE(write_text_file(folder_ / "truth.csv", "image,id,x0,y0,x1,y1,x2,y2,x3,y3\n" + truth));
     notes_.clear();
@@ -68,7 +69,7 @@ TEST_F(EvaluateDetections, FoundMissedWrongAndInvented) {
                                    truth_row("a.png", square_at(3, 300)));
   ASSERT_TRUE(report) << to_string(report.error());
   ASSERT_TRUE(report->scores) << to_string(*report->error);
-  const auto json = to_json(*report->scores);
+  const auto json = to_json(fields(*report->scores));
   EXPECT_EQ(json["truth"], 3);
   EXPECT_EQ(json["detections"], 3);
   EXPECT_EQ(json["correct"], 1);
@@ -81,7 +82,7 @@ TEST_F(EvaluateDetections, AShiftOfAllCornersIsTheirBias) {
   const auto report =
       evaluate({picture("a.png", {square_at(1, 100, 0.3)})}, truth_row("a.png", square_at(1, 100)));
   ASSERT_TRUE(report && report->scores);
-  const auto corners = to_json(*report->scores)["corners"];
+  const auto corners = to_json(fields(*report->scores))["corners"];
   EXPECT_NEAR(corners["bias_x_px"].get<double>(), 0.3, 1e-6);
   EXPECT_NEAR(corners["bias_y_px"].get<double>(), 0, 1e-6);
   EXPECT_NEAR(corners["rmse_px"].get<double>(), 0.3, 1e-6);
@@ -91,7 +92,7 @@ TEST_F(EvaluateDetections, AShiftOfAllCornersIsTheirBias) {
 TEST_F(EvaluateDetections, ANullIsWhatNobodyKnows) {
   const auto report = evaluate({picture("a.png", {})}, truth_row("a.png", square_at(1, 100)));
   ASSERT_TRUE(report && report->scores);
-  const auto json = to_json(*report->scores);
+  const auto json = to_json(fields(*report->scores));
   EXPECT_EQ(json["recall"], 0.0);
   EXPECT_TRUE(json["corners"].is_null());
   EXPECT_TRUE(json["consistency"].is_null()) << "without covariances";

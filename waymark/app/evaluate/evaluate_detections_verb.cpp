@@ -43,13 +43,13 @@ ExitCode evaluate_found(const EvaluateArgs& args, Console& console) {
   TagFinder finder;
   if (!job->sources.empty()) {
     auto made = args.detector.make();
-    if (!made) return console.failed(made.error(), ExitCode::Usage);
+    if (!made) return fail_usage(made.error(), console);
     finder = std::move(*made);
   }
   const auto report = evaluate_detections(*job, finder, control_from(console));
-  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
+  if (!report) return fail_with(report.error(), console);
   if (report->scores)
-    console.print(args.json ? json_line(to_json(*report->scores)) : to_text(*report->scores));
+    console.print(args.json ? json_line(fields(*report->scores)) : to_text(*report->scores));
   const bool some_failed = report->failed > 0 || report->error;
   if (report->error) console.say(*report->error);
   if (report->stopped) return ExitCode::Interrupted;
@@ -74,7 +74,8 @@ Examples:
   waymark detect --json --covariance photograph.png > tags.jsonl
   waymark evaluate detections --truth truth.csv --detections tags.jsonl
 )",
-      .prepare = prepared(evaluate_found)};
+      .prepare = prepared(evaluate_found),
+      .report = report_of<DetectionScores>};
 }
 
 }  // namespace waymark::cli

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/output_files.hpp"
 #include "waymark/base/angles.hpp"
 #include "waymark/config/yaml/map_file.hpp"
@@ -95,8 +96,8 @@ Status add_dead_reckoning(const EvaluationInputs& inputs, TrajectoryReport& repo
   if (wheels.empty()) return {};
   const std::optional<StampedPose> start = common_start(estimate, wheels);
   if (!start)
-    return fail(ErrorCode::InvalidArgument, "the odometry does not cover the time at which EST begins",
-                {.key = "odometry"}, "Give a recording of the same drive, on the same clock.");
+    return fail(ErrorCode::NotFound, "the odometry does not cover the time at which EST begins", {},
+                "Give a recording of the same drive, on the same clock.");
   for (const auto& [name, trajectory] :
        {std::pair("odometry", &wheels), std::pair("odometry with gyro", &gyro)}) {
     EstimatedTrajectory placed = within(placed_at(*trajectory, *start), start->stamp, estimate.back().stamp);
@@ -140,21 +141,21 @@ Result<EvaluationInputs> read_evaluation(const EvaluateTrajectoryJob& job, const
     inputs.motion = std::move(*motion);
   }
   if (!job.map.empty()) {
-    const Result<MapFile> map = read_map(job.map);
+    const Result<MapFile> map = or_wrong_kind(read_map(job.map), job.map, FileUse::OwnMap);
     if (!map) return tl::unexpected(map.error());
     inputs.tags = map->tags;
   }
   return inputs;
 }
 
-Status check_effects(const EvaluateTrajectoryJob& job, const Reference* reference, const GivenFlags& given) {
+Status check_effects(const EvaluateTrajectoryJob& job, const Reference* reference, const GivenFields& given) {
   const bool known = reference != nullptr;
-  FlagRefusals refused(given);
-  refused.flags(job.figures.empty(), {"map"}, "no figure is drawn", "Add `figures`, or leave it out.");
-  refused.flags(known && reference->timed.empty(), {"alignment", "time_offset_s"},
-                "of REF only the path is known, and no times", "Leave it out.");
-  refused.flags(known && !reference->timed.empty(), {"closed"},
-                "REF says when the robot was where: a loop needs no closing", "Leave it out.");
+  FieldRefusals refused(given);
+  refused.fields(job.figures.empty(), {"map"}, "no figure is drawn", "Add `figures`, or leave it out.");
+  refused.fields(known && reference->timed.empty(), {"alignment", "time_offset_s"},
+                 "of REF only the path is known, and no times", "Leave it out.");
+  refused.fields(known && !reference->timed.empty(), {"closed"},
+                 "REF says when the robot was where: a loop needs no closing", "Leave it out.");
   return refused.status();
 }
 
@@ -185,7 +186,10 @@ Result<TrajectoryReport> evaluate_trajectory(const EvaluateTrajectoryJob& job, c
   if (!row) return tl::unexpected(row.error());
   tell_of_frames(*row, inputs, report, control);
   report.rows.push_back(std::move(*row));
-  if (const Status added = add_dead_reckoning(inputs, report); !added) return tl::unexpected(added.error());
+  if (Status added = add_dead_reckoning(inputs, report); !added) {
+    added.error().place = {.source = job.odometry};
+    return tl::unexpected(added.error());
+  }
   return report;
 }
 
@@ -341,7 +345,7 @@ namespace {
 
 std::vector<Odometry> odometry_of(const std::string& path, const JobControl& control) {
   std::vector<Odometry> all;
-  if (!looks_like_recording(path)) return all;
+  if (!is_recording(kind_of(path))) return all;
   const auto log = open_log(path, control.log_options());
   if (!log) return all;
   const Status read = (*log)->visit_samples({.topics = {topics::kOdometry}}, [&](const Sample& sample) {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "waymark/app/common/flag_refusals.hpp"
+#include "waymark/app/common/field_refusals.hpp"
 #include "waymark/app/common/report_fields.hpp"
 #include "waymark/app/common/trajectory_files.hpp"
 #include "waymark/base/fields.hpp"
@@ -52,9 +52,8 @@ struct EvaluateTrajectoryJob {
                                   "beside EST, started at the same pose"));
     visit(self.from_s,
           JobField("from S", "Begin of the evaluated interval, in seconds from the start of EST"));
-    visit(
-        self.to_s,
-        JobField("to S", "End of the evaluated interval, in seconds from the start of EST").without_usual());
+    visit(self.to_s, JobField("to S", "End of the evaluated interval, in seconds from the start of EST")
+                         .without_default());
     visit(self.time_offset_s,
           JobField("time_offset_s NUMBER", "Clock offset that is added to the stamps of REF").usually("0"));
     visit(self.figures,
@@ -111,7 +110,7 @@ struct EvaluationInputs {
 
 /// Fails on flags that have no effect on what is compared; `reference`: once it is known.
 [[nodiscard]] Status check_effects(const EvaluateTrajectoryJob& job, const Reference* reference,
-                                   const GivenFlags& given);
+                                   const GivenFields& given);
 
 /// What makes a comparison doubtful, in words: hardly a moment in common, two drives (both recordings say how
 /// the wheels turned, and not the same), two places. Empty when there is nothing to say. Reads the odometry

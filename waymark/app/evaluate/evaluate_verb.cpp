@@ -1,11 +1,8 @@
 #include "waymark/app/cli/parts.hpp"
 #include "waymark/app/evaluate/evaluate_trajectory.hpp"
-#include "waymark/base/message_text.hpp"
 
 namespace waymark::cli {
 namespace {
-
-using namespace std::string_literals;
 
 struct TrajectoryArgs {
   explicit TrajectoryArgs(CLI::App& verb) : settings(verb), scoring(settings, "scoring", "Scoring") {
@@ -22,28 +19,26 @@ struct TrajectoryArgs {
 ExitCode evaluate(const TrajectoryArgs& args, Console& console) {
   EvaluateTrajectoryJob job = args.job;
   if (job.estimate.empty() || job.reference.empty()) {
-    console.say("give two files, EST REF, or the verb 'detections'. " +
-                (nearest_word(job.estimate, {"detections"}).empty() ? "" : "Did you mean 'detections'? "s) +
-                "See `waymark evaluate --help`.");
+    console.say("give two files, EST REF, or the verb 'detections'. See `waymark evaluate --help`.");
     return ExitCode::Usage;
   }
-  const GivenFlags given = given_on(args.settings.app());
+  const GivenFields given = given_on(args.settings.app());
   Status usable = check_effects(job, nullptr, given);
   if (usable) usable = args.scoring.apply(job.scoring);
   if (!usable) return fail_usage(usable.error(), console);
   const JobControl control = control_from(console);
   const Result<EvaluationInputs> inputs = read_evaluation(job, control);
-  if (!inputs) return console.failed(inputs.error(), ExitCode::SomeFailed);
+  if (!inputs) return fail_with(inputs.error(), console);
   if (usable = check_effects(job, &inputs->reference, given); !usable)
     return fail_usage(usable.error(), console);
   const Result<TrajectoryReport> report = evaluate_trajectory(job, *inputs, control);
-  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
+  if (!report) return fail_with(report.error(), console);
   console.print(args.json ? json_line(fields(*report)) : to_text(*report));
   for (const std::string& doubt : doubts_about(*report, inputs->reference, control))
     console.say("warning: " + doubt);
   if (job.figures.empty()) return ExitCode::Ok;
   const auto files = write_evaluation_figures(*inputs, *report, job.figures);
-  if (!files) return console.failed(files.error(), ExitCode::SomeFailed);
+  if (!files) return fail_with(files.error(), console);
   for (const std::string& file : *files) console.say("wrote " + file);
   return ExitCode::Ok;
 }

@@ -12,6 +12,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/output_files.hpp"
 #include "waymark/app/common/profile_table.hpp"
 #include "waymark/app/common/trajectory_files.hpp"
@@ -548,7 +549,7 @@ std::vector<std::string> recordings_in(const fs::path& folder) {
   std::vector<std::pair<fs::file_time_type, std::string>> found;
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(folder, error)) {
-    if (entry.is_regular_file(error) && looks_like_recording(entry.path().string()))
+    if (entry.is_regular_file(error) && is_recording(kind_of(entry.path())))
       found.emplace_back(entry.last_write_time(error), entry.path().string());
   }
   std::ranges::sort(found);
@@ -602,7 +603,7 @@ Result<Runs> read_runs(const std::vector<std::string>& paths, const JobControl& 
     if (!status) return tl::unexpected(status.error());
     if (fs::is_directory(path, ignored))
       status = add_folder(path, runs, control);
-    else if (fs::path(path).filename() == "map.yaml")
+    else if (kind_of(path) == FileKind::Map && fs::path(path).filename() == "map.yaml")
       status = add_map(fs::path(path).parent_path(), runs);
     else
       status = add_drive(path, runs, control);
@@ -638,6 +639,11 @@ Result<plot::Page> report_page(const Runs& runs, const JobControl& control) {
   return page;
 }
 
+Result<std::string> html_of(const plot::Page& page, const JobControl& control) {
+  const Result<std::string> html = plot::to_html(page);
+  return html ? Result<std::string>(control.for_users(*html)) : html;
+}
+
 Result<ReportSummary> write_report(const std::vector<std::string>& paths, const fs::path& output, bool force,
                                    const JobControl& control) {
   if (Status status = check_output(output, force); !status) return tl::unexpected(status.error());
@@ -645,7 +651,7 @@ Result<ReportSummary> write_report(const std::vector<std::string>& paths, const 
   if (!runs) return tl::unexpected(runs.error());
   for (const std::string& warning : runs->warnings) control.note("warning: " + warning);
   const Result<plot::Page> page = report_page(*runs, control);
-  const Result<std::string> html = page ? plot::to_html(*page) : tl::unexpected(page.error());
+  const Result<std::string> html = page ? html_of(*page, control) : tl::unexpected(page.error());
   if (!html) return tl::unexpected(html.error());
   if (Status status = control.go_on(); !status) return tl::unexpected(status.error());
   if (Status status = write_text_file(output, *html); !status) return tl::unexpected(status.error());

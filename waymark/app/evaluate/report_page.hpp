@@ -71,6 +71,9 @@ struct ReportJob {
   }
 };
 
+/// A page as HTML, its texts as users read them (JobControl::for_users).
+[[nodiscard]] Result<std::string> html_of(const plot::Page& page, const JobControl& control);
+
 /// Writes the whole report of these paths to an HTML file. An older report is replaced, any other file only
 /// with `force`.
 [[nodiscard]] Result<ReportSummary> write_report(const std::vector<std::string>& paths,

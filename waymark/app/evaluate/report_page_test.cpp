@@ -182,6 +182,20 @@ TEST(WriteReport, ACancelledReportLeavesThePageAsItWas) {
   EXPECT_EQ(test::names_in(folder), std::vector<std::string>{"report.html"});
 }
 
+TEST(WriteReport, FieldsAreWrittenAsUsersReadThem) {
+  JobControl control;
+  control.for_users = [](std::string_view text) {
+    std::string written(text);
+    if (const auto at = written.find("`anchor`"); at != std::string::npos) written.replace(at, 8, "--anchor");
+    return written;
+  };
+  plot::Page page{.title = "Drives"};
+  page.sections.push_back({.title = "A map", .words = {"give `anchor`"}});
+  const auto html = html_of(page, control);
+  ASSERT_TRUE(html) << to_string(html.error());
+  EXPECT_THAT(*html, HasSubstr("give --anchor"));
+}
+
 TEST(WriteReport, WhereItCannotBeWrittenNothingIsRead) {
   int read = 0;
   JobControl control;

@@ -21,7 +21,7 @@ using nlohmann::ordered_json;
 using std::chrono::milliseconds;
 
 constexpr Duration kTextPeriod = milliseconds(200);
-constexpr Duration kControlsPeriod = std::chrono::seconds(2);  // each is a transfer over USB
+constexpr Duration kControlsPeriod = std::chrono::seconds(2);  // reading a control is a USB transfer
 constexpr double kSmoothing = 0.1;
 constexpr const char* kText = "camera.json";
 
@@ -87,7 +87,7 @@ void CameraPage::obey(const ViewerOrder& order, const CameraPicture& seen) {
       return;
     }
     default:
-      return;  // a camera is no robot
+      return;  // orders for robots
   }
 }
 
@@ -146,7 +146,7 @@ void CameraPage::publish_text(const CameraPicture& seen, const PoseList& poses) 
   ordered_json tags = ordered_json::array();
   for (std::size_t i = 0; i < seen.found.detections.size(); ++i) {
     ordered_json tag{{"tag", to_string(seen.found.detections[i].tag)}};
-    if (i < poses.size()) add_to_json(tag, poses[i]);
+    if (i < poses.size()) tag.update(to_json(pose_fields(poses[i])));
     tags.push_back(std::move(tag));
   }
   const CameraCounts counts = camera_.counts();

@@ -14,21 +14,20 @@
 
 namespace waymark {
 
-/// A live camera on the page: pictures, tags with their poses, rate, age, controls; and what its viewers ask
-/// for: a control's new value, a picture saved as PNG, a recording. Files go to the current folder.
+/// A live camera on the page: images, tags with their poses, rate, age, controls. Viewers may set a control,
+/// save an image as PNG, or start a recording; files go to the current folder.
 class CameraPage {
  public:
-  /// Camera and feed outlive this. `poses`: nothing: no poses.
+  /// Camera, feed and `poses` must outlive this. Without a value in `poses` no poses are shown.
   CameraPage(LiveCamera& camera, LiveFeed& feed, const std::optional<PoseSetup>& poses);
 
-  /// Shows a picture and does what viewers asked for. An order that fails is said on the page.
+  /// Shows an image and executes the orders of viewers. The page shows the error of an order that fails.
   void show(const CameraPicture& seen, const PoseList& poses);
-  /// How far a guided calibration is, beside the pictures that are shown from now on; `at_once`: with the
-  /// next.
+  /// Sets the progress of a guided calibration, shown beside later images; `at_once`: with the next image.
   void guide(nlohmann::ordered_json status, bool at_once);
-  /// Words of the camera, for its viewers.
+  /// Sets the message that viewers see.
   void say(const std::string& words);
-  /// Ends a recording that runs; its name, if there was one.
+  /// Ends the recording, if one is running. Returns its file, or an empty string.
   [[nodiscard]] Result<std::string> close();
 
  private:
@@ -44,10 +43,10 @@ class CameraPage {
   LiveFeed& feed_;
   const std::optional<PoseSetup>& poses_;
   std::optional<SampleRecorder> recorder_{};
-  std::string recording_{};  ///< the file; kept after its end
+  std::string recording_{};  ///< name of the file; kept after its end
   std::string words_{};
   nlohmann::ordered_json controls_{};
-  nlohmann::ordered_json guide_{};  ///< null: no calibration
+  nlohmann::ordered_json guide_{};  ///< null: no guided calibration
   SensorTime controls_read_{};
   SensorTime text_sent_{};
   std::optional<SensorTime> last_{};

@@ -27,7 +27,7 @@ bool is_camera_address(std::string_view word) {
 Result<bool> is_only_camera(const std::vector<std::string>& sources) {
   const bool live = sources.size() == 1 && is_camera_address(sources.front());
   if (!live && std::ranges::any_of(sources, is_camera_address))
-    return fail(ErrorCode::InvalidArgument, "a live camera is the only input", {},
+    return fail(ErrorCode::InvalidArgument, "a live camera must be the only input", {},
                 "Run the program once for each camera.");
   return live;
 }
@@ -35,12 +35,11 @@ Result<bool> is_only_camera(const std::vector<std::string>& sources) {
 Result<bool> are_cameras(const std::vector<std::string>& sources) {
   const bool live = !sources.empty() && std::ranges::all_of(sources, is_camera_address);
   if (!live && std::ranges::any_of(sources, is_camera_address))
-    return fail(ErrorCode::InvalidArgument, "live cameras and files are named together", {},
+    return fail(ErrorCode::InvalidArgument, "live cameras and files cannot be combined", {},
                 "Run the program once for the files, and once for the cameras.");
   for (auto source = sources.begin(); live && source != sources.end(); ++source)
     if (std::find(sources.begin(), source, *source) != source)
-      return fail(ErrorCode::InvalidArgument, "this camera is named twice", {.source = *source},
-                  "Name each camera once.");
+      return fail(ErrorCode::InvalidArgument, "duplicate camera", {.key = *source}, "Name each camera once.");
   return live;
 }
 
@@ -49,13 +48,13 @@ Result<CameraAddress> parse_camera_address(const std::string& word, const std::s
   const bool named = !is_camera_address(word) && sign != std::string::npos;
   CameraAddress camera{named ? word.substr(0, sign) : name, named ? word.substr(sign + 1) : word};
   if (is_camera_address(camera.address) && !camera.name.empty()) return camera;
-  return fail(ErrorCode::InvalidArgument, "this is no address of a camera", {.source = word},
+  return fail(ErrorCode::InvalidArgument, "invalid camera address", {.key = word},
               "For example v4l2:/dev/video0 or left=v4l2:/dev/video2; `waymark cameras` lists them.");
 }
 
 Result<std::unique_ptr<LiveCamera>> open_live_camera(const std::string& address, const std::string& name) {
   if (!is_camera_address(address))
-    return fail(ErrorCode::InvalidArgument, "this is no address of a camera", {.source = address},
+    return fail(ErrorCode::InvalidArgument, "invalid camera address", {.key = address},
                 "For example v4l2:/dev/video0; `waymark cameras` lists them.");
   if (address.starts_with(kGstreamerScheme)) {
     auto camera = GstreamerCamera::open(address.substr(kGstreamerScheme.size()), name);
@@ -80,15 +79,15 @@ std::string mode_text(const CameraMode& mode) {
   for (const double rate : mode.rates_hz) rates.push_back(fmt::format("{:.4g}", rate));
   return fmt::format("  {:<5} {:>5} x {:<5} {}{}{}\n", mode.format, mode.width, mode.height,
                      mode.largest
-                         ? fmt::format("and any size down to {} x {} ", mode.least_width, mode.least_height)
+                         ? fmt::format("and any size down to {} x {} ", mode.min_width, mode.min_height)
                          : std::string(),
                      rates.empty() ? "" : fmt::format("{} Hz", fmt::join(rates, ", ")),
-                     mode.readable ? "" : "  (not read by waymark)");
+                     mode.readable ? "" : "  (not supported by waymark)");
 }
 
 std::string control_text(const CameraControl& control) {
   std::string words;
-  const double place = control.value - control.min;  // a driver may say anything
+  const double place = control.value - control.min;  // drivers may report values outside the menu
   if (place >= 0 && place < static_cast<double>(control.words.size()))
     words = fmt::format(" ({})", printable(control.words[static_cast<std::size_t>(place)]));
   return fmt::format("  {} {:g}{}, from {:g} to {:g}{}\n", control.name, control.value, words, control.min,
@@ -127,13 +126,13 @@ ReportFields fields(const CameraMode& mode) {
   const auto of_largest = [&](int size_px) { return mode.largest ? std::optional(size_px) : std::nullopt; };
   return {{"format", "Pixel format, such as YUYV", mode.format},
           {"readable", "Waymark reads this format", mode.readable},
-          {"width_px", "Width; of a device that takes any size the largest", mode.width},
-          {"height_px", "Height; of a device that takes any size the largest", mode.height},
+          {"width_px", "Width; the largest one if the device supports any size", mode.width},
+          {"height_px", "Height; the largest one if the device supports any size", mode.height},
           {"rates_hz", "Frame rates, highest first; empty: not reported by the driver", mode.rates_hz},
-          {"least_width_px", "Smallest width, only of a device that takes any size",
-           if_any(of_largest(mode.least_width))},
-          {"least_height_px", "Smallest height, only of a device that takes any size",
-           if_any(of_largest(mode.least_height))}};
+          {"least_width_px", "Smallest width, only if the device supports any size",
+           if_any(of_largest(mode.min_width))},
+          {"least_height_px", "Smallest height, only if the device supports any size",
+           if_any(of_largest(mode.min_height))}};
 }
 
 ReportFields fields(const CameraControl& control) {
@@ -151,14 +150,14 @@ ReportFields fields(const CameraControl& control) {
 
 ReportFields fields(const CameraDevice& device) {
   return {{"path", "Device, such as /dev/video0", device.path},
-          {"by_id", "Link that stays the same whatever the socket; may be empty", device.by_id},
+          {"by_id", "Link that does not depend on the USB socket; may be empty", device.by_id},
           {"card", "Name of the camera", device.card},
           {"driver", "Name of its driver", device.driver},
           {"bus", "Connection to the computer", device.bus},
-          {"in_use_by", "Program that uses it; empty: none is known", device.holder},
+          {"in_use_by", "Program that uses the device; empty: unknown or none", device.holder},
           {"modes", "One entry per format and size", device.modes},
           {"controls", "One entry per control", device.controls},
-          {"problem", "Why the device cannot be used, only where it cannot", if_any(device.problem)}};
+          {"problem", "Why the device cannot be used; only present in that case", if_any(device.problem)}};
 }
 
 ReportFields fields(const CamerasReport& report) {
@@ -167,7 +166,7 @@ ReportFields fields(const CamerasReport& report) {
 
 namespace {
 
-constexpr Duration kJump = std::chrono::milliseconds(50);  // more than a clock is slewed within a second
+constexpr Duration kJump = std::chrono::milliseconds(50);  // more than slewing changes a clock per second
 constexpr int kTries = 5;
 
 }  // namespace
@@ -181,7 +180,7 @@ SystemClocks system_clocks() {
 SystemStamps::SystemStamps(SystemClocks clocks)
     : clocks_(std::move(clocks)), difference_(measured()), latest_(difference_) {}
 
-/// By the pair of readings that took least time.
+/// Offset from the pair of readings that took the shortest time.
 Duration SystemStamps::measured() const {
   Duration best{};
   Duration least = Duration::max();
@@ -200,7 +199,7 @@ std::optional<std::string> SystemStamps::take_jump() {
   const Duration now = measured();
   const Duration jump = now - std::exchange(latest_, now);
   if (std::chrono::abs(jump) < kJump) return std::nullopt;
-  return fmt::format("the clock of this computer was set {} by {:.3f} s; stamps go on as if it had not been",
+  return fmt::format("the clock of this computer was set {} by {:.3f} s; stamps are not affected",
                      jump > Duration(0) ? "forward" : "back", std::abs(to_seconds(jump)));
 }
 
@@ -214,7 +213,7 @@ constexpr Duration kCameraSilence = std::chrono::seconds(10);
 class Watcher {
  public:
   Watcher(LiveCamera& camera, const TagFinder& finder, const CameraWatch& watch)
-      : camera_(camera), finder_(finder), watch_(watch), last_heard_(stamps_.now()) {}
+      : camera_(camera), finder_(finder), watch_(watch), last_event_(stamps_.now()) {}
 
   Result<CameraWatchEnd> run() {
     while (!over()) {
@@ -233,12 +232,12 @@ class Watcher {
   }
 
   Result<bool> step() {
-    look_at_clock();
+    check_clock();
     auto event = camera_.next(kWatchSlice);
     if (!event) return tl::unexpected(event.error());
     if (!*event) return silent();
-    last_heard_ = stamps_.now();
-    if (const auto* said = std::get_if<RobotText>(&**event)) watch_.on_words(said->text);
+    last_event_ = stamps_.now();
+    if (const auto* text = std::get_if<RobotText>(&**event)) watch_.on_words(text->text);
     auto* sample = std::get_if<Sample>(&**event);
     auto* frame = sample != nullptr ? std::get_if<CameraFrame>(sample) : nullptr;
     if (frame == nullptr) return true;
@@ -247,9 +246,9 @@ class Watcher {
   }
 
   Result<bool> silent() const {
-    if (stamps_.now() - last_heard_ < kCameraSilence) return true;
-    return fail(ErrorCode::Unreadable, "the camera delivers no pictures", {.source = camera_.description()},
-                "Check its cable; `waymark cameras` lists what there is.");
+    if (stamps_.now() - last_event_ < kCameraSilence) return true;
+    return fail(ErrorCode::Unreadable, "the camera delivers no images", {.source = camera_.description()},
+                "Check its cable; `waymark cameras` lists the connected cameras.");
   }
 
   Status take(CameraFrame frame) {
@@ -268,9 +267,9 @@ class Watcher {
     return watch_.on_picture(seen);
   }
 
-  void look_at_clock() {
-    if (stamps_.now() < next_look_) return;
-    next_look_ = stamps_.now() + kClockPeriod;
+  void check_clock() {
+    if (stamps_.now() < next_check_) return;
+    next_check_ = stamps_.now() + kClockPeriod;
     if (const auto jump = stamps_.take_jump()) watch_.on_words(*jump);
   }
 
@@ -278,8 +277,8 @@ class Watcher {
   const TagFinder& finder_;
   const CameraWatch& watch_;
   SystemStamps stamps_{};
-  SensorTime last_heard_;
-  SensorTime next_look_{};
+  SensorTime last_event_;
+  SensorTime next_check_{};
   std::optional<SensorTime> first_{};
   SensorTime last_{};
   CameraWatchEnd end_{};

@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "tests/support/golden_page.hpp"
 #include "waymark/robots/watchdog/pipes.hpp"
 
 namespace waymark {
@@ -32,9 +33,10 @@ TEST(SystemStamps, KeepDistancesWhenTheClockIsSet) {
   EXPECT_FALSE(stamps.take_jump());
   steady += seconds(1);
   system -= seconds(3600);
-  const auto said = stamps.take_jump();
-  ASSERT_TRUE(said);
-  EXPECT_THAT(*said, ::testing::HasSubstr("set back by 3601.000 s"));
+  const auto text = stamps.take_jump();
+  ASSERT_TRUE(text);
+  EXPECT_THAT(*text, ::testing::HasSubstr("back by 3601.000 s"));
+  testing::expect_on_page("live", *text);
   EXPECT_FALSE(stamps.take_jump());
   EXPECT_EQ(stamps.now() - before, seconds(2));
 }
@@ -43,11 +45,11 @@ using std::chrono::milliseconds;
 
 using ::testing::HasSubstr;
 
-/// Words first, then a picture every ten milliseconds.
+/// Sends a text first, then an image every ten milliseconds.
 class SteadyCamera final : public LiveCamera {
  public:
   Result<std::optional<RobotEvent>> next(Duration /*most*/) override {
-    if (!std::exchange(said_, true)) return std::optional<RobotEvent>(RobotText{"hello"});
+    if (!std::exchange(text_sent_, true)) return std::optional<RobotEvent>(RobotText{"hello"});
     std::this_thread::sleep_for(milliseconds(10));
     return std::optional<RobotEvent>(Sample(
         CameraFrame{.stamp = SensorTime(steady_now() - milliseconds(5)), .image = Image(64, 48, 128)}));
@@ -58,16 +60,16 @@ class SteadyCamera final : public LiveCamera {
   [[nodiscard]] std::string description() const override { return "steady"; }
 
  private:
-  bool said_ = false;
+  bool text_sent_ = false;
 };
 
-TEST(CameraWatch, GivesPicturesWithTimesSince1970UntilTheTimeIsOver) {
+TEST(CameraWatch, DeliversImagesWithTimesSince1970UntilTheDurationIsOver) {
   SteadyCamera camera;
   const auto finder = make_tag_finder();
   std::string words;
   std::vector<SensorTime> stamps;
   CameraWatch watch{.duration_s = 0.1};
-  watch.on_words = [&](const std::string& said) { words += said; };
+  watch.on_words = [&](const std::string& text) { words += text; };
   watch.on_picture = [&](CameraPicture& seen) {
     EXPECT_GE(to_seconds(seen.age), 0.005);
     stamps.push_back(seen.frame.stamp);
@@ -94,7 +96,7 @@ TEST(CameraWatch, RefusesACalibrationOfAnotherSize) {
   EXPECT_FALSE(watch_camera(camera, *finder, watch));
 }
 
-TEST(CameraAddress, NamesACameraOfTheRobot) {
+TEST(CameraAddress, MayHaveTheNameOfARobotCamera) {
   EXPECT_EQ(parse_camera_address("v4l2:0,size=64x48", "cam")->name, "cam");
   const auto named = parse_camera_address("front=gstreamer:videotestsrc pattern=black", "cam");
   ASSERT_TRUE(named);
@@ -104,7 +106,7 @@ TEST(CameraAddress, NamesACameraOfTheRobot) {
     EXPECT_FALSE(parse_camera_address(wrong, "cam")) << wrong;
 }
 
-TEST(CamerasText, WhatADriverSaysOfItselfCannotMoveTheCursor) {
+TEST(CamerasText, EscapesControlCharactersInDriverNames) {
   const CameraDevice device{.path = "/dev/video7",
                             .card = "Cam\x1b[2Jera",
                             .driver = "uvcvideo",
@@ -120,16 +122,16 @@ TEST(CamerasText, WhatADriverSaysOfItselfCannotMoveTheCursor) {
   const std::string text = to_text(CamerasReport{{device}}, true);
   EXPECT_EQ(text.find('\x1b'), std::string::npos);
   EXPECT_EQ(text.find('\x07'), std::string::npos);
-  EXPECT_THAT(text, HasSubstr("(not read by waymark)"));
+  testing::expect_on_page("live", text);
   EXPECT_THAT(text, HasSubstr("hue"));
   EXPECT_THAT(to_text(CamerasReport{{device}}, false), Not(HasSubstr("hue")))
-      << "only what matters for measuring";
+      << "only the controls that matter for measurements";
   const json value = json(to_json(fields(CamerasReport{{device}})));
   EXPECT_EQ(value["cameras"][0]["controls"].size(), 2U);
   EXPECT_FALSE(value["cameras"][0].contains("problem"));
 }
 
-TEST(CamerasText, AValueBeyondItsMenuHasNoWord) {
+TEST(CamerasText, AValueOutsideItsMenuHasNoName) {
   CameraDevice device{.path = "/dev/video0",
                       .controls = {{.name = "mode", .max = 9, .words = {"off", "on"}}}};
   for (const double value : {-1.0, 2.0, 1e300}) {

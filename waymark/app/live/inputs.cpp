@@ -20,8 +20,7 @@
 namespace waymark {
 namespace {
 
-/// Whoever is in the background and touches the terminal it was started from is stopped by it, and the robot
-/// with it.
+/// The terminal stops a background process that changes its settings (SIGTTOU), and the robot would stop too.
 bool in_foreground() {
   const pid_t group = tcgetpgrp(STDIN_FILENO);
   return group < 0 || group == getpgrp();
@@ -44,7 +43,7 @@ bool StopKey::pressed() {
 namespace {
 
 tl::unexpected<Error> no_driver(const std::string& name, const std::vector<std::string>& known) {
-  return fail(ErrorCode::InvalidArgument, fmt::format("there is no driver '{}'", name), {.key = "driver"},
+  return fail(ErrorCode::InvalidArgument, fmt::format("unknown driver '{}'", name), {.key = "driver"},
               suggestion(name, known));
 }
 
@@ -72,8 +71,8 @@ Result<std::unique_ptr<OperatorInput>> make_input(const std::string& name, doubl
 std::vector<std::string> lap_drivers() { return {"scripted", "keyboard", "gamepad"}; }
 
 Status check_lap_driver(const std::string& name) {
-  const std::vector<std::string> known = lap_drivers();
-  return std::ranges::find(known, name) != known.end() ? Status() : no_driver(name, known);
+  const std::vector<std::string> drivers = lap_drivers();
+  return std::ranges::find(drivers, name) != drivers.end() ? Status() : no_driver(name, drivers);
 }
 
 Result<std::unique_ptr<LapDriver>> make_lap_driver(const std::string& name, double speed_m_s,
@@ -96,12 +95,12 @@ Result<std::unique_ptr<OperatorInput>> make_operator_input(const std::string& na
                                                            const SimulatedSetup& setup,
                                                            const std::optional<ViewerLink>& viewers) {
   if (!viewers && name == "page")
-    return fail(ErrorCode::InvalidArgument, "nobody sees the page", {.key = "driver"},
+    return fail(ErrorCode::InvalidArgument, "the driver page needs the page of `view`", {.key = "driver"},
                 "Add `view`, or name another driver.");
   if (!viewers) return make_input(name, speed_m_s, setup, false);
   std::unique_ptr<OperatorInput> other;
   ViewerInput::MakeScript script = [] { return std::unique_ptr<LapDriver>(); };
-  if (name == "page") {  // where the line is known a script drives it on request
+  if (name == "page") {  // on request a script drives the path of the world, if it has one
     script = [speed_m_s, &setup] {
       auto driver = ScriptDriver::make(setup, speed_m_s);
       return driver ? std::move(*driver) : std::unique_ptr<LapDriver>();

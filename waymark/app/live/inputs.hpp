@@ -12,14 +12,14 @@
 
 namespace waymark {
 
-/// The space bar of the terminal, which stops a drive whoever drives. Where standard input is no terminal, is
-/// somebody else's, or this program is in the background, nothing is ever pressed.
+/// The space bar of the terminal, which stops a drive by any driver. It is ignored if standard input is not a
+/// terminal or is read by another driver, and while this program is in the background.
 class StopKey {
  public:
-  /// `taken`: a driver reads the keys itself.
+  /// `taken`: a driver reads the keys.
   explicit StopKey(bool taken);
 
-  /// Since the last call; never waits.
+  /// Whether the key was pressed since the last call; does not block.
   [[nodiscard]] bool pressed();
   [[nodiscard]] bool watched() const { return keys_ != nullptr; }
 
@@ -31,22 +31,22 @@ class LiveFeed;
 
 /// The names of lap drivers: scripted, keyboard, gamepad.
 [[nodiscard]] std::vector<std::string> lap_drivers();
-/// Fails on a name that is none of them.
+/// Fails on an unknown name.
 [[nodiscard]] Status check_lap_driver(const std::string& name);
-/// Who drives a lap, by name; a person drives in real time. Fails on an unknown name, without a terminal,
-/// without a pad, and for a script without a line to drive.
+/// Makes the driver of a lap by name; drivers operated by a person run in real time. Fails on an unknown
+/// name, without a terminal or a gamepad, and for a script in a world without a path.
 [[nodiscard]] Result<std::unique_ptr<LapDriver>> make_lap_driver(const std::string& name, double speed_m_s,
                                                                  const SimulatedSetup& setup);
 
-/// The names of operator's inputs: gamepad, keyboard, lines, scripted, page.
+/// The names of operator inputs: gamepad, keyboard, lines, scripted, page.
 [[nodiscard]] std::vector<std::string> operator_inputs();
-/// An operator's buttons and sticks, by name. With viewers the page has the buttons as well, and a script
-/// does not end the session; without them there is no "page". The setup outlives the input.
+/// Makes the buttons and sticks of an operator by name. With viewers the page has the buttons as well, and a
+/// script does not end the session; "page" needs viewers. The setup must outlive the input.
 [[nodiscard]] Result<std::unique_ptr<OperatorInput>> make_operator_input(
     const std::string& name, double speed_m_s, const SimulatedSetup& setup,
     const std::optional<ViewerLink>& viewers = {});
 
-/// The orders of a feed's viewers; the feed outlives the link. Nothing without a feed.
+/// A link to the orders of the feed's viewers; the feed must outlive it. Nothing without a feed.
 [[nodiscard]] std::optional<ViewerLink> viewer_link(LiveFeed* feed);
 
 }  // namespace waymark

@@ -18,36 +18,36 @@ namespace waymark {
 
 std::optional<std::string> lacks_commission(const RobotSetup& setup, const RobotHello& hello) {
   if (!hello.is_real()) return std::nullopt;
-  std::string why = "holds no first drive";
+  std::string why = "has no record of a first drive";
   if (setup.commissioned) {
     const auto changes = changes_since(*setup.commissioned, setup.simulated.model, setup.ground);
     if (setup.commissioned->passed && changes.empty()) return std::nullopt;
     why = !setup.commissioned->passed
-              ? fmt::format("holds a first drive that did not pass ({})",
-                            fmt::join(setup.commissioned->failed, ", "))
-              : fmt::format("holds a first drive that no longer counts: {}", fmt::join(changes, "; "));
+              ? fmt::format("has a first drive that failed ({})", fmt::join(setup.commissioned->failed, ", "))
+              : fmt::format("has a first drive that is no longer valid: {}", fmt::join(changes, "; "));
   }
   return fmt::format(
-      "the robot's file {} {}. Until one has passed it is driven at {:g} m/s at most: "
+      "the robot's file {} {}. The speed is limited to {:g} m/s until a first drive has passed: "
       "`waymark commission robot={} robot_file={}`",
       setup.robot_path, printable(why), kUncommissionedSpeed_m_s, shell_word(setup.ground.robot),
       shell_word(setup.robot_path));
 }
 
-VelocityCommand slowed(const VelocityCommand& command, double most_m_s, const MotionLimits& limits) {
+VelocityCommand slowed(const VelocityCommand& command, double max_speed_m_s, const MotionLimits& limits) {
   double share = 1;
   const auto bound = [&share](double value, double most) {
     if (std::abs(value) > most) share = std::min(share, most / std::abs(value));
   };
-  bound(command.speed_m_s, std::min(most_m_s, limits.speed_m_s));
+  bound(command.speed_m_s, std::min(max_speed_m_s, limits.speed_m_s));
+
   bound(command.yaw_rate_rad_s, limits.yaw_rate_rad_s);
   return {share * command.speed_m_s, share * command.yaw_rate_rad_s};
 }
 
 namespace {
 
-constexpr Duration kRobotSlice = std::chrono::milliseconds(2);  // a picture waits no longer for the robot
-constexpr Duration kMostAge = std::chrono::seconds(1);  // of a picture, as of all messages (StampGate)
+constexpr Duration kRobotSlice = std::chrono::milliseconds(2);  // longest delay of an image by the robot
+constexpr Duration kMaxImageAge = std::chrono::seconds(1);      // the same as for messages (StampGate)
 
 }  // namespace
 
@@ -55,11 +55,11 @@ bool RobotWithCameras::more() const {
   return robot_.more() || std::ranges::any_of(cameras_, [](const auto& camera) { return camera->more(); });
 }
 
-/// Stamps of one camera grow also where the estimate of the robot's clock is moved back.
+/// Keeps the stamps of each camera increasing, even if the estimate of the robot's clock moves back.
 bool RobotWithCameras::move_to_robots_clock(CameraFrame& frame) {
   const auto now = robot_.now();
   const Duration age = steady_now() - frame.stamp.time_since_epoch();
-  if (!now || age > kMostAge) return false;
+  if (!now || age > kMaxImageAge) return false;
   SensorTime& newest = newest_[frame.camera];
   newest = frame.stamp = std::max(*now - age, newest + Duration(1));
   return true;
@@ -73,7 +73,7 @@ bool RobotWithCameras::replaced(const RobotEvent& event) const {
          (poses != nullptr && names_.contains(poses->camera));
 }
 
-Result<std::optional<RobotEvent>> RobotWithCameras::of_cameras() {
+Result<std::optional<RobotEvent>> RobotWithCameras::next_of_cameras() {
   for (std::size_t i = 0; i < cameras_.size(); ++i) {
     turn_ = (turn_ + 1) % cameras_.size();
     if (!cameras_[turn_]->more()) continue;
@@ -89,7 +89,7 @@ Result<std::optional<RobotEvent>> RobotWithCameras::of_cameras() {
   return std::optional<RobotEvent>();
 }
 
-Result<std::optional<RobotEvent>> RobotWithCameras::hear_robot(Duration most) {
+Result<std::optional<RobotEvent>> RobotWithCameras::receive_from_robot(Duration most) {
   auto event = robot_.next(most);
   if (event && *event && replaced(**event)) event = std::optional<RobotEvent>();
   return event;
@@ -97,13 +97,13 @@ Result<std::optional<RobotEvent>> RobotWithCameras::hear_robot(Duration most) {
 
 Result<std::optional<RobotEvent>> RobotWithCameras::next(Duration most) {
   const Duration deadline = steady_now() + most;
-  // The robot first: a camera that always has a picture, because it takes longer to look at one than to take
-  // it, must not keep the robot from being heard.
-  auto event = hear_robot(Duration(0));
+  // Poll the robot first. If detection takes longer than the frame period, a camera always has an image and
+  // would starve the robot.
+  auto event = receive_from_robot(Duration(0));
   while (event && !*event) {
-    if (!robot_.more()) event = of_cameras();
+    if (!robot_.more()) event = next_of_cameras();
     if (!event || *event || steady_now() >= deadline) break;
-    event = hear_robot(std::min(kRobotSlice, std::max(Duration(0), deadline - steady_now())));
+    event = receive_from_robot(std::min(kRobotSlice, std::max(Duration(0), deadline - steady_now())));
   }
   return event;
 }
@@ -118,15 +118,14 @@ Pacing pacing_of(const ProcessRobot& robot) {
   });
 }
 
-/// A robot in lockstep has a time of its own, which no camera of this computer follows.
+/// Fails for a robot in lockstep: cameras of this computer cannot follow its simulated time.
 Result<std::vector<std::unique_ptr<LiveCamera>>> open_cameras(const RobotSetup& setup,
                                                               const ProcessRobot& robot) {
   std::vector<std::unique_ptr<LiveCamera>> cameras;
   for (const CameraAddress& live : setup.live_cameras) {
     if (robot.hello().lockstep)
-      return fail(ErrorCode::InvalidArgument,
-                  "this robot waits for its commands (lockstep), a camera does not", {.source = live.address},
-                  "Run the robot in real time.");
+      return fail(ErrorCode::InvalidArgument, "a live camera cannot follow a robot in lockstep",
+                  {.source = live.address}, "Run the robot in real time.");
     auto camera = open_live_camera(live.address, live.name);
     if (!camera) return tl::unexpected(camera.error());
     cameras.push_back(std::move(*camera));
@@ -134,15 +133,15 @@ Result<std::vector<std::unique_ptr<LiveCamera>>> open_cameras(const RobotSetup& 
   return cameras;
 }
 
-/// A robot in lockstep waits for an answer that nobody gives.
+/// Fails for a robot in lockstep, which would wait forever for a command.
 Status check_listening(const RobotSetup& setup, const ProcessRobot& robot) {
   if (!setup.process.listen_only || !robot.hello().lockstep) return {};
   return fail(ErrorCode::InvalidArgument,
-              "this robot waits for its commands (lockstep), and a listener sends none",
+              "listening to a robot in lockstep: it waits for commands, and none are sent",
               {.source = "process:" + setup.process.text()}, "Run the robot in real time.");
 }
 
-/// Of its tags and its anchor, whichever are known.
+/// The families of the world's tags and of its anchor.
 std::vector<std::string> families_in(const World& world) {
   std::vector<std::string> families = families_of(world.tags);
   const std::string anchors(to_string(world.anchor.family));
@@ -213,11 +212,11 @@ Result<RobotLoopEnd> LiveRobot::drive(RobotListener listener) {
   };
   auto end = loop_.drive(listener);
   if (loop_.dropped_pictures() > 0)
-    control_.note(fmt::format("passed over, as they came faster than tags could be looked for in them: {}",
-                              counted(loop_.dropped_pictures(), "picture")));
+    control_.note(fmt::format("{} skipped: they arrived faster than tags could be detected",
+                              counted(loop_.dropped_pictures(), "image")));
   const bool followed = finder_.tracking.whole_every != 1 || finder_.tracking.in_strips;
   if (followed && !loop_.searched())
-    control_.note("that tags are followed from picture to picture had no effect: the robot sent no pictures");
+    control_.note("`search_every` and `search_strips` had no effect: the robot sent no images");
   return end;
 }
 

@@ -19,66 +19,66 @@
 #include "waymark/samples/robot_samples.hpp"
 #include "waymark/tags/tag_finder.hpp"
 
-/// A robot that is a process of its own.
+/// Driving a robot process.
 namespace waymark {
 
-/// Until its first drive (`waymark commission`) has passed, a real robot is driven no faster than this.
+/// Speed limit of a real robot until its first drive (`waymark commission`) has passed.
 inline constexpr double kUncommissionedSpeed_m_s = 0.15;
 
-/// Why a robot is limited to kUncommissionedSpeed_m_s, and the command that lifts it, in a sentence; nothing
-/// for a robot that is simulated, and for one whose file holds a commission that passed and still counts.
+/// A sentence with the reason why a robot is limited to kUncommissionedSpeed_m_s, and the command that lifts
+/// the limit. Nothing for a simulated robot, and for a robot whose file contains a passed commission that is
+/// still valid.
 [[nodiscard]] std::optional<std::string> lacks_commission(const RobotSetup& setup, const RobotHello& hello);
 
-/// The command on the same arc, no faster than this, and within the robot's speed and yaw rate: nobody who
-/// drives it, and no program, can ask for more.
-[[nodiscard]] VelocityCommand slowed(const VelocityCommand& command, double most_m_s,
+/// The command scaled along the same arc so that the speed is at most `max_speed_m_s` and within the limits
+/// of the robot for speed and yaw rate. Applies to commands of any driver.
+[[nodiscard]] VelocityCommand slowed(const VelocityCommand& command, double max_speed_m_s,
                                      const MotionLimits& limits);
 
-/// A robot whose pictures come from cameras of this computer: its samples and theirs as one source. Stamps of
-/// pictures are moved to the robot's clock, by what that shows when the picture arrives; pictures that come
-/// before the robot's first sample are left out, and those that waited for more than a second while this
-/// computer was busy: what the robot did since then was already heard. What the robot's own detector saw with
-/// a camera that gives pictures here (tags with their corners or as poses) is left out, too: the pictures say
-/// more.
+/// A robot with cameras of this computer: one source for the samples of both. Image stamps are converted to
+/// the robot's clock when the image arrives. Two kinds of images are skipped: those before the robot's first
+/// sample, and those that waited for more than a second while this computer was busy, because later robot
+/// samples were already processed. Tags that the robot's own detector reports for one of these cameras
+/// (corners or poses) are skipped too, because the images contain more information.
 class RobotWithCameras final : public Source {
  public:
-  /// The robot outlives this; `names` of the cameras.
+  /// The robot must outlive this; `names`: of the cameras.
   RobotWithCameras(Source& robot, std::vector<std::unique_ptr<LiveCamera>> cameras,
                    std::set<std::string> names)
       : robot_(robot), cameras_(std::move(cameras)), names_(std::move(names)) {}
 
-  /// Fails when the robot or a camera does.
+  /// Fails if the robot or a camera fails.
   Result<std::optional<RobotEvent>> next(Duration most) override;
   [[nodiscard]] bool more() const override;
   [[nodiscard]] std::optional<SensorTime> now() const override { return robot_.now(); }
 
  private:
-  [[nodiscard]] Result<std::optional<RobotEvent>> of_cameras();
-  [[nodiscard]] Result<std::optional<RobotEvent>> hear_robot(Duration most);
+  [[nodiscard]] Result<std::optional<RobotEvent>> next_of_cameras();
+  [[nodiscard]] Result<std::optional<RobotEvent>> receive_from_robot(Duration most);
   [[nodiscard]] bool move_to_robots_clock(CameraFrame& frame);
   [[nodiscard]] bool replaced(const RobotEvent& event) const;
 
   Source& robot_;
   std::vector<std::unique_ptr<LiveCamera>> cameras_;
   std::set<std::string> names_;
-  std::size_t turn_ = 0;                      ///< of the camera that is asked first
-  std::map<std::string, SensorTime> newest_;  ///< by camera
+  std::size_t turn_ = 0;                      ///< index of the camera that is polled first
+  std::map<std::string, SensorTime> newest_;  ///< newest stamp by camera
 };
 
-/// A robot that is a process, what finds the tags in its pictures, and the loop between samples and commands.
+/// A robot process, the detector for its images, and the loop from samples to commands.
 class LiveRobot {
  public:
-  /// Starts the robot of the setup and waits until it greets, or the control cancels; opens the
-  /// cameras of this computer that belong to it. That it is limited is a note.
+  /// Starts the robot of the setup, waits for its hello (or until the control cancels), and opens its cameras
+  /// on this computer. Notes the speed limit, if there is one.
   static Result<std::unique_ptr<LiveRobot>> open(const RobotSetup& setup, JobControl control);
-  /// The same for a first drive: nothing is said of a limit, which holds all the same.
+  /// The same for a first drive: the speed limit applies without a note.
   static Result<std::unique_ptr<LiveRobot>> open_first(const RobotSetup& setup, JobControl control);
 
-  /// RobotLoop::drive(); the words of the robot are notes. What is decided is slowed to speed_limit_m_s().
+  /// RobotLoop::drive() with commands limited to speed_limit_m_s(). Texts of the robot become notes.
   Result<RobotLoopEnd> drive(RobotListener listener);
-  /// Of a real robot that has not been commissioned (lacks_commission()); else infinity.
+  /// The limit of a real robot that has not been commissioned (lacks_commission()); else infinity.
   [[nodiscard]] double speed_limit_m_s() const;
-  /// The robot itself, where nothing is to be decided.
+  /// The robot process, for jobs that send no commands.
   [[nodiscard]] ProcessRobot& process() { return *robot_; }
 
  private:
@@ -90,8 +90,8 @@ class LiveRobot {
   TagFinder finder_;
   RobotLoop loop_;
   JobControl control_;
-  MotionLimits limits_{};                 ///< of the robot's file
-  std::optional<std::string> limited_{};  ///< to a speed, and why
+  MotionLimits limits_{};                 ///< from the robot's file
+  std::optional<std::string> limited_{};  ///< why the speed is limited; nothing: it is not
 };
 
 }  // namespace waymark

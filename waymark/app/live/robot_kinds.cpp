@@ -17,12 +17,12 @@ namespace {
 
 Result<RobotStart> start_command(const std::string& command, const std::string& robot_file) {
   if (command.empty())
-    return fail(ErrorCode::InvalidArgument, "process: names no command", {.key = "robot"},
+    return fail(ErrorCode::InvalidArgument, "process: without a command", {.key = "robot"},
                 "For example `robot=\"process:python3 my_robot.py\"`.");
   return RobotStart{robot_file, command};
 }
 
-/// This program again, as the process of a robot.
+/// Starts this program as the robot process.
 Result<RobotStart> start_own(std::vector<std::string> words, const std::string& robot_file) {
   words.insert(words.end(), {"--robot-file", robot_file});
   auto process = own_program(std::move(words));
@@ -41,7 +41,7 @@ Result<RobotStart> start_ros2(const std::string& profile, const std::string& rob
 
 Result<RobotStart> start_limo(const std::string& port, const std::string& robot_file) {
   if (port.empty())
-    return fail(ErrorCode::InvalidArgument, "limo: names no serial port", {.key = "robot"},
+    return fail(ErrorCode::InvalidArgument, "limo: without a serial port", {.key = "robot"},
                 "For example `robot=limo:/dev/ttyTHS1`.");
   return start_own({"limo", "robot", port}, robot_file.empty() ? "limo" : robot_file);
 }
@@ -59,7 +59,7 @@ Result<RobotStart> start_gazebo(const std::string& profile, const std::string& r
 }
 
 constexpr std::array kKinds = {
-    RobotKind{"process", "CMD", "a program that speaks for the robot, docs/formats/robot-process.md",
+    RobotKind{"process", "CMD", "a program that drives the robot, docs/formats/robot-process.md",
               start_command},
     RobotKind{"ros2", "PROFILE", "limo, turtlebot3, or a .yaml file: docs/howto/ros2.md", start_ros2},
     RobotKind{"limo", "PORT", "the serial port of AgileX LIMO: docs/howto/limo.md", start_limo},
@@ -84,7 +84,11 @@ std::optional<Result<RobotSetup>> load_kind(const std::string& robot, const std:
     const std::string begin = std::string(kind.name) + ":";
     if (!robot.starts_with(begin)) continue;
     const auto start = kind.start(robot.substr(begin.size()), robot_file);
-    if (!start) return tl::unexpected(start.error());
+    if (!start) {
+      Error error = start.error();
+      if (error.place.source.empty()) error.place.key = "robot";
+      return tl::unexpected(std::move(error));
+    }
     Result<RobotSetup> setup = load_setup(world, start->robot_file, seed);
     if (setup) {
       setup->process = start->process;
@@ -101,11 +105,11 @@ Result<RobotSetup> load_robot(const std::string& robot, const std::string& world
                               const std::string& robot_file, std::uint64_t seed, bool processes) {
   if (processes && is_robot_kind(robot)) return *load_kind(robot, world, robot_file, seed);
   if (robot != "sim")
-    return fail(ErrorCode::InvalidArgument, fmt::format("there is no robot '{}'", robot), {.key = "robot"},
+    return fail(ErrorCode::InvalidArgument, fmt::format("unknown robot '{}'", robot), {.key = "robot"},
                 suggestion(robot, robot_kind_names(processes)));
   if (world.empty())
-    return fail(ErrorCode::InvalidArgument, "`world` is required: the simulated robot drives in one",
-                {.key = "world"}, "For example `world=circuit24`.");
+    return fail(ErrorCode::InvalidArgument, "`world` is required for the simulated robot", {.key = "world"},
+                "For example `world=circuit24`.");
   return load_setup(world, robot_file, seed);
 }
 
@@ -150,27 +154,27 @@ bool finds_tags_itself(const std::string& robot) {
   return profile && !profile->detections_topic.empty();
 }
 
-std::vector<std::string> RobotWords::as_words() const {
+std::vector<std::string> RobotRequest::as_words() const {
   std::vector<std::string> words = {"--world", world, "--seed", std::to_string(seed)};
   if (!robot_file.empty()) words.insert(words.end(), {"--robot-file", robot_file});
   return words;
 }
 
-Result<RobotSetup> described_setup(const RobotWords& words, bool processes, const std::string& robot_file,
-                                   const GivenFlags& given) {
-  const bool process = processes && is_robot_kind(words.robot);
-  const char* of_a_process = "Leave it out, or give `robot=process:CMD`.";
-  FlagRefusals refused(given);
-  refused.flags(!process, {"detector", "search_every", "search_strips"},
-                "a simulated robot finds its tags in another way", of_a_process);
-  refused.flags(!process, {"camera_source"}, "a simulated robot has simulated cameras", of_a_process);
-  refused.flags(process && !given("search_every"), {"search_strips"}, kSearchedWholly, kSearchEvery);
+Result<RobotSetup> requested_setup(const RobotRequest& request, bool processes, const std::string& robot_file,
+                                   const GivenFields& given) {
+  const bool process = processes && is_robot_kind(request.robot);
+  const char* of_a_process = "Omit this option, or use `robot=process:CMD`.";
+  FieldRefusals refused(given);
+  refused.fields(!process, {"detector", "search_every", "search_strips"},
+                 "has no effect on the detection of a simulated robot", of_a_process);
+  refused.fields(!process, {"camera_source"}, "a simulated robot has simulated cameras", of_a_process);
+  refused.fields(process && !given("search_every"), {"search_strips"}, kSearchedWholly, kSearchEvery);
   if (!refused.status()) return tl::unexpected(refused.status().error());
-  const std::string& file = words.robot_file.empty() ? robot_file : words.robot_file;
-  Result<RobotSetup> setup = load_robot(words.robot, words.world, file, words.seed, processes);
+  const std::string& file = request.robot_file.empty() ? robot_file : request.robot_file;
+  Result<RobotSetup> setup = load_robot(request.robot, request.world, file, request.seed, processes);
   if (!setup || !process) return setup;
-  setup->pictures = words.pictures;
-  if (Status added = add_live_cameras(words.camera_sources, *setup); !added)
+  setup->pictures = request.pictures;
+  if (Status added = add_live_cameras(request.camera_sources, *setup); !added)
     return tl::unexpected(added.error());
   return setup;
 }

@@ -9,39 +9,38 @@
 
 #include "waymark/app/live/robot_setup.hpp"
 
-/// The robots named KIND:ADDRESS, which are driven by a process of their own
-/// (docs/formats/robot-process.md).
+/// Robots named KIND:ADDRESS, each driven by its own process (docs/formats/robot-process.md).
 namespace waymark {
 
-/// How a robot is started.
+/// The command that starts a robot, and its files.
 struct RobotStart {
-  std::string robot_file{};  ///< what describes it where nobody names a file; empty: as load_setup() has it
+  std::string robot_file{};  ///< robot file if the user names none; empty: the default of load_setup()
   RobotCommand process{};
-  std::string topics{};  ///< digest of what maps the robot's topics; empty: nothing does
+  std::string topics{};  ///< digest of the topic map; empty: the robot has none
 };
 
 /// A row of the table of kinds.
 struct RobotKind {
   std::string_view name;     ///< before the colon
-  std::string_view address;  ///< behind it, as help calls it
-  std::string_view help;     ///< what the address is, in some words
-  /// `robot_file`: what a user names; empty: none. Fails on an address that makes no sense.
+  std::string_view address;  ///< name of the part after the colon in the help
+  std::string_view help;     ///< meaning of the address
+  /// `robot_file`: the file named by the user; empty: none. Fails on an invalid address.
   Result<RobotStart> (*start)(const std::string& address, const std::string& robot_file);
 };
 
-/// All of them.
+/// All kinds.
 [[nodiscard]] std::span<const RobotKind> robot_kinds();
 
 /// "sim" and, with `processes`, each kind as KIND:ADDRESS.
 [[nodiscard]] std::vector<std::string> robot_kind_names(bool processes);
-/// The same with what each address is, for help.
+/// The same with the meaning of each address, for the help.
 [[nodiscard]] std::string robot_kinds_help(bool processes);
 
-/// Whether a word begins as `KIND:ADDRESS` does.
+/// Whether a word begins with a kind and a colon.
 [[nodiscard]] bool is_robot_kind(std::string_view word);
 
-/// The setup of a robot `KIND:ADDRESS`: load_setup() with its process. Nothing where `robot` begins with no
-/// kind.
+/// The setup of a robot `KIND:ADDRESS`: load_setup() with its process. Nothing if `robot` does not begin with
+/// a kind.
 [[nodiscard]] std::optional<Result<RobotSetup>> load_kind(const std::string& robot, const std::string& world,
                                                           const std::string& robot_file, std::uint64_t seed);
 
@@ -50,27 +49,27 @@ struct RobotKind {
                                             const std::string& robot_file, std::uint64_t seed,
                                             bool processes);
 
-/// Gives the setup of a robot that is a process the cameras of `camera_source`: [NAME=]ADDRESS each.
+/// Adds the cameras of `camera_source`, [NAME=]ADDRESS each, to the setup of a robot process.
 [[nodiscard]] Status add_live_cameras(const std::vector<std::string>& words, RobotSetup& setup);
 
-/// Whether the robot sends tags instead of pictures, so that this computer looks for none.
+/// Whether the robot sends tags instead of images, so that no detection runs on this computer.
 [[nodiscard]] bool finds_tags_itself(const std::string& robot);
 
-/// What a user says of a robot and its world.
-struct RobotWords {
+/// A robot and its world as requested by the user.
+struct RobotRequest {
   std::string robot = "sim";
   std::string world{};
   std::string robot_file{};
-  std::vector<std::string> camera_sources{};  ///< of this computer, on a robot that is a process
+  std::vector<std::string> camera_sources{};  ///< cameras of this computer for a robot process
   PictureSettings pictures{};
   std::uint64_t seed = 1;
 
-  /// What says the same of a simulated robot on a command line of the program.
+  /// The flags with which the program simulates this robot.
   [[nodiscard]] std::vector<std::string> as_words() const;
 };
-/// With `processes` the robot may be one; `robot_file`: where it is described when the words do not say
-/// so. Fails also on fields that were given and have no effect on it.
-[[nodiscard]] Result<RobotSetup> described_setup(const RobotWords& words, bool processes,
-                                                 const std::string& robot_file, const GivenFlags& given);
+/// Makes the setup of a request. With `processes` the robot may be a process; `robot_file`: the robot's file
+/// if the request names none. Fails also on given fields without effect for this robot.
+[[nodiscard]] Result<RobotSetup> requested_setup(const RobotRequest& request, bool processes,
+                                                 const std::string& robot_file, const GivenFields& given);
 
 }  // namespace waymark

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/config/share.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/yaml/faults_file.hpp"
@@ -14,23 +15,23 @@
 namespace waymark {
 namespace {
 
-constexpr std::size_t kMostBytes = std::size_t{1} << 22U;
+constexpr std::size_t kMaxFileBytes = std::size_t{1} << 22U;
 
-/// Where a file is and what it says.
+/// Path and content of a file.
 struct Found {
   std::string path;
   std::string text;
 };
 
-Result<Found> find(const char* folder, const std::string& name) {
+Result<Found> find(const char* folder, const std::string& name, FileUse use) {
   const auto path = find_shared(folder, name);
   if (!path) return tl::unexpected(path.error());
-  const auto text = read_text_file(*path, kMostBytes);
+  const auto text = or_wrong_kind(read_text_file(*path, kMaxFileBytes), *path, use);
   if (!text) return tl::unexpected(text.error());
   return Found{path->string(), *text};
 }
 
-/// The one that is named; else that of the world; else the usual one.
+/// The robot named by the user; else that of the world; else the default.
 Result<std::string> name_of_robot(const std::string& robot_file, const Found& world_file) {
   constexpr const char* kUsual = "limo";
   if (!robot_file.empty()) return robot_file;
@@ -49,15 +50,22 @@ SimulatedRobotOptions with_seed(SimulatedRobotOptions options, std::uint64_t see
 
 Result<RobotSetup> load_setup(const std::string& world_name, const std::string& robot_file,
                               std::uint64_t seed) {
-  Result<Found> world_file = world_name.empty() ? Found() : find("worlds", world_name);
+  Result<Found> world_file = world_name.empty() ? Found() : find("worlds", world_name, FileUse::World);
   if (!world_file) return tl::unexpected(world_file.error());
-  Result<World> world = world_name.empty() ? World() : parse_world(world_file->text, world_file->path);
+  Result<World> world = world_name.empty() ? World()
+                                           : or_wrong_kind(parse_world(world_file->text, world_file->path),
+                                                           world_file->path, FileUse::World);
   if (!world) return tl::unexpected(world.error());
   const Result<std::string> robot_name = name_of_robot(robot_file, *world_file);
   if (!robot_name) return tl::unexpected(robot_name.error());
-  const Result<Found> robot_text = find("robots", *robot_name);
-  if (!robot_text) return tl::unexpected(robot_text.error());
-  const Result<RobotDescription> robot = parse_robot(robot_text->text, robot_text->path);
+  const Result<Found> robot_text = find("robots", *robot_name, FileUse::Robot);
+  if (!robot_text) {
+    Error error = robot_text.error();
+    if (robot_file.empty() && error.place.source.empty()) error.place = {world_file->path, {}, {}, "robot"};
+    return tl::unexpected(std::move(error));
+  }
+  const auto robot =
+      or_wrong_kind(parse_robot(robot_text->text, robot_text->path), robot_text->path, FileUse::Robot);
   if (!robot) return tl::unexpected(robot.error());
   return RobotSetup{.simulated = {.world = std::move(*world),
                                   .model = robot->model,
@@ -77,24 +85,25 @@ std::string robot_file_in(const std::filesystem::path& folder) {
   return std::filesystem::exists(file, ignored) ? file.string() : std::string();
 }
 
-Status describe_simulated(const SimulatedWords& words, const GivenFlags& given, RobotSetup& setup) {
-  FlagRefusals refused(given);
-  refused.flags(!setup.process.empty(), {"images", "threads", "faults"},
-                "only a simulated robot is asked for this", "Leave it out, or `robot=process:CMD`.");
-  refused.flags(!words.images, {"threads"}, "without pictures there is nothing to do on threads",
-                "Add `images`, or leave it out.");
+Status apply_simulation(const SimulationRequest& request, const GivenFields& given, RobotSetup& setup) {
+  FieldRefusals refused(given);
+  refused.fields(!setup.process.empty(), {"images", "threads", "faults"}, "only applies to a simulated robot",
+                 "Omit this option, or omit `robot=process:CMD`.");
+  refused.fields(!request.images, {"threads"}, "has no effect without images",
+                 "Add `images`, or omit `threads`.");
   if (!refused.status()) return refused.status();
-  setup.simulated.threads = words.threads;
-  if (words.faults.empty()) return {};
-  auto faults = read_faults(words.faults, setup.simulated.world);
+  setup.simulated.threads = request.threads;
+  if (request.faults.empty()) return {};
+  auto faults =
+      or_wrong_kind(read_faults(request.faults, setup.simulated.world), request.faults, FileUse::Faults);
   if (!faults) return tl::unexpected(faults.error());
   setup.simulated.robot.faults = std::move(*faults);
   return {};
 }
 
-void refuse_seed(bool when, FlagRefusals& refused) {
-  refused.flags(when, {"seed"}, "nothing is drawn at random for a robot that is a process",
-                "Leave it out; a simulated process takes a seed of its own.");
+void refuse_seed(bool when, FieldRefusals& refused) {
+  refused.fields(when, {"seed"}, "has no effect on a robot process",
+                 "Omit `seed`; a simulated robot process has its own seed.");
 }
 
 Result<RobotCommand> own_program(std::vector<std::string> words) {

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-TEST(LoadSetup, TheRobotIsTheOneThatIsNamedElseThatOfTheWorldElseLimo) {
+TEST(LoadSetup, UsesTheNamedRobotElseThatOfTheWorldElseLimo) {
   const auto circuit = load_setup("circuit24", "", 7);
   ASSERT_TRUE(circuit) << to_string(circuit.error());
   EXPECT_EQ(circuit->simulated.world.name, "circuit24");
@@ -29,12 +29,13 @@ TEST(LoadSetup, TheRobotIsTheOneThatIsNamedElseThatOfTheWorldElseLimo) {
   EXPECT_NE(square->simulated.model.name, circuit->simulated.model.name) << "the world names its robot";
   const auto other = load_setup("mbot-square", "limo", 1);
   ASSERT_TRUE(other);
-  EXPECT_EQ(other->simulated.model.name, circuit->simulated.model.name) << "what is named counts more";
+  EXPECT_EQ(other->simulated.model.name, circuit->simulated.model.name)
+      << "the robot named by the user takes precedence";
   EXPECT_EQ(other->world_yaml, square->world_yaml);
   EXPECT_EQ(other->robot().model.name, other->simulated.model.name);
 }
 
-TEST(LoadSetup, WithoutAWorldNothingIsThereAndNobodyKnowsIt) {
+TEST(LoadSetup, WithoutAWorldNothingIsThereAndTheWorldIsUnknown) {
   const auto setup = load_setup("", "", 1);
   ASSERT_TRUE(setup) << to_string(setup.error());
   EXPECT_TRUE(setup->world_yaml.empty());
@@ -64,10 +65,10 @@ TEST(OwnRobot, TheProgramIsStartedAgainWithoutAShell) {
               ElementsAre(self, "robot-sim", "--world", "a world; rm", "--lockstep", "--pace", "1.5"));
   EXPECT_TRUE(setup.process.shell.empty());
   ASSERT_TRUE(become_the_robot(setup, {}, {.lockstep = false, .pace = 2}));
-  EXPECT_THAT(setup.process.words, ElementsAre(self, "robot-sim")) << "a pace is one of lockstep";
+  EXPECT_THAT(setup.process.words, ElementsAre(self, "robot-sim")) << "pace only applies to lockstep";
 }
 
-TEST(LoadRobot, AMapMayHoldItsFile) {
+TEST(LoadRobot, TheFolderOfAMapMayContainTheRobotFile) {
   const auto folder = testing::fresh_folder("live_job_checks");
   EXPECT_EQ(robot_file_in(folder), "");
   std::ofstream(folder / "robot.yaml") << "\n";

@@ -21,7 +21,7 @@ namespace {
 
 constexpr Duration kPatience = std::chrono::seconds(3);
 
-/// What messages with pictures, calibration or tags begin with.
+/// The first field of messages with images, calibration or tags.
 struct Headed {
   ros2::Header header{};
   WAYMARK_ROS2_FIELDS(self.header)
@@ -33,7 +33,7 @@ struct HeadedOdometry {
   WAYMARK_ROS2_FIELDS(self.header, self.child_frame_id)
 };
 
-/// The topic that says the frame of the camera, the lightest first.
+/// The topic from which the frame of the camera is read: the one with the smallest messages.
 std::pair<std::string, std::string_view> camera_topic_of(const Ros2Profile& profile) {
   if (!profile.camera_info_topic.empty()) return {profile.camera_info_topic, ros2::CameraInfo::kType};
   if (!profile.detections_topic.empty())
@@ -75,12 +75,12 @@ Status RobotFrames::join(Bus& bus) {
 bool RobotFrames::take(Bus& bus, const BusMessage& message) {
   const auto is = [&](const std::optional<std::size_t>& number) { return number == message.subscription; };
   if (is(fixed_) || is(moving_)) {
-    hear_transforms(message);
+    receive_transforms(message);
   } else if (is(odometry_)) {
-    hear_odometry(message);
+    receive_odometry(message);
     end(bus, odometry_);
   } else if (is(pictures_)) {
-    hear_camera(message);
+    receive_camera(message);
     end(bus, pictures_);
   } else {
     return false;
@@ -88,22 +88,22 @@ bool RobotFrames::take(Bus& bus, const BusMessage& message) {
   return true;
 }
 
-void RobotFrames::hear_odometry(const BusMessage& message) {
-  const auto said = cdr::decode<HeadedOdometry>(message.bytes);
-  if (!said) return;
-  if (odom_.empty()) odom_ = frame_name(said->header.frame_id);
-  if (base_.empty()) base_ = frame_name(said->child_frame_id);
+void RobotFrames::receive_odometry(const BusMessage& message) {
+  const auto decoded = cdr::decode<HeadedOdometry>(message.bytes);
+  if (!decoded) return;
+  if (odom_.empty()) odom_ = frame_name(decoded->header.frame_id);
+  if (base_.empty()) base_ = frame_name(decoded->child_frame_id);
 }
 
-void RobotFrames::hear_camera(const BusMessage& message) {
-  if (const auto said = cdr::decode<Headed>(message.bytes)) camera_ = frame_name(said->header.frame_id);
+void RobotFrames::receive_camera(const BusMessage& message) {
+  if (const auto decoded = cdr::decode<Headed>(message.bytes)) camera_ = frame_name(decoded->header.frame_id);
 }
 
-void RobotFrames::hear_transforms(const BusMessage& message) {
-  const auto said = cdr::decode<ros2::TFMessage>(message.bytes);
-  if (!said) return;
-  for (const ros2::TransformStamped& link : said->transforms)
-    tree_.add(link.header.frame_id, link.child_frame_id, std::nullopt);  // only who hangs below whom
+void RobotFrames::receive_transforms(const BusMessage& message) {
+  const auto decoded = cdr::decode<ros2::TFMessage>(message.bytes);
+  if (!decoded) return;
+  for (const ros2::TransformStamped& link : decoded->transforms)
+    tree_.add(link.header.frame_id, link.child_frame_id, std::nullopt);  // only parent and child
 }
 
 void RobotFrames::end(Bus& bus, std::optional<std::size_t>& number) {
@@ -111,7 +111,7 @@ void RobotFrames::end(Bus& bus, std::optional<std::size_t>& number) {
   number.reset();
 }
 
-void RobotFrames::robot_speaks(Duration now) {
+void RobotFrames::robot_started(Duration now) {
   if (!since_) since_ = now;
 }
 
@@ -128,7 +128,7 @@ std::string RobotFrames::camera(std::string_view name) const {
 }
 
 std::optional<ros2::TFMessage> RobotFrames::mount(Bus& bus, const std::string& camera, Duration now) {
-  if (!since_ || now - *since_ < kPatience || !looked_at_.insert(camera).second) return std::nullopt;
+  if (!since_ || now - *since_ < kPatience || !checked_cameras_.insert(camera).second) return std::nullopt;
   end(bus, moving_);
   const MountedCamera* mounted = find_camera(robot_.cameras, camera);
   const std::string frame = this->camera(camera);
@@ -142,10 +142,10 @@ namespace {
 constexpr Duration kNodeSlice = std::chrono::milliseconds(5);
 constexpr Duration kStatusPeriod = std::chrono::seconds(1);
 constexpr std::size_t kOdometryKept = 100;
-constexpr std::size_t kMostPoses = 5000;  // of the path
+constexpr std::size_t kMaxPathPoses = 5000;
 constexpr const char* kServices[] = {"start_teach", "map", "replay", "pause", "stop"};
 
-/// What each service needs, and does.
+/// In which phases each service acts, and its button.
 struct Rule {
   std::string_view service;
   std::string_view phase;
@@ -169,7 +169,8 @@ const Odometry* odometry_at(const std::deque<Odometry>& all, SensorTime stamp) {
   return later == all.begin() ? &*later : &*std::prev(later);
 }
 
-/// But for what changes all the time while the robot drives: that can wait for the next second.
+/// Whether two statuses are equal, except for values that change continuously during a drive: those wait for
+/// the next second.
 bool is_as_before(LiveStatus now, const LiveStatus& before) {
   now.driven_m = before.driven_m;
   now.goal_m = before.goal_m;
@@ -198,7 +199,7 @@ ServiceButton button_of_service(const std::string& service, const std::string& p
   for (const Rule& rule : kRules)
     if (rule.service == service && rule.phase == phase)
       return {rule.press, fmt::format("{} in phase {}", service, phase)};
-  if (service == "stop") return {OrderKind::Stop, "stop"};  // whatever happens, it is never refused
+  if (service == "stop") return {OrderKind::Stop, "stop"};  // accepted in every phase
   return {{}, fmt::format("{} has no effect in phase '{}'", service, phase)};
 }
 
@@ -206,7 +207,7 @@ Result<std::unique_ptr<Ros2Node>> Ros2Node::start(std::unique_ptr<Bus> bus, Live
   std::unique_ptr<Ros2Node> node(new Ros2Node(std::move(bus), feed, std::move(robot)));
   Status status = node->offer_services();
   if (status) status = node->frames_.join(*node->bus_);
-  if (status) status = node->hear_initial_pose();
+  if (status) status = node->subscribe_initial_pose();
   if (!status) return tl::unexpected(status.error());
   feed.set_listening(true);
   node->thread_ = std::thread([raw = node.get()] { raw->run(); });
@@ -230,7 +231,7 @@ Status Ros2Node::offer_services() {
   return {};
 }
 
-Status Ros2Node::hear_initial_pose() {
+Status Ros2Node::subscribe_initial_pose() {
   const auto number = bus_->subscribe(dds_topic(kInitialPoseTopic, ros2::PoseWithCovarianceStamped::kType),
                                       {.reliable = false, .depth = 1});
   if (!number) return tl::unexpected(number.error());
@@ -244,9 +245,9 @@ void Ros2Node::receive(const BusMessage& message) {
   const Result<GivenPose> given = read_initial_pose(message.bytes);
   if (given) return feed_.order({.kind = ViewerOrder::Kind::GivePose, .pose = *given});
   ++refused_poses_;
-  status_said_ = {};  // at once
+  status_published_ = {};  // at once
   feed_.order({.kind = ViewerOrder::Kind::Words,
-               .words = fmt::format("a given pose is refused ({} so far): {}", refused_poses_,
+               .words = fmt::format("initial pose rejected ({} so far): {}", refused_poses_,
                                     to_string(given.error()))});
 }
 
@@ -274,7 +275,7 @@ void Ros2Node::publish(const std::string& topic, const Message& message, bool ke
     (void)bus_->publish(*publisher, cdr::encode(message));
 }
 
-/// With the newest picture, the one that they were found in: ten a second, where somebody subscribes to them.
+/// Publishes the newest image with its tags, at most ten times per second and only to subscribers.
 void Ros2Node::show(const TagFrame& tags) {
   constexpr Duration kPeriod = std::chrono::milliseconds(100);
   constexpr int kQuality = 80;
@@ -303,31 +304,31 @@ void Ros2Node::take_back(LiveSample& sample) {
 void Ros2Node::publish_updates() {
   LiveFeed::Updates updates = feed_.take();
   for (LiveSample& sample : updates.samples) {
-    std::visit([this](const auto& value) { say(value); }, sample.value);
+    std::visit([this](const auto& value) { publish_item(value); }, sample.value);
     keep_clock(sample);
     take_back(sample);
   }
   if (updates.shapes && updates.shapes != std::exchange(shapes_, updates.shapes))
     publish("/waymark/markers", *shapes_, true);
   const Duration now = steady_now();
-  if (is_as_before(updates.status, status_) && now - status_said_ < kStatusPeriod) return;
+  if (is_as_before(updates.status, status_) && now - status_published_ < kStatusPeriod) return;
   if (updates.status.phase != status_.phase) path_.poses.clear();
   status_ = updates.status;
-  status_said_ = now;
-  say_status(status_);
+  status_published_ = now;
+  publish_status(status_);
 }
 
-void Ros2Node::say(const Sample& sample) {
-  frames_.robot_speaks(steady_now());
+void Ros2Node::publish_item(const Sample& sample) {
+  frames_.robot_started(steady_now());
   if (const auto* odometry = std::get_if<Odometry>(&sample)) {
     odometry_.push_back(*odometry);
     if (odometry_.size() > kOdometryKept) odometry_.pop_front();
   }
-  if (const auto* tags = std::get_if<TagFrame>(&sample)) say(*tags);
+  if (const auto* tags = std::get_if<TagFrame>(&sample)) publish_item(*tags);
 }
 
-/// Under a name that is not the robot's nobody could place them.
-void Ros2Node::say(const TagFrame& tags) {
+/// Waits for the frame names of the robot: subscribers cannot place tags in an unknown frame.
+void Ros2Node::publish_item(const TagFrame& tags) {
   if (!frames_.settled(steady_now())) return;
   mount(tags.camera);
   ros2::AprilTagDetectionArray message = ros2::to_ros(tags);
@@ -341,7 +342,7 @@ void Ros2Node::mount(const std::string& camera) {
     publish("/tf_static", *mountings, true);
 }
 
-/// The way of the messages only adds to it: the smallest counts.
+/// Uses the smallest difference, because transport only adds delay.
 void Ros2Node::keep_clock(const LiveSample& sample) {
   const auto* received = std::get_if<Sample>(&sample.value);
   const auto* odometry = received != nullptr ? std::get_if<Odometry>(received) : nullptr;
@@ -351,7 +352,7 @@ void Ros2Node::keep_clock(const LiveSample& sample) {
   if (behind_s_.size() > kOdometryKept) behind_s_.pop_front();
 }
 
-void Ros2Node::say(const ros2::PoseWithCovarianceStamped& estimate) {
+void Ros2Node::publish_item(const ros2::PoseWithCovarianceStamped& estimate) {
   publish("/waymark/pose", estimate);
   const SensorTime stamp = ros2::from_ros(estimate.header.stamp);
   if (const Odometry* odometry = odometry_at(odometry_, stamp)) {
@@ -360,25 +361,25 @@ void Ros2Node::say(const ros2::PoseWithCovarianceStamped& estimate) {
       publish("/tf",
               ros2::TFMessage{{ros2::to_ros_transform(stamp, ros2::kMapFrame, frames_.odom(), map_T_odom)}});
   }
-  if (path_.poses.size() >= kMostPoses)
-    path_.poses.erase(path_.poses.begin(), path_.poses.begin() + kMostPoses / 2);
+  if (path_.poses.size() >= kMaxPathPoses)
+    path_.poses.erase(path_.poses.begin(), path_.poses.begin() + kMaxPathPoses / 2);
   path_.header = estimate.header;
   path_.poses.push_back({estimate.header, estimate.pose.pose});
-  constexpr std::size_t kEach = 10;  // a whole path each time is long
+  constexpr std::size_t kEach = 10;  // publishing the whole path with each estimate is expensive
   if (path_.poses.size() % kEach == 0) publish("/waymark/path", path_);
 }
 
-void Ros2Node::say(const ros2::DiagnosticArray& compared) { publish("/waymark/nis", compared); }
+void Ros2Node::publish_item(const ros2::DiagnosticArray& compared) { publish("/waymark/nis", compared); }
 
-void Ros2Node::say_status(const LiveStatus& status) {
+void Ros2Node::publish_status(const LiveStatus& status) {
   const bool lost = status.certain && !*status.certain;
-  const bool stands = !status.reason.empty() || !status.halted.empty();
+  const bool is_halted = !status.reason.empty() || !status.halted.empty();
   ros2::DiagnosticStatus one{
-      .level = static_cast<std::uint8_t>(stands ? 2
-                                         : lost ? 1
-                                                : 0),
+      .level = static_cast<std::uint8_t>(is_halted ? 2
+                                         : lost    ? 1
+                                                   : 0),
       .name = "waymark: drive",
-      .message = stands ? (status.halted.empty() ? status.reason : status.halted) : status.phase,
+      .message = is_halted ? (status.halted.empty() ? status.reason : status.halted) : status.phase,
       .hardware_id = "waymark"};
   one.values = {{"phase", status.phase},
                 {"certain", !status.certain   ? "unknown"

@@ -26,66 +26,65 @@
 
 namespace waymark {
 
-/// A robot as a node for others needs to know it.
+/// What a Ros2Node needs of the robot.
 struct NodeRobot {
-  std::optional<Ros2Profile> profile{};  ///< of a robot that speaks ROS 2 itself
+  std::optional<Ros2Profile> profile{};  ///< of a robot with its own ROS 2 nodes
   std::vector<MountedCamera> cameras{};
-  bool own_pictures = true;  ///< the camera "cam" is the one of the profile's topics
+  bool own_pictures = true;  ///< the camera "cam" is that of the profile's topics
 };
 
-/// The names of a robot's frames, as it has them itself: those of its odometry, and of its camera's messages.
-/// Of what is not said there the names are odom, base_link and camera_optical. Listens to the topics of the
-/// profile until they said it; one thread.
+/// The frame names of a robot, from its odometry and its camera messages; the defaults are odom, base_link
+/// and camera_optical. Subscribes to the topics of the profile until a message with the names has arrived.
+/// Not thread-safe.
 class RobotFrames {
  public:
   explicit RobotFrames(NodeRobot robot);
 
   Status join(Bus& bus);
-  /// Whether the message was for it, and is dealt with.
+  /// Handles a message of its own subscriptions; false: the message belongs to another.
   bool take(Bus& bus, const BusMessage& message);
-  /// The robot is there: from now on what it does not say within three seconds counts as not said.
-  void robot_speaks(Duration now);
-  /// Nothing is waited for any more.
+  /// The robot has sent its first sample: names that do not arrive within three seconds get their defaults.
+  void robot_started(Duration now);
+  /// Whether all names are final.
   [[nodiscard]] bool settled(Duration now) const;
 
   [[nodiscard]] std::string odom() const;
   [[nodiscard]] std::string base() const;
   [[nodiscard]] std::string camera(std::string_view name) const;
-  /// All mountings that this program has to publish, since this camera is seen, too, and no transform on the
-  /// network joins its frame to the base; nothing where they are those of the call before.
+  /// Call for each camera with images or tags. All camera mountings that this program has to publish, because
+  /// no transform on the network connects their frames to the base; nothing if they have not changed.
   [[nodiscard]] std::optional<ros2::TFMessage> mount(Bus& bus, const std::string& camera, Duration now);
 
  private:
   Status listen(Bus& bus, const std::string& topic, std::string_view type, const TopicQos& qos,
                 std::optional<std::size_t>& number);
-  void hear_odometry(const BusMessage& message);
-  void hear_camera(const BusMessage& message);
-  void hear_transforms(const BusMessage& message);
+  void receive_odometry(const BusMessage& message);
+  void receive_camera(const BusMessage& message);
+  void receive_transforms(const BusMessage& message);
   static void end(Bus& bus, std::optional<std::size_t>& number);
 
   NodeRobot robot_;
   std::string odom_{};
   std::string base_{};
   std::string camera_{};
-  std::optional<std::size_t> odometry_{};  ///< subscriptions, while something is to be learned there
+  std::optional<std::size_t> odometry_{};  ///< subscriptions; reset once their names have arrived
   std::optional<std::size_t> pictures_{};
   std::optional<std::size_t> fixed_{};
   std::optional<std::size_t> moving_{};
   FrameTree tree_{};
   std::optional<Duration> since_{};
-  std::set<std::string> looked_at_{};  ///< cameras
+  std::set<std::string> checked_cameras_{};
   ros2::TFMessage mountings_{};
 };
 
-/// What a drive says, to any ROS 2 program (docs/howto/ros2.md): /tf from map to odom (REP 105),
-/// /waymark/pose, /waymark/tags, /waymark/path, /waymark/markers, /waymark/image/compressed where somebody
-/// wants it, /diagnostics; /tf_static of cameras whose frames nobody joins to the base; and the services
-/// /waymark/start_teach, map, replay, pause and stop (std_srvs/Trigger), which are the buttons of the drive.
-/// Who publishes /initialpose says where the robot is.
-/// On a thread of its own, which takes the feed.
+/// Publishes a drive on ROS 2 (docs/howto/ros2.md): /tf from map to odom (REP 105), /waymark/pose,
+/// /waymark/tags, /waymark/path, /waymark/markers, /waymark/image/compressed (if subscribed), /diagnostics,
+/// and /tf_static of cameras whose frames are not connected to the base. The services /waymark/start_teach,
+/// map, replay, pause and stop (std_srvs/Trigger) are the buttons of the drive. A pose on /initialpose sets
+/// the robot's pose. Runs on its own thread, which takes the updates of the feed.
 class Ros2Node {
  public:
-  /// The feed outlives the node.
+  /// The feed must outlive the node.
   static Result<std::unique_ptr<Ros2Node>> start(std::unique_ptr<Bus> bus, LiveFeed& feed,
                                                  NodeRobot robot = {});
   ~Ros2Node();
@@ -96,20 +95,20 @@ class Ros2Node {
   Ros2Node(std::unique_ptr<Bus> bus, LiveFeed& feed, NodeRobot robot)
       : bus_(std::move(bus)), services_(*bus_), feed_(feed), frames_(std::move(robot)) {}
   Status offer_services();
-  Status hear_initial_pose();
+  Status subscribe_initial_pose();
   void receive(const BusMessage& message);
   void run();
   void publish_updates();
-  void say(const Sample& sample);
-  void say(const TagFrame& tags);
+  void publish_item(const Sample& sample);
+  void publish_item(const TagFrame& tags);
   void mount(const std::string& camera);
   void keep_clock(const LiveSample& sample);
   void show(const TagFrame& tags);
   void take_back(LiveSample& sample);
-  void say(const ros2::PoseWithCovarianceStamped& estimate);
-  void say(const ros2::DiagnosticArray& compared);
-  void say_status(const LiveStatus& status);
-  /// The number of the publisher of a topic; nothing where the network makes none, and the drive goes on.
+  void publish_item(const ros2::PoseWithCovarianceStamped& estimate);
+  void publish_item(const ros2::DiagnosticArray& compared);
+  void publish_status(const LiveStatus& status);
+  /// The index of the publisher of a topic; nothing if it cannot be made: the drive continues without it.
   std::optional<std::size_t> publisher_of(const std::string& topic, std::string_view type,
                                           const TopicQos& qos);
   template <class Message>
@@ -120,13 +119,13 @@ class Ros2Node {
   LiveFeed& feed_;
   RobotFrames frames_;
   LiveStatus status_{};
-  std::deque<double> behind_s_{};         ///< this computer's clock less the stamps of odometry
+  std::deque<double> behind_s_{};         ///< this computer's clock minus odometry stamps
   std::optional<CameraFrame> picture_{};  ///< the newest
-  Duration shown_{};                      ///< when a picture was published
+  Duration shown_{};                      ///< when the last image was published
   std::shared_ptr<const ros2::MarkerArray> shapes_{};
   std::deque<Odometry> odometry_{};
   ros2::Path path_{};
-  Duration status_said_{};
+  Duration status_published_{};
   std::map<std::string, std::size_t> publishers_{};
   std::size_t initial_pose_ = 0;  ///< subscription
   int refused_poses_ = 0;
@@ -134,14 +133,13 @@ class Ros2Node {
   std::thread thread_{};
 };
 
-/// Which button a service presses in a phase of the drive, or why none; the phases are those of
-/// OperatorState.
+/// The button that a service presses in a phase of the drive (OperatorState), or why it has no effect.
 struct ServiceButton {
   std::optional<ViewerOrder::Kind> press{};
   std::string words{};
 };
 [[nodiscard]] ServiceButton button_of_service(const std::string& service, const std::string& phase);
-/// What an operator is told of them.
+/// Names of the services for the operator's messages.
 [[nodiscard]] ViewerWords service_words();
 
 }  // namespace waymark

@@ -25,7 +25,7 @@ std::string text_of(const SE3& a_T_b) {
   return fmt::format("{} {} {} {} {} {} {}", p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w());
 }
 
-/// The effective options of everything that made the recording.
+/// Attachment with the effective options of the job.
 std::string options_yaml(const SimulatedRobotOptions& robot) { return "robot:\n" + write_fields(robot, 2); }
 
 }  // namespace
@@ -38,14 +38,15 @@ void place_lone_anchor(World& world, const TagId& anchor, double tag_size_m) {
 Status place_lone_anchor(RobotSetup& setup, const LoneAnchor& given) {
   if (setup.process.empty() || !setup.world_yaml.empty()) {
     if (given.anchor.empty() && given.tag_size_m == 0) return {};
-    return fail(ErrorCode::InvalidArgument, "the world already says what its tags are",
-                {.key = given.anchor.empty() ? "tag_size_m" : "anchor"}, "Leave it out, or `world`.");
+    return fail(ErrorCode::InvalidArgument, "the world's file already specifies the tags",
+                {.key = given.anchor.empty() ? "tag_size_m" : "anchor"},
+                "Omit this option, or omit `world`.");
   }
   if (given.anchor.empty() || given.tag_size_m == 0)
-    return fail(ErrorCode::InvalidArgument, "the anchor and the size of the tags are not known",
+    return fail(ErrorCode::InvalidArgument, "anchor and tag size are not given",
                 {.key = given.anchor.empty() ? "anchor" : "tag_size_m"},
                 "For example `anchor=0` `tag_size_m=0.16`.");
-  const auto anchor = tag_named(given.anchor);
+  const auto anchor = tag_named(given.anchor, "anchor");
   if (!anchor) return tl::unexpected(anchor.error());
   place_lone_anchor(setup.simulated.world, *anchor, given.tag_size_m);
   return {};
@@ -61,7 +62,7 @@ Status place_lone_anchor(RobotSetup& setup, const LoneAnchor& given, const std::
 
 Status check_recorded_images(bool pictures, const std::string& images) {
   if (pictures || images.empty()) return {};
-  return fail(ErrorCode::InvalidArgument, "there are no pictures to record", {.key = "record_images"},
+  return fail(ErrorCode::InvalidArgument, "there are no images to record", {.key = "record_images"},
               "Add `images`.");
 }
 

@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-TEST(LoneAnchor, IsGivenWhereNobodyKnowsTheWorldAndOnlyThere) {
+TEST(LoneAnchor, MustBeGivenIfAndOnlyIfTheWorldIsUnknown) {
   const RobotSetup simulated = load_setup("circuit24", "", 1).value();
   RobotSetup process = load_setup("", "limo", 1).value();
   process.process = "true";
@@ -38,17 +38,17 @@ TEST(LoneAnchor, IsGivenWhereNobodyKnowsTheWorldAndOnlyThere) {
   EXPECT_EQ(world.tags.find(world.anchor)->size_m, 0.16);
 }
 
-TEST(LoneAnchor, OfAMapThatIsThereIsTheMapsUnlessOneIsGiven) {
+TEST(LoneAnchor, DefaultsToTheAnchorOfAnExistingMap) {
   RobotSetup setup = load_setup("", "limo", 1).value();
   setup.process = "true";
   const fs::path none = testing::fresh_folder("lone_anchor");
-  EXPECT_TRUE(place_lone_anchor(setup, {}, none.string())) << "said where the map is read";
+  EXPECT_TRUE(place_lone_anchor(setup, {}, none.string())) << "the code that loads the map reports the error";
   EXPECT_FALSE(place_lone_anchor(setup, {}, "")) << "no map: it must be given";
   ASSERT_TRUE(place_lone_anchor(setup, {.anchor = "3", .tag_size_m = 0.1}, none.string()));
   EXPECT_EQ(to_string(setup.simulated.world.anchor), "tag36h11:3");
 }
 
-TEST(StartRecording, ANewRecordingIsNeverWrittenOverAnother) {
+TEST(StartRecording, NeverOverwritesAFile) {
   const fs::path folder = testing::fresh_folder("start_recording");
   const auto at = [&](const char* name) { return (folder / name).string(); };
   const auto setup = load_setup("circuit24", "limo", 1);
@@ -60,7 +60,7 @@ TEST(StartRecording, ANewRecordingIsNeverWrittenOverAnother) {
   auto fresh = start_recording(at("new.mcap"), {.verb = "test", .driver = "none"}, *setup);
   ASSERT_TRUE(fresh) << to_string(fresh.error());
   EXPECT_TRUE(fresh->close());
-  EXPECT_GT(fs::file_size(at("new.mcap")), 1000U) << "it holds how it was made, before any sample";
+  EXPECT_GT(fs::file_size(at("new.mcap")), 1000U) << "contains its metadata before any sample";
 }
 
 }  // namespace

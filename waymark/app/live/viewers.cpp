@@ -50,23 +50,25 @@ void announce(const HttpServer& server, const PageOptions& page, const JobContro
               const std::function<void(const std::string&)>& address) {
   if (viewer_assets().empty())
     control.note(
-        "the page is not in this program: run tools/build_viewer.sh in its source folder and build again");
+        "this program was built without the page: run tools/build_viewer.sh in the source folder and "
+        "rebuild");
   if (page.port != 0 && server.port() != page.port)
-    control.note(fmt::format("port {} is taken: this is another one", page.port));
+    control.note(fmt::format("port {} is in use; another one was chosen", page.port));
   address(server.url());
   for (const std::string& url : server.urls_from_elsewhere()) control.note("from another machine: " + url);
-  if (page.open && !open_browser(server.url())) control.note("no browser could be opened: do it by hand");
+  if (page.open && !open_browser(server.url()))
+    control.note("cannot open a browser; open the address by hand");
 }
 
 namespace {
 
 Status refuse_in_process(const RobotSetup& setup, const char* key) {
   if (!setup.process.empty()) return {};
-  return fail(ErrorCode::InvalidArgument, "a simulated robot is watched with `waymark run view=true`",
-              {.key = key}, "This verb lets it go as fast as it can; with `robot=process:CMD` it waits.");
+  return fail(ErrorCode::InvalidArgument, "needs a robot process: here a simulated robot is not in real time",
+              {.key = key}, "Use `waymark run view=true`, or `robot=process:CMD`.");
 }
 
-/// The robot of a setup as its node needs to know it.
+/// The robot of a setup for its node.
 Result<NodeRobot> node_robot(const RobotSetup& setup) {
   constexpr std::string_view kRos2 = "ros2:";
   NodeRobot robot{.cameras = setup.simulated.cameras(), .own_pictures = setup.live_cameras.empty()};
@@ -182,10 +184,11 @@ void SessionViewers::show_camera(const SimulatedSetup& setup) {
 }
 
 void SessionViewers::show_map(const std::filesystem::path& folder) {
-  constexpr std::size_t kMostShownBytes = std::size_t{2} << 20U;  // a page has to hold it
+  constexpr std::size_t kMaxShownBytes = std::size_t{2} << 20U;  // limits the memory of the page
+
   if (feed_ == nullptr) return;
   for (const char* name : {"map.yaml", "route.yaml", "robot.yaml"}) {
-    auto text = read_text_file(folder / name, kMostShownBytes);
+    auto text = read_text_file(folder / name, kMaxShownBytes);
     if (text) feed_->show_text(name, std::move(*text));
   }
   const Result<MapFile> map = read_map(folder / "map.yaml");
@@ -193,15 +196,15 @@ void SessionViewers::show_map(const std::filesystem::path& folder) {
   if (map) feed_->show_shapes(map_markers(map->tags, route ? *route : Route{}));
 }
 
-void SessionViewers::tell(const Operator& session, const OperatorInput& input) {
+void SessionViewers::show_status(const Operator& session, const OperatorInput& input) {
   if (feed_ == nullptr) return;
-  tell({.phase = std::string(to_string(session.state())),
-        .reason = session.reason(),
-        .commands = viewer_commands(session.state(), input.has_script()),
-        .page_drives = input.page_drives()});
+  show_status({.phase = std::string(to_string(session.state())),
+               .reason = session.reason(),
+               .commands = viewer_commands(session.state(), input.has_script()),
+               .page_drives = input.page_drives()});
 }
 
-void SessionViewers::tell(LiveStatus status) {
+void SessionViewers::show_status(LiveStatus status) {
   if (feed_ == nullptr) return;
   const bool replays = status.phase == "replaying" || status.phase == "paused";
   status.goal_m = goal_m_;
@@ -234,16 +237,16 @@ PhaseViewers::PhaseViewers(LiveFeed* feed, const SimulatedSetup& setup, Operator
   viewers_.show_camera(setup);
 }
 
-void PhaseViewers::tell() {
+void PhaseViewers::show_status() {
   LiveStatus status{.phase = std::string(to_string(requests_.phase())), .commands = {"go", "stop"}};
   if (requests_.phase() == OperatorState::Teaching) status.commands = {"go"};
-  viewers_.tell(std::move(status));
+  viewers_.show_status(std::move(status));
 }
 
 SessionRequests PhaseViewers::requests() {
   return [this](Duration uptime) {
     SessionRequest request = requests_.read(uptime);
-    if (shown_) tell();
+    if (shown_) show_status();
     return request;
   };
 }

@@ -23,29 +23,29 @@
 
 namespace waymark {
 
-/// How the page is served.
+/// Options of the page's server.
 struct PageOptions {
-  int port = 8642;  ///< where it is taken, any other; 0: any
+  int port = 8642;  ///< any other if it is in use; 0: any
   std::string listen = "127.0.0.1";
-  std::string token = {};  ///< empty: a random one, where one is needed
-  bool open = false;       ///< in the browser
+  std::string token = {};  ///< empty: a random one, if one is needed
+  bool open = false;       ///< opens the page in the browser
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.port,
-          JobField("port INT", "Port of the page; where it is taken, any other. 0: any", 0, 65535));
+          JobField("port INT", "Port of the page; any free port if it is in use. 0: any", 0, 65535));
     visit(
         self.listen,
         JobField(
             "listen ADDRESS",
-            "Address of this machine at which others reach the page, 0.0.0.0 for all; they need the token"));
+            "Address of this machine for access from other machines, 0.0.0.0 for all; they need the token"));
     visit(self.token, JobField("token WORD",
-                               "Token that grants control and remote viewing: 16 characters or more. Unless "
-                               "given: a random one"));
+                               "Token that grants control and remote viewing: at least 16 characters. "
+                               "Default: a random one"));
     visit(self.open, JobField("open", "Open the page in the browser"));
   }
 
-  /// The same of a page that is served only with a field `view`.
+  /// The same for a page that is served only with the field `view`.
   template <class Self, class Visitor>
   static void fields_of_view(Self& self, Visitor&& visit) {
     fields(self, [&](auto& value, const JobField& field) {
@@ -54,11 +54,11 @@ struct PageOptions {
   }
 };
 
-/// Who may watch a session while it runs, if anybody.
+/// How a running session can be watched.
 struct ViewerOptions {
-  bool view = false;         ///< in the browser ...
-  bool ros2 = false;         ///< ... or on the network of ROS 2,
-  std::string ros_distro{};  ///< in the node list of this release; empty: in none
+  bool view = false;         ///< in the browser
+  bool ros2 = false;         ///< on the ROS 2 network
+  std::string ros_distro{};  ///< release of ROS 2 for the node list; empty: not listed
   PageOptions page{};
 
   template <class Self, class Visitor>
@@ -74,37 +74,37 @@ struct ViewerOptions {
   }
 };
 
-/// Options of the server; a server that others reach, or that shows a robot (`live`), gets a token where none
-/// is given. Fails on a token that is too weak.
+/// Options of the server. A server that other machines can reach, or that shows a robot (`live`), gets a
+/// random token if none is given. Fails on a token that is too weak.
 [[nodiscard]] Result<ServerOptions> server_options(const PageOptions& page, bool live);
 
-/// Reports what is worth reporting of a page that is served, such as its other addresses, and opens it if
-/// asked to. `address` gets the first one.
+/// Passes the page's address to `address`, notes another port and the addresses for other machines, and opens
+/// the page if requested.
 void announce(const HttpServer& server, const PageOptions& page, const JobControl& control,
               const std::function<void(const std::string&)>& address);
 
-/// Asks the desktop to show the page; false: it could not.
+/// Opens the page in the desktop's browser; false on failure.
 [[nodiscard]] bool open_browser(const std::string& url);
 
-/// The page of a robot that runs, served by a thread of its own until this is destroyed. The robot's loop
-/// must have ended by then.
+/// The page of a running robot, served by its own thread until this is destroyed. The robot's loop must have
+/// ended by then.
 class LivePage {
  public:
-  /// Fails when the robot of the setup is no process: a simulated one in this process goes as fast as it can,
-  /// which nobody could watch.
+  /// Fails if the robot of the setup is not a process: a simulated robot in this process runs as fast as
+  /// possible, too fast to watch.
   static Result<std::unique_ptr<LivePage>> start(const PageOptions& page, const RobotSetup& setup,
                                                  const JobControl& control);
-  /// The same as a node of ROS 2 instead of a page, where the environment variables of ROS say; in the node
-  /// list of the release that `distro` names.
+  /// The same as a ROS 2 node instead of a page, configured by the environment variables of ROS 2; in the
+  /// node list of the release `distro`.
   static Result<std::unique_ptr<LivePage>> start_ros2(const RobotSetup& setup, const std::string& distro);
   static Result<std::unique_ptr<LivePage>> start_ros2(const std::string& distro);
-  /// The page of whatever fills the feed, by name.
+  /// The page for another source of the feed, with this name.
   static Result<std::unique_ptr<LivePage>> start(const PageOptions& page, const std::string& name,
                                                  const JobControl& control);
-  /// Whichever the options ask for; nullptr where nobody is to watch.
+  /// Page or node, as the options request; nullptr for neither.
   static Result<std::unique_ptr<LivePage>> open(const ViewerOptions& viewers, const RobotSetup& setup,
                                                 const JobControl& control);
-  /// The same of whatever fills the feed, by name, such as a live camera.
+  /// The same for another source of the feed with this name, such as a live camera.
   static Result<std::unique_ptr<LivePage>> open(const ViewerOptions& viewers, const std::string& name,
                                                 const JobControl& control);
   ~LivePage();
@@ -123,25 +123,24 @@ class LivePage {
   std::thread thread_{};
 };
 
-/// The system's clock, as the feed wants it.
+/// The system clock in the unit of the feed.
 [[nodiscard]] std::int64_t host_now_ns();
 
-/// A listener whose samples viewers see as well, if there is a feed, and that the control ends.
+/// The listener with samples passed on to the feed, if there is one, and ended by the control.
 [[nodiscard]] RobotListener watched(RobotListener listener, LiveFeed* feed, const JobControl& control);
 
-/// What viewers are shown of a session, of a lap that is taught, or of a replay. Without a feed nothing
-/// happens.
+/// Shows a session, a taught lap or a replay to viewers. Without a feed the functions do nothing.
 class SessionViewers {
  public:
   explicit SessionViewers(LiveFeed* feed) : feed_(feed) {}
 
   void show_camera(const SimulatedSetup& setup);
-  /// map.yaml, route.yaml and robot.yaml of the folder, those that are there; the map as shapes, too.
+  /// Shows the existing ones of map.yaml, route.yaml and robot.yaml in the folder, and the map as shapes.
   void show_map(const std::filesystem::path& folder);
-  void tell(const Operator& session, const OperatorInput& input);
-  void tell(LiveStatus status);
-  /// Hears each decision of a replay and shows estimates, what was compared with them, and progress. Only the
-  /// newest is received.
+  void show_status(const Operator& session, const OperatorInput& input);
+  void show_status(LiveStatus status);
+  /// A listener of a replay's decisions that shows estimates, consistency checks and progress. Viewers only
+  /// receive the newest of each.
   [[nodiscard]] std::function<void(const ReplayStep&)> watch(double goal_m);
 
  private:
@@ -157,12 +156,12 @@ class PhaseViewers {
  public:
   /// `keys_taken`: a driver reads the keys of the terminal itself.
   PhaseViewers(LiveFeed* feed, const SimulatedSetup& setup, OperatorState phase, bool keys_taken = false);
-  /// What viewers and the space bar of the terminal want; this must live for as long as they are asked.
+  /// Orders of viewers and of the space bar. This must outlive the result.
   [[nodiscard]] SessionRequests requests();
   [[nodiscard]] SessionViewers& viewers() { return viewers_; }
 
  private:
-  void tell();
+  void show_status();
   SessionViewers viewers_;
   StopKey stop_key_;
   PhaseRequests requests_;

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/output_files.hpp"
 #include "waymark/app/live/viewers.hpp"
 #include "waymark/app/localize/localize_output.hpp"
@@ -72,9 +73,10 @@ Result<CameraModel> read_camera(const LocalizeCameraJob& job) {
 
 Result<LocalizeCameraReport> localize_camera(LiveCamera& camera, const CameraModel& model,
                                              const LocalizeCameraJob& job, const JobControl& control) {
-  const Result<LandmarksFile> map = read_landmarks(job.map, job.tag_size_m);
+  const auto map = or_wrong_kind(read_landmarks(job.map, job.tag_size_m), job.map, FileUse::Map);
   if (!map) return tl::unexpected(map.error());
   if (Status poses = check_tag_poses(map->tags, job.map); !poses) return tl::unexpected(poses.error());
+  for (const std::string& note : map->notes) control.note("note: " + note);
   const auto finder = tag_finder_for(map->tags);
   if (!finder) return tl::unexpected(finder.error());
   Result<LocalizeOutput> output =

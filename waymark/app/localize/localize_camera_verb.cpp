@@ -52,7 +52,7 @@ of freedom from the tags of that picture alone: there is no filter, no method an
 is, until Ctrl-C. The body of the camera has x forward, y left, z up.
 With -o FILE.mcap tags and poses (/waymark/pose) are recorded with stamps since 1970, and with --record-images the
 pictures; with -o FILE.tum each pose is a line. --view shows the camera in the browser. Run the program once for each
-camera. Keys of --json: docs/reference/cli.md.
+camera.
 
 The calibration (--camera) must be of the pictures' size; --camera-size scales one that was made at another size.
 `waymark calibrate camera` makes one, `waymark cameras` lists the cameras of this computer.
@@ -64,7 +64,8 @@ Examples:
   waymark localize v4l2:/dev/video0 --camera calibration.yaml --map map --view
   waymark localize v4l2:/dev/video0 --camera calibration.yaml --map map -o hand.mcap --duration-s 60
 )",
-      .prepare = prepared(localize_by_camera)};
+      .prepare = prepared(localize_by_camera),
+      .report = report_of<CameraMoment>};
 }
 
 }  // namespace waymark::cli

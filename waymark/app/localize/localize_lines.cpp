@@ -3,9 +3,7 @@
 #include <cmath>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
-#include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/angles.hpp"
 #include "waymark/geometry/dense.hpp"
 
@@ -16,6 +14,20 @@ namespace {
 double position_sigma_m(const Uncertain<SE3>& pose) {
   const Eigen::Matrix3d position = coordinate_covariance(pose).topLeftCorner<3, 3>();
   return std::sqrt(symmetric_eigen<3>(position).values.maxCoeff());
+}
+
+/// A pose in space as JSON has it.
+struct BodyPose {
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
+  double sigma_m = 0;
+};
+
+ReportFields fields(const BodyPose& pose) {
+  return {{"position_m", "Position of the camera in the map: x, y, z", pose.position_m},
+          {"rotation_xyzw", "Orientation of its body (x forward, y left, z up) in the map",
+           pose.rotation.coeffs()},
+          {"position_sigma_m", "Largest standard deviation of the position", pose.sigma_m}};
 }
 
 }  // namespace
@@ -31,18 +43,20 @@ std::string estimate_line(double since_s, const std::optional<LocalizationEstima
       to_degrees(std::sqrt(estimate->covariance(2, 2))), estimate->certain ? "" : ", a guess");
 }
 
-std::string estimate_json(SensorTime now, const std::optional<LocalizationEstimate>& estimate) {
-  nlohmann::ordered_json json{{"now_s", to_seconds(now.time_since_epoch())}, {"pose", nullptr}};
-  if (!estimate) return json_line(json);
-  const SE2& pose = estimate->map_T_base;
-  json["pose"] = {{"stamp_s", to_seconds(estimate->stamp.time_since_epoch())},
-                  {"x_m", pose.x()},
-                  {"y_m", pose.y()},
-                  {"yaw_rad", pose.yaw()},
-                  {"position_sigma_m", estimate->position_sigma_m()},
-                  {"yaw_sigma_rad", std::sqrt(estimate->covariance(2, 2))},
-                  {"certain", estimate->certain}};
-  return json_line(json);
+ReportFields fields(const LocalizationEstimate& estimate) {
+  const SE2& pose = estimate.map_T_base;
+  return {{"stamp_s", "Time of the estimate", to_seconds(estimate.stamp.time_since_epoch())},
+          {"x_m", "Position along x of the map", pose.x()},
+          {"y_m", "Position along y of the map", pose.y()},
+          {"yaw_rad", "Heading", pose.yaw()},
+          {"position_sigma_m", "Largest standard deviation of the position", estimate.position_sigma_m()},
+          {"yaw_sigma_rad", "Standard deviation of the heading", std::sqrt(estimate.covariance(2, 2))},
+          {"certain", "Whether the estimate is certain", estimate.certain}};
+}
+
+ReportFields fields(const EstimateMoment& moment) {
+  return {{"now_s", "Time of the line by the robot's clock", to_seconds(moment.now.time_since_epoch())},
+          {"pose", "Where the robot is", moment.estimate}};
 }
 
 std::string moment_line(double since_s, const CameraMoment& moment) {
@@ -59,33 +73,30 @@ std::string moment_line(double since_s, const CameraMoment& moment) {
       position_sigma_m(*moment.map_T_body), moment.tags);
 }
 
-std::string moment_json(const CameraMoment& moment) {
-  nlohmann::ordered_json json{{"stamp_s", to_seconds(moment.stamp.time_since_epoch())},
-                              {"age_ms", 1e3 * to_seconds(moment.age)},
-                              {"tags", moment.tags},
-                              {"pose", nullptr}};
-  if (!moment.map_T_body) {
-    json["why"] = moment.why;
-    return json_line(json);
-  }
-  const Eigen::Vector3d& at = moment.map_T_body->mean.translation();
-  const Eigen::Quaterniond& q = moment.map_T_body->mean.rotation().quaternion();
-  json["pose"] = {{"position_m", {at.x(), at.y(), at.z()}},
-                  {"rotation_xyzw", {q.x(), q.y(), q.z(), q.w()}},
-                  {"position_sigma_m", position_sigma_m(*moment.map_T_body)}};
-  return json_line(json);
+ReportFields fields(const CameraMoment& moment) {
+  const auto pose = part(moment.map_T_body, [](const Uncertain<SE3>& body) {
+    return BodyPose{body.mean.translation(), body.mean.rotation().quaternion(), position_sigma_m(body)};
+  });
+  return {{"stamp_s", "Time of the picture: since 1970, or since the first picture of a video",
+           to_seconds(moment.stamp.time_since_epoch())},
+          {"age_ms", "Age of the picture when it was used; 0 for a video", 1e3 * to_seconds(moment.age)},
+          {"tags", "Map tags that the pose rests on; without a pose: tags that were found", moment.tags},
+          {"pose", "Where the camera is", pose},
+          {"why", "Without a pose: the reason; empty if no tags were seen",
+           if_any(pose ? std::nullopt : std::optional(std::string(moment.why)))}};
 }
 
 void EstimateLines::take(SensorTime now, const std::optional<LocalizationEstimate>& estimate) {
   if (!first_) first_ = now;
-  print_(json_ ? estimate_json(now, estimate) : estimate_line(to_seconds(now - *first_), estimate));
+  print_(json_ ? json_line(fields(EstimateMoment{now, estimate}))
+               : estimate_line(to_seconds(now - *first_), estimate));
 }
 
 void MomentLines::take(const CameraMoment& moment) {
   if (!first_) first_ = next_ = moment.stamp;
   if (moment.stamp < next_) return;
   next_ = moment.stamp + every_;
-  print_(json_ ? moment_json(moment) : moment_line(to_seconds(moment.stamp - *first_), moment));
+  print_(json_ ? json_line(fields(moment)) : moment_line(to_seconds(moment.stamp - *first_), moment));
 }
 
 }  // namespace waymark

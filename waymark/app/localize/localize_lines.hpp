@@ -5,19 +5,28 @@
 #include <string>
 #include <utility>
 
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/app/localize/camera_moment.hpp"
 #include "waymark/base/time.hpp"
 #include "waymark/localization/method.hpp"
 
-/// One line about where a robot or a camera is or was, for people and as JSON (docs/reference/cli.md); each
-/// with its end. `since_s`: from the first line on.
+/// One line about where a robot or a camera is or was, as text and as JSON; each with its end.
+/// `since_s`: from the first line on.
 namespace waymark {
 
-[[nodiscard]] std::string estimate_line(double since_s, const std::optional<LocalizationEstimate>& estimate);
-[[nodiscard]] std::string estimate_json(SensorTime now, const std::optional<LocalizationEstimate>& estimate);
+/// Where a robot is by now.
+struct EstimateMoment {
+  SensorTime now{};  ///< by the robot's clock
+  std::optional<LocalizationEstimate> estimate{};
+};
 
+[[nodiscard]] std::string estimate_line(double since_s, const std::optional<LocalizationEstimate>& estimate);
 [[nodiscard]] std::string moment_line(double since_s, const CameraMoment& moment);
-[[nodiscard]] std::string moment_json(const CameraMoment& moment);
+
+// What a line of `--json` holds.
+[[nodiscard]] ReportFields fields(const EstimateMoment& moment);
+[[nodiscard]] ReportFields fields(const LocalizationEstimate& estimate);
+[[nodiscard]] ReportFields fields(const CameraMoment& moment);
 
 /// The lines of estimates, all of which are printed.
 class EstimateLines {

@@ -25,7 +25,7 @@ TEST(EstimateLine, SaysPoseAndDeviationsInTheirUnits) {
   EXPECT_THAT(words,
               HasSubstr("3.0 s: x 1.250 m, y -2.500 m, heading 90.0 deg, within 0.040 m and 0.57 deg"));
   EXPECT_THAT(words, Not(HasSubstr("guess")));
-  const json value = json::parse(estimate_json(at_s(1700000001), estimate));
+  const json value = json(to_json(fields(EstimateMoment{at_s(1700000001), estimate})));
   EXPECT_NEAR(value["pose"]["yaw_rad"].get<double>(), std::numbers::pi / 2, 1e-12);
   EXPECT_NEAR(value["pose"]["position_sigma_m"].get<double>(), 0.04, 1e-12);
   EXPECT_NEAR(value["pose"]["yaw_sigma_rad"].get<double>(), 0.01, 1e-12);
@@ -33,12 +33,12 @@ TEST(EstimateLine, SaysPoseAndDeviationsInTheirUnits) {
   EXPECT_EQ(value["pose"]["certain"], true);
   estimate.certain = false;
   EXPECT_THAT(estimate_line(3, estimate), HasSubstr(", a guess\n"));
-  EXPECT_EQ(json::parse(estimate_json(at_s(1), estimate))["pose"]["certain"], false);
+  EXPECT_EQ(json(to_json(fields(EstimateMoment{at_s(1), estimate})))["pose"]["certain"], false);
 }
 
 TEST(EstimateLine, AnUnknownPlaceIsNoPose) {
   EXPECT_THAT(estimate_line(0, std::nullopt), HasSubstr("not known"));
-  EXPECT_TRUE(json::parse(estimate_json(at_s(1), std::nullopt))["pose"].is_null());
+  EXPECT_TRUE(json(to_json(fields(EstimateMoment{at_s(1), std::nullopt})))["pose"].is_null());
 }
 
 TEST(MomentLine, TheDeviationIsThatOfTheWorstDirection) {
@@ -50,7 +50,7 @@ TEST(MomentLine, TheDeviationIsThatOfTheWorstDirection) {
   pose.covariance.setZero();
   pose.covariance.topLeftCorner<3, 3>() = position;
   moment.map_T_body = pose;
-  const json value = json::parse(moment_json(moment));
+  const json value = json(to_json(fields(moment)));
   EXPECT_NEAR(value["pose"]["position_sigma_m"].get<double>(), 0.03, 1e-9);
   EXPECT_NEAR(value["age_ms"].get<double>(), 40, 1e-9);
   const auto q = value["pose"]["rotation_xyzw"].get<std::vector<double>>();
@@ -69,7 +69,7 @@ TEST(MomentLine, SaysWhetherTagsWereMissingOrDidNotSuffice) {
   EXPECT_THAT(moment_line(1, {.stamp = at_s(1), .tags = 0}), HasSubstr("no tags were seen"));
   EXPECT_THAT(moment_line(1, {.stamp = at_s(1), .tags = 1, .why = "two poses"}),
               HasSubstr("not known, two poses"));
-  EXPECT_TRUE(json::parse(moment_json({.stamp = at_s(1), .tags = 1}))["pose"].is_null());
+  EXPECT_TRUE(json(to_json(fields(CameraMoment{.stamp = at_s(1), .tags = 1})))["pose"].is_null());
 }
 
 }  // namespace

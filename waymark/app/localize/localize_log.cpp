@@ -6,8 +6,8 @@
 #include <variant>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/app/common/lap_input.hpp"
 #include "waymark/app/localize/localize_output.hpp"
@@ -48,7 +48,7 @@ Status look_at_pictures(const std::string& path, const CameraChoice& frames, Loc
 
 Status read_log(const std::string& path, const CameraChoice& frames, LocalizeInputs& inputs,
                 const JobControl& control) {
-  const auto log = open_log(path, control.log_options());
+  const auto log = open_recording(path, control);
   if (!log) return tl::unexpected(log.error());
   const Result<RecordingSetup> setup = (*log)->setup(frames);
   if (setup && setup->chosen.ambiguous) {
@@ -108,9 +108,9 @@ Status read_robot_of(const LocalizeJob& job, LocalizeInputs& inputs) {
       "robot.yaml";
   if (robot.empty() && !inputs.setup.sensor.camera && fs::exists(beside, ignored)) robot = beside.string();
   if (robot.empty()) return {};
-  const auto path = find_shared("robots", robot);
+  const auto path = find_shared("robots", robot, "robot");
   if (!path) return tl::unexpected(path.error());
-  const Result<RobotDescription> description = read_robot(*path);
+  const auto description = or_wrong_kind(read_robot(*path), *path, FileUse::Robot);
   if (!description) return tl::unexpected(description.error());
   for (std::string& words : disagreements(*description, inputs.recorded))
     inputs.warnings.push_back(std::move(words));
@@ -141,7 +141,8 @@ namespace {
 
 Status read_calibration_of(const LocalizeJob& job, LocalizeInputs& inputs) {
   if (job.calibration.empty()) return {};
-  const Result<Calibration> calibration = read_calibration(job.calibration);
+  const auto calibration =
+      or_wrong_kind(read_calibration(job.calibration), job.calibration, FileUse::Calibration);
   if (!calibration) return tl::unexpected(calibration.error());
   if (calibration->camera) inputs.setup.sensor.camera = calibration->camera;
   SE3& base_T_sensor = inputs.setup.sensor.base_T_sensor;
@@ -157,6 +158,11 @@ Status read_calibration_of(const LocalizeJob& job, LocalizeInputs& inputs) {
   }
   take_calibrated(*calibration, inputs.setup.filter);
   return {};
+}
+
+/// Last: what was asked for goes before the robot's file and the calibration.
+Status take_asked(const LocalizeJob& job, LocalizeInputs& inputs) {
+  return job.asked ? job.asked(inputs.setup.filter) : Status();
 }
 
 /// What cannot work is said before anything runs.
@@ -198,10 +204,11 @@ Result<LocalizeInputs> read_map_of(const LocalizeJob& job) {
   inputs.setup.filter = job.filter;
   inputs.setup.anchor = job.anchor;
   inputs.setup.method = job.method;
-  Result<LandmarksFile> map = read_landmarks(job.map, job.tag_size_m);
+  Result<LandmarksFile> map = or_wrong_kind(read_landmarks(job.map, job.tag_size_m), job.map, FileUse::Map);
   if (!map) return tl::unexpected(map.error());
   inputs.setup.landmarks = std::move(map->landmarks);
   inputs.setup.tags = std::move(map->tags);
+  inputs.warnings = std::move(map->notes);
   const bool sizes_known = std::ranges::none_of(
       inputs.setup.tags.tags, [&](const auto& tag) { return tag.second.size_m == job.tag_size_m; });
   if (job.tag_size_m && (sizes_known || map->format == "waymark"))
@@ -230,7 +237,9 @@ Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, const RobotD
   const auto motion = parse_robot_motion(robot_yaml, robot.model.name + ".yaml");
   if (!motion) return tl::unexpected(motion.error());
   if (*motion) inputs->setup.filter.motion = **motion;
-  if (Status status = take_mounting(job, *inputs); !status) return tl::unexpected(status.error());
+  Status status = take_mounting(job, *inputs);
+  if (status) status = take_asked(job, *inputs);
+  if (!status) return tl::unexpected(status.error());
   if (inputs->setup.tags.tags.empty())
     return fail(ErrorCode::InvalidArgument,
                 "a camera needs a map with poses of tags, and this one has points only", {.source = job.map},
@@ -257,6 +266,7 @@ Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, const JobCon
   if (!status) return tl::unexpected(status.error());
   status = read_robot_of(job, inputs);
   if (status) status = take_mounting(job, inputs);
+  if (status) status = take_asked(job, inputs);
   if (status) status = check_inputs(job, inputs);
   if (!status) return tl::unexpected(status.error());
   const bool poses = std::ranges::any_of(
@@ -473,6 +483,7 @@ Result<LocalizeReport> localize(const LocalizeJob& job, const LocalizeInputs& in
     return tl::unexpected(status.error());
   }
   if (!report) return report;
+  report->method = job.method;
   report->problems = localizer->method().problems();
   if (first.suspect)
     report->problems.emplace_back("the stated covariance covers what is wrong by the innovations");
@@ -483,26 +494,43 @@ Result<LocalizeReport> localize(const LocalizeJob& job, const LocalizeInputs& in
   return report;
 }
 
-nlohmann::ordered_json to_json(LocalizationKind method, const LocalizeReport& report) {
-  using Json = nlohmann::ordered_json;
-  Json last = nullptr;
-  if (report.last)
-    last = {{"x_m", report.last->map_T_base.x()},
-            {"y_m", report.last->map_T_base.y()},
-            {"yaw_rad", report.last->map_T_base.yaw()},
-            {"certain", report.last->certain}};
-  return {{"method", to_string(method)},
-          {"estimates", report.estimates},
-          {"certain", report.certain},
-          {"first_fix_s", report.first_fix_s ? Json(*report.first_fix_s) : Json(nullptr)},
-          {"observations", report.compared},
-          {"accepted", report.accepted},
-          {"nis_mean", report.nis_mean},
-          {"lasting_nis", report.lasting_nis ? Json(*report.lasting_nis) : Json(nullptr)},
-          {"duration_s", report.duration_s},
-          {"wall_s", report.wall_s},
-          {"last", last},
-          {"problems", report.problems}};
+namespace {
+
+struct LastPlace {
+  SE2 map_T_base{};
+  bool certain = false;
+};
+
+ReportFields fields(const LastPlace& last) {
+  return {{"x_m", "Position along x of the map", last.map_T_base.x()},
+          {"y_m", "Position along y of the map", last.map_T_base.y()},
+          {"yaw_rad", "Heading", last.map_T_base.yaw()},
+          {"certain", "Whether the estimate is certain", last.certain}};
+}
+
+}  // namespace
+
+ReportFields fields(const LocalizeReport& report) {
+  const auto last = part(report.last, [](const LocalizationEstimate& estimate) {
+    return LastPlace{estimate.map_T_base, estimate.certain};
+  });
+  return {
+      {"method", "Localisation method", to_string(report.method)},
+      {"estimates", "Estimates, certain or not", report.estimates},
+      {"certain", "Certain estimates", report.certain},
+      {"first_fix_s", "Time from the first sample to the first certain estimate", report.first_fix_s},
+      {"observations", "Observations of mapped tags that were compared with an estimate", report.compared},
+      {"accepted", "Accepted observations", report.accepted},
+      {"nis_mean",
+       "Mean NIS of accepted observations per degree of freedom; 1 when the assumed noise is correct",
+       report.nis_mean},
+      {"lasting_nis", "NIS of means of thirty residuals of one tag; 1 when lasting errors are modelled",
+       report.lasting_nis},
+      {"duration_s", "Duration of the drive", report.duration_s},
+      {"wall_s", "Duration of the run", report.wall_s},
+      {"last", "The last estimate", last},
+      {"problems", "Tags that are swapped, moved or of another size, and other problems, one sentence each",
+       report.problems}};
 }
 
 std::string to_text(const LocalizeReport& report) {

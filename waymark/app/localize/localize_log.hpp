@@ -1,12 +1,12 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "waymark/app/common/job_control.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/app/localize/localize_fields.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/config/yaml/robot_file.hpp"
@@ -33,6 +33,9 @@ struct LocalizeJob {
   /// Else the noise of motion and observations is found from the recording, where the assumed does not fit.
   bool no_adapt = false;
   RiekfOptions filter{};
+  /// Writes the options of the filter that the caller chose over those of the robot's file and of the
+  /// calibration, which go before `filter`.
+  std::function<Status(RiekfOptions&)> asked{};
   AnchorOptions anchor{};
 
   template <class Self, class Visitor>
@@ -89,6 +92,7 @@ void start_localizer(const LocalizeJob& job, Localizer& localizer);
 void take_calibrated(const Calibration& calibration, RiekfOptions& filter);
 
 struct LocalizeReport {
+  LocalizationKind method = LocalizationKind::Riekf;
   std::size_t estimates = 0;
   std::size_t certain = 0;
   std::optional<double> first_fix_s{};  ///< after the first sample
@@ -107,8 +111,8 @@ struct LocalizeReport {
 /// /waymark/nis.
 [[nodiscard]] Result<LocalizeReport> localize(const LocalizeJob& job, const LocalizeInputs& inputs,
                                               const JobControl& control);
-/// The JSON output of localize (docs/reference/cli.md).
-[[nodiscard]] nlohmann::ordered_json to_json(LocalizationKind method, const LocalizeReport& report);
+/// What `--json` prints.
+[[nodiscard]] ReportFields fields(const LocalizeReport& report);
 
 /// What is printed: estimates, observations, where the robot was last.
 [[nodiscard]] std::string to_text(const LocalizeReport& report);

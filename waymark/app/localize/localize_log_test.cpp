@@ -18,6 +18,7 @@ namespace fs = std::filesystem;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 
 /// Three seconds of a lap, the map of its world, and robots' files.
 struct InputFiles {
@@ -96,6 +97,44 @@ TEST(LocalizeInputsOf, ACalibrationCountsMoreThanBoth) {
   EXPECT_EQ(read_localize_inputs(job, {})->setup.filter.yaw_gain, 0.95);
   job.calibration = "/nowhere.yaml";
   EXPECT_FALSE(read_localize_inputs(job, {}));
+}
+
+TEST(LocalizeInputsOf, WhatWasAskedForGoesBeforeTheFilesOfARobotAndACalibration) {
+  Calibration calibration;
+  calibration.values["yaw_gain"] = {.value = 0.95, .sigma = 0.01};
+  const fs::path file = input_files().folder / "gain.yaml";
+  fs::remove(file);
+  ASSERT_TRUE(write_calibration(file, calibration));
+  LocalizeJob job = input_files().job();
+  job.calibration = file.string();
+  job.asked = [](RiekfOptions& filter) -> Status {
+    filter.yaw_gain = 0.9;
+    filter.motion.drift_m_sqrt_s = 0.123;
+    return {};
+  };
+  const auto recorded = read_localize_inputs(job, {});
+  ASSERT_TRUE(recorded) << to_string(recorded.error());
+  const std::string yaml = test::file_text(WAYMARK_SHARE "/robots/turtlebot3-waffle.yaml");
+  const auto live = read_localize_inputs(job, parse_robot(yaml, "waffle.yaml").value(), yaml);
+  ASSERT_TRUE(live) << to_string(live.error());
+  EXPECT_EQ(live->setup.filter.motion.crab_share, 1) << "of the robot's file";
+  for (const auto* inputs : {&recorded, &live}) {
+    EXPECT_EQ((*inputs)->setup.filter.yaw_gain, 0.9);
+    EXPECT_EQ((*inputs)->setup.filter.motion.drift_m_sqrt_s, 0.123);
+  }
+}
+
+TEST(LocalizeInputsOf, AnAssumedSizeOfTagsIsReported) {
+  const fs::path layout = input_files().folder / "layout.json";
+  ASSERT_TRUE(write_text_file(layout, R"({"tags":[{"ID":3,"pose":{"translation":{"x":4,"y":1,"z":1},
+    "rotation":{"quaternion":{"W":0,"X":0,"Y":0,"Z":1}}}}],"field":{"length":16.5,"width":8.2}})"));
+  LocalizeJob job = input_files().job();
+  job.map = layout.string();
+  const auto assumed = read_localize_inputs(job, {});
+  ASSERT_TRUE(assumed) << to_string(assumed.error());
+  EXPECT_THAT(assumed->warnings, Contains(HasSubstr("0.1651 m (set `tag_size_m`)")));
+  job.tag_size_m = 0.2;
+  EXPECT_THAT(read_localize_inputs(job, {})->warnings, Not(Contains(HasSubstr("assumed"))));
 }
 
 TEST(LocalizeInputsOf, SamplesOfAllFilesAreInOrderAndCounted) {
@@ -199,7 +238,7 @@ TEST(LocalizeLog, TheRobotIsWhereTheTruthIsAndTheSummarySaysSo) {
   EXPECT_EQ(scores->nis->observations, report->accepted);
   EXPECT_NEAR(scores->nis->mean, report->nis_mean, 1e-3);
   EXPECT_THAT(doubts_about(*scores, inputs->reference), IsEmpty());
-  const auto json = to_json(*scores);
+  const auto json = to_json(fields(*scores));
   EXPECT_EQ(json["poses"], report->certain);
 }
 

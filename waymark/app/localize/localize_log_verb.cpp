@@ -22,16 +22,14 @@ ExitCode localize_log(const LocalizeLogArgs& args, Console& console) {
   Status sound = args.method.apply(job.method, job.filter, job.anchor);
   if (sound) sound = check_job(job);
   if (!sound) return fail_usage(sound.error(), console);
+  job.asked = [&args](RiekfOptions& filter) { return args.method.apply(filter); };
   job.no_adapt = job.no_adapt || args.method.set_filter();  // what was asked for is kept
   const JobControl control = control_from(console);
   Result<LocalizeInputs> inputs = read_localize_inputs(job, control);
   if (!inputs) return fail_with(inputs.error(), console);
-  // The robot's file may describe how it moves; what was asked for goes before.
-  if (const Status asked = args.method.apply(inputs->setup.filter); !asked)
-    return fail_usage(asked.error(), console);
   const Result<LocalizeReport> report = localize(job, *inputs, control);
   if (!report) return fail_with(report.error(), console);
-  return show_localized(*report, job.method, args.json, inputs->warnings, console);
+  return show_localized(*report, args.json, inputs->warnings, console);
 }
 
 }  // namespace
@@ -49,7 +47,7 @@ moved, of another size. `waymark evaluate` compares the output with a truth.
 Several recordings must be of one drive. Where the recording does not hold the robot's camera and its mounting, --robot
 names the robot's file. Noise and latency are found from the recording where the assumed numbers do not fit it;
 --no-adapt, or a filter's option, keeps them. What is printed at the end: how many estimates are certain, how many
-observations were accepted, and where the robot was last. Keys of --json: docs/reference/cli.md.
+observations were accepted, and where the robot was last.
 
 Exit code: 0 the place of the robot was known at some time, 1 never, or a file was unusable, 2 wrong usage, 130 stopped
 by Ctrl-C (nothing is written then).
@@ -60,7 +58,8 @@ Examples:
   waymark localize lcmlog --map landmarks.csv --robot mbot --json
   waymark localize ranges.csv odometry.csv --map landmarks.csv --sensor-pose 0.219 0 0
 )",
-      .prepare = prepared(localize_log)};
+      .prepare = prepared(localize_log),
+      .report = report_of<LocalizeReport>};
 }
 
 }  // namespace waymark::cli

@@ -5,6 +5,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "tests/support/recorded_lap.hpp"
 #include "waymark/app/common/estimate_message.hpp"
@@ -150,6 +151,15 @@ TEST(LocalizeText, SaysHowManyWhereAndHowSure) {
                   HasSubstr("19 of 20 observations accepted, NIS 1.10"), HasSubstr("x 1.000 m, y 2.000 m")));
   EXPECT_THAT(doubts_about(report), IsEmpty());
   EXPECT_THAT(to_text(LocalizeReport{}), AllOf(HasSubstr("no estimate over 0.0 s\n"), Not(HasSubstr("nan"))));
+}
+
+TEST(LocalizeReport, WhatIsUnknownIsNull) {
+  LocalizeReport report{.method = LocalizationKind::Ekf, .estimates = 4, .certain = 3};
+  EXPECT_EQ(to_json(fields(report)).dump(),
+            R"({"method":"ekf","estimates":4,"certain":3,"first_fix_s":null,"observations":0,"accepted":0,)"
+            R"("nis_mean":0.0,"lasting_nis":null,"duration_s":0.0,"wall_s":0.0,"last":null,"problems":[]})");
+  report.last = LocalizationEstimate{.map_T_base = SE2(1, 2, 0.5), .certain = false};
+  EXPECT_EQ(to_json(fields(report))["last"].dump(), R"({"x_m":1.0,"y_m":2.0,"yaw_rad":0.5,"certain":false})");
 }
 
 TEST(LocalizeText, DoubtsNameWhatToLookAt) {

@@ -95,6 +95,7 @@ LocalizeJob filter_job(const LocalizeRobotJob& job) {
           .start = job.start,
           .method = job.method,
           .filter = job.filter,
+          .asked = job.asked,
           .anchor = job.anchor};
 }
 
@@ -116,7 +117,8 @@ Status check_job(const LocalizeRobotJob& job) {
 }
 
 /// What is known after the drive, beside what the output counted.
-void complete(LocalizeReport& report, Localizer& localizer) {
+void complete(LocalizeReport& report, LocalizationKind method, Localizer& localizer) {
+  report.method = method;
   report.problems = localizer.method().problems();
   if (const RiekfLocalizer* filter = localizer.filter()) report.lasting_nis = filter->tracker().lasting_nis();
 }
@@ -183,7 +185,7 @@ Result<LocalizeRobotReport> localize_robot(const RobotSetup& setup, const Locali
   if (!status) return tl::unexpected(status.error());
   if (!report) return tl::unexpected(report.error());
   if (report->estimates == 0 && !job.output.ends_with(".mcap")) fresh.discard();  // a table of nothing
-  complete(*report, session.localizer());
+  complete(*report, job.method, session.localizer());
   report->wall_s = watch.seconds();
   return LocalizeRobotReport{std::move(*report), session.end(*driven)};
 }

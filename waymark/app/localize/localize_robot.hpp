@@ -32,6 +32,7 @@ struct LocalizeRobotJob {
   std::string images{};   ///< how pictures are recorded: raw, jpeg; empty: not at all
   LocalizationKind method = LocalizationKind::Riekf;
   RiekfOptions filter{};
+  std::function<Status(RiekfOptions&)> asked{};  ///< as LocalizeJob::asked
   AnchorOptions anchor{};
   LiveFeed* feed = nullptr;  ///< of viewers, if there are any
   /// LocalizeListener::on_report.

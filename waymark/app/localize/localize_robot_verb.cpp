@@ -25,8 +25,8 @@ ExitCode localize_driven(const LocalizeRobotArgs& args, Console& console) {
   LocalizeRobotJob job = args.job;
   if (const Status sound = args.method.apply(job.method, job.filter, job.anchor); !sound)
     return fail_usage(sound.error(), console);
+  job.asked = [&args](RiekfOptions& filter) { return args.method.apply(filter); };
   const Result<RobotSetup> setup = load_listening_robot(job);
-  if (!setup && setup.error().code == ErrorCode::Unwritable) return fail_with(setup.error(), console);
   if (!setup) return fail_usage(setup.error(), console);
   const auto view = LivePage::open(args.view, *setup, control_from(console));
   if (!view) return fail_with(view.error(), console);
@@ -39,7 +39,7 @@ ExitCode localize_driven(const LocalizeRobotArgs& args, Console& console) {
   const auto stop = listen_for_stop("localize " + job.robot, console);
   const Result<LocalizeRobotReport> report = localize_robot(*setup, job, control_of_lines(console));
   if (!report) return fail_with(report.error(), console);
-  const ExitCode code = show_localized(report->localized, job.method, args.json, {}, console);
+  const ExitCode code = show_localized(report->localized, args.json, {}, console);
   return report->end.interrupted ? ExitCode::Interrupted : code;
 }
 
@@ -60,8 +60,7 @@ this computer. The robot's file (--robot-file) describes where its cameras sit. 
 (lockstep) cannot be listened to. A recording of a drive is for `waymark localize log`, where --robot NAME is the name of
 a robot's file.
 
-With --json: a line for each estimate, and at the end the report that `waymark localize log` prints. Keys:
-docs/reference/cli.md.
+With --json: a line for each estimate, and at the end the report that `waymark localize log` prints.
 
 Exit code: 0 the place of the robot was known at some time, 1 never, or a file or the robot was unusable, 2 wrong usage,
 130 stopped by Ctrl-C (what was recorded stays).
@@ -70,7 +69,8 @@ Examples:
   waymark localize --robot ros2:limo --map map --publish-ros2
   waymark localize --robot mbot: --map map --view -o live.mcap
 )",
-      .prepare = prepared(localize_driven)};
+      .prepare = prepared(localize_driven),
+      .report = report_of<EstimateMoment>};
 }
 
 }  // namespace waymark::cli

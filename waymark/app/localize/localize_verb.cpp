@@ -6,7 +6,6 @@
 #include "waymark/app/common/camera_tags.hpp"
 #include "waymark/app/live/cameras.hpp"
 #include "waymark/app/live/robot_kinds.hpp"
-#include "waymark/media/video_format.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -26,9 +25,7 @@ std::string what_is_localised(const std::vector<std::string>& words, const std::
   const std::vector<std::string> inputs = inputs_of(words, verbs);
   const bool calibrated = has_word(words, "--camera");
   if (std::ranges::any_of(inputs, is_camera_address)) return "camera";
-  const auto filmed = [&](const std::string& input) {
-    return is_of_camera(input, calibrated) || is_video_name(input);
-  };
+  const auto filmed = [&](const std::string& input) { return is_of_camera(input, calibrated); };
   return std::ranges::any_of(inputs, filmed) ? "video" : "log";
 }
 

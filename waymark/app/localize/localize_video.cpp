@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "waymark/app/common/camera_tags.hpp"
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/localize/localize_output.hpp"
 #include "waymark/base/message_text.hpp"
 #include "waymark/config/exchange/landmarks_file.hpp"
@@ -39,16 +40,16 @@ Status write(const LocalizeVideoJob& job, const CameraModel& camera, const std::
 }  // namespace
 
 Result<LocalizeVideoReport> localize_video(const LocalizeVideoJob& job, const JobControl& control) {
-  if (!is_of_camera(job.video, true))
-    return fail(ErrorCode::InvalidArgument, "this is the recording of a robot: it holds odometry or an IMU",
-                {.key = "video"}, "Localise it as `waymark localize log` does.");
+  if (Status camera = check_of_camera(job.video, "`waymark localize log` localises it."); !camera)
+    return tl::unexpected(camera.error());
   const Result<DescribedCamera> described = read_given_camera(job.camera);
   if (!described) return tl::unexpected(described.error());
   const CameraModel& camera = described->camera;
   if (Status sound = check_localize_output(job.output); !sound) return tl::unexpected(sound.error());
-  const Result<LandmarksFile> map = read_landmarks(job.map, job.tag_size_m);
+  const auto map = or_wrong_kind(read_landmarks(job.map, job.tag_size_m), job.map, FileUse::Map);
   if (!map) return tl::unexpected(map.error());
   if (Status poses = check_tag_poses(map->tags, job.map); !poses) return tl::unexpected(poses.error());
+  for (const std::string& note : map->notes) control.note("note: " + note);
   const Result<TagFinder> finder = tag_finder_for(map->tags);
   if (!finder) return tl::unexpected(finder.error());
   std::vector<TagFrame> frames;

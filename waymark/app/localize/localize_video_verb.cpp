@@ -42,7 +42,7 @@ the video, with the times of the video. With -o FILE.mcap tags, poses (/waymark/
 -o FILE.tum each pose is a line. The output appears whole or not at all.
 
 VIDEO may also be the recording of a camera without a robot (`waymark convert`), which holds tags or pictures, and neither
-odometry nor an IMU. Run the program once for each video. Keys of --json: docs/reference/cli.md.
+odometry nor an IMU. Run the program once for each video.
 
 The calibration (--camera) must be of the pictures' size; --camera-size scales one that was made at another size.
 `waymark calibrate camera` makes one.
@@ -54,7 +54,8 @@ Examples:
   waymark localize walk.mp4 --camera calibration.yaml --map map -o walk.tum
   waymark localize desk.mcap --camera calibration.yaml --map map --json
 )",
-      .prepare = prepared(localize_by_video)};
+      .prepare = prepared(localize_by_video),
+      .report = report_of<CameraMoment>};
 }
 
 }  // namespace waymark::cli

@@ -1,14 +1,14 @@
 #include "waymark/app/map/convert_map.hpp"
 
 #include <filesystem>
-#include <fstream>
 #include <set>
 #include <system_error>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <nlohmann/json.hpp>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/lap_input.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/mapping/lap/tag_ties.hpp"
@@ -79,15 +79,6 @@ std::string yaml_of(const TagTransforms& found) {
 
 }  // namespace
 
-bool is_ros_recording(const std::filesystem::path& path) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) return false;
-  std::ifstream file(path, std::ios::binary);
-  std::string first(7, '\0');
-  file.read(first.data(), static_cast<std::streamsize>(first.size()));
-  return first.starts_with("\x89MCAP0") || first == "#ROSBAG";
-}
-
 Result<ReadMap> read_map_transforms(const std::filesystem::path& path, std::optional<double> tag_size_m,
                                     const JobControl& control) {
   const Result<TagTransforms> found = transforms_of(path, control);
@@ -124,7 +115,7 @@ std::string name_of(MapForm form) { return map_form_names()[static_cast<std::siz
 
 Status remove_tags(const ConvertMapJob& job, MapFile& map) {
   for (const std::string& name : job.remove) {
-    const Result<TagId> tag = tag_named(name);
+    const Result<TagId> tag = tag_named(name, "remove");
     if (!tag) return tl::unexpected(tag.error());
     if (map.tags.find(*tag) == nullptr)
       return fail(ErrorCode::InvalidArgument, to_string(*tag) + " is not in the map", {.key = "remove"});
@@ -143,10 +134,12 @@ bool is_named_recording(const std::filesystem::path& path) {
 
 }  // namespace
 
-Result<ReadMap> convert_map(const ConvertMapJob& job, const JobControl& control) {
-  Result<ReadMap> read = is_ros_recording(job.input) ? read_map_transforms(job.input, job.tag_size_m, control)
-                                                     : read_any_map(job.input, job.tag_size_m);
-  if (!read) return read;
+Result<ConvertMapReport> convert_map(const ConvertMapJob& job, const JobControl& control) {
+  Result<ReadMap> read = is_recording(kind_of(job.input))
+                             ? read_map_transforms(job.input, job.tag_size_m, control)
+                             : read_any_map(job.input, job.tag_size_m);
+  read = or_wrong_kind(std::move(read), job.input, FileUse::AnyMap);
+  if (!read) return tl::unexpected(read.error());
   if (Status status = remove_tags(job, read->map); !status) return tl::unexpected(status.error());
   if (read->form != MapForm::Waymark)
     read->map.provenance = {{"converted_from", std::filesystem::path(job.input).filename().string()}};
@@ -160,26 +153,27 @@ Result<ReadMap> convert_map(const ConvertMapJob& job, const JobControl& control)
       job.form == MapForm::Transforms && std::filesystem::path(job.output).extension() == ".mcap";
   if (!as_recording && is_named_recording(job.output))
     return fail(ErrorCode::InvalidArgument, fmt::format("a map of form {} is YAML", name_of(job.form)),
-                {.source = job.output}, "End the name in .yaml, or write transforms with `to=tf`.");
+                {.source = job.output, .key = "`output`"},
+                "End the name in .yaml, or write transforms with `to=tf`.");
   if (Status wanted = control.go_on(); !wanted) return tl::unexpected(wanted.error());
   const Status status = as_recording                   ? write_map_transforms(job.output, read->map)
                         : job.form == MapForm::Waymark ? write_map(job.output, read->map)
                                                        : write_text_file(job.output, *text);
   if (!status) return tl::unexpected(status.error());
-  return read;
+  return ConvertMapReport{std::move(*read), job.output, job.form};
 }
 
-std::string to_text(const ConvertMapJob& job, const ReadMap& read) {
-  return fmt::format("{}: {} tags, from {} to {}\n", job.output, read.map.tags.tags.size(),
-                     name_of(read.form), name_of(job.form));
+std::string to_text(const ConvertMapReport& report) {
+  return fmt::format("{}: {} tags, from {} to {}\n", report.output, report.map.tags.tags.size(),
+                     name_of(report.form), name_of(report.to));
 }
 
-nlohmann::ordered_json to_json(const ConvertMapJob& job, const ReadMap& read) {
-  return {{"output", job.output},
-          {"from", name_of(read.form)},
-          {"to", name_of(job.form)},
-          {"tags", read.map.tags.tags.size()},
-          {"warnings", read.warnings}};
+ReportFields fields(const ConvertMapReport& report) {
+  return {{"output", "File that was written", report.output},
+          {"from", "Form of the input", name_of(report.form)},
+          {"to", "Form of the output", name_of(report.to)},
+          {"tags", "Tags in the output", report.map.tags.tags.size()},
+          {"warnings", "What the output does not represent, one sentence each", report.warnings}};
 }
 
 }  // namespace waymark

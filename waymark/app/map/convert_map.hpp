@@ -5,17 +5,13 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "waymark/app/common/job_control.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/config/exchange/map_exchange.hpp"
 
 /// `waymark map convert`: a map of tags in another program's form, or another's in ours.
 namespace waymark {
-
-/// Whether a file is a recording (MCAP, ROS 1 bag), by its first bytes.
-[[nodiscard]] bool is_ros_recording(const std::filesystem::path& path);
 
 /// The map that a recording's transforms (any topic of tf2_msgs/TFMessage, such as /tf_static) tell: of each
 /// tag the last one from the frame `map`. Tags seen from other frames only (a camera's) are named in the
@@ -42,14 +38,20 @@ struct ConvertMapJob {
     visit(self.output, JobField("output OUTPUT", "The file to write").input().required());
     visit(self.tag_size_m,
           JobField("tag_size_m NUMBER", "Side of the black square of tags whose file does not say it"));
-    visit(self.remove, JobField("remove TAGS", "Tags to exclude, such as 3,7 or tag36h11:3").by_commas());
+    visit(self.remove,
+          JobField("remove TAGS", "Tags to exclude, such as 3,7 or tag36h11:3").comma_separated());
     visit(self.force, JobField("force", "Replace a file that is there"));
   }
 };
 
-/// What was read, less what was left out, with warnings of what the form cannot say.
-[[nodiscard]] Result<ReadMap> convert_map(const ConvertMapJob& job, const JobControl& control);
-[[nodiscard]] std::string to_text(const ConvertMapJob& job, const ReadMap& read);
-[[nodiscard]] nlohmann::ordered_json to_json(const ConvertMapJob& job, const ReadMap& read);
+/// What was read, without the removed tags, with warnings of what the form cannot represent.
+struct ConvertMapReport : ReadMap {
+  std::string output{};  ///< file
+  MapForm to = MapForm::Waymark;
+};
+
+[[nodiscard]] Result<ConvertMapReport> convert_map(const ConvertMapJob& job, const JobControl& control);
+[[nodiscard]] std::string to_text(const ConvertMapReport& report);
+[[nodiscard]] ReportFields fields(const ConvertMapReport& report);
 
 }  // namespace waymark

@@ -30,12 +30,12 @@ std::string form_of(const ConvertMapArgs& args) {
 
 ExitCode convert_one_map(const ConvertMapArgs& args, Console& console) {
   const Result<MapForm> form = map_form(form_of(args));
-  if (!form) return console.failed(form.error(), ExitCode::Usage);
+  if (!form) return fail_usage(form.error(), console);
   ConvertMapJob job = args.job;
   job.form = *form;
-  const Result<ReadMap> done = convert_map(job, control_from(console));
-  if (!done) return console.failed(done.error(), ExitCode::SomeFailed);
-  console.print(args.json ? json_line(to_json(job, *done)) : to_text(job, *done));
+  const Result<ConvertMapReport> done = convert_map(job, control_from(console));
+  if (!done) return fail_with(done.error(), console);
+  console.print(args.json ? json_line(fields(*done)) : to_text(*done));
   for (const std::string& warning : done->warnings) console.say("warning: " + warning);
   return ExitCode::Ok;
 }
@@ -48,7 +48,7 @@ Verb map_convert_verb() {
       .sentence = "Turn a map of tags into another program's form, or another's into ours",
       .help =
           R"(Reads our map.yaml, apriltags_poses.yaml of the Robotics Academy, TagSLAM's tagslam.yaml or poses.yaml, field layouts
-of WPILib (JSON, CSV), field maps of Limelight (FMAP), and transforms of tf as YAML or in a recording (MCAP, ROS 1 bag: /tf, /tf_static); what a file is, its content tells. What
+of WPILib (JSON, CSV), field maps of Limelight (FMAP), and transforms of tf as YAML or in a recording (/tf, /tf_static); what a file is, its content tells. What
 a form cannot say is left out and named. With --to tf an OUTPUT that ends in .mcap becomes a recording with /tf_static.
 Formats: docs/formats/map.md, "Maps of others".
 
@@ -63,7 +63,8 @@ Examples:
   waymark map convert map layout.json --to wpilib
   waymark map convert map field.fmap
 )",
-      .prepare = prepared(convert_one_map)};
+      .prepare = prepared(convert_one_map),
+      .report = report_of<ConvertMapReport>};
 }
 
 }  // namespace waymark::cli

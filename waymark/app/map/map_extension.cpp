@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/route_files.hpp"
 #include "waymark/config/yaml/map_file.hpp"
 #include "waymark/geometry/uncertainty.hpp"
@@ -32,7 +33,7 @@ std::map<TagId, int> frames_of(const RecordedLap& recorded, const TagMap& map) {
 }  // namespace
 
 Status read_extended_map(const std::filesystem::path& path, MapJob& job) {
-  Result<MapFile> map = read_map(map_file_of(path));
+  Result<MapFile> map = or_wrong_kind(read_map(map_file_of(path)), path, FileUse::OwnMap);
   if (!map) return tl::unexpected(map.error());
   job.extend = std::move(*map);
   std::error_code ignored;

@@ -175,7 +175,7 @@ TEST_F(MapExtension, WhatChangedSinceAnOlderMapIsSaid) {
   EXPECT_GE(*report->prior_agreeing, 3);
   EXPECT_LT(report->prior_rms_m, 0.1);
   EXPECT_THAT(report->warnings, Contains(HasSubstr(to_string(first))));
-  EXPECT_EQ(to_json(*report)["tags"], seen.tags.size());
+  EXPECT_EQ(to_json(fields(*report))["tags"], seen.tags.size());
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 
 #include "waymark/app/cli/detection_flags.hpp"
 #include "waymark/app/cli/parts.hpp"
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/map/map_extension.hpp"
 #include "waymark/app/map/map_recording.hpp"
 #include "waymark/config/share.hpp"
@@ -53,8 +54,8 @@ MapLapArgs::MapLapArgs(CLI::App& verb)
   add_option(verb, "--anchor-pose X Y Z ROLL PITCH YAW", anchor_pose,
              "Where the anchor stands in the map: x y z [m] and roll pitch yaw [deg] of the tag's frame (x "
              "right, y down, z into the tag). Unless given: that of the recording; for another anchor the "
-             "map's origin is its centre, map z is up, map x goes into the tag")
-      ->expected(6);
+             "map's origin is its centre, map z is up, map x goes into the tag",
+             exactly(6));
   add_option(verb, "--tag-size-m SIZE", tag_sizes,
              "Side of the black square of the tags [m]; ID=SIZE for a tag of another size (repeatable). "
              "Unless given: those of the recording")
@@ -114,7 +115,7 @@ Result<MapJob> MapLapArgs::make_job() const {
   if (world.empty()) return made;
   const auto path = find_shared("worlds", world);
   if (!path) return tl::unexpected(path.error());
-  Result<World> truth = read_world(*path);
+  Result<World> truth = or_wrong_kind(read_world(*path), *path, FileUse::World);
   if (!truth) return tl::unexpected(truth.error());
   made.truth = std::move(*truth);
   return made;
@@ -122,7 +123,8 @@ Result<MapJob> MapLapArgs::make_job() const {
 
 Status MapLapArgs::read_maps(MapJob& made) const {
   if (!prior.empty()) {
-    Result<LandmarksFile> older = read_landmarks(prior, made.overrides.tag_size_m);
+    Result<LandmarksFile> older =
+        or_wrong_kind(read_landmarks(prior, made.overrides.tag_size_m), prior, FileUse::Map);
     if (!older) return tl::unexpected(older.error());
     made.prior = std::move(*older);
   }
@@ -148,8 +150,8 @@ ExitCode map_lap(const MapLapArgs& args, Console& console) {
     job->finder = &*finder;
   }
   const Result<MapReport> report = map_recording(*job, control_from(console));
-  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
-  console.print(args.json ? json_line(to_json(*report)) : to_text(*report, job->folder));
+  if (!report) return fail_with(report.error(), console);
+  console.print(args.json ? json_line(fields(*report)) : to_text(*report, job->folder));
   console.warn(report->warnings);
   return ExitCode::Ok;
 }
@@ -188,7 +190,8 @@ Examples:
   waymark map bag --camera-frame camera_color_optical_frame --tag-size-m 0.16 --anchor 0 -o map
   waymark map detections.csv odometry.csv --robot limo --tag-size-m 0.16 --anchor 0 -o map
 )",
-      .prepare = prepared(map_lap)};
+      .prepare = prepared(map_lap),
+      .report = report_of<MapReport>};
 }
 
 }  // namespace waymark::cli

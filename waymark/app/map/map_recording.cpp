@@ -7,7 +7,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <nlohmann/json.hpp>
 
 #include "waymark/app/common/lap_input.hpp"
 #include "waymark/app/common/output_files.hpp"
@@ -87,6 +86,7 @@ namespace {
 /// What changed since the prior map, as warnings.
 void compare_with_prior(const MapJob& job, MapReport& report) {
   if (!job.prior) return;
+  for (const std::string& note : job.prior->notes) report.warnings.push_back("prior map: " + note);
   std::vector<PriorPoint> points;
   for (const Landmark& landmark : job.prior->landmarks.all())
     points.push_back({static_cast<int>(landmark.tag.number), landmark.map_T_tag.translation().head<2>()});
@@ -305,7 +305,7 @@ Status write_map_folder(const RecordedLap& recorded, const MapJob& job, const Ma
   report.wall_s = watch.seconds();
   report.peak_rss_mib = peak_rss_mib();
   const std::string summary = file_name_for_route("summary", job.route_name, ".json");
-  status = write_text_file(folder / summary, to_json(report).dump(2) + "\n");
+  status = write_text_file(folder / summary, json_text(fields(report)));
   if (!status) return staged->failed(status.error());
   report.files.push_back((folder / summary).string());
   Result<std::vector<std::string>> aside = staged->put_in_place(older);
@@ -448,7 +448,7 @@ void tell_of_size(const MapJob& job, MapReport& report) {
 Status use_robot(const MapJob& job, RecordedLap& recorded, MapReport& report) {
   if (job.robot.empty()) return {};
   if (Status status = take_robot(job.robot, recorded.setup, report.warnings); !status) return status;
-  const auto path = find_shared("robots", job.robot);
+  const auto path = find_shared("robots", job.robot, "robot");
   if (!path) return tl::unexpected(path.error());
   constexpr std::size_t kMostBytes = std::size_t{1} << 20U;
   const Result<std::string> text = read_text_file(*path, kMostBytes);
@@ -496,102 +496,150 @@ Result<MapReport> map_recording(const MapJob& job, const JobControl& control) {
   return report;
 }
 
-// As JSON.
+// As fields.
 namespace {
 
-/// {"tag36h11:7": {"used": 76, "elsewhere": 12, "inexact_corners": 2}}, of the tags that lost observations.
-nlohmann::ordered_json by_tag_and_reason(const BundleFigures& bundle, const std::map<TagId, int>& used) {
-  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+/// "tag36h11:7": {"used": 76, "elsewhere": 12, "inexact_corners": 2}, of the tags that lost observations.
+ReportFields rejected_by_tag(const BundleFigures& bundle, const std::map<TagId, int>& used) {
+  ReportFields by_tag;
   for (const auto& [tag, counts] : bundle.left_out) {
-    nlohmann::ordered_json& of_tag = json[to_string(tag)];
     const auto in_use = used.find(tag);
-    of_tag["used"] = in_use == used.end() ? 0 : in_use->second;
+    ReportFields of_tag = {{"used", "Observations in use", in_use == used.end() ? 0 : in_use->second}};
     for (std::size_t i = 0; i < counts.size(); ++i) {
-      if (counts[i] > 0) of_tag[to_string(static_cast<LeftOutReason>(i))] = counts[i];
+      if (counts[i] > 0)
+        of_tag.push_back({to_string(static_cast<RejectionReason>(i)), "Rejected observations", counts[i]});
     }
+    by_tag.push_back({to_string(tag), "Observations of this tag", std::move(of_tag)});
   }
-  return json;
+  return by_tag;
 }
 
-/// Where the camera sits, less what the robot's file says of it: along x, y, z of the base and about them.
-nlohmann::ordered_json mounting_json(const BundleFigures& bundle) {
-  nlohmann::ordered_json json = {{"used", bundle.mounting_used}};
-  const std::array<const char*, 6> names = {"x_m", "y_m", "z_m", "roll_deg", "pitch_deg", "yaw_deg"};
+/// One of the six numbers of a camera's mounting.
+struct MountingOffset {
+  double off = 0;
+  double sigma = 0;
+  bool observable = false;
+};
+
+ReportFields fields(const MountingOffset& offset) {
+  return {{"off", "Estimate minus the value of the robot's file", offset.off},
+          {"sigma", "Standard deviation of the estimate", offset.sigma},
+          {"observable", "Whether the lap determines this number", offset.observable}};
+}
+
+struct MountingOffsets {
+  bool used = false;
+  std::array<MountingOffset, 6> offsets{};  ///< along x, y, z of the base and about them
+};
+
+ReportFields fields(const MountingOffsets& mounting) {
+  const auto& [x, y, z, roll, pitch, yaw] = mounting.offsets;
+  return {{"used", "Whether the map and robot.yaml use this mounting", mounting.used},
+          {"x_m", "Along x of the base", x},
+          {"y_m", "Along y of the base", y},
+          {"z_m", "Along z of the base", z},
+          {"roll_deg", "About x of the base", roll},
+          {"pitch_deg", "About y of the base", pitch},
+          {"yaw_deg", "About z of the base", yaw}};
+}
+
+std::optional<MountingOffsets> mounting_offsets(const std::optional<BundleFigures>& bundle) {
+  if (!bundle || !bundle->mounting) return std::nullopt;
+  MountingOffsets mounting{.used = bundle->mounting_used};
   for (int i = 0; i < 6; ++i) {
     const double unit = i < 3 ? 1 : to_degrees(1);
     const auto at = static_cast<std::size_t>(i);
-    json[names[at]] = {{"off", unit * bundle.mounting->off[i]},
-                       {"sigma", unit * bundle.mounting->sigma[i]},
-                       {"told", !bundle.mounting->unobservable[at]}};
+    mounting.offsets[at] = {.off = unit * bundle->mounting->off[i],
+                            .sigma = unit * bundle->mounting->sigma[i],
+                            .observable = !bundle->mounting->unobservable[at]};
   }
-  return json;
+  return mounting;
 }
 
 }  // namespace
 
-nlohmann::ordered_json to_json(const MapReport& report) {
-  const auto number = [](const auto& errors, auto member) -> nlohmann::ordered_json {
-    if (!errors) return nullptr;
-    return (*errors).*member;
-  };
+ReportFields fields(const LoopClosure& loop) {
+  return {{"tag", "The tag", to_string(loop.tag)},
+          {"away_s", "Time out of sight", loop.away_s},
+          {"way_m", "Distance driven meanwhile", loop.way_m},
+          {"before_m", "Position error of the wheel odometry alone over this distance", loop.before_m},
+          {"before_deg", "Heading error of the wheel odometry alone over this distance",
+           to_degrees(loop.before_rad)},
+          {"after_m", "Distance between the tag's positions before and after, in the adjusted map",
+           loop.after_m}};
+}
+
+ReportFields fields(const MapReport& report) {
   const MappedLap& lap = report.lap;
-  const auto of_bundle = [&](auto value) -> nlohmann::ordered_json {
-    if (!lap.bundle) return nullptr;
-    return value(*lap.bundle);
-  };
-  nlohmann::ordered_json json = {
-      {"method", report.method},
-      {"tags", lap.map.tags.size()},
-      {"frames", lap.frames},
-      {"frames_without_pose", lap.frames_without_pose},
-      {"route_length_m", lap.route.length_m},
-      {"route_closed", lap.route.closed},
-      {"route_repeated_m", lap.route_repeated_m},
-      {"tag_rmse_m", number(report.tag_errors, &TagMapErrors::rmse_m)},
-      {"tag_max_m", number(report.tag_errors, &TagMapErrors::max_m)},
-      {"tag_orientation_rmse_deg", number(report.tag_errors, &TagMapErrors::orientation_rmse_deg)},
-      {"trajectory_rmse_m", number(report.trajectory_errors, &TrajectoryErrors::rmse_m)},
-      {"trajectory_max_m", number(report.trajectory_errors, &TrajectoryErrors::max_m)},
-      {"truth_aligned", report.truth_aligned},
-      {"reprojection_rms_px", of_bundle([](const BundleFigures& b) { return b.rms_px; })},
-      {"corner_noise_ratio", of_bundle([](const BundleFigures& b) { return b.noise_ratio; })},
-      {"correlated_pictures", of_bundle([](const BundleFigures& b) { return b.correlated_frames; })},
-      {"observations_rejected", of_bundle([](const BundleFigures& b) { return b.rejected; })},
+  const std::optional<BundleFigures>& bundle = lap.bundle;
+  const std::optional<OdometryScales> scales = report.poses ? part(report.poses, &PoseLapFigures::scales)
+                                                            : part(bundle, &BundleFigures::odometry_scales);
+  const std::optional<SE2> camera_off = part(report.poses, &PoseLapFigures::base_X_assumed);
+  const std::optional<TagMapErrors>& tags = report.tag_errors;
+  const std::optional<TrajectoryErrors>& path = report.trajectory_errors;
+  return {
+      {"method", "Mapping method: bundle, chain or poses", report.method},
+      {"tags", "Tags in the map", lap.map.tags.size()},
+      {"frames", "Frames of the lap", lap.frames},
+      {"frames_without_pose", "Frames without a reliable tag", lap.frames_without_pose},
+      {"route_length_m", "Length of the route", lap.route.length_m},
+      {"route_closed", "Whether the route is closed", lap.route.closed},
+      {"route_repeated_m", "Length of the lap beyond the closing point; it repeats the route and is cut off",
+       lap.route_repeated_m},
+      {"tag_rmse_m", "Distance of tag centres from the true ones, root mean square",
+       part(tags, &TagMapErrors::rmse_m)},
+      {"tag_max_m", "Largest distance of a tag centre from the true one", part(tags, &TagMapErrors::max_m)},
+      {"tag_orientation_rmse_deg", "Angle of tags from the true ones, root mean square",
+       part(tags, &TagMapErrors::orientation_rmse_deg)},
+      {"trajectory_rmse_m", "Distance of the base from the true one at the same time, root mean square",
+       part(path, &TrajectoryErrors::rmse_m)},
+      {"trajectory_max_m", "Largest distance of the base from the true one at the same time",
+       part(path, &TrajectoryErrors::max_m)},
+      {"truth_aligned",
+       "True trajectory aligned with the lap by least squares: its frame relative to the map is unknown",
+       report.truth_aligned},
+      {"reprojection_rms_px", "Reprojection error of the corners, root mean square",
+       part(bundle, &BundleFigures::rms_px)},
+      {"corner_noise_ratio", "Noise of the corners over that in the detector's covariances",
+       part(bundle, &BundleFigures::noise_ratio)},
+      {"correlated_pictures", "Successive pictures that weigh as one, as errors of corners last",
+       part(bundle, &BundleFigures::correlated_frames)},
+      {"observations_rejected", "Observations that contradict the others",
+       part(bundle, &BundleFigures::rejected)},
       {"observations_rejected_by_tag",
-       of_bundle([&](const BundleFigures& b) { return by_tag_and_reason(b, lap.observations); })},
-      {"iterations", of_bundle([](const BundleFigures& b) { return b.iterations; })},
-      {"odometry_distance_scale",
-       of_bundle([](const BundleFigures& b) { return b.odometry_scales.distance; })},
-      {"odometry_yaw_scale", of_bundle([](const BundleFigures& b) { return b.odometry_scales.yaw; })},
-      {"turns_by_gyro", of_bundle([](const BundleFigures& b) { return b.turns_by_gyro; })},
-      {"without_gyro_fraction", of_bundle([](const BundleFigures& b) { return b.without_gyro_share; })},
-      {"wall_s", report.wall_s},
-      {"peak_rss_mib", report.peak_rss_mib},
-      {"warnings", report.warnings}};
-  if (lap.bundle && lap.bundle->loop) {
-    const LoopClosure& loop = *lap.bundle->loop;
-    json["loop_closure"] = {{"tag", to_string(loop.tag)},
-                            {"away_s", loop.away_s},
-                            {"way_m", loop.way_m},
-                            {"before_m", loop.before_m},
-                            {"before_deg", to_degrees(loop.before_rad)},
-                            {"after_m", loop.after_m}};
-  }
-  if (lap.bundle && lap.bundle->mounting) json["camera_mounting"] = mounting_json(*lap.bundle);
-  if (report.prior_agreeing) {
-    json["prior_tags_agreeing"] = *report.prior_agreeing;
-    json["prior_rms_m"] = report.prior_rms_m;
-  }
-  if (report.lap.bundle && report.extends) json["extended_tags_agreeing"] = report.lap.bundle->prior_agreeing;
-  if (report.poses) {
-    const PoseLapFigures& p = *report.poses;
-    json["odometry_distance_scale"] = p.scales.distance;
-    json["odometry_yaw_scale"] = p.scales.yaw;
-    json["camera_off_m"] = {p.base_X_assumed.x(), p.base_X_assumed.y()};
-    json["camera_off_deg"] = to_degrees(p.base_X_assumed.yaw());
-    json["observation_rms_m"] = p.rms_m;
-  }
-  return json;
+       "By tag: used, elsewhere, other_pose, inexact_corners, no_pose (counts, of tags that lost some)",
+       part(bundle, [&](const BundleFigures& b) { return rejected_by_tag(b, lap.observations); })},
+      {"iterations", "Iterations of the bundle adjustment", part(bundle, &BundleFigures::iterations)},
+      {"odometry_distance_scale", "Factor that corrects distances of the wheel odometry",
+       part(scales, &OdometryScales::distance)},
+      {"odometry_yaw_scale", "Factor that corrects turns of the wheel odometry",
+       part(scales, &OdometryScales::yaw)},
+      {"turns_by_gyro", "Turns are the gyro's, as those of the wheels agree clearly worse with the tags",
+       part(bundle, &BundleFigures::turns_by_gyro)},
+      {"without_gyro_fraction", "Share of the lap without gyro; 1 without any",
+       part(bundle, &BundleFigures::without_gyro_share)},
+      {"wall_s", "Duration of the run", report.wall_s},
+      {"peak_rss_mib", "Peak memory of the process so far", report.peak_rss_mib},
+      {"warnings", "What is doubtful about the map, one sentence each", report.warnings},
+      {"loop_closure", "The tag that was out of sight for the longest distance and then seen again, if any",
+       if_any(bundle ? bundle->loop : std::nullopt)},
+      {"camera_mounting", "Mounting of the camera as the lap shows it, relative to the robot's file",
+       if_any(mounting_offsets(bundle))},
+      {"prior_tags_agreeing", "With `prior`: tags that are where the older map has them",
+       if_any(report.prior_agreeing)},
+      {"prior_rms_m", "With `prior`: distance of these tags from there after alignment, root mean square",
+       if_any(part(report.prior_agreeing, [&](int) { return report.prior_rms_m; }))},
+      {"extended_tags_agreeing", "With `extend`: tags that are where the extended map has them",
+       if_any(report.extends ? part(bundle, &BundleFigures::prior_agreeing) : std::nullopt)},
+      {"camera_off_m", "Recordings of tag poses only: x and y of the camera relative to the assumed place",
+       if_any(part(camera_off,
+                   [](const SE2& off) {
+                     return std::array{off.x(), off.y()};
+                   }))},
+      {"camera_off_deg", "Recordings of tag poses only: yaw of the camera relative to the assumed one",
+       if_any(part(camera_off, [](const SE2& off) { return to_degrees(off.yaw()); }))},
+      {"observation_rms_m", "Recordings of tag poses only: residual of an observation, root mean square",
+       if_any(part(report.poses, &PoseLapFigures::rms_m))}};
 }
 
 // As text.

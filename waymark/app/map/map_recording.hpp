@@ -6,9 +6,8 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "waymark/app/common/lap_input.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/config/exchange/landmarks_file.hpp"
 #include "waymark/config/yaml/map_file.hpp"
@@ -91,7 +90,9 @@ struct MapReport {
 [[nodiscard]] Result<MapReport> map_recording(const MapJob& job, const JobControl& control);
 /// The map of a lap whose recording holds poses of tags and no corners; nothing is written.
 [[nodiscard]] Result<MapFile> map_poses(const RecordedLap& recorded, const MapJob& job, MapReport& report);
-[[nodiscard]] nlohmann::ordered_json to_json(const MapReport& report);
+/// What `--json` prints and summary.json holds; the errors are null where the ground truth is unknown.
+[[nodiscard]] ReportFields fields(const MapReport& report);
+[[nodiscard]] ReportFields fields(const LoopClosure& loop);
 /// What the verb `map` prints of a map that it wrote into this folder.
 [[nodiscard]] std::string to_text(const MapReport& report, const std::string& folder);
 

@@ -2,8 +2,7 @@
 #include <string>
 
 #include "waymark/app/cli/verb.hpp"
-#include "waymark/app/common/camera_tags.hpp"
-#include "waymark/media/video_format.hpp"
+#include "waymark/app/common/file_kind.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -12,9 +11,7 @@ namespace {
 /// else by the content of the files.
 std::string what_is_mapped(const std::vector<std::string>& words) {
   if (has_word(words, "--tagslam")) return "scene";
-  const auto is_video = [](const std::string& word) {
-    return is_of_camera(word, false) || is_video_name(word);
-  };
+  const auto is_video = [](const std::string& word) { return kind_of(word) == FileKind::Video; };
   return has_word(words, "--camera") || std::ranges::any_of(words, is_video) ? "video" : "lap";
 }
 

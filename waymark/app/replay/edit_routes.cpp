@@ -6,7 +6,6 @@
 #include <system_error>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "waymark/app/common/route_files.hpp"
 #include "waymark/base/message_text.hpp"
@@ -19,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Where at_m or at_tag say.
+/// The arc length given by at_m or at_tag.
 Result<double> place_of(const RoutesJob& job, const Route& route) {
   if (job.at_tag.empty()) return job.at_m.value_or(0);
   const Result<MapFile> map = read_map(fs::path(job.folder) / "map.yaml");
@@ -52,7 +51,7 @@ Status add_station(const RoutesJob& job, Route& route) {
   const Result<double> arc_length_m = place_of(job, route);
   if (!arc_length_m) return tl::unexpected(arc_length_m.error());
   Station station{.name = job.station, .arc_length_m = *arc_length_m, .pause_s = job.pause_s.value_or(5)};
-  // One of this name is put there instead, and keeps what is not said again.
+  // Replaces a station of this name; the dwell time is kept unless given.
   const auto before = std::ranges::find(route.stations, job.station, &Station::name);
   if (before != route.stations.end() && !job.pause_s) station.pause_s = before->pause_s;
   std::erase_if(route.stations, [&](const Station& other) { return other.name == station.name; });
@@ -64,7 +63,8 @@ Status add_station(const RoutesJob& job, Route& route) {
       std::ranges::upper_bound(route.stations, station.arc_length_m, {}, &Station::arc_length_m);
   if (after != route.stations.begin() && std::prev(after)->arc_length_m == station.arc_length_m)
     return fail(ErrorCode::InvalidArgument,
-                fmt::format("'{}' is at this place already", std::prev(after)->name), {.key = "station"});
+                fmt::format("the station '{}' is already at this position", std::prev(after)->name),
+                {.key = "station"});
   route.stations.insert(after, std::move(station));
   return {};
 }
@@ -80,21 +80,21 @@ Status check_job(const RoutesJob& job) {
   if (job.route && job.route->empty()) return check_route_name(*job.route, "route");
   const bool placed = job.at_m || !job.at_tag.empty();
   if (!job.station.empty() && !placed)
-    return fail(ErrorCode::InvalidArgument, "where is the station?", {.key = "station"},
-                "Give `at_m`, metres along the route, or `at_tag`.");
+    return fail(ErrorCode::InvalidArgument, "a station needs a position", {.key = "station"},
+                "Add `at_m`, metres along the route, or `at_tag`.");
   if (job.station.empty() && placed)
-    return fail(ErrorCode::InvalidArgument, "a place without a station",
-                {.key = job.at_tag.empty() ? "at_m" : "at_tag"}, "Name it with `station`.");
+    return fail(ErrorCode::InvalidArgument, "a position needs a station",
+                {.key = job.at_tag.empty() ? "at_m" : "at_tag"}, "Name the station with `station`.");
   if (job.station.empty() && job.pause_s)
-    return fail(ErrorCode::InvalidArgument, "a pause without a station", {.key = "pause_s"},
-                "Name it with `station`, and where it is with `at_m` or `at_tag`.");
+    return fail(ErrorCode::InvalidArgument, "a dwell time needs a station", {.key = "pause_s"},
+                "Add `station`, and its position with `at_m` or `at_tag`.");
   if (!job.at_tag.empty() && job.at_m)
-    return fail(ErrorCode::InvalidArgument, "two places for one station", {.key = "at_tag"},
-                "Give `at_m` or `at_tag`.");
+    return fail(ErrorCode::InvalidArgument, "two positions for one station", {.key = "at_tag"},
+                "Give either `at_m` or `at_tag`.");
   return {};
 }
 
-/// One route, changed where that is asked for.
+/// Reads a route, and writes the change if one is requested.
 Result<NamedRoutes> one_route(const RoutesJob& job) {
   const fs::path folder = job.folder;
   const std::string name = job.route.value_or("");
@@ -119,7 +119,7 @@ Result<NamedRoutes> all_routes(const fs::path& folder) {
   for (const std::string& name : names) {
     Result<Route> route = read_route(folder / route_file_name(name));
     if (!route) return tl::unexpected(route.error());
-    routes.emplace_back(name, std::move(*route));
+    routes.push_back({name, std::move(*route)});
   }
   return routes;
 }
@@ -134,22 +134,30 @@ Result<NamedRoutes> edit_routes(const RoutesJob& job) {
   return one ? one_route(job) : all_routes(job.folder);
 }
 
-nlohmann::ordered_json to_json(const std::string& name, const Route& route) {
-  auto stations = nlohmann::ordered_json::array();
-  for (const Station& station : route.stations)
-    stations.push_back(
-        {{"name", station.name}, {"arc_length_m", station.arc_length_m}, {"pause_s", station.pause_s}});
-  const bool reverses =
-      std::ranges::any_of(route.points, [](const RoutePoint& p) { return p.speed_m_s < 0; });
-  return {{"route", name},          {"file", route_file_name(name)}, {"length_m", route.length_m},
-          {"closed", route.closed}, {"reverses", reverses},          {"stations", std::move(stations)}};
+ReportFields fields(const Station& station) {
+  return {{"name", "Name of the station", station.name},
+          {"arc_length_m", "Position along the route", station.arc_length_m},
+          {"pause_s", "Dwell time", station.pause_s}};
 }
 
-std::string to_text(const std::string& name, const Route& route) {
+ReportFields fields(const NamedRoute& named) {
+  const Route& route = named.route;
+  const bool reverses =
+      std::ranges::any_of(route.points, [](const RoutePoint& p) { return p.speed_m_s < 0; });
+  return {{"route", "Name of the route; empty: the taught route", named.name},
+          {"file", "File in the folder of the map", route_file_name(named.name)},
+          {"length_m", "Length of the route", route.length_m},
+          {"closed", "Whether the route is closed", route.closed},
+          {"reverses", "Whether the route changes direction", reverses},
+          {"stations", "Stations in order", route.stations}};
+}
+
+std::string to_text(const NamedRoute& named) {
+  const auto& [name, route] = named;
   std::string text = fmt::format("{:<20} {:>8.2f} m, {}\n", name.empty() ? "(taught)" : name, route.length_m,
                                  route.closed ? "closed" : "open");
   for (const Station& station : route.stations)
-    text += fmt::format("  {:<18} {:>8.2f} m, stands for {:g} s\n", station.name, station.arc_length_m,
+    text += fmt::format("  {:<18} {:>8.2f} m, dwell time {:g} s\n", station.name, station.arc_length_m,
                         station.pause_s);
   return text;
 }

@@ -2,55 +2,55 @@
 
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/samples/route.hpp"
 
-/// `waymark routes`: the routes of a map's folder, and where the robot pauses on them.
+/// `waymark routes`: the routes in a map folder, and their stations.
 namespace waymark {
 
 struct RoutesJob {
-  std::string folder{};  ///< that `waymark map` wrote
-  /// This route alone; nothing: all of them, or where a station changes the taught one.
+  std::string folder{};  ///< written by `waymark map`
+  /// Only this route; nothing: all routes, or the taught route if a station is edited.
   std::optional<std::string> route{};
-  std::string station{};            ///< put on the route, or moved
-  std::optional<double> at_m{};     ///< where: along the route …
-  std::string at_tag{};             ///< … or nearest to this tag
-  std::optional<double> pause_s{};  ///< nothing: 5 s, or what a station that is moved had
-  std::string remove{};             ///< a station
+  std::string station{};            ///< station to add or move
+  std::optional<double> at_m{};     ///< its arc length along the route [m]
+  std::string at_tag{};             ///< instead of at_m: the tag that it is nearest to
+  std::optional<double> pause_s{};  ///< dwell time; nothing: 5 s, or that of the moved station
+  std::string remove{};             ///< station to remove
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.folder, JobField("folder MAP", "Folder that `waymark map` wrote").input().required());
     visit(self.route, JobField("route NAME",
-                               "Name of the route to list or edit. Unless given: the taught route for "
+                               "Name of the route to list or edit. Default: the taught route for "
                                "stations, all routes for the list"));
     visit(self.station,
           JobField("station NAME",
-                   "Name of a station, a place where the robot stops for a while, to add or move"));
+                   "Name of the station to add or move; the robot stops there for the dwell time"));
     visit(self.at_m, JobField("at_m FLOAT", "Position of the station along the route, in metres", 0.0, 1e6));
-    visit(self.at_tag,
-          JobField("at_tag TAG", "Tag whose nearest point of the route is the position of the station"));
+    visit(self.at_tag, JobField("at_tag TAG", "Tag; the station is at the nearest point of the route"));
     visit(self.pause_s,
           JobField("pause_s FLOAT",
-                   "Duration of the stop at the station; a station that is moved keeps its duration", 0.0,
-                   86400.0)
+                   "Dwell time at the station; a moved station keeps its dwell time by default", 0.0, 86400.0)
               .usually("5"));
     visit(self.remove, JobField("remove_station NAME", "Name of a station to remove"));
   }
 };
 
-/// Name ("" for the taught one) and route.
-using NamedRoutes = std::vector<std::pair<std::string, Route>>;
+struct NamedRoute {
+  std::string name{};  ///< empty: the taught route
+  Route route{};
+};
+using NamedRoutes = std::vector<NamedRoute>;
 
-/// The routes that are asked for, after the change that is asked for was written.
+/// Writes the requested change and returns the requested routes.
 [[nodiscard]] Result<NamedRoutes> edit_routes(const RoutesJob& job);
-[[nodiscard]] std::string to_text(const std::string& name, const Route& route);
-[[nodiscard]] nlohmann::ordered_json to_json(const std::string& name, const Route& route);
+[[nodiscard]] std::string to_text(const NamedRoute& named);
+[[nodiscard]] ReportFields fields(const NamedRoute& named);
+[[nodiscard]] ReportFields fields(const Station& station);
 
 }  // namespace waymark

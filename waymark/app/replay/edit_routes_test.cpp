@@ -42,7 +42,7 @@ class EditRoutes : public ::testing::Test {
   RoutesJob job_{.folder = folder_.string()};
 };
 
-TEST_F(EditRoutes, AStationIsPutMovedAndTaken) {
+TEST_F(EditRoutes, AddsMovesAndRemovesAStation) {
   job_.station = "shelf";
   job_.at_m = 1.5;
   job_.pause_s = 10;
@@ -55,16 +55,18 @@ TEST_F(EditRoutes, AStationIsPutMovedAndTaken) {
   const auto moved = edit_routes(job_);
   ASSERT_TRUE(moved) << to_string(moved.error());
   ASSERT_EQ(stations().size(), 1U);
-  EXPECT_NEAR(stations()[0].arc_length_m, 3, 1e-9) << "the place of the route nearest to the tag";
-  EXPECT_EQ(stations()[0].pause_s, 10) << "what is not said again stays";
-  EXPECT_EQ(to_json("", moved->front().second)["stations"][0]["name"], "shelf");
+  EXPECT_NEAR(stations()[0].arc_length_m, 3, 1e-9) << "the point of the route nearest to the tag";
+  EXPECT_EQ(stations()[0].pause_s, 10) << "the dwell time is kept";
+  EXPECT_EQ(to_json(fields(moved->front())).dump(),
+            R"({"route":"","file":"route.yaml","length_m":4.0,"closed":false,"reverses":false,)"
+            R"("stations":[{"name":"shelf","arc_length_m":3.0,"pause_s":10.0}]})");
   const RoutesJob take{.folder = folder_.string(), .remove = "shelf"};
   ASSERT_TRUE(edit_routes(take));
   EXPECT_TRUE(stations().empty());
-  EXPECT_FALSE(edit_routes(take)) << "it is gone";
+  EXPECT_FALSE(edit_routes(take)) << "already removed";
 }
 
-TEST_F(EditRoutes, MistakesNameTheirFlagAndChangeNothing) {
+TEST_F(EditRoutes, ErrorsNameTheirFieldAndChangeNothing) {
   const std::string before = test::file_text(folder_ / "route.yaml");
   const auto key = [&](RoutesJob job) {
     job.folder = folder_.string();
@@ -78,22 +80,22 @@ TEST_F(EditRoutes, MistakesNameTheirFlagAndChangeNothing) {
   EXPECT_EQ(key({.station = "shelf", .at_tag = "8"}), "at_tag");
   EXPECT_EQ(key({.route = "kitchen"}), "`route`");
   EXPECT_EQ(key({.route = ""}), "route");
-  EXPECT_NE(key({.station = "shelf", .at_m = 99}), "done") << "beyond the end";
+  EXPECT_NE(key({.station = "shelf", .at_m = 99}), "done") << "beyond the end of the route";
   EXPECT_EQ(test::file_text(folder_ / "route.yaml"), before);
   EXPECT_FALSE(edit_routes({.folder = "/nowhere"}));
 }
 
-TEST_F(EditRoutes, AllRoutesAreListedTheTaughtOneFirst) {
+TEST_F(EditRoutes, ListsTheTaughtRouteFirst) {
   ASSERT_TRUE(write_route(folder_ / route_file_name("best"), straight()));
   ASSERT_TRUE(write_route(folder_ / "route-best.1.yaml", straight()));
   const auto routes = edit_routes(job_);
   ASSERT_TRUE(routes) << to_string(routes.error());
-  ASSERT_EQ(routes->size(), 2U) << "what was set aside is none";
-  EXPECT_EQ((*routes)[0].first, "");
-  EXPECT_EQ((*routes)[1].first, "best");
+  ASSERT_EQ(routes->size(), 2U) << "a backup is not a route";
+  EXPECT_EQ((*routes)[0].name, "");
+  EXPECT_EQ((*routes)[1].name, "best");
 }
 
-TEST_F(EditRoutes, AnOptimisedRouteStandsBesideTheTaughtOne) {
+TEST_F(EditRoutes, AnOptimisedRouteDoesNotReplaceTheTaughtOne) {
   const std::string taught = test::file_text(folder_ / "route.yaml");
   OptimizeJob job{.folder = folder_.string(), .name = "fast"};
   job.profile.speed_m_s = 0.5;
@@ -108,12 +110,12 @@ TEST_F(EditRoutes, AnOptimisedRouteStandsBesideTheTaughtOne) {
   job.profile.speed_m_s = 0.4;
   const auto second = optimize_route_of(job);
   ASSERT_TRUE(second);
-  EXPECT_THAT(second->set_aside, Contains("route-fast.yaml"));
+  EXPECT_THAT(second->backups, Contains("route-fast.yaml"));
   job.folder = "/nowhere";
   EXPECT_FALSE(optimize_route_of(job));
 }
 
-TEST_F(EditRoutes, AConvertedMapLosesOnlyWhatItIsToldTo) {
+TEST_F(EditRoutes, AConvertedMapLosesOnlyRemovedTags) {
   ConvertMapJob job{.input = (folder_ / "map.yaml").string(), .output = (folder_ / "copy.yaml").string()};
   ASSERT_TRUE(convert_map(job, {}));
   EXPECT_EQ(read_map(job.output).value().tags.tags.size(), 1U);

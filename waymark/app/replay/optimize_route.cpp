@@ -6,7 +6,6 @@
 #include <system_error>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "waymark/app/common/output_files.hpp"
 #include "waymark/app/common/route_files.hpp"
@@ -33,18 +32,7 @@ plot::PathLayer layer(const std::string& name, const Route& route, const TagMap&
   return result;
 }
 
-nlohmann::ordered_json json_of(const RouteFigures& f) {
-  return {{"lap_s", f.lap_s},
-          {"length_m", f.length_m},
-          {"max_curvature_1_m", f.max_curvature_1_m},
-          {"smoothness_1_m4", f.smoothness_1_m4},
-          {"min_clearance_m", f.min_clearance_m},
-          {"two_tags_fraction", f.two_tags_fraction},
-          {"mean_tags", f.mean_tags},
-          {"largest_offset_m", f.largest_offset_m}};
-}
-
-/// The route with its picture, in the place of what the folder holds of a route of this name.
+/// Writes the route and its figure; existing files of a route of this name are renamed.
 Status write_route_files(const OptimizeJob& job, const Route& taught, const TagMap& tags,
                          OptimizeReport& result) {
   Result<StagedFolder> staged = StagedFolder::open(job.folder);
@@ -62,7 +50,7 @@ Status write_route_files(const OptimizeJob& job, const Route& taught, const TagM
   if (!status) return staged->failed(status.error());
   auto aside = staged->put_in_place(files_of_route(job.name));
   if (!aside) return tl::unexpected(aside.error());
-  result.set_aside = std::move(*aside);
+  result.backups = std::move(*aside);
   for (std::string& file : result.files) file = (fs::path(job.folder) / fs::path(file).filename()).string();
   return {};
 }
@@ -86,8 +74,8 @@ std::string drive_command(const OptimizeJob& job) {
 }
 
 Result<OptimizerOptions> read_weights(const std::string& path) {
-  constexpr std::size_t kMostBytes = std::size_t{1} << 16U;
-  const auto text = read_text_file(path, kMostBytes);
+  constexpr std::size_t kMaxOptionsBytes = std::size_t{1} << 16U;
+  const auto text = read_text_file(path, kMaxOptionsBytes);
   if (!text) return tl::unexpected(text.error());
   return parse_fields<OptimizerOptions>(*text, path);
 }
@@ -108,8 +96,8 @@ Result<OptimizeReport> optimize_route_of(const OptimizeJob& job) {
   if (!robot) return tl::unexpected(robot.error());
   auto found = optimize_route(*taught, {&map->tags, &robot->model, &robot->camera}, job.profile, job.options);
   if (!found) return tl::unexpected(found.error());
-  OptimizeReport result{.found = std::move(*found)};
-  if (job.profile.speed_m_s > 0) {  // the route says it, so that every drive of it asks for it
+  OptimizeReport result{.name = job.name, .found = std::move(*found)};
+  if (job.profile.speed_m_s > 0) {  // the route contains the speed, which may be above the limiter's default
     for (RoutePoint& point : result.found.route.points)
       point.speed_m_s = std::copysign(job.profile.speed_m_s, point.speed_m_s);
   }
@@ -120,14 +108,26 @@ Result<OptimizeReport> optimize_route_of(const OptimizeJob& job) {
 
 std::string to_text(const OptimizeJob& job, const OptimizeReport& report) {
   return to_text(report.found) +
-         fmt::format("{}: drive it with `{}`\n", report.files.front(), drive_command(job));
+         fmt::format("{}: replay it with `{}`\n", report.files.front(), drive_command(job));
 }
 
-nlohmann::ordered_json to_json(const OptimizeJob& job, const OptimizeReport& report) {
-  return {{"route", job.name},
-          {"taught", json_of(report.found.taught)},
-          {"optimized", json_of(report.found.optimized)},
-          {"files", report.files}};
+ReportFields fields(const RouteFigures& figures) {
+  return {
+      {"lap_s", "Duration of a lap with the speed profile", figures.lap_s},
+      {"length_m", "Length of the route", figures.length_m},
+      {"max_curvature_1_m", "Largest curvature", figures.max_curvature_1_m},
+      {"smoothness_1_m4", "Mean square of the change of curvature along the route", figures.smoothness_1_m4},
+      {"min_clearance_m", "3D distance from the hull to the nearest tag", figures.min_clearance_m},
+      {"two_tags_fraction", "Share of the route with two or more tags in view", figures.two_tags_fraction},
+      {"mean_tags", "Mean number of tags in view along the route", figures.mean_tags},
+      {"largest_offset_m", "Largest distance from the taught route", figures.largest_offset_m}};
+}
+
+ReportFields fields(const OptimizeReport& report) {
+  return {{"route", "Name of the new route", report.name},
+          {"taught", "The taught route", report.found.taught},
+          {"optimized", "The new route", report.found.optimized},
+          {"files", "Written files", report.files}};
 }
 
 std::string to_text(const OptimizedRoute& found) {
@@ -139,12 +139,12 @@ std::string to_text(const OptimizedRoute& found) {
   const RouteFigures& b = found.optimized;
   add("lap [s]", a.lap_s, b.lap_s, 2);
   add("length [m]", a.length_m, b.length_m, 2);
-  add("tightest curve [1/m]", a.max_curvature_1_m, b.max_curvature_1_m, 2);
+  add("largest curvature [1/m]", a.max_curvature_1_m, b.max_curvature_1_m, 2);
   add("change of curvature, mean square [m^-4]", a.smoothness_1_m4, b.smoothness_1_m4, 2);
   add("hull to the nearest tag [m]", a.min_clearance_m, b.min_clearance_m, 3);
-  add("two tags or more in view [%]", 100 * a.two_tags_fraction, 100 * b.two_tags_fraction, 1);
+  add("two or more tags in view [%]", 100 * a.two_tags_fraction, 100 * b.two_tags_fraction, 1);
   add("tags in view, mean", a.mean_tags, b.mean_tags, 2);
-  add("farthest from the taught route [m]", 0, b.largest_offset_m, 3);
+  add("largest offset from the taught route [m]", 0, b.largest_offset_m, 3);
   return text;
 }
 

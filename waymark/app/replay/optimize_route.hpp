@@ -3,8 +3,7 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/replay/route_optimizer.hpp"
 
@@ -12,36 +11,39 @@
 namespace waymark {
 
 struct OptimizeJob {
-  std::string folder{};       ///< that `waymark map` wrote
-  std::string name = "best";  ///< of the new route
+  std::string folder{};       ///< written by `waymark map`
+  std::string name = "best";  ///< name of the new route
   OptimizerOptions options{};
   ProfileOptions profile{};
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.folder, JobField("folder MAP", "Folder that `waymark map` wrote").input().required());
-    visit(self.name, JobField("name NAME", "Name of the new route; the taught one stays as it is"));
+    visit(self.name, JobField("name NAME", "Name of the new route; the taught route is not changed"));
   }
 };
 
-/// The options of the optimisation in a .yaml file.
+/// Reads the options of the optimisation from a .yaml file.
 [[nodiscard]] Result<OptimizerOptions> read_weights(const std::string& path);
 
 struct OptimizeReport {
+  std::string name{};  ///< name of the new route
   OptimizedRoute found{};
-  std::vector<std::string> files{};      ///< that were written
-  std::vector<std::string> set_aside{};  ///< what stood there before, and has a number in its name now
+  std::vector<std::string> files{};    ///< written files
+  std::vector<std::string> backups{};  ///< replaced files; they now have a number in their names
 };
 
-/// Writes the route with its picture in the place of what the folder holds of a route of this name: both, or
-/// nothing.
+/// Optimises the route and writes it with its figure. Existing files of this name are renamed. Writes both
+/// files or none.
 [[nodiscard]] Result<OptimizeReport> optimize_route_of(const OptimizeJob& job);
-/// The command that drives the route as it was promised: the speed is the route's, the rest is told.
+/// The command that replays the route as optimised. The route contains the speed; the command sets the
+/// limits.
 [[nodiscard]] std::string drive_command(const OptimizeJob& job);
-/// The taught route and the optimised one side by side.
+/// A table of the taught and the optimised route.
 [[nodiscard]] std::string to_text(const OptimizedRoute& found);
-/// The same of a report, with the file and the command that drives it.
+/// The same for a report, with the file and the command that drives the route.
 [[nodiscard]] std::string to_text(const OptimizeJob& job, const OptimizeReport& report);
-[[nodiscard]] nlohmann::ordered_json to_json(const OptimizeJob& job, const OptimizeReport& report);
+[[nodiscard]] ReportFields fields(const OptimizeReport& report);
+[[nodiscard]] ReportFields fields(const RouteFigures& figures);
 
 }  // namespace waymark

@@ -31,33 +31,33 @@ class OptimizeRoute : public ::testing::Test {
   OptimizeJob job_{.folder = folder_.string()};
 };
 
-TEST_F(OptimizeRoute, TheNewRouteIsFasterAndKeepsItsDistanceAndBelongsToTheMap) {
+TEST_F(OptimizeRoute, IsFasterKeepsTheClearanceAndBelongsToTheMap) {
   const auto report = optimize_route_of(job_);
   ASSERT_TRUE(report) << to_string(report.error());
   EXPECT_LE(report->found.optimized.lap_s, report->found.taught.lap_s + 1e-9);
   EXPECT_GT(report->found.optimized.min_clearance_m, 0.1);
   const Route route = read_route(folder_ / "route-best.yaml").value();
   EXPECT_TRUE(check_map(route, test::circuit().tags, "route-best.yaml"));
-  EXPECT_FALSE(route.map_tags.empty()) << "it notes by which map it was made";
-  const auto json = to_json(job_, *report);
+  EXPECT_FALSE(route.map_tags.empty()) << "records the tags of its map";
+  const auto json = to_json(fields(*report));
   EXPECT_EQ(json["route"], "best");
   EXPECT_EQ(json["files"].size(), 2U);
   for (const auto& file : json["files"]) EXPECT_TRUE(fs::exists(file.get<std::string>())) << file;
   EXPECT_EQ(json["optimized"]["lap_s"], report->found.optimized.lap_s);
 }
 
-TEST_F(OptimizeRoute, TheCommandDrivesItAsItWasPromised) {
+TEST_F(OptimizeRoute, TheCommandReplaysTheOptimisedSpeed) {
   EXPECT_EQ(drive_command(job_), "waymark replay " + folder_.string() + " route=best");
   job_.profile.speed_m_s = 0.9;
   job_.profile.lateral_acceleration_m_s2 *= 2;
-  EXPECT_THAT(drive_command(job_), HasSubstr("max_speed_m_s=0.9")) << "the limiter would not let it pass";
+  EXPECT_THAT(drive_command(job_), HasSubstr("max_speed_m_s=0.9")) << "above the default limit";
   EXPECT_THAT(drive_command(job_), HasSubstr(" lateral_acceleration_m_s2="));
-  EXPECT_THAT(drive_command(job_), Not(HasSubstr(" speed_m_s="))) << "that is the route's";
+  EXPECT_THAT(drive_command(job_), Not(HasSubstr(" speed_m_s="))) << "the route contains the speed";
   job_.folder = "my maps/one";
   EXPECT_THAT(drive_command(job_), HasSubstr("'my maps/one'"));
 }
 
-TEST_F(OptimizeRoute, WhatIsMissingOrBrokenIsNamedAndNothingIsWritten) {
+TEST_F(OptimizeRoute, ErrorsNameTheFileAndNothingIsWritten) {
   const auto place = [&] {
     const auto before = test::names_in(folder_);
     const auto report = optimize_route_of(job_);
@@ -70,10 +70,10 @@ TEST_F(OptimizeRoute, WhatIsMissingOrBrokenIsNamedAndNothingIsWritten) {
   fs::remove(folder_ / "route.yaml");
   EXPECT_EQ(place(), (folder_ / "route.yaml").string());
   fs::remove(folder_ / "map.yaml");
-  EXPECT_EQ(place(), folder_.string()) << "a folder without a map is no map folder";
+  EXPECT_EQ(place(), folder_.string()) << "not a map folder";
 }
 
-TEST_F(OptimizeRoute, WithoutItsFileTheUsualRobotDrives) {
+TEST_F(OptimizeRoute, UsesTheDefaultRobotWithoutRobotFile) {
   fs::remove(folder_ / "robot.yaml");
   const auto report = optimize_route_of(job_);
   ASSERT_TRUE(report) << to_string(report.error());

@@ -14,7 +14,7 @@ struct OptimizeArgs {
     add_fields(app, job);
     add_option(app, "--weights FILE", weights_file,
                "Options of the optimisation: a .yaml file with the keys below");
-    app.add_flag("--json", json, "One JSON object instead of a table");
+    app.add_flag("--json", json, "Print one JSON object instead of a table");
   }
 
   Settings settings;
@@ -38,14 +38,14 @@ ExitCode optimize(const OptimizeArgs& args, Console& console) {
   Status status = check_route_name(job.name, "name");
   if (status) status = args.profile.apply(job.profile);
   const auto options = status ? weights_of(args) : tl::unexpected(status.error());
-  if (!options) return console.failed(options.error(), ExitCode::Usage);
+  if (!options) return fail_usage(options.error(), console);
   job.options = *options;
   const auto report = optimize_route_of(job);
-  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
-  if (!report->set_aside.empty())
-    console.say(fmt::format("what stood there before has a number in its name now: {}",
-                            fmt::join(report->set_aside, ", ")));
-  console.print(args.json ? json_line(to_json(job, *report)) : to_text(job, *report));
+  if (!report) return fail_with(report.error(), console);
+  if (!report->backups.empty())
+    console.say(
+        fmt::format("the previous files were renamed with a number: {}", fmt::join(report->backups, ", ")));
+  console.print(args.json ? json_line(fields(*report)) : to_text(job, *report));
   return ExitCode::Ok;
 }
 
@@ -56,17 +56,18 @@ Verb optimize_verb() {
       .name = "optimize",
       .sentence = "Make a faster or smoother route beside a taught one",
       .help =
-          R"(Moves the route sideways within a corridor and weighs lap time, smoothness, distance from tags and tags in
-view. No place comes nearer to a tag than the taught route does anywhere, and two tags are in view for as much
-of the way: where that cannot be had, the taught route is kept. Writes route-NAME.yaml and a picture
-(route-NAME.svg) into the folder. The taught route remains what `waymark replay` drives unless asked.
+          R"(Moves the route sideways within a corridor to optimise a weighted sum of lap time, smoothness, distance from
+tags, and tags in view. The smallest distance to a tag and the share of the route with two tags in view are at
+least those of the taught route; if no such route is found, the taught route is kept. Writes route-NAME.yaml and
+a figure (route-NAME.svg) into the folder. `waymark replay` drives the taught route unless --route names another.
 
 Exit code: 0 a route was written, 1 a file was unusable, 2 wrong usage.
 
 Example:
   waymark optimize map --name fast --speed-m-s 0.8
 )",
-      .prepare = prepared(optimize)};
+      .prepare = prepared(optimize),
+      .report = report_of<OptimizeReport>};
 }
 
 }  // namespace waymark::cli

@@ -1,7 +1,6 @@
 #include "waymark/app/replay/replay_route.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -9,9 +8,9 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "waymark/app/common/estimate_message.hpp"
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/output_files.hpp"
 #include "waymark/app/common/route_files.hpp"
 #include "waymark/app/live/live_robot.hpp"
@@ -35,10 +34,10 @@ namespace {
 ros2::DiagnosticArray message_of(SensorTime now, const ReplayStep& step) {
   constexpr std::uint8_t kOk = 0;
   constexpr std::uint8_t kWarn = 1;
-  const bool stands = step.state == ReplayState::Stopped || step.state == ReplayState::Refused;
+  const bool halted = step.state == ReplayState::Stopped || step.state == ReplayState::Refused;
   ros2::DiagnosticArray message;
   message.header = {.stamp = ros2::to_ros(now), .frame_id = std::string(ros2::kMapFrame)};
-  ros2::DiagnosticStatus status{.level = stands ? kWarn : kOk, .name = "waymark replay"};
+  ros2::DiagnosticStatus status{.level = halted ? kWarn : kOk, .name = "waymark replay"};
   status.message = std::string(to_string(step.state));
   if (step.reason) status.message += ": " + *step.reason;
   status.values.push_back({"driven_m", fmt::format("{:.3f}", step.driven_m)});
@@ -52,18 +51,18 @@ ros2::DiagnosticArray message_of(SensorTime now, const ReplayStep& step) {
 void ReplayNotes::note_station(SensorTime now, const ReplayStep& step) {
   if (last_ == ReplayState::AtStation) {
     if (step.state != ReplayState::Stopped)
-      control_.note(fmt::format("goes on from '{}'", visits_.back().name));
+      control_.note(fmt::format("leaves station '{}'", visits_.back().name));
   }
   if (step.state != ReplayState::AtStation) return;
   const Station& station = *step.station;
   visits_.push_back({.name = station.name, .arc_length_m = station.arc_length_m, .arrived = now});
-  control_.note(fmt::format("at '{}', {:.2f} m along the route: stands for {:g} s", station.name,
+  control_.note(fmt::format("at station '{}', {:.2f} m along the route, for {:g} s", station.name,
                             station.arc_length_m, station.pause_s));
 }
 
 Status ReplayNotes::add(SensorTime now, const ReplayStep& step, SampleRecorder* recorder) {
   const std::string station = step.station ? step.station->name : std::string();
-  if (last_ == ReplayState::AtStation) visits_.back().stood_s = to_seconds(now - visits_.back().arrived);
+  if (last_ == ReplayState::AtStation) visits_.back().dwell_s = to_seconds(now - visits_.back().arrived);
   if (last_ == step.state && station == last_station_) return {};
   note_station(now, step);
   last_ = step.state;
@@ -85,7 +84,7 @@ Status ReplayLog::on_step(SensorTime now, const ReplayStep& step) {
   if (Status status = notes_.add(now, step, recorder_ ? &*recorder_ : nullptr); !status) return status;
   control_.progress(
       {.words = fmt::format("{:.1f} of {:.1f} m{}{}. Space or Ctrl-C stops the robot.", step.driven_m,
-                            goal_m_, step.reason ? ", stands: " : "", step.reason.value_or(""))});
+                            goal_m_, step.reason ? ", stopped: " : "", step.reason.value_or(""))});
   if (!recorder_ || !step.estimate) return {};
   return recorder_->add_message(topics::kEstimate, now, estimate_message(*step.estimate));
 }
@@ -101,9 +100,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostMapBytes = std::size_t{1} << 26U;
+constexpr std::size_t kMaxMapBytes = std::size_t{1} << 26U;
 
-/// A route that nobody drove is held against itself; closed, a little beyond its end.
+/// The reference path of a route without a lap: the route itself, and beyond the end of a closed route a
+/// tenth of it again.
 Trajectory path_of(const Route& route) {
   Trajectory path;
   const std::size_t beyond = route.closed ? route.points.size() / 10 : 0;
@@ -113,14 +113,13 @@ Trajectory path_of(const Route& route) {
   return path;
 }
 
-/// The true way of the lap that was taught; empty when nobody knows it.
+/// The true path of the teach lap; empty if it is unknown.
 Result<Trajectory> taught_path(const ReplayJob& job, const JobControl& control) {
   if (!job.taught.empty()) {
     Result<RecordedLap> lap = read_lap_file(job.taught, silent(control));
     if (!lap) return tl::unexpected(lap.error());
     if (lap->truth.empty())
-      return fail(ErrorCode::NotFound, "this recording holds no truth to judge against",
-                  {.source = job.taught});
+      return fail(ErrorCode::NotFound, "this recording contains no ground truth", {.source = job.taught});
     return std::move(lap->truth);
   }
   const fs::path beside = job.folder / file_name_for_route("truth_trajectory", job.route, ".txt");
@@ -134,7 +133,7 @@ Result<Trajectory> taught_path(const ReplayJob& job, const JobControl& control) 
 void judge(const RobotSetup& setup, ReplayReport& report) {
   if (report.taught_path.empty()) {
     report.warnings.emplace_back(
-        "the true way of the teach lap is not known (`taught` gives its recording): not judged");
+        "not evaluated: the true path of the teach lap is unknown (give its recording with `taught`)");
     return;
   }
   const Result<ReplayJudgement> judgement = judge_replay(
@@ -142,15 +141,15 @@ void judge(const RobotSetup& setup, ReplayReport& report) {
   if (judgement)
     report.judgement = *judgement;
   else
-    report.warnings.push_back("not judged: " + to_string(judgement.error()));
+    report.warnings.push_back("not evaluated: " + to_string(judgement.error()));
 }
 
 Result<LocalizationKind> parse_replay_method(const std::string& name) {
-  std::vector<std::string> known = localization_methods();
-  std::erase(known, to_string(LocalizationKind::Smoother));
-  if (std::ranges::find(known, name) != known.end()) return parse_localization_method(name);
-  return fail(ErrorCode::InvalidArgument, fmt::format("there is no method '{}'", name), {.key = "method"},
-              suggestion(name, known));
+  std::vector<std::string> methods = localization_methods();
+  std::erase(methods, to_string(LocalizationKind::Smoother));
+  if (std::ranges::find(methods, name) != methods.end()) return parse_localization_method(name);
+  return fail(ErrorCode::InvalidArgument, fmt::format("unknown method '{}'", name), {.key = "method"},
+              suggestion(name, methods));
 }
 
 Status choose_replay(const std::string& method, const std::string& controller, ReplayJob& job) {
@@ -170,7 +169,7 @@ Status choose_replay(const std::string& method, const std::string& controller, R
 
 Status check_recording(const ReplayJob& job, const RobotSetup& setup) {
   if (!job.images.empty() && job.output.empty())
-    return fail(ErrorCode::InvalidArgument, "nothing is recorded", {.key = "record_images"},
+    return fail(ErrorCode::InvalidArgument, "needs a recording", {.key = "record_images"},
                 "Add `output=FILE`.");
   return check_recorded_images(setup.may_have_pictures(), job.images);
 }
@@ -185,23 +184,24 @@ Result<ReplayFiles> load_replay(const ReplayJob& job, const JobControl& control)
 }
 
 Status check_drive(const ReplayJob& job, const Route& route) {
-  constexpr double kSlowest_m_s = 0.005;  // slower, a robot that drives cannot be told from one that stands
+  constexpr double kMinSpeed_m_s = 0.005;  // slower motion cannot be distinguished from a stationary robot
   const double speed_m_s = job.replay.profile.speed_m_s;
-  if (speed_m_s > 0 && speed_m_s < kSlowest_m_s)
-    return fail(ErrorCode::InvalidArgument, fmt::format("{:g} m/s are too slow to drive a route", speed_m_s),
+  if (speed_m_s > 0 && speed_m_s < kMinSpeed_m_s)
+    return fail(ErrorCode::InvalidArgument, fmt::format("{:g} m/s is too slow for a route", speed_m_s),
                 {.key = "speed_m_s"},
-                fmt::format("Give {:g} or more, or 0 for the speed that the route states.", kSlowest_m_s));
+                fmt::format("Use at least {:g}, or 0 for the speed of the route.", kMinSpeed_m_s));
   if (route.closed || job.replay.laps == 1) return {};
-  return fail(ErrorCode::InvalidArgument, "the route is open: it is driven once, from its start to its end",
-              {.key = "laps"}, "Leave `laps` out, or teach a lap that comes back to its start.");
+  return fail(ErrorCode::InvalidArgument, "an open route is driven once, from its start to its end",
+              {.key = "laps"}, "Omit `laps`, or teach a lap that returns to its start.");
 }
 
 Status take_calibration(const std::string& path, ReplayJob& job) {
   if (path.empty()) return {};
-  Result<Calibration> calibration = read_calibration(path);
+  Result<Calibration> calibration = or_wrong_kind(read_calibration(path), path, FileUse::Calibration);
   if (!calibration) return tl::unexpected(calibration.error());
   take_calibrated(*calibration, job.filter);
-  // Both are shares of what was asked: wheels that are controlled turn as asked, the robot by the gain less.
+  // Both are ratios to the commanded yaw rate: controlled wheels turn as commanded, the robot by the gain
+  // less.
   if (const auto gain = calibration->known("yaw_gain")) job.replay.actuators.turn_gain = *gain;
   job.calibration = std::move(*calibration);
   return {};
@@ -241,8 +241,8 @@ Result<std::optional<SampleRecorder>> record_replay(const RobotSetup& setup, con
       setup);
   if (!recorder) return tl::unexpected(recorder.error());
   for (const std::string& name :
-       {std::string("map.yaml"), route_file_name(job.route)}) {  // what it was driven by
-    const auto text = read_text_file(job.folder / name, kMostMapBytes);
+       {std::string("map.yaml"), route_file_name(job.route)}) {  // the inputs of the replay
+    const auto text = read_text_file(job.folder / name, kMaxMapBytes);
     if (!text) return tl::unexpected(text.error());
     Status status = recorder->add_attachment(name, "application/yaml", {}, *text);
     if (!status) return tl::unexpected(status.error());
@@ -263,8 +263,8 @@ double time_allowed_s(const Route& route, const ReplayJob& job, const RobotModel
   return 60 + goal_m(route, job) / std::min(0.05, speed_m_s / 3) + 3 * paused_s;
 }
 
-ReplayJob slowed(ReplayJob job, double most_m_s) {
-  job.replay.safety.max_speed_m_s = std::min(job.replay.safety.max_speed_m_s, most_m_s);
+ReplayJob slowed(ReplayJob job, double max_speed_m_s) {
+  job.replay.safety.max_speed_m_s = std::min(job.replay.safety.max_speed_m_s, max_speed_m_s);
   return job;
 }
 
@@ -276,12 +276,10 @@ std::vector<std::string> speed_warnings(const ReplayJob& job, const Route& route
   }
   if (asked <= std::min(most, robot.limits.speed_m_s)) return {};
   if (robot.limits.speed_m_s < most)
-    return {
-        fmt::format("{:g} m/s are asked for, but {} drives at most {:g} m/s (limits: speed_m_s of its file)",
-                    asked, robot.name, robot.limits.speed_m_s)};
-  return {
-      fmt::format("{:g} m/s are asked for, but the limiter lets no more than {:g} m/s pass (`max_speed_m_s`)",
-                  asked, most)};
+    return {fmt::format("requested {:g} m/s, but the limit of {} is {:g} m/s (limits: speed_m_s in its file)",
+                        asked, robot.name, robot.limits.speed_m_s)};
+  return {fmt::format("requested {:g} m/s, but the limiter allows at most {:g} m/s (`max_speed_m_s`)", asked,
+                      most)};
 }
 
 namespace {
@@ -324,15 +322,15 @@ Result<ReplayReport> replay_simulated(const RobotSetup& setup, const ReplayJob& 
 
 namespace {
 
-/// The setup with the tags of the map, where its world is not known: for the recording and the judge.
-RobotSetup as_known(const RobotSetup& setup, const MapFile& map) {
-  RobotSetup known = setup;
-  for (const auto& [tag, mapped] : map.tags.tags) known.known_tags.push_back(tag);
-  if (known.world_yaml.empty()) {
-    known.simulated.world.anchor = map.anchor;
-    known.simulated.world.tags = map.tags;
+/// The setup with the map tags if its world is unknown: for the recording and the evaluation.
+RobotSetup with_map_tags(const RobotSetup& setup, const MapFile& map) {
+  RobotSetup extended = setup;
+  for (const auto& [tag, mapped] : map.tags.tags) extended.known_tags.push_back(tag);
+  if (extended.world_yaml.empty()) {
+    extended.simulated.world.anchor = map.anchor;
+    extended.simulated.world.tags = map.tags;
   }
-  return known;
+  return extended;
 }
 
 }  // namespace
@@ -341,10 +339,10 @@ Result<std::unique_ptr<LiveReplay>> LiveReplay::make(const RobotSetup& setup, co
                                                      const ReplayFiles& files, const JobControl& control,
                                                      std::function<void(const ReplayStep&)> on_step,
                                                      SessionRequests requests) {
-  std::unique_ptr<LiveReplay> live(new LiveReplay(as_known(setup, files.map), files));
+  std::unique_ptr<LiveReplay> live(new LiveReplay(with_map_tags(setup, files.map), files));
   auto replayer = make_replayer(files, setup.robot(), replayer_setup(job));
   if (!replayer) return tl::unexpected(replayer.error());
-  auto recorder = record_replay(live->known_, job);
+  auto recorder = record_replay(live->setup_, job);
   if (!recorder) return tl::unexpected(recorder.error());
   live->replayer_ = std::move(*replayer);
   live->log_ =
@@ -370,15 +368,15 @@ Result<ReplayReport> LiveReplay::finish(const ReplayEnd& end) {
                       .visits = log_->visits(),
                       .warnings = replayer_->problems()};
   if (report.true_path.empty())
-    report.warnings.emplace_back("there is no ground truth of the replay: not judged");
+    report.warnings.emplace_back("not evaluated: there is no ground truth of the replay");
   else
-    judge(known_, report);
+    judge(setup_, report);
   return report;
 }
 
 namespace {
 
-/// Of a robot that is a process.
+/// replay_route() for a robot process.
 Result<ReplayReport> replay_process(const RobotSetup& setup, const ReplayJob& job,
                                     const JobControl& control) {
   const Stopwatch watch;
@@ -386,7 +384,7 @@ Result<ReplayReport> replay_process(const RobotSetup& setup, const ReplayJob& jo
   if (!files) return tl::unexpected(files.error());
   if (Status laps = check_drive(job, files->route); !laps) return tl::unexpected(laps.error());
   PhaseViewers viewers(job.feed, setup.simulated, OperatorState::Replaying);
-  const auto robot = LiveRobot::open(as_known(setup, files->map), control);
+  const auto robot = LiveRobot::open(with_map_tags(setup, files->map), control);
   if (!robot) return tl::unexpected(robot.error());
   const auto replay =
       LiveReplay::make(setup, slowed(job, (*robot)->speed_limit_m_s()), *files, control,
@@ -414,7 +412,7 @@ Result<ReplayReport> replay_process(const RobotSetup& setup, const ReplayJob& jo
 }  // namespace
 
 Result<ReplayReport> replay_route(const RobotSetup& setup, const ReplayJob& job, const JobControl& control) {
-  for (const std::string& words : other_robot_words(setup, job.folder)) control.note(words);
+  for (const std::string& words : robot_difference_warnings(setup, job.folder)) control.note(words);
   return setup.process.empty() ? replay_simulated(setup, job, control) : replay_process(setup, job, control);
 }
 
@@ -439,46 +437,43 @@ std::string with_reason(std::string_view state, std::string_view reason) {
 std::string ending(const ReplayReport& report, std::string_view stopped_by) {
   const ReplayEnd& end = report.end;
   const double driven_m =
-      std::round(100 * report.end.driven_m) / 100 + 0.0;  // a robot that swayed: no "-0.00"
+      std::round(100 * report.end.driven_m) / 100 + 0.0;  // prints a small backward motion without "-0.00"
   const std::string where =
       fmt::format("{:.2f} m along a route of {:.2f} m", driven_m, report.route_length_m);
   if (end.finished) return "the route was driven to its end";
-  if (end.interrupted) return fmt::format("stopped by {} {}: the robot stands", stopped_by, where);
+  if (end.interrupted) return fmt::format("stopped by {} {}; the robot is stationary", stopped_by, where);
   if (end.state == ReplayState::Refused) return "refused to start: " + end.reason;
   if (end.state == ReplayState::Waiting && end.frames == 0)
-    return "never knew where it is: nothing was heard of a camera. Does the robot send pictures or tags? One "
-           "of this computer is named with `camera_source`";
+    return "the pose was never certain: no camera frames arrived. Does the robot send images or tags? A "
+           "camera "
+           "of this computer is set with `camera_source`";
   if (end.state == ReplayState::Waiting)
-    return end.frames_with_two_tags > 0 ? "never knew where it is: the tags that were seen contradict the "
-                                          "map. Is it the map of this place?"
-                                        : "never knew where it is: no two tags of the map were seen at once";
+    return end.frames_with_two_tags > 0 ? "the pose was never certain: the observed tags contradict the map. "
+                                          "Is it the map of this place?"
+                                        : "the pose was never certain: no frame contains two map tags";
   if (!end.reason.empty()) return stopped_where(where, end.reason);
-  return fmt::format("not at the end of its way after {:.0f} s of simulated time: given up {}",
-                     report.allowed_s, where);
+  return fmt::format("aborted after {:.0f} s of simulated time, {}", report.allowed_s, where);
 }
 
 namespace {
 
-/// Sightings, not tags: a tag that is covered for a second at 20 Hz counts 20 times.
-std::string missed_words(const ReplayEnd& end) {
+/// Counts observations, not tags: a tag that is covered for a second at 20 Hz counts 20 times.
+std::string missed_text(const ReplayEnd& end) {
   int all = 0;
   for (const auto& [reason, count] : end.missed_tags) all += count;
   if (all == 0) return {};
-  return fmt::format("tags that should have been in a picture and were not found: {} ({})", all,
-                     counted_reasons(end.missed_tags));
+  return fmt::format("expected tags that were not detected: {} ({})", all, counted_reasons(end.missed_tags));
 }
 
-nlohmann::ordered_json missed_json(const ReplayEnd& end) {
-  constexpr std::array<std::pair<MissReason, const char*>, 4> kKeys = {{{MissReason::Outside, "outside"},
-                                                                        {MissReason::TooFaint, "too_faint"},
-                                                                        {MissReason::Blurred, "blurred"},
-                                                                        {MissReason::Occluded, "occluded"}}};
-  nlohmann::ordered_json missed;
-  for (const auto& [reason, key] : kKeys) {
+ReportFields missed_fields(const ReplayEnd& end) {
+  const auto count = [&](MissReason reason) {
     const auto found = end.missed_tags.find(reason);
-    missed[key] = found == end.missed_tags.end() ? 0 : found->second;
-  }
-  return missed;
+    return found == end.missed_tags.end() ? 0 : found->second;
+  };
+  return {{"outside", "Outside the image", count(MissReason::Outside)},
+          {"too_faint", "Too little contrast", count(MissReason::TooFaint)},
+          {"blurred", "Blurred", count(MissReason::Blurred)},
+          {"occluded", "Covered, or not at the expected position", count(MissReason::Occluded)}};
 }
 
 }  // namespace
@@ -488,62 +483,59 @@ std::string to_text(const ReplayReport& report, std::string_view stopped_by) {
   std::string text =
       fmt::format("{}; {:.1f} s, {}\n", ending(report, stopped_by), end.lap_s, counted(end.stops, "stop"));
   for (const StationVisit& visit : report.visits)
-    text += fmt::format("stood at '{}', {:.2f} m along the route, for {:.1f} s\n", visit.name,
-                        visit.arc_length_m, visit.stood_s);
+    text += fmt::format("stopped at station '{}', {:.2f} m along the route, for {:.1f} s\n", visit.name,
+                        visit.arc_length_m, visit.dwell_s);
   if (end.frames > 0)
     text += fmt::format("two or more tags in view {:.1f} % of the time\n",
                         100.0 * end.frames_with_two_tags / end.frames);
-  if (const std::string missed = missed_words(end); !missed.empty()) text += missed + "\n";
+  if (const std::string missed = missed_text(end); !missed.empty()) text += missed + "\n";
   if (!report.judgement) return text;
   const ReplayJudgement& j = *report.judgement;
   return text + fmt::format(
-                    "by the truth: {} completed, {:.2f} m driven\n"
-                    "  from the route       {:.3f} m rmse, {:.3f} m 95 %, {:.3f} m worst\n"
-                    "  heading              {:.2f} deg rmse\n"
-                    "  nearest to a tag     {:.3f} m from the hull\n",
+                    "by ground truth: {} completed, {:.2f} m driven\n"
+                    "  cross-track error    {:.3f} m rmse, {:.3f} m 95 %, {:.3f} m max\n"
+                    "  heading error        {:.2f} deg rmse\n"
+                    "  nearest tag          {:.3f} m from the hull\n",
                     counted(j.laps_completed, "lap"), j.distance_m, j.cross_track_rmse_m, j.cross_track_p95_m,
                     j.cross_track_max_m, j.heading_rmse_deg, j.min_clearance_m);
 }
 
 bool succeeded(const ReplayReport& report) { return report.end.finished; }
 
-namespace {
-
-nlohmann::ordered_json visits_json(const ReplayReport& report) {
-  auto visits = nlohmann::ordered_json::array();
-  for (const StationVisit& visit : report.visits)
-    visits.push_back({{"name", visit.name},
-                      {"arc_length_m", visit.arc_length_m},
-                      {"arrived_s", to_seconds(visit.arrived.time_since_epoch())},
-                      {"stood_s", visit.stood_s}});
-  return visits;
+ReportFields fields(const StationVisit& visit) {
+  return {{"name", "Name of the station", visit.name},
+          {"arc_length_m", "Position along the route", visit.arc_length_m},
+          {"arrived_s", "Time of arrival by the robot's clock", to_seconds(visit.arrived.time_since_epoch())},
+          {"stood_s", "Time from arrival to departure", visit.dwell_s}};
 }
 
-}  // namespace
-
-nlohmann::ordered_json to_json(const ReplayReport& report) {
+ReportFields fields(const ReplayReport& report) {
   const ReplayEnd& end = report.end;
-  const auto judged = [&](auto member) -> nlohmann::ordered_json {
-    if (!report.judgement) return nullptr;
-    return (*report.judgement).*member;
-  };
+  const std::optional<ReplayJudgement>& judged = report.judgement;
   const double two_tags = end.frames > 0 ? static_cast<double>(end.frames_with_two_tags) / end.frames : 0.0;
-  return {{"laps_completed", judged(&ReplayJudgement::laps_completed)},
-          {"finished", end.finished},
-          {"reason", end.reason},
-          {"cross_track_rmse_m", judged(&ReplayJudgement::cross_track_rmse_m)},
-          {"cross_track_p95_m", judged(&ReplayJudgement::cross_track_p95_m)},
-          {"cross_track_max_m", judged(&ReplayJudgement::cross_track_max_m)},
-          {"heading_rmse_deg", judged(&ReplayJudgement::heading_rmse_deg)},
-          {"min_clearance_m", judged(&ReplayJudgement::min_clearance_m)},
-          {"two_tags_fraction", two_tags},
-          {"missed_tags", missed_json(end)},
-          {"stops", end.stops},
-          {"distance_m", judged(&ReplayJudgement::distance_m)},
-          {"lap_s", end.lap_s},
-          {"stations", visits_json(report)},
-          {"wall_s", report.wall_s},
-          {"warnings", report.warnings}};
+  return {
+      {"laps_completed", "Whole laps along the taught path", part(judged, &ReplayJudgement::laps_completed)},
+      {"finished", "Whether the robot drove all requested laps", end.finished},
+      {"reason", "Why the robot did not drive to the end; empty otherwise", end.reason},
+      {"cross_track_rmse_m",
+       "Distance of the base from the true path of the taught lap (or the route), root mean square",
+       part(judged, &ReplayJudgement::cross_track_rmse_m)},
+      {"cross_track_p95_m", "95th percentile of this distance",
+       part(judged, &ReplayJudgement::cross_track_p95_m)},
+      {"cross_track_max_m", "Largest of these distances", part(judged, &ReplayJudgement::cross_track_max_m)},
+      {"heading_rmse_deg", "Heading relative to the taught heading at the nearest point, root mean square",
+       part(judged, &ReplayJudgement::heading_rmse_deg)},
+      {"min_clearance_m", "3D distance from the hull to the nearest tag",
+       part(judged, &ReplayJudgement::min_clearance_m)},
+      {"two_tags_fraction", "Share of the frames with two or more tags", two_tags},
+      {"missed_tags", "Tags expected from map and pose but not detected, in all images that Waymark searches",
+       missed_fields(end)},
+      {"stops", "How often the limiter stopped the robot", end.stops},
+      {"distance_m", "Driven distance", part(judged, &ReplayJudgement::distance_m)},
+      {"lap_s", "Duration of the replay by the robot's clock", end.lap_s},
+      {"stations", "One entry per stop at a station", report.visits},
+      {"wall_s", "Duration of the run", report.wall_s},
+      {"warnings", "Warnings about the replay, one sentence each", report.warnings}};
 }
 
 }  // namespace waymark

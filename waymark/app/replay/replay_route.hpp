@@ -9,10 +9,9 @@
 #include <utility>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/app/common/replay_setup.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/app/live/robot_setup.hpp"
 #include "waymark/app/live/start_recording.hpp"
 #include "waymark/base/error.hpp"
@@ -25,17 +24,16 @@
 
 namespace waymark {
 
-/// A pause at a station that a replay made.
+/// A stop of a replay at a station.
 struct StationVisit {
   std::string name{};
   double arc_length_m = 0;
   SensorTime arrived{};
-  double stood_s = 0;
+  double dwell_s = 0;
 };
 
-/// What a replay says and writes down while it goes on: where it stands and why, and that it goes on. In
-/// words on the terminal for stations; in the recording as /diagnostics, one message each time the state
-/// changes.
+/// Reports the state of a replay: stops at stations as notes, each change of state as a /diagnostics message
+/// in the recording.
 class ReplayNotes {
  public:
   explicit ReplayNotes(const JobControl& control) : control_(control) {}
@@ -52,11 +50,10 @@ class ReplayNotes {
   std::vector<StationVisit> visits_;
 };
 
-/// What is kept and shown of a replay as it is driven: the recording, the true path, the stations, a live
-/// line.
+/// Output of a running replay: the recording, the true path, the stations, a progress line.
 class ReplayLog {
  public:
-  /// `images`: how pictures are recorded (raw, jpeg; empty: not at all).
+  /// `images`: format of recorded images (raw, jpeg; empty: not recorded).
   ReplayLog(std::optional<SampleRecorder> recorder, std::string images, double goal_m,
             const JobControl& control)
       : recorder_(std::move(recorder)),
@@ -67,7 +64,7 @@ class ReplayLog {
 
   Status on_sample(const Sample& sample);
   Status on_step(SensorTime now, const ReplayStep& step);
-  /// This log as the listener of a session.
+  /// The listener of a session for this log, which must outlive it.
   [[nodiscard]] ReplayListener listener();
   /// Closes the recording.
   Status close();
@@ -87,31 +84,31 @@ class ReplayLog {
 class LiveFeed;
 
 struct ReplayJob {
-  std::filesystem::path folder;  ///< with map.yaml and route.yaml
-  std::string route{};           ///< name of another route of the folder (route-NAME.yaml)
+  std::filesystem::path folder;  ///< contains map.yaml and route.yaml
+  std::string route{};           ///< name of another route in the folder (route-NAME.yaml)
   LocalizationKind method = LocalizationKind::Riekf;
   std::string output{};  ///< recording to write; empty: none
-  bool durable = false;  ///< of the recording: also a power cut loses at most a second
-  std::string images{};  ///< how pictures are recorded: raw, jpeg; empty: not at all
-  std::string taught{};  ///< recording of the lap to judge against; empty: the truth of the route's own lap
-                         ///< in the folder; a route without one (an optimised one) is held against itself
+  bool durable = false;  ///< recording: a power cut loses at most one second
+  std::string images{};  ///< format of recorded images: raw, jpeg; empty: not recorded
+  std::string taught{};  ///< recording of the lap for the evaluation; empty: the ground truth of the route's
+                         ///< lap in the folder; a route without it (an optimised one) is its own reference
   RiekfOptions filter{};
   AnchorOptions anchor{};
   ReplayOptions replay{};                    ///< laps, controller, limits
   std::optional<Calibration> calibration{};  ///< of the robot's camera
-  LiveFeed* feed = nullptr;                  ///< of viewers, if there are any
+  LiveFeed* feed = nullptr;                  ///< for viewers; may be nullptr
 };
 
-/// What a user says of a replay, but options.
-struct ReplayWords {
+/// A replay as requested by the user, without option structs.
+struct ReplayRequest {
   ReplayJob job{};
-  std::string method = "riekf";         ///< as choose_replay() has it ...
-  std::string controller = "follower";  ///< ... both
+  std::string method = "riekf";         ///< parsed by choose_replay()
+  std::string controller = "follower";  ///< parsed by choose_replay()
   std::string calibration{};            ///< calibration.yaml; empty: none
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.job.folder, JobField("folder MAP", "Folder that `waymark map` wrote").input().required());
+    visit(self.job.folder, JobField("folder MAP", "Folder written by `waymark map`").input().required());
     visit(self.method, JobField("method NAME",
                                 "Localisation method: riekf (right-invariant extended Kalman filter), ekf "
                                 "(extended Kalman filter) or anchor (nearest tag and odometry)"));
@@ -120,102 +117,104 @@ struct ReplayWords {
                                     "pursuit (pure pursuit) or pose (goal to goal)"));
     visit(self.job.route,
           JobField("route NAME",
-                   "Name of the route to drive, of another lap (`route_name` of `waymark map`) "
-                   "or optimised (`waymark optimize`, which is judged by itself); `waymark "
-                   "routes` lists them. Unless given: the taught route"));
+                   "Name of the route to drive: of another lap (`route_name` of `waymark map`) or of "
+                   "`waymark optimize` (its own reference in the evaluation); `waymark routes` lists "
+                   "them. Default: the taught route"));
     visit(self.calibration, JobField("calibration FILE",
-                                     "Calibration of this robot (calibration.yaml); its yaw gain is the "
-                                     "initial value that the follower learns from"));
+                                     "Calibration of this robot (calibration.yaml); its turn gain is the "
+                                     "initial value of the follower's estimate"));
     visit(self.job.replay.laps, JobField("laps NUMBER", "Number of laps of a closed route"));
     visit(self.job.output, JobField("output FILE", "Recording to write of the replay (.mcap)"));
     visit(self.job.images,
           JobField("record_images HOW",
-                   "With `output`: also record the pictures (with `images`, or of a robot that "
+                   "With `output`: also record the images (with `images`, or of a robot that "
                    "sends them): jpeg, or raw, ten times as large")
               .one_of("jpeg,raw")
               .less());
     visit(self.job.durable, JobField("durable", kDurableHelp).less());
-    visit(self.job.taught,
-          JobField("taught FILE",
-                   "Recording of the lap to judge by. Unless given: truth_trajectory.txt of the folder")
-              .less());
+    visit(
+        self.job.taught,
+        JobField("taught FILE", "Recording of the reference lap. Default: truth_trajectory.txt in the folder")
+            .less());
   }
 };
 
-/// What calibration.yaml knows better than the robot's file: camera and mounting, the filter's scales, and
-/// where the follower begins to learn the turn gain. An empty name changes nothing.
+/// Applies calibration.yaml over the robot's file: camera and mounting, the odometry scales of the filter,
+/// and the initial turn gain of the follower. An empty path changes nothing.
 [[nodiscard]] Status take_calibration(const std::string& path, ReplayJob& job);
 
-/// A method that a replay can use, by name. Fails on a name that is none, and on the smoother, which speaks
-/// of the past.
+/// A localisation method for replays by name. Fails on an unknown name, and on the smoother, whose estimates
+/// are delayed.
 [[nodiscard]] Result<LocalizationKind> parse_replay_method(const std::string& name);
 
-/// Gives the job the method and the controller of these names. Fails also on a number of laps that cannot be.
+/// Sets method and controller of the job by name. Fails also on an invalid number of laps.
 [[nodiscard]] Status choose_replay(const std::string& method, const std::string& controller, ReplayJob& job);
-/// Fails on what a recording is asked to hold, where none is written or there are no pictures.
+/// Fails if images are to be recorded without a recording or without images.
 [[nodiscard]] Status check_recording(const ReplayJob& job, const RobotSetup& setup);
 
-/// What a replay needs from its files.
+/// The files of a replay.
 struct ReplayFiles : MapFolder {
-  Trajectory taught{};  ///< the true way of the teach lap; empty when not known
+  Trajectory taught{};  ///< true path of the teach lap; empty: unknown
 };
 
-/// Reads the folder of the job; fails in words.
+/// Reads the folder of the job.
 [[nodiscard]] Result<ReplayFiles> load_replay(const ReplayJob& job, const JobControl& control);
-/// Fails when several laps, or a part of one, are asked for on an open route, and on a speed that is too slow
-/// to be told from standing.
+/// Fails on more or less than one lap of an open route, and on a speed that cannot be distinguished from
+/// zero.
 [[nodiscard]] Status check_drive(const ReplayJob& job, const Route& route);
-/// How the job drives a robot.
+/// The setup of the Replayer for this job.
 [[nodiscard]] ReplayerSetup replayer_setup(const ReplayJob& job);
 
 struct ReplayReport {
   ReplayEnd end{};
   double route_length_m = 0;
   Trajectory true_path{};
-  Trajectory taught_path{};                    ///< empty when not known
-  std::optional<ReplayJudgement> judgement{};  ///< nothing when there is nothing to judge, or against
+  Trajectory taught_path{};                    ///< empty: unknown
+  std::optional<ReplayJudgement> judgement{};  ///< nothing without ground truth of replay and teach lap
   std::vector<StationVisit> visits{};
   std::vector<std::string> warnings{};
-  double allowed_s = 0;  ///< simulated time after which it would have been given up
+  double allowed_s = 0;  ///< limit of simulated time, after which the replay is aborted
   double wall_s = 0;
 };
 
-/// How far a replay of the job goes along its route.
+/// Distance along the route that a replay of the job drives [m].
 [[nodiscard]] double goal_m(const Route& route, const ReplayJob& job);
 
-/// Simulated time after which a replay of the job is given up: three times what the asked speed and the
-/// stations take, or what 0.05 m/s takes where that is longer, and a minute.
+/// Simulated time after which a replay is aborted: one minute plus three times the time for the requested
+/// speed and the stations, or plus the time at 0.05 m/s if that is longer.
 [[nodiscard]] double time_allowed_s(const Route& route, const ReplayJob& job, const RobotModel& robot);
 
-/// The job with a limiter that lets no more than this speed pass.
-[[nodiscard]] ReplayJob slowed(ReplayJob job, double most_m_s);
-/// What is asked for and will not be driven: faster than the limiter lets pass, or than the robot is.
+/// The job with the limiter's maximum speed reduced to this speed.
+[[nodiscard]] ReplayJob slowed(ReplayJob job, double max_speed_m_s);
+/// Warnings about requested speeds above the limit of the limiter or of the robot.
 [[nodiscard]] std::vector<std::string> speed_warnings(const ReplayJob& job, const Route& route,
                                                       const RobotModel& robot);
 
-/// The recording that the job asks for, with the map and the route it is driven by; nothing when it asks for
-/// none.
+/// Begins the requested recording, with map and route as attachments; nothing if none is requested.
 [[nodiscard]] Result<std::optional<SampleRecorder>> record_replay(const RobotSetup& setup,
                                                                   const ReplayJob& job);
-/// Compares the true path with the taught one, or warns why that cannot be.
+/// Compares the true path with the taught path, or adds a warning why that is impossible.
 void judge(const RobotSetup& setup, ReplayReport& report);
 
-/// Lets the robot of the setup, simulated or a process, drive the route of the folder.
+/// Drives the route of the folder with the robot of the setup, simulated or a process.
 [[nodiscard]] Result<ReplayReport> replay_route(const RobotSetup& setup, const ReplayJob& job,
                                                 const JobControl& control);
 
-/// A state and why: "stopped: a tag is near". A reason that begins with the state stands alone.
+/// State and reason: "stopped: a tag is near". If the reason begins with the state, only the reason.
 [[nodiscard]] std::string with_reason(std::string_view state, std::string_view reason);
 
-/// How it ended, in words: "stopped after 3.10 m of a route of 17.40 m: …". `stopped_by`: who cancels.
+/// The end as text: "stopped 3.10 m along a route of 17.40 m: …". `stopped_by`: who cancelled.
 [[nodiscard]] std::string ending(const ReplayReport& report, std::string_view stopped_by = "its caller");
-/// The same with stops, stations and the judgement, a line each.
+/// The same with one line each for stops, stations and errors.
 [[nodiscard]] std::string to_text(const ReplayReport& report, std::string_view stopped_by = "its caller");
-/// Whether the robot drove the laps it was asked to.
+/// Whether the robot drove all requested laps.
 [[nodiscard]] bool succeeded(const ReplayReport& report);
-[[nodiscard]] nlohmann::ordered_json to_json(const ReplayReport& report);
+/// The keys of `json`; errors are null without ground truth.
 
-/// A replay on a robot that is a process, with everything it stands on.
+[[nodiscard]] ReportFields fields(const ReplayReport& report);
+[[nodiscard]] ReportFields fields(const StationVisit& visit);
+
+/// A replay with a robot process, and the objects that it needs.
 class LiveReplay {
  public:
   /// `on_step`: called with each decision before it is recorded.
@@ -225,13 +224,13 @@ class LiveReplay {
                                                   SessionRequests requests = no_requests());
 
   [[nodiscard]] ReplaySession& session() { return *session_; }
-  /// Closes the recording, and says what came of it, judged where the truth is known.
+  /// Closes the recording and returns the report, with errors if the ground truth is known.
   [[nodiscard]] Result<ReplayReport> finish(const ReplayEnd& end);
 
  private:
-  LiveReplay(RobotSetup known, const ReplayFiles& files) : known_(std::move(known)), files_(files) {}
+  LiveReplay(RobotSetup setup, const ReplayFiles& files) : setup_(std::move(setup)), files_(files) {}
 
-  RobotSetup known_;  ///< with the tags of the map, where its world is not known
+  RobotSetup setup_;  ///< contains the map tags if the world is unknown
   const ReplayFiles& files_;
   std::unique_ptr<Replayer> replayer_{};
   std::unique_ptr<ReplayLog> log_{};

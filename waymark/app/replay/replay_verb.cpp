@@ -10,16 +10,16 @@
 namespace waymark::cli {
 namespace {
 
-struct ReplayArgs : ReplayWords {
+struct ReplayArgs : ReplayRequest {
   explicit ReplayArgs(CLI::App& verb)
       : settings(verb),
         setup(verb, {}, true, "robot.yaml of the map's folder, "),
         pictures(settings, Reach::SettingsOnly),
         options(settings, Reach::Flags) {
     add_fields(verb, live);
-    add_fields(verb, static_cast<ReplayWords&>(*this));
+    add_fields(verb, static_cast<ReplayRequest&>(*this));
     verb.get_option("--output")->transform(recording_name());
-    verb.add_flag("--json", json, "One JSON object instead of words");
+    verb.add_flag("--json", json, "Print one JSON object instead of text");
   }
 
   Settings settings;
@@ -30,19 +30,20 @@ struct ReplayArgs : ReplayWords {
   bool json = false;
 };
 
-/// The robot in its world; fails on flags that have no effect on it.
+/// The robot in its world; fails on flags without effect.
 Result<RobotSetup> make_setup(const ReplayArgs& args) {
   Result<RobotSetup> made = args.pictures.apply(args.setup.make(robot_file_in(args.job.folder)));
   if (!made) return made;
   Refusals refused(args.settings.app());
   refuse_seed(!made->process.empty(), refused);
-  refused.flags(args.job.output.empty(), {"durable"}, "nothing is recorded", "Add -o FILE, or leave it out.");
+  refused.fields(args.job.output.empty(), {"durable"}, "has no effect without a recording",
+                 "Add `output=FILE`, or omit `durable`.");
   const Status status = refused.status() ? check_recording(args.job, *made) : refused.status();
   if (!status) return tl::unexpected(status.error());
   return made;
 }
 
-/// The job, whose calibration is known, with the options that were given, which count more.
+/// The job with its calibration, overridden by the given options.
 Result<ReplayJob> job_of(const ReplayArgs& args, ReplayJob calibrated) {
   Status status = choose_replay(args.method, args.controller, calibrated);
   if (status) status = args.options.apply(calibrated);
@@ -51,10 +52,10 @@ Result<ReplayJob> job_of(const ReplayArgs& args, ReplayJob calibrated) {
 }
 
 ExitCode replay(const ReplayArgs& args, Console& console) {
-  if (const auto known = job_of(args, args.job); !known)  // before files are read
-    return fail_usage(known.error(), console);
+  if (const auto usable = job_of(args, args.job); !usable)  // before files are read
+    return fail_usage(usable.error(), console);
   if (const Status there = check_map_folder(args.job.folder); !there && args.setup.lacks_world())
-    return console.failed(there.error(), ExitCode::SomeFailed);  // a world would not help
+    return console.failed(there.error(), ExitCode::SomeFailed);  // before asking for a world
   const Result<RobotSetup> setup = make_setup(args);
   if (!setup) return fail_usage(setup.error(), console);
   ReplayJob calibrated = args.job;
@@ -69,7 +70,7 @@ ExitCode replay(const ReplayArgs& args, Console& console) {
       setup->process.empty() ? nullptr : listen_for_stop("replay of " + args.job.folder.string(), console);
   const Result<ReplayReport> report = replay_route(*setup, *job, control_from(console));
   if (!report) return fail_with(report.error(), console);
-  console.print(args.json ? json_line(to_json(*report)) : to_text(*report, interrupted_by()));
+  console.print(args.json ? json_line(fields(*report)) : to_text(*report, interrupted_by()));
   for (const std::string& warning : report->warnings) console.say("warning: " + warning);
   if (!succeeded(*report)) console.say(ending(*report, interrupted_by()));
   if (report->end.interrupted) return ExitCode::Interrupted;
@@ -83,17 +84,15 @@ Verb replay_verb() {
       .name = "replay",
       .sentence = "Replay a taught route autonomously",
       .help =
-          R"(The robot starts where the taught lap began, looks for tags of the map, and follows the route. A limiter
-has the last word before the motors: it stops the robot, and says why, when odometry or gyro are old, the
-place is not known well enough, the route is far, a tag or something the lidar sees is near; it drives on when
-the reason is gone, and is given up after five seconds. A robot that was carried and a clock that jumped are
-stops that last. docs/concepts/replay.md explains the controllers and the limits. The judgement is by the truth alone: the base's true way against that of the teach lap.
-Keys of --json: docs/reference/cli.md.
-
---robot process:CMD drives any robot that a program of yours speaks for (docs/formats/robot-process.md), in
-real time and behind a watchdog: a process of its own that stops the robot when this one is gone or silent.
-
-Exit code: 0 all laps were driven, 1 refused, stopped on the way, or a file was unusable (said in words),
+          R"(The robot starts where the taught lap began, searches for map tags, and follows the route. A limiter checks each
+command. It stops the robot and prints the reason if odometry or gyro data are old, the position is uncertain,
+the robot is too far from the route, or a tag or an obstacle is too close. The robot resumes when the cause is
+gone; after five seconds the replay is aborted. A robot moved by hand or a clock jump ends the replay.
+docs/concepts/replay.md explains the controllers and the limits. Errors are reported only with ground truth: the
+path of the base compared with that of the teach lap.
+--robot process:CMD drives any robot with a driver program (docs/formats/robot-process.md), in real time. A
+watchdog in another process stops the robot if this one ends or does not respond.
+Exit code: 0 all laps were driven, 1 refused, stopped early, or a file was unusable (the reason is printed),
 2 wrong usage, 130 stopped by Ctrl-C.
 
 Examples:
@@ -103,7 +102,8 @@ Examples:
   waymark replay map --world circuit24 --controller pursuit --speed-m-s 0.4
   waymark replay map --robot "process:python3 my_robot.py" --robot-file my_robot.yaml
 )",
-      .prepare = prepared(replay)};
+      .prepare = prepared(replay),
+      .report = report_of<ReplayReport>};
 }
 
 }  // namespace waymark::cli

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 constexpr double kSame_m = 1e-3;
 constexpr double kSame_deg = 0.1;
-constexpr double kSameShare = 0.01;  // of a focal length
+constexpr double kSameShare = 0.01;  // relative to the focal length
 
 bool differ(double a, double b) { return std::abs(a - b) > kSame_m; }
 
@@ -56,19 +56,19 @@ std::vector<std::string> robot_differences(const RobotDescription& taught, const
   return found;
 }
 
-std::vector<std::string> other_robot_words(const RobotSetup& setup, const fs::path& map_folder) {
+std::vector<std::string> robot_difference_warnings(const RobotSetup& setup, const fs::path& map_folder) {
   const fs::path taught = map_folder / "robot.yaml";
   std::error_code ignored;
   if (!fs::exists(taught, ignored)) return {};
   const std::string name = printable(setup.simulated.model.name);
   if (!fs::equivalent(taught, setup.robot_path, ignored)) {
     const auto other = read_robot(taught);
-    if (!other) return {};  // said where it is needed
+    if (!other) return {};  // the code that needs the file reports the error
     const auto found = robot_differences(*other, setup.robot());
     if (found.empty()) return {};
     return {
         fmt::format("the lap of this map was driven by another robot: {} differs from {} in {}. The map "
-                    "holds; body and camera are those of {}",
+                    "is valid; body and camera are those of {}",
                     setup.robot_path, taught.string(), fmt::join(found, ", "), name)};
   }
   const auto usual = find_shared("robots", setup.usual_robot_file);
@@ -78,8 +78,8 @@ std::vector<std::string> other_robot_words(const RobotSetup& setup, const fs::pa
   const auto found = robot_differences(*other, setup.robot());
   if (found.empty()) return {};
   return {
-      fmt::format("body and camera are those of the robot that was taught ({}: {}), which differs from "
-                  "'{}' in {}. Where this is a {}: `robot_file={}`",
+      fmt::format("body and camera are those of the taught robot ({}: {}), which differs from "
+                  "'{}' in {}. If this robot is a {}, give `robot_file={}`",
                   taught.string(), name, setup.usual_robot_file, fmt::join(found, ", "),
                   setup.usual_robot_file, setup.usual_robot_file)};
 }

@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
 #include "waymark/app/live/robot_kinds.hpp"
 #include "waymark/app/live/robot_setup.hpp"
 #include "waymark/config/text_file.hpp"
@@ -17,7 +18,7 @@ namespace fs = std::filesystem;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-TEST(RobotDifference, NamesWhatAReplayRestsOn) {
+TEST(RobotDifference, NamesPropertiesThatAffectAReplay) {
   const RobotDescription limo = load_setup("", "limo", 1)->robot();
   EXPECT_THAT(robot_differences(limo, limo), ElementsAre());
   EXPECT_THAT(robot_differences(limo, load_setup("", "limo-gazebo", 1)->robot()), ElementsAre("camera"));
@@ -29,22 +30,24 @@ TEST(RobotDifference, NamesWhatAReplayRestsOn) {
   EXPECT_THAT(robot_differences(limo, tilted), ElementsAre(HasSubstr("2.9 deg")));
 }
 
-TEST(RobotDifference, IsSaidBeforeAReplay) {
-  const fs::path map = fs::temp_directory_path() / fmt::format("waymark_other_robot_{}", getpid());
+TEST(RobotDifference, IsReportedBeforeAReplay) {
+  const fs::path map = fs::temp_directory_path() / fmt::format("waymark-other-robot-{}", getpid());
   fs::create_directories(map);
   const RobotSetup limo = load_setup("", "limo", 1).value();
   RobotSetup mbot = load_setup("", "mbot", 1).value();
-  EXPECT_THAT(other_robot_words(mbot, map), ElementsAre()) << "nobody knows by which robot it was taught";
+  EXPECT_THAT(robot_difference_warnings(mbot, map), ElementsAre()) << "the taught robot is unknown";
   ASSERT_TRUE(write_text_file(map / "robot.yaml", limo.robot_yaml));
-  EXPECT_THAT(other_robot_words(limo, map), ElementsAre()) << "the same robot, from another file";
-  EXPECT_THAT(other_robot_words(mbot, map), ElementsAre(HasSubstr("driven by another robot")));
+  EXPECT_THAT(robot_difference_warnings(limo, map), ElementsAre()) << "the same robot, from another file";
+  const auto other = robot_difference_warnings(mbot, map);
+  ASSERT_THAT(other, ElementsAre(HasSubstr("hull, wheels, camera")));
   const auto kind = load_kind("mbot:", "", (map / "robot.yaml").string(), 1);
   ASSERT_TRUE(kind && *kind);
-  EXPECT_THAT(other_robot_words(**kind, map),
-              ElementsAre(HasSubstr("Where this is a mbot: `robot_file=mbot`")));
+  EXPECT_THAT(robot_difference_warnings(**kind, map), ElementsAre(HasSubstr("`robot_file=mbot`")));
+  testing::expect_on_page("replay", robot_difference_warnings(**kind, map).front());
+
   const auto own = load_kind("limo:/dev/ttyTHS1", "", (map / "robot.yaml").string(), 1);
   ASSERT_TRUE(own && *own);
-  EXPECT_THAT(other_robot_words(**own, map), ElementsAre());
+  EXPECT_THAT(robot_difference_warnings(**own, map), ElementsAre());
   fs::remove_all(map);
 }
 

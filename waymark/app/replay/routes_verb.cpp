@@ -6,18 +6,17 @@ namespace {
 
 struct RoutesArgs : JobArgs<RoutesJob> {
   explicit RoutesArgs(CLI::App& app)
-      : JobArgs(app, "One JSON object a route instead of words"), given(given_on(app)) {}
+      : JobArgs(app, "Print one JSON object per route instead of text"), given(given_on(app)) {}
 
-  GivenFlags given;
+  GivenFields given;
 };
 
 ExitCode routes(const RoutesArgs& args, Console& console) {
   RoutesJob job = args.job;
-  if (args.given("route") && !job.route) job.route = "";  // an empty name: the taught one
+  if (args.given("route") && !job.route) job.route = "";  // an empty name: the taught route
   const Result<NamedRoutes> found = edit_routes(job);
   if (!found) return fail_with(found.error(), console);
-  for (const auto& [name, route] : *found)
-    console.print(args.json ? json_line(to_json(name, route)) : to_text(name, route));
+  for (const NamedRoute& named : *found) console.print(args.json ? json_line(fields(named)) : to_text(named));
   return ExitCode::Ok;
 }
 
@@ -28,9 +27,9 @@ Verb routes_verb() {
       .name = "routes",
       .sentence = "List the routes of a map, and edit the stations on them",
       .help =
-          R"(The taught route is route.yaml, those with a name are route-NAME.yaml: laps that `waymark map --extend MAP
---route-name NAME` added, and what `waymark optimize` made. `waymark replay MAP --route NAME` drives one.
-At a station the robot stops, stands for the pause, and goes on by itself; on a closed route in every lap.
+          R"(The taught route is route.yaml. Routes with a name are route-NAME.yaml: laps added by `waymark map --extend MAP
+--route-name NAME`, and routes of `waymark optimize`. `waymark replay MAP --route NAME` drives one of them.
+At a station the robot stops for the dwell time and continues by itself, on a closed route in every lap.
 
 Exit code: 0 done, 1 a file was unusable, 2 wrong usage.
 
@@ -40,7 +39,8 @@ Examples:
   waymark routes map --route kitchen --station door --at-tag 7
   waymark routes map --remove-station shelf
 )",
-      .prepare = prepared(routes)};
+      .prepare = prepared(routes),
+      .report = report_of<NamedRoute>};
 }
 
 }  // namespace waymark::cli

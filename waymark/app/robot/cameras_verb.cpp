@@ -6,7 +6,7 @@ namespace {
 
 struct CamerasArgs : JobArgs<CamerasJob> {
   explicit CamerasArgs(CLI::App& app)
-      : JobArgs(app, "One JSON object instead of a list, with all controls") {}
+      : JobArgs(app, "Print one JSON object instead of a list, with all controls") {}
 };
 
 ExitCode list(const CamerasArgs& args, Console& console) {
@@ -14,7 +14,7 @@ ExitCode list(const CamerasArgs& args, Console& console) {
   if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
   if (args.json) console.print(json_line(fields(*report)));
   if (report->cameras.empty())
-    console.say("this computer has no camera: none of /dev/video* delivers pictures");
+    console.say("this computer has no camera: none of /dev/video* delivers images");
   else if (!args.json)
     console.print(to_text(*report, args.job.controls));
   return ExitCode::Ok;
@@ -27,13 +27,12 @@ Verb cameras_verb() {
       .name = "cameras",
       .sentence = "List the cameras of this computer, with their formats and controls",
       .help =
-          R"(Each device with its name, its link that stays the same whatever the socket (/dev/v4l/by-id), formats,
-sizes, rates and the controls that matter for measuring. Addresses of cameras, for `waymark detect`, `waymark
-convert` and --camera-source, are v4l2: and the device, and behind it, with commas: size=1280x720, rate=30,
-format=MJPG (GREY, NV12, YUYV, UYVY), any control by its name (exposure_ms=5, gain=20), and lock, which switches
-the automatic modes of exposure, gain, focus and white balance off.
-
-Exit code: 0 listed (also where there is none), 1 the device that was named cannot be used, 2 wrong usage.
+          R"(Lists each device with its name, its link in /dev/v4l/by-id (independent of the USB socket), formats, sizes,
+rates, and the controls that matter for measurements. A camera address, for `waymark detect`, `waymark convert` and
+--camera-source, is v4l2: and the device, then comma-separated options: size=1280x720, rate=30, format=MJPG (GREY,
+NV12, YUYV, UYVY), any control by its name (exposure_ms=5, gain=20), and lock, which switches off the automatic
+modes of exposure, gain, focus and white balance.
+Exit code: 0 listed (also without a camera), 1 the given device cannot be used, 2 wrong usage.
 
 Examples:
   waymark cameras

@@ -22,34 +22,39 @@ class GazeboRobotSim {
 
   Status run(const JobControl& control) {
     const auto& should_stop = control.cancelled;
-    if (Status alone = nobody_simulates(); !alone) return alone;
+    if (Status alone = check_no_other_simulation(); !alone) return alone;
     constexpr int kNewest = 1;
     if (const auto orders = link_.subscribe(profile_.command_topic, kNewest); !orders)
       return tl::unexpected(orders.error());
     Status status;
     for (const GazeboSubscription& one : subscriptions_of(profile_))
       if (status) status = advertise(one);
+    if (status)
+      control.note(
+          fmt::format("publishing {} and the other topics of the profile, obeying {}, until Ctrl-C; "
+                      "waiting for a driver; {}",
+                      profile_.odometry_topic, profile_.command_topic, link_.where()));
     PlantPace pace(steady_now, plant_.uptime(), control.note);
     while (status && !should_stop()) {
       const auto sample = plant_.next();
-      status = sample ? say_sample(*sample) : tl::unexpected(sample.error());
-      if (status) status = say(GazeboKind::Clock, GazeboClock{plant_.now()});
+      status = sample ? publish_sample(*sample) : tl::unexpected(sample.error());
+      if (status) status = publish_item(GazeboKind::Clock, GazeboClock{plant_.now()});
       wait(pace, should_stop);
     }
     return should_stop() ? Status() : status;
   }
 
  private:
-  /// Before anything is published: two simulations on the same topics would be one robot that jumps.
-  Status nobody_simulates() {
+  /// Checked before publishing: two simulations on the same topics would look like one robot that jumps.
+  Status check_no_other_simulation() {
     for (const GazeboTopic& topic : link_.topics()) {
       if (topic.name != profile_.odometry_topic) continue;
       return fail(
           ErrorCode::InvalidArgument,
-          fmt::format("another program publishes this topic already, at {}; {}",
+          fmt::format("another program already publishes this topic, at {}; {}",
                       fmt::join(link_.publishers(topic.name), ", "), link_.where()),
           {.source = topic.name},
-          "End that simulation, or set IGN_PARTITION to another name for this one and for its driver.");
+          "End that simulation, or set IGN_PARTITION to another name for this simulation and its driver.");
     }
     return {};
   }
@@ -84,28 +89,30 @@ class GazeboRobotSim {
     return GazeboClock{};
   }
 
-  /// What the profile does not name is not sent.
-  Status say(GazeboKind kind, const GazeboValue& value) {
+  /// Publishes the value, if the profile names a topic for it.
+  Status publish_item(GazeboKind kind, const GazeboValue& value) {
     const auto known = publishers_.find(kind);
     return known == publishers_.end() ? Status() : link_.publish(known->second, value);
   }
 
-  Status say_sample(const Sample& sample) {
-    if (const auto* odometry = std::get_if<Odometry>(&sample)) return say(GazeboKind::Odometry, *odometry);
-    if (const auto* imu = std::get_if<ImuSample>(&sample)) return say(GazeboKind::Imu, *imu);
-    if (const auto* scan = std::get_if<LaserScan>(&sample)) return say(GazeboKind::Scan, *scan);
+  Status publish_sample(const Sample& sample) {
+    if (const auto* odometry = std::get_if<Odometry>(&sample))
+      return publish_item(GazeboKind::Odometry, *odometry);
+    if (const auto* imu = std::get_if<ImuSample>(&sample)) return publish_item(GazeboKind::Imu, *imu);
+    if (const auto* scan = std::get_if<LaserScan>(&sample)) return publish_item(GazeboKind::Scan, *scan);
     if (const auto* truth = std::get_if<TruthPose>(&sample))
-      return say(GazeboKind::Truth, GazeboPoses{truth->stamp, {{profile_.truth_model, truth->map_T_base}}});
+      return publish_item(GazeboKind::Truth,
+                          GazeboPoses{truth->stamp, {{profile_.truth_model, truth->map_T_base}}});
     if (const auto* frame = std::get_if<CameraFrame>(&sample)) return take_picture(*frame);
     return {};
   }
 
   Status take_picture(const CameraFrame& frame) {
-    Status status = say(GazeboKind::CameraInfo, GazeboCamera{frame.stamp, camera_});
-    return status ? say(GazeboKind::Image, frame) : status;
+    Status status = publish_item(GazeboKind::CameraInfo, GazeboCamera{frame.stamp, camera_});
+    return status ? publish_item(GazeboKind::Image, frame) : status;
   }
 
-  /// Until real time is where the simulation is; a busy computer makes the simulation slower.
+  /// Waits until real time reaches simulated time; on a busy computer the simulation runs slower.
   void wait(PlantPace& pace, const std::function<bool()>& should_stop) {
     pace.leave_out(plant_.uptime());
     do {

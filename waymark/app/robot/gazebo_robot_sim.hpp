@@ -11,7 +11,7 @@
 namespace waymark {
 
 struct GazeboSimOptions {
-  std::string profile{};  ///< a name, or the path of a .yaml file
+  std::string profile{};  ///< name, or path of a .yaml file
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -22,10 +22,10 @@ struct GazeboSimOptions {
   }
 };
 
-/// Runs a plant with this camera on the network of Gazebo, until it is cancelled: it publishes what a
-/// profile subscribes (pictures, calibration, odometry, IMU, lidar, poses, clock), stamped with simulated
-/// time that runs as fast as real time or slower, and obeys its commands. Of a robot in Gazebo the last one
-/// counts until the next comes: its plant has no watchdog.
+/// Runs a plant with this camera on the network of Gazebo until cancelled. Publishes the topics of the
+/// profile (images, calibration, odometry, IMU, lidar, poses, clock), stamped with simulated time at most as
+/// fast as real time, and obeys its commands. As in Gazebo, a command is valid until the next one: the plant
+/// has no watchdog.
 [[nodiscard]] Status run_gazebo_robot_sim(GazeboLink& link, const GazeboProfile& profile, Plant& plant,
                                           const CameraModel& camera, const JobControl& control);
 

@@ -6,11 +6,11 @@
 namespace waymark::cli {
 namespace {
 
-ExitCode gazebo_robot(const GazeboRobotWords& args, Console& console) {
+ExitCode gazebo_robot(const GazeboRobotSettings& args, Console& console) {
   const auto profile = find_gazebo_profile(args.profile);
-  if (!profile) return console.failed(profile.error(), ExitCode::Usage);
+  if (!profile) return fail_usage(profile.error(), console);
   const auto robot = read_named_robot(args.robot_file.empty() ? profile->robot : args.robot_file);
-  if (!robot) return console.failed(robot.error(), ExitCode::Usage);
+  if (!robot) return fail_usage(robot.error(), console);
   const auto link = open_gazebo();
   if (!link) return console.failed(link.error(), ExitCode::SomeFailed);
   const Status status =
@@ -22,13 +22,13 @@ ExitCode gazebo_robot(const GazeboRobotWords& args, Console& console) {
 Verb gazebo_robot_verb() {
   return {
       .name = "robot",
-      .sentence = "Be the process of a robot in Gazebo: what --robot gazebo:PROFILE starts",
+      .sentence = "Run the process of a robot in Gazebo; --robot gazebo:PROFILE starts it",
       .help =
-          R"(Subscribes the topics of the profile and writes what comes as JSON lines on standard output; reads commands from
-standard input and publishes them (docs/formats/robot-process.md). `waymark teach --robot gazebo:limo` starts it behind
-its watchdog. Alone it shows whether a robot is heard. IGN_PARTITION and IGN_IP say where it looks, as for Gazebo itself.
-
-The hello comes when odometry was heard and no commands of another program for 0.4 s; the input counts from then on.
+          R"(Subscribes to the topics of the profile and writes the messages as JSON lines to standard output; reads commands
+from standard input and publishes them (docs/formats/robot-process.md). `waymark teach --robot gazebo:limo` starts it
+behind its watchdog. Started alone, it shows whether robot data arrive. IGN_PARTITION and IGN_IP select the network,
+as for Gazebo itself. It sends its hello after odometry has arrived, and no commands of another program for 0.4 s;
+earlier input is ignored.
 
 Exit code: 0 its input ended, 1 no odometry within 12 s, another program commands the robot, or no
 module for Gazebo; 2 wrong usage.
@@ -45,16 +45,15 @@ ExitCode gazebo_topics(Console& console) {
   const auto topics = (*link)->topics();
   for (const GazeboTopic& topic : topics) console.print(topic.name + " [" + topic.type + "]\n");
   if (!topics.empty()) return ExitCode::Ok;
-  console.say((*link)->where() + ": nobody publishes anything there");
+  console.say((*link)->where() + ": no program publishes there");
   return ExitCode::SomeFailed;
 }
 
 Verb gazebo_topics_verb() {
   return {.name = "topics",
           .sentence = "List the topics that Gazebo publishes, with their types",
-          .help = R"(Looks where IGN_PARTITION and IGN_IP say, as Gazebo itself does.
-
-Exit code: 0 listed, 1 nobody publishes anything, or no module for Gazebo.
+          .help = R"(IGN_PARTITION and IGN_IP select the network, as for Gazebo itself.
+Exit code: 0 listed, 1 no program publishes, or no module for Gazebo.
 
 Example:
   waymark gazebo topics
@@ -66,7 +65,7 @@ Example:
 
 Verb gazebo_verb() {
   return {.name = "gazebo",
-          .sentence = "Join the network of Gazebo: its topics, a robot's process",
+          .sentence = "Join the network of Gazebo: list topics, run a robot's process",
           .help = "Example:\n  waymark gazebo topics\n",
           .verbs = {gazebo_robot_verb(), gazebo_topics_verb()}};
 }

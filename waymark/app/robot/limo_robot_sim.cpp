@@ -36,11 +36,11 @@ std::string WireFaults::pass(std::span<const std::uint8_t> frame) {
 namespace {
 
 constexpr int kBesideQuality = 92;
-constexpr std::size_t kMostWaiting = std::size_t{1} << 20U;
+constexpr std::size_t kMaxWaitingBytes = std::size_t{1} << 20U;
 constexpr double kBatteryVolts = 11.8;
 constexpr Duration kStatePeriod = std::chrono::milliseconds(100);
 
-/// Both ends of a pseudo-terminal: it does not hang up while no driver has it open.
+/// Keeps both ends of a pseudo-terminal open, so that it does not hang up without a driver.
 struct Terminal {
   Descriptor master;
   Descriptor slave;
@@ -53,12 +53,12 @@ Result<Terminal> make_terminal() {
   std::array<char, 128> path{};
   if (!made.master.open() || ::grantpt(made.master.number()) != 0 || ::unlockpt(made.master.number()) != 0 ||
       ::ptsname_r(made.master.number(), path.data(), path.size()) != 0)
-    return fail(ErrorCode::Unwritable, "this system gives no pseudo-terminal");
+    return fail(ErrorCode::Unwritable, "cannot create a pseudo-terminal");
   made.path = path.data();
   made.slave = Descriptor(::open(path.data(), O_RDWR | O_NOCTTY | O_CLOEXEC));
   termios line{};
   if (!made.slave.open() || ::tcgetattr(made.slave.number(), &line) != 0)
-    return fail(ErrorCode::Unwritable, "the pseudo-terminal cannot be opened", {.source = made.path});
+    return fail(ErrorCode::Unwritable, "cannot open the pseudo-terminal", {.source = made.path});
   ::cfmakeraw(&line);
   (void)::tcsetattr(made.slave.number(), TCSANOW, &line);
   never_wait(made.master.number());
@@ -71,13 +71,13 @@ Result<Descriptor> open_pipe(const std::string& path) {
   struct stat node {};
   Descriptor pipe(::open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
   if (!pipe.open() || ::fstat(pipe.number(), &node) != 0 || !S_ISFIFO(node.st_mode))
-    return fail(ErrorCode::Unwritable, "this is no named pipe, and none can be made", {.source = path},
-                "Name a file that does not exist yet.");
+    return fail(ErrorCode::Unwritable, "not a named pipe, and it cannot be created", {.source = path},
+                "Choose a path that does not exist.");
   if (::flock(pipe.number(), LOCK_EX | LOCK_NB) != 0)
     return fail(ErrorCode::InvalidArgument,
                 "another simulated robot writes to this named pipe" +
                     (holder_of(path).empty() ? "" : ": " + holder_of(path)),
-                {.source = path}, "End it, or name another pipe for this one and for its driver.");
+                {.source = path}, "End that robot, or use another pipe for this robot and its driver.");
   return pipe;
 }
 
@@ -104,7 +104,7 @@ class LimoRobotSim {
       status = sample ? speak(std::move(*sample), pace.left_out()) : tl::unexpected(sample.error());
       write_lines();
       pace.leave_out(plant_.uptime());
-      do {  // until its clock is due, and at least what waits
+      do {  // until the next sample is due, and at least all waiting bytes
         obey(pace.ahead(plant_.uptime()));
       } while (pace.ahead(plant_.uptime()) > Duration(0) && !should_stop());
     }
@@ -131,7 +131,7 @@ class LimoRobotSim {
     }
   }
 
-  /// What the driver does not read in time is lost, as on a wire.
+  /// Drops data that the driver does not read in time, as a wire does.
   void put(const LimoFrame& frame) {
     const std::string bytes = out_.pass(encode(frame));
     std::size_t written = 0;
@@ -140,10 +140,10 @@ class LimoRobotSim {
 
   Status speak(Sample sample, Duration left_out) {
     std::visit([&](auto& value) { value.stamp += switched_on_ + left_out; }, sample);
-    return std::visit([this](const auto& value) { return say(value); }, sample);
+    return std::visit([this](const auto& value) { return publish_item(value); }, sample);
   }
 
-  Status say(const Odometry& odometry) {
+  Status publish_item(const Odometry& odometry) {
     const bool steered = state_.drive == LimoDrive::Ackermann;
     const double curvature = odometry.speed_m_s != 0 ? odometry.yaw_rate_rad_s / odometry.speed_m_s : 0;
     put(encode_motion_feedback({.speed_m_s = odometry.speed_m_s,
@@ -154,11 +154,11 @@ class LimoRobotSim {
     put(encode_state(state_));
     return {};
   }
-  Status say(const WheelTicks& wheels) {
+  Status publish_item(const WheelTicks& wheels) {
     put(encode_odometer({wheel_radius_m_ * wheels.left_rad, wheel_radius_m_ * wheels.right_rad}));
     return {};
   }
-  Status say(const ImuSample& imu) {
+  Status publish_item(const ImuSample& imu) {
     if (imu_at_ != SensorTime()) yaw_rad_ += to_seconds(imu.stamp - imu_at_) * imu.angular_velocity_rad_s.z();
     imu_at_ = imu.stamp;
     put(encode_acceleration(imu.linear_acceleration_m_s2));
@@ -166,7 +166,7 @@ class LimoRobotSim {
     put(encode_attitude({SO2(yaw_rad_).angle(), 0, 0}));
     return {};
   }
-  Status say(const CameraFrame& frame) {
+  Status publish_item(const CameraFrame& frame) {
     if (!pipe_.open()) return {};
     const auto jpeg = encode_jpeg(frame.image, kBesideQuality);
     if (!jpeg) return tl::unexpected(jpeg.error());
@@ -174,7 +174,7 @@ class LimoRobotSim {
     return {};
   }
   template <class Other>
-  Status say(const Other& sample) {
+  Status publish_item(const Other& sample) {
     if (std::string line = to_line(sample); pipe_.open() && !line.empty()) lines_.push(std::move(line));
     return {};
   }
@@ -194,12 +194,12 @@ class LimoRobotSim {
   WireFaults out_;
   WireFaults in_;
   LimoReader reader_{};
-  LineQueue lines_{kMostWaiting};
+  LineQueue lines_{kMaxWaitingBytes};
   LimoState state_{.battery_V = kBatteryVolts};
   SensorTime next_state_{};
   SensorTime imu_at_{};
   double yaw_rad_ = 0;
-  Duration switched_on_{};  ///< by this machine's steady clock
+  Duration switched_on_{};  ///< on this machine's steady clock
 };
 
 }  // namespace

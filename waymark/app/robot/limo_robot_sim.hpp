@@ -14,24 +14,24 @@
 
 namespace waymark {
 
-/// What a bad cable does to the bytes of a serial wire.
+/// Faults of a bad cable on a serial wire.
 struct WireFaultOptions {
-  double noise = 0;    ///< probability of each byte to become another one
-  double dropped = 0;  ///< probability of each byte to be lost
-  double torn = 0;     ///< probability of each frame to lose its end
+  double noise = 0;    ///< probability that a byte is changed
+  double dropped = 0;  ///< probability that a byte is lost
+  double torn = 0;     ///< probability that a frame loses its end
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.noise, JobField("wire_noise FLOAT",
-                               "Probability of each byte of LIMO's wire to become another one", 0.0, 1.0)
-                          .usually("0")
-                          .less());
+    visit(self.noise,
+          JobField("wire_noise FLOAT", "Probability that a byte on LIMO's wire is changed", 0.0, 1.0)
+              .usually("0")
+              .less());
     visit(self.dropped,
-          JobField("wire_dropped FLOAT", "Probability of each byte of LIMO's wire to be lost", 0.0, 1.0)
+          JobField("wire_dropped FLOAT", "Probability that a byte on LIMO's wire is lost", 0.0, 1.0)
               .usually("0")
               .less());
     visit(self.torn,
-          JobField("wire_torn FLOAT", "Probability of each frame of LIMO's wire to lose its end", 0.0, 1.0)
+          JobField("wire_torn FLOAT", "Probability that a frame on LIMO's wire loses its end", 0.0, 1.0)
               .usually("0")
               .less());
   }
@@ -42,7 +42,7 @@ class WireFaults {
  public:
   WireFaults(const WireFaultOptions& options, std::uint64_t seed) : options_(options), random_(seed) {}
 
-  /// A frame as the other end receives it.
+  /// The frame as received at the other end.
   [[nodiscard]] std::string pass(std::span<const std::uint8_t> frame);
 
  private:
@@ -52,25 +52,24 @@ class WireFaults {
 
 struct LimoSimOptions {
   std::string
-      beside{};  ///< named pipe, made where there is none, for what is not on LIMO's wire; empty: none
-  WireFaultOptions faults{};  ///< both ways
+      beside{};  ///< named pipe, created if missing, for data that are not on LIMO's wire; empty: none
+  WireFaultOptions faults{};  ///< in both directions
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.beside,
           JobField("beside FIFO",
-                   "Named pipe for what is not on LIMO's wire: camera, lidar, truth, as lines for "
-                   "`waymark limo robot beside=true`"));
+                   "Named pipe for data that are not on LIMO's wire: camera, lidar, ground truth, as lines "
+                   "for `waymark limo robot beside=true`"));
     WireFaultOptions::fields(self.faults, visit);
   }
 };
 
 /// Runs a plant in real time as a LIMO with the wheels of the setup at the other end of a pseudo-terminal,
-/// until it is cancelled: frames at the rates of its sensors, its state ten times a second. It obeys
-/// after it was asked to (0x421). `on_port` is told the path of the terminal once. Pictures or tags, the
-/// lidar and the truth go to the pipe as lines of a robot process, stamped by this machine's steady clock:
-/// those that nobody reads in time are dropped. The faults of the wire are drawn by the seed of the setup's
-/// robot.
+/// until cancelled: frames at the rates of its sensors, its state at 10 Hz. It obeys commands after it was
+/// requested to (0x421). `on_port` gets the path of the terminal once. Images or tags, lidar and ground truth
+/// go to the pipe as lines of a robot process, stamped by this machine's steady clock; lines that are not
+/// read in time are dropped. The faults of the wire depend on the seed of the setup's robot.
 [[nodiscard]] Status run_limo_robot_sim(Plant& plant, const SimulatedSetup& setup,
                                         const LimoSimOptions& options,
                                         const std::function<void(const std::string&)>& on_port,

@@ -1,4 +1,4 @@
-// A bad cable hurts as many bytes as it is told to, and the same ones for the same seed.
+// Faults of a cable occur at the given rates, and are the same for the same seed.
 #include "waymark/app/robot/limo_robot_sim.hpp"
 
 #include <cmath>
@@ -12,7 +12,7 @@ namespace {
 constexpr int kFrames = 4000;
 const std::vector<std::uint8_t> kFrame = {0x55, 0x0e, 0x02, 0x21, 1, 2, 3, 4, 5, 6, 7, 8, 9, 0x7f};
 
-/// Of `kFrames` frames: bytes that came, and how many of whole frames are another byte than was sent.
+/// Of `kFrames` frames: received bytes, and changed bytes in complete frames.
 struct Received {
   double bytes = 0, changed = 0, whole = 0;
 };
@@ -50,7 +50,7 @@ TEST(WireFaults, EachFaultIsAsFrequentAsItsProbability) {
   EXPECT_EQ(received_through({.dropped = 1}).bytes, 0);
 }
 
-TEST(WireFaults, TheSameSeedHurtsTheSameBytes) {
+TEST(WireFaults, TheSameSeedChangesTheSameBytes) {
   const WireFaultOptions options{.noise = 0.2, .dropped = 0.1, .torn = 0.1};
   WireFaults first(options, 3), again(options, 3), other(options, 4);
   bool differs = false;

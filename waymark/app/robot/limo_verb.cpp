@@ -6,9 +6,9 @@
 namespace waymark::cli {
 namespace {
 
-ExitCode limo_robot(const LimoRobotWords& args, Console& console) {
+ExitCode limo_robot(const LimoRobotSettings& args, Console& console) {
   const auto robot = read_named_robot(args.robot_file);
-  if (!robot) return console.failed(robot.error(), ExitCode::Usage);
+  if (!robot) return fail_usage(robot.error(), console);
   const auto drive = args.drive.empty() ? drive_of(*robot) : parse_limo_drive(args.drive);
   if (!drive) return fail_usage(drive.error(), console);
   LimoRobotOptions options = args.options;
@@ -20,13 +20,14 @@ ExitCode limo_robot(const LimoRobotWords& args, Console& console) {
 Verb limo_robot_verb() {
   return {
       .name = "robot",
-      .sentence = "Be the process of a LIMO on a serial port: what --robot limo:PORT starts",
+      .sentence = "Run the process of a LIMO on a serial port; --robot limo:PORT starts it",
       .help =
-          R"(Holds the serial port, writes what LIMO senses as JSON lines on standard output, reads commands from standard input
-and sends them 25 times a second (docs/formats/robot-process.md). `waymark teach --robot limo:/dev/ttyTHS1` starts
-it behind its watchdog. Alone it shows whether LIMO is heard and obeys: docs/howto/limo.md.
-
-Exit code: 0 its input ended; 1 no such port, LIMO does not answer or obey, or the cable was cut; 2 wrong usage.
+          R"(Opens the serial port, writes LIMO's sensor data as JSON lines to standard output, reads commands from standard
+input and sends them 25 times per second (docs/formats/robot-process.md). `waymark teach --robot limo:/dev/ttyTHS1`
+starts it behind its watchdog. Started alone, it shows whether LIMO's data arrive and whether LIMO obeys:
+docs/howto/limo.md.
+Exit code: 0 its input ended; 1 no such port, LIMO does not answer or obey, or the cable was disconnected; 2 wrong
+usage.
 
 Example:
   waymark limo robot /dev/ttyTHS1 < /dev/null
@@ -38,7 +39,7 @@ Example:
 
 Verb limo_verb() {
   return {.name = "limo",
-          .sentence = "Drive AgileX LIMO by its serial port, without ROS: a robot's process",
+          .sentence = "Drive AgileX LIMO on its serial port, without ROS: run a robot's process",
           .help = "Example:\n  waymark limo robot /dev/ttyTHS1 < /dev/null\n",
           .verbs = {limo_robot_verb()}};
 }

@@ -67,12 +67,12 @@ class MbotRobotSim {
     while (status && !should_stop()) {
       const auto next = plant_.next();
       if (!next) return should_stop() ? Status() : tl::unexpected(next.error());
-      std::visit([this, &status](const auto& sample) { status = say(sample); }, *next);
+      std::visit([this, &status](const auto& sample) { status = publish_item(sample); }, *next);
       if (status) status = send_what_is_due();
       const Duration left_out = pace.left_out();
       pace.leave_out(plant_.uptime());
       switched_on_ += pace.left_out() - left_out;
-      bool waits = true;  // for its clock, and at least for what is there
+      bool waits = true;  // until the next sample is due, and at least all waiting messages
       while (status && waits && !should_stop()) {
         auto message = link_.next(pace.ahead(plant_.uptime()));
         if (!message) return tl::unexpected(message.error());
@@ -85,11 +85,11 @@ class MbotRobotSim {
 
  private:
   struct Waiting {
-    Duration due{};  ///< by the robot's uptime
+    Duration due{};  ///< in uptime of the robot
     mbot::TagArray tags{};
   };
 
-  /// Numbers that are none do not move it.
+  /// Ignores commands with non-finite values.
   void obey(const LcmMessage& message) {
     const auto twist = mbot::decode<mbot::Twist2D>(message.payload);
     if (!twist || !std::isfinite(twist->vx) || !std::isfinite(twist->wz)) return;
@@ -115,7 +115,7 @@ class MbotRobotSim {
     return publish("MBOT_TIMESYNC", mbot::Timestamp{microseconds(switched_on_ + plant_.uptime())});
   }
 
-  Status say(const Odometry& odometry) {
+  Status publish_item(const Odometry& odometry) {
     const SE2& pose = odometry.odom_T_base;
     const std::int64_t at = utime(odometry.stamp);
     const auto at_m = floats({pose.x(), pose.y(), pose.yaw()});
@@ -123,13 +123,13 @@ class MbotRobotSim {
     const auto moves = floats({odometry.speed_m_s, 0, odometry.yaw_rate_rad_s});
     return status ? publish("MBOT_VEL", mbot::Twist2D{at, moves[0], moves[1], moves[2]}) : status;
   }
-  Status say(const ImuSample& imu) {
+  Status publish_item(const ImuSample& imu) {
     mbot::Imu message{.utime = utime(imu.stamp), .gyro = floats(imu.angular_velocity_rad_s)};
     message.accel = floats(-imu.linear_acceleration_m_s2);
     message.angles_quat = {1, 0, 0, 0};
     return publish("MBOT_IMU", message);
   }
-  Status say(const WheelTicks& wheels) {
+  Status publish_item(const WheelTicks& wheels) {
     const auto ticks = [](double rad) {
       return static_cast<std::int64_t>(std::llround(rad * kTicksPerTurn / (2 * std::numbers::pi)));
     };
@@ -141,27 +141,28 @@ class MbotRobotSim {
     encoders_ = message;
     return publish("MBOT_ENCODERS", message);
   }
-  Status say(const LaserScan& scan) { return publish("LIDAR", lidar_of(scan, utime(scan.stamp))); }
-  Status say(const TruthPose& truth) {
+  Status publish_item(const LaserScan& scan) { return publish("LIDAR", lidar_of(scan, utime(scan.stamp))); }
+  Status publish_item(const TruthPose& truth) {
     const SE2 pose = project_to_plane(truth.map_T_base);
     const auto at_m = floats({pose.x(), pose.y(), pose.yaw()});
     return publish("TRUE_POSE", mbot::Pose2D{utime(truth.stamp), at_m[0], at_m[1], at_m[2]});
   }
-  /// As its detector does: the likelier pose of each tag by itself.
-  Status say(const TagFrame& frame) {
+  /// As the detector of an MBot: the likelier pose of each single tag.
+  Status publish_item(const TagFrame& frame) {
     Waiting waiting{.due = std::max(frame.stamp.time_since_epoch() + kTagLatency, plant_.uptime())};
     if (generation_ == MbotGeneration::Jetson) waiting.tags.utime = utime(frame.stamp + kTagLatency);
     for (const TagDetection& seen : frame.detections) {
       const MappedTag* tag = tags_.find(seen.tag);
-      const auto pose = tag != nullptr ? estimate_tag_pose(seen, tag->size_m, camera_)
-                                       : Result<TagPose>(fail(ErrorCode::NotFound, "no tag of this world"));
+      const auto pose = tag != nullptr
+                            ? estimate_tag_pose(seen, tag->size_m, camera_)
+                            : Result<TagPose>(fail(ErrorCode::NotFound, "not a tag of this world"));
       if (pose) waiting.tags.tags.push_back(tag_of(pose->best, seen.tag.number, generation_));
     }
     waiting_.push_back(std::move(waiting));
     return {};
   }
   template <class Other>
-  Status say(const Other& /*has no message*/) {
+  Status publish_item(const Other& /*has no message*/) {
     return {};
   }
 
@@ -170,7 +171,7 @@ class MbotRobotSim {
   CameraModel camera_;
   TagMap tags_;
   MbotGeneration generation_;
-  Duration switched_on_{};  ///< by this machine's clock
+  Duration switched_on_{};  ///< on this machine's clock
   Duration next_timesync_{};
   mbot::Encoders encoders_{};
   Presence presence_{};

@@ -11,20 +11,20 @@
 
 namespace waymark {
 
-/// Which publisher of tags an MBot has.
+/// The tag publisher of an MBot.
 enum class MbotGeneration : std::uint8_t {
-  Jetson,  ///< quaternions x, y, z, w; stamped when they are published
+  Jetson,  ///< quaternions x, y, z, w; stamped when published
   Pi5,     ///< quaternions w, x, y, z; never stamped (utime 0)
 };
 
-/// Of the publisher of tags, by its name: "jetson" or "pi5".
+/// Parses the name of the tag publisher: "jetson" or "pi5".
 [[nodiscard]] inline MbotGeneration mbot_generation(const std::string& name) {
   return name == "pi5" ? MbotGeneration::Pi5 : MbotGeneration::Jetson;
 }
 
 struct MbotSimOptions {
   std::string address = "udpm://239.255.76.67:7667?ttl=0";
-  std::string generation = "jetson";  ///< as mbot_generation() has it
+  std::string generation = "jetson";  ///< parsed by mbot_generation()
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -38,10 +38,9 @@ struct MbotSimOptions {
   }
 };
 
-/// Runs a plant in real time as an MBot on LCM with the setup's camera and tags, until it is cancelled:
-/// channels, types, units and signs of a real one's log, stamped by this machine's clock; TRUE_POSE
-/// (pose2D_t) beside them, for judges. It obeys MBOT_VEL_CMD. Tags are sent as poses, 65 ms after the
-/// exposure.
+/// Runs a plant in real time as an MBot on LCM with the setup's camera and tags, until cancelled. Channels,
+/// types, units and signs are those of a real MBot's log, stamped by this machine's clock; TRUE_POSE
+/// (pose2D_t) is the ground truth. It obeys MBOT_VEL_CMD. Tags are sent as poses, 65 ms after the exposure.
 [[nodiscard]] Status run_mbot_robot_sim(LcmLink& link, Plant& plant, const SimulatedSetup& setup,
                                         MbotGeneration generation, const JobControl& control);
 

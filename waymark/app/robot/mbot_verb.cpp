@@ -6,11 +6,11 @@
 namespace waymark::cli {
 namespace {
 
-ExitCode mbot_robot(const MbotRobotWords& args, Console& console) {
+ExitCode mbot_robot(const MbotRobotSettings& args, Console& console) {
   const auto address = lcm_address(args.address);
-  if (!address) return console.failed(address.error(), ExitCode::Usage);
+  if (!address) return fail_usage(address.error(), console);
   const auto robot = read_named_robot(args.robot_file);
-  if (!robot) return console.failed(robot.error(), ExitCode::Usage);
+  if (!robot) return fail_usage(robot.error(), console);
   MbotRobotOptions options{.address = *address, .bridge = {}, .share_commands = args.wire.shares()};
   options.bridge.robot = robot->model.name;
   options.bridge.tag_latency =
@@ -22,13 +22,12 @@ ExitCode mbot_robot(const MbotRobotWords& args, Console& console) {
 Verb mbot_robot_verb() {
   return {
       .name = "robot",
-      .sentence = "Be the process of an MBot: what --robot mbot:ADDRESS starts",
+      .sentence = "Run the process of an MBot; --robot mbot:ADDRESS starts it",
       .help =
-          R"(Hears the messages of an MBot (mbot_lcm_base) on LCM and writes what comes as JSON lines on standard output; reads
+          R"(Receives the messages of an MBot (mbot_lcm_base) on LCM and writes them as JSON lines to standard output; reads
 commands from standard input and publishes them as MBOT_VEL_CMD (docs/formats/robot-process.md). `waymark teach
---robot mbot:` starts it behind its watchdog. Alone it shows whether a robot is heard.
-
-The hello comes when odometry was heard and no commands of another program for 0.4 s; the input counts from then on.
+--robot mbot:` starts it behind its watchdog. Started alone, it shows whether robot data arrive. It sends its hello
+after odometry has arrived, and no commands of another program for 0.4 s; earlier input is ignored.
 
 Exit code: 0 its input ended, 1 no odometry within 12 s, another program commands the robot, or no
 liblcm; 2 wrong usage.

@@ -14,29 +14,29 @@
 namespace waymark {
 namespace {
 
-constexpr Duration kMostLate = std::chrono::milliseconds(100);
-constexpr Duration kSayAgain = std::chrono::seconds(10);
+constexpr Duration kMaxDelay = std::chrono::milliseconds(100);
+constexpr Duration kNotePeriod = std::chrono::seconds(10);
 
 }  // namespace
 
 PlantPace::PlantPace(std::function<Duration()> clock, Duration uptime,
-                     std::function<void(const std::string&)> say)
-    : clock_(std::move(clock)), say_(std::move(say)), began_(clock_() - uptime), next_said_(clock_()) {}
+                     std::function<void(const std::string&)> note)
+    : clock_(std::move(clock)), note_(std::move(note)), began_(clock_() - uptime), next_note_(clock_()) {}
 
 Duration PlantPace::ahead(Duration uptime) const { return std::max(Duration(0), began_ + uptime - clock_()); }
 
 void PlantPace::leave_out(Duration uptime) {
   const Duration now = clock_();
-  const Duration lost = now - uptime - began_ - kMostLate;
+  const Duration lost = now - uptime - began_ - kMaxDelay;
   if (lost > Duration(0)) {
     began_ += lost;
     left_out_ += lost;
   }
-  constexpr Duration kWorthSaying = std::chrono::milliseconds(50);
-  if (left_out_ - said_ < kWorthSaying || now < next_said_) return;
-  say_(fmt::format("this computer is too slow or was suspended: simulated time was paused for {:.2f} s",
-                   to_seconds(left_out_ - std::exchange(said_, left_out_))));
-  next_said_ = now + kSayAgain;
+  constexpr Duration kMinNoted = std::chrono::milliseconds(50);
+  if (left_out_ - noted_ < kMinNoted || now < next_note_) return;
+  note_(fmt::format("this computer is too slow or was suspended: simulated time was paused for {:.2f} s",
+                    to_seconds(left_out_ - std::exchange(noted_, left_out_))));
+  next_note_ = now + kNotePeriod;
 }
 
 namespace {
@@ -107,7 +107,7 @@ class ProcessPlant final : public Plant {
         if (Status status = process_->command(obeyed()); !status) return tl::unexpected(status.error());
       }
     }
-    return fail(ErrorCode::Unreadable, "stopped while the robot's process was waited for");
+    return fail(ErrorCode::Unreadable, "stopped while waiting for the robot's process");
   }
 
   Status command(const VelocityCommand& command) override {
@@ -128,10 +128,10 @@ class ProcessPlant final : public Plant {
 
   std::unique_ptr<ProcessRobot> process_;
   ProcessPlantOptions options_;
-  std::optional<Duration> switched_on_{};  ///< by the process's clock
-  SensorTime newest_{};                    ///< since then
+  std::optional<Duration> switched_on_{};  ///< on the process's clock
+  SensorTime newest_{};                    ///< relative to switched_on_
   VelocityCommand command_{};
-  Duration commanded_at_{};  ///< by uptime
+  Duration commanded_at_{};  ///< in uptime
 };
 
 }  // namespace
@@ -145,8 +145,8 @@ Result<std::unique_ptr<Plant>> start_process_plant(const RobotCommand& command,
   for (const std::string& type : options.sends)
     if (!sends.empty() && std::ranges::find(sends, type) == sends.end())
       return fail(ErrorCode::InvalidArgument,
-                  fmt::format("its hello names no '{}' among what it sends ({}), which this wire carries",
-                              type, fmt::join(sends, ", ")),
+                  fmt::format("its hello does not list '{}', which this wire needs, in `sends` ({})", type,
+                              fmt::join(sends, ", ")),
                   {.source = "process:" + command.text(), .key = "sends"});
   return std::make_unique<ProcessPlant>(std::move(*process), options);
 }

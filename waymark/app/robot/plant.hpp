@@ -12,59 +12,59 @@
 
 namespace waymark {
 
-/// The sensors and motors behind the wire of a simulated robot (`waymark robot-sim`), in a time of their own.
-/// It stops by itself when commands cease, as its robot would.
+/// The sensors and motors behind the wire of a simulated robot (`waymark robot-sim`), with their own clock.
+/// Like the real robot, it stops if commands cease.
 class Plant : public Robot {
  public:
-  /// What its sensors say next, pictures included, stamped by now(); time passes until then. Fails when there
-  /// will be no more, and says why.
+  /// The next sample, including images, stamped by now(); simulated time advances to it. Fails with the
+  /// reason if there are no more samples.
   virtual Result<Sample> next() = 0;
-  /// Of the clock that stamps samples: it may jump.
+  /// The clock that stamps samples; it may jump.
   [[nodiscard]] virtual SensorTime now() const = 0;
-  /// Since it was switched on: never jumps.
+  /// Time since the robot was switched on; monotonic.
   [[nodiscard]] virtual Duration uptime() const = 0;
 };
 
-/// Real time for a plant. What a busy computer is late by beyond 100 ms is left out, not made up for: a robot
-/// must not drive faster than commanded. Samples are to be stamped that much later.
+/// Real time for a plant. If a busy computer is more than 100 ms late, the excess is skipped and not caught
+/// up: a robot must not drive faster than commanded. The caller stamps samples later by left_out().
 class PlantPace {
  public:
-  /// `clock`: steady. `uptime`: of the plant, now. `say` is told of time that was left out, at most once in
-  /// ten seconds.
-  PlantPace(std::function<Duration()> clock, Duration uptime, std::function<void(const std::string&)> say);
+  /// `clock`: steady. `uptime`: current uptime of the plant. `note` gets a message about skipped time, at
+  /// most once in ten seconds.
+  PlantPace(std::function<Duration()> clock, Duration uptime, std::function<void(const std::string&)> note);
 
-  /// How long until the clock has come to this uptime; 0 if it has.
+  /// Time until the clock reaches this uptime; 0 if it has.
   [[nodiscard]] Duration ahead(Duration uptime) const;
-  /// Leaves out what is late by too much. Call it once a sample.
+  /// Skips excess delay. Call it once per sample.
   void leave_out(Duration uptime);
-  /// All that was left out.
+  /// Sum of all skipped time.
   [[nodiscard]] Duration left_out() const { return left_out_; }
 
  private:
   std::function<Duration()> clock_;
-  std::function<void(const std::string&)> say_;
-  Duration began_;  ///< by the clock, when uptime was zero
+  std::function<void(const std::string&)> note_;
+  Duration began_;  ///< time of the clock at uptime zero
   Duration left_out_{};
-  Duration said_{};     ///< left_out() when it was said last
-  Duration next_said_;  ///< by the clock
+  Duration noted_{};    ///< left_out() at the last note
+  Duration next_note_;  ///< time of the clock
 };
 
-/// A robot of the simulator, with a renderer behind its cameras where the setup has pictures. Fails where
-/// they cannot be made.
+/// A robot of the simulator, with a renderer for its cameras if the setup has images. Fails if the renderer
+/// cannot be made.
 [[nodiscard]] Result<std::unique_ptr<Plant>> make_simulated_plant(const SimulatedSetup& setup,
                                                                   const SE2& map_T_base);
 
 struct ProcessPlantOptions {
-  std::vector<std::string> sends{};  ///< types of lines without which it is of no use; empty: any
-  double watchdog_s = 0.5;           ///< commands that cease for so long make it stop
+  std::vector<std::string> sends{};  ///< types of lines that it must send; empty: any
+  double watchdog_s = 0.5;           ///< it stops this long after the last command
   std::function<bool()> should_stop = [] { return false; };
-  std::function<void(const std::string&)> on_text = [](const std::string&) {};  ///< what it has to say
+  std::function<void(const std::string&)> on_text = [](const std::string&) {};  ///< gets its texts
 };
 
-/// A simulation of somebody else's that speaks the protocol of robot processes
-/// (docs/formats/robot-process.md): of its physics and sensors nothing is known here. One in lockstep goes on
-/// with each command; one that does not is taken as fast as it speaks. Its stamps begin at zero. Fails when
-/// it says no hello, or does not send what is needed.
+/// Another simulation with the protocol of robot processes (docs/formats/robot-process.md) and unknown
+/// physics and sensors. In lockstep it advances with each command, otherwise its samples are passed on as
+/// they arrive. Its stamps are shifted to begin at zero. Fails if it sends no hello, or not the required
+/// lines.
 [[nodiscard]] Result<std::unique_ptr<Plant>> start_process_plant(const RobotCommand& command,
                                                                  const ProcessPlantOptions& options);
 

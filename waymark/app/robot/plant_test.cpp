@@ -1,5 +1,5 @@
-// Real time of a simulated robot on a computer that is late.
-// A simulation of somebody else's behind a wire: the program itself is the other one here.
+// Real time of a simulated robot on a slow computer.
+// Another simulation behind a wire: here it is this program.
 #include "waymark/app/robot/plant.hpp"
 
 #include <vector>
@@ -21,51 +21,51 @@ using ::testing::IsEmpty;
 class PlantPaceTest : public ::testing::Test {
  protected:
   Duration now_ = seconds(1000);
-  std::vector<std::string> said_{};
+  std::vector<std::string> notes_{};
   PlantPace pace_{[this] { return now_; }, seconds(2),
-                  [this](const std::string& words) { said_.push_back(words); }};
+                  [this](const std::string& words) { notes_.push_back(words); }};
 };
 
-TEST_F(PlantPaceTest, WaitsUntilTheClockIsWhereThePlantIs) {
+TEST_F(PlantPaceTest, WaitsUntilTheClockReachesTheUptime) {
   EXPECT_EQ(pace_.ahead(seconds(2)), Duration(0));
   EXPECT_EQ(pace_.ahead(seconds(3)), seconds(1));
   now_ += milliseconds(600);
   EXPECT_EQ(pace_.ahead(seconds(3)), milliseconds(400));
 }
 
-TEST_F(PlantPaceTest, MakesUpForALittle) {
+TEST_F(PlantPaceTest, CatchesUpShortDelays) {
   now_ += milliseconds(90);
   pace_.leave_out(seconds(2));
   EXPECT_EQ(pace_.left_out(), Duration(0));
   EXPECT_EQ(pace_.ahead(seconds(2) + milliseconds(100)), milliseconds(10));
-  EXPECT_THAT(said_, IsEmpty());
+  EXPECT_THAT(notes_, IsEmpty());
 }
 
-TEST_F(PlantPaceTest, LeavesOutWhatWouldMakeTheRobotFast) {
+TEST_F(PlantPaceTest, SkipsLongDelays) {
   now_ += milliseconds(1600);
   pace_.leave_out(seconds(2));
   EXPECT_EQ(pace_.left_out(), milliseconds(1500));
   EXPECT_EQ(pace_.ahead(seconds(2) + milliseconds(100)), Duration(0));
   EXPECT_EQ(pace_.ahead(seconds(2) + milliseconds(150)), milliseconds(50));
-  EXPECT_THAT(said_, ElementsAre(HasSubstr("paused for 1.50 s")));
+  EXPECT_THAT(notes_, ElementsAre(HasSubstr("paused for 1.50 s")));
 }
 
-TEST_F(PlantPaceTest, SaysAllOfItWithinTenSecondsAtOnce) {
+TEST_F(PlantPaceTest, NotesSkippedTimeEveryTenSeconds) {
   Duration uptime = seconds(2);
-  for (int i = 0; i < 300; ++i) {  // half as fast as it should be, for 30 s
+  for (int i = 0; i < 300; ++i) {  // half of real time, for 30 s
     now_ += milliseconds(100);
     uptime += milliseconds(50);
     pace_.leave_out(uptime);
   }
   EXPECT_EQ(pace_.left_out(), seconds(15) - milliseconds(100));
-  EXPECT_THAT(said_, ElementsAre(HasSubstr("0.05 s"), HasSubstr("5.00 s"), HasSubstr("5.00 s")));
+  EXPECT_THAT(notes_, ElementsAre(HasSubstr("0.05 s"), HasSubstr("5.00 s"), HasSubstr("5.00 s")));
 }
 
 using ::testing::HasSubstr;
 
 const char* const kOther = "exec '" WAYMARK_PROGRAM "' robot-sim --world circuit24 --seed 4 --lockstep";
 
-/// The odometry when the plant was on for so long.
+/// The odometry at this uptime of the plant.
 Odometry odometry_after(Plant& plant, Duration uptime) {
   Odometry newest;
   while (plant.uptime() < uptime) {
@@ -86,12 +86,12 @@ TEST(ProcessPlant, ObeysAndStopsWhenCommandsCease) {
   ASSERT_TRUE((*plant)->command({0.4, 0}));
   const Odometry drives = odometry_after(**plant, std::chrono::milliseconds(350));
   EXPECT_GT(drives.speed_m_s, 0.2);
-  const Odometry stands = odometry_after(**plant, std::chrono::milliseconds(1200));
-  EXPECT_NEAR(stands.speed_m_s, 0, 0.02) << "no command came for longer than 0.3 s";
-  EXPECT_GT(stands.odom_T_base.x(), drives.odom_T_base.x());
+  const Odometry stopped = odometry_after(**plant, std::chrono::milliseconds(1200));
+  EXPECT_NEAR(stopped.speed_m_s, 0, 0.02) << "no command for more than 0.3 s";
+  EXPECT_GT(stopped.odom_T_base.x(), drives.odom_T_base.x());
 }
 
-TEST(ProcessPlant, IsTheSameRobotAsWithoutAProcessBetween) {
+TEST(ProcessPlant, BehavesLikeTheRobotWithoutAProcess) {
   const auto other = start_process_plant(kOther, {});
   ASSERT_TRUE(other) << to_string(other.error());
   const auto setup = load_setup("circuit24", "", 4);
@@ -112,15 +112,15 @@ TEST(ProcessPlant, IsTheSameRobotAsWithoutAProcessBetween) {
   };
   const Odometry a = driven(**other);
   const Odometry b = driven(**own);
-  EXPECT_NEAR(a.odom_T_base.x(), b.odom_T_base.x(), 0.4 * 0.06) << "by one order of the lockstep, 50 ms";
+  EXPECT_NEAR(a.odom_T_base.x(), b.odom_T_base.x(), 0.4 * 0.06) << "within one lockstep period, 50 ms";
   EXPECT_NEAR(a.speed_m_s, b.speed_m_s, 0.02);
   EXPECT_NEAR(a.speed_m_s, 0.4, 0.05);
 }
 
-TEST(ProcessPlant, ThatLacksWhatTheWireCarriesOrEndsIsAnErrorThatSaysSo) {
+TEST(ProcessPlant, ReportsMissingLinesAndAnEndedProcess) {
   const auto blind = start_process_plant(kOther, {.sends = {"odometry", "image"}});
   ASSERT_FALSE(blind);
-  EXPECT_THAT(to_string(blind.error()), HasSubstr("names no 'image'"));
+  EXPECT_THAT(to_string(blind.error()), HasSubstr("'image'"));
   EXPECT_THAT(to_string(start_process_plant("exit 3", {}).error()), HasSubstr("exit code 3"));
   const auto short_one = start_process_plant(
       R"(echo '{"type":"hello","protocol_version":1,"name":"x"}'; echo '{"type":"odometry","stamp_s":5,"x_m":0,"y_m":0,"yaw_rad":0,"speed_m_s":0,"yaw_rate_rad_s":0}')",
@@ -128,7 +128,7 @@ TEST(ProcessPlant, ThatLacksWhatTheWireCarriesOrEndsIsAnErrorThatSaysSo) {
   ASSERT_TRUE(short_one) << to_string(short_one.error());
   const auto first = (*short_one)->next();
   ASSERT_TRUE(first) << to_string(first.error());
-  EXPECT_EQ(stamp_of(*first), SensorTime()) << "its time begins with what it says first";
+  EXPECT_EQ(stamp_of(*first), SensorTime()) << "time begins with its first sample";
   EXPECT_FALSE((*short_one)->next());
 }
 

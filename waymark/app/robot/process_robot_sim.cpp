@@ -23,17 +23,17 @@ namespace {
 constexpr Duration kOrderPeriod = std::chrono::milliseconds(50);
 constexpr int kPictureQuality = 92;
 
-/// The orders on standard input.
+/// The commands on standard input.
 class OrderInput {
  public:
-  /// The newest order that came until now; waits up to `most` for one.
+  /// The newest command; waits up to `most` for one.
   std::optional<RobotOrderLine> newest(Duration most) {
     pollfd ready{STDIN_FILENO, POLLIN, 0};
     const auto ms = std::chrono::ceil<std::chrono::milliseconds>(most).count();
     std::optional<RobotOrderLine> found;
-    constexpr int kMostReads = 100;  // of an input that never pauses
-    for (int reads = 0;
-         reads < kMostReads && !ended_ && poll(&ready, 1, found ? 0 : static_cast<int>(ms)) > 0; ++reads) {
+    constexpr int kMaxReads = 100;  // ends the loop on an input that never pauses
+    for (int reads = 0; reads < kMaxReads && !ended_ && poll(&ready, 1, found ? 0 : static_cast<int>(ms)) > 0;
+         ++reads) {
       std::string bytes;
       ended_ = read_some(STDIN_FILENO, bytes) == Moved::Ended;
       lines_.add(bytes);
@@ -46,7 +46,7 @@ class OrderInput {
     }
     return found;
   }
-  /// Only the answer to this step counts.
+  /// Waits for the answer to this step.
   void wait_for(std::int64_t step) { answer_to_ = step; }
   [[nodiscard]] bool ended() const { return ended_; }
 
@@ -56,7 +56,7 @@ class OrderInput {
   bool ended_ = false;
 };
 
-/// A simulated robot that speaks on standard output and listens on standard input.
+/// A simulated robot on standard input and output.
 class SimulatedProcess {
  public:
   SimulatedProcess(Plant& plant, std::string name, bool pictures, const ProcessSimOptions& options,
@@ -67,7 +67,7 @@ class SimulatedProcess {
         lockstep_(options.lockstep),
         factor_(options.lockstep ? options.pace : 1),
         cancelled_(control.cancelled),
-        // With lockstep the pace is a limit, no promise.
+        // In lockstep the pace is only an upper limit.
         pace_(steady_now, due(), lockstep_ ? [](const std::string&) {} : control.note) {}
 
   Status run() {
@@ -94,7 +94,7 @@ class SimulatedProcess {
     return {};
   }
 
-  /// The plant's uptime as time on this computer.
+  /// The plant's uptime on this computer's clock.
   [[nodiscard]] Duration due() const {
     return factor_ > 0 ? Duration(std::llround(static_cast<double>(plant_.uptime().count()) / factor_))
                        : Duration(0);
@@ -138,7 +138,7 @@ class SimulatedProcess {
   std::string name_;
   bool pictures_;
   bool lockstep_;
-  double factor_;  ///< most seconds of the plant a second; 0: any
+  double factor_;  ///< maximum real-time factor; 0: any
   std::function<bool()> cancelled_;
   PlantPace pace_;
   OrderInput orders_{};

@@ -7,17 +7,17 @@
 
 namespace waymark {
 
-/// How a simulated robot process (`waymark robot-sim process`) keeps time.
+/// The clock of a simulated robot process (`waymark robot-sim process`).
 struct ProcessSimOptions {
-  bool lockstep = false;  ///< time stands still until each step is answered
-  double pace = 0;        ///< with lockstep: at most so many seconds of the world a second; 0: any
+  bool lockstep = false;  ///< simulated time waits for the answer to each step
+  double pace = 0;        ///< with lockstep: maximum real-time factor; 0: as fast as possible
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.lockstep,
           JobField("lockstep",
-                   "Lockstep: simulated time advances with each answer, as fast as the machine "
-                   "allows and with the same samples every time"));
+                   "Lockstep: simulated time advances with each answer, as fast as possible and "
+                   "with the same samples in every run"));
     visit(
         self.pace,
         JobField(
@@ -28,8 +28,8 @@ struct ProcessSimOptions {
   }
 };
 
-/// Runs the plant of a setup that speaks the protocol of robot processes on standard output and listens on
-/// standard input, until that ends or it is cancelled.
+/// Runs the plant of a setup with the protocol of robot processes on standard input and output, until the
+/// input ends or the control cancels.
 [[nodiscard]] Status run_process_robot_sim(Plant& plant, const SimulatedSetup& setup,
                                            const ProcessSimOptions& options, const JobControl& control);
 

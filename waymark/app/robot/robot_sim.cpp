@@ -3,6 +3,8 @@
 #include <utility>
 #include <vector>
 
+#include <fmt/format.h>
+
 #include "waymark/app/robot/plant.hpp"
 #include "waymark/robots/dds/bus.hpp"
 #include "waymark/robots/mbot/lcm_link.hpp"
@@ -15,19 +17,39 @@ Result<std::unique_ptr<Plant>> at_begin_of_line(const SimulatedSetup& setup) {
   constexpr double kStep_m = 0.02;
   const auto path = sample_path(setup.world.path_m, setup.world.path_closed, kStep_m);
   if (path.empty())
-    return fail(ErrorCode::InvalidArgument, "the world has no line (path_m), at whose begin the robot starts",
+    return fail(ErrorCode::InvalidArgument, "the world has no path (path_m), where the robot would start",
                 {.source = setup.world.name});
   return make_simulated_plant(setup, path.front().map_T_path);
 }
 
-/// The types of lines that the wire cannot do without.
+/// The types of lines that the wire needs.
 std::vector<std::string> lines_of(const SimWire& wire) {
   if (std::holds_alternative<GazeboSimOptions>(wire)) return {"image"};
   if (std::holds_alternative<MbotSimOptions>(wire)) return {"detections"};
   return {};
 }
 
-/// Speaks for a plant, on each wire.
+/// A plant that notes its first command, when a driver is connected.
+class ReportingPlant final : public Plant {
+ public:
+  ReportingPlant(Plant& plant, const JobControl& control) : plant_(plant), control_(control) {}
+
+  Result<Sample> next() override { return plant_.next(); }
+  [[nodiscard]] SensorTime now() const override { return plant_.now(); }
+  [[nodiscard]] Duration uptime() const override { return plant_.uptime(); }
+  Status command(const VelocityCommand& command) override {
+    if (!std::exchange(commanded_, true)) control_.note("the first command arrived: a driver is connected");
+    return plant_.command(command);
+  }
+  void finish() override { plant_.finish(); }
+
+ private:
+  Plant& plant_;
+  const JobControl& control_;
+  bool commanded_ = false;
+};
+
+/// Runs a plant on each kind of wire.
 struct Speaker {
   Plant& plant;
   const SimulatedSetup& setup;
@@ -50,11 +72,16 @@ struct Speaker {
 
   Status operator()(const MbotSimOptions& options) const {
     if (setup.pictures)
-      return fail(ErrorCode::InvalidArgument, "an MBot sends no pictures over LCM, but the poses of tags",
-                  {.key = "images"}, "Leave it out.");
+      return fail(ErrorCode::InvalidArgument, "an MBot sends tag poses over LCM, not images",
+                  {.key = "images"}, "Omit `images`.");
     if (Status alone = no_mbot_at(options.address); !alone) return alone;
     const auto link = open_lcm(options.address);
     if (!link) return tl::unexpected(link.error());
+    control.note(
+        fmt::format("publishing the channels of an MBot on LCM at {0} and obeying MBOT_VEL_CMD, until "
+                    "Ctrl-C; waiting for "
+                    "a driver (`robot=mbot:{0}`)",
+                    options.address));
     return run_mbot_robot_sim(**link, plant, setup, mbot_generation(options.generation), control);
   }
 
@@ -71,11 +98,11 @@ struct Speaker {
 
 Status fit_to_wire(const SimWire& wire, SimulatedSetup& setup) {
   if (!std::holds_alternative<GazeboSimOptions>(wire)) return {};
-  constexpr double kNever_s = 1e6;  // Gazebo's diff drive goes on with the last command for ever
+  constexpr double kNever_s = 1e6;  // Gazebo's diff drive keeps the last command forever
   setup.robot.watchdog_s = kNever_s;
   if (setup.pictures) return {};
-  return fail(ErrorCode::InvalidArgument, "Gazebo's topics carry pictures, not the corners of tags",
-              {.key = "gazebo"}, "Add `images`.");
+  return fail(ErrorCode::InvalidArgument, "Gazebo's topics carry images, not tag corners", {.key = "gazebo"},
+              "Add `images`.");
 }
 
 std::optional<RobotCommand> plant_command(const std::string& word) {
@@ -95,7 +122,10 @@ Result<std::unique_ptr<Plant>> make_plant(const SimWire& wire, const RobotSetup&
 
 Status run_robot_sim(const SimWire& wire, Plant& plant, const SimulatedSetup& setup,
                      const std::function<void(const std::string&)>& on_port, const JobControl& control) {
-  return std::visit(Speaker{plant, setup, on_port, control}, wire);
+  if (std::holds_alternative<ProcessSimOptions>(wire))  // its parent process reads the notes
+    return std::visit(Speaker{plant, setup, on_port, control}, wire);
+  ReportingPlant reporting(plant, control);
+  return std::visit(Speaker{reporting, setup, on_port, control}, wire);
 }
 
 }  // namespace waymark

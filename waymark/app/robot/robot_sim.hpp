@@ -15,28 +15,28 @@
 #include "waymark/app/robot/ros2_robot_sim.hpp"
 #include "waymark/robots/watchdog/robot_command.hpp"
 
-/// A simulated robot that speaks as a real one does (`waymark robot-sim`).
+/// A simulated robot with the protocol of a real one (`waymark robot-sim`).
 namespace waymark {
 
-/// What a simulated robot speaks: lines of a robot process on standard input and output, ROS 2, LIMO's serial
-/// port, an MBot's LCM, or the topics of Gazebo.
+/// The protocol of a simulated robot: lines of a robot process on standard input and output, ROS 2, LIMO's
+/// serial port, an MBot's LCM, or the topics of Gazebo.
 using SimWire =
     std::variant<ProcessSimOptions, Ros2SimOptions, LimoSimOptions, MbotSimOptions, GazeboSimOptions>;
 
-/// Gives the robot of the simulator what the real one on this wire has. Fails where the setup does not have
-/// what the wire carries.
+/// Adapts the simulated robot to the real one on this wire. Fails if the setup lacks data that the wire
+/// needs.
 [[nodiscard]] Status fit_to_wire(const SimWire& wire, SimulatedSetup& setup);
 
-/// The program behind the wire, named as "process:CMD"; nothing where it is not.
+/// The command in "process:CMD"; nothing for another text.
 [[nodiscard]] std::optional<RobotCommand> plant_command(const std::string& word);
 
-/// The sensors and motors behind the wire: the program of the setup's process, which must send what the wire
-/// carries and whose words are notes; without one a robot of the simulator, where the world's line begins.
+/// The plant behind the wire: the program of the setup's process, which must send the lines that the wire
+/// needs and whose texts become notes; without one, a simulated robot at the start of the world's path.
 [[nodiscard]] Result<std::unique_ptr<Plant>> make_plant(const SimWire& wire, const RobotSetup& setup,
                                                         const JobControl& control);
 
-/// Speaks for the plant until the control cancels it, or the standard input of a robot process ends.
-/// `on_port` is given the path of the terminal that LIMO's wire ends at.
+/// Runs the plant until the control cancels, or the standard input of a robot process ends. `on_port` gets
+/// the path of the terminal at the end of LIMO's wire.
 [[nodiscard]] Status run_robot_sim(const SimWire& wire, Plant& plant, const SimulatedSetup& setup,
                                    const std::function<void(const std::string&)>& on_port,
                                    const JobControl& control);

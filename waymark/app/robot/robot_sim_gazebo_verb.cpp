@@ -5,7 +5,9 @@ namespace waymark::cli {
 namespace {
 
 struct GazeboSimArgs {
-  explicit GazeboSimArgs(CLI::App& verb) : flags(verb) { add_fields(verb, options); }
+  explicit GazeboSimArgs(CLI::App& verb) : flags(verb, PlantFlag::Shown, Pictures::Always) {
+    add_fields(verb, options);
+  }
 
   RobotSimFlags flags;
   GazeboSimOptions options{};
@@ -20,16 +22,16 @@ ExitCode run_gazebo(const GazeboSimArgs& args, Console& console) {
 Verb robot_sim_gazebo_verb() {
   return {
       .name = "gazebo",
-      .sentence = "A robot of Gazebo: stands in for its server",
+      .sentence = "Simulate a robot of Gazebo, in place of its server",
       .help =
-          R"(Publishes the topics that the profile names, as Gazebo's robot does, and obeys its command topic, until Ctrl-C: for
---robot gazebo:PROFILE, where there is no Gazebo server. Those topics carry pictures: --images is needed. IGN_PARTITION
-and IGN_IP say where it publishes, as for Gazebo itself. As in Gazebo the last command counts until the next one comes.
-
-Exit code: 0 ended by Ctrl-C, 1 another robot is there, a picture could not be made, or no module for Gazebo, 2 wrong usage.
+          R"(Publishes the topics of the profile, like Gazebo's robot, and obeys its command topic, until Ctrl-C: for --robot
+gazebo:PROFILE without a Gazebo server. Images are always rendered, since those topics carry them. IGN_PARTITION and
+IGN_IP select the network, as for Gazebo itself. As in Gazebo, a command is valid until the next one.
+Exit code: 0 ended by Ctrl-C, 1 another robot exists, an image could not be rendered, or no module for Gazebo, 2 wrong
+usage.
 
 Example:
-  waymark robot-sim gazebo limo --world circuit24 --robot-file limo-gazebo --images
+  waymark robot-sim gazebo limo --world circuit24 --robot-file limo-gazebo
 )",
       .prepare = prepared(run_gazebo)};
 }

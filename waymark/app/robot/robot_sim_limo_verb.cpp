@@ -23,14 +23,13 @@ ExitCode run_limo(const LimoSimArgs& args, Console& console) {
 Verb robot_sim_limo_verb() {
   return {
       .name = "limo",
-      .sentence = "A LIMO on a serial port: a pseudo-terminal, whose path is printed",
+      .sentence = "Simulate a LIMO on a serial port: a pseudo-terminal, whose path is printed",
       .help =
-          R"(Prints the path of a pseudo-terminal and speaks there as LIMO's base does on its serial port, in real time, until
-Ctrl-C: for --robot limo:PORT (docs/howto/limo.md). It obeys commands after it was asked to, as LIMO does. What is not on
-that wire (camera, lidar, truth) goes to the named pipe of --beside, which is made where there is none. --wire-noise,
---wire-dropped and --wire-torn make a bad cable of it.
-
-Exit code: 0 ended by Ctrl-C, 1 a picture could not be made, or the pipe cannot be used, 2 wrong usage.
+          R"(Prints the path of a pseudo-terminal with the protocol of LIMO's base on its serial port, in real time, until
+Ctrl-C: for --robot limo:PORT (docs/howto/limo.md). Like LIMO, it obeys commands after a request. Data that are not on
+that wire (camera, lidar, ground truth) go to the named pipe of --beside, which is created if missing. --wire-noise,
+--wire-dropped and --wire-torn simulate a bad cable.
+Exit code: 0 ended by Ctrl-C, 1 an image could not be rendered, or the pipe cannot be used, 2 wrong usage.
 
 Example:
   waymark robot-sim limo --world circuit24 --beside /tmp/limo-beside

@@ -5,7 +5,9 @@ namespace waymark::cli {
 namespace {
 
 struct MbotSimArgs {
-  explicit MbotSimArgs(CLI::App& verb) : flags(verb) { add_fields(verb, options); }
+  explicit MbotSimArgs(CLI::App& verb) : flags(verb, PlantFlag::Shown, Pictures::Never) {
+    add_fields(verb, options);
+  }
 
   RobotSimFlags flags;
   MbotSimOptions options{};
@@ -20,13 +22,12 @@ ExitCode run_mbot(const MbotSimArgs& args, Console& console) {
 Verb robot_sim_mbot_verb() {
   return {
       .name = "mbot",
-      .sentence = "An MBot on LCM",
+      .sentence = "Simulate an MBot on LCM",
       .help =
           R"(Publishes the channels of an MBot (mbot_lcm_base) on LCM and obeys MBOT_VEL_CMD, in real time, until Ctrl-C: for --robot
-mbot:ADDRESS (docs/howto/mbot.md). An MBot sends no pictures over LCM, but the poses of tags: there is no use of
---images. TRUE_POSE is the truth, for a judge.
-
-Exit code: 0 ended by Ctrl-C, 1 another MBot is at that address, or no liblcm, 2 wrong usage.
+mbot:ADDRESS (docs/howto/mbot.md). An MBot sends tag poses over LCM, not images, so there is no --images. TRUE_POSE
+is the ground truth.
+Exit code: 0 ended by Ctrl-C, 1 another MBot uses that address, or no liblcm, 2 wrong usage.
 
 Examples:
   waymark robot-sim mbot --world mbot-square

@@ -23,13 +23,12 @@ ExitCode run_ros2(const Ros2SimArgs& args, Console& console) {
 Verb robot_sim_ros2_verb() {
   return {
       .name = "ros2",
-      .sentence = "A robot on the network of ROS 2, as LIMO is with its driver and camera",
+      .sentence = "Simulate a robot on the ROS 2 network, like LIMO with its driver and camera",
       .help =
-          R"(Publishes the topics of ROS 2 that LIMO's driver and camera publish, and obeys /cmd_vel (Twist), in real time, until
-Ctrl-C. It is the robot of --robot ros2:limo-sim (with --images), of --robot ros2:limo-sim-tags (without: the corners
-of tags), and of any ROS 2 program. /truth/pose is the truth, for a judge.
-
-Exit code: 0 ended by Ctrl-C, 1 a picture could not be made, or no module for ROS 2, 2 wrong usage.
+          R"(Publishes the ROS 2 topics of LIMO's driver and camera, and obeys /cmd_vel (Twist), in real time, until Ctrl-C. It
+serves --robot ros2:limo-sim (with --images), --robot ros2:limo-sim-tags (tag corners, without --images), and any
+ROS 2 program. /truth/pose is the ground truth.
+Exit code: 0 ended by Ctrl-C, 1 an image could not be rendered, or no module for ROS 2, 2 wrong usage.
 
 Examples:
   waymark robot-sim ros2 --world circuit24 --images --localhost

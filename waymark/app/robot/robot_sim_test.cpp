@@ -1,8 +1,10 @@
-// A simulated robot on a wire: what each wire asks of the robot, before anything is opened.
+// A simulated robot on a wire: requirements of each wire, before anything is opened.
 #include "waymark/app/robot/robot_sim.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "tests/support/golden_page.hpp"
 
 namespace waymark {
 namespace {
@@ -15,7 +17,7 @@ RobotSetup setup_with(bool pictures) {
   return setup;
 }
 
-TEST(RobotSim, OnlyGazeboNeedsPicturesAndNeverStopsByItself) {
+TEST(RobotSim, OnlyGazeboNeedsImagesAndHasNoWatchdog) {
   const std::vector<SimWire> others = {ProcessSimOptions{}, Ros2SimOptions{}, LimoSimOptions{},
                                        MbotSimOptions{}};
   for (const SimWire& wire : others) {
@@ -31,7 +33,7 @@ TEST(RobotSim, OnlyGazeboNeedsPicturesAndNeverStopsByItself) {
   EXPECT_GT(sees.simulated.robot.watchdog_s, 1e5);
 }
 
-TEST(RobotSim, StartsWhereTheLineBeginsAndLooksAlongIt) {
+TEST(RobotSim, StartsAtTheBeginningOfThePath) {
   const RobotSetup setup = setup_with(false);
   const auto plant = make_plant(ProcessSimOptions{}, setup, {});
   ASSERT_TRUE(plant) << to_string(plant.error());
@@ -48,7 +50,7 @@ TEST(RobotSim, StartsWhereTheLineBeginsAndLooksAlongIt) {
   EXPECT_FALSE(make_plant(ProcessSimOptions{}, nowhere, {}));
 }
 
-TEST(RobotSim, AProgramThatDoesNotSendWhatTheWireCarriesIsRefused) {
+TEST(RobotSim, RefusesAProgramThatDoesNotSendWhatTheWireNeeds) {
   RobotSetup setup = setup_with(false);
   setup.process =
       "exec '" WAYMARK_PROGRAM "' robot-sim --world circuit24 --lockstep";  // corners, no pictures
@@ -58,7 +60,7 @@ TEST(RobotSim, AProgramThatDoesNotSendWhatTheWireCarriesIsRefused) {
   EXPECT_TRUE(make_plant(MbotSimOptions{}, setup, {}));
 }
 
-TEST(RobotSim, AnMbotSendsNoPictures) {
+TEST(RobotSim, RefusesImagesOfAnMbot) {
   const RobotSetup setup = setup_with(true);
   const auto plant = make_plant(MbotSimOptions{}, setup_with(false), {});
   ASSERT_TRUE(plant);
@@ -66,6 +68,7 @@ TEST(RobotSim, AnMbotSendsNoPictures) {
       run_robot_sim(MbotSimOptions{}, **plant, setup.simulated, [](const std::string&) {}, {});
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().place.key, "images");
+  testing::expect_on_page("robots", refused.error());
 }
 
 TEST(RobotSim, ASerialPortEndsWhenItIsCancelled) {

@@ -17,7 +17,7 @@
 namespace waymark {
 namespace {
 
-/// At most so wide, broken at spaces.
+/// The text wrapped at spaces to this width.
 std::string wrapped(const std::string& text) {
   constexpr std::size_t kWidth = 100;
   std::string lines;
@@ -31,7 +31,7 @@ std::string wrapped(const std::string& text) {
   return lines;
 }
 
-/// Degrees without a zero that is negative.
+/// Degrees without negative zero.
 double tenths(double rad) { return std::round(10 * to_degrees(rad)) / 10 + 0.0; }
 
 std::string camera_lines(const MountedCamera& camera) {
@@ -74,7 +74,7 @@ namespace {
 
 std::string topics_of(const GazeboProfile& profile) {
   std::string words = fmt::format("commands {}, odometry {}", profile.command_topic, profile.odometry_topic);
-  if (!profile.image_topic.empty()) words += ", pictures " + profile.image_topic;
+  if (!profile.image_topic.empty()) words += ", images " + profile.image_topic;
   return words;
 }
 
@@ -84,14 +84,14 @@ std::string topics_of(const Ros2Profile& profile) {
     if (!topic.empty()) words += fmt::format(", {} {}", what, topic);
   };
   add("IMU", profile.imu_topic);
-  add("pictures", profile.image_topic);
-  add("pictures", profile.compressed_image_topic);
+  add("images", profile.image_topic);
+  add("images", profile.compressed_image_topic);
   add("tags", profile.detections_topic);
   add("scans", profile.scan_topic);
   return words;
 }
 
-/// The profiles of this kind that are of the robot.
+/// The profiles of this kind for the robot.
 template <class Find>
 void add_profiles(const std::string& kind, const Find& find, const std::string& robot,
                   std::vector<std::string>& ways) {
@@ -132,7 +132,7 @@ Result<RobotTable> robot_table() {
 }
 
 Result<std::string> explained_robot(const std::string& name) {
-  const auto path = find_shared("robots", name);
+  const auto path = find_shared("robots", name, "robot");
   const auto shown = path ? read_commented_robot(*path) : tl::unexpected(path.error());
   if (!shown) return tl::unexpected(shown.error());
   std::string text = robot_text(shown->robot, shown->comment);

@@ -8,21 +8,21 @@
 
 namespace waymark {
 
-/// A robot for people, some lines: what it is and where the facts are from (`comment` of its file), body,
-/// limits, wheels, each camera with its mounting, and how it behaves in simulation.
+/// A robot as text: its description with sources (`comment` of its file), body, limits, wheels, each camera
+/// with its mounting, and its behaviour in simulation.
 [[nodiscard]] std::string robot_text(const RobotDescription& robot, const std::string& comment);
 
-/// How a robot of that name is driven, one a line: the kinds of `robot` and the profiles of ROS 2 that are
-/// made for it, with their addresses or topics; a word on any other way.
+/// How to connect to a robot of that name, one line each: kinds of `robot` and ROS 2 profiles for it, with
+/// their addresses or topics; last, a robot process.
 [[nodiscard]] std::vector<std::string> ways_to_reach(const std::string& robot);
 
-/// The robots that come with this program, one a line, and the files that cannot be read.
+/// The robots that come with this program, one per line, and the errors of unreadable files.
 struct RobotTable {
   std::string text{};
   std::vector<Error> errors{};
 };
 [[nodiscard]] Result<RobotTable> robot_table();
-/// A robot, by name or path of its file, and how it is driven.
+/// A robot, by name or path of its file, and how to connect to it.
 [[nodiscard]] Result<std::string> explained_robot(const std::string& name);
 
 }  // namespace waymark

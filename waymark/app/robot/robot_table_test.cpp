@@ -18,20 +18,20 @@ using ::testing::HasSubstr;
 
 RobotDescription limo() { return read_robot(WAYMARK_SHARE "/robots/limo.yaml").value(); }
 
-TEST(RobotText, TellsBodyLimitsWheelsAndEveryCamera) {
+TEST(RobotText, ContainsBodyLimitsWheelsAndEveryCamera) {
   RobotDescription robot = read_robot(WAYMARK_SHARE "/robots/limo-front-rear.yaml").value();
   robot.model.hull = {.front_m = 0.2, .rear_m = 0.1, .width_m = 0.22, .height_m = 0.25};
   robot.model.limits.yaw_rate_rad_s = to_radians(90);
   const std::string text = robot_text(robot, "From the maker's page.");
   EXPECT_THAT(text, HasSubstr(robot.model.name + "\nFrom the maker's page.\n"));
-  EXPECT_THAT(text, HasSubstr("0.300 m long (0.100 m of it behind base_link), 0.220 m wide, 0.250 m high"));
-  EXPECT_THAT(text, HasSubstr("(90 degrees/s)"));
+  for (const char* part : {"0.300 m long", "0.100 m", "0.220 m wide", "0.250 m high", "(90 degrees/s)"})
+    EXPECT_THAT(text, HasSubstr(part));
   EXPECT_THAT(text, HasSubstr("camera front: "));
   EXPECT_THAT(text, HasSubstr("camera rear: "));
-  EXPECT_THAT(text, ::testing::Not(HasSubstr("-0.0"))) << "no zero is negative";
+  EXPECT_THAT(text, ::testing::Not(HasSubstr("-0.0"))) << "no negative zero";
 }
 
-TEST(RobotText, LongCommentsAreBrokenAtSpacesAndLoseNothing) {
+TEST(RobotText, WrapsLongCommentsAtSpaces) {
   std::string comment;
   for (int i = 0; i < 60; ++i)
     comment += (i == 0 ? "" : " ") + std::string(1 + static_cast<std::size_t>(i % 11), 'x');
@@ -47,7 +47,7 @@ TEST(RobotText, LongCommentsAreBrokenAtSpacesAndLoseNothing) {
   const std::string word(230, 'w');
   EXPECT_THAT(robot_text(limo(), word),
               HasSubstr(std::string(100, 'w') + "\n" + std::string(100, 'w') + "\n"))
-      << "a word without end is cut";
+      << "a very long word is cut";
 }
 
 TEST(RobotWays, NamesTheProfilesOfGazebo) {

@@ -4,10 +4,10 @@
 namespace waymark::cli {
 namespace {
 
-/// A file that cannot be read is said, and the others are listed.
+/// Lists the robots, and prints an error for each unreadable file.
 ExitCode list_all(Console& console) {
   const auto robots = robot_table();
-  if (!robots) return console.failed(robots.error(), ExitCode::SomeFailed);
+  if (!robots) return fail_with(robots.error(), console);
   console.print(robots->text);
   for (const Error& error : robots->errors) console.say(error);
   return robots->errors.empty() ? ExitCode::Ok : ExitCode::SomeFailed;
@@ -15,15 +15,14 @@ ExitCode list_all(Console& console) {
 
 ExitCode explain(const std::string& name, Console& console) {
   const auto text = explained_robot(name);
-  if (!text) return console.failed(text.error(), ExitCode::SomeFailed);
+  if (!text) return fail_with(text.error(), console);
   console.print(*text);
   return ExitCode::Ok;
 }
 
 struct RobotsArgs {
   explicit RobotsArgs(CLI::App& app) {
-    add_option(app, "robot NAME", name,
-               "Name of a robot, or the path of a .yaml file; without it all are listed");
+    add_option(app, "robot NAME", name, "Name of a robot, or path of a .yaml file. Default: list all robots");
   }
 
   std::string name;
@@ -38,13 +37,12 @@ ExitCode robots(const RobotsArgs& args, Console& console) {
 Verb robots_verb() {
   return {
       .name = "robots",
-      .sentence = "List and explain the files of robots",
+      .sentence = "List and describe robot files",
       .help =
-          R"(Without a name: the robots that come with Waymark, one a line. With one: its body, limits, wheels, cameras and
-their mounting, its latencies in simulation, where the facts are from, and how it is driven. A file of yours is checked
-the same way: a key that is missing or wrong is named with its line (docs/formats/robot.md).
-
-Exit code: 0 all files are sound, 1 one is not, 2 wrong usage.
+          R"(Without a name, lists the robots that come with Waymark, one per line. With a name, prints body, limits, wheels,
+cameras with mounting, latencies in simulation, sources of the data, and how to connect to the robot. Checks your own
+file in the same way, and reports missing or invalid keys with their line (docs/formats/robot.md).
+Exit code: 0 all files are valid, 1 a file is not, 2 wrong usage.
 
 Examples:
   waymark robots

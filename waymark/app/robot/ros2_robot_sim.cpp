@@ -33,18 +33,18 @@ class Ros2RobotSim {
 
   Status run(const JobControl& control) {
     const auto& should_stop = control.cancelled;
-    if (Status alone = nobody_simulates(should_stop); !alone) return alone;
+    if (Status alone = check_no_other_simulation(should_stop); !alone) return alone;
     const auto commands = bus_.subscribe(dds_topic("/cmd_vel", ros2::Twist::kType), {.depth = 1});
     if (!commands) return tl::unexpected(commands.error());
     const auto now =
         std::chrono::duration_cast<Duration>(std::chrono::system_clock::now().time_since_epoch());
     switched_on_ = now - plant_.uptime();
     PlantPace pace(steady_now, plant_.uptime(), control.note);
-    control.note("publishes /odom and the sensors of " + model_.name +
-                 " on ROS 2, and obeys /cmd_vel, until Ctrl-C");
+    control.note("publishing /odom and the sensors of " + model_.name +
+                 " on ROS 2, obeying /cmd_vel, until Ctrl-C");
     Status status = publish("/tf_static", mountings(SensorTime(now)), kFixed);
     const Duration look_again =
-        steady_now() + std::chrono::seconds(2);  // for one that began at the same time
+        steady_now() + std::chrono::seconds(2);  // finds a robot that started at the same time
     bool looked = false;
     while (status && !should_stop()) {
       if (!looked && steady_now() > look_again) {
@@ -54,7 +54,7 @@ class Ros2RobotSim {
       auto sample = plant_.next();
       status = sample ? speak(std::move(*sample), pace.left_out()) : tl::unexpected(sample.error());
       pace.leave_out(plant_.uptime());
-      do {  // until its clock is due, and at least what waits
+      do {  // until the next sample is due, and at least all waiting messages
         const auto message = bus_.next(pace.ahead(plant_.uptime()));
         if (message) obey(message->bytes);
       } while (pace.ahead(plant_.uptime()) > Duration(0) && !should_stop());
@@ -63,7 +63,7 @@ class Ros2RobotSim {
   }
 
  private:
-  /// Of all sensors; the IMU has the axes of the base.
+  /// The transforms of all sensors; the IMU has the axes of the base.
   [[nodiscard]] ros2::TFMessage mountings(SensorTime now) const {
     ros2::TFMessage message{
         {ros2::to_ros_transform(now, ros2::kBaseFrame, kOpticalFrame, model_.base_T_cam)}};
@@ -75,9 +75,9 @@ class Ros2RobotSim {
     return message;
   }
 
-  /// Before anything is published, for as long as discovery takes: two robots on the same topics would be one
-  /// that jumps.
-  Status nobody_simulates(const std::function<bool()>& should_stop) {
+  /// Checked before publishing, for the duration of discovery: two robots on the same topics would look like
+  /// one robot that jumps.
+  Status check_no_other_simulation(const std::function<bool()>& should_stop) {
     constexpr Duration kDiscovery = std::chrono::milliseconds(1500);
     constexpr Duration kLookFor = std::chrono::milliseconds(50);
     const Duration until = steady_now() + kDiscovery;
@@ -91,13 +91,13 @@ class Ros2RobotSim {
   [[nodiscard]] Status look_for_another() const {
     if (publishers_of(dds_topic("/odom", ros2::Odometry::kType), bus_).empty()) return {};
     return fail(ErrorCode::InvalidArgument,
-                fmt::format("another program publishes this topic already; nodes there: {}",
+                fmt::format("another program already publishes this topic; nodes: {}",
                             fmt::join(bus_.participants(), ", ")),
                 {.source = "/odom"},
-                "End that robot or simulation, or give this one and its driver another ROS_DOMAIN_ID.");
+                "End that robot or simulation, or use another ROS_DOMAIN_ID for this robot and its driver.");
   }
 
-  /// Numbers that are none do not move it.
+  /// Ignores commands with non-finite values.
   void obey(std::span<const std::uint8_t> bytes) {
     const auto twist = cdr::decode<ros2::Twist>(bytes);
     if (!twist || !std::isfinite(twist->linear.x) || !std::isfinite(twist->angular.z)) return;
@@ -117,36 +117,36 @@ class Ros2RobotSim {
 
   Status speak(Sample sample, Duration left_out) {
     std::visit([&](auto& value) { value.stamp += switched_on_ + left_out; }, sample);
-    return std::visit([this](const auto& value) { return say(value); }, sample);
+    return std::visit([this](const auto& value) { return publish_item(value); }, sample);
   }
 
-  Status say(const Odometry& odometry) {
+  Status publish_item(const Odometry& odometry) {
     const auto tf = ros2::to_ros_transform(odometry.stamp, ros2::kOdomFrame, ros2::kBaseFrame,
                                            lift(odometry.odom_T_base));
     Status status = publish("/odom", ros2::to_ros(odometry));
     return status ? publish("/tf", ros2::TFMessage{{tf}}) : status;
   }
-  Status say(const ImuSample& imu) { return publish("/imu", ros2::to_ros(imu)); }
-  Status say(const WheelTicks& wheels) { return publish("/joint_states", ros2::to_ros(wheels)); }
-  Status say(const LaserScan& scan) { return publish("/scan", ros2::to_ros(scan)); }
-  Status say(const TruthPose& truth) { return publish("/truth/pose", ros2::to_ros(truth)); }
-  Status say(const TagFrame& frame) {
-    Status status = say_camera_info(frame.stamp);
+  Status publish_item(const ImuSample& imu) { return publish("/imu", ros2::to_ros(imu)); }
+  Status publish_item(const WheelTicks& wheels) { return publish("/joint_states", ros2::to_ros(wheels)); }
+  Status publish_item(const LaserScan& scan) { return publish("/scan", ros2::to_ros(scan)); }
+  Status publish_item(const TruthPose& truth) { return publish("/truth/pose", ros2::to_ros(truth)); }
+  Status publish_item(const TagFrame& frame) {
+    Status status = publish_camera_info(frame.stamp);
     ros2::AprilTagDetectionArray message = ros2::to_ros(frame);
     message.header.frame_id = kOpticalFrame;
     return status ? publish("/tag_detections", message) : status;
   }
-  Status say(const CameraFrame& frame) {
+  Status publish_item(const CameraFrame& frame) {
     ros2::Image message = ros2::to_ros(frame);
     message.header.frame_id = kOpticalFrame;
-    Status status = say_camera_info(frame.stamp);
+    Status status = publish_camera_info(frame.stamp);
     return status ? publish("/camera/color/image_raw", message, kPictures) : status;
   }
   template <class Other>
-  Status say(const Other& /*has no topic*/) {
+  Status publish_item(const Other& /*has no topic*/) {
     return {};
   }
-  Status say_camera_info(SensorTime stamp) {
+  Status publish_camera_info(SensorTime stamp) {
     ros2::CameraInfo message = ros2::to_ros(camera_, stamp);
     message.header.frame_id = kOpticalFrame;
     return publish("/camera/color/camera_info", message);
@@ -157,7 +157,7 @@ class Ros2RobotSim {
   RobotModel model_;
   CameraModel camera_;
   LidarOptions lidar_;
-  Duration switched_on_{};  ///< by this machine's clock
+  Duration switched_on_{};  ///< on this machine's clock
   std::map<std::string, std::size_t> publishers_{};
 };
 

@@ -85,16 +85,16 @@ Verb ros2_topic_verb() {
       .help = "Example:\n  waymark ros2 topic list\n",
       .verbs = {
           topic_verb("list", "List topics, their types, publishers and subscriptions",
-                     "Exit code: 0 some topic was found, 1 none within 3 s, 2 wrong usage.\n\nExample:\n"
+                     "Exit code: 0 a topic was found, 1 none within 3 s, 2 wrong usage.\n\nExample:\n"
                      "  waymark ros2 topic list\n"
                      "  /odom [nav_msgs/msg/Odometry] 1 publisher (reliable), 0 subscriptions\n",
                      list, false),
           topic_verb("echo", "Show the messages of a topic, field by field",
-                     "Exit code: 0 messages came, 1 none or of an unknown type, 2 wrong usage.\n\nExample:\n"
+                     "Exit code: 0 messages arrived, 1 none, or an unknown type, 2 wrong usage.\n\nExample:\n"
                      "  waymark ros2 topic echo /odom --count 1\n",
                      echo, true),
-          topic_verb("hz", "Measure how often messages of a topic come",
-                     "Exit code: 0 messages came, 1 none, 2 wrong usage.\n\nExample:\n"
+          topic_verb("hz", "Measure the rate of the messages of a topic",
+                     "Exit code: 0 messages arrived, 1 none, 2 wrong usage.\n\nExample:\n"
                      "  waymark ros2 topic hz /camera/color/image_raw --seconds 5\n",
                      hz, true)}};
 }

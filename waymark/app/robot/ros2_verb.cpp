@@ -7,9 +7,9 @@
 namespace waymark::cli {
 namespace {
 
-struct Ros2RobotArgs : Ros2RobotWords {
+struct Ros2RobotArgs : Ros2RobotSettings {
   explicit Ros2RobotArgs(CLI::App& app) : network(app) {
-    add_fields(app, static_cast<Ros2RobotWords&>(*this));
+    add_fields(app, static_cast<Ros2RobotSettings&>(*this));
   }
 
   Ros2Flags network;
@@ -17,13 +17,12 @@ struct Ros2RobotArgs : Ros2RobotWords {
 
 ExitCode ros2_robot(const Ros2RobotArgs& args, Console& console) {
   const auto profile = find_ros2_profile(args.profile);
-  if (!profile) return console.failed(profile.error(), ExitCode::Usage);
+  if (!profile) return fail_usage(profile.error(), console);
   const auto robot = read_named_robot(args.robot_file.empty() ? profile->robot : args.robot_file);
   auto options = args.network.options("waymark_robot", profile->ros_distro);
-  if (!robot) return console.failed(robot.error(), ExitCode::Usage);
+  if (!robot) return fail_usage(robot.error(), console);
   if (!options) return fail_usage(options.error(), console);
-  if (Status there = use_interface_of(*profile, *options); !there)
-    return console.failed(there.error(), ExitCode::Usage);
+  if (Status there = use_interface_of(*profile, *options); !there) return fail_usage(there.error(), console);
   const Status status =
       run_ros2_robot(*profile, *robot, *options, standard_wire(console, args.wire.listen_only),
                      {.share_commands = args.wire.shares()});
@@ -33,13 +32,12 @@ ExitCode ros2_robot(const Ros2RobotArgs& args, Console& console) {
 Verb ros2_robot_verb() {
   return {
       .name = "robot",
-      .sentence = "Be the process of a robot that speaks ROS 2: what --robot ros2:PROFILE starts",
+      .sentence = "Run the process of a ROS 2 robot; --robot ros2:PROFILE starts it",
       .help =
-          R"(Subscribes the topics of the profile and writes what comes as JSON lines on standard output; reads commands from
-standard input and publishes them (docs/formats/robot-process.md). `waymark teach --robot ros2:limo` starts it behind
-its watchdog. Alone it shows whether a robot is heard.
-
-The hello comes when odometry was heard and no commands of another program for 1.5 s; the input counts from then on.
+          R"(Subscribes to the topics of the profile and writes the messages as JSON lines to standard output; reads commands
+from standard input and publishes them (docs/formats/robot-process.md). `waymark teach --robot ros2:limo` starts it
+behind its watchdog. Started alone, it shows whether robot data arrive. It sends its hello after odometry has arrived,
+and no commands of another program for 1.5 s; earlier input is ignored.
 
 Exit code: 0 its input ended, 1 no odometry within 12 s, another program commands the robot, or no
 module for ROS 2; 2 wrong usage.
@@ -69,12 +67,11 @@ ExitCode relay(const RelayArgs& args, Console& console) {
 Verb ros2_relay_verb() {
   return {
       .name = "relay",
-      .sentence =
-          "Pass velocity commands on and stop the robot when they cease: a watchdog to run on the robot",
+      .sentence = "Relay velocity commands and stop the robot if they cease: a watchdog to run on the robot",
       .help =
-          R"(For robots that go on driving when commands cease, such as TurtleBot3: runs on the robot itself, passes commands on
-from one topic to another, and publishes zero when none came for 0.25 s, at least 25 times a second. A second process
-publishes zero where the relay is killed. The profile's command_topic is then the topic the commands come on.
+          R"(For robots that keep driving if commands cease, such as TurtleBot3. It runs on the robot itself, relays commands
+from one topic to another, and publishes zero, at least 25 times per second, if no command arrived for 0.25 s. A
+second process publishes zero if the relay is killed. The profile's command_topic is then the --from topic.
 
 Exit code: 0 ended by Ctrl-C, 1 the network failed, 2 wrong usage.
 
@@ -88,7 +85,7 @@ Example:
 
 Verb ros2_verb() {
   return {.name = "ros2",
-          .sentence = "Join a ROS 2 network without ROS: topics, a robot's process, a watchdog for robots",
+          .sentence = "Join a ROS 2 network without ROS: list topics, run a robot's process or a watchdog",
           .help = "Example:\n  waymark ros2 topic list\n",
           .verbs = {ros2_topic_verb(), ros2_robot_verb(), ros2_relay_verb()}};
 }

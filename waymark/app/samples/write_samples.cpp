@@ -27,7 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Board of write_board_pictures(), as `waymark calibrate camera` is told.
+/// The board of write_board_pictures(); the same values are in the command of kPieces.
 constexpr int kSampleBoardColumns = 6;
 constexpr int kSampleBoardRows = 5;
 constexpr double kSampleBoardTag_m = 0.03;
@@ -64,7 +64,7 @@ nlohmann::ordered_json to_json(const TagTruth& truth) {
           {"quaternion_xyzw", {turned.x(), turned.y(), turned.z(), turned.w()}}};
 }
 
-/// Three tags side by side, nearer or farther, each turned its own way.
+/// Three tags side by side, at different distances and orientations.
 PhotographScene three_tags(int picture, Random& random) {
   PhotographScene scene;
   for (int place = 0; place < 3; ++place) {
@@ -80,7 +80,7 @@ PhotographScene three_tags(int picture, Random& random) {
   return scene;
 }
 
-/// The board from all sides, near and far, in all corners of the picture.
+/// The board at different angles and distances, in all parts of the image.
 SE3 cam_T_board_of(int picture, Random& random) {
   const double about = 2 * std::numbers::pi * picture * 4 / kBoardPictures;
   const double tilt_rad = picture % 5 == 0 ? 0.05 : 0.55;
@@ -90,8 +90,8 @@ SE3 cam_T_board_of(int picture, Random& random) {
   return {tilted, {0.16 * away_m * std::cos(1.7 * picture), 0.12 * away_m * std::sin(1.7 * picture), away_m}};
 }
 
-/// Six photographs of three tags each, 1.png to 6.png, and truth.json: for each picture its tags with their
-/// corners [px] and their poses in the camera frame [m, quaternion x y z w]. camera.yaml is the lens.
+/// Writes six images of three tags each, 1.png to 6.png, and truth.json: for each image its tags with their
+/// corners [px] and their poses in the camera frame [m, quaternion x y z w]. camera.yaml is the camera model.
 Status write_tag_pictures(const fs::path& folder, std::uint64_t seed) {
   const Result<CameraModel> lens = sample_lens();
   if (!lens) return tl::unexpected(lens.error());
@@ -108,7 +108,7 @@ Status write_tag_pictures(const fs::path& folder, std::uint64_t seed) {
   return written ? write_lens(folder, *lens) : written;
 }
 
-/// Fifteen photographs of a board of 6 x 5 tags, 01.png to 15.png, by the lens of camera.yaml.
+/// Writes fifteen images of a board of 6 x 5 tags, 01.png to 15.png, with the camera model of camera.yaml.
 Status write_board_pictures(const fs::path& folder, std::uint64_t seed) {
   const Result<CameraModel> lens = sample_lens();
   const Result<CalibrationTarget> target = CalibrationTarget::make(
@@ -144,20 +144,20 @@ struct Piece {
 };
 
 constexpr std::array kPieces = {
-    Piece{"lap.mcap", "a taught lap of the robot limo in the world circuit24, with the truth",
+    Piece{"lap.mcap", "a taught lap of the robot limo in the world circuit24, with ground truth",
           "waymark info lap.mcap"},
-    Piece{"map", "the map and the route of that lap", "waymark replay map --world circuit24"},
-    Piece{
-        "other.mcap",
-        "the same lap by a robot that is not what its file says: 3 and 1 % on the wheels, 0.6 of each turn, "
-        "a biased gyro, slow motors, pictures 80 ms late",
-        "waymark localize other.mcap --map map -o estimate.mcap"},
-    Piece{"pictures", "six photographs of three tags of 0.16 m each; the truth and the lens beside them",
-          "waymark detect pictures --camera pictures/camera.yaml --tag-size-m 0.16"},
-    Piece{"calibration", "fifteen photographs of a board by the lens of calibration/camera.yaml",
-          "waymark calibrate camera calibration --cols 6 --rows 5 --tag-size-m 0.03 -o calibration.yaml"}};
+    Piece{"map", "the map and the route of that lap", "waymark replay map world=circuit24"},
+    Piece{"other.mcap",
+          "the same lap by a robot that differs from its file: wheel scales 3 and 1 % too small, turn gain "
+          "0.6, "
+          "gyro bias, slow motors, camera latency 80 ms",
+          "waymark localize other.mcap map=map output=estimate.mcap"},
+    Piece{"pictures", "six images of three tags of 0.16 m each, with ground truth and camera model",
+          "waymark detect pictures camera=pictures/camera.yaml tag_size_m=0.16"},
+    Piece{"calibration", "fifteen images of a board with the camera model of calibration/camera.yaml",
+          "waymark calibrate camera calibration cols=6 rows=5 tag_size_m=0.03 output=calibration.yaml"}};
 
-/// A robot like that of the setup, but for what its file cannot know.
+/// The robot of the setup with errors that its file does not describe.
 RobotSetup other_physics(RobotSetup setup) {
   SimulatedRobotOptions& robot = setup.simulated.robot;
   robot.seed += 1;
@@ -175,10 +175,12 @@ RobotSetup other_physics(RobotSetup setup) {
   return setup;
 }
 
-std::string words_of(std::uint64_t seed) {
+std::string readme_of(std::uint64_t seed, const JobControl& control) {
   std::string text = fmt::format("Simulated data, written by `waymark samples` with seed {}.\n", seed);
-  for (const Piece& piece : kPieces)
-    text += fmt::format("\n{}: {}.\n    {}\n", piece.name, piece.what, piece.verb);
+  for (const Piece& piece : kPieces) {
+    const std::string quoted = control.for_users(fmt::format("`{}`", piece.verb));
+    text += fmt::format("\n{}: {}.\n    {}\n", piece.name, piece.what, quoted.substr(1, quoted.size() - 2));
+  }
   return text;
 }
 
@@ -200,23 +202,23 @@ Status write_all(const SamplesJob& job, const fs::path& folder, const JobControl
   if (status) status = control.go_on();
   if (status) status = write_board_pictures(folder / "calibration", job.seed);
   if (status) status = control.go_on();
-  return status ? write_text_file(folder / "README.txt", words_of(job.seed)) : status;
+  return status ? write_text_file(folder / "README.txt", readme_of(job.seed, control)) : status;
 }
 
-/// Whether something stands where the folder is to be made.
+/// Fails unless the folder is missing or empty.
 Status check_place(const fs::path& folder) {
   std::error_code error;
   if (!fs::exists(folder, error) && !error) return {};
   if (!error && fs::is_directory(folder, error) && fs::is_empty(folder, error)) return {};
-  return fail(ErrorCode::InvalidArgument, "this folder is not empty, or no folder",
-              {.source = folder.string()}, "Give the samples a folder of their own.");
+  return fail(ErrorCode::InvalidArgument, "exists and is not an empty folder", {.source = folder.string()},
+              "Choose a new folder for the samples.");
 }
 
 Status unwritable(const fs::path& folder, const std::error_code& error) {
   return fail(ErrorCode::Unwritable, "cannot write here: " + error.message(), {.source = folder.string()});
 }
 
-/// A folder that is removed with everything in it, unless it was moved away.
+/// Removes a folder with its content, unless it was renamed.
 class Draft {
  public:
   explicit Draft(fs::path path) : path_(std::move(path)) {}
@@ -245,23 +247,25 @@ Result<SamplesReport> write_samples(const SamplesJob& job, const JobControl& con
     if (!error) fs::create_directories(draft / name, error);
   if (error) return tl::unexpected(unwritable(target, error).error());
   if (Status written = write_all(job, draft, control); !written) return tl::unexpected(written.error());
-  fs::remove(target, error);  // an empty one
+  fs::remove(target, error);  // succeeds only on an empty folder
   fs::rename(draft, target, error);
   if (error) return tl::unexpected(unwritable(target, error).error());
-  SamplesReport report;
+  SamplesReport report{.folder = job.folder, .seed = job.seed};
   for (const Piece& piece : kPieces) report.files.emplace_back(piece.name);
   report.files.emplace_back("README.txt");
   return report;
 }
 
-std::string to_text(const SamplesReport& report, const SamplesJob& job) {
-  std::string text = fmt::format("{}: {}\n", job.folder, fmt::join(report.files, ", "));
+std::string to_text(const SamplesReport& report) {
+  std::string text = fmt::format("{}: {}\n", report.folder, fmt::join(report.files, ", "));
   for (const Piece& piece : kPieces) text += fmt::format("  {:<12}{}\n", piece.name, piece.what);
-  return text + fmt::format("What reads them: {}\n", (fs::path(job.folder) / "README.txt").string());
+  return text + fmt::format("Commands for them: {}\n", (fs::path(report.folder) / "README.txt").string());
 }
 
-nlohmann::ordered_json to_json(const SamplesReport& report, const SamplesJob& job) {
-  return {{"folder", job.folder}, {"seed", job.seed}, {"files", report.files}};
+ReportFields fields(const SamplesReport& report) {
+  return {{"folder", "Written folder", report.folder},
+          {"seed", "Seed of all noise", report.seed},
+          {"files", "Names of the files and folders in it", report.files}};
 }
 
 }  // namespace waymark

@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "tests/support/data.hpp"
 
@@ -13,14 +14,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Cancels when it is asked for the given time.
+/// Cancels at the given call.
 JobControl cancelled_at_call(int call) {
   JobControl control;
   control.cancelled = [call, asked = 0]() mutable { return ++asked >= call; };
   return control;
 }
 
-TEST(WriteSamples, CancelledTheyLeaveNothingAndAFolderThatIsUsedStaysAsItIs) {
+TEST(WriteSamples, WritesNothingIfCancelledOrIfTheFolderIsNotEmpty) {
   const fs::path folder = testing::fresh_folder("write_samples");
   const std::string wanted = (folder / "samples").string();
   EXPECT_FALSE(write_samples({.folder = wanted}, cancelled_at_call(1)));
@@ -29,6 +30,11 @@ TEST(WriteSamples, CancelledTheyLeaveNothingAndAFolderThatIsUsedStaysAsItIs) {
   std::ofstream(fs::path(wanted) / "mine.txt") << "mine";
   EXPECT_FALSE(write_samples({.folder = wanted}, {}));
   EXPECT_EQ(std::distance(fs::directory_iterator(wanted), {}), 1);
+}
+
+TEST(SamplesReport, NamesFolderSeedAndFiles) {
+  EXPECT_EQ(to_json(fields(SamplesReport{"samples", 2, {"lap.mcap", "map"}})).dump(),
+            R"({"folder":"samples","seed":2,"files":["lap.mcap","map"]})");
 }
 
 }  // namespace

@@ -1,11 +1,13 @@
 #include "waymark/app/scene/map_scene.hpp"
 
 #include <algorithm>
+#include <set>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <nlohmann/json.hpp>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/app/common/output_files.hpp"
 #include "waymark/app/common/route_files.hpp"
@@ -121,12 +123,20 @@ Status write_scene_folder(const MapSceneJob& job, const SceneRecording& recordin
   report.wall_s = watch.seconds();
   report.peak_rss_mib = peak_rss_mib();
   report.files.push_back((job.folder / "summary.json").string());
-  status = write_text_file(staged->path() / "summary.json", to_json(report).dump(2) + "\n");
+  status = write_text_file(staged->path() / "summary.json", json_text(fields(report)));
   if (!status) return staged->failed(status.error());
   std::vector<std::string> routes = route_names(job.folder);  // of a map of another kind
   routes.emplace_back();
   const auto aside = staged->put_in_place(files_of_map(routes));
   return aside ? Status() : tl::unexpected(aside.error());
+}
+
+/// Tags that were seen and belong to no body.
+std::vector<TagId> foreign_tags(const SceneMap& map) {
+  std::vector<TagId> foreign;
+  foreign.reserve(map.observations.foreign.size());
+  for (const auto& [id, count] : map.observations.foreign) foreign.push_back(id);
+  return foreign;
 }
 
 void warn(MapSceneReport& report) {
@@ -145,9 +155,7 @@ void warn(MapSceneReport& report) {
     report.warnings.push_back(
         fmt::format("ids on no list that were hardly seen or contradict themselves, left out: {}",
                     words_of(map.rejected_tags)));
-  std::vector<TagId> foreign;
-  foreign.reserve(map.observations.foreign.size());
-  for (const auto& [id, count] : map.observations.foreign) foreign.push_back(id);
+  const std::vector<TagId> foreign = foreign_tags(map);
   if (!foreign.empty())
     report.warnings.push_back(
         fmt::format("{} ids belong to no body and were passed over: {}", foreign.size(), words_of(foreign)));
@@ -160,17 +168,39 @@ void warn(MapSceneReport& report) {
   }
 }
 
-/// By camera and name: as found, its standard deviation, as given.
-nlohmann::ordered_json to_json(const std::vector<FoundIntrinsics>& found, const TagScene& scene) {
-  nlohmann::ordered_json all = nlohmann::ordered_json::object();
-  for (const FoundIntrinsics& lens : found) {
-    nlohmann::ordered_json numbers = nlohmann::ordered_json::object();
+/// By camera and name: as found, its standard deviation, as given; nothing where cameras are not adjusted.
+std::optional<ReportFields> intrinsics_fields(const SceneMap& map) {
+  if (map.intrinsics.empty()) return std::nullopt;
+  ReportFields by_camera;
+  for (const FoundIntrinsics& lens : map.intrinsics) {
+    ReportFields by_name;
     for (Eigen::Index i = 0; i < lens.found.size(); ++i)
-      numbers[lens.names[static_cast<std::size_t>(i)]] = {
-          {"value", lens.found[i]}, {"sigma", lens.sigma[i]}, {"given", lens.given[i]}};
-    all[scene.cameras[lens.camera].name] = std::move(numbers);
+      by_name.push_back({lens.names[static_cast<std::size_t>(i)], "Parameter of the camera",
+                         ReportFields{{"value", "Estimated value", lens.found[i]},
+                                      {"sigma", "Standard deviation of the estimate", lens.sigma[i]},
+                                      {"given", "Value of the files", lens.given[i]}}});
+    by_camera.push_back(
+        {map.scene.cameras[lens.camera].name, "Parameters of this camera", std::move(by_name)});
   }
-  return all;
+  return by_camera;
+}
+
+std::size_t tags_in_map(const SceneMap& map) {
+  std::set<TagId> seen;
+  std::size_t tags = 0;
+  for (const SceneObservation& observation : map.observations.seen) {
+    const SceneTag& tag = map.scene.bodies[observation.body].tags[observation.tag];
+    if (seen.insert(tag.id).second && map.placed[map.problem.tags[observation.body][observation.tag]] != 0)
+      ++tags;
+  }
+  return tags;
+}
+
+std::vector<int> numbers_of(const std::vector<TagId>& tags) {
+  std::vector<int> numbers;
+  numbers.reserve(tags.size());
+  for (const TagId& tag : tags) numbers.push_back(tag.number);
+  return numbers;
 }
 
 }  // namespace
@@ -191,7 +221,8 @@ Status check(const MapSceneJob& job) {
 Result<MapSceneReport> map_scene_recording(const MapSceneJob& job, const JobControl& control) {
   const Stopwatch watch;
   if (Status status = check_output_folder(job.folder); !status) return tl::unexpected(status.error());
-  Result<TagScene> scene = read_tagslam_folder(job.tagslam);
+  Result<TagScene> scene =
+      or_wrong_kind(read_tagslam_folder(job.tagslam), job.tagslam, FileUse::TagslamFolder);
   if (!scene) return tl::unexpected(scene.error());
   MapSceneReport report;
   Result<SceneRecording> recording = read_scene_recording(job.recording, *scene, control, report.warnings);
@@ -226,69 +257,58 @@ Result<MapSceneReport> map_scene_recording(const MapSceneJob& job, const JobCont
   return report;
 }
 
-nlohmann::ordered_json to_json(const MapSceneReport& report) {
+ReportFields fields(const SceneCut& cut) {
+  return {{"ids", "Tags that only these observations connect", numbers_of(cut.beyond)},
+          {"by_ids", "Tags that are observed", numbers_of(cut.by)},
+          {"observations", "Number of observations", cut.observations}};
+}
+
+ReportFields fields(const CostAtValues& cost) {
+  return {
+      {"cost", "Cost of the other solution in TagSLAM's model", cost.cost},
+      {"free_poses", "Poses that it does not hold, which are where the cost is least", cost.free_poses},
+      {"reprojection_mean_px", "Mean reprojection error of the corners", cost.reprojection_mean_px},
+      {"reprojection_median_px", "Median reprojection error of the corners", cost.reprojection_median_px}};
+}
+
+ReportFields fields(const MapSceneReport& report) {
   const SceneMap& map = report.map;
-  std::set<TagId> seen;
-  std::size_t tags = 0;
-  for (const SceneObservation& observation : map.observations.seen) {
-    const SceneTag& tag = map.scene.bodies[observation.body].tags[observation.tag];
-    if (seen.insert(tag.id).second && map.placed[map.problem.tags[observation.body][observation.tag]] != 0)
-      ++tags;
-  }
-  const auto numbers = [](const auto& ids, auto number) {
-    nlohmann::ordered_json list = nlohmann::ordered_json::array();
-    for (const auto& id : ids) list.push_back(number(id));
-    return list;
-  };
-  nlohmann::ordered_json unconnected = nlohmann::ordered_json::array();
-  for (const auto& group : map.unconnected)
-    unconnected.push_back(numbers(group, [](const TagId& t) { return t.number; }));
-  const auto cuts = [&](const std::vector<SceneCut>& all) {
-    nlohmann::ordered_json list = nlohmann::ordered_json::array();
-    const auto number = [](const TagId& t) { return t.number; };
-    for (const SceneCut& cut : all)
-      list.push_back({{"ids", numbers(cut.beyond, number)},
-                      {"by_ids", numbers(cut.by, number)},
-                      {"observations", cut.observations}});
-    return list;
-  };
-  nlohmann::ordered_json json = {
-      {"frames", report.frames},
-      {"frames_without_pose", report.frames_without_pose},
-      {"observations", map.observations.seen.size()},
-      {"tags", tags},
-      {"rejected_observations", map.rejected.size()},
-      {"foreign_ids",
-       numbers(map.observations.foreign, [](const auto& entry) { return entry.first.number; })},
-      {"rejected_tag_ids", numbers(map.rejected_tags, [](const TagId& t) { return t.number; })},
-      {"unconnected_ids", unconnected},
-      {"undetermined_ids", numbers(map.undetermined, [](const TagId& t) { return t.number; })},
-      {"thin_cuts", cuts(map.thin_cuts)},
-      {"left_out_cuts", cuts(map.left_out_cuts)},
-      {"size_scale", map.size_scale},
-      {"noise_px", map.noise_px},
-      {"reprojection_mean_px", map.reprojection_mean_px},
-      {"reprojection_median_px", map.reprojection_median_px},
-      {"cost", map.cost},
-      {"iterations", map.summary.iterations},
-      {"files", report.files},
-      {"wall_s", report.wall_s},
-      {"peak_rss_mib", report.peak_rss_mib},
-      {"warnings", report.warnings}};
-  if (!map.intrinsics.empty()) json["intrinsics"] = to_json(map.intrinsics, map.scene);
-  if (report.against)
-    json["against"] = {{"cost", report.against->cost},
-                       {"free_poses", report.against->free_poses},
-                       {"reprojection_mean_px", report.against->reprojection_mean_px},
-                       {"reprojection_median_px", report.against->reprojection_median_px}};
-  return json;
+  std::vector<std::vector<int>> unconnected;
+  for (const std::vector<TagId>& group : map.unconnected) unconnected.push_back(numbers_of(group));
+  return {{"frames", "Frames of the recording", report.frames},
+          {"frames_without_pose", "Frames without a pose, of the moving body that has most of them",
+           report.frames_without_pose},
+          {"observations", "Observations of tags", map.observations.seen.size()},
+          {"tags", "Tags in the map", tags_in_map(map)},
+          {"rejected_observations", "Observations that contradict the others", map.rejected.size()},
+          {"foreign_ids", "Ids that are on no body", numbers_of(foreign_tags(map))},
+          {"rejected_tag_ids", "Ids on no list that were hardly seen or contradict themselves",
+           numbers_of(map.rejected_tags)},
+          {"unconnected_ids", "Groups of ids that nothing connects to the map", unconnected},
+          {"undetermined_ids", "Ids whose pose nothing determines; covariance as of an unknown pose",
+           numbers_of(map.undetermined)},
+          {"thin_cuts", "Parts of the map that depend on few observations, the largest first", map.thin_cuts},
+          {"left_out_cuts", "Unconnected parts: nothing confirms the observations that would connect them",
+           map.left_out_cuts},
+          {"size_scale", "Size of all tags relative to the given one; 1 without distances", map.size_scale},
+          {"noise_px", "Standard deviation of a corner coordinate", map.noise_px},
+          {"reprojection_mean_px", "Mean reprojection error of the corners in use", map.reprojection_mean_px},
+          {"reprojection_median_px", "Median reprojection error of the corners in use",
+           map.reprojection_median_px},
+          {"cost", "Half the sum of squared residuals, by the noise of the model", map.cost},
+          {"iterations", "Iterations of the bundle adjustment", map.summary.iterations},
+          {"files", "Files that were written", report.files},
+          {"wall_s", "Duration of the run", report.wall_s},
+          {"peak_rss_mib", "Peak memory of the process so far", report.peak_rss_mib},
+          {"warnings", "What is doubtful about the map, one sentence each", report.warnings},
+          {"intrinsics", "With `free_intrinsics`: by camera and parameter value, sigma and given",
+           if_any(intrinsics_fields(map))},
+          {"against", "With `against`: the other solution", if_any(report.against)}};
 }
 
 std::string to_text(const MapSceneReport& report, const std::string& folder) {
-  const nlohmann::ordered_json json = to_json(report);
-  std::string text =
-      fmt::format("{}: {} tags from {} observations in {} frames\n", folder, json["tags"].get<std::size_t>(),
-                  report.map.observations.seen.size(), report.frames);
+  std::string text = fmt::format("{}: {} tags from {} observations in {} frames\n", folder,
+                                 tags_in_map(report.map), report.map.observations.seen.size(), report.frames);
   text += fmt::format("corners within {:.3f} px (mean; median {:.3f}), noise {:.3f} px, cost {:.2f}\n",
                       report.map.reprojection_mean_px, report.map.reprojection_median_px, report.map.noise_px,
                       report.map.cost);

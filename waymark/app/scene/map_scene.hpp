@@ -5,9 +5,8 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "waymark/app/common/job_control.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/mapping/scene/scene_values.hpp"
 
@@ -66,7 +65,10 @@ struct MapSceneReport {
 /// TagSLAM's), trajectory_BODY.txt of each body that moves, and summary.json. Nothing is written when no map
 /// can be made.
 [[nodiscard]] Result<MapSceneReport> map_scene_recording(const MapSceneJob& job, const JobControl& control);
-[[nodiscard]] nlohmann::ordered_json to_json(const MapSceneReport& report);
+/// What `--json` prints and summary.json holds.
+[[nodiscard]] ReportFields fields(const MapSceneReport& report);
+[[nodiscard]] ReportFields fields(const SceneCut& cut);
+[[nodiscard]] ReportFields fields(const CostAtValues& cost);
 /// What the verb `map` prints of a map that it wrote into this folder.
 [[nodiscard]] std::string to_text(const MapSceneReport& report, const std::string& folder);
 

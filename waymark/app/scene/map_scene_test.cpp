@@ -177,7 +177,7 @@ TEST_F(MapScene, ACovarianceOfNotKnowingCanBeReadBack) {
   TagslamScene::record(job.recording, 0);  // without any noise the normal equations say nothing of it
   const auto report = map_scene_recording(job, {});
   ASSERT_TRUE(report) << to_string(report.error());
-  EXPECT_THAT(report->warnings, Contains(HasSubstr("nothing determines where")));
+  EXPECT_THAT(report->warnings, Contains(HasSubstr("not determined")));
   const auto map = read_map(out_ / "map.yaml");
   ASSERT_TRUE(map) << to_string(map.error());
   EXPECT_EQ(map->tags.tags.size(), 5U);

@@ -36,8 +36,8 @@ ExitCode map_scene(const MapSceneArgs& args, Console& console) {
   if (status) status = check(job);
   if (!status) return fail_usage(status.error(), console);
   const Result<MapSceneReport> report = map_scene_recording(job, control_from(console));
-  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
-  console.print(args.json ? json_line(to_json(*report)) : to_text(*report, job.folder));
+  if (!report) return fail_with(report.error(), console);
+  console.print(args.json ? json_line(fields(*report)) : to_text(*report, job.folder));
   console.warn(report->warnings);
   return ExitCode::Ok;
 }
@@ -63,7 +63,8 @@ Examples:
   waymark map scene tags.bag --tagslam config -o scene --free-intrinsics
   waymark map tags.bag --tagslam config -o scene --model tagslam --against reference --json
 )",
-      .prepare = prepared(map_scene)};
+      .prepare = prepared(map_scene),
+      .report = report_of<MapSceneReport>};
 }
 
 }  // namespace waymark::cli

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/recording/cdr_channels.hpp"
 #include "waymark/recording/compression.hpp"
@@ -105,7 +106,7 @@ class Reader {
 
 Result<SceneRecording> read_scene_recording(const std::filesystem::path& path, const TagScene& scene,
                                             const JobControl& control, std::vector<std::string>& problems) {
-  const auto log = open_log(path, control.log_options());
+  const auto log = open_recording(path, control);
   if (!log) return tl::unexpected(log.error());
   if ((*log)->format() == LogFormat::Csv)
     return fail(ErrorCode::InvalidArgument, "a CSV table does not say which camera saw its detections when",

@@ -21,7 +21,7 @@ struct DemoArgs {
         options(settings, Reach::SettingsOnly) {
     add_fields(app, live);
     add_fields(app, job);
-    app.add_flag("--json", json, "One JSON object (teach, map, replay, figures) instead of a table");
+    app.add_flag("--json", json, "Print one JSON object (teach, map, replay, figures) instead of a table");
   }
 
   Settings settings;
@@ -33,13 +33,13 @@ struct DemoArgs {
   bool json = false;
 };
 
-/// The same session by the clock, while somebody watches; it stays until it is ended.
+/// The same session in real time with a page, until the user ends it.
 ExitCode watched_demo(const DemoArgs& args, const DemoJob& demo, RobotSetup& setup, Console& console) {
   Status status = clear_demo_folder(args.job.folder);
   if (status)
     status = become_the_robot(setup, args.scene.as_words(args.setup, args.job.images),
                               {.lockstep = true, .pace = 1});
-  if (!status) return console.failed(status.error(), ExitCode::SomeFailed);
+  if (!status) return fail_with(status.error(), console);
   const auto view = LivePage::open(args.live, setup, control_from(console));
   if (!view) return fail_with(view.error(), console);
   const SessionJob job{
@@ -54,7 +54,7 @@ ExitCode watched_demo(const DemoArgs& args, const DemoJob& demo, RobotSetup& set
 ExitCode demo(const DemoArgs& args, Console& console) {
   DemoJob job = args.job;
   std::optional<DetectingCameraOptions> pictures;
-  Status usable = args.options.apply(job.replay);  // before files are read
+  Status usable = args.options.apply(job.replay);  // fail before files are read
   if (usable) usable = args.scene.apply(job.images, pictures);
   Result<RobotSetup> setup = usable ? args.setup.make() : tl::unexpected(usable.error());
   if (!setup) return fail_usage(setup.error(), console);
@@ -64,10 +64,10 @@ ExitCode demo(const DemoArgs& args, Console& console) {
     setup->simulated.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1U, 16U));
   const Result<DemoReport> report = run_demo(*setup, job, control_from(console));
   if (interrupted()) {
-    console.say("stopped: what was recorded is kept");
+    console.say("stopped: the recordings are kept");
     return ExitCode::Interrupted;
   }
-  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
+  if (!report) return fail_with(report.error(), console);
   console.print(args.json ? json_line(fields(*report)) : to_text(*report, *setup, job));
   console.warn(report->map.warnings);
   if (!succeeded(report->replay)) console.say("the replay " + ending(report->replay, interrupted_by()));
@@ -79,16 +79,15 @@ ExitCode demo(const DemoArgs& args, Console& console) {
 Verb demo_verb() {
   return {
       .name = "demo",
-      .sentence = "Teach, map and replay a lap in simulation, and compare with the truth",
+      .sentence = "Teach, map and replay a lap in simulation, and compare with ground truth",
       .help =
-          R"(The three steps in a row, as `waymark teach`, `waymark map` and `waymark replay` do them one by one. Leaves
-lap.mcap, replay.mcap, the folder map/ and figures (SVG and PNG): trajectory and tags against the truth,
-error over the way, tags in view; and report.html with all of it on one page. Run again, it writes over its own files, and over nobody else's.
-
-With --view the same session goes by the clock and is shown in the browser, where it can be paused, stopped and
-replayed again; it stays until Ctrl-C, and leaves the recordings and the map.
-
-Exit code: 0 the route was driven to its end, 1 it was not (said in words; the table and the figures are there),
+          R"(Runs the steps of `waymark teach`, `waymark map` and `waymark replay` one after the other. Writes lap.mcap,
+replay.mcap, the folder map/, figures (SVG and PNG: trajectory and tags against ground truth, error along the
+path, tags in view), and report.html with everything on one page. A second run overwrites only files that `demo`
+wrote.
+With --view the session runs in real time and is shown in the browser, where it can be paused, stopped and
+replayed again. It runs until Ctrl-C and writes the recordings and the map.
+Exit code: 0 the route was driven to its end, 1 it was not (the reason is printed; table and figures exist),
 2 wrong usage, 130 stopped by Ctrl-C.
 
 Examples:

@@ -14,7 +14,7 @@ struct ExploreArgs {
         filter(settings, "filter", "Localisation") {
     add_fields(app, job);
     app.get_option("--output")->transform(recording_name());
-    app.add_flag("--json", json, "One JSON object instead of words");
+    app.add_flag("--json", json, "Print one JSON object instead of text");
   }
 
   Settings settings;
@@ -28,21 +28,21 @@ struct ExploreArgs {
 
 ExitCode explore(const ExploreArgs& args, Console& console) {
   ExploreJob job = args.job;
-  Status status = refuse(args.filter, kNoDelay, "Leave it out.", "lag_s");
+  Status status = refuse(args.filter, kNoDelay, "Omit this option.", "lag_s");
   if (status) status = args.explore.apply(job.explore);
   if (status) status = args.filter.apply(job.filter);
   if (!status) return fail_usage(status.error(), console);
   Result<RobotSetup> setup = args.pictures.apply(args.setup.make());
-  if (!setup) return console.failed(setup.error(), ExitCode::Usage);
+  if (!setup) return fail_usage(setup.error(), console);
   const Result<ExploreReport> report = explore_world(std::move(*setup), job, control_from(console));
-  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
+  if (!report) return fail_with(report.error(), console);
   console.print(args.json ? json_line(fields(*report)) : to_text(*report));
   if (report->interrupted) {
-    console.say("stopped: the robot stands");
+    console.say("stopped: the robot is stationary");
     return ExitCode::Interrupted;
   }
-  if (!report->stands.empty()) console.say("the robot stands: " + report->stands);
-  return report->collisions == 0 && report->stands.empty() ? ExitCode::Ok : ExitCode::SomeFailed;
+  if (!report->halt_reason.empty()) console.say("the robot is stopped: " + report->halt_reason);
+  return report->collisions == 0 && report->halt_reason.empty() ? ExitCode::Ok : ExitCode::SomeFailed;
 }
 
 }  // namespace
@@ -50,14 +50,14 @@ ExitCode explore(const ExploreArgs& args, Console& console) {
 Verb explore_verb() {
   return {
       .name = "explore",
-      .sentence = "Explore at random while the robot is localised",
+      .sentence = "Drive at random through a world while localising the robot",
       .help =
-          R"(The robot drives forward with a heading that wanders at random, turns by a random angle where its lidar
-sees something near, and localises itself by the tags of the map: the exercise "Marker Based Visual Loc" of
-JdeRobot's Robotics Academy. What is reported of errors and collisions is by the truth of the simulator.
-A robot without a lidar gets one for it.
-
-Exit code: 0 nothing was met, 1 something was, or a file was unusable, 2 wrong usage, 130 stopped by Ctrl-C.
+          R"(The robot drives forward with a random heading, turns by a random angle if its lidar detects an obstacle
+nearby, and is localised with the tags of the map: the exercise "Marker Based Visual Loc" of JdeRobot's
+Robotics Academy. Errors and collisions are measured against the ground truth of the simulator. A robot without
+a lidar gets one for this drive.
+Exit code: 0 no collision, 1 a collision, a stopped robot or an unusable file, 2 wrong usage, 130 stopped by
+Ctrl-C.
 
 Examples:
   waymark explore --world academy-house --minutes 3

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "waymark/app/common/estimate_message.hpp"
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/app/live/start_recording.hpp"
 #include "waymark/base/angles.hpp"
@@ -23,17 +24,17 @@
 namespace waymark {
 namespace {
 
-/// For robots whose file has no lidar: LIMO's turns eight times a second.
+/// For robots whose file has no lidar: that of LIMO, with eight scans per second.
 constexpr double kUsualLidar_hz = 8;
 
 Result<TagMap> tags_of(const RobotSetup& setup, const ExploreJob& job) {
   if (job.map.empty()) return setup.simulated.world.tags;
-  const auto file = read_map(map_file_of(job.map));
+  const auto file = or_wrong_kind(read_map(map_file_of(job.map)), job.map, FileUse::OwnMap);
   if (!file) return tl::unexpected(file.error());
   return file->tags;
 }
 
-/// What the truth says of a robot that wanders.
+/// Evaluates an exploring robot against ground truth.
 class Judge {
  public:
   Judge(const World& world, const Hull& hull) : world_(world), hull_(hull) {}
@@ -105,7 +106,7 @@ ExploreListener listener_of(Judge& judge, std::optional<SampleRecorder>& recorde
 }
 
 Explorer explorer_of(const SimulatedSetup& setup, const ExploreOptions& options) {
-  constexpr std::uint64_t kExploreSeed = 2000;  // the wandering must not be in step with the sensors' noise
+  constexpr std::uint64_t kExploreSeed = 2000;  // makes the turns independent of the sensor noise
   const LidarOptions& lidar = setup.robot.lidar;
   return {options, setup.model, SE2(lidar.x_m, lidar.y_m, to_radians(lidar.yaw_deg)),
           Random(setup.robot.seed + kExploreSeed)};
@@ -153,7 +154,7 @@ Result<ExploreReport> explore_world(RobotSetup setup, const ExploreJob& job, con
   if (!closed) return tl::unexpected(closed.error());
   const ExploreEnd explored = session.end();
   ExploreReport report{.interrupted = end->interrupted,
-                       .stands = explored.stands,
+                       .halt_reason = explored.stands,
                        .seconds = end->lap_s,
                        .turns = explored.turns,
                        .tags = tags->tags.size()};
@@ -167,13 +168,12 @@ std::string to_text(const ExploreReport& r) {
   std::string text = fmt::format("{:.0f} s, {:.1f} m, {} turns; {} of {} tags seen\n", r.seconds,
                                  r.distance_m, r.turns, r.seen.size(), r.tags);
   text += fmt::format("{} collisions, ", r.collisions);
-  text += std::isfinite(r.nearest_m)
-              ? fmt::format("nearest to anything {:.3f} m from the hull\n", r.nearest_m)
-              : "nothing in this world to come near to\n";
-  if (!r.position_rmse_m) return text + "the place was never known\n";
+  text += std::isfinite(r.nearest_m) ? fmt::format("smallest clearance {:.3f} m from the hull\n", r.nearest_m)
+                                     : "this world has no obstacles\n";
+  if (!r.position_rmse_m) return text + "the pose was never certain\n";
   return text + fmt::format(
-                    "the place was known {:.1f} % of the time; then by the truth:\n"
-                    "  position  {:.3f} m rmse, {:.3f} m 95 %, {:.3f} m worst\n"
+                    "the pose was certain {:.1f} % of the time; its errors against ground truth:\n"
+                    "  position  {:.3f} m rmse, {:.3f} m 95 %, {:.3f} m max\n"
                     "  heading   {:.2f} deg rmse\n",
                     100 * r.certain_fraction, *r.position_rmse_m, *r.position_p95_m, *r.position_max_m,
                     *r.heading_rmse_deg);
@@ -185,20 +185,20 @@ ReportFields fields(const ExploreReport& r) {
       {"seconds", "Duration of the drive [s]", r.seconds},
       {"distance_m", "Driven distance, by the ground truth", r.distance_m},
       {"turns", "Number of turns on the spot", r.turns},
-      {"tags_seen", "Names of the map tags that were seen", r.seen},
+      {"tags_seen", "Names of the observed map tags", r.seen},
       {"tags", "Number of tags in the map", r.tags},
       {"collisions", "How often the hull hit a wall or furniture, by the ground truth", r.collisions},
-      {"nearest_m", "Smallest distance from the hull to these, by the ground truth; null: the world has none",
+      {"nearest_m", "Smallest distance from the hull to walls and furniture, by ground truth; null: none",
        nearest_m},
       {"certain_fraction", "Share of the estimates that were certain", r.certain_fraction},
       {"position_rmse_m",
-       "Root mean square distance of certain estimates from the ground truth; null: there was none",
+       "Root mean square distance of certain estimates from the ground truth; null: no estimate was certain",
        r.position_rmse_m},
       {"position_p95_m", "95th percentile of these distances", r.position_p95_m},
       {"position_max_m", "Largest of these distances", r.position_max_m},
       {"heading_rmse_deg", "Root mean square heading error of certain estimates, by the ground truth",
        r.heading_rmse_deg},
-      {"stands", "Why the robot stood still at the end; empty: it was driving", r.stands},
+      {"stands", "Why the robot was stopped at the end; empty: it was driving", r.halt_reason},
       {"wall_s", "Elapsed real time", r.wall_s}};
 }
 

@@ -23,8 +23,8 @@ struct ExploreJob {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.map, JobField("map PATH",
-                             "Map of the tags: map.yaml or its folder. Unless given: the tags of the world, "
-                             "as a person measured them"));
+                             "Map of the tags: map.yaml or its folder. Default: the tags of the world with "
+                             "the errors of a manual survey"));
     visit(self.minutes, JobField("minutes NUMBER", "Duration of the drive", 0.01, 10000.0));
     visit(self.output, JobField("output FILE", "Recording to write of the drive (.mcap)"));
   }
@@ -32,17 +32,17 @@ struct ExploreJob {
 
 struct ExploreReport {
   bool interrupted = false;
-  std::string stands{};  ///< why the robot stood at the end; empty when it drove
+  std::string halt_reason{};  ///< why the robot was stopped at the end; empty: it was driving
   double seconds = 0;
   double distance_m = 0;
   int turns = 0;
-  std::vector<std::string> seen{};  ///< tags of the map
-  std::size_t tags = 0;             ///< of the map
-  int collisions = 0;               ///< by the truth: times the hull met something
-  double nearest_m = 0;             ///< by the truth: hull to the nearest thing, at the least
-  std::size_t estimates = 0;        ///< twenty a second, once there is one
-  double certain_fraction = 0;      ///< of the time the place was known
-  /// By the truth, while the place was known; nothing when it never was.
+  std::vector<std::string> seen{};  ///< observed map tags
+  std::size_t tags = 0;             ///< number of map tags
+  int collisions = 0;               ///< of the hull, by ground truth
+  double nearest_m = 0;             ///< smallest distance from the hull to an obstacle, by ground truth
+  std::size_t estimates = 0;        ///< number of poses, twenty per second from the first one on
+  double certain_fraction = 0;      ///< share of the time with a certain pose
+  /// Errors of certain poses against ground truth; nothing if there was none.
   std::optional<double> position_rmse_m{};
   std::optional<double> position_p95_m{};
   std::optional<double> position_max_m{};
@@ -50,7 +50,7 @@ struct ExploreReport {
   double wall_s = 0;
 };
 
-/// Lets the robot wander through the world while it localises itself. Cancelling stops the robot and closes
+/// Drives the robot at random through the world while it is localised. Cancelling stops the robot and closes
 /// the file.
 [[nodiscard]] Result<ExploreReport> explore_world(RobotSetup setup, const ExploreJob& job,
                                                   const JobControl& control);

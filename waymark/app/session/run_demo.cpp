@@ -15,13 +15,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The replay is another day: other noise than in the teach lap.
+/// Added to the seed of the teach lap, so that the replay has different noise.
 constexpr std::uint64_t kReplaySeed = 1000;
 
-/// Says that a folder is a demo's own.
+/// Marks a folder that a demo wrote.
 constexpr const char* kMark = "written-by-waymark-demo.txt";
 
-/// What a demo writes, and what makes a folder that of a map, whose figures have the same names.
+/// Files that a demo writes, and map.yaml, because the figures of a map folder have the same names.
 std::vector<std::string> own_names() {
   std::vector<std::string> names = {"lap.mcap",    "replay.mcap", "map",
                                     "report.html", "map.yaml",    "route.yaml"};
@@ -36,12 +36,13 @@ Status write_figures(const fs::path& folder, const RecordedLap& lap, DemoReport&
   const MapReport& map = report.map;
   const ReplayReport& replay = report.replay;
   using plot::PathLayer;
-  const std::vector<PathLayer> layers = {{"taught, truth", map.true_path, map.true_tags, plot::kTruthColor},
-                                         {"map", map.lap.trajectory, map.lap.map, plot::kEstimateColor},
-                                         {"replayed, truth", replay.true_path, {}, plot::kTaughtColor}};
+  const std::vector<PathLayer> layers = {
+      {"taught (ground truth)", map.true_path, map.true_tags, plot::kTruthColor},
+      {"map", map.lap.trajectory, map.lap.map, plot::kEstimateColor},
+      {"replayed (ground truth)", replay.true_path, {}, plot::kTaughtColor}};
   std::vector<std::string>& files = report.figures;
   Status status = write_figure(folder / "trajectory.svg",
-                               plot::path_figure("Taught, mapped, driven again", layers), both, files);
+                               plot::path_figure("Taught and replayed path", layers), both, files);
   if (status)
     status = write_figure(
         folder / "map_error.svg",
@@ -50,21 +51,21 @@ Status write_figures(const fs::path& folder, const RecordedLap& lap, DemoReport&
   if (status)
     status = write_figure(
         folder / "cross_track.svg",
-        plot::cross_track_figure("Replay beside the taught way", replay.true_path, replay.taught_path), both,
-        files);
+        plot::cross_track_figure("Cross-track error of the replay", replay.true_path, replay.taught_path),
+        both, files);
   if (status)
     status = write_figure(folder / "tags_in_view.svg",
                           plot::tags_in_view_figure("Tags in view, teach lap", lap.frames), both, files);
   return status;
 }
 
-/// report.html: what `waymark report FOLDER` writes.
+/// report.html, as `waymark report FOLDER` writes it.
 Status write_report(const fs::path& folder, const JobControl& control) {
   const Result<Runs> runs = read_runs({folder.string()}, control);
   if (!runs) return tl::unexpected(runs.error());
   const Result<plot::Page> page = report_page(*runs, control);
   if (!page) return tl::unexpected(page.error());
-  const Result<std::string> html = plot::to_html(*page);
+  const Result<std::string> html = html_of(*page, control);
   return html ? write_text_file(folder / "report.html", *html) : tl::unexpected(html.error());
 }
 
@@ -81,10 +82,10 @@ Status clear_demo_folder(const std::string& name_of_folder) {
   for (const std::string& name : own_names()) {
     if (!error && fs::exists(folder / name) && !fs::exists(folder / kMark))
       return fail(ErrorCode::InvalidArgument,
-                  fmt::format("this folder holds a '{}' that no demo wrote", name),
-                  {.source = folder.string()}, "Give the demo a folder of its own: -o NEW_FOLDER.");
+                  fmt::format("this folder contains a '{}' that no demo wrote", name),
+                  {.source = folder.string()}, "Choose another folder with `output`.");
   }
-  if (!error && !write_text_file(folder / kMark, "`waymark demo` writes over the files in this folder.\n"))
+  if (!error && !write_text_file(folder / kMark, "`waymark demo` overwrites the files in this folder.\n"))
     error = std::make_error_code(std::errc::permission_denied);
   for (const char* name : {"lap.mcap", "replay.mcap"}) {
     if (!error) fs::remove(folder / name, error);
@@ -136,39 +137,39 @@ std::string to_text(const DemoReport& report) {
   const auto degrees = [](double value) { return fmt::format("{:.2f} deg", value); };
   std::string text =
       row("teach", "driven, by odometry", fmt::format("{:.2f} m", teach.distance_m)) +
-      row("", "two tags or more in view", fmt::format("{:.1f} %", 100 * teach.two_tags_fraction())) +
-      row("", "tags seen", std::to_string(teach.seen.size())) +
+      row("", "two or more tags in view", fmt::format("{:.1f} %", 100 * teach.two_tags_fraction())) +
+      row("", "observed tags", std::to_string(teach.seen.size())) +
       row("", "loop closed", teach.closed_loop ? "yes" : "no");
   if (const auto& e = report.map.tag_errors) {
-    text += row("map", "tags, rmse", metres(e->rmse_m)) + row("", "tags, worst", metres(e->max_m)) +
+    text += row("map", "tags, rmse", metres(e->rmse_m)) + row("", "tags, max", metres(e->max_m)) +
             row("", "tags, orientation rmse", degrees(e->orientation_rmse_deg));
   }
   if (const auto& e = report.map.trajectory_errors) text += row("", "trajectory, rmse", metres(e->rmse_m));
   text += row("replay", "stops", std::to_string(report.replay.end.stops));
   if (const auto& j = report.replay.judgement) {
     text += row("", "laps completed", std::to_string(j->laps_completed)) +
-            row("", "from the taught way, rmse", metres(j->cross_track_rmse_m)) +
-            row("", "from the taught way, 95 %", metres(j->cross_track_p95_m)) +
-            row("", "from the taught way, worst", metres(j->cross_track_max_m)) +
+            row("", "cross-track error, rmse", metres(j->cross_track_rmse_m)) +
+            row("", "cross-track error, 95 %", metres(j->cross_track_p95_m)) +
+            row("", "cross-track error, max", metres(j->cross_track_max_m)) +
             row("", "heading, rmse", degrees(j->heading_rmse_deg)) +
-            row("", "nearest tag to the hull", metres(j->min_clearance_m));
+            row("", "hull to the nearest tag", metres(j->min_clearance_m));
   }
   return text;
 }
 
 std::string to_text(const DemoReport& report, const RobotSetup& setup, const DemoJob& job) {
   const double world_s = report.teach.end.lap_s + report.replay.end.lap_s;
-  return fmt::format("{}, {}: against the truth, anchored, not aligned\n", setup.simulated.world.name,
-                     setup.simulated.model.name) +
+  return fmt::format("{}, {}: against ground truth, in the map frame, without alignment\n",
+                     setup.simulated.world.name, setup.simulated.model.name) +
          to_text(report) +
-         fmt::format("{:.2f} s for {:.0f} s in the world; figures, recordings and report.html: {}\n",
+         fmt::format("{:.2f} s for {:.0f} s of simulated time; figures, recordings and report.html: {}\n",
                      report.wall_s, world_s, job.folder);
 }
 
 ReportFields fields(const DemoReport& report) {
-  return {{"teach", "What `waymark teach` prints", report.teach},
-          {"map", "What `waymark map` prints", report.map},
-          {"replay", "What `waymark replay` prints", report.replay},
+  return {{"teach", "Report of `waymark teach`", report.teach},
+          {"map", "Report of `waymark map`", report.map},
+          {"replay", "Report of `waymark replay`", report.replay},
           {"figures", "Files of the figures", report.figures},
           {"wall_s", "Elapsed real time", report.wall_s}};
 }

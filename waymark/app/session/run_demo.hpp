@@ -15,14 +15,14 @@ namespace waymark {
 struct DemoJob {
   std::string folder = "demo";
   bool images = false;
-  ReplayJob replay{};  ///< laps, options; files and noise are the demo's
+  ReplayJob replay{};  ///< laps and options; the demo sets files and noise
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.folder, JobField("output FOLDER", "Folder for recordings, map and figures"));
     visit(self.replay.replay.laps, JobField("laps NUMBER", "Number of laps of the replay", 0.01, 1000.0));
     visit(self.images,
-          JobField("images", "Render camera pictures, detect tags in them, and record them as JPEG"));
+          JobField("images", "Render camera images, detect tags in them, and record them as JPEG"));
     visit(self.replay.durable, JobField("durable", kDurableHelp).less());
   }
 };
@@ -35,15 +35,15 @@ struct DemoReport {
   double wall_s = 0;
 };
 
-/// Makes the folder ready: a demo may be run again, and its own recordings of last time go. A lap or a map of
-/// somebody else stays, and fails.
+/// Prepares the folder and removes the recordings of an earlier demo. Fails, without a change, if the folder
+/// contains a lap or a map that no demo wrote.
 [[nodiscard]] Status clear_demo_folder(const std::string& folder);
-/// Teach, map and replay in a row, figures and the report. What fails is said with the step it failed in.
+/// Runs teach, map and replay, and writes figures and the report. An error names the step that failed.
 [[nodiscard]] Result<DemoReport> run_demo(const RobotSetup& setup, const DemoJob& job,
                                           const JobControl& control);
-/// A line a figure: what, and how good.
+/// One line per value: step, name, value.
 [[nodiscard]] std::string to_text(const DemoReport& report);
-/// The same with the world and the robot before it, the time and the folder behind it.
+/// The same after a line with world and robot, and before a line with time and folder.
 [[nodiscard]] std::string to_text(const DemoReport& report, const RobotSetup& setup, const DemoJob& job);
 [[nodiscard]] ReportFields fields(const DemoReport& report);
 

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/support/data.hpp"
+#include "tests/support/golden_page.hpp"
 
 namespace waymark {
 namespace {
@@ -17,13 +18,14 @@ namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-TEST(DemoReportText, HasRowsOnlyForWhatWasCompared) {
+TEST(DemoReportText, HasRowsOnlyForAvailableComparisons) {
   DemoReport report;
   EXPECT_THAT(to_text(report), Not(HasSubstr("rmse")));
   report.replay.judgement = ReplayJudgement{};
   report.replay.judgement->laps_completed = 2;
   EXPECT_THAT(to_text(report), HasSubstr("laps completed"));
-  EXPECT_THAT(to_text(report), HasSubstr("from the taught way, rmse"));
+  EXPECT_THAT(to_text(report), HasSubstr("cross-track error, rmse"));
+  testing::expect_on_page("session", to_text(report));
 }
 
 TEST(DemoReportJson, HoldsTheReportsOfTheThreeSteps) {
@@ -37,7 +39,7 @@ TEST(DemoReportJson, HoldsTheReportsOfTheThreeSteps) {
   EXPECT_EQ(json.size(), 5U);
 }
 
-TEST(DemoFolder, ADemoWritesOverItsOwnFilesAndNobodyElses) {
+TEST(DemoFolder, ADemoOverwritesOnlyItsOwnFiles) {
   const fs::path folder = testing::fresh_folder("demo_folder");
   const auto at = [&](const char* name) { return (folder / name).string(); };
   const auto put = [&](const std::string& name, const std::string& text) {
@@ -47,11 +49,13 @@ TEST(DemoFolder, ADemoWritesOverItsOwnFilesAndNobodyElses) {
   ASSERT_TRUE(clear_demo_folder(at("demo")));
   put("demo/lap.mcap", "of the last demo");
   ASSERT_TRUE(clear_demo_folder(at("demo")));
-  EXPECT_FALSE(fs::exists(at("demo/lap.mcap"))) << "it goes, so that a new one can be recorded";
-  put("mine/lap.mcap", "of a person");
+  EXPECT_FALSE(fs::exists(at("demo/lap.mcap"))) << "removed, so that a new one can be recorded";
+  put("mine/lap.mcap", "not of a demo");
   const Status mine = clear_demo_folder(at("mine"));
   ASSERT_FALSE(mine);
-  EXPECT_THAT(to_string(mine.error()), HasSubstr("'lap.mcap' that no demo wrote"));
+  EXPECT_THAT(mine.error().message, HasSubstr("'lap.mcap'"));
+  EXPECT_EQ(mine.error().place.source, at("mine"));
+  testing::expect_on_page("session", mine.error());
   EXPECT_TRUE(fs::exists(at("mine/lap.mcap")));
 }
 

@@ -33,7 +33,7 @@ std::string free_name(const fs::path& folder, const std::string& stem) {
 
 namespace {
 
-/// Where a map is made before it takes its place.
+/// The folder in which a map is made before it is renamed.
 fs::path beside(const fs::path& folder) { return folder.string() + ".new"; }
 
 Result<std::string> replace_folder(const fs::path& folder, const fs::path& fresh) {
@@ -49,8 +49,8 @@ Result<std::string> replace_folder(const fs::path& folder, const fs::path& fresh
   if (!error) fs::rename(fresh, folder, error);
   if (!error) return kept.string();
   std::error_code ignored;
-  if (!kept.empty() && !fs::exists(folder, ignored)) fs::rename(kept, folder, ignored);  // as it was
-  return fail(ErrorCode::Unwritable, "cannot put the new map in its place: " + error.message(),
+  if (!kept.empty() && !fs::exists(folder, ignored)) fs::rename(kept, folder, ignored);  // restore it
+  return fail(ErrorCode::Unwritable, "cannot rename the folder of the new map: " + error.message(),
               {.source = folder.string()});
 }
 
@@ -84,7 +84,7 @@ Result<std::string> MapInTheMaking::take() {
 
 namespace {
 
-/// map_recording() without a word, on whatever thread it is called.
+/// map_recording() without notes, for any thread.
 MapMaker map_quietly(std::function<bool()> cancelled) {
   return [cancelled = std::move(cancelled)](const std::string& lap, const fs::path& folder) -> Status {
     JobControl control;
@@ -94,7 +94,7 @@ MapMaker map_quietly(std::function<bool()> cancelled) {
   };
 }
 
-/// A lap that is being recorded.
+/// The lap that is recorded.
 class RecordedSessionLap {
  public:
   RecordedSessionLap(SampleRecorder recorder, const RobotSetup& setup, const SessionJob& job,
@@ -102,7 +102,7 @@ class RecordedSessionLap {
       : recorder_(std::move(recorder)),
         lap_(lap_of(setup.simulated, lap_listener(recorder_, job.images, control))) {}
   Status add(const Sample& sample) { return lap_.receive(sample); }
-  /// Closes the file, and says what was doubtful.
+  /// Closes the file and notes the warnings of the lap.
   Status close(const JobControl& control) {
     const Status closed = recorder_.close();
     for (const std::string& warning : lap_.summary().warnings) control.note("warning: " + warning);
@@ -114,7 +114,7 @@ class RecordedSessionLap {
   LapMonitor lap_;
 };
 
-/// Recordings, maps and words of an operator's session.
+/// Recordings, maps and notes of an operator's session.
 class SessionTasks final : public OperatorTasks {
  public:
   SessionTasks(const RobotSetup& setup, const SessionJob& job, const JobControl& control)
@@ -133,7 +133,7 @@ class SessionTasks final : public OperatorTasks {
     control_.note(input.usage());
     std::error_code ignored;
     if (job_.map.empty() && fs::exists(map_folder_ / "map.yaml", ignored))
-      control_.note(fmt::format("the map of an earlier session is in {0}: `map={0}` begins with it",
+      control_.note(fmt::format("{0} contains the map of an earlier session; to use it, give `map={0}`",
                                 map_folder_.string()));
   }
 
@@ -161,7 +161,7 @@ class SessionTasks final : public OperatorTasks {
   Status take_map() override {
     const Result<std::string> kept = mapping_.take();
     if (!kept) return tl::unexpected(kept.error());
-    if (!kept->empty()) control_.note("the map that was there is kept: " + *kept);
+    if (!kept->empty()) control_.note("the previous map was renamed to " + *kept);
     taken_ = true;
     return {};
   }
@@ -174,7 +174,7 @@ class SessionTasks final : public OperatorTasks {
     viewers_.show_map(map_folder_);
     if (!std::exchange(taken_, false)) return {};
     mapping_s.push_back(mapping_.seconds());
-    control_.note(fmt::format("the map was made in {:.1f} s: {}", mapping_s.back(), map_folder_.string()));
+    control_.note(fmt::format("map made in {:.1f} s: {}", mapping_s.back(), map_folder_.string()));
     return {};
   }
 
@@ -202,7 +202,7 @@ class SessionTasks final : public OperatorTasks {
     control_.note(fmt::format("{}{} {}", state, state.ends_with('.') ? "" : ".", session.prompt(buttons)));
   }
   void on_decision(const Operator& session, const OperatorInput& input) override {
-    viewers_.tell(session, input);
+    viewers_.show_status(session, input);
   }
   void on_words(const std::string& words) override { control_.note(words); }
 
@@ -220,16 +220,16 @@ class SessionTasks final : public OperatorTasks {
   std::unique_ptr<LiveReplay> replay_{};
   MapInTheMaking mapping_{};
   double most_m_s_ = std::numeric_limits<double>::infinity();
-  bool taken_ = false;  ///< a map, and not loaded yet
+  bool taken_ = false;  ///< a map was taken and is not loaded yet
   SessionViewers viewers_;
 };
 
-/// Whether it was not there before.
+/// Creates the folder; true if it did not exist.
 Result<bool> make_folder(const fs::path& folder) {
   std::error_code error;
   const bool made = fs::create_directories(folder, error);
   if (!error) return made;
-  return fail(ErrorCode::Unwritable, "cannot make the folder: " + error.message(),
+  return fail(ErrorCode::Unwritable, "cannot create the folder: " + error.message(),
               {.source = folder.string()});
 }
 
@@ -237,8 +237,8 @@ Result<bool> make_folder(const fs::path& folder) {
 
 Status check_session(const SessionJob& job) {
   if (job.replay.route.empty() || !job.map.empty()) return {};
-  return fail(ErrorCode::InvalidArgument, "a lap that is taught has one route", {.key = "route"},
-              "Give `map` with the map that has this route.");
+  return fail(ErrorCode::InvalidArgument, "a route needs an existing map", {.key = "route"},
+              "Add `map` with the map that has this route.");
 }
 
 Result<SessionReport> run_session(const RobotSetup& setup, const SessionJob& job, const JobControl& control) {
@@ -259,7 +259,7 @@ Result<SessionReport> run_session(const RobotSetup& setup, const SessionJob& job
   const auto robot = LiveRobot::open(setup, control);
   if (!robot) {
     std::error_code ignored;
-    if (*made) fs::remove(job.folder, ignored);  // nothing is in it
+    if (*made) fs::remove(job.folder, ignored);  // still empty
     return tl::unexpected(robot.error());
   }
   OperatorSession session(*input, tasks, !job.map.empty(), [&] { return stop_key.pressed(); });
@@ -280,17 +280,18 @@ Result<SessionReport> run_session(const RobotSetup& setup, const SessionJob& job
                        .wall_s = watch.seconds()};
 }
 
-Status check_effects(const SessionWords& words, const RobotSetup& setup, bool view, const GivenFlags& given) {
+Status check_effects(const RunRequest& request, const RobotSetup& setup, bool view,
+                     const GivenFields& given) {
   const bool process = !setup.process.empty();
-  FlagRefusals refused(given);
-  refused.flags(process, {"images"}, "a robot that is a process sends pictures or does not", "Leave it out.");
-  refused.flags(process || !view, {"pace"}, "only a simulated robot that is watched keeps a pace",
-                "Add `view`, and let the robot be simulated, or leave it out.");
-  refused.flags(words.job.driver == "lines", {"speed_m_s"}, "the lines themselves say how fast",
-                "Leave it out.");
-  const bool scripted = words.job.driver == "scripted" || words.job.driver == "page" || view;
+  FieldRefusals refused(given);
+  refused.fields(process, {"images"}, "has no effect on a robot process", "Omit `images`.");
+  refused.fields(process || !view, {"pace"}, "only applies to a simulated robot with `view`",
+                 "Omit `pace`, or use `view` with a simulated robot.");
+  refused.fields(request.job.driver == "lines", {"speed_m_s"},
+                 "has no effect: the driver lines specifies each speed", "Omit `speed_m_s`.");
+  const bool scripted = request.job.driver == "scripted" || request.job.driver == "page" || view;
   refuse_seed(process && !scripted, refused);
-  return refused.status() ? check_recorded_images(process || words.images, words.job.images)
+  return refused.status() ? check_recorded_images(process || request.images, request.job.images)
                           : refused.status();
 }
 
@@ -305,7 +306,7 @@ std::string to_text(const SessionReport& report, std::string_view stopped_by) {
   for (const ReplayReport& replay : report.replays) {
     text += ending(replay, stopped_by);
     if (replay.judgement)
-      text += fmt::format("; by the truth {:.3f} m rmse from the taught way, {:.3f} m worst",
+      text += fmt::format("; cross-track error {:.3f} m rmse, {:.3f} m max by ground truth",
                           replay.judgement->cross_track_rmse_m, replay.judgement->cross_track_max_m);
     text += '\n';
   }
@@ -314,7 +315,7 @@ std::string to_text(const SessionReport& report, std::string_view stopped_by) {
 
 ReportFields fields(const SessionReport& report) {
   return {{"laps_taught", "Laps that were taught", report.laps_taught},
-          {"mapping_s", "From the end of each lap to its map", report.mapping_s},
+          {"mapping_s", "Time from the end of each lap to its map", report.mapping_s},
           {"replays", "One entry per replay, as `waymark replay` prints it", report.replays},
           {"state", "Last state of the session", report.state},
           {"reason", "Why the last replay or map ended as it did; empty: no problem", report.reason},

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "waymark/app/common/flag_refusals.hpp"
+#include "waymark/app/common/field_refusals.hpp"
 #include "waymark/app/common/report_fields.hpp"
 #include "waymark/app/live/start_recording.hpp"
 #include "waymark/app/replay/replay_route.hpp"
@@ -16,27 +16,27 @@
 #include "waymark/base/fields.hpp"
 #include "waymark/runtime/operator_session.hpp"
 
-/// The files of an operator's session: nothing that was there is written over.
+/// The files of an operator's session. Existing files are not overwritten.
 namespace waymark {
 
-/// "lap.mcap", or "lap.2.mcap" where that is taken.
+/// "lap.mcap", or "lap.2.mcap" if that exists.
 [[nodiscard]] std::string free_name(const std::filesystem::path& folder, const std::string& stem);
 
-/// Makes a map of a recorded lap in a folder; without a word, on whatever thread it is called.
+/// Makes a map of a recorded lap in a folder. May be called on any thread; prints nothing.
 using MapMaker = std::function<Status(const std::string& lap, const std::filesystem::path& folder)>;
 
-/// A map that is made on a thread of its own beside its folder: NAME.new. What a session that was cut off
-/// left there is removed.
+/// Makes a map on its own thread in the folder NAME.new beside the target folder. Removes what an interrupted
+/// session left there.
 class MapInTheMaking {
  public:
   void begin(const MapMaker& make, const std::string& lap, const std::filesystem::path& folder);
-  /// Begun and not taken.
+  /// Whether a map was begun and not yet taken.
   [[nodiscard]] bool under_way() const { return made_.valid(); }
   [[nodiscard]] bool ready() const;
-  /// Waits for the map and puts it in its place. What was there becomes NAME.1, or the next number that is
-  /// free; where that is, or empty when nothing was there.
+  /// Waits for the map and moves it to the target folder. An existing folder is renamed to NAME.1, or the
+  /// next free number. Returns the new name of that folder; empty if there was none.
   [[nodiscard]] Result<std::string> take();
-  /// Since it was begun.
+  /// Time since the map was begun.
   [[nodiscard]] double seconds() const;
 
  private:
@@ -50,53 +50,51 @@ class MapInTheMaking {
 class LiveFeed;
 
 struct SessionJob {
-  std::filesystem::path folder;  ///< of what is written: lap.mcap, map/, replay.mcap
-  std::string map{};             ///< folder of a map that is there already: the session begins with ready
+  std::filesystem::path folder;  ///< for lap.mcap, map/, replay.mcap
+  std::string map{};             ///< folder of an existing map: the session begins in the state ready
   std::string driver = "gamepad";
   double speed_m_s = kUsualSpeed_m_s;
-  std::string images{};      ///< how pictures are recorded: raw, jpeg; empty: not at all
-  ReplayJob replay{};        ///< method, options; folder and output are the session's
+  std::string images{};      ///< format of recorded images: raw, jpeg; empty: not recorded
+  ReplayJob replay{};        ///< method and options; the session sets folder and output
   MapMaker make_map{};       ///< empty: map_recording()
-  LiveFeed* feed = nullptr;  ///< of viewers, if there are any
+  LiveFeed* feed = nullptr;  ///< for viewers; may be nullptr
 };
 
-/// What a user says of a session, but options.
-struct SessionWords {
+/// A session as requested by the user, without option structs.
+struct RunRequest {
   SessionJob job{};
   std::string calibration{};  ///< calibration.yaml; empty: none
-  bool images = false;        ///< the simulated robot sends pictures
-  double pace = 1;            ///< of a simulated robot that is watched; 0: as fast as possible
+  bool images = false;        ///< the simulated robot sends images
+  double pace = 1;            ///< real-time factor of a simulated robot with a page; 0: as fast as possible
   LoneAnchor anchor{};
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.job.folder,
-          JobField("output FOLDER", "Folder for what is written: lap.mcap, map/, replay.mcap").required());
+    visit(self.job.folder, JobField("output FOLDER", "Folder for lap.mcap, map/ and replay.mcap").required());
     visit(
         self.job.driver,
         JobField(
             "driver NAME",
             "Source of the operator's commands: gamepad, keyboard, lines (go, stop, quit and drive 0.3 -0.1 "
-            "on standard input), scripted (with --world) or page (with --view, and then the default)"));
+            "on standard input), scripted (with `world`) or page (with `view`, where it is the default)"));
     visit(self.job.map,
           JobField("map FOLDER", "Folder of an existing map, which makes teaching unnecessary"));
     visit(self.job.replay.route,
           JobField("route NAME", "With `map`: a route of that name (`waymark routes`)").less());
     visit(self.job.images,
           JobField("record_images HOW",
-                   "Also record the pictures, of laps and replays: jpeg, or raw, ten times as large")
+                   "Also record the images of laps and replays: jpeg, or raw, ten times as large")
               .one_of("jpeg,raw")
               .less());
     visit(self.calibration,
-          JobField(
-              "calibration FILE",
-              "Calibration of this robot (calibration.yaml), also the initial values of what replays learn")
+          JobField("calibration FILE",
+                   "Calibration of this robot (calibration.yaml), also with initial values for replays")
               .less());
     visit(self.job.speed_m_s,
           JobField("speed_m_s FLOAT", "Speed at full forward deflection of the stick", 0.01, 5.0));
     visit(self.job.replay.replay.laps,
           JobField("laps NUMBER", "Number of laps of a closed route", 0.01, 1000.0));
-    visit(self.images, JobField("images", "Let the simulated robot send pictures"));
+    visit(self.images, JobField("images", "Render images of the simulated robot"));
     visit(self.pace, JobField("pace FLOAT",
                               "Real-time factor with `view` and a simulated robot: simulated seconds per "
                               "second; 0: as fast as possible",
@@ -108,33 +106,33 @@ struct SessionWords {
 
 struct SessionReport {
   int laps_taught = 0;
-  std::vector<double> mapping_s{};  ///< from the end of each lap to its map
+  std::vector<double> mapping_s{};  ///< time from the end of each lap to its map
   bool map_failed = false;          ///< the last lap could not be mapped
   std::vector<ReplayReport> replays{};
   bool interrupted = false;
-  std::string state{};   ///< the last one
-  std::string reason{};  ///< of the last stop or failure
+  std::string state{};   ///< the last state
+  std::string reason{};  ///< reason of the last stop or failure
   double wall_s = 0;
 };
 
-/// Fails on a route of a map that is not there.
+/// Fails if a route is given without a map, or does not exist.
 [[nodiscard]] Status check_session(const SessionJob& job);
 
 /// Runs the session until the operator ends it, or the control cancels it. The setup must have a process.
 [[nodiscard]] Result<SessionReport> run_session(const RobotSetup& setup, const SessionJob& job,
                                                 const JobControl& control);
-/// The same with an input that is there already; `driver` is then a name for the recordings.
+/// The same with an existing input; `driver` is then only a name in the recordings.
 [[nodiscard]] Result<SessionReport> run_session(const RobotSetup& setup, const SessionJob& job,
                                                 std::unique_ptr<OperatorInput> input,
                                                 const JobControl& control);
-/// Whether every replay came to its end, and the last lap could be mapped.
+/// Whether every replay was completed, and the last lap was mapped.
 [[nodiscard]] bool succeeded(const SessionReport& report);
-/// Laps, and how each replay ended.
+/// The number of laps, and the end of each replay.
 [[nodiscard]] std::string to_text(const SessionReport& report, std::string_view stopped_by = "its caller");
 [[nodiscard]] ReportFields fields(const SessionReport& report);
 
-/// Fails on flags that have no effect with this robot and this driver; `view`: it is watched.
-[[nodiscard]] Status check_effects(const SessionWords& words, const RobotSetup& setup, bool view,
-                                   const GivenFlags& given);
+/// Fails on fields without effect for this robot and driver; `view`: with a page.
+[[nodiscard]] Status check_effects(const RunRequest& request, const RobotSetup& setup, bool view,
+                                   const GivenFields& given);
 
 }  // namespace waymark

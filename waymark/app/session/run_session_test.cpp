@@ -1,5 +1,5 @@
-// The files of an operator's session; and one with a gamepad in hand, over a robot that is a process: taught
-// with the sticks, mapped, replayed, paused, gone on, stopped by a stick, replayed again.
+// Files of an operator's session, and a session with a simulated gamepad and a robot process: teach with the
+// sticks, map, replay, pause, resume, stop by a stick, replay again.
 #include "waymark/app/session/run_session.hpp"
 
 #include <cmath>
@@ -15,6 +15,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/support/data.hpp"
+#include "tests/support/golden_page.hpp"
 #include "waymark/app/common/output_files.hpp"
 #include "waymark/app/replay/replay_route.hpp"
 #include "waymark/app/session/explore_world.hpp"
@@ -35,7 +36,7 @@ void write_words(const fs::path& path, const std::string& words) { std::ofstream
 
 std::string words_in(const fs::path& path) { return read_text_file(path, 1 << 20).value_or("no file"); }
 
-/// Writes these words into map.yaml of the folder it is given.
+/// Writes this text into map.yaml of the given folder.
 MapMaker maker_of(const std::string& words) {
   return [words](const std::string& lap, const fs::path& folder) -> Status {
     fs::create_directories(folder);
@@ -56,7 +57,7 @@ class SessionFiles : public ::testing::Test {
   MapInTheMaking making_{};
 };
 
-TEST_F(SessionFiles, ANameIsNeverGivenTwice) {
+TEST_F(SessionFiles, NamesAreUnique) {
   EXPECT_EQ(free_name(folder_, "lap"), (folder_ / "lap.mcap").string());
   write_words(folder_ / "lap.mcap", "first");
   EXPECT_EQ(free_name(folder_, "lap"), (folder_ / "lap.2.mcap").string());
@@ -65,7 +66,7 @@ TEST_F(SessionFiles, ANameIsNeverGivenTwice) {
   EXPECT_EQ(free_name(folder_, "replay"), (folder_ / "replay.mcap").string());
 }
 
-TEST_F(SessionFiles, EachMapTakesItsPlaceAndTheOlderOnesAreKept) {
+TEST_F(SessionFiles, TheNewMapReplacesTheOldOneWhichIsRenamed) {
   EXPECT_FALSE(making_.under_way());
   EXPECT_FALSE(making_.ready());
   std::vector<std::string> kept;
@@ -85,7 +86,7 @@ TEST_F(SessionFiles, EachMapTakesItsPlaceAndTheOlderOnesAreKept) {
   EXPECT_FALSE(fs::exists(map_.string() + ".new"));
 }
 
-TEST_F(SessionFiles, AMapThatCannotBeMadeLeavesTheOlderOneAndNothingElse) {
+TEST_F(SessionFiles, AFailedMapLeavesTheOlderOneUnchanged) {
   making_.begin(maker_of("good"), "lap.mcap", map_);
   ASSERT_TRUE(making_.take());
   making_.begin(broken_maker, "lap.2.mcap", map_);
@@ -93,11 +94,11 @@ TEST_F(SessionFiles, AMapThatCannotBeMadeLeavesTheOlderOneAndNothingElse) {
   ASSERT_FALSE(failed);
   EXPECT_EQ(failed.error().message, "the anchor was never seen");
   EXPECT_EQ(words_in(map_ / "map.yaml"), "good of lap.mcap");
-  EXPECT_FALSE(fs::exists(map_.string() + ".new")) << "what was half made is gone";
+  EXPECT_FALSE(fs::exists(map_.string() + ".new")) << "the incomplete map is removed";
   EXPECT_FALSE(fs::exists(map_.string() + ".1"));
 }
 
-TEST_F(SessionFiles, WhatASessionThatWasCutOffLeftIsNotPartOfTheNextMap) {
+TEST_F(SessionFiles, RemovesWhatAnInterruptedSessionLeft) {
   fs::create_directories(map_.string() + ".new");
   write_words(map_.string() + ".new/stray.yaml", "of another session");
   making_.begin(maker_of("new"), "lap.mcap", map_);
@@ -106,7 +107,7 @@ TEST_F(SessionFiles, WhatASessionThatWasCutOffLeftIsNotPartOfTheNextMap) {
   EXPECT_FALSE(fs::exists(map_ / "stray.yaml"));
 }
 
-TEST_F(SessionFiles, AMakerThatMadeNothingIsAnErrorWithItsPlace) {
+TEST_F(SessionFiles, AMissingMapIsAnErrorWithItsPlace) {
   fs::create_directories(map_);
   write_words(map_ / "map.yaml", "older");
   making_.begin([](const std::string&, const fs::path&) { return Status(); }, "lap.mcap", map_);
@@ -114,7 +115,7 @@ TEST_F(SessionFiles, AMakerThatMadeNothingIsAnErrorWithItsPlace) {
   ASSERT_FALSE(taken);
   EXPECT_EQ(taken.error().code, ErrorCode::Unwritable);
   EXPECT_EQ(taken.error().place.source, map_.string());
-  EXPECT_EQ(words_in(map_ / "map.yaml"), "older") << "the map that was there is still in its place";
+  EXPECT_EQ(words_in(map_ / "map.yaml"), "older") << "the previous map is unchanged";
 }
 
 namespace fs = std::filesystem;
@@ -133,28 +134,28 @@ GamepadState at_rest() {
   return {.axes = std::vector<float>(6, 0.0F), .buttons = std::vector<std::int32_t>(15, 0)};
 }
 
-/// A pad that is not there: the hand below moves it.
+/// A simulated pad, moved by the class below.
 class FakePad final : public Gamepad {
  public:
   explicit FakePad(std::shared_ptr<GamepadState> state) : state_(std::move(state)) {}
   Result<GamepadState> poll(SensorTime now) override {
-    GamepadState said = *state_;
-    said.stamp = now;
-    return said;
+    GamepadState state = *state_;
+    state.stamp = now;
+    return state;
   }
 
  private:
   std::shared_ptr<GamepadState> state_;
 };
 
-/// Off its middle by so much that the driver takes it for this share of the most.
+/// Stick position that the driver maps to this share of the maximum.
 float stick(double share) {
   constexpr double kDeadZone = 0.1;
   const double beyond = std::min(1.0, std::abs(share));
   return share == 0 ? 0.0F : static_cast<float>(std::copysign(kDeadZone + (1 - kDeadZone) * beyond, share));
 }
 
-/// Knows the world's line and what to try when.
+/// Follows the path of the world and tests the buttons in order.
 class Hand final : public OperatorInput {
  public:
   Hand(const SimulatedSetup& setup, double& moved_while_paused_m, int& pauses)
@@ -187,7 +188,7 @@ class Hand final : public OperatorInput {
   std::string usage() const override { return pad_->usage(); }
 
  private:
-  /// Once, after half a second: a button bounces.
+  /// Presses once, after half a second, because of the debouncing of buttons.
   void press(int button) {
     if (in_state_s_ > 0.5 && in_state_s_ < 0.56) state_->buttons[static_cast<std::size_t>(button)] = 1;
   }
@@ -237,9 +238,9 @@ TEST(SessionRun, AGamepadTeachesReplaysPausesAndStops) {
   setup.process = "exec '" WAYMARK_PROGRAM "' robot-sim --world circuit24 --seed 4 --lockstep";
   double moved_while_paused_m = 0;
   int pauses = 0;
-  std::string said;
+  std::string notes;
   JobControl control;
-  control.note = [&said](const std::string& words) { said += words + "\n"; };
+  control.note = [&notes](const std::string& note) { notes += note + "\n"; };
   const auto report =
       run_session(setup, {.folder = folder / "session", .driver = "gamepad", .speed_m_s = kSpeed_m_s},
                   std::make_unique<Hand>(setup.simulated, moved_while_paused_m, pauses), control);
@@ -248,29 +249,30 @@ TEST(SessionRun, AGamepadTeachesReplaysPausesAndStops) {
   EXPECT_FALSE(report->map_failed);
   EXPECT_EQ(report->state, "over");
   EXPECT_EQ(pauses, 1);
-  EXPECT_LT(moved_while_paused_m, 0.01) << "it stands while it is paused";
-  ASSERT_EQ(report->replays.size(), 2U) << said;
+  EXPECT_LT(moved_while_paused_m, 0.01) << "stationary while paused";
+  ASSERT_EQ(report->replays.size(), 2U) << notes;
   EXPECT_FALSE(report->replays[0].end.finished) << "a stick stopped it";
   EXPECT_TRUE(report->replays[1].end.finished) << ending(report->replays[1]);
   ASSERT_TRUE(report->replays[1].judgement);
   EXPECT_LT(report->replays[1].judgement->cross_track_max_m, 0.04);
   std::size_t from = 0;
   for (const char* part : {"idle. ", "teaching. ", "mapping. ", "ready. ", "replaying. ", "paused. ",
-                           "replaying. ", "stopped: a stick was moved", "replaying. ", "done. "}) {
-    from = said.find(part, from);
-    ASSERT_NE(from, std::string::npos) << part << " in\n" << said;
+                           "replaying. ", "stopped: ", "replaying. ", "done. "}) {
+    from = notes.find(part, from);
+    ASSERT_NE(from, std::string::npos) << part << " in\n" << notes;
   }
-  EXPECT_EQ(said.find("stopped: stopped"), std::string::npos) << said;
+  EXPECT_EQ(notes.find("stopped: stopped"), std::string::npos) << notes;
   fs::remove_all(folder);
 }
 
 std::string words(const Status& status) { return status ? "" : to_string(status.error()); }
 
-TEST(SessionChecks, ARouteIsOneOfAMapAndSuccessThatOfAllReplays) {
+TEST(SessionChecks, ARouteNeedsAMapAndSuccessMeansAllReplays) {
   SessionJob job;
   EXPECT_EQ(words(check_session(job)), "");
   job.replay.route = "kitchen";
-  EXPECT_THAT(words(check_session(job)), StartsWith("(route): a lap that is taught has one route"));
+  EXPECT_THAT(words(check_session(job)), StartsWith("(route): "));
+  testing::expect_on_page("session", words(check_session(job)));
   job.map = "map";
   EXPECT_EQ(words(check_session(job)), "");
   SessionReport report;
@@ -281,7 +283,7 @@ TEST(SessionChecks, ARouteIsOneOfAMapAndSuccessThatOfAllReplays) {
   EXPECT_FALSE(succeeded(report));
 }
 
-TEST(SessionReportText, GivesEachReplayItsEndAndNamesWhoStoppedIt) {
+TEST(SessionReportText, ContainsTheEndOfEachReplayAndWhoStoppedIt) {
   SessionReport report{.laps_taught = 1};
   report.replays.resize(2);
   report.replays[0].end.interrupted = true;
@@ -292,13 +294,12 @@ TEST(SessionReportText, GivesEachReplayItsEndAndNamesWhoStoppedIt) {
   report.replays[1].judgement->cross_track_max_m = 0.02;
   const std::string text = to_text(report, "Ctrl-C");
   EXPECT_THAT(text, HasSubstr("1 lap taught, 2 replays"));
-  EXPECT_THAT(text, HasSubstr("stopped by Ctrl-C 1.50 m along a route of 10.00 m: the robot stands"));
-  EXPECT_THAT(text,
-              HasSubstr("the route was driven to its end; by the truth 0.000 m rmse from the taught way, "
-                        "0.020 m worst"));
+  for (const char* part : {"Ctrl-C 1.50 m", "10.00 m", "0.000 m rmse", "0.020 m max"})
+    EXPECT_THAT(text, HasSubstr(part));
+  testing::expect_on_page("session", text);
   const auto json = to_json(fields(report));
   ASSERT_EQ(json["replays"].size(), 2U);
-  EXPECT_TRUE(json["replays"][0]["cross_track_rmse_m"].is_null()) << "not judged";
+  EXPECT_TRUE(json["replays"][0]["cross_track_rmse_m"].is_null()) << "not evaluated";
   EXPECT_FALSE(json["replays"][1]["cross_track_rmse_m"].is_null());
 }
 

@@ -13,15 +13,15 @@
 namespace waymark::cli {
 namespace {
 
-struct RunArgs : SessionWords {
+struct RunArgs : RunRequest {
   explicit RunArgs(CLI::App& verb)
       : settings(verb),
         setup(verb, {}, true),
         scene(settings, Reach::SettingsOnly),
         options(settings, Reach::SettingsOnly) {
     add_fields(verb, live);
-    add_fields(verb, static_cast<SessionWords&>(*this));
-    verb.add_flag("--json", json, "One JSON object instead of words");
+    add_fields(verb, static_cast<RunRequest&>(*this));
+    verb.add_flag("--json", json, "Print one JSON object instead of text");
   }
 
   Settings settings;
@@ -32,14 +32,14 @@ struct RunArgs : SessionWords {
   bool json = false;
 };
 
-/// The robot in its world, a process in any case.
+/// The robot in its world; a simulated robot becomes a process too.
 Result<RobotSetup> make_setup(const RunArgs& args) {
   Result<RobotSetup> made = args.setup.make();
   if (!made) return made;
   std::optional<DetectingCameraOptions> pictures;  // of the robot's own process
   Status status = check_effects(args, *made, args.live.view, given_on(args.settings.app()));
   if (status) status = args.scene.apply(args.images, pictures);
-  // A script does not care how fast the time passes; a person does, also one who only watches.
+  // A script can run at any rate. A person, who drives or watches, needs a real-time factor.
   const SimulatedTime time{.lockstep = args.job.driver == "scripted" || args.live.view,
                            .pace = args.live.view ? args.pace : 0};
   if (status && made->process.empty())
@@ -68,8 +68,8 @@ ExitCode run(const RunArgs& args, Console& console) {
   if (!report) return fail_with(report.error(), console);
   console.print(args.json ? json_line(fields(*report)) : to_text(*report, interrupted_by()));
   if (report->interrupted) {
-    console.say(
-        fmt::format("stopped by {}: the robot stands, and the files are whole up to here", interrupted_by()));
+    console.say(fmt::format("stopped by {}: the robot is stationary, and the files are complete up to now",
+                            interrupted_by()));
     return ExitCode::Interrupted;
   }
   return succeeded(*report) ? ExitCode::Ok : ExitCode::SomeFailed;
@@ -82,14 +82,13 @@ Verb run_verb() {
       .name = "run",
       .sentence = "Teach, map and replay in one session, with one button",
       .help =
-          R"(The whole session with a gamepad in hand: Y (triangle) begins the lap, and the left shoulder is held while
-the sticks drive; Y again ends it, and the map is made while the robot stands; Y replays it, Y pauses and
-goes on; B (circle) or any stick stops. Keyboards and programs can do the same (--driver). The robot moves only
-while it is taught or replays, and nothing but the button sets it moving. Every stop has a reason in words.
---view shows the robot in the browser, with the same buttons; other drivers keep theirs. One viewer at a time
-holds control. When it goes away while it teaches the robot stands, and a replay pauses (docs/howto/live.md).
-
-Exit code: 0 every replay came to its end, 1 one did not, or something failed, 2 wrong usage, 130 stopped by
+          R"(The whole session with a gamepad: Y (triangle) begins the lap; hold the left shoulder button while the
+sticks drive; Y ends the lap, and the map is made while the robot is stationary; Y starts, pauses and resumes
+the replay; B (circle) or any stick stops. Other drivers do the same with keys, lines or buttons (--driver). The
+robot moves only during teaching and replay, after the button was pressed. The reason of each stop is printed.
+--view shows the robot in the browser, with the same buttons in addition to those of other drivers. One viewer
+at a time has control. If this viewer disconnects, a taught robot stops and a replay pauses (docs/howto/live.md).
+Exit code: 0 every replay was completed, 1 a replay or another step failed, 2 wrong usage, 130 stopped by
 Ctrl-C.
 
 Examples:

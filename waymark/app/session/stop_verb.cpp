@@ -16,7 +16,7 @@ ExitCode stop(Console& console) {
     if (one.answered)
       console.print("stops: " + one.drive + "\n");
     else
-      console.say("no answer from " + one.drive + ": its watchdog stops the robot, if it is not responding");
+      console.say("no answer from " + one.drive + "; if it does not respond, its watchdog stops the robot");
   }
   if (answers.empty()) console.say("no drive of this user is running");
   return !answers.empty() && std::ranges::all_of(answers, &StopAnswer::answered) ? ExitCode::Ok
@@ -30,11 +30,10 @@ Verb stop_verb() {
       .name = "stop",
       .sentence = "Stop every robot that this user drives on this machine",
       .help =
-          R"(Ends each `run`, `teach --robot process:...`, `replay --robot process:...` and `demo --view` of this user as
-Ctrl-C in its terminal does: the robot is commanded to stand, the recording is kept. Each drive listens on a Unix
-socket in $XDG_RUNTIME_DIR/waymark, or /tmp/waymark-UID, which needs neither the page nor the network.
-
-Exit code: 0 every drive answered, 1 there is none or one did not answer within 2 s.
+          R"(Ends each `run`, `teach --robot process:...`, `replay --robot process:...` and `demo --view` of this user like
+Ctrl-C in its terminal: the robot is commanded to stop, and the recording is kept. Each drive listens on a Unix
+socket in $XDG_RUNTIME_DIR/waymark, or /tmp/waymark-UID, without the page or the network.
+Exit code: 0 every drive answered, 1 no drive is running or one did not answer within 2 s.
 
 Example:
   waymark stop

@@ -1,12 +1,13 @@
 #include "waymark/app/tags/tag_prints.hpp"
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <utility>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "waymark/app/common/output_files.hpp"
 #include "waymark/base/message_text.hpp"
@@ -54,8 +55,8 @@ WrittenPages write_pages(const std::vector<plot::Drawing>& pages, const PageFile
   return written;
 }
 
-Result<FamilyId> described_family(const PaperDescription& description) {
-  auto id = parse_family(description.family);
+Result<FamilyId> requested_family(const PageRequest& request) {
+  auto id = parse_family(request.family);
   if (!id) id.error().place.key = "family";
   return id;
 }
@@ -93,18 +94,18 @@ Status check_board_style(const std::string& style) {
               {.key = "style"}, suggestion(style, styles));
 }
 
-Status check_effects(const BoardDescription& board, const GivenFlags& given) {
-  if (const Status known = check_board_style(board.style); !known) return known;
+Status check_effects(const BoardRequest& board, const GivenFields& given) {
+  if (const Status valid = check_board_style(board.style); !valid) return valid;
   const bool squares = board.of_squares();
-  const char* hint = squares ? "Leave it out, or choose `style=separate` or aprilgrid."
-                             : "Leave it out, or choose `style=chessboard` or charuco.";
-  const std::string why = fmt::format("this has no effect on the style {}", board.style);
-  FlagRefusals refused(given);
-  refused.flags(!squares, {"square_size_m", "marker_size_m", "dictionary", "legacy_pattern", "tiled"}, why,
-                hint);
-  refused.flags(squares, {"tag_size_m", "spacing", "family", "kalibr_yaml"}, why, hint);
-  refused.flags(board.style == "chessboard", {"marker_size_m", "dictionary", "legacy_pattern", "first_id"},
-                why, "Leave it out.");
+  const char* hint = squares ? "Omit this option, or use `style=separate` or aprilgrid."
+                             : "Omit this option, or use `style=chessboard` or charuco.";
+  const std::string why = fmt::format("has no effect on the style {}", board.style);
+  FieldRefusals refused(given);
+  refused.fields(!squares, {"square_size_m", "marker_size_m", "dictionary", "legacy_pattern", "tiled"}, why,
+                 hint);
+  refused.fields(squares, {"tag_size_m", "spacing", "family", "kalibr_yaml"}, why, hint);
+  refused.fields(board.style == "chessboard", {"marker_size_m", "dictionary", "legacy_pattern", "first_id"},
+                 why, "Omit this option.");
   return refused.status();
 }
 
@@ -127,45 +128,13 @@ std::string to_text(const plot::BoardLayout& layout, const std::vector<std::stri
   return text;
 }
 
-nlohmann::ordered_json to_json(const plot::BoardLayout& layout, const std::vector<std::string>& files) {
-  const plot::BoardOptions& options = layout.options;
-  return {{"pages", 1},
-          {"tags", layout.tags.size()},
-          {"tags_per_page", layout.tags.size()},
-          {"style", std::string(to_string(options.style))},
-          {"family", std::string(to_string(options.family))},
-          {"cols", options.columns},
-          {"rows", options.rows},
-          {"first_id", options.first_id},
-          {"tag_size_m", options.tag_size_m},
-          {"spacing", options.spacing},
-          {"paper", layout.paper.name},
-          {"paper_size_m", {layout.paper.width_mm / 1e3, layout.paper.height_mm / 1e3}},
-          {"ruler_m", layout.footer.ruler.width_mm / 1e3},
-          {"files", files}};
-}
-
 std::string to_text(const plot::SheetLayout& layout, const std::vector<std::string>& files) {
   const std::size_t pages = layout.pages.size();
   const std::size_t tags = layout.pages.front().size();
-  return fmt::format("{}: {} {}, {} a page, {} of {:g} m\n",
+  return fmt::format("{}: {} {}, {} per page, {} of {:g} m\n",
                      files.size() == 1 ? files.front() : files.front() + " …", counted(pages, "page"),
                      layout.paper.name, counted(tags, "tag"), to_string(layout.family),
                      layout.tag_size_mm / 1e3);
-}
-
-nlohmann::ordered_json to_json(const plot::SheetLayout& layout, const std::vector<std::string>& files) {
-  std::size_t tags = 0;
-  for (const auto& page : layout.pages) tags += page.size();
-  return {{"pages", layout.pages.size()},
-          {"tags", tags},
-          {"tags_per_page", layout.tags_per_page},
-          {"family", std::string(to_string(layout.family))},
-          {"tag_size_m", layout.tag_size_mm / 1e3},
-          {"paper", layout.paper.name},
-          {"paper_size_m", {layout.paper.width_mm / 1e3, layout.paper.height_mm / 1e3}},
-          {"ruler_m", layout.footer.ruler.width_mm / 1e3},
-          {"files", files}};
 }
 
 std::string to_text(const plot::SquareBoardLayout& layout, const std::vector<std::string>& files) {
@@ -176,24 +145,75 @@ std::string to_text(const plot::SquareBoardLayout& layout, const std::vector<std
                      board.columns, board.rows, board.size_m, counted(pages, "page"), layout.paper.name);
 }
 
-nlohmann::ordered_json to_json(const plot::SquareBoardLayout& layout, const std::vector<std::string>& files) {
-  const CalibrationBoard& board = layout.options.board;
-  nlohmann::ordered_json json = {{"pages", layout.pages.size()},
-                                 {"style", std::string(to_string(board.kind))},
-                                 {"cols", board.columns},
-                                 {"rows", board.rows},
-                                 {"square_size_m", board.size_m}};
-  if (board.kind == BoardKind::Charuco) {
-    json["marker_size_m"] = board.marker_m;
-    json["dictionary"] = board.dictionary;
-    json["legacy_pattern"] = board.legacy_pattern;
-    json["first_id"] = board.first_id;
-  }
-  json["paper"] = layout.paper.name;
-  json["paper_size_m"] = {layout.paper.width_mm / 1e3, layout.paper.height_mm / 1e3};
-  json["ruler_m"] = layout.footer.ruler.width_mm / 1e3;
-  json["files"] = files;
-  return json;
+// Report fields.
+namespace {
+
+void add_print(ReportFields& all, const plot::Paper& paper, const plot::Footer& footer,
+               const std::vector<std::string>& files) {
+  const std::array size_m = {paper.width_mm / 1e3, paper.height_mm / 1e3};
+  all.insert(all.end(), {{"paper", "Name of the paper", paper.name},
+                         {"paper_size_m", "[width, height] of the printed page", size_m},
+                         {"ruler_m", "Length of the printed ruler", footer.ruler.width_mm / 1e3},
+                         {"files", "Written files; the target file of a board is the last", files}});
+}
+
+constexpr const char* kStyle = "aprilgrid, separate, chessboard or charuco";
+constexpr const char* kColumns = "Number of tags, or squares, in a row";
+constexpr const char* kRows = "Number of tags, or squares, in a column";
+constexpr const char* kFirstId = "Id of the lower left tag, or of the first marker of a ChArUco board";
+
+}  // namespace
+
+ReportFields fields(const Printed<plot::BoardLayout>& board) {
+  const plot::BoardLayout& layout = board.layout;
+  const plot::BoardOptions& options = layout.options;
+  ReportFields all = {
+      {"pages", "Number of pages", 1},
+      {"tags", "aprilgrid, separate: number of tags", layout.tags.size()},
+      {"tags_per_page", "aprilgrid, separate: number of tags on a full page", layout.tags.size()},
+      {"style", kStyle, to_string(options.style)},
+      {"family", "aprilgrid, separate: family of the tags", to_string(options.family)},
+      {"cols", kColumns, options.columns},
+      {"rows", kRows, options.rows},
+      {"first_id", kFirstId, options.first_id},
+      {"tag_size_m", "aprilgrid, separate: side of the square at the edge between black and white border",
+       options.tag_size_m},
+      {"spacing", "aprilgrid, separate: gap between two tags, as a share of their size", options.spacing}};
+  add_print(all, layout.paper, layout.footer, board.files);
+  return all;
+}
+
+ReportFields fields(const Printed<plot::SheetLayout>& sheet) {
+  const plot::SheetLayout& layout = sheet.layout;
+  std::size_t tags = 0;
+  for (const auto& page : layout.pages) tags += page.size();
+  ReportFields all = {{"pages", "Number of pages", layout.pages.size()},
+                      {"tags", "Number of tags", tags},
+                      {"tags_per_page", "Number of tags on a full page", layout.tags_per_page},
+                      {"family", "Family of the tags", to_string(layout.family)},
+                      {"tag_size_m", "Side of the square at the edge between black and white border",
+                       layout.tag_size_mm / 1e3}};
+  add_print(all, layout.paper, layout.footer, sheet.files);
+  return all;
+}
+
+ReportFields fields(const Printed<plot::SquareBoardLayout>& board) {
+  const CalibrationBoard& squares = board.layout.options.board;
+  const auto of_charuco = [&](const auto& value) {
+    return if_any(squares.kind == BoardKind::Charuco ? std::optional(value) : std::nullopt);
+  };
+  ReportFields all = {
+      {"pages", "Number of pages", board.layout.pages.size()},
+      {"style", kStyle, to_string(squares.kind)},
+      {"cols", kColumns, squares.columns},
+      {"rows", kRows, squares.rows},
+      {"square_size_m", "charuco, chessboard: side of a square", squares.size_m},
+      {"marker_size_m", "charuco: side of the black square of a marker", of_charuco(squares.marker_m)},
+      {"dictionary", "charuco: dictionary of the markers", of_charuco(squares.dictionary)},
+      {"legacy_pattern", "charuco: pattern of OpenCV before 4.6", of_charuco(squares.legacy_pattern)},
+      {"first_id", kFirstId, of_charuco(squares.first_id)}};
+  add_print(all, board.layout.paper, board.layout.footer, board.files);
+  return all;
 }
 
 }  // namespace waymark

@@ -4,10 +4,9 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
-#include "waymark/app/common/flag_refusals.hpp"
+#include "waymark/app/common/field_refusals.hpp"
 #include "waymark/app/common/job_control.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/plot/render.hpp"
@@ -15,34 +14,34 @@
 #include "waymark/plot/tag_board.hpp"
 #include "waymark/plot/tag_sheet.hpp"
 
-/// What was drawn of a board or a sheet of tags, and the files it was written to.
+/// Printable pages with boards or sheets of tags, and their files.
 namespace waymark {
 
-/// What was written, and what ended it before its time.
+/// The written files, and the error that ended writing early.
 struct WrittenPages {
   std::vector<std::string> files;
   Status status{};
 };
 
-/// The file of one page of many: "tags-07.png" is page 7 of 24 of "tags.png". The only page keeps the name.
+/// The file of one of several pages: "tags-07.png" is page 7 of 24 of "tags.png". A single page keeps the
+/// name.
 [[nodiscard]] std::string page_path(const std::string& path, std::size_t page, std::size_t pages);
 
 /// Where pages go.
 struct PageFiles {
   plot::FileFormat format = plot::FileFormat::Pdf;
   std::string path{};
-  double dpi = 300;  ///< of PNG
-  bool replace =
-      false;  ///< files that are there; else they are an error (Unwritable), and nothing is written
-  std::string target{};  ///< words of a file (.yaml) beside the first page; empty: none
+  double dpi = 300;      ///< resolution of PNG
+  bool replace = false;  ///< existing files; otherwise they are an error (Unwritable), and nothing is written
+  std::string target{};  ///< content of a .yaml file beside the first page; empty: none
 };
 
-/// Writes pages to one PDF, or to an SVG or PNG each. Stops at the first that fails, or once it is cancelled.
+/// Writes pages to one PDF, or to one SVG or PNG each. Stops at the first error, or if cancelled.
 [[nodiscard]] WrittenPages write_pages(const std::vector<plot::Drawing>& pages, const PageFiles& to,
                                        const JobControl& control);
 
-/// What a user says of the paper that tags are printed on, and of the files.
-struct PaperDescription {
+/// Paper and output files as requested by the user.
+struct PageRequest {
   PageFiles files{};
   std::string family = "tag36h11";
   std::string paper = "A4";
@@ -52,49 +51,48 @@ struct PaperDescription {
   static void fields(Self& self, Visitor&& visit) {
     visit(self.files.path,
           JobField("output FILE",
-                   "File to write; .pdf, .svg or .png says its kind (pages of .svg and .png get numbers)")
+                   "File to write: .pdf, .svg or .png (several pages of .svg and .png get numbers)")
               .required());
     visit(self.family, JobField("family NAME", "Tag family"));
     visit(self.paper,
           JobField("paper NAME", "A6 to A0, Letter, Legal, Tabloid, or WIDTHxHEIGHT in millimetres"));
     visit(self.orientation,
           JobField("orientation NAME",
-                   "Orientation of the page: auto (where more fits), portrait or landscape"));
+                   "Orientation of the page: auto (the one that fits more), portrait or landscape"));
     visit(self.files.dpi,
-          JobField("dpi NUMBER", "Pixels an inch of .png, recorded in the file. From 10 to 2400."));
-    visit(self.files.replace, JobField("force", "Replace a file that is there").less());
+          JobField("dpi NUMBER", "Pixels per inch of .png, stored in the file. From 10 to 2400."));
+    visit(self.files.replace, JobField("force", "Replace existing files").less());
   }
 };
-/// Gives options of a page the paper and its orientation, and the files their format. Fails on an output of
-/// an unknown kind.
+/// Sets paper and orientation of page options. Fails also on an output file of an unknown format.
 template <class Options>
-[[nodiscard]] Status describe_paper(const PaperDescription& description, Options& options) {
-  const auto paper = plot::parse_paper(description.paper);
+[[nodiscard]] Status apply_paper(const PageRequest& request, Options& options) {
+  const auto paper = plot::parse_paper(request.paper);
   if (!paper) return tl::unexpected(paper.error());
-  const auto orientation = plot::parse_orientation(description.orientation);
+  const auto orientation = plot::parse_orientation(request.orientation);
   if (!orientation) return tl::unexpected(orientation.error());
   options.paper = *paper;
   options.orientation = *orientation;
-  const auto format = plot::format_of(description.files.path);
+  const auto format = plot::format_of(request.files.path);
   return format ? Status() : tl::unexpected(format.error());
 }
-/// Its family; the error names the key.
-[[nodiscard]] Result<FamilyId> described_family(const PaperDescription& description);
+/// The requested family; the error names the field.
+[[nodiscard]] Result<FamilyId> requested_family(const PageRequest& request);
 
-/// The markers of a ChArUco board as they are printed, in the order of board_markers(); of a chessboard none.
-/// Loads OpenCV, which has the dictionaries.
+/// The printed markers of a ChArUco board, in the order of board_markers(); empty for a chessboard. Loads
+/// OpenCV for the dictionaries.
 [[nodiscard]] Result<std::vector<plot::Cells>> printed_markers(const CalibrationBoard& board);
 
 /// A chessboard or a ChArUco board with its markers on its pages. Errors: those of check_board(),
 /// printed_markers() and layout_square_board().
 [[nodiscard]] Result<plot::SquareBoardLayout> plan_square_board(plot::SquareBoardOptions options);
 
-/// What a user says of a calibration board, but its options as a board of tags.
-struct BoardDescription {
+/// A calibration board as requested by the user, without the options of tag boards.
+struct BoardRequest {
   std::string style = "aprilgrid";
   bool kalibr_yaml = false;
-  CalibrationBoard squares{};  ///< of a chessboard or ChArUco board
-  bool tiled = false;          ///< such a board is spread over as many pages as it needs
+  CalibrationBoard squares{};  ///< for a chessboard or ChArUco board
+  bool tiled = false;          ///< spread it over as many pages as it needs
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -115,8 +113,8 @@ struct BoardDescription {
                  "Markers of a ChArUco board: OpenCV's name of their dictionary, such as 4x4_50 or 5x5_1000")
             .less());
     visit(self.squares.legacy_pattern, JobField("legacy_pattern",
-                                                "A ChArUco board as OpenCV drew it before 4.6: with an even "
-                                                "number of rows its upper left square is white")
+                                                "ChArUco pattern of OpenCV before 4.6: with an even number "
+                                                "of rows the upper left square is white")
                                            .less());
     visit(self.tiled,
           JobField(
@@ -124,32 +122,36 @@ struct BoardDescription {
               "Spread a chessboard or ChArUco board over as many pages as it needs, to be cut and joined"));
   }
 
-  /// Whether it is made of squares: a chessboard or a ChArUco board.
+  /// Whether it is a chessboard or a ChArUco board.
   [[nodiscard]] bool of_squares() const { return style == "chessboard" || style == "charuco"; }
 };
 
-/// Fails on a style that is neither one of tags (plot::BoardStyle) nor of squares (BoardKind).
+/// Fails on a style that is neither a plot::BoardStyle (tags) nor a BoardKind (squares).
 [[nodiscard]] Status check_board_style(const std::string& style);
-/// The same, and on flags that have no effect on the style.
-[[nodiscard]] Status check_effects(const BoardDescription& board, const GivenFlags& given);
+/// The same, and fails on fields without effect on the style.
+[[nodiscard]] Status check_effects(const BoardRequest& board, const GivenFields& given);
 
-/// A board of tags on its page, and what Kalibr reads of it.
+/// A board of tags on its page, and its target file for Kalibr.
 struct PlannedBoard {
   plot::BoardLayout layout;
-  std::string kalibr_target;  ///< empty when it was not asked for
+  std::string kalibr_target;  ///< empty: not requested
 };
-/// Errors: those of layout_board(); of kalibr_target() with the key kalibr_yaml.
+/// Errors: those of layout_board(), and those of kalibr_target() with the key kalibr_yaml.
 [[nodiscard]] Result<PlannedBoard> plan_board(const plot::BoardOptions& options, bool kalibr);
 
 [[nodiscard]] std::string to_text(const plot::BoardLayout& layout, const std::vector<std::string>& files);
-[[nodiscard]] nlohmann::ordered_json to_json(const plot::BoardLayout& layout,
-                                             const std::vector<std::string>& files);
 [[nodiscard]] std::string to_text(const plot::SheetLayout& layout, const std::vector<std::string>& files);
-[[nodiscard]] nlohmann::ordered_json to_json(const plot::SheetLayout& layout,
-                                             const std::vector<std::string>& files);
 [[nodiscard]] std::string to_text(const plot::SquareBoardLayout& layout,
                                   const std::vector<std::string>& files);
-[[nodiscard]] nlohmann::ordered_json to_json(const plot::SquareBoardLayout& layout,
-                                             const std::vector<std::string>& files);
+
+/// A layout and its written files.
+template <class Layout>
+struct Printed {
+  Layout layout{};
+  std::vector<std::string> files{};
+};
+[[nodiscard]] ReportFields fields(const Printed<plot::BoardLayout>& board);
+[[nodiscard]] ReportFields fields(const Printed<plot::SheetLayout>& sheet);
+[[nodiscard]] ReportFields fields(const Printed<plot::SquareBoardLayout>& board);
 
 }  // namespace waymark

@@ -14,14 +14,14 @@ namespace {
 
 using ::testing::AllOf;
 
-TEST(PagePath, NumbersPagesSoThatTheySortAndKeepsTheNameOfTheOnlyOne) {
+TEST(PagePath, NumbersPagesForSortingAndKeepsTheNameOfASinglePage) {
   EXPECT_EQ(page_path("out/tags.png", 1, 1), "out/tags.png");
   EXPECT_EQ(page_path("out/tags.png", 7, 9), "out/tags-7.png");
   EXPECT_EQ(page_path("tags.svg", 7, 24), "tags-07.svg");
   EXPECT_EQ(page_path("a.b/tags.v2.svg", 100, 100), "a.b/tags.v2-100.svg");
 }
 
-TEST(WritePages, StopsWithoutAFileOnceItIsCancelled) {
+TEST(WritePages, WritesNoFileIfCancelled) {
   JobControl control;
   control.cancelled = [] { return true; };
   const WrittenPages written = write_pages({plot::Drawing{}}, {plot::FileFormat::Svg, "never.svg"}, control);
@@ -29,7 +29,7 @@ TEST(WritePages, StopsWithoutAFileOnceItIsCancelled) {
   EXPECT_TRUE(written.files.empty());
 }
 
-TEST(WritePages, WritesATargetBesideThePageAndReplacesNone) {
+TEST(WritePages, WritesATargetBesideThePageAndDoesNotReplaceOne) {
   const std::filesystem::path folder = testing::fresh_folder("write_pages");
   plot::Drawing page;
   page.width_mm = page.height_mm = 10;
@@ -47,7 +47,7 @@ TEST(WritePages, WritesATargetBesideThePageAndReplacesNone) {
   EXPECT_FALSE(std::filesystem::exists(written.files[0])) << "no page without its target";
 }
 
-TEST(WritePages, NamesTheFolderThatIsNotThere) {
+TEST(WritePages, ReportsAMissingFolder) {
   plot::Drawing page;
   page.width_mm = page.height_mm = 10;
   const WrittenPages written = write_pages({page}, {plot::FileFormat::Svg, "/no/such/folder/a.svg"}, {});
@@ -59,14 +59,14 @@ using ::testing::HasSubstr;
 
 using ::testing::StartsWith;
 
-TEST(BoardStyle, IsOneOfTagsOrOfSquares) {
+TEST(BoardStyle, IsAStyleOfTagsOrOfSquares) {
   for (const char* style : {"aprilgrid", "separate", "chessboard", "charuco"})
     EXPECT_TRUE(check_board_style(style));
   EXPECT_THAT(to_string(check_board_style("chesboard").error()),
-              StartsWith("(style): unknown board style 'chesboard'. Did you mean 'chessboard'?"));
+              AllOf(StartsWith("(style): "), HasSubstr("'chesboard'"), HasSubstr("'chessboard'")));
 }
 
-TEST(PlannedBoardOfTags, HoldsWhatKalibrReadsOnlyWhereItIsAskedFor) {
+TEST(PlannedBoardOfTags, HasAKalibrTargetOnlyIfRequested) {
   plot::BoardOptions options{.tag_size_m = 0.024};
   EXPECT_EQ(plan_board(options, false)->kalibr_target, "");
   EXPECT_THAT(plan_board(options, true)->kalibr_target, HasSubstr("aprilgrid"));
@@ -77,29 +77,28 @@ TEST(PlannedBoardOfTags, HoldsWhatKalibrReadsOnlyWhereItIsAskedFor) {
   EXPECT_THAT(to_string(plan_board(options, false).error()), HasSubstr("fit"));
 }
 
-TEST(TagPrints, ASheetIsCountedByPagesAndTags) {
+TEST(TagPrints, ASheetReportsPagesAndTags) {
   const auto layout =
       plot::layout_sheet(FamilyId::Tag36h11, {0, 1, 2, 3, 4}, {.tag_size_m = 0.1, .per_page = 2});
   ASSERT_TRUE(layout) << to_string(layout.error());
   const std::vector<std::string> files = {"tags-1.svg", "tags-2.svg", "tags-3.svg"};
   EXPECT_THAT(to_text(*layout, files),
-              AllOf(HasSubstr("tags-1.svg …: 3 pages A4, 2 tags a page"), HasSubstr("of 0.1 m")));
-  const auto json = to_json(*layout, files);
+              AllOf(HasSubstr("tags-1.svg …: 3 pages A4, 2 tags "), HasSubstr("of 0.1 m")));
+  const auto json = to_json(fields(Printed<plot::SheetLayout>{*layout, files}));
   EXPECT_EQ(json["pages"], 3);
   EXPECT_EQ(json["tags"], 5);
   EXPECT_EQ(json["files"].size(), 3U);
   const auto one = plot::layout_sheet(FamilyId::Tag36h11, {7}, {.tag_size_m = 0.15});
   ASSERT_TRUE(one);
-  EXPECT_THAT(to_text(*one, {"tag.pdf"}), HasSubstr("tag.pdf: 1 page A4, 1 tag a page"));
+  EXPECT_THAT(to_text(*one, {"tag.pdf"}), HasSubstr("tag.pdf: 1 page A4, 1 tag "));
 }
 
 TEST(TagPrints, ABoardNamesItsTargetFile) {
   const auto layout = plot::layout_board({.columns = 4, .rows = 3, .tag_size_m = 0.03});
   ASSERT_TRUE(layout) << to_string(layout.error());
-  EXPECT_THAT(
-      to_text(*layout, {"board.pdf", "board.yaml"}),
-      AllOf(HasSubstr("aprilgrid board of 4 x 3 tags"), HasSubstr("board.yaml: the target file for Kalibr")));
-  const auto json = to_json(*layout, {"board.pdf"});
+  EXPECT_THAT(to_text(*layout, {"board.pdf", "board.yaml"}),
+              AllOf(HasSubstr("4 x 3 tags"), HasSubstr("board.yaml: ")));
+  const auto json = to_json(fields(Printed<plot::BoardLayout>{*layout, {"board.pdf"}}));
   EXPECT_EQ(json["tags"], 12);
   EXPECT_EQ(json["paper_size_m"][0].get<double>() + json["paper_size_m"][1].get<double>(), 0.507);
 }
@@ -111,10 +110,11 @@ TEST(TagPrints, AChessboardHasNoMarkers) {
   EXPECT_TRUE(none->empty());
   const auto layout = plot::layout_square_board({.board = board});
   ASSERT_TRUE(layout) << to_string(layout.error());
-  const auto json = to_json(*layout, {"board.pdf"});
+  const auto json = to_json(fields(Printed<plot::SquareBoardLayout>{*layout, {"board.pdf"}}));
   EXPECT_FALSE(json.contains("dictionary"));
   EXPECT_EQ(json["square_size_m"], 0.03);
-  EXPECT_THAT(to_text(*layout, {"board.pdf"}), HasSubstr("chessboard of 6 x 5 squares of 0.03 m, 1 page A4"));
+  EXPECT_THAT(to_text(*layout, {"board.pdf"}),
+              AllOf(HasSubstr("6 x 5 squares"), HasSubstr("0.03 m"), HasSubstr("1 page A4")));
 }
 
 }  // namespace

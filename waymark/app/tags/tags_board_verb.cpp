@@ -6,10 +6,10 @@
 namespace waymark::cli {
 namespace {
 
-struct BoardArgs : BoardDescription {
+struct BoardArgs : BoardRequest {
   explicit BoardArgs(CLI::App& verb)
       : settings(verb), paper(verb), board(settings, "board", kFirstGroup), tag_size(name_tag_size(verb)) {
-    add_fields(verb, static_cast<BoardDescription&>(*this));
+    add_fields(verb, static_cast<BoardRequest&>(*this));
   }
 
   Settings settings;
@@ -18,7 +18,7 @@ struct BoardArgs : BoardDescription {
   CLI::Option* tag_size;
 };
 
-/// Everything that can be wrong with a board of tags, before anything is drawn.
+/// Checks a board of tags before anything is drawn.
 Result<PlannedBoard> plan(const BoardArgs& args) {
   plot::BoardOptions options;
   Status usable = check_tag_size(*args.tag_size, args.board.given("tag_size_m"));
@@ -35,7 +35,7 @@ Result<PlannedBoard> plan(const BoardArgs& args) {
 }
 
 Result<plot::SquareBoardLayout> plan_squares(const BoardArgs& args) {
-  // Not by board.apply(): it wants the size of a tag, which these boards have not.
+  // Not by board.apply(), which needs a tag size; these boards have none.
   const auto given = [&args](const char* flag, auto& value) {
     const CLI::Option* option = args.settings.app().get_option(flag);
     if (option->count() > 0) value = option->as<std::remove_reference_t<decltype(value)>>();
@@ -69,8 +69,8 @@ ExitCode draw(const BoardArgs& args, Console& console) {
   if (!planned) return fail_usage(planned.error(), console);
   const bool of_kalibr = planned->layout.options.style == plot::BoardStyle::AprilGrid;
   return args.paper.write(planned->layout, {plot::draw_board(planned->layout)}, console,
-                          of_kalibr ? "Kalibr reads this board; `waymark detect` and AprilTag 3 do not, they "
-                                      "want --style separate."
+                          of_kalibr ? "Kalibr reads this board; `waymark detect` and AprilTag 3 need "
+                                      "`style=separate`."
                                     : "",
                           planned->kalibr_target);
 }
@@ -82,12 +82,11 @@ Verb tags_board_verb() {
       .name = "board",
       .sentence = "Draw a calibration board to print, in true size",
       .help =
-          R"(Numbers run row by row from the lower left tag to the right, then up, as Kalibr counts; its origin is
-the lower left corner of the first tag, x right, y up. Print at 100 %, without "fit to page", measure
-the ruler on the page, and mount the board on a flat, stiff plate. docs/howto/print-tags.md says more.
-Of a chessboard and a ChArUco board --cols and --rows count squares.
-
-Exit code: 0 written, 1 a file could not be written or is there already, 2 wrong usage or a board that does not fit.
+          R"(Ids increase from the lower left tag to the right, then row by row upwards, as in Kalibr; the origin is the
+lower left corner of the first tag, x right, y up. Print at 100 %, without "fit to page", measure the ruler on the
+page, and mount the board on a flat, stiff plate (docs/howto/print-tags.md). For a chessboard or a ChArUco board,
+--cols and --rows count squares.
+Exit code: 0 written, 1 a file exists or could not be written, 2 wrong usage or a board that does not fit.
 
 Examples:
   waymark tags board --cols 6 --rows 6 --tag-size-m 0.024 --spacing 0.3 --paper A4 -o board.pdf
@@ -96,7 +95,8 @@ Examples:
   waymark tags board --style charuco --cols 8 --rows 11 --square-size-m 0.02 --marker-size-m 0.015 -o charuco.pdf
   waymark tags board --style chessboard --cols 12 --rows 9 --square-size-m 0.05 --tiled -o chessboard.pdf
 )",
-      .prepare = prepared(draw)};
+      .prepare = prepared(draw),
+      .report = report_of_any<Printed<plot::BoardLayout>, Printed<plot::SquareBoardLayout>>};
 }
 
 }  // namespace waymark::cli

@@ -18,7 +18,7 @@ struct SheetArgs {
   CLI::Option* tag_size;
 };
 
-/// Everything that can be wrong before anything is drawn.
+/// Checks the sheet before anything is drawn.
 Result<plot::SheetLayout> plan(const SheetArgs& args) {
   plot::SheetOptions options;
   Status usable = check_tag_size(*args.tag_size, args.sheet.given("tag_size_m"));
@@ -45,19 +45,19 @@ Verb tags_sheet_verb() {
       .name = "sheet",
       .sentence = "Draw tags to print, in true size",
       .help =
-          R"(The size of a tag is the side of the square where its black border meets the white one; an arrow
-below each tag shows it. Families with an inner border (circle, custom, standard) reach beyond it.
-Cut along the dashed lines: the white margin within them belongs to the tag. Print at 100 %, without
-"fit to page", and measure the ruler on the page. How to choose: docs/howto/print-tags.md.
-
-Exit code: 0 written, 1 a file could not be written or is there already, 2 wrong usage or a tag that does not fit, 130
-stopped by Ctrl-C.
+          R"(The size of a tag is the side of the square at the edge between its black and white borders; an arrow below each
+tag shows it. Families with an inner border (circle, custom, standard) extend beyond it. Cut along the dashed lines:
+the white margin within them belongs to the tag. Print at 100 %, without "fit to page", and measure the ruler on the
+page. docs/howto/print-tags.md explains how to choose family and size.
+Exit code: 0 written, 1 a file exists or could not be written, 2 wrong usage or a tag that does not fit, 130 stopped
+by Ctrl-C.
 
 Examples:
   waymark tags sheet --family 36h11 --ids 0-23 --tag-size-m 0.16 --paper A4 -o tags.pdf
   waymark tags sheet --ids 0-3,7,9 --tag-size-m 0.05 --per-page 1 --dpi 600 -o tags.png
 )",
-      .prepare = prepared(draw_sheet)};
+      .prepare = prepared(draw_sheet),
+      .report = report_of<Printed<plot::SheetLayout>>};
 }
 
 }  // namespace waymark::cli

@@ -20,7 +20,7 @@
 namespace waymark {
 namespace {
 
-/// What a recording says of how it was driven and seen.
+/// Options of driver and camera for the recording, as YAML.
 std::string making_yaml(const SimulatedSetup& setup, const TeachJob& job, const DriverOptions& driver) {
   std::string yaml =
       "driver:\n" +
@@ -32,7 +32,7 @@ std::string making_yaml(const SimulatedSetup& setup, const TeachJob& job, const 
   return yaml;
 }
 
-/// Who drives a simulated lap: a person by the clock on the wall, or a script that sees the robot.
+/// The driver of a simulated lap: a person in real time, or a script with ground truth of the robot.
 struct SimulatedDriver {
   std::unique_ptr<LapDriver> driver{};
   ScriptDriver* script = nullptr;
@@ -65,12 +65,12 @@ Result<LapEnd> drive(const SimulatedSetup& setup, const SimulatedDriver& driver,
       listener, driver.script != nullptr ? kTenMinutes : kAnHour);
 }
 
-/// Truth of pictures, where no estimator looks.
+/// Topic of the ground truth of images; no estimator reads it.
 std::string truth_topic(const std::string& camera) {
   return "/truth" + topic_of_camera(camera, topics::kTags);
 }
 
-/// The corners that are wholly in view, as if a detector without errors had found them.
+/// The exact corners of all tags that are completely in view.
 TagFrame true_corners(const SeenPicture& seen) {
   TagFrame frame{.stamp = seen.found.stamp, .camera = seen.found.camera};
   for (const SceneTagTruth& tag : seen.picture.tags) {
@@ -80,7 +80,7 @@ TagFrame true_corners(const SeenPicture& seen) {
   return frame;
 }
 
-/// Records a rendered picture and what is true of it; its tags are a sample of the lap.
+/// Records a rendered image and its ground truth; its detected tags are a sample of the lap.
 Status record_rendered(const SeenPicture& seen, const std::string& images, SampleRecorder& recorder) {
   Status status = recorder.add_message(truth_topic(seen.found.camera), seen.found.stamp,
                                        ros2::to_ros(true_corners(seen)));
@@ -133,7 +133,7 @@ Result<TeachReport> teach_process(const RobotSetup& setup, const TeachJob& job, 
   const Stopwatch watch;
   const auto driver = make_lap_driver(job.driver, job.speed_m_s, setup.simulated);
   if (!driver) return tl::unexpected(driver.error());
-  // Before the robot starts: a file that cannot be written should not cost a drive.
+  // Before the robot starts, so that an unwritable file is reported before the drive.
   Result<SampleRecorder> recorder =
       start_recording(job.output,
                       {.verb = "teach",
@@ -155,9 +155,9 @@ Result<TeachReport> teach_process(const RobotSetup& setup, const TeachJob& job, 
   };
   if (const std::string usage = (*driver)->usage(); !usage.empty()) control.note(usage);
   const auto driven = (*robot)->drive(watched(std::move(listener), job.feed, control));
-  const Status closed = recorder->close();  // also of a lap that ended badly: what was driven is kept
-  const bool hung_up = !driven && control.cancelled();  // the terminal went, and the keys with it
-  if (!driven && driven.error().place.key == "driver") fresh.discard();  // it cannot drive this robot
+  const Status closed = recorder->close();              // also after an error, to keep the recorded part
+  const bool hung_up = !driven && control.cancelled();  // the terminal was closed
+  if (!driven && driven.error().place.key == "driver") fresh.discard();  // nothing was driven
   if (!driven && !hung_up) return tl::unexpected(driven.error());
   fresh.keep();
   if (!closed) return tl::unexpected(closed.error());
@@ -170,18 +170,17 @@ Result<TeachReport> teach_process(const RobotSetup& setup, const TeachJob& job, 
 
 Status check_teach(const TeachJob& job, const RobotSetup& setup) {
   const RobotModel& robot = setup.simulated.model;
-  const double most = robot.limits.speed_m_s;
-  if (job.speed_m_s > most)
-    return fail(ErrorCode::InvalidArgument, fmt::format("{} drives at most {:g} m/s", robot.name, most),
-                {.key = "speed_m_s"},
-                "Give a lower speed, or change limits: speed_m_s in a robot's file of your own.");
-  if (job.second_speed_m_s > most)
-    return fail(ErrorCode::InvalidArgument, fmt::format("{} drives at most {:g} m/s", robot.name, most),
-                {.key = "second_speed_m_s"}, "Give a lower speed.");
+  const double limit_m_s = robot.limits.speed_m_s;
+  const std::string too_fast = fmt::format("above the maximum speed of {}, {:g} m/s", robot.name, limit_m_s);
+  if (job.speed_m_s > limit_m_s)
+    return fail(ErrorCode::InvalidArgument, too_fast, {.key = "speed_m_s"},
+                "Reduce the speed, or raise limits: speed_m_s in your own robot file.");
+  if (job.second_speed_m_s > limit_m_s)
+    return fail(ErrorCode::InvalidArgument, too_fast, {.key = "second_speed_m_s"}, "Reduce the speed.");
   if (job.second_speed_m_s > 0 && (job.driver != "scripted" || !setup.process.empty()))
     return fail(ErrorCode::InvalidArgument,
-                "only the scripted driver of a simulated robot changes its speed by itself",
-                {.key = "second_speed_m_s"}, "Leave it out, and drive at two speeds.");
+                "only the scripted driver of a simulated robot alternates between two speeds",
+                {.key = "second_speed_m_s"}, "Omit `second_speed_m_s` and drive at two speeds by hand.");
   return check_recorded_images(setup.may_have_pictures(), job.images);
 }
 
@@ -189,11 +188,11 @@ Result<TeachReport> teach_lap(const RobotSetup& setup, const TeachJob& job, cons
   return setup.process.empty() ? teach_simulated(setup, job, control) : teach_process(setup, job, control);
 }
 
-Status check_effects(const TeachJob& job, const RobotSetup& setup, const GivenFlags& given) {
+Status check_effects(const TeachJob& job, const RobotSetup& setup, const GivenFields& given) {
   const bool process = !setup.process.empty();
-  FlagRefusals refused(given);
-  refused.flags(process || job.driver != "scripted", {"wander_m", "wander_time_s", "overlap_m"},
-                "this is about the scripted driver of a simulated robot", "Leave it out.");
+  FieldRefusals refused(given);
+  refused.fields(process || job.driver != "scripted", {"wander_m", "wander_time_s", "overlap_m"},
+                 "only applies to the scripted driver of a simulated robot", "Omit this option.");
   refuse_seed(process && job.driver != "scripted", refused);
   return refused.status();
 }
@@ -215,7 +214,7 @@ LapMonitor lap_of(const SimulatedSetup& setup, TeachListener listener) {
 
 namespace {
 
-/// Two tags that few frames connect.
+/// A pair of tags connected by few frames.
 struct WeakLink {
   WeakLink() = default;
   explicit WeakLink(const TagLink& link)
@@ -235,21 +234,22 @@ std::string to_text(const TeachReport& report, bool loop) {
   const TeachSummary& s = report.summary;
   std::string text = fmt::format(
       "{}: {:.1f} s, {:.2f} m by odometry, {} frames\n"
-      "{} tags seen, {} detections, two or more in view {:.1f} % of the time ({} frames with fewer)\n",
+      "{} tags, {} detections, two or more tags in {:.1f} % of the frames ({} frames with fewer)\n",
       report.file, report.end.lap_s, s.distance_m, s.frames, s.seen.size(), s.detections,
       100 * s.two_tags_fraction(), s.low_observability_frames);
   if (s.closed_loop || loop)
-    text += s.closed_loop ? "The loop is closed: the anchor was seen at the start and again at the end.\n"
+    text += s.closed_loop ? "The loop is closed: the anchor was observed at the start and at the end.\n"
                           : "The loop is not closed.\n";
   if (!s.seen.empty()) {
     const auto fewest = std::ranges::min_element(s.seen, {}, [](const auto& seen) { return seen.second; });
-    text += fmt::format("Every tag was seen in {} frames or more ({} in fewest).\n", fewest->second,
+    text += fmt::format("Every tag was observed in at least {} frames ({} in fewest).\n", fewest->second,
                         to_string(fewest->first));
   }
-  if (s.seen.empty()) return text + "No tag was seen: there is nothing to make a map of.\n";
-  text += s.mappable ? fmt::format("The lap can be mapped: waymark map {} -o map\n", shell_word(report.file))
-                     : "As it is the lap makes no good map: the warnings say what it lacks. `waymark map` "
-                       "makes of it what it can.\n";
+  if (s.seen.empty()) return text + "No tag was observed: the lap cannot be mapped.\n";
+  text += s.mappable
+              ? fmt::format("The lap can be mapped: `waymark map {} output=map`\n", shell_word(report.file))
+              : "The map of this lap would be inaccurate: see the warnings. `waymark map` makes the best "
+                "possible map.\n";
   return text;
 }
 
@@ -258,7 +258,7 @@ ReportFields fields(const TeachReport& report) {
   const std::vector<WeakLink> weak_links(s.weak_links.begin(), s.weak_links.end());
   return {{"file", "Recording that was written", report.file},
           {"wall_s", "Elapsed real time", report.wall_s},
-          {"lap_s", "Duration of the lap in the world", report.end.lap_s},
+          {"lap_s", "Duration of the lap by the robot's clock", report.end.lap_s},
           {"frames", "Camera frames", s.frames},
           {"detections", "Detections of tags in all frames", s.detections},
           {"tags", "Different tags that were detected", s.seen.size()},
@@ -273,7 +273,7 @@ ReportFields fields(const TeachReport& report) {
            report.worst_blur_px},
           {"blurred_frames", "Frames with more motion blur than 2 px", report.blurred_frames},
           {"abrupt_moments", "Number of abrupt starts and stops", report.abrupt_moments},
-          {"weak_links", "Pairs of tags that the map depends on and few frames connect, weakest first",
+          {"weak_links", "Tag pairs that the map depends on and that few frames connect, weakest first",
            weak_links},
           {"closed_loop", "The anchor was seen at the start and at the end, from nearly the same place",
            s.closed_loop},
@@ -281,7 +281,7 @@ ReportFields fields(const TeachReport& report) {
            "A map can be made: anchor and another tag seen, no jumps, closed loop (open line: 0.5 m driven)",
            s.mappable},
           {"finished", "The driver completed the lap", report.end.finished},
-          {"warnings", "What the lap lacks for a good map", s.warnings}};
+          {"warnings", "Problems that make the map less accurate", s.warnings}};
 }
 
 }  // namespace waymark

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "waymark/app/common/flag_refusals.hpp"
+#include "waymark/app/common/field_refusals.hpp"
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/app/common/report_fields.hpp"
 #include "waymark/app/live/robot_setup.hpp"
@@ -17,47 +17,46 @@ namespace waymark {
 
 class LiveFeed;
 
-/// How fast people teach; a robot that cannot is driven as fast as it goes.
+/// Default speed of a teach lap; slower robots are driven at their maximum speed.
 inline constexpr double kUsualSpeed_m_s = 0.3;
 
 struct TeachJob {
   std::string output;                  ///< recording to write
-  std::string driver = "scripted";     ///< of lap_drivers()
-  double speed_m_s = kUsualSpeed_m_s;  ///< that the driver means to drive
-  double second_speed_m_s = 0;         ///< another in turn with it (scripted); 0: none
-  double wander_m = 0.02;              ///< how far off the line (scripted), standard deviation
-  double wander_time_s = 3;            ///< and how long that lasts
-  double overlap_m = 1;                ///< how far past the start a closed lap is driven (scripted)
-  bool durable = false;                ///< also a power cut loses at most a second
-  std::string images{};                ///< how pictures are recorded: raw, jpeg; empty: not at all
-  LiveFeed* feed = nullptr;            ///< of viewers, if there are any
+  std::string driver = "scripted";     ///< one of lap_drivers()
+  double speed_m_s = kUsualSpeed_m_s;  ///< cruising speed of the driver
+  double second_speed_m_s = 0;         ///< alternates with speed_m_s (scripted); 0: none
+  double wander_m = 0.02;              ///< standard deviation of the lateral deviation (scripted)
+  double wander_time_s = 3;            ///< its correlation time
+  double overlap_m = 1;                ///< distance driven past the start of a closed lap (scripted)
+  bool durable = false;                ///< a power cut loses at most one second
+  std::string images{};                ///< format of recorded images: raw, jpeg; empty: not recorded
+  LiveFeed* feed = nullptr;            ///< for viewers; may be nullptr
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.output,
-          JobField("output FILE", "Recording to write (.mcap); never written over another").required());
+    visit(self.output, JobField("output FILE", "Recording to write (.mcap); must not exist").required());
     visit(self.driver,
-          JobField("driver NAME", "Driver: scripted (follows the line of the world), keyboard or gamepad"));
+          JobField("driver NAME", "Driver: scripted (follows the path of the world), keyboard or gamepad"));
     visit(self.speed_m_s,
           JobField("speed_m_s FLOAT",
-                   "Cruising speed of the driver. Unless given: limited by the robot's maximum", 0.01, 5.0));
+                   "Cruising speed of the driver. The default is limited by the robot's maximum", 0.01, 5.0));
     visit(self.second_speed_m_s, JobField("second_speed_m_s FLOAT",
                                           "Second cruising speed, used alternately with the first every "
                                           "three metres: for `waymark calibrate robot`",
                                           0.01, 5.0)
                                      .less());
     visit(self.wander_m,
-          JobField("wander_m FLOAT", "Standard deviation of the lateral deviation from the line", 0.0, 1.0)
+          JobField("wander_m FLOAT", "Standard deviation of the lateral deviation from the path", 0.0, 1.0)
               .grouped("Driver scripted"));
     visit(self.wander_time_s,
           JobField("wander_time_s FLOAT",
-                   "Correlation time of the lateral deviation; short makes the path wind", 0.1, 60.0)
+                   "Correlation time of the lateral deviation; a short one makes the path winding", 0.1, 60.0)
               .grouped("Driver scripted"));
     visit(self.overlap_m,
           JobField("overlap_m FLOAT", "Distance driven past the start of a closed lap", 0.0, 1000.0)
               .grouped("Driver scripted"));
     visit(self.images, JobField("record_images HOW",
-                                "Also record the pictures (with `images`, or of a robot that sends them): "
+                                "Also record the images (with `images`, or of a robot that sends them): "
                                 "jpeg, or raw, ten times as large")
                            .one_of("jpeg,raw")
                            .less());
@@ -66,36 +65,35 @@ struct TeachJob {
 };
 
 struct TeachReport {
-  std::string file{};  ///< that was written
+  std::string file{};  ///< the recording
   TeachSummary summary{};
   LapEnd end{};
-  double worst_blur_px = 0;  ///< by yaw rate, exposure and focal length
+  double worst_blur_px = 0;  ///< from yaw rate, exposure time and focal length
   int blurred_frames = 0;
   int abrupt_moments = 0;
   double wall_s = 0;
 };
 
-/// Fails on speeds that the robot does not drive or the driver does not change to, and on pictures to record
-/// where there are none.
+/// Fails on speeds beyond the robot's limit, on a second speed without the scripted driver of a simulated
+/// robot, and on images to record if there are none.
 [[nodiscard]] Status check_teach(const TeachJob& job, const RobotSetup& setup);
 
-/// Records a lap that somebody drives with the robot of the setup, simulated or a process. For a process,
-/// "scripted" needs its world, and a robot that knows the truth. Cancelling stops the robot and closes the
-/// file.
+/// Records a lap with the robot of the setup, simulated or a process. For a process, "scripted" needs the
+/// world and a robot that sends ground truth. Cancelling stops the robot and closes the file.
 [[nodiscard]] Result<TeachReport> teach_lap(const RobotSetup& setup, const TeachJob& job,
                                             const JobControl& control);
-/// What was driven and seen, and whether it can be mapped; `loop`: the route was to close.
+/// Distance, frames, detections, and whether the lap can be mapped; `loop`: the route should be closed.
 [[nodiscard]] std::string to_text(const TeachReport& report, bool loop);
 [[nodiscard]] ReportFields fields(const TeachReport& report);
 
-/// Fails on flags of the script that drives a simulated robot, where it does not drive.
-[[nodiscard]] Status check_effects(const TeachJob& job, const RobotSetup& setup, const GivenFlags& given);
+/// Fails on fields of the scripted driver of a simulated robot if another driver or robot is used.
+[[nodiscard]] Status check_effects(const TeachJob& job, const RobotSetup& setup, const GivenFields& given);
 
-/// Records a lap as `images` says (raw, jpeg; empty: without pictures), with words to the control. All of
-/// them outlive the listener.
+/// A listener that records a lap, with images in the format `images` (raw, jpeg; empty: without images), and
+/// passes texts to the control. All arguments must outlive the listener.
 [[nodiscard]] TeachListener lap_listener(SampleRecorder& recorder, const std::string& images,
                                          const JobControl& control);
-/// A lap of the setup, for a listener.
+/// The teach lap of the setup, for lap_listener().
 [[nodiscard]] LapMonitor lap_of(const SimulatedSetup& setup, TeachListener listener);
 
 }  // namespace waymark

@@ -18,7 +18,7 @@ struct TeachArgs {
     add_fields(verb, job);
     verb.get_option("--output")->transform(recording_name());
     add_fields(verb, anchor);
-    verb.add_flag("--json", json, "One JSON object instead of words");
+    verb.add_flag("--json", json, "Print one JSON object instead of text");
   }
 
   Settings settings;
@@ -31,7 +31,7 @@ struct TeachArgs {
 };
 
 Result<RobotSetup> make_setup(const TeachArgs& args) {
-  if (Status known = check_lap_driver(args.job.driver); !known) return tl::unexpected(known.error());
+  if (Status valid = check_lap_driver(args.job.driver); !valid) return tl::unexpected(valid.error());
   Result<RobotSetup> made = args.pictures.apply(args.setup.make());
   if (!made) return made;
   if (Status placed = place_lone_anchor(*made, args.anchor); !placed) return tl::unexpected(placed.error());
@@ -57,11 +57,11 @@ ExitCode teach(const TeachArgs& args, Console& console) {
                           : to_text(*report, setup->simulated.world.path_closed));
   for (const std::string& warning : report->summary.warnings) console.say("warning: " + warning);
   if (report->end.interrupted) {
-    console.say(fmt::format("stopped by {}: the robot stands, and the recording is whole up to here",
+    console.say(fmt::format("stopped by {}: the robot is stationary, and the recording is complete up to now",
                             interrupted_by()));
     return ExitCode::Interrupted;
   }
-  if (!report->end.finished) console.say("the driver did not get round in ten minutes");
+  if (!report->end.finished) console.say("the driver did not complete the lap in ten minutes");
   return report->end.finished && report->summary.mappable ? ExitCode::Ok : ExitCode::SomeFailed;
 }
 
@@ -72,27 +72,23 @@ Verb teach_verb() {
       .name = "teach",
       .sentence = "Record a lap that is driven once",
       .help =
-          R"(The recording holds what the robot sensed (tags, odometry, wheels, IMU), what it was told, its camera,
-and how it was made; the simulator adds the truth below /truth, which no estimator looks at. It opens
-in Foxglove Studio as it is. `waymark info` shows what a recording holds, `waymark map` makes a map of it.
-Ctrl-C stops the robot and closes the file.
+          R"(The recording contains sensor data (tags, odometry, wheels, IMU), commands, the camera, and metadata; the
+simulator adds ground truth below /truth, which no estimator reads. Foxglove Studio opens it directly.
+`waymark info` lists the contents of a recording, `waymark map` makes a map of it. Ctrl-C stops the robot and
+closes the file.
+With --images the camera renders images with motion blur, noise and distortion, and the detector runs on them,
+on --threads threads; the bytes of the recording do not depend on the number of threads. Without --images, noisy
+corners replace camera and detector, 2000 times faster than real time.
+A person (--driver keyboard, gamepad) drives in real time: the robot stops if no key is held, or if the left
+shoulder button of the gamepad is released. During the drive the terminal warns of motion blur, of abrupt starts
+and stops, and of fewer than two tags. At the end the report states whether the lap can be mapped, which frames
+are the only link between parts of the map, and how to fix that.
+--robot process:CMD drives any robot with a driver program (docs/formats/robot-process.md), in real time, with
+keyboard or gamepad. --robot-file describes its camera and body, --anchor and --tag-size-m define the map frame
+and the scale. If the robot also sends ground truth, a script can drive it with --world and --driver scripted.
+Exit code: 0 the lap can be mapped, 1 it cannot, or the file could not be written, 2 wrong usage, 130 stopped by
+Ctrl-C.
 
-With --images the camera takes pictures: rendered with motion blur, noise and distortion, and looked at by the
-detector, on --threads threads; the bytes of the recording do not depend on how many. Without, corners with
-noise stand for camera and detector, 2000 times as fast as the robot drives.
-
-A person who drives (--driver keyboard, gamepad) does so in real time: the robot stops when no key is held, or
-when the gamepad's left shoulder is let go. While somebody drives, the line on the terminal warns of motion
-blur, of abrupt starts and stops, and of fewer than two tags; at the end it says whether the lap can be mapped,
-on which few frames the map hangs, and what to do about it.
-
---robot process:CMD drives any robot that a program of yours speaks for (docs/formats/robot-process.md), in
-real time, with keyboard or gamepad. Give its camera and body with --robot-file, and with --anchor and
---tag-size-m what the map is to stand on. Where the robot also sends the truth, --world and --driver scripted
-let a script drive it.
-
-Exit code: 0 a lap that can be mapped, 1 one that cannot, or the file could not be written, 2 wrong usage,
-130 stopped by Ctrl-C.
 
 Examples:
   waymark teach --robot sim --world circuit24 --driver scripted --seed 1 -o lap.mcap

@@ -1,6 +1,7 @@
 #include "waymark/app/video/map_video.hpp"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <filesystem>
@@ -10,9 +11,9 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "waymark/app/common/camera_tags.hpp"
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/app/common/lap_input.hpp"
 #include "waymark/app/common/output_files.hpp"
@@ -60,9 +61,6 @@ Result<std::vector<SceneFrame>> film(const MapVideoJob& job, const TagFinder& fi
   std::vector<SceneFrame> frames;
   Duration offset{};
   for (const std::string& video : job.videos) {
-    if (!is_of_camera(video, true))
-      return fail(ErrorCode::InvalidArgument, "a recording brings its camera along", {.key = "camera"},
-                  "Give `robot` for a recording without a calibration; `camera` is that of a video.");
     const auto add = [&](TagFrame& tags) -> Status {
       frames.push_back({tags.stamp + offset, {{0, std::move(tags.detections)}}});
       return {};
@@ -214,7 +212,7 @@ Status write_all(const MapVideoJob& job, const Stopwatch& watch, MapVideoReport&
   write("poses.yaml", to_tagslam_poses(report.map));
   write("trajectory.txt", to_tum(report.trajectory));
   report.wall_s = watch.seconds();
-  write("summary.json", to_json(report).dump(2) + "\n");
+  write("summary.json", json_text(fields(report)));
   if (!status) return staged->failed(status.error());
   std::vector<std::string> routes = route_names(job.folder);  // of a map of another kind
   routes.emplace_back();
@@ -266,7 +264,8 @@ Result<MeasuredDistance> parse_distance(const std::string& text) {
 }
 
 Status read_prior_map(const std::string& file, MapVideoJob& job) {
-  Result<LandmarksFile> older = read_landmarks(file, job.sizes.default_size_m);
+  Result<LandmarksFile> older =
+      or_wrong_kind(read_landmarks(file, job.sizes.default_size_m), file, FileUse::Map);
   if (!older) return tl::unexpected(older.error());
   job.prior = std::move(older->tags);
   job.field = older->field;
@@ -277,6 +276,11 @@ Status check(const MapVideoJob& job) {
   const auto refuse = [](const char* field, const std::string& why, const char* hint) {
     return fail(ErrorCode::InvalidArgument, why, {.key = field}, hint);
   };
+  for (const std::string& video : job.videos)
+    if (Status film = check_of_camera(
+            video, "`waymark map lap` maps it, without `camera`: its camera is that of the recording.");
+        !film)
+      return film;
   if (!job.camera)
     return refuse("camera", "a video says nothing about its camera",
                   "Give its calibration: `camera=calibration.yaml`. `waymark calibrate camera` makes one.");
@@ -351,55 +355,88 @@ Result<MapVideoReport> map_video(const MapVideoJob& job, const TagFinder& finder
   return report;
 }
 
-nlohmann::ordered_json to_json(const MapVideoReport& report) {
-  const auto list = [](const Eigen::Vector3d& v) {
-    return nlohmann::ordered_json::array({v.x(), v.y(), v.z()});
-  };
-  nlohmann::ordered_json tags = nlohmann::ordered_json::array();
-  for (const auto& [id, tag] : report.file.tags.tags)
-    tags.push_back({{"tag", to_string(id)},
-                    {"map_t_tag_m", list(tag.map_T_tag.translation())},
-                    {"sigma_m", list(position_sigma_m(tag))},
-                    {"observations", report.file.observations.at(id)}});
-  nlohmann::ordered_json beside = nlohmann::ordered_json::array();
-  for (const TagBesidePrior& tag : report.beside)
-    beside.push_back({{"tag", to_string(tag.tag)},
-                      {"off_m", list(tag.off_m)},
-                      {"sigma_m", list(tag.sigma_m)},
-                      {"turned_rad", tag.turned_rad}});
-  nlohmann::ordered_json distances = nlohmann::ordered_json::array();
-  for (const MeasuredResidual& d : report.measured)
-    distances.push_back({{"tags", {to_string(d.given.a), to_string(d.given.b)}},
-                         {"measured_m", d.given.measured_m},
-                         {"sigma_m", d.given.sigma_m},
-                         {"found_m", d.found_m},
-                         {"off_sigma", (d.found_m - d.given.measured_m) / d.given.sigma_m}});
-  nlohmann::ordered_json intrinsics = nlohmann::ordered_json::object();
-  for (const FoundIntrinsics& lens : report.map.intrinsics) {
+namespace {
+
+/// A tag of the map, and the pictures that it is used of.
+struct VideoTag {
+  TagId id{};
+  MappedTag tag{};
+  int observations = 0;
+};
+
+ReportFields fields(const VideoTag& tag) {
+  return {{"tag", "Family and id", to_string(tag.id)},
+          {"map_t_tag_m", "Position of the centre in the map: x, y, z", tag.tag.map_T_tag.translation()},
+          {"sigma_m", "Standard deviations of the position along x, y, z", position_sigma_m(tag.tag)},
+          {"observations", "Observations in use", tag.observations}};
+}
+
+std::vector<VideoTag> tags_of(const MapFile& file) {
+  std::vector<VideoTag> tags;
+  for (const auto& [id, tag] : file.tags.tags) tags.push_back({id, tag, file.observations.at(id)});
+  return tags;
+}
+
+ReportFields intrinsics_fields(const std::vector<FoundIntrinsics>& cameras) {
+  ReportFields by_name;
+  for (const FoundIntrinsics& lens : cameras) {
     for (Eigen::Index i = 0; i < lens.found.size(); ++i)
-      intrinsics[lens.names[static_cast<std::size_t>(i)]] = {{"given", lens.given[i]},
-                                                             {"given_sigma", lens.prior_sigma[i]},
-                                                             {"found", lens.found[i]},
-                                                             {"sigma", lens.sigma[i]}};
+      by_name.push_back(
+          {lens.names[static_cast<std::size_t>(i)], "Parameter of the camera",
+           ReportFields{{"given", "Value of the calibration", lens.given[i]},
+                        {"given_sigma", "Standard deviation of this value", lens.prior_sigma[i]},
+                        {"found", "Estimated value", lens.found[i]},
+                        {"sigma", "Standard deviation of the estimate", lens.sigma[i]}}});
   }
-  return {{"pictures", report.pictures},
-          {"pictures_with_pose", report.trajectory.size()},
-          {"anchor", to_string(report.file.anchor)},
-          {"tags", std::move(tags)},
-          {"beside_prior", std::move(beside)},
-          {"observations", report.map.observations.seen.size()},
-          {"rejected_observations", report.map.rejected.size()},
-          {"noise_px", report.map.noise_px},
-          {"reprojection_mean_px", report.map.reprojection_mean_px},
-          {"correlated_pictures", report.map.correlated_frames},
-          {"corner_chi2_per_dof", report.corner_chi2_per_dof},
-          {"size_scale", report.map.size_scale},
-          {"size_scale_sigma", report.map.size_sigma},
-          {"distances", std::move(distances)},
-          {"intrinsics", std::move(intrinsics)},
-          {"files", report.files},
-          {"wall_s", report.wall_s},
-          {"warnings", report.warnings}};
+  return by_name;
+}
+
+}  // namespace
+
+ReportFields fields(const TagBesidePrior& tag) {
+  return {{"tag", "Family and id", to_string(tag.tag)},
+          {"off_m", "Position relative to that in the older map: x, y, z", tag.off_m},
+          {"sigma_m", "Standard deviations of the position in the new map along x, y, z", tag.sigma_m},
+          {"turned_rad", "Angle from the orientation in the older map", tag.turned_rad}};
+}
+
+ReportFields fields(const MeasuredResidual& distance) {
+  const MeasuredDistance& given = distance.given;
+  return {{"tags", "Both tags", std::array{to_string(given.a), to_string(given.b)}},
+          {"measured_m", "Measured distance", given.measured_m},
+          {"sigma_m", "Standard deviation of the measurement", given.sigma_m},
+          {"found_m", "Distance in the map", distance.found_m},
+          {"off_sigma", "Found minus measured, in standard deviations",
+           (distance.found_m - given.measured_m) / given.sigma_m}};
+}
+
+ReportFields fields(const MapVideoReport& report) {
+  return {{"pictures", "Pictures of the videos", report.pictures},
+          {"pictures_with_pose", "Pictures with a pose of the camera", report.trajectory.size()},
+          {"anchor", "Anchor tag", to_string(report.file.anchor)},
+          {"tags", "One entry per tag of the map", tags_of(report.file)},
+          {"beside_prior", "With `prior`: one entry per tag of both maps that is not an exact anchor",
+           report.beside},
+          {"observations", "Observations of tags", report.map.observations.seen.size()},
+          {"rejected_observations", "Observations that contradict the others", report.map.rejected.size()},
+          {"noise_px", "Standard deviation of a corner coordinate", report.map.noise_px},
+          {"reprojection_mean_px", "Mean reprojection error of the corners in use",
+           report.map.reprojection_mean_px},
+          {"correlated_pictures", "Successive pictures that weigh as one, as errors of corners last",
+           report.map.correlated_frames},
+          {"corner_chi2_per_dof",
+           "Chi-square of corners per degree of freedom; 1 if the detector's covariances are consistent",
+           report.corner_chi2_per_dof},
+          {"size_scale", "Size of all tags relative to the given one; 1 without distances",
+           report.map.size_scale},
+          {"size_scale_sigma", "Standard deviation of this scale; 0 if it is not estimated",
+           report.map.size_sigma},
+          {"distances", "With `distance`: one entry per measured distance", report.measured},
+          {"intrinsics", "By parameter of an uncertain camera: given, given_sigma, found, sigma",
+           intrinsics_fields(report.map.intrinsics)},
+          {"files", "Files that were written", report.files},
+          {"wall_s", "Duration of the run", report.wall_s},
+          {"warnings", "What is doubtful about the map, one sentence each", report.warnings}};
 }
 
 std::string to_text(const MapVideoReport& report, const std::string& folder) {

@@ -5,10 +5,9 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "waymark/app/common/camera_tags.hpp"
 #include "waymark/app/common/job_control.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/camera/camera_model.hpp"
 #include "waymark/config/exchange/field_layouts.hpp"
@@ -146,7 +145,10 @@ struct MapVideoReport {
                                                const JobControl& control);
 /// Standard deviations of a tag's centre along the axes of the map; zero where they are not known.
 [[nodiscard]] Eigen::Vector3d position_sigma_m(const MappedTag& tag);
-[[nodiscard]] nlohmann::ordered_json to_json(const MapVideoReport& report);
+/// What `--json` prints and summary.json holds.
+[[nodiscard]] ReportFields fields(const MapVideoReport& report);
+[[nodiscard]] ReportFields fields(const TagBesidePrior& tag);
+[[nodiscard]] ReportFields fields(const MeasuredResidual& distance);
 /// What the verb `map` prints of a map that it wrote into this folder.
 [[nodiscard]] std::string to_text(const MapVideoReport& report, const std::string& folder);
 

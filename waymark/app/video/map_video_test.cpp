@@ -224,8 +224,8 @@ TEST_F(Walk, TheLapOfARobotIsRefused) {
   job_.videos = {test::record_lap(folder_ / "lap.mcap", 9, {.for_s = 1})};
   const auto report = map_video(job_, finder_, {});
   ASSERT_FALSE(report);
-  EXPECT_EQ(report.error().place.key, "camera");
-  EXPECT_THAT(report.error().message, HasSubstr("brings its camera along"));
+  EXPECT_EQ(report.error().place.key, job_.videos.front());
+  EXPECT_THAT(to_string(report.error()), HasSubstr("`waymark map lap` maps it"));
 }
 
 TEST_F(Walk, TheFieldIsAsLargeAsThePriorMapStates) {

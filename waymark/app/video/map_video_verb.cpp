@@ -61,8 +61,8 @@ MapVideoArgs::MapVideoArgs(CLI::App& verb)
   add_option(verb, "--anchor-pose X Y Z ROLL PITCH YAW", anchor_pose,
              "Where the anchor stands in the map: x y z [m] and roll pitch yaw [deg] of the tag's frame (x "
              "right, y down, z into the tag). Unless given: as --prior has it, else the map's origin is its "
-             "centre, map z is up, map x goes into the tag")
-      ->expected(6);
+             "centre, map z is up, map x goes into the tag",
+             exactly(6));
   add_option(
       verb, "--prior FILE", prior,
       "Older map of the place (map.yaml, or any that `waymark localize --map` takes), where the anchor "
@@ -133,13 +133,8 @@ ExitCode map_video_tags(const MapVideoArgs& args, Console& console) {
   const Result<TagFinder> finder = args.detector.make();
   if (!finder) return fail_usage(finder.error(), console);
   const Result<MapVideoReport> report = map_video(*job, *finder, control_from(console));
-  if (!report) {
-    const Error& error = report.error();
-    const bool misused =
-        error.code == ErrorCode::InvalidArgument && error.place.source.empty() && !error.place.key.empty();
-    return console.failed(error, misused ? ExitCode::Usage : ExitCode::SomeFailed);
-  }
-  console.print(args.json ? json_line(to_json(*report)) : to_text(*report, job->folder));
+  if (!report) return fail_with(report.error(), console);
+  console.print(args.json ? json_line(fields(*report)) : to_text(*report, job->folder));
   console.warn(report->warnings);
   return ExitCode::Ok;
 }
@@ -166,7 +161,8 @@ Examples:
   waymark map walk.mp4 --camera calibration.yaml --tag-size-m 0.165 -o map --distance 3,7,2.41 --upright 3,7,9
   waymark map video desk.mcap --camera calibration.yaml --tag-size-m 0.16 -o map
 )",
-      .prepare = prepared(map_video_tags)};
+      .prepare = prepared(map_video_tags),
+      .report = report_of<MapVideoReport>};
 }
 
 }  // namespace waymark::cli

@@ -1,12 +1,11 @@
 #include "waymark/app/view/offered_files.hpp"
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
-#include <fstream>
 
 #include <fmt/format.h>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/shell_word.hpp"
 #include "waymark/recording/message_log.hpp"
 
@@ -15,14 +14,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool is_mcap(const fs::path& path) {
-  std::array<char, 5> head{};
-  std::ifstream(path, std::ios::binary).read(head.data(), head.size());
-  return head[0] == '\x89' && std::string_view(head.data() + 1, 4) == "MCAP";
-}
-
-/// What of a folder the page can show: recordings, and the files of a map in it or in map/. Links that lead
-/// out of the folder are `left_out`: whoever may write to the folder is not to choose what is shown.
+/// The files of a folder that the page can show: recordings, and the files of a map in it or in map/. Links
+/// out of the folder go to `left_out`, so that write access to the folder does not expose other files.
 std::vector<OfferedFile> files_of(const fs::path& folder, std::vector<OfferedFile>& left_out) {
   std::vector<OfferedFile> files;
   std::error_code none;
@@ -53,29 +46,32 @@ std::vector<OfferedFile> files_of(const fs::path& folder, std::vector<OfferedFil
   return files;
 }
 
-/// What the file is instead, and what to do with it.
-Error no_recording(const std::string& path) {
+/// The error for a file that cannot be shown, with its actual type and a hint.
+Error not_shown(const std::string& path, FileKind kind) {
+  if (auto wrong = wrong_kind(path, FileUse::Page); wrong && !is_recording(kind)) {
+    wrong->code = ErrorCode::Unsupported;
+    return *std::move(wrong);
+  }
   Error error{ErrorCode::Unsupported, "not an MCAP recording", {.source = path}, {}};
   std::error_code none;
   if (fs::is_regular_file(path, none) && fs::file_size(path, none) == 0) {
-    error.message = "the file is empty: nothing was recorded, or its recorder never came to write";
-    error.hint = "Record again, or take a copy that is not empty.";
-  } else if (looks_like_recording(path)) {
-    error.message = "a recording, but none that a browser can read by its index";
-    error.hint = fmt::format("Make one first: waymark convert {} out.mcap", shell_word(path));
+    error.message = "the file is empty: nothing was recorded, or the recorder ended before its first write";
+    error.hint = "Record again, or use a copy that is not empty.";
+  } else if (is_recording(kind)) {
+    error.message = "a recording in a format without an index for the browser";
+    error.hint = fmt::format("Convert it first: `waymark convert {} out.mcap`.", shell_word(path));
   } else {
     error.message = "neither a recording nor the YAML of a map or a route";
     error.hint =
         "The page shows MCAP recordings, map.yaml, and the folders of maps and demos; `waymark convert` "
-        "makes "
-        "MCAP of tables and logs.";
+        "converts tables and logs to MCAP.";
   }
   return error;
 }
 
 }  // namespace
 
-void tell_of_damage(const std::vector<OfferedFile>& files, const JobControl& control) {
+void note_damage(const std::vector<OfferedFile>& files, const JobControl& control) {
   for (const OfferedFile& file : files) {
     if (file.kind != OfferedFile::Kind::Recording) continue;
     const auto log = open_log(file.path, control.log_options());
@@ -86,8 +82,8 @@ void tell_of_damage(const std::vector<OfferedFile>& files, const JobControl& con
     if ((*log)->summary().complete) continue;
     for (const LogProblem& problem : (*log)->problems()) control.note("warning: " + to_string(problem.error));
     control.note(fmt::format(
-        "{} was cut: its index is missing, so the page has to read all of it. `waymark recover {} -o "
-        "whole.mcap` writes one that opens at once",
+        "{} is truncated: without its index the page has to read the whole file. `waymark recover {} "
+        "output=whole.mcap` writes a file with an index",
         file.name, shell_word(file.path.string())));
   }
 }
@@ -97,7 +93,7 @@ Result<std::vector<OfferedFile>> offered_by(const std::string& path, const JobCo
   if (path.empty()) return std::vector<OfferedFile>{};
   if (path == "live" && !fs::exists(path, none))
     return fail(
-        ErrorCode::InvalidArgument, "a robot is shown by the verb that runs it", {},
+        ErrorCode::InvalidArgument, "a live robot is shown by the verb that drives it", {},
         "For example `waymark run world=circuit24 driver=page view=true output=session`, or `waymark demo "
         "view=true`.");
   if (!fs::exists(path, none))
@@ -106,19 +102,20 @@ Result<std::vector<OfferedFile>> offered_by(const std::string& path, const JobCo
     std::vector<OfferedFile> left_out;
     std::vector<OfferedFile> files = files_of(path, left_out);
     for (const OfferedFile& file : left_out)
-      control.note(fmt::format("{} is a link to somewhere else and is not shown: name its target to show it",
+      control.note(fmt::format("{} is a link out of the folder and is not shown; to show it, give its target",
                                file.path.string()));
     if (files.empty())
       return fail(ErrorCode::NotFound, "no recording (.mcap) and no map.yaml in this folder",
-                  {.source = path},
-                  "Name a recording, the folder of a map, or one that `waymark demo` wrote.");
+                  {.source = path}, "Give a recording, the folder of a map, or a folder of `waymark demo`.");
     return files;
   }
   const std::string name = fs::path(path).filename().string();
-  if (name.ends_with(".yaml") || name.ends_with(".yml"))
+  const FileKind kind = kind_of(path);
+  if (kind == FileKind::Mcap) return std::vector<OfferedFile>{{name, path, OfferedFile::Kind::Recording}};
+  const bool yaml = name.ends_with(".yaml") || name.ends_with(".yml");
+  if (yaml && !is_recording(kind) && !wrong_kind(path, FileUse::Page))
     return std::vector<OfferedFile>{{name, path, OfferedFile::Kind::Text}};
-  if (!is_mcap(path)) return tl::unexpected(no_recording(path));
-  return std::vector<OfferedFile>{{name, path, OfferedFile::Kind::Recording}};
+  return tl::unexpected(not_shown(path, kind));
 }
 
 }  // namespace waymark

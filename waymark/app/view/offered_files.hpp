@@ -8,11 +8,11 @@
 
 namespace waymark {
 
-/// What the page of `waymark view` can show of a path: a recording, the YAML of a map or a route, what a
-/// folder holds of these. Empty path: nothing.
+/// The files at a path that the page of `waymark view` can show: a recording, the YAML of a map or a route,
+/// or such files in a folder. Empty path: none.
 [[nodiscard]] Result<std::vector<OfferedFile>> offered_by(const std::string& path, const JobControl& control);
 
-/// A recording that was cut is shown as far as it goes; the control gets a note with the remedy.
-void tell_of_damage(const std::vector<OfferedFile>& files, const JobControl& control);
+/// Notes truncated recordings, which are shown up to their end, with the command that repairs them.
+void note_damage(const std::vector<OfferedFile>& files, const JobControl& control);
 
 }  // namespace waymark

@@ -10,6 +10,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
+
 namespace waymark {
 namespace {
 
@@ -35,7 +37,7 @@ class OfferedFiles : public ::testing::Test {
   JobControl control_{};
 };
 
-TEST_F(OfferedFiles, AFolderOffersItsRecordingsAndTheFilesOfItsMap) {
+TEST_F(OfferedFiles, OffersTheRecordingsOfAFolderAndTheFilesOfItsMap) {
   put("b.mcap", "\x89MCAP0\r\n");
   put("a.mcap", "\x89MCAP0\r\n");
   put("map/map.yaml", "tags: {}\n");
@@ -49,25 +51,34 @@ TEST_F(OfferedFiles, AFolderOffersItsRecordingsAndTheFilesOfItsMap) {
   EXPECT_TRUE(notes_.empty());
 }
 
-TEST_F(OfferedFiles, ALinkThatLeadsOutOfTheFolderIsNotShownAndNamed) {
+TEST_F(OfferedFiles, NotesALinkOutOfTheFolderAndDoesNotShowIt) {
   put("shown/a.mcap", "\x89MCAP0\r\n");
-  put("secret", "of somebody");
+  put("secret", "private");
   fs::create_symlink(folder_ / "secret", folder_ / "shown/secret.mcap");
   const auto files = offered_by(at("shown"), control_);
   ASSERT_TRUE(files);
   ASSERT_EQ(files->size(), 1U);
   EXPECT_EQ(files->front().name, "a.mcap");
   ASSERT_EQ(notes_.size(), 1U);
-  EXPECT_THAT(notes_.front(), HasSubstr("secret.mcap is a link to somewhere else"));
+  EXPECT_THAT(notes_.front(), HasSubstr("secret.mcap"));
+  testing::expect_on_page("view", notes_.front());
 }
 
-TEST_F(OfferedFiles, WhatThePageCannotShowIsNamedForWhatItIs) {
+TEST_F(OfferedFiles, ReportsTheTypeOfAFileThatCannotBeShown) {
   put("empty.mcap", "");
   put("drive.bag", "#ROSBAG V2.0\n");
   put("letter.txt", "Dear reader");
-  EXPECT_THAT(to_string(offered_by(at("empty.mcap"), control_).error()), HasSubstr("the file is empty"));
-  EXPECT_THAT(to_string(offered_by(at("drive.bag"), control_).error()), HasSubstr("waymark convert"));
-  EXPECT_THAT(to_string(offered_by(at("letter.txt"), control_).error()), HasSubstr("neither a recording"));
+  put("faults.yaml", "faults:\n  - {fault: camera_lost, at_s: 5}\n");
+  put("any.yaml", "key: value\n");
+  EXPECT_THAT(offered_by(at("drive.bag"), control_).error().hint, HasSubstr("`waymark convert "));
+  for (const char* name : {"empty.mcap", "drive.bag", "letter.txt", "faults.yaml"}) {
+    const auto offered = offered_by(at(name), control_);
+    ASSERT_FALSE(offered) << name;
+    EXPECT_EQ(offered.error().code, ErrorCode::Unsupported) << name;
+    EXPECT_EQ(offered.error().place.source, at(name));
+    testing::expect_on_page("view", offered.error());
+  }
+  EXPECT_TRUE(offered_by(at("any.yaml"), control_)) << "the page reports what it is";
   EXPECT_EQ(offered_by(at("none"), control_).error().code, ErrorCode::NotFound);
   EXPECT_TRUE(offered_by("", control_)->empty());
 }

@@ -8,8 +8,8 @@ namespace {
 struct ViewArgs {
   explicit ViewArgs(CLI::App& app) {
     add_option(app, "PATH", path,
-               "Recording (MCAP), map.yaml, folder of a map, or folder with recordings; without one the page "
-               "waits for a file to be dropped on it");
+               "Recording (MCAP), map.yaml, folder of a map, or folder with recordings. Default: drop a file "
+               "on the page");
     add_fields(app, page);
   }
 
@@ -20,10 +20,10 @@ struct ViewArgs {
 ExitCode view(const ViewArgs& args, Console& console) {
   const JobControl control = control_from(console);
   auto offered = offered_by(args.path, control);
-  if (!offered) return console.failed(offered.error(), ExitCode::SomeFailed);
+  if (!offered) return fail_with(offered.error(), console);
   Result<ServerOptions> options = server_options(args.page, false);
   if (!options) return fail_usage(options.error(), console);
-  tell_of_damage(*offered, control);
+  note_damage(*offered, control);
   options->offered = std::move(*offered);
   Result<HttpServer> server = HttpServer::listen(std::move(*options));
   if (!server) return fail_with(server.error(), console);
@@ -40,12 +40,11 @@ Verb view_verb() {
       .name = "view",
       .sentence = "Show a recording or a map in the browser",
       .help =
-          R"(Serves one page on this machine only: tags, route and trajectories in 3-D or from above, the camera's pictures
-with the tags found in them, plots, and a timeline to scrub, play and step. The browser reads the recording
-itself, by its index, so a long one opens as quickly as a short one. Nothing leaves the machine, and nothing
-but the named files can be asked for. The address goes to standard output. --listen lets others look, who need
-the token that is part of the address. A robot that runs is shown by `waymark run --view`, `teach --view`,
-`replay --view` and `demo --view`.
+          R"(Serves one page on this machine only: tags, route and trajectories in 3-D or from above, camera images with the
+detected tags, plots, and a timeline to scrub, play and step. The browser reads the recording by its index, so a
+long recording opens as quickly as a short one. Nothing leaves the machine, and only the given files are served. The
+address is printed to standard output. --listen allows access from other machines, which need the token in the
+address. `waymark run --view`, `teach --view`, `replay --view` and `demo --view` show a running robot.
 
 Exit code: 0 ended by Ctrl-C, 1 not readable or no port, 2 wrong usage.
 

@@ -3,7 +3,6 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "waymark/app/common/output_files.hpp"
 #include "waymark/app/common/shell_word.hpp"
@@ -66,8 +65,10 @@ std::string to_text(const ExportWorldReport& report, const std::filesystem::path
                     shell_word((folder / "gazebo.yaml").string()), report.anchor, report.tag_size_m);
 }
 
-nlohmann::ordered_json to_json(const ExportWorldReport& report) {
-  return {{"tags", report.tags}, {"files", report.files}, {"notes", report.notes}};
+ReportFields fields(const ExportWorldReport& report) {
+  return {{"tags", "Number of tags", report.tags},
+          {"files", "Files that were written, in the folder", report.files},
+          {"notes", "What looks different in Gazebo", report.notes}};
 }
 
 }  // namespace waymark

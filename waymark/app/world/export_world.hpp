@@ -4,8 +4,7 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/config/share.hpp"
@@ -53,6 +52,6 @@ struct ExportWorldReport {
 /// profile by which Waymark drives the robot in it.
 [[nodiscard]] Result<ExportWorldReport> export_world(const ExportWorldJob& job);
 [[nodiscard]] std::string to_text(const ExportWorldReport& report, const std::filesystem::path& folder);
-[[nodiscard]] nlohmann::ordered_json to_json(const ExportWorldReport& report);
+[[nodiscard]] ReportFields fields(const ExportWorldReport& report);
 
 }  // namespace waymark

@@ -63,7 +63,7 @@ TEST(ExportWorld, WritesAWorldItsTagsTheRobotAndItsProfile) {
   const std::string text = to_text(*report, folder);
   EXPECT_THAT(text,
               AllOf(HasSubstr("ign gazebo -r '"), HasSubstr("--tag-size-m 0.16"), HasSubstr("24 tags")));
-  EXPECT_EQ(to_json(*report)["files"].size(), report->files.size());
+  EXPECT_EQ(to_json(fields(*report))["files"].size(), report->files.size());
 }
 
 TEST(ExportWorld, AFolderThatHoldsSomethingIsLeftAsItIs) {

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/output_files.hpp"
 #include "waymark/app/common/shell_word.hpp"
 #include "waymark/app/world/lay_world.hpp"
@@ -343,9 +343,9 @@ Status short_line(const SdfScene& scene, const std::string& start, ImportWorldRe
 
 Result<ImportWorldReport> import_world(const ImportWorldJob& job, const JobControl& control) {
   if (Status status = check_output_file(job.output); !status) return tl::unexpected(status.error());
-  const auto scene = read_sdf(job.file, job.folders);
+  const auto scene = or_wrong_kind(read_sdf(job.file, job.folders), job.file, FileUse::SdfWorld);
   if (!scene) return tl::unexpected(scene.error());
-  ImportWorldReport report{.warnings = scene->warnings};
+  ImportWorldReport report{.file = job.output.string(), .warnings = scene->warnings};
   auto world = world_of(*scene, job.families, report.warnings);
   if (!world) {
     for (const std::string& warning : report.warnings) control.note("warning: " + warning);  // why, perhaps
@@ -373,25 +373,26 @@ Result<ImportWorldReport> import_world(const ImportWorldJob& job, const JobContr
   return report;
 }
 
-std::string to_text(const ImportWorldReport& report, const std::string& file) {
+std::string to_text(const ImportWorldReport& report) {
   const World& world = report.world;
-  std::string text = fmt::format("{}: {} tags ({} to {}), {} pieces of furniture\n", file,
+  std::string text = fmt::format("{}: {} tags ({} to {}), {} pieces of furniture\n", report.file,
                                  world.tags.tags.size(), to_string(world.tags.tags.begin()->first),
                                  to_string(world.tags.tags.rbegin()->first), world.occluders.size());
   if (world.tag_board_m > 0)
     text += fmt::format("tags on both sides of boards of {:.1f} mm\n", 1e3 * world.tag_board_m);
   for (const std::string& light : report.lights)
     text += fmt::format("light {} (not kept: the light is that of `set=camera.…`)\n", light);
-  return text + fmt::format("Look at it: waymark world check {}\n", shell_word(file));
+  return text + fmt::format("Look at it: waymark world check {}\n", shell_word(report.file));
 }
 
-nlohmann::ordered_json to_json(const ImportWorldReport& report, const std::string& file) {
-  return {{"file", file},
-          {"tags", report.world.tags.tags.size()},
-          {"furniture", report.world.occluders.size()},
-          {"two_sided_board_m", report.world.tag_board_m},
-          {"lights", report.lights},
-          {"warnings", report.warnings}};
+ReportFields fields(const ImportWorldReport& report) {
+  return {{"file", "World that was written", report.file},
+          {"tags", "Number of tags", report.world.tags.tags.size()},
+          {"furniture", "Number of pieces of furniture", report.world.occluders.size()},
+          {"two_sided_board_m", "Thickness of the boards with tags on both sides; 0 without such boards",
+           report.world.tag_board_m},
+          {"lights", "Lights of the file, which are not kept", report.lights},
+          {"warnings", "What was skipped or simplified", report.warnings}};
 }
 
 }  // namespace waymark

@@ -4,9 +4,8 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "waymark/app/common/job_control.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/sdf/read_sdf.hpp"
@@ -32,7 +31,8 @@ struct ImportWorldJob {
     visit(self.folders, JobField("models FOLDER",
                                  "Folder in which model:// and pictures are looked for first (repeatable). "
                                  "Then: beside the file, models/ there, IGN_GAZEBO_RESOURCE_PATH, SDF_PATH"));
-    visit(self.families, JobField("family NAME", "Tag families to look for in the pictures").by_commas());
+    visit(self.families,
+          JobField("family NAME", "Tag families to look for in the pictures").comma_separated());
     visit(self.path,
           JobField("path FILE",
                    "Line to drive: a .csv file with columns x and y in metres, or a recording of a drive"));
@@ -44,6 +44,7 @@ struct ImportWorldJob {
 };
 
 struct ImportWorldReport {
+  std::string file{};  ///< that was written
   World world{};
   std::vector<std::string> lights{};    ///< in words; the renderer of Waymark has a light of its own
   std::vector<std::string> warnings{};  ///< what is not as the file has it, or left out
@@ -58,7 +59,7 @@ struct ImportWorldReport {
 /// Reads a world in SDF and writes it as world.yaml. Fails where the module for SDF is not installed, no tag
 /// can be read, or the result would be no world.
 [[nodiscard]] Result<ImportWorldReport> import_world(const ImportWorldJob& job, const JobControl& control);
-[[nodiscard]] std::string to_text(const ImportWorldReport& report, const std::string& file);
-[[nodiscard]] nlohmann::ordered_json to_json(const ImportWorldReport& report, const std::string& file);
+[[nodiscard]] std::string to_text(const ImportWorldReport& report);
+[[nodiscard]] ReportFields fields(const ImportWorldReport& report);
 
 }  // namespace waymark

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "tests/support/recorded_lap.hpp"
 #include "waymark/codecs/image_file.hpp"
@@ -117,6 +118,15 @@ TEST(ImportWorld, AnOutputThatCannotBeIsSaidBeforeAnythingIsRead) {
   ASSERT_FALSE(report);
   EXPECT_EQ(report.error().code, ErrorCode::Unwritable);
   EXPECT_EQ(report.error().place.source, "/nowhere/world.yaml");
+}
+
+TEST(ImportWorld, WhatWasReadIsCounted) {
+  const auto json = to_json(fields(
+      ImportWorldReport{.file = "walls.yaml", .world = test::circuit(), .lights = {"sun"}, .warnings = {}}));
+  EXPECT_EQ(json["file"], "walls.yaml");
+  EXPECT_EQ(json["tags"], 24);
+  EXPECT_EQ(json["lights"].dump(), R"(["sun"])");
+  EXPECT_EQ(json["warnings"].dump(), "[]");
 }
 
 }  // namespace

@@ -1,12 +1,12 @@
 #include "waymark/app/world/judge_world.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <functional>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "waymark/app/common/output_files.hpp"
 #include "waymark/plot/render.hpp"
@@ -79,17 +79,14 @@ std::string hidden_in_words(std::vector<HiddenTag> hidden) {
   return words;
 }
 
-nlohmann::ordered_json pairs_to_json(const WorldCheck& check) {
-  nlohmann::ordered_json pairs = nlohmann::ordered_json::array();
-  for (const auto& [a, b] : check.overlapping) pairs.push_back({to_string(a), to_string(b)});
-  return pairs;
-}
+struct HiddenLine {
+  HiddenTag hidden{};
+};
 
-nlohmann::ordered_json hidden_to_json(const WorldCheck& check) {
-  nlohmann::ordered_json hidden = nlohmann::ordered_json::array();
-  for (const HiddenTag& tag : check.hidden)
-    hidden.push_back({{"tag", to_string(tag.tag)}, {"by", to_string(tag.by)}, {"from_m", tag.from_m}});
-  return hidden;
+ReportFields fields(const HiddenLine& line) {
+  return {{"tag", "Tag that is hidden", to_string(line.hidden.tag)},
+          {"by", "Tag in front of it", to_string(line.hidden.by)},
+          {"from_m", "Length of the part of the line from which it is hidden", line.hidden.from_m}};
 }
 
 }  // namespace
@@ -98,7 +95,11 @@ Result<WorldVerdict> judge_world(const World& world, const RobotModel& robot, co
                                  const TagCameraOptions& tag_camera) {
   const Result<WorldCheck> check = check_world(world, robot, camera, tag_camera);
   if (!check) return tl::unexpected(check.error());
-  WorldVerdict verdict{.check = *check, .doubts = doubts_about(world, *check)};
+  WorldVerdict verdict{.world = world.name,
+                       .robot = robot.name,
+                       .tags = world.tags.tags.size(),
+                       .check = *check,
+                       .doubts = doubts_about(world, *check)};
   verdict.good = verdict.doubts.empty() && check->min_clearance_m >= kGoodLapClearance_m &&
                  check->two_tags_fraction >= kGoodLapTwoTags;
   return verdict;
@@ -106,22 +107,27 @@ Result<WorldVerdict> judge_world(const World& world, const RobotModel& robot, co
 
 std::string nearest_tag(const WorldCheck& c) { return c.nearest_tag ? to_string(*c.nearest_tag) : "no tag"; }
 
-nlohmann::ordered_json to_json(const WorldVerdict& verdict, const World& world, const RobotModel& robot) {
+ReportFields fields(const WorldVerdict& verdict) {
   const WorldCheck& c = verdict.check;
-  return {{"world", world.name},
-          {"robot", robot.name},
-          {"tags", world.tags.tags.size()},
-          {"lap_m", c.lap_m},
-          {"min_clearance_m", c.min_clearance_m},
-          {"nearest_tag", nearest_tag(c)},
-          {"two_tags_fraction", c.two_tags_fraction},
-          {"fewest_tags", c.fewest_tags},
-          {"sharpest_left_1_m", c.sharpest_left_1_m},
-          {"sharpest_right_1_m", c.sharpest_right_1_m},
-          {"overlapping_tags", pairs_to_json(c)},
-          {"hidden_tags", hidden_to_json(c)},
-          {"warnings", verdict.doubts},
-          {"good", verdict.good}};
+  std::vector<std::array<std::string, 2>> overlapping;
+  for (const auto& [a, b] : c.overlapping) overlapping.push_back({to_string(a), to_string(b)});
+  const std::vector<HiddenLine> hidden(c.hidden.begin(), c.hidden.end());
+  return {{"world", "Name of the world", verdict.world},
+          {"robot", "Name of the robot", verdict.robot},
+          {"tags", "Number of tags", verdict.tags},
+          {"lap_m", "Length of the line", c.lap_m},
+          {"min_clearance_m", "Smallest distance in space from the hull to a tag; null without tags",
+           c.min_clearance_m},
+          {"nearest_tag", "Name of that tag, or no tag", nearest_tag(c)},
+          {"two_tags_fraction", "Share of the line from which the camera sees two tags or more",
+           c.two_tags_fraction},
+          {"fewest_tags", "Smallest number of tags in view anywhere on the line", c.fewest_tags},
+          {"sharpest_left_1_m", "Largest curvature to the left", c.sharpest_left_1_m},
+          {"sharpest_right_1_m", "Largest curvature to the right", c.sharpest_right_1_m},
+          {"overlapping_tags", "Pairs of tags that overlap", overlapping},
+          {"hidden_tags", "Tags that other tags hide from a part of the line", hidden},
+          {"warnings", "Warnings: a size that no tag has, tags that overlap", verdict.doubts},
+          {"good", "The world allows a good lap", verdict.good}};
 }
 
 Status write_orbit(const std::string& path, const World& world, const OrbitReport& report) {
@@ -138,17 +144,23 @@ Status write_orbit(const std::string& path, const World& world, const OrbitRepor
   return write_figure(path, figure, {std::filesystem::path(path).extension().string()}, files);
 }
 
-nlohmann::ordered_json to_json(const OrbitReport& r, const World& world) {
-  return {{"world", world.name},
-          {"steps", r.map_T_cam.size()},
-          {"radius_m", r.radius_m},
-          {"closure", r.closure},
-          {"jump_m", r.jump_m},
-          {"jump_limit_m", r.jump_limit_m},
-          {"jump_deg", r.jump_deg},
-          {"jump_limit_deg", r.jump_limit_deg},
-          {"smallest_axis_cosine", r.smallest_axis_cosine},
-          {"good", r.closes() && r.continuous() && r.upright()}};
+ReportFields fields(const WorldOrbit& report) {
+  const OrbitReport& r = report.orbit;
+  return {
+      {"world", "Name of the world", report.world},
+      {"steps", "Number of poses on the circle", r.map_T_cam.size()},
+      {"radius_m", "Radius of the circle", r.radius_m},
+      {"closure", "Without noise: largest |log| of what should be the identity", r.closure},
+      {"jump_m", "With noise: largest translation of a composed frame in one step, beyond the nominal one",
+       r.jump_m},
+      {"jump_limit_m", "Six standard deviations of what the noise explains", r.jump_limit_m},
+      {"jump_deg", "With noise: largest rotation of a composed frame in one step, beyond the nominal one",
+       r.jump_deg},
+      {"jump_limit_deg", "Six standard deviations of what the noise explains", r.jump_limit_deg},
+      {"smallest_axis_cosine", "With noise: between an axis of a composed frame and the nominal one",
+       r.smallest_axis_cosine},
+      {"good", "Compositions close, no frame jumps, no axis is inverted",
+       r.closes() && r.continuous() && r.upright()}};
 }
 
 std::string to_text(const WorldVerdict& verdict, const World& world, const RobotModel& robot) {

@@ -1,10 +1,10 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/config/share.hpp"
 #include "waymark/simulation/world/world_check.hpp"
@@ -32,6 +32,9 @@ inline constexpr double kGoodLapClearance_m = 0.35;
 inline constexpr double kGoodLapTwoTags = 0.98;
 
 struct WorldVerdict {
+  std::string world{};   ///< name
+  std::string robot{};   ///< name
+  std::size_t tags = 0;  ///< of the world
   WorldCheck check{};
   std::vector<std::string> doubts{};  ///< what may be meant, but hardly is
   bool good = false;                  ///< no doubts, and the line makes a good lap
@@ -43,12 +46,17 @@ struct WorldVerdict {
 /// The tag nearest to the hull, by name.
 [[nodiscard]] std::string nearest_tag(const WorldCheck& check);
 [[nodiscard]] std::string to_text(const WorldVerdict& verdict, const World& world, const RobotModel& robot);
-[[nodiscard]] nlohmann::ordered_json to_json(const WorldVerdict& verdict, const World& world,
-                                             const RobotModel& robot);
+[[nodiscard]] ReportFields fields(const WorldVerdict& verdict);
 
 /// Draws the circle of an orbit (.svg, .png or .pdf).
 [[nodiscard]] Status write_orbit(const std::string& path, const World& world, const OrbitReport& report);
 [[nodiscard]] std::string to_text(const OrbitReport& report, const World& world);
-[[nodiscard]] nlohmann::ordered_json to_json(const OrbitReport& report, const World& world);
+
+/// What `waymark world orbit` reports.
+struct WorldOrbit {
+  std::string world{};  ///< name
+  OrbitReport orbit{};
+};
+[[nodiscard]] ReportFields fields(const WorldOrbit& report);
 
 }  // namespace waymark

@@ -22,7 +22,7 @@ TEST(JudgeWorld, TheCircuitIsGoodAndASlipOfUnitsIsDoubted) {
   ASSERT_TRUE(good) << to_string(good.error());
   EXPECT_TRUE(good->good);
   EXPECT_NE(nearest_tag(good->check), "no tag");
-  const auto json = to_json(*good, test::circuit(), robot.model);
+  const auto json = to_json(fields(*good));
   EXPECT_EQ(json["tags"], 24);
   EXPECT_GE(json["two_tags_fraction"].get<double>(), kGoodLapTwoTags);
   World large = test::circuit();
@@ -42,7 +42,7 @@ TEST(JudgeWorld, ASlipOfUnitsIsADoubt) {
   const auto good = judge_world(world, robot.model, robot.camera, {});
   ASSERT_TRUE(good) << to_string(good.error());
   EXPECT_TRUE(good->good);
-  EXPECT_EQ(to_json(*good, world, robot.model)["good"], true);
+  EXPECT_EQ(to_json(fields(*good))["good"], true);
   world.tags.tags.begin()->second.size_m = 160;
   const auto slip = judge_world(world, robot.model, robot.camera, {});
   ASSERT_TRUE(slip);
@@ -64,7 +64,7 @@ TEST(JudgeWorld, TagsThatOverlapAreNamed) {
   ASSERT_EQ(verdict->doubts.size(), 1U);
   EXPECT_THAT(verdict->doubts.front(),
               HasSubstr(to_string(anchor) + " and " + to_string(second) + " overlap"));
-  EXPECT_EQ(to_json(*verdict, world, robot.model)["overlapping_tags"][0][1], to_string(second));
+  EXPECT_EQ(to_json(fields(*verdict))["overlapping_tags"][0][1], to_string(second));
 }
 
 /// Tags in view by their corners and by lines of sight past walls to their middles alone.
@@ -112,7 +112,7 @@ TEST(Orbit, IsToldAndDrawnAsAsked) {
   const fs::path folder = testing::fresh_folder("jobs_orbit");
   const auto report = orbit(test::circuit(), {.steps = 36});
   ASSERT_TRUE(report);
-  const auto json = to_json(*report, test::circuit());
+  const auto json = to_json(fields(WorldOrbit{test::circuit().name, *report}));
   EXPECT_EQ(json["steps"], 36);
   EXPECT_EQ(json["good"], true);
   EXPECT_THAT(to_text(*report, test::circuit()), AllOf(HasSubstr("36 steps"), HasSubstr("below 1e-12: yes")));

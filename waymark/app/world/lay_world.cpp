@@ -9,8 +9,8 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/output_files.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/yaml/robot_file.hpp"
@@ -129,8 +129,11 @@ LaidLine line_of(const std::string& name, const std::vector<Eigen::Vector2d>& po
 
 Result<World> read_line(const std::string& path, const JobControl& control) {
   const std::string name = std::filesystem::path(path).stem().string();
-  const bool table = path.ends_with(".csv") || path.ends_with(".txt");
-  const auto points = table ? points_of_table(path) : points_of_recording(path, control);
+  const FileKind kind = kind_of(path);
+  const bool named = path.ends_with(".csv") || path.ends_with(".txt");
+  const bool table = is_table_kind(kind) || (named && !is_recording(kind));
+  const auto points =
+      or_wrong_kind(table ? points_of_table(path) : points_of_recording(path, control), path, FileUse::Line);
   if (!points) return tl::unexpected(points.error());
   constexpr double kLargest_m = 500;
   const bool too_large = std::ranges::any_of(*points, [&](const Eigen::Vector2d& point) {
@@ -180,26 +183,29 @@ Result<LayWorldReport> lay_world(const LayWorldJob& job, const JobControl& contr
   if (!earlier) return tl::unexpected(earlier.error());
   if (!earlier->empty()) control.note("the earlier file is kept: " + *earlier);
   if (Status status = write_text_file(job.output, yaml); !status) return tl::unexpected(status.error());
-  return LayWorldReport{.world = std::move(*world), .check = *check};
+  return LayWorldReport{.file = job.output, .world = std::move(*world), .check = *check};
 }
 
-nlohmann::ordered_json to_json(const LayWorldReport& report, const std::string& file) {
-  return {{"file", file},
-          {"tags", report.world.tags.tags.size()},
-          {"closed", report.world.path_closed},
-          {"lap_m", report.check.lap_m},
-          {"two_tags_fraction", report.check.two_tags_fraction},
-          {"one_tag_fraction", report.check.one_tag_fraction},
-          {"min_clearance_m", report.check.min_clearance_m}};
+ReportFields fields(const LayWorldReport& report) {
+  const WorldCheck& check = report.check;
+  return {{"file", "World that was written", report.file},
+          {"tags", "Number of tags", report.world.tags.tags.size()},
+          {"closed", "The line is a lap", report.world.path_closed},
+          {"lap_m", "Length of the line", check.lap_m},
+          {"two_tags_fraction", "Share of the line from which the camera sees two tags or more",
+           check.two_tags_fraction},
+          {"one_tag_fraction", "Share of the line from which the camera sees one tag or more",
+           check.one_tag_fraction},
+          {"min_clearance_m", "Smallest distance in space from the hull to a tag", check.min_clearance_m}};
 }
 
-std::string to_text(const LayWorldReport& report, const std::string& file) {
+std::string to_text(const LayWorldReport& report) {
   const WorldCheck& check = report.check;
   return fmt::format(
       "{}: {} tags along {} of {:.2f} m\n"
       "two tags or more in view   {:.1f} % of the way, one or more {:.1f} %\n"
       "hull to the nearest tag    {:.3f} m ({})\n",
-      file, report.world.tags.tags.size(), report.world.path_closed ? "a lap" : "a way", check.lap_m,
+      report.file, report.world.tags.tags.size(), report.world.path_closed ? "a lap" : "a way", check.lap_m,
       100 * check.two_tags_fraction, 100 * check.one_tag_fraction, check.min_clearance_m,
       check.nearest_tag ? to_string(*check.nearest_tag) : "no tag");
 }

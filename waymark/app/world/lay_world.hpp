@@ -2,9 +2,8 @@
 
 #include <string>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "waymark/app/common/job_control.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/config/yaml/robot_file.hpp"
 #include "waymark/simulation/world/tag_layout.hpp"
@@ -45,6 +44,7 @@ struct LayWorldWords {
 [[nodiscard]] Status check_new_world(const std::string& output);
 
 struct LayWorldReport {
+  std::string file{};  ///< that was written
   World world{};
   WorldCheck check{};
 };
@@ -55,7 +55,7 @@ struct LayWorldReport {
 
 /// A line that comes back to its beginning is a lap, unless it goes on elsewhere (points_of_first_loop()).
 [[nodiscard]] Result<LayWorldReport> lay_world(const LayWorldJob& job, const JobControl& control);
-[[nodiscard]] std::string to_text(const LayWorldReport& report, const std::string& file);
-[[nodiscard]] nlohmann::ordered_json to_json(const LayWorldReport& report, const std::string& file);
+[[nodiscard]] std::string to_text(const LayWorldReport& report);
+[[nodiscard]] ReportFields fields(const LayWorldReport& report);
 
 }  // namespace waymark

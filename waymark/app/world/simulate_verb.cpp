@@ -23,14 +23,14 @@ struct SimulateArgs {
 
 ExitCode simulate(const SimulateArgs& args, Console& console) {
   Result<RobotSetup> setup = args.pictures.apply(args.setup.make());
-  if (!setup) return console.failed(setup.error(), ExitCode::Usage);
+  if (!setup) return fail_usage(setup.error(), console);
   const Result<RecordingProfile> like = profile_of(args.job.like, silent(control_from(console)));
-  if (!like) return console.failed(like.error(), ExitCode::SomeFailed);
+  if (!like) return fail_with(like.error(), console);
   setup->simulated.robot = options_like(*like, setup->simulated.robot);
   const Result<RecordingProfile> made = simulate_like(*setup, *like, args.job, control_from(console));
-  if (!made) return console.failed(made.error(), ExitCode::SomeFailed);
+  if (!made) return fail_with(made.error(), console);
   const std::vector<ProfileRow> rows = profile_table(*like, *made);
-  console.print(args.json ? json_line(to_json(rows, args.job.output)) : to_text(rows));
+  console.print(args.json ? json_line(fields(ProfileReport{args.job.output, rows})) : to_text(rows));
   return interrupted() ? ExitCode::Interrupted : ExitCode::Ok;
 }
 
@@ -46,14 +46,15 @@ accelerometer, how many tags are missed, how late pictures arrive, how late spee
 fast the robot drove. Then lets the simulated robot drive a world's line with all of that, for as long, and
 prints both side by side, measured in the same way. What a recording does not hold stays as the robot's file
 says. The simulated robot has one camera: of several it takes after the one that says most. It follows a
-line, and so does not turn on the spot. Keys of --json: docs/reference/cli.md.
+line, and so does not turn on the spot.
 
 Exit code: 0 a recording was written, 1 one could not be read or written, 2 wrong usage.
 
 Example:
   waymark simulate --like lap.mcap --world circuit24 -o like.mcap
 )",
-      .prepare = prepared(simulate)};
+      .prepare = prepared(simulate),
+      .report = report_of<ProfileReport>};
 }
 
 }  // namespace waymark::cli

@@ -9,13 +9,12 @@ using CheckArgs = JobArgs<CheckWorldWords>;
 
 ExitCode check(const CheckArgs& args, Console& console) {
   const Result<RobotSetup> setup = load_setup(args.job.world, args.job.robot_file, 1);
-  if (!setup) return console.failed(setup.error(), ExitCode::Usage);
+  if (!setup) return fail_usage(setup.error(), console);
   const SimulatedSetup& s = setup->simulated;
   const Result<WorldVerdict> verdict = judge_world(s.world, s.model, s.camera, s.robot.tag_camera);
-  if (!verdict) return console.failed(verdict.error(), ExitCode::SomeFailed);
+  if (!verdict) return fail_with(verdict.error(), console);
   for (const std::string& doubt : verdict->doubts) console.say("warning: " + doubt);
-  console.print(args.json ? json_line(to_json(*verdict, s.world, s.model))
-                          : to_text(*verdict, s.world, s.model));
+  console.print(args.json ? json_line(fields(*verdict)) : to_text(*verdict, s.world, s.model));
   if (!verdict->good) console.say("this world does not allow a good lap");
   return verdict->good ? ExitCode::Ok : ExitCode::SomeFailed;
 }
@@ -31,13 +30,14 @@ Verb world_check_verb() {
 much of the way the camera sees two tags or more. Names tags that overlap, and tags that hide each other from
 a part of the way.
 
-Exit code: 0 a good lap is possible, 1 it is not, 2 wrong usage or a world that cannot be read.
+Exit code: 0 a good lap is possible, 1 it is not, or a file cannot be read, 2 wrong usage.
 
 Examples:
   waymark world check circuit24
   waymark world check circuit24 --robot-file limo --json
 )",
-      .prepare = prepared(check)};
+      .prepare = prepared(check),
+      .report = report_of<WorldVerdict>};
 }
 
 }  // namespace waymark::cli

@@ -16,7 +16,7 @@ ExitCode export_as_sdf(const ExportArgs& args, Console& console) {
                                     .folder = args.job.folder});
   if (!report) return fail_with(report.error(), console);
   console.warn(report->notes);
-  console.print(args.json ? json_line(to_json(*report)) : to_text(*report, args.job.folder));
+  console.print(args.json ? json_line(fields(*report)) : to_text(*report, args.job.folder));
   return ExitCode::Ok;
 }
 
@@ -31,13 +31,14 @@ Verb world_export_verb() {
 diff-drive plugin, camera, IMU and lidar), the bitmaps of the tags, robot.yaml, and gazebo.yaml, the profile by which
 Waymark drives the robot in it. docs/howto/gazebo.md goes through it.
 
-Exit code: 0 written, 1 the folder cannot be written, 2 wrong usage or a world that cannot be read.
+Exit code: 0 written, 1 a file cannot be read, or the folder not be written, 2 wrong usage.
 
 Examples:
   waymark world export circuit24 --sdf circuit
   waymark world export my_world.yaml --robot-file my_robot.yaml --sdf mine
 )",
-      .prepare = prepared(export_as_sdf)};
+      .prepare = prepared(export_as_sdf),
+      .report = report_of<ExportWorldReport>};
 }
 
 }  // namespace waymark::cli

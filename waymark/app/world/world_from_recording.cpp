@@ -7,8 +7,8 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/lap_input.hpp"
 #include "waymark/app/common/output_files.hpp"
 #include "waymark/app/common/profile_table.hpp"
@@ -18,6 +18,7 @@
 #include "waymark/config/exchange/trajectory_file.hpp"
 #include "waymark/config/share.hpp"
 #include "waymark/config/text_file.hpp"
+#include "waymark/config/yaml/robot_file.hpp"
 #include "waymark/config/yaml/world_file.hpp"
 #include "waymark/evaluation/motion_blur.hpp"
 #include "waymark/evaluation/pose_pairs.hpp"
@@ -40,8 +41,8 @@ struct MappedDrive {
 
 Result<RobotDescription> robot_of(const MapFolder& place, const WorldFromRecordingJob& job) {
   if (!job.robot.empty()) {
-    const auto path = find_shared("robots", job.robot);
-    return path ? read_robot(*path) : tl::unexpected(path.error());
+    const auto path = find_shared("robots", job.robot, "robot");
+    return path ? or_wrong_kind(read_robot(*path), *path, FileUse::Robot) : tl::unexpected(path.error());
   }
   if (place.robot) return *place.robot;
   return fail(ErrorCode::NotFound, "the map's folder has no robot.yaml", {.source = job.map.string()},
@@ -140,7 +141,7 @@ struct Remaining {
 
 Result<Remaining> read_remaining(const WorldFromRecordingJob& job, const std::vector<TagFrame>& frames,
                                  const JobControl& control) {
-  const auto log = open_log(job.recording, control.log_options());
+  const auto log = open_recording(job.recording, control);
   if (!log) return tl::unexpected(log.error());
   Remaining rest;
   const Status status = (*log)->visit_samples({}, [&](const Sample& sample) -> Status {
@@ -183,10 +184,11 @@ std::optional<double> rotation_scale(const SimulatedRobotOptions& robot, std::op
   return (robot.sensors.odometry == "wheels" ? robot.dynamics.yaw_gain : 1.0) / *yaw_gain;
 }
 
-void take_behaviour(const MappedDrive& drive, const Remaining& rest, WorldFromRecordingReport& report) {
+/// Changes the simulation of `robot`, and lists the measured quantities.
+void take_behaviour(const MappedDrive& drive, const Remaining& rest, SimulatedRobotOptions& robot,
+                    WorldFromRecordingReport& report) {
   constexpr double kNearlyAll = 0.995;
   const RecordingProfile& profile = drive.profile;
-  SimulatedRobotOptions& robot = report.robot.simulation;
   robot = options_like(profile, robot);
   for (const ProfileRow& row : profile_table(profile, profile))
     report.quantities.push_back({row.key, row.words, row.recording});
@@ -218,12 +220,12 @@ std::string camera_settings(const BlurFit& fit) {
       fit.edges, 1e3 * fit.exposure_s, fit.still_sigma_px);
 }
 
-Status write_files(const WorldFromRecordingJob& job, const std::optional<BlurFit>& blur,
-                   WorldFromRecordingReport& report) {
+Status write_files(const WorldFromRecordingJob& job, const RobotDescription& robot,
+                   const std::optional<BlurFit>& blur, WorldFromRecordingReport& report) {
   Result<StagedFolder> folder = StagedFolder::open(job.folder);
   if (!folder) return tl::unexpected(folder.error());
   std::vector<std::pair<std::string, std::string>> files = {{"world.yaml", to_yaml(report.world)},
-                                                            {"robot.yaml", to_yaml(report.robot)}};
+                                                            {"robot.yaml", to_yaml(robot)}};
   if (blur) files.emplace_back("camera.yaml", camera_settings(*blur));
   for (const auto& [name, text] : files) {
     if (Status status = write_text_file(folder->path() / name, text); !status)
@@ -245,16 +247,17 @@ Result<WorldFromRecordingReport> world_from_recording(const WorldFromRecordingJo
   if (!world) return tl::unexpected(world.error());
   const Result<Remaining> rest = read_remaining(job, drive->lap.frames, control);
   if (!rest) return tl::unexpected(rest.error());
-  WorldFromRecordingReport report{.world = std::move(*world), .robot = drive->robot};
+  WorldFromRecordingReport report{.world = std::move(*world)};
+  RobotDescription robot = drive->robot;
   for (const Error& problem : drive->lap.setup.problems) report.warnings.push_back(to_string(problem));
-  take_behaviour(*drive, *rest, report);
+  take_behaviour(*drive, *rest, robot.simulation, report);
   const std::optional<BlurFit> blur = fit_exposure(rest->edges);
   report.quantities.push_back({"camera.exposure_ms", "exposure, by the blur of tags [ms]",
                                blur ? std::optional(1e3 * blur->exposure_s) : std::nullopt});
   report.quantities.push_back({"camera.lens_sigma_px", "blur of the lens [px]",
                                blur ? std::optional(blur->still_sigma_px) : std::nullopt});
   if (Status status = control.go_on(); !status) return tl::unexpected(status.error());
-  if (Status status = write_files(job, blur, report); !status) return tl::unexpected(status.error());
+  if (Status status = write_files(job, robot, blur, report); !status) return tl::unexpected(status.error());
   return report;
 }
 
@@ -273,16 +276,17 @@ std::string to_text(const WorldFromRecordingReport& report, const fs::path& fold
              path, camera ? fmt::format(" --images --config {}/camera.yaml", path) : "");
 }
 
-nlohmann::ordered_json to_json(const WorldFromRecordingReport& report) {
-  nlohmann::ordered_json json{{"files", report.files},
-                              {"tags", report.world.tags.tags.size()},
-                              {"path_closed", report.world.path_closed},
-                              {"warnings", report.warnings},
-                              {"quantities", nlohmann::ordered_json::object()}};
+ReportFields fields(const WorldFromRecordingReport& report) {
+  ReportFields quantities;
   for (const RecordedQuantity& quantity : report.quantities)
-    json["quantities"][quantity.key] =
-        quantity.value ? nlohmann::ordered_json(*quantity.value) : nlohmann::ordered_json(nullptr);
-  return json;
+    quantities.push_back({quantity.key, {}, quantity.value});
+  return {
+      {"files", "Files that were written, in the folder", report.files},
+      {"tags", "Number of tags", report.world.tags.tags.size()},
+      {"path_closed", "The line is closed", report.world.path_closed},
+      {"warnings", "Warnings about the recording and the map", report.warnings},
+      {"quantities", "Number or null by key: keys of `waymark simulate`, of robot.yaml and of camera.yaml",
+       quantities}};
 }
 
 }  // namespace waymark

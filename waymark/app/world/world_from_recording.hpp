@@ -5,12 +5,10 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "waymark/app/common/job_control.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/base/fields.hpp"
-#include "waymark/config/yaml/robot_file.hpp"
 #include "waymark/simulation/world/world.hpp"
 
 /// `waymark world from-recording`: a simulated place and robot with the statistics of a recorded drive.
@@ -46,7 +44,6 @@ struct RecordedQuantity {
 
 struct WorldFromRecordingReport {
   World world{};
-  RobotDescription robot;
   std::vector<RecordedQuantity> quantities{};
   std::vector<std::string> warnings{};
   std::vector<std::string> files{};  ///< what was written
@@ -63,6 +60,6 @@ struct WorldFromRecordingReport {
                                                                     const JobControl& control);
 [[nodiscard]] std::string to_text(const WorldFromRecordingReport& report,
                                   const std::filesystem::path& folder);
-[[nodiscard]] nlohmann::ordered_json to_json(const WorldFromRecordingReport& report);
+[[nodiscard]] ReportFields fields(const WorldFromRecordingReport& report);
 
 }  // namespace waymark

@@ -8,9 +8,9 @@ using FromRecordingArgs = JobArgs<WorldFromRecordingJob>;
 
 ExitCode make_world_from(const FromRecordingArgs& args, Console& console) {
   const auto report = world_from_recording(args.job, control_from(console));
-  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
+  if (!report) return fail_with(report.error(), console);
   console.warn(report->warnings);
-  console.print(args.json ? json_line(to_json(*report)) : to_text(*report, args.job.folder));
+  console.print(args.json ? json_line(fields(*report)) : to_text(*report, args.job.folder));
   return ExitCode::Ok;
 }
 
@@ -35,7 +35,8 @@ Examples:
   waymark teach --world twin/world.yaml --robot-file twin/robot.yaml -o sim.mcap
   waymark report lap.mcap sim.mcap
 )",
-      .prepare = prepared(make_world_from)};
+      .prepare = prepared(make_world_from),
+      .report = report_of<WorldFromRecordingReport>};
 }
 
 }  // namespace waymark::cli

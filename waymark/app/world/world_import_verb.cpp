@@ -8,10 +8,9 @@ using ImportArgs = JobArgs<ImportWorldJob>;
 
 ExitCode import_sdf(const ImportArgs& args, Console& console) {
   const auto report = import_world(args.job, control_from(console));
-  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
+  if (!report) return fail_with(report.error(), console);
   console.warn(report->warnings);
-  const std::string file = args.job.output.string();
-  console.print(args.json ? json_line(to_json(*report, file)) : to_text(*report, file));
+  console.print(args.json ? json_line(fields(*report)) : to_text(*report));
   return ExitCode::Ok;
 }
 
@@ -33,7 +32,8 @@ Examples:
   waymark world import walls.sdf -o walls.yaml
   waymark world import hall.sdf --models models --family tag36h11,tag25h9 --path lap.csv -o hall.yaml
 )",
-      .prepare = prepared(import_sdf)};
+      .prepare = prepared(import_sdf),
+      .report = report_of<ImportWorldReport>};
 }
 
 }  // namespace waymark::cli

@@ -19,10 +19,10 @@ ExitCode make_world(const NewArgs& args, Console& console) {
   TagLayoutOptions layout;
   const Status status = args.layout.apply(layout);
   const auto job = status ? described_lay_world(args, layout) : tl::unexpected(status.error());
-  if (!job) return console.failed(job.error(), ExitCode::Usage);
+  if (!job) return fail_usage(job.error(), console);
   const Result<LayWorldReport> report = lay_world(*job, control_from(console));
-  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
-  console.print(args.json ? json_line(to_json(*report, args.output)) : to_text(*report, args.output));
+  if (!report) return fail_with(report.error(), console);
+  console.print(args.json ? json_line(fields(*report)) : to_text(*report));
   return ExitCode::Ok;
 }
 
@@ -42,7 +42,8 @@ Exit code: 0 a world was written, 1 the line could not be read or no tag placed,
 Example:
   waymark world new --path lap.mcap -o mine.yaml --tag-size-m 0.12
 )",
-      .prepare = prepared(make_world)};
+      .prepare = prepared(make_world),
+      .report = report_of<LayWorldReport>};
 }
 
 }  // namespace waymark::cli

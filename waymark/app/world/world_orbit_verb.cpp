@@ -25,11 +25,11 @@ ExitCode go_round(const OrbitArgs& args, Console& console) {
   Status status = args.options.apply(options);
   const Result<RobotSetup> setup = load_setup(args.world, {}, 1);
   if (status && !setup) status = tl::unexpected(setup.error());
-  if (!status) return console.failed(status.error(), ExitCode::Usage);
+  if (!status) return fail_usage(status.error(), console);
   const World& world = setup->simulated.world;
   const Result<OrbitReport> report = orbit(world, options);
-  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
-  console.print(args.json ? json_line(to_json(*report, world)) : to_text(*report, world));
+  if (!report) return fail_with(report.error(), console);
+  console.print(args.json ? json_line(fields(WorldOrbit{world.name, *report})) : to_text(*report, world));
   if (!args.output.empty()) {
     if (status = write_orbit(args.output, world, *report); !status) {
       console.say(status.error());
@@ -51,13 +51,14 @@ camera goes round all tags on a circle and looks at their middle. Without noise 
 anchor (equation 3.1), every tag through the camera, and every way round must close; with noise on camera
 and tags the composed frames may neither jump nor turn an axis over.
 
-Exit code: 0 all of it holds, 1 it does not, 2 wrong usage or a world that cannot be read.
+Exit code: 0 all of it holds, 1 it does not, or the file cannot be read, 2 wrong usage.
 
 Examples:
   waymark world orbit circuit24
   waymark world orbit circuit24 -o orbit.svg --sigma-m 0.01 --sigma-deg 1
 )",
-      .prepare = prepared(go_round)};
+      .prepare = prepared(go_round),
+      .report = report_of<WorldOrbit>};
 }
 
 }  // namespace waymark::cli

@@ -28,7 +28,7 @@ namespace internal {
 #define WAYMARK_GLIB(F) F(g_error_free) F(g_free)
 // clang-format on
 
-/// The functions of GStreamer that are used here, looked up when first needed.
+/// The functions of GStreamer used here, looked up on first use.
 struct Gstreamer {
 // NOLINTNEXTLINE(bugprone-macro-parentheses): a declaration
 #define WAYMARK_GSTREAMER_MEMBER(name) decltype(&::name) name = nullptr;
@@ -48,7 +48,7 @@ using internal::Gstreamer;
 constexpr const char* kPackages = "gstreamer1.0-plugins-base gstreamer1.0-plugins-good";
 
 tl::unexpected<Error> missing(const std::string& what) {
-  return fail(ErrorCode::Unsupported, "gstreamer: needs GStreamer: " + what, {},
+  return fail(ErrorCode::Unsupported, "gstreamer: cameras require GStreamer: " + what, {},
               std::string("Install it: sudo apt install ") + kPackages);
 }
 
@@ -74,28 +74,28 @@ Result<Gstreamer> load() {
     if (!library->missing().empty()) return missing(library->missing());
   GError* error = nullptr;
   if (gst.gst_init_check(nullptr, nullptr, &error) == 0) {
-    const std::string words = error != nullptr ? error->message : "it does not start";
+    const std::string message = error != nullptr ? error->message : "initialization failed";
     if (error != nullptr) gst.g_error_free(error);
-    return missing(words);
+    return missing(message);
   }
   return gst;
 }
 
-/// The libraries, loaded and initialized by the first call and then kept. Unsupported where they are missing:
-/// the error says which packages to install. May be called from any thread.
+/// The libraries, loaded and initialized by the first call and kept. Unsupported if they are missing, with
+/// the packages in the hint. May be called from any thread.
 Result<const Gstreamer*> gstreamer() {
   static const Result<Gstreamer> loaded = load();
   if (!loaded) return tl::unexpected(loaded.error());
   return &*loaded;
 }
 
-// videoconvert makes grey of any format; where the source gives grey or a plane of luma, it copies.
+// videoconvert converts any format to grey; it only copies grey images and luma planes.
 constexpr const char* kTail =
     " ! videoconvert ! video/x-raw,format=GRAY8 ! appsink name=waymark max-buffers=1 drop=true";
 constexpr Duration kStart = std::chrono::seconds(10);
-constexpr Duration kPoll = std::chrono::milliseconds(100);  // between looks for an error
+constexpr Duration kPoll = std::chrono::milliseconds(100);  // between checks for an error
 
-/// Rows as GStreamer pads them: to four bytes.
+/// GStreamer pads rows to four bytes.
 constexpr int stride_of(int width) { return (width + 3) / 4 * 4; }
 
 }  // namespace
@@ -114,9 +114,9 @@ struct GstreamerCamera::Impl {
 
   [[nodiscard]] Status launch();
   [[nodiscard]] Status start();
-  /// The error of the pipeline that waits, in its words.
+  /// The pending error of the pipeline with GStreamer's message.
   [[nodiscard]] std::optional<Error> failed() const;
-  bool pull(Duration most);
+  bool pull(Duration timeout);
   [[nodiscard]] Result<CameraFrame> convert();
   [[nodiscard]] Duration stamp_of(const GstBuffer& buffer) const;
 
@@ -137,11 +137,10 @@ Status GstreamerCamera::Impl::launch() {
   GError* error = nullptr;
   pipeline = gst.gst_parse_launch((pipeline_text + kTail).c_str(), &error);
   if (error != nullptr) {
-    const std::string words = error->message;
+    const std::string message = error->message;
     gst.g_error_free(error);
-    return fail(ErrorCode::InvalidArgument, "the pipeline is not understood: " + words,
-                {.source = "gstreamer:" + pipeline_text},
-                "Try it with gst-launch-1.0, with a sink behind it.");
+    return fail(ErrorCode::InvalidArgument, "invalid pipeline: " + message,
+                {.key = "gstreamer:" + pipeline_text}, "Test it with gst-launch-1.0 and a sink at its end.");
   }
   // NOLINTNEXTLINE(cppcoreguidelines-pro-type-cstyle-cast): the casts of the library are macros
   sink =
@@ -150,7 +149,7 @@ Status GstreamerCamera::Impl::launch() {
   return {};
 }
 
-/// A live source begins at once (no preroll), and its pictures are not held back; a file is played in real
+/// A live source starts immediately (no preroll), and its images are not delayed; a file is played in real
 /// time.
 Status GstreamerCamera::Impl::start() {
   const GstStateChangeReturn began = gst.gst_element_set_state(pipeline, GST_STATE_PLAYING);
@@ -166,7 +165,7 @@ Status GstreamerCamera::Impl::start() {
                               : Error{ErrorCode::Unreadable,
                                       "the pipeline does not start",
                                       {.source = "gstreamer:" + pipeline_text},
-                                      "Try it with gst-launch-1.0."});
+                                      "Test it with gst-launch-1.0."});
   }
   if (live || reached == GST_STATE_CHANGE_NO_PREROLL) gst.g_object_set(sink, "sync", FALSE, nullptr);
   return {};
@@ -178,27 +177,27 @@ std::optional<Error> GstreamerCamera::Impl::failed() const {
   GError* error = nullptr;
   gchar* detail = nullptr;
   gst.gst_message_parse_error(message, &error, &detail);
-  // Its last line says what was not found or refused; those before it are places in the library's source.
+  // The last line contains the reason; those before it are places in the library's source.
   const std::string lines = detail != nullptr ? detail : "";
   const std::string last_line = lines.substr(lines.rfind('\n') + 1);
-  Error said{ErrorCode::Unreadable,
-             error != nullptr ? fmt::format("{} {}", error->message, last_line) : "the pipeline failed",
-             {.source = "gstreamer:" + pipeline_text},
-             "Try it with gst-launch-1.0."};
+  Error failure{ErrorCode::Unreadable,
+                error != nullptr ? fmt::format("{} {}", error->message, last_line) : "the pipeline failed",
+                {.source = "gstreamer:" + pipeline_text},
+                "Test it with gst-launch-1.0."};
   if (error != nullptr) gst.g_error_free(error);
   gst.g_free(detail);
   gst.gst_mini_object_unref(GST_MINI_OBJECT_CAST(message));
-  return said;
+  return failure;
 }
 
-bool GstreamerCamera::Impl::pull(Duration most) {
+bool GstreamerCamera::Impl::pull(Duration timeout) {
   if (waiting == nullptr)
     waiting = gst.gst_app_sink_try_pull_sample(
-        sink, static_cast<GstClockTime>(std::max(most, Duration(0)).count()));
+        sink, static_cast<GstClockTime>(std::max(timeout, Duration(0)).count()));
   return waiting != nullptr;
 }
 
-/// On the steady clock: the pipeline's clock counts from another origin on some systems.
+/// The stamp on the steady clock; on some systems the pipeline's clock has another origin.
 Duration GstreamerCamera::Impl::stamp_of(const GstBuffer& buffer) const {
   const Duration now = steady_now();
   GstClock* clock = gst.gst_element_get_clock(pipeline);
@@ -217,7 +216,7 @@ Result<CameraFrame> GstreamerCamera::Impl::convert() {
   int width = 0;
   int height = 0;
   GstMapInfo map{};
-  Result<CameraFrame> frame = fail(ErrorCode::Unreadable, "a picture without a size");
+  Result<CameraFrame> frame = fail(ErrorCode::Unreadable, "an image without a size");
   if (caps != nullptr && buffer != nullptr) {
     const GstStructure* structure = gst.gst_caps_get_structure(caps, 0);
     (void)gst.gst_structure_get_int(structure, "width", &width);
@@ -255,8 +254,8 @@ Result<std::unique_ptr<GstreamerCamera>> GstreamerCamera::open(const std::string
   return std::unique_ptr<GstreamerCamera>(new GstreamerCamera(std::move(impl)));
 }
 
-Result<std::optional<RobotEvent>> GstreamerCamera::next(Duration most) {
-  const Duration deadline = steady_now() + most;
+Result<std::optional<RobotEvent>> GstreamerCamera::next(Duration timeout) {
+  const Duration deadline = steady_now() + timeout;
   while (true) {
     const Duration left = deadline - steady_now();
     if (impl_->pull(std::min(left, kPoll))) {
@@ -265,7 +264,7 @@ Result<std::optional<RobotEvent>> GstreamerCamera::next(Duration most) {
     }
     if (const auto why = impl_->failed()) return tl::unexpected(*why);
     if (impl_->gst.gst_app_sink_is_eos(impl_->sink) != 0 && !std::exchange(impl_->at_end, true))
-      return std::optional<RobotEvent>(RobotText{"the pipeline is at its end"});
+      return std::optional<RobotEvent>(RobotText{"the pipeline has ended"});
     if (left <= Duration(0)) return std::optional<RobotEvent>();
   }
 }
@@ -294,7 +293,7 @@ Result<std::unique_ptr<GstreamerCamera>> GstreamerCamera::open(const std::string
                                                                const std::string& /*name*/) {
   return fail(ErrorCode::Unsupported, "this program was built without GStreamer",
               {.source = "gstreamer:" + pipeline},
-              "Install libgstreamer1.0-dev and libgstreamer-plugins-base1.0-dev and build it again.");
+              "Install libgstreamer1.0-dev and libgstreamer-plugins-base1.0-dev and rebuild.");
 }
 Result<std::optional<RobotEvent>> GstreamerCamera::next(Duration /*most*/) {
   return std::optional<RobotEvent>();

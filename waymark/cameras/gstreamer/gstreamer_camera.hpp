@@ -9,24 +9,24 @@
 
 namespace waymark {
 
-/// The scheme of addresses of these cameras: "gstreamer:libcamerasrc", "gstreamer:rtspsrc location=… !
+/// The scheme of these cameras' addresses: "gstreamer:libcamerasrc", "gstreamer:rtspsrc location=… !
 /// decodebin".
 inline constexpr std::string_view kGstreamerScheme = "gstreamer:";
 
-/// The pictures of a GStreamer pipeline: cameras on a ribbon cable (libcamerasrc), on a network (rtspsrc),
-/// files, test pictures. The pipeline is what gst-launch-1.0 understands, without a sink: conversion to grey
-/// and an appsink that keeps the newest picture are put behind it. Stamps are those of the pipeline's
-/// buffers, by its clock, which is the steady one of this computer.
+/// The images of a GStreamer pipeline: ribbon-cable cameras (libcamerasrc), network cameras (rtspsrc), files,
+/// test images. The pipeline has the syntax of gst-launch-1.0, without a sink; conversion to grey and an
+/// appsink that keeps the newest image are appended. Stamps are those of the pipeline's buffers, by its
+/// clock, which is the steady one of this computer.
 class GstreamerCamera final : public LiveCamera {
  public:
-  /// Errors: InvalidArgument (a pipeline that does not parse), Unsupported (no GStreamer), Unreadable (the
-  /// pipeline does not start: in its words).
+  /// Errors: InvalidArgument (invalid pipeline), Unsupported (no GStreamer), Unreadable (the pipeline does
+  /// not start, with GStreamer's message).
   [[nodiscard]] static Result<std::unique_ptr<GstreamerCamera>> open(const std::string& pipeline,
                                                                      const std::string& name = "cam");
   ~GstreamerCamera() override;
 
-  /// Fails when the pipeline does. Its end is said once, as text.
-  Result<std::optional<RobotEvent>> next(Duration most) override;
+  /// Fails if the pipeline does. The end of the pipeline is reported once as text.
+  Result<std::optional<RobotEvent>> next(Duration timeout) override;
   [[nodiscard]] bool more() const override;
   [[nodiscard]] std::optional<SensorTime> now() const override;
   [[nodiscard]] CameraCounts counts() const override;

@@ -22,7 +22,7 @@ std::unique_ptr<GstreamerCamera> open(const std::string& pipeline) {
   return camera ? std::move(*camera) : nullptr;
 }
 
-/// All pictures until the pipeline's end.
+/// All images until the pipeline's end.
 std::vector<CameraFrame> all_pictures(GstreamerCamera& camera) {
   std::vector<CameraFrame> pictures;
   while (!camera.ended()) {
@@ -38,8 +38,8 @@ std::vector<CameraFrame> all_pictures(GstreamerCamera& camera) {
   return pictures;
 }
 
-/// 30 px wide: GStreamer pads its rows.
-TEST(GstreamerCameraThreads, DeliversWhatAFileHolds) {
+/// Images of 30 px width, so that GStreamer pads the rows.
+TEST(GstreamerCameraThreads, DeliversTheImagesOfAFile) {
   constexpr int kHeight = 20;
   constexpr int kStride = 32;
   const auto path = std::filesystem::temp_directory_path() / ("gst_" + std::to_string(getpid()));
@@ -52,7 +52,7 @@ TEST(GstreamerCameraThreads, DeliversWhatAFileHolds) {
   ASSERT_NE(camera, nullptr);
   const auto pictures = all_pictures(*camera);
   std::filesystem::remove(path);
-  ASSERT_GE(pictures.size(), 3U);  // the newest, where this machine is busy
+  ASSERT_GE(pictures.size(), 3U);  // only the newest ones on a busy computer
   EXPECT_THAT(camera->description(), HasSubstr("30 x 20 px"));
   for (const CameraFrame& picture : pictures) {
     const int first = picture.image.view().at(0, 0);
@@ -62,7 +62,7 @@ TEST(GstreamerCameraThreads, DeliversWhatAFileHolds) {
   }
 }
 
-TEST(GstreamerCameraThreads, StampsOfALiveSourceAreOfTheSteadyClock) {
+TEST(GstreamerCameraThreads, StampsALiveSourceByTheSteadyClock) {
   auto camera =
       open("videotestsrc is-live=true num-buffers=10 ! video/x-raw,width=64,height=48,framerate=30/1");
   ASSERT_NE(camera, nullptr);
@@ -76,7 +76,7 @@ TEST(GstreamerCameraThreads, StampsOfALiveSourceAreOfTheSteadyClock) {
   }
 }
 
-TEST(GstreamerCamera, SaysWhatIsWrongWithAPipeline) {
+TEST(GstreamerCamera, ReportsInvalidPipelinesAndMissingFiles) {
   const auto unknown = GstreamerCamera::open("nosuchsource");
   ASSERT_FALSE(unknown);
   EXPECT_EQ(unknown.error().code, ErrorCode::InvalidArgument);
@@ -90,7 +90,7 @@ TEST(GstreamerCamera, SaysWhatIsWrongWithAPipeline) {
 
 #else
 
-TEST(GstreamerCamera, SaysThatItIsMissing) {
+TEST(GstreamerCamera, IsUnsupportedInABuildWithoutGstreamer) {
   const auto camera = GstreamerCamera::open("videotestsrc");
   ASSERT_FALSE(camera);
   EXPECT_EQ(camera.error().code, ErrorCode::Unsupported);

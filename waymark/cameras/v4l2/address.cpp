@@ -33,7 +33,7 @@ std::optional<Number> number_in(std::string_view text) {
 }
 
 tl::unexpected<Error> wrong(const std::string& address, std::string_view word, std::string hint) {
-  return fail(ErrorCode::InvalidArgument, fmt::format("'{}' is not understood", word), {.source = address},
+  return fail(ErrorCode::InvalidArgument, fmt::format("invalid option '{}'", word), {.key = address},
               std::move(hint));
 }
 
@@ -62,18 +62,18 @@ Status read_word(const std::string& address, std::string_view word, V4l2Options&
   const std::string_view key = word.substr(0, sign);
   const std::string_view value = word.substr(sign + 1);
   if (key == "size")
-    return read_size(value, options) ? Status() : wrong(address, word, "For example size=1280x720.");
+    return read_size(value, options) ? Status() : wrong(address, word, "Use the form size=1280x720.");
   if (key == "format") {
     options.format = pixel_format_named(value);
     return options.format ? Status() : wrong(address, word, suggestion(value, pixel_format_names()));
   }
   const auto number = number_in<double>(value);
-  if (!number || !std::isfinite(*number)) return wrong(address, word, "A number follows the sign =.");
+  if (!number || !std::isfinite(*number)) return wrong(address, word, "Write a number after '='.");
   if (key != "rate") {
     options.controls[std::string(key)] = *number;
     return {};
   }
-  if (*number <= 0 || *number > kMaxRate_hz) return wrong(address, word, "For example rate=30.");
+  if (*number <= 0 || *number > kMaxRate_hz) return wrong(address, word, "Use the form rate=30.");
   options.rate_hz = *number;
   return {};
 }
@@ -86,8 +86,8 @@ Result<V4l2Options> parse_v4l2_address(const std::string& address) {
   std::vector<std::string_view> words = split(text, ',');
   V4l2Options options{.device = std::string(words.front())};
   if (options.device.empty())
-    return fail(ErrorCode::InvalidArgument, "the address names no camera", {.source = address},
-                "For example v4l2:/dev/video0; `waymark cameras` lists them.");
+    return fail(ErrorCode::InvalidArgument, "the address contains no device", {.key = address},
+                "Use an address such as v4l2:/dev/video0; `waymark cameras` lists them.");
   if (options.device.find_first_not_of("0123456789") == std::string::npos)
     options.device = "/dev/video" + options.device;
   for (std::size_t i = 1; i < words.size(); ++i)

@@ -3,10 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
+
 namespace waymark {
 namespace {
 
-TEST(V4l2Address, ReadsWhatFollowsTheDevice) {
+TEST(V4l2Address, ParsesDeviceAndOptions) {
   const auto options =
       parse_v4l2_address("v4l2:/dev/v4l/by-id/a,size=1280x720,rate=30,format=MJPG,exposure_ms=5,lock");
   ASSERT_TRUE(options);
@@ -20,7 +22,7 @@ TEST(V4l2Address, ReadsWhatFollowsTheDevice) {
   EXPECT_EQ(parse_v4l2_address("v4l2:2")->device, "/dev/video2");
   for (const char* wrong : {"v4l2:", "v4l2:0,size=1280", "v4l2:0,format=RGB", "v4l2:0,rate=0", "v4l2:0,fast",
                             "v4l2:0,gain=much", "v4l2:0,rate=nan", "v4l2:0,size=-1x2"})
-    EXPECT_FALSE(parse_v4l2_address(wrong)) << wrong;
+    testing::expect_on_page("cameras", parse_v4l2_address(wrong).error());
 }
 
 }  // namespace

@@ -22,9 +22,9 @@
 namespace waymark::internal {
 namespace {
 
-/// One is converted, one waits to be taken, and the driver fills the others.
+/// One is being converted, one is waiting for take(), and the driver fills the others.
 constexpr std::uint32_t kBuffers = 6;
-constexpr std::uint32_t kFewestBuffers = 3;
+constexpr std::uint32_t kMinBuffers = 3;
 
 v4l2_buffer of_capture(std::uint32_t index = 0) {
   v4l2_buffer buffer{};
@@ -72,7 +72,7 @@ Status CaptureStream::set_format(const V4l2Options& options) {
   v4l2_format format{};
   format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
   if (const int error = control_device(number(), VIDIOC_G_FMT, &format); error != 0)
-    return tl::unexpected(failed("does not say its format", error));
+    return tl::unexpected(failed("cannot read its format", error));
   v4l2_pix_format& pixels = format.fmt.pix;
   const WantedMode now{.width = static_cast<int>(pixels.width), .height = static_cast<int>(pixels.height)};
   const auto wanted = choose_mode(read_modes(number()), options, now);
@@ -84,7 +84,7 @@ Status CaptureStream::set_format(const V4l2Options& options) {
   pixels.pixelformat = fourcc_of(wanted->format);
   pixels.field = V4L2_FIELD_ANY;
   if (const int error = control_device(number(), VIDIOC_S_FMT, &format); error != 0)
-    return tl::unexpected(failed("refuses its format", error));
+    return tl::unexpected(failed("rejects its format", error));
   const bool agreed = pixels.pixelformat == fourcc_of(wanted->format) &&
                       static_cast<int>(pixels.width) == wanted->width &&
                       static_cast<int>(pixels.height) == wanted->height;
@@ -92,10 +92,10 @@ Status CaptureStream::set_format(const V4l2Options& options) {
   const auto row_bytes = pixels.width * (packed ? 2U : 1U);
   if (!agreed)
     return fail(ErrorCode::Unsupported,
-                fmt::format("the camera was asked for {} {}x{} and gives {} {}x{}", to_string(wanted->format),
+                fmt::format("requested {} {}x{}, but the camera delivers {} {}x{}", to_string(wanted->format),
                             wanted->width, wanted->height, fourcc_name(pixels.pixelformat), pixels.width,
                             pixels.height),
-                {.source = path_}, "Ask for another size or format.");
+                {.source = path_}, "Request another size or format.");
   layout_ = {wanted->format, wanted->width, wanted->height,
              static_cast<int>(std::max(pixels.bytesperline, row_bytes))};
   return {};
@@ -110,7 +110,7 @@ void CaptureStream::set_rate(double wanted_hz) {
         kPerThousand, static_cast<std::uint32_t>(std::lround(wanted_hz * kPerThousand))};
     (void)control_device(number(), VIDIOC_S_PARM, &parameters);
   }
-  // The driver says which rate it took; one that says none keeps the wanted one.
+  // The driver may report the actual rate; otherwise the requested one is assumed.
   const v4l2_fract& interval = parameters.parm.capture.timeperframe;
   if (control_device(number(), VIDIOC_G_PARM, &parameters) == 0 && interval.numerator > 0)
     rate_hz_ = static_cast<double>(interval.denominator) / interval.numerator;
@@ -122,17 +122,17 @@ Status CaptureStream::map_buffers() {
   request.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
   request.memory = V4L2_MEMORY_MMAP;
   if (const int error = control_device(number(), VIDIOC_REQBUFS, &request); error != 0)
-    return tl::unexpected(failed("gives no buffers", error));
-  if (request.count < kFewestBuffers)
-    return fail(ErrorCode::Unsupported, fmt::format("the camera has {} buffers only", request.count),
-                {.source = path_}, "Ask for a smaller size.");
+    return tl::unexpected(failed("cannot allocate buffers", error));
+  if (request.count < kMinBuffers)
+    return fail(ErrorCode::Unsupported, fmt::format("the camera has only {} buffers", request.count),
+                {.source = path_}, "Request a smaller size.");
   for (std::uint32_t i = 0; i < request.count; ++i) {
     v4l2_buffer buffer = of_capture(i);
     if (const int error = control_device(number(), VIDIOC_QUERYBUF, &buffer); error != 0)
-      return tl::unexpected(failed("does not describe its buffers", error));
+      return tl::unexpected(failed("cannot query its buffers", error));
     void* data =
         ::mmap(nullptr, buffer.length, PROT_READ, MAP_SHARED, number(), static_cast<off_t>(buffer.m.offset));
-    if (data == MAP_FAILED) return tl::unexpected(failed("does not map its buffers", errno));  // NOLINT
+    if (data == MAP_FAILED) return tl::unexpected(failed("cannot map its buffers", errno));  // NOLINT
     buffers_.push_back({data, buffer.length});
   }
   return {};
@@ -142,7 +142,7 @@ Status CaptureStream::begin() {
   for (std::uint32_t i = 0; i < buffers_.size(); ++i) give_back(i);
   int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
   const int error = control_device(number(), VIDIOC_STREAMON, &type);
-  return error == 0 ? Status() : tl::unexpected(failed("does not begin to stream", error));
+  return error == 0 ? Status() : tl::unexpected(failed("cannot start streaming", error));
 }
 
 CaptureStream::~CaptureStream() {
@@ -151,9 +151,9 @@ CaptureStream::~CaptureStream() {
   for (const Mapping& buffer : buffers_) ::munmap(buffer.data, buffer.size);
 }
 
-void CaptureStream::wait(Duration most, int wake) const {
+void CaptureStream::wait(Duration timeout, int wake) const {
   std::array<pollfd, 2> watched = {pollfd{number(), POLLIN, 0}, pollfd{wake, POLLIN, 0}};
-  const auto ms = std::chrono::ceil<std::chrono::milliseconds>(most).count();
+  const auto ms = std::chrono::ceil<std::chrono::milliseconds>(timeout).count();
   (void)::poll(watched.data(), watched.size(), static_cast<int>(ms));
 }
 
@@ -161,9 +161,9 @@ Result<std::optional<FilledBuffer>> CaptureStream::take() {
   v4l2_buffer buffer = of_capture();
   const int error = control_device(number(), VIDIOC_DQBUF, &buffer);
   if (error == EAGAIN) return std::optional<FilledBuffer>();
-  if (error != 0) return tl::unexpected(failed("delivers no picture", error));
+  if (error != 0) return tl::unexpected(failed("cannot deliver an image", error));
   if (buffer.index >= buffers_.size())
-    return fail(ErrorCode::Unreadable, "the driver names a buffer that is not there", {.source = path_});
+    return fail(ErrorCode::Unreadable, "the driver returned an invalid buffer", {.source = path_});
   const Mapping& mapping = buffers_[buffer.index];
   const auto* bytes = static_cast<const std::uint8_t*>(mapping.data);
   return std::optional(FilledBuffer{
@@ -177,7 +177,7 @@ Result<std::optional<FilledBuffer>> CaptureStream::take() {
 
 void CaptureStream::give_back(std::uint32_t index) {
   v4l2_buffer buffer = of_capture(index);
-  (void)control_device(number(), VIDIOC_QBUF, &buffer);  // an unplugged device is noticed by take()
+  (void)control_device(number(), VIDIOC_QBUF, &buffer);  // take() detects an unplugged device
 }
 
 namespace {
@@ -185,8 +185,8 @@ namespace {
 constexpr Duration kPatience = std::chrono::milliseconds(500);
 constexpr Duration kRetry = std::chrono::milliseconds(250);
 constexpr Duration kSilence = std::chrono::seconds(2);
-constexpr Duration kExposureAge = std::chrono::seconds(1);  // each question is a transfer over USB
-constexpr std::size_t kMaxWords = 16;
+constexpr Duration kExposureAge = std::chrono::seconds(1);  // each query is a USB transfer
+constexpr std::size_t kMaxPending = 16;
 
 }  // namespace
 
@@ -234,20 +234,20 @@ void CaptureThread::capture(CaptureStream& stream) {
   }
   if (!silent_ && steady_now() - last_picture_ > kSilence) {
     silent_ = true;
-    say("the camera has delivered no picture for two seconds: check its cable");
+    report("no image from the camera for two seconds: check its cable");
   }
 }
 
 void CaptureThread::put(const FilledBuffer& buffer) {
   const Duration now = steady_now();
   last_picture_ = now;
-  if (std::exchange(silent_, false)) say("the camera delivers pictures again");
+  if (std::exchange(silent_, false)) report("the camera delivers images again");
   const std::uint32_t missing = sequence_ ? buffer.sequence - *sequence_ - 1 : 0;
   sequence_ = buffer.sequence;
   std::optional<TakenPicture> replaced;
   {
     const std::scoped_lock hold(mutex_);
-    if (missing < 0x80000000U) counts_.lost += missing;  // else the driver began its numbers anew
+    if (missing < 0x80000000U) counts_.lost += missing;  // otherwise the driver restarted its numbers
     replaced = std::exchange(newest_, TakenPicture{stream_, buffer, now, exposure_});
     if (replaced) ++counts_.dropped;
   }
@@ -265,7 +265,7 @@ void CaptureThread::lose(const Error& why) {
     stream_.reset();
     newest_.reset();
   }
-  say(fmt::format("{}; it is waited for", to_string(Error{why.code, why.message, why.place, {}})));
+  report(fmt::format("{}; waiting for it", to_string(Error{why.code, why.message, why.place, {}})));
 }
 
 void CaptureThread::find_again() {
@@ -280,7 +280,7 @@ void CaptureThread::find_again() {
     stream = CaptureStream::open(again);
   }
   if (!stream && steady_now() - lost_at_ < options_.reconnect_within) return;
-  if (stream) say(fmt::format("{}: the camera is there again", again.device));
+  if (stream) report(fmt::format("{}: the camera is connected again", again.device));
   {
     const std::scoped_lock hold(mutex_);
     if (stream)
@@ -305,37 +305,37 @@ void CaptureThread::refresh_exposure(CaptureStream& stream) {
   exposure_ = exposure;
 }
 
-void CaptureThread::say(std::string words) {
+void CaptureThread::report(std::string text) {
   {
     const std::scoped_lock hold(mutex_);
-    if (words_.size() < kMaxWords) words_.push_back(std::move(words));
+    if (reports_.size() < kMaxPending) reports_.push_back(std::move(text));
   }
   changed_.notify_all();
 }
 
-std::optional<TakenPicture> CaptureThread::take(Duration most) {
+std::optional<TakenPicture> CaptureThread::take(Duration timeout) {
   std::unique_lock hold(mutex_);
-  changed_.wait_for(hold, most, [this] { return newest_ || !words_.empty() || ended_; });
-  if (!words_.empty()) return std::nullopt;
+  changed_.wait_for(hold, timeout, [this] { return newest_ || !reports_.empty() || ended_; });
+  if (!reports_.empty()) return std::nullopt;
   return std::exchange(newest_, std::nullopt);
 }
 
-std::optional<std::string> CaptureThread::take_words() {
+std::optional<std::string> CaptureThread::take_reports() {
   const std::scoped_lock hold(mutex_);
-  if (words_.empty()) return std::nullopt;
-  std::string words = std::move(words_.front());
-  words_.pop_front();
-  return words;
+  if (reports_.empty()) return std::nullopt;
+  std::string oldest = std::move(reports_.front());
+  reports_.pop_front();
+  return oldest;
 }
 
 bool CaptureThread::more() const {
   const std::scoped_lock hold(mutex_);
-  return newest_ || !words_.empty() || ended_;
+  return newest_ || !reports_.empty() || ended_;
 }
 
 std::optional<Error> CaptureThread::ended() const {
   const std::scoped_lock hold(mutex_);
-  return words_.empty() ? ended_ : std::nullopt;
+  return reports_.empty() ? ended_ : std::nullopt;
 }
 
 std::shared_ptr<CaptureStream> CaptureThread::stream() const {

@@ -20,30 +20,31 @@
 
 namespace waymark::internal {
 
-/// A buffer that the driver has filled; its bytes are valid until it is given back.
+/// A buffer filled by the driver; its bytes are valid until it is given back.
 struct FilledBuffer {
   std::uint32_t index = 0;
   std::span<const std::uint8_t> bytes{};
-  std::uint32_t sequence = 0;       ///< the driver's number of the picture
-  std::optional<Duration> stamp{};  ///< of the steady clock, as the driver stamped it; nothing: another clock
-  bool start_of_exposure = false;   ///< of the stamp; else the end of the transfer
-  bool damaged = false;             ///< the driver says so
+  std::uint32_t sequence = 0;       ///< the driver's number of the image
+  std::optional<Duration> stamp{};  ///< the driver's stamp of the steady clock; empty: another clock
+  bool start_of_exposure =
+      false;             ///< the stamp is of the start of the exposure, else of the end of the transfer
+  bool damaged = false;  ///< reported by the driver
 };
 
 /// A device that streams into buffers mapped from its driver (VIDIOC_REQBUFS with V4L2_MEMORY_MMAP). take()
-/// is for one thread; give_back() may be called from another.
+/// must be called from one thread; give_back() may be called from another.
 class CaptureStream {
  public:
-  /// Opens the device, sets format, rate and controls, and begins. Errors: as open_device(); Unsupported: no
-  /// format that fits; Unreadable: another program streams.
+  /// Opens the device, sets format, rate and controls, and starts streaming. Errors: of open_device();
+  /// Unsupported (no matching format), Unreadable (another program streams).
   [[nodiscard]] static Result<std::shared_ptr<CaptureStream>> open(const V4l2Options& options);
   CaptureStream(const CaptureStream&) = delete;
   CaptureStream& operator=(const CaptureStream&) = delete;
   ~CaptureStream();
 
-  /// Waits for a picture until `most`, or until `wake` becomes readable.
-  void wait(Duration most, int wake) const;
-  /// The next filled buffer, without waiting. NotFound: the device was unplugged.
+  /// Waits for an image up to `timeout`, or until `wake` becomes readable.
+  void wait(Duration timeout, int wake) const;
+  /// The next filled buffer; does not block. NotFound: the device was unplugged.
   [[nodiscard]] Result<std::optional<FilledBuffer>> take();
   void give_back(std::uint32_t index);
 
@@ -73,15 +74,16 @@ class CaptureStream {
   std::vector<Mapping> buffers_{};
 };
 
-/// The newest picture of a stream, still in the driver's memory. Giving it back keeps the stream alive.
+/// The newest image of a stream, still in the driver's memory. Shares ownership of the stream until it is
+/// given back.
 struct TakenPicture {
   std::shared_ptr<CaptureStream> stream{};
   FilledBuffer buffer{};
-  Duration arrived{};  ///< of the steady clock
+  Duration arrived{};  ///< steady clock
   std::optional<Duration> exposure{};
 };
 
-/// Empties a stream as pictures come, and opens it again where it was unplugged.
+/// A thread that empties a stream, and reopens the device after it was unplugged.
 class CaptureThread {
  public:
   CaptureThread(std::shared_ptr<CaptureStream> stream, V4l2Options options, std::string by_id);
@@ -89,16 +91,16 @@ class CaptureThread {
   CaptureThread(const CaptureThread&) = delete;
   CaptureThread& operator=(const CaptureThread&) = delete;
 
-  /// Waits until there is a picture, words, or the end. The caller gives the picture's buffer back.
-  [[nodiscard]] std::optional<TakenPicture> take(Duration most);
-  [[nodiscard]] std::optional<std::string> take_words();
+  /// Waits for an image, a report, or the end. The caller must give the image's buffer back.
+  [[nodiscard]] std::optional<TakenPicture> take(Duration timeout);
+  [[nodiscard]] std::optional<std::string> take_reports();
   [[nodiscard]] bool more() const;
-  /// Why there will be no more pictures.
+  /// The error that ended the stream; empty while it runs.
   [[nodiscard]] std::optional<Error> ended() const;
-  /// The device as it is now; nullptr while it is unplugged.
+  /// The current stream; null while the camera is unplugged.
   [[nodiscard]] std::shared_ptr<CaptureStream> stream() const;
   [[nodiscard]] CameraCounts counts() const;
-  /// Asks for the exposure again with the next picture.
+  /// Queries the exposure time again for the next image.
   void exposure_changed();
 
  private:
@@ -107,7 +109,7 @@ class CaptureThread {
   void put(const FilledBuffer& buffer);
   void lose(const Error& why);
   void find_again();
-  void say(std::string words);
+  void report(std::string text);
   void refresh_exposure(CaptureStream& stream);
 
   V4l2Options options_;
@@ -119,11 +121,11 @@ class CaptureThread {
   std::optional<std::uint32_t> sequence_{};
   bool silent_ = false;
 
-  mutable std::mutex mutex_;  ///< guards what follows
+  mutable std::mutex mutex_;  ///< guards all members below
   std::condition_variable changed_;
   std::shared_ptr<CaptureStream> stream_;
   std::optional<TakenPicture> newest_{};
-  std::deque<std::string> words_{};
+  std::deque<std::string> reports_{};
   std::optional<Error> ended_{};
   std::optional<Duration> exposure_{};
   CameraCounts counts_{};

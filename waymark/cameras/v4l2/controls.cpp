@@ -20,31 +20,33 @@ namespace {
 constexpr double kExposureUnit_ms = 0.1;  // of V4L2_CID_EXPOSURE_ABSOLUTE
 constexpr std::int64_t kMaxControls = 64;
 
-/// One of the four that matter, what switches it to automatic, and the value there that means manual.
-struct KnownControl {
+/// A control that matters for measuring, the control of its automatic mode, and the value of the latter for
+/// manual.
+struct MeasuringControl {
   const char* name;
   std::uint32_t id;
   double unit;
   std::uint32_t auto_id;
   std::int32_t manual;
 };
-constexpr std::array kKnown = {
-    KnownControl{"exposure_ms", V4L2_CID_EXPOSURE_ABSOLUTE, kExposureUnit_ms, V4L2_CID_EXPOSURE_AUTO,
-                 V4L2_EXPOSURE_MANUAL},
-    KnownControl{"gain", V4L2_CID_GAIN, 1, V4L2_CID_AUTOGAIN, 0},
-    KnownControl{"focus", V4L2_CID_FOCUS_ABSOLUTE, 1, V4L2_CID_FOCUS_AUTO, 0},
-    KnownControl{"white_balance_k", V4L2_CID_WHITE_BALANCE_TEMPERATURE, 1, V4L2_CID_AUTO_WHITE_BALANCE, 0},
+constexpr std::array kMeasuringControls = {
+    MeasuringControl{"exposure_ms", V4L2_CID_EXPOSURE_ABSOLUTE, kExposureUnit_ms, V4L2_CID_EXPOSURE_AUTO,
+                     V4L2_EXPOSURE_MANUAL},
+    MeasuringControl{"gain", V4L2_CID_GAIN, 1, V4L2_CID_AUTOGAIN, 0},
+    MeasuringControl{"focus", V4L2_CID_FOCUS_ABSOLUTE, 1, V4L2_CID_FOCUS_AUTO, 0},
+    MeasuringControl{"white_balance_k", V4L2_CID_WHITE_BALANCE_TEMPERATURE, 1, V4L2_CID_AUTO_WHITE_BALANCE,
+                     0},
 };
 
-const KnownControl* known_of(std::uint32_t id) {
-  const auto found = std::ranges::find(kKnown, id, &KnownControl::id);
-  return found == kKnown.end() ? nullptr : &*found;
+const MeasuringControl* measuring_control(std::uint32_t id) {
+  const auto found = std::ranges::find(kMeasuringControls, id, &MeasuringControl::id);
+  return found == kMeasuringControls.end() ? nullptr : &*found;
 }
 
-/// "Power Line Frequency" as "power_line_frequency": what v4l2-ctl makes of a name.
-std::string plain_name(const char* words) {
+/// "Power Line Frequency" becomes "power_line_frequency", as in v4l2-ctl.
+std::string plain_name(const char* title) {
   std::string name;
-  for (const char* c = words; *c != '\0'; ++c) {
+  for (const char* c = title; *c != '\0'; ++c) {
     const auto character = static_cast<unsigned char>(*c);
     if (std::isalnum(character) != 0)
       name += static_cast<char>(std::tolower(character));
@@ -62,27 +64,27 @@ std::optional<std::int32_t> value_of(int device, std::uint32_t id) {
   return control.value;
 }
 
-/// Whether the camera sets it by itself. Aperture priority (the usual automatic mode of webcams) counts as
-/// automatic exposure, shutter priority does not: the time is then the user's.
-bool is_automatic(int device, const KnownControl& known) {
-  const auto mode = value_of(device, known.auto_id);
+/// Whether the camera sets the control automatically. Aperture priority (the common automatic mode of
+/// webcams) counts as automatic exposure; shutter priority does not, because the user sets the time.
+bool is_automatic(int device, const MeasuringControl& control) {
+  const auto mode = value_of(device, control.auto_id);
   if (!mode) return false;
-  if (known.auto_id == V4L2_CID_EXPOSURE_AUTO)
+  if (control.auto_id == V4L2_CID_EXPOSURE_AUTO)
     return *mode == V4L2_EXPOSURE_AUTO || *mode == V4L2_EXPOSURE_APERTURE_PRIORITY;
-  return *mode != known.manual;
+  return *mode != control.manual;
 }
 
-std::vector<std::string> menu_words(int device, const v4l2_queryctrl& query) {
-  std::vector<std::string> words;
+std::vector<std::string> menu_entries(int device, const v4l2_queryctrl& query) {
+  std::vector<std::string> entries;
   const auto last = std::min<std::int64_t>(query.maximum, query.minimum + kMaxControls);
   for (std::int64_t i = query.minimum; i <= last; ++i) {
     v4l2_querymenu entry{};
     entry.id = query.id;
     entry.index = static_cast<std::uint32_t>(i);
     const bool there = control_device(device, VIDIOC_QUERYMENU, &entry) == 0;
-    words.emplace_back(there ? reinterpret_cast<const char*>(entry.name) : "");
+    entries.emplace_back(there ? reinterpret_cast<const char*>(entry.name) : "");
   }
-  return words;
+  return entries;
 }
 
 bool is_plain(const v4l2_queryctrl& query) {
@@ -91,7 +93,7 @@ bool is_plain(const v4l2_queryctrl& query) {
           query.type == V4L2_CTRL_TYPE_MENU);
 }
 
-/// The controls of the driver, by its own numbers.
+/// The driver's controls in the order of their ids.
 std::vector<v4l2_queryctrl> query_controls(int device) {
   std::vector<v4l2_queryctrl> all;
   v4l2_queryctrl query{};
@@ -106,18 +108,18 @@ std::vector<v4l2_queryctrl> query_controls(int device) {
 }
 
 CameraControl describe(int device, const v4l2_queryctrl& query) {
-  const KnownControl* known = known_of(query.id);
-  const double unit = known != nullptr ? known->unit : 1;
+  const MeasuringControl* measuring = measuring_control(query.id);
+  const double unit = measuring != nullptr ? measuring->unit : 1;
   CameraControl control{
-      .name = known != nullptr ? known->name : plain_name(reinterpret_cast<const char*>(query.name)),
+      .name = measuring != nullptr ? measuring->name : plain_name(reinterpret_cast<const char*>(query.name)),
       .value = unit * value_of(device, query.id).value_or(query.default_value),
       .min = unit * query.minimum,
       .max = unit * query.maximum,
       .step = unit * std::max(1, query.step),
       .preset = unit * query.default_value,
-      .automatic = known != nullptr && is_automatic(device, *known),
+      .automatic = measuring != nullptr && is_automatic(device, *measuring),
       .writable = (query.flags & (V4L2_CTRL_FLAG_READ_ONLY | V4L2_CTRL_FLAG_GRABBED)) == 0};
-  if (query.type == V4L2_CTRL_TYPE_MENU) control.words = menu_words(device, query);
+  if (query.type == V4L2_CTRL_TYPE_MENU) control.words = menu_entries(device, query);
   return control;
 }
 
@@ -128,15 +130,15 @@ Status set_value(int device, const std::string& source, const std::string& name,
   control.value = value;
   const int error = control_device(device, VIDIOC_S_CTRL, &control);
   if (error == 0) return {};
-  Error said = device_error(source, "cannot be set", error);
-  said.code = ErrorCode::Unwritable;
-  said.place.key = name;
-  return tl::unexpected(said);
+  Error failure = device_error(source, "cannot set the control", error);
+  failure.code = ErrorCode::Unwritable;
+  failure.place.key = name;
+  return tl::unexpected(failure);
 }
 
-Status switch_to_manual(int device, const std::string& source, const KnownControl& known) {
-  if (!is_automatic(device, known)) return {};
-  return set_value(device, source, known.name, known.auto_id, known.manual);
+Status switch_to_manual(int device, const std::string& source, const MeasuringControl& control) {
+  if (!is_automatic(device, control)) return {};
+  return set_value(device, source, control.name, control.auto_id, control.manual);
 }
 
 }  // namespace
@@ -156,11 +158,11 @@ Status write_control(int device, const std::string& source, const std::string& n
     if (value < control.min || value > control.max)
       return fail(ErrorCode::InvalidArgument, fmt::format("{:g} is outside the range of this control", value),
                   {.source = source, .key = name},
-                  fmt::format("Give a value from {:g} to {:g}.", control.min, control.max));
-    const KnownControl* known = known_of(query.id);
-    if (known != nullptr)
-      if (Status manual = switch_to_manual(device, source, *known); !manual) return manual;
-    const double unit = known != nullptr ? known->unit : 1;
+                  fmt::format("Set a value from {:g} to {:g}.", control.min, control.max));
+    const MeasuringControl* measuring = measuring_control(query.id);
+    if (measuring != nullptr)
+      if (Status manual = switch_to_manual(device, source, *measuring); !manual) return manual;
+    const double unit = measuring != nullptr ? measuring->unit : 1;
     return set_value(device, source, name, query.id, static_cast<std::int32_t>(std::lround(value / unit)));
   }
   return fail(ErrorCode::InvalidArgument, "the camera has no such control", {.source = source, .key = name},
@@ -168,8 +170,8 @@ Status write_control(int device, const std::string& source, const std::string& n
 }
 
 Status lock_controls(int device, const std::string& source) {
-  for (const KnownControl& known : kKnown)
-    if (Status manual = switch_to_manual(device, source, known); !manual) return manual;
+  for (const MeasuringControl& control : kMeasuringControls)
+    if (Status manual = switch_to_manual(device, source, control); !manual) return manual;
   return {};
 }
 

@@ -14,7 +14,7 @@
 namespace waymark::internal {
 namespace {
 
-constexpr const char* kListHint = "`waymark cameras` lists the cameras of this computer.";
+constexpr const char* kListHint = "List the cameras of this computer with `waymark cameras`.";
 
 }  // namespace
 
@@ -33,24 +33,24 @@ Error device_error(const std::string& path, const std::string& what, int error) 
       return {ErrorCode::Unreadable,
               holder.empty() ? "another program uses the camera" : holder + " uses the camera",
               {.source = path},
-              "End that program, then try again."};
+              "Stop that program, then try again."};
     }
     case EACCES:
     case EPERM:
       return no_permission(path, "the camera", kListHint);
     case ENOENT:
-      return {ErrorCode::NotFound, "there is no such camera", {.source = path}, kListHint};
+      return {ErrorCode::NotFound, "no such camera", {.source = path}, kListHint};
     case ENODEV:
     case ENXIO:
       return {ErrorCode::NotFound,
-              "the camera is not plugged in any more",
+              "the camera was unplugged",
               {.source = path},
               "Plug it in again, and check the cable and the hub."};
     case ENOSPC:
       return {ErrorCode::LimitExceeded,
               "the USB bus has no bandwidth left for this camera",
               {.source = path},
-              "Plug it into another bus, or ask for MJPG, a smaller size or a lower rate."};
+              "Plug it into another bus, or request MJPG, a smaller size or a lower rate."};
     default:
       return {ErrorCode::Unreadable,
               fmt::format("{}: {}", what, std::strerror(error)),  // NOLINT(concurrency-mt-unsafe)
@@ -62,11 +62,11 @@ Error device_error(const std::string& path, const std::string& what, int error) 
 Result<Descriptor> open_device(const std::string& path) {
   struct stat node {};
   if (::stat(path.c_str(), &node) != 0)
-    return tl::unexpected(device_error(path, "cannot be looked up", errno));
+    return tl::unexpected(device_error(path, "cannot access the device", errno));
   if (!S_ISCHR(node.st_mode))
-    return fail(ErrorCode::Unsupported, "this is no camera, but a file", {.source = path}, kListHint);
+    return fail(ErrorCode::Unsupported, "a file, not a camera", {.source = path}, kListHint);
   Descriptor device(::open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
-  if (!device.open()) return tl::unexpected(device_error(path, "cannot be opened", errno));
+  if (!device.open()) return tl::unexpected(device_error(path, "cannot open the camera", errno));
   return device;
 }
 

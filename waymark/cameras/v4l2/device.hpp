@@ -9,14 +9,15 @@
 /// A Video4Linux device node and its ioctl calls.
 namespace waymark::internal {
 
-/// The call, repeated where a signal interrupted it; errno on failure, 0 otherwise.
+/// ioctl(), repeated if a signal interrupts it. Returns errno on failure, otherwise 0.
 [[nodiscard]] int control_device(int device, unsigned long request, void* argument);
 
-/// Opens the node without waiting. NotFound (no such node), Unreadable (no permission, with the group that
-/// has it; not a device), Unsupported (no camera).
+/// Opens the node non-blocking. NotFound (no such node), Unreadable (no permission, with the required group),
+/// Unsupported (not a device).
 [[nodiscard]] Result<Descriptor> open_device(const std::string& path);
 
-/// An errno of a call on this device in words: busy (and by which process), unplugged, …
+/// The error for an errno of a call on this device: busy (with the process that uses it), unplugged, …;
+/// `what` describes the call for any other errno.
 [[nodiscard]] Error device_error(const std::string& path, const std::string& what, int error);
 
 }  // namespace waymark::internal

@@ -101,10 +101,10 @@ std::vector<CameraDevice> list_cameras() {
 namespace waymark::internal {
 namespace {
 
-constexpr std::uint32_t kMaxEntries = 256;  // of any list of a driver
+constexpr std::uint32_t kMaxEntries = 256;  // per list of a driver
 constexpr double kUsefulRate_hz = 60;
 
-/// Work to make grey of it: copies first, decoding last.
+/// Relative cost of the conversion to grey: copying is cheapest, decoding most expensive.
 int work_of(PixelFormat format) {
   switch (format) {
     case PixelFormat::Grey:
@@ -156,35 +156,35 @@ void read_sizes(int device, std::uint32_t fourcc, std::vector<CameraMode>& modes
     if (one) {
       mode.rates_hz = read_rates(device, fourcc, mode.width, mode.height);
     } else {
-      mode.least_width = static_cast<int>(entry.stepwise.min_width);
-      mode.least_height = static_cast<int>(entry.stepwise.min_height);
+      mode.min_width = static_cast<int>(entry.stepwise.min_width);
+      mode.min_height = static_cast<int>(entry.stepwise.min_height);
     }
     modes.push_back(std::move(mode));
     if (!one) break;
   }
 }
 
-std::string words_of(const std::vector<CameraMode>& modes) {
+std::string modes_text(const std::vector<CameraMode>& modes) {
   constexpr std::size_t kMaxListed = 16;
-  std::vector<std::string> words;
+  std::vector<std::string> names;
   for (const CameraMode& mode : modes)
     if (mode.readable)
-      words.push_back(
+      names.push_back(
           fmt::format("{} {}{}x{}", mode.format, mode.largest ? "up to " : "", mode.width, mode.height));
-  if (words.empty()) return fmt::format("None of its {} formats and sizes is read.", modes.size());
-  const bool more = words.size() > kMaxListed;
-  words.resize(std::min(words.size(), kMaxListed));
-  return fmt::format("It delivers {}{}.", fmt::join(words, ", "),
+  if (names.empty()) return fmt::format("None of its {} formats and sizes is supported.", modes.size());
+  const bool more = names.size() > kMaxListed;
+  names.resize(std::min(names.size(), kMaxListed));
+  return fmt::format("It delivers {}{}.", fmt::join(names, ", "),
                      more ? " and more (`waymark cameras` lists them)" : "");
 }
 
-/// The wanted rate where it is reached; else the highest that is useful.
+/// The rate nearest to the wanted one, or nearest to the highest useful rate if none is wanted.
 double best_rate(const CameraMode& mode, double wanted_hz) {
   if (mode.rates_hz.empty()) return wanted_hz;
-  const double most = wanted_hz > 0 ? wanted_hz : kUsefulRate_hz;
+  const double target_hz = wanted_hz > 0 ? wanted_hz : kUsefulRate_hz;
   double best = 0;
   for (const double rate : mode.rates_hz)
-    if (best == 0 || std::abs(rate - most) < std::abs(best - most)) best = rate;
+    if (best == 0 || std::abs(rate - target_hz) < std::abs(best - target_hz)) best = rate;
   return best;
 }
 
@@ -192,11 +192,11 @@ bool may_read(const CameraMode& mode, const V4l2Options& options) {
   return mode.readable && (!options.format || mode.format == to_string(*options.format));
 }
 
-/// The size of the mode that is nearest to the wanted one.
+/// The mode's size nearest to the wanted one.
 std::pair<int, int> nearest_size(const CameraMode& mode, std::pair<int, int> wanted) {
   if (!mode.largest) return {mode.width, mode.height};
-  return {std::clamp(wanted.first, std::min(mode.least_width, mode.width), mode.width),
-          std::clamp(wanted.second, std::min(mode.least_height, mode.height), mode.height)};
+  return {std::clamp(wanted.first, std::min(mode.min_width, mode.width), mode.width),
+          std::clamp(wanted.second, std::min(mode.min_height, mode.height), mode.height)};
 }
 
 }  // namespace
@@ -229,7 +229,7 @@ std::uint32_t fourcc_of(PixelFormat format) {
 Result<CameraDevice> read_capabilities(int device, const std::string& path) {
   v4l2_capability capability{};
   if (const int error = control_device(device, VIDIOC_QUERYCAP, &capability); error != 0)
-    return tl::unexpected(device_error(path, "does not answer as a camera", error));
+    return tl::unexpected(device_error(path, "not a camera", error));
   const auto text = [](const auto& bytes) { return std::string(reinterpret_cast<const char*>(bytes)); };
   CameraDevice described{.path = path,
                          .by_id = by_id_of(path),
@@ -240,12 +240,11 @@ Result<CameraDevice> read_capabilities(int device, const std::string& path) {
   const std::uint32_t can = own ? capability.device_caps : capability.capabilities;
   if ((can & V4L2_CAP_VIDEO_CAPTURE) != 0 && (can & V4L2_CAP_STREAMING) != 0) return described;
   const bool planes = (can & V4L2_CAP_VIDEO_CAPTURE_MPLANE) != 0;
-  return fail(
-      ErrorCode::Unsupported,
-      planes ? "this device delivers pictures in several planes only" : "this device delivers no pictures",
-      {.source = path},
-      planes ? "Cameras on a ribbon cable are read by GStreamer: gstreamer:libcamerasrc."
-             : "Many cameras have a second node for other data: take the one before it.");
+  return fail(ErrorCode::Unsupported,
+              planes ? "the device delivers only multi-planar images" : "the device delivers no images",
+              {.source = path},
+              planes ? "Use GStreamer for ribbon-cable cameras: gstreamer:libcamerasrc."
+                     : "Many cameras have a second node for other data: use the node before it.");
 }
 
 std::vector<CameraMode> read_modes(int device) {
@@ -265,9 +264,9 @@ Result<WantedMode> choose_mode(const std::vector<CameraMode>& modes, const V4l2O
   const bool given = options.width > 0;
   const auto size = given ? std::pair(options.width, options.height) : std::pair(now.width, now.height);
   const auto rank = [&](const WantedMode& mode) {
-    const double most = options.rate_hz > 0 ? options.rate_hz : kUsefulRate_hz;
+    const double target_hz = options.rate_hz > 0 ? options.rate_hz : kUsefulRate_hz;
     const int apart_px = std::abs(mode.width - size.first) + std::abs(mode.height - size.second);
-    return std::tuple(apart_px, std::abs(mode.rate_hz - most), work_of(mode.format));
+    return std::tuple(apart_px, std::abs(mode.rate_hz - target_hz), work_of(mode.format));
   };
   std::optional<WantedMode> best;
   for (const CameraMode& mode : modes) {
@@ -282,8 +281,8 @@ Result<WantedMode> choose_mode(const std::vector<CameraMode>& modes, const V4l2O
   const std::string sized = given ? fmt::format(" of {} x {} px", size.first, size.second) : std::string();
   const std::string format = options.format ? fmt::format(" as {}", to_string(*options.format)) : "";
   return fail(ErrorCode::Unsupported,
-              fmt::format("the camera delivers no pictures{}{} that can be read", sized, format),
-              {.source = options.device}, modes.empty() ? "Its driver lists no formats." : words_of(modes));
+              fmt::format("the camera delivers no supported images{}{}", sized, format),
+              {.source = options.device}, modes.empty() ? "Its driver lists no formats." : modes_text(modes));
 }
 
 }  // namespace waymark::internal

@@ -9,39 +9,39 @@
 
 namespace waymark {
 
-/// A size in which a device delivers a format, and the rates there.
+/// A format and size of a device with its rates.
 struct CameraMode {
   std::string format{};            ///< four characters: "YUYV"
-  bool readable = true;            ///< of those that this program reads
+  bool readable = true;            ///< supported by this program
   int width = 0;                   ///< [px]
   int height = 0;                  ///< [px]
-  std::vector<double> rates_hz{};  ///< highest first; empty where the driver does not say
-  bool largest = false;            ///< of any size between the least and this one, as bridges and vivid have
-  int least_width = 0;             ///< [px]; of `largest`
-  int least_height = 0;            ///< [px]
+  std::vector<double> rates_hz{};  ///< highest first; empty if the driver does not report them
+  bool largest = false;            ///< any size from the minimum to this one, as with bridges and vivid
+  int min_width = 0;               ///< [px]; if `largest`
+  int min_height = 0;              ///< [px]; if `largest`
 };
 
-/// A device that delivers pictures, or one that cannot be asked.
+/// A device that delivers images, or one that could not be queried.
 struct CameraDevice {
   std::string path{};   ///< "/dev/video0"
-  std::string by_id{};  ///< "/dev/v4l/by-id/usb-…-video-index0", stays when the cable changes; may be empty
+  std::string by_id{};  ///< "/dev/v4l/by-id/usb-…-video-index0", independent of the port; may be empty
   std::string card{};   ///< "HD Webcam"
   std::string driver{};
   std::string bus{};
   std::vector<CameraMode> modes{};
   std::vector<CameraControl> controls{};
-  std::string holder{};            ///< the program that uses it, where one is known
+  std::string holder{};            ///< the program that uses it; empty if unknown
   std::optional<Error> problem{};  ///< why it cannot be used; the other fields may be empty then
 };
 
-/// The devices /dev/video* of this computer that deliver pictures, by number. Those that only take pictures,
-/// or deliver other data, are left out. Empty where there is none.
+/// The devices /dev/video* of this computer that deliver images, by number. Output devices and those with
+/// other data are skipped.
 [[nodiscard]] std::vector<CameraDevice> list_cameras();
 
-/// One device. Errors: as opening it; Unsupported where it delivers no pictures.
+/// One device. Errors: of opening it; Unsupported if it delivers no images.
 [[nodiscard]] Result<CameraDevice> describe_camera(const std::string& path);
 
-/// The link below /dev/v4l/by-id of a node; empty where there is none.
+/// The link to a node in /dev/v4l/by-id; empty if there is none.
 [[nodiscard]] std::string by_id_of(const std::string& path);
 
 }  // namespace waymark
@@ -50,28 +50,28 @@ struct v4l2_capability;
 
 namespace waymark::internal {
 
-/// The names of a device. Unsupported: it delivers no pictures, or only in several planes.
+/// The names of a device. Unsupported: it delivers no images, or only multi-planar ones.
 [[nodiscard]] Result<CameraDevice> read_capabilities(int device, const std::string& path);
-/// Formats, sizes and rates in the order of the driver.
+/// Formats, sizes and rates in the driver's order.
 [[nodiscard]] std::vector<CameraMode> read_modes(int device);
 
-/// "YUYV"; characters that are not printable as "?".
+/// "YUYV"; characters that are not printable become "?".
 [[nodiscard]] std::string fourcc_name(std::uint32_t fourcc);
 [[nodiscard]] std::uint32_t fourcc_of(PixelFormat format);
 
-/// What a device is asked for.
+/// The mode to request from a device.
 struct WantedMode {
   PixelFormat format = PixelFormat::Grey;
   int width = 0;
   int height = 0;
-  double rate_hz = 0;  ///< 0: the driver's own
+  double rate_hz = 0;  ///< 0: the driver's default
 
   friend bool operator==(const WantedMode&, const WantedMode&) = default;
 };
 
-/// The best of the modes for the options: of the size that was given, else of the one nearest to `now` that
-/// there is; of the formats the one that reaches the wanted rate (else the highest, up to 60 Hz) with the
-/// least work. Unsupported: says what there is.
+/// The best mode for the options: the given size, else the one nearest to `now`; then the rate nearest to the
+/// wanted one (default: the highest up to 60 Hz); then the cheapest conversion. Unsupported lists the
+/// available modes.
 [[nodiscard]] Result<WantedMode> choose_mode(const std::vector<CameraMode>& modes, const V4l2Options& options,
                                              const WantedMode& now);
 

@@ -1,4 +1,4 @@
-// The camera that the tests of this room read from (tests/fake_v4l2).
+// Tests of the fake camera that the tests of this room use (tests/fake_v4l2).
 #include <cerrno>
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ using waymark::testing::FakeCamera;
 constexpr int kSide = 64;
 constexpr std::uint32_t kPixels = kSide * kSide;
 
-/// Leaves no zeros on the stack below its caller.
+/// Fills the stack below its caller with non-zero bytes.
 [[gnu::noinline]] void fill_stack() {
   volatile std::uint8_t bytes[16384];
   for (volatile std::uint8_t& byte : bytes) byte = 0xff;
@@ -44,8 +44,8 @@ int request_buffers(int camera, rlim_t limit) {
   return error;
 }
 
-// The fake camera calls the kernel by a variadic function, which reads whole registers.
-TEST(FakeV4l2, MapsItsBuffersWhateverTheStackHolds) {
+// The fake camera calls the kernel through a variadic function, which reads whole registers.
+TEST(FakeV4l2, MapsItsBuffersWithAnyStackContents) {
   FakeCamera fake;
   fake.add_mode("GREY", kSide, kSide, 1000, std::vector<std::uint8_t>(kPixels, 50));
   const Descriptor camera(::open("/dev/video0", O_RDWR));
@@ -62,7 +62,7 @@ TEST(FakeV4l2, MapsItsBuffersWhateverTheStackHolds) {
   EXPECT_EQ(buffer.bytesused, kPixels);
 }
 
-TEST(FakeV4l2, RefusesBuffersThatCannotBeMapped) {
+TEST(FakeV4l2, RejectsBuffersThatCannotBeMapped) {
 #ifdef WAYMARK_SANITIZED
   GTEST_SKIP() << "the sanitizer's own memory is limited too";
 #endif

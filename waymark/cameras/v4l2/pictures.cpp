@@ -18,7 +18,7 @@ constexpr std::array kNames = {
     std::pair{PixelFormat::Mjpg, "MJPG"},
 };
 
-/// Every second byte of a row, from the first or the second on.
+/// Copies every second byte of a row.
 void take_luma(const std::uint8_t* from, std::uint8_t* to, int width) {
   for (int x = 0; x < width; ++x) to[x] = from[2 * x];
 }
@@ -28,9 +28,8 @@ Result<Image> from_jpeg(std::span<const std::uint8_t> bytes, const RawLayout& la
   Result<Image> image = decode_image(bytes, "picture of the camera", options);
   if (!image) return image;
   if (image->width() == layout.width && image->height() == layout.height) return image;
-  return fail(ErrorCode::Unreadable,
-              fmt::format("a picture of {} x {} px came where {} x {} was agreed", image->width(),
-                          image->height(), layout.width, layout.height));
+  return fail(ErrorCode::Unreadable, fmt::format("the image has {} x {} px, expected {} x {}", image->width(),
+                                                 image->height(), layout.width, layout.height));
 }
 
 }  // namespace
@@ -65,13 +64,13 @@ std::size_t bytes_of(const RawLayout& layout) {
 
 Result<Image> to_grey(std::span<const std::uint8_t> bytes, const RawLayout& layout) {
   if (layout.format == PixelFormat::Mjpg) return from_jpeg(bytes, layout);
-  // A driver may leave out what follows the last pixel of the last row.
+  // A driver may omit the padding of the last row.
   const bool packed = layout.format == PixelFormat::Yuyv || layout.format == PixelFormat::Uyvy;
   const auto row_bytes = static_cast<std::size_t>(layout.width) * (packed ? 2 : 1);
   const std::size_t padding = static_cast<std::size_t>(layout.stride) - row_bytes;
   if (bytes.size() + padding < bytes_of(layout))
     return fail(ErrorCode::Unreadable,
-                fmt::format("the picture ends after {} of {} bytes", bytes.size(), bytes_of(layout)));
+                fmt::format("the image has only {} of {} bytes", bytes.size(), bytes_of(layout)));
   Image image(layout.width, layout.height);
   for (int y = 0; y < layout.height; ++y) {
     const std::uint8_t* row = bytes.data() + static_cast<std::ptrdiff_t>(y) * layout.stride;
@@ -88,16 +87,16 @@ Result<Image> to_grey(std::span<const std::uint8_t> bytes, const RawLayout& layo
 namespace waymark::internal {
 namespace {
 
-constexpr Duration kFuture = std::chrono::milliseconds(20);  // the tick of a driver's clock, with room
-constexpr Duration kLongAgo = std::chrono::seconds(2);
+constexpr Duration kMaxAhead = std::chrono::milliseconds(20);  // the tick of a driver's clock, with room
+constexpr Duration kMaxAge = std::chrono::seconds(2);
 
 }  // namespace
 
 const char* PictureStamps::fault_of(const std::optional<Duration>& driver, Duration arrived) const {
   if (!driver) return "are not of the steady clock";
-  if (*driver > arrived + kFuture) return "lie in the future";
-  if (*driver < arrived - kLongAgo) return "lie more than two seconds back";
-  if (last_driver_ && *driver <= *last_driver_) return "do not grow";
+  if (*driver > arrived + kMaxAhead) return "are in the future";
+  if (*driver < arrived - kMaxAge) return "are more than two seconds old";
+  if (last_driver_ && *driver <= *last_driver_) return "do not increase";
   return nullptr;
 }
 
@@ -105,8 +104,8 @@ PictureStamps::Stamped PictureStamps::add(std::optional<Duration> driver, bool s
                                           std::optional<Duration> exposure, Duration arrived) {
   const char* fault = fault_of(driver, arrived);
   if (driver) last_driver_ = driver;
-  if (fault != nullptr && !std::exchange(said_, true))
-    words_ = fmt::format("the driver's time stamps {}: pictures are stamped when they arrive", fault);
+  if (fault != nullptr && !std::exchange(reported_, true))
+    report_ = fmt::format("the driver's time stamps {}: images are stamped at their arrival", fault);
   const Duration half = exposure.value_or(Duration(0)) / 2;
   const bool begins = fault == nullptr && start_of_exposure;
   const Duration middle = (fault == nullptr ? *driver : arrived) + (begins ? half : -half);
@@ -114,14 +113,14 @@ PictureStamps::Stamped PictureStamps::add(std::optional<Duration> driver, bool s
   return {last_, fault == nullptr};
 }
 
-std::optional<std::string> PictureStamps::take_words() { return std::exchange(words_, std::nullopt); }
+std::optional<std::string> PictureStamps::take_reports() { return std::exchange(report_, std::nullopt); }
 
 namespace {
 
-constexpr int kStep = 61;  // no divisor of a usual width: the samples do not stand in columns
-constexpr Duration kFrozenFor = std::chrono::seconds(1);
+constexpr int kStep = 61;  // not a divisor of common widths, so that the samples are not in columns
+constexpr Duration kMinFrozenTime = std::chrono::seconds(1);
 constexpr int kFrozenPictures = 10;
-constexpr int kBlack = 24;         // black of video range is 16
+constexpr int kBlack = 24;         // black is 16 in video range
 constexpr int kBlackContrast = 8;  // noise in the dark
 
 void sample(const ImageView& image, std::vector<std::uint8_t>& to) {
@@ -143,10 +142,10 @@ PictureFaults::Fault PictureFaults::fault_of(const ImageView& image, Duration st
     ++same_;
     same_uncounted_ += counted ? 0 : 1;
   }
-  const auto [least, most] = std::ranges::minmax_element(sampled_);
+  const auto [darkest, brightest] = std::ranges::minmax_element(sampled_);
   if (sampled_.empty()) return Fault::None;
-  if (*most <= kBlack && *most - *least <= kBlackContrast) return Fault::Black;
-  if (same_ < kFrozenPictures || stamp - same_since_ < kFrozenFor) return Fault::None;
+  if (*brightest <= kBlack && *brightest - *darkest <= kBlackContrast) return Fault::Black;
+  if (same_ < kFrozenPictures || stamp - same_since_ < kMinFrozenTime) return Fault::None;
   return same_uncounted_ > same_ / 2 ? Fault::Frozen : Fault::Still;
 }
 
@@ -155,15 +154,17 @@ std::optional<std::string> PictureFaults::add(const ImageView& image, Duration s
   if (fault == fault_) return std::nullopt;
   const Fault before = std::exchange(fault_, fault);
   if (fault == Fault::Black)
-    return "the pictures are black: is the lens covered, or exposure_ms far too short?";
+    return "the images are black: check that the lens is uncovered and that exposure_ms is long enough";
   if (fault == Fault::Frozen)
-    return "the picture has been the same for a second: the camera hangs; unplug it and plug it in again";
+    return "the camera is frozen: it has repeated the same image for a second; unplug it and plug it in "
+           "again";
   if (fault == Fault::Still) {
-    if (std::exchange(still_said_, true)) return std::nullopt;
-    return "each picture has been exactly like the one before for a second, though the camera counts on: a "
-           "still source without noise, or a sensor that hangs";
+    if (std::exchange(still_reported_, true)) return std::nullopt;
+    return "the images have been identical for a second, although their numbers advance: a still source "
+           "without "
+           "noise, or a frozen sensor";
   }
-  return before == Fault::Still ? std::nullopt : std::optional<std::string>("the pictures change again");
+  return before == Fault::Still ? std::nullopt : std::optional<std::string>("the images change again");
 }
 
 }  // namespace waymark::internal

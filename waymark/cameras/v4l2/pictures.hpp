@@ -13,7 +13,7 @@
 
 namespace waymark {
 
-/// The pixel formats that are read; the names are the four characters of Video4Linux.
+/// The supported pixel formats, named by their four-character codes of Video4Linux.
 enum class PixelFormat : std::uint8_t { Grey, Nv12, Yuyv, Uyvy, Mjpg };
 
 /// "GREY", "NV12", "YUYV", "UYVY", "MJPG".
@@ -21,57 +21,57 @@ enum class PixelFormat : std::uint8_t { Grey, Nv12, Yuyv, Uyvy, Mjpg };
 [[nodiscard]] std::optional<PixelFormat> pixel_format_named(std::string_view name);
 [[nodiscard]] std::vector<std::string> pixel_format_names();
 
-/// A picture as a device delivers it.
+/// Memory layout of a device's image.
 struct RawLayout {
   PixelFormat format = PixelFormat::Grey;
   int width = 0;   ///< [px]
   int height = 0;  ///< [px]
-  int stride = 0;  ///< [byte] from row to row; MJPG has none
+  int stride = 0;  ///< [byte] from row to row; not used for MJPG
 
   friend bool operator==(const RawLayout&, const RawLayout&) = default;
 };
 
-/// How many bytes a whole picture of this layout has; 0 for MJPG.
+/// Number of bytes of a complete image; 0 for MJPG.
 [[nodiscard]] std::size_t bytes_of(const RawLayout& layout);
 
-/// The luma of a picture, as stored: full range or 16 to 235. Unreadable: fewer bytes than the picture needs,
-/// JPEG data that are damaged, or of another size than the layout says.
+/// The luma of an image, as stored: full range or 16 to 235. Unreadable: truncated data, damaged JPEG data,
+/// or a JPEG image of another size than the layout.
 [[nodiscard]] Result<Image> to_grey(std::span<const std::uint8_t> bytes, const RawLayout& layout);
 
 }  // namespace waymark
 
 namespace waymark::internal {
 
-/// Stamps of pictures on the steady clock, in the middle of the exposure. What a driver stamps badly (another
-/// clock, the future, long ago, backwards) is stamped by its arrival instead.
+/// Computes stamps of images on the steady clock, at the middle of the exposure. Images with an invalid
+/// driver stamp (another clock, in the future, too old, decreasing) are stamped at their arrival instead.
 class PictureStamps {
  public:
   struct Stamped {
-    Duration stamp{};     ///< grows from picture to picture
-    bool driver = false;  ///< made from the driver's
+    Duration stamp{};     ///< strictly increasing
+    bool driver = false;  ///< computed from the driver's stamp
   };
-  /// `driver`: of the start of the exposure or of the end of the transfer; `exposure`: how long it lasted.
+  /// `driver`: stamp of the start of the exposure or of the end of the transfer; `exposure`: exposure time.
   [[nodiscard]] Stamped add(std::optional<Duration> driver, bool start_of_exposure,
                             std::optional<Duration> exposure, Duration arrived);
-  /// Once, when the driver's stamps first cannot be used: why.
-  [[nodiscard]] std::optional<std::string> take_words();
+  /// The reason why the driver's stamps cannot be used; reported once.
+  [[nodiscard]] std::optional<std::string> take_reports();
 
  private:
   [[nodiscard]] const char* fault_of(const std::optional<Duration>& driver, Duration arrived) const;
 
   std::optional<Duration> last_driver_{};
   Duration last_{};
-  std::optional<std::string> words_{};
-  bool said_ = false;
+  std::optional<std::string> report_{};
+  bool reported_ = false;
 };
 
-/// Notices pictures that are black (a covered lens) or the same for a second. The same picture again and
-/// again is a camera that hangs where the driver's numbers and stamps stand still as well; else it may be a
-/// still source without noise, and is said once. Looks at one pixel of 61.
+/// Detects images that are black (covered lens) or identical for a second. If the driver's numbers and stamps
+/// do not advance either, identical images mean a frozen camera. Otherwise the source may be still and
+/// without noise, which is reported once. Samples one of 61 pixels.
 class PictureFaults {
  public:
-  /// Words when such a fault begins or ends; `stamp` of the steady clock. `counted`: number and stamp of the
-  /// driver are later than those of the picture before.
+  /// Returns a message when a fault begins or ends. `stamp`: steady clock. `counted`: the driver's number and
+  /// stamp are later than those of the previous image.
   [[nodiscard]] std::optional<std::string> add(const ImageView& image, Duration stamp, bool counted);
 
  private:
@@ -81,9 +81,9 @@ class PictureFaults {
   std::vector<std::uint8_t> sampled_{};
   std::vector<std::uint8_t> before_{};
   Duration same_since_{};
-  int same_ = 0;            ///< pictures in a row
-  int same_uncounted_ = 0;  ///< of them: the driver did not count on
-  bool still_said_ = false;
+  int same_ = 0;            ///< number of consecutive identical images
+  int same_uncounted_ = 0;  ///< of these, images whose driver number or stamp did not advance
+  bool still_reported_ = false;
   Fault fault_ = Fault::None;
 };
 

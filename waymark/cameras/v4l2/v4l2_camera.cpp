@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "waymark/base/message_text.hpp"
 #include "waymark/cameras/v4l2/capture_thread.hpp"
 #include "waymark/cameras/v4l2/controls.hpp"
 #include "waymark/cameras/v4l2/device.hpp"
@@ -17,26 +18,26 @@
 namespace waymark {
 namespace {
 
-constexpr Duration kRepeat = std::chrono::seconds(10);  // between words about damaged pictures
+constexpr Duration kRepeat = std::chrono::seconds(10);  // between reports of damaged images
 
-/// Of the controls that matter for measuring, those that the camera changes by itself.
-std::optional<std::string> words_of_automatic(const std::vector<CameraControl>& controls) {
+/// A message about controls for measuring that are in automatic mode.
+std::optional<std::string> automatic_text(const std::vector<CameraControl>& controls) {
   std::vector<std::string> names;
   for (const CameraControl& control : controls)
     if (control.automatic) names.push_back(control.name);
   if (names.empty()) return std::nullopt;
-  return fmt::format("the camera changes {} by itself; ',lock' behind its address keeps what it has",
+  return fmt::format("the camera adjusts {} automatically; append ',lock' to its address to keep the values",
                      fmt::join(names, ", "));
 }
 
-/// Where the camera does not reach, or overshoots, the rate that it was asked for.
-std::optional<std::string> words_of_rate(double asked_hz, double rate_hz) {
+/// A message if the camera's rate differs from the requested one.
+std::optional<std::string> rate_text(double asked_hz, double rate_hz) {
   constexpr double kTolerance = 0.02;  // 29.97 Hz is 30
   if (asked_hz <= 0 || rate_hz <= 0 || std::abs(rate_hz / asked_hz - 1) < kTolerance) return std::nullopt;
   return fmt::format(
-      "asked for {:.4g} Hz, the camera delivers {:.4g} Hz in this size and format (`waymark cameras` lists "
-      "what "
-      "there is)",
+      "requested {:.4g} Hz, but the camera delivers {:.4g} Hz in this size and format (`waymark cameras` "
+      "lists "
+      "the rates)",
       asked_hz, rate_hz);
 }
 
@@ -50,36 +51,34 @@ struct V4l2Camera::Impl {
                           stream->rate_hz() > 0 ? fmt::format(", {:.4g} Hz", stream->rate_hz()) : "")),
         thread(std::move(stream), with, by_id_of(with.device)) {}
 
-  void say_if(const std::optional<std::string>& said) {
-    if (said) words.push_back(*said);
+  void report_if(const std::optional<std::string>& report) {
+    if (report) reports.push_back(*report);
   }
-  /// The first one is said, then what has come together since.
+  /// Reports the first damaged image, then at most every `kRepeat` the number since.
   void note_damaged(const std::string& why, Duration now) {
     ++damaged;
-    ++damaged_unsaid;
-    if (damaged_said && now - *damaged_said < kRepeat) return;
-    damaged_said = now;
-    words.push_back(fmt::format("{} left out: {}",
-                                damaged_unsaid == 1 ? std::string("a damaged picture was")
-                                                    : fmt::format("{} damaged pictures were", damaged_unsaid),
-                                why));
-    damaged_unsaid = 0;
+    ++damaged_unreported;
+    if (damaged_reported && now - *damaged_reported < kRepeat) return;
+    damaged_reported = now;
+    reports.push_back(fmt::format("skipped {}: {}", counted(damaged_unreported, "damaged image"), why));
+    damaged_unreported = 0;
   }
   std::optional<CameraFrame> convert(const internal::TakenPicture& picture);
-  [[nodiscard]] std::optional<std::string> next_words();
+  [[nodiscard]] std::optional<std::string> next_report();
 
   V4l2Options options;
   std::string about;
   internal::CaptureThread thread;
   internal::PictureStamps stamps{};
   internal::PictureFaults faults{};
-  std::deque<std::string> words{};
-  std::optional<std::pair<std::uint32_t, std::optional<Duration>>> taken{};  ///< number and stamp of the last
+  std::deque<std::string> reports{};
+  std::optional<std::pair<std::uint32_t, std::optional<Duration>>>
+      taken{};  ///< number and stamp of the previous image
   std::optional<SensorTime> last{};
   std::uint64_t delivered = 0;
   std::uint64_t damaged = 0;
-  std::uint64_t damaged_unsaid = 0;
-  std::optional<Duration> damaged_said{};
+  std::uint64_t damaged_unreported = 0;
+  std::optional<Duration> damaged_reported{};
 };
 
 std::optional<CameraFrame> V4l2Camera::Impl::convert(const internal::TakenPicture& picture) {
@@ -88,25 +87,25 @@ std::optional<CameraFrame> V4l2Camera::Impl::convert(const internal::TakenPictur
       !taken || (buffer.sequence != taken->first && (!buffer.stamp || buffer.stamp > taken->second));
   taken = {buffer.sequence, buffer.stamp};
   const auto stamped = stamps.add(buffer.stamp, buffer.start_of_exposure, picture.exposure, picture.arrived);
-  Result<Image> image = buffer.damaged
-                            ? Result<Image>(fail(ErrorCode::Unreadable, "the driver says it is incomplete"))
-                            : to_grey(buffer.bytes, picture.stream->layout());
+  Result<Image> image =
+      buffer.damaged ? Result<Image>(fail(ErrorCode::Unreadable, "reported as incomplete by the driver"))
+                     : to_grey(buffer.bytes, picture.stream->layout());
   picture.stream->give_back(buffer.index);
-  say_if(stamps.take_words());
+  report_if(stamps.take_reports());
   if (!image) {
     note_damaged(image.error().message, picture.arrived);
     return std::nullopt;
   }
-  say_if(faults.add(*image, stamped.stamp, counted));
+  report_if(faults.add(*image, stamped.stamp, counted));
   ++delivered;
   last = SensorTime(stamped.stamp);
   return CameraFrame{.stamp = *last, .camera = options.name, .image = std::move(*image)};
 }
 
-std::optional<std::string> V4l2Camera::Impl::next_words() {
-  if (words.empty()) return thread.take_words();
-  std::string first = std::move(words.front());
-  words.pop_front();
+std::optional<std::string> V4l2Camera::Impl::next_report() {
+  if (reports.empty()) return thread.take_reports();
+  std::string first = std::move(reports.front());
+  reports.pop_front();
   return first;
 }
 
@@ -118,15 +117,15 @@ Result<std::unique_ptr<V4l2Camera>> V4l2Camera::open(const V4l2Options& options)
   if (!stream) return tl::unexpected(stream.error());
   const double rate_hz = (*stream)->rate_hz();
   std::unique_ptr<V4l2Camera> camera(new V4l2Camera(std::make_unique<Impl>(std::move(*stream), options)));
-  camera->impl_->say_if(words_of_rate(options.rate_hz, rate_hz));
-  camera->impl_->say_if(words_of_automatic(camera->controls()));
+  camera->impl_->report_if(rate_text(options.rate_hz, rate_hz));
+  camera->impl_->report_if(automatic_text(camera->controls()));
   return camera;
 }
 
-Result<std::optional<RobotEvent>> V4l2Camera::next(Duration most) {
-  const Duration deadline = steady_now() + most;
+Result<std::optional<RobotEvent>> V4l2Camera::next(Duration timeout) {
+  const Duration deadline = steady_now() + timeout;
   while (true) {
-    if (auto said = impl_->next_words()) return std::optional<RobotEvent>(RobotText{std::move(*said)});
+    if (auto report = impl_->next_report()) return std::optional<RobotEvent>(RobotText{std::move(*report)});
     const auto picture = impl_->thread.take(std::max(Duration(0), deadline - steady_now()));
     if (picture) {
       auto frame = impl_->convert(*picture);
@@ -138,7 +137,7 @@ Result<std::optional<RobotEvent>> V4l2Camera::next(Duration most) {
   }
 }
 
-bool V4l2Camera::more() const { return !impl_->words.empty() || impl_->thread.more(); }
+bool V4l2Camera::more() const { return !impl_->reports.empty() || impl_->thread.more(); }
 
 std::optional<SensorTime> V4l2Camera::now() const {
   return impl_->last ? std::optional(SensorTime(steady_now())) : std::nullopt;

@@ -10,21 +10,21 @@
 
 namespace waymark {
 
-/// A camera of Video4Linux. A thread of its own empties the driver's buffers and keeps the newest picture,
-/// which next() converts to grey in the caller's thread, straight from the driver's memory. Where the camera
-/// is unplugged it waits until it is there again, also under another number if it has a by-id link.
+/// A Video4Linux camera. Its own thread empties the driver's buffers and keeps the newest image, which next()
+/// converts to grey on the caller's thread, directly from the driver's memory. If the camera is unplugged, it
+/// waits for reconnection, also under another number if it has a by-id link.
 class V4l2Camera final : public LiveCamera {
  public:
-  /// Errors: NotFound, Unreadable (no permission, with the group; busy, with the program), Unsupported (no
-  /// camera, no format that is read, another size), InvalidArgument (controls).
+  /// Errors: NotFound, Unreadable (no permission, with the group; busy, with the program), Unsupported (not a
+  /// camera, no supported format, another size), InvalidArgument (controls).
   [[nodiscard]] static Result<std::unique_ptr<V4l2Camera>> open(const V4l2Options& options);
   ~V4l2Camera() override;
 
-  /// Words come before pictures: automatic controls, damaged, black or frozen pictures, unplugged, found
-  /// again. Fails once it has been unplugged for too long.
-  Result<std::optional<RobotEvent>> next(Duration most) override;
+  /// Messages come before images: automatic controls; damaged, black or frozen images; disconnection and
+  /// reconnection. Fails once the camera has been unplugged for too long.
+  Result<std::optional<RobotEvent>> next(Duration timeout) override;
   [[nodiscard]] bool more() const override;
-  /// The steady clock, once there was a picture.
+  /// The steady clock; empty before the first image.
   [[nodiscard]] std::optional<SensorTime> now() const override;
   [[nodiscard]] CameraCounts counts() const override;
   [[nodiscard]] std::string description() const override;

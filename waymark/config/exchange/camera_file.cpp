@@ -14,10 +14,10 @@ namespace waymark {
 namespace {
 
 constexpr YamlLimits kCameraLimits{.bytes = std::size_t{1} << 18U, .nodes = 20'000, .depth = 16};
-/// JSON carries all observations of the calibration: tens of megabytes, which are passed over.
+/// JSON calibrations contain all observations: tens of megabytes, which are skipped.
 constexpr YamlLimits kJsonLimits{.bytes = std::size_t{1} << 28U, .nodes = 20'000, .depth = 16};
 
-/// OpenCV begins its YAML with a directive that is none ("%YAML:1.0"): a comment for other readers.
+/// OpenCV's YAML begins with an invalid directive ("%YAML:1.0"), which is replaced by a comment.
 std::string without_directive(std::string_view text) {
   std::string plain(text);
   if (plain.starts_with("%YAML:")) plain.front() = '#';
@@ -30,14 +30,14 @@ Result<YamlNode> parse_tree(std::string_view text, const std::string& source) {
                                : parse_yaml(text, source, kCameraLimits);
 }
 
-/// A camera_info, or a calibration of PhotonVision or OpenCV: one camera.
+/// Reads a file with one camera: camera_info, or a calibration of PhotonVision or OpenCV.
 Result<NamedCamera> read_single(const YamlCursor& root) {
   if (internal::looks_like_opencv(root)) return internal::read_opencv(root);
   return internal::looks_like_photonvision(root) ? internal::read_photonvision(root)
                                                  : internal::read_camera_info(root);
 }
 
-/// The names of the cameras; empty for the forms that hold one.
+/// The names of the cameras; empty for formats with a single camera.
 Result<std::vector<std::string>> recognise(const YamlCursor& root) {
   if (internal::looks_like_camera_info(root) || internal::looks_like_photonvision(root) ||
       internal::looks_like_opencv(root))
@@ -49,7 +49,7 @@ Result<std::vector<std::string>> recognise(const YamlCursor& root) {
                         "(cam0: …) or a calibration of PhotonVision (JSON) or OpenCV (YAML).");
 }
 
-/// A robot's file and a calibration hold their camera below this key.
+/// Robot files and calibrations contain their camera below this key.
 YamlCursor camera_part(const YamlCursor& root) {
   const auto inside = root.find("camera_info");
   return inside ? *inside : root;
@@ -58,7 +58,8 @@ YamlCursor camera_part(const YamlCursor& root) {
 Result<NamedCamera> choose(const YamlCursor& root, const std::vector<std::string>& names,
                            std::string_view name) {
   if (name.empty() && names.size() > 1) {
-    return root.fail_here(ErrorCode::InvalidArgument, fmt::format("the file holds {} cameras", names.size()),
+    return root.fail_here(ErrorCode::InvalidArgument,
+                          fmt::format("the file contains {} cameras", names.size()),
                           fmt::format("Choose one of {}.", fmt::join(names, ", ")));
   }
   const std::string chosen = name.empty() ? names.front() : std::string(name);
@@ -66,7 +67,7 @@ Result<NamedCamera> choose(const YamlCursor& root, const std::vector<std::string
   if (!entry || std::find(names.begin(), names.end(), chosen) == names.end()) {
     return root.fail_here(ErrorCode::NotFound,
                           fmt::format("no camera '{}' in the file", chosen.substr(0, 40)),
-                          fmt::format("There is {}.", fmt::join(names, ", ")));
+                          fmt::format("Available: {}.", fmt::join(names, ", ")));
   }
   return internal::read_camchain_camera(*entry, chosen);
 }
@@ -74,7 +75,7 @@ Result<NamedCamera> choose(const YamlCursor& root, const std::vector<std::string
 Result<NamedCamera> only(Result<NamedCamera> camera, const YamlCursor& root, std::string_view name) {
   if (!camera || name.empty() || camera->name == name) return camera;
   return root.fail_here(ErrorCode::NotFound, fmt::format("no camera '{}' in the file", name.substr(0, 40)),
-                        fmt::format("There is {}.", camera->name));
+                        fmt::format("Available: {}.", camera->name));
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 
 #include "tests/support/camera_texts.hpp"
 #include "tests/support/data.hpp"
+#include "tests/support/golden_page.hpp"
 #include "tests/support/random_camera.hpp"
 #include "waymark/config/text_file.hpp"
 
@@ -27,7 +28,7 @@ std::string info_error(const std::string& from, const std::string& to) {
   return camera_error(exchanged(kCameraInfo, from, to));
 }
 
-TEST(CameraInfo, GainsHalfAPixelWhenRead) {
+TEST(CameraInfo, AddsHalfAPixelOnReading) {
   const auto named = parse_camera(kCameraInfo, "c.yaml");
   ASSERT_TRUE(named) << to_string(named.error());
   EXPECT_EQ(named->name, "dabai");
@@ -42,7 +43,7 @@ TEST(CameraInfo, GainsHalfAPixelWhenRead) {
   EXPECT_EQ(named->camera.projection(), CameraModel::Projection(expected));
 }
 
-TEST(CameraInfo, LosesHalfAPixelWhenWritten) {
+TEST(CameraInfo, SubtractsHalfAPixelOnWriting) {
   const PinholeRadtan model{.fx = 500, .fy = 501.25, .cx = 320, .cy = 240.1};
   const auto camera = CameraModel::make(model, 640, 480);
   ASSERT_TRUE(camera);
@@ -75,70 +76,78 @@ TEST(CameraInfo, ReadsEveryModel) {
   }
 }
 
-TEST(CameraInfo, SaysWhatIsWrongWithItsNumbers) {
-  EXPECT_EQ(info_error("442.17", "-442.17"),
-            "c.yaml:7 (camera_matrix.data): fx: the focal length -442.17 is not possible. Give it in pixels, "
-            "from 0.001 to "
-            "10000000.");
+TEST(CameraInfo, ReportsInvalidParameters) {
+  EXPECT_TRUE((info_error("442.17", "-442.17")).starts_with("c.yaml:7 (camera_matrix.data): "));
+  EXPECT_NE((info_error("442.17", "-442.17")).find("-442.17"), std::string::npos);
+  testing::expect_on_page("config", info_error("442.17", "-442.17"));
   EXPECT_THAT(info_error("443.88", "0"),
               StartsWith("c.yaml:7 (camera_matrix.data): fy: the focal length 0 is not possible."));
-  EXPECT_EQ(info_error("442.17", ".nan"), "c.yaml:7 (camera_matrix.data[0]): '.nan' is not a finite number");
-  EXPECT_EQ(info_error("0.000000,", "0.5,"),
-            "c.yaml:7 (camera_matrix.data): the skew 0.5 is not zero. Cameras with skewed axes are not "
-            "supported; calibrate "
-            "without skew.");
-  EXPECT_EQ(info_error("246.5, 0, 0, 1]", "246.5, 0, 0, 2]"),
-            "c.yaml:7 (camera_matrix.data): not a camera matrix. Its rows are [fx, 0, cx], [0, fy, cy], [0, "
-            "0, 1].");
-  EXPECT_EQ(info_error("246.5, 0, 0, 1]", "246.5, 0, 0]"),
-            "c.yaml:7 (camera_matrix.data): 8 numbers in a 3x3 matrix. Give 9 numbers, row by row.");
-  EXPECT_EQ(info_error("image_width: 640\n", ""),
-            "c.yaml:1 (image_width): 'image_width' is missing. Add `image_width:` with its value.");
+  EXPECT_TRUE((info_error("442.17", ".nan")).starts_with("c.yaml:7 (camera_matrix.data[0]): "));
+  testing::expect_on_page("config", info_error("442.17", ".nan"));
+  EXPECT_TRUE((info_error("0.000000,", "0.5,")).starts_with("c.yaml:7 (camera_matrix.data): "));
+  EXPECT_NE((info_error("0.000000,", "0.5,")).find("0.5"), std::string::npos);
+  testing::expect_on_page("config", info_error("0.000000,", "0.5,"));
+  EXPECT_TRUE(
+      (info_error("246.5, 0, 0, 1]", "246.5, 0, 0, 2]")).starts_with("c.yaml:7 (camera_matrix.data): "));
+  EXPECT_NE((info_error("246.5, 0, 0, 1]", "246.5, 0, 0, 2]")).find("[fx, 0, cx]"), std::string::npos);
+  testing::expect_on_page("config", info_error("246.5, 0, 0, 1]", "246.5, 0, 0, 2]"));
+  EXPECT_TRUE((info_error("246.5, 0, 0, 1]", "246.5, 0, 0]")).starts_with("c.yaml:7 (camera_matrix.data): "));
+  EXPECT_NE((info_error("246.5, 0, 0, 1]", "246.5, 0, 0]")).find("8 numbers"), std::string::npos);
+  testing::expect_on_page("config", info_error("246.5, 0, 0, 1]", "246.5, 0, 0]"));
+  EXPECT_TRUE((info_error("image_width: 640\n", "")).starts_with("c.yaml:1 (image_width): "));
+  testing::expect_on_page("config", info_error("image_width: 640\n", ""));
   EXPECT_EQ(info_error("image_height: 480", "image_height: 0"),
             "c.yaml:2 (image_height): 0 is outside [1, 1000000]");
   EXPECT_EQ(info_error("rows: 3", "rows: 2"), "c.yaml:5 (camera_matrix.rows): 2 is outside [3, 3]");
-  EXPECT_EQ(info_error("distortion_model", "distortion_modle"),
-            "c.yaml:8 (distortion_modle): unknown key 'distortion_modle'. Did you mean 'distortion_model'?");
+  EXPECT_TRUE(
+      (info_error("distortion_model", "distortion_modle")).starts_with("c.yaml:8 (distortion_modle): "));
+  testing::expect_on_page("config", info_error("distortion_model", "distortion_modle"));
 }
 
-TEST(CameraInfo, SaysWhatIsWrongWithItsDistortion) {
-  EXPECT_EQ(info_error("plumb_bob", "plum_bob"),
-            "c.yaml:8 (distortion_model): unknown distortion model 'plum_bob'. Did you mean 'plumb_bob'?");
-  EXPECT_EQ(info_error("plumb_bob", "rational_polynomial"),
-            "c.yaml:12 (distortion_coefficients.data): 5 distortion coefficients, but the model "
-            "'rational_polynomial' has 8. "
-            "5 coefficients belong to plumb_bob, radtan.");
-  EXPECT_EQ(info_error("plumb_bob", "equidistant"),
-            "c.yaml:12 (distortion_coefficients.data): 5 distortion coefficients, but the model "
-            "'equidistant' has 4. "
-            "5 coefficients belong to plumb_bob, radtan.");
-  EXPECT_EQ(
-      info_error("cols: 5", "cols: 4"),
-      "c.yaml:12 (distortion_coefficients.data): 5 numbers in a 1x4 matrix. Give 4 numbers, row by row.");
+TEST(CameraInfo, ReportsInvalidDistortion) {
+  EXPECT_TRUE((info_error("plumb_bob", "plum_bob")).starts_with("c.yaml:8 (distortion_model): "));
+  testing::expect_on_page("config", info_error("plumb_bob", "plum_bob"));
+  EXPECT_TRUE((info_error("plumb_bob", "rational_polynomial"))
+                  .starts_with("c.yaml:12 (distortion_coefficients.data): "));
+  EXPECT_NE((info_error("plumb_bob", "rational_polynomial")).find("5 distortion"), std::string::npos);
+  testing::expect_on_page("config", info_error("plumb_bob", "rational_polynomial"));
+  EXPECT_TRUE(
+      (info_error("plumb_bob", "equidistant")).starts_with("c.yaml:12 (distortion_coefficients.data): "));
+  EXPECT_NE((info_error("plumb_bob", "equidistant")).find("5 distortion"), std::string::npos);
+  testing::expect_on_page("config", info_error("plumb_bob", "equidistant"));
+  EXPECT_TRUE((info_error("cols: 5", "cols: 4")).starts_with("c.yaml:12 (distortion_coefficients.data): "));
+  EXPECT_NE((info_error("cols: 5", "cols: 4")).find("5 numbers"), std::string::npos);
+  testing::expect_on_page("config", info_error("cols: 5", "cols: 4"));
   EXPECT_THAT(
       info_error("0.045, -0.077", "-2.0, -0.077"),
       StartsWith("c.yaml:12 (distortion_coefficients.data): the distortion folds or tears the image "));
 }
 
-TEST(CameraInfo, NoticesAProjectionOfAnotherResolution) {
-  EXPECT_EQ(
-      info_error("[445.0, 0, 322.1, 0, 0, 446.2, 246.9,", "[884.34, 0, 646.5, 0, 0, 887.76, 493.5,"),
-      "c.yaml:20 (projection_matrix.data): the projection matrix is for images of about 1280x960, not "
-      "640x480. Take "
-      "camera_matrix and projection_matrix from the same calibration, with the resolution it was made for.");
+TEST(CameraInfo, DetectsAProjectionOfAnotherResolution) {
+  EXPECT_TRUE((info_error("[445.0, 0, 322.1, 0, 0, 446.2, 246.9,", "[884.34, 0, 646.5, 0, 0, 887.76, 493.5,"))
+                  .starts_with("c.yaml:20 (projection_matrix.data): "));
+  EXPECT_NE((info_error("[445.0, 0, 322.1, 0, 0, 446.2, 246.9,", "[884.34, 0, 646.5, 0, 0, 887.76, 493.5,"))
+                .find("1280"),
+            std::string::npos);
+  testing::expect_on_page("config", info_error("[445.0, 0, 322.1, 0, 0, 446.2, 246.9,",
+                                               "[884.34, 0, 646.5, 0, 0, 887.76, 493.5,"));
   EXPECT_EQ(info_error("[445.0, 0, 322.1, 0, 0, 446.2, 246.9, 0, 0, 0, 1, 0]",
                        "[0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]"),
             "")
-      << "not filled in";
+      << "not set";
   EXPECT_EQ(info_error("[445.0, 0, 322.1, 0, 0, 446.2, 246.9,", "[380.0, 0, 325.0, 0, 0, 410.0, 240.0,"), "")
       << "cropped after undistortion";
   EXPECT_EQ(info_error("[445.0, 0, 322.1, 0, 0, 446.2, 246.9,", "[670.0, 0, 325.0, 0, 0, 668.0, 240.0,"), "")
       << "magnified about the centre";
-  EXPECT_EQ(info_error("rows: 3\n  cols: 4\n  data: [445.0, ", "rows: 3\n  cols: 4\n  data: ["),
-            "c.yaml:20 (projection_matrix.data): 11 numbers in a 3x4 matrix. Give 12 numbers, row by row.");
+  EXPECT_TRUE((info_error("rows: 3\n  cols: 4\n  data: [445.0, ", "rows: 3\n  cols: 4\n  data: ["))
+                  .starts_with("c.yaml:20 (projection_matrix.data): "));
+  EXPECT_NE((info_error("rows: 3\n  cols: 4\n  data: [445.0, ", "rows: 3\n  cols: 4\n  data: [")).find("11"),
+            std::string::npos);
+  testing::expect_on_page(
+      "config", info_error("rows: 3\n  cols: 4\n  data: [445.0, ", "rows: 3\n  cols: 4\n  data: ["));
 }
 
-TEST(CameraFile, SaysWhenItIsSomethingElse) {
+TEST(CameraFile, RejectsOtherFiles) {
   const std::string expected =
       "c.yaml:1: not a camera calibration. Give a ROS camera_info YAML (image_width, camera_matrix, …), a "
       "kalibr camchain (cam0: …) or a calibration of PhotonVision (JSON) or OpenCV (YAML).";
@@ -156,15 +165,15 @@ TEST(CameraFile, ReadsFiles) {
   EXPECT_THAT(to_string(read_camera(path).error()), StartsWith(path.string() + ":1: "));
 }
 
-TEST(CameraFile, ACamchainHasNoRationalModel) {
+TEST(CameraFile, CamchainsDoNotSupportTheRationalModel) {
   const PinholeRadtan model{.fx = 500, .fy = 500, .cx = 320, .cy = 240, .coefficients = 8};
   const auto text = to_camchain_yaml({{.name = "cam0", .camera = *CameraModel::make(model, 640, 480)}});
   ASSERT_FALSE(text);
   EXPECT_EQ(to_string(text.error()),
-            "a camchain cannot hold the rational model of camera 'cam0'. Write it as camera_info YAML.");
+            "camchains do not support the rational model of camera 'cam0'. Write camera_info YAML instead.");
 }
 
-TEST(CameraFile, ReadingAndWritingKeepsTheDigitsOfTheFile) {
+TEST(CameraFile, RoundTripsKeepTheDigitsOfTheFile) {
   for (const char* centre : {"323.1", "255.7", "511.9999", "0.1", "1023.123456789"}) {
     const auto named = parse_camera(exchanged(kCameraInfo, "323.0", centre), "c.yaml");
     ASSERT_TRUE(named) << to_string(named.error());
@@ -172,14 +181,14 @@ TEST(CameraFile, ReadingAndWritingKeepsTheDigitsOfTheFile) {
   }
 }
 
-RC_GTEST_PROP(CameraFileProperty, CameraInfoReadsBackToTheLastBit, ()) {
+RC_GTEST_PROP(CameraFileProperty, CameraInfoRoundTripsExactly, ()) {
   const NamedCamera named{.name = *rc::gen::string<std::string>(), .camera = testing::any_camera()};
   const auto back = parse_camera(to_camera_info_yaml(named), "c.yaml");
   RC_ASSERT(back.has_value());
   RC_ASSERT(*back == named);
 }
 
-RC_GTEST_PROP(CameraFileProperty, CamchainsReadBackToTheLastBit, ()) {
+RC_GTEST_PROP(CameraFileProperty, CamchainsRoundTripExactly, ()) {
   std::vector<NamedCamera> cameras;
   for (int i = 0; i < 3; ++i) {
     const CameraModel camera = testing::any_camera();
@@ -203,7 +212,7 @@ RC_GTEST_PROP(CameraFileProperty, CamchainsReadBackToTheLastBit, ()) {
   RC_ASSERT(*back == cameras);
 }
 
-TEST(CameraFileRealData, EveryCalibrationOfTagSlamIsRead) {
+TEST(CameraFileRealData, ReadsEveryCalibrationOfTagSlam) {
   WAYMARK_REAL_DATA(folder, "tagslam");
   int cameras = 0;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {

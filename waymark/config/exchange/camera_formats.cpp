@@ -1,9 +1,7 @@
-// ROS camera_info YAML: the fields of sensor_msgs/CameraInfo as camera_calibration_parsers writes them.
-// kalibr camchain: https://github.com/ethz-asl/kalibr/wiki/yaml-formats. TagSLAM reads and writes the same
-// with keys of its own.
-// Calibrations in the YAML of OpenCV's FileStorage, with the keys of OpenCV's own calibration program: pixel
-// centres at integers.
-// Calibrations as PhotonVision writes them: OpenCV's matrices as JSON, pixel centres at integers.
+// ROS camera_info YAML: the fields of sensor_msgs/CameraInfo as written by camera_calibration_parsers.
+// kalibr camchain: https://github.com/ethz-asl/kalibr/wiki/yaml-formats. TagSLAM uses the same format with
+// additional keys. OpenCV: YAML of FileStorage with the keys of OpenCV's calibration program; pixel centres
+// at integers. PhotonVision: OpenCV's matrices as JSON; pixel centres at integers.
 #include "waymark/config/exchange/camera_formats.hpp"
 
 #include <algorithm>
@@ -25,10 +23,10 @@
 namespace waymark::internal {
 namespace {
 
-/// Pixel centres: integers in the files, +1/2 here (docs/conventions.md).
+/// Offset of pixel centres: integers in the files, +1/2 in Waymark (docs/conventions.md).
 constexpr double kHalfPixel = 0.5;
 
-/// A model by name, and how many coefficients may come with it.
+/// A distortion model and its allowed numbers of coefficients.
 struct Distortion {
   std::string_view name;
   bool fisheye = false;
@@ -65,14 +63,14 @@ Status check_count(const Distortion& model, std::size_t count, const YamlCursor&
     if (fits) fitting.push_back(other.name);
   }
   const std::string hint =
-      fitting.empty() ? "" : fmt::format("{} coefficients belong to {}.", count, fmt::join(fitting, ", "));
+      fitting.empty() ? "" : fmt::format("Models with {} coefficients: {}.", count, fmt::join(fitting, ", "));
   return place.fail_here(ErrorCode::InvalidArgument,
                          fmt::format("{} distortion coefficients, but the model '{}' has {}", count,
                                      model.name, fmt::join(model.counts, " or ")),
                          hint);
 }
 
-/// Tells the error of CameraModel::make() where in the file the numbers stand.
+/// Adds the place of the values in the file to an error of CameraModel::make().
 Error with_place(Error error, const CameraPlaces& places) {
   const bool about_size = error.place.key == "resolution";
   const bool about_distortion = error.place.key == "distortion";
@@ -85,7 +83,7 @@ Error with_place(Error error, const CameraPlaces& places) {
   return error;
 }
 
-/// c_x or c_y in the file: of the decimals that come back as the same value, the shortest.
+/// c_x or c_y as in the file: the shortest decimal that reads back as the same value.
 std::string centre_text(double centre_px) {
   constexpr int kAllDigits = 17;
   const double in_file = centre_px - kHalfPixel;
@@ -145,7 +143,7 @@ namespace waymark {
 namespace internal {
 namespace {
 
-/// A matrix {rows, cols, data}: its numbers row by row, and where they stand.
+/// A matrix {rows, cols, data}: its numbers row by row, and their place.
 struct FileMatrix {
   YamlCursor data;
   std::vector<double> values;
@@ -186,7 +184,7 @@ Result<FileIntrinsics> intrinsics_of(const FileMatrix& K) {
   return FileIntrinsics{k[0], k[4], k[2], k[5]};
 }
 
-/// The projection of the rectified image is not used, but one for another resolution betrays mixed files.
+/// The projection of the rectified image is not used, but a different resolution indicates mixed files.
 Status check_projection(const FileMatrix& P, const FileIntrinsics& k, std::int64_t width,
                         std::int64_t height) {
   const std::vector<double>& p = P.values;
@@ -201,8 +199,8 @@ Status check_projection(const FileMatrix& P, const FileIntrinsics& k, std::int64
       ErrorCode::InvalidArgument,
       fmt::format("the projection matrix is for images of about {:.0f}x{:.0f}, not {}x{}",
                   scale * static_cast<double>(width), scale * static_cast<double>(height), width, height),
-      "Take camera_matrix and projection_matrix from the same calibration, with the resolution it was made "
-      "for.");
+      "Take camera_matrix and projection_matrix from the same calibration, with the resolution of the "
+      "calibration.");
 }
 
 Status check_rectification(const YamlCursor& root, const FileIntrinsics& k, std::int64_t width,
@@ -300,7 +298,7 @@ const std::vector<std::string>& known_keys() {
       "T_cn_cnm1",
       "timeshift_cam_imu",
       "cam_overlaps",
-      // TagSLAM's own
+      // keys of TagSLAM
       "tagtopic",
       "rig_body",
       "wiggle_rotation",
@@ -338,7 +336,7 @@ Result<std::array<std::int64_t, 2>> read_resolution(const YamlCursor& cursor) {
   return sides;
 }
 
-/// Four rows of four numbers that are a rotation and a translation.
+/// Reads four rows of four numbers that form a rotation and a translation.
 Result<std::optional<Eigen::Matrix4d>> read_transform(const YamlCursor& entry, const char* key) {
   const auto cursor = entry.find(key);
   if (!cursor) return std::optional<Eigen::Matrix4d>();
@@ -353,7 +351,7 @@ Result<std::optional<Eigen::Matrix4d>> read_transform(const YamlCursor& entry, c
     if (!row) return tl::unexpected<Error>(row.error());
     T.row(static_cast<Eigen::Index>(i)) = Eigen::Map<const Eigen::RowVector4d>(row->data());
   }
-  constexpr double kTolerance = 1e-3;  // matrices typed with three or four digits are meant well
+  constexpr double kTolerance = 1e-3;  // accepts matrices typed with three or four digits
   const Eigen::Matrix3d R = T.topLeftCorner<3, 3>();
   const bool rotates = (R.transpose() * R - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < kTolerance &&
                        R.col(0).dot(R.col(1).cross(R.col(2))) > 0.0;
@@ -364,7 +362,7 @@ Result<std::optional<Eigen::Matrix4d>> read_transform(const YamlCursor& entry, c
   return std::optional<Eigen::Matrix4d>(T);
 }
 
-/// What a camera may have besides its intrinsics.
+/// Reads the optional keys of a camera besides its intrinsics.
 Result<NamedCamera> read_extras(const YamlCursor& entry, NamedCamera named) {
   const auto imu = read_transform(entry, "T_cam_imu");
   if (!imu) return tl::unexpected<Error>(imu.error());
@@ -443,8 +441,8 @@ Result<std::string> to_camchain_yaml(const std::vector<NamedCamera>& cameras) {
     const auto* radtan = std::get_if<PinholeRadtan>(&camera.projection());
     if (radtan != nullptr && radtan->coefficients == 8) {
       return fail(ErrorCode::Unsupported,
-                  fmt::format("a camchain cannot hold the rational model of camera '{}'", named.name), {},
-                  "Write it as camera_info YAML.");
+                  fmt::format("camchains do not support the rational model of camera '{}'", named.name), {},
+                  "Write camera_info YAML instead.");
     }
     const auto [fx, fy, cx, cy] = internal::intrinsics_text(camera);
     const std::vector<double> d = internal::file_distortion(camera);
@@ -467,7 +465,7 @@ Result<std::string> to_camchain_yaml(const std::vector<NamedCamera>& cameras) {
 namespace internal {
 namespace {
 
-/// The first of these keys that is there.
+/// The first of these keys that exists.
 std::optional<YamlCursor> find_any(const YamlCursor& root, const std::vector<const char*>& keys) {
   for (const char* key : keys)
     if (auto found = root.find(key)) return found;
@@ -482,12 +480,11 @@ Result<YamlCursor> at_any(const YamlCursor& root, const std::vector<const char*>
 Result<std::int64_t> required_side(const YamlCursor& root, const char* key) {
   const auto side = root.find(key);
   if (side) return side->integer(1, kLargestSide);
-  return root.fail_here(
-      ErrorCode::NotFound, fmt::format("the key {} is missing", key),
-      "OpenCV's calibration program writes image_width and image_height: add them by hand.");
+  return root.fail_here(ErrorCode::NotFound, fmt::format("the key {} is missing", key),
+                        "Add image_width and image_height, which OpenCV's calibration program writes.");
 }
 
-/// Whether the file says that the lens is a fisheye: a number, as OpenCV writes truth.
+/// Whether the file marks the lens as a fisheye: a number, OpenCV's form of a bool.
 Result<bool> is_fisheye(const YamlCursor& root) {
   const auto flag = find_any(root, {"fisheye_model", "fisheye"});
   if (!flag) return false;
@@ -560,18 +557,18 @@ std::string to_opencv_yaml(const NamedCamera& named) {
 namespace waymark::internal {
 namespace {
 
-/// PhotonVision writes whole numbers as 1280.0.
+/// Reads an image side; PhotonVision writes integers as 1280.0.
 Result<std::int64_t> side_of(const YamlCursor& cursor) {
   const Result<double> value = cursor.number();
   if (!value) return tl::unexpected(value.error());
   const auto side =
       static_cast<std::int64_t>(std::min(std::max(*value, 0.0), static_cast<double>(kLargestSide)));
   if (static_cast<double>(side) != *value || side == 0)
-    return cursor.fail_here(ErrorCode::InvalidArgument, fmt::format("{} is no size in pixels", *value));
+    return cursor.fail_here(ErrorCode::InvalidArgument, fmt::format("{} is not a size in pixels", *value));
   return side;
 }
 
-/// An older PhotonVision called the distortion cameraExtrinsics.
+/// Older versions of PhotonVision call the distortion cameraExtrinsics.
 Result<YamlCursor> distortion_of(const YamlCursor& root) {
   const auto older = root.find("cameraExtrinsics");
   return older && !root.find("distCoeffs") ? Result<YamlCursor>(*older) : root.at("distCoeffs");
@@ -639,7 +636,7 @@ ordered_json matrix(int rows, std::size_t cols, const std::vector<double>& data)
 ordered_json point(const Eigen::Vector2d& p) { return {{"x", p.x()}, {"y", p.y()}}; }
 ordered_json point(const Eigen::Vector3d& p) { return {{"x", p.x()}, {"y", p.y()}, {"z", p.z()}}; }
 
-/// PhotonVision's observation, which has pixel centres at integers.
+/// An observation of PhotonVision, which has pixel centres at integers.
 ordered_json to_json(const CameraObservation& seen) {
   ordered_json places = ordered_json::array();
   ordered_json pixels = ordered_json::array();
@@ -647,7 +644,7 @@ ordered_json to_json(const CameraObservation& seen) {
   for (std::size_t i = 0; i < seen.seen_px.size(); ++i) {
     places.push_back(point(seen.target_points_m[i]));
     pixels.push_back(point(Eigen::Vector2d(seen.seen_px[i].array() - 0.5)));
-    errors.push_back(point(seen.errors_px[i]));  // what is not finite becomes null
+    errors.push_back(point(seen.errors_px[i]));  // non-finite values become null
   }
   const Eigen::Quaterniond q = seen.cam_T_target.rotation().quaternion();
   return {{"locationInObjectSpace", places},
@@ -666,8 +663,8 @@ Result<std::string> to_photonvision_json(const NamedCamera& named,
                                          const std::vector<CameraObservation>& observations) {
   const auto* radtan = std::get_if<PinholeRadtan>(&named.camera.projection());
   if (radtan == nullptr)
-    return fail(ErrorCode::Unsupported, "PhotonVision has no equidistant lens", {},
-                "Write it as opencv, ros or kalibr, or calibrate with `lens=rational8`.");
+    return fail(ErrorCode::Unsupported, "PhotonVision does not support the equidistant lens", {},
+                "Write opencv, ros or kalibr instead, or calibrate with `lens=rational8`.");
   std::vector<double> d = internal::file_distortion(named.camera);
   if (d.empty()) d.assign(5, 0.0);
   ordered_json json = {

@@ -8,32 +8,32 @@
 #include "waymark/config/exchange/camera_file.hpp"
 #include "waymark/config/yaml_tree.hpp"
 
-/// The formats of camera files, and what they share; for the readers in this room only. What writes a format
-/// is declared in camera_file.hpp.
+/// The formats of camera files and their shared parts, for the readers in this folder only. Writers are
+/// declared in camera_file.hpp.
 namespace waymark::internal {
 
-/// A side of an image in a camera file is no larger [px].
+/// Maximum side of an image in a camera file [px].
 inline constexpr std::int64_t kLargestSide = 1'000'000;
 
-/// Intrinsics as files have them: pixel centres at integers.
+/// Intrinsics as in files: pixel centres at integers.
 struct FileIntrinsics {
   double fx = 0, fy = 0, cx = 0, cy = 0;
 };
 
-/// Where the numbers of a camera stand, for the errors of CameraModel::make().
+/// Places of a camera's values in the file, for the errors of CameraModel::make().
 struct CameraPlaces {
   YamlCursor intrinsics;
   YamlCursor resolution;
   YamlCursor distortion;
 };
 
-/// The camera for a distortion model by its name in either format. `model` stands at its own cursor.
+/// The camera for a distortion model given by its name in either format. `model` is the cursor at the name.
 [[nodiscard]] Result<CameraModel> make_camera(const YamlCursor& model, const FileIntrinsics& intrinsics,
                                               const std::vector<double>& distortion, std::int64_t width_px,
                                               std::int64_t height_px, const CameraPlaces& places);
 
-/// fx, fy, cx, cy as the files have them; c_x and c_y are the shortest that read back as the same after 1/2
-/// is added.
+/// fx, fy, cx, cy as in files; c_x and c_y are the shortest decimals that read back as the same value after
+/// adding 1/2.
 [[nodiscard]] std::array<std::string, 4> intrinsics_text(const CameraModel& camera);
 /// The coefficients in the order of the file.
 [[nodiscard]] std::vector<double> file_distortion(const CameraModel& camera);

@@ -9,6 +9,7 @@
 
 #include "tests/support/camera_texts.hpp"
 #include "tests/support/data.hpp"
+#include "tests/support/golden_page.hpp"
 #include "waymark/config/exchange/camera_file.hpp"
 
 namespace waymark {
@@ -25,7 +26,7 @@ std::string chain_error(const std::string& from, const std::string& to, const ch
   return camera_error(exchanged(kCamchain, from, to), name);
 }
 
-TEST(Camchain, ReadsWhatKalibrWrites) {
+TEST(Camchain, ReadsACamchainOfKalibr) {
   const auto cameras = parse_cameras(kCamchain, "c.yaml");
   ASSERT_TRUE(cameras) << to_string(cameras.error());
   ASSERT_THAT(*cameras, SizeIs(2));
@@ -46,15 +47,19 @@ TEST(Camchain, ReadsWhatKalibrWrites) {
   EXPECT_EQ((*second.cam_T_previous)(0, 3), -0.064);
 }
 
-TEST(Camchain, AsksWhichCameraIsMeant) {
-  EXPECT_EQ(camera_error(kCamchain), "c.yaml:1: the file holds 2 cameras. Choose one of cam0, cam1.");
-  EXPECT_EQ(camera_error(kCamchain, "cam2"), "c.yaml:1: no camera 'cam2' in the file. There is cam0, cam1.");
-  EXPECT_EQ(camera_error(kCameraInfo, "cam0"), "c.yaml:1: no camera 'cam0' in the file. There is dabai.");
+TEST(Camchain, RequiresTheChoiceOfACamera) {
+  EXPECT_TRUE((camera_error(kCamchain)).starts_with("c.yaml:1: "));
+  EXPECT_NE((camera_error(kCamchain)).find("2 cameras"), std::string::npos);
+  testing::expect_on_page("config", camera_error(kCamchain));
+  EXPECT_TRUE((camera_error(kCamchain, "cam2")).starts_with("c.yaml:1: "));
+  testing::expect_on_page("config", camera_error(kCamchain, "cam2"));
+  EXPECT_TRUE((camera_error(kCameraInfo, "cam0")).starts_with("c.yaml:1: "));
+  testing::expect_on_page("config", camera_error(kCameraInfo, "cam0"));
   EXPECT_EQ(camera_error(kCameraInfo, "dabai"), "");
   EXPECT_EQ(camera_error(kCamchain, "cam1"), "");
 }
 
-TEST(Camchain, OnlyTheChosenCameraMustBeUsable) {
+TEST(Camchain, OnlyTheChosenCameraMustBeValid) {
   const std::string text = exchanged(kCamchain, "equidistant", "fov");
   EXPECT_EQ(camera_error(text, "cam1"), "");
   EXPECT_THAT(camera_error(text, "cam0"),
@@ -62,37 +67,46 @@ TEST(Camchain, OnlyTheChosenCameraMustBeUsable) {
   EXPECT_FALSE(parse_cameras(text, "c.yaml"));
 }
 
-TEST(Camchain, SaysWhatIsWrong) {
-  EXPECT_EQ(chain_error("rostopic", "rostopik", "cam0"),
-            "c.yaml:13 (cam0.rostopik): unknown key 'rostopik'. Did you mean 'rostopic'?");
-  EXPECT_EQ(chain_error("  resolution: [640, 480]\n", ""),
-            "c.yaml:16 (cam1.resolution): 'resolution' is missing. Add `resolution:` with its value.");
-  EXPECT_EQ(chain_error("[640, 480]", "[640]"), "c.yaml:21 (cam1.resolution): 1 numbers where 2 are needed");
-  EXPECT_EQ(chain_error("[640, 480]", "[640, 480.5]"),
-            "c.yaml:21 (cam1.resolution[1]): '480.5' is not a whole number");
-  EXPECT_EQ(chain_error("[500.0, 501.0, 319.5, 239.5]", "[500.0, 501.0, 319.5]"),
-            "c.yaml:20 (cam1.intrinsics): 3 numbers where 4 are needed");
+TEST(Camchain, ReportsErrors) {
+  EXPECT_TRUE((chain_error("rostopic", "rostopik", "cam0")).starts_with("c.yaml:13 (cam0.rostopik): "));
+  testing::expect_on_page("config", chain_error("rostopic", "rostopik", "cam0"));
+  EXPECT_TRUE((chain_error("  resolution: [640, 480]\n", "")).starts_with("c.yaml:16 (cam1.resolution): "));
+  testing::expect_on_page("config", chain_error("  resolution: [640, 480]\n", ""));
+  EXPECT_TRUE((chain_error("[640, 480]", "[640]")).starts_with("c.yaml:21 (cam1.resolution): "));
+  EXPECT_NE((chain_error("[640, 480]", "[640]")).find("1 numbers"), std::string::npos);
+  testing::expect_on_page("config", chain_error("[640, 480]", "[640]"));
+  EXPECT_TRUE((chain_error("[640, 480]", "[640, 480.5]")).starts_with("c.yaml:21 (cam1.resolution[1]): "));
+  EXPECT_NE((chain_error("[640, 480]", "[640, 480.5]")).find("480.5"), std::string::npos);
+  testing::expect_on_page("config", chain_error("[640, 480]", "[640, 480.5]"));
+  EXPECT_TRUE((chain_error("[500.0, 501.0, 319.5, 239.5]", "[500.0, 501.0, 319.5]"))
+                  .starts_with("c.yaml:20 (cam1.intrinsics): "));
+  EXPECT_NE((chain_error("[500.0, 501.0, 319.5, 239.5]", "[500.0, 501.0, 319.5]")).find("3 numbers"),
+            std::string::npos);
+  testing::expect_on_page("config", chain_error("[500.0, 501.0, 319.5, 239.5]", "[500.0, 501.0, 319.5]"));
   EXPECT_THAT(chain_error("[500.0,", "[-500.0,"),
               StartsWith("c.yaml:20 (cam1.intrinsics): fx: the focal length -500 is not possible."));
-  EXPECT_EQ(chain_error("radtan", "radtn"),
-            "c.yaml:19 (cam1.distortion_model): unknown distortion model 'radtn'. Did you mean 'radtan'?");
-  EXPECT_EQ(chain_error("radtan", "none"),
-            "c.yaml:18 (cam1.distortion_coeffs): 4 distortion coefficients, but the model 'none' has 0. "
-            "4 coefficients belong to plumb_bob, radtan, equidistant, fisheye.");
-  EXPECT_EQ(chain_error("camera_model: pinhole", "camera_model: omni", "cam0"),
-            "c.yaml:8 (cam0.camera_model): the camera model 'omni' is not supported. Calibrate with "
-            "pinhole-radtan, or "
-            "pinhole-equi for a fisheye.");
-  EXPECT_EQ(chain_error("camera_model: pinhole", "camera_model: pinhol", "cam0"),
-            "c.yaml:8 (cam0.camera_model): unknown camera model 'pinhol'. Did you mean 'pinhole'?");
-  EXPECT_EQ(chain_error("[0.0, 0.0, 1.0, 0.03]", "[0.0, 0.0, -1.0, 0.03]", "cam0"),
-            "c.yaml:3 (cam0.T_cam_imu): not a rotation and a translation. Its rows are [R t] with a rotation "
-            "R, and [0, 0, 0, "
-            "1].");
-  EXPECT_EQ(chain_error("  - [0.0, 0.0, 1.0, 0.03]\n", "", "cam0"),
-            "c.yaml:3 (cam0.T_cam_imu): not a 4x4 matrix. Give four rows of four numbers.");
-  EXPECT_EQ(chain_error("cam1:", "Cam1: {}\ncam1:"),
-            "c.yaml:15 (Cam1): unknown key 'Cam1'. Did you mean 'cam1'?");
+  EXPECT_TRUE((chain_error("radtan", "radtn")).starts_with("c.yaml:19 (cam1.distortion_model): "));
+  testing::expect_on_page("config", chain_error("radtan", "radtn"));
+  EXPECT_TRUE((chain_error("radtan", "none")).starts_with("c.yaml:18 (cam1.distortion_coeffs): "));
+  EXPECT_NE((chain_error("radtan", "none")).find("4 distortion"), std::string::npos);
+  testing::expect_on_page("config", chain_error("radtan", "none"));
+  EXPECT_TRUE((chain_error("camera_model: pinhole", "camera_model: omni", "cam0"))
+                  .starts_with("c.yaml:8 (cam0.camera_model): "));
+  testing::expect_on_page("config", chain_error("camera_model: pinhole", "camera_model: omni", "cam0"));
+  EXPECT_TRUE((chain_error("camera_model: pinhole", "camera_model: pinhol", "cam0"))
+                  .starts_with("c.yaml:8 (cam0.camera_model): "));
+  testing::expect_on_page("config", chain_error("camera_model: pinhole", "camera_model: pinhol", "cam0"));
+  EXPECT_TRUE((chain_error("[0.0, 0.0, 1.0, 0.03]", "[0.0, 0.0, -1.0, 0.03]", "cam0"))
+                  .starts_with("c.yaml:3 (cam0.T_cam_imu): "));
+  EXPECT_NE((chain_error("[0.0, 0.0, 1.0, 0.03]", "[0.0, 0.0, -1.0, 0.03]", "cam0")).find("[R t]"),
+            std::string::npos);
+  testing::expect_on_page("config", chain_error("[0.0, 0.0, 1.0, 0.03]", "[0.0, 0.0, -1.0, 0.03]", "cam0"));
+  EXPECT_TRUE(
+      (chain_error("  - [0.0, 0.0, 1.0, 0.03]\n", "", "cam0")).starts_with("c.yaml:3 (cam0.T_cam_imu): "));
+  EXPECT_NE((chain_error("  - [0.0, 0.0, 1.0, 0.03]\n", "", "cam0")).find("4x4 matrix"), std::string::npos);
+  testing::expect_on_page("config", chain_error("  - [0.0, 0.0, 1.0, 0.03]\n", "", "cam0"));
+  EXPECT_TRUE((chain_error("cam1:", "Cam1: {}\ncam1:")).starts_with("c.yaml:15 (Cam1): "));
+  testing::expect_on_page("config", chain_error("cam1:", "Cam1: {}\ncam1:"));
 }
 
 TEST(Camchain, WithoutDistortionNeedsNoCoefficients) {
@@ -134,7 +148,7 @@ CameraModel fisheye() {
       Equidistant{.fx = 400.5, .fy = 401.25, .cx = 639.9, .cy = 361.1, .k = {-0.02, 0.01, -0.004, 0.001}});
 }
 
-TEST(OpencvYaml, GainsHalfAPixelWhenRead) {
+TEST(OpencvYaml, AddsHalfAPixelOnReading) {
   const auto camera = parse_camera(
       "%YAML:1.0\n---\ncalibration_time: \"today\"\nimage_width: 640\nimage_height: 480\ncamera_matrix: "
       "!!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: [ 5.0e+02, 0., 319.25, 0., 501., 239.75, "
@@ -150,7 +164,7 @@ TEST(OpencvYaml, GainsHalfAPixelWhenRead) {
   EXPECT_EQ(camera->camera.width_px(), 640);
 }
 
-TEST(OpencvYaml, ReadsBackWhatItWrote) {
+TEST(OpencvYaml, RoundTrips) {
   std::vector<CameraModel> all = models();
   all.push_back(fisheye());
   for (const CameraModel& camera : all) {
@@ -161,7 +175,7 @@ TEST(OpencvYaml, ReadsBackWhatItWrote) {
   }
 }
 
-TEST(OpencvYaml, SaysWhatIsMissing) {
+TEST(OpencvYaml, ReportsMissingKeys) {
   std::string text = to_opencv_yaml({.name = "cam", .camera = models().front()});
   text.replace(text.find("image_width"), 11, "image_breit");
   const auto camera = parse_camera(text, "c.yaml");
@@ -169,7 +183,7 @@ TEST(OpencvYaml, SaysWhatIsMissing) {
   EXPECT_THAT(to_string(camera.error()), HasSubstr("image_width"));
 }
 
-TEST(PhotonvisionJson, ReadsBackWhatItWrote) {
+TEST(PhotonvisionJson, RoundTrips) {
   const CameraObservation seen{.picture = "1.png",
                                .cam_T_target = SE3({}, {0.1, 0, 1}),
                                .target_points_m = {{0, 0, 0}},
@@ -183,7 +197,7 @@ TEST(PhotonvisionJson, ReadsBackWhatItWrote) {
     const auto back = parse_camera(*text, "c.json");
     ASSERT_TRUE(back) << to_string(back.error()) << *text;
     EXPECT_EQ(back->camera.width_px(), 1280);
-    // PhotonVision knows five coefficients or eight.
+    // PhotonVision supports five or eight coefficients.
     auto expected = std::get<PinholeRadtan>(camera.projection());
     auto found = std::get<PinholeRadtan>(back->camera.projection());
     found.coefficients = expected.coefficients;
@@ -201,7 +215,7 @@ std::string calibration(const std::string& more = "") {
          more + "}";
 }
 
-TEST(Photonvision, GainsHalfAPixelWhenRead) {
+TEST(Photonvision, AddsHalfAPixelOnReading) {
   const auto camera =
       parse_camera(calibration(R"(,"perViewErrors":[0.4],"standardDeviation":0.06)"), "c.json");
   ASSERT_TRUE(camera) << to_string(camera.error());
@@ -216,7 +230,7 @@ TEST(Photonvision, GainsHalfAPixelWhenRead) {
   EXPECT_EQ(camera->camera.projection(), CameraModel::Projection(expected));
 }
 
-TEST(Photonvision, PassesOverMegabytesOfObservations) {
+TEST(Photonvision, SkipsMegabytesOfObservations) {
   std::string points;
   for (int i = 0; i < 200'000; ++i) points += R"({"x":1.5,"y":2.5,"z":[0,{"deep":1}]},)";
   const auto camera = parse_camera(
@@ -225,7 +239,7 @@ TEST(Photonvision, PassesOverMegabytesOfObservations) {
   EXPECT_EQ(camera->camera.width_px(), 1280);
 }
 
-TEST(Photonvision, SaysWhatIsWrong) {
+TEST(Photonvision, ReportsErrors) {
   const auto lens = parse_camera(calibration(R"(,"lensmodel":"LENSMODEL_SPLINED_STEREOGRAPHIC")"), "c.json");
   ASSERT_FALSE(lens);
   EXPECT_THAT(to_string(lens.error()), HasSubstr("LENSMODEL_SPLINED"));

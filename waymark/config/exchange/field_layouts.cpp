@@ -59,7 +59,7 @@ Result<FamilyId> family_of(const YamlCursor& at) {
     if (*name == text) return family;
     known.emplace_back(text);
   }
-  return at.fail_here(ErrorCode::Unsupported, fmt::format("'{}' is no family that is known here", *name),
+  return at.fail_here(ErrorCode::Unsupported, fmt::format("unsupported family '{}'", *name),
                       fmt::format("Known: {}.", fmt::join(known, ", ")));
 }
 
@@ -80,7 +80,7 @@ Status read_fiducial(const YamlCursor& entry, TagMap& map) {
   const auto size_mm = entry.read_at("size", &YamlCursor::number);
   if (!size_mm) return tl::unexpected(size_mm.error());
   if (!is_tag_size(kMillimetre * *size_mm))
-    return entry.at("size")->fail_here(ErrorCode::InvalidArgument, "a tag has a size greater than 0");
+    return entry.at("size")->fail_here(ErrorCode::InvalidArgument, "the tag size must be greater than 0");
   const auto pose = entry.read_at("transform", pose_of);
   if (!pose) return tl::unexpected(pose.error());
   const TagId tag{*family, static_cast<int>(*id)};
@@ -106,7 +106,7 @@ Result<TagMap> parse_fmap(std::string_view text, const std::string& source) {
   TagMap map;
   for (const YamlCursor& entry : fiducials->children())
     if (Status status = read_fiducial(entry, map); !status) return tl::unexpected(status.error());
-  if (map.tags.empty()) return fail(ErrorCode::NotFound, "this field map has no tags", {.source = source});
+  if (map.tags.empty()) return fail(ErrorCode::NotFound, "the field map has no tags", {.source = source});
   return map;
 }
 
@@ -119,7 +119,7 @@ Result<std::string> to_fmap(const TagMap& map, const std::optional<FieldSize>& f
       if (known == id.family) family = text;
     if (family == nullptr)
       return fail(ErrorCode::Unsupported,
-                  fmt::format("Limelight has no name for the family of {}", to_string(id)));
+                  fmt::format("Limelight does not support the family of {}", to_string(id)));
     const Eigen::Matrix4d T =
         SE3(tag.map_T_tag.rotation() * wpilib_R_tag().inverse(), tag.map_T_tag.translation()).matrix();
     std::vector<std::string> numbers;
@@ -144,7 +144,7 @@ namespace {
 constexpr double kInch_m = 0.0254;
 constexpr int kCodes = 587;  // of tag36h11
 
-/// The first line, in small letters and without spaces.
+/// The first line in lower case without spaces.
 std::string header_of(std::string_view text) {
   std::string header;
   for (const char c : text.substr(0, text.find('\n')))
@@ -225,6 +225,10 @@ Result<TagMap> parse_layout_csv(std::string_view text, const std::string& source
 
 }  // namespace
 
+std::string note_of_assumed_size(const std::string& source, double size_m) {
+  return fmt::format("{} does not contain the tag size; assumed {} m (set `tag_size_m`)", source, size_m);
+}
+
 bool looks_like_wpilib_layout(std::string_view text) {
   if (looks_like_json(text)) return text.find("\"tags\"") != std::string_view::npos;
   return is_layout_header(header_of(text));
@@ -236,7 +240,7 @@ Result<TagMap> parse_wpilib_layout(std::string_view text, const std::string& sou
   Result<TagMap> map = looks_like_json(text) ? parse_layout_json(text, source, size_m)
                                              : parse_layout_csv(text, source, size_m);
   if (map && map->tags.empty())
-    return fail(ErrorCode::NotFound, "this layout has no tags", {.source = source});
+    return fail(ErrorCode::NotFound, "the layout has no tags", {.source = source});
   return map;
 }
 

@@ -1,4 +1,4 @@
-// Limelight's field maps: the same tags as in WPILib's layout of the same field.
+// Field maps of Limelight: the same tags as in WPILib's layout of the same field.
 #include "waymark/config/exchange/field_layouts.hpp"
 
 #include <gmock/gmock.h>
@@ -14,13 +14,13 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// Tag 1 of the field of 2024, as Limelight publishes it: from the middle of the field, in millimetres and
+/// Tag 1 of the field of 2024 as published by Limelight: from the centre of the field, in millimetres and
 /// metres.
 constexpr const char* kFmap = R"({"type": "frc", "fiducials": [{"family": "apriltag3_36h11_classic", "id": 1,
   "size": 165.1, "unique": true, "transform": [-0.5, -0.866025, 0, 6.808597, 0.866025, -0.5, 0, -3.859403,
   0, 0, 1, 1.355852, 0, 0, 0, 1]}]})";
 
-TEST(FmapLayout, StandsWhereTheLayoutOfWpilibHasItButForTheOrigin) {
+TEST(FmapLayout, MatchesTheWpilibLayoutExceptForTheOrigin) {
   const auto fmap = parse_fmap(kFmap, "field.fmap");
   ASSERT_TRUE(fmap) << to_string(fmap.error());
   const MappedTag* tag = fmap->find({FamilyId::Tag36h11, 1});
@@ -34,11 +34,11 @@ TEST(FmapLayout, StandsWhereTheLayoutOfWpilibHasItButForTheOrigin) {
   const MappedTag* same = layout->find({FamilyId::Tag36h11, 1});
   ASSERT_NE(same, nullptr);
   EXPECT_LT((same->map_T_tag.rotation().inverse() * tag->map_T_tag.rotation()).log().norm(), 1e-5);
-  const Eigen::Vector3d middle(16.541 / 2, 8.211 / 2, 0);  // of that field
+  const Eigen::Vector3d middle(16.541 / 2, 8.211 / 2, 0);  // centre of that field
   EXPECT_LT((same->map_T_tag.translation() - middle - tag->map_T_tag.translation()).norm(), 1e-3);
 }
 
-TEST(FmapLayout, ComesBackAsItWasWritten) {
+TEST(FmapLayout, RoundTrips) {
   TagMap map;
   map.tags[{FamilyId::Tag16h5, 3}] = {SE3(SO3::from_rpy(0.1, -0.2, 2), {1, 2, 0.3}), 0.152};
   map.tags[{FamilyId::Tag36h11, 3}] = {SE3(SO3::from_rpy(-1, 0.4, 0.3), {-1, 0, 2}), 0.1651};
@@ -56,7 +56,7 @@ TEST(FmapLayout, ComesBackAsItWasWritten) {
   EXPECT_EQ(parse_landmarks(*text, "again.fmap")->format, "fmap");
 }
 
-TEST(FmapLayout, SaysWhatIsWrongAndWhere) {
+TEST(FmapLayout, ReportsErrorsWithTheirPlace) {
   const auto error_of = [](const std::string& text) {
     const auto map = parse_fmap(text, "field.fmap");
     return map ? std::string() : to_string(map.error());
@@ -81,7 +81,7 @@ TEST(FmapLayout, SaysWhatIsWrongAndWhere) {
 
 using ::testing::HasSubstr;
 
-/// One tag on the far wall (x = 4) that looks back along -x: yaw 180 degrees there.
+/// One tag on the far wall (x = 4) that faces -x: yaw 180 degrees in WPILib.
 constexpr const char* kJson =
     R"({"tags":[{"ID":7,"pose":{"translation":{"x":4.0,"y":1.0,"z":1.5},
   "rotation":{"quaternion":{"W":0.0,"X":0.0,"Y":0.0,"Z":1.0}}}}],"field":{"length":8.0,"width":4.0}})";
@@ -91,14 +91,14 @@ void expect_axis(const SE3& map_T_tag, const Eigen::Vector3d& of_tag, const Eige
       << (map_T_tag.rotation() * of_tag).transpose();
 }
 
-TEST(WpilibLayout, TurnsTheAxesOfTheTag) {
+TEST(WpilibLayout, ConvertsTheTagAxes) {
   const auto map = parse_wpilib_layout(kJson, "field.json");
   ASSERT_TRUE(map) << to_string(map.error());
   const MappedTag* tag = map->find({FamilyId::Tag36h11, 7});
   ASSERT_NE(tag, nullptr);
   EXPECT_DOUBLE_EQ(tag->size_m, 0.1651);
   EXPECT_LT((tag->map_T_tag.translation() - Eigen::Vector3d(4, 1, 1.5)).norm(), 1e-12);
-  // A reader stands at x < 4 and looks along +x: into the wall is +x, to the right is -y, down is -z.
+  // A viewer at x < 4 looks along +x: into the wall is +x, right is -y, down is -z.
   expect_axis(tag->map_T_tag, Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitX());
   expect_axis(tag->map_T_tag, Eigen::Vector3d::UnitX(), -Eigen::Vector3d::UnitY());
   expect_axis(tag->map_T_tag, Eigen::Vector3d::UnitY(), -Eigen::Vector3d::UnitZ());
@@ -111,12 +111,12 @@ TEST(WpilibLayout, CsvIsInInchesAndDegrees) {
   const MappedTag& tag = map->tags.begin()->second;
   EXPECT_DOUBLE_EQ(tag.size_m, 0.2);
   EXPECT_LT((tag.map_T_tag.translation() - Eigen::Vector3d(9.27608, 6.137656, 1.867916)).norm(), 1e-9);
-  // It looks along +x and leans down by 30 degrees: what goes into it points back and up.
+  // It faces +x and leans down by 30 degrees: its inward normal points back and up.
   expect_axis(tag.map_T_tag, Eigen::Vector3d::UnitZ(), Eigen::Vector3d(-std::cos(M_PI / 6), 0, 0.5));
   EXPECT_TRUE(parse_wpilib_layout("ID,X,Y,Z,Rotation\n1,593.68,9.68,53.38,120\n", "2024.csv"));
 }
 
-TEST(WpilibLayout, WrittenReadsBackAsTheSamePlaces) {
+TEST(WpilibLayout, RoundTrips) {
   const auto map = parse_wpilib_layout(kJson, "field.json");
   ASSERT_TRUE(map);
   const auto again = parse_wpilib_layout(to_wpilib_layout(*map), "again.json");
@@ -126,7 +126,7 @@ TEST(WpilibLayout, WrittenReadsBackAsTheSamePlaces) {
   EXPECT_LT((a.inverse() * b).log().norm(), 1e-12);
 }
 
-TEST(WpilibLayout, TheSizeOfTheFieldIsKeptFromFormToForm) {
+TEST(WpilibLayout, KeepsTheFieldSizeBetweenForms) {
   const FieldSize field{8, 4};
   const auto read = parse_any_map(kJson, "field.json");
   ASSERT_TRUE(read) << to_string(read.error());
@@ -147,7 +147,7 @@ TEST(WpilibLayout, TheSizeOfTheFieldIsKeptFromFormToForm) {
     EXPECT_FALSE(field_size_of(none)) << none;
 }
 
-TEST(WpilibLayout, IsTakenWhereMapsAreTaken) {
+TEST(WpilibLayout, IsAcceptedAsAMap) {
   const auto any = parse_any_map(kJson, "field.json");
   ASSERT_TRUE(any) << to_string(any.error());
   EXPECT_EQ(any->form, MapForm::Wpilib);
@@ -156,9 +156,11 @@ TEST(WpilibLayout, IsTakenWhereMapsAreTaken) {
   const auto landmarks = parse_landmarks(kJson, "field.json");
   ASSERT_TRUE(landmarks) << to_string(landmarks.error());
   EXPECT_EQ(landmarks->format, "wpilib");
+  EXPECT_THAT(landmarks->notes, ::testing::ElementsAre(HasSubstr("0.1651 m")));
+  EXPECT_TRUE(parse_landmarks(kJson, "field.json", 0.2)->notes.empty());
 }
 
-TEST(WpilibLayout, SaysWhereItIsWrong) {
+TEST(WpilibLayout, ReportsErrorsWithTheirPlace) {
   const auto missing = parse_wpilib_layout("{\n\"tags\": [\n{\"ID\": 3}]}", "field.json");
   ASSERT_FALSE(missing);
   EXPECT_EQ(missing.error().place.line, 3);
@@ -173,7 +175,7 @@ TEST(WpilibLayout, ReadsTheFieldOf2024) {
   const auto map = read_any_map(folder / "2024-crescendo.json");
   ASSERT_TRUE(map) << to_string(map.error());
   EXPECT_EQ(map->map.tags.tags.size(), 16U);
-  // Tags 3 and 4 hang side by side on the wall x = 16.579 m, 0.565 m apart, and are read from the field.
+  // Tags 3 and 4 are side by side on the wall x = 16.579 m, 0.565 m apart, and are read from the field.
   const SE3& third = map->map.tags.find({FamilyId::Tag36h11, 3})->map_T_tag;
   const SE3& fourth = map->map.tags.find({FamilyId::Tag36h11, 4})->map_T_tag;
   EXPECT_NEAR((third.inverse() * fourth).translation().x(), -0.56515, 1e-9);

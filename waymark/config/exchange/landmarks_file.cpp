@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::size_t kMaxLandmarkBytes = std::size_t{1} << 26U;
 
-/// Where the columns stand.
+/// Indices of the columns.
 struct Columns {
   std::size_t id = 0;
   std::size_t x = 0;
@@ -39,8 +39,8 @@ Result<Columns> columns_of(const CsvTable& table) {
   const auto x = column_of(table, {"x_m", "x"});
   const auto y = column_of(table, {"y_m", "y"});
   if (id && x && y) return Columns{*id, *x, *y};
-  return fail(ErrorCode::Unreadable, "these columns are none of a map of points",
-              {.source = table.source, .line = 1}, "The first line names id, x and y.");
+  return fail(ErrorCode::Unreadable, "not the columns of a map of points",
+              {.source = table.source, .line = 1}, "The first line must contain id, x and y.");
 }
 
 Result<LandmarkPoint> point_of(const CsvTable& table, const CsvRow& row, const Columns& columns) {
@@ -73,7 +73,7 @@ Result<LandmarksFile> parse_points(std::string_view text, const std::string& sou
   return LandmarksFile{std::move(*landmarks), {}, "points"};
 }
 
-/// "tag_3" means 3.
+/// "tag_3" gives 3.
 std::optional<int> number_in(std::string_view key) {
   std::size_t begin = key.size();
   while (begin > 0 && key[begin - 1] >= '0' && key[begin - 1] <= '9') --begin;
@@ -82,7 +82,7 @@ std::optional<int> number_in(std::string_view key) {
   return error == std::errc() ? std::optional(number) : std::nullopt;
 }
 
-/// [x, y, z, yaw] of the middle of a board; yaw is the heading of a robot that looks straight at it.
+/// [x, y, z, yaw] of the centre of a board; yaw is the heading of a robot that faces it.
 Result<SE3> academy_pose(const YamlCursor& cursor) {
   const Result<std::vector<double>> n = cursor.exactly_numbers(4);
   if (!n) return tl::unexpected(n.error());
@@ -92,6 +92,9 @@ Result<SE3> academy_pose(const YamlCursor& cursor) {
   constexpr double kHalfBoard = 0.01;
   return SE3(SO3::from_matrix(R), Eigen::Vector3d((*n)[0], (*n)[1], (*n)[2]) - kHalfBoard * R.col(2));
 }
+
+/// Side of the black square of tags in the Robotics Academy's worlds; its files do not contain it.
+constexpr double kAcademyTagSize_m = 0.24;
 
 Status read_academy(const YamlCursor& cursor, std::optional<double> tag_size_m, TagMap& map) {
   const std::vector<YamlCursor> values = cursor.children();
@@ -112,14 +115,16 @@ Status read_academy(const YamlCursor& cursor, std::optional<double> tag_size_m, 
     const Result<SE3> map_T_tag = academy_pose(pose);
     if (!map_T_tag) return tl::unexpected(map_T_tag.error());
     const TagId tag{.number = *number};
-    if (!map.tags.emplace(tag, MappedTag{.map_T_tag = *map_T_tag, .size_m = tag_size_m.value_or(0.24)})
+    if (!map.tags
+             .emplace(tag,
+                      MappedTag{.map_T_tag = *map_T_tag, .size_m = tag_size_m.value_or(kAcademyTagSize_m)})
              .second)
       return pose.fail_here(ErrorCode::InvalidArgument, fmt::format("tag {} is given twice", *number));
   }
   return {};
 }
 
-/// The first line that is no comment.
+/// The first line that is not a comment.
 std::string_view first_line(std::string_view text) {
   while (text.starts_with('#')) text.remove_prefix(std::min(text.find('\n'), text.size() - 1) + 1);
   return text.substr(0, text.find('\n'));
@@ -130,11 +135,13 @@ std::string_view first_line(std::string_view text) {
 Result<LandmarksFile> parse_landmarks(std::string_view text, const std::string& source,
                                       std::optional<double> tag_size_m) {
   if (tag_size_m && !is_tag_size(*tag_size_m))
-    return fail(ErrorCode::InvalidArgument, "a tag has a size greater than 0", {.key = "tag_size_m"});
+    return fail(ErrorCode::InvalidArgument, "the tag size must be greater than 0", {.key = "tag_size_m"});
   if (looks_like_wpilib_layout(text)) {
     const Result<TagMap> layout = parse_wpilib_layout(text, source, tag_size_m);
     if (!layout) return tl::unexpected(layout.error());
-    return LandmarksFile{Landmarks(*layout), *layout, "wpilib", field_size_of(text)};
+    LandmarksFile file{Landmarks(*layout), *layout, "wpilib", field_size_of(text)};
+    if (!tag_size_m) file.notes.push_back(note_of_assumed_size(source, kWpilibTagSize_m));
+    return file;
   }
   if (looks_like_fmap(text)) {
     const Result<TagMap> field = parse_fmap(text, source);
@@ -157,11 +164,12 @@ Result<LandmarksFile> parse_landmarks(std::string_view text, const std::string& 
     if (Status status = read_academy(root, tag_size_m, file.tags); !status)
       return tl::unexpected(status.error());
   if (file.tags.tags.empty())
-    return fail(ErrorCode::Unreadable, "not a map of tags that is known here", {.source = source},
-                "Known: map.yaml of `waymark map`, apriltags_poses.yaml of the Robotics Academy, field "
+    return fail(ErrorCode::Unreadable, "not a map in a supported format", {.source = source},
+                "Supported: map.yaml of `waymark map`, apriltags_poses.yaml of the Robotics Academy, field "
                 "layouts of WPILib "
                 "(JSON, CSV), field maps of Limelight (FMAP), CSV with id, x, y.");
   file.landmarks = Landmarks(file.tags);
+  if (!tag_size_m) file.notes.push_back(note_of_assumed_size(source, kAcademyTagSize_m));
   return file;
 }
 
@@ -170,7 +178,7 @@ Result<LandmarksFile> read_landmarks(const std::filesystem::path& path, std::opt
   const std::filesystem::path file = map_file_of(path);
   const std::filesystem::path inner = path / "map" / "map.yaml";
   if (file != path && !std::filesystem::exists(file, ignored) && std::filesystem::exists(inner, ignored))
-    return fail(ErrorCode::NotFound, "the folder holds no map.yaml", {.source = path.string()},
+    return fail(ErrorCode::NotFound, "the folder contains no map.yaml", {.source = path.string()},
                 fmt::format("Did you mean {}?", inner.parent_path().string()));
   const Result<std::string> text = read_text_file(file, kMaxLandmarkBytes);
   if (!text) return tl::unexpected(text.error());

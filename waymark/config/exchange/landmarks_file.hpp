@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "waymark/base/error.hpp"
 #include "waymark/config/exchange/field_layouts.hpp"
@@ -11,19 +12,20 @@
 
 namespace waymark {
 
-/// The known places of a map file, and the tags with poses where it has such.
+/// The landmarks of a map file, and the tags with poses if it has any.
 struct LandmarksFile {
   Landmarks landmarks{};
   TagMap tags{};
   std::string format{};              ///< "waymark", "academy", "wpilib", "fmap", "points"
-  std::optional<FieldSize> field{};  ///< where the file states it
+  std::optional<FieldSize> field{};  ///< if given in the file
+  std::vector<std::string> notes{};  ///< assumed values that are not in the file: the tag size
 };
 
-/// A map of any kind that can be localised in, told by its content (docs/formats/map.md, "Maps of others"):
-/// our map.yaml, or the folder it is in; apriltags_poses.yaml of the Robotics Academy (its places are the
-/// middles of boards 20 mm thick: the face is 10 mm nearer); a field layout of WPILib (JSON or its CSV); a
-/// field map of Limelight (FMAP); CSV with columns id (or landmark), x (x_m), y (y_m). `tag_size_m` is the
-/// size of tags whose file does not say it. Errors have file, line and key.
+/// Reads a map of any kind that can be used for localisation, recognised by its content (docs/formats/map.md,
+/// "Maps of others"): map.yaml, or its folder; apriltags_poses.yaml of the Robotics Academy (its positions
+/// are the centres of boards 20 mm thick, so the face is 10 mm nearer); a field layout of WPILib (JSON or its
+/// CSV); a field map of Limelight (FMAP); CSV with columns id (or landmark), x (x_m), y (y_m). `tag_size_m`
+/// is the tag size if the file does not contain it. Errors have file, line and key.
 [[nodiscard]] Result<LandmarksFile> read_landmarks(const std::filesystem::path& path,
                                                    std::optional<double> tag_size_m = {});
 [[nodiscard]] Result<LandmarksFile> parse_landmarks(std::string_view text, const std::string& source,

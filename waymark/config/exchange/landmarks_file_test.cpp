@@ -19,10 +19,11 @@ TEST(LandmarksFile, PointsOfATable) {
   const Landmark& five = file->landmarks[file->landmarks.find(std::int64_t{5})];
   EXPECT_FALSE(five.oriented);
   EXPECT_DOUBLE_EQ(five.map_T_tag.translation().x(), -0.37);
-  EXPECT_GE(file->landmarks.find(TagId{FamilyId::TagCustom48h12, 1}), 0) << "no family is said: any";
+  EXPECT_GE(file->landmarks.find(TagId{FamilyId::TagCustom48h12, 1}), 0)
+      << "no family given: any family matches";
 }
 
-TEST(LandmarksFile, TheAcademysTagsFaceWhoLooksAtThem) {
+TEST(LandmarksFile, TagsOfTheAcademyFaceTheViewer) {
   const auto file = parse_landmarks(
       "tags:\n  tag_0:\n    position: [1.75, -3.535, 0.8, -1.57079632679]\n  tag_2:\n    position: [5.935, "
       "-2.89, "
@@ -37,35 +38,35 @@ TEST(LandmarksFile, TheAcademysTagsFaceWhoLooksAtThem) {
   EXPECT_DOUBLE_EQ(file->landmarks[0].size_m, 0.24);
 }
 
-TEST(LandmarksFile, OurOwnKeepsSizesAndCovariances) {
+TEST(LandmarksFile, WaymarkMapsKeepSizesAndCovariances) {
   MapFile map{.anchor = {.number = 3}};
   MappedTag tag{.map_T_tag = SE3({}, {5, 0, 0.3}), .size_m = 0.16};
   tag.covariance = Eigen::Matrix<double, 6, 6>::Identity() * 1e-4;
   map.tags.tags[{.number = 3}] = tag;
   const auto file = parse_landmarks(to_yaml(map), "map.yaml");
   ASSERT_TRUE(file) << to_string(file.error());
-  // A turn of the frame by 0.01 rad moves a tag 5 m away by 5 cm; its place is that uncertain.
+  // A rotation of the frame by 0.01 rad moves a tag 5 m away by 5 cm, which is its uncertainty.
   EXPECT_NEAR(file->landmarks[0].covariance(1, 1), 1e-4 * (1 + 25), 1e-4 * 0.2);
 }
 
-TEST(LandmarksFile, BadOnesSayWhere) {
-  const auto says = [](const std::string& text, const std::string& word) {
+TEST(LandmarksFile, ReportsThePlaceOfErrors) {
+  const auto expect_error = [](const std::string& text, const std::string& word) {
     const auto file = parse_landmarks(text, "m");
     ASSERT_FALSE(file);
     EXPECT_NE(to_string(file.error()).find(word), std::string::npos) << to_string(file.error());
   };
-  says("id,x,y\n1,2\n", "m:2");
-  says("id,x,y\n1,2,nan\n", "m:2");
-  says("id,x,y\n1,2,3\n1,2,3\n", "twice");
-  says("a,b\n1,2\n", "columns");
-  says("hello: world\n", "not a map");
-  says("# a route: x, y\nformat: waymark-route\n", "not a map");
-  says("# a, b", "not a map");
-  says("tags:\n  tag_0:\n    position: [1, 2]\n", "4");
-  says("", "not a map");
+  expect_error("id,x,y\n1,2\n", "m:2");
+  expect_error("id,x,y\n1,2,nan\n", "m:2");
+  expect_error("id,x,y\n1,2,3\n1,2,3\n", "twice");
+  expect_error("a,b\n1,2\n", "m:1");
+  expect_error("hello: world\n", "not a map");
+  expect_error("# a route: x, y\nformat: waymark-route\n", "not a map");
+  expect_error("# a, b", "not a map");
+  expect_error("tags:\n  tag_0:\n    position: [1, 2]\n", "4");
+  expect_error("", "not a map");
 }
 
-TEST(LandmarksFile, AFolderAroundTheMapsIsNotTheMaps) {
+TEST(LandmarksFile, SuggestsTheMapFolderInAFolder) {
   const auto folder = testing::fresh_folder("landmarks");
   std::filesystem::create_directories(folder / "map");
   ASSERT_TRUE(write_text_file(folder / "map/map.yaml", "hello: world\n"));

@@ -24,8 +24,7 @@ namespace {
 constexpr YamlLimits kExchangeLimits{.bytes = std::size_t{1} << 26U, .nodes = 2'000'000, .depth = 16};
 constexpr int kTag36h11Codes = 587;
 
-/// A pose by position and rotation vector, and the standard deviations in its own axes where they stand
-/// there.
+/// A pose from position and rotation vector, with the standard deviations in its own axes if given.
 Result<Uncertain<SE3>> tagslam_pose(const YamlCursor& at) {
   const auto p = at.read_at("position", read_xyz);
   if (!p) return tl::unexpected(p.error());
@@ -50,7 +49,7 @@ Result<double> size_of(const YamlCursor& at, std::string_view key, std::optional
   const Result<double> size = at.read_at(key, &YamlCursor::number);
   if (!size) return size;
   if (!is_tag_size(*size))
-    return found->fail_here(ErrorCode::InvalidArgument, "a tag has a size greater than 0");
+    return found->fail_here(ErrorCode::InvalidArgument, "the tag size must be greater than 0");
   return size;
 }
 
@@ -81,7 +80,7 @@ Status read_body(const YamlCursor& body, std::optional<double> tag_size_m, ReadM
     if (!id) return tl::unexpected(id.error());
     const auto at = entry.find("pose");
     if (!at) {
-      map.warnings.push_back(fmt::format("tag {} has no pose: left out", *id));
+      map.warnings.push_back(fmt::format("tag {} has no pose; skipped", *id));
       continue;
     }
     const auto body_T_tag = tagslam_pose(*at);
@@ -99,22 +98,21 @@ Status read_body(const YamlCursor& body, std::optional<double> tag_size_m, ReadM
   return {};
 }
 
-/// Tags of the bodies that stand still at a known pose.
+/// Reads tags of static bodies with a known pose.
 Result<ReadMap> read_tagslam_map(const YamlCursor& root, std::optional<double> tag_size_m) {
   ReadMap map{.form = MapForm::Tagslam};
   const Result<YamlCursor> bodies = root.at("bodies");
   if (!bodies) return tl::unexpected(bodies.error());
   for (const YamlCursor& named : bodies->children()) {
     if (!named.is_map() || named.children().empty())
-      return named.fail_here(ErrorCode::Unreadable, "a body is `- NAME:` and its keys below");
+      return named.fail_here(ErrorCode::Unreadable, "a body must be `- NAME:` with its keys below");
     const YamlCursor body = named.children().front();
     const std::string& name = named.node().keys.front();
-    const auto stands = body.find("is_static");
-    const Result<bool> is_static = stands ? stands->boolean() : Result<bool>(true);
+    const auto fixed = body.find("is_static");
+    const Result<bool> is_static = fixed ? fixed->boolean() : Result<bool>(true);
     if (!is_static) return tl::unexpected(is_static.error());
     if (!*is_static) {
-      if (body.find("tags"))
-        map.warnings.push_back(fmt::format("the body {} moves: its tags are left out", name));
+      if (body.find("tags")) map.warnings.push_back(fmt::format("body {} moves; its tags are skipped", name));
       continue;
     }
     if (Status status = read_body(body, tag_size_m, map); !status) return tl::unexpected(status.error());
@@ -122,12 +120,12 @@ Result<ReadMap> read_tagslam_map(const YamlCursor& root, std::optional<double> t
   return map;
 }
 
-/// Transforms whose child frame is named after a tag ("tag36h11:7").
+/// Reads transforms whose child frame is a tag ("tag36h11:7").
 Result<ReadMap> read_transforms(const YamlCursor& root, std::optional<double> tag_size_m) {
   ReadMap map{.form = MapForm::Transforms};
   if (!tag_size_m)
-    return fail(ErrorCode::InvalidArgument, "transforms do not say how large the tags are",
-                {.source = root.source()}, "Give `tag_size_m`, the side of the black square.");
+    return fail(ErrorCode::InvalidArgument, "transforms do not contain the tag size",
+                {.source = root.source()}, "Set `tag_size_m`, the side of the black square.");
   const Result<YamlCursor> transforms = root.at("transforms");
   if (!transforms) return tl::unexpected(transforms.error());
   for (const YamlCursor& entry : transforms->children()) {
@@ -135,8 +133,7 @@ Result<ReadMap> read_transforms(const YamlCursor& root, std::optional<double> ta
     if (!child) return tl::unexpected(child.error());
     const Result<TagId> id = parse_tag_id(*child);
     if (!id) {
-      map.warnings.push_back(
-          fmt::format("'{}' is the frame of no tag (tag36h11:7 would be): left out", *child));
+      map.warnings.push_back(fmt::format("'{}' is not a tag frame such as tag36h11:7; skipped", *child));
       continue;
     }
     const Result<YamlCursor> transform = entry.at("transform");
@@ -168,10 +165,7 @@ Result<ReadMap> read_known(std::string_view text, const std::string& source,
     Result<TagMap> layout = parse_wpilib_layout(text, source, tag_size_m);
     if (!layout) return tl::unexpected(layout.error());
     ReadMap read{.map = {.tags = std::move(*layout)}, .form = MapForm::Wpilib, .field = field_size_of(text)};
-    if (!tag_size_m)
-      read.warnings.push_back(
-          fmt::format("layouts do not say how large the tags are: taken as {} m (`tag_size_m` says more)",
-                      kWpilibTagSize_m));
+    if (!tag_size_m) read.warnings.push_back(note_of_assumed_size(source, kWpilibTagSize_m));
     return read;
   }
   if (looks_like_fmap(text)) {
@@ -187,9 +181,8 @@ Result<ReadMap> read_known(std::string_view text, const std::string& source,
   const Result<LandmarksFile> other = parse_landmarks(text, source, tag_size_m);
   if (!other) return tl::unexpected(other.error());
   if (other->tags.tags.empty())
-    return fail(ErrorCode::Unsupported, "this is a map of points, which have no directions",
-                {.source = source});
-  return ReadMap{.map = {.tags = other->tags}, .form = MapForm::Academy};
+    return fail(ErrorCode::Unsupported, "this is a map of points without orientation", {.source = source});
+  return ReadMap{.map = {.tags = other->tags}, .form = MapForm::Academy, .warnings = other->notes};
 }
 
 }  // namespace
@@ -197,11 +190,11 @@ Result<ReadMap> read_known(std::string_view text, const std::string& source,
 Result<ReadMap> parse_any_map(std::string_view text, const std::string& source,
                               std::optional<double> tag_size_m) {
   if (tag_size_m && !is_tag_size(*tag_size_m))
-    return fail(ErrorCode::InvalidArgument, "a tag has a size greater than 0", {.key = "tag_size_m"});
+    return fail(ErrorCode::InvalidArgument, "the tag size must be greater than 0", {.key = "tag_size_m"});
   Result<ReadMap> read = read_known(text, source, tag_size_m);
   if (!read || read->form == MapForm::Waymark) return read;
   if (read->map.tags.tags.empty())
-    return fail(ErrorCode::NotFound, "there is no tag with a pose in it", {.source = source});
+    return fail(ErrorCode::NotFound, "contains no tag with a pose", {.source = source});
   read->map.anchor = read->map.tags.tags.begin()->first;
   return read;
 }
@@ -217,7 +210,7 @@ namespace {
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
-/// Heading of a robot that looks straight at the tag, and the middle of its board.
+/// Heading of a robot that faces the tag, and the centre of its board.
 std::string academy_yaml(const MapFile& map, std::vector<std::string>& warnings) {
   constexpr double kLeans = 0.05;
   constexpr double kHalfBoard = 0.01;
@@ -226,7 +219,7 @@ std::string academy_yaml(const MapFile& map, std::vector<std::string>& warnings)
     const Eigen::Vector3d into = tag.map_T_tag.rotation() * Eigen::Vector3d::UnitZ();
     const Eigen::Vector3d down = tag.map_T_tag.rotation() * Eigen::Vector3d::UnitY();
     if (std::abs(into.z()) > kLeans || std::abs(down.z() + 1) > kLeans)
-      warnings.push_back(to_string(id) + " does not hang upright, and this form cannot say so");
+      warnings.push_back(to_string(id) + " is not upright, which this form cannot represent");
     const double yaw = std::atan2(into.y(), into.x());
     const Eigen::Vector3d p =
         tag.map_T_tag.translation() + kHalfBoard * Eigen::Vector3d(std::cos(yaw), std::sin(yaw), 0);
@@ -245,7 +238,7 @@ std::string tagslam_yaml(const MapFile& map) {
                      xyz_lines("rotation_noise", Eigen::Vector3d::Constant(1e-6), "       ") + "     tags:\n";
   for (const auto& [id, tag] : map.tags.tags) {
     const SE3 pose = tag.map_T_tag * half_turn;
-    // TagSLAM has the error in the axes of the pose itself.
+    // TagSLAM defines the error in the axes of the pose itself.
     Vector6d sigma = Vector6d::Constant(1e-6);
     if (tag.covariance) {
       const auto own = inverse(Uncertain<SE3>{pose, *tag.covariance}).covariance;
@@ -284,7 +277,7 @@ Result<MapForm> map_form(const std::string& name) {
   const std::vector<std::string> names = map_form_names();
   const auto at = std::ranges::find(names, name);
   if (at == names.end())
-    return fail(ErrorCode::InvalidArgument, fmt::format("there is no form of maps '{}'", name), {.key = "to"},
+    return fail(ErrorCode::InvalidArgument, fmt::format("unknown map form '{}'", name), {.key = "to"},
                 suggestion(name, names));
   return static_cast<MapForm>(at - names.begin());
 }
@@ -298,15 +291,14 @@ Result<std::string> to_text(const MapFile& map, MapForm form, std::vector<std::s
   for (const auto& [id, tag] : map.tags.tags) {
     const bool once = numbers.insert(static_cast<int>(id.number)).second;
     if (!once && form != MapForm::Transforms && form != MapForm::Fmap)
-      return fail(
-          ErrorCode::InvalidArgument,
-          fmt::format("two tags of the map have the number {}, and this form knows no families", id.number));
+      return fail(ErrorCode::InvalidArgument,
+                  fmt::format("two tags of the map have id {}, but this form has no families", id.number));
     certain = certain && !tag.covariance;
   }
   if (!certain && form != MapForm::Tagslam)
-    warnings.emplace_back("this form cannot say how certain the tags are: left out");
+    warnings.emplace_back("this form cannot hold covariances; omitted");
   if (form != MapForm::Tagslam && form != MapForm::Fmap)
-    warnings.emplace_back("this form cannot say how large the tags are: left out");
+    warnings.emplace_back("this form cannot hold the tag size; omitted");
   switch (form) {
     case MapForm::Academy:
       return academy_yaml(map, warnings);
@@ -315,7 +307,7 @@ Result<std::string> to_text(const MapFile& map, MapForm form, std::vector<std::s
     case MapForm::Wpilib:
       if (!field)
         warnings.emplace_back(
-            "how long and wide the field is, a map does not say: the layout has the box of its tags");
+            "the map does not contain the field size; the layout uses the bounding box of the tags");
       return to_wpilib_layout(map.tags, field);
     case MapForm::Fmap:
       return to_fmap(map.tags, field);

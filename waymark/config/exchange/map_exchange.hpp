@@ -9,7 +9,7 @@
 #include "waymark/config/exchange/field_layouts.hpp"
 #include "waymark/config/yaml/map_file.hpp"
 
-/// Maps of tags in the words of others (docs/formats/map.md, "Maps of others").
+/// Tag maps in formats of other programs (docs/formats/map.md, "Maps of others").
 namespace waymark {
 
 enum class MapForm : std::uint8_t {
@@ -28,21 +28,21 @@ enum class MapForm : std::uint8_t {
 struct ReadMap {
   MapFile map{};
   MapForm form = MapForm::Waymark;
-  std::vector<std::string> warnings{};  ///< what could not be taken along
-  std::optional<FieldSize> field{};     ///< where a layout of a field states it
+  std::vector<std::string> warnings{};  ///< what could not be converted
+  std::optional<FieldSize> field{};     ///< if given in a field layout
 };
 
-/// A map of any of these forms, told by its content; of a folder its map.yaml. `tag_size_m` is the size of
-/// tags whose file does not say it: transforms never do, so there it must be given. Where a file does not
-/// say which tag it was placed by, the first becomes the anchor. Errors have file, line and key.
+/// Reads a map in any of these forms, recognised by its content, or map.yaml of a folder. `tag_size_m` is the
+/// tag size if the file does not contain it; for transforms it is required. If a file does not specify the
+/// anchor, the first tag becomes the anchor. Errors have file, line and key.
 [[nodiscard]] Result<ReadMap> read_any_map(const std::filesystem::path& path,
                                            std::optional<double> tag_size_m = {});
 [[nodiscard]] Result<ReadMap> parse_any_map(std::string_view text, const std::string& source,
                                             std::optional<double> tag_size_m = {});
 
-/// The map in another form. What the form cannot say (covariances in transforms, a tag that leans in the
-/// Academy's) is added to `warnings`. `field`: of layouts; unless given, the box of the tags. Fails on an
-/// empty map and where two tags differ by their family only.
+/// Writes the map in another form. Information that the form cannot hold (covariances in transforms, a
+/// leaning tag in the Academy's) is reported in `warnings`. `field`: size for layouts; default: the box of
+/// the tags. Fails on an empty map and if two tags differ only in their family.
 [[nodiscard]] Result<std::string> to_text(const MapFile& map, MapForm form,
                                           std::vector<std::string>& warnings,
                                           const std::optional<FieldSize>& field = {});

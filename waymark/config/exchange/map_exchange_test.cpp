@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
 #include "waymark/samples/mounted_camera.hpp"
 
 namespace waymark {
@@ -13,7 +14,7 @@ using ::testing::HasSubstr;
 constexpr TagId kFirst{FamilyId::Tag36h11, 3};
 constexpr TagId kSecond{FamilyId::Tag36h11, 7};
 
-/// Upright tags, as all forms can say them.
+/// Upright tags, which all forms can represent.
 MapFile some_map() {
   MapFile map{.anchor = kFirst, .provenance = {{"method", "bundle"}}};
   map.tags.tags[kFirst] = {SE3(SO3::from_rpy(0, 0, 0.7) * body_R_optical(), {1, 2, 0.3}), 0.16};
@@ -31,7 +32,7 @@ void expect_same_places(const MapFile& a, const MapFile& b) {
   }
 }
 
-TEST(MapExchange, EveryFormReadsBackAsTheSamePlaces) {
+TEST(MapExchange, EveryFormRoundTripsPositions) {
   const MapFile map = some_map();
   for (const std::string& name : map_form_names()) {
     std::vector<std::string> warnings;
@@ -44,7 +45,7 @@ TEST(MapExchange, EveryFormReadsBackAsTheSamePlaces) {
   }
 }
 
-TEST(MapExchange, TagslamKeepsTheDeviations) {
+TEST(MapExchange, TagslamKeepsStandardDeviations) {
   std::vector<std::string> warnings;
   const auto read = parse_any_map(*to_text(some_map(), MapForm::Tagslam, warnings), "poses.yaml");
   ASSERT_TRUE(read);
@@ -54,13 +55,13 @@ TEST(MapExchange, TagslamKeepsTheDeviations) {
   EXPECT_GT(read->map.tags.find(kSecond)->covariance->trace(), 1e-4);
 }
 
-TEST(MapExchange, SaysWhatAFormCannot) {
+TEST(MapExchange, WarnsAboutWhatAFormCannotHold) {
   MapFile map = some_map();
   map.tags.tags[kFirst].map_T_tag = SE3(SO3::from_rpy(0, 0.5, 0) * body_R_optical(), {1, 2, 0.3});
   std::vector<std::string> warnings;
   ASSERT_TRUE(to_text(map, MapForm::Academy, warnings));
-  EXPECT_THAT(warnings, ::testing::UnorderedElementsAre(HasSubstr("how certain"), HasSubstr("how large"),
-                                                        HasSubstr("tag36h11:3 does not hang upright")));
+  ASSERT_EQ(warnings.size(), 3U);
+  for (const std::string& warning : warnings) testing::expect_on_page("map", warning);
   map.tags.tags[{FamilyId::Tag25h9, 3}] = map.tags.tags[kFirst];
   EXPECT_FALSE(to_text(map, MapForm::Academy, warnings));
   EXPECT_FALSE(to_text({}, MapForm::Transforms, warnings));
@@ -72,14 +73,14 @@ std::string error_of(std::string_view text, std::optional<double> size = {}) {
   return read ? std::string() : to_string(read.error());
 }
 
-TEST(MapExchange, SaysWhatIsWrongAndWhere) {
+TEST(MapExchange, ReportsErrorsWithTheirPlace) {
   constexpr const char* kTransform =
       "transforms:\n  - child_frame_id: tag36h11:1\n    transform:\n      translation: {x: 1, y: 2, z: 3}\n"
       "      rotation: {x: 0, y: 0, z: 0, w: 0}\n";
   EXPECT_THAT(error_of(kTransform), HasSubstr("`tag_size_m`"));
   EXPECT_THAT(error_of(kTransform, 0.16), HasSubstr("f.yaml:5"));
-  EXPECT_THAT(error_of("transforms:\n  - child_frame_id: base_link\n", 0.16),
-              HasSubstr("no tag with a pose"));
+  EXPECT_NE(error_of("transforms:\n  - child_frame_id: base_link\n", 0.16), "");
+  testing::expect_on_page("map", error_of("transforms:\n  - child_frame_id: base_link\n", 0.16));
   EXPECT_THAT(
       error_of("bodies:\n - lab:\n     tags:\n       - id: 1\n         pose:\n           position: {x: 0}\n"),
       HasSubstr("f.yaml:6"));

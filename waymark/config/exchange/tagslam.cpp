@@ -19,7 +19,7 @@
 namespace waymark {
 namespace {
 
-/// Keeps the first error of many reads.
+/// Reads many values and keeps the first error.
 class TagslamReader {
  public:
   [[nodiscard]] const Status& status() const { return status_; }
@@ -38,14 +38,14 @@ class TagslamReader {
   std::string text(const YamlCursor& at, std::string_view key, std::string fallback);
   std::set<int> ids(const YamlCursor& at, std::string_view key);
   std::vector<double> numbers(const YamlCursor& at, std::string_view key, std::size_t count);
-  /// {x:, y:, z:} or [x, y, z]; zero where it is missing.
+  /// {x:, y:, z:} or [x, y, z]; zero if missing.
   Eigen::Vector3d vector(const YamlCursor& at, std::string_view key, double fallback = 0);
   double positive(const YamlCursor& at, std::string_view key);
-  /// Seconds with up to nine digits behind the point, exactly; quoted or not.
+  /// Seconds with up to nine decimals, exact; quoted or not.
   SensorTime time(const YamlCursor& at, std::string_view key);
 
-  /// A matrix W of TagSLAM, rotation first, as ours: translation first. TagSLAM takes the 36 numbers by
-  /// columns (only so are its own results the minimum of its cost).
+  /// A matrix W of TagSLAM (rotation first) converted to translation first. TagSLAM stores the 36 numbers by
+  /// columns (only then are its own results the minimum of its cost).
   Matrix6 sqrt_information(const YamlCursor& at, std::string_view key);
   ScenePrior prior(const YamlCursor& at, const SE3& mean, const Eigen::Vector3d& sigma_m,
                    const Eigen::Vector3d& sigma_rad);
@@ -62,7 +62,7 @@ void each(const YamlCursor& at, std::string_view key, const Visit& visit) {
   for (const YamlCursor& item : list ? list->children() : std::vector<YamlCursor>()) visit(item);
 }
 
-/// "1527206556.891942748" in nanoseconds; nothing where it is no such number.
+/// "1527206556.891942748" in nanoseconds; nothing for other text.
 std::optional<std::int64_t> nanoseconds_of(std::string_view text) {
   constexpr std::size_t kDigits = 9;
   const std::size_t point = std::min(text.find('.'), text.size());
@@ -133,9 +133,9 @@ SensorTime TagslamReader::time(const YamlCursor& at, std::string_view key) {
   const std::string text = keep(at.read_at(key, &YamlCursor::text), std::string("0"));
   if (const auto exact = nanoseconds_of(text)) return SensorTime(Duration(*exact));
   const double seconds = number(at, key, 0);
-  constexpr double kFarthest = 9e9;
-  if (std::abs(seconds) > kFarthest) fail_at(*at.find(key), "a time in seconds is needed");
-  return SensorTime(Duration(std::abs(seconds) > kFarthest ? 0 : std::llround(seconds * 1e9)));
+  constexpr double kMaxTime_s = 9e9;
+  if (std::abs(seconds) > kMaxTime_s) fail_at(*at.find(key), "must be a time in seconds");
+  return SensorTime(Duration(std::abs(seconds) > kMaxTime_s ? 0 : std::llround(seconds * 1e9)));
 }
 
 Matrix6 TagslamReader::sqrt_information(const YamlCursor& at, std::string_view key) {
@@ -155,12 +155,12 @@ ScenePrior TagslamReader::prior(const YamlCursor& at, const SE3& mean, const Eig
   return ScenePrior::of(mean, sigma_m, sigma_rad);
 }
 
-/// A prior on TagSLAM's tag frame (y up, z to the reader) as one on ours.
+/// A prior on TagSLAM's tag frame (y up, z towards the viewer) converted to Waymark's.
 ScenePrior of_our_tag(const ScenePrior& theirs) {
   return {theirs.mean * half_turn(), theirs.sqrt_information * half_turn().adjoint()};
 }
 
-/// A corner by TagSLAM's number (BL, BR, TR, TL) in ours.
+/// A corner by TagSLAM's number (BL, BR, TR, TL) as a corner of Waymark.
 int our_corner(int theirs) { return theirs < 0 ? theirs : 3 - theirs; }
 
 /// Names of the keys of a camera.
@@ -168,7 +168,7 @@ struct TagslamCameraKeys {
   std::string_view intrinsics, resolution, distortion, model, topic;
 };
 
-/// The camera of an entry with its names of keys.
+/// Reads the camera of an entry with these key names.
 Result<CameraOnBody> read_tagslam_camera(const YamlCursor& entry, std::string name,
                                          const TagslamCameraKeys& keys, const TagScene& scene) {
   TagslamReader read;
@@ -193,7 +193,7 @@ Result<CameraOnBody> read_tagslam_camera(const YamlCursor& entry, std::string na
   if (!camera) return tl::unexpected(camera.error());
   const auto on = scene.body_named(body);
   if (!on) {
-    return entry.fail_here(ErrorCode::NotFound, "no body is called '" + body + "'",
+    return entry.fail_here(ErrorCode::NotFound, "unknown body '" + body + "'",
                            "rig_body must be one of the bodies of tagslam.yaml.");
   }
   return CameraOnBody{.name = std::move(name),
@@ -204,7 +204,7 @@ Result<CameraOnBody> read_tagslam_camera(const YamlCursor& entry, std::string na
                       .wiggle_rad = wiggle_rad};
 }
 
-/// What odometry keys say of a body; they are the same in both files but for T_body_odom.
+/// Reads the odometry keys of a body; both files have the same except for T_body_odom.
 void read_tagslam_odometry(const YamlCursor& body, TagslamReader& read, SceneBody& into) {
   into.odometry_frame = read.text(body, "odom_frame_id", "");
   SceneMotionNoise& noise = into.odometry;
@@ -222,14 +222,15 @@ void read_tagslam_odometry(const YamlCursor& body, TagslamReader& read, SceneBod
   if (!(noise.acceleration_min_m_s2 > 0 && noise.angular_min_rad_s2 > 0 &&
         noise.acceleration_max_m_s2 >= noise.acceleration_min_m_s2 &&
         noise.angular_max_rad_s2 >= noise.angular_min_rad_s2))
-    read.fail_at(body, "the noise of odometry must be greater than 0, its maximum no less than its minimum");
+    read.fail_at(body,
+                 "the odometry noise must be greater than 0, and its maximum not less than its minimum");
   const double stays_m = read.number(body, "fake_odom_translation_noise", 0);
   const double stays_rad = read.number(body, "fake_odom_rotation_noise", 0);
   if (stays_m > 0 && stays_rad > 0)
     into.stays_put = SceneMotionNoise{.sigma_m = stays_m, .sigma_rad = stays_rad};
 }
 
-/// `tag_id_remap` and `squash`, the same in both files.
+/// Reads `tag_id_remap` and `squash`, the same in both files.
 void read_tagslam_times(const YamlCursor& root, TagslamReader& read, TagScene& scene) {
   each(root, "tag_id_remap", [&](const YamlCursor& entry) {
     each(entry, "remaps", [&](const YamlCursor& at) {
@@ -249,7 +250,7 @@ struct Defaults {
   double sigma_m = 0.05, sigma_rad = 0.01;
 };
 
-/// position, rotation (rotation vector), their noise, or R.
+/// Reads position, rotation (rotation vector), and their noise or R.
 ScenePrior read_tagslam_pose(const YamlCursor& pose, const Defaults& defaults, TagslamReader& read) {
   const SE3 mean(SO3::exp(read.vector(pose, "rotation")), read.vector(pose, "position"));
   if (pose.find("R")) return {mean, read.sqrt_information(pose, "R")};
@@ -257,7 +258,7 @@ ScenePrior read_tagslam_pose(const YamlCursor& pose, const Defaults& defaults, T
                     read.vector(pose, "rotation_noise", defaults.sigma_rad));
 }
 
-/// Boards of tags side by side, or with every second one left out.
+/// Adds a board of tags in a grid, or with every second one omitted.
 void add_board(const YamlCursor& board, bool staggered, TagslamReader& read, SceneBody& body) {
   const int rows = read.integer(board, "tag_rows", 0);
   const int columns = read.integer(board, "tag_columns", 0);
@@ -265,7 +266,7 @@ void add_board(const YamlCursor& board, bool staggered, TagslamReader& read, Sce
   const double pitch = size * (1 + read.number(board, "tag_spacing", 0));
   constexpr int kMaxTags = 1000;
   if (rows < 1 || columns < 1 || rows > kMaxTags || columns > kMaxTags / rows + 1) {
-    read.fail_at(board, "a board has 1 to 1000 tags");
+    read.fail_at(board, "a board must have 1 to 1000 tags");
     return;
   }
   constexpr double kAlmostExact = 1e-6;
@@ -326,12 +327,12 @@ SceneBody read_tagslam_body(const YamlCursor& entry, std::string name, const Def
     else
       read.keep(board, entry);
   } else if (type != "simple" && type != "camera_rig") {
-    read.fail_at(entry, "there is no type '" + type + "' of a body");
+    read.fail_at(entry, "unknown body type '" + type + "'");
   }
   return body;
 }
 
-/// A sequence of maps with one key each, the name.
+/// Visits a sequence of maps with one key each, the name.
 template <class Visit>
 void for_named(const YamlCursor& root, std::string_view key, const Visit& visit) {
   const auto list = root.find(key);
@@ -366,7 +367,8 @@ Result<TagScene> read_tagslam_yaml(const YamlCursor& tagslam, const YamlCursor& 
   TagScene scene{.max_hamming = 100};
   if (const auto at = tagslam.find("tagslam_parameters")) {
     scene.pixel_sigma_px = at->find("pixel_noise") ? read.positive(*at, "pixel_noise") : 1;
-    scene.min_tag_area_px2 = read.number(*at, "minimum_tag_area", 0) / 2;  // TagSLAM's areas are twice ours
+    scene.min_tag_area_px2 =
+        read.number(*at, "minimum_tag_area", 0) / 2;  // TagSLAM's areas are twice as large
     scene.approximate_sync = read.boolean(*at, "use_approximate_sync", false);
     scene.max_hamming = read.integer(*at, "max_hamming_distance", scene.max_hamming);
   }
@@ -458,7 +460,8 @@ Result<TagScene> read_tagslam_json(const YamlCursor& config) {
   TagScene scene{.max_hamming = read.integer(config, "max_hamming_distance", 100)};
   if (const auto at = config.find("parameters")) {
     scene.pixel_sigma_px = at->find("pixel_noise") ? read.positive(*at, "pixel_noise") : 1;
-    scene.min_tag_area_px2 = read.number(*at, "minimum_tag_area", 0) / 2;  // TagSLAM's areas are twice ours
+    scene.min_tag_area_px2 =
+        read.number(*at, "minimum_tag_area", 0) / 2;  // TagSLAM's areas are twice as large
     scene.approximate_sync = read.boolean(*at, "use_approximate_sync", false);
   }
   const auto bodies = config.at("bodies");
@@ -489,7 +492,7 @@ Result<YamlNode> parse_tagslam_file(const std::filesystem::path& path) {
   return parse_yaml(*text, path.string(), {.bytes = kMaxTagslamBytes, .nodes = 1'000'000});
 }
 
-/// TagSLAM's files do not name the family: an id says what it cannot be.
+/// TagSLAM's files do not contain the family; large ids exclude tag36h11.
 void name_family(TagScene& scene) {
   bool larger = false;
   for (const SceneBody& body : scene.bodies) {
@@ -538,14 +541,14 @@ Result<TagScene> read_tagslam_folder(const std::filesystem::path& folder) {
 
 namespace {
 
-/// Covariance of the error in the axes of the pose itself, where TagSLAM has it.
+/// Covariance of the error in the axes of the pose itself, as defined by TagSLAM.
 Matrix6 own_axes(const SE3& pose, const Matrix6& left) {
   const Matrix6 Ad = pose.inverse().adjoint();
   return Ad * left * Ad.transpose();
 }
 
 std::string pose_with_noise(const SE3& pose, const Matrix6& left, const std::string& indent) {
-  constexpr double kLeast = 1e-6;  // TagSLAM's own solver cannot take less
+  constexpr double kLeast = 1e-6;  // minimum that TagSLAM's solver accepts
   const Eigen::VectorXd sigma = own_axes(pose, left).diagonal().cwiseMax(kLeast * kLeast).cwiseSqrt();
   return indent + "pose:\n" + xyz_lines("position", pose.translation(), indent + "  ") +
          xyz_lines("rotation", pose.rotation().log(), indent + "  ") +
@@ -570,8 +573,7 @@ std::string to_tagslam_camera_poses(const SceneMap& map) {
             xyz_lines("position", pose.translation(), "    ") +
             xyz_lines("rotation", pose.rotation().log(), "    ") + "    R: [";
     for (int i = 0; i < 36; ++i)
-      text +=
-          fmt::format("{}{:.8f}", i == 0 ? "" : ", ", R(i % 6, i / 6));  // by columns, as TagSLAM reads it
+      text += fmt::format("{}{:.8f}", i == 0 ? "" : ", ", R(i % 6, i / 6));  // column-major, as in TagSLAM
     text += "]\n";
   }
   return text;

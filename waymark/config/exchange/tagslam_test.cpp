@@ -1,4 +1,4 @@
-// TagSLAM's files: what they say, both ways of saying it, and what is wrong with them.
+// Files of TagSLAM: their contents, both forms, and errors.
 #include "waymark/config/exchange/tagslam.hpp"
 
 #include <filesystem>
@@ -49,7 +49,7 @@ class TagslamFolder : public ::testing::Test {
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
   void write(const char* name, const std::string& text) { std::ofstream(folder_ / name) << text; }
-  /// The message of reading after one word of a file is another.
+  /// Error of reading after one word of a file is replaced.
   std::string without(const char* name, std::string text, const std::string& from, const std::string& to) {
     text.replace(text.find(from), from.size(), to);
     write(name, text);
@@ -62,17 +62,17 @@ class TagslamFolder : public ::testing::Test {
       (std::string("waymark_tagslam_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
 };
 
-TEST_F(TagslamFolder, SaysWhatItSays) {
+TEST_F(TagslamFolder, ReadsAFolder) {
   const auto scene = read_tagslam_folder(folder_);
   ASSERT_TRUE(scene) << to_string(scene.error());
   EXPECT_EQ(scene->pixel_sigma_px, 2.0);
-  EXPECT_EQ(scene->min_tag_area_px2, 1000);  // TagSLAM's own areas are twice as large
+  EXPECT_EQ(scene->min_tag_area_px2, 1000);  // TagSLAM's areas are twice as large
   EXPECT_TRUE(scene->approximate_sync);
   ASSERT_EQ(scene->bodies.size(), 3U);
   const SceneBody& lab = scene->bodies[0];
   EXPECT_THAT(lab.ignored, ::testing::ElementsAre(7, 9));
   EXPECT_TRUE(lab.map_T_body->mean.translation().isApprox(Eigen::Vector3d(1, 2, 3)));
-  // A reader of the tag has y down and z into the tag; TagSLAM has y up and z out of it.
+  // Waymark has y down and z into the tag; TagSLAM has y up and z out of it.
   ASSERT_TRUE(lab.tags[0].body_T_tag);
   const Eigen::Matrix3d turned = lab.tags[0].body_T_tag->mean.rotation().matrix();
   EXPECT_TRUE(turned.isApprox(Eigen::Vector3d(1, -1, -1).asDiagonal().toDenseMatrix(), 1e-12));
@@ -89,11 +89,11 @@ TEST_F(TagslamFolder, SaysWhatItSays) {
   EXPECT_EQ(scene->cameras[0].wiggle_m, 0.02);
   EXPECT_EQ(std::get<Equidistant>(scene->cameras[0].model.projection()).cx, 320.5);
   ASSERT_EQ(scene->distances.size(), 1U);
-  EXPECT_EQ(scene->distances[0].corner_a, 3);  // their first corner is below on the left
+  EXPECT_EQ(scene->distances[0].corner_a, 3);  // their first corner is the lower left
   EXPECT_EQ(scene->coordinates.size(), 2U);
 }
 
-TEST_F(TagslamFolder, WhatIsWrongIsSaidWithItsPlace) {
+TEST_F(TagslamFolder, ReportsErrorsWithTheirPlace) {
   EXPECT_THAT(without("cameras.yaml", kCameras, "rig_body: rig", "rig_body: rog"),
               ::testing::HasSubstr("rog"));
   write("cameras.yaml", kCameras);
@@ -106,7 +106,7 @@ TEST_F(TagslamFolder, WhatIsWrongIsSaidWithItsPlace) {
   EXPECT_THAT(without("tagslam.yaml", kTagslam, "bodies:", "bodys:"), ::testing::HasSubstr("body"));
 }
 
-TEST_F(TagslamFolder, DetectionsThatAreToBePassedOverOrRenamedAreRead) {
+TEST_F(TagslamFolder, ReadsIgnoredAndRemappedDetections) {
   write("tagslam.yaml", std::string(kTagslam) + R"(
 squash:
  - {time: "1527206556.891942748", tags: [85, 86]}
@@ -135,7 +135,7 @@ tag_id_remap:
               ::testing::HasSubstr("noon"));
 }
 
-TEST_F(TagslamFolder, BothFormsSayTheSame) {
+TEST_F(TagslamFolder, BothFormsAreEquivalent) {
   WAYMARK_REAL_DATA(data, "tagslam");
   for (const char* test : {"test_1", "test_4", "test_15", "test_21"}) {
     const auto yaml = read_tagslam_folder(data / test);

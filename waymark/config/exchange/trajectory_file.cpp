@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t kMaxBytes = std::size_t{1} << 28U;
 constexpr std::int64_t kSecond = 1'000'000'000;
-constexpr double kFarthestMetres = 1e9;
+constexpr double kMaxPosition_m = 1e9;
 
 std::vector<std::string_view> words_of(std::string_view line) {
   constexpr std::string_view kBlank = " \t\r,";
@@ -37,7 +37,7 @@ std::optional<Number> number(std::string_view word) {
   return value;
 }
 
-/// Decimal seconds without rounding through a double, which has no room for nanoseconds since 1970.
+/// Parses decimal seconds exactly: a double cannot represent nanoseconds since 1970.
 std::optional<SensorTime> stamp(std::string_view word) {
   const std::size_t point = word.find('.');
   if (word.find_first_of("eE") != std::string_view::npos) {
@@ -63,12 +63,12 @@ Result<StampedPose> parse_line(const std::vector<std::string_view>& words, const
   bool good = words.size() == 8;
   for (std::size_t i = 0; good && i < n.size(); ++i) {
     const auto value = number<double>(words[i + 1]);
-    good = value && std::abs(*value) <= kFarthestMetres;  // also no NaN
+    good = value && std::abs(*value) <= kMaxPosition_m;  // false for NaN too
     if (good) n[i] = *value;
   }
   const auto when = good ? stamp(words[0]) : std::nullopt;
   if (!when)
-    return fail(ErrorCode::Unreadable, "not a line of a trajectory", place,
+    return fail(ErrorCode::Unreadable, "not a trajectory line", place,
                 "A line is `stamp_s x y z qx qy qz qw`.");
   auto rotation = SO3::try_from_quaternion(Eigen::Quaterniond(n[6], n[3], n[4], n[5]));
   if (!rotation) return fail(rotation.error().code, rotation.error().message, place);
@@ -90,7 +90,7 @@ Result<Trajectory> parse_trajectory(std::string_view text, const std::string& so
     const Result<StampedPose> pose = parse_line(words, place);
     if (!pose) return tl::unexpected(pose.error());
     if (!trajectory.empty() && pose->stamp <= trajectory.back().stamp)
-      return fail(ErrorCode::Unreadable, "the time does not grow", place);
+      return fail(ErrorCode::Unreadable, "the time does not increase", place);
     trajectory.push_back(*pose);
   }
   return trajectory;

@@ -9,10 +9,10 @@
 
 namespace waymark {
 
-/// A trajectory as TUM text ("RGB-D SLAM Dataset and Benchmark", file formats): one line a pose, `stamp_s x y
-/// z qx qy qz qw`, map_T_base; lines that begin with # are passed over. Stamps have nine decimals: nothing of
-/// a nanosecond is lost. Errors have file and line: not eight numbers, a quaternion that is none, stamps that
-/// do not grow.
+/// Reads a trajectory in TUM format ("RGB-D SLAM Dataset and Benchmark", file formats): one pose per line,
+/// `stamp_s x y z qx qy qz qw`, map_T_base; lines that begin with # are ignored. Stamps are exact to the
+/// nanosecond. Errors have file and line: not eight numbers, an invalid quaternion, stamps that do not
+/// increase.
 [[nodiscard]] Result<Trajectory> read_trajectory(const std::filesystem::path& path);
 [[nodiscard]] Result<Trajectory> parse_trajectory(std::string_view text, const std::string& source);
 

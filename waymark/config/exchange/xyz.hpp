@@ -8,9 +8,9 @@
 
 namespace waymark {
 
-/// A vector with the keys x, y and z, as TagSLAM, ROS and WPILib write it.
+/// A vector with the keys x, y and z, as written by TagSLAM, ROS and WPILib.
 [[nodiscard]] Result<Eigen::Vector3d> read_xyz(const YamlCursor& at);
-/// The same as lines of YAML below `key`.
+/// Writes the vector as lines of YAML below `key`.
 [[nodiscard]] std::string xyz_lines(const char* key, const Eigen::Vector3d& v, const std::string& indent);
 
 }  // namespace waymark

@@ -28,12 +28,13 @@ Status read_value(const YamlCursor& entry, const std::string& name, Calibration&
   CalibratedValue value{.value = number("value"), .sigma = number("sigma")};
   if (!number.status()) return number.status();
   if (value.sigma < 0)
-    return entry.at("sigma")->fail_here(ErrorCode::InvalidArgument, "a standard deviation is not negative");
+    return entry.at("sigma")->fail_here(ErrorCode::InvalidArgument,
+                                        "a standard deviation must not be negative");
   const Result<std::string> verdict = entry.read_at("verdict", &YamlCursor::text);
   if (!verdict) return tl::unexpected(verdict.error());
   if (*verdict != kKnown && *verdict != kUnobservable)
     return entry.at("verdict")->fail_here(ErrorCode::InvalidArgument,
-                                          fmt::format("'{}' is no verdict", *verdict),
+                                          fmt::format("unknown verdict '{}'", *verdict),
                                           suggestion(*verdict, {kKnown, kUnobservable}));
   if (*verdict == kUnobservable) value.verdict = CalibrationVerdict::Unobservable;
   if (const auto advice = entry.find("advice")) {
@@ -61,12 +62,13 @@ Status check_calibration_format(const YamlCursor& root) {
   const Result<std::string> format = root.read_at("format", &YamlCursor::text);
   if (!format)
     return root.fail_here(
-        ErrorCode::Unreadable, "not a calibration of Waymark",
-        fmt::format("It begins with `format: {}`; `waymark calibrate` writes one.", kCalibrationFormat));
+        ErrorCode::Unreadable, "not a Waymark calibration",
+        fmt::format("A calibration begins with `format: {}`; write one with `waymark calibrate`.",
+                    kCalibrationFormat));
   if (*format != kCalibrationFormat)
-    return root.at("format")->fail_here(
-        ErrorCode::Unsupported, fmt::format("'{}' is not a format of calibrations known here", *format),
-        fmt::format("Known: {}.", kCalibrationFormat));
+    return root.at("format")->fail_here(ErrorCode::Unsupported,
+                                        fmt::format("unsupported calibration format '{}'", *format),
+                                        fmt::format("Known: {}.", kCalibrationFormat));
   return root.check_keys({"format", "provenance", "camera_info", "values"});
 }
 
@@ -143,7 +145,7 @@ Result<Calibration> read_calibration(const std::filesystem::path& path) {
 
 std::string to_yaml(const Calibration& calibration) {
   std::string text = fmt::format(
-                         "# What is known of a robot, by waymark calibrate. sigma: standard deviation in the "
+                         "# Calibration of a robot by waymark calibrate. sigma: standard deviation in the "
                          "same unit.\nformat: {}\n",
                          kCalibrationFormat) +
                      internal::provenance_yaml(calibration.provenance);
@@ -168,8 +170,8 @@ Status check_calibration_place(const std::filesystem::path& path) {
     return fail(ErrorCode::Unwritable, "this is a folder", {.source = path.string()},
                 "Give the name of a file.");
   if (!std::filesystem::is_regular_file(path, ignored) || read_calibration(path)) return {};
-  return fail(ErrorCode::InvalidArgument, "stands there and is no calibration: not written over",
-              {.source = path.string()}, "Give another name, or remove it.");
+  return fail(ErrorCode::InvalidArgument, "exists and is not a calibration file; not overwritten",
+              {.source = path.string()}, "Choose another name, or remove the file.");
 }
 
 Status write_calibration(const std::filesystem::path& path, const Calibration& calibration) {
@@ -177,7 +179,7 @@ Status write_calibration(const std::filesystem::path& path, const Calibration& c
     const bool named = std::ranges::find(calibration_names(), name) != calibration_names().end();
     if (!named || !std::isfinite(value.value) || !std::isfinite(value.sigma))
       return fail(ErrorCode::InvalidArgument,
-                  fmt::format("{} of '{}': not written", named ? "a number" : "the name", name),
+                  fmt::format("{} '{}'; not written", named ? "non-finite number for" : "unknown name", name),
                   {.source = path.string()});
   }
   if (Status status = check_calibration_place(path); !status) return status;

@@ -11,28 +11,28 @@
 
 namespace waymark {
 
-/// The names that `values` may have, in the order of the file.
+/// Valid names in `values`, in the order of the file.
 [[nodiscard]] const std::vector<std::string>& calibration_names();
 
-/// calibration.yaml (docs/formats/calibration.md). Errors have file, line and key: not a calibration, an
-/// unknown or missing key, a standard deviation below 0, a verdict that is none, what CameraModel::make()
-/// refuses.
+/// Reads calibration.yaml (docs/formats/calibration.md). Errors have file, line and key: not a calibration,
+/// an unknown or missing key, a negative standard deviation, an unknown verdict, or parameters that
+/// CameraModel::make() rejects.
 [[nodiscard]] Result<Calibration> read_calibration(const std::filesystem::path& path);
 [[nodiscard]] Result<Calibration> parse_calibration(std::string_view text, const std::string& source);
 
-/// Reads back as the same calibration, to the last bit.
+/// Reads back as exactly the same calibration.
 [[nodiscard]] std::string to_yaml(const Calibration& calibration);
-/// Fails where a file stands that is no calibration.
+/// Fails if the path is an existing file that is not a calibration.
 [[nodiscard]] Status check_calibration_place(const std::filesystem::path& path);
-/// Fails (InvalidArgument) on a number that is not finite and a name that is none, instead of writing it,
-/// and where a file stands that is no calibration.
+/// Fails (InvalidArgument) on a non-finite number or an unknown name without writing, and if the path is an
+/// existing file that is not a calibration.
 [[nodiscard]] Status write_calibration(const std::filesystem::path& path, const Calibration& calibration);
 
-/// Standard deviations of a camera's numbers in the order of intrinsics_of(), those that are not known next
-/// to nothing; empty where the calibration has none of them. Correlations are not kept in the file.
+/// Standard deviations of a camera's parameters in the order of intrinsics_of(); next to zero for parameters
+/// without one. Empty if the calibration has none of them. The file does not contain correlations.
 [[nodiscard]] Eigen::VectorXd intrinsics_sigma(const CameraModel& camera, const Calibration& calibration);
 
-/// base_T_cam with the known parts of the mounting put in place of those of `base_T_cam`.
+/// base_T_cam with the calibrated parts of the mounting replaced.
 [[nodiscard]] SE3 calibrated_mounting(const SE3& base_T_cam, const Calibration& calibration);
 
 }  // namespace waymark

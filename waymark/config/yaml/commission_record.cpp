@@ -111,7 +111,7 @@ std::string to_yaml(const CommissionRecord& record) {
   return text;
 }
 
-/// The text without the block of a key at the left margin.
+/// The text without the top-level block of a key.
 std::string without_block(std::string_view text) {
   std::string kept;
   bool inside = false;
@@ -146,8 +146,8 @@ Result<std::string> with_commission(std::string_view text, const CommissionRecor
   const auto back = parse_commission(changed, "robot.yaml");
   if (!back) return tl::unexpected(back.error());
   if (!*back || (*back)->date != record.date || (*back)->passed != record.passed)
-    return fail(ErrorCode::Unsupported, "the file is written in a way that cannot be changed here",
-                {.key = std::string(kKey)}, "Write each key of the robot at the left margin of a line.");
+    return fail(ErrorCode::Unsupported, "the layout of the file does not allow an automatic change",
+                {.key = std::string(kKey)}, "Write each top-level key at the left margin of a line.");
   return changed;
 }
 
@@ -157,7 +157,7 @@ std::vector<std::string> changes_since(const CommissionRecord& record, const Rob
   const auto number = [&](const char* key, double then, double now) {
     constexpr double kSame = 1e-9;
     if (std::abs(then - now) > kSame * std::max(std::abs(then), std::abs(now)))
-      changes.push_back(fmt::format("{} was {:g}, and is {:g}", key, then, now));
+      changes.push_back(fmt::format("{} changed from {:g} to {:g}", key, then, now));
   };
   number("limits.speed_m_s", record.limits.speed_m_s, model.limits.speed_m_s);
   number("limits.yaw_rate_rad_s", record.limits.yaw_rate_rad_s, model.limits.yaw_rate_rad_s);
@@ -167,7 +167,7 @@ std::vector<std::string> changes_since(const CommissionRecord& record, const Rob
   number("wheels.radius_m", record.wheel_radius_m, model.wheel_radius_m);
   number("wheels.track_m", record.track_m, model.track_m);
   if (record.robot != ground.robot)
-    changes.push_back(fmt::format("`robot` was {}, and is {}", record.robot, ground.robot));
+    changes.push_back(fmt::format("`robot` changed from {} to {}", record.robot, ground.robot));
   else if (record.topics != ground.topics)
     changes.push_back("the profile of its topics has changed");
   return changes;

@@ -24,10 +24,10 @@ CommissionRecord record() {
           .figures = {.response_s = 0.12, .stopping_m = 0.03}};
 }
 
-TEST(CommissionRecord, StandsInTheFileOfTheRobotAndReadsBack) {
+TEST(CommissionRecord, IsStoredInTheRobotFileAndReadsBack) {
   const auto text = with_commission(kLimo, record());
   ASSERT_TRUE(text) << to_string(text.error());
-  EXPECT_TRUE(text->starts_with(kLimo)) << "comments and all else stay";
+  EXPECT_TRUE(text->starts_with(kLimo)) << "comments and everything else are unchanged";
   EXPECT_TRUE(parse_robot(*text, "limo.yaml"));
   const auto back = parse_commission(*text, "limo.yaml");
   ASSERT_TRUE(back) << to_string(back.error());
@@ -42,38 +42,37 @@ TEST(CommissionRecord, StandsInTheFileOfTheRobotAndReadsBack) {
   EXPECT_FALSE(*parse_commission(kLimo, "limo.yaml"));
 }
 
-TEST(CommissionRecord, TakesThePlaceOfTheOneBefore) {
+TEST(CommissionRecord, ReplacesThePreviousRecord) {
   CommissionRecord second = record();
   second.date = "2026-12-01";
   second.failed = {};
   const std::string once = *with_commission(kLimo, record());
   const std::string twice = *with_commission(once + "motion: {}\n", second);
   EXPECT_EQ(twice, *with_commission(kLimo + "motion: {}\n", second));
-  EXPECT_FALSE(with_commission("{name: x, commissioned: {passed: true}}", second)) << "not line by line";
+  EXPECT_FALSE(with_commission("{name: x, commissioned: {passed: true}}", second)) << "not in block style";
 }
 
-TEST(CommissionRecord, IsVoidOnceWhatItRestsOnChanges) {
+TEST(CommissionRecord, IsInvalidAfterChangesOfTheRobot) {
   const RobotModel model = parse_robot(kLimo, "limo.yaml")->model;
   const CommissionGround ground{.robot = record().robot, .topics = record().topics};
   EXPECT_TRUE(changes_since(record(), model, ground).empty());
   RobotModel faster = model;
   faster.limits.speed_m_s = 2;
   EXPECT_EQ(changes_since(record(), faster, ground),
-            std::vector<std::string>{"limits.speed_m_s was 1, and is 2"});
+            std::vector<std::string>{"limits.speed_m_s changed from 1 to 2"});
   RobotModel wider = model;
   wider.track_m = 0.2;
   EXPECT_EQ(changes_since(record(), wider, ground).size(), 1U);
   RobotModel moved = model;
   moved.base_T_cam = SE3();
-  EXPECT_TRUE(changes_since(record(), moved, ground).empty())
-      << "no wheel turns otherwise for a camera that moved";
-  EXPECT_NE(changes_since(record(), model, {.robot = "ros2:limo"}).at(0).find("and is ros2:limo"),
+  EXPECT_TRUE(changes_since(record(), moved, ground).empty()) << "a moved camera does not affect the wheels";
+  EXPECT_NE(changes_since(record(), model, {.robot = "ros2:limo"}).at(0).find("to ros2:limo"),
             std::string::npos);
   EXPECT_NE(changes_since(record(), model, {.robot = ground.robot, .topics = "other"}).at(0).find("topics"),
             std::string::npos);
 }
 
-TEST(CommissionRecord, ErrorsNameTheKey) {
+TEST(CommissionRecord, ErrorsContainTheKey) {
   for (const char* wrong :
        {"commissioned: 3\n", "commissioned: {passed: perhaps}\n", "commissioned: {pased: true}\n"}) {
     const auto read = parse_commission(wrong, "r.yaml");

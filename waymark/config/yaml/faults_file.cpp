@@ -22,11 +22,11 @@ Result<FaultKind> kind_of(const YamlCursor& entry) {
     if (word == *name) return kind;
     known.emplace_back(word);
   }
-  return entry.at("fault")->fail_here(ErrorCode::InvalidArgument,
-                                      fmt::format("there is no fault '{}'", *name), suggestion(*name, known));
+  return entry.at("fault")->fail_here(ErrorCode::InvalidArgument, fmt::format("unknown fault '{}'", *name),
+                                      suggestion(*name, known));
 }
 
-/// The keys a kind has beside fault, at_s and for_s.
+/// The keys of a kind besides fault, at_s and for_s.
 std::vector<std::string> keys_of(FaultKind kind) {
   switch (kind) {
     case FaultKind::TagMoved:
@@ -118,7 +118,7 @@ Result<std::vector<Fault>> parse_faults(std::string_view text, const std::string
   const YamlCursor root(*tree, source);
   if (text.find_first_not_of(" \t\r\n") == std::string_view::npos)
     return fail(ErrorCode::InvalidArgument, "the file is empty", {.source = source},
-                "Write faults: and below it what goes wrong, for example - {fault: camera_lost, at_s: 16, "
+                "Write faults: and entries below it, for example - {fault: camera_lost, at_s: 16, "
                 "for_s: 1}.");
   if (Status status = root.check_keys({"faults"}); !status) return tl::unexpected(status.error());
   const Result<YamlCursor> list = root.at("faults");

@@ -18,7 +18,7 @@ std::string error_of(const std::string& entry) {
   return faults ? "none" : to_string(faults.error());
 }
 
-TEST(FaultsFile, EveryKindIsRead) {
+TEST(FaultsFile, ReadsEveryKind) {
   const auto faults = parse_faults(R"(faults:
   - {fault: camera_blackout, at_s: 10, for_s: 2}
   - {fault: camera_frozen, at_s: 10, for_s: 2}
@@ -52,8 +52,8 @@ TEST(FaultsFile, EveryKindIsRead) {
   EXPECT_EQ(faults->at(15).speed_share, 0.85);
 }
 
-TEST(FaultsFile, BadInputIsAnsweredWithFileLineAndKey) {
-  EXPECT_NE(error_of("{fault: camera_blakout}").find("f.yaml:2 (faults[0].fault): there is no fault"),
+TEST(FaultsFile, InvalidInputIsReportedWithFileLineAndKey) {
+  EXPECT_NE(error_of("{fault: camera_blakout}").find("f.yaml:2 (faults[0].fault): unknown fault"),
             std::string::npos);
   EXPECT_NE(error_of("{fault: camera_blakout}").find("camera_blackout"), std::string::npos);
   EXPECT_NE(error_of("{fault: tag_removed}").find("'id' is missing"), std::string::npos);
@@ -66,7 +66,7 @@ TEST(FaultsFile, BadInputIsAnsweredWithFileLineAndKey) {
   EXPECT_FALSE(parse_faults("fault: x\n", "f.yaml", circuit()));
 }
 
-// What comes with Waymark: what the files promise.
+// Worlds and robots that come with Waymark fit together.
 struct Shipped {
   const char* world;
   const char* robot;

@@ -32,7 +32,7 @@ Result<SE3> read_pose(const YamlCursor& entry) {
   return SE3(*rotation, Eigen::Vector3d((*p)[0], (*p)[1], (*p)[2]));
 }
 
-/// From the upper triangle, row by row.
+/// The symmetric matrix of an upper triangle, row-major.
 template <int N>
 Eigen::Matrix<double, N, N> symmetric(const std::vector<double>& upper) {
   Eigen::Matrix<double, N, N> P;
@@ -43,7 +43,7 @@ Eigen::Matrix<double, N, N> symmetric(const std::vector<double>& upper) {
   return P;
 }
 
-/// The upper triangle, row by row.
+/// The upper triangle, row-major.
 template <int N>
 std::vector<double> upper_triangle(const Eigen::Matrix<double, N, N>& P) {
   std::vector<double> upper;
@@ -60,7 +60,7 @@ Result<Covariance> read_covariance(const YamlCursor& entry) {
     return tl::unexpected(status.error());
   const Covariance covariance = symmetric<6>(*values);
   if ((covariance.diagonal().array() < 0).any())
-    return entry.fail_here(ErrorCode::InvalidArgument, "a variance is negative");
+    return entry.fail_here(ErrorCode::InvalidArgument, "negative variance");
   return covariance;
 }
 
@@ -89,7 +89,7 @@ Status read_tie(const YamlCursor& entry, MappedTag& mapped) {
   return {};
 }
 
-/// Ties lead from tag to tag of the map and end at one that is tied to none.
+/// Checks that ties connect tags of the map and end at a tag without a tie.
 Status check_ties(const YamlCursor& root, const TagMap& map) {
   std::set<TagId> fine;
   for (const auto& [id, mapped] : map.tags) {
@@ -103,10 +103,10 @@ Status check_ties(const YamlCursor& root, const TagMap& map) {
       if (circle || (tag.tie && (to == nullptr || !tag.covariance || !to->covariance)))
         return root.fail_here(
             ErrorCode::InvalidArgument,
-            circle ? fmt::format("the ties of {} lead in a circle", to_string(at))
+            circle ? fmt::format("the ties of {} form a cycle", to_string(at))
                    : fmt::format("{} is tied to {}, but not both are among the tags with a covariance",
                                  to_string(at), to_string(tag.tie->to)),
-            "Leave out tied_to and tied_covariance.");
+            "Remove tied_to and tied_covariance.");
       if (!tag.tie) break;
       at = tag.tie->to;
     }
@@ -128,7 +128,7 @@ Status read_tag(const YamlCursor& entry, MapFile& map) {
   constexpr double kLargestMetres = 1000;
   if (!is_tag_size(mapped.size_m) || mapped.size_m > kLargestMetres)
     return entry.at("size_m")->fail_here(ErrorCode::InvalidArgument,
-                                         "a tag has a size greater than 0, and no kilometre");
+                                         "the tag size must be greater than 0 and less than a kilometre");
   const Result<SE3> map_T_tag = read_pose(entry);
   if (!map_T_tag) return tl::unexpected(map_T_tag.error());
   mapped.map_T_tag = *map_T_tag;
@@ -149,13 +149,13 @@ Status read_tag(const YamlCursor& entry, MapFile& map) {
   return {};
 }
 
-/// The floor; older maps say only how high it lies.
+/// Reads the floor; older maps contain only its height.
 Result<FloorPlane> read_floor(const YamlCursor& root) {
   FloorPlane plane;
   const auto older = root.find("floor_z_m");
   const auto floor = root.find("floor");
   if (older && floor)
-    return older->fail_here(ErrorCode::InvalidArgument, "the floor is given twice", "Leave out floor_z_m.");
+    return older->fail_here(ErrorCode::InvalidArgument, "the floor is given twice", "Remove floor_z_m.");
   if (older) {
     const Result<double> z_m = older->number();
     if (!z_m) return tl::unexpected(z_m.error());
@@ -173,7 +173,7 @@ Result<FloorPlane> read_floor(const YamlCursor& root) {
   constexpr double kUpright = 0.5;  // cosine
   if (!(std::abs(normal.norm() - 1) < 1e-6) || normal.z() < kUpright)
     return floor->at("normal")->fail_here(ErrorCode::InvalidArgument,
-                                          "the normal of a floor has length 1 and points upwards");
+                                          "the normal of the floor must have length 1 and point upwards");
   plane.normal = normal.normalized();
   const auto covariance = floor->find("covariance");
   if (!covariance) return plane;
@@ -183,18 +183,19 @@ Result<FloorPlane> read_floor(const YamlCursor& root) {
     return tl::unexpected(status.error());
   plane.covariance = symmetric<3>(*values);
   if ((plane.covariance->diagonal().array() < 0).any())
-    return covariance->fail_here(ErrorCode::InvalidArgument, "a variance is negative");
+    return covariance->fail_here(ErrorCode::InvalidArgument, "negative variance");
   return plane;
 }
 
 Status check_format(const YamlCursor& root) {
   const Result<std::string> format = root.read_at("format", &YamlCursor::text);
   if (!format)
-    return root.fail_here(ErrorCode::Unreadable, "not a map of Waymark",
-                          fmt::format("It begins with `format: {}`; `waymark map` writes one.", kFormat));
+    return root.fail_here(
+        ErrorCode::Unreadable, "not a Waymark map",
+        fmt::format("A map begins with `format: {}`; write one with `waymark map`.", kFormat));
   if (*format != kFormat)
     return root.at("format")->fail_here(ErrorCode::Unsupported,
-                                        fmt::format("'{}' is not a format of maps known here", *format),
+                                        fmt::format("unsupported map format '{}'", *format),
                                         fmt::format("Known: {}.", kFormat));
   return root.check_keys({"format", "anchor", "floor", "floor_z_m", "provenance", "tags"});
 }
@@ -203,7 +204,7 @@ std::string covariance_line(const Covariance& covariance) {
   return "    covariance: " + yaml_list(upper_triangle<6>(covariance)) + "\n";
 }
 
-/// Nothing where it is z = 0 and no more is known of it.
+/// Empty for the default floor: z = 0 without uncertainty.
 std::string floor_yaml(const FloorPlane& floor) {
   if (floor.z_m == 0 && floor.normal == Eigen::Vector3d::UnitZ() && !floor.covariance) return {};
   std::string text =
@@ -290,7 +291,7 @@ Status write_map(const std::filesystem::path& path, const MapFile& map) {
   const FloorPlane& floor = map.tags.floor;
   if (!std::isfinite(floor.z_m) || !floor.normal.allFinite() ||
       (floor.covariance && !floor.covariance->allFinite()))
-    return fail(ErrorCode::InvalidArgument, "a number of the floor is not finite: not written",
+    return fail(ErrorCode::InvalidArgument, "non-finite number in the floor; not written",
                 {.source = path.string()});
   for (const auto& [tag, mapped] : map.tags.tags) {
     const bool finite = mapped.map_T_tag.matrix().allFinite() && is_tag_size(mapped.size_m) &&
@@ -298,7 +299,7 @@ Status write_map(const std::filesystem::path& path, const MapFile& map) {
                         (!mapped.tie || mapped.tie->covariance.allFinite());
     if (!finite)
       return fail(ErrorCode::InvalidArgument,
-                  fmt::format("a number of {} is not finite: not written", to_string(tag)),
+                  fmt::format("non-finite number in {}; not written", to_string(tag)),
                   {.source = path.string()});
   }
   return write_text_file(path, to_yaml(map));

@@ -12,27 +12,26 @@
 
 namespace waymark {
 
-/// What map.yaml holds (docs/formats/map.md).
+/// Contents of map.yaml (docs/formats/map.md).
 struct MapFile {
   TagMap tags{};
-  std::map<TagId, int> observations{};  ///< frames that saw a tag; a tag that is not here: not known
+  std::map<TagId, int> observations{};  ///< number of frames with a tag; missing if unknown
   TagId anchor{};                       ///< the tag whose pose was given
-  /// Where the map comes from, in words, in the order of the file: method, recording, …
+  /// Origin of the map as text, in the order of the file: method, recording, …
   std::vector<std::pair<std::string, std::string>> provenance{};
 };
 
-/// Errors have file, line and key: not a map, an unknown or missing key, a tag given twice or not in its
-/// family, a quaternion that is none, a covariance that is not 21 numbers, an anchor that is not among the
-/// tags.
+/// Reads a map. Errors have file, line and key: not a map, an unknown or missing key, a duplicate tag or one
+/// that is not in its family, an invalid quaternion, a covariance without 21 numbers, an anchor that is not
+/// among the tags.
 [[nodiscard]] Result<MapFile> read_map(const std::filesystem::path& path);
-/// map.yaml where a folder is given, else what is given.
+/// map.yaml in the folder if a folder is given, else the path itself.
 [[nodiscard]] std::filesystem::path map_file_of(const std::filesystem::path& map_or_folder);
 [[nodiscard]] Result<MapFile> parse_map(std::string_view text, const std::string& source);
 
-/// Reads back as the same map, to the last bit but for the length of the quaternions. Every number must be
-/// finite.
+/// Reads back as exactly the same map except for the norm of the quaternions. Every number must be finite.
 [[nodiscard]] std::string to_yaml(const MapFile& map);
-/// Fails (InvalidArgument) on a number that is not finite, instead of writing it.
+/// Fails (InvalidArgument) on a non-finite number without writing.
 [[nodiscard]] Status write_map(const std::filesystem::path& path, const MapFile& map);
 
 }  // namespace waymark

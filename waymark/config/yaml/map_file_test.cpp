@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/data.hpp"
+#include "tests/support/golden_page.hpp"
 #include "waymark/base/random.hpp"
 
 namespace waymark {
@@ -39,7 +40,7 @@ std::string error_of(const std::string& text) {
   return map ? "none" : to_string(map.error());
 }
 
-TEST(MapFile, WhatIsWrittenReadsBack) {
+TEST(MapFile, RoundTrips) {
   const MapFile map = some_map();
   const auto path = testing::fresh_folder("map") / "map.yaml";
   ASSERT_TRUE(write_map(path, map));
@@ -64,7 +65,7 @@ TEST(MapFile, WhatIsWrittenReadsBack) {
   EXPECT_EQ(to_yaml(*parse_map(to_yaml(*back), "again")), to_yaml(*back));
 }
 
-TEST(MapFile, SaysWhereTheFloorIsWhenItIsNotAtZero) {
+TEST(MapFile, StoresAFloorThatIsNotAtZero) {
   MapFile map = some_map();
   const std::string without = to_yaml(map);
   EXPECT_EQ(without.find("floor"), std::string::npos);
@@ -77,7 +78,7 @@ TEST(MapFile, SaysWhereTheFloorIsWhenItIsNotAtZero) {
   EXPECT_LT((back->tags.floor.normal - map.tags.floor.normal).norm(), 1e-15);
   EXPECT_EQ(back->tags.floor.covariance, map.tags.floor.covariance);
   EXPECT_NE(error_of(replaced(to_yaml(map), "z_m: -0.3", "z_m: low")).find("(floor.z_m)"), std::string::npos);
-  EXPECT_NE(error_of(replaced(to_yaml(map), "[0.6, 0.0, 0.8]", "[0.6, 0.0, 0.9]")).find("length 1"),
+  EXPECT_NE(error_of(replaced(to_yaml(map), "[0.6, 0.0, 0.8]", "[0.6, 0.0, 0.9]")).find("(floor.normal)"),
             std::string::npos);
 }
 
@@ -94,11 +95,10 @@ TEST(MapFile, ReadsTheFloorOfOlderMaps) {
       std::string::npos);
 }
 
-TEST(MapFile, BadInputIsAnsweredWithFileLineAndKey) {
+TEST(MapFile, InvalidInputIsReportedWithFileLineAndKey) {
   const std::string text = to_yaml(some_map());
-  EXPECT_EQ(error_of(""),
-            "m.yaml:1: not a map of Waymark. It begins with `format: waymark-map-1`; `waymark "
-            "map` writes one.");
+  EXPECT_EQ(error_of("").substr(0, 9), "m.yaml:1:");
+  testing::expect_on_page("map", error_of(""));
   EXPECT_NE(error_of(replaced(text, "map-1", "map-9")).find("m.yaml:2 (format): 'waymark-map-9'"),
             std::string::npos);
   EXPECT_NE(error_of(replaced(text, "size_m", "size_mm")).find("m.yaml:9 (tags[0].size_mm): unknown key"),
@@ -108,7 +108,7 @@ TEST(MapFile, BadInputIsAnsweredWithFileLineAndKey) {
             std::string::npos);
   EXPECT_NE(error_of(replaced(text, "covariance: [", "covariance: [1, ")).find("22 numbers where 21"),
             std::string::npos);
-  EXPECT_NE(error_of(replaced(text, "covariance: [", "covariance: [-")).find("variance is negative"),
+  EXPECT_NE(error_of(replaced(text, "covariance: [", "covariance: [-")).find("negative variance"),
             std::string::npos);
   EXPECT_NE(error_of(replaced(text, "- tag: \"tag36h11:4\"", "- tag: \"tag36h11:3\"")).find("given twice"),
             std::string::npos);
@@ -117,18 +117,18 @@ TEST(MapFile, BadInputIsAnsweredWithFileLineAndKey) {
   EXPECT_NE(error_of(replaced(text, "position_m: [", "position_m: [1e300, 1, 1] # ["))
                 .find("(tags[0].position_m): 1e+300 is out"),
             std::string::npos);
-  EXPECT_NE(error_of(replaced(text, "size_m: 0", "size_m: 1e100 # ")).find("no kilometre"),
+  EXPECT_NE(error_of(replaced(text, "size_m: 0", "size_m: 1e100 # ")).find("(tags[0].size_m)"),
             std::string::npos);
   EXPECT_NE(error_of(replaced(text, "tied_to: \"tag36h11:3\"", "tied_to: \"tag36h11:9\""))
                 .find("tied to tag36h11:9, but"),
             std::string::npos);
   EXPECT_NE(
-      error_of(replaced(text, "tied_to: \"tag36h11:3\"", "tied_to: \"tag36h11:4\"")).find("lead in a circle"),
+      error_of(replaced(text, "tied_to: \"tag36h11:3\"", "tied_to: \"tag36h11:4\"")).find("form a cycle"),
       std::string::npos);
   EXPECT_NE(error_of(replaced(text, "tag36h11:4", "tag36h11:4000")).find("(tags[1].tag)"), std::string::npos);
 }
 
-TEST(MapFile, EveryCutIsAnErrorAndNeverACrash) {
+TEST(MapFile, EveryTruncationIsAnErrorAndNeverACrash) {
   const std::string text = to_yaml(some_map());
   const std::size_t last_tag = text.rfind("  - tag");
   for (std::size_t length = 0; length < last_tag; ++length) {
@@ -137,7 +137,7 @@ TEST(MapFile, EveryCutIsAnErrorAndNeverACrash) {
   }
 }
 
-TEST(MapFile, NoNanIsWritten) {
+TEST(MapFile, DoesNotWriteNan) {
   MapFile map = some_map();
   const double nan = std::numeric_limits<double>::quiet_NaN();
   map.tags.tags.begin()->second.map_T_tag = SE3(SO3(), {0, nan, 0});

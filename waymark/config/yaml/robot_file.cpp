@@ -48,7 +48,7 @@ namespace {
 
 constexpr double kMaxMetres = 20;  ///< of hull, wheels and mounting
 
-/// One part of the file: the keys it must have, and what reads them.
+/// Reads one part of the file with its required keys.
 template <class Read>
 Status part(const YamlCursor& root, std::string_view key, const std::vector<std::string>& keys, Read&& read) {
   const Result<YamlCursor> entry = root.at(key);
@@ -87,7 +87,7 @@ Status read_model(const YamlCursor& root, RobotModel& model) {
 constexpr const char* kMounting = "camera_mounting";
 constexpr const char* kInfo = "camera_info";
 
-/// Lens and mounting, of the root or of an entry of `cameras`.
+/// Lens and mounting at the root or in an entry of `cameras`.
 Result<MountedCamera> read_camera_at(const YamlCursor& entry, std::string name) {
   CameraMounting at;
   Status status =
@@ -100,32 +100,33 @@ Result<MountedCamera> read_camera_at(const YamlCursor& entry, std::string name) 
               .yaw_rad = to_radians(value("yaw_deg"))};
       });
   if (status && Eigen::Vector3d(at.x_m, at.y_m, at.z_m).norm() > kMaxMetres)
-    status = entry.at(kMounting)->fail_here(ErrorCode::InvalidArgument,
-                                            fmt::format("a camera is not {:g} m away from its robot",
-                                                        Eigen::Vector3d(at.x_m, at.y_m, at.z_m).norm()),
-                                            "The unit is metres.");
+    status =
+        entry.at(kMounting)->fail_here(ErrorCode::InvalidArgument,
+                                       fmt::format("implausible distance of {:g} m between camera and robot",
+                                                   Eigen::Vector3d(at.x_m, at.y_m, at.z_m).norm()),
+                                       "Give the mounting in metres.");
   if (!status) return tl::unexpected(status.error());
   const auto info = entry.read_at(kInfo, &internal::read_camera_info);
   if (!info) return tl::unexpected(info.error());
   return MountedCamera{.name = std::move(name), .camera = info->camera, .base_T_cam = base_T_camera(at)};
 }
 
-/// A name goes into topics and frames.
+/// Reads the name of a camera, which is used in topics and frames.
 Result<std::string> read_camera_name(const YamlCursor& entry, const std::vector<MountedCamera>& before) {
   Result<std::string> name = entry.read_at("name", &YamlCursor::text);
   if (!name) return name;
   const auto allowed = [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'; };
   if (name->empty() || name->size() > 40 || !std::ranges::all_of(*name, allowed))
     return entry.at("name")->fail_here(ErrorCode::InvalidArgument,
-                                       fmt::format("'{}' is no name of a camera", *name),
+                                       fmt::format("invalid camera name '{}'", *name),
                                        "Use lower case letters, digits and underscores: front, rear_left.");
   if (std::ranges::find(before, *name, &MountedCamera::name) != before.end())
     return entry.at("name")->fail_here(ErrorCode::InvalidArgument,
-                                       fmt::format("two cameras are named '{}'", *name));
+                                       fmt::format("duplicate camera name '{}'", *name));
   return name;
 }
 
-/// The cameras of the list, or the only one, which needs no name.
+/// Reads the list of cameras, or the only one, which needs no name.
 Result<std::vector<MountedCamera>> read_robot_cameras(const YamlCursor& root) {
   constexpr std::size_t kMaxCameras = 16;
   std::vector<MountedCamera> cameras;
@@ -137,8 +138,8 @@ Result<std::vector<MountedCamera>> read_robot_cameras(const YamlCursor& root) {
   }
   for (const char* single : {kMounting, kInfo}) {
     if (const auto both = root.find(single))
-      return both->fail_here(ErrorCode::InvalidArgument, "stands beside the list 'cameras'",
-                             "Write it into an entry of the list.");
+      return both->fail_here(ErrorCode::InvalidArgument, "not allowed together with the list 'cameras'",
+                             "Move it into an entry of the list.");
   }
   if (!list->is_sequence() || list->children().empty() || list->children().size() > kMaxCameras)
     return list->fail_here(ErrorCode::InvalidArgument,
@@ -239,8 +240,8 @@ Result<std::string> with_camera_mounting(std::string_view text, const SE3& base_
   const std::string source = "robot.yaml";
   if (const auto robot = parse_robot(text, source); !robot) return tl::unexpected(robot.error());
   std::string changed;
-  bool inside = false;  // of the value, which may go over several lines
-  bool found = false;   // of several cameras the first is meant
+  bool inside = false;  // inside the value, which may span several lines
+  bool found = false;   // only the first camera is changed
   std::size_t indent = 0;
   while (!text.empty()) {
     const std::size_t end = std::min(text.find('\n'), text.size() - 1);
@@ -257,7 +258,7 @@ Result<std::string> with_camera_mounting(std::string_view text, const SE3& base_
   const auto robot = parse_robot(changed, source);
   if (!robot) return tl::unexpected(robot.error());
   if (!(robot->model.base_T_cam.inverse() * base_T_cam).log().isZero(1e-9))
-    return fail(ErrorCode::Unsupported, "the file is written in a way that cannot be changed here",
+    return fail(ErrorCode::Unsupported, "the layout of the file does not allow an automatic change",
                 {.source = source, .key = "camera_mounting"}, "Write camera_mounting on a line of its own.");
   return changed;
 }
@@ -287,7 +288,7 @@ Result<std::vector<ListedFile>> list_shared(std::string_view folder) {
   for (const auto& entry : std::filesystem::directory_iterator(*share / folder, error))
     if (entry.path().extension() == ".yaml") files.push_back({entry.path().stem().string(), entry.path()});
   if (error)
-    return fail(ErrorCode::NotFound, "the files cannot be listed: " + error.message(),
+    return fail(ErrorCode::NotFound, "cannot list the files: " + error.message(),
                 {.source = (*share / folder).string()});
   std::ranges::sort(files, {}, &ListedFile::name);
   return files;

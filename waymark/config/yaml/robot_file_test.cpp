@@ -20,13 +20,13 @@ std::string error_of(const std::string& text) {
   return robot ? "none" : to_string(robot.error());
 }
 
-TEST(RobotFile, TheLimoIsAsItsDataSheetSays) {
+TEST(RobotFile, TheLimoMatchesItsDataSheet) {
   const auto limo = parse_robot(kLimo, "limo.yaml");
   ASSERT_TRUE(limo) << to_string(limo.error());
   EXPECT_EQ(limo->model.name, "limo");
   EXPECT_EQ(limo->model.hull.width_m, 0.22);
   EXPECT_EQ(limo->camera.width_px(), 640);
-  // What lies straight ahead is in the middle of the picture, what lies to the left is left of it.
+  // Points straight ahead project to the image centre, points on the left to the left of it.
   const SE3 cam_T_base = limo->model.base_T_cam.inverse();
   const Eigen::Vector3d ahead = cam_T_base * Eigen::Vector3d(2.084, 0, 0.18);
   EXPECT_TRUE(ahead.isApprox(Eigen::Vector3d(0, 0, 2), 1e-12));
@@ -35,7 +35,7 @@ TEST(RobotFile, TheLimoIsAsItsDataSheetSays) {
   EXPECT_EQ(pinhole.cx, 323.5) << "half a pixel more than in the file: centres at +1/2";
 }
 
-TEST(RobotFile, WhatIsWrittenReadsBack) {
+TEST(RobotFile, RoundTrips) {
   for (const char* angles :
        {"roll_deg: 0.0, pitch_deg: 0.0, yaw_deg: 0.0", "roll_deg: 3, pitch_deg: 20, yaw_deg: -100",
         "roll_deg: 0, pitch_deg: 90, yaw_deg: 7"}) {
@@ -55,7 +55,7 @@ TEST(RobotFile, WhatIsWrittenReadsBack) {
 
 const std::string kTwoCameras = *read_text_file(WAYMARK_SHARE "/robots/limo-front-rear.yaml", 1 << 20);
 
-TEST(RobotFile, SeveralCamerasHaveNamesLensesAndMountingsOfTheirOwn) {
+TEST(RobotFile, EachCameraHasItsNameLensAndMounting) {
   const std::string text = replaced(kTwoCameras, "[442.17, 0.0, 323.0", "[500.0, 0.0, 323.0");
   const auto robot = parse_robot(text, "two.yaml");
   ASSERT_TRUE(robot) << to_string(robot.error());
@@ -66,7 +66,7 @@ TEST(RobotFile, SeveralCamerasHaveNamesLensesAndMountingsOfTheirOwn) {
   EXPECT_EQ(rear.name, "rear");
   EXPECT_EQ(std::get<PinholeRadtan>(rear.camera.projection()).fx, 442.17);
   const Eigen::Vector3d behind = rear.base_T_cam.inverse() * Eigen::Vector3d(-2.13, 0, 0.2);
-  EXPECT_TRUE(behind.isApprox(Eigen::Vector3d(0, 0, 2), 1e-12)) << "it looks back";
+  EXPECT_TRUE(behind.isApprox(Eigen::Vector3d(0, 0, 2), 1e-12)) << "it looks backward";
 
   const auto back = parse_robot(to_yaml(*robot), "written");
   ASSERT_TRUE(back) << to_string(back.error());
@@ -85,22 +85,22 @@ TEST(RobotFile, SeveralCamerasHaveNamesLensesAndMountingsOfTheirOwn) {
   EXPECT_EQ(elsewhere->more_cameras[0], parse_robot(kTwoCameras, "two")->more_cameras[0]);
 }
 
-TEST(RobotFile, CamerasThatCannotBeToldApartAreRefused) {
+TEST(RobotFile, RejectsInvalidCameraNamesAndLists) {
   EXPECT_NE(
-      error_of(replaced(kTwoCameras, "name: rear", "name: front")).find("two cameras are named 'front'"),
+      error_of(replaced(kTwoCameras, "name: rear", "name: front")).find("duplicate camera name 'front'"),
       std::string::npos);
-  EXPECT_NE(error_of(replaced(kTwoCameras, "name: rear", "name: ../rear")).find("is no name of a camera"),
+  EXPECT_NE(error_of(replaced(kTwoCameras, "name: rear", "name: ../rear")).find("'../rear'"),
             std::string::npos);
   EXPECT_NE(error_of(replaced(kTwoCameras, "- name: rear", "- nam: rear")).find("Did you mean 'name'"),
             std::string::npos);
-  EXPECT_NE(error_of(kLimo + "cameras: []\n").find("stands beside the list 'cameras'"), std::string::npos);
+  EXPECT_NE(error_of(kLimo + "cameras: []\n").find("list 'cameras'"), std::string::npos);
   EXPECT_NE(
       error_of(replaced(kTwoCameras, kTwoCameras.substr(kTwoCameras.find("\ncameras:")), "\ncameras: []\n"))
           .find("is not a list of 1 to 16 cameras"),
       std::string::npos);
 }
 
-TEST(RobotFile, BadInputIsAnsweredWithFileLineAndKey) {
+TEST(RobotFile, InvalidInputIsReportedWithFileLineAndKey) {
   EXPECT_NE(error_of(replaced(kLimo, "front_m", "frnt_m")).find("r.yaml:4 (hull.frnt_m): unknown key"),
             std::string::npos);
   EXPECT_NE(error_of(replaced(kLimo, "0.045", "0")).find("(wheels.radius_m): must be greater than 0"),
@@ -110,24 +110,24 @@ TEST(RobotFile, BadInputIsAnsweredWithFileLineAndKey) {
             std::string::npos);
   EXPECT_NE(error_of(replaced(kLimo, "image_width: 640\n", "image_width: 0\n")).find("camera_info"),
             std::string::npos);
-  EXPECT_NE(error_of(replaced(kLimo, "width_m: 0.22", "width_m: 220")).find("220 m is more than the 20"),
+  EXPECT_NE(error_of(replaced(kLimo, "width_m: 0.22", "width_m: 220")).find("220 m exceeds"),
             std::string::npos);
-  EXPECT_NE(error_of(replaced(kLimo, "x_m: 0.084", "x_m: 84")).find("a camera is not 84"), std::string::npos);
+  EXPECT_NE(error_of(replaced(kLimo, "x_m: 0.084", "x_m: 84")).find("84"), std::string::npos);
   EXPECT_NE(error_of(kLimo + "motion:\n  foo: 3\n").find("(motion.foo): unknown key"), std::string::npos);
   EXPECT_NE(error_of("name: x\n").find("'hull' is missing"), std::string::npos);
-  const std::size_t needed = kLimo.find("rectification_matrix");  // what follows may be left out
+  const std::size_t needed = kLimo.find("rectification_matrix");  // the rest is optional
   for (std::size_t length = 0; length + 20 < needed; length += 7)
     EXPECT_FALSE(parse_robot(kLimo.substr(0, length), "r.yaml")) << length;
 }
 
-TEST(RobotList, EveryRobotThatComesWithWaymarkIsReadAndSaysWhatItIs) {
+TEST(RobotList, ReadsEveryRobotThatComesWithWaymark) {
   const auto robots = list_shared("robots");
   ASSERT_TRUE(robots) << to_string(robots.error());
   ASSERT_GE(robots->size(), 6U);
   for (const ListedFile& listed : *robots) {
     const auto shown = read_commented_robot(listed.path);
     ASSERT_TRUE(shown) << to_string(shown.error());
-    EXPECT_EQ(shown->robot.model.name, listed.name) << "one name, by which it is found";
+    EXPECT_EQ(shown->robot.model.name, listed.name) << "the file name is the name of the robot";
     EXPECT_EQ(read_named_robot(listed.name)->model.name, listed.name);
     EXPECT_GT(first_sentence(shown->comment).size(), 20U) << listed.name;
   }
@@ -135,9 +135,9 @@ TEST(RobotList, EveryRobotThatComesWithWaymarkIsReadAndSaysWhatItIs) {
   EXPECT_TRUE(std::ranges::is_sorted(*robots, {}, &ListedFile::name));
 }
 
-TEST(RobotList, AFolderThatIsNotThereIsAnError) { EXPECT_FALSE(list_shared("no such folder")); }
+TEST(RobotList, AMissingFolderIsAnError) { EXPECT_FALSE(list_shared("no such folder")); }
 
-TEST(RobotList, TheCommentAtTheBeginIsOneText) {
+TEST(RobotList, JoinsTheLeadingComment) {
   const std::string text =
       leading_comment("# A robot of 1.5 m.\r\n#  It drives.\n#\n# Well.\nname: x\n# no\n");
   EXPECT_EQ(text, "A robot of 1.5 m. It drives. Well.");

@@ -36,7 +36,7 @@ std::uint64_t hashed(std::uint64_t hash, std::string_view text) {
   return hash;
 }
 
-/// Of the numbers of all points as they stand in the file.
+/// Checksum of all points as written in the file.
 std::string checksum(const std::vector<std::array<double, kColumns>>& rows) {
   std::uint64_t hash = 14695981039346656037U;
   for (const auto& row : rows) hash = hashed(hash, yaml_list(row));
@@ -50,7 +50,7 @@ std::vector<std::array<double, kColumns>> rows_of(const Route& route) {
   return rows;
 }
 
-/// From the last point to the first, in a straight line.
+/// Straight-line distance from the last point to the first.
 double closing_gap_m(const Route& route) {
   return (route.points.front().map_T_base.translation() - route.points.back().map_T_base.translation())
       .norm();
@@ -64,7 +64,7 @@ double median_spacing_m(const Route& route) {
   return spacings[spacings.size() / 2];
 }
 
-/// Points follow each other in even steps, and no two are farther apart than the way between them.
+/// Checks that points have even spacing and are not farther apart than their arc lengths.
 Status check_spacing(const YamlCursor& points, const Route& route) {
   constexpr double kSlack_m = 0.01;
   const double most_m = 3 * median_spacing_m(route) + 0.02;
@@ -79,24 +79,24 @@ Status check_spacing(const YamlCursor& points, const Route& route) {
         i < count ? fmt::format("between points {} and {} (at {:.2f} m)", i - 1, i, before.arc_length_m)
                   : std::string("between the last point and the first");
     const auto message =
-        way_m > most_m
-            ? fmt::format("a hole of {:.2f} m {}: points are {:.2f} m apart elsewhere", way_m, where,
-                          median_spacing_m(route))
-            : fmt::format("{} lie {:.2f} m, but the arc length grows by {:.2f} m", where, apart_m, way_m);
+        way_m > most_m ? fmt::format("a gap of {:.2f} m {}, but the spacing is {:.2f} m elsewhere", way_m,
+                                     where, median_spacing_m(route))
+                       : fmt::format("{} the distance is {:.2f} m, but the arc length increases by {:.2f} m",
+                                     where, apart_m, way_m);
     return points.fail_here(ErrorCode::InvalidArgument, message, kMend);
   }
   return {};
 }
 
-/// Whether the displacement, in the frame of a robot that reverses, leads forwards.
+/// Whether the displacement, in the frame of a robot that reverses, points forward.
 bool leads_forwards(const Eigen::Vector2d& displacement) {
   constexpr double kNoDirection_m = 0.005;
   return displacement.norm() >= kNoDirection_m && displacement.x() >= 0.5 * displacement.norm();
 }
 
-/// The speed of a point is that of the segment that ends there (route_progress.cpp), and a negative one
-/// drives backwards: the point before lies ahead of it. No segment of an open route ends at its first point,
-/// which has the speed of the segment that begins there.
+/// The speed of a point is that of the segment that ends there (route_progress.cpp); it is negative if the
+/// robot reverses, so that the previous point is ahead of it. No segment of an open route ends at its first
+/// point, which has the speed of the segment that begins there.
 Status check_directions(const YamlCursor& points, const Route& route) {
   constexpr const char* kMeaning =
       "The speed of a point is that of the segment that ends there: negative if the robot reverses to it.";
@@ -118,7 +118,7 @@ Status check_directions(const YamlCursor& points, const Route& route) {
   return {};
 }
 
-/// What the file states of its points; files before these keys state nothing.
+/// Checks the values in the file that describe its points; older files do not contain them.
 Status check_stated(const YamlCursor& root, const Route& route,
                     const std::vector<std::array<double, kColumns>>& rows) {
   if (const auto stated = root.find("point_count")) {
@@ -127,7 +127,7 @@ Status check_stated(const YamlCursor& root, const Route& route,
     if (static_cast<std::size_t>(*count) != route.points.size())
       return stated->fail_here(
           ErrorCode::InvalidArgument,
-          fmt::format("the file states {} points and holds {}", *count, route.points.size()), kMend);
+          fmt::format("the file declares {} points but contains {}", *count, route.points.size()), kMend);
   }
   if (const auto stated = root.find("closing_gap_m")) {
     const auto gap = stated->number();
@@ -135,7 +135,7 @@ Status check_stated(const YamlCursor& root, const Route& route,
     if (!(std::abs(*gap - closing_gap_m(route)) < 1e-3))
       return stated->fail_here(
           ErrorCode::InvalidArgument,
-          fmt::format("the file states {:.3f} m from the last point to the first; they are "
+          fmt::format("the file declares {:.3f} m from the last point to the first, but they are "
                       "{:.3f} m apart",
                       *gap, closing_gap_m(route)),
           kMend);
@@ -145,7 +145,7 @@ Status check_stated(const YamlCursor& root, const Route& route,
     if (!sum) return tl::unexpected(sum.error());
     if (*sum != checksum(rows))
       return stated->fail_here(ErrorCode::InvalidArgument,
-                               "the checksum of the points is another than the file states", kMend);
+                               "the checksum of the points does not match the file", kMend);
   }
   return {};
 }
@@ -168,7 +168,8 @@ Status read_notes(const YamlCursor& root, Route& route) {
   if (const auto longest = root.find("longest_without_tags_m")) {
     const Result<double> metres = longest->number();
     if (!metres) return tl::unexpected(metres.error());
-    if (!(*metres >= 0)) return longest->fail_here(ErrorCode::InvalidArgument, "a length is not negative");
+    if (!(*metres >= 0))
+      return longest->fail_here(ErrorCode::InvalidArgument, "a length must not be negative");
     route.longest_without_tags_m = *metres;
   }
   const auto tags = root.find("map_tags");
@@ -189,7 +190,7 @@ Status read_route_point(const YamlCursor& entry, Route& route,
   const std::vector<double>& n = *row;
   std::ranges::copy(n, rows.emplace_back().begin());
   if (!route.points.empty() && n[0] <= route.points.back().arc_length_m)
-    return entry.fail_here(ErrorCode::InvalidArgument, "the arc length does not grow");
+    return entry.fail_here(ErrorCode::InvalidArgument, "the arc length does not increase");
   if (!(std::abs(n[5]) > 0)) return entry.fail_here(ErrorCode::InvalidArgument, "the speed must not be 0");
   route.points.push_back(
       {.map_T_base = SE2(n[1], n[2], n[3]), .arc_length_m = n[0], .curvature_1_m = n[4], .speed_m_s = n[5]});
@@ -200,11 +201,11 @@ Status check_route_format(const YamlCursor& root) {
   const Result<std::string> format = root.read_at("format", &YamlCursor::text);
   if (!format)
     return root.fail_here(
-        ErrorCode::Unreadable, "not a route of Waymark",
-        fmt::format("It begins with `format: {}`; `waymark map` writes one.", kRouteFormat));
+        ErrorCode::Unreadable, "not a Waymark route",
+        fmt::format("A route begins with `format: {}`; write one with `waymark map`.", kRouteFormat));
   if (*format != kRouteFormat)
     return root.at("format")->fail_here(ErrorCode::Unsupported,
-                                        fmt::format("'{}' is not a format of routes known here", *format),
+                                        fmt::format("unsupported route format '{}'", *format),
                                         fmt::format("Known: {}.", kRouteFormat));
   return root.check_keys({"format", "closed", "length_m", "point_count", "closing_gap_m", "points_checksum",
                           "longest_without_tags_m", "map_tags", "stations", "points"});
@@ -222,7 +223,7 @@ Status read_station(const YamlCursor& entry, Route& route) {
   if (Status status = check_station(route, station); !status)
     return entry.fail_here(status.error().code, status.error().message, status.error().hint);
   if (!route.stations.empty() && station.arc_length_m <= route.stations.back().arc_length_m)
-    return entry.fail_here(ErrorCode::InvalidArgument, "the arc length of stations does not grow");
+    return entry.fail_here(ErrorCode::InvalidArgument, "the arc length of stations does not increase");
   route.stations.push_back(station);
   return {};
 }
@@ -231,7 +232,7 @@ Status read_stations(const YamlCursor& root, Route& route) {
   const auto stations = root.find("stations");
   if (!stations) return {};
   if (!stations->is_sequence())
-    return stations->fail_here(ErrorCode::InvalidArgument, "stations are a list",
+    return stations->fail_here(ErrorCode::InvalidArgument, "stations must be a list",
                                "For example - {name: shelf, arc_length_m: 3.2, pause_s: 5}.");
   for (const YamlCursor& entry : stations->children()) {
     if (Status status = read_station(entry, route); !status) return status;
@@ -262,7 +263,7 @@ Result<Route> parse_route(std::string_view text, const std::string& source) {
     if (Status status = read_route_point(entry, route, rows); !status) return tl::unexpected(status.error());
   }
   if (route.points.size() < 2)
-    return points->fail_here(ErrorCode::InvalidArgument, "a route needs two points or more");
+    return points->fail_here(ErrorCode::InvalidArgument, "a route needs at least two points");
   Status whole = check_stated(root, route, rows);
   const double last = route.points.back().arc_length_m;
   if (route.closed ? !(route.length_m > last) : std::abs(route.length_m - last) > 1e-6)
@@ -302,11 +303,11 @@ Status check_map(const Route& route, const TagMap& map, const std::string& sourc
   if (2 * same >= route.map_tags.size()) return {};
   return fail(
       ErrorCode::InvalidArgument,
-      fmt::format("this route belongs to another map: {} of the {} tags it notes are where this map has "
+      fmt::format("this route belongs to another map: {} of the {} stored tags are where this map has "
                   "them",
                   same, route.map_tags.size()),
       {.source = source, .key = "map_tags"},
-      "Put the map.yaml beside it with which it was made, or map its lap again with `waymark map`.");
+      "Put the map.yaml that it was made with next to it, or map its lap again with `waymark map`.");
 }
 
 Status check_station(const Route& route, const Station& station) {
@@ -316,17 +317,17 @@ Status check_station(const Route& route, const Station& station) {
   };
   if (station.name.empty()) return wrong("a station without a name");
   if (std::ranges::any_of(station.name, [](unsigned char letter) { return letter < ' ' || letter == 0x7F; }))
-    return wrong("the name of a station holds a line break or another control character",
-                 "Give it a name of one line.");
+    return wrong("the name of a station contains a line break or another control character",
+                 "Give it a single-line name.");
   for (const Station& other : route.stations) {
-    if (other.name == station.name) return wrong(fmt::format("two stations are called '{}'", station.name));
+    if (other.name == station.name) return wrong(fmt::format("duplicate station '{}'", station.name));
   }
   if (!(station.arc_length_m >= 0 && station.arc_length_m <= route.length_m))
     return wrong(fmt::format("'{}' at {:g} m is not on a route of {:.2f} m", station.name,
                              station.arc_length_m, route.length_m));
   if (!(station.pause_s >= 0 && station.pause_s <= kLongestPause_s))
-    return wrong(fmt::format("a pause of {:g} s at '{}'", station.pause_s, station.name),
-                 "From 0 to 86400 s, a day.");
+    return wrong(fmt::format("invalid pause of {:g} s at '{}'", station.pause_s, station.name),
+                 "Give 0 to 86400 s (a day).");
   return {};
 }
 
@@ -338,7 +339,7 @@ Result<Route> read_route(const std::filesystem::path& path) {
 
 std::string to_yaml(const Route& route) {
   std::string text = fmt::format(
-      "# A route by Waymark, in the frame map. A closed one goes on from its last point to its first.\n"
+      "# A route by Waymark, in the frame map. A closed route continues from its last point to its first.\n"
       "format: {}\nclosed: {}\nlength_m: {}\n",
       kRouteFormat, route.closed ? "true" : "false", yaml_number(route.length_m));
   if (!route.points.empty())
@@ -351,7 +352,7 @@ std::string to_yaml(const Route& route) {
     text += fmt::format("  - {{tag: \"{}\", x_m: {}, y_m: {}}}\n", to_string(seen.tag), yaml_number(seen.x_m),
                         yaml_number(seen.y_m));
   if (!route.stations.empty())
-    text += "# Here the robot stands so long and then goes on by itself.\nstations:\n";
+    text += "# The robot stops here for pause_s and then continues by itself.\nstations:\n";
   for (const Station& station : route.stations)
     text += fmt::format("  - {{name: {}, arc_length_m: {}, pause_s: {}}}\n", yaml_text(station.name),
                         yaml_number(station.arc_length_m), yaml_number(station.pause_s));
@@ -366,7 +367,7 @@ Status write_route(const std::filesystem::path& path, const Route& route) {
     for (const double number : row_of(point)) finite = finite && std::isfinite(number);
   }
   if (!finite)
-    return fail(ErrorCode::InvalidArgument, "a number of the route is not finite: not written",
+    return fail(ErrorCode::InvalidArgument, "non-finite number in the route; not written",
                 {.source = path.string()});
   return write_text_file(path, to_yaml(route));
 }

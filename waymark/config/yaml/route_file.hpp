@@ -10,29 +10,28 @@
 
 namespace waymark {
 
-/// A route from route.yaml (docs/formats/map.md). Errors have file, line and key: not a route, an unknown or
-/// missing key, fewer than two points, a station that is not on the route, a point that is not six numbers,
-/// arc lengths that do not grow, a speed of 0 (backwards is negative), a length that does not reach the last
-/// point; a hole between two points or before the beginning of a closed route, points farther apart than
-/// their arc lengths; a number of points, a closing gap or a checksum other than the file states (files
-/// before these keys do not state them).
+/// Reads a route from route.yaml (docs/formats/map.md). Errors have file, line and key: not a route, an
+/// unknown or missing key, fewer than two points, a station that is not on the route, a point without six
+/// numbers, arc lengths that do not increase, a speed of 0 (backward is negative), a length that does not
+/// reach the last point, a gap between two points or before the beginning of a closed route, points farther
+/// apart than their arc lengths, or a number of points, closing gap or checksum that differs from the value
+/// in the file (older files do not contain them).
 [[nodiscard]] Result<Route> read_route(const std::filesystem::path& path);
 [[nodiscard]] Result<Route> parse_route(std::string_view text, const std::string& source);
 
-/// Notes some tags of the map in the route, by which check_map() recognises it.
+/// Adds some tags of the map to the route, by which check_map() recognises the map.
 [[nodiscard]] Route with_map(Route route, const TagMap& map);
-/// Fails when the tags that the route notes are not where the map has them: the route belongs to another map.
-/// A route without such notes is not checked.
+/// Fails if the tags stored in the route are not at the same poses in the map: the route belongs to another
+/// map. A route without stored tags is not checked.
 [[nodiscard]] Status check_map(const Route& route, const TagMap& map, const std::string& source);
 
-/// Whether the station may be added to the stations of the route: a name of its own, a place on the route, a
-/// pause of 0 s to a day.
+/// Whether the station may be added to the route: a unique name, a position on the route, a dwell time of 0 s
+/// to a day.
 [[nodiscard]] Status check_station(const Route& route, const Station& station);
 
-/// Reads back as the same route, to the last bit but for the yaw (within rounding). Every
-/// number must be finite.
+/// Reads back as exactly the same route except for the yaw (within rounding). Every number must be finite.
 [[nodiscard]] std::string to_yaml(const Route& route);
-/// Fails (InvalidArgument) on a number that is not finite, instead of writing it.
+/// Fails (InvalidArgument) on a non-finite number without writing.
 [[nodiscard]] Status write_route(const std::filesystem::path& path, const Route& route);
 
 }  // namespace waymark

@@ -21,11 +21,11 @@ constexpr YamlLimits kWorldLimits{.bytes = std::size_t{1} << 22U, .nodes = 200'0
 /// A point [x, y] of a list.
 [[nodiscard]] Result<Eigen::Vector2d> read_point(const YamlCursor& point);
 
-/// Puts a tag into a world; fails on a number that is not in the family or given twice.
+/// Adds a tag to a world; fails on an id that is not in the family or a duplicate.
 Result<TagId> place_tag(const YamlCursor& entry, FamilyId family, const SE3& map_T_tag, double size_m,
                         World& world);
 
-/// Reads every entry of a list that may be missing.
+/// Reads every entry of an optional list.
 template <class Read>
 Status each(const YamlCursor& root, std::string_view key, Read&& read) {
   const auto list = root.find(key);
@@ -44,7 +44,7 @@ Status read_wall(const YamlCursor& entry, World& world) {
   if (!from) return tl::unexpected(from.error());
   if (!to) return tl::unexpected(to.error());
   if (!((*to - *from).norm() > 1e-6))
-    return entry.fail_here(ErrorCode::InvalidArgument, "a wall without length");
+    return entry.fail_here(ErrorCode::InvalidArgument, "the wall has no length");
   Wall wall{.from_m = *from, .to_m = *to};
   Numbers value(entry);
   wall.height_m = value.optional_positive("height_m", wall.height_m);
@@ -76,7 +76,7 @@ Status read_keep_out(const YamlCursor& entry, World& world) {
     area.corners_m.push_back(*corner);
   }
   if (area.corners_m.size() < 3)
-    return entry.fail_here(ErrorCode::InvalidArgument, "an area needs three corners or more");
+    return entry.fail_here(ErrorCode::InvalidArgument, "an area needs at least three corners");
   world.keep_outs.push_back(std::move(area));
   return {};
 }
@@ -91,7 +91,7 @@ Status read_world_floor(const YamlCursor& root, Floor& floor) {
     if (!texture) return tl::unexpected(texture.error());
     if (std::ranges::find(kFloorTextures, *texture) == kFloorTextures.end())
       return entry->at("texture")->fail_here(
-          ErrorCode::InvalidArgument, fmt::format("there is no floor '{}'", *texture),
+          ErrorCode::InvalidArgument, fmt::format("unknown floor texture '{}'", *texture),
           suggestion(*texture, {kFloorTextures.begin(), kFloorTextures.end()}));
     floor.texture = *texture;
   }
@@ -160,18 +160,18 @@ Result<TagId> place_tag(const YamlCursor& entry, FamilyId family_id, const SE3& 
   return tag;
 }
 
-/// What stands in a world beside single tags, each key only where it is there: panels (whose tags join those
-/// of the world), walls, occluders, keep_outs, floor, tag_margin_cells, corners_through_paper. `size_m` of
-/// tags that name none.
+/// Reads optional contents of a world besides single tags: panels (whose tags are added to those of the
+/// world), walls, occluders, keep_outs, floor, tag_margin_cells, corners_through_paper. `size_m` is the
+/// default tag size.
 Status read_scenery(const YamlCursor& root, FamilyId family, double size_m, World& world) {
   Numbers value(root);
   world.tag_margin_cells = value.optional_within("tag_margin_cells", world.tag_margin_cells, 0, 20);
   world.tag_board_m = value.optional_within("two_sided_board_m", world.tag_board_m, 0, 1);
   Status status = value.status();
   if (const auto through = root.find("corners_through_paper"); status && through) {
-    const Result<bool> told = through->boolean();
-    if (!told) return tl::unexpected(told.error());
-    world.corners_through_paper = *told;
+    const Result<bool> value_read = through->boolean();
+    if (!value_read) return tl::unexpected(value_read.error());
+    world.corners_through_paper = *value_read;
   }
   if (status)
     status = each(root, "panels",
@@ -191,7 +191,7 @@ Status read_scenery(const YamlCursor& root, FamilyId family, double size_m, Worl
 namespace waymark {
 namespace {
 
-/// Of a tag in its own plane, clockwise as its reader sees it.
+/// Rotation of a tag in its own plane, clockwise as seen by a viewer.
 SE3 tag_turn(double turn_rad) { return {SO3::from_rpy(0, 0, turn_rad), Eigen::Vector3d::Zero()}; }
 
 Status read_world_tag(const YamlCursor& entry, FamilyId family_id, double size_m, World& world) {
@@ -216,7 +216,7 @@ Status read_path(const YamlCursor& path, World& world) {
     world.path_m.push_back(*xy);
   }
   if (world.path_m.size() < 3)
-    return path.fail_here(ErrorCode::InvalidArgument, "a path needs three points or more");
+    return path.fail_here(ErrorCode::InvalidArgument, "a path needs at least three points");
   return {};
 }
 
@@ -230,7 +230,8 @@ Status read_tags(const YamlCursor& root, World& world) {
   const Result<double> size = root.read_at("tag_size_m", &YamlCursor::number);
   if (!size) return tl::unexpected(size.error());
   if (!is_tag_size(*size))
-    return root.at("tag_size_m")->fail_here(ErrorCode::InvalidArgument, "a tag has a size greater than 0");
+    return root.at("tag_size_m")
+        ->fail_here(ErrorCode::InvalidArgument, "the tag size must be greater than 0");
   const Result<YamlCursor> tags = root.at("tags");
   if (!tags) return tl::unexpected(tags.error());
   for (const YamlCursor& entry : tags->children()) {

@@ -9,18 +9,19 @@
 
 namespace waymark {
 
-/// A world from YAML (docs/formats/world.md explains all keys): name, tag_family, tag_size_m, anchor_id, tags
-/// (id, x_m, y_m, z_m, facing_deg), path_closed, path_m; where wanted panels, walls, occluders, keep_outs,
-/// floor. Errors have file, line and key: an unknown or missing key, a number that cannot be, an id that is
-/// given twice or not in the family, an anchor that is not among the tags, a path of fewer than three points.
+/// Reads a world from YAML (docs/formats/world.md explains all keys): name, tag_family, tag_size_m,
+/// anchor_id, tags (id, x_m, y_m, z_m, facing_deg), path_closed, path_m; optional: panels, walls, occluders,
+/// keep_outs, floor. Errors have file, line and key: an unknown or missing key, an implausible number, an id
+/// that is a duplicate or not in the family, an anchor that is not among the tags, a path of fewer than three
+/// points.
 [[nodiscard]] Result<World> read_world(const std::filesystem::path& path);
 [[nodiscard]] Result<World> parse_world(std::string_view text, const std::string& source);
 
-/// A world of tags of one family, furniture (occluders) and a line as YAML, which reads back as the same
-/// world, within a millimetre and a tenth of a degree. Panels, walls, keep-outs and floor are not written.
+/// Writes a world of tags of one family, furniture (occluders) and a line as YAML. Reads back as the same
+/// world within a millimetre and a tenth of a degree. Panels, walls, keep-outs and floor are not written.
 [[nodiscard]] std::string to_yaml(const World& world);
 
-/// The robot file that a world file names for whoever names none (its key `robot`); empty: it names none.
+/// The default robot file of a world (its key `robot`); empty if it has none.
 [[nodiscard]] Result<std::string> robot_of_world(std::string_view text, const std::string& source);
 
 }  // namespace waymark

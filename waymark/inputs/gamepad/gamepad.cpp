@@ -20,9 +20,9 @@ namespace {
   F(SDL_GameControllerGetButton) F(SDL_GameControllerSetLED) F(SDL_GameControllerRumble)
 // clang-format on
 
-/// The functions of SDL that are used here, looked up when first needed: linking SDL brings 36 shared
-/// libraries of windows and sound, with which every start of the program takes 1.6 times the processor time
-/// (medians of starts that print the version with and without LD_PRELOAD=libSDL2-2.0.so.0 in one run).
+/// The functions of SDL used here, looked up on first use. Linking SDL would load 36 shared libraries for
+/// windows and sound, and every start would take 1.6 times the processor time (medians of starts that print
+/// the version, with and without LD_PRELOAD=libSDL2-2.0.so.0, in one run).
 struct Libsdl {
 // NOLINTNEXTLINE(bugprone-macro-parentheses): a declaration
 #define WAYMARK_SDL_MEMBER(name) decltype(&::name) name = nullptr;
@@ -37,12 +37,12 @@ Result<Libsdl> load() {
   WAYMARK_SDL(WAYMARK_SDL_LOOK_UP)
 #undef WAYMARK_SDL_LOOK_UP
   if (library.missing().empty()) return sdl;
-  return fail(ErrorCode::Unsupported, "gamepads need SDL 2: " + library.missing(), {},
+  return fail(ErrorCode::Unsupported, "gamepads require SDL 2: " + library.missing(), {},
               "Install it: sudo apt install libsdl2-2.0-0; or use `driver=keyboard`.");
 }
 
-/// The library, loaded by the first call and then kept. Unsupported where it is missing: the error names the
-/// package. May be called from any thread.
+/// The library, loaded by the first call and kept. Unsupported if it is missing, with the package in the
+/// hint. May be called from any thread.
 Result<const Libsdl*> libsdl() {
   static const Result<Libsdl> loaded = load();
   if (!loaded) return tl::unexpected(loaded.error());
@@ -98,7 +98,7 @@ class SdlGamepad final : public Gamepad {
   }
 
  private:
-  /// One that is gone is looked for again.
+  /// Whether a gamepad is connected; searches again after it was unplugged.
   bool attached() {
     if (pad_ != nullptr && sdl_.SDL_GameControllerGetAttached(pad_) == SDL_TRUE) return true;
     if (pad_ != nullptr) sdl_.SDL_GameControllerClose(pad_);
@@ -119,7 +119,7 @@ Result<std::unique_ptr<Gamepad>> open_gamepad() {
   sdl.SDL_SetHint(SDL_HINT_NO_SIGNAL_HANDLERS, "1");
   sdl.SDL_SetHint(SDL_HINT_JOYSTICK_ALLOW_BACKGROUND_EVENTS, "1");
   if (sdl.SDL_InitSubSystem(SDL_INIT_GAMECONTROLLER) != 0)
-    return fail(ErrorCode::Unreadable, std::string("gamepads cannot be used: ") + sdl.SDL_GetError());
+    return fail(ErrorCode::Unreadable, std::string("cannot use gamepads: ") + sdl.SDL_GetError());
   if (SDL_GameController* pad = open_first(sdl)) return std::make_unique<SdlGamepad>(sdl, pad);
   sdl.SDL_QuitSubSystem(SDL_INIT_GAMECONTROLLER);
   return fail(ErrorCode::NotFound, "no gamepad is plugged in", {}, "Plug one in, or use `driver=keyboard`.");
@@ -132,8 +132,8 @@ Result<std::unique_ptr<Gamepad>> open_gamepad() {
 namespace waymark {
 
 Result<std::unique_ptr<Gamepad>> open_gamepad() {
-  return fail(ErrorCode::Unsupported, "this waymark was built without gamepads", {},
-              "Install libsdl2-dev and build again, or use `driver=keyboard`.");
+  return fail(ErrorCode::Unsupported, "this program was built without gamepads", {},
+              "Install libsdl2-dev and rebuild, or use `driver=keyboard`.");
 }
 
 }  // namespace waymark

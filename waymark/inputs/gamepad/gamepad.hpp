@@ -10,24 +10,24 @@
 
 namespace waymark {
 
-/// What a pad shows and makes felt. A pad without a light or motors does without.
+/// Light and rumble of a gamepad; ignored by gamepads without a light or motors.
 struct PadSignal {
-  std::array<std::uint8_t, 3> light_rgb{};  ///< of its light bar
+  std::array<std::uint8_t, 3> light_rgb{};  ///< colour of the light bar
   double rumble = 0;                        ///< strength, 0 to 1
   Duration rumble_for{};
 
   friend bool operator==(const PadSignal&, const PadSignal&) = default;
 };
 
-/// Whatever has sticks and buttons.
+/// A device with sticks and buttons.
 class Gamepad {
  public:
   virtual ~Gamepad() = default;
   Gamepad(const Gamepad&) = delete;
   Gamepad& operator=(const Gamepad&) = delete;
 
-  /// Its sticks and buttons now, stamped with `now`. Fails while it is unplugged; where it is plugged in
-  /// again it gives them again.
+  /// Its sticks and buttons now, stamped with `now`. Fails while it is unplugged, and works again once it is
+  /// plugged in.
   [[nodiscard]] virtual Result<GamepadState> poll(SensorTime now) = 0;
   virtual void show(const PadSignal& /*signal*/) {}
 
@@ -35,11 +35,11 @@ class Gamepad {
   Gamepad() = default;
 };
 
-/// The first pad that is plugged in, with the layout of an Xbox controller whatever its make (SDL's
-/// database). Axes: 0 left stick, left positive; 1 left stick, forward positive; 2, 3 the right one; 4, 5
+/// Opens the first connected gamepad, with the layout of an Xbox controller independent of its make (SDL's
+/// database). Axes: 0 left stick, left positive; 1 left stick, forward positive; 2, 3 right stick; 4, 5
 /// triggers, 0 to
 /// 1. Buttons: 0 A, 1 B, 2 X, 3 Y, 4 back, 5 guide, 6 start, 7, 8 sticks, 9, 10 shoulders, 11 to 14 cross up,
-/// down, left, right. Fails when there is none, or the program was built without SDL2.
+/// down, left, right. Fails if there is none, or the program was built without SDL2.
 [[nodiscard]] Result<std::unique_ptr<Gamepad>> open_gamepad();
 
 }  // namespace waymark

@@ -11,7 +11,7 @@ double axis(const GamepadState& state, int index, double dead_zone) {
   const auto i = static_cast<std::size_t>(index);
   if (i >= state.axes.size() || !std::isfinite(state.axes[i])) return 0;
   const double value = std::clamp(static_cast<double>(state.axes[i]), -1.0, 1.0);
-  // From 0 at the edge of the dead zone, so that nothing jumps there.
+  // Continuous: 0 at the edge of the dead zone.
   const double beyond = std::max(0.0, std::abs(value) - dead_zone) / (1 - dead_zone);
   return std::copysign(beyond, value);
 }
@@ -41,10 +41,10 @@ HeldPad::Poll HeldPad::poll(SensorTime now) {
   auto state = pad_->poll(now);
   found.there = state.has_value();
   if (there_ && !found.there)
-    found.words.emplace_back("the gamepad was unplugged: the robot stands until it is plugged in again");
+    found.words.emplace_back("the gamepad was unplugged: the robot is stopped until it is plugged in again");
   if (!there_ && found.there) {
     found.words.emplace_back(
-        "the gamepad is there again: let the left shoulder go once, then hold it to drive");
+        "the gamepad is connected again: release the left shoulder button once, then hold it to drive");
     shown_.reset();
     let_go_ = false;
   }
@@ -100,15 +100,15 @@ Result<DriverDecision> PadLapDriver::drive(Duration /*uptime*/, SensorTime now) 
 }
 
 Result<OperatorRequest> PadInput::read(Duration uptime, SensorTime now, OperatorState state) {
-  constexpr Duration kAskAgain = std::chrono::milliseconds(400);  // two presses within 0.3 s are one
+  constexpr Duration kRepeatPause = std::chrono::milliseconds(400);  // two presses within 0.3 s count as one
   HeldPad::Poll held = pad_.poll(now);
   pad_.show(signal_of(state));
   OperatorRequest request{.words = std::move(held.words)};
   driver_.add(held.state);
   if (const auto event = events_.add(held.state)) request.events.push_back(*event);
   const bool asks = !held.there && state == OperatorState::Replaying;
-  if (asks && (!pause_asked_ || uptime - *pause_asked_ >= kAskAgain)) {
-    request.events.push_back(OperatorEvent::Go);  // of a replay: a pause
+  if (asks && (!pause_asked_ || uptime - *pause_asked_ >= kRepeatPause)) {
+    request.events.push_back(OperatorEvent::Go);  // pauses a replay
     pause_asked_ = uptime;
   }
   request.command = driver_.drive(now).value_or(VelocityCommand{});

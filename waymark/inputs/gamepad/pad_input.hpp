@@ -13,7 +13,7 @@
 
 namespace waymark {
 
-/// Which sticks and buttons do what. Numbers are those of gamepad.hpp.
+/// Functions of sticks and buttons. Their numbers are defined in gamepad.hpp.
 struct GamepadOptions {
   double speed_m_s = 0.5;
   double yaw_rate_rad_s = 1.0;
@@ -47,15 +47,15 @@ struct GamepadOptions {
   }
 };
 
-/// A person with a gamepad in hand.
+/// Converts the state of a gamepad to commands.
 class StickDriver {
  public:
   explicit StickDriver(const GamepadOptions& options) : options_(options) {}
 
-  /// What the pad says. An axis or button that it does not have is in the middle, not pressed.
+  /// Sets the state of the gamepad. A missing axis is centred, a missing button is not pressed.
   void add(const GamepadState& state);
-  /// The command now; nothing once the driver pressed the button that ends the lap. All zero without the dead
-  /// man's button, and when the pad has been silent for silence_s.
+  /// The command now; empty once the button that ends the lap was pressed. Zero unless the dead-man button is
+  /// held, and if the gamepad has been silent for silence_s.
   [[nodiscard]] std::optional<VelocityCommand> drive(SensorTime now) const;
 
  private:
@@ -64,23 +64,23 @@ class StickDriver {
   bool finished_ = false;
 };
 
-/// A pad that may be unplugged and plugged in again while it is used.
+/// A gamepad that may be unplugged and plugged in again during use.
 class HeldPad {
  public:
-  /// What it says now. While it is unplugged, and until its dead-man button was let go once it is back, as a
-  /// pad that nobody touches.
+  /// The state now. While it is unplugged, and after that until its dead-man button is released once, sticks
+  /// are centred and no button is pressed.
   struct Poll {
     GamepadState state{};
     bool there = true;
-    std::vector<std::string> words{};  ///< that it went or came, once each time
+    std::vector<std::string> words{};  ///< messages about disconnection and reconnection
   };
 
-  /// `dead_man_button`: its number, as gamepad.hpp has it.
+  /// `dead_man_button`: its number as in gamepad.hpp.
   HeldPad(std::unique_ptr<Gamepad> pad, int dead_man_button)
       : pad_(std::move(pad)), dead_man_button_(dead_man_button) {}
 
   [[nodiscard]] Poll poll(SensorTime now);
-  /// Shows what differs from what is shown, and again on a pad that came back.
+  /// Shows the signal if it differs from the current one, or after reconnection.
   void show(const PadSignal& signal);
 
  private:
@@ -91,7 +91,7 @@ class HeldPad {
   std::optional<PadSignal> shown_{};
 };
 
-/// A person who drives a lap with a gamepad.
+/// A driver of a lap with a gamepad.
 class PadLapDriver final : public LapDriver {
  public:
   PadLapDriver(std::unique_ptr<Gamepad> pad, double speed_m_s)
@@ -99,7 +99,7 @@ class PadLapDriver final : public LapDriver {
 
   Result<DriverDecision> drive(Duration uptime, SensorTime now) override;
   [[nodiscard]] std::string usage() const override {
-    return "hold the left shoulder; left stick speed, right stick turn, Y (triangle) ends the lap";
+    return "hold the left shoulder button; left stick: speed, right stick: turn; Y (triangle) ends the lap";
   }
 
  private:
@@ -107,8 +107,8 @@ class PadLapDriver final : public LapDriver {
   StickDriver driver_;
 };
 
-/// The light and the rumble of a state of the session: blue while teaching, green while replaying, red where
-/// a replay was ended before its goal; it rumbles when a replay pauses or ends.
+/// Light and rumble for a state of the session: blue while teaching, green while replaying, red if a replay
+/// ended before its goal. It rumbles when a replay pauses or ends.
 [[nodiscard]] PadSignal signal_of(OperatorState state);
 
 /// An operator with a gamepad. A replay pauses when the pad is unplugged.
@@ -120,8 +120,9 @@ class PadInput final : public OperatorInput {
 
   Result<OperatorRequest> read(Duration uptime, SensorTime now, OperatorState state) override;
   [[nodiscard]] std::string usage() const override {
-    return "Y (triangle) goes on, B (circle) stops, back ends; teaching: hold the left shoulder, sticks "
-           "drive";
+    return "Y (triangle) continues, B (circle) stops, back ends the session; to teach, hold the left "
+           "shoulder "
+           "button and drive with the sticks";
   }
 
  private:

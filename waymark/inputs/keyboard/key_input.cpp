@@ -31,7 +31,7 @@ std::optional<DriverKey> letter(char byte) {
   }
 }
 
-/// The last byte of an arrow: ESC [ A or ESC O A.
+/// The arrow key with this last byte: ESC [ A or ESC O A.
 std::optional<DriverKey> arrow(char byte) {
   switch (byte) {
     case 'A':
@@ -60,7 +60,7 @@ std::vector<DriverKey> take_keys(std::string& bytes) {
       ++at;
       continue;
     }
-    if (at + 1 == bytes.size()) {  // Escape alone: a terminal sends the bytes of an arrow together
+    if (at + 1 == bytes.size()) {  // Escape alone, since a terminal sends the bytes of an arrow together
       keys.push_back(DriverKey::Finish);
       ++at;
       continue;
@@ -71,13 +71,13 @@ std::vector<DriverKey> take_keys(std::string& bytes) {
     }
     std::size_t end = at + 2;
     while (end < bytes.size() && !ends_sequence(bytes[end])) ++end;
-    if (end == bytes.size()) break;  // the rest is still on its way
+    if (end == bytes.size()) break;  // the rest has not arrived yet
     if (const auto key = arrow(bytes[end])) keys.push_back(*key);
     at = end + 1;
   }
   bytes.erase(0, at);
-  constexpr std::size_t kLongestSequence = 32;
-  if (bytes.size() > kLongestSequence) bytes.clear();
+  constexpr std::size_t kMaxSequence = 32;
+  if (bytes.size() > kMaxSequence) bytes.clear();
   return keys;
 }
 

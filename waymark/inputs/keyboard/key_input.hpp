@@ -15,11 +15,11 @@
 
 namespace waymark {
 
-/// What a key means to a driver.
+/// Functions of keys.
 enum class DriverKey : std::uint8_t { Forward, Back, Left, Right, Stop, Finish };
 
-/// The keys in what a terminal sent: w a s d, arrows, space (stop), q or Escape alone (finish). Anything else
-/// is skipped. What may be the beginning of a longer key stays in `bytes` for the next call.
+/// Parses the bytes of a terminal: w a s d, arrows, space (stop), q or Escape alone (finish). Other keys are
+/// skipped. An incomplete key sequence stays in `bytes` for the next call.
 [[nodiscard]] std::vector<DriverKey> take_keys(std::string& bytes);
 
 struct KeyboardOptions {
@@ -39,16 +39,16 @@ struct KeyboardOptions {
   }
 };
 
-/// A person at a keyboard. A terminal repeats only the key that was pressed last, so forward and back go on
-/// while any key is held; left and right turn for as long as they are held, and forward drives straight
-/// again. No key for hold_s: stop (dead man).
+/// Converts keys to commands. A terminal repeats only the key pressed last, so forward and back continue
+/// while any key is held. Left and right turn while they are held; forward drives straight again. Without a
+/// key for hold_s the robot stops (dead-man switch).
 class KeyDriver {
  public:
   explicit KeyDriver(const KeyboardOptions& options) : options_(options) {}
 
-  /// `now`: since whenever, never backwards.
+  /// `now`: time since any fixed moment; must not decrease.
   void press(DriverKey key, Duration now);
-  /// The command now; nothing once the driver said that the lap is over.
+  /// The command now; empty once the finish key was pressed.
   [[nodiscard]] std::optional<VelocityCommand> drive(Duration now) const;
 
  private:
@@ -60,7 +60,7 @@ class KeyDriver {
   bool finished_ = false;
 };
 
-/// A person who drives a lap with the keys of a terminal.
+/// A driver of a lap with the keys of a terminal.
 class KeyLapDriver final : public LapDriver {
  public:
   KeyLapDriver(std::unique_ptr<TerminalKeys> keys, double speed_m_s)
@@ -68,7 +68,7 @@ class KeyLapDriver final : public LapDriver {
 
   Result<DriverDecision> drive(Duration uptime, SensorTime now) override;
   [[nodiscard]] std::string usage() const override {
-    return "w a s d or arrows drive while they are held, space stops, q ends the lap";
+    return "hold w a s d or arrows to drive; space stops, q ends the lap";
   }
 
  private:
@@ -85,7 +85,7 @@ class KeyInput final : public OperatorInput {
 
   Result<OperatorRequest> read(Duration uptime, SensorTime now, OperatorState state) override;
   [[nodiscard]] std::string usage() const override {
-    return "y goes on, b or space stops, q ends; teaching: w a s d or arrows drive while they are held";
+    return "y continues, b or space stops, q ends the session; to teach, hold w a s d or arrows to drive";
   }
   [[nodiscard]] OperatorButtons buttons(OperatorState /*state*/) const override {
     return {"y", "b", "hold w a s d or arrows to drive"};

@@ -10,32 +10,32 @@ using std::chrono::milliseconds;
 
 using K = DriverKey;
 
-TEST(Keys, OfTerminalsAreUnderstood) {
+TEST(Keys, ParsesTheBytesOfATerminal) {
   std::string bytes = "wa\x1b[A\x1b[D\x1bOCx7s \x1b[1;5B\x1b[3~q";
   EXPECT_EQ(take_keys(bytes), (std::vector{K::Forward, K::Left, K::Forward, K::Left, K::Right, K::Back,
                                            K::Stop, K::Back, K::Finish}));
   EXPECT_TRUE(bytes.empty());
   bytes = "d\x1b[";
-  EXPECT_EQ(take_keys(bytes), std::vector{K::Right}) << "the arrow is cut in two";
+  EXPECT_EQ(take_keys(bytes), std::vector{K::Right}) << "the arrow's sequence is incomplete";
   bytes += "A";
   EXPECT_EQ(take_keys(bytes), std::vector{K::Forward});
   bytes = "\x1b";
   EXPECT_EQ(take_keys(bytes), std::vector{K::Finish});
   bytes = "\x1b[" + std::string(1000, '0');
   EXPECT_TRUE(take_keys(bytes).empty());
-  EXPECT_TRUE(bytes.empty()) << "no terminal sends that";
+  EXPECT_TRUE(bytes.empty()) << "overlong sequences are dropped";
 }
 
-TEST(KeyDriver, StopsWhenNoKeyComes) {
+TEST(KeyDriver, StopsIfNoKeyComes) {
   KeyDriver driver({.speed_m_s = 0.3, .yaw_rate_rad_s = 0.6, .hold_s = 0.6});
   EXPECT_EQ(driver.drive(milliseconds(0)), VelocityCommand{});
   driver.press(K::Forward, milliseconds(1000));
   EXPECT_EQ(driver.drive(milliseconds(1000)), (VelocityCommand{0.3, 0}));
   EXPECT_EQ(driver.drive(milliseconds(1600)), (VelocityCommand{0.3, 0}));
-  EXPECT_EQ(driver.drive(milliseconds(1601)), VelocityCommand{}) << "dead man";
+  EXPECT_EQ(driver.drive(milliseconds(1601)), VelocityCommand{}) << "dead-man switch";
 }
 
-TEST(KeyDriver, DrivesOnWhileItTurns) {
+TEST(KeyDriver, KeepsItsSpeedWhileTurning) {
   KeyDriver driver({.speed_m_s = 0.3, .yaw_rate_rad_s = 0.6, .hold_s = 0.6});
   driver.press(K::Forward, milliseconds(0));
   driver.press(K::Left, milliseconds(500));

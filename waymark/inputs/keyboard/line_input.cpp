@@ -12,7 +12,7 @@
 namespace waymark {
 namespace {
 
-/// "drive 0.3 -0.1"; nothing when it is anything else.
+/// Parses "drive 0.3 -0.1"; empty for anything else.
 std::optional<VelocityCommand> parse_drive(std::string_view line) {
   constexpr std::string_view kDrive = "drive ";
   if (!line.starts_with(kDrive)) return std::nullopt;
@@ -36,7 +36,7 @@ Result<OperatorRequest> LineInput::read(Duration uptime, SensorTime /*now*/, Ope
   const Moved moved = read_some(descriptor_, bytes);
   lines_.add(bytes);
   while (const auto line = lines_.next()) {
-    obey(line->text, uptime, state, request);
+    apply_line(line->text, uptime, state, request);
   }
   if (moved == Moved::Ended) request.events.push_back(OperatorEvent::Quit);
   constexpr Duration kHold = std::chrono::milliseconds(500);
@@ -44,20 +44,19 @@ Result<OperatorRequest> LineInput::read(Duration uptime, SensorTime /*now*/, Ope
   return request;
 }
 
-void LineInput::obey(const std::string& line, Duration uptime, OperatorState state,
-                     OperatorRequest& request) {
+void LineInput::apply_line(const std::string& line, Duration uptime, OperatorState state,
+                           OperatorRequest& request) {
   using E = OperatorEvent;
   if (line == "go") request.events.push_back(E::Go);
   if (line == "stop") request.events.push_back(E::Stop);
   if (line == "quit") request.events.push_back(E::Quit);
-  if (line == "go" || line == "stop")
-    commanded_at_.reset();  // what was said before it does not move what follows
+  if (line == "go" || line == "stop") commanded_at_.reset();  // earlier commands end here
   if (line == "go" || line == "stop" || line == "quit" || line.empty()) return;
   const std::optional<VelocityCommand> command = parse_drive(line);
   if (!command) {
-    // A robot that drives on what was said before the slip goes no further than that held anyway.
-    request.words.push_back(fmt::format("this line says nothing: '{}'. Known: go, stop, quit, drive 0.3 -0.1",
-                                        line.substr(0, 60)));
+    // The previous command still ends after its half second.
+    request.words.push_back(
+        fmt::format("invalid line '{}'; use go, stop, quit, or drive 0.3 -0.1", line.substr(0, 60)));
     return;
   }
   if (state != OperatorState::Teaching && *command != VelocityCommand{})

@@ -8,12 +8,11 @@
 
 namespace waymark {
 
-/// A program as the operator: "go", "stop", "quit", "drive 0.3 -0.1" (metres a second, radians a second), a
-/// line each. Its end ends the session; when it is silent for half a second, and with "go" and "stop",
-/// what it said before drives no more.
+/// A program as the operator: lines "go", "stop", "quit", "drive 0.3 -0.1" (m/s, rad/s). The end of its lines
+/// ends the session. A drive command ends after half a second, and with "go" and "stop".
 class LineInput final : public OperatorInput {
  public:
-  /// The descriptor is read without waiting, and stays the caller's.
+  /// Makes the descriptor non-blocking; the caller keeps ownership.
   explicit LineInput(int descriptor);
 
   Result<OperatorRequest> read(Duration uptime, SensorTime now, OperatorState state) override;
@@ -21,11 +20,11 @@ class LineInput final : public OperatorInput {
     return "lines: go, stop, quit, drive SPEED_M_S YAW_RATE_RAD_S";
   }
   [[nodiscard]] OperatorButtons buttons(OperatorState /*state*/) const override {
-    return {"'go'", "'stop'", "'drive SPEED_M_S YAW_RATE_RAD_S' twice a second and more drives"};
+    return {"'go'", "'stop'", "'drive SPEED_M_S YAW_RATE_RAD_S' at least twice a second to drive"};
   }
 
  private:
-  void obey(const std::string& line, Duration uptime, OperatorState state, OperatorRequest& request);
+  void apply_line(const std::string& line, Duration uptime, OperatorState state, OperatorRequest& request);
 
   int descriptor_;
   LineSplitter lines_{1024};

@@ -6,6 +6,8 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include "tests/support/golden_page.hpp"
+
 namespace waymark {
 namespace {
 
@@ -21,7 +23,7 @@ class Lines : public ::testing::Test {
     (void)close(ends_[0]);
     end();
   }
-  void say(const std::string& text) {
+  void send(const std::string& text) {
     ASSERT_EQ(write(ends_[1], text.data(), text.size()), static_cast<ssize_t>(text.size()));
   }
   void end() {
@@ -31,56 +33,57 @@ class Lines : public ::testing::Test {
   std::array<int, 2> ends_{-1, -1};
 };
 
-TEST_F(Lines, AreEvents) {
+TEST_F(Lines, AreParsedToEvents) {
   LineInput input(ends_[0]);
   EXPECT_TRUE(input.read(seconds(1), {}, S::Idle)->events.empty());
-  say("go\nstop\n\nqu");
+  send("go\nstop\n\nqu");
   EXPECT_EQ(input.read(seconds(1), {}, S::Idle)->events, (std::vector<E>{E::Go, E::Stop}));
-  say("it\n");
+  send("it\n");
   EXPECT_EQ(input.read(seconds(1), {}, S::Idle)->events, std::vector<E>{E::Quit});
 }
 
 TEST_F(Lines, DriveForHalfASecond) {
   LineInput input(ends_[0]);
-  say("drive 0.3 -0.1\n");
+  send("drive 0.3 -0.1\n");
   EXPECT_EQ(input.read(seconds(1), {}, S::Teaching)->command, (VelocityCommand{0.3, -0.1}));
   EXPECT_EQ(input.read(milliseconds(1500), {}, S::Teaching)->command, (VelocityCommand{0.3, -0.1}));
   EXPECT_EQ(input.read(milliseconds(1550), {}, S::Teaching)->command, VelocityCommand{});
 }
 
-TEST_F(Lines, DriveNothingThatFollowsAStopOrAGo) {
+TEST_F(Lines, StopAndGoEndADriveCommand) {
   LineInput input(ends_[0]);
-  say("drive 0.3 0\nstop\n");
+  send("drive 0.3 0\nstop\n");
   EXPECT_EQ(input.read(seconds(1), {}, S::Teaching)->command, VelocityCommand{});
-  say("drive 0.3 0\ngo\n");
+  send("drive 0.3 0\ngo\n");
   EXPECT_EQ(input.read(seconds(2), {}, S::Idle)->command, VelocityCommand{});
   EXPECT_EQ(input.read(seconds(2), {}, S::Teaching)->command, VelocityCommand{});
-  say("stop\ndrive 0.2 0\n");
+  send("stop\ndrive 0.2 0\n");
   EXPECT_EQ(input.read(seconds(3), {}, S::Teaching)->command, (VelocityCommand{0.2, 0}));
 }
 
-TEST_F(Lines, StopAReplayAsSticksDo) {
+TEST_F(Lines, DriveCommandsStopAReplay) {
   LineInput input(ends_[0]);
-  say("drive 0 0\n");
+  send("drive 0 0\n");
   EXPECT_TRUE(input.read(seconds(1), {}, S::Replaying)->events.empty());
-  say("drive 0.3 0\n");
+  send("drive 0.3 0\n");
   EXPECT_EQ(input.read(seconds(1), {}, S::Replaying)->events, std::vector<E>{E::StickMoved});
 }
 
-TEST_F(Lines, ThatAreNotUnderstoodMoveNothingAndAreNamed) {
+TEST_F(Lines, InvalidLinesAreReportedAndMoveNothing) {
   LineInput input(ends_[0]);
   for (const char* line : {"drvie 0.3 0", "drive", "drive 0.3", "drive 0.3 0 1", "drive nan 0", "drive inf 0",
                            "drive 0.3,0", "GO", "go now"}) {
-    say(std::string(line) + "\n");
+    send(std::string(line) + "\n");
     const auto request = input.read(seconds(1), {}, S::Teaching);
     ASSERT_EQ(request->words.size(), 1U) << line;
     EXPECT_NE(request->words[0].find(line), std::string::npos);
+    testing::expect_on_page("inputs", request->words[0]);
     EXPECT_EQ(request->command, VelocityCommand{}) << line;
     EXPECT_TRUE(request->events.empty()) << line;
   }
 }
 
-TEST_F(Lines, EndTheSessionWithTheirEnd) {
+TEST_F(Lines, TheirEndEndsTheSession) {
   LineInput input(ends_[0]);
   end();
   EXPECT_EQ(input.read(seconds(1), {}, S::Teaching)->events, std::vector<E>{E::Quit});

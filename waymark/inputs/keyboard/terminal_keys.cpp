@@ -26,16 +26,15 @@ TerminalKeys::TerminalKeys(const TerminalSettings& saved) : saved_(saved) {}
 Result<std::unique_ptr<TerminalKeys>> TerminalKeys::open(int descriptor) {
   const TerminalSettings saved = terminal_settings(descriptor);
   if (!saved.is_terminal)
-    return fail(ErrorCode::InvalidArgument,
-                "standard input is not a terminal: there are no keys to drive with", {},
-                "Run it in a terminal, or let another driver drive.");
+    return fail(ErrorCode::InvalidArgument, "standard input is not a terminal, so keys cannot be read", {},
+                "Run it in a terminal, or use another `driver`.");
   termios raw = saved.before;
   raw.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);
   raw.c_cc[VMIN] = 0;
   raw.c_cc[VTIME] = 0;
   if (tcsetattr(descriptor, TCSANOW, &raw) != 0)
     return fail(ErrorCode::InvalidArgument,
-                std::string("the terminal cannot be put into raw mode: ") + std::strerror(errno));
+                std::string("cannot set the terminal to raw mode: ") + std::strerror(errno));
   return std::unique_ptr<TerminalKeys>(new TerminalKeys(saved));
 }
 

@@ -9,7 +9,7 @@
 
 namespace waymark {
 
-/// How a terminal was set before keys were read from it.
+/// The settings of a terminal before keys are read from it.
 struct TerminalSettings {
   int descriptor = -1;
   bool is_terminal = false;
@@ -17,21 +17,20 @@ struct TerminalSettings {
 };
 [[nodiscard]] TerminalSettings terminal_settings(int descriptor);
 
-/// Sets it as it was. May be called by a signal handler; a program in the background leaves its terminal
-/// alone.
+/// Restores the settings, except for a program in the background. May be called by a signal handler.
 void put_back(const TerminalSettings& settings);
 
-/// A terminal in raw mode: keys come at once and are not shown; Ctrl-C stays what it is. The destructor puts
-/// everything back.
+/// A terminal in raw mode: keys arrive immediately and are not echoed; Ctrl-C works as usual. The destructor
+/// restores the settings.
 class TerminalKeys {
  public:
-  /// Fails when `descriptor` is not a terminal.
+  /// Fails if `descriptor` is not a terminal.
   static Result<std::unique_ptr<TerminalKeys>> open(int descriptor);
   ~TerminalKeys();
   TerminalKeys(const TerminalKeys&) = delete;
   TerminalKeys& operator=(const TerminalKeys&) = delete;
 
-  /// What was typed since the last call; never waits. Fails when the terminal is gone.
+  /// The bytes typed since the last call; does not block. Fails if the terminal is gone.
   [[nodiscard]] Result<std::string> read();
 
  private:

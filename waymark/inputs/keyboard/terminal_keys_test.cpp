@@ -13,7 +13,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-TEST(TerminalKeys, ReadsAPseudoTerminalAndPutsItBack) {
+TEST(TerminalKeys, ReadsAPseudoTerminalAndRestoresIt) {
   const int master = posix_openpt(O_RDWR | O_NOCTTY);
   ASSERT_GE(master, 0);
   ASSERT_EQ(grantpt(master), 0);
@@ -25,9 +25,9 @@ TEST(TerminalKeys, ReadsAPseudoTerminalAndPutsItBack) {
   {
     auto keys = TerminalKeys::open(terminal);
     ASSERT_TRUE(keys) << to_string(keys.error());
-    EXPECT_EQ((*keys)->read().value(), "") << "never waits";
+    EXPECT_EQ((*keys)->read().value(), "") << "does not block";
     ASSERT_EQ(::write(master, "w\x1b[A", 4), 4);
-    EXPECT_EQ((*keys)->read().value(), "w\x1b[A") << "no line end is needed";
+    EXPECT_EQ((*keys)->read().value(), "w\x1b[A") << "without a newline";
   }
   termios after{};
   ASSERT_EQ(tcgetattr(terminal, &after), 0);

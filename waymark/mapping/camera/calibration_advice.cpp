@@ -19,39 +19,39 @@ constexpr std::array<const char*, 9> kRegionNames = {
     "top left", "top", "top right", "left", "middle", "right", "bottom left", "bottom", "bottom right"};
 
 void advise_regions(const CameraCalibration& found, std::vector<std::string>& advice) {
-  constexpr std::size_t kFewCorners = 20;
-  constexpr double kMuchWorse = 2;
+  constexpr std::size_t kMinCorners = 20;
+  constexpr double kMaxNoiseRatio = 2;
   std::vector<std::string> empty;
   for (std::size_t i = 0; i < found.regions.size(); ++i) {
     const ImageRegion& region = found.regions[i];
-    if (region.corners < kFewCorners) empty.emplace_back(kRegionNames[i]);
-    if (region.corners >= kFewCorners && region.noise_scale > kMuchWorse * found.noise_scale)
+    if (region.corners < kMinCorners) empty.emplace_back(kRegionNames[i]);
+    if (region.corners >= kMinCorners && region.noise_scale > kMaxNoiseRatio * found.noise_scale)
       advice.push_back(
-          fmt::format("The {} of the image fits {:.1f} times worse than the whole: the lens bends "
-                      "light there as this model cannot.",
+          fmt::format("The {} of the image fits {:.1f} times worse than the whole: this lens model cannot "
+                      "describe the distortion there.",
                       kRegionNames[i], region.noise_scale / found.noise_scale));
   }
   if (!empty.empty())
     advice.push_back(fmt::format(
-        "Hardly a corner in these parts of the image: {}. Hold the board there too, or the edges are "
-        "guessed.",
+        "Too few corners in these parts of the image: {}. Hold the board there as well; otherwise the "
+        "distortion there is extrapolated.",
         fmt::join(empty, ", ")));
 }
 
 void advise_views(const CameraCalibration& found, std::vector<std::string>& advice) {
-  constexpr double kTilted = 20;
-  constexpr std::ptrdiff_t kEnoughTilted = 4;
-  constexpr std::ptrdiff_t kEnoughViews = 10;
+  constexpr double kMinTiltDeg = 20;
+  constexpr std::ptrdiff_t kMinTiltedViews = 4;
+  constexpr std::ptrdiff_t kMinViews = 10;
   const auto used = std::ranges::count_if(found.views, [](const auto& view) { return view.marks > 0; });
   const auto tilted = std::ranges::count_if(
-      found.views, [](const auto& view) { return view.marks > 0 && view.tilt_deg > kTilted; });
-  if (used < kEnoughViews)
-    advice.push_back(fmt::format("{} pictures are few: fifteen from all sides are good.", used));
-  if (tilted < kEnoughTilted)
+      found.views, [](const auto& view) { return view.marks > 0 && view.tilt_deg > kMinTiltDeg; });
+  if (used < kMinViews)
+    advice.push_back(fmt::format("Only {} usable images. Take fifteen from all sides.", used));
+  if (tilted < kMinTiltedViews)
     advice.push_back(
-        fmt::format("{} pictures show the board tilted by more than {} degrees: tilt it to the left, "
-                    "right, up and down, else focal length and distance look alike.",
-                    tilted, kTilted));
+        fmt::format("Only {} images show the board tilted by more than {} degrees. Tilt it to the left, "
+                    "right, up and down; otherwise focal length and distance are indistinguishable.",
+                    tilted, kMinTiltDeg));
 }
 
 void advise_numbers(const CameraCalibration& found, std::vector<std::string>& advice) {
@@ -60,13 +60,13 @@ void advise_numbers(const CameraCalibration& found, std::vector<std::string>& ad
   const double share = std::sqrt(std::max(0.0, found.covariance(0, 0))) / found.parameters[0];
   if (share > kUncertainShare)
     advice.push_back(
-        fmt::format("The focal length is known to {:.1f} % only (one sigma): more pictures, nearer "
-                    "and tilted.",
+        fmt::format("The standard deviation of the focal length is {:.1f} %. Take more images, nearer and "
+                    "tilted.",
                     100 * share));
   if (found.held_out_rms_px > kOverfitted * found.rms_px)
     advice.push_back(
-        fmt::format("Pictures left out fit {:.2f} times worse than those used: take more, or a lens "
-                    "with fewer numbers.",
+        fmt::format("Held-out images fit {:.2f} times worse than those used. Take more images, or use a lens "
+                    "model with fewer parameters.",
                     found.held_out_rms_px / found.rms_px));
 }
 
@@ -82,14 +82,15 @@ std::vector<std::string> calibration_advice(const CameraCalibration& found) {
 
 namespace {
 
-/// A view linearised: whitened residuals, their derivatives by the pose and by what a cause would add.
+/// A linearised view: whitened residuals and their derivatives by the pose and by the parameters of each
+/// cause.
 struct ViewResiduals {
   Eigen::VectorXd r{};
   Eigen::Matrix<double, Eigen::Dynamic, 6> J_pose{};
   Eigen::Matrix<double, Eigen::Dynamic, 2>
-      J_shutter{};                                     ///< shift of the lower edge against the upper one [px]
-  Eigen::VectorXd J_focal{};                           ///< of the logarithm of the focal length
-  Eigen::Matrix<double, Eigen::Dynamic, 3> J_place{};  ///< of each mark's place on the target [m]
+      J_shutter{};            ///< shift of the lower image edge relative to the upper one [px]
+  Eigen::VectorXd J_focal{};  ///< by the logarithm of the focal length
+  Eigen::Matrix<double, Eigen::Dynamic, 3> J_place{};  ///< by the position of each mark on the target [m]
   std::vector<std::int64_t> keys{};                    ///< the mark of each pair of rows
 };
 
@@ -97,7 +98,7 @@ Eigen::Vector2d centre_of(const CameraModel& camera) {
   return std::visit([](const auto& lens) { return Eigen::Vector2d(lens.cx, lens.cy); }, camera.projection());
 }
 
-/// Points as one number, apart for the corners of a tag.
+/// A key for each point; the corners of a tag have different keys.
 std::int64_t key_of(const ViewMark& mark, std::size_t point) {
   return 4 * mark.seen.key + static_cast<std::int64_t>(point);
 }
@@ -144,7 +145,7 @@ ViewResiduals residuals_of(const TargetView& view, const CameraModel& camera) {
   return all;
 }
 
-/// What a view's residuals lose with more unknowns beside its pose, and those unknowns.
+/// Decrease of a view's chi2 due to further unknowns beside its pose, and their values.
 struct Gain {
   double chi2 = 0;
   Eigen::VectorXd values{};
@@ -163,7 +164,7 @@ Gain gain_of(const ViewResiduals& view, const Eigen::MatrixXd& J) {
   return {std::max(0.0, -gradient.dot(step) - without), step.tail(J.cols())};
 }
 
-/// A cause: by how much chi2 falls with it, for how many numbers more, and how it is told.
+/// A cause: decrease of chi2, number of additional parameters, and message.
 struct Cause {
   double gain = 0;
   double numbers = 1;
@@ -183,15 +184,14 @@ Cause rolling_shutter(const std::vector<ViewResiduals>& views) {
     gain += one.chi2;
     shifts.push_back(one.values.norm());
   }
-  return {
-      gain, 2.0 * static_cast<double>(views.size()),
-      fmt::format(
-          "A rolling shutter would explain the residuals: the upper and the lower edge of the picture are "
-          "shifted against each other by {:.1f} px (median). Hold board and camera still.",
-          median(shifts))};
+  return {gain, 2.0 * static_cast<double>(views.size()),
+          fmt::format(
+              "A rolling shutter would explain the residuals: the upper and lower image edges are shifted "
+              "relative to each other by {:.1f} px (median). Hold board and camera still.",
+              median(shifts))};
 }
 
-/// The focal length of some views against that of all, as a share; the poses take what they can.
+/// Relative change of the focal length of some views, with the poses eliminated.
 struct FocalStep {
   double information = 0;
   double gradient = 0;
@@ -212,9 +212,9 @@ FocalStep focal_step(const ViewResiduals& view) {
   return {rest.squaredNorm(), rest.dot(view.r)};
 }
 
-/// One focal length until some picture, another from there on.
+/// One focal length up to some image, another from there on.
 Cause focus(const std::vector<ViewResiduals>& views) {
-  constexpr double kNumbers = 3;  // two focal lengths, and where they change
+  constexpr double kNumbers = 3;  // two focal lengths and the index of the change
   std::vector<FocalStep> steps;
   steps.reserve(views.size());
   for (const ViewResiduals& view : views) steps.push_back(focal_step(view));
@@ -231,14 +231,13 @@ Cause focus(const std::vector<ViewResiduals>& views) {
     jump = std::abs(after.share() - before.share());
     change = i;
   }
-  return {
-      best, kNumbers,
-      fmt::format("The focus has moved: from the {}. usable picture on the focal length differs by {:.1f} %. "
-                  "Switch automatic focus off and calibrate again.",
-                  change + 1, 100 * jump)};
+  return {best, kNumbers,
+          fmt::format("The focus changed: from usable image {} on, the focal length differs by {:.1f} %. "
+                      "Switch off autofocus and calibrate again.",
+                      change + 1, 100 * jump)};
 }
 
-/// Information and gradient of the place of each point on the target, over all views.
+/// Information and gradient of the position of each point on the target, over all views.
 struct PlaceSystem {
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
   Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
@@ -267,12 +266,13 @@ Cause bent_board(const std::vector<ViewResiduals>& views) {
   return {
       gain, count,
       fmt::format(
-          "The board is not flat: its corners lie {:.2g} mm (RMS) before or behind a plane, or more. Mount "
-          "it on a stiff plate.",
+          "The board is not flat: its corners deviate from a plane by {:.2g} mm (RMS) or more. Mount it on a "
+          "stiff plate.",
           1e3 * std::sqrt(squares / count))};
 }
 
-/// chi2 of the camera fitted anew to a board so much longer along its rows, and shorter along its columns.
+/// chi2 of the camera refitted to a board stretched by this share along its rows and shortened along its
+/// columns.
 double chi2_of_stretched(std::vector<TargetView> views, double share, const FitOptions& options,
                          const Eigen::VectorXd& parameters) {
   for (TargetView& view : views)
@@ -286,7 +286,7 @@ double chi2_of_stretched(std::vector<TargetView> views, double share, const FitO
   return fit ? fit->chi2 : std::numeric_limits<double>::quiet_NaN();
 }
 
-/// A board that is longer one way than it is said to be.
+/// A board whose aspect ratio differs from the given one.
 Cause wrong_size(const std::vector<TargetView>& views, const FitOptions& options,
                  const Eigen::VectorXd& parameters) {
   constexpr double kStep = 0.003;
@@ -300,8 +300,8 @@ Cause wrong_size(const std::vector<TargetView>& views, const FitOptions& options
   return {
       slope * slope / (2 * curvature), 1,
       fmt::format(
-          "The sizes are not as given: along its {} the board is {:.1f} % longer than they say, against the "
-          "other direction. Measure columns and rows on the print.",
+          "The board dimensions are wrong: along its {} the board is {:.1f} % longer than given, relative to "
+          "the other direction. Measure columns and rows on the print.",
           share > 0 ? "rows" : "columns", 200 * std::abs(share))};
 }
 
@@ -311,33 +311,33 @@ std::vector<std::string> calibration_causes(const std::vector<TargetView>& all, 
                                             const Eigen::VectorXd& parameters) {
   const auto camera = camera_of(options.lens, parameters, options.width_px, options.height_px);
   if (!camera) return {};
-  constexpr double kExplained = 0.1;  // of chi2: what is smaller hardly matters
-  constexpr std::size_t kFewestViews = 5;
-  constexpr Eigen::Index kFewestNumbers = 16;
+  constexpr double kMinExplainedShare = 0.1;  // of chi2; smaller effects are negligible
+  constexpr std::size_t kMinViewsForCauses = 5;
+  constexpr Eigen::Index kMinResiduals = 16;
   std::vector<TargetView> views;
   std::vector<ViewResiduals> residuals;
   Sums sums;
   for (const TargetView& view : all) {
     ViewResiduals one = residuals_of(view, *camera);
-    if (one.r.size() < kFewestNumbers) continue;
+    if (one.r.size() < kMinResiduals) continue;
     sums.chi2 += one.r.squaredNorm();
     sums.free += static_cast<double>(one.r.size() - 6);
     views.push_back(view);
     residuals.push_back(std::move(one));
   }
-  if (views.size() < kFewestViews) return {};
+  if (views.size() < kMinViewsForCauses) return {};
   const std::vector<Cause> causes = {rolling_shutter(residuals), focus(residuals), bent_board(residuals),
                                      wrong_size(views, options, parameters)};
   double variance = sums.chi2 / sums.free;
   for (const Cause& cause : causes)
     if (sums.free > cause.numbers)
       variance = std::min(variance, (sums.chi2 - cause.gain) / (sums.free - cause.numbers));
-  // Each number added must earn what Schwarz, "Estimating the dimension of a model" (1978), asks of it.
+  // Each additional parameter must pay its price in Schwarz, "Estimating the dimension of a model" (1978).
   const auto worth = [&](const Cause& cause) {
     return cause.gain - cause.numbers * variance * std::log(sums.free);
   };
   const auto likeliest = std::ranges::max_element(causes, {}, worth);
-  const bool named = worth(*likeliest) > 0 && likeliest->gain > kExplained * sums.chi2;
+  const bool named = worth(*likeliest) > 0 && likeliest->gain > kMinExplainedShare * sums.chi2;
   return named ? std::vector{likeliest->words} : std::vector<std::string>();
 }
 

@@ -8,16 +8,15 @@
 
 namespace waymark::internal {
 
-/// What more to photograph: empty parts of the image, too few tilts, too few pictures, a region that fits
-/// worse than the others, numbers that stay uncertain. Sentences for people.
+/// Advice for further images: empty parts of the image, too few tilts, too few images, a region that fits
+/// worse than the others, parameters that stay uncertain. Full sentences.
 [[nodiscard]] std::vector<std::string> calibration_advice(const CameraCalibration& found);
 
-/// What would explain residuals that the camera and the poses leave, in words: a rolling shutter (each
-/// picture is sheared and stretched as it is read), a focal length that changes from picture to picture, a
-/// board that is not flat, a board whose sizes are not as given. Each is fitted to the residuals where they
-/// are (linearised, the poses with it); that which earns most of chi2 by Schwarz's criterion is
-/// named where it explains a tenth of it. At most one, since each explains a part of the others'
-/// residuals. O(marks).
+/// Likely cause of residuals that remain after the fit, as text: a rolling shutter (each image is sheared and
+/// stretched during readout), a focal length that changes between images, a board that is not flat, or wrong
+/// board dimensions. Each cause is fitted to the residuals (linearised, together with the poses). The one
+/// that reduces chi2 most by Schwarz's criterion is reported if it explains a tenth of chi2. At most one is
+/// reported, because each explains a part of the others' residuals. O(marks).
 [[nodiscard]] std::vector<std::string> calibration_causes(const std::vector<TargetView>& views,
                                                           const FitOptions& options,
                                                           const Eigen::VectorXd& parameters);

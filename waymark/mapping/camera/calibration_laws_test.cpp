@@ -1,5 +1,5 @@
-// What must hold for the calibration of any camera: order, unit of length, frame and turn of the target do
-// not matter, noise scales its covariance, and what is written is what was found.
+// Invariants of the calibration of any camera: order, unit of length, frame and rotation of the target do not
+// matter; the covariance scales with the noise; the written calibration equals the result.
 #include <algorithm>
 #include <cmath>
 
@@ -26,7 +26,7 @@ CameraModel truth() {
       .value();
 }
 
-/// Pictures of a board of 9 x 6 corners from all sides.
+/// Images of a board of 9 x 6 corners from all sides.
 std::vector<TargetPicture> pictures(std::uint64_t seed, double noise_px, std::size_t count = 12) {
   Random random(seed);
   std::vector<TargetPicture> all;
@@ -57,7 +57,7 @@ CameraCalibration calibrated(const std::vector<TargetPicture>& views,
   return found ? std::move(*found) : CameraCalibration{.camera = truth()};
 }
 
-/// In standard deviations.
+/// Distance of two results in standard deviations.
 double apart(const CameraCalibration& a, const CameraCalibration& b) {
   return (a.parameters - b.parameters)
       .cwiseQuotient(a.covariance.diagonal().cwiseSqrt())
@@ -78,7 +78,7 @@ TEST(CalibrationLaws, TheOrderOfPicturesAndMarksDoesNotMatter) {
   EXPECT_NEAR(b.views[0].distance_m, a.views[5].distance_m, 1e-4);
 }
 
-TEST(CalibrationLaws, TwiceAsLargeABoardIsTwiceAsFarAndTheCameraIsTheSame) {
+TEST(CalibrationLaws, ALargerBoardScalesDistancesAndNotTheCamera) {
   const auto views = pictures(2, 0.1);
   auto large = views;
   for (TargetPicture& view : large) {
@@ -93,7 +93,7 @@ TEST(CalibrationLaws, TwiceAsLargeABoardIsTwiceAsFarAndTheCameraIsTheSame) {
   }
 }
 
-TEST(CalibrationLaws, WhereTheOriginOfTheBoardIsDoesNotMatter) {
+TEST(CalibrationLaws, TheOriginOfTheBoardDoesNotMatter) {
   const auto views = pictures(3, 0.1);
   auto moved = views;
   const SE3 by(SO3::exp({0, 0, 0.7}), {0.4, -0.3, 0});  // in its plane
@@ -107,7 +107,7 @@ TEST(CalibrationLaws, WhereTheOriginOfTheBoardIsDoesNotMatter) {
     EXPECT_NEAR(b.views[i].distance_m, a.views[i].distance_m, 1e-4);
 }
 
-TEST(CalibrationLaws, TheCovarianceIsPositiveDefiniteAndFollowsTheNoiseThatShows) {
+TEST(CalibrationLaws, TheCovarianceIsPositiveDefiniteAndScalesWithTheNoise) {
   const CameraCalibration fine = calibrated(pictures(4, 0.05));
   const CameraCalibration rough = calibrated(pictures(4, 0.2));
   for (const CameraCalibration* found : {&fine, &rough}) {
@@ -120,11 +120,11 @@ TEST(CalibrationLaws, TheCovarianceIsPositiveDefiniteAndFollowsTheNoiseThatShows
     EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(correlation).eigenvalues().minCoeff(), 0);
   }
   EXPECT_NEAR(std::sqrt(rough.covariance(0, 0) / fine.covariance(0, 0)), 4, 0.6);
-  EXPECT_NEAR(rough.noise_scale, 1, 0.1) << "0.2 px is what is assumed";
+  EXPECT_NEAR(rough.noise_scale, 1, 0.1) << "0.2 px is the assumed noise";
   EXPECT_NEAR(fine.noise_scale, 0.25, 0.03);
 }
 
-TEST(CalibrationLaws, WhatIsAssumedOfTheNoiseDoesNotMatterToWhatShows) {
+TEST(CalibrationLaws, TheAssumedNoiseDoesNotChangeTheResult) {
   const auto views = pictures(5, 0.1);
   const CameraCalibration a = calibrated(views);
   const CameraCalibration b = calibrated(views, {.corner_sigma_px = 0.4});
@@ -133,7 +133,7 @@ TEST(CalibrationLaws, WhatIsAssumedOfTheNoiseDoesNotMatterToWhatShows) {
   EXPECT_NEAR(std::sqrt(b.covariance(0, 0) / a.covariance(0, 0)), 1, 0.1);
 }
 
-TEST(CalibrationLaws, APictureOfTooFewCornersIsOfNoUseAndKeepsItsPlace) {
+TEST(CalibrationLaws, AnImageWithTooFewCornersIsUnusedAndKeepsItsIndex) {
   auto views = pictures(6, 0.1);
   views[3].resize(7);
   const CameraCalibration found = calibrated(views);
@@ -147,7 +147,7 @@ TEST(CalibrationLaws, APictureOfTooFewCornersIsOfNoUseAndKeepsItsPlace) {
   }
 }
 
-TEST(CalibrationLaws, CornersOfAllPartsOfTheImageAddUp) {
+TEST(CalibrationLaws, RegionsAddUpToTheWholeImage) {
   const CameraCalibration found = calibrated(pictures(7, 0.1));
   std::size_t corners = 0;
   double squares = 0;
@@ -161,7 +161,7 @@ TEST(CalibrationLaws, CornersOfAllPartsOfTheImageAddUp) {
   EXPECT_NEAR(std::sqrt(squares / static_cast<double>(corners)), found.rms_px, 1e-9);
 }
 
-TEST(CalibrationLaws, WhatIsWrittenIsWhatWasFound) {
+TEST(CalibrationLaws, TheWrittenCalibrationEqualsTheResult) {
   const CameraCalibration found = calibrated(pictures(8, 0.1));
   const Calibration written = to_calibration(found);
   ASSERT_TRUE(written.camera);
@@ -177,12 +177,12 @@ TEST(CalibrationLaws, WhatIsWrittenIsWhatWasFound) {
   }
 }
 
-TEST(CalibrationLaws, OptionsOutOfTheirRangeAreNamed) {
+TEST(CalibrationLaws, OptionsOutOfRangeAreReported) {
   const auto found = calibrate_camera(pictures(9, 0.1), kWidth, kHeight, LensModel::Radtan4, {.folds = 1});
   ASSERT_FALSE(found);
   EXPECT_THAT(found.error().place.key, HasSubstr("folds"));
   EXPECT_FALSE(calibrate_camera(pictures(9, 0.1), 0, kHeight, LensModel::Radtan4))
-      << "no picture is that wide";
+      << "an image cannot have zero width";
 }
 
 }  // namespace

@@ -23,30 +23,30 @@ Eigen::VectorXd rough_parameters(LensModel lens, double focal_px, int width_px, 
   return p;
 }
 
-Result<NumberedCamera> straight_camera(LensModel lens, double focal_px, const FitOptions& fit) {
+Result<ParametricCamera> straight_camera(LensModel lens, double focal_px, const FitOptions& fit) {
   const Eigen::VectorXd parameters = rough_parameters(lens, focal_px, fit.width_px, fit.height_px);
   auto camera = camera_of(lens, parameters, fit.width_px, fit.height_px);
   if (!camera) return tl::unexpected(camera.error());
-  return NumberedCamera{.lens = lens, .parameters = parameters, .camera = *std::move(camera)};
+  return ParametricCamera{.lens = lens, .parameters = parameters, .camera = *std::move(camera)};
 }
 
-/// The focal length under which an undistorted camera explains a few pictures best, of a row of them from
-/// telephoto to fisheye.
+/// Of a geometric series from telephoto to fisheye, the focal length with which an undistorted camera fits a
+/// few images best.
 double rough_focal_px(const Search& search, LensModel lens) {
-  constexpr std::size_t kPicturesTried = 8;
-  constexpr double kShortest = 0.2;
-  constexpr double kLongest = 6;
+  constexpr std::size_t kMaxImagesTried = 8;
+  constexpr double kMinFocalShare = 0.2;
+  constexpr double kMaxFocalShare = 6;
   constexpr double kRatio = 1.15;
   const LensModel straight = lens == LensModel::Equidistant ? lens : LensModel::None;
   double best_px = 0;
   double best_cost = std::numeric_limits<double>::infinity();
-  for (double share = kShortest; share < kLongest; share *= kRatio) {
+  for (double share = kMinFocalShare; share < kMaxFocalShare; share *= kRatio) {
     const double focal_px = share * search.fit.width_px;
     const auto camera = straight_camera(straight, focal_px, search.fit);
     if (!camera) continue;
     double cost = 0;
     std::size_t tried = 0;
-    for (std::size_t i = 0; i < search.views.size() && tried < kPicturesTried; ++i) {
+    for (std::size_t i = 0; i < search.views.size() && tried < kMaxImagesTried; ++i) {
       if (!usable(search.views[i])) continue;
       const double rms_px = search.start(i, *camera).rms_px;
       cost += std::min(rms_px * rms_px, 1e4);
@@ -60,7 +60,7 @@ double rough_focal_px(const Search& search, LensModel lens) {
   return best_px;
 }
 
-/// The pose that a homography from the target's plane to the plane z = 1 says.
+/// The pose given by a homography from the target's plane to the plane z = 1.
 SE3 pose_of(const Eigen::Matrix3d& cam_H_target) {
   const double scale = 2 / (cam_H_target.col(0).norm() + cam_H_target.col(1).norm());
   const Eigen::Matrix3d H = scale * cam_H_target;
@@ -71,8 +71,8 @@ SE3 pose_of(const Eigen::Matrix3d& cam_H_target) {
   return {SO3::from_matrix(R), H.col(2)};
 }
 
-/// The flat target seen almost alike: its normal reflected at the line of sight (Schweighofer and Pinz,
-/// "Robust Pose Estimation from a Planar Target", 2006).
+/// The other pose of a flat target with nearly the same image: its normal is reflected at the line of sight
+/// (Schweighofer and Pinz, "Robust Pose Estimation from a Planar Target", 2006).
 SE3 reflected(const SE3& cam_T_target) {
   const Eigen::Vector3d sight = cam_T_target.translation().normalized();
   const Eigen::Vector3d normal = cam_T_target.rotation() * Eigen::Vector3d::UnitZ();
@@ -82,8 +82,8 @@ SE3 reflected(const SE3& cam_T_target) {
   return {SO3::exp(axis.angle() * axis.axis()) * cam_T_target.rotation(), cam_T_target.translation()};
 }
 
-/// The view with its pose found from this one on; nothing where the search fails.
-RoughPose refined(TargetView view, const SE3& cam_T_target, const NumberedCamera& camera) {
+/// The view's pose refined from this one; infinite error if the search fails.
+RoughPose refined(TargetView view, const SE3& cam_T_target, const ParametricCamera& camera) {
   view.target_T_cam = cam_T_target.inverse();
   std::vector<TargetView> one{std::move(view)};
   const FitOptions poses{.lens = camera.lens,
@@ -95,7 +95,7 @@ RoughPose refined(TargetView view, const SE3& cam_T_target, const NumberedCamera
   return {one.front().target_T_cam, root_mean(squared_distances_px2(one.front(), camera.camera))};
 }
 
-RoughPose rough_pose(const TargetView& view, const NumberedCamera& camera) {
+RoughPose rough_pose(const TargetView& view, const ParametricCamera& camera) {
   std::vector<Eigen::Vector2d> places;
   std::vector<Eigen::Vector2d> normalised;
   for (const ViewMark& mark : view.marks) {
@@ -114,7 +114,7 @@ RoughPose rough_pose(const TargetView& view, const NumberedCamera& camera) {
   return other.rms_px < found.rms_px ? other : found;
 }
 
-/// The same from tags, whatever their corners' noise.
+/// The same from tags, regardless of the noise of their corners.
 RoughPose rough_pose(const std::vector<TagDetection>& detections, const TagMap& target,
                      const CameraModel& camera) {
   constexpr double kNoGate = 1e9;
@@ -135,19 +135,19 @@ RoughPose rough_pose(const std::vector<TagDetection>& detections, const TagMap& 
 }  // namespace
 
 PoseStart start_from_tags(const std::vector<std::vector<TagDetection>>& pictures, const TagMap& target) {
-  return [&](std::size_t picture, const NumberedCamera& camera) {
+  return [&](std::size_t picture, const ParametricCamera& camera) {
     return rough_pose(pictures[picture], target, camera.camera);
   };
 }
 
 PoseStart start_from_plane(const std::vector<TargetView>& views) {
   return
-      [&](std::size_t picture, const NumberedCamera& camera) { return rough_pose(views[picture], camera); };
+      [&](std::size_t picture, const ParametricCamera& camera) { return rough_pose(views[picture], camera); };
 }
 
 bool usable(const TargetView& view) {
-  constexpr int kFewestPoints = 8;
-  constexpr double kLine = 0.02;  // a strip so narrow is a line
+  constexpr int kMinPoints = 8;
+  constexpr double kMinWidthShare = 0.02;  // a narrower strip counts as a line
   int points = 0;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
@@ -159,10 +159,10 @@ bool usable(const TargetView& view) {
       ++points;
     }
   }
-  if (points < kFewestPoints) return false;
+  if (points < kMinPoints) return false;
   const Eigen::Vector3d mean = sum / points;
   const Eigen::Vector3d spread_m2 = symmetric_eigen<3>(squares / points - mean * mean.transpose()).values;
-  return spread_m2[1] > kLine * kLine * spread_m2[2];
+  return spread_m2[1] > kMinWidthShare * kMinWidthShare * spread_m2[2];
 }
 
 Status begin_search(Search& search, LensModel lens) {
@@ -184,7 +184,7 @@ Status begin_search(Search& search, LensModel lens) {
   return {};
 }
 
-void find_better_poses(Search& search, const NumberedCamera& camera) {
+void find_better_poses(Search& search, const ParametricCamera& camera) {
   const auto cost = [&](const TargetView& view) {
     double sum = 0;
     for (const ViewMark& mark : view.marks)
@@ -202,7 +202,7 @@ void find_better_poses(Search& search, const NumberedCamera& camera) {
 
 namespace {
 
-/// Calls with where each corner used is seen and where it projects.
+/// Calls `each` with the observed and the projected position of each corner in use.
 template <class Each>
 void for_each_corner(const TargetView& view, const CameraModel& camera, const Each& each) {
   const SE3 cam_T_target = view.target_T_cam.inverse();
@@ -254,7 +254,7 @@ CalibratedView summary_of(const TargetView& view, const CameraModel& camera) {
 
 std::array<ImageRegion, 9> regions_of(const std::vector<TargetView>& views, const CameraModel& camera) {
   std::array<std::vector<double>, 9> squares;
-  std::array<std::vector<double>, 9> chi2;  // of a coordinate
+  std::array<std::vector<double>, 9> chi2;  // per coordinate
   for (const TargetView& view : views) {
     for_each_corner(view, camera, [&](const Eigen::Vector2d& seen, const Eigen::Vector2d& px) {
       squares.at(internal::ninth_of(seen, camera)).push_back((px - seen).squaredNorm());

@@ -8,33 +8,33 @@
 #include "waymark/mapping/camera/camera_calibration.hpp"
 #include "waymark/mapping/camera/intrinsics_fit.hpp"
 
-/// The parts of calibrate_camera(): where the search begins, and how its end is judged.
+/// Parts of calibrate_camera(): the start of the search and the evaluation of its result.
 namespace waymark::internal {
 
-/// Where a camera must stand to see a picture, whatever its corners' noise; how badly it fits [px].
+/// Approximate camera pose for an image, regardless of the noise of its corners, with its fit error [px].
 struct RoughPose {
   SE3 target_T_cam{};
   double rms_px = std::numeric_limits<double>::infinity();
 };
 
-/// A camera by its numbers.
-struct NumberedCamera {
+/// A camera with its parameter vector.
+struct ParametricCamera {
   LensModel lens{};
   Eigen::VectorXd parameters{};
   CameraModel camera;
 };
 
-/// Where a camera stood for one of the pictures.
-using PoseStart = std::function<RoughPose(std::size_t picture, const NumberedCamera& camera)>;
+/// Estimates the camera pose of an image.
+using PoseStart = std::function<RoughPose(std::size_t picture, const ParametricCamera& camera)>;
 
-/// From the tags of a picture, of which some may be wrong; `pictures` and `target` outlive the result.
+/// From the tags of an image, some of which may be wrong; `pictures` and `target` must outlive the result.
 [[nodiscard]] PoseStart start_from_tags(const std::vector<std::vector<TagDetection>>& pictures,
                                         const TagMap& target);
-/// From all points of a picture of a flat target (z = 0), by their homography (Zhang, section 3.1); of its
-/// pose and the one reflected at the line of sight the better. `views` outlive the result.
+/// From all points of an image of a flat target (z = 0), by their homography (Zhang, section 3.1). Of this
+/// pose and its reflection at the line of sight, the better one is used. `views` must outlive the result.
 [[nodiscard]] PoseStart start_from_plane(const std::vector<TargetView>& views);
 
-/// The problem and where the search stands.
+/// The problem and the current state of the search.
 struct Search {
   PoseStart start{};
   FitOptions fit{};
@@ -42,18 +42,18 @@ struct Search {
   std::vector<TargetView> views{};
 };
 
-/// Whether a picture shows enough of the target: eight numbers or more than its pose has, not on one line.
+/// Whether an image shows enough of the target: at least eight points, not on one line.
 [[nodiscard]] bool usable(const TargetView& view);
 
-/// Starts anew for this lens: a focal length from a row of them, and where the camera stood for each picture.
-/// Views that no camera explains lose their marks.
+/// Restarts the search with this lens model: selects a focal length from a geometric series and estimates the
+/// pose of each image. Removes the marks of views without a usable pose.
 [[nodiscard]] Status begin_search(Search& search, LensModel lens);
 
-/// Where a picture is explained better from another place (a flat target seen from afar has two poses that
-/// look alike), the view goes there.
-void find_better_poses(Search& search, const NumberedCamera& camera);
+/// Replaces the pose of a view if another pose explains the image better (a distant flat target has two
+/// similar-looking poses).
+void find_better_poses(Search& search, const ParametricCamera& camera);
 
-/// Squared distances of a view's used corners from where they project [px^2].
+/// Squared reprojection errors of a view's corners in use [px^2].
 [[nodiscard]] std::vector<double> squared_distances_px2(const TargetView& view, const CameraModel& camera);
 [[nodiscard]] double root_mean(const std::vector<double>& squares);
 

@@ -5,7 +5,7 @@
 namespace waymark {
 namespace {
 
-TEST(CalibrationJudgement, RootMeanOfNothingIsNothing) {
+TEST(CalibrationSearch, RootMeanOfAnEmptyListIsZero) {
   EXPECT_EQ(internal::root_mean({}), 0);
   EXPECT_EQ(internal::root_mean({9, 16, 0, 0}), 2.5);
 }

@@ -14,7 +14,7 @@
 namespace waymark {
 namespace {
 
-/// Contrast and steepest slope in the surroundings of a pixel; nothing at the border.
+/// Blur at a pixel from the contrast and the steepest slope around it [px]; empty at the border.
 std::optional<double> width_at(const ImageView& image, const Eigen::Vector2d& px) {
   constexpr int kReach = 5;
   const int x0 = static_cast<int>(px.x());
@@ -34,8 +34,8 @@ std::optional<double> width_at(const ImageView& image, const Eigen::Vector2d& px
       steepest = std::max(steepest, std::hypot(dx, dy));
     }
   }
-  constexpr int kFaint = 20;
-  if (brightest - darkest < kFaint) return std::nullopt;
+  constexpr int kMinContrast = 20;
+  if (brightest - darkest < kMinContrast) return std::nullopt;
   return (brightest - darkest) / (steepest * std::sqrt(2 * std::numbers::pi));
 }
 
@@ -56,9 +56,9 @@ std::string_view to_string(CaptureVerdict verdict) {
     case CaptureVerdict::Moving:
       return "hold still";
     case CaptureVerdict::Blurred:
-      return "the picture is blurred: more light, or focus";
+      return "the image is blurred: add light or adjust the focus";
     case CaptureVerdict::Known:
-      return "move on: this view is there";
+      return "move the board: this view is already taken";
     case CaptureVerdict::New:
       return "taken";
   }
@@ -75,24 +75,24 @@ std::optional<double> edge_width_px(const ImageView& image, const TargetPicture&
 }
 
 bool ViewCapture::still(SensorTime stamp, const TargetPicture& marks) {
-  constexpr int kTimes = 2;
+  constexpr int kMinStillImages = 2;
   const double dt_s = std::max(to_seconds(stamp - last_stamp_), 1e-6);
   const bool slow = !last_.empty() && apart_px(last_, marks) <= options_.still_px_s * dt_s;
   last_ = marks;
   last_stamp_ = stamp;
   still_times_ = slow ? still_times_ + 1 : 0;
-  return still_times_ >= kTimes;
+  return still_times_ >= kMinStillImages;
 }
 
 CaptureVerdict ViewCapture::take(SensorTime stamp, const ImageView& image, const TargetPicture& marks) {
-  const bool stands = still(stamp, marks);
+  const bool is_still = still(stamp, marks);
   if (marks.empty()) return CaptureVerdict::NoTarget;
   if (corners_of(marks) < static_cast<std::size_t>(options_.fewest_corners)) return CaptureVerdict::TooFew;
   const double far_px = options_.new_share * std::hypot(image.width, image.height);
   const bool is_new =
       std::ranges::all_of(views_, [&](const TargetPicture& view) { return apart_px(view, marks) > far_px; });
   if (!is_new) return CaptureVerdict::Known;
-  if (!stands) return CaptureVerdict::Moving;
+  if (!is_still) return CaptureVerdict::Moving;
   const auto width = edge_width_px(image, marks);
   if (!width || *width > options_.widest_edge_px) return CaptureVerdict::Blurred;
   views_.push_back(marks);
@@ -133,11 +133,11 @@ const std::array<const char*, 9>& image_part_names() {
   return kNames;
 }
 
-BoardTilt board_tilt(const SE3& target_T_cam, double least_deg) {
+BoardTilt board_tilt(const SE3& target_T_cam, double min_tilt_deg) {
   const Eigen::Vector3d normal = target_T_cam.rotation().inverse() * Eigen::Vector3d::UnitZ();
   const double tilt_deg = to_degrees(std::acos(std::clamp(normal.z(), -1.0, 1.0)));
-  if (tilt_deg < least_deg) return BoardTilt::Frontal;
-  // On the board dz/dx = -n_x / n_z: with n_x below 0 its left side is nearer.
+  if (tilt_deg < min_tilt_deg) return BoardTilt::Frontal;
+  // On the board dz/dx = -n_x / n_z: if n_x < 0, its left side is nearer.
   if (std::abs(normal.x()) > std::abs(normal.y()))
     return normal.x() < 0 ? BoardTilt::LeftNearer : BoardTilt::RightNearer;
   return normal.y() < 0 ? BoardTilt::UpperNearer : BoardTilt::LowerNearer;
@@ -165,14 +165,16 @@ std::vector<std::string> missing_views(const ViewCoverage& coverage, const Cover
   for (const auto& [tilt, edge] : tilts_with_edges())
     if (count_of(coverage, tilt) < options.views_each_tilt) edges.emplace_back(edge);
   if (!edges.empty())
-    missing.push_back(fmt::format("tilt the board, its {} edge nearer to the camera", joined_by_or(edges)));
+    missing.push_back(
+        fmt::format("tilt the board so that its {} edge is nearer to the camera", joined_by_or(edges)));
   std::vector<std::string> empty;
   for (std::size_t i = 0; i < coverage.corners.size(); ++i)
     if (coverage.corners.at(i) < options.corners_each_part) empty.emplace_back(image_part_names().at(i));
   if (!empty.empty())
-    missing.push_back(fmt::format("hold it where it was not yet: {}", fmt::join(empty, ", ")));
+    missing.push_back(fmt::format("hold the board in these parts of the image: {}", fmt::join(empty, ", ")));
   if (coverage.views < options.views)
-    missing.push_back(fmt::format("{} more views, nearer and further away", options.views - coverage.views));
+    missing.push_back(
+        fmt::format("take {} more views, nearer and further away", options.views - coverage.views));
   return missing;
 }
 

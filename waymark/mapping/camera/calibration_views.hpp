@@ -14,8 +14,7 @@
 #include "waymark/image/image.hpp"
 #include "waymark/mapping/camera/target_mark.hpp"
 
-/// Which pictures of a live camera are taken for a calibration, which views of the target are there, and
-/// which are missing.
+/// Selection of images of a live camera for a calibration, and coverage of the views taken so far.
 namespace waymark {
 
 struct CaptureOptions {
@@ -27,7 +26,7 @@ struct CaptureOptions {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.still_px_s,
-          Field{"still_px_s", "Speed of the corners above which a picture is not taken [px/s].", 1, 1e5});
+          Field{"still_px_s", "Speed of the corners above which an image is not used [px/s].", 1, 1e5});
     visit(self.new_share, Field{"new_share",
                                 "Mean distance of the corners from every view taken so far that makes a "
                                 "view new, as a share of the "
@@ -35,34 +34,34 @@ struct CaptureOptions {
                                 0, 1});
     visit(self.widest_edge_px, Field{"widest_edge_px",
                                      "Width of the edges at the corners, as the standard deviation of a "
-                                     "blur, above which a picture is not "
-                                     "taken [px].",
+                                     "blur, above which an image is not "
+                                     "used [px].",
                                      0.3, 100});
     visit(self.fewest_corners,
-          Field{"fewest_corners", "Smallest number of corners in a picture that is taken.", 8, 100000});
+          Field{"fewest_corners", "Minimum number of corners in an image that is used.", 8, 100000});
   }
 };
 
-/// What becomes of a picture.
+/// Decision about an image.
 enum class CaptureVerdict : std::uint8_t { NoTarget, TooFew, Moving, Blurred, Known, New };
 
-/// "no board in view", "hold still", …; for who holds the board.
+/// "no board in view", "hold still", …; shown to the person who holds the board.
 [[nodiscard]] std::string_view to_string(CaptureVerdict verdict);
 
-/// How wide the edges are at the corners: the median over the corners of the blur's standard deviation that
-/// gives the steepest slope near a corner as a share of the contrast there [px]. Nothing without a corner
-/// within the image. O(corners).
+/// Edge width at the corners [px]: median over the corners of the standard deviation of a blur with the same
+/// steepest slope, relative to the local contrast. Empty if no corner lies within the image. O(corners).
 [[nodiscard]] std::optional<double> edge_width_px(const ImageView& image, const TargetPicture& marks);
 
-/// Chooses among the pictures of a stream: those that stand still, are sharp, and show the target where it
-/// was not yet. Stillness is judged against the pictures before, twice in a row.
+/// Selects images of a stream that are sharp, show the board at rest, and differ from all earlier views. The
+/// board counts as at rest after two successive images without motion.
 class ViewCapture {
  public:
   explicit ViewCapture(const CaptureOptions& options = {}) : options_(options) {}
 
-  /// The next picture of the stream. New: it is one of the views from now on. O(views * marks).
+  /// Decides about the next image of the stream; an image with the verdict New is added to the views. O(views
+  /// * marks).
   [[nodiscard]] CaptureVerdict take(SensorTime stamp, const ImageView& image, const TargetPicture& marks);
-  /// A view that was taken before.
+  /// Adds a view from an earlier run.
   void add(TargetPicture marks) { views_.push_back(std::move(marks)); }
 
  private:
@@ -75,21 +74,20 @@ class ViewCapture {
   int still_times_ = 0;
 };
 
-/// How a flat target leans towards the camera: the edge, in the picture, that is nearer than the opposite
-/// one.
+/// Tilt of a flat target relative to the camera, named after the edge in the image that is nearer.
 enum class BoardTilt : std::uint8_t { Frontal, LeftNearer, RightNearer, UpperNearer, LowerNearer };
 
-/// Of a target whose z points away from the camera. Frontal: below `least_deg`.
-[[nodiscard]] BoardTilt board_tilt(const SE3& target_T_cam, double least_deg = 20);
+/// For a target whose z axis points away from the camera. Frontal: tilt below `min_tilt_deg`.
+[[nodiscard]] BoardTilt board_tilt(const SE3& target_T_cam, double min_tilt_deg = 20);
 
-/// What a set of views shows.
+/// Coverage of the image and of tilts by a set of views.
 struct ViewCoverage {
   int views = 0;
-  std::array<int, 9> corners{};  ///< in each ninth of the picture, row by row from the top left
+  std::array<int, 9> corners{};  ///< corners in each ninth of the image, row by row from the top left
   std::array<int, 5> tilts{};    ///< views by BoardTilt
 };
 
-/// How many corners of a picture are in each of its ninths, row by row from the top left.
+/// Number of corners in each ninth of the image, row by row from the top left.
 [[nodiscard]] std::array<int, 9> corners_by_part(const TargetPicture& marks, int width_px, int height_px);
 
 void add_view(ViewCoverage& coverage, const TargetPicture& marks, const SE3& target_T_cam, int width_px,
@@ -102,23 +100,23 @@ struct CoverageOptions {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.views, Field{"views", "Number of views below which more are asked for.", 3, 1000});
+    visit(self.views, Field{"views", "Minimum number of views.", 3, 1000});
     visit(self.corners_each_part,
-          Field{"corners_each_part", "Number of corners that each ninth of the picture needs.", 1, 100000});
-    visit(
-        self.views_each_tilt,
-        Field{"views_each_tilt", "Number of views that each of the four directions of tilt needs.", 1, 1000});
+          Field{"corners_each_part", "Minimum number of corners in each ninth of the image.", 1, 100000});
+    visit(self.views_each_tilt,
+          Field{"views_each_tilt", "Minimum number of views for each of the four tilt directions.", 1, 1000});
   }
 };
 
-/// What is missing, in words for who holds the board, most important first; empty: nothing.
+/// Missing views as instructions to the person who holds the board, most important first; empty if coverage
+/// is complete.
 [[nodiscard]] std::vector<std::string> missing_views(const ViewCoverage& coverage,
                                                      const CoverageOptions& options = {});
 
-/// The tilts that are asked for, with the edge that is nearer: "left", "right", "upper", "lower".
+/// The required tilts with the name of the nearer edge: "left", "right", "upper", "lower".
 [[nodiscard]] const std::array<std::pair<BoardTilt, const char*>, 4>& tilts_with_edges();
 
-/// "top left", … "bottom right": the ninths of a picture.
+/// "top left", … "bottom right": names of the ninths of an image.
 [[nodiscard]] const std::array<const char*, 9>& image_part_names();
 
 }  // namespace waymark

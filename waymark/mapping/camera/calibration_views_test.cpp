@@ -1,4 +1,4 @@
-// What a guided calibration asks for, and which pictures it takes.
+// Instructions of a guided calibration, and which images it takes.
 #include "waymark/mapping/camera/calibration_views.hpp"
 
 #include <cmath>
@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
 #include "waymark/base/angles.hpp"
 
 namespace waymark {
@@ -17,12 +18,12 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-/// A board before the camera, turned about an axis of the camera.
+/// A board in front of the camera, rotated about an axis of the camera.
 SE3 board_turned(const Eigen::Vector3d& by_deg) {
   return SE3(SO3::exp(by_deg * to_radians(1)), {0, 0, 1}).inverse();
 }
 
-TEST(BoardTilt, NamesTheEdgeThatIsNearer) {
+TEST(BoardTilt, IsTheNearerEdge) {
   EXPECT_EQ(board_tilt(board_turned({0, 0, 0})), BoardTilt::Frontal);
   EXPECT_EQ(board_tilt(board_turned({0, 0, 40})), BoardTilt::Frontal);
   for (const double roll_deg : {0.0, 90.0, 180.0}) {
@@ -33,7 +34,7 @@ TEST(BoardTilt, NamesTheEdgeThatIsNearer) {
                                        std::pair(Eigen::Vector3d(0, -30, 0), BoardTilt::LeftNearer)}) {
       const SE3 target_T_cam = (board_turned(by_deg).inverse() * roll).inverse();
       EXPECT_EQ(board_tilt(target_T_cam), tilt) << by_deg.transpose();
-      // By the depth of the edges themselves.
+      // Compared with the depth of the edges themselves.
       const SE3 cam_T_target = board_turned(by_deg).inverse();
       const double left = (cam_T_target * Eigen::Vector3d(-1, 0, 0)).z();
       const double right = (cam_T_target * Eigen::Vector3d(1, 0, 0)).z();
@@ -47,7 +48,7 @@ TEST(BoardTilt, NamesTheEdgeThatIsNearer) {
   }
 }
 
-/// A grid of corners, `pitch_px` apart, its upper left one here.
+/// A grid of corners with this pitch; the upper left corner is at (x_px, y_px).
 TargetPicture grid(double x_px, double y_px, double pitch_px = 12) {
   TargetPicture marks;
   for (int i = 0; i < 30; ++i)
@@ -57,39 +58,40 @@ TargetPicture grid(double x_px, double y_px, double pitch_px = 12) {
   return marks;
 }
 
-TEST(ViewCoverage, AsksForWhatIsMissingUntilNothingIs) {
+TEST(ViewCoverage, RequestsMissingViewsUntilComplete) {
   ViewCoverage coverage;
-  EXPECT_THAT(missing_views(coverage), Contains(HasSubstr("12 more views")));
+  EXPECT_THAT(missing_views(coverage), Contains(HasSubstr("12 more")));
+  for (const std::string& request : missing_views(coverage)) testing::expect_on_page("calibrate", request);
   const auto view = [&](double x_px, double y_px, const Eigen::Vector3d& by_deg) {
     add_view(coverage, grid(x_px, y_px), board_turned(by_deg), 640, 480);
   };
   for (int i = 0; i < 9; ++i) view(20 + 213 * (i % 3), 20 + 160 * (i / 3), {0, 0, 0});
   const auto tilts = missing_views(coverage);
-  EXPECT_THAT(tilts, Not(Contains(HasSubstr("where it was not"))));
-  EXPECT_THAT(tilts, Contains("tilt the board, its left, right, upper or lower edge nearer to the camera"));
+  EXPECT_THAT(tilts, Not(Contains(HasSubstr("parts of the image"))));
+  EXPECT_THAT(tilts, Contains(HasSubstr("left, right, upper or lower edge")));
   for (const Eigen::Vector3d& by_deg : {Eigen::Vector3d(30, 0, 0), Eigen::Vector3d(-30, 0, 0),
                                         Eigen::Vector3d(0, 30, 0), Eigen::Vector3d(0, -30, 0)})
     for (int i = 0; i < 2; ++i) {
       if (by_deg.y() < 0 && i == 1)
         EXPECT_THAT(missing_views(coverage),
-                    ElementsAre("tilt the board, its left edge nearer to the camera"));
+                    ElementsAre(AllOf(HasSubstr("left"), Not(HasSubstr("right")), Not(HasSubstr("upper")))));
       view(200, 200, by_deg);
     }
   EXPECT_TRUE(missing_views(coverage).empty());
 }
 
-TEST(ViewCoverage, NamesTheEmptyParts) {
+TEST(ViewCoverage, ReportsEmptyPartsOfTheImage) {
   ViewCoverage coverage;
   for (int i = 0; i < 9; ++i)
     if (i != 2 && i != 6)
       add_view(coverage, grid(20 + 213 * (i % 3), 20 + 160 * (i / 3)), board_turned({0, 0, 0}), 640, 480);
-  EXPECT_THAT(missing_views(coverage), Contains(AllOf(HasSubstr("top right, bottom left"))));
+  EXPECT_THAT(missing_views(coverage), Contains(HasSubstr("top right, bottom left")));
 }
 
 /// Squares with blurred edges at the corners of grid(): cells of 12 px from (40, 40).
 Image squares(double blur_px) {
   Image image(640, 480, 128);
-  const auto soft = [&](double v) {  // +1 and -1 by turns, blurred
+  const auto soft = [&](double v) {  // alternates between +1 and -1, blurred
     const double phase = v / 12;
     const double nearest = 12 * std::abs(phase - std::round(phase));
     const double side = static_cast<int>(std::floor(phase)) % 2 == 0 ? 1 : -1;
@@ -101,7 +103,7 @@ Image squares(double blur_px) {
   return image;
 }
 
-TEST(EdgeWidth, IsTheBlurOfThePicture) {
+TEST(EdgeWidth, IsTheBlurOfTheImage) {
   for (const double blur_px : {1.0, 1.5, 2.5}) {
     const auto width = edge_width_px(squares(blur_px), grid(40, 40));
     ASSERT_TRUE(width);
@@ -111,7 +113,7 @@ TEST(EdgeWidth, IsTheBlurOfThePicture) {
   EXPECT_FALSE(edge_width_px(squares(1), grid(-500, -500)));
 }
 
-/// A stream of pictures 33 ms apart.
+/// A stream of images 33 ms apart.
 struct Stream {
   ViewCapture capture{};
   int k = 0;
@@ -120,11 +122,11 @@ struct Stream {
   }
 };
 
-TEST(ViewCapture, TakesWhatIsStillSharpAndNew) {
+TEST(ViewCapture, TakesStillSharpAndNewImages) {
   const Image sharp = squares(1);
   Stream stream;
   EXPECT_EQ(stream.show({}, sharp), CaptureVerdict::NoTarget);
-  EXPECT_EQ(stream.show(grid(40, 40), sharp), CaptureVerdict::Moving);  // it may have come in just now
+  EXPECT_EQ(stream.show(grid(40, 40), sharp), CaptureVerdict::Moving);  // it may have just entered the image
   EXPECT_EQ(stream.show(grid(40, 40), sharp), CaptureVerdict::Moving);
   EXPECT_EQ(stream.show(grid(40, 40), sharp), CaptureVerdict::New);
   EXPECT_EQ(stream.show(grid(40, 40), sharp), CaptureVerdict::Known);
@@ -135,7 +137,7 @@ TEST(ViewCapture, TakesWhatIsStillSharpAndNew) {
   EXPECT_EQ(stream.show(grid(232, 40), sharp), CaptureVerdict::New);
 }
 
-TEST(ViewCapture, LeavesOutWhatIsBlurredOrHardlyInView) {
+TEST(ViewCapture, RejectsBlurredOrSparseImages) {
   Stream stream;
   for (int i = 0; i < 5; ++i) EXPECT_NE(stream.show(grid(40, 40), squares(4)), CaptureVerdict::New);
   EXPECT_EQ(stream.show(grid(40, 40), squares(4)), CaptureVerdict::Blurred);
@@ -144,7 +146,7 @@ TEST(ViewCapture, LeavesOutWhatIsBlurredOrHardlyInView) {
   EXPECT_EQ(stream.show(few, squares(1)), CaptureVerdict::TooFew);
 }
 
-TEST(ViewCapture, ViewsFromBeforeAreNotTakenAgain) {
+TEST(ViewCapture, DoesNotTakeEarlierViewsAgain) {
   Stream stream;
   stream.capture.add(grid(40, 40));
   for (int i = 0; i < 4; ++i) EXPECT_EQ(stream.show(grid(42, 41), squares(1)), CaptureVerdict::Known);

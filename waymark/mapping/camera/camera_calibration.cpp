@@ -29,7 +29,7 @@ using internal::TargetView;
 using internal::usable;
 using internal::view_mark;
 using internal::ViewMark;
-constexpr std::size_t kFewestViews = 3;
+constexpr std::size_t kMinUsableViews = 3;
 
 Result<std::vector<TargetView>> views_of(const std::vector<TargetPicture>& pictures, double corner_sigma_px) {
   std::vector<TargetView> views;
@@ -53,20 +53,20 @@ std::vector<TargetView> usable_views(const std::vector<TargetView>& views) {
   return kept;
 }
 
-/// Puts fitted views back in their places.
+/// Copies fitted views back to their positions.
 void put_back(const std::vector<TargetView>& fitted, std::vector<TargetView>& views) {
   std::size_t next = 0;
   for (TargetView& view : views)
     if (usable(view)) view = fitted[next++];
 }
 
-/// Median of chi2 with so many degrees of freedom (Wilson and Hilferty, 1931).
+/// Median of chi2 with this many degrees of freedom (Wilson and Hilferty, 1931).
 double median_of_chi_square(Eigen::Index numbers) {
   const auto n = static_cast<double>(numbers);
   return n * std::pow(1 - 2 / (9 * n), 3);
 }
 
-/// The noise as it is usually, over what was stated, robustly: by the median over the marks used.
+/// Typical ratio of actual to stated noise: a robust estimate from the median over the marks used.
 double usual_noise_scale(const std::vector<TargetView>& views, const CameraModel& camera) {
   std::vector<double> all;
   for (const TargetView& view : views)
@@ -76,7 +76,7 @@ double usual_noise_scale(const std::vector<TargetView>& views, const CameraModel
   return all.empty() ? 1 : std::sqrt(median(std::move(all)));
 }
 
-void leave_out_outliers(std::vector<TargetView>& views, const CameraModel& camera, double gate_sigma) {
+void exclude_outliers(std::vector<TargetView>& views, const CameraModel& camera, double gate_sigma) {
   const double usual = usual_noise_scale(views, camera);
   for (TargetView& view : views) {
     for (ViewMark& mark : view.marks) {
@@ -87,8 +87,8 @@ void leave_out_outliers(std::vector<TargetView>& views, const CameraModel& camer
   }
 }
 
-/// First a lens that bends simply, then one coefficient more, then all: high powers found from afar would
-/// bend the light back into the image, which no lens does.
+/// Estimates simple distortion first, then one more coefficient, then all. High powers estimated from a poor
+/// start would bend rays back into the image, which no real lens does.
 std::optional<IntrinsicsFit> fit_in_stages(std::vector<TargetView>& views, const Eigen::VectorXd& parameters,
                                            FitOptions options) {
   constexpr int kAll = 1000;
@@ -104,14 +104,14 @@ std::optional<IntrinsicsFit> fit_in_stages(std::vector<TargetView>& views, const
 
 Result<IntrinsicsFit> fit_all(Search& search, double gate_sigma) {
   std::vector<TargetView> views = usable_views(search.views);
-  if (views.size() < kFewestViews)
+  if (views.size() < kMinUsableViews)
     return fail(
         ErrorCode::InvalidArgument,
-        fmt::format("{} pictures show two tags of the target, or eight corners of a board", views.size()), {},
-        "Three are the least, fifteen from all sides are good.");
+        fmt::format("only {} images show two tags of the target or eight corners of a board", views.size()),
+        {}, "Take at least three images, better fifteen from all sides.");
   const auto failed = [] {
-    return fail(ErrorCode::InvalidArgument, "no camera explains these pictures", {},
-                "Is the target as described (size, spacing, columns and rows, numbers, a flat board)?");
+    return fail(ErrorCode::InvalidArgument, "no camera fits these images", {},
+                "Check the description of the target: size, spacing, columns, rows, tag numbers, flatness.");
   };
   auto fit = fit_in_stages(views, search.parameters, search.fit);
   if (!fit) return failed();
@@ -125,11 +125,11 @@ Result<IntrinsicsFit> fit_all(Search& search, double gate_sigma) {
   put_back(views, search.views);
   camera = camera_of(search.fit.lens, fit->parameters, search.fit.width_px, search.fit.height_px);
   if (!camera) return tl::unexpected(camera.error());
-  leave_out_outliers(search.views, *camera, gate_sigma);
+  exclude_outliers(search.views, *camera, gate_sigma);
   views = usable_views(search.views);
   FitOptions whole = search.fit;
   whole.huber_sigma = 0;
-  if (views.size() < kFewestViews) return failed();
+  if (views.size() < kMinUsableViews) return failed();
   fit = fit_intrinsics(views, fit->parameters, whole);
   if (!fit || fit->information.size() == 0) return failed();
   put_back(views, search.views);
@@ -139,7 +139,8 @@ Result<IntrinsicsFit> fit_all(Search& search, double gate_sigma) {
 
 double square(double x) { return x * x; }
 
-/// Fits without one group of pictures after the other and foretells them: only their poses are found anew.
+/// Cross-validation: fits without each group of images in turn and predicts it; only the poses of the group
+/// are estimated.
 std::optional<double> held_out_rms_px(const Search& fitted, int folds) {
   const std::vector<TargetView> views = usable_views(fitted.views);
   const std::size_t groups = std::min<std::size_t>(static_cast<std::size_t>(folds), views.size());
@@ -180,12 +181,12 @@ Result<CameraCalibration> result_of(const Search& search, const IntrinsicsFit& f
   const auto free = numbers - static_cast<double>(fit.parameters.size()) -
                     6 * static_cast<double>(usable_views(search.views).size());
   if (!(free > 0))
-    return fail(ErrorCode::InvalidArgument, "fewer corners than unknowns", {}, "Take more pictures.");
+    return fail(ErrorCode::InvalidArgument, "fewer corners than unknowns", {}, "Take more images.");
   found.noise_scale = std::sqrt(fit.chi2 / free);
   const Eigen::Index n = fit.parameters.size();
   const SymmetricSolution inverse = solve_symmetric(fit.information, Eigen::MatrixXd::Identity(n, n));
   if (!inverse.positive)
-    return fail(ErrorCode::InvalidArgument, "the images do not determine the camera's parameters", {},
+    return fail(ErrorCode::InvalidArgument, "the images do not determine the camera parameters", {},
                 "Take images of the target from more sides.");
   found.covariance = square(found.noise_scale) * inverse.X;
   found.rms_px = root_mean(squares);
@@ -203,14 +204,15 @@ Result<CameraCalibration> calibrate_with(Search search, LensModel lens,
   const auto held_out = held_out_rms_px(search, options.folds);
   if (!held_out)
     return fail(ErrorCode::InvalidArgument,
-                fmt::format("the pictures do not tell a lens '{}' once some are left out", to_string(lens)),
-                {}, "Take more pictures, or a lens with fewer numbers.");
+                fmt::format("the images do not determine a lens '{}' in cross-validation", to_string(lens)),
+                {}, "Take more images, or use a lens model with fewer parameters.");
   found->held_out_rms_px = *held_out;
   found->advice = internal::calibration_causes(search.views, search.fit, found->parameters);
   return found;
 }
 
-/// With the lens, or with that of the options' which foretells as well as the best with the fewest numbers.
+/// Calibrates with the given lens model, or with the candidate that has the fewest parameters among those
+/// whose cross-validation error is about the best.
 Result<CameraCalibration> calibrate(const Search& search, std::optional<LensModel> lens,
                                     const CameraCalibrationOptions& options) {
   const std::vector<LensModel>& choice = options.lenses.empty() ? lens_models() : options.lenses;
@@ -233,14 +235,15 @@ Result<CameraCalibration> calibrate(const Search& search, std::optional<LensMode
   const auto chosen = std::ranges::find_if(found, [&](const CameraCalibration& one) {
     return one.held_out_rms_px <= (1 + options.better_by) * best;
   });
-  constexpr double kAbsurdNoise = 10;
-  if (chosen->noise_scale > kAbsurdNoise)
-    return fail(
-        ErrorCode::InvalidArgument,
-        fmt::format("the corners are {:.0f} times further off than they promised", chosen->noise_scale), {},
-        "The target is not as described: check columns and rows, sizes, spacing, first number, and that the "
-        "board "
-        "is flat.");
+  constexpr double kMaxNoiseScale = 10;
+  if (chosen->noise_scale > kMaxNoiseScale)
+    return fail(ErrorCode::InvalidArgument,
+                fmt::format("the corner residuals are {:.0f} times larger than their covariances",
+                            chosen->noise_scale),
+                {},
+                "The target does not match its description. Check columns and rows, sizes, spacing, first "
+                "number, and "
+                "that the board is flat.");
   chosen->trials = trials;
   const std::vector<std::string> more = internal::calibration_advice(*chosen);
   chosen->advice.insert(chosen->advice.end(), more.begin(), more.end());
@@ -278,15 +281,15 @@ Result<CameraCalibration> calibrate_camera(const std::vector<TargetPicture>& pic
 }
 
 Calibration to_calibration(const CameraCalibration& found) {
-  constexpr double kWorstFocalShare = 0.02;
+  constexpr double kMaxFocalShareSigma = 0.02;
   Calibration calibration{.camera = found.camera};
   for (std::size_t i = 0; i < found.names.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
     CalibratedValue value{.value = found.parameters[k],
                           .sigma = std::sqrt(std::max(0.0, found.covariance(k, k)))};
-    if (i < 4 && value.sigma > kWorstFocalShare * found.parameters[0]) {
+    if (i < 4 && value.sigma > kMaxFocalShareSigma * found.parameters[0]) {
       value.verdict = CalibrationVerdict::Unobservable;
-      value.advice = "Photograph the board tilted to the left, right, up and down.";
+      value.advice = "Take images with the board tilted to the left, right, up and down.";
     }
     calibration.values[found.names[i]] = value;
   }

@@ -20,53 +20,53 @@
 namespace waymark {
 
 struct CameraCalibrationOptions {
-  /// Of corners without a covariance (as TagPoseOptions::corner_sigma_px): weighs them against those with
-  /// one; the residuals scale both.
+  /// Standard deviation of corners without a covariance (as TagPoseOptions::corner_sigma_px). It weights them
+  /// relative to those with one; the noise scale from the residuals applies to both.
   double corner_sigma_px = 0.2;
   double gate_sigma = 4;
   double better_by = 0.02;
   int folds = 5;
-  std::vector<LensModel> lenses{};  ///< to choose from where none is given; empty: all. No field
+  std::vector<LensModel> lenses{};  ///< candidates if no lens model is given; empty: all. Not a field
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.corner_sigma_px, Field{"corner_sigma_px",
                                       "Standard deviation of a corner whose detection has no covariance; "
-                                      "what the residuals show scales it.",
+                                      "it is scaled by the residuals.",
                                       1e-4, 100});
     visit(self.gate_sigma,
           Field{"gate_sigma",
-                "A tag or corner whose residual exceeds this many standard deviations is left out.", 2, 1e3});
+                "A tag or corner whose residual exceeds this many standard deviations is excluded.", 2, 1e3});
     visit(self.better_by, Field{"better_by",
                                 "Relative decrease of the cross-validation error that a lens model with more "
                                 "parameters must reach.",
                                 0, 1});
-    visit(self.folds, Field{"folds", "Number of folds of the cross-validation over pictures.", 2, 100});
+    visit(self.folds, Field{"folds", "Number of folds of the cross-validation over images.", 2, 100});
   }
 };
 
-/// A cell of the image, three a side, row by row from the top left.
+/// A cell of the 3 x 3 grid of the image, row by row from the top left.
 struct ImageRegion {
   std::size_t corners = 0;
   double rms_px = 0;
-  double noise_scale = 0;  ///< residuals over what the corners' covariances promised
+  double noise_scale = 0;  ///< residuals relative to the corners' covariances
 };
 
-/// What became of one picture.
+/// Result for one image.
 struct CalibratedView {
-  std::size_t marks = 0;     ///< tags, or corners of a board, that were used
-  std::size_t rejected = 0;  ///< of the target, but too far from where they should be
-  double rms_px = 0;         ///< distance of the corners used from where they project
+  std::size_t marks = 0;     ///< tags or board corners used
+  std::size_t rejected = 0;  ///< marks of the target with too large residuals
+  double rms_px = 0;         ///< reprojection error of the corners used
   double tilt_deg = 0;       ///< between the optical axis and the target's normal
-  double distance_m = 0;     ///< camera to the middle of what was seen
-  SE3 target_T_cam{};        ///< where the camera stood
-  std::vector<bool> used{};  ///< each mark of the picture; empty: the picture was of no use
+  double distance_m = 0;     ///< from the camera to the centroid of the points in view
+  SE3 target_T_cam{};        ///< pose of the camera
+  std::vector<bool> used{};  ///< by mark of the image; empty: the image was not usable
 };
 
-/// How well a lens foretold pictures it was not fitted to.
+/// Cross-validation error of a lens model.
 struct LensTrial {
   LensModel lens{};
-  std::optional<double> held_out_rms_px{};  ///< nothing: it could not be fitted
+  std::optional<double> held_out_rms_px{};  ///< empty: it could not be fitted
 };
 
 struct CameraCalibration {
@@ -74,34 +74,35 @@ struct CameraCalibration {
   LensModel lens{};
   std::vector<std::string> names{};  ///< of the parameters
   Eigen::VectorXd parameters{};
-  Eigen::MatrixXd covariance{};         ///< of the parameters, with the noise that the residuals show
+  Eigen::MatrixXd covariance{};         ///< of the parameters, scaled by noise_scale
   double rms_px = 0;                    ///< of the corners used
-  double held_out_rms_px = 0;           ///< of pictures that the fit had not seen
-  double noise_scale = 1;               ///< residuals over what the corners' covariances promised
-  std::vector<CalibratedView> views{};  ///< as they were given; marks 0: the picture was of no use
+  double held_out_rms_px = 0;           ///< of held-out images
+  double noise_scale = 1;               ///< residuals relative to the corners' covariances
+  std::vector<CalibratedView> views{};  ///< in the order of the input; marks 0: the image was not usable
   std::array<ImageRegion, 9> regions{};
   std::vector<LensTrial> trials{};
-  std::vector<std::string> advice{};  ///< what more to photograph, in words; empty: nothing is missing
+  std::vector<std::string> advice{};  ///< sentences about missing images and likely causes; empty: none
 };
 
-/// Finds the intrinsics of a camera from pictures of tags whose places on the target are known (`target`: a
-/// printed board, or any mapped tags). All corners of all pictures are fitted together, outliers left out,
-/// each picture foretold once by the others. Without `lens`, the one with the fewest numbers that foretells
-/// as well as the best. Fails (InvalidArgument) with fewer than three usable pictures, all from one side (the
-/// focal length cannot be told from the distance then), or a fit that does not converge. O(pictures * tags *
-/// parameters * iterations).
+/// Estimates the intrinsics of a camera from images of tags with known poses on a target (`target`: a printed
+/// board, or any mapped tags). All corners of all images are fitted together without outliers, and each image
+/// is predicted once by a fit to the others. Without `lens`, selects the lens model with the fewest
+/// parameters whose cross-validation error is about that of the best.
+/// Fails (InvalidArgument) with fewer than three usable images, with images from one side only (focal length
+/// and distance are then indistinguishable), or if the fit does not converge. O(pictures * tags * parameters
+/// * iterations).
 [[nodiscard]] Result<CameraCalibration> calibrate_camera(
     const std::vector<std::vector<TagDetection>>& pictures, const TagMap& target, int width_px, int height_px,
     std::optional<LensModel> lens = {}, const CameraCalibrationOptions& options = {});
 
-/// The same of any flat target (all its points at z = 0): the corners of a board. A picture with fewer than
-/// eight points is of no use.
+/// The same for any flat target (all points at z = 0), such as the corners of a board. An image with fewer
+/// than eight points is not usable.
 [[nodiscard]] Result<CameraCalibration> calibrate_camera(const std::vector<TargetPicture>& pictures,
                                                          int width_px, int height_px,
                                                          std::optional<LensModel> lens = {},
                                                          const CameraCalibrationOptions& options = {});
 
-/// As it is written into calibration.yaml.
+/// The calibration as written into calibration.yaml.
 [[nodiscard]] Calibration to_calibration(const CameraCalibration& found);
 
 }  // namespace waymark

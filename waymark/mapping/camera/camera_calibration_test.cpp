@@ -17,7 +17,7 @@ namespace {
 constexpr int kWidth = 640;
 constexpr int kHeight = 480;
 
-/// Six by five tags of 4 cm, 5.2 cm apart, x right and y down, its middle at the origin.
+/// Six by five tags of 4 cm with a pitch of 5.2 cm, x right and y down, centred at the origin.
 TagMap board() {
   TagMap map;
   for (int row = 0; row < 5; ++row)
@@ -29,7 +29,7 @@ TagMap board() {
   return map;
 }
 
-/// Pictures from all sides, corners with noise; tags that leave the image are not seen.
+/// Images from all sides with corner noise; tags that are not fully in the image are not detected.
 std::vector<std::vector<TagDetection>> pictures(const CameraModel& camera, Random& random, double sigma_px,
                                                 int count, double max_tilt_deg) {
   std::vector<std::vector<TagDetection>> all;
@@ -86,7 +86,7 @@ Eigen::VectorXd truth_of(const CameraModel& camera, LensModel lens) {
   return p;
 }
 
-/// Mean over seeds of the normalised error squared of all parameters: as many as there are when honest.
+/// Mean NEES of all parameters over seeds; equals their number if the covariance is consistent.
 double mean_nees(const CameraModel& camera, LensModel lens, int seeds) {
   double sum = 0;
   for (int seed = 0; seed < seeds; ++seed) {
@@ -101,7 +101,7 @@ double mean_nees(const CameraModel& camera, LensModel lens, int seeds) {
   return sum / seeds;
 }
 
-TEST(CameraCalibration, FindsLensesWithHonestCovariance) {
+TEST(CameraCalibration, EstimatesLensesWithConsistentCovariance) {
   const int seeds = std::getenv("WAYMARK_FULL") != nullptr ? 100 : 5;
   for (const auto& [camera, lens] :
        {std::pair(webcam(), LensModel::Radtan4), std::pair(fisheye(), LensModel::Equidistant)}) {
@@ -111,7 +111,7 @@ TEST(CameraCalibration, FindsLensesWithHonestCovariance) {
   }
 }
 
-TEST(CameraCalibration, ChoosesTheLensThatForetellsAndSaysHowWell) {
+TEST(CameraCalibration, SelectsTheLensByCrossValidation) {
   Random random(3);
   const auto found =
       calibrate_camera(pictures(webcam(), random, 0.1, 15, 40), board(), kWidth, kHeight).value();
@@ -123,7 +123,7 @@ TEST(CameraCalibration, ChoosesTheLensThatForetellsAndSaysHowWell) {
   EXPECT_TRUE(found.advice.empty()) << found.advice.front();
 }
 
-TEST(CameraCalibration, ChoosesAmongTheLensesThatItMay) {
+TEST(CameraCalibration, SelectsAmongTheGivenLenses) {
   Random random(3);
   const auto seen = pictures(fisheye(), random, 0.1, 15, 40);
   const auto any = calibrate_camera(seen, board(), kWidth, kHeight).value();
@@ -138,7 +138,7 @@ TEST(CameraCalibration, ChoosesAmongTheLensesThatItMay) {
   EXPECT_GT(some.held_out_rms_px, any.held_out_rms_px);
 }
 
-TEST(CameraCalibration, LeavesOutTagsThatAreElsewhere) {
+TEST(CameraCalibration, ExcludesTagsWithSwappedIds) {
   Random random(4);
   auto views = pictures(webcam(), random, 0.1, 12, 40);
   std::swap(views[2][3].tag, views[2][4].tag);
@@ -150,15 +150,15 @@ TEST(CameraCalibration, LeavesOutTagsThatAreElsewhere) {
   EXPECT_LT(found.rms_px, 0.15);
 }
 
-TEST(CameraCalibration, SaysWhatIsMissing) {
+TEST(CameraCalibration, AdvisesOnMissingImages) {
   Random random(5);
   const auto straight =
       CameraModel::make(PinholeRadtan{.fx = 512, .fy = 509, .cx = 326, .cy = 236}, kWidth, kHeight);
   const auto frontal =
       calibrate_camera(pictures(*straight, random, 0.1, 6, 3), board(), kWidth, kHeight, LensModel::None);
   ASSERT_TRUE(frontal) << to_string(frontal.error());
-  EXPECT_THAT(frontal->advice, testing::Contains(testing::HasSubstr("6 pictures are few")));
-  EXPECT_THAT(frontal->advice, testing::Contains(testing::HasSubstr("tilted by more than 20")));
+  EXPECT_THAT(frontal->advice, testing::Contains(testing::HasSubstr("6 usable")));
+  EXPECT_THAT(frontal->advice, testing::Contains(testing::HasSubstr("20 degrees")));
   auto left = pictures(webcam(), random, 0.1, 12, 40);
   for (auto& view : left)
     std::erase_if(view, [](const TagDetection& d) { return d.corners_px[1].x() > 0.6 * kWidth; });
@@ -167,7 +167,7 @@ TEST(CameraCalibration, SaysWhatIsMissing) {
   EXPECT_THAT(one_sided->advice, testing::Contains(testing::HasSubstr("top right, right, bottom right")));
 }
 
-TEST(CameraCalibration, CoefficientsThatNothingTellsAreNotCertain) {
+TEST(CameraCalibration, UndeterminedCoefficientsHaveAPositiveVariance) {
   const auto mild = CameraModel::make(
       PinholeRadtan{.fx = 505, .fy = 502, .cx = 322, .cy = 238, .k = {-0.12}, .coefficients = 4}, kWidth,
       kHeight);
@@ -175,13 +175,13 @@ TEST(CameraCalibration, CoefficientsThatNothingTellsAreNotCertain) {
     Random random(seed);
     const auto found = calibrate_camera(pictures(*mild, random, 0.05, 8, 15), board(), kWidth, kHeight,
                                         LensModel::Rational8);
-    if (!found) continue;  // refusing them is right as well
+    if (!found) continue;  // an error is correct as well
     EXPECT_GT(found->covariance.diagonal().minCoeff(), 0) << "seed " << seed;
     EXPECT_GT(found->covariance.ldlt().vectorD().minCoeff(), 0) << "seed " << seed;
   }
 }
 
-TEST(CameraCalibration, RefusesWhatTellsNothing) {
+TEST(CameraCalibration, RejectsUninformativeInput) {
   Random random(6);
   const auto views = pictures(webcam(), random, 0.1, 12, 40);
   EXPECT_FALSE(calibrate_camera({}, board(), kWidth, kHeight));
@@ -190,8 +190,7 @@ TEST(CameraCalibration, RefusesWhatTellsNothing) {
   auto broken = views;
   broken[0][0].corners_px[2].x() = std::nan("");
   EXPECT_FALSE(calibrate_camera(broken, board(), kWidth, kHeight));
-  std::vector<TargetPicture>
-      points;  // pictures in which every mark is at one point: poses are not determined
+  std::vector<TargetPicture> points;  // every mark at one point: poses are not determined
   for (const auto& view : views) {
     points.push_back(target_marks(view, board()));
     for (TargetMark& mark : points.back()) {
@@ -200,7 +199,7 @@ TEST(CameraCalibration, RefusesWhatTellsNothing) {
     }
   }
   EXPECT_FALSE(calibrate_camera(points, kWidth, kHeight));
-  auto mixed = views;  // numbers that say nothing about places
+  auto mixed = views;  // tag numbers unrelated to positions
   for (auto& view : mixed)
     for (std::size_t i = 0; i < view.size(); ++i) view[i].tag.number = static_cast<int>((7 * i + 3) % 30);
   const auto found = calibrate_camera(mixed, board(), kWidth, kHeight, LensModel::Radtan4);

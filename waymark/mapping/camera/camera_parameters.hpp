@@ -13,7 +13,7 @@
 
 namespace waymark {
 
-/// What a calibration may find: how light is bent.
+/// Distortion models that a calibration can estimate.
 enum class LensModel : std::uint8_t { None, Radtan4, Radtan5, Rational8, Equidistant };
 
 /// "none", "radtan4", "radtan5", "rational8", "equidistant".
@@ -21,10 +21,11 @@ enum class LensModel : std::uint8_t { None, Radtan4, Radtan5, Rational8, Equidis
 [[nodiscard]] std::optional<LensModel> lens_model(std::string_view word);
 [[nodiscard]] const std::vector<LensModel>& lens_models();
 
-/// The names of a lens's numbers: fx_px, fy_px, cx_px, cy_px, then its coefficients ("k1", "k2", "p1", …).
+/// Parameter names of a lens model: fx_px, fy_px, cx_px, cy_px, then its coefficients ("k1", "k2", "p1", …).
 [[nodiscard]] std::vector<std::string> parameter_names(LensModel lens);
 
-/// The camera of these numbers, in the order of parameter_names. Fails on what CameraModel::make() refuses.
+/// The camera with these parameters, in the order of parameter_names. Fails if CameraModel::make() rejects
+/// them.
 [[nodiscard]] Result<CameraModel> camera_of(LensModel lens, const Eigen::VectorXd& parameters, int width_px,
                                             int height_px);
 

@@ -1,4 +1,4 @@
-// A camera as numbers.
+// Camera parameters as a vector.
 #include "waymark/mapping/camera/camera_parameters.hpp"
 
 #include <gtest/gtest.h>
@@ -6,7 +6,7 @@
 namespace waymark {
 namespace {
 
-TEST(CameraParameters, EveryLensHasANameAndComesBackFromItsNumbers) {
+TEST(CameraParameters, EveryLensHasANameAndRoundTripsItsParameters) {
   for (const LensModel lens : lens_models()) {
     EXPECT_EQ(lens_model(to_string(lens)), lens);
     const auto count = static_cast<Eigen::Index>(parameter_names(lens).size());

@@ -16,7 +16,7 @@ namespace {
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-/// The camera and, for each of its numbers, one a little below and one a little above.
+/// The camera and, for each parameter, one with a slightly lower and one with a slightly higher value.
 struct CameraBundle {
   CameraModel camera;
   std::vector<CameraModel> below{};
@@ -60,8 +60,8 @@ Loss huber(double chi2, Eigen::Index numbers, double sigma) {
   return {2 * root - threshold, std::sqrt(threshold / chi2)};
 }
 
-/// One view's share of the normal equations: of the intrinsics (A, a), of its pose (C, c), and between them
-/// (B).
+/// Contribution of one view to the normal equations: intrinsics (A, a), pose (C, c), and the block between
+/// them (B).
 struct ViewSystem {
   Eigen::MatrixXd A{};
   Eigen::VectorXd a{};
@@ -70,7 +70,7 @@ struct ViewSystem {
   Vector6 c = Vector6::Zero();
 };
 
-/// Whitened residual of a mark, projected minus seen, with its derivatives.
+/// Whitened residual of a mark, projected minus observed, with its derivatives.
 struct MarkSystem {
   MarkVector r{};
   Eigen::Matrix<double, Eigen::Dynamic, 6, 0, 8, 6> J_pose{};  ///< left perturbation of target_T_cam
@@ -78,7 +78,7 @@ struct MarkSystem {
       J_camera{};  ///< central differences
 };
 
-/// Nothing when a point leaves the lens on the way.
+/// Empty if a point does not project.
 std::optional<MarkSystem> linearize(const ViewMark& mark, const SE3& cam_T_target,
                                     const CameraBundle& cameras) {
   const auto points = camera_points(mark, cam_T_target);
@@ -169,7 +169,7 @@ std::optional<Elimination> eliminate(const std::vector<ViewSystem>& systems, dou
   return result;
 }
 
-/// Of the intrinsics, then of the pose of each view.
+/// The step of the intrinsics, followed by that of the pose of each view.
 std::optional<Eigen::VectorXd> step_of(const std::vector<ViewSystem>& systems, double damping) {
   const auto reduced = eliminate(systems, damping);
   if (!reduced) return std::nullopt;
@@ -197,7 +197,7 @@ std::optional<std::vector<ViewSystem>> linearize_all(const std::vector<TargetVie
   return systems;
 }
 
-/// What a step changes.
+/// Values that a step changes.
 struct Values {
   Eigen::VectorXd parameters;
   std::vector<SE3> target_T_cam;
@@ -210,12 +210,12 @@ class IntrinsicsSearch {
       : views_(views), parameters_(parameters), options_(options) {}
 
   double linearize() {
-    constexpr double kNothing = std::numeric_limits<double>::infinity();
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
     const auto cameras = camera_bundle(options_, parameters_);
-    if (!cameras) return kNothing;
+    if (!cameras) return kInfinity;
     const auto cost = total_cost(views_, cameras->camera, options_.huber_sigma);
     auto systems = cost ? linearize_all(views_, *cameras, options_.huber_sigma) : std::nullopt;
-    if (!systems) return kNothing;
+    if (!systems) return kInfinity;
     systems_ = std::move(*systems);
     gradient_ = gradient_of(systems_);
     return *cost / 2;
@@ -245,7 +245,8 @@ class IntrinsicsSearch {
     parameters_ = values.parameters;
     for (std::size_t i = 0; i < views_.size(); ++i) views_[i].target_T_cam = values.target_T_cam[i];
   }
-  /// Of the parameters where they stand, poses eliminated; empty where it is not positive definite.
+  /// Information of the parameters at their current values, poses eliminated; empty if it is not positive
+  /// definite.
   [[nodiscard]] Eigen::MatrixXd information() {
     const bool found = std::isfinite(linearize()) && step_of(systems_, 0);
     const auto reduced = found ? eliminate(systems_, 0) : std::nullopt;
@@ -279,13 +280,14 @@ std::optional<IntrinsicsFit> fit_intrinsics(std::vector<TargetView>& views, cons
   IntrinsicsSearch search(views, parameters, options);
   const double start = search.linearize();
   if (!std::isfinite(start)) return std::nullopt;
-  const auto end = levenberg_marquardt(search, start,
-                                       {.max_iterations = options.max_iterations,
-                                        .relative_gain = 1e-7,  // nothing against the cost's own spread
-                                        .cost_floor = 0.5,
-                                        .damping = 1e-4,
-                                        .shortens = false},
-                                       [](int, double) { return true; });
+  const auto end =
+      levenberg_marquardt(search, start,
+                          {.max_iterations = options.max_iterations,
+                           .relative_gain = 1e-7,  // negligible compared with the random spread of the cost
+                           .cost_floor = 0.5,
+                           .damping = 1e-4,
+                           .backtracks = false},
+                          [](int, double) { return true; });
   return IntrinsicsFit{.parameters = search.parameters(),
                        .information = search.information(),
                        .chi2 = 2 * end.cost,
@@ -329,13 +331,14 @@ Result<ViewMark> view_mark(TargetMark mark, double default_sigma_px) {
   const auto finite = [](const auto& point) { return point.allFinite(); };
   if (n < 2 || n > 8 || seen.seen_px.size() != seen.target_points_m.size() ||
       !std::ranges::all_of(seen.seen_px, finite) || !std::ranges::all_of(seen.target_points_m, finite))
-    return fail(ErrorCode::InvalidArgument, "the corners of a mark are not finite");
+    return fail(ErrorCode::InvalidArgument, "the corners of a target mark are not finite");
   if (seen.covariance_px2.size() == 0) {
     view.whitening = MarkMatrix::Identity(n, n) / default_sigma_px;
     return view;
   }
   const auto refused = [] {
-    return fail(ErrorCode::InvalidArgument, "the covariance of a mark's corners is not positive definite");
+    return fail(ErrorCode::InvalidArgument,
+                "the corner covariance of a target mark is not positive definite");
   };
   if (seen.covariance_px2.rows() != n || seen.covariance_px2.cols() != n || !seen.covariance_px2.allFinite())
     return refused();

@@ -1,4 +1,4 @@
-// The least squares of a calibration on its own, and its marks.
+// The least-squares problem of a calibration, and its marks.
 #include "waymark/mapping/camera/intrinsics_fit.hpp"
 
 #include <cmath>
@@ -22,7 +22,7 @@ Eigen::VectorXd truth() {
 }
 FitOptions options() { return {.lens = LensModel::Radtan4, .width_px = 640, .height_px = 480}; }
 
-/// A board of twelve tags from ten sides, each pose where it truly is.
+/// A board of twelve tags from ten directions, with true poses.
 std::vector<TargetView> views(std::uint64_t seed, double noise_px) {
   Random random(seed);
   const CameraModel camera = camera_of(LensModel::Radtan4, truth(), 640, 480).value();
@@ -60,7 +60,7 @@ TEST(IntrinsicsFit, FindsTheTruthWithoutNoise) {
   EXPECT_LT(fit->chi2, 1e-4);
 }
 
-TEST(IntrinsicsFit, ErrorsAreWhatItsInformationSays) {
+TEST(IntrinsicsFit, CovarianceIsConsistent) {
   double sum = 0;
   constexpr int kSeeds = 12;
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
@@ -75,7 +75,7 @@ TEST(IntrinsicsFit, ErrorsAreWhatItsInformationSays) {
   EXPECT_NEAR(sum / kSeeds, 8, 3.5 * std::sqrt(16.0 / kSeeds));
 }
 
-TEST(IntrinsicsFit, NumbersThatAreHeldStayAsTheyAre) {
+TEST(IntrinsicsFit, FixedParametersDoNotChange) {
   auto seen = views(2, kSigmaPx);
   FitOptions some = options();
   some.free_parameters = 4;
@@ -88,7 +88,7 @@ TEST(IntrinsicsFit, NumbersThatAreHeldStayAsTheyAre) {
   EXPECT_NE(fit->parameters[0], start[0]);
 }
 
-TEST(IntrinsicsFit, PosesAloneAreFoundForAKnownCamera) {
+TEST(IntrinsicsFit, EstimatesOnlyPosesForAFixedCamera) {
   auto seen = views(3, 0);
   const auto where = seen;
   Random random(4);
@@ -131,7 +131,7 @@ TEST(IntrinsicsFit, TheOrderOfViewsDoesNotMatter) {
   EXPECT_NEAR(a->chi2, b->chi2, 1e-6 * a->chi2);
 }
 
-TEST(IntrinsicsFit, WhereTheBoardIsDoesNotMatter) {
+TEST(IntrinsicsFit, TheFrameOfTheBoardDoesNotMatter) {
   auto here = views(6, kSigmaPx);
   auto there = here;
   const SE3 by(SO3::exp({0.5, -0.3, 1}), {1, 2, 3});
@@ -146,7 +146,7 @@ TEST(IntrinsicsFit, WhereTheBoardIsDoesNotMatter) {
   EXPECT_LT((a->parameters - b->parameters).norm(), 1e-3);
 }
 
-TEST(IntrinsicsFit, TagsThatAreNotUsedHaveNoSay) {
+TEST(IntrinsicsFit, UnusedTagsHaveNoEffect) {
   auto seen = views(7, kSigmaPx);
   auto more = seen;
   ViewMark wrong = more[2].marks[1];
@@ -159,18 +159,18 @@ TEST(IntrinsicsFit, TagsThatAreNotUsedHaveNoSay) {
   EXPECT_EQ(a->parameters, b->parameters);
 }
 
-TEST(IntrinsicsFit, AStartThatIsNoneIsRefused) {
+TEST(IntrinsicsFit, RejectsAnInvalidStart) {
   auto seen = views(8, kSigmaPx);
   Eigen::VectorXd wrong = truth();
   wrong[0] = -1;
   EXPECT_FALSE(fit_intrinsics(seen, wrong, options()));
   std::vector<TargetView> none;
   EXPECT_FALSE(fit_intrinsics(none, truth(), options()));
-  seen[0].target_T_cam = seen[0].target_T_cam * SE3({}, {0, 0, 2});  // the board is behind it
+  seen[0].target_T_cam = seen[0].target_T_cam * SE3({}, {0, 0, 2});  // the board is behind the camera
   EXPECT_FALSE(fit_intrinsics(seen, truth(), options()));
 }
 
-TEST(ViewMark, WhitensByItsCovarianceOrByWhatIsSaid) {
+TEST(ViewMark, WhitensByItsCovarianceOrTheDefault) {
   TargetMark mark{.key = 1, .target_points_m = {{0, 0, 0}}, .seen_px = {{100, 50}}};
   const auto plain = view_mark(mark, 0.25);
   ASSERT_TRUE(plain);
@@ -185,7 +185,7 @@ TEST(ViewMark, WhitensByItsCovarianceOrByWhatIsSaid) {
   EXPECT_LT((W * P * W.transpose() - Eigen::Matrix2d::Identity()).norm(), 1e-12);
 }
 
-TEST(ViewMark, WhatIsNoMeasurementIsRefused) {
+TEST(ViewMark, RejectsInvalidMeasurements) {
   const TargetMark good{.key = 1, .target_points_m = {{0, 0, 0}}, .seen_px = {{100, 50}}};
   std::vector<TargetMark> bad(8, good);
   bad[0].seen_px[0].x() = std::nan("");
@@ -205,7 +205,7 @@ TEST(ViewMark, WhatIsNoMeasurementIsRefused) {
   EXPECT_TRUE(view_mark(good, 0.2));
 }
 
-TEST(MarkProjection, IsThatOfTheCameraAndItsChiSquareThatOfTheResidual) {
+TEST(MarkProjection, MatchesTheCameraAndChiSquareMatchesTheResidual) {
   const CameraModel camera =
       CameraModel::make(
           PinholeRadtan{.fx = 500, .fy = 510, .cx = 320, .cy = 240, .k = {-0.1}, .coefficients = 4}, 640, 480)

@@ -12,25 +12,25 @@
 
 namespace waymark {
 
-/// What one picture shows of a calibration target: a tag with its four corners, or one corner of a board.
+/// A part of a calibration target in one image: a tag with its four corners, or one corner of a board.
 struct TargetMark {
-  std::int64_t key = 0;                            ///< the same mark has the same key in every picture
+  std::int64_t key = 0;                            ///< identifies the mark in every image
   std::vector<Eigen::Vector3d> target_points_m{};  ///< 1 to 4, in the target's frame
   std::vector<Eigen::Vector2d> seen_px{};          ///< as many; distorted, pixel centres at +1/2
-  Eigen::MatrixXd covariance_px2{};                ///< of seen_px (x, y, x, y, …); empty: not known
+  Eigen::MatrixXd covariance_px2{};                ///< of seen_px (x, y, x, y, …); empty: unknown
 };
 
-/// The marks of one picture.
+/// The marks of one image.
 using TargetPicture = std::vector<TargetMark>;
 
-/// The tags of a picture that are on the target.
+/// The tags of an image that belong to the target.
 [[nodiscard]] TargetPicture target_marks(std::span<const TagDetection> detections, const TagMap& target);
-/// The corners of a board in a picture; `places_m` as board_corners().
+/// The corners of a board in an image; `places_m` as from board_corners().
 [[nodiscard]] TargetPicture target_marks(std::span<const BoardCorner> corners,
                                          std::span<const Eigen::Vector2d> places_m);
 
-/// The mean distance of the points that two pictures share [px]; infinite where they share less than half of
-/// the marks of the one with fewer. O(marks log marks).
+/// Mean distance of the points common to two images [px]; infinite if they share less than half of the marks
+/// of the one with fewer. O(marks log marks).
 [[nodiscard]] double apart_px(const TargetPicture& a, const TargetPicture& b);
 
 }  // namespace waymark

@@ -1,4 +1,4 @@
-// What a picture shows of a target, as marks: which tags count, and how far pictures are apart.
+// Marks of a target in an image: which tags count, and the distance between images.
 #include "waymark/mapping/camera/target_mark.hpp"
 
 #include <limits>
@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
-/// Corners of a board, numbered, seen on a grid that is shifted.
+/// Numbered corners of a board, observed on a shifted grid.
 TargetPicture grid(std::int64_t first, std::int64_t count, const Eigen::Vector2d& shift = {0, 0}) {
   TargetPicture marks;
   for (std::int64_t key = first; key < first + count; ++key) {
@@ -24,7 +24,7 @@ TargetPicture grid(std::int64_t first, std::int64_t count, const Eigen::Vector2d
   return marks;
 }
 
-TEST(TargetMarks, TagsOfTheTargetWithTheirCornersWhereTheyAreOnIt) {
+TEST(TargetMarks, ContainTheTargetTagsWithTheirCorners) {
   TagMap target;
   const TagId known{FamilyId::Tag36h11, 7};
   const SE3 target_T_tag(SO3::exp({0, 0, 0.3}), {0.2, 0.1, 0});
@@ -43,12 +43,12 @@ TEST(TargetMarks, TagsOfTheTargetWithTheirCornersWhereTheyAreOnIt) {
     EXPECT_LT((marks[0].target_points_m[i] - target_T_tag * corners[i]).norm(), 1e-12);
     EXPECT_EQ(marks[0].seen_px[i], seen.corners_px[i]);
   }
-  EXPECT_EQ(marks[0].covariance_px2.size(), 0) << "it is not known";
+  EXPECT_EQ(marks[0].covariance_px2.size(), 0) << "the covariance is unknown";
   seen.corner_covariance_px2 = CornerCovariance(0.01 * CornerCovariance::Identity());
   EXPECT_EQ(target_marks(std::vector{seen}, target)[0].covariance_px2.rows(), 8);
 }
 
-TEST(TargetMarks, TheSameNumberOfTwoFamiliesIsTwoMarks) {
+TEST(TargetMarks, TheSameNumberInTwoFamiliesGivesTwoMarks) {
   TagMap target;
   for (const FamilyId family : {FamilyId::Tag36h11, FamilyId::TagStandard52h13})
     target.tags[{family, 7}] = {.size_m = 0.05};
@@ -59,7 +59,7 @@ TEST(TargetMarks, TheSameNumberOfTwoFamiliesIsTwoMarks) {
   EXPECT_NE(marks[0].key, marks[1].key);
 }
 
-TEST(TargetMarks, CornersOfABoardLieInItsPlane) {
+TEST(TargetMarks, BoardCornersLieInItsPlane) {
   const std::vector<Eigen::Vector2d> places = {{0, 0}, {0.03, 0}, {0, 0.03}};
   const auto marks = target_marks(std::vector<BoardCorner>{{2, {5, 6}}, {0, {1, 2}}}, places);
   ASSERT_EQ(marks.size(), 2U);
@@ -68,7 +68,7 @@ TEST(TargetMarks, CornersOfABoardLieInItsPlane) {
   EXPECT_EQ(marks[1].seen_px[0], Eigen::Vector2d(1, 2));
 }
 
-TEST(ApartPx, IsTheMeanDistanceOfWhatBothShowAndTheSameBothWays) {
+TEST(ApartPx, IsTheSymmetricMeanDistanceOfCommonMarks) {
   EXPECT_EQ(apart_px(grid(0, 10), grid(0, 10)), 0);
   EXPECT_NEAR(apart_px(grid(0, 10), grid(0, 10, {3, 4})), 5, 1e-12);
   EXPECT_NEAR(apart_px(grid(0, 10), grid(4, 10, {3, 4})), 5, 1e-12) << "six of ten";
@@ -79,7 +79,7 @@ TEST(ApartPx, IsTheMeanDistanceOfWhatBothShowAndTheSameBothWays) {
     EXPECT_EQ(apart_px(grid(0, 10), grid(first, 8, {1, 2})), apart_px(grid(first, 8, {1, 2}), grid(0, 10)));
 }
 
-TEST(ApartPx, IsInfiniteWhereTheyShareLessThanHalfOfTheFewer) {
+TEST(ApartPx, IsInfiniteBelowHalfOfTheMarksInCommon) {
   EXPECT_EQ(apart_px(grid(0, 10), grid(6, 10)), kInfinite) << "four of ten";
   EXPECT_LT(apart_px(grid(0, 10), grid(5, 10)), 1) << "five of ten";
   EXPECT_LT(apart_px(grid(0, 100), grid(97, 6)), 1) << "of the picture with fewer";

@@ -21,7 +21,8 @@ namespace {
 
 constexpr int kRounds = 4;
 
-/// Which observations count, by their error where the poses stand. Whether that changed anything.
+/// Selects the observations in use by their error at the current poses. Returns whether the selection
+/// changed.
 bool gate_observations(Bundle& bundle, double gate) {
   const std::vector<double> chi2 = corner_chi2(bundle);
   bool changed = false;
@@ -33,15 +34,15 @@ bool gate_observations(Bundle& bundle, double gate) {
   return changed;
 }
 
-/// The noise as it is and what contradicts the rest left out, until neither changes any more.
+/// Repeats noise estimation and outlier rejection until neither changes.
 void adjust_until_stable(LapBundle& lap, const BundleMapOptions& options, const BundleProgress& progress,
                          BundleMap& result) {
   const BundleOptions search{.max_iterations = options.search.max_iterations};
-  std::vector<double> freedom;  // hardly changes from round to round
+  std::vector<double> redundancy;  // nearly constant from round to round
   for (int round = 0; round < kRounds && result.summary.usable(); ++round) {
     if (options.estimate_noise) {
-      if (freedom.empty()) freedom = internal::freedom_left(lap);
-      const double ratio = internal::noise_ratio(corner_chi2(lap.bundle), freedom);
+      if (redundancy.empty()) redundancy = internal::redundancy_of(lap);
+      const double ratio = internal::noise_ratio(corner_chi2(lap.bundle), redundancy);
       internal::scale_noise(lap.bundle, ratio);
       result.noise_ratio *= ratio;
     }
@@ -56,16 +57,16 @@ BundleProgress progress_of(const MapProgress& progress, const char* name) {
   return [&progress, name](int iteration, double cost) { return progress(name, iteration, cost); };
 }
 
-/// Optimises until the set of observations in use and the noise agree with each other.
+/// Optimises until the set of observations in use and the noise no longer change.
 void optimise(const LapInput& input, LapBundle& lap, const BundleMapOptions& options,
               const MapProgress& progress, BundleMap& result) {
-  constexpr double kRough = 1e-5;  // what contradicts the rest shows long before the last digit
-  const BundleOptions search{options.search.max_iterations, kRough, options.search.robust_chi2};
-  const BundleProgress looking = progress_of(progress, "looking for outliers");
+  constexpr double kRoughGain = 1e-5;  // sufficient to find outliers
+  const BundleOptions search{options.search.max_iterations, kRoughGain, options.search.robust_chi2};
+  const BundleProgress looking = progress_of(progress, "rejecting outliers");
   result.summary = solve(lap.bundle, search, looking);
   if (!result.summary.usable()) return;
-  const bool frames = internal::place_lost_frames_again(input, options, lap);
-  const bool tags = internal::place_lost_tags_again(input, options, lap);
+  const bool frames = internal::reinitialise_lost_frames(input, options, lap);
+  const bool tags = internal::reinitialise_lost_tags(input, options, lap);
   if (internal::place_unconnected(input, options, lap, result.unconnected) || frames || tags)
     result.summary = solve(lap.bundle, search, looking);
   if (!result.summary.usable()) return;
@@ -73,7 +74,7 @@ void optimise(const LapInput& input, LapBundle& lap, const BundleMapOptions& opt
   adjust_until_stable(lap, options, progress_of(progress, "adjusting"), result);
 }
 
-/// The lap is moved onto the map that is there, and both are adjusted together.
+/// Aligns the lap with the prior map and adjusts both together.
 Result<internal::TiedPrior> extend(const LapInput& input, LapBundle& lap, const BundleMapOptions& options,
                                    const MapProgress& progress, BundleMap& result) {
   Result<internal::TiedPrior> tied =
@@ -85,17 +86,17 @@ Result<internal::TiedPrior> extend(const LapInput& input, LapBundle& lap, const 
   while (result.summary.usable() && internal::revise_agreement(*input.prior, lap, *tied))
     result.summary = solve(lap.bundle, search, report_progress);
   adjust_until_stable(lap, options, report_progress, result);
-  result.prior_words = tied->words;
+  result.prior_warnings = tied->warnings;
   result.prior_agreeing = static_cast<int>(tied->agreeing.size());
   return tied;
 }
 
-/// Would the lap have the camera elsewhere? Asked on a copy; where it clearly would, and held-out
-/// observations agree, or where nothing is assumed, map and mounting are found together. What the lap does
-/// not tell of it stays as it was assumed.
+/// Estimates the camera mounting on a copy of the problem. It is adopted if it differs significantly from the
+/// assumed one and held-out observations confirm it, or if no mounting was assumed. Then map and mounting are
+/// estimated together; parameters that the lap does not determine keep their assumed values.
 void consider_mounting(LapBundle& lap, const BundleMapOptions& options, const MapProgress& progress,
                        BundleMap& result) {
-  const BundleProgress report_progress = progress_of(progress, "where the camera sits");
+  const BundleProgress report_progress = progress_of(progress, "estimating the camera mounting");
   const int steps = options.search.max_iterations;
   const bool asked = options.find_mounting;
   const SE3 assumed = lap.bundle.poses[lap.cam].value;
@@ -105,8 +106,8 @@ void consider_mounting(LapBundle& lap, const BundleMapOptions& options, const Ma
     result.mounting = estimate_mounting(copy, steps, report_progress, first);
     if (!result.mounting) return;
     if (!asked) internal::keep_confirmed(copy, assumed, steps, report_progress, *result.mounting);
-    if (!asked && (options.keep_mounting || !result.mounting->stands_out())) return;
-    lap.bundle.odometry = std::move(copy.bundle.odometry);  // with the noise that was found
+    if (!asked && (options.keep_mounting || !result.mounting->any_significant())) return;
+    lap.bundle.odometry = std::move(copy.bundle.odometry);  // with the estimated noise
   }
   result.mounting_used = true;
   MountingAssumption assumption{
@@ -118,18 +119,18 @@ void consider_mounting(LapBundle& lap, const BundleMapOptions& options, const Ma
   result.mounting = estimate_mounting(lap, steps, report_progress, assumption);
 }
 
-/// What is left over of a tag lasts from picture to picture: so many of them weigh as one.
+/// Corner errors of a tag persist from image to image, so several images count as one.
 void weigh_lasting_errors(LapBundle& lap, const BundleMapOptions& options, const BundleProgress& progress,
                           BundleMap& result) {
   if (!options.estimate_noise) return;
-  result.correlated_frames = internal::frames_that_count_as_one(lap);
+  result.correlated_frames = internal::correlated_frames_of(lap);
   internal::scale_noise(lap.bundle, std::sqrt(result.correlated_frames));
   result.summary = solve(lap.bundle, {.max_iterations = options.search.max_iterations}, progress);
 }
 
-/// Tags of the map that is extended which the lap did not see stay.
-void keep_unseen(const LapInput& input, const LapBundle& lap, const internal::TiedPrior& tied,
-                 const BundleCovariance& P, BundleMap& result) {
+/// Keeps tags of the extended map that the lap did not observe.
+void keep_unobserved_tags(const LapInput& input, const LapBundle& lap, const internal::TiedPrior& tied,
+                          const BundleCovariance& P, BundleMap& result) {
   for (const auto& [id, before] : input.prior->map.tags) {
     if (result.map.find(id) != nullptr) continue;
     const PoseIndex pose = tied.before.at(id);
@@ -171,7 +172,7 @@ FloorPlane floor_of(const LapBundle& lap, const BundleCovariance& P) {
   return floor;
 }
 
-/// Sums, for now.
+/// Accumulates sums; the means follow later.
 void add_to_regions(const Eigen::Matrix<double, 8, 1>& r, const CornerFactor& factor,
                     const CameraModel& camera, BundleMap& result) {
   for (Eigen::Index c = 0; c < 4; ++c) {
@@ -211,7 +212,7 @@ void read_observations(const LapInput& input, const LapBundle& lap, BundleMap& r
   result.rms_px = numbers > 0 ? std::sqrt(squares / numbers) : 0;
 }
 
-/// Of the wheels as they were recorded.
+/// Converts scales to those of the recorded odometry.
 void scale_by(const internal::RoughOdometry& rough, OdometryScales& scales, OdometryScales& sigma) {
   for (OdometryScales* s : {&scales, &sigma}) {
     s->distance *= rough.distance;
@@ -220,7 +221,7 @@ void scale_by(const internal::RoughOdometry& rough, OdometryScales& scales, Odom
   }
 }
 
-/// The noise of the wheels' turns; and their scale, where a gyro turned for them.
+/// Estimates the noise of odometry turns, and their scale if a gyro replaced them.
 void estimate_wheel_turns(const std::vector<Odometry>& odometry, BundleMap& result) {
   const Trajectory& trajectory = result.trajectory;
   const std::vector<Matrix6>& P = result.trajectory_covariance;
@@ -244,44 +245,45 @@ std::vector<ObservedFrame> observe_all(const LapInput& input) {
   return observed;
 }
 
-/// What no other observation confirms; not of the anchor when nothing else would be left of it.
-std::vector<internal::ObservationIndex> doubtful_observations(const LapInput& input,
-                                                              const std::vector<ObservedFrame>& observed) {
-  std::vector<internal::ObservationIndex> doubtful = internal::unconfirmed_observations(input, observed);
+/// Observations without confirmation; those of the anchor only if others of it remain.
+std::vector<internal::ObservationIndex> unconfirmed_except_last_anchor(
+    const LapInput& input, const std::vector<ObservedFrame>& observed) {
+  std::vector<internal::ObservationIndex> unconfirmed = internal::unconfirmed_observations(input, observed);
   const auto is_anchor = [&](const TagDetection& seen) { return seen.tag == input.anchor; };
   std::ptrdiff_t left = 0;
   for (const TagFrame& frame : input.frames) left += std::ranges::count_if(frame.detections, is_anchor);
   const auto of_anchor = [&](const internal::ObservationIndex& index) {
     return is_anchor(input.frames[index.frame].detections[index.detection]);
   };
-  if (left == std::ranges::count_if(doubtful, of_anchor)) std::erase_if(doubtful, of_anchor);
-  return doubtful;
+  if (left == std::ranges::count_if(unconfirmed, of_anchor)) std::erase_if(unconfirmed, of_anchor);
+  return unconfirmed;
 }
 
-/// Frames are observed anew without some of their observations.
-void leave_out(const LapInput& input, const std::vector<internal::ObservationIndex>& doubtful,
-               std::vector<ObservedFrame>& observed) {
-  const LapInput confirmed = internal::without(input, doubtful);
-  for (const internal::ObservationIndex& index : doubtful)
+/// Observes frames again without some of their detections.
+void observe_without(const LapInput& input, const std::vector<internal::ObservationIndex>& unconfirmed,
+                     std::vector<ObservedFrame>& observed) {
+  const LapInput confirmed = internal::without(input, unconfirmed);
+  for (const internal::ObservationIndex& index : unconfirmed)
     observed[index.frame] = observe(confirmed.frames[index.frame], input);
 }
 
-/// Doubtful observations are not used until everything else is adjusted.
-void disable_doubtful(const std::vector<internal::ObservationIndex>& doubtful, LapBundle& lap) {
-  const std::set<internal::ObservationIndex> all(doubtful.begin(), doubtful.end());
+/// Excludes unconfirmed observations until all others are adjusted.
+void disable_unconfirmed(const std::vector<internal::ObservationIndex>& unconfirmed, LapBundle& lap) {
+  const std::set<internal::ObservationIndex> all(unconfirmed.begin(), unconfirmed.end());
   for (std::size_t i = 0; i < lap.observations.size(); ++i) {
     CornerTerm& term = lap.bundle.corners[i];
-    term.doubtful = all.contains({lap.observations[i].frame, lap.observations[i].detection});
-    term.used = term.used && !term.doubtful;
+    term.unconfirmed = all.contains({lap.observations[i].frame, lap.observations[i].detection});
+    term.used = term.used && !term.unconfirmed;
   }
 }
 
-/// Tags that the start does not have because all their observations are doubtful.
+/// Tags that are missing in the start because all their observations are unconfirmed.
 std::set<TagId> tags_without_confirmed_observation(const LapInput& input,
-                                                   const std::vector<internal::ObservationIndex>& doubtful,
+                                                   const std::vector<internal::ObservationIndex>& unconfirmed,
                                                    const ChainResult& start) {
   std::set<TagId> tags;
-  for (const auto& [frame, detection] : doubtful) tags.insert(input.frames[frame].detections[detection].tag);
+  for (const auto& [frame, detection] : unconfirmed)
+    tags.insert(input.frames[frame].detections[detection].tag);
   std::erase_if(tags, [&](const TagId& tag) {
     return start.map.find(tag) != nullptr ||
            std::ranges::find(start.unconnected, tag) != start.unconnected.end();
@@ -313,18 +315,18 @@ Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain
       internal::observations_of_duplicate_tags(driven, observed);
   const LapInput input = internal::without(driven, second);
   if (!second.empty()) observed = observe_all(input);
-  const std::vector<internal::ObservationIndex> doubtful = doubtful_observations(input, observed);
-  leave_out(input, doubtful, observed);
+  const std::vector<internal::ObservationIndex> unconfirmed = unconfirmed_except_last_anchor(input, observed);
+  observe_without(input, unconfirmed, observed);
   const Result<ChainResult> start = map_by_chain(observed, input.anchor, input.map_T_anchor, input.sizes,
                                                  input.base_T_cam, chain_options, input.odometry);
   if (!start) return tl::unexpected(start.error());
-  if (!progress("from tag to tag", 0, 0)) return internal::stopped_on_request();
+  if (!progress("composing the initial map", 0, 0)) return internal::stopped_on_request();
 
   LapBundle lap = lap_bundle(input, *start, options.model);
   BundleMap result{
       .start_map = start->map, .start_trajectory = start->trajectory, .unconnected = start->unconnected};
-  disable_doubtful(doubtful, lap);
-  const std::set<TagId> without_confirmed = tags_without_confirmed_observation(input, doubtful, *start);
+  disable_unconfirmed(unconfirmed, lap);
+  const std::set<TagId> without_confirmed = tags_without_confirmed_observation(input, unconfirmed, *start);
   result.unconnected.insert(result.unconnected.end(), without_confirmed.begin(), without_confirmed.end());
   optimise(input, lap, options, progress, result);
   std::erase_if(result.unconnected, [&](const TagId& tag) {
@@ -338,25 +340,26 @@ Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain
     tied = std::move(*done);
   }
   if (stopped) return internal::stopped_on_request();
-  if (!result.summary.usable()) return fail(ErrorCode::InvalidArgument, "no map: " + result.summary.why);
+  if (!result.summary.usable())
+    return fail(ErrorCode::InvalidArgument, "mapping failed: " + result.summary.why);
   consider_mounting(lap, options, progress, result);
   if (tied && options.find_mounting && result.mounting && !stopped)
     internal::spread_by_stretches(lap, *result.mounting);
   if (result.mounting_used && !result.mounting && !stopped)
-    return fail(ErrorCode::InvalidArgument, "where the camera sits was not found", {},
-                "`keep_mounting` takes the robot's file at its word.");
+    return fail(ErrorCode::InvalidArgument, "the camera mounting could not be estimated", {},
+                "Set `keep_mounting` to use the mounting of the robot file.");
   weigh_lasting_errors(lap, options, progress_of(progress, "adjusting"), result);
-  if (stopped || !progress("how sure it is", 0, 0)) return internal::stopped_on_request();
+  if (stopped || !progress("computing the covariance", 0, 0)) return internal::stopped_on_request();
 
   const internal::TiePairs pairs = internal::pairs_to_tie(input, lap, tied);
   const BundleCovariance P = covariance(lap.bundle, pairs.poses);
   read_tags(input, lap, P, *start, result);
-  if (tied) keep_unseen(input, lap, *tied, P, result);
+  if (tied) keep_unobserved_tags(input, lap, *tied, P, result);
   internal::tie_tags(pairs.tags, P.pairs, result.map);
   result.map.floor = floor_of(lap, P);
   read_observations(input, lap, result);
   for (const auto& [frame, detection] : second) reject(given.frames[frame], detection, result);
-  for (const auto& [frame, detection] : doubtful) {
+  for (const auto& [frame, detection] : unconfirmed) {
     const TagId& tag = input.frames[frame].detections[detection].tag;
     if (std::ranges::find(result.unconfirmed, tag) != result.unconfirmed.end())
       reject(input.frames[frame], detection, result);

@@ -1,4 +1,4 @@
-// What must hold for the map of any lap: on a short aisle of a warehouse driven with wheels.
+// Invariants of the map of any lap: on a short aisle of a warehouse with odometry.
 #include "waymark/mapping/lap/bundle_map.hpp"
 
 #include <algorithm>
@@ -35,7 +35,7 @@ double worst_m(const test::Warehouse& house, const BundleMap& map) {
   return worst;
 }
 
-TEST(LapLaws, FindsTheTagsAndSaysHowWell) {
+TEST(LapLaws, EstimatesTagsWithConsistentCovariance) {
   double sum = 0;
   int count = 0;
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
@@ -52,12 +52,12 @@ TEST(LapLaws, FindsTheTagsAndSaysHowWell) {
       ++count;
     }
   }
-  // Errors of one lap hang together: the bounds are wide for 36 times 6 squares.
+  // Errors of one lap are correlated, so the bounds are wide for 36 times 6 squares.
   EXPECT_GT(sum / count, 2.5);
   EXPECT_LT(sum / count, 12);
 }
 
-TEST(LapLaws, AnAnchorThatStandsElsewhereMovesTheMapAndNothingElse) {
+TEST(LapLaws, AMovedAnchorMovesOnlyTheMap) {
   const test::Warehouse house = aisle(5);
   LapInput moved = house.lap;
   const SE3 by(SO3::from_rpy(0, 0, 0.8), Eigen::Vector3d(3, -2, 0));  // the floor stays level
@@ -70,13 +70,13 @@ TEST(LapLaws, AnAnchorThatStandsElsewhereMovesTheMapAndNothingElse) {
     EXPECT_LT(minus(other.map.tags.at(id).map_T_tag, by * tag.map_T_tag).norm(), 1e-4);
 }
 
-TEST(LapLaws, AnAisleThatNoTagLeadsToStartsAsItsOwnTagsAndTheWheelsHaveIt) {
+TEST(LapLaws, AnUnconnectedAisleStartsFromItsTagsAndOdometry) {
   constexpr int kInAisle = 20;
   const test::Warehouse house = test::drive_warehouse(
       {.tags = 3 * kInAisle, .aisle_m = 7, .frame_m = 0.06, .farthest_m = 4, .seed = 1});
   int steps = 0;
   const auto count = [&](const std::string& stage, int /*iteration*/, double /*cost*/) {
-    steps += stage == "looking for outliers" ? 1 : 0;
+    steps += stage == "rejecting outliers" ? 1 : 0;
     return true;
   };
   const auto map = map_by_bundle(house.lap, {}, {}, count);
@@ -107,7 +107,7 @@ TEST(LapLaws, TheOrderOfDetectionsDoesNotMatter) {
     EXPECT_LT(minus(other.map.tags.at(id).map_T_tag, tag.map_T_tag).norm(), 1e-5);
 }
 
-TEST(LapLaws, TheSameLapGivesTheSameMap) {
+TEST(LapLaws, RepeatedRunsAreIdentical) {
   const test::Warehouse house = aisle(7);
   const BundleMap map = mapped(house.lap);
   const BundleMap again = mapped(house.lap);
@@ -115,7 +115,7 @@ TEST(LapLaws, TheSameLapGivesTheSameMap) {
     EXPECT_EQ(again.map.tags.at(id).map_T_tag.translation(), tag.map_T_tag.translation());
 }
 
-TEST(LapLaws, TheNamesOfTagsDoNotMatter) {
+TEST(LapLaws, TagNumbersDoNotMatter) {
   const test::Warehouse house = aisle(8);
   LapInput renamed = house.lap;
   const auto name = [](const TagId& id) { return TagId{id.family, 500 - id.number}; };
@@ -130,7 +130,7 @@ TEST(LapLaws, TheNamesOfTagsDoNotMatter) {
     EXPECT_LT(minus(other.map.tags.at(name(id)).map_T_tag, tag.map_T_tag).norm(), 1e-4);
 }
 
-TEST(LapLaws, CornersThatAreNoNumbersDoNotSpoilTheMap) {
+TEST(LapLaws, NonFiniteCornersDoNotAffectTheMap) {
   const test::Warehouse house = aisle(9);
   LapInput broken = house.lap;
   int count = 0;
@@ -145,7 +145,7 @@ TEST(LapLaws, CornersThatAreNoNumbersDoNotSpoilTheMap) {
   EXPECT_LT(worst_m(house, map), 0.08);
 }
 
-TEST(LapLaws, OdometryThatIsNoNumberIsPassedOver) {
+TEST(LapLaws, NonFiniteOdometryIsSkipped) {
   const test::Warehouse house = aisle(10);
   LapInput broken = house.lap;
   for (std::size_t i = 5; i < broken.odometry.size(); i += 20)
@@ -155,7 +155,7 @@ TEST(LapLaws, OdometryThatIsNoNumberIsPassedOver) {
   EXPECT_LT(worst_m(house, map), 0.08);
 }
 
-TEST(LapLaws, EmptyFramesAddNothing) {
+TEST(LapLaws, EmptyFramesHaveNoEffect) {
   const test::Warehouse house = aisle(11);
   LapInput more = house.lap;
   const SensorTime end = more.frames.back().stamp;
@@ -166,7 +166,7 @@ TEST(LapLaws, EmptyFramesAddNothing) {
     EXPECT_LT(minus(other.map.tags.at(id).map_T_tag, tag.map_T_tag).norm(), 1e-6);
 }
 
-TEST(LapLaws, ASizeThatIsWrongScalesTheWheels) {
+TEST(LapLaws, AWrongTagSizeChangesTheOdometryScale) {
   const test::Warehouse house = aisle(12);
   LapInput large = house.lap;
   large.sizes.default_size_m = 1.1 * *large.sizes.default_size_m;
@@ -175,7 +175,7 @@ TEST(LapLaws, ASizeThatIsWrongScalesTheWheels) {
   EXPECT_NEAR(other.odometry_scales.distance / map.odometry_scales.distance, 1.1, 0.02);
 }
 
-TEST(LapLaws, WithoutTheAnchorThereIsNoMap) {
+TEST(LapLaws, FailsWithoutTheAnchor) {
   const test::Warehouse house = aisle(13);
   LapInput lap = house.lap;
   lap.anchor.number = 900;
@@ -186,14 +186,14 @@ TEST(LapLaws, WithoutTheAnchorThereIsNoMap) {
   EXPECT_FALSE(map_by_bundle(lap));
 }
 
-TEST(LapLaws, ASearchThatIsStoppedIsNoMap) {
+TEST(LapLaws, AStoppedSearchGivesNoMap) {
   const test::Warehouse house = aisle(14);
   const auto stopped =
       map_by_bundle(house.lap, {}, {}, [](const std::string&, int, double) { return false; });
   EXPECT_FALSE(stopped);
 }
 
-TEST(LapLaws, WhatContradictsIsLeftOutAndCountedByItsTag) {
+TEST(LapLaws, OutliersAreRejectedAndCountedByTag) {
   const test::Warehouse house = aisle(15);
   LapInput torn = house.lap;
   const TagId which = std::next(house.truth.tags.begin(), 4)->first;
@@ -207,9 +207,9 @@ TEST(LapLaws, WhatContradictsIsLeftOutAndCountedByItsTag) {
   }
   ASSERT_GT(count, 2);
   const BundleMap map = mapped(torn);
-  const auto left_out = left_out_by_tag(torn, map);
+  const auto left_out = rejections_by_tag(torn, map);
   ASSERT_TRUE(left_out.contains(which));
-  const LeftOutCounts& counts = left_out.at(which);
+  const RejectionCounts& counts = left_out.at(which);
   EXPECT_GE(counts[0] + counts[1] + counts[2] + counts[3], count);
   EXPECT_LT(worst_m(house, map), 0.08);
 }

@@ -43,18 +43,18 @@ struct PlacedFrame {
   SE2 map_X_base{};
 };
 
-/// Where the frames just before and after say the base was: medians over as many on both sides. No robot is
-/// somewhere else for the time of one frame.
+/// Base pose according to the frames just before and after: medians over equally many on both sides. A robot
+/// does not jump for the time of one frame.
 Alternative<SE2> among_neighbours(const std::vector<PlacedFrame>& frames, std::size_t i) {
-  constexpr std::size_t kNeighbours = 7;
+  constexpr std::size_t kMaxNeighbours = 7;
   constexpr double kWindowSeconds = 0.6;
   std::vector<double> x;
   std::vector<double> y;
   std::vector<double> turned;
-  std::size_t first = i - std::min(i, kNeighbours);
-  std::size_t last = std::min(i + kNeighbours, frames.size() - 1);
+  std::size_t first = i - std::min(i, kMaxNeighbours);
+  std::size_t last = std::min(i + kMaxNeighbours, frames.size() - 1);
   const std::size_t reach = std::min(i - first, last - i);
-  const bool at_an_end = reach < kNeighbours / 2;
+  const bool at_an_end = reach < kMaxNeighbours / 2;
   if (!at_an_end) {
     first = i - reach;
     last = i + reach;
@@ -66,7 +66,7 @@ Alternative<SE2> among_neighbours(const std::vector<PlacedFrame>& frames, std::s
     turned.push_back((frames[i].map_X_base.rotation().inverse() * frames[k].map_X_base.rotation()).angle());
   }
   const SE2 middle(median(x), median(y), frames[i].map_X_base.yaw() + median(turned));
-  const double sigma_m = at_an_end ? 0.15 : 0.05;  // there the neighbours are all on one side
+  const double sigma_m = at_an_end ? 0.15 : 0.05;  // all neighbours are on one side
   const Eigen::Matrix3d scatter = Eigen::Vector3d(1, 1, 4).asDiagonal() * (sigma_m * sigma_m);
   return {middle, from_coordinate_covariance(middle, scatter).covariance.inverse()};
 }
@@ -85,7 +85,7 @@ Trajectory trajectory_of(const std::vector<FloorFrame>& frames, const Places& pl
   Trajectory trajectory;
   for (std::size_t i = 0; i < placed.size(); ++i) {
     const Alternative<SE2> middle = among_neighbours(placed, i);
-    // A jump: tags that showed the wrong one of their poses. They are asked again, near the neighbours.
+    // A jump: tags with the wrong one of their poses. They vote again, near the neighbours.
     const bool jumps = internal::distance2(middle, placed[i].map_X_base) > kGate3;
     placed[i].votes.push_back({middle});
     const auto agreed =
@@ -130,13 +130,13 @@ Result<ChainResult> map_by_chain(const std::vector<ObservedFrame>& frames, const
   const TagShapes shapes = internal::tag_shapes(near, base_T_cam, options.floor);
   if (!shapes.contains(anchor) && seen.contains(anchor)) {
     return fail(ErrorCode::NotFound,
-                fmt::format("the anchor {} is seen in this lap, but never within {} m", to_string(anchor),
+                fmt::format("the anchor {} is observed in this lap, but never within {} m", to_string(anchor),
                             options.max_distance_m),
-                {}, "Is the size of the tags right? Otherwise raise `max_distance_m`.");
+                {}, "Check the tag size, or raise `max_distance_m`.");
   }
   if (!shapes.contains(anchor)) {
     return fail(ErrorCode::NotFound,
-                fmt::format("the anchor {} is never seen in this lap", to_string(anchor)), {},
+                fmt::format("the anchor {} is not observed in this lap", to_string(anchor)), {},
                 "Start and end the lap where the anchor is in view, or choose another with `anchor`.");
   }
   const auto on_floor = internal::floor_frames(near, shapes, base_T_cam, options.floor);
@@ -205,13 +205,13 @@ Neighbours neighbours_of(const Links& links) {
   return neighbours;
 }
 
-/// Where a tag is by all known tags it was seen with.
+/// Pose of a tag according to all placed tags observed together with it.
 std::optional<Uncertain<SE2>> place_of(const std::vector<Neighbour>& neighbours, const Places& places,
-                                       int least_votes) {
+                                       int min_votes) {
   std::vector<Vote<SE2>> votes;
   for (const Neighbour& neighbour : neighbours) {
     const auto known = places.find(neighbour.other);
-    if (neighbour.votes < least_votes || known == places.end()) continue;
+    if (neighbour.votes < min_votes || known == places.end()) continue;
     const Uncertain<SE2> map_X_tag = compose(known->second, neighbour.other_X_tag);
     votes.push_back({{map_X_tag.mean, map_X_tag.covariance.inverse()}});
   }
@@ -219,23 +219,23 @@ std::optional<Uncertain<SE2>> place_of(const std::vector<Neighbour>& neighbours,
   return agreed ? std::optional(agreed->value) : std::nullopt;
 }
 
-/// A tag that waits for its place: where it would be, by links of so many votes and more.
+/// A waiting tag: its pose according to links with at least this many votes.
 struct Waiting {
   std::array<std::optional<Uncertain<SE2>>, 3> place{};
   std::array<double, 3> variance{};
 };
-constexpr std::array<int, 3> kLeastVotes = {10, 3, 1};
+constexpr std::array<int, 3> kMinVotes = {10, 3, 1};
 
-void look_again(const std::vector<Neighbour>& neighbours, const Places& places, Waiting& waiting) {
-  for (std::size_t i = 0; i < kLeastVotes.size(); ++i) {
-    waiting.place[i] = place_of(neighbours, places, kLeastVotes[i]);
+void update_waiting(const std::vector<Neighbour>& neighbours, const Places& places, Waiting& waiting) {
+  for (std::size_t i = 0; i < kMinVotes.size(); ++i) {
+    waiting.place[i] = place_of(neighbours, places, kMinVotes[i]);
     if (waiting.place[i]) waiting.variance[i] = position_variance(*waiting.place[i]);
   }
 }
 
-/// Of the tags that wait, the one whose place would be known best, by the most voted links there are.
-std::optional<std::pair<TagId, Uncertain<SE2>>> nearest_known(const std::map<TagId, Waiting>& all) {
-  for (std::size_t i = 0; i < kLeastVotes.size(); ++i) {
+/// Of the waiting tags, the one with the smallest uncertainty, by the links with the most votes available.
+std::optional<std::pair<TagId, Uncertain<SE2>>> most_certain(const std::map<TagId, Waiting>& all) {
+  for (std::size_t i = 0; i < kMinVotes.size(); ++i) {
     const std::pair<const TagId, Waiting>* best = nullptr;
     for (const auto& entry : all) {
       const Waiting& waiting = entry.second;
@@ -285,19 +285,19 @@ Links links_of(const std::vector<FloorFrame>& frames) {
 
 Places compose_from_anchor(const Links& links, const TagId& anchor, const SE2& map_X_anchor) {
   const Neighbours neighbours = neighbours_of(links);
-  std::map<TagId, Waiting> waiting;  // seen with one that is placed
+  std::map<TagId, Waiting> waiting;  // observed together with a placed tag
   Places places = {{anchor, {map_X_anchor}}};
-  // Only tags seen together with the one that was placed last can be known better than before.
+  // Only tags observed together with the one placed last can have a smaller uncertainty than before.
   const auto placed = [&](const TagId& tag) {
     const auto of_tag = neighbours.find(tag);
     if (of_tag == neighbours.end()) return;
     for (const Neighbour& neighbour : of_tag->second) {
       if (places.contains(neighbour.other)) continue;
-      look_again(neighbours.at(neighbour.other), places, waiting[neighbour.other]);
+      update_waiting(neighbours.at(neighbour.other), places, waiting[neighbour.other]);
     }
   };
   placed(anchor);
-  while (const auto best = nearest_known(waiting)) {
+  while (const auto best = most_certain(waiting)) {
     places.insert(*best);
     waiting.erase(best->first);
     placed(best->first);
@@ -363,11 +363,11 @@ void spread_closing_error(const Links& links, const TagId& anchor, Places& place
 
 namespace {
 
-/// Tags that links tie to each other.
+/// Tags connected by links.
 struct Island {
   Links links{};
-  std::map<TagId, int> seen{};        ///< its tags: in how many frames
-  std::vector<std::size_t> frames{};  ///< that see some of them
+  std::map<TagId, int> seen{};        ///< number of frames by tag
+  std::vector<std::size_t> frames{};  ///< frames with at least one of them
 };
 
 class Islands {
@@ -388,7 +388,7 @@ class Islands {
     }
   }
 
-  /// The one a tag is of, once; nothing where its tags are placed.
+  /// Returns the island of a tag once; empty if its tags are placed.
   std::optional<Island> take(const TagId& tag) {
     auto node = islands_.extract(root(tag));
     return node.empty() ? std::nullopt : std::optional(std::move(node.mapped()));
@@ -407,16 +407,16 @@ class Islands {
   std::map<TagId, Island> islands_{};
 };
 
-class Carrier {
+class IslandPlacer {
  public:
-  Carrier(const std::vector<FloorFrame>& frames, const OdometryTrack& wheels, const Eigen::Matrix3d& noise,
-          bool spread, Places& places)
+  IslandPlacer(const std::vector<FloorFrame>& frames, const OdometryTrack& wheels,
+               const Eigen::Matrix3d& noise, bool spread, Places& places)
       : frames_(frames), noise_(noise), spread_(spread), places_(places), map_X_base_(frames.size()) {
     for (const FloorFrame& frame : frames) odom_X_base_.push_back(wheels.at(frame.stamp));
     for (std::size_t f = 0; f < frames.size(); ++f) map_X_base_[f] = base_by(places, f);
   }
 
-  /// Along the frames in this order, from each that is placed to the next.
+  /// Visits the frames in this order, and reaches each from the last placed one.
   void run(const std::vector<std::size_t>& order, Islands& islands) {
     std::optional<std::size_t> last;
     for (const std::size_t f : order) {
@@ -435,7 +435,7 @@ class Carrier {
     return agreed ? std::optional(agreed->value.mean) : std::nullopt;
   }
 
-  /// Where an island lies that the wheels reach from a frame that is placed.
+  /// Places an island by odometry from a placed frame.
   void place(const Island& island, std::size_t from) {
     const auto most = std::ranges::max_element(island.seen, {}, [](const auto& seen) { return seen.second; });
     Places here = compose_from_anchor(island.links, most->first, SE2());
@@ -451,10 +451,10 @@ class Carrier {
     }
   }
 
-  /// What the frames of an island that are nearest agree on.
+  /// Pose of the island that its nearest frames agree on.
   [[nodiscard]] std::optional<SE2> carried(const Island& island, const Places& here, std::size_t from) const {
     constexpr std::size_t kFrames = 15;
-    constexpr int kFewest = 4;
+    constexpr int kMinVotingFrames = 4;
     std::vector<std::size_t> nearest = island.frames;
     const auto away = [&](std::size_t f) { return f > from ? f - from : from - f; };
     std::ranges::stable_sort(nearest, {}, away);
@@ -469,11 +469,12 @@ class Carrier {
       votes.push_back({{map_X_island, information_about(map_X_base), 0}});
     }
     const auto agreed = agree(votes, kGate3);
-    if (!agreed || agreed->votes < std::max(kFewest, static_cast<int>(votes.size()) / 2)) return std::nullopt;
+    if (!agreed || agreed->votes < std::max(kMinVotingFrames, static_cast<int>(votes.size()) / 2))
+      return std::nullopt;
     return agreed->value.mean;
   }
 
-  /// Of a motion that is uncertain where the base is.
+  /// Information of a motion with an uncertain base pose.
   static Eigen::Matrix3d information_about(const SE2& map_X_base) {
     constexpr double kSigma_m = 0.05;
     constexpr double kSigma_rad = 0.05;
@@ -495,7 +496,7 @@ class Carrier {
 void place_islands(const std::vector<FloorFrame>& frames, const Links& links, const OdometryTrack& wheels,
                    const Eigen::Matrix3d& noise, bool spread_closing_errors, Places& places) {
   Islands islands(frames, links, places);
-  Carrier carrier(frames, wheels, noise, spread_closing_errors, places);
+  IslandPlacer carrier(frames, wheels, noise, spread_closing_errors, places);
   std::vector<std::size_t> order(frames.size());
   for (std::size_t f = 0; f < order.size(); ++f) order[f] = f;
   carrier.run(order, islands);

@@ -34,11 +34,11 @@ struct ChainOptions {
                 "Distribute the closing error of a lap over all tags instead of leaving it as one step."});
     visit(self.map_sigma_m, Field{"map_sigma_m",
                                   "Standard deviation of the position of a tag of the chain relative to its "
-                                  "neighbours; limits how far tags of one frame may contradict each other.",
+                                  "neighbours; limits how far tags of one frame may disagree.",
                                   1e-6, 10});
     visit(self.map_sigma_rad, Field{"map_sigma_rad",
-                                    "Standard deviation of the orientation of a tag of the chain; tags seen "
-                                    "frontally are known least.",
+                                    "Standard deviation of the orientation of a tag of the chain; it is "
+                                    "largest for tags viewed frontally.",
                                     1e-6, 3});
     FloorOptions::fields(self.floor, visit);
   }
@@ -46,15 +46,14 @@ struct ChainOptions {
 
 struct ChainResult {
   TagMap map{};
-  Trajectory trajectory{};           ///< of the base, one pose for each frame that saw a mapped tag
-  std::vector<TagId> unconnected{};  ///< seen, but nothing leads from them to the anchor
+  Trajectory trajectory{};           ///< of the base, one pose per frame with a mapped tag
+  std::vector<TagId> unconnected{};  ///< observed, but not connected to the anchor
   int frames_without_pose = 0;
 };
 
-/// cam_T_tag of every tag of a frame whose size is known (equation 2.13); tags that give no pose are left
-/// out.
+/// cam_T_tag of every tag of a frame with a known size (equation 2.13); tags without a pose are skipped.
 [[nodiscard]] ObservedFrame observe(const TagFrame& frame, const CameraModel& camera, const TagSizes& sizes);
-/// The same by the camera of the setup that the frame names (camera_of()).
+/// The same with the camera of the setup that the frame names (camera_of()).
 template <class Setup>
 [[nodiscard]] ObservedFrame observe(const TagFrame& frame, const Setup& setup) {
   const CameraView seen_by = camera_of(setup, frame.camera);
@@ -63,14 +62,14 @@ template <class Setup>
   return observed;
 }
 
-/// The map and the trajectory by composition alone (Martins and Ramos, "AprilTag-based Trajectory Tracking
-/// for the LIMOS Robot", equation 3.1 and section 3.2): map_T_cam from the anchor where it is seen, and from
-/// tag to tag where two are seen together; for a robot on a level floor. `base_T_cam`: of the first camera.
-/// docs/concepts/teach_and_replay.md says how. Never are two ways to the same tag weighed against each other,
-/// and no error is distributed: what bundle adjustment must beat. With `wheels` tags that no other tag leads
-/// to are placed as well, by the way the wheels went from those that are.
+/// Map and trajectory by composition alone, for a robot on a level floor (Martins and Ramos, "AprilTag-based
+/// Trajectory Tracking for the LIMOS Robot", equation 3.1 and section 3.2). map_T_cam comes from the anchor
+/// if it is in view, otherwise from tag to tag through frames with two tags. `base_T_cam`: of the first
+/// camera. Details: docs/concepts/teach_and_replay.md. Different paths to a tag are not weighted against each
+/// other and no error is distributed; bundle adjustment is compared with this baseline. With `wheels`, tags
+/// that no other tag connects are placed as well, by odometry from those that are placed.
 ///
-/// Fails when the anchor is never seen. O(frames * (tags in one of them)^2).
+/// Fails if the anchor is never observed. O(frames * (tags per frame)^2).
 [[nodiscard]] Result<ChainResult> map_by_chain(const std::vector<ObservedFrame>& frames, const TagId& anchor,
                                                const SE3& map_T_anchor, const TagSizes& sizes,
                                                const SE3& base_T_cam, const ChainOptions& options = {},
@@ -80,7 +79,7 @@ template <class Setup>
 
 namespace waymark::internal {
 
-/// from_X_to of two tags that were seen together, and how many frames agree on it.
+/// from_X_to of two tags observed together, and the number of frames that agree on it.
 struct Link {
   Uncertain<SE2> from_X_to{};
   int votes = 0;
@@ -90,29 +89,29 @@ using Links = std::map<std::pair<TagId, TagId>, Link>;
 /// map_X_tag.
 using Places = std::map<TagId, Uncertain<SE2>>;
 
-/// Where the base was when a frame was taken, by every placed tag in it (equation 3.1, with that tag in the
-/// anchor's place). `noise`: covariance of a place relative to its neighbours.
+/// Base pose at a frame according to every placed tag in it (equation 3.1, with that tag instead of the
+/// anchor). `noise`: covariance of a place relative to its neighbours.
 [[nodiscard]] std::vector<Vote<SE2>> votes_for_base(const FloorFrame& frame, const Places& places,
                                                     const Eigen::Matrix3d& noise);
 
-/// For each pair of tags what all frames that saw both agree on.
+/// For each pair of tags, the relative pose that the frames with both agree on.
 [[nodiscard]] Links links_of(const std::vector<FloorFrame>& frames);
 
-/// From the anchor outwards, by composition: the next tag is always the one that would be known best. Links
-/// that few frames agree on, which one id read wrongly can make, are followed only where no better one leads
-/// on. O(links * tags that wait at a time).
+/// Composes poses from the anchor outwards; the next tag is always the one with the smallest uncertainty.
+/// Links supported by few frames, which one misread id can create, are used only if no better one is
+/// available. O(links * waiting tags).
 [[nodiscard]] Places compose_from_anchor(const Links& links, const TagId& anchor, const SE2& map_X_anchor);
 
-/// Moves all tags but the anchor so that the links disagree least: what the two ways round a lap differ by
-/// where they meet is spread over the whole chain. Links that contradict all others count little.
+/// Moves all tags except the anchor so that the links disagree least: the closing error of a lap is
+/// distributed over the whole chain. Links inconsistent with all others get a low weight.
 void spread_closing_error(const Links& links, const TagId& anchor, Places& places);
 
-/// Places tags that no other tag leads to: those of the next aisle, or of another room. Tags that links tie
-/// to each other are placed as the chain places them, and the whole of them where the wheels have it, from
-/// the last frame before that saw placed tags, or else the first one after. So what wheels add up to from one
-/// end of the way to the other is not in how the frames about a tag stand to each other, which is what a
-/// search begins with. `noise`: as in votes_for_base(). Tags that too few frames agree on are left out.
-/// O(frames + links).
+/// Places tags that no other tag connects to the anchor: those of the next aisle, or of another room. Tags
+/// connected by links are placed relative to each other as the chain places them. Their common pose comes
+/// from odometry, from the last frame before with placed tags, or else from the first one after. Odometry
+/// drift along the whole trajectory therefore does not affect the relative poses of tags in nearby frames,
+/// which the search starts from. `noise`: as in votes_for_base(). Tags with too few agreeing frames are
+/// skipped. O(frames + links).
 void place_islands(const std::vector<FloorFrame>& frames, const Links& links, const OdometryTrack& wheels,
                    const Eigen::Matrix3d& noise, bool spread_closing_errors, Places& places);
 

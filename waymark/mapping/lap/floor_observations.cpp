@@ -10,11 +10,10 @@
 namespace waymark::internal {
 namespace {
 
-constexpr double kGate3 = 16.3;  // 0.999 quantile of chi-square, 3 degrees of freedom
-constexpr double kBranchChi2 =
-    20;  // a pose that fits its corners this much worse than the other is not the true one
+constexpr double kGate3 = 16.3;     // 0.999 quantile of chi-square, 3 degrees of freedom
+constexpr double kBranchChi2 = 20;  // excess of a pose over the other above which it is not the true one
 
-/// Both poses of an observed tag in the base frame, with how much worse each fits than the better one.
+/// Both poses of an observed tag in the base frame, with the excess of each over the better one.
 struct Branch {
   Uncertain<SE3> base_T_tag{};
   double chi2 = 0;
@@ -31,8 +30,8 @@ std::vector<Branch> branches(const TagPoseObservation& seen, const SE3& base_T_c
   return result;
 }
 
-/// The motion of the plane that brings a tag in front of the robot to a standard place: at the origin, its
-/// normal along x; or, where the normal stands upright, its x axis. What is left is the shape.
+/// The plane motion that brings a tag in front of the robot to a standard pose: at the origin with its normal
+/// along x; if the normal is vertical, with its x axis along x. The remainder is the shape.
 SE2 standard_place(const SE3& base_T_tag, bool lies) {
   const Eigen::Vector3d axis =
       base_T_tag.rotation() * (lies ? Eigen::Vector3d::UnitX() : Eigen::Vector3d::UnitZ());
@@ -43,8 +42,8 @@ bool lies(const SE3& base_T_tag) {
   return std::abs((base_T_tag.rotation() * Eigen::Vector3d::UnitZ()).z()) > 0.9;
 }
 
-/// What one pose says of the shape: of height and tilts as much as it knows, of the motion in the plane
-/// nothing.
+/// Information of one pose about the shape: height and tilts with their covariance, no information about the
+/// motion in the plane.
 Alternative<SE3> shape_of(const Branch& branch, bool lying, const FloorOptions& options) {
   const SE2 base_X_tag = standard_place(branch.base_T_tag.mean, lying);
   const SE3 tag_T_base = lift(base_X_tag).inverse();
@@ -125,7 +124,7 @@ double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
 
 std::optional<AnchorStance> anchor_stance(const std::vector<ObservedFrame>& frames, const TagId& anchor,
                                           const SE3& base_T_cam, const FloorOptions& options) {
-  constexpr double kWorthSaying = to_radians(5);
+  constexpr double kMinReportedLean = to_radians(5);
   const internal::TagShapes shapes = internal::tag_shapes(frames, base_T_cam, options);
   const auto shape = shapes.find(anchor);
   if (shape == shapes.end()) return std::nullopt;
@@ -137,22 +136,23 @@ std::optional<AnchorStance> anchor_stance(const std::vector<ObservedFrame>& fram
   if (std::abs(normal.z()) > 0.9) {
     stance.kind = AnchorStance::Kind::Lying;
     stance.tilt_rad = std::min(angle_between(normal, up), angle_between(-normal, up));
-  } else if (stance.tilt_rad > kWorthSaying) {
+  } else if (stance.tilt_rad > kMinReportedLean) {
     stance.kind = AnchorStance::Kind::Leaning;
   }
   return stance;
 }
 
 std::string describe(const AnchorStance& stance, const TagId& anchor) {
-  const char* level = "the map is level with the floor, its origin at the tag's centre, its x axis along";
+  const char* level =
+      "the map is level with the floor, with its origin at the tag's centre and its x axis along";
   switch (stance.kind) {
     case AnchorStance::Kind::Upright:
       return {};
     case AnchorStance::Kind::Leaning:
-      return fmt::format("the anchor {} leans by {:.0f} deg: {} the floor below the tag's normal",
+      return fmt::format("the anchor {} leans by {:.0f} deg: {} the tag's normal projected onto the floor",
                          to_string(anchor), to_degrees(stance.tilt_rad), level);
     case AnchorStance::Kind::Lying:
-      return fmt::format("the anchor {} lies: {} the tag's x axis", to_string(anchor), level);
+      return fmt::format("the anchor {} is horizontal: {} the tag's x axis", to_string(anchor), level);
   }
   return {};
 }

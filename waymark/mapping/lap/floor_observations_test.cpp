@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
 #include "waymark/base/angles.hpp"
 #include "waymark/geometry/planar.hpp"
 
@@ -12,13 +13,13 @@ namespace {
 
 constexpr TagId kTag{FamilyId::Tag36h11, 3};
 
-/// A camera that looks ahead and down a little.
+/// A camera that looks ahead and slightly down.
 SE3 looking_down() {
   const SO3 ahead = SO3::from_matrix((Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished());
   return {SO3::from_rpy(0, to_radians(10), 0) * ahead, {0.1, 0, 0.4}};
 }
 
-/// The tag as a robot sees it that drives towards it and turns.
+/// Observations of the tag by a robot that drives towards it and turns.
 std::vector<ObservedFrame> seen(const SE3& map_T_tag) {
   std::vector<ObservedFrame> frames;
   for (int i = 0; i < 10; ++i) {
@@ -46,16 +47,17 @@ TEST(AnchorStance, AnUprightTagIsTheDefault) {
 }
 
 TEST(AnchorStance, ALeaningTagLeavesTheMapLevel) {
-  // Leaning back by 20 degrees: about the map's y axis, before it is turned by 0.4 rad.
+  // Leans back by 20 degrees about the map's y axis, before it is rotated by 0.4 rad.
   const SO3 leaning = SO3::from_rpy(0, 0, 0.4) * SO3::from_rpy(0, -to_radians(20), 0) * facing_the_robot();
   const auto stance = anchor_stance(seen({leaning, {3, 0.2, 0.5}}), kTag, looking_down());
   ASSERT_TRUE(stance);
   EXPECT_EQ(stance->kind, AnchorStance::Kind::Leaning);
   EXPECT_NEAR(to_degrees(stance->tilt_rad), 20, 0.5);
   const Eigen::Vector3d normal = stance->map_T_anchor.rotation() * Eigen::Vector3d::UnitZ();
-  EXPECT_NEAR(normal.y(), 0, 0.01) << "map x is where the normal points along the floor";
+  EXPECT_NEAR(normal.y(), 0, 0.01) << "map x is the projection of the normal onto the floor";
   EXPECT_NEAR(std::abs(normal.z()), std::sin(to_radians(20)), 0.01);
-  EXPECT_NE(describe(*stance, kTag).find("leans by 20 deg"), std::string::npos);
+  EXPECT_NE(describe(*stance, kTag).find("20 deg"), std::string::npos);
+  testing::expect_on_page("map", describe(*stance, kTag));
 }
 
 TEST(AnchorStance, ATagOnTheFloorIsRecognised) {
@@ -66,7 +68,7 @@ TEST(AnchorStance, ATagOnTheFloorIsRecognised) {
   EXPECT_EQ(stance->kind, AnchorStance::Kind::Lying);
   EXPECT_NEAR((stance->map_T_anchor.rotation() * Eigen::Vector3d::UnitZ()).z(), -1, 1e-3);
   EXPECT_NEAR((stance->map_T_anchor.rotation() * Eigen::Vector3d::UnitX()).x(), 1, 1e-3);
-  EXPECT_NE(describe(*stance, kTag).find("lies"), std::string::npos);
+  testing::expect_on_page("map", describe(*stance, kTag));
   EXPECT_FALSE(anchor_stance({}, kTag, looking_down()));
 }
 

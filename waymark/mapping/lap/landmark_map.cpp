@@ -17,7 +17,7 @@ namespace {
 using internal::LandmarkProblem;
 using internal::PointObservation;
 
-/// Frames that count, where odometry has the base then, and what is seen there.
+/// Key frames, their base poses in odometry, and their observations.
 struct KeyFrames {
   std::vector<std::size_t> index{};
   std::vector<SE2> odom_X_base{};
@@ -41,15 +41,15 @@ KeyFrames key_frames(const std::vector<PointFrame>& frames, const std::vector<Od
   return keys;
 }
 
-/// Along the ray and across it.
+/// Isotropic noise of an observed point.
 Eigen::Matrix2d sight_whitening(const Eigen::Vector2d& base_p, const LandmarkMapOptions& options) {
   const double sigma = options.sight_sigma_m + options.sight_sigma_per_m * base_p.norm();
   return Eigen::Matrix2d::Identity() / sigma;
 }
 
 void add_motions(const KeyFrames& keys, const LandmarkMapOptions& options, LandmarkProblem& problem) {
-  constexpr double kLeast_m = 0.001;
-  constexpr double kLeast_rad = 0.002;
+  constexpr double kMinMotion_m = 0.001;
+  constexpr double kMinMotion_rad = 0.002;
   double yaw = 0;
   problem.frames.emplace_back(Eigen::Vector3d::Zero());
   const SE2 map_X_odom = keys.odom_X_base.front().inverse();
@@ -59,17 +59,17 @@ void add_motions(const KeyFrames& keys, const LandmarkMapOptions& options, Landm
     yaw += motion.yaw();
     problem.frames.emplace_back(here.x(), here.y(), yaw);
     const double sigma_m =
-        std::hypot(kLeast_m, options.way_sigma_m_per_sqrt_m * std::sqrt(motion.translation().norm()));
+        std::hypot(kMinMotion_m, options.way_sigma_m_per_sqrt_m * std::sqrt(motion.translation().norm()));
     const double sigma_rad =
-        std::hypot(kLeast_rad, options.turn_sigma_rad_per_sqrt_rad * std::sqrt(std::abs(motion.yaw())));
+        std::hypot(kMinMotion_rad, options.turn_sigma_rad_per_sqrt_rad * std::sqrt(std::abs(motion.yaw())));
     problem.motions.push_back({i, {motion.log(), {1 / sigma_m, 1 / sigma_m, 1 / sigma_rad}}});
   }
 }
 
-/// Points start at the median of where odometry says they were seen.
+/// Initial positions of points: the median of their positions according to odometry.
 std::vector<TagId> add_points(const std::vector<PointFrame>& frames, const KeyFrames& keys,
                               const LandmarkMapOptions& options, LandmarkProblem& problem,
-                              std::vector<TagId>& hardly_seen) {
+                              std::vector<TagId>& rarely_observed) {
   std::map<TagId, std::vector<PointObservation>> by_tag;
   for (std::size_t k = 0; k < keys.index.size(); ++k) {
     for (const SeenPoint& seen : frames[keys.index[k]].points) {
@@ -80,7 +80,7 @@ std::vector<TagId> add_points(const std::vector<PointFrame>& frames, const KeyFr
   std::vector<TagId> ids;
   for (auto& [tag, observations] : by_tag) {
     if (std::ssize(observations) < options.least_observations) {
-      hardly_seen.push_back(tag);
+      rarely_observed.push_back(tag);
       continue;
     }
     std::vector<double> x;
@@ -99,7 +99,7 @@ std::vector<TagId> add_points(const std::vector<PointFrame>& frames, const KeyFr
   return ids;
 }
 
-/// Noise as it is, and what contradicts the rest left out, until nothing changes any more.
+/// Repeats noise estimation and outlier rejection until nothing changes.
 void adjust_points_until_stable(LandmarkProblem& problem, LandmarkMap& map) {
   constexpr int kMaxSteps = 50;
   constexpr double kGate = 13.8;  // 0.999 quantile of chi-square, 2 degrees of freedom
@@ -134,7 +134,7 @@ Status read_covariance(const LandmarkProblem& problem, const std::vector<TagId>&
   const internal::FrontPlan plan = internal::front_plan(system);
   internal::FrontCholesky cholesky(system, plan);
   if (!cholesky.factorize(0, 1e-6))
-    return fail(ErrorCode::InvalidArgument, "no map: what was seen does not determine it");
+    return fail(ErrorCode::InvalidArgument, "the observations do not determine the map");
   std::vector<std::pair<int, int>> diagonal;
   diagonal.reserve(static_cast<std::size_t>(system.unknowns()));
   for (int u = 0; u < system.unknowns(); ++u) diagonal.emplace_back(u, u);
@@ -178,19 +178,20 @@ Result<LandmarkMap> map_landmarks(const std::vector<PointFrame>& frames,
   if (Status status = check_ranges(options); !status) return tl::unexpected(status.error());
   const KeyFrames keys = key_frames(frames, odometry, options);
   if (keys.index.size() < 2)
-    return fail(ErrorCode::NotFound, "no odometry for what was seen, or the robot never moved", {},
-                "Points alone make no map: the wheels must say how far the robot went. `waymark info` shows "
-                "what the recording holds.");
+    return fail(ErrorCode::NotFound,
+                "no odometry at the times of the observations, or the robot did not move", {},
+                "A map of points requires odometry. `waymark info` lists the contents of the recording.");
   LandmarkMap map{.frames = keys.index};
   LandmarkProblem problem;
   problem.scales_sigma = {options.distance_scale_sigma, options.yaw_scale_sigma};
   problem.mounting_sigma = {options.mounting_sigma_m, options.mounting_sigma_m, options.mounting_sigma_rad};
   add_motions(keys, options, problem);
-  const std::vector<TagId> ids = add_points(frames, keys, options, problem, map.hardly_seen);
+  const std::vector<TagId> ids = add_points(frames, keys, options, problem, map.rarely_observed);
   if (ids.empty())
-    return fail(ErrorCode::NotFound,
-                fmt::format("nothing was seen {} times while the robot moved", options.least_observations),
-                {}, "Drive slowly past each tag.");
+    return fail(
+        ErrorCode::NotFound,
+        fmt::format("no landmark was observed {} times while the robot moved", options.least_observations),
+        {}, "Drive slowly past each tag.");
   adjust_points_until_stable(problem, map);
   read_points(problem, ids, map);
   if (Status status = read_covariance(problem, ids, map); !status) return tl::unexpected(status.error());
@@ -248,7 +249,7 @@ double add_priors(const LandmarkProblem& p, BlockSystem* system) {
   return (scales.squaredNorm() + mounting.squaredNorm()) / 2;
 }
 
-/// What a step changes.
+/// Values that a step changes.
 struct Values {
   std::vector<Eigen::Vector3d> frames;
   std::vector<Eigen::Vector2d> points;

@@ -13,11 +13,11 @@
 
 namespace waymark {
 
-/// Tags or landmarks as points in the plane, where a log has no corners: the robot's own software placed
-/// them, or a laser did.
+/// A tag or landmark as a point in the plane, for logs without corners: its position comes from the robot's
+/// own software or from a laser.
 struct SeenPoint {
   TagId tag{};
-  Eigen::Vector2d base_p = Eigen::Vector2d::Zero();  ///< [m], with the sensor where it is assumed to sit
+  Eigen::Vector2d base_p = Eigen::Vector2d::Zero();  ///< [m], with the assumed mounting of the sensor
 };
 struct PointFrame {
   SensorTime stamp{};
@@ -69,30 +69,30 @@ struct LandmarkMapOptions {
 struct MappedPoint {
   Eigen::Vector2d map_p = Eigen::Vector2d::Zero();
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
-  int observations = 0;  ///< in frames that count, in use
-  int rejected = 0;      ///< that contradict the others
+  int observations = 0;  ///< in key frames, in use
+  int rejected = 0;      ///< inconsistent with the others
 };
 
-/// Where the points are, in the frame of the base at the first frame that counts.
+/// Positions of the points, in the frame of the base at the first key frame.
 struct LandmarkMap {
   std::map<TagId, MappedPoint> points{};
-  std::vector<std::size_t> frames{};               ///< those that count, as indices of what was given
-  std::vector<SE2> map_X_base{};                   ///< of each of them
+  std::vector<std::size_t> frames{};               ///< key frames, as indices into the input
+  std::vector<SE2> map_X_base{};                   ///< by key frame
   std::vector<Eigen::Matrix3d> base_covariance{};  ///< left tangent in map
   OdometryScales scales{};
   OdometryScales scales_sigma{0, 0};
-  SE2 base_X_assumed{};  ///< how far the sensor is from where it is assumed to sit
+  SE2 base_X_assumed{};  ///< offset of the sensor from its assumed mounting
   Eigen::Vector3d mounting_sigma = Eigen::Vector3d::Zero();  ///< of its x, y [m], yaw [rad]
-  std::vector<TagId> hardly_seen{};
+  std::vector<TagId> rarely_observed{};
   int iterations = 0;
   bool converged = false;
   double rms_m = 0;  ///< of the observations in use
 };
 
-/// Points, way, scales of the wheels and the mounting of the sensor that explain everything seen and driven
-/// best (maximum likelihood in the plane, Cauchy's loss on observations; then without it and without what
-/// contradicts the rest). Starts from odometry, so it suits drives that odometry alone roughly knows the
-/// shape of. Fails without odometry and when nothing is seen often enough.
+/// Estimates points, trajectory, odometry scales and sensor mounting that best explain all observations and
+/// odometry (maximum likelihood in the plane, Cauchy loss on observations; then least squares without
+/// outliers). Starts from odometry, so odometry alone must give the approximate shape of the drive. Fails
+/// without odometry, and if no point is observed often enough.
 [[nodiscard]] Result<LandmarkMap> map_landmarks(const std::vector<PointFrame>& frames,
                                                 const std::vector<Odometry>& odometry,
                                                 const LandmarkMapOptions& options = {});
@@ -111,7 +111,7 @@ struct PointObservation {
 };
 
 struct PlaneMotion {
-  std::size_t to = 0;  ///< from the frame before
+  std::size_t to = 0;  ///< from the previous frame
   PlanarMotionFactor factor{};
 };
 
@@ -134,12 +134,12 @@ struct LandmarkProblem {
 };
 
 [[nodiscard]] BlockSystem system_of(const LandmarkProblem& problem);
-/// Whitened.
+/// Whitened residual.
 [[nodiscard]] Eigen::Vector2d observation_residual(const LandmarkProblem& problem,
                                                    const PointObservation& seen);
 /// Adds all terms (nullptr: only the cost), with Cauchy's loss on observations from robust_chi2 on (0: none).
 double accumulate(const LandmarkProblem& problem, double robust_chi2, BlockSystem* system);
-/// Levenberg and Marquardt's method; steps taken, and whether it converged.
+/// Minimises by Levenberg-Marquardt; returns the number of steps and whether it converged.
 std::pair<int, bool> solve(LandmarkProblem& problem, double robust_chi2, int max_iterations);
 
 }  // namespace waymark::internal

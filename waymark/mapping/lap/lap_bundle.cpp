@@ -28,7 +28,7 @@ MaybePoses chain_poses(const LapInput& lap, const Trajectory& trajectory) {
   return poses;
 }
 
-/// What odometry says at the frames.
+/// Odometry at the frames.
 struct Wheels {
   MaybeMotions odom_T_base{};
   MaybeRates rates{};
@@ -44,7 +44,7 @@ Wheels wheels_of(const LapInput& lap) {
   return wheels;
 }
 
-/// Frames between placed ones are carried along by odometry, forwards, then backwards.
+/// Fills frames between placed ones by odometry, forwards, then backwards.
 void fill_by_odometry(const MaybeMotions& odom_T_base, MaybePoses& poses) {
   const auto carry = [&](std::size_t from, std::size_t to) {
     if (poses[to] || !poses[from] || !odom_T_base[from] || !odom_T_base[to]) return;
@@ -54,7 +54,7 @@ void fill_by_odometry(const MaybeMotions& odom_T_base, MaybePoses& poses) {
   for (std::size_t i = poses.size(); i-- > 1;) carry(i, i - 1);
 }
 
-/// From the frame before to frame i; both have odometry.
+/// Factor from the previous frame to frame i; both have odometry.
 OdometryFactor odometry_factor(const LapInput& lap, const Wheels& wheels, std::size_t i,
                                const LapModelOptions& o) {
   const SE2 motion = wheels.odom_T_base[i - 1]->inverse() * *wheels.odom_T_base[i];
@@ -71,25 +71,25 @@ OdometryFactor odometry_factor(const LapInput& lap, const Wheels& wheels, std::s
   return factor;
 }
 
-/// Whether turns come from something else anywhere between two moments.
+/// Whether the source of the turns changes between two times.
 bool other_turns_between(const LapInput& lap, SensorTime from, SensorTime to) {
   const auto span = std::ranges::upper_bound(lap.other_turns, from, {}, &TimeSpan::to);
   return span != lap.other_turns.end() && span->from < to;
 }
 
-constexpr double kHeld = 1e-6;    // by definition, but for rounding
-constexpr double kUnknown = 0.5;  // of a lean [rad]
+constexpr double kFixedSigma = 1e-6;  // fixed by definition; avoids rounding problems
+constexpr double kFreeTilt_rad = 0.5;
 
-/// The anchor defines where the map is and which way it looks, never how it leans.
+/// The anchor defines position and heading of the map, not its tilt.
 PosePriorFactor anchor_prior(const SE3& map_T_anchor) {
   Vector6 variance;
-  variance << kHeld, kHeld, kHeld, kUnknown, kUnknown, kHeld;
+  variance << kFixedSigma, kFixedSigma, kFixedSigma, kFreeTilt_rad, kFreeTilt_rad, kFixedSigma;
   variance = variance.cwiseAbs2().eval();
   const Matrix6 P = variance.asDiagonal();
   return {map_T_anchor, whitening_of(from_coordinate_covariance(map_T_anchor, P).covariance)};
 }
 
-/// Whether the map to be is level with its floor.
+/// Whether the map will be level with its floor.
 bool is_level(const LapInput& lap) { return !lap.prior || lap.prior->map.floor.covariance; }
 
 void add_floor(const LapInput& lap, double z_m, LapBundle& result) {
@@ -99,18 +99,18 @@ void add_floor(const LapInput& lap, double z_m, LapBundle& result) {
   result.bundle.priors.push_back({result.floor, floor_prior(map_T_plane, is_level(lap))});
 }
 
-/// 0: the first; of the others one more than its place in more_cameras.
+/// 0 for the first camera; otherwise its index in more_cameras plus one.
 std::size_t camera_index(const LapInput& lap, const std::string& name) {
   const auto found = std::ranges::find(lap.more_cameras, name, &MountedCamera::name);
   return found == lap.more_cameras.end() ? 0 : static_cast<std::size_t>(found - lap.more_cameras.begin()) + 1;
 }
 
-/// Two cameras that are triggered together see from one place.
+/// Cameras triggered together share a base pose.
 bool triggered_together(const TagFrame& a, const TagFrame& b) {
   return a.stamp == b.stamp && a.camera != b.camera;
 }
 
-/// A term for an observation of a tag that has a pose, in a frame that has one.
+/// Adds a term for an observation of a placed tag in a placed frame.
 void add_corners(const LapInput& lap, const LapModelOptions& options,
                  const LapBundle::Observation& observation, LapBundle& result) {
   const TagDetection& detection = lap.frames[observation.frame].detections[observation.detection];
@@ -128,7 +128,7 @@ void add_corners(const LapInput& lap, const LapModelOptions& options,
 }  // namespace
 
 PosePriorFactor floor_prior(const SE3& map_T_floor, bool lean_known) {
-  const double lean = lean_known ? kHeld : kUnknown;
+  const double lean = lean_known ? kFixedSigma : kFreeTilt_rad;
   Vector6 sigma;
   sigma << 1e-3, 1e-3, 10, lean, lean, 1e-3;
   return {map_T_floor, sigma.cwiseInverse().asDiagonal()};
@@ -203,8 +203,8 @@ namespace waymark::internal {
 
 namespace {
 
-/// One alternative for each pose of the tag; `value_of` cam_T_tag, and in which frame a left tangent of it is
-/// what errs.
+/// One alternative for each pose of the tag. `value_of`: the value as a function of cam_T_tag, and the frame
+/// whose left tangent has the error.
 template <class Value>
 Vote<SE3> vote_of(const TagDetection& detection, const CameraModel& camera, const LapInput& lap,
                   const Value& value_of) {
@@ -214,7 +214,7 @@ Vote<SE3> vote_of(const TagDetection& detection, const CameraModel& camera, cons
   const auto add = [&](const TagPoseSolution& solution) {
     const auto [value, map_T_cam] = value_of(solution.cam_T_tag);
     const SE3::Jacobian Ad = map_T_cam.adjoint();
-    // What it is seen from is not known to the micrometre either.
+    // The base pose has an uncertainty too.
     const PoseCovariance covariance =
         Ad * solution.covariance * Ad.transpose() + 1e-4 * PoseCovariance::Identity();
     vote.push_back({value, covariance.inverse(), solution.chi2 - pose->best.chi2});

@@ -13,9 +13,9 @@
 
 namespace waymark {
 
-/// How much the measurements of a lap are trusted.
+/// Weights of the measurements of a lap.
 struct LapModelOptions {
-  /// Of corners without a covariance (as TagPoseOptions::corner_sigma_px): weighs them against odometry.
+  /// Of corners without a covariance (as TagPoseOptions::corner_sigma_px), relative to odometry.
   double corner_sigma_px = 0.3;
   double odometry_sigma_m = 0.001;
   double odometry_sigma_m_per_sqrt_m = 0.02;
@@ -55,17 +55,17 @@ struct LapModelOptions {
   }
 };
 
-/// A map that is there already and that a lap is to improve.
+/// An existing map that a lap extends.
 struct LapPrior {
-  TagMap map{};              ///< a tag without covariance is known exactly and held
-  std::set<TagId> frozen{};  ///< held where the map has them, whatever the lap says
+  TagMap map{};              ///< a tag without covariance is exact and fixed
+  std::set<TagId> frozen{};  ///< fixed at their pose in the map
 };
 
 struct TimeSpan {
   SensorTime from{}, to{};
 };
 
-/// A lap as it goes into bundle adjustment.
+/// Input of the bundle adjustment of a lap.
 struct LapInput {
   std::vector<TagFrame> frames{};
   std::vector<Odometry> odometry{};  ///< may be empty
@@ -75,26 +75,26 @@ struct LapInput {
   TagId anchor{};
   SE3 map_T_anchor{};
   std::vector<ImuSample> imu{};               ///< may be empty
-  std::optional<LapPrior> prior{};            ///< then the anchor is one of its tags, where it has it
-  std::vector<MountedCamera> more_cameras{};  ///< beside the first, whose frames name none of them
-  /// Where the turns of the odometry come from something else than in the rest of it, one after the other;
-  /// they have scales of their own.
+  std::optional<LapPrior> prior{};            ///< if set, the anchor is one of its tags, with its pose
+  std::vector<MountedCamera> more_cameras{};  ///< besides the first, whose frames have no camera name
+  /// Times in which odometry turns come from another source than in the rest of it, in order; they have their
+  /// own scales.
   std::vector<TimeSpan> other_turns{};
 };
 
-/// The bundle of a lap, and where to find what in it.
+/// The bundle of a lap, and the indices of its parts.
 struct LapBundle {
   Bundle bundle{};
   PoseIndex map = 0;                   ///< identity
   PoseIndex cam = 0;                   ///< base_T_cam of the first camera
   std::vector<PoseIndex> more_cams{};  ///< of the others, in the order of LapInput
-  PoseIndex floor = 0;                 ///< map_T_floor: the plane z = 0 of floor is what the robot drives on
+  PoseIndex floor = 0;                 ///< map_T_floor: the robot drives on the plane z = 0 of floor
   std::map<TagId, PoseIndex> tags{};
-  std::optional<PoseIndex> anchor{};  ///< the tag that defines where the map is
-  std::vector<std::optional<PoseIndex>>
-      bases{};  ///< of each frame; nothing: neither tags nor odometry place it. Frames of several cameras
-                ///< with one stamp share theirs
-  /// Of each corner term: its frame and the index of its detection there.
+  std::optional<PoseIndex> anchor{};  ///< the tag that defines the map frame
+  /// By frame; empty: neither tags nor odometry place it. Frames of several cameras with one stamp share
+  /// theirs.
+  std::vector<std::optional<PoseIndex>> bases{};
+  /// By corner term: its frame and the index of its detection in it.
   struct Observation {
     std::size_t frame = 0;
     std::size_t detection = 0;
@@ -103,25 +103,24 @@ struct LapBundle {
 
   /// Every base pose, once.
   [[nodiscard]] std::vector<PoseIndex> base_poses() const;
-  /// A tag that stays where it is, whatever most of its observations say.
+  /// The tag is fixed regardless of its observations.
   [[nodiscard]] bool is_held(PoseIndex tag) const { return bundle.poses[tag].fixed || tag == anchor; }
 };
 
-/// What is known of the floor beforehand: how it leans, exactly or hardly at all. Its height is found; where
-/// its origin is on it, and its heading, mean nothing.
+/// Prior of the floor: its tilt, exact or nearly free. Its height is estimated; its origin and heading have
+/// no meaning.
 [[nodiscard]] PosePriorFactor floor_prior(const SE3& map_T_floor, bool lean_known);
 
-/// Unknown: every tag of the start, every base pose, the height of the floor, the scales of odometry (the
-/// first of Bundle::odometry_scales; the second, where there is one, of LapInput::other_turns). The map
-/// is level with the floor; the anchor holds its place and its heading, and how it leans is found. Where the
-/// lap extends a map whose floor is not known, the anchor is held and the lean of the floor is found instead.
-/// Frames without a tag are placed by odometry alone. The mountings of the cameras
-/// are taken as known.
+/// Unknowns: every tag of the start, every base pose, the height of the floor, the scales of odometry (the
+/// first of Bundle::odometry_scales; the second, if any, applies to LapInput::other_turns). The map is level
+/// with the floor. The anchor fixes position and heading, and its tilt is estimated. If the lap extends a map
+/// with an unknown floor, the anchor is fixed and the tilt of the floor is estimated instead. Frames without
+/// a tag are placed by odometry alone. Camera mountings are fixed.
 [[nodiscard]] LapBundle lap_bundle(const LapInput& lap, const ChainResult& start,
                                    const LapModelOptions& options = {});
 
-/// A tag that the start does not know, once the base poses are known: its pose becomes an unknown, its
-/// observations (all of frames that have a pose) terms.
+/// Adds a tag that is not in the start to a bundle with known base poses: its pose becomes an unknown, its
+/// observations (all in frames with a pose) become terms.
 void add_tag(const LapInput& lap, const TagId& tag, const SE3& map_T_tag,
              const std::vector<LapBundle::Observation>& observations, const LapModelOptions& options,
              LapBundle& result);
@@ -130,12 +129,12 @@ void add_tag(const LapInput& lap, const TagId& tag, const SE3& map_T_tag,
 
 namespace waymark::internal {
 
-/// Where a tag would have to be for one observation from a known base pose, once for each of its poses that
-/// is possible; empty when the observation gives no pose. `camera`: the name of the one that saw it.
+/// Tag poses in the map according to one observation from a known base pose, one for each possible pose of
+/// the tag; empty if the observation gives no pose. `camera`: name of the camera.
 [[nodiscard]] Vote<SE3> vote_for_place(const TagDetection& detection, const std::string& camera,
                                        const LapInput& lap, const SE3& map_T_base);
 
-/// Where the base would have to be for one observation of a tag in a known place.
+/// Base poses according to one observation of a tag with a known pose.
 [[nodiscard]] Vote<SE3> vote_for_base(const TagDetection& detection, const std::string& camera,
                                       const LapInput& lap, const SE3& map_T_tag);
 

@@ -1,5 +1,5 @@
-// A lap as a least-squares problem: what is unknown, what is tied to what, and that the truth costs nothing;
-// votes of single observations.
+// A lap as a least-squares problem: unknowns, couplings, zero cost at the true values; votes of single
+// observations.
 #include "waymark/mapping/lap/lap_bundle.hpp"
 
 #include <cmath>
@@ -43,7 +43,7 @@ TEST(LapBundle, HasAPoseForEachTagAndFrameAndATermForEachObservation) {
   }
 }
 
-TEST(LapBundle, TheTruthCostsNothingAndIsWhereTheSearchStays) {
+TEST(LapBundle, TrueValuesHaveZeroCostAndAreAMinimum) {
   const RingDrive drive = drive_ring();
   LapBundle lap = bundle_of(drive);
   EXPECT_LT(cost(lap.bundle), 1e-6);
@@ -52,7 +52,7 @@ TEST(LapBundle, TheTruthCostsNothingAndIsWhereTheSearchStays) {
     EXPECT_LT(minus(lap.bundle.poses[pose].value, drive.tags.tags.at(id).map_T_tag).norm(), 1e-5);
 }
 
-TEST(LapBundle, TheAnchorHoldsItsPlaceAndHeadingAndNothingElseIsHeld) {
+TEST(LapBundle, OnlyPositionAndHeadingOfTheAnchorAreFixed) {
   const RingDrive drive = drive_ring({.noise_px = 0.2});
   LapBundle lap = bundle_of(drive);
   ASSERT_TRUE(lap.anchor);
@@ -65,10 +65,10 @@ TEST(LapBundle, TheAnchorHoldsItsPlaceAndHeadingAndNothingElseIsHeld) {
   const SO3 turned = drive.lap.map_T_anchor.rotation().inverse() * anchor.rotation();
   EXPECT_LT(std::abs((drive.lap.map_T_anchor.rotation() * turned.log()).z()), 1e-5);
   const BundleCovariance P = covariance(lap.bundle);
-  EXPECT_TRUE(P.undetermined.empty()) << "height of the floor and everything else is found";
+  EXPECT_TRUE(P.undetermined.empty()) << "the height of the floor and all other unknowns are determined";
 }
 
-TEST(LapBundle, FramesWithoutTagsArePlacedByTheWheels) {
+TEST(LapBundle, FramesWithoutTagsArePlacedByOdometry) {
   RingDrive drive = drive_ring();
   ChainResult start = true_start(drive);
   for (std::size_t f = 10; f < 20; ++f) drive.lap.frames[f].detections.clear();
@@ -88,16 +88,16 @@ TEST(LapBundle, FramesWithoutTagsArePlacedByTheWheels) {
   EXPECT_FALSE(without.bases[15]);
   EXPECT_TRUE(without.bases[30]);
   EXPECT_TRUE(without.bundle.odometry.empty());
-  EXPECT_TRUE(without.bundle.odometry_scales.at(0).fixed) << "nothing tells them";
+  EXPECT_TRUE(without.bundle.odometry_scales.at(0).fixed) << "no term determines them";
 }
 
-TEST(LapBundle, WhatTwoCamerasSeeAtOnceIsOfOnePlace) {
+TEST(LapBundle, SimultaneousFramesOfTwoCamerasShareABasePose) {
   const RingDrive drive = drive_ring({.rear = true});
   const LapBundle lap = bundle_of(drive);
   ASSERT_EQ(lap.more_cams.size(), 1U);
   EXPECT_EQ(drive.lap.frames.size(), 2 * drive.truth.size());
   EXPECT_EQ(lap.base_poses().size(), drive.truth.size());
-  EXPECT_EQ(lap.bundle.on_floor.size(), drive.truth.size()) << "a pose stands on the floor once";
+  EXPECT_EQ(lap.bundle.on_floor.size(), drive.truth.size()) << "one floor term per pose";
   bool front = false;
   bool rear = false;
   for (std::size_t i = 0; i < lap.bundle.corners.size(); ++i) {
@@ -111,7 +111,7 @@ TEST(LapBundle, WhatTwoCamerasSeeAtOnceIsOfOnePlace) {
   EXPECT_LT(cost(lap.bundle), 1e-6);
 }
 
-TEST(LapBundle, ObservationsWithoutACovarianceCountAsTheOptionsSay) {
+TEST(LapBundle, ObservationsWithoutACovarianceUseTheOptions) {
   RingDrive drive = drive_ring();
   for (TagFrame& frame : drive.lap.frames) {
     for (TagDetection& seen : frame.detections) seen.corner_covariance_px2.reset();
@@ -122,7 +122,7 @@ TEST(LapBundle, ObservationsWithoutACovarianceCountAsTheOptionsSay) {
     EXPECT_LT((term.factor.whitening - 2 * CornerCovariance::Identity()).norm(), 1e-12);
 }
 
-TEST(LapBundle, WheelsThatDroveFartherAreLessSure) {
+TEST(LapBundle, OdometryNoiseGrowsWithDistance) {
   const RingDrive slow = drive_ring({.loops = 0.5, .frame_m = 0.02});
   const RingDrive quick = drive_ring({.loops = 0.5, .frame_m = 0.08});
   const auto sigma = [](const LapBundle& lap) {
@@ -142,12 +142,12 @@ TEST(LapBundle, WheelsThatDroveFartherAreLessSure) {
   }
 }
 
-TEST(LapBundle, ALapOnAMapThatKnowsItsFloorIsLevelAsThatIs) {
+TEST(LapBundle, ALapOnAMapWithAFloorUsesItsTilt) {
   RingDrive drive = drive_ring();
   LapPrior prior{.map = drive.tags};
   drive.lap.prior = prior;
   const LapBundle unknown = bundle_of(drive);
-  EXPECT_TRUE(unknown.bundle.poses[*unknown.anchor].fixed) << "then the lean of the floor is found";
+  EXPECT_TRUE(unknown.bundle.poses[*unknown.anchor].fixed) << "then the tilt of the floor is estimated";
   drive.lap.prior->map.floor.covariance = Eigen::Matrix3d(1e-6 * Eigen::Matrix3d::Identity());
   drive.lap.prior->map.floor.normal = Eigen::Vector3d(0.02, 0, 1).normalized();
   const LapBundle known = bundle_of(drive);
@@ -156,7 +156,7 @@ TEST(LapBundle, ALapOnAMapThatKnowsItsFloorIsLevelAsThatIs) {
   EXPECT_LT((up - drive.lap.prior->map.floor.normal).norm(), 1e-9);
 }
 
-TEST(LapBundle, ATagThatIsAddedLaterBringsItsObservations) {
+TEST(LapBundle, ATagAddedLaterGetsItsObservations) {
   const RingDrive drive = drive_ring();
   ChainResult start = true_start(drive);
   const MappedTag late = start.map.tags.at(ring_tag(5));
@@ -177,7 +177,7 @@ TEST(LapBundle, ATagThatIsAddedLaterBringsItsObservations) {
   EXPECT_LT(cost(lap.bundle), 1e-6);
 }
 
-TEST(FloorPrior, HoldsTheLeanWhereItIsKnownAndNeverTheHeight) {
+TEST(FloorPrior, FixesAKnownTiltAndNeverTheHeight) {
   const SE3 floor({}, {0, 0, 0.1});
   const auto off = [&](bool known, const SE3& by) {
     return pose_prior_residual(floor_prior(floor, known), by * floor).norm();
@@ -204,7 +204,7 @@ struct Sight {
   }
 };
 
-TEST(TagVotes, OneOfThePosesOfATagIsWhereItStands) {
+TEST(TagVotes, OneOfThePosesOfATagIsTheTrueOne) {
   const Sight sight;
   const auto places = internal::vote_for_place(sight.detection, "cam", sight.lap, sight.map_T_base);
   ASSERT_FALSE(places.empty());
@@ -215,7 +215,7 @@ TEST(TagVotes, OneOfThePosesOfATagIsWhereItStands) {
   EXPECT_LT(minus(bases.front().value, sight.map_T_base).norm(), 1e-6);
 }
 
-TEST(TagVotes, CornersThatAreNoSquareGiveNone) {
+TEST(TagVotes, DegenerateCornersGiveNone) {
   Sight sight;
   sight.detection.corners_px[1] = sight.detection.corners_px[0];
   sight.detection.corners_px[2] = sight.detection.corners_px[0];

@@ -10,14 +10,13 @@ namespace waymark {
 namespace {
 
 constexpr const char* kSpeeds =
-    "Drive at two speeds, both turns (bends to both sides for a minute, slow and quick): at one speed slip "
-    "and "
-    "a camera that sits elsewhere are the same thing.";
-constexpr const char* kTurns = "Drive both turns, with tags in view all the time.";
-constexpr const char* kStraight = "Drive some metres straight, past several tags.";
-constexpr const char* kUnsteady = "Drive at two speeds, and change between them with tags in view.";
+    "Drive bends to both sides for a minute, slowly and quickly. At a single speed, slip and a wrong camera "
+    "mounting are indistinguishable.";
+constexpr const char* kTurns = "Drive bends to both sides, with tags in view all the time.";
+constexpr const char* kStraight = "Drive some metres straight past several tags.";
+constexpr const char* kUnsteady = "Drive at two speeds, and change speed with tags in view.";
 
-/// A number is worth using when it is known better than this.
+/// Standard deviations below which a parameter is usable.
 struct Worth {
   double metres = 0.01, radians = 0.01, scale = 0.01, slip_s = 0.03, camera_latency_s = 0.01,
          bias_rad_s = 0.002;
@@ -41,7 +40,7 @@ class CalibrationValues {
   Calibration& calibration_;
 };
 
-/// Of the mean of both focal lengths.
+/// Ratio of the mean of both focal lengths.
 double focal_scale(const CameraModel& camera, const CameraModel& given) {
   const Eigen::Vector2d f = intrinsics_of(camera).head<2>();
   return f.cwiseQuotient(intrinsics_of(given).head<2>()).mean();
@@ -56,7 +55,7 @@ Calibration calibration_of(const LapInput& lap, const MountingEstimate& found) {
   CalibrationValues values(calibration);
   values.add("mounting_x_m", camera.x_m, found.sigma[0], worth.metres, kSpeeds);
   values.add("mounting_y_m", camera.y_m, found.sigma[1], worth.metres, kTurns);
-  // Rotations about base axes are roll, pitch and yaw of a camera that is nearly level.
+  // Rotations about base axes are roll, pitch and yaw of a nearly level camera.
   values.add("mounting_roll_rad", camera.roll_rad, found.sigma[3], worth.radians, kStraight);
   values.add("mounting_pitch_rad", camera.pitch_rad, found.sigma[4], worth.radians, kStraight);
   values.add("mounting_yaw_rad", camera.yaw_rad, found.sigma[5], worth.radians, kStraight);
@@ -75,13 +74,13 @@ Calibration calibration_of(const LapInput& lap, const MountingEstimate& found) {
   return calibration;
 }
 
-/// The camera latency counts to first order only, and a robot's turns change within a tenth of a
-/// second: what is left of it makes the noise of the wheels too large and their turns too small (errors in
-/// variables: Fuller, "Measurement Error Models", 1987, section 1.1). So a second look begins with the stamps
-/// as found.
+/// The camera latency is modelled to first order only, and a robot's turn rate changes within a tenth of a
+/// second. The remaining error makes the odometry noise too large and its turns too small (errors in
+/// variables: Fuller, "Measurement Error Models", 1987, section 1.1). A second fit therefore starts with
+/// corrected stamps.
 constexpr double kCameraLatencyForSecondFit_s = 0.005;
 
-/// Stamps of frames as the lap has them, again.
+/// Restores the recorded stamps of frames.
 void add_camera_latency(Duration camera_latency, BundleMap& map) {
   for (StampedPose& pose : map.trajectory) pose.stamp += camera_latency;
   for (StampedPose& pose : map.start_trajectory) pose.stamp += camera_latency;
@@ -90,12 +89,12 @@ void add_camera_latency(Duration camera_latency, BundleMap& map) {
   map.odometry_scales.camera_latency_s += to_seconds(camera_latency);
 }
 
-/// Seen by a camera that sits elsewhere, or has another focal length, tags seem to stand elsewhere than the
-/// map has them, and are taken for moved: so the camera that was found looks again.
+/// With a wrong mounting or focal length, unmoved tags appear moved. The lap is therefore mapped again with
+/// the estimated camera.
 void fit_again(const LapInput& lap, const BundleMapOptions& options, const MapProgress& progress,
                BundleMap& map) {
   LapInput again = lap;
-  if (!map.prior_words.empty()) {
+  if (!map.prior_warnings.empty()) {
     again.base_T_cam = map.mounting->base_T_cam;
     again.camera = map.mounting->camera;
   }
@@ -113,8 +112,8 @@ Result<LapCalibration> calibrate_by_lap(const LapInput& lap, const BundleMapOpti
                                         const MapProgress& progress) {
   if (lap.odometry.empty())
     return fail(ErrorCode::NotFound,
-                "there is no odometry: tags alone say where the camera went, never the base", {},
-                "Record what the wheels say together with the tags.");
+                "the lap has no odometry; tags alone determine only the camera trajectory", {},
+                "Record odometry together with the tags.");
   BundleMapOptions freed = options;
   freed.find_mounting = true;
   constexpr double kFocalShare = 0.01;
@@ -122,10 +121,9 @@ Result<LapCalibration> calibrate_by_lap(const LapInput& lap, const BundleMapOpti
   Result<BundleMap> map = map_by_bundle(lap, {}, freed, progress);
   if (!map) return tl::unexpected(map.error());
   if (!map->mounting)
-    return fail(ErrorCode::InvalidArgument,
-                "tags and odometry have no moment in common: nothing ties the two", {},
-                "Are their stamps of one clock? `waymark info` shows both.");
-  if (!map->prior_words.empty() ||
+    return fail(ErrorCode::InvalidArgument, "tags and odometry do not overlap in time", {},
+                "Check that their stamps are from one clock; `waymark info` shows both.");
+  if (!map->prior_warnings.empty() ||
       std::abs(map->mounting->scales.camera_latency_s) > kCameraLatencyForSecondFit_s)
     fit_again(lap, freed, progress, *map);
   return LapCalibration{calibration_of(lap, *map->mounting), std::move(*map)};

@@ -15,17 +15,17 @@
 namespace waymark::internal {
 namespace {
 
-/// The terms of each pose, by its role in them.
+/// The terms of each pose in this role.
 std::vector<std::vector<std::size_t>> terms_by(PoseIndex CornerTerm::*role, const Bundle& bundle) {
   std::vector<std::vector<std::size_t>> terms(bundle.poses.size());
   for (std::size_t i = 0; i < bundle.corners.size(); ++i) terms[bundle.corners[i].*role].push_back(i);
   return terms;
 }
 
-/// Frames that are next to each other by the wheels.
+/// Odometry terms by base pose.
 using OdometryBeside = std::map<PoseIndex, std::vector<const OdometryTerm*>>;
 
-/// Where the wheels have a base, from a frame beside it.
+/// Base pose according to odometry from an adjacent frame.
 Alternative<SE3> carried(const OdometryTerm& wheels, PoseIndex base, const Bundle& bundle) {
   constexpr double kSigma_m = 0.03;
   constexpr double kSigma_rad = 0.03;
@@ -38,8 +38,8 @@ Alternative<SE3> carried(const OdometryTerm& wheels, PoseIndex base, const Bundl
   return {map_T_base, whitened.transpose() * whitened, 0};
 }
 
-/// A frame most of whose observations contradict the map: what its observations and the frames beside it that
-/// are not lost agree on, where that is more than agrees now.
+/// New pose of a frame with mostly inconsistent observations: what its observations and adjacent frames agree
+/// on, if that has more support than the current pose.
 std::optional<SE3> frame_found_again(const LapInput& input, const LapBundle& lap, PoseIndex base,
                                      const std::vector<std::size_t>& terms, std::ptrdiff_t good,
                                      const std::vector<const OdometryTerm*>& beside,
@@ -61,7 +61,7 @@ std::optional<SE3> frame_found_again(const LapInput& input, const LapBundle& lap
 
 }  // namespace
 
-bool place_lost_frames_again(const LapInput& input, const BundleMapOptions& options, LapBundle& lap) {
+bool reinitialise_lost_frames(const LapInput& input, const BundleMapOptions& options, LapBundle& lap) {
   const std::vector<double> chi2 = corner_chi2(lap.bundle);
   const auto terms = terms_by(&CornerTerm::rig, lap.bundle);
   const auto good = [&](PoseIndex base) {
@@ -86,11 +86,11 @@ bool place_lost_frames_again(const LapInput& input, const BundleMapOptions& opti
     lost.erase(base);
     any = true;
   }
-  for (CornerTerm& term : lap.bundle.corners) term.used = term.used || (any && !term.doubtful);
+  for (CornerTerm& term : lap.bundle.corners) term.used = term.used || (any && !term.unconfirmed);
   return any;
 }
 
-bool place_lost_tags_again(const LapInput& input, const BundleMapOptions& options, LapBundle& lap) {
+bool reinitialise_lost_tags(const LapInput& input, const BundleMapOptions& options, LapBundle& lap) {
   const std::vector<double> chi2 = corner_chi2(lap.bundle);
   bool any = false;
   const auto terms = terms_by(&CornerTerm::tag, lap.bundle);
@@ -109,13 +109,13 @@ bool place_lost_tags_again(const LapInput& input, const BundleMapOptions& option
     lap.bundle.poses[pose].value = agreed->value.mean;
     any = true;
   }
-  for (CornerTerm& term : lap.bundle.corners) term.used = term.used || (any && !term.doubtful);
+  for (CornerTerm& term : lap.bundle.corners) term.used = term.used || (any && !term.unconfirmed);
   return any;
 }
 
 bool place_unconnected(const LapInput& input, const BundleMapOptions& options, LapBundle& lap,
                        std::vector<TagId>& unconnected) {
-  constexpr int kEnough = 4;
+  constexpr int kMinObservations = 4;
   std::map<TagId, std::vector<LapBundle::Observation>> observations;
   for (const TagId& tag : unconnected) observations[tag] = {};
   for (std::size_t i = 0; i < input.frames.size(); ++i) {
@@ -131,7 +131,7 @@ bool place_unconnected(const LapInput& input, const BundleMapOptions& options, L
                                      input, lap.bundle.poses[*lap.bases[frame]].value));
     }
     const auto agreed = agree(votes, kPoseGate);
-    if (!input.sizes.size_m(tag) || !agreed || agreed->votes < kEnough) return false;
+    if (!input.sizes.size_m(tag) || !agreed || agreed->votes < kMinObservations) return false;
     add_tag(input, tag, agreed->value.mean, observations[tag], options.model, lap);
     return true;
   });
@@ -152,24 +152,24 @@ std::vector<double> wheel_chi2(const Bundle& bundle) {
   return chi2;
 }
 
-/// By how much the wheels' noise is less than is assumed, where one motion is far off all the others; 1: none
-/// is.
+/// Ratio of assumed to actual odometry noise if one motion has a much larger error than all others; otherwise
+/// 1.
 double exactness_beside_a_jump(const Bundle& bundle) {
-  constexpr std::size_t kEnough = 30;
-  constexpr double kFarOff = 50;
+  constexpr std::size_t kMinMotions = 30;
+  constexpr double kMinJumpRatio = 50;
   constexpr double kMedianChi2 = 2.366;  // of chi-square with 3 degrees of freedom
   constexpr double kMaxExactness = 30;
   const std::vector<double> chi2 = wheel_chi2(bundle);
-  if (chi2.size() < kEnough) return 1;
+  if (chi2.size() < kMinMotions) return 1;
   const double worst = *std::ranges::max_element(chi2);
   const double usual = median(chi2);
-  if (worst < kFarOff * usual) return 1;
+  if (worst < kMinJumpRatio * usual) return 1;
   return std::clamp(std::sqrt(kMedianChi2 / std::max(usual, 1e-12)), 1.0, kMaxExactness);
 }
 
-/// Tags that contradict the solution often, those first that do most.
+/// Tags with many inconsistent observations, those with most first.
 std::vector<PoseIndex> suspects(const LapBundle& lap, double outlier_chi2) {
-  constexpr int kOften = 8;
+  constexpr int kMinContradictions = 8;
   constexpr std::size_t kMaxSuspects = 3;
   const std::vector<double> chi2 = corner_chi2(lap.bundle);
   std::map<PoseIndex, int> contradictions;
@@ -178,7 +178,7 @@ std::vector<PoseIndex> suspects(const LapBundle& lap, double outlier_chi2) {
   }
   std::vector<PoseIndex> tags;
   for (const auto& [tag, count] : contradictions) {
-    if (count >= kOften && !lap.is_held(tag)) tags.push_back(tag);
+    if (count >= kMinContradictions && !lap.is_held(tag)) tags.push_back(tag);
   }
   std::ranges::stable_sort(tags, std::greater<>{}, [&](PoseIndex tag) { return contradictions[tag]; });
   tags.resize(std::min(tags.size(), kMaxSuspects));
@@ -195,12 +195,12 @@ void repair_trajectory_jumps(const LapInput& input, const BundleMapOptions& opti
   const LapBundle before = lap;
   for (const PoseIndex suspect : suspects(before, options.search.outlier_chi2)) {
     LapBundle again = before;
-    for (CornerTerm& term : again.bundle.corners) term.used = term.tag != suspect && !term.doubtful;
+    for (CornerTerm& term : again.bundle.corners) term.used = term.tag != suspect && !term.unconfirmed;
     for (OdometryTerm& term : again.bundle.odometry) term.factor.whitening *= exactness;
     if (!solve(again.bundle, search, progress).usable()) continue;
     again.bundle.odometry = before.bundle.odometry;
-    place_lost_tags_again(input, options, again);
-    for (CornerTerm& term : again.bundle.corners) term.used = !term.doubtful;
+    reinitialise_lost_tags(input, options, again);
+    for (CornerTerm& term : again.bundle.corners) term.used = !term.unconfirmed;
     const BundleSummary other = solve(again.bundle, search, progress);
     if (!other.usable() || other.final_cost >= summary.final_cost || other.invisible > summary.invisible)
       continue;

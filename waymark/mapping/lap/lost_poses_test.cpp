@@ -1,4 +1,4 @@
-// Frames and tags that a search begins far from where they belong are placed anew; those that stand stay.
+// Frames and tags far from their true poses are re-initialised; correct ones do not change.
 #include "waymark/mapping/lap/lost_poses.hpp"
 
 #include <gmock/gmock.h>
@@ -32,58 +32,58 @@ struct Problem {
   }
 };
 
-TEST(LostFrames, ThereIsNoneAtTheTruth) {
+TEST(LostFrames, ThereIsNoneAtTheTruePoses) {
   Problem p;
   const auto before = p.lap.bundle.poses;
-  EXPECT_FALSE(place_lost_frames_again(p.drive.lap, p.options, p.lap));
-  EXPECT_FALSE(place_lost_tags_again(p.drive.lap, p.options, p.lap));
+  EXPECT_FALSE(reinitialise_lost_frames(p.drive.lap, p.options, p.lap));
+  EXPECT_FALSE(reinitialise_lost_tags(p.drive.lap, p.options, p.lap));
   for (std::size_t i = 0; i < before.size(); ++i)
     EXPECT_EQ(p.lap.bundle.poses[i].value.matrix(), before[i].value.matrix()) << i;
 }
 
-TEST(LostFrames, AFrameAloneIsFoundByItsTagsAndItsNeighbours) {
+TEST(LostFrames, ASingleFrameIsReinitialisedByTagsAndNeighbours) {
   Problem p;
   p.base(kFrame) = kElsewhere * p.base(kFrame);
-  EXPECT_TRUE(place_lost_frames_again(p.drive.lap, p.options, p.lap));
+  EXPECT_TRUE(reinitialise_lost_frames(p.drive.lap, p.options, p.lap));
   EXPECT_LT(p.off(kFrame), 0.02);
-  EXPECT_LT(p.off(kFrame - 1), 1e-12) << "its neighbours stay where they were";
+  EXPECT_LT(p.off(kFrame - 1), 1e-12) << "its neighbours do not change";
 }
 
-TEST(LostFrames, ARunOfThemIsFoundOneAfterTheOther) {
+TEST(LostFrames, ARunOfFramesIsReinitialised) {
   Problem p;
   for (std::size_t f = kFrame; f < kFrame + 12; ++f) p.base(f) = kElsewhere * p.base(f);
-  EXPECT_TRUE(place_lost_frames_again(p.drive.lap, p.options, p.lap));
+  EXPECT_TRUE(reinitialise_lost_frames(p.drive.lap, p.options, p.lap));
   for (std::size_t f = kFrame; f < kFrame + 12; ++f) EXPECT_LT(p.off(f), 0.05) << f;
 }
 
-TEST(LostFrames, WhatIsFoundAgainGivesItsObservationsTheirSayBack) {
+TEST(LostFrames, ObservationsOfAReinitialisedFrameAreUsedAgain) {
   Problem p;
   p.base(kFrame) = kElsewhere * p.base(kFrame);
   for (CornerTerm& term : p.lap.bundle.corners) term.used = term.rig != *p.lap.bases[kFrame];
   p.lap.bundle.corners.front().used = false;
-  p.lap.bundle.corners.front().doubtful = true;
-  EXPECT_TRUE(place_lost_frames_again(p.drive.lap, p.options, p.lap));
-  EXPECT_FALSE(p.lap.bundle.corners.front().used) << "what is in doubt still has none";
+  p.lap.bundle.corners.front().unconfirmed = true;
+  EXPECT_TRUE(reinitialise_lost_frames(p.drive.lap, p.options, p.lap));
+  EXPECT_FALSE(p.lap.bundle.corners.front().used) << "an unconfirmed observation stays unused";
   EXPECT_TRUE(std::all_of(p.lap.bundle.corners.begin() + 1, p.lap.bundle.corners.end(),
                           [](const CornerTerm& term) { return term.used; }));
 }
 
-TEST(LostTags, ATagInTheWrongPlaceIsFoundByItsObservations) {
+TEST(LostTags, ATagWithAWrongPoseIsReinitialised) {
   Problem p;
   p.tag(5) = kElsewhere * p.tag(5);
-  EXPECT_TRUE(place_lost_tags_again(p.drive.lap, p.options, p.lap));
+  EXPECT_TRUE(reinitialise_lost_tags(p.drive.lap, p.options, p.lap));
   EXPECT_LT(p.off_tag(5), 0.02);
   EXPECT_LT(p.off_tag(4), 1e-12);
 }
 
-TEST(LostTags, TheAnchorStaysWhateverContradictsIt) {
+TEST(LostTags, TheAnchorIsNeverMoved) {
   Problem p;
   p.tag(0) = kElsewhere * p.tag(0);
-  EXPECT_FALSE(place_lost_tags_again(p.drive.lap, p.options, p.lap));
+  EXPECT_FALSE(reinitialise_lost_tags(p.drive.lap, p.options, p.lap));
   EXPECT_GT(p.off_tag(0), 0.5);
 }
 
-TEST(LostTags, ATagMostOfWhoseObservationsAgreeStays) {
+TEST(LostTags, ATagWithMostlyConsistentObservationsIsNotMoved) {
   Problem p;
   int spoiled = 0;
   for (std::size_t i = 0; i < p.lap.bundle.corners.size(); ++i) {
@@ -92,18 +92,18 @@ TEST(LostTags, ATagMostOfWhoseObservationsAgreeStays) {
     for (Eigen::Vector2d& corner : term.factor.corners_px) corner.x() += 50;
   }
   ASSERT_GT(spoiled, 9);
-  EXPECT_FALSE(place_lost_tags_again(p.drive.lap, p.options, p.lap));
+  EXPECT_FALSE(reinitialise_lost_tags(p.drive.lap, p.options, p.lap));
   EXPECT_LT(p.off_tag(5), 1e-12);
 }
 
-TEST(UnconnectedTags, ArePlacedByFramesThatStandAndLeaveTheList) {
+TEST(UnconnectedTags, ArePlacedByKnownFramesAndRemovedFromTheList) {
   const RingDrive drive = drive_ring({.loops = 1});
   ChainResult start = true_start(drive);
   start.map.tags.erase(ring_tag(5));
   LapBundle lap = lap_bundle(drive.lap, start);
   std::vector<TagId> unconnected = {ring_tag(5), ring_tag(70)};
   EXPECT_TRUE(place_unconnected(drive.lap, {}, lap, unconnected));
-  EXPECT_THAT(unconnected, ElementsAre(ring_tag(70))) << "nobody saw it";
+  EXPECT_THAT(unconnected, ElementsAre(ring_tag(70))) << "it was not observed";
   ASSERT_TRUE(lap.tags.contains(ring_tag(5)));
   EXPECT_LT(minus(lap.bundle.poses[lap.tags.at(ring_tag(5))].value, drive.tags.tags.at(ring_tag(5)).map_T_tag)
                 .norm(),
@@ -111,7 +111,7 @@ TEST(UnconnectedTags, ArePlacedByFramesThatStandAndLeaveTheList) {
   EXPECT_FALSE(place_unconnected(drive.lap, {}, lap, unconnected));
 }
 
-TEST(UnconnectedTags, ThreeObservationsAreTooFewAndATagWithoutASizeHasNone) {
+TEST(UnconnectedTags, AreNotPlacedByThreeObservationsOrWithoutASize) {
   RingDrive drive = drive_ring({.loops = 1});
   ChainResult start = true_start(drive);
   start.map.tags.erase(ring_tag(5));

@@ -25,7 +25,7 @@ namespace {
 
 using internal::Vote;
 
-constexpr int kFewObservations = 3;
+constexpr int kMaxFewObservations = 3;
 constexpr double kWeakSigma = 0.05;
 
 const SE3* base_at(const BundleMap& map, SensorTime stamp) {
@@ -33,13 +33,13 @@ const SE3* base_at(const BundleMap& map, SensorTime stamp) {
   return at != map.trajectory.end() && at->stamp == stamp ? &at->map_T_base : nullptr;
 }
 
-/// Where an observation says its tag is.
+/// Tag poses according to one observation.
 struct Observation {
   SensorTime stamp{};
   Vote<SE3> vote{};
 };
 
-/// A tag's observations, those that show it in its place in the map and those that do not.
+/// A tag's observations: those consistent with its pose in the map, and the others.
 struct Split {
   std::vector<Observation> here;
   std::vector<Observation> there;
@@ -74,9 +74,9 @@ bool seen_twice_at_once(const TagId& tag, const LapInput& lap) {
   return frames >= 2;
 }
 
-/// Whether a moment parts the two, but for a few.
+/// Whether a moment separates the two groups, except for a few observations.
 bool apart_in_time(const std::vector<SensorTime>& here, const std::vector<SensorTime>& there) {
-  constexpr double kFew = 0.2;
+  constexpr double kMaxExceptionShare = 0.2;
   std::vector<std::pair<SensorTime, int>> both;
   both.reserve(here.size() + there.size());
   for (const SensorTime stamp : here) both.emplace_back(stamp, 1);
@@ -85,23 +85,23 @@ bool apart_in_time(const std::vector<SensorTime>& here, const std::vector<Sensor
   const auto all_here = static_cast<int>(here.size());
   const auto all_there = static_cast<int>(there.size());
   int fewest = std::min(all_here, all_there);
-  int before = 0;  // here less there
+  int before = 0;  // difference of the counts so far
   for (const auto& [stamp, which] : both) {
     before += which;
-    // Wrong if all here came before: there so far, and here from now on; or the other way round.
+    // Exceptions if all `here` are earlier: `there` so far plus `here` from now on; or the reverse.
     fewest = std::min({fewest, all_here - before, all_there + before});
   }
-  return fewest < kFew * std::min(all_here, all_there);
+  return fewest < kMaxExceptionShare * std::min(all_here, all_there);
 }
 
 std::string describe(const SecondPlace& place) {
-  const std::string both = fmt::format("{} was seen in two places, {:.2f} m apart ({} and {} times)",
+  const std::string both = fmt::format("{} was observed at two places, {:.2f} m apart ({} and {} times)",
                                        to_string(place.tag), place.distance_m, place.here, place.there);
-  if (place.at_once) return both + ", once even together: two tags carry this id; change one of them";
-  constexpr double kCarried = 1.0;  // a tag that is pushed or hung anew rarely goes farther
-  if (place.one_after_the_other && place.distance_m < kCarried)
-    return both + ", one after the other: it was moved during the lap; teach again with the tags at rest";
-  return both + ": two tags carry this id (or it was carried there); change one of them";
+  if (place.at_once) return both + ", also in one frame: two tags carry this id; change one of them";
+  constexpr double kMaxPushed_m = 1.0;  // a tag that is pushed or remounted rarely moves farther
+  if (place.one_after_the_other && place.distance_m < kMaxPushed_m)
+    return both + ", one after the other: it was moved during the lap; repeat the lap with fixed tags";
+  return both + ": two tags carry this id, or the tag was moved by hand; change one of them";
 }
 
 double position_sigma_m(const MappedTag& tag) {
@@ -110,7 +110,7 @@ double position_sigma_m(const MappedTag& tag) {
   return std::sqrt(P.topLeftCorner<3, 3>().diagonal().maxCoeff());
 }
 
-/// The longest side any observation of each tag had.
+/// The longest side of each tag in any observation.
 std::map<TagId, double> largest_sides_px(const LapInput& lap) {
   std::map<TagId, double> largest;
   for (const TagFrame& frame : lap.frames) {
@@ -122,52 +122,55 @@ std::map<TagId, double> largest_sides_px(const LapInput& lap) {
   return largest;
 }
 
-void check_scale(const LapInput& lap, const BundleMap& map, std::vector<std::string>& words) {
-  constexpr double kWorthSaying = 0.08;
+void check_scale(const LapInput& lap, const BundleMap& map, std::vector<std::string>& warnings) {
+  constexpr double kMinReportedError = 0.08;
   const double scale = map.odometry_scales.distance;
   const double sigma = map.odometry_scales_sigma.distance;
-  if (!(sigma > 0) || std::abs(scale - 1) < std::max(kWorthSaying, 4 * sigma)) return;
+  if (!(sigma > 0) || std::abs(scale - 1) < std::max(kMinReportedError, 4 * sigma)) return;
   std::string sentence = fmt::format(
-      "by the tags the robot drove {:.0f} % {} than by its wheels: tag sizes look {:.0f} % too {}",
-      100 * std::abs(scale - 1), scale > 1 ? "farther" : "less far", 100 * std::abs(scale - 1),
+      "according to the tags, the robot drove {:.0f} % {} than odometry reports: tag sizes appear {:.0f} % "
+      "too {}",
+      100 * std::abs(scale - 1), scale > 1 ? "farther" : "less", 100 * std::abs(scale - 1),
       scale > 1 ? "large" : "small");
   if (lap.sizes.default_size_m)
-    sentence += fmt::format(" (is it {:.3f} m instead of {:.3f} m?)", *lap.sizes.default_size_m / scale,
+    sentence += fmt::format(" (is the size {:.3f} m instead of {:.3f} m?)", *lap.sizes.default_size_m / scale,
                             *lap.sizes.default_size_m);
-  words.push_back(sentence + "; measure the black square, or the wheels are not what the robot's file says");
+  warnings.push_back(sentence +
+                     "; measure the black square of a tag, and check the wheel radius in the robot file");
 }
 
-void check_unconfirmed(const BundleMap& map, std::vector<std::string>& words) {
+void check_unconfirmed(const BundleMap& map, std::vector<std::string>& warnings) {
   constexpr std::size_t kMaxNamed = 5;
   const std::size_t all = map.unconfirmed.size();
   if (all == 0) return;
   std::vector<std::string> names;
   for (std::size_t i = 0; i < std::min(all, kMaxNamed); ++i) names.push_back(to_string(map.unconfirmed[i]));
-  words.push_back(
-      fmt::format("{}{}: no observation of {} is confirmed by another (a misread id, most likely): left out",
+  warnings.push_back(
+      fmt::format("{}{}: not mapped; no observation of {} is confirmed by another (probably a misread id)",
                   fmt::join(names, ", "), all > kMaxNamed ? fmt::format(" and {} more", all - kMaxNamed) : "",
                   all == 1 ? "it" : "them"));
 }
 
-void check_tags(const LapInput& lap, const BundleMap& map, std::vector<std::string>& words) {
+void check_tags(const LapInput& lap, const BundleMap& map, std::vector<std::string>& warnings) {
   std::map<TagId, double> largest_px = largest_sides_px(lap);
   for (const auto& [id, tag] : map.map.tags) {
     const int observations = map.observations.at(id);
     const double sigma = position_sigma_m(tag);
     const bool of_prior = lap.prior && lap.prior->map.find(id) != nullptr;
-    if ((observations >= kFewObservations || of_prior) && sigma < kWeakSigma) continue;
-    words.push_back(fmt::format(
-        "{} hangs on {} view{} of at most {:.0f} px and is known to {:.0f} mm only: drive nearer past it",
-        to_string(id), observations, observations == 1 ? "" : "s", largest_px[id], 1000 * sigma));
+    if ((observations >= kMaxFewObservations || of_prior) && sigma < kWeakSigma) continue;
+    warnings.push_back(
+        fmt::format("{} has only {} observation{} (largest {:.0f} px); its standard deviation is {:.0f} mm; "
+                    "drive closer to it",
+                    to_string(id), observations, observations == 1 ? "" : "s", largest_px[id], 1000 * sigma));
   }
   for (const TagId& id : map.unconnected) {
-    words.push_back(
-        fmt::format("{} was never seen together with a tag that leads to the anchor: it is not in the map",
+    warnings.push_back(
+        fmt::format("{} was never observed together with a tag connected to the anchor: it is not in the map",
                     to_string(id)));
   }
 }
 
-/// Where most of those agree that contradict the map, and which.
+/// A pose that most rejected observations agree on, and their stamps.
 struct AgreedPlace {
   SE3 map_T_tag{};
   std::vector<SensorTime> stamps{};
@@ -186,7 +189,7 @@ std::optional<AgreedPlace> agreed_place(const std::vector<Observation>& observat
   return place;
 }
 
-/// When a tag was surely here: from far away both places look alike.
+/// Times at which a tag was certainly here: from far away both poses look alike.
 std::vector<SensorTime> surely_here(const Split& split, const SE3& elsewhere) {
   std::vector<SensorTime> stamps;
   for (const Observation& observation : split.here) {
@@ -195,40 +198,40 @@ std::vector<SensorTime> surely_here(const Split& split, const SE3& elsewhere) {
   return stamps;
 }
 
-/// A few of very many observations of the tag that stands there: their ids were read wrongly.
+/// Few observations compared with those of the tag at that place: misread ids.
 bool misread_for_another(const SecondPlace& place, const BundleMap& map) {
   constexpr double kSame_m = 0.1;
-  constexpr double kFew = 0.2;
+  constexpr double kMaxMisreadShare = 0.2;
   return std::ranges::any_of(map.map.tags, [&](const auto& other) {
     const double apart_m = (other.second.map_T_tag.translation() - place.map_T_tag.translation()).norm();
     return other.first != place.tag && apart_m < kSame_m &&
-           place.there < kFew * map.observations.at(other.first);
+           place.there < kMaxMisreadShare * map.observations.at(other.first);
   });
 }
 
 }  // namespace
 
 std::vector<SecondPlace> second_places(const LapInput& lap, const BundleMap& map) {
-  constexpr std::size_t kEnough = 4;
-  constexpr double kApart = 0.03;
-  constexpr double kShare = 0.05;  // fewer show an error of the pictures, and are left out without a word
+  constexpr std::size_t kMinObservationsOfPlace = 4;
+  constexpr double kMinDistance_m = 0.03;
+  constexpr double kMinShare = 0.05;  // fewer are detection errors, which are not reported
   std::map<TagId, std::set<SensorTime>> rejected;
   for (const RejectedObservation& observation : map.rejected)
     rejected[observation.tag].insert(observation.stamp);
   std::vector<SecondPlace> places;
   for (const auto& [tag, stamps] : rejected) {
     const MappedTag* mapped = map.map.find(tag);
-    if (stamps.size() < kEnough || mapped == nullptr) continue;
+    if (stamps.size() < kMinObservationsOfPlace || mapped == nullptr) continue;
     const Split split = split_of(tag, *mapped, stamps, lap, map);
     const auto agreed = agreed_place(split.there);
-    if (!agreed || agreed->stamps.size() < kEnough) continue;
+    if (!agreed || agreed->stamps.size() < kMinObservationsOfPlace) continue;
     SecondPlace place{.tag = tag,
                       .map_T_tag = agreed->map_T_tag,
                       .here = map.observations.at(tag),
                       .there = static_cast<int>(agreed->stamps.size())};
     place.distance_m = (place.map_T_tag.translation() - mapped->map_T_tag.translation()).norm();
-    if (place.distance_m < kApart || misread_for_another(place, map)) continue;
-    if (place.there < kShare * (place.here + place.there)) continue;
+    if (place.distance_m < kMinDistance_m || misread_for_another(place, map)) continue;
+    if (place.there < kMinShare * (place.here + place.there)) continue;
     place.at_once = seen_twice_at_once(tag, lap);
     place.one_after_the_other = apart_in_time(surely_here(split, agreed->map_T_tag), agreed->stamps);
     places.push_back(place);
@@ -238,48 +241,47 @@ std::vector<SecondPlace> second_places(const LapInput& lap, const BundleMap& map
 
 namespace {
 
-/// Tags in two places; where that is said of very many, it is the camera that is wrong, not they.
-void check_places(const LapInput& lap, const BundleMap& map, std::vector<std::string>& words) {
+/// Reports tags at two places; if there are many, the camera calibration is the likely cause.
+void check_places(const LapInput& lap, const BundleMap& map, std::vector<std::string>& warnings) {
   const std::vector<SecondPlace> places = second_places(lap, map);
-  constexpr std::size_t kFew = 4;
-  if (places.size() > std::max(kFew, map.map.tags.size() / 3)) {
-    words.push_back(
-        fmt::format("{} of {} tags seem to stand in two places: is the calibration this camera's, and are "
-                    "the sizes of the tags "
-                    "right? `waymark calibrate camera` measures it",
-                    places.size(), map.map.tags.size()));
+  constexpr std::size_t kMaxReported = 4;
+  if (places.size() > std::max(kMaxReported, map.map.tags.size() / 3)) {
+    warnings.push_back(fmt::format(
+        "{} of {} tags appear at two places: check the tag sizes, and that the calibration belongs to "
+        "this camera (`waymark calibrate camera`)",
+        places.size(), map.map.tags.size()));
     return;
   }
-  for (const SecondPlace& place : places) words.push_back(describe(place));
+  for (const SecondPlace& place : places) warnings.push_back(describe(place));
 }
 
 }  // namespace
 
 std::vector<std::string> check_map(const LapInput& lap, const BundleMap& map) {
-  std::vector<std::string> words;
-  check_scale(lap, map, words);
-  words.insert(words.end(), map.prior_words.begin(), map.prior_words.end());
-  check_places(lap, map, words);
-  check_tags(lap, map, words);
-  check_unconfirmed(map, words);
-  internal::check_observations(lap, map, words);
-  internal::check_mounting(map, words);
-  internal::check_regions(map, words);
-  internal::check_line(map, words);
-  internal::check_blindness(lap, map, words);
-  return words;
+  std::vector<std::string> warnings;
+  check_scale(lap, map, warnings);
+  warnings.insert(warnings.end(), map.prior_warnings.begin(), map.prior_warnings.end());
+  check_places(lap, map, warnings);
+  check_tags(lap, map, warnings);
+  check_unconfirmed(map, warnings);
+  internal::check_observations(lap, map, warnings);
+  internal::check_mounting(map, warnings);
+  internal::check_regions(map, warnings);
+  internal::check_line(map, warnings);
+  internal::check_blindness(lap, map, warnings);
+  return warnings;
 }
 
 namespace {
 
 using internal::vote_for_place;
-using Reason = LeftOutReason;
+using Reason = RejectionReason;
 
-constexpr std::array<const char*, kLeftOutReasons> kOfMany = {
-    "{} put the tag elsewhere (a wrong id, or it was moved)", "{} show the other of its two poses",
-    "{} have inexact corners", "{} give no pose"};
-constexpr std::array<const char*, kLeftOutReasons> kOfOne = {"{} elsewhere", "{} as the other pose",
-                                                             "{} inexact", "{} without a pose"};
+constexpr std::array<const char*, kRejectionReasons> kOfMany = {
+    "{} put the tag elsewhere (a misread id or a moved tag)", "{} match the other pose of the tag",
+    "{} have inaccurate corners", "{} give no pose"};
+constexpr std::array<const char*, kRejectionReasons> kOfOne = {"{} elsewhere", "{} as the other pose",
+                                                               "{} inaccurate", "{} without a pose"};
 
 Reason reason_of(const Vote<SE3>& vote, const MappedTag* tag) {
   if (vote.empty()) return Reason::NoPose;
@@ -289,7 +291,7 @@ Reason reason_of(const Vote<SE3>& vote, const MappedTag* tag) {
   return other ? Reason::OtherPose : Reason::Elsewhere;
 }
 
-/// Where an id is twice in a frame, the one that contradicts more is meant.
+/// If an id occurs twice in a frame, the detection with the stronger reason is used.
 Reason reason_of(const RejectedObservation& observation, const LapInput& lap, const BundleMap& map) {
   const auto frames = std::ranges::equal_range(lap.frames, observation.stamp, {}, &TagFrame::stamp);
   const auto base = std::ranges::lower_bound(map.trajectory, observation.stamp, {}, &StampedPose::stamp);
@@ -305,67 +307,68 @@ Reason reason_of(const RejectedObservation& observation, const LapInput& lap, co
   return reason;
 }
 
-int sum(const LeftOutCounts& counts) { return std::accumulate(counts.begin(), counts.end(), 0); }
+int sum(const RejectionCounts& counts) { return std::accumulate(counts.begin(), counts.end(), 0); }
 
-std::string describe(const LeftOutCounts& counts, const std::array<const char*, kLeftOutReasons>& reasons) {
-  std::vector<std::string> words;
+std::string describe(const RejectionCounts& counts,
+                     const std::array<const char*, kRejectionReasons>& reasons) {
+  std::vector<std::string> warnings;
   for (std::size_t i = 0; i < counts.size(); ++i) {
-    if (counts[i] > 0) words.push_back(fmt::format(fmt::runtime(reasons[i]), counts[i]));
+    if (counts[i] > 0) warnings.push_back(fmt::format(fmt::runtime(reasons[i]), counts[i]));
   }
-  return fmt::format("{}", fmt::join(words, ", "));
+  return fmt::format("{}", fmt::join(warnings, ", "));
 }
 
-/// "tag36h11:7 (14 of 90: 12 elsewhere, 2 inexact)", those that lost most.
-std::string worst_tags(const std::map<TagId, LeftOutCounts>& left_out, const BundleMap& map) {
+/// "tag36h11:7 (14 of 90: 12 elsewhere, 2 inaccurate)", the tags with most rejections.
+std::string worst_tags(const std::map<TagId, RejectionCounts>& left_out, const BundleMap& map) {
   constexpr std::size_t kMaxNamed = 3;
-  std::vector<std::pair<TagId, LeftOutCounts>> tags(left_out.begin(), left_out.end());
+  std::vector<std::pair<TagId, RejectionCounts>> tags(left_out.begin(), left_out.end());
   std::ranges::stable_sort(tags, std::greater<>{}, [](const auto& tag) { return sum(tag.second); });
   tags.resize(std::min(tags.size(), kMaxNamed));
-  std::vector<std::string> words;
+  std::vector<std::string> warnings;
   for (const auto& [tag, counts] : tags) {
     const auto used = map.observations.find(tag);
-    words.push_back(fmt::format("{} ({} of {}: {})", to_string(tag), sum(counts),
-                                sum(counts) + (used == map.observations.end() ? 0 : used->second),
-                                describe(counts, kOfOne)));
+    warnings.push_back(fmt::format("{} ({} of {}: {})", to_string(tag), sum(counts),
+                                   sum(counts) + (used == map.observations.end() ? 0 : used->second),
+                                   describe(counts, kOfOne)));
   }
-  return fmt::format("{}", fmt::join(words, ", "));
+  return fmt::format("{}", fmt::join(warnings, ", "));
 }
 
 }  // namespace
 
-const char* to_string(LeftOutReason reason) {
-  constexpr std::array<const char*, kLeftOutReasons> kNames = {"elsewhere", "other_pose", "inexact_corners",
-                                                               "no_pose"};
+const char* to_string(RejectionReason reason) {
+  constexpr std::array<const char*, kRejectionReasons> kNames = {"elsewhere", "other_pose", "inexact_corners",
+                                                                 "no_pose"};
   return kNames[static_cast<std::size_t>(reason)];
 }
 
-std::map<TagId, LeftOutCounts> left_out_by_tag(const LapInput& lap, const BundleMap& map) {
-  std::map<TagId, LeftOutCounts> left_out;
+std::map<TagId, RejectionCounts> rejections_by_tag(const LapInput& lap, const BundleMap& map) {
+  std::map<TagId, RejectionCounts> left_out;
   for (const RejectedObservation& observation : map.rejected)
     ++left_out[observation.tag][static_cast<std::size_t>(reason_of(observation, lap, map))];
   return left_out;
 }
 
 void internal::check_observations(const LapInput& lap, const BundleMap& map,
-                                  std::vector<std::string>& words) {
+                                  std::vector<std::string>& warnings) {
   int used = 0;
   for (const auto& [id, observations] : map.observations) used += observations;
   const int all = used + static_cast<int>(map.rejected.size());
-  constexpr double kMany = 0.03;
-  if (all == 0 || static_cast<double>(map.rejected.size()) < kMany * all) return;
-  const std::map<TagId, LeftOutCounts> left_out = left_out_by_tag(lap, map);
-  LeftOutCounts over_the_lap{};
+  constexpr double kMinReportedShare = 0.03;
+  if (all == 0 || static_cast<double>(map.rejected.size()) < kMinReportedShare * all) return;
+  const std::map<TagId, RejectionCounts> left_out = rejections_by_tag(lap, map);
+  RejectionCounts over_the_lap{};
   for (const auto& [tag, counts] : left_out) {
     for (std::size_t i = 0; i < counts.size(); ++i) over_the_lap[i] += counts[i];
   }
-  words.push_back(
-      fmt::format("{} of {} observations of tags contradict the others and were left out: {}; most of {}",
-                  map.rejected.size(), all, describe(over_the_lap, kOfMany), worst_tags(left_out, map)));
+  warnings.push_back(fmt::format(
+      "{} of {} tag observations are inconsistent with the others and were rejected: {}; most of {}",
+      map.rejected.size(), all, describe(over_the_lap, kOfMany), worst_tags(left_out, map)));
 }
 
 namespace {
 
-/// A frame that saw a tag, and where the map has the base then.
+/// A frame with an observation of a tag, and its base pose in the map.
 struct Visit {
   const TagDetection* seen = nullptr;
   const TagFrame* frame = nullptr;
@@ -390,7 +393,7 @@ Visits visits_of(const LapInput& lap, const BundleMap& map) {
   return visits;
 }
 
-/// Where the observations of a tag put it, from where the map has the base.
+/// Pose of a tag according to its observations, from base poses in the map.
 std::optional<SE3> place_by(const LapInput& lap, std::vector<Visit>::const_iterator first,
                             std::vector<Visit>::const_iterator last) {
   std::vector<internal::Vote<SE3>> votes;
@@ -401,7 +404,7 @@ std::optional<SE3> place_by(const LapInput& lap, std::vector<Visit>::const_itera
   return agreed ? std::optional(agreed->value.mean) : std::nullopt;
 }
 
-double way_between(const Trajectory& trajectory, const StampedPose* from, const StampedPose* to) {
+double distance_between(const Trajectory& trajectory, const StampedPose* from, const StampedPose* to) {
   double metres = 0;
   for (const StampedPose& pose : trajectory) {
     if (pose.stamp <= from->stamp || pose.stamp > to->stamp) continue;
@@ -410,10 +413,10 @@ double way_between(const Trajectory& trajectory, const StampedPose* from, const 
   return metres;
 }
 
-/// The two observations between which a tag was out of sight for longest.
+/// The two observations between which a tag was out of view for longest.
 struct Gap {
   const std::vector<Visit>* of_tag = nullptr;
-  std::size_t after = 0;  ///< the first observation once it is back
+  std::size_t after = 0;  ///< the first observation after it
   double away_s = 0;
 };
 
@@ -431,10 +434,10 @@ Gap longest_gap(const Visits& visits) {
 }  // namespace
 
 std::optional<LoopClosure> loop_closure(const LapInput& lap, const BundleMap& map) {
-  constexpr double kLeast_s = 10;
+  constexpr double kMinAway_s = 10;
   const Visits visits = visits_of(lap, map);
   const Gap gap = longest_gap(visits);
-  if (gap.away_s < kLeast_s) return std::nullopt;
+  if (gap.away_s < kMinAway_s) return std::nullopt;
   const auto back = gap.of_tag->begin() + static_cast<std::ptrdiff_t>(gap.after);
   const StampedPose* left = std::prev(back)->base;
   const StampedPose* returned = back->base;
@@ -448,7 +451,7 @@ std::optional<LoopClosure> loop_closure(const LapInput& lap, const BundleMap& ma
   const SE2 off = by_map.inverse() * (odom_from->inverse() * *odom_to);
   return LoopClosure{.tag = back->seen->tag,
                      .away_s = gap.away_s,
-                     .way_m = way_between(map.trajectory, left, returned),
+                     .way_m = distance_between(map.trajectory, left, returned),
                      .before_m = off.translation().norm(),
                      .before_rad = std::abs(off.yaw()),
                      .after_m = (first->translation() - again->translation()).norm()};
@@ -458,35 +461,35 @@ std::optional<LoopClosure> loop_closure(const LapInput& lap, const BundleMap& ma
 
 namespace waymark::internal {
 
-void check_regions(const BundleMap& map, std::vector<std::string>& words) {
+void check_regions(const BundleMap& map, std::vector<std::string>& warnings) {
   constexpr std::array<const char*, 9> kNames = {
       "upper left", "top", "upper right", "left", "middle", "right", "lower left", "bottom", "lower right"};
-  constexpr int kEnough = 40;
-  constexpr double kWorthSaying_px = 0.25;
+  constexpr int kMinCornersOfRegion = 40;
+  constexpr double kMinReported_px = 0.25;
   std::size_t worst = kNames.size();
-  double farthest = kWorthSaying_px;
+  double farthest = kMinReported_px;
   for (std::size_t i = 0; i < kNames.size(); ++i) {
     const ResidualRegion& region = map.regions[i];
     const double off = region.mean_px.norm();
-    if (region.corners < kEnough || off < farthest || off < 0.5 * region.rms_px) continue;
+    if (region.corners < kMinCornersOfRegion || off < farthest || off < 0.5 * region.rms_px) continue;
     worst = i;
     farthest = off;
   }
-  constexpr double kFarWorse = 3;
-  if (worst == kNames.size() && map.noise_ratio > kFarWorse)
-    words.push_back(
-        fmt::format("corners are {:.0f} times less exact than the detector says: is the calibration this "
-                    "camera's, and are the tags flat? `waymark calibrate camera` measures it",
-                    map.noise_ratio));
+  constexpr double kMaxNoiseRatio = 3;
+  if (worst == kNames.size() && map.noise_ratio > kMaxNoiseRatio)
+    warnings.push_back(fmt::format(
+        "corner errors are {:.0f} times the detector's standard deviation: check that the tags are "
+        "flat and the calibration belongs to this camera (`waymark calibrate camera`)",
+        map.noise_ratio));
   if (worst == kNames.size()) return;
   const ResidualRegion& region = map.regions[worst];
-  words.push_back(
-      fmt::format("corners in the {} of the picture are all off by ({:+.2f}, {:+.2f}) px: is the calibration "
-                  "this camera's? `waymark calibrate camera` measures it",
+  warnings.push_back(
+      fmt::format("corners in the {} of the image are all displaced by ({:+.2f}, {:+.2f}) px: check that the "
+                  "calibration belongs to this camera (`waymark calibrate camera`)",
                   kNames[worst], -region.mean_px.x(), -region.mean_px.y()));
 }
 
-void check_line(const BundleMap& map, std::vector<std::string>& words) {
+void check_line(const BundleMap& map, std::vector<std::string>& warnings) {
   constexpr double kNarrow = 0.03;
   if (map.map.tags.size() < 3) return;
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
@@ -499,19 +502,19 @@ void check_line(const BundleMap& map, std::vector<std::string>& words) {
   }
   const Eigen::Vector3d spread = symmetric_eigenvalues<3>(scatter).cwiseMax(0.0).cwiseSqrt();
   if (spread[1] > kNarrow * spread[2]) return;
-  words.emplace_back(
-      "all tags stand on one line: the map may turn about it, and what lies across it is known badly; put "
-      "one "
-      "tag well aside");
+  warnings.emplace_back(
+      "all tags are on one line: the map may rotate about it, and positions across it are uncertain; add a "
+      "tag "
+      "well off the line");
 }
 
-void check_blindness(const LapInput& lap, const BundleMap& map, std::vector<std::string>& words) {
-  constexpr double kLong_s = 2.0;
+void check_blindness(const LapInput& lap, const BundleMap& map, std::vector<std::string>& warnings) {
+  constexpr double kMinReported_s = 2.0;
   std::set<std::pair<SensorTime, TagId>> rejected;
   for (const RejectedObservation& observation : map.rejected)
     rejected.insert({observation.stamp, observation.tag});
   std::optional<SensorTime> last;
-  double longest = kLong_s;
+  double longest = kMinReported_s;
   SensorTime from{};
   for (const TagFrame& frame : lap.frames) {
     const bool sees = std::ranges::any_of(frame.detections, [&](const TagDetection& seen) {
@@ -524,18 +527,17 @@ void check_blindness(const LapInput& lap, const BundleMap& map, std::vector<std:
     }
     last = frame.stamp;
   }
-  if (longest <= kLong_s) return;
-  words.push_back(
-      fmt::format("no mapped tag was seen for {:.1f} s from {:.1f} s on: only the wheels say what is beyond; "
-                  "was the camera "
-                  "covered? Otherwise put a tag there",
-                  longest, to_seconds(from - lap.frames.front().stamp)));
+  if (longest <= kMinReported_s) return;
+  warnings.push_back(fmt::format(
+      "no mapped tag was observed for {:.1f} s from {:.1f} s on: odometry alone determines that part; "
+      "uncover the camera or add a tag there",
+      longest, to_seconds(from - lap.frames.front().stamp)));
 }
 
 namespace {
 
-/// "-12 mm forward (+- 4), ...": what of a mounting is off by more than chance and than what is printed.
-std::vector<std::string> what_is_off(const MountingEstimate& mounting) {
+/// "-12 mm forward (+- 4), ...": significant parameters of a mounting that are not zero when printed.
+std::vector<std::string> significant_offsets(const MountingEstimate& mounting) {
   struct Number {
     double unit;
     int digits;
@@ -545,43 +547,44 @@ std::vector<std::string> what_is_off(const MountingEstimate& mounting) {
   constexpr std::array<Number, 6> kPrinted = {{{1000, 0, " mm forward"},
                                                {1000, 0, " mm to the left"},
                                                {1000, 0, " mm up"},
-                                               {kDegrees, 1, " deg about the axis ahead"},
+                                               {kDegrees, 1, " deg about the forward axis"},
                                                {kDegrees, 1, " deg downwards"},
                                                {kDegrees, 1, " deg to the left"}}};
-  std::vector<std::string> words;
+  std::vector<std::string> warnings;
   for (std::size_t i = 0; i < kPrinted.size(); ++i) {
     const Number& number = kPrinted[i];
     const double off = number.unit * mounting.off[static_cast<Eigen::Index>(i)];
     const double range = 2 * number.unit * mounting.sigma[static_cast<Eigen::Index>(i)];
     const double least = std::max(range, 1.5 * std::pow(10.0, -number.digits));
     if (mounting.unobservable[i] || std::abs(off) < least) continue;
-    words.push_back(
+    warnings.push_back(
         fmt::format("{:+.{}f}{} (+- {:.{}f})", off, number.digits, number.name, range, number.digits));
   }
-  return words;
+  return warnings;
 }
 
 }  // namespace
 
-void check_mounting(const BundleMap& map, std::vector<std::string>& words) {
-  if (!map.mounting || !(map.mounting->stands_out() || map.mounting_used)) return;
-  const std::vector<std::string> off = what_is_off(*map.mounting);
+void check_mounting(const BundleMap& map, std::vector<std::string>& warnings) {
+  if (!map.mounting || !(map.mounting->any_significant() || map.mounting_used)) return;
+  const std::vector<std::string> off = significant_offsets(*map.mounting);
   if (!off.empty())
-    words.push_back(fmt::format(
-        "the camera seems to sit elsewhere than the robot's file says: {}{}", fmt::join(off, ", "),
-        map.mounting_used ? ": taken into account, here and in the robot.yaml beside the map"
-                          : "; it was not taken into account, `waymark calibrate robot` measures it"));
+    warnings.push_back(fmt::format(
+        "the camera mounting differs from the robot file: {}{}", fmt::join(off, ", "),
+        map.mounting_used ? "; the estimate is used here and in the robot.yaml beside the map"
+                          : "; the estimate is not used, measure it with `waymark calibrate robot`"));
   if (!map.mounting_used) return;
-  constexpr std::array<const char*, 6> kNames = {"how far forward", "how far to the left", "how high",
-                                                 "its roll",        "its pitch",           "its yaw"};
+  constexpr std::array<const char*, 6> kNames = {
+      "the forward position", "the lateral position", "the height", "the roll", "the pitch", "the yaw"};
   std::vector<const char*> unobservable;
   for (std::size_t i = 0; i < kNames.size(); ++i) {
     if (map.mounting->unobservable[i]) unobservable.push_back(kNames[i]);
   }
-  words.push_back(fmt::format(
-      "of where the camera sits the lap does not tell {}: there the robot's file is trusted. Bends to both "
-      "sides at two speeds tell all but the height",
-      fmt::join(unobservable, ", ")));
+  warnings.push_back(
+      fmt::format("the lap does not determine {} of the camera mounting; there the robot file is used. Bends "
+                  "to both sides "
+                  "at two speeds determine all but the height",
+                  fmt::join(unobservable, ", ")));
 }
 
 }  // namespace waymark::internal

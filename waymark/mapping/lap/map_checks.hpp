@@ -12,65 +12,66 @@
 
 namespace waymark {
 
-/// A tag whose observations agree on two places.
+/// A tag whose observations agree on two poses.
 struct SecondPlace {
   TagId tag{};
-  SE3 map_T_tag{};        ///< the place the map does not have
+  SE3 map_T_tag{};        ///< the pose that is not in the map
   double distance_m = 0;  ///< between the two
   int here = 0;           ///< observations that agree with the map
-  int there = 0;          ///< and with the second place
-  bool at_once = false;   ///< both were seen in one frame: two tags carry the id
-  bool one_after_the_other =
-      false;  ///< all observations of one place come before those of the other: it was moved
+  int there = 0;          ///< observations that agree with the second pose
+  bool at_once = false;   ///< both appear in one frame: two tags have this id
+  /// All observations of one place are earlier than those of the other: the tag was moved.
+  bool one_after_the_other = false;
 };
 
-/// Tags that a lap saw in two places. O(rejected observations).
+/// Tags that a lap observed at two places. O(rejected observations).
 [[nodiscard]] std::vector<SecondPlace> second_places(const LapInput& lap, const BundleMap& map);
 
-/// What a person should know before trusting the map, one sentence each: tag sizes that contradict the
-/// wheels, ids in two places, tags that hang on little, observations left out, tags that lead nowhere.
+/// Warnings about a map, one sentence each: tag sizes inconsistent with odometry, ids at two places, tags
+/// with few observations, rejected observations, unconnected tags.
 [[nodiscard]] std::vector<std::string> check_map(const LapInput& lap, const BundleMap& map);
 
-/// Why an observation contradicts the map; what contradicts more comes first.
-enum class LeftOutReason : std::uint8_t { Elsewhere, OtherPose, Inexact, NoPose };
-constexpr std::size_t kLeftOutReasons = 4;
+/// Why an observation was rejected, the strongest reason first.
+enum class RejectionReason : std::uint8_t { Elsewhere, OtherPose, Inexact, NoPose };
+constexpr std::size_t kRejectionReasons = 4;
 
-/// Of each reason, how often.
-using LeftOutCounts = std::array<int, kLeftOutReasons>;
+/// Number of rejections for each reason.
+using RejectionCounts = std::array<int, kRejectionReasons>;
 
-/// The observations a map leaves out, by tag and reason. O(observations left out).
-[[nodiscard]] std::map<TagId, LeftOutCounts> left_out_by_tag(const LapInput& lap, const BundleMap& map);
+/// Rejected observations by tag and reason. O(rejected observations).
+[[nodiscard]] std::map<TagId, RejectionCounts> rejections_by_tag(const LapInput& lap, const BundleMap& map);
 
-/// A word for a reason, as in a summary: elsewhere, other_pose, inexact_corners, no_pose.
-[[nodiscard]] const char* to_string(LeftOutReason reason);
+/// Name of a reason in reports: elsewhere, other_pose, inexact_corners, no_pose.
+[[nodiscard]] const char* to_string(RejectionReason reason);
 
-/// How well a lap comes back to where it was: before, by the wheels alone; after, by the map.
+/// Error of a closed loop: before, from odometry alone; after, in the map.
 struct LoopClosure {
-  TagId tag{};            ///< seen, out of sight for long, and seen again
-  double away_s = 0;      ///< how long it was out of sight
-  double way_m = 0;       ///< driven meanwhile
-  double before_m = 0;    ///< how far off the wheels alone would be after it
-  double before_rad = 0;  ///< and how much their heading
-  double after_m = 0;  ///< how far apart its observations before and after put the tag, in the adjusted map
+  TagId tag{};            ///< observed, out of view for a long time, and observed again
+  double away_s = 0;      ///< time out of view
+  double way_m = 0;       ///< distance driven meanwhile
+  double before_m = 0;    ///< position error of odometry alone over it
+  double before_rad = 0;  ///< and heading error
+  double after_m = 0;     ///< distance of the tag positions from observations before and after, in the map
 };
 
-/// Of the mapped tag that was out of sight for the longest part of the way. Nothing when no tag was seen
-/// again after ten seconds or more, or without odometry. O(observations).
+/// For the mapped tag that was out of view for the longest part of the trajectory. Empty if no tag was
+/// observed again after ten seconds or more, or without odometry. O(observations).
 [[nodiscard]] std::optional<LoopClosure> loop_closure(const LapInput& lap, const BundleMap& map);
 
 /// Parts of check_map().
 namespace internal {
 
-/// How many observations contradict the others, why, and of which tags.
-void check_observations(const LapInput& lap, const BundleMap& map, std::vector<std::string>& words);
-/// A part of the picture where corners are off all in one direction: the lens is not the one it is taken for.
-void check_regions(const BundleMap& map, std::vector<std::string>& words);
-/// Tags on one line: what lies across it is known badly.
-void check_line(const BundleMap& map, std::vector<std::string>& words);
-/// Times when no tag was seen.
-void check_blindness(const LapInput& lap, const BundleMap& map, std::vector<std::string>& words);
-/// A camera that sits elsewhere than assumed.
-void check_mounting(const BundleMap& map, std::vector<std::string>& words);
+/// Reports how many observations are inconsistent with the others, why, and of which tags.
+void check_observations(const LapInput& lap, const BundleMap& map, std::vector<std::string>& warnings);
+/// Reports a part of the image where corners are displaced in one direction, which indicates a wrong
+/// calibration.
+void check_regions(const BundleMap& map, std::vector<std::string>& warnings);
+/// Reports tags on one line, which do not determine positions across it.
+void check_line(const BundleMap& map, std::vector<std::string>& warnings);
+/// Reports the longest time without a tag.
+void check_blindness(const LapInput& lap, const BundleMap& map, std::vector<std::string>& warnings);
+/// Reports a camera mounting that differs from the assumed one.
+void check_mounting(const BundleMap& map, std::vector<std::string>& warnings);
 
 }  // namespace internal
 }  // namespace waymark

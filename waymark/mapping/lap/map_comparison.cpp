@@ -15,7 +15,7 @@
 namespace waymark {
 namespace {
 
-/// How far two places of a tag are apart, in units of what counts as the same.
+/// Distance of two tag poses in units of the tolerance for an unmoved tag.
 double separation(const SE3& a, const SE3& b, const MapComparisonOptions& options) {
   const double metres = (a.translation() - b.translation()).norm() / options.same_m;
   const double radians = (a.rotation().inverse() * b.rotation()).angle() / options.same_rad;
@@ -32,9 +32,8 @@ int agreeing(const TagMap& map, const TagMap& prior, const SE3& map_T_prior,
   return count;
 }
 
-/// A step of Gauss and Newton towards where the tags of the prior map that agree are nearest to those of the
-/// map, in units of what counts as the same: over a room, their places tell how it is turned better than each
-/// tag's own rotation does.
+/// A Gauss-Newton step of the alignment with the agreeing tags, in units of the tolerance. Over a room, the
+/// positions of the tags determine the rotation better than their own rotations do.
 SE3 stepped(const TagMap& map, const TagMap& prior, const SE3& map_T_prior,
             const MapComparisonOptions& options) {
   SE3::Jacobian information = SE3::Jacobian::Zero();
@@ -43,7 +42,8 @@ SE3 stepped(const TagMap& map, const TagMap& prior, const SE3& map_T_prior,
     const MappedTag* now = map.find(id);
     const SE3 expected = map_T_prior * tag.map_T_tag;
     if (now == nullptr || separation(expected, now->map_T_tag, options) >= 1) continue;
-    SE3::Jacobian J = SE3::Jacobian::Identity();  // of place and rotation by the left tangent of map_T_prior
+    SE3::Jacobian J =
+        SE3::Jacobian::Identity();  // of position and rotation by the left tangent of map_T_prior
     J.topRightCorner<3, 3>() = -SO3::hat(expected.translation());
     SE3::Tangent off;
     off << now->map_T_tag.translation() - expected.translation(),
@@ -58,17 +58,17 @@ SE3 stepped(const TagMap& map, const TagMap& prior, const SE3& map_T_prior,
   return llt.info() == Eigen::Success ? plus(SE3::Tangent(llt.solve(sum)), map_T_prior) : map_T_prior;
 }
 
-/// Which tags agree and what they agree on, until neither changes any more: at first with a wider view, as
-/// one tag says little of how far ones lie.
+/// Repeats the selection of agreeing tags and their alignment until neither changes. Starts with a wider
+/// tolerance, because one tag is a poor estimate of the alignment far away.
 SE3 refined(const TagMap& map, const TagMap& prior, SE3 map_T_prior, const MapComparisonOptions& options) {
   constexpr int kSteps = 20;
-  constexpr double kSmall = 1e-9;
+  constexpr double kMinStep = 1e-9;
   for (const double wider : {4, 2, 1}) {
     const MapComparisonOptions view{wider * options.same_m, wider * options.same_rad};
     for (int i = 0; i < kSteps; ++i) {
       const SE3 before = map_T_prior;
       map_T_prior = stepped(map, prior, before, view);
-      if (minus(map_T_prior, before).norm() < kSmall) break;
+      if (minus(map_T_prior, before).norm() < kMinStep) break;
     }
   }
   return map_T_prior;
@@ -101,11 +101,11 @@ ComparedTag compared_tag(const TagId& id, const MappedTag& now, const TagMap& ma
   return compared;
 }
 
-/// How many times as large a map is as the other, where all its distances are: then the sizes of the tags are
-/// what differs. Nothing where they do not agree on one number, or it is one.
+/// Size ratio of the maps if all distances have the same one, which indicates different tag sizes. Empty if
+/// the distances disagree, or if the ratio is one.
 std::optional<double> times_as_large(const TagMap& map, const TagMap& prior) {
-  constexpr double kAlike = 0.03;
-  constexpr std::size_t kEnough = 3;
+  constexpr double kMaxSpread = 0.03;
+  constexpr std::size_t kMinRatios = 3;
   std::vector<double> ratios;
   for (auto a = prior.tags.begin(); a != prior.tags.end(); ++a) {
     for (auto b = std::next(a); b != prior.tags.end(); ++b) {
@@ -116,23 +116,23 @@ std::optional<double> times_as_large(const TagMap& map, const TagMap& prior) {
       ratios.push_back((now_a->map_T_tag.translation() - now_b->map_T_tag.translation()).norm() / before);
     }
   }
-  if (ratios.size() < kEnough) return std::nullopt;
+  if (ratios.size() < kMinRatios) return std::nullopt;
   std::ranges::sort(ratios);
   const double median = ratios[ratios.size() / 2];
   const double spread = ratios[3 * ratios.size() / 4] - ratios[ratios.size() / 4];
-  if (spread > kAlike * median || std::abs(median - 1) < kAlike) return std::nullopt;
+  if (spread > kMaxSpread * median || std::abs(median - 1) < kMaxSpread) return std::nullopt;
   return median;
 }
 
 tl::unexpected<Error> no_agreement(const TagMap& map, const TagMap& prior) {
   const std::optional<double> times = times_as_large(map, prior);
   if (!times)
-    return fail(ErrorCode::NotFound, "no two tags of the two maps agree on how the maps lie to each other",
-                {}, "Are these maps of the same place?");
+    return fail(ErrorCode::NotFound, "no two tags of the two maps agree on their alignment", {},
+                "Check that both maps are of the same place.");
   return fail(
       ErrorCode::NotFound,
-      fmt::format("all distances in the map are {:.2f} times those of the other map: the sizes of the "
-                  "tags differ, by which one of them was made",
+      fmt::format("all distances in the map are {:.2f} times those of the other map: the maps were made with "
+                  "different tag sizes",
                   *times),
       {}, "Measure the side of a tag's black square.");
 }
@@ -175,35 +175,35 @@ void internal::compare_tags(const TagMap& map, const TagMap& prior, const MapCom
 }
 
 std::vector<std::string> describe(const MapComparison& comparison) {
-  std::vector<std::string> words;
+  std::vector<std::string> warnings;
   for (const ComparedTag& tag : comparison.tags) {
     const std::string name = to_string(tag.tag);
     switch (tag.change) {
       case TagChange::Same:
         break;
       case TagChange::Moved:
-        words.push_back(
-            fmt::format("{} stands {:.2f} m and {:.0f} deg from where the prior map has it: it was moved, or "
-                        "one of the maps is wrong",
-                        name, tag.distance_m, to_degrees(tag.turned_rad)));
+        warnings.push_back(fmt::format(
+            "{} differs by {:.2f} m and {:.0f} deg from its pose in the prior map: it was moved, or "
+            "one of the maps is wrong",
+            name, tag.distance_m, to_degrees(tag.turned_rad)));
         break;
       case TagChange::Swapped:
         if (tag.tag < *tag.with)
-          words.push_back(
-              fmt::format("{} and {} are swapped against the prior map", name, to_string(*tag.with)));
+          warnings.push_back(
+              fmt::format("{} and {} are swapped compared with the prior map", name, to_string(*tag.with)));
         break;
       case TagChange::Resized:
-        words.push_back(name + " has another size than in the prior map");
+        warnings.push_back(name + " has a different size in the prior map");
         break;
       case TagChange::New:
-        words.push_back(name + " is not in the prior map");
+        warnings.push_back(name + " is not in the prior map");
         break;
       case TagChange::Missing:
-        words.push_back(name + " of the prior map was not seen");
+        warnings.push_back(name + " of the prior map was not observed");
         break;
     }
   }
-  return words;
+  return warnings;
 }
 
 namespace {
@@ -228,7 +228,7 @@ std::vector<Pair> agreeing_pairs(const std::vector<Pair>& pairs, const SE2& map_
   return good;
 }
 
-/// The turn and shift with the least squares (Umeyama, 1991, in the plane, without a scale).
+/// Least-squares rotation and translation (Umeyama, 1991, in the plane, without a scale).
 SE2 least_squares(const std::vector<Pair>& pairs) {
   Eigen::Vector2d before = Eigen::Vector2d::Zero();
   Eigen::Vector2d now = Eigen::Vector2d::Zero();
@@ -248,7 +248,7 @@ SE2 least_squares(const std::vector<Pair>& pairs) {
   return {turn, now - turn * before};
 }
 
-/// A map of points: all tags turned as one, so that only places differ.
+/// A map of points: all tags get the same rotation, so that only positions differ.
 TagMap flat(const TagMap& map, const SO3& rotation) {
   TagMap points = map;
   for (auto& [id, tag] : points.tags) {
@@ -283,9 +283,8 @@ Result<MapComparison> compare_points(const TagMap& map, const std::vector<PriorP
     }
   }
   if (best.size() < 3)
-    return fail(ErrorCode::NotFound,
-                "no three places of the two maps agree on how the maps lie to each other", {},
-                "Are these maps of the same place?");
+    return fail(ErrorCode::NotFound, "no three points of the two maps agree on their alignment", {},
+                "Check that both maps are of the same place.");
   for (int i = 0; i < 3; ++i) best = agreeing_pairs(pairs, least_squares(best), options.same_m);
   MapComparison comparison{.map_T_prior = lift(least_squares(best)),
                            .agreeing = static_cast<int>(best.size())};

@@ -27,41 +27,41 @@ enum class TagChange : std::uint8_t { Same, Moved, Swapped, Resized, New, Missin
 struct ComparedTag {
   TagId tag{};
   TagChange change = TagChange::Same;
-  double distance_m = 0;  ///< between the two places, after alignment; 0 for new and missing ones
+  double distance_m = 0;  ///< between the two poses, after alignment; 0 for new and missing tags
   double turned_rad = 0;
-  std::optional<TagId> with{};  ///< Swapped: the tag whose place it has taken
+  std::optional<TagId> with{};  ///< Swapped: the tag whose place it took
 };
 
-/// Two maps of one place, held against each other.
+/// Comparison of two maps of one place.
 struct MapComparison {
-  SE3 map_T_prior{};                ///< what most tags agree on: the two maps may stand in different frames
-  int agreeing = 0;                 ///< tags that agree on it
-  double rms_m = 0;                 ///< how far these are apart after alignment
+  SE3 map_T_prior{};                ///< alignment that most tags agree on; the maps may have different frames
+  int agreeing = 0;                 ///< number of tags that agree on it
+  double rms_m = 0;                 ///< distance of these tags after alignment
   std::vector<ComparedTag> tags{};  ///< of either map, in order
 };
 
-/// Aligns the prior map with what most common tags agree on (one tag proposes, those near its proposal mend
-/// it by least squares of places and rotations, all judge), then says of each tag what became of it. Fails
-/// when fewer than two tags agree on any alignment. O(tags^2).
+/// Aligns the prior map by what most common tags agree on, then determines the change of each tag. Each tag
+/// proposes an alignment, which is refined by least squares of positions and rotations of the tags near it,
+/// and scored by all. Fails if fewer than two tags agree on any alignment. O(tags^2).
 [[nodiscard]] Result<MapComparison> compare_maps(const TagMap& map, const TagMap& prior,
                                                  const MapComparisonOptions& options = {});
 
-/// A place of an older map that is a point in the plane, known by its number only.
+/// A tag of an older map that is a point in the plane, identified only by its number.
 struct PriorPoint {
   int number = 0;
   Eigen::Vector2d map_p = Eigen::Vector2d::Zero();
 };
 
-/// The same against points: heights and directions do not count, and the numbers name tags of any family.
-/// Fails when fewer than three agree on any alignment. O(points^3).
+/// The same for points: heights and directions are ignored, and numbers stand for tags of any family. Fails
+/// if fewer than three agree on any alignment. O(points^3).
 [[nodiscard]] Result<MapComparison> compare_points(const TagMap& map, const std::vector<PriorPoint>& prior,
                                                    const MapComparisonOptions& options = {});
 
-/// One sentence for each tag that is not where it was.
+/// One sentence for each tag that changed.
 [[nodiscard]] std::vector<std::string> describe(const MapComparison& comparison);
 
 namespace internal {
-/// What became of each tag of either map, once it is known how they lie to each other.
+/// Determines the change of each tag of either map, given their alignment.
 void compare_tags(const TagMap& map, const TagMap& prior, const MapComparisonOptions& options,
                   MapComparison& comparison);
 }  // namespace internal

@@ -1,4 +1,4 @@
-// Odometry between its samples, and turns of a gyro between two moments.
+// Interpolation of odometry, and gyro rotation between two times.
 #include "waymark/mapping/lap/motion_tracks.hpp"
 
 #include <cmath>
@@ -34,7 +34,7 @@ TEST(OdometryTrack, FollowsTheTwistBetweenSamples) {
   EXPECT_LT((*rate - SE2::Tangent(0.5, 0, 0.4)).norm(), 1e-6);
 }
 
-TEST(OdometryTrack, HasNothingOutsideAndInGaps) {
+TEST(OdometryTrack, IsEmptyOutsideAndInGaps) {
   auto samples = bend();
   samples.erase(samples.begin() + 10, samples.begin() + 30);
   const OdometryTrack track(samples);
@@ -46,7 +46,7 @@ TEST(OdometryTrack, HasNothingOutsideAndInGaps) {
   EXPECT_TRUE(OdometryTrack({}).empty());
 }
 
-TEST(OdometryTrack, LeavesOutWhatIsNoNumberAndWhatComesTooLate) {
+TEST(OdometryTrack, SkipsNonFiniteAndLateSamples) {
   auto samples = bend();
   samples.insert(samples.begin() + 5, {at_ms(10), SE2(100, 100, 0)});
   samples.insert(samples.begin() + 20, {at_ms(931), SE2(0, std::nan(""), 0)});
@@ -63,7 +63,7 @@ namespace {
 
 SensorTime at(double s) { return SensorTime(Duration(std::llround(1e9 * s))); }
 
-/// A hundred samples a second of a rate, but between two moments.
+/// One hundred samples per second, with a gap between two times.
 std::vector<ImuSample> samples(double gap_from_s, double gap_to_s) {
   std::vector<ImuSample> all;
   for (int i = 0; i <= 500; ++i) {
@@ -82,14 +82,14 @@ TEST(GyroTrack, IsTheIntegralOfTheRate) {
   EXPECT_FALSE(track.turn(at(-0.1), at(1))) << "before the first";
 }
 
-TEST(GyroTrack, SaysNothingOfATimeThatHoldsAGap) {
+TEST(GyroTrack, IsEmptyForATimeWithAGap) {
   const GyroTrack track(samples(2, 3));
   EXPECT_TRUE(track.turn(at(0.5), at(1.9)));
   EXPECT_TRUE(track.turn(at(3.1), at(4.5)));
-  EXPECT_FALSE(track.turn(at(1.5), at(2.5))) << "ends in it";
-  EXPECT_FALSE(track.turn(at(2.5), at(3.5))) << "begins in it";
-  EXPECT_FALSE(track.turn(at(1.5), at(3.5))) << "both ends are known, what lies between is not";
-  EXPECT_TRUE(GyroTrack(samples(2, 2.15)).turn(at(1.5), at(3.5))) << "a few samples";
+  EXPECT_FALSE(track.turn(at(1.5), at(2.5))) << "ends in the gap";
+  EXPECT_FALSE(track.turn(at(2.5), at(3.5))) << "begins in the gap";
+  EXPECT_FALSE(track.turn(at(1.5), at(3.5))) << "the gap is between both ends";
+  EXPECT_TRUE(GyroTrack(samples(2, 2.15)).turn(at(1.5), at(3.5))) << "a short gap";
 }
 
 }  // namespace

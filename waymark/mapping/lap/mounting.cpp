@@ -14,13 +14,14 @@
 namespace waymark {
 namespace {
 
-/// What a robot's file is usually right to [m], [rad].
-constexpr std::array<double, 6> kWorth = {0.01, 0.01, 0.01, 0.009, 0.009, 0.009};
+/// Usual accuracy of a robot file [m], [rad].
+constexpr std::array<double, 6> kUsualAccuracy = {0.01, 0.01, 0.01, 0.009, 0.009, 0.009};
 constexpr int kHeight = 2;
 
-/// Farther than chance (four standard deviations), and more than a robot's file is usually right to.
-bool is_out(const Vector6& off, const Vector6& sigma, int i) {
-  return std::abs(off[i]) > std::max(kWorth[static_cast<std::size_t>(i)], 4 * sigma[i]);
+/// Whether an offset is significant (four standard deviations) and exceeds the usual accuracy of a robot
+/// file.
+bool is_significant(const Vector6& off, const Vector6& sigma, int i) {
+  return std::abs(off[i]) > std::max(kUsualAccuracy[static_cast<std::size_t>(i)], 4 * sigma[i]);
 }
 
 Vector6 between(const SE3& assumed, const SE3& found) {
@@ -29,16 +30,16 @@ Vector6 between(const SE3& assumed, const SE3& found) {
   return off;
 }
 
-/// Centred where the camera is about to be found, so that what is trusted stays although it turns.
+/// Centred at the expected estimate, so that trusted parameters keep their values even if the camera rotates.
 PosePriorFactor prior_of(const MountingAssumption& assumption) {
-  constexpr double kWide = 0.1;  // [m], [rad]
-  constexpr double kExactly = 1e-4;
-  Vector6 sigma = Vector6::Constant(kWide);
+  constexpr double kFreeSigma = 0.1;  // [m], [rad]
+  constexpr double kFixedSigma = 1e-4;
+  Vector6 sigma = Vector6::Constant(kFreeSigma);
   Vector6 off = assumption.off;
   for (int i = 0; i < 6; ++i) {
     const auto at = static_cast<std::size_t>(i);
-    if (i == kHeight || assumption.trusted[at]) sigma[i] = kExactly;
-    if (sigma[i] < kWide) off[i] = 0;
+    if (i == kHeight || assumption.trusted[at]) sigma[i] = kFixedSigma;
+    if (sigma[i] < kFreeSigma) off[i] = 0;
   }
   const SE3 centre(SO3::exp(off.tail<3>()) * assumption.base_T_cam.rotation(),
                    assumption.base_T_cam.translation() + off.head<3>());
@@ -46,22 +47,24 @@ PosePriorFactor prior_of(const MountingAssumption& assumption) {
   return {centre, whitening_of(from_coordinate_covariance(centre, P).covariance)};
 }
 
-/// Errors of a pose by tags are turns about the tags: the farther its base is from them, the more it seems to
-/// rise and sink. With heights as sure as a floor is even, the base is drawn to where they move least, which
-/// is nearer to the tags (the poses are unknowns that grow in number with the observations: Neyman and Scott,
-/// "Consistent estimates based on partially consistent observations", 1948). The force goes with the square.
+/// Pose errors from tags are rotations about the tags: the farther the base is from them, the more it appears
+/// to rise and sink. If heights are as certain as the floor is even, the base is pulled to where they vary
+/// least, which is nearer to the tags (the number of unknown poses grows with the number of observations:
+/// Neyman and Scott, "Consistent estimates based on partially consistent observations", 1948). The force is
+/// proportional to the square of the weight.
 void loosen_heights(Bundle& bundle) {
-  constexpr double kLess = 4;
-  for (OnFloorTerm& term : bundle.on_floor) term.factor.height_sigma_m *= kLess;
+  constexpr double kFactor = 4;
+  for (OnFloorTerm& term : bundle.on_floor) term.factor.height_sigma_m *= kFactor;
 }
 
-/// The focal length of the first camera near what is given; all other numbers of cameras stay.
+/// Makes the focal length of the first camera an unknown with a prior; all other camera parameters stay
+/// fixed.
 void free_focal_length(double share, Bundle& bundle) {
   bundle.intrinsics.resize(bundle.cameras.size());
   BundleIntrinsics& free = bundle.intrinsics[0];
   free.prior = intrinsics_of(bundle.cameras[0]);
-  constexpr double kKnown = 1e-6;
-  free.sigma = Eigen::VectorXd::Constant(free.prior.size(), kKnown);
+  constexpr double kExactSigma = 1e-6;
+  free.sigma = Eigen::VectorXd::Constant(free.prior.size(), kExactSigma);
   free.sigma.head<2>() = share * free.prior.head<2>().cwiseAbs();
 }
 
@@ -117,8 +120,8 @@ std::optional<MountingEstimate> estimate_mounting(LapBundle& lap, int max_iterat
   for (int i = 0; i < 6; ++i) {
     const auto at = static_cast<std::size_t>(i);
     const bool held = i == kHeight || assumption.trusted[at];
-    estimate.out[at] = !held && is_out(estimate.off, estimate.sigma, i);
-    estimate.unobservable[at] = held || (!estimate.out[at] && estimate.sigma[i] > kWorth[at]);
+    estimate.out[at] = !held && is_significant(estimate.off, estimate.sigma, i);
+    estimate.unobservable[at] = held || (!estimate.out[at] && estimate.sigma[i] > kUsualAccuracy[at]);
   }
   return estimate;
 }
@@ -128,7 +131,7 @@ std::optional<MountingEstimate> estimate_mounting(LapBundle& lap, int max_iterat
 namespace waymark::internal {
 namespace {
 
-/// The frame at which half of the observations in use are past.
+/// The frame before which half of the observations in use lie.
 std::size_t middle_frame(const LapBundle& lap) {
   std::vector<std::size_t> frames;
   for (std::size_t i = 0; i < lap.observations.size(); ++i) {
@@ -140,7 +143,7 @@ std::size_t middle_frame(const LapBundle& lap) {
   return *middle;
 }
 
-/// Whether a tag that was seen is held by something else than the frames that saw it.
+/// Whether an observed tag is fixed by something other than the frames that observed it.
 bool is_placed(const Bundle& bundle) {
   std::vector<char> known(bundle.poses.size(), 0);
   for (std::size_t i = 0; i < known.size(); ++i) known[i] = bundle.poses[i].fixed ? 1 : 0;
@@ -150,15 +153,15 @@ bool is_placed(const Bundle& bundle) {
                              [&](const CornerTerm& term) { return term.used && known[term.tag] != 0; });
 }
 
-/// Where on the floor a half is does not matter: where none of its tags is known, its first pose is held.
-void hold(PoseIndex base, Bundle& bundle) {
-  constexpr double kHeld = 1e-6;
+/// The pose of a half on the floor is arbitrary: if none of its tags is known, its first pose is fixed.
+void fix_pose_on_floor(PoseIndex base, Bundle& bundle) {
+  constexpr double kFixed = 1e-6;
   Vector6 weight = Vector6::Zero();
-  weight[0] = weight[1] = weight[5] = 1 / kHeld;
+  weight[0] = weight[1] = weight[5] = 1 / kFixed;
   bundle.priors.push_back({base, {bundle.poses[base].value, weight.asDiagonal()}});
 }
 
-/// A lap of the frames from `first` to before `last` alone; poses keep their indices.
+/// A lap of the frames from `first` to before `last`; poses keep their indices.
 LapBundle part_of(const LapBundle& lap, std::size_t first, std::size_t last) {
   std::vector<char> within(lap.bundle.poses.size(), 0);
   std::optional<PoseIndex> start;
@@ -181,11 +184,11 @@ LapBundle part_of(const LapBundle& lap, std::size_t first, std::size_t last) {
                        [&](const OdometryTerm& term) { return within[term.a] != 0 && within[term.b] != 0; });
   std::ranges::copy_if(all.on_floor, std::back_inserter(part.bundle.on_floor),
                        [&](const OnFloorTerm& term) { return within[term.base] != 0; });
-  if (start && !is_placed(part.bundle)) hold(*start, part.bundle);
+  if (start && !is_placed(part.bundle)) fix_pose_on_floor(*start, part.bundle);
   return part;
 }
 
-/// By how much the observations that found `own` cost less at what the others found than at zero.
+/// Decrease of the cost of the observations behind `own` at the estimate of the others, relative to zero.
 double gain(double own, double sigma, double others) {
   const double off = own - others;
   return (own * own - off * off) / (sigma * sigma);
@@ -193,7 +196,7 @@ double gain(double own, double sigma, double others) {
 
 std::array<bool, 6> confirmed_by_halves(const LapBundle& freed, const SE3& assumed, int max_iterations,
                                         const BundleProgress& progress) {
-  constexpr double kConvincing = 4;  // of chi-square, over both halves
+  constexpr double kMinGainOfHalves = 4;  // of chi-square, over both halves
   std::array<bool, 6> confirmed{};
   const std::size_t middle = middle_frame(freed);
   const auto estimate = [&](std::size_t first, std::size_t last) {
@@ -207,7 +210,7 @@ std::array<bool, 6> confirmed_by_halves(const LapBundle& freed, const SE3& assum
   for (int i = 0; i < 6; ++i) {
     const double gained = gain(before->off[i], before->sigma[i], after->off[i]) +
                           gain(after->off[i], after->sigma[i], before->off[i]);
-    confirmed[static_cast<std::size_t>(i)] = gained > kConvincing;
+    confirmed[static_cast<std::size_t>(i)] = gained > kMinGainOfHalves;
   }
   return confirmed;
 }
@@ -215,13 +218,13 @@ std::array<bool, 6> confirmed_by_halves(const LapBundle& freed, const SE3& assum
 }  // namespace
 
 void find_odometry_noise(LapBundle& lap, int max_iterations, const BundleProgress& progress) {
-  constexpr std::size_t kEnough = 3000;  // frames: three variances, each to a few percent
-  if (lap.bases.size() <= kEnough) {
+  constexpr std::size_t kMaxFrames = 3000;  // sufficient for three variances, each to a few per cent
+  if (lap.bases.size() <= kMaxFrames) {
     fit_odometry_noise(lap, max_iterations, progress);
     return;
   }
-  const std::size_t first = (lap.bases.size() - kEnough) / 2;
-  LapBundle part = part_of(lap, first, first + kEnough);
+  const std::size_t first = (lap.bases.size() - kMaxFrames) / 2;
+  LapBundle part = part_of(lap, first, first + kMaxFrames);
   const OdometryNoise noise = fit_odometry_noise(part, max_iterations, progress);
   for (OdometryTerm& term : lap.bundle.odometry)
     term.factor.whitening = noise.cwiseInverse().asDiagonal() * term.factor.whitening;
@@ -229,7 +232,7 @@ void find_odometry_noise(LapBundle& lap, int max_iterations, const BundleProgres
 
 void keep_confirmed(LapBundle& freed, const SE3& assumed, int max_iterations, const BundleProgress& progress,
                     MountingEstimate& mounting) {
-  if (!mounting.stands_out()) return;
+  if (!mounting.any_significant()) return;
   const std::array<bool, 6> halves = confirmed_by_halves(freed, assumed, max_iterations, progress);
   const auto keep = [&](const std::array<bool, 6>& out) {
     for (std::size_t i = 0; i < halves.size(); ++i) {
@@ -240,17 +243,17 @@ void keep_confirmed(LapBundle& freed, const SE3& assumed, int max_iterations, co
   };
   const std::array<bool, 6> first = mounting.out;
   keep(first);
-  if (!mounting.stands_out()) return;
+  if (!mounting.any_significant()) return;
   find_odometry_noise(freed, max_iterations, progress);
   const MountingAssumption assumption{.base_T_cam = assumed};
-  // With the noise that the wheels show, a number may stand out that did not before.
+  // With the estimated odometry noise, further parameters may become significant.
   if (const auto again = estimate_mounting(freed, max_iterations, progress, assumption)) keep(again->out);
 }
 
 namespace {
 
-/// The poses of the base in so many parts, one after the other, of equally many poses; each tag in the part
-/// that has most observations of it.
+/// Divides the base poses into `count` consecutive parts of equal size; each tag belongs to the part with
+/// most observations of it.
 std::vector<int> stretches_of(const LapBundle& lap, int count) {
   std::vector<int> stretch(lap.bundle.poses.size(), -1);
   const std::vector<PoseIndex> bases = lap.base_poses();
@@ -277,7 +280,7 @@ void spread_by_stretches(const LapBundle& lap, MountingEstimate& estimate) {
   if (!spread) return;
   estimate.scales_sigma = OdometryScales::of(deviations(spread->scales));
   estimate.sigma = deviations(coordinate_covariance(Uncertain<SE3>{estimate.base_T_cam, spread->pose}));
-  // A tag that was printed larger than it should be is so in every stretch that sees it.
+  // A tag with a wrong print size is wrong in every stretch that observes it.
   if (spread->intrinsics.size() > 0)
     estimate.focal_scale_sigma =
         std::max(estimate.focal_scale_sigma, focal_scale_sigma(lap.bundle, spread->intrinsics));

@@ -8,66 +8,66 @@
 
 namespace waymark {
 
-/// Where the camera sits by what a lap says, when the robot's file is only assumed.
+/// Camera mounting estimated from a lap.
 struct MountingEstimate {
   SE3 base_T_cam{};
-  /// From where it was assumed: x, y, z [m] in base axes, rotation about them [rad].
+  /// Offset from the assumed mounting: x, y, z [m] in base axes, rotation about them [rad].
   Vector6 off = Vector6::Zero();
-  Vector6 sigma = Vector6::Zero();  ///< of each, one standard deviation
-  std::array<bool, 6> out{};        ///< which are farther off than chance, and far enough to matter
-  /// Which of the six are known too badly to say anything against what was assumed.
+  Vector6 sigma = Vector6::Zero();  ///< standard deviation of each
+  std::array<bool, 6> out{};        ///< which are significant and large enough to matter
+  /// Which of the six are too uncertain to question the assumed mounting.
   std::array<bool, 6> unobservable{};
-  OdometryScales scales{};  ///< of the wheels, slip and latency
+  OdometryScales scales{};  ///< of odometry, slip and latency
   OdometryScales scales_sigma{};
-  CameraModel camera;            ///< the first, as it was found
-  double focal_scale = 1;        ///< its focal length over the given one
-  double focal_scale_sigma = 0;  ///< 0: it was taken as given
+  CameraModel camera;            ///< the first camera, with the estimated parameters
+  double focal_scale = 1;        ///< its focal length relative to the given one
+  double focal_scale_sigma = 0;  ///< 0: not estimated
 
-  [[nodiscard]] bool stands_out() const { return std::ranges::find(out, true) != out.end(); }
+  [[nodiscard]] bool any_significant() const { return std::ranges::find(out, true) != out.end(); }
 };
 
-/// What was assumed of a mounting before, and what a first estimate made of it.
+/// The assumed mounting, and the result of a first estimate.
 struct MountingAssumption {
-  SE3 base_T_cam{};  ///< as the robot's file has it
+  SE3 base_T_cam{};  ///< from the robot file
   Vector6 off = Vector6::Zero();
-  /// Which of the six stay as the file has them.
+  /// Which of the six keep the values of the robot file.
   std::array<bool, 6> trusted{};
-  double focal_share = 0;  ///< by which the focal length of the first camera may be off; 0: it is known
+  double focal_share = 0;  ///< relative standard deviation of the first camera's focal length; 0: exact
 };
 
-/// Frees the camera's mounting (but for its height, which nothing on a floor tells), side slip and the age of
-/// the pictures, and adjusts everything once more; the bundle stays there. All three belong together: in a
-/// curve driven at one speed a robot that slips looks like one whose camera sits elsewhere. `assumption`:
-/// unless the camera is assumed where the bundle has it, or nothing of it is to be trusted. Nothing without
-/// odometry: tags alone say where the camera went, never where the base is.
+/// Makes the camera mounting (except its height, which is not observable on a floor), side slip and the
+/// camera latency unknowns, and adjusts everything again; the bundle keeps the result. The three must be
+/// estimated together: in a curve at constant speed, slip has the same effect as another camera mounting.
+/// `assumption`: needed if the assumed mounting is not the one in the bundle, or if parts of it are trusted.
+/// Empty without odometry: tags alone determine the camera trajectory, not the base.
 [[nodiscard]] std::optional<MountingEstimate> estimate_mounting(
     LapBundle& lap, int max_iterations, const BundleProgress& progress,
     const std::optional<MountingAssumption>& assumption = {});
 
 namespace internal {
 
-/// Of the mean of fx and fy of the first camera over what was given.
+/// Standard deviation of the mean of fx and fy of the first camera relative to the given values.
 [[nodiscard]] double focal_scale_sigma(const Bundle& bundle, const Eigen::MatrixXd& intrinsics_covariance);
 
-/// Numbers of a mounting that stand out count as not told where held-out observations do not confirm them, or
-/// where they no longer stand out once the wheels have the noise that they show. Held out: the lap is cut in
-/// two of equally many observations, each half estimates the mounting by itself, and what one half found must
-/// lower the chi-square of the other, both ways together, against what was assumed (twofold cross-validation:
-/// Stone, "Cross-Validatory Choice and Assessment of Statistical Predictions", J. Royal Statistical Society B
-/// 36(2), 1974). Errors that the noise model does not have, such as those that corners of one tag share,
-/// differ from half to half and do not pass. Where any number passes, those count that stand out with the
-/// noise that the wheels show and that the halves confirm, also such as did not stand out before. `freed` is
-/// where the estimate ended; it is searched further.
+/// Marks significant mounting parameters as unobservable if held-out observations do not confirm them, or if
+/// they are no longer significant with the estimated odometry noise. Held out: the lap is split into two
+/// halves with equally many observations, and each half estimates the mounting by itself. The estimate of one
+/// half must lower the chi-square of the other relative to the assumed mounting, summed over both directions
+/// (twofold cross-validation: Stone, "Cross-Validatory Choice and Assessment of Statistical Predictions", J.
+/// Royal Statistical Society B 36(2), 1974). Errors outside the noise model, such as common errors of the
+/// corners of one tag, differ between the halves and are not confirmed. If any parameter passes, all that are
+/// significant with the estimated odometry noise and confirmed by the halves are kept, including those that
+/// were not significant before. `freed`: the bundle with the estimate; the search continues from it.
 void keep_confirmed(LapBundle& freed, const SE3& assumed, int max_iterations, const BundleProgress& progress,
                     MountingEstimate& mounting);
 
-/// Weighs the wheels by the noise that they show (fit_odometry_noise()); of a long lap, that its middle
-/// shows.
+/// Weights odometry by its estimated noise (fit_odometry_noise()); for a long lap, the noise is estimated
+/// from its middle part.
 void find_odometry_noise(LapBundle& lap, int max_iterations, const BundleProgress& progress);
 
-/// Replaces the standard deviations of mounting, scales and focal length by what the parts of the lap say of
-/// them (stretch_covariance()), where there are enough parts. `lap` is where `estimate` was found, tied to a
-/// map: tags that only the lap itself places make one of parts far from each other.
+/// Replaces the standard deviations of mounting, scales and focal length by those from the scatter between
+/// parts of the lap (stretch_covariance()), if there are enough parts. `lap`: the bundle of `estimate`, tied
+/// to a map; tags placed only by the lap itself would correlate distant parts.
 void spread_by_stretches(const LapBundle& lap, MountingEstimate& estimate);
 
 }  // namespace internal

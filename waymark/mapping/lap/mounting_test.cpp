@@ -1,5 +1,5 @@
-// Where a camera sits by what a lap says: found from a file that is wrong, held where it is to be, and untold
-// where the lap does not tell it.
+// Camera mounting from a lap: estimated from a wrong robot file, fixed if trusted, and unobservable if the
+// lap does not determine it.
 #include "waymark/mapping/lap/mounting.hpp"
 
 #include <cmath>
@@ -14,7 +14,7 @@ namespace {
 using test::drive_ring;
 using test::RingDrive;
 
-/// The file has the camera turned, and aside.
+/// The mounting of a wrong robot file: rotated and displaced.
 SE3 wrong(const SE3& base_T_cam) {
   return {SO3::from_rpy(0, 0, 0.04) * base_T_cam.rotation(),
           base_T_cam.translation() + Eigen::Vector3d(0, 0.02, 0)};
@@ -28,20 +28,20 @@ LapBundle taken_for(const RingDrive& drive, const SE3& base_T_cam) {
   return lap;
 }
 
-TEST(MountingEstimate, OfARightFileNothingStandsOut) {
+TEST(MountingEstimate, ACorrectFileHasNoSignificantOffset) {
   const RingDrive drive =
       drive_ring({.noise_px = 0.05, .odometry_sigma_m = 5e-4, .odometry_sigma_rad = 1e-3});
   LapBundle lap = taken_for(drive, drive.lap.base_T_cam);
   const auto estimate = estimate_mounting(lap, 100, {});
   ASSERT_TRUE(estimate);
-  EXPECT_FALSE(estimate->stands_out());
+  EXPECT_FALSE(estimate->any_significant());
   for (Eigen::Index i = 0; i < 6; ++i)
     EXPECT_LT(std::abs(estimate->off[i]), std::max(1e-3, 4 * estimate->sigma[i])) << i;
   EXPECT_EQ(estimate->focal_scale, 1);
-  EXPECT_EQ(estimate->focal_scale_sigma, 0) << "it was taken as given";
+  EXPECT_EQ(estimate->focal_scale_sigma, 0) << "it was not estimated";
 }
 
-TEST(MountingEstimate, WhatIsWrongIsFoundWithinItsDeviations) {
+TEST(MountingEstimate, AWrongMountingIsEstimatedWithinItsUncertainty) {
   const RingDrive drive =
       drive_ring({.noise_px = 0.05, .odometry_sigma_m = 5e-4, .odometry_sigma_rad = 1e-3});
   LapBundle lap = taken_for(drive, wrong(drive.lap.base_T_cam));
@@ -52,21 +52,21 @@ TEST(MountingEstimate, WhatIsWrongIsFoundWithinItsDeviations) {
   for (const Eigen::Index i : {0, 1, 3, 4, 5})
     EXPECT_LT(std::abs(estimate->off[i] - truth[i]), std::max(2e-3, 4 * estimate->sigma[i])) << i;
   EXPECT_LT((lap.bundle.poses[lap.cam].value.matrix() - estimate->base_T_cam.matrix()).norm(), 1e-12)
-      << "the bundle stays there";
+      << "the bundle keeps the result";
 }
 
-TEST(MountingEstimate, NothingOnAFloorTellsTheHeight) {
+TEST(MountingEstimate, TheHeightIsUnobservableOnAFloor) {
   const RingDrive drive = drive_ring({.noise_px = 0.05});
   const SE3& truth = drive.lap.base_T_cam;
   LapBundle lap = taken_for(drive, SE3(truth.rotation(), truth.translation() + Eigen::Vector3d(0, 0, 0.1)));
   const auto estimate = estimate_mounting(lap, 100, {});
   ASSERT_TRUE(estimate);
-  EXPECT_NEAR(estimate->off[2], 0, 1e-3) << "it stays as it is given";
+  EXPECT_NEAR(estimate->off[2], 0, 1e-3) << "it keeps the given value";
   EXPECT_TRUE(estimate->unobservable[2]);
   EXPECT_FALSE(estimate->out[2]);
 }
 
-TEST(MountingEstimate, WhatIsTrustedStays) {
+TEST(MountingEstimate, TrustedParametersAreFixed) {
   const RingDrive drive = drive_ring({.noise_px = 0.05});
   const SE3 given = wrong(drive.lap.base_T_cam);
   LapBundle lap = taken_for(drive, given);
@@ -81,14 +81,14 @@ TEST(MountingEstimate, WhatIsTrustedStays) {
   }
 }
 
-TEST(MountingEstimate, AFocalLengthIsFoundOnlyWhereItIsAskedFor) {
+TEST(MountingEstimate, TheFocalLengthIsEstimatedOnlyOnRequest) {
   const RingDrive drive = drive_ring({.noise_px = 0.05});
   LapBundle lap = taken_for(drive, drive.lap.base_T_cam);
   const auto estimate = estimate_mounting(
       lap, 100, {}, MountingAssumption{.base_T_cam = drive.lap.base_T_cam, .focal_share = 0.01});
   ASSERT_TRUE(estimate);
   EXPECT_GT(estimate->focal_scale_sigma, 0);
-  EXPECT_LE(estimate->focal_scale_sigma, 0.01) << "no less sure than beforehand";
+  EXPECT_LE(estimate->focal_scale_sigma, 0.01) << "at most the prior uncertainty";
   EXPECT_NEAR(estimate->focal_scale, 1, 4 * estimate->focal_scale_sigma);
 }
 
@@ -100,10 +100,10 @@ TEST(MountingEstimate, FocalScaleIsTheMeanOfBothLengths) {
   P(1, 1) = 25;  // 1 % of fy
   EXPECT_NEAR(internal::focal_scale_sigma(bundle, P), 0.01 / std::sqrt(2.0), 1e-12) << "independent";
   P(0, 1) = P(1, 0) = 20;
-  EXPECT_NEAR(internal::focal_scale_sigma(bundle, P), 0.01, 1e-12) << "one number in both";
+  EXPECT_NEAR(internal::focal_scale_sigma(bundle, P), 0.01, 1e-12) << "fully correlated";
 }
 
-TEST(MountingEstimate, WithoutWheelsOrOnceStoppedThereIsNone) {
+TEST(MountingEstimate, IsEmptyWithoutOdometryOrIfStopped) {
   RingDrive drive = drive_ring();
   LapBundle lap = taken_for(drive, drive.lap.base_T_cam);
   EXPECT_FALSE(estimate_mounting(lap, 100, [](int, double) { return false; }));
@@ -112,19 +112,19 @@ TEST(MountingEstimate, WithoutWheelsOrOnceStoppedThereIsNone) {
   EXPECT_FALSE(estimate_mounting(without, 100, {}));
 }
 
-TEST(MountingHalves, AMountingThatNoHalfConfirmsIsNotTold) {
+TEST(MountingHalves, AMountingNotConfirmedByTheHalvesIsUnobservable) {
   const RingDrive drive =
       drive_ring({.noise_px = 0.05, .odometry_sigma_m = 5e-4, .odometry_sigma_rad = 1e-3});
   LapBundle lap = taken_for(drive, drive.lap.base_T_cam);
   auto estimate = estimate_mounting(lap, 100, {});
   ASSERT_TRUE(estimate);
-  estimate->out[1] = true;  // as if errors that the noise model does not have had made it stand out
+  estimate->out[1] = true;  // as if errors outside the noise model had made it significant
   internal::keep_confirmed(lap, drive.lap.base_T_cam, 100, {}, *estimate);
   EXPECT_FALSE(estimate->out[1]);
   EXPECT_TRUE(estimate->unobservable[1]);
 }
 
-TEST(MountingHalves, AMountingThatBothHalvesShowIsKept) {
+TEST(MountingHalves, AMountingConfirmedByBothHalvesIsKept) {
   const RingDrive drive =
       drive_ring({.loops = 2, .noise_px = 0.05, .odometry_sigma_m = 5e-4, .odometry_sigma_rad = 1e-3});
   const SE3& truth = drive.lap.base_T_cam;

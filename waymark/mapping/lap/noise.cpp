@@ -13,10 +13,10 @@
 namespace waymark::internal {
 namespace {
 
-constexpr double kNumbers = 8;  // of an observation
+constexpr double kResiduals = 8;  // per observation
 
 /// Of chi-square (Wilson and Hilferty, "The Distribution of Chi-Square", PNAS 17, 1931).
-double median_chi2(double freedom) { return freedom * std::pow(1 - 2 / (9 * freedom), 3); }
+double median_chi2(double dof) { return dof * std::pow(1 - 2 / (9 * dof), 3); }
 
 /// trace(J P J^T) of a term's base and tag.
 double used_up(const CornerTerm& term, const Bundle& bundle, const BundleCovariance& P,
@@ -33,33 +33,34 @@ double used_up(const CornerTerm& term, const Bundle& bundle, const BundleCovaria
 
 }  // namespace
 
-std::vector<double> freedom_left(const LapBundle& lap) {
+std::vector<double> redundancy_of(const LapBundle& lap) {
   std::vector<std::pair<PoseIndex, PoseIndex>> pairs;
   for (const CornerTerm& term : lap.bundle.corners) {
     if (term.used) pairs.emplace_back(term.rig, term.tag);
   }
   const BundleCovariance P = covariance(lap.bundle, pairs);
-  std::vector<double> freedom(lap.bundle.corners.size(), kNumbers);
+  std::vector<double> redundancy(lap.bundle.corners.size(), kResiduals);
   std::size_t pair = 0;
-  for (std::size_t i = 0; i < freedom.size(); ++i) {
+  for (std::size_t i = 0; i < redundancy.size(); ++i) {
     const CornerTerm& term = lap.bundle.corners[i];
-    if (term.used) freedom[i] -= used_up(term, lap.bundle, P, P.pairs[pair++]);
+    if (term.used) redundancy[i] -= used_up(term, lap.bundle, P, P.pairs[pair++]);
   }
-  return freedom;
+  return redundancy;
 }
 
-double noise_ratio(const std::vector<double>& chi2, const std::vector<double>& freedom) {
-  constexpr std::size_t kEnough = 50;
-  constexpr double kLeast = 2;  // of a tag alone in its frame hardly anything is left
+double noise_ratio(const std::vector<double>& chi2, const std::vector<double>& redundancy) {
+  constexpr std::size_t kMinRatios = 50;
+  constexpr double kMinRedundancy = 2;  // a tag alone in its frame has hardly any
   std::vector<double> ratios;
   for (std::size_t i = 0; i < chi2.size(); ++i) {
-    if (std::isfinite(chi2[i]) && freedom[i] > kLeast) ratios.push_back(chi2[i] / median_chi2(freedom[i]));
+    if (std::isfinite(chi2[i]) && redundancy[i] > kMinRedundancy)
+      ratios.push_back(chi2[i] / median_chi2(redundancy[i]));
   }
-  if (ratios.size() < kEnough) return 1;
+  if (ratios.size() < kMinRatios) return 1;
   return std::sqrt(median(std::move(ratios)));
 }
 
-double frames_that_count_as_one(const LapBundle& lap) {
+double correlated_frames_of(const LapBundle& lap) {
   std::vector<std::size_t> frames;
   frames.reserve(lap.observations.size());
   for (const LapBundle::Observation& seen : lap.observations) frames.push_back(seen.frame);
@@ -75,28 +76,28 @@ void scale_noise(Bundle& bundle, double ratio) {
 namespace waymark {
 namespace {
 
-/// Terms of the wheels that follow each other, from the first to before the last.
+/// Consecutive odometry terms, from the first to before the last.
 struct TermRun {
   std::size_t first = 0, last = 0;
 };
 
-/// Every term by itself, or as many together as last so long.
-std::vector<TermRun> term_runs(const std::vector<OdometryTerm>& odometry, double least_s) {
+/// Each term by itself, or runs of terms with this duration.
+std::vector<TermRun> term_runs(const std::vector<OdometryTerm>& odometry, double min_s) {
   std::vector<TermRun> result;
   for (std::size_t i = 0; i < odometry.size();) {
     TermRun stretch{i, i};
     double lasts_s = 0;
     do {
       lasts_s += odometry[stretch.last++].factor.duration_s;
-    } while (lasts_s < least_s && stretch.last < odometry.size() &&
+    } while (lasts_s < min_s && stretch.last < odometry.size() &&
              odometry[stretch.last].a == odometry[stretch.last - 1].b);
     i = stretch.last;
-    if (lasts_s >= least_s) result.push_back(stretch);
+    if (lasts_s >= min_s) result.push_back(stretch);
   }
   return result;
 }
 
-/// What the wheels say of a stretch as one motion, once scaled; its noise if each part errs by itself.
+/// Scaled odometry of a run as one motion, with the noise of independent errors.
 OdometryFactor joined(const Bundle& bundle, const TermRun& stretch) {
   SE2 motion;
   Eigen::Vector3d variance = Eigen::Vector3d::Zero();
@@ -108,7 +109,7 @@ OdometryFactor joined(const Bundle& bundle, const TermRun& stretch) {
   return {motion, variance.cwiseSqrt().cwiseInverse().asDiagonal()};
 }
 
-/// Mean squares of the whitened residuals as they are expected to be once the poses are known exactly.
+/// Expected mean squares of the whitened residuals, including the uncertainty of the poses.
 Eigen::Vector3d expected_squares(const Bundle& bundle, const std::vector<TermRun>& stretches) {
   std::vector<std::pair<PoseIndex, PoseIndex>> pairs;
   for (const TermRun& s : stretches)
@@ -131,31 +132,31 @@ Eigen::Vector3d expected_squares(const Bundle& bundle, const std::vector<TermRun
 
 OdometryNoise fit_odometry_noise(LapBundle& lap, int max_iterations, const BundleProgress& progress) {
   constexpr int kRounds = 15;
-  constexpr double kEnough = 0.03;
-  constexpr double kLongerSteps = 1.8;  // the method takes small ones, always in the right direction
-  constexpr double kLong_s = 0.5;
-  constexpr std::size_t kFewest = 30;
+  constexpr double kConverged = 0.03;
+  constexpr double kOverRelaxation = 1.8;  // steps of the method are short, but in the right direction
+  constexpr double kRun_s = 0.5;
+  constexpr std::size_t kMinRuns = 30;
   OdometryNoise noise = OdometryNoise::Ones();
   if (lap.bundle.odometry.empty()) return noise;
   const std::vector<TermRun> single = term_runs(lap.bundle.odometry, 0);
-  const std::vector<TermRun> together = term_runs(lap.bundle.odometry, kLong_s);
+  const std::vector<TermRun> together = term_runs(lap.bundle.odometry, kRun_s);
   for (int round = 0; round < kRounds; ++round) {
     Eigen::Vector3d squares = expected_squares(lap.bundle, single);
-    if (together.size() >= kFewest) squares = squares.cwiseMax(expected_squares(lap.bundle, together));
+    if (together.size() >= kMinRuns) squares = squares.cwiseMax(expected_squares(lap.bundle, together));
     squares = squares.cwiseMax(0.04).cwiseMin(25.0);
-    const Eigen::Vector3d factor = squares.array().pow(kLongerSteps / 2);
+    const Eigen::Vector3d factor = squares.array().pow(kOverRelaxation / 2);
     noise = noise.cwiseProduct(factor);
     for (OdometryTerm& term : lap.bundle.odometry)
       term.factor.whitening = factor.cwiseInverse().asDiagonal() * term.factor.whitening;
     if (!solve(lap.bundle, {.max_iterations = max_iterations}, progress).usable()) break;
-    if (squares.array().log().abs().maxCoeff() < kEnough) break;
+    if (squares.array().log().abs().maxCoeff() < kConverged) break;
   }
   return noise;
 }
 
 namespace {
 
-/// Way and turn of odometry up to a moment.
+/// Distance and rotation of odometry up to a time.
 struct Driven {
   SensorTime stamp{};
   double way_m = 0;
@@ -191,20 +192,20 @@ std::optional<Driven> at(const std::vector<Driven>& sums, SensorTime stamp) {
                 a.turned_rad + share * (b.turned_rad - a.turned_rad)};
 }
 
-/// What a trajectory and odometry say of the same second of a drive.
+/// One second of a drive in a trajectory and in odometry.
 struct Stretch {
   double lasts_s = 0;
   double way_m = 0;
-  double told_rad = 0;    ///< by odometry
-  double turned_rad = 0;  ///< by the trajectory, but for whole turns
+  double odometry_rad = 0;  ///< rotation by odometry
+  double turned_rad = 0;    ///< by the trajectory, modulo whole turns
 };
 
 std::vector<Stretch> stretches_between(const Trajectory& trajectory, const std::vector<Matrix6>& covariance,
                                        const std::vector<Odometry>& odometry) {
   constexpr double kStretch_s = 1;
-  constexpr double kLongest_s = 1.5;
-  constexpr double kKnown_rad = 0.009;
-  constexpr double kLeastWay_m = 0.05;
+  constexpr double kMaxStretch_s = 1.5;
+  constexpr double kMaxHeadingSigma_rad = 0.009;
+  constexpr double kMinDistance_m = 0.05;
   if (covariance.size() != trajectory.size()) return {};
   const std::vector<Driven> sums = sums_of(odometry);
   std::vector<Stretch> stretches;
@@ -213,11 +214,11 @@ std::vector<Stretch> stretches_between(const Trajectory& trajectory, const std::
   for (std::size_t i = 0; i < trajectory.size(); ++i) {
     const SensorTime stamp = trajectory[i].stamp;
     if (from && to_seconds(stamp - from->stamp) < kStretch_s) continue;
-    if (std::sqrt(std::max(0.0, covariance[i](5, 5))) > kKnown_rad) continue;
+    if (std::sqrt(std::max(0.0, covariance[i](5, 5))) > kMaxHeadingSigma_rad) continue;
     const auto to = at(sums, stamp);
     if (!to) continue;
     const double yaw = project_to_plane(trajectory[i].map_T_base).yaw();
-    if (from && to_seconds(stamp - from->stamp) < kLongest_s && to->way_m - from->way_m > kLeastWay_m)
+    if (from && to_seconds(stamp - from->stamp) < kMaxStretch_s && to->way_m - from->way_m > kMinDistance_m)
       stretches.push_back({to_seconds(stamp - from->stamp), to->way_m - from->way_m,
                            to->turned_rad - from->turned_rad, yaw - from_yaw});
     from = to;
@@ -226,22 +227,22 @@ std::vector<Stretch> stretches_between(const Trajectory& trajectory, const std::
   return stretches;
 }
 
-constexpr std::size_t kFewest = 10;
+constexpr std::size_t kMinTurnStretches = 10;
 
 }  // namespace
 
 std::optional<TurnNoise> turn_noise(const Trajectory& trajectory, const std::vector<Matrix6>& covariance,
                                     const std::vector<Odometry>& odometry, double yaw_scale) {
   const std::vector<Stretch> stretches = stretches_between(trajectory, covariance, odometry);
-  if (stretches.size() < kFewest) return std::nullopt;
+  if (stretches.size() < kMinTurnStretches) return std::nullopt;
   double squares = 0;
   double way = 0;
   double worth = 0;
   for (const Stretch& s : stretches) {
-    const double off = straight(s.turned_rad - yaw_scale * s.told_rad);
+    const double off = straight(s.turned_rad - yaw_scale * s.odometry_rad);
     squares += off * off;
     way += s.way_m;
-    worth += s.told_rad * s.told_rad / s.way_m;
+    worth += s.odometry_rad * s.odometry_rad / s.way_m;
   }
   TurnNoise noise{.rad_sqrt_m = std::sqrt(squares / way), .stretches = static_cast<int>(stretches.size())};
   noise.scale_sigma = worth > 0 ? noise.rad_sqrt_m / std::sqrt(worth) : 0;
@@ -255,31 +256,31 @@ std::optional<double> turn_scale(const Trajectory& trajectory, const std::vector
   double worth = 0;
   for (const Stretch& s : stretches) {
     const double turned_rad = straight(s.turned_rad);
-    both += s.told_rad * turned_rad / s.way_m;
+    both += s.odometry_rad * turned_rad / s.way_m;
     worth += turned_rad * turned_rad / s.way_m;
   }
-  if (stretches.size() < kFewest || !(both > 0)) return std::nullopt;
+  if (stretches.size() < kMinTurnStretches || !(both > 0)) return std::nullopt;
   return worth / both;
 }
 
 std::optional<double> turn_scale_sigma(const Trajectory& trajectory, const std::vector<Matrix6>& covariance,
                                        const std::vector<Odometry>& odometry) {
   const std::vector<Stretch> stretches = stretches_between(trajectory, covariance, odometry);
-  if (stretches.size() < kFewest) return std::nullopt;
+  if (stretches.size() < kMinTurnStretches) return std::nullopt;
   Eigen::Matrix2d A = Eigen::Matrix2d::Zero();
   Eigen::Vector2d b = Eigen::Vector2d::Zero();
   double squares = 0;
   for (const Stretch& s : stretches) {
     const Eigen::Vector2d row(straight(s.turned_rad), s.lasts_s);
     A += row * row.transpose();
-    b += s.told_rad * row;
-    squares += s.told_rad * s.told_rad;
+    b += s.odometry_rad * row;
+    squares += s.odometry_rad * s.odometry_rad;
   }
-  constexpr double kAlike = 0.7;
+  constexpr double kMinCorrelation = 0.7;
   const double determinant = A.determinant();
   const double correlation = A(0, 1) / std::sqrt(A(0, 0) * A(1, 1));
-  if (!(determinant > 0) || !(std::abs(correlation) > kAlike)) return std::nullopt;
-  const Eigen::Vector2d x = A.ldlt().solve(b);  // told turn over true turn, and error of the rate
+  if (!(determinant > 0) || !(std::abs(correlation) > kMinCorrelation)) return std::nullopt;
+  const Eigen::Vector2d x = A.ldlt().solve(b);  // odometry turn over true turn, and rate error
   const double left_over = std::max(0.0, squares - b.dot(x)) / static_cast<double>(stretches.size() - 2);
   const double sigma = std::sqrt(left_over * A(1, 1) / determinant);
   return sigma / (x[0] * x[0]);

@@ -8,65 +8,63 @@
 #include "waymark/samples/robot_samples.hpp"
 #include "waymark/samples/trajectory.hpp"
 
-/// The noise of a lap by what is left over once everything is fitted: of the corners, of the wheels' steps,
-/// of their turns.
+/// Noise of a lap estimated from residuals: of the corners, of odometry steps, and of odometry turns.
 namespace waymark {
 
 namespace internal {
 
-/// Of each corner term: how many of its 8 numbers the fit has not used up, 8 - trace(J P J^T), the part of
-/// the unit on the diagonal of the hat matrix (Huber and Ronchetti, "Robust Statistics", section 7.2.1). A
-/// tag seen alone or from near takes more of it than the others. 8 for terms that are not in use.
-[[nodiscard]] std::vector<double> freedom_left(const LapBundle& lap);
+/// Redundancy of each corner term: 8 - trace(J P J^T), its share of I minus the hat matrix (Huber and
+/// Ronchetti, "Robust Statistics", section 7.2.1). A tag alone in view or close by uses up more of it than
+/// others. 8 for terms that are not in use.
+[[nodiscard]] std::vector<double> redundancy_of(const LapBundle& lap);
 
-/// Corner noise over what is claimed: from the median, which outliers hardly move. 1 where too little is left
-/// to tell it by.
-[[nodiscard]] double noise_ratio(const std::vector<double>& chi2, const std::vector<double>& freedom);
+/// Ratio of actual to stated corner noise, from the median, which is robust against outliers. 1 if the
+/// redundancy is too small.
+[[nodiscard]] double noise_ratio(const std::vector<double>& chi2, const std::vector<double>& redundancy);
 
 /// correlated_frames() of the observations of a lap.
-[[nodiscard]] double frames_that_count_as_one(const LapBundle& lap);
+[[nodiscard]] double correlated_frames_of(const LapBundle& lap);
 
-/// All corners are so many times less certain than they say.
+/// Multiplies the standard deviation of all corners by `ratio`.
 void scale_noise(Bundle& bundle, double ratio);
 
 }  // namespace internal
 
-/// How much noisier the odometry of a lap is than it was taken for: along, across, turning (1: as taken for).
+/// Ratio of actual to assumed odometry noise: longitudinal, lateral, yaw (1: as assumed).
 using OdometryNoise = Eigen::Vector3d;
 
-/// Finds the noise of the wheels from what they and the tags disagree in, and weighs them by it, adjusting
+/// Estimates the odometry noise from the disagreement with the tags, weights odometry by it and adjusts
 /// everything again: expectation maximisation of the variances (Dempster, Laird and Rubin, "Maximum
 /// Likelihood from Incomplete Data via the EM Algorithm", J. Royal Statistical Society B 39(1), 1977).
-/// Numbers that rest on many small turns, such as where the camera sits, are biased when the noise is taken
-/// for larger than it is. Errors that outlast a picture (a robot that drifts sideways for a tenth of a
-/// second) add up to more than the single steps show, and one that undoes itself (ticks of a counter) to
-/// less: what half a second shows counts where it is more. The bundle stays where it ends.
+/// Parameters that depend on many small turns, such as the camera mounting, are biased if the assumed noise
+/// is too large. Errors that persist beyond one image (a robot that drifts sideways for a tenth of a second)
+/// add up to more than single steps show, and errors that cancel (ticks of a counter) to less. The noise over
+/// half a second is used if it is larger. The bundle keeps the result.
 OdometryNoise fit_odometry_noise(LapBundle& lap, int max_iterations, const BundleProgress& progress = {});
 
-/// How far turns by odometry, times a scale, are from those of a trajectory.
+/// Deviation of scaled odometry turns from those of a trajectory.
 struct TurnNoise {
-  double rad_sqrt_m = 0;   ///< density of a random walk of the heading over the way
-  double scale_sigma = 0;  ///< standard deviation that it gives the scale
-  int stretches = 0;       ///< that it was taken from
+  double rad_sqrt_m = 0;   ///< density of a random walk of the heading per distance driven
+  double scale_sigma = 0;  ///< resulting standard deviation of the scale
+  int stretches = 0;       ///< number of stretches used
 };
 
-/// Over stretches of a second in motion, each end of which is known to half a degree. Nothing from fewer than
-/// ten. `covariance`: of each pose of the trajectory, left tangent in map.
+/// Uses stretches of one second in motion with headings known to half a degree at both ends. Empty with fewer
+/// than ten. `covariance`: by pose of the trajectory, left tangent in map.
 [[nodiscard]] std::optional<TurnNoise> turn_noise(const Trajectory& trajectory,
                                                   const std::vector<Matrix6>& covariance,
                                                   const std::vector<Odometry>& odometry, double yaw_scale);
 
-/// The scale of the turns by odometry that fits those of a trajectory best over the same stretches, for a
-/// trajectory whose turns come from something else: the reciprocal of the slope of what odometry told over
-/// how the robot turned, as odometry is what errs (see odometry_residual). The noise of `turn_noise` at that
-/// scale says how well.
+/// The scale of odometry turns that best fits those of a trajectory over the same stretches, for a trajectory
+/// whose turns come from another source. It is the reciprocal of the slope of odometry turns over actual
+/// turns, because the errors are in odometry (see odometry_residual). turn_noise() at that scale gives its
+/// noise.
 [[nodiscard]] std::optional<double> turn_scale(const Trajectory& trajectory,
                                                const std::vector<Matrix6>& covariance,
                                                const std::vector<Odometry>& odometry);
 
-/// The standard deviation of that scale where a constant error of the rate is found beside it, by what is
-/// left over in the stretches: on a course that bends to one side only, at one rate, the two are the same
-/// thing.
+/// Standard deviation of that scale if a constant rate error is estimated together with it, from the
+/// residuals of the stretches: with turns to one side only, at one rate, the two are indistinguishable.
 [[nodiscard]] std::optional<double> turn_scale_sigma(const Trajectory& trajectory,
                                                      const std::vector<Matrix6>& covariance,
                                                      const std::vector<Odometry>& odometry);

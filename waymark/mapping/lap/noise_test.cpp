@@ -1,6 +1,5 @@
-// The corner noise of a lap from what is left over: right also where the fit uses up half of every
-// observation.
-// The noise of wheels as it shows against known poses, and against tags.
+// Corner noise of a lap from residuals, also if the fit uses up half of every observation. Odometry noise
+// estimated from known poses and from tags.
 #include "waymark/mapping/lap/noise.hpp"
 
 #include <cmath>
@@ -25,7 +24,7 @@ CameraModel lens() {
       .value();
 }
 
-/// A camera that walks past a wall of tags; it sees the nearest ones only, two at a time. All at the truth.
+/// A camera that moves along a wall of tags and observes only the nearest two. All poses are true.
 LapBundle walk(int frames) {
   constexpr int kTagsOfWall = 10;
   LapBundle lap;
@@ -62,15 +61,15 @@ void add_noise(Bundle& bundle, double sigma_px, Random& random) {
   }
 }
 
-TEST(CornerNoise, WhatTheFitUsesUpAreItsUnknowns) {
+TEST(CornerNoise, TheUsedRedundancyIsTheNumberOfUnknowns) {
   const LapBundle lap = walk(60);
   ASSERT_EQ(lap.bundle.corners.size(), 120U);
-  const std::vector<double> freedom = internal::freedom_left(lap);
-  const double left = std::accumulate(freedom.begin(), freedom.end(), 0.0);
+  const std::vector<double> redundancy = internal::redundancy_of(lap);
+  const double left = std::accumulate(redundancy.begin(), redundancy.end(), 0.0);
   EXPECT_NEAR(left, 8.0 * 120 - 6 * (60 + 9), 1e-2);
 }
 
-TEST(CornerNoise, IsFoundWhereMuchOfItIsFitted) {
+TEST(CornerNoise, IsEstimatedWithLittleRedundancy) {
   constexpr int kDraws = 20;
   constexpr double kTrue = 1.7;
   Random random(11);
@@ -79,25 +78,25 @@ TEST(CornerNoise, IsFoundWhereMuchOfItIsFitted) {
     LapBundle lap = walk(100);
     add_noise(lap.bundle, kTrue * kClaimed_px, random);
     ASSERT_TRUE(solve(lap.bundle).usable());
-    mean += internal::noise_ratio(corner_chi2(lap.bundle), internal::freedom_left(lap)) / kDraws;
+    mean += internal::noise_ratio(corner_chi2(lap.bundle), internal::redundancy_of(lap)) / kDraws;
   }
   EXPECT_NEAR(mean, kTrue, 0.02 * kTrue);
 }
 
-TEST(CornerNoise, OutliersHardlyMoveIt) {
+TEST(CornerNoise, IsRobustAgainstOutliers) {
   LapBundle lap = walk(100);
   Random random(12);
   add_noise(lap.bundle, kClaimed_px, random);
   ASSERT_TRUE(solve(lap.bundle).usable());
   std::vector<double> chi2 = corner_chi2(lap.bundle);
-  const std::vector<double> freedom = internal::freedom_left(lap);
-  const double before = internal::noise_ratio(chi2, freedom);
+  const std::vector<double> redundancy = internal::redundancy_of(lap);
+  const double before = internal::noise_ratio(chi2, redundancy);
   for (std::size_t i = 0; i < chi2.size(); i += 20) chi2[i] = 1e4;
   chi2[1] = std::numeric_limits<double>::infinity();
-  EXPECT_NEAR(internal::noise_ratio(chi2, freedom), before, 0.1 * before);
+  EXPECT_NEAR(internal::noise_ratio(chi2, redundancy), before, 0.1 * before);
 }
 
-TEST(CornerNoise, TooFewObservationsTellNothing) {
+TEST(CornerNoise, IsOneForTooFewObservations) {
   EXPECT_EQ(internal::noise_ratio(std::vector<double>(49, 30.0), std::vector<double>(49, 6.0)), 1);
   EXPECT_EQ(internal::noise_ratio(std::vector<double>(99, 0.1), std::vector<double>(99, 1.0)), 1)
       << "one tag in each frame";
@@ -106,7 +105,7 @@ TEST(CornerNoise, TooFewObservationsTellNothing) {
 constexpr double kSigma_m = 0.002;
 constexpr double kSigma_rad = 0.004;
 
-/// Known poses along a bend, and wheels whose noise is so many times what they are taken for.
+/// Known poses along a bend, and odometry with `times` the assumed noise.
 LapBundle known_poses(const Eigen::Vector3d& times, std::uint64_t seed, int steps = 1500) {
   Random random(seed);
   LapBundle lap;
@@ -115,61 +114,61 @@ LapBundle known_poses(const Eigen::Vector3d& times, std::uint64_t seed, int step
   PoseIndex before = lap.bundle.add(lift(at), true);
   const Eigen::Vector3d sigma(kSigma_m, kSigma_m, kSigma_rad);
   for (int i = 0; i < steps; ++i) {
-    SE2::Tangent told(0.05, 0, 0.02);
-    at = at * SE2::exp(told);
-    for (Eigen::Index k = 0; k < 3; ++k) told[k] += times[k] * sigma[k] * random.normal();
+    SE2::Tangent measured(0.05, 0, 0.02);
+    at = at * SE2::exp(measured);
+    for (Eigen::Index k = 0; k < 3; ++k) measured[k] += times[k] * sigma[k] * random.normal();
     const PoseIndex here = lap.bundle.add(lift(at), true);
-    OdometryFactor factor{SE2::exp(told), sigma.cwiseInverse().asDiagonal()};
+    OdometryFactor factor{SE2::exp(measured), sigma.cwiseInverse().asDiagonal()};
     factor.duration_s = 0.1;
     lap.bundle.odometry.push_back({before, here, 0, factor});
     before = here;
   }
-  // One pose that is free, so that there is something to adjust.
+  // One free pose, so that the problem has an unknown.
   const PoseIndex loose = lap.bundle.add({});
   lap.bundle.priors.push_back({loose, {{}, Matrix6::Identity()}});
   return lap;
 }
 
-TEST(OdometryNoise, IsWhatItWasTakenForWhereThatIsRight) {
+TEST(OdometryNoise, IsOneForCorrectAssumptions) {
   LapBundle lap = known_poses({1, 1, 1}, 1);
   const OdometryNoise noise = fit_odometry_noise(lap, 50);
   EXPECT_LT((noise - OdometryNoise::Ones()).cwiseAbs().maxCoeff(), 0.12);
 }
 
-/// Within a half of a second turns that err move a robot sideways as well: that is in what is found across.
-TEST(OdometryNoise, IsFoundForEachOfItsPartsByItself) {
+/// Over half a second, turn errors also move a robot sideways, which is included in the lateral noise.
+TEST(OdometryNoise, IsEstimatedForEachDirection) {
   for (const Eigen::Vector3d& times :
        {Eigen::Vector3d(3, 1, 1), Eigen::Vector3d(1, 2, 2), Eigen::Vector3d(0.4, 0.5, 0.3)}) {
     LapBundle lap = known_poses(times, 2);
     const OdometryNoise noise = fit_odometry_noise(lap, 50);
     for (Eigen::Index k = 0; k < 3; ++k)
       EXPECT_NEAR(noise[k] / times[k], 1, 0.2) << k << " of " << times.transpose();
-    // The wheels weigh by it from now on.
+    // Odometry is weighted by it from now on.
     const Eigen::Vector3d weight = lap.bundle.odometry.front().factor.whitening.diagonal();
     const Eigen::Vector3d was(1 / kSigma_m, 1 / kSigma_m, 1 / kSigma_rad);
     EXPECT_LT((weight.cwiseProduct(noise) - was).norm(), 1e-6 * was.norm());
   }
 }
 
-TEST(OdometryNoise, ErrorsThatLastCountAsWhatHalfASecondShows) {
+TEST(OdometryNoise, PersistentErrorsCountOverHalfASecond) {
   LapBundle lap = known_poses({0, 0, 0}, 3);
   Random random(4);
   double off_m = 0;
   for (std::size_t i = 0; i < lap.bundle.odometry.size(); ++i) {
     if (i % 5 == 0) off_m = kSigma_m * random.normal();
     OdometryFactor& factor = lap.bundle.odometry[i].factor;
-    SE2::Tangent told = factor.measured.log();
-    told[1] += off_m;
-    factor.measured = SE2::exp(told);
+    SE2::Tangent measured = factor.measured.log();
+    measured[1] += off_m;
+    factor.measured = SE2::exp(measured);
   }
   const OdometryNoise noise = fit_odometry_noise(lap, 50);
-  // Five steps that err alike err by five times one, not by its square root.
+  // Five steps with equal errors have five times the error of one, not the square root of five times.
   EXPECT_GT(noise[1], 1.4);
   EXPECT_LT(noise[1], 2.8);
-  EXPECT_LT(noise[0], 0.5) << "nothing is wrong ahead";
+  EXPECT_LT(noise[0], 0.5) << "no longitudinal error";
 }
 
-TEST(OdometryNoise, IsFoundAgainstTagsAsWell) {
+TEST(OdometryNoise, IsEstimatedFromTags) {
   const test::RingDrive drive = test::drive_ring(
       {.loops = 2, .noise_px = 0.05, .odometry_sigma_m = 0.012, .odometry_sigma_rad = 0.02, .seed = 5});
   LapBundle lap = lap_bundle(drive.lap, test::true_start(drive));
@@ -179,23 +178,22 @@ TEST(OdometryNoise, IsFoundAgainstTagsAsWell) {
   EXPECT_NEAR(noise[2] * taken_for[2], 0.02, 0.006);
 }
 
-TEST(OdometryNoise, WithoutWheelsThereIsNone) {
+TEST(OdometryNoise, IsOneWithoutOdometry) {
   LapBundle lap;
   EXPECT_EQ(fit_odometry_noise(lap, 10), OdometryNoise::Ones());
 }
 
-TEST(OdometryNoise, EndsWhenItIsAskedTo) {
+TEST(OdometryNoise, StopsOnRequest) {
   LapBundle lap = known_poses({4, 4, 4}, 6, 200);
   int asked = 0;
   fit_odometry_noise(lap, 50, [&](int, double) {
     ++asked;
     return false;
   });
-  EXPECT_EQ(asked, 1) << "the first search that is stopped is the last";
+  EXPECT_EQ(asked, 1) << "no search after the stopped one";
 }
 
-/// A minute of bends: the wheels tell turns `1 / scale` times too large, with a random walk of the true
-/// heading beside them.
+/// A minute of bends: odometry turns are `1 / scale` times the true ones, plus a random walk of the heading.
 struct Drive {
   Trajectory trajectory{};
   std::vector<Matrix6> covariance{};
@@ -224,7 +222,7 @@ Drive drive_noisily(double scale, double noise_rad_sqrt_m, std::uint64_t seed) {
   return made;
 }
 
-TEST(TurnNoise, IsWhatWheelsAndTrajectoryDifferInAfterTheScale) {
+TEST(TurnNoise, IsTheRemainingDifferenceAfterScaling) {
   for (const double noise : {0.01, 0.13}) {
     for (const double scale : {0.2, 1.2}) {
       const Drive made = drive_noisily(scale, noise, 7);
@@ -238,7 +236,7 @@ TEST(TurnNoise, IsWhatWheelsAndTrajectoryDifferInAfterTheScale) {
   }
 }
 
-TEST(TurnNoise, TheScaleOfTheTurnsIsFoundAsWellAsItsNoiseSays) {
+TEST(TurnNoise, TheTurnScaleErrorIsConsistentWithItsSigma) {
   for (const double scale : {0.2, 1.0, 1.2}) {
     double squares = 0;
     constexpr int kDrives = 12;
@@ -255,7 +253,7 @@ TEST(TurnNoise, TheScaleOfTheTurnsIsFoundAsWellAsItsNoiseSays) {
   }
 }
 
-/// Bends to the left only, the faster the larger `share`; the odometry's rate has an error that wanders.
+/// Bends to the left only, with a rate variation of `share`; the odometry rate has a wandering error.
 Drive one_sided(double share, std::uint64_t seed) {
   constexpr double kDt_s = 0.02;
   Drive made;
@@ -278,19 +276,19 @@ Drive one_sided(double share, std::uint64_t seed) {
   return made;
 }
 
-TEST(TurnNoise, OneSidedBendsAtOneRateDoNotTellTheScale) {
+TEST(TurnNoise, OneSidedBendsAtOneRateDoNotDetermineTheScale) {
   const auto sigma = [](double share) {
     const Drive made = one_sided(share, 3);
     return turn_scale_sigma(made.trajectory, made.covariance, made.odometry).value();
   };
-  EXPECT_GT(sigma(0.02), 0.05) << "a wrong scale and an error of the rate are the same thing";
+  EXPECT_GT(sigma(0.02), 0.05) << "scale and rate error are indistinguishable";
   EXPECT_LT(sigma(0.6), 0.01);
   EXPECT_LT(sigma(0.6), sigma(0.2));
   const Drive both_sides = drive_noisily(1, 0.02, 3);
   EXPECT_FALSE(turn_scale_sigma(both_sides.trajectory, both_sides.covariance, both_sides.odometry));
 }
 
-TEST(TurnNoise, SaysNothingWhereTheHeadingsAreNotKnown) {
+TEST(TurnNoise, IsEmptyIfHeadingsAreUncertain) {
   Drive made = drive_noisily(1, 0.01, 7);
   for (Matrix6& P : made.covariance) P(5, 5) = 0.1;
   EXPECT_FALSE(turn_noise(made.trajectory, made.covariance, made.odometry, 1));

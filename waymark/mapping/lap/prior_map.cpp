@@ -16,18 +16,18 @@ namespace {
 using Matrix8 = Eigen::Matrix<double, 8, 8>;
 using PoseByPrint = Eigen::Matrix<double, 6, 8>;
 
-/// What is summed over the observations of a tag.
+/// Sums over the observations of a tag.
 struct Sums {
   Matrix6 information = Matrix6::Zero();
   PoseByPrint by_print = PoseByPrint::Zero();
 };
 
-/// Derivative of the whitened corners by where they are in the plane of the tag: x, y of each.
+/// Derivative of the whitened corners by the corner positions in the plane of the tag: x, y of each.
 Matrix8 by_corners_of(const CornerTerm& term, const Eigen::Matrix<double, 8, 6>& plain,
                       const SE3& map_T_tag) {
   const Eigen::Matrix<double, 3, 2> plane = map_T_tag.rotation().matrix().leftCols<2>();
   Matrix8 J = Matrix8::Zero();
-  // A corner that moves alone does what it does where the whole tag is moved.
+  // A displacement of one corner has the same effect on it as a displacement of the whole tag.
   for (Eigen::Index c = 0; c < 8; c += 2) J.block<2, 2>(c, c) = plain.block<2, 3>(c, 0) * plane;
   return term.factor.whitening * J;
 }
@@ -63,7 +63,7 @@ std::map<PoseIndex, Matrix6> covariance_of_print(const Bundle& bundle, double si
 
 namespace {
 
-/// Of the common part, so much is taken as common: what is left for each tag stays invertible.
+/// Share of the common covariance that is used, so that the remainder of each tag stays invertible.
 constexpr double kCommonShare = 0.9;
 
 /// S min(I, D) S^T.
@@ -98,7 +98,7 @@ void move_all(const SE3& new_T_old, LapBundle& lap) {
   }
 }
 
-/// The pose of each tag of the prior map: that of the lap's tag where it still stands there.
+/// Adds a pose for each tag of the prior map: that of the lap's tag if it is unmoved.
 void add_places(const LapPrior& prior, LapBundle& lap, TiedPrior& tied) {
   const std::set<TagId> agreeing(tied.agreeing.begin(), tied.agreeing.end());
   for (const auto& [id, tag] : prior.map.tags) {
@@ -113,7 +113,7 @@ void add_places(const LapPrior& prior, LapBundle& lap, TiedPrior& tied) {
   }
 }
 
-/// The floor of the prior map is that of the new one. What defined the lap's own map does so no more.
+/// Uses the floor of the prior map and removes the definition of the lap's own map frame.
 void use_prior_floor(const LapPrior& prior, LapBundle& lap) {
   std::set<PoseIndex> tags;
   for (const auto& [id, pose] : lap.tags) tags.insert(pose);
@@ -127,11 +127,11 @@ void use_prior_floor(const LapPrior& prior, LapBundle& lap) {
   }
 }
 
-/// What the prior map knows, once each of its tags has a pose.
+/// Adds the information of the prior map, once each of its tags has a pose.
 void add_terms(const LapPrior& prior, LapBundle& lap, const TiedPrior& tied) {
   const Matrix6 slack = 1e-10 * Matrix6::Identity();
   const Matrix6 common = kCommonShare * common_covariance(prior.map);
-  const PoseIndex old = lap.bundle.add({});  // where the frame of the prior map lies in the map
+  const PoseIndex old = lap.bundle.add({});  // pose of the prior map's frame in the map
   lap.bundle.priors.push_back({old, {{}, whitening_of(Matrix6(common + 1e-12 * Matrix6::Identity()))}});
   for (const auto& [id, tag] : prior.map.tags) {
     if (!tag.covariance || lap.bundle.poses[tied.before.at(id)].fixed) continue;
@@ -167,20 +167,20 @@ Result<TiedPrior> tie_to_prior(const LapPrior& prior, const TagId& anchor, const
   const TagMap now = tags_of(lap, prior.map);
   const Result<MapComparison> comparison = compare_maps(now, prior.map);
   if (!comparison)
-    return fail(ErrorCode::NotFound, "the lap does not fit the map that it should extend: no two tags agree",
-                {},
-                "Is it a lap of this place? `waymark map LAP prior=MAP` maps it by itself and holds it "
-                "against the map.");
-  // Where the anchor of laps still stands both maps are in one frame, and their covariances say how far apart
-  // they may be; aligning them by all tags would hide that.
-  if (is_measured(prior.map) || !stands_where_it_was(*comparison, anchor))
+    return fail(
+        ErrorCode::NotFound, "the lap does not fit the map to be extended: no two tags agree", {},
+        "Check that the lap was recorded at this place. `waymark map LAP prior=MAP` maps it separately "
+        "and compares both maps.");
+  // With an unmoved anchor of laps, both maps are in one frame, and their covariances bound the distances; an
+  // alignment by all tags would hide errors.
+  if (is_measured(prior.map) || !is_unmoved(*comparison, anchor))
     move_all(comparison->map_T_prior.inverse(), lap);
   TiedPrior tied{.comparison = *comparison};
   find_agreeing(prior, now, lap, anchor, known, tied);
   add_places(prior, lap, tied);
   add_terms(prior, lap, tied);
   use_prior_floor(prior, lap);
-  // The lap's own anchor was held where the prior map has it: from now on it is a tag like any other.
+  // The lap's own anchor was fixed at its pose in the prior map; from now on it is a normal tag.
   for (const auto& [id, index] : lap.tags) {
     if (std::ranges::find(tied.agreeing, id) == tied.agreeing.end()) lap.bundle.poses[index].fixed = false;
   }
@@ -207,8 +207,9 @@ TiePairs pairs_to_tie(const LapInput& input, const LapBundle& lap, const std::op
 
 namespace {
 
-constexpr double kPrinted_m = 0.0005;  ///< paper, glue and the detector's own error; it lasts
-constexpr double kFarthest_m = 0.5;
+/// Error of a printed corner: paper, glue and the systematic error of the detector.
+constexpr double kPrinted_m = 0.0005;
+constexpr double kMaxDistance_m = 0.5;
 
 using Matrices = std::map<PoseIndex, Matrix6>;
 
@@ -218,10 +219,10 @@ Matrix6 print_of(const Matrices& printed, const LapBundle& lap, const TagId& tag
   return at != printed.end() ? at->second : Matrix6::Zero();
 }
 
-/// How far the lap has a tag, which may be wrong by `P`, from where the map has it: squared, by what both may
-/// be wrong by.
+/// Squared distance of a tag pose in the lap, with covariance `P`, from its pose in the map, whitened by both
+/// uncertainties.
 double distance2(const SE3& map_T_tag, const Matrix6& P, const MappedTag& before) {
-  const Matrix6 slack = 1e-6 * Matrix6::Identity();  // a millimetre, a milliradian
+  const Matrix6 slack = 1e-6 * Matrix6::Identity();  // 1 mm, 1 mrad
   const Vector6 off = minus(map_T_tag, before.map_T_tag);
   const Matrix6 S = P + before.covariance.value_or(Matrix6::Zero()) + slack;
   return off.dot(S.llt().solve(off));
@@ -229,25 +230,25 @@ double distance2(const SE3& map_T_tag, const Matrix6& P, const MappedTag& before
 
 std::string contradiction(const TagId& tag, const SE3& now, const SE3& before) {
   return fmt::format(
-      "{} stands {:.0f} mm and {:.1f} deg from where the map has it, more than both can be wrong by: it was "
-      "moved, and the map has its new place",
+      "{} moved by {:.0f} mm and {:.1f} deg, more than both uncertainties allow; the map now has the new "
+      "pose",
       to_string(tag), 1000 * (now.translation() - before.translation()).norm(),
       to_degrees((now.rotation().inverse() * before.rotation()).angle()));
 }
 
 void write_messages(const LapPrior& prior, const LapBundle& lap, TiedPrior& tied) {
-  tied.words.clear();
+  tied.warnings.clear();
   for (const ComparedTag& compared : tied.comparison.tags) {
     if (compared.change == TagChange::Swapped && compared.tag < *compared.with)
-      tied.words.push_back(fmt::format("{} and {} are swapped against the map that is extended",
-                                       to_string(compared.tag), to_string(*compared.with)));
+      tied.warnings.push_back(fmt::format("{} and {} are swapped compared with the map to be extended",
+                                          to_string(compared.tag), to_string(*compared.with)));
     if (std::ranges::find(tied.moved, compared.tag) != tied.moved.end())
-      tied.words.push_back(contradiction(compared.tag, lap.bundle.poses[lap.tags.at(compared.tag)].value,
-                                         prior.map.find(compared.tag)->map_T_tag));
+      tied.warnings.push_back(contradiction(compared.tag, lap.bundle.poses[lap.tags.at(compared.tag)].value,
+                                            prior.map.find(compared.tag)->map_T_tag));
   }
 }
 
-/// The term that the prior map has for a tag applies to this pose from now on.
+/// Applies the prior map's term for a tag to this pose from now on.
 void attach_prior(PoseIndex pose, const TagId& tag, LapBundle& lap, TiedPrior& tied) {
   for (RelativeTerm& term : lap.bundle.relatives) term.b = term.b == tied.before.at(tag) ? pose : term.b;
   tied.before[tag] = pose;
@@ -260,7 +261,7 @@ bool tie_more(const LapPrior& prior, const Matrices& printed, const BundleCovari
     const SE3& map_T_tag = lap.bundle.poses[pose].value;
     const MappedTag& before = *prior.map.find(tag);
     return !tied.untied.contains(tag) &&
-           (map_T_tag.translation() - before.map_T_tag.translation()).norm() < kFarthest_m &&
+           (map_T_tag.translation() - before.map_T_tag.translation()).norm() < kMaxDistance_m &&
            distance2(map_T_tag, known.poses[pose] + print_of(printed, lap, tag), before) < kPoseGate;
   };
   const auto now = std::ranges::stable_partition(tied.moved, std::not_fn(agrees));
@@ -269,7 +270,7 @@ bool tie_more(const LapPrior& prior, const Matrices& printed, const BundleCovari
     BundlePose& pose = lap.bundle.poses[own];
     pose.fixed = is_held(prior, tag, *prior.map.find(tag));
     if (pose.fixed) pose.value = prior.map.find(tag)->map_T_tag;
-    lap.bundle.poses[tied.before.at(tag)].fixed = true;  // no term applies to it any more
+    lap.bundle.poses[tied.before.at(tag)].fixed = true;  // it has no terms any more
     attach_prior(own, tag, lap, tied);
     tied.agreeing.push_back(tag);
   }
@@ -278,8 +279,8 @@ bool tie_more(const LapPrior& prior, const Matrices& printed, const BundleCovari
   return more;
 }
 
-/// The same of a tied tag by what lap and other tags say: its own place in the map is taken out of the
-/// estimate (its information subtracted). 0 where nothing is left.
+/// The same for a tied tag according to the lap and other tags: the information of its own prior is
+/// subtracted. 0 if no information remains.
 double distance2_without(const TagId& tag, const MappedTag& before, const Matrix6& of_print,
                          const BundleCovariance& known, const LapBundle& lap) {
   const PoseIndex pose = lap.tags.at(tag);
@@ -320,26 +321,25 @@ bool is_held(const LapPrior& prior, const TagId& tag, const MappedTag& mapped) {
   return prior.frozen.contains(tag) || !mapped.covariance;
 }
 
-bool stands_where_it_was(const MapComparison& comparison, const TagId& tag) {
+bool is_unmoved(const MapComparison& comparison, const TagId& tag) {
   const auto at = std::ranges::find(comparison.tags, tag, &ComparedTag::tag);
   return at != comparison.tags.end() && (at->change == TagChange::Same || at->change == TagChange::Resized);
 }
 
 void find_agreeing(const LapPrior& prior, const TagMap& now, const LapBundle& lap, const TagId& anchor,
                    const BundleCovariance& known, TiedPrior& tied) {
-  // The lap stands on the anchor as the prior map has it: what is wrong with that moves all the others, the
-  // more the farther they are.
-  const MappedTag* stands_on = prior.map.find(anchor);
+  // The lap uses the anchor pose of the prior map, whose error moves all other tags, distant ones more.
+  const MappedTag* anchor_tag = prior.map.find(anchor);
   const Matrix6 of_anchor =
-      stands_on != nullptr ? stands_on->covariance.value_or(Matrix6::Zero()) : Matrix6::Zero();
+      anchor_tag != nullptr ? anchor_tag->covariance.value_or(Matrix6::Zero()) : Matrix6::Zero();
   const bool measured = is_measured(prior.map);
   for (const ComparedTag& compared : tied.comparison.tags) {
     const MappedTag* before = prior.map.find(compared.tag);
     if (before == nullptr || now.find(compared.tag) == nullptr || compared.change == TagChange::Swapped)
       continue;
     const PoseIndex pose = lap.tags.at(compared.tag);
-    const bool agrees = measured ? stands_where_it_was(tied.comparison, compared.tag)
-                                 : compared.distance_m < kFarthest_m &&
+    const bool agrees = measured ? is_unmoved(tied.comparison, compared.tag)
+                                 : compared.distance_m < kMaxDistance_m &&
                                        distance2(lap.bundle.poses[pose].value, known.poses[pose] + of_anchor,
                                                  *before) < kPoseGate;
     (agrees ? tied.agreeing : tied.moved).push_back(compared.tag);
@@ -354,7 +354,7 @@ bool revise_agreement(const LapPrior& prior, LapBundle& lap, TiedPrior& tied) {
     const Matrices printed = covariance_of_print(lap.bundle, kPrinted_m);
     changed = tie_more(prior, printed, known, lap, tied) || untie_worst(prior, printed, known, lap, tied);
   }
-  write_messages(prior, lap, tied);  // by where the poses are now
+  write_messages(prior, lap, tied);  // with the current poses
   return changed;
 }
 

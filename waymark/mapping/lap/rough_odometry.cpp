@@ -14,7 +14,7 @@
 namespace waymark::internal {
 namespace {
 
-/// What tags, wheels and gyro say of the same short time; on the floor.
+/// Motion of the base within a short time according to tags, odometry and gyro.
 struct Window {
   double duration_s = 0;
   SE2::Tangent tags = SE2::Tangent::Zero();
@@ -22,7 +22,7 @@ struct Window {
   std::optional<double> gyro_rad{};
 };
 
-/// How the base moved from one frame to another by the tags of both: medians over the tags.
+/// Motion of the base between two frames according to their common tags: medians over the tags.
 std::optional<SE2::Tangent> motion_by_tags(const FloorFrame& from, const FloorFrame& to) {
   std::vector<double> x;
   std::vector<double> y;
@@ -41,7 +41,7 @@ std::optional<SE2::Tangent> motion_by_tags(const FloorFrame& from, const FloorFr
   return SE2::Tangent(median(std::move(x)), median(std::move(y)), median(std::move(turn)));
 }
 
-/// The frames of each camera; a window begins and ends with the same one.
+/// The frames of each camera; a window starts and ends with the same camera.
 std::vector<std::vector<ObservedFrame>> by_camera(const LapInput& lap,
                                                   const std::vector<ObservedFrame>& observed) {
   std::vector<std::vector<ObservedFrame>> cameras(1 + lap.more_cameras.size());
@@ -56,24 +56,23 @@ std::vector<std::vector<ObservedFrame>> by_camera(const LapInput& lap,
 
 void add_windows(const LapInput& lap, const TagShapes& shapes, const std::vector<ObservedFrame>& observed,
                  std::vector<Window>& windows) {
-  constexpr double kShort_s = 0.8;
-  constexpr double kLong_s = 1.2;
+  constexpr double kMinWindow_s = 0.8;
+  constexpr double kMaxWindow_s = 1.2;
   const std::vector<FloorFrame> frames = floor_frames(observed, shapes, lap.base_T_cam, {});
   const OdometryTrack wheels(lap.odometry);
   const GyroTrack gyro(lap.imu);
   std::size_t j = 0;
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    while (j < frames.size() && to_seconds(frames[j].stamp - frames[i].stamp) < kShort_s) ++j;
+    while (j < frames.size() && to_seconds(frames[j].stamp - frames[i].stamp) < kMinWindow_s) ++j;
     if (j == frames.size()) break;
     const double duration_s = to_seconds(frames[j].stamp - frames[i].stamp);
     const auto a = wheels.at(frames[i].stamp);
     const auto b = wheels.at(frames[j].stamp);
     const auto tags = motion_by_tags(frames[i], frames[j]);
-    if (duration_s > kLong_s || !a || !b || !tags) continue;
+    if (duration_s > kMaxWindow_s || !a || !b || !tags) continue;
     Window window{duration_s, *tags, (a->inverse() * *b).log(), gyro.turn(frames[i].stamp, frames[j].stamp)};
-    constexpr double kTooFast_rad =
-        2.5;  // the rotation of a second would not be told from one of a turn more
-    if (std::abs(window.wheels[2]) < kTooFast_rad) windows.push_back(window);
+    constexpr double kMaxTurn_rad = 2.5;  // larger rotations are ambiguous by a whole turn
+    if (std::abs(window.wheels[2]) < kMaxTurn_rad) windows.push_back(window);
   }
 }
 
@@ -84,14 +83,14 @@ std::vector<Window> windows_of(const LapInput& lap, const std::vector<ObservedFr
   return windows;
 }
 
-/// Of a told number and the true one.
+/// Pairs of a measured value and the true one.
 using Pairs = std::vector<std::pair<double, double>>;
 
-/// The factor of least absolute deviations. Nothing where the pairs tell it badly.
-std::optional<double> scale_of(const Pairs& pairs, double least_sum) {
-  constexpr std::size_t kFewest = 30;
-  constexpr double kOverlap = 10;  // windows of a second that begin with every frame are not independent
-  constexpr double kBad = 0.1;
+/// The factor with the least absolute deviations; empty if the pairs do not determine it.
+std::optional<double> scale_of(const Pairs& pairs, double min_sum) {
+  constexpr std::size_t kMinPairs = 30;
+  constexpr double kOverlap = 10;  // one-second windows start at every frame and are not independent
+  constexpr double kMaxSigma = 0.1;
   double sum = 0;
   std::vector<std::pair<double, double>> ratios;  // and weights
   for (const auto& [odometry, truth] : pairs) {
@@ -99,7 +98,7 @@ std::optional<double> scale_of(const Pairs& pairs, double least_sum) {
     ratios.emplace_back(truth / odometry, std::abs(odometry));
     sum += std::abs(odometry);
   }
-  if (ratios.size() < kFewest || sum < least_sum) return std::nullopt;
+  if (ratios.size() < kMinPairs || sum < min_sum) return std::nullopt;
   std::ranges::sort(ratios);
   double below = 0;
   double scale = 0;
@@ -111,7 +110,7 @@ std::optional<double> scale_of(const Pairs& pairs, double least_sum) {
   for (const auto& [odometry, truth] : pairs) off.push_back(std::abs(truth - scale * odometry));
   const auto n = static_cast<double>(ratios.size());
   const double sigma = 1.5 * median(std::move(off)) / (sum / n) * std::sqrt(kOverlap / n);
-  if (!(scale > 0) || sigma > kBad * scale) return std::nullopt;
+  if (!(scale > 0) || sigma > kMaxSigma * scale) return std::nullopt;
   return scale;
 }
 
@@ -121,20 +120,20 @@ double median_off(const Pairs& pairs, double scale) {
   return off.empty() ? 0 : median(std::move(off));
 }
 
-constexpr double kLeastTurn_rad = 6;  // over all windows, which overlap
-constexpr double kLeastWay_m = 5;
+constexpr double kMinTurn_rad = 6;  // sum over all windows, which overlap
+constexpr double kMinDistance_m = 5;
 
-/// A gyro: true turn = scale * told - bias * time.
+/// A gyro: true turn = scale * measured turn - bias * time.
 struct Gyro {
   double scale = 1, bias_rad_s = 0;
-  double off_rad = 0;  ///< median of what is left
+  double off_rad = 0;  ///< median absolute residual
 };
 
-/// Least absolute deviations by iteratively reweighted least squares: scale and bias together, because on a
-/// course that bends mostly to one side each does the other's work.
+/// Least absolute deviations by iteratively reweighted least squares. Scale and bias are estimated together,
+/// because on a course with bends mostly to one side they are strongly correlated.
 std::optional<Gyro> fit_gyro(const std::vector<Window>& windows) {
   constexpr int kRounds = 30;
-  constexpr double kSmall_rad = 1e-3;
+  constexpr double kMinResidual_rad = 1e-3;
   constexpr double kScaleSigma = 0.1;
   constexpr double kBiasSigma_rad_s = 0.1;
   const Eigen::Vector2d usual(1, 0);
@@ -147,7 +146,7 @@ std::optional<Gyro> fit_gyro(const std::vector<Window>& windows) {
     for (const Window& w : windows) {
       if (!w.gyro_rad) continue;
       const Eigen::Vector2d row(*w.gyro_rad, -w.duration_s);
-      const double weight = 1 / std::max(std::abs(w.tags[2] - row.dot(x)), kSmall_rad);
+      const double weight = 1 / std::max(std::abs(w.tags[2] - row.dot(x)), kMinResidual_rad);
       A += weight * row * row.transpose();
       b += weight * w.tags[2] * row;
     }
@@ -158,14 +157,14 @@ std::optional<Gyro> fit_gyro(const std::vector<Window>& windows) {
   for (const Window& w : windows) {
     if (w.gyro_rad) pairs.emplace_back(*w.gyro_rad, w.tags[2] + gyro.bias_rad_s * w.duration_s);
   }
-  if (!scale_of(pairs, kLeastTurn_rad)) return std::nullopt;
+  if (!scale_of(pairs, kMinTurn_rad)) return std::nullopt;
   gyro.off_rad = median_off(pairs, gyro.scale);
   return gyro;
 }
 
-/// The wheels' motions one after the other, each changed.
+/// The odometry motions in order, each modified by `change`.
 template <class Change>
-std::vector<Odometry> changed(const std::vector<Odometry>& odometry, const Change& change) {
+std::vector<Odometry> with_changed_motions(const std::vector<Odometry>& odometry, const Change& change) {
   std::vector<Odometry> result;
   result.reserve(odometry.size());
   for (std::size_t i = 0; i < odometry.size(); ++i) {
@@ -180,7 +179,7 @@ std::vector<Odometry> changed(const std::vector<Odometry>& odometry, const Chang
   return result;
 }
 
-/// The steps of the odometry that the gyro does not cover, those that follow each other as one.
+/// Finds odometry steps without gyro samples; adjacent ones are merged.
 void find_gaps(const std::vector<Odometry>& odometry, const GyroTrack& gyro, RoughOdometry& rough) {
   double missing_s = 0;
   for (std::size_t i = 1; i < odometry.size(); ++i) {
@@ -201,8 +200,8 @@ void find_gaps(const std::vector<Odometry>& odometry, const GyroTrack& gyro, Rou
 }  // namespace
 
 RoughOdometry rough_odometry(const LapInput& lap, const std::vector<ObservedFrame>& observed) {
-  constexpr double kNearlyRight = 0.2;  // as a logarithm: from there on the bundle finds the rest
-  constexpr double kClearlyBetter = 0.7;
+  constexpr double kMaxLogScale = 0.2;  // the bundle estimates smaller scale errors
+  constexpr double kMaxErrorRatio = 0.7;
   RoughOdometry rough{.odometry = lap.odometry};
   const std::vector<Window> windows = windows_of(lap, observed);
   Pairs turns;
@@ -211,10 +210,10 @@ RoughOdometry rough_odometry(const LapInput& lap, const std::vector<ObservedFram
     turns.emplace_back(w.wheels[2], w.tags[2]);
     ways.emplace_back(w.wheels[0], w.tags[0]);
   }
-  const auto yaw = scale_of(turns, kLeastTurn_rad);
-  const auto distance = scale_of(ways, kLeastWay_m);
+  const auto yaw = scale_of(turns, kMinTurn_rad);
+  const auto distance = scale_of(ways, kMinDistance_m);
   const auto off = [&](const std::optional<double>& scale) {
-    return scale && std::abs(std::log(*scale)) > kNearlyRight ? *scale : 1.0;
+    return scale && std::abs(std::log(*scale)) > kMaxLogScale ? *scale : 1.0;
   };
   rough.yaw = off(yaw);
   rough.distance = off(distance);
@@ -225,15 +224,16 @@ RoughOdometry rough_odometry(const LapInput& lap, const std::vector<ObservedFram
   }
   const GyroTrack track(lap.imu);
   find_gaps(lap.odometry, track, rough);
-  rough.turns_by_gyro = gyro && gyro->off_rad < kClearlyBetter * median_off(beside_gyro, yaw.value_or(1));
+  rough.turns_by_gyro = gyro && gyro->off_rad < kMaxErrorRatio * median_off(beside_gyro, yaw.value_or(1));
   if (!rough.turns_by_gyro && rough.yaw == 1 && rough.distance == 1) return rough;
   if (rough.turns_by_gyro) rough.yaw = yaw.value_or(1);
-  rough.odometry = changed(lap.odometry, [&](SE2::Tangent twist, SensorTime from, SensorTime to) {
-    const auto turned = rough.turns_by_gyro ? track.turn(from, to) : std::nullopt;
-    const double turn =
-        turned ? gyro->scale * *turned - gyro->bias_rad_s * to_seconds(to - from) : rough.yaw * twist[2];
-    return SE2::Tangent(rough.distance * twist[0], rough.distance * twist[1], turn);
-  });
+  rough.odometry =
+      with_changed_motions(lap.odometry, [&](SE2::Tangent twist, SensorTime from, SensorTime to) {
+        const auto turned = rough.turns_by_gyro ? track.turn(from, to) : std::nullopt;
+        const double turn =
+            turned ? gyro->scale * *turned - gyro->bias_rad_s * to_seconds(to - from) : rough.yaw * twist[2];
+        return SE2::Tangent(rough.distance * twist[0], rough.distance * twist[1], turn);
+      });
   return rough;
 }
 

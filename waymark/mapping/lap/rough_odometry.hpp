@@ -4,24 +4,24 @@
 
 namespace waymark::internal {
 
-/// Odometry that is right to some per cent, which is what a search can begin with.
+/// Odometry corrected to within a few per cent, sufficient to start a search.
 struct RoughOdometry {
   std::vector<Odometry> odometry{};
-  double distance = 1;         ///< what the distances of the wheels were multiplied by
-  double yaw = 1;              ///< and their turns; of a gyro: what would have been right for the wheels
+  double distance = 1;  ///< factor applied to the odometry distances
+  /// Factor applied to odometry turns; with a gyro: the factor that odometry turns would need.
+  double yaw = 1;
   bool turns_by_gyro = false;  ///< turns are those of the gyro, scaled and without its bias
-  /// Where samples of the gyro are missing, and turns are those of the wheels all the same.
+  /// Times without gyro samples, in which the turns are those of odometry.
   std::vector<TimeSpan> without_gyro{};
-  double without_gyro_share = 0;  ///< of the time of the odometry
+  double without_gyro_share = 0;  ///< share of the odometry time
 };
 
-/// Holds what the wheels, and the gyro where there is one, say of a second against how the base moved past
-/// the tags it saw before and after, one tag at a time: no map is needed, and no tag need be the one it is
-/// taken for. Scales are those of least absolute deviations (a weighted median of ratios), so that a moved
-/// tag, a wrong id or a mirrored pose has little say. Wheels that are nearly right stay as they are: the
-/// bundle finds the rest. A gyro turns for the wheels where it agrees with the tags clearly better, as on a
-/// robot that skids; where its samples are missing the wheels turn, with the scale found for them. O(frames *
-/// tags of a frame).
+/// Compares odometry, and a gyro if there is one, over one second with the motion of the base relative to the
+/// tags observed before and after, one tag at a time. It needs no map and no correct tag ids. Scales minimise
+/// absolute deviations (a weighted median of ratios), so a moved tag, a wrong id or a mirrored pose has
+/// little effect. Nearly correct odometry is not changed; the bundle estimates the rest. Gyro turns replace
+/// odometry turns if they agree with the tags clearly better, as on a skid-steered robot; gaps of the gyro
+/// are filled by odometry turns with their estimated scale. O(frames * tags per frame).
 [[nodiscard]] RoughOdometry rough_odometry(const LapInput& lap, const std::vector<ObservedFrame>& observed);
 
 }  // namespace waymark::internal

@@ -1,4 +1,4 @@
-// Scales of wheels and gyro from motions past tags, before there is a map.
+// Scales of odometry and gyro from motions past tags, before there is a map.
 #include "waymark/mapping/lap/rough_odometry.hpp"
 
 #include <cmath>
@@ -16,7 +16,7 @@ using test::RingDrive;
 
 RoughOdometry rough(const RingDrive& drive) { return rough_odometry(drive.lap, observed_frames(drive.lap)); }
 
-/// The gyro of the drive: 50 Hz, told as so many times the true rate and a bias.
+/// Adds a gyro at 50 Hz: the true rate times a scale, plus a bias.
 void add_gyro(RingDrive& drive, double scale, double bias_rad_s) {
   constexpr double kRate_rad_s = 0.5;  // 0.5 m/s on a circle of 1 m
   const SensorTime end = drive.lap.frames.back().stamp;
@@ -25,17 +25,17 @@ void add_gyro(RingDrive& drive, double scale, double bias_rad_s) {
         {.stamp = at, .angular_velocity_rad_s = {0, 0, kRate_rad_s / scale + bias_rad_s}});
 }
 
-/// The whole motion that odometry tells.
+/// The whole motion of the odometry.
 SE2 motion_of(const std::vector<Odometry>& odometry) {
   return odometry.front().odom_T_base.inverse() * odometry.back().odom_T_base;
 }
 
-TEST(RoughOdometry, WheelsThatAreNearlyRightStayAsTheyAreToTheBit) {
-  for (const double told : {0.9, 1.0, 1.15}) {
-    const RingDrive drive = drive_ring({.told_distance = told, .told_yaw = 2 - told});
+TEST(RoughOdometry, NearlyCorrectOdometryIsNotChanged) {
+  for (const double scale : {0.9, 1.0, 1.15}) {
+    const RingDrive drive = drive_ring({.odometry_distance = scale, .odometry_yaw = 2 - scale});
     const RoughOdometry found = rough(drive);
-    EXPECT_EQ(found.distance, 1) << told;
-    EXPECT_EQ(found.yaw, 1) << told;
+    EXPECT_EQ(found.distance, 1) << scale;
+    EXPECT_EQ(found.yaw, 1) << scale;
     EXPECT_FALSE(found.turns_by_gyro);
     ASSERT_EQ(found.odometry.size(), drive.lap.odometry.size());
     for (std::size_t i = 0; i < found.odometry.size(); ++i)
@@ -43,15 +43,16 @@ TEST(RoughOdometry, WheelsThatAreNearlyRightStayAsTheyAreToTheBit) {
   }
 }
 
-TEST(RoughOdometry, FactorsThatAreFarOffAreFoundAndTakenIntoAccount) {
-  for (const double told_distance : {0.5, 1.0, 3.0}) {
-    for (const double told_yaw : {0.4, 1.0, 1.5}) {
-      const RingDrive drive = drive_ring({.told_distance = told_distance, .told_yaw = told_yaw});
+TEST(RoughOdometry, LargeScaleErrorsAreCorrected) {
+  for (const double odometry_distance : {0.5, 1.0, 3.0}) {
+    for (const double odometry_yaw : {0.4, 1.0, 1.5}) {
+      const RingDrive drive =
+          drive_ring({.odometry_distance = odometry_distance, .odometry_yaw = odometry_yaw});
       const RoughOdometry found = rough(drive);
-      EXPECT_NEAR(found.distance * told_distance, 1, 0.02) << told_distance << " " << told_yaw;
-      EXPECT_NEAR(found.yaw * told_yaw, 1, 0.02) << told_distance << " " << told_yaw;
+      EXPECT_NEAR(found.distance * odometry_distance, 1, 0.02) << odometry_distance << " " << odometry_yaw;
+      EXPECT_NEAR(found.yaw * odometry_yaw, 1, 0.02) << odometry_distance << " " << odometry_yaw;
       ASSERT_EQ(found.odometry.size(), drive.lap.odometry.size());
-      // Step by step what was driven.
+      // Each step equals the driven one.
       for (std::size_t i = 1; i < found.odometry.size(); i += 17) {
         const SE2 step = found.odometry[i - 1].odom_T_base.inverse() * found.odometry[i].odom_T_base;
         EXPECT_LT((step.log() - SE2::Tangent(0.05, 0, 0.05)).norm(), 0.02 * 0.05 * 2) << i;
@@ -61,8 +62,8 @@ TEST(RoughOdometry, FactorsThatAreFarOffAreFoundAndTakenIntoAccount) {
   }
 }
 
-TEST(RoughOdometry, OneTagThatIsCarriedAboutHasLittleSay) {
-  RingDrive drive = drive_ring({.told_distance = 0.5, .told_yaw = 0.5});
+TEST(RoughOdometry, AMovingTagHasLittleEffect) {
+  RingDrive drive = drive_ring({.odometry_distance = 0.5, .odometry_yaw = 0.5});
   auto observed = observed_frames(drive.lap);
   Random random(4);
   for (ObservedFrame& frame : observed) {
@@ -77,7 +78,7 @@ TEST(RoughOdometry, OneTagThatIsCarriedAboutHasLittleSay) {
   EXPECT_NEAR(found.yaw, 2, 0.1);
 }
 
-TEST(RoughOdometry, AGyroTurnsForWheelsThatSkid) {
+TEST(RoughOdometry, AGyroReplacesTurnsOfSkiddingWheels) {
   RingDrive drive = drive_ring({.loops = 2, .odometry_sigma_rad = 0.05});
   add_gyro(drive, 1.02, 0.01);
   const RoughOdometry found = rough(drive);
@@ -87,7 +88,7 @@ TEST(RoughOdometry, AGyroTurnsForWheelsThatSkid) {
   const double before = (truth.inverse() * motion_of(drive.lap.odometry)).yaw();
   EXPECT_LT(std::abs(off), 0.15) << "of 12.6 rad";
   EXPECT_LT(std::abs(off), std::abs(before) + 0.05);
-  // Steps are smooth where those of the wheels were not.
+  // Steps are smooth, unlike those of the odometry.
   double rough_steps = 0;
   double wheel_steps = 0;
   for (std::size_t i = 1; i < found.odometry.size(); ++i) {
@@ -100,13 +101,13 @@ TEST(RoughOdometry, AGyroTurnsForWheelsThatSkid) {
   EXPECT_LT(rough_steps, 0.01 * wheel_steps);
 }
 
-TEST(RoughOdometry, AGyroThatSaysTheSameAsGoodWheelsIsNotTaken) {
+TEST(RoughOdometry, AGyroThatAgreesWithGoodOdometryIsNotUsed) {
   RingDrive drive = drive_ring();
   add_gyro(drive, 1, 0);
   EXPECT_FALSE(rough(drive).turns_by_gyro);
 }
 
-TEST(RoughOdometry, AGyroOfAnotherDriveIsNotTaken) {
+TEST(RoughOdometry, AGyroOfAnotherDriveIsNotUsed) {
   RingDrive drive = drive_ring({.odometry_sigma_rad = 0.05});
   Random random(5);
   for (int i = 0; i < 1000; ++i)
@@ -115,10 +116,10 @@ TEST(RoughOdometry, AGyroOfAnotherDriveIsNotTaken) {
   EXPECT_FALSE(rough(drive).turns_by_gyro);
 }
 
-TEST(RoughOdometry, ThereIsNothingToBeSaidOfLittle) {
-  RingDrive drive = drive_ring({.loops = 0.1, .told_distance = 0.3, .told_yaw = 0.3});
+TEST(RoughOdometry, IsUnchangedWithTooLittleData) {
+  RingDrive drive = drive_ring({.loops = 0.1, .odometry_distance = 0.3, .odometry_yaw = 0.3});
   EXPECT_EQ(rough(drive).distance, 1) << "half a metre";
-  drive = drive_ring({.told_distance = 0.3});
+  drive = drive_ring({.odometry_distance = 0.3});
   for (TagFrame& frame : drive.lap.frames) frame.detections.clear();
   EXPECT_EQ(rough(drive).distance, 1) << "no tags";
   drive.lap.odometry.clear();
@@ -127,8 +128,8 @@ TEST(RoughOdometry, ThereIsNothingToBeSaidOfLittle) {
   EXPECT_EQ(none.yaw, 1);
 }
 
-TEST(RoughOdometry, TwoCamerasTellTheSameAsOne) {
-  const RingDrive drive = drive_ring({.told_distance = 0.5, .told_yaw = 0.4, .rear = true});
+TEST(RoughOdometry, TwoCamerasGiveTheSameResultAsOne) {
+  const RingDrive drive = drive_ring({.odometry_distance = 0.5, .odometry_yaw = 0.4, .rear = true});
   const RoughOdometry found = rough(drive);
   EXPECT_NEAR(found.distance, 2, 0.05);
   EXPECT_NEAR(found.yaw, 2.5, 0.06);

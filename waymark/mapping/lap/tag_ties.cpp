@@ -22,7 +22,7 @@ Matrix6 gain_of(const Matrix6& C, const Matrix6& P) {
   return (P + kSlack).llt().solve(C.transpose()).transpose();
 }
 
-/// How much two tags tell of each other [nat].
+/// Mutual information of two tags [nat].
 double mutual_information(const Matrix6& P_a, const Matrix6& P_b, const Matrix6& P_ab) {
   const Matrix6 rest = P_a - gain_of(P_ab, P_b) * P_ab.transpose() + kSlack;
   return (log_determinant(P_a + kSlack) - log_determinant(rest)) / 2;
@@ -34,7 +34,7 @@ struct TieBranch {
   double information = 0;
 };
 
-/// The branches of the tree that tells most (Kruskal).
+/// The branches of the tree with the largest mutual information (Kruskal).
 std::vector<TieBranch> best_tree(std::vector<TieBranch> branches) {
   std::ranges::stable_sort(branches, std::greater<>{}, &TieBranch::information);
   std::map<TagId, TagId> above;
@@ -63,7 +63,7 @@ void remove_tag(TagMap& map, const TagId& removed) {
   if (found == map.tags.end()) return;
   const MappedTag gone = found->second;
   map.tags.erase(found);
-  std::optional<TagTie> instead = gone.tie;  // gone against what its children are tied to from now on
+  std::optional<TagTie> instead = gone.tie;  // of the removed tag with the new parent of its children
   for (auto& [id, tag] : map.tags) {
     if (!tag.tie || tag.tie->to != removed) continue;
     const Matrix6 to_gone = tag.tie->covariance;
@@ -79,7 +79,7 @@ void remove_tag(TagMap& map, const TagId& removed) {
 namespace internal {
 
 TagPairs tie_candidates(const LapInput& input, const LapBundle& lap) {
-  constexpr std::size_t kPartners = 6;
+  constexpr std::size_t kMaxPartners = 6;
   std::vector<std::vector<TagId>> of_frame(input.frames.size());
   for (std::size_t i = 0; i < lap.observations.size(); ++i) {
     const auto [frame, detection] = lap.observations[i];
@@ -105,7 +105,7 @@ TagPairs tie_candidates(const LapInput& input, const LapBundle& lap) {
   TagPairs pairs;
   for (auto& [tag, list] : partners) {
     std::ranges::sort(list, std::greater<>{});
-    list.resize(std::min(list.size(), kPartners));
+    list.resize(std::min(list.size(), kMaxPartners));
     for (const auto& [count, other] : list) pairs.push_back(std::minmax(tag, other));
   }
   if (input.prior) {

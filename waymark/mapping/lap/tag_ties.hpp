@@ -5,28 +5,30 @@
 
 #include "waymark/mapping/lap/lap_bundle.hpp"
 
-/// How the errors of a map's tags hang together: each tag is tied to one other by the covariance of the two,
-/// so that the whole is a tree. Of all trees the one of the pairs that tell most of each other is nearest to
-/// the true joint distribution (Chow and Liu, "Approximating Discrete Probability Distributions with
-/// Dependence Trees", IEEE Trans. Information Theory 14(3), 1968, section II), and along its branches nothing
-/// is lost.
+/// Correlations between the errors of a map's tags: each tag is tied to one other by their cross-covariance,
+/// which gives a tree. The tree of the pairs with the largest mutual information is the closest to the true
+/// joint distribution (Chow and Liu, "Approximating Discrete Probability Distributions with Dependence
+/// Trees", IEEE Trans. Information Theory 14(3), 1968, section II), and along its branches the covariance is
+/// exact.
 namespace waymark {
 
-/// Takes a tag out of a map. What was tied to it is tied to what it was tied to, or to each other.
+/// Removes a tag from a map. Tags tied to it are tied to the tag it was tied to, or to each other.
 void remove_tag(TagMap& map, const TagId& tag);
 
 namespace internal {
 
 using TagPairs = std::vector<std::pair<TagId, TagId>>;
 
-/// Tags that many frames saw together, each with some, and those that the map that is extended has tied.
+/// Pairs of tags that many frames show together, some for each tag, and the pairs tied in the map to be
+/// extended.
 [[nodiscard]] TagPairs tie_candidates(const LapInput& input, const LapBundle& lap);
 
-/// Ties tags of a map that have covariances by the best tree of pairs; `covariances` (row: first tag, column:
-/// second) of each pair. O(pairs log pairs).
+/// Ties tags of a map that have covariances by the best tree of pairs; `covariances`: of each pair (rows:
+/// first tag, columns: second tag). O(pairs log pairs).
 void tie_tags(const TagPairs& pairs, const std::vector<Matrix6>& covariances, TagMap& map);
 
-/// What a tag's error is, given that of the tag it is tied to: gain * that, and the rest.
+/// Conditional error of a tag given that of the tag it is tied to: gain * that error, plus noise with this
+/// covariance.
 struct TiedError {
   Matrix6 gain = Matrix6::Zero();
   Matrix6 covariance = Matrix6::Zero();

@@ -13,7 +13,7 @@ Matrix6 step() {
   return Q;
 }
 
-/// Each tag errs as the one before, and by a step of its own: P_jk = (min(j, k) + 1) Q.
+/// Each tag has the error of the previous one plus its own: P_jk = (min(j, k) + 1) Q.
 TagMap chain_of_five() {
   TagMap map;
   internal::TagPairs pairs;
@@ -29,7 +29,7 @@ TagMap chain_of_five() {
   return map;
 }
 
-TEST(TagTies, FollowTheChainInWhichErrorsGrow) {
+TEST(TagTies, FollowTheChainOfGrowingErrors) {
   const TagMap map = chain_of_five();
   int roots = 0;
   for (const auto& [id, mapped] : map.tags) {
@@ -45,22 +45,22 @@ TEST(TagTies, FollowTheChainInWhichErrorsGrow) {
   EXPECT_EQ(roots, 1);
 }
 
-TEST(TagTies, ATagTakenOutLeavesTheOthersTiedAsTheyWere) {
+TEST(TagTies, RemovingATagKeepsTheOtherTies) {
   TagMap map = chain_of_five();
   remove_tag(map, tag(2));
   ASSERT_EQ(map.find(tag(2)), nullptr);
   const MappedTag& after = *map.find(tag(3));
   ASSERT_TRUE(after.tie);
   EXPECT_EQ(after.tie->to, tag(1));
-  EXPECT_LT((after.tie->covariance - 2 * step()).norm(), 1e-9) << "what 1 and 3 have in common is all of 1";
+  EXPECT_LT((after.tie->covariance - 2 * step()).norm(), 1e-9) << "the common error of 1 and 3 is that of 1";
   remove_tag(map, tag(0));  // the root
   EXPECT_FALSE(map.find(tag(1))->tie);
   EXPECT_EQ(map.find(tag(3))->tie->to, tag(1));
-  remove_tag(map, tag(9));  // not there
+  remove_tag(map, tag(9));  // not in the map
   EXPECT_EQ(map.tags.size(), 3U);
 }
 
-TEST(TagTies, ChildrenOfARootThatIsTakenOutAreTiedToEachOther) {
+TEST(TagTies, ChildrenOfARemovedRootAreTiedToEachOther) {
   TagMap map;
   for (int j = 0; j < 3; ++j) map.tags[tag(j)] = {.size_m = 0.1, .covariance = (j == 0 ? 1 : 2) * step()};
   for (int j : {1, 2}) map.tags[tag(j)].tie = TagTie{tag(0), step()};

@@ -15,7 +15,7 @@
 namespace waymark::internal {
 namespace {
 
-/// The wheels' pose, and how far they have driven and turned, moment by moment.
+/// Odometry pose, distance driven and rotation, by time.
 class SiteWheels {
  public:
   struct Moment {
@@ -57,25 +57,25 @@ double apart_m(const WheelObservation& before, const WheelObservation& now) {
   return (now.odom_p - before.odom_p).norm();
 }
 
-/// How far apart two observations of a tag that stands may seem to be, with little driven in between.
-double soon_m(const WheelObservation& before, const WheelObservation& now) {
-  constexpr double kOnce_m = 0.1;
+/// Largest apparent distance between two observations of a fixed tag after a short distance.
+double max_jump_soon_m(const WheelObservation& before, const WheelObservation& now) {
+  constexpr double kBase_m = 0.1;
   constexpr double kPerDistance = 0.06;
-  constexpr double kPerWay = 0.3;
-  constexpr double kPerTurn = 0.3;
-  return kOnce_m + kPerDistance * now.distance_m + kPerWay * (now.driven_m - before.driven_m) +
-         kPerTurn * (now.turned_rad - before.turned_rad) * now.distance_m;
+  constexpr double kPerMetre = 0.3;
+  constexpr double kPerRadian = 0.3;
+  return kBase_m + kPerDistance * now.distance_m + kPerMetre * (now.driven_m - before.driven_m) +
+         kPerRadian * (now.turned_rad - before.turned_rad) * now.distance_m;
 }
 
-/// The same after a longer way: wheels are wrong by no more than a share of it.
-double later_m(const WheelObservation& before, const WheelObservation& now) {
-  constexpr double kOnce_m = 1.0;
-  constexpr double kPerWay = 0.2;
-  const double long_way = kOnce_m + kPerWay * (now.driven_m - before.driven_m + now.distance_m);
-  return std::min(soon_m(before, now), long_way);
+/// The same after a longer distance: the odometry error is at most a share of it.
+double max_jump_later_m(const WheelObservation& before, const WheelObservation& now) {
+  constexpr double kBase_m = 1.0;
+  constexpr double kPerMetre = 0.2;
+  const double long_way = kBase_m + kPerMetre * (now.driven_m - before.driven_m + now.distance_m);
+  return std::min(max_jump_soon_m(before, now), long_way);
 }
 
-/// The site that ends nearest to an observation, among those that may.
+/// Of the admissible sites, the one that ends nearest to an observation.
 template <class May>
 WheelSite* nearest(std::vector<WheelSite>& sites, const WheelObservation& now, const May& may) {
   WheelSite* best = nullptr;
@@ -86,39 +86,40 @@ WheelSite* nearest(std::vector<WheelSite>& sites, const WheelObservation& now, c
   return best;
 }
 
-/// Observations that follow each other.
+/// Adds an observation to its track, or starts a new track.
 void add_to_tracks(const WheelObservation& now, std::vector<WheelSite>& tracks) {
   constexpr double kSoon_m = 1.0;
   WheelSite* track = nearest(tracks, now, [&](const WheelObservation& last) {
-    return now.driven_m - last.driven_m < kSoon_m && apart_m(last, now) < soon_m(last, now);
+    return now.driven_m - last.driven_m < kSoon_m && apart_m(last, now) < max_jump_soon_m(last, now);
   });
   if (track == nullptr) track = &tracks.emplace_back();
   track->seen.push_back(now);
 }
 
-/// A tag that is found again where the wheels may have it. Few observations by themselves were misread: they
-/// lead nowhere.
+/// Merges tracks of a tag that is observed again within the possible odometry error. Short tracks are misread
+/// ids and are dropped.
 std::vector<WheelSite> joined(const std::vector<WheelSite>& tracks) {
-  constexpr std::size_t kFew = 8;
-  constexpr double kLater_m = 3.0;
+  constexpr std::size_t kMinTrackLength = 8;
+  constexpr double kMinPassDistance_m = 3.0;
   std::vector<WheelSite> sites;
   for (const WheelSite& track : tracks) {
-    if (track.seen.size() < kFew) continue;
+    if (track.seen.size() < kMinTrackLength) continue;
     const WheelObservation& first = track.seen.front();
     WheelSite* site = nearest(sites, first, [&](const WheelObservation& last) {
-      return last.index < first.index && apart_m(last, first) < later_m(last, first);
+      return last.index < first.index && apart_m(last, first) < max_jump_later_m(last, first);
     });
     if (site == nullptr) {
       sites.push_back(track);
       continue;
     }
-    site->passed_twice = site->passed_twice || first.driven_m - site->seen.back().driven_m > kLater_m;
+    site->passed_twice =
+        site->passed_twice || first.driven_m - site->seen.back().driven_m > kMinPassDistance_m;
     site->seen.insert(site->seen.end(), track.seen.begin(), track.seen.end());
   }
   return sites;
 }
 
-/// The mean of some observations of a site, and its variance.
+/// Mean of some observations of a site, and its variance.
 struct SiteWindow {
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
   double variance_m2 = 0;
@@ -139,24 +140,25 @@ SiteWindow window(const WheelSite& site, std::size_t first, std::size_t count) {
   return w;
 }
 
-/// The observation from which on a site lies clearly elsewhere than just before.
+/// The observation from which a site is significantly displaced relative to just before.
 std::optional<std::size_t> jump_of(const WheelSite& site) {
-  constexpr std::size_t kBeside = 8;
-  constexpr double kLeast_m = 0.05;
-  constexpr double kPerDistance = 0.015;  // small tags seem to stand a little nearer or farther
-  constexpr double kPerWay = 0.1;
-  constexpr double kPerTurn = 0.15;
+  constexpr std::size_t kWindowLength = 8;
+  constexpr double kMinJump_m = 0.05;
+  constexpr double kPerDistance = 0.015;  // the distance of small tags is inaccurate
+  constexpr double kPerMetre = 0.1;
+  constexpr double kPerRadian = 0.15;
   constexpr double kSigmas = 5;
-  constexpr double kTogether_m = 1;
+  constexpr double kMaxSpan_m = 1;
   std::optional<std::size_t> jump;
   double clearest = 1;
-  for (std::size_t at = kBeside; at + kBeside <= site.seen.size(); ++at) {
-    if (site.seen[at + kBeside - 1].driven_m - site.seen[at - kBeside].driven_m > kTogether_m) continue;
-    const SiteWindow before = window(site, at - kBeside, kBeside);
-    const SiteWindow after = window(site, at, kBeside);
-    const double gate = kLeast_m + kPerDistance * site.seen[at].distance_m +
-                        kPerWay * (after.driven_m - before.driven_m) +
-                        kPerTurn * (after.turned_rad - before.turned_rad) * site.seen[at].distance_m +
+  for (std::size_t at = kWindowLength; at + kWindowLength <= site.seen.size(); ++at) {
+    if (site.seen[at + kWindowLength - 1].driven_m - site.seen[at - kWindowLength].driven_m > kMaxSpan_m)
+      continue;
+    const SiteWindow before = window(site, at - kWindowLength, kWindowLength);
+    const SiteWindow after = window(site, at, kWindowLength);
+    const double gate = kMinJump_m + kPerDistance * site.seen[at].distance_m +
+                        kPerMetre * (after.driven_m - before.driven_m) +
+                        kPerRadian * (after.turned_rad - before.turned_rad) * site.seen[at].distance_m +
                         kSigmas * std::sqrt(before.variance_m2 + after.variance_m2);
     const double clear = (after.mean - before.mean).norm() / gate;
     if (clear <= clearest) continue;
@@ -187,7 +189,7 @@ std::map<TagId, std::vector<WheelSite>> wheel_sites(const LapInput& lap,
   for (std::size_t f = 0; f < observed.size(); ++f) {
     const auto now = wheels.at(observed[f].stamp);
     if (!now) continue;
-    std::size_t next = 0;  // detections without a pose were not observed
+    std::size_t next = 0;  // detections without a pose have no observation
     const auto& detections = lap.frames[f].detections;
     for (std::size_t d = 0; d < detections.size() && next < observed[f].tags.size(); ++d) {
       const TagPoseObservation& seen = observed[f].tags[next];
@@ -213,22 +215,22 @@ std::map<TagId, std::vector<WheelSite>> wheel_sites(const LapInput& lap,
 namespace {
 
 using Sites = std::map<TagId, std::vector<WheelSite>>;
-constexpr std::size_t kFewestOfASite = 8;  // fewer are misread
-constexpr double kSoon_m = 0.5;            // the wheels are trusted to the centimetre
+constexpr std::size_t kMinObservationsOfASite = 8;  // fewer are misread ids
+constexpr double kSoon_m = 0.5;                     // odometry is accurate to a centimetre over it
 
-/// How a site of a tag and its main one follow each other.
+/// Temporal relation of a site of a tag to its main site.
 enum class Second : std::uint8_t { ByTurns, Jumped, Later };
 
 struct DuplicateTag {
   const WheelSite* site = nullptr;
   Second how = Second::Later;
-  double driven_m = 0;  ///< when it jumped
+  double driven_m = 0;  ///< at the jump
 };
 
-/// Both sites' observations in order of time: how often it goes from one to the other with little driven
-/// between.
+/// Counts changes from one site to the other with little driven in between, over the observations of both in
+/// order of time.
 DuplicateTag compare(const WheelSite& main, const WheelSite& other) {
-  constexpr int kTurns = 4;
+  constexpr int kMinAlternations = 4;
   DuplicateTag second{.site = &other};
   int turns = 0;
   const WheelObservation* last = nullptr;
@@ -245,18 +247,19 @@ DuplicateTag compare(const WheelSite& main, const WheelSite& other) {
     last = &now;
     last_of_main = of_main;
   }
-  if (turns > 0) second.how = turns < kTurns ? Second::Jumped : Second::ByTurns;
+  if (turns > 0) second.how = turns < kMinAlternations ? Second::Jumped : Second::ByTurns;
   return second;
 }
 
-/// Whether a site was seen right before and right after a moment.
+/// Whether a site was observed right before and right after a moment.
 bool steady(const WheelSite& site, double driven_m) {
-  constexpr auto kFew = 4;
+  constexpr auto kMinObservationsAround = 4;
   const auto within = [&](double from, double to) {
     return std::ranges::count_if(
         site.seen, [&](const WheelObservation& s) { return s.driven_m >= from && s.driven_m < to; });
   };
-  return within(driven_m - kSoon_m, driven_m) >= kFew && within(driven_m, driven_m + kSoon_m) >= kFew;
+  return within(driven_m - kSoon_m, driven_m) >= kMinObservationsAround &&
+         within(driven_m, driven_m + kSoon_m) >= kMinObservationsAround;
 }
 
 std::size_t main_of(const std::vector<WheelSite>& sites) {
@@ -270,14 +273,14 @@ std::vector<DuplicateTag> duplicate_tags_of(const Sites& all) {
     if (sites.empty()) continue;
     const std::size_t main = main_of(sites);
     for (std::size_t i = 0; i < sites.size(); ++i) {
-      if (i != main && sites[i].seen.size() >= kFewestOfASite)
+      if (i != main && sites[i].seen.size() >= kMinObservationsOfASite)
         result.push_back(compare(sites[main], sites[i]));
     }
   }
   return result;
 }
 
-/// More tags stood still at that moment than jumped.
+/// Whether more tags were stationary at that moment than jumped.
 bool alone_in_jumping(const DuplicateTag& jumped, const std::vector<DuplicateTag>& seconds,
                       const Sites& all) {
   const auto jumps = std::ranges::count_if(seconds, [&](const DuplicateTag& other) {
@@ -290,10 +293,10 @@ bool alone_in_jumping(const DuplicateTag& jumped, const std::vector<DuplicateTag
   return still > jumps;
 }
 
-/// Tags that were passed twice and found in one place.
+/// Number of tags that were passed twice and observed at one place.
 std::ptrdiff_t found_again(const Sites& all) {
   return std::ranges::count_if(all, [](const auto& of_tag) {
-    const auto enough = [](const WheelSite& site) { return site.seen.size() >= kFewestOfASite; };
+    const auto enough = [](const WheelSite& site) { return site.seen.size() >= kMinObservationsOfASite; };
     return std::ranges::count_if(of_tag.second, enough) == 1 &&
            of_tag.second[main_of(of_tag.second)].passed_twice;
   });
@@ -334,22 +337,22 @@ namespace {
 
 /// The one or two poses of a tag.
 std::vector<Hypothesis> poses_of(const TagPoseObservation& seen) {
-  constexpr double kHopeless = 30;
+  constexpr double kMaxExcess = 30;
   std::vector<Hypothesis> poses = {{seen.cam_T_tag, seen.covariance, 0}};
-  if (seen.other && seen.other->chi2 - seen.chi2 < kHopeless)
+  if (seen.other && seen.other->chi2 - seen.chi2 < kMaxExcess)
     poses.push_back({seen.other->cam_T_tag, seen.other->covariance, seen.other->chi2 - seen.chi2});
   return poses;
 }
 
-/// SiteWheels whose scales nobody has found yet, on a floor that nobody has measured.
+/// Covariance of an odometry motion before its scales and the floor are estimated.
 Matrix6 covariance_of(const SE2& motion) {
-  constexpr double kOnce_m = 0.005;
-  constexpr double kOnce_rad = 0.01;
+  constexpr double kStep_m = 0.005;
+  constexpr double kStep_rad = 0.01;
   constexpr double kShare = 0.2;
-  const double metres = kOnce_m + kShare * motion.translation().norm();
-  const double radians = kOnce_rad + kShare * std::abs(motion.yaw());
+  const double metres = kStep_m + kShare * motion.translation().norm();
+  const double radians = kStep_rad + kShare * std::abs(motion.yaw());
   Vector6 sigma;
-  sigma << metres, metres, kOnce_m, kOnce_rad, kOnce_rad, radians;
+  sigma << metres, metres, kStep_m, kStep_rad, kStep_rad, radians;
   return sigma.cwiseAbs2().asDiagonal();
 }
 
@@ -381,7 +384,7 @@ std::vector<ObservationIndex> unconfirmed_observations(const LapInput& lap,
   std::map<TagId, std::size_t> number;
   for (std::size_t f = 0; f < observed.size(); ++f) {
     const std::vector<TagDetection>& detections = lap.frames[f].detections;
-    std::size_t next = 0;  // detections without a pose were not observed
+    std::size_t next = 0;  // detections without a pose have no observation
     for (std::size_t d = 0; d < detections.size() && next < observed[f].tags.size(); ++d) {
       const TagPoseObservation& tag = observed[f].tags[next];
       if (detections[d].tag != tag.tag) continue;
@@ -392,11 +395,11 @@ std::vector<ObservationIndex> unconfirmed_observations(const LapInput& lap,
     }
   }
   const Confirmation confirmation = confirm_observations(seen, poses, motions_of(lap, observed));
-  std::vector<ObservationIndex> doubtful;
+  std::vector<ObservationIndex> unconfirmed;
   for (std::size_t i = 0; i < seen.size(); ++i) {
-    if (confirmation.doubtful[i] != 0) doubtful.push_back(indices[i]);
+    if (confirmation.unconfirmed[i] != 0) unconfirmed.push_back(indices[i]);
   }
-  return doubtful;
+  return unconfirmed;
 }
 
 }  // namespace waymark::internal

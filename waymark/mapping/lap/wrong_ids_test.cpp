@@ -1,7 +1,6 @@
-// Ids in two places, told by the wheels alone: a robot that drives along a wall, and what it is said to see.
-// Which observations of a lap nothing else confirms: misread ids, and none that are right.
-// Laps with wheels in which some ids were misread: their maps are as good as without them, and name what was
-// left out. The long run (10 seeds) with WAYMARK_FULL=1.
+// Ids at two places, detected by odometry alone on a drive along a wall. Observations of a lap without
+// confirmation: misread ids and no correct ones. Maps of laps with misread ids: as accurate as without them,
+// and rejected ids are reported. The long run (10 seeds) with WAYMARK_FULL=1.
 #include "waymark/mapping/lap/wrong_ids.hpp"
 
 #include <algorithm>
@@ -36,7 +35,8 @@ CameraModel lens() {
       .value();
 }
 
-/// There and back along x, 9 m each way, past a tag every half metre; single poses err by a centimetre.
+/// There and back along x, 9 m each way, past a tag every half metre; single poses have errors of a
+/// centimetre.
 struct Drive {
   LapInput lap{.camera = lens()};
   std::vector<ObservedFrame> observed{};
@@ -58,7 +58,7 @@ struct Drive {
 
   double x_of(int frame) const { return lap.odometry[static_cast<std::size_t>(frame)].odom_T_base.x(); }
 
-  /// Where the tag is in sight.
+  /// Adds an observation if the tag is in view.
   void see(int frame, const TagId& which, const Eigen::Vector2d& place) {
     const auto f = static_cast<std::size_t>(frame);
     if (std::abs(x_of(frame) - place.x()) > kSight_m) return;
@@ -68,7 +68,7 @@ struct Drive {
         {.tag = which, .cam_T_tag = lift(lap.odometry[f].odom_T_base).inverse() * SE3({}, odom_p)});
   }
 
-  /// Observations of a tag from one frame to before another show it elsewhere.
+  /// Displaces the observations of a tag in the frames [from, to).
   void move(const TagId& which, int from, int to, const Eigen::Vector2d& by) {
     for (int f = from; f < to; ++f) {
       for (TagPoseObservation& seen : observed[static_cast<std::size_t>(f)].tags) {
@@ -96,17 +96,17 @@ struct Drive {
   }
 };
 
-TEST(DuplicateTags, TagsThatStandHaveNone) {
+TEST(DuplicateTags, FixedTagsHaveNone) {
   EXPECT_TRUE(Drive().second().empty());
   Drive without_wheels;
   without_wheels.lap.odometry.clear();
   EXPECT_TRUE(without_wheels.second().empty());
 }
 
-TEST(DuplicateTags, TwoTagsOfOneIdSeenByTurns) {
+TEST(DuplicateTags, TwoTagsWithOneIdInAlternation) {
   Drive drive;
   const int copies = drive.observations(tag(6));
-  drive.rename(tag(6), tag(5));  // half a metre on
+  drive.rename(tag(6), tag(5));  // half a metre apart
   const auto second = drive.second();
   EXPECT_NEAR(static_cast<double>(second.size()), copies, 0.05 * copies);
   const LapInput rest = internal::without(drive.lap, second);
@@ -119,32 +119,33 @@ TEST(DuplicateTags, TwoTagsOfOneIdSeenByTurns) {
   EXPECT_EQ(left + static_cast<int>(second.size()), drive.observations(tag(5)));
 }
 
-TEST(DuplicateTags, ATagThatIsMovedInView) {
+TEST(DuplicateTags, ATagMovedInView) {
   Drive drive;
   const int moment = 200;  // of 125 to 275, on the way there
   drive.move(tag(8), moment, kFrames, {0.1, 0.08});
   const auto second = drive.second();
-  EXPECT_EQ(static_cast<int>(second.size()), drive.observations(tag(8), 0, moment)) << "the lesser part";
+  EXPECT_EQ(static_cast<int>(second.size()), drive.observations(tag(8), 0, moment))
+      << "the part with fewer observations";
   EXPECT_TRUE(std::ranges::all_of(second, [&](const auto& index) { return index.frame < 200; }));
 }
 
-TEST(DuplicateTags, WhereEverythingJumpsItWasTheWheels) {
+TEST(DuplicateTags, IfAllTagsJumpItIsOdometry) {
   Drive drive;
   for (int number = 0; number < 18; ++number) drive.move(tag(number), 200, kFrames, {0.25, 0.1});
   EXPECT_TRUE(drive.second().empty());
 }
 
-TEST(DuplicateTags, FarApartTheWheelsAreTrustedAsFarAsTheyFindTagsAgain) {
+TEST(DuplicateTags, DistantPlacesCountIfOdometryFindsOtherTagsAgain) {
   Drive drive;
   const int fewer = std::min(drive.observations(tag(1)), drive.observations(tag(16)));
   drive.rename(tag(16), tag(1));
   EXPECT_EQ(static_cast<int>(drive.second().size()), fewer);
-  Drive slipping;  // on the way back all is elsewhere
+  Drive slipping;  // all tags are displaced on the way back
   for (int number = 0; number < 18; ++number) slipping.move(tag(number), kFrames / 2 + 80, kFrames, {0, 6});
   EXPECT_LT(slipping.second().size(), 100U);
 }
 
-TEST(DuplicateTags, IdsThatAreMisreadLeadNowhere) {
+TEST(DuplicateTags, MisreadIdsHaveNoSite) {
   Drive drive;
   for (std::size_t f = 0; f < drive.observed.size(); ++f) {
     for (std::size_t d = 0; d < drive.observed[f].tags.size(); ++d) {
@@ -172,7 +173,7 @@ std::vector<ObservationIndex> unconfirmed(const RingDrive& drive) {
   return unconfirmed_observations(drive.lap, observed_frames(drive.lap));
 }
 
-/// Gives a share of the detections the id of another tag of the ring; which.
+/// Gives a share of the detections the id of another tag of the ring; returns them.
 std::set<ObservationIndex> misread(RingDrive& drive, double share, std::uint64_t seed) {
   Random random(seed);
   std::set<ObservationIndex> wrong;
@@ -189,25 +190,25 @@ std::set<ObservationIndex> misread(RingDrive& drive, double share, std::uint64_t
   return wrong;
 }
 
-TEST(LapConfirmation, WhatIsRightIsConfirmed) {
+TEST(LapConfirmation, CorrectIdsAreConfirmed) {
   EXPECT_THAT(unconfirmed(drive_ring({.stated_sigma_px = 0.1, .noise_px = 0.1})), IsEmpty());
   EXPECT_THAT(unconfirmed(drive_ring({.rear = true})), IsEmpty());
 }
 
-TEST(LapConfirmation, MisreadIdsAreNotAndNothingElseIsInDoubt) {
+TEST(LapConfirmation, OnlyMisreadIdsAreUnconfirmed) {
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     RingDrive drive = drive_ring({.stated_sigma_px = 0.1, .noise_px = 0.1, .seed = seed});
     const std::set<ObservationIndex> wrong = misread(drive, 0.03, seed);
     ASSERT_GE(wrong.size(), 4U);
     const auto found = unconfirmed(drive);
-    EXPECT_TRUE(std::ranges::is_sorted(found)) << "in order";
+    EXPECT_TRUE(std::ranges::is_sorted(found)) << "sorted";
     for (const ObservationIndex& index : found)
       EXPECT_TRUE(wrong.contains(index)) << seed << ": frame " << index.frame;
     EXPECT_GE(static_cast<double>(found.size()), 0.8 * static_cast<double>(wrong.size())) << seed;
   }
 }
 
-TEST(LapConfirmation, WithoutWheelsNeighboursInThePictureConfirm) {
+TEST(LapConfirmation, NeighboursInTheImageConfirmWithoutOdometry) {
   RingDrive drive = drive_ring({.stated_sigma_px = 0.1, .noise_px = 0.1});
   const std::set<ObservationIndex> wrong = misread(drive, 0.03, 4);
   drive.lap.odometry.clear();
@@ -217,12 +218,12 @@ TEST(LapConfirmation, WithoutWheelsNeighboursInThePictureConfirm) {
     if (wrong.contains(index)) continue;
     ++right;
     const bool beside = std::ranges::any_of(wrong, [&](const auto& w) { return w.frame == index.frame; });
-    EXPECT_TRUE(beside) << "what is right is in doubt beside a wrong one alone: frame " << index.frame;
+    EXPECT_TRUE(beside) << "a correct id is unconfirmed only beside a wrong one: frame " << index.frame;
   }
   EXPECT_GE(static_cast<double>(found.size() - right), 0.6 * static_cast<double>(wrong.size()));
 }
 
-TEST(LapConfirmation, AnIdSeenOnceAmongOthersIsInDoubt) {
+TEST(LapConfirmation, AnIdObservedOnceAmongOthersIsUnconfirmed) {
   RingDrive drive = drive_ring();
   auto& detections = drive.lap.frames[40].detections;
   ASSERT_GE(detections.size(), 2U);
@@ -239,7 +240,7 @@ TEST(LapConfirmation, DetectionsWithoutAPoseDoNotShiftTheOthers) {
   EXPECT_EQ(unconfirmed(drive), (std::vector<ObservationIndex>{{40, 1}}));
 }
 
-TEST(LapConfirmation, OfNothingNothingIsInDoubt) {
+TEST(LapConfirmation, IsEmptyForAnEmptyLap) {
   EXPECT_THAT(unconfirmed_observations({.camera = test::ring_camera()}, {}), IsEmpty());
 }
 
@@ -255,7 +256,7 @@ struct LapErrors {
   double seconds = 0;
 };
 
-/// A lap with wheels past so many signs.
+/// A lap with odometry past this many tags.
 test::Warehouse lap_past(int tags, int seed) {
   return test::drive_warehouse(
       {.tags = tags, .frame_m = 0.0395, .farthest_m = 5.9, .seed = static_cast<std::uint64_t>(seed)});
@@ -284,8 +285,8 @@ std::size_t misread(LapInput& lap, int ids, double share, int seed) {
 
 struct LapOutcome {
   LapErrors of{};
-  std::size_t absent = 0;  ///< tags in the map that stand nowhere
-  std::vector<std::string> words{};
+  std::size_t absent = 0;  ///< tags in the map that do not exist
+  std::vector<std::string> warnings{};
 };
 
 LapOutcome mapped(const test::Warehouse& house) {
@@ -293,7 +294,7 @@ LapOutcome mapped(const test::Warehouse& house) {
   const auto map = map_by_bundle(house.lap);
   EXPECT_TRUE(map) << to_string(map.error());
   if (!map) return {};
-  LapOutcome outcome{.words = check_map(house.lap, *map)};
+  LapOutcome outcome{.warnings = check_map(house.lap, *map)};
   for (const auto& [id, tag] : map->map.tags) {
     const MappedTag* truth = house.truth.find(id);
     if (truth == nullptr) {
@@ -310,7 +311,7 @@ LapOutcome mapped(const test::Warehouse& house) {
   return outcome;
 }
 
-TEST(WrongIds, LapsWithWheelsAreMappedAsWithoutThem) {
+TEST(WrongIds, LapsAreMappedAsAccuratelyAsWithoutThem) {
   const bool full = std::getenv("WAYMARK_FULL") != nullptr;
   const int tags = full ? 520 : 40;
   for (int seed = 1; seed <= (full ? 10 : 1); ++seed) {
@@ -321,15 +322,15 @@ TEST(WrongIds, LapsWithWheelsAreMappedAsWithoutThem) {
                 clean.detections, clean.lap.frames.size(), reference.mean_m, reference.worst_m,
                 reference.tags, reference.seconds);
     for (double share : full ? std::vector{0.0005, 0.005, 0.02} : std::vector{0.02}) {
-      test::Warehouse spoilt = clean;
-      const std::size_t wrong = misread(spoilt.lap, tags, share, 1000 + seed);
-      const auto [outcome, absent, words] = mapped(spoilt);
-      std::printf("  %zu wrong ids: %.3f m (worst %.3f), %zu tags and %zu that stand nowhere, %.2f s\n",
-                  wrong, outcome.mean_m, outcome.worst_m, outcome.tags, absent, outcome.seconds);
+      test::Warehouse altered = clean;
+      const std::size_t wrong = misread(altered.lap, tags, share, 1000 + seed);
+      const auto [outcome, absent, warnings] = mapped(altered);
+      std::printf("  %zu wrong ids: %.3f m (worst %.3f), %zu tags and %zu that do not exist, %.2f s\n", wrong,
+                  outcome.mean_m, outcome.worst_m, outcome.tags, absent, outcome.seconds);
       EXPECT_LT(outcome.mean_m, 1.5 * reference.mean_m) << "seed " << seed << ", share " << share;
       EXPECT_GE(static_cast<double>(outcome.tags), (share > 0.01 ? 0.90 : 0.98) * tags) << seed;
       EXPECT_EQ(absent, 0U) << "seed " << seed << ", share " << share;
-      EXPECT_THAT(words, testing::Contains(testing::HasSubstr("is confirmed by another"))) << seed;
+      EXPECT_THAT(warnings, ::testing::Contains(::testing::HasSubstr("misread"))) << seed;
     }
   }
 }

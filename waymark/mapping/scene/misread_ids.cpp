@@ -7,12 +7,12 @@
 namespace waymark {
 namespace {
 
-constexpr std::size_t kAround = 10;    // views before and after that say which tags are near
-constexpr double kElsewhere = 100;     // times what is left out as an outlier: not there at all
-constexpr double kNear = 4;            // times the same: whether it counts is decided once poses have moved
-constexpr double kUnmistakable = 100;  // times as bad is the next best tag
+constexpr std::size_t kNeighbourViews = 10;  // views before and after in which nearby tags are searched
+constexpr double kMinOldRatio = 100;         // chi2 with the id read, as a multiple of the outlier gate
+constexpr double kMaxNewRatio = 4;           // chi2 with the new id; gated again once poses have moved
+constexpr double kMinNextRatio = 100;        // chi2 with the next best id
 
-/// A tag that an observation may be of, with the corners in the order that fits best.
+/// A tag that an observation may show, with the best order of the corners.
 struct Candidate {
   std::size_t like = 0;  ///< an observation of that tag
   CornerFactor factor{};
@@ -35,7 +35,7 @@ class Corrector {
     const std::vector<double> chi2 = corner_chi2(map_.problem.bundle);
     int corrected = 0;
     for (std::size_t i = 0; i < chi2.size(); ++i) {
-      if (terms()[i].used || !(chi2[i] > kElsewhere * gate_) || !stands(i)) continue;
+      if (terms()[i].used || !(chi2[i] > kMinOldRatio * gate_) || !has_consistent_neighbour(i)) continue;
       const std::optional<Candidate> found = only_candidate(i);
       if (!found) continue;
       correct(i, *found);
@@ -50,20 +50,20 @@ class Corrector {
     const SceneObservation& seen = map_.observations.seen[i];
     return views_[seen.camera][seen.frame];
   }
-  /// Its view shows what agrees with the map.
-  [[nodiscard]] bool stands(std::size_t i) const {
+  /// The view contains an observation that is consistent with the map.
+  [[nodiscard]] bool has_consistent_neighbour(std::size_t i) const {
     return std::ranges::any_of(view_of(i), [&](std::size_t other) {
       return terms()[other].used && terms()[other].body == terms()[i].body;
     });
   }
 
-  /// One observation of each tag of the same body in use in the views around that this view does not show.
+  /// One observation for each tag of the same body that is in use in nearby views and absent from this view.
   [[nodiscard]] std::vector<std::size_t> tags_around(std::size_t i) const {
     const SceneObservation& at = map_.observations.seen[i];
     const auto& views = views_[at.camera];
     std::vector<std::size_t> found;
-    const std::size_t first = at.frame - std::min(at.frame, kAround);
-    const std::size_t last = std::min(views.size(), at.frame + kAround + 1);
+    const std::size_t first = at.frame - std::min(at.frame, kNeighbourViews);
+    const std::size_t last = std::min(views.size(), at.frame + kNeighbourViews + 1);
     for (std::size_t f = first; f < last; ++f) {
       for (std::size_t other : views[f]) {
         if (terms()[other].used && map_.observations.seen[other].body == at.body) found.push_back(other);
@@ -113,7 +113,7 @@ class Corrector {
         next = std::min(next, candidate.chi2);
       }
     }
-    if (!best || !(best->chi2 < kNear * gate_) || next < kUnmistakable * gate_) return std::nullopt;
+    if (!best || !(best->chi2 < kMaxNewRatio * gate_) || next < kMinNextRatio * gate_) return std::nullopt;
     return best;
   }
 
@@ -129,7 +129,7 @@ class Corrector {
     term.factor = found.factor;
     term.tag = terms()[found.like].tag;
     term.used = true;
-    term.doubtful = false;
+    term.unconfirmed = false;
   }
 
   SceneMap& map_;

@@ -4,11 +4,13 @@
 
 namespace waymark {
 
-/// Gives observations that are far from where their tag is the id of another tag of the body, where the
-/// corners are about where that one is (chi-square below four times `outlier_chi2`, in any of the four orders
-/// of the corners) and where no other tag that was seen about that time is anywhere near; the view must show
-/// something that agrees with the map, and not that tag already. They count from then on and are added to
-/// SceneMap::corrected_ids. How many there are. Corner noise must be isotropic. O(observations).
+/// Corrects misread ids: assigns an observation that is far from its tag to another tag of the body, and adds
+/// it to SceneMap::corrected_ids. All of these must hold:
+/// - the corners fit that tag (chi-square below four times `outlier_chi2`, in any of the four orders of the
+/// corners);
+/// - no other tag observed about that time is anywhere near;
+/// - the view contains an observation that is consistent with the map, and does not contain that tag already.
+/// Corrected observations are in use. Returns their number. Corner noise must be isotropic. O(observations).
 int correct_misread_ids(SceneMap& map, double outlier_chi2);
 
 }  // namespace waymark

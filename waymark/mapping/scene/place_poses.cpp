@@ -16,16 +16,16 @@ using internal::Hypothesis;
 using internal::Role;
 using internal::Vote;
 
-constexpr std::size_t kMaxFrameVotes = 8;     // votes a frame needs at most
+constexpr std::size_t kMaxFrameVotes = 8;     // maximum number of votes used for a frame
 constexpr std::size_t kMaxStaticVotes = 120;  // the same for a tag
-constexpr double kSure = 16;                  // another pose is out of the question
+constexpr double kRuledOutChi2 = 16;          // a hypothesis with a larger excess is dropped
 
 double size_px(const CornerTerm& term) {
   const auto& c = term.factor.corners_px;
   return std::max((c[2] - c[0]).norm(), (c[3] - c[1]).norm());
 }
 
-/// Where a pose appears.
+/// A role of a pose in a term.
 struct Appearance {
   std::size_t term = 0;
   Role role = Role::Rig;
@@ -60,14 +60,14 @@ class Placer {
     while (true) {
       place_frames();
       if (place_statics(std::max(3, fewest())) || place_statics(fewest())) {
-        if (doubtful_too_) trust(false);
-      } else if (doubtful_too_ || std::ranges::none_of(bundle_.corners, &CornerTerm::doubtful)) {
+        if (unconfirmed_too_) set_unconfirmed_too(false);
+      } else if (unconfirmed_too_ || std::ranges::none_of(bundle_.corners, &CornerTerm::unconfirmed)) {
         break;
       } else {
-        trust(true);
+        set_unconfirmed_too(true);
       }
     }
-    carry();
+    bridge_by_motions();
     std::vector<char> placed(bundle_.poses.size(), 0);
     for (std::size_t i = 0; i < placed.size(); ++i) {
       placed[i] = hypotheses_[i].empty() ? 0 : 1;
@@ -82,15 +82,15 @@ class Placer {
 
  private:
   [[nodiscard]] int fewest() const {
-    return doubtful_too_ ? options_.fewest_doubtful_votes : options_.fewest_votes;
+    return unconfirmed_too_ ? options_.min_unconfirmed_votes : options_.min_votes;
   }
 
-  /// Whether terms in doubt vote.
-  void trust(bool doubtful_too) {
-    doubtful_too_ = doubtful_too;
+  /// Sets whether unconfirmed terms vote.
+  void set_unconfirmed_too(bool unconfirmed_too) {
+    unconfirmed_too_ = unconfirmed_too;
     for (const CornerTerm& term : bundle_.corners) {
       for (Role role : {Role::Rig, Role::Cam, Role::Body, Role::Tag}) {
-        if (term.doubtful) dirty_[pose_of(term, role)] = 1;
+        if (term.unconfirmed) dirty_[pose_of(term, role)] = 1;
       }
     }
   }
@@ -117,7 +117,7 @@ class Placer {
     std::vector<Vote<SE3>> result;
     for (const Appearance& at : appearances_[pose]) {
       if (result.size() >= most) break;
-      if (bundle_.corners[at.term].doubtful && !doubtful_too_) continue;
+      if (bundle_.corners[at.term].unconfirmed && !unconfirmed_too_) continue;
       std::array<const std::vector<Hypothesis>*, 4> sets{};
       bool ready = true;
       for (Role role : {Role::Rig, Role::Cam, Role::Body, Role::Tag}) {
@@ -131,7 +131,7 @@ class Placer {
     return result;
   }
 
-  /// Every frame that saw something placed, again when more of what it saw is.
+  /// Places every frame with a placed tag in view, and again when further tags in view are placed.
   void place_frames() {
     for (int pass = 0; pass < 2; ++pass) {  // a body seen by a rig: first the rig, then the body
       std::vector<PoseIndex> touched;
@@ -154,13 +154,13 @@ class Placer {
     std::vector<Hypothesis> all;
     for (const Alternative<SE3>& alternative : votes.front()) {
       const double worse = alternative.chi2 - votes.front().front().chi2;
-      if (worse < kSure && all.size() < 2)
+      if (worse < kRuledOutChi2 && all.size() < 2)
         all.push_back({alternative.value, alternative.information.inverse(), worse});
     }
     return all;
   }
 
-  /// The unplaced static poses with the most votes that agree, at least `fewest`; whether there was any.
+  /// Places the static poses with the most agreeing votes, at least `fewest`; returns whether there was any.
   bool place_statics(int fewest) {
     std::vector<PoseIndex> found;
     int best = 0;
@@ -178,8 +178,8 @@ class Placer {
     return !found.empty();
   }
 
-  /// Over frames that saw nothing, by motions, forwards, then backwards.
-  void carry() {
+  /// Places frames without observations by motions, forwards, then backwards.
+  void bridge_by_motions() {
     const auto over = [&](const RelativeTerm& term, bool forwards) {
       auto& from = hypotheses_[forwards ? term.a : term.b];
       auto& to = hypotheses_[forwards ? term.b : term.a];
@@ -198,9 +198,9 @@ class Placer {
   std::vector<std::vector<Hypothesis>> hypotheses_;
   std::vector<std::vector<Appearance>> appearances_;
   std::vector<std::optional<std::vector<Hypothesis>>> squares_;
-  std::vector<char> dirty_;  ///< of each pose: what it is seen with has changed
+  std::vector<char> dirty_;  ///< by pose: a pose in one of its terms has changed
   std::vector<std::optional<internal::Agreement<SE3>>> agreed_;  ///< of poses that are not placed yet
-  bool doubtful_too_ = false;
+  bool unconfirmed_too_ = false;
 };
 
 }  // namespace
@@ -218,7 +218,7 @@ double loss(const Bundle& bundle, const CornerTerm& term, double good_chi2) {
   const auto r = corner_residual(term.factor, bundle.cameras[term.camera],
                                  {bundle.poses[term.rig].value, bundle.poses[term.cam].value,
                                   bundle.poses[term.body].value, bundle.poses[term.tag].value});
-  // Out of sight is as bad as it gets.
+  // A tag that is not visible gets the maximum loss.
   return std::log1p((r ? r->squaredNorm() : 1e12) / good_chi2);
 }
 
@@ -241,7 +241,8 @@ std::vector<Vote<SE3>> votes_for(const Bundle& bundle, const std::vector<Appeara
   return votes;
 }
 
-/// Where a pose explains its observations best: where it is, or any place one of them suggests.
+/// Moves a pose to the hypothesis that explains its observations best, if that is better than the current
+/// one.
 bool better_place(Bundle& bundle, PoseIndex pose, const std::vector<Appearance>& where, bool moves,
                   double good_chi2, const PlaceOptions& options) {
   const auto total = [&] {
@@ -252,8 +253,8 @@ bool better_place(Bundle& bundle, PoseIndex pose, const std::vector<Appearance>&
   const SE3 before = bundle.poses[pose].value;
   SE3 best = before;
   double least = total();
-  constexpr double kWorthIt = 1.0;
-  const double enough = least - kWorthIt;
+  constexpr double kMinGain = 1.0;
+  const double enough = least - kMinGain;
   const auto attempt = [&](const SE3& value) {
     bundle.poses[pose].value = value;
     const double now = total();
@@ -285,7 +286,7 @@ int replace_contradicted(Bundle& bundle, const std::vector<char>& placed, const 
   std::vector<char> good(bundle.corners.size(), 0);
   for (std::size_t i = 0; i < bundle.corners.size(); ++i) {
     const CornerTerm& term = bundle.corners[i];
-    if (!can_count(term) || term.doubtful) continue;
+    if (!can_count(term) || term.unconfirmed) continue;
     good[i] = loss(bundle, term, good_chi2) < std::log1p(1.0) ? 1 : 0;
     for (Role role : {Role::Rig, Role::Cam, Role::Body, Role::Tag})
       appearances[pose_of(term, role)].push_back({i, role});
@@ -300,7 +301,7 @@ int replace_contradicted(Bundle& bundle, const std::vector<char>& placed, const 
       moved += better_place(bundle, i, appearances[i], moves, good_chi2, options) ? 1 : 0;
     }
   }
-  for (CornerTerm& term : bundle.corners) term.used = can_count(term) && !term.doubtful;
+  for (CornerTerm& term : bundle.corners) term.used = can_count(term) && !term.unconfirmed;
   return moved;
 }
 

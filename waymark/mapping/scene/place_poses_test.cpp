@@ -1,5 +1,5 @@
-// Where a search begins when only some poses are known: placed through corners, carried by motions, told
-// apart by votes; and placed anew where most observations contradict.
+// Initial poses if only some are known: placed through corners, bridged by motions, selected by votes; and
+// re-initialised if most observations are inconsistent with them.
 #include "waymark/mapping/scene/place_poses.hpp"
 
 #include <algorithm>
@@ -17,7 +17,7 @@ using test::rig_scene;
 using test::RigScene;
 using test::true_scene_map;
 
-/// A problem, its truth, and what is known of it: the bodies that stand, the cameras and the first tag.
+/// A problem, its true poses, and the known ones: static bodies, cameras and the first tag.
 struct Start {
   SceneMap map;
   std::vector<SE3> truth{};
@@ -27,13 +27,13 @@ struct Start {
     for (const BundlePose& pose : map.problem.bundle.poses) truth.push_back(pose.value);
     known.resize(truth.size());
     for (std::size_t i = 0; i < known.size(); ++i) known[i].moves = map.problem.moves[i] != 0;
-    for (const PoseIndex pose : map.problem.cameras) know(pose);
-    know(map.problem.bodies[0].front());
-    know(map.problem.tags[0][0]);
+    for (const PoseIndex pose : map.problem.cameras) set_known(pose);
+    set_known(map.problem.bodies[0].front());
+    set_known(map.problem.tags[0][0]);
   }
-  void know(PoseIndex pose) { known[pose] = {true, Matrix6(1e-8 * Matrix6::Identity()), false}; }
-  /// Nothing is left of what is not known.
-  void forget() {
+  void set_known(PoseIndex pose) { known[pose] = {true, Matrix6(1e-8 * Matrix6::Identity()), false}; }
+  /// Resets poses that are not known.
+  void reset_unknown() {
     for (std::size_t i = 0; i < known.size(); ++i) {
       if (!known[i].placed) bundle().poses[i].value = SE3();
     }
@@ -42,33 +42,34 @@ struct Start {
   double off(PoseIndex pose) { return minus(bundle().poses[pose].value, truth[pose]).norm(); }
 };
 
-TEST(PlacePoses, EverythingIsPlacedFromOneTag) {
+TEST(PlacePoses, PlacesEverythingFromOneTag) {
   Start start(rig_scene());
-  start.forget();
+  start.reset_unknown();
   const std::vector<char> placed = place_poses(start.bundle(), start.known);
   EXPECT_EQ(std::ranges::count(placed, 0), 0);
   for (std::size_t i = 0; i < start.truth.size(); ++i) EXPECT_LT(start.off(i), 0.05) << i;
   EXPECT_TRUE(std::ranges::all_of(start.bundle().corners, &CornerTerm::used));
 }
 
-TEST(PlacePoses, ASecondCameraIsPlacedByWhatBothSee) {
+TEST(PlacePoses, PlacesASecondCameraByCommonTags) {
   Start start(rig_scene({.cameras = 2}));
   start.known[start.map.problem.cameras[1]] = {};
-  start.forget();
+  start.reset_unknown();
   const std::vector<char> placed = place_poses(start.bundle(), start.known);
   EXPECT_NE(placed[start.map.problem.cameras[1]], 0);
   EXPECT_LT(start.off(start.map.problem.cameras[1]), 0.05);
 }
 
-TEST(PlacePoses, WithNothingKnownNothingIsPlaced) {
+TEST(PlacePoses, PlacesNothingWithoutAKnownPose) {
   Start start(rig_scene());
   for (KnownPose& pose : start.known) pose.placed = false;
   const std::vector<char> placed = place_poses(start.bundle(), start.known);
   EXPECT_EQ(std::ranges::count(placed, 1), 0);
-  EXPECT_TRUE(std::ranges::none_of(start.bundle().corners, &CornerTerm::used)) << "they hang on others";
+  EXPECT_TRUE(std::ranges::none_of(start.bundle().corners, &CornerTerm::used))
+      << "their poses are not placed";
 }
 
-TEST(PlacePoses, FramesThatSawNothingAreCarriedByTheMotionThatWasMeasured) {
+TEST(PlacePoses, BridgesEmptyFramesByMeasuredMotion) {
   RigScene made = rig_scene();
   for (std::size_t f = 10; f < 14; ++f) made.recording.frames[f].views[0].detections.clear();
   for (std::size_t f = 0; f < made.rig.size(); ++f)
@@ -76,7 +77,7 @@ TEST(PlacePoses, FramesThatSawNothingAreCarriedByTheMotionThatWasMeasured) {
         {made.recording.frames[f].stamp, 1, at(5, 1, 0, 0, 0, 2) * made.rig[f]});
   made.scene.bodies[1].odometry = {.sigma_m = 0.01, .sigma_rad = 0.01};
   Start start(made);
-  start.forget();
+  start.reset_unknown();
   const std::vector<char> placed = place_poses(start.bundle(), start.known);
   for (std::size_t f = 0; f < made.rig.size(); ++f) {
     const PoseIndex pose = start.map.problem.bodies[1][f];
@@ -85,14 +86,14 @@ TEST(PlacePoses, FramesThatSawNothingAreCarriedByTheMotionThatWasMeasured) {
   }
   made.recording.odometry.clear();
   Start without(made);
-  without.forget();
+  without.reset_unknown();
   const std::vector<char> fewer = place_poses(without.bundle(), without.known);
   for (std::size_t f = 10; f < 14; ++f) EXPECT_EQ(fewer[without.map.problem.bodies[1][f]], 0) << f;
 }
 
-TEST(PlacePoses, OneBadViewDecidesNothing) {
+TEST(PlacePoses, ASingleBadViewIsNotDecisive) {
   RigScene made = rig_scene();
-  // The first frame that shows tag 4 shows it where tag 5 is.
+  // In the first frame with tag 4, its corners are those of tag 5.
   for (SceneFrame& frame : made.recording.frames) {
     auto& seen = frame.views[0].detections;
     const auto four = std::ranges::find(seen, test::rig_tag(4), &TagDetection::tag);
@@ -102,26 +103,26 @@ TEST(PlacePoses, OneBadViewDecidesNothing) {
     break;
   }
   Start start(made);
-  start.forget();
+  start.reset_unknown();
   place_poses(start.bundle(), start.known);
   EXPECT_LT(start.off(start.map.problem.tags[0][4]), 0.05);
 }
 
-TEST(PlacePoses, WhatIsInDoubtPlacesATagOnlyWhereNothingElseLeadsOn) {
+TEST(PlacePoses, UnconfirmedTermsVoteOnlyAsALastResort) {
   const RigScene made = rig_scene();
   Start start(made);
   const PoseIndex tag = start.map.problem.tags[0][4];
-  for (CornerTerm& term : start.bundle().corners) term.doubtful = term.tag == tag;
-  start.forget();
+  for (CornerTerm& term : start.bundle().corners) term.unconfirmed = term.tag == tag;
+  start.reset_unknown();
   const std::vector<char> placed = place_poses(start.bundle(), start.known);
-  EXPECT_NE(placed[tag], 0) << "nothing else says where it is";
+  EXPECT_NE(placed[tag], 0) << "it has only unconfirmed observations";
   EXPECT_LT(start.off(tag), 0.05);
-  start.forget();
-  const std::vector<char> strict = place_poses(start.bundle(), start.known, {.fewest_doubtful_votes = 1000});
+  start.reset_unknown();
+  const std::vector<char> strict = place_poses(start.bundle(), start.known, {.min_unconfirmed_votes = 1000});
   EXPECT_EQ(strict[tag], 0);
 }
 
-TEST(PlacePoses, ATagThatTooFewViewsAgreeOnIsLeftOut) {
+TEST(PlacePoses, ATagWithTooFewAgreeingViewsIsNotPlaced) {
   RigScene made = rig_scene();
   int kept = 0;
   for (SceneFrame& frame : made.recording.frames) {
@@ -129,26 +130,26 @@ TEST(PlacePoses, ATagThatTooFewViewsAgreeOnIsLeftOut) {
                   [&](const TagDetection& d) { return d.tag == test::rig_tag(4) && ++kept > 1; });
   }
   Start start(made);
-  start.forget();
+  start.reset_unknown();
   const PoseIndex tag = start.map.problem.tags[0][4];
-  EXPECT_EQ(place_poses(start.bundle(), start.known, {.fewest_votes = 2})[tag], 0);
+  EXPECT_EQ(place_poses(start.bundle(), start.known, {.min_votes = 2})[tag], 0);
   for (const CornerTerm& term : start.bundle().corners) EXPECT_EQ(term.used, term.tag != tag);
 }
 
-TEST(PlacePoses, TwiceTheSameIsTheSame) {
+TEST(PlacePoses, IsDeterministic) {
   Start a(rig_scene({.noise_px = 0.3}));
   Start b(rig_scene({.noise_px = 0.3}));
-  a.forget();
-  b.forget();
+  a.reset_unknown();
+  b.reset_unknown();
   EXPECT_EQ(place_poses(a.bundle(), a.known), place_poses(b.bundle(), b.known));
   for (std::size_t i = 0; i < a.truth.size(); ++i)
     EXPECT_EQ(a.bundle().poses[i].value.matrix(), b.bundle().poses[i].value.matrix()) << i;
 }
 
-TEST(ReplaceContradicted, MovesWhatIsWrongAndNothingElse) {
+TEST(ReplaceContradicted, MovesOnlyWrongPoses) {
   Start start(rig_scene());
   const std::vector<char> placed(start.truth.size(), 1);
-  EXPECT_EQ(replace_contradicted(start.bundle(), placed, start.known, 100), 0) << "at the truth";
+  EXPECT_EQ(replace_contradicted(start.bundle(), placed, start.known, 100), 0) << "at the true poses";
   const PoseIndex tag = start.map.problem.tags[0][4];
   const PoseIndex rig = start.map.problem.bodies[1][12];
   start.bundle().poses[tag].value = at(0.5, 0.3, 0.2, 0.4) * start.truth[tag];
@@ -159,7 +160,7 @@ TEST(ReplaceContradicted, MovesWhatIsWrongAndNothingElse) {
   EXPECT_LT(start.off(rig), 0.05);
 }
 
-TEST(ReplaceContradicted, WhatIsFixedOrNotPlacedStays) {
+TEST(ReplaceContradicted, KeepsFixedAndUnplacedPoses) {
   Start start(rig_scene());
   const PoseIndex tag = start.map.problem.tags[0][4];
   start.bundle().poses[tag] = {at(1, 0, 0) * start.truth[tag], true};

@@ -12,7 +12,7 @@
 namespace waymark {
 namespace {
 
-constexpr double kLongest_s = 0.2;  // over which the motion of a hand is a polynomial, roughly
+constexpr double kMaxGap_s = 0.2;  // over which hand motion is approximately a polynomial
 
 /// Relative motions of cameras and tags.
 class Motions {
@@ -31,8 +31,8 @@ class Motions {
     return (poses[rig].value * poses[cam].value).inverse() * poses[body].value * poses[tag].value;
   }
 
-  /// The tag's motion about the time of a frame, by the polynomial through its poses in up to two frames
-  /// before and two after; nothing where there is none but this one.
+  /// The tag's motion about the time of a frame: a polynomial through its poses in up to two frames before
+  /// and two after. Empty without a neighbouring frame.
   [[nodiscard]] std::optional<MovingTag> motion(const SceneObservation& seen) const {
     const auto now = cam_T_tag(seen, seen.frame);
     if (!now) return std::nullopt;
@@ -42,7 +42,7 @@ class Motions {
     Eigen::Index count = 0;
     const auto take = [&](std::size_t frame) {
       const double apart_s = seconds(seen.frame, frame);
-      if (std::abs(apart_s) > kLongest_s || apart_s == 0) return false;
+      if (std::abs(apart_s) > kMaxGap_s || apart_s == 0) return false;
       const auto then = cam_T_tag(seen, frame);
       if (!then) return false;
       t[count] = apart_s;
@@ -70,7 +70,7 @@ class Motions {
   const SceneMap& map_;
 };
 
-/// Corners of one observation; the largest change, infinite when the motion is not known.
+/// Corners of one observation. Returns the largest change; infinite if the motion is unknown.
 double bring_to_middle(const SceneObservation& seen, double readout_s, const Motions& motions,
                        const CameraModel& camera, CornerTerm& term) {
   std::optional<MovingTag> tag = motions.motion(seen);

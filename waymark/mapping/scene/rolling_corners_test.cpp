@@ -1,4 +1,4 @@
-// Corners of a rolling shutter, brought to the time of the middle row.
+// Corners of a rolling shutter, transformed to the time of the middle row.
 #include "waymark/mapping/scene/rolling_corners.hpp"
 
 #include <algorithm>
@@ -17,7 +17,7 @@ using test::true_scene_map;
 
 constexpr double kReadout_s = 0.03;
 
-/// The largest distance of a corner in use from where a global shutter would have seen it.
+/// The largest distance of a corner in use from its position with a global shutter.
 double worst_px(const SceneMap& map, const RigScene& made) {
   RigScene global = made;
   global.shape.readout_s = 0;
@@ -34,7 +34,7 @@ double worst_px(const SceneMap& map, const RigScene& made) {
   return worst;
 }
 
-TEST(RollingCorners, AGlobalShutterChangesNothing) {
+TEST(RollingCorners, AGlobalShutterIsNotCorrected) {
   SceneMap map = true_scene_map(rig_scene());
   const auto before = map.problem.bundle.corners;
   EXPECT_EQ(bring_corners_to_middle(rig_scene().recording, map), 0);
@@ -42,26 +42,26 @@ TEST(RollingCorners, AGlobalShutterChangesNothing) {
     EXPECT_EQ(map.problem.bundle.corners[i].factor.corners_px, before[i].factor.corners_px);
 }
 
-TEST(RollingCorners, ComeToWhereAGlobalShutterSeesThem) {
+TEST(RollingCorners, EqualThoseOfAGlobalShutter) {
   for (const double readout_s : {kReadout_s, -kReadout_s}) {
     const RigScene made = rig_scene({.frames = 60, .step_s = 0.05, .readout_s = readout_s});
     SceneMap map = true_scene_map(made);
     const double before = worst_px(map, made);
-    EXPECT_GT(before, 2) << "a hand moves by pixels while a picture is read";
+    EXPECT_GT(before, 2) << "a hand moves by pixels during the readout";
     const double moved = bring_corners_to_middle(made.recording, map);
     EXPECT_NEAR(moved, before, 0.5 * before);
     EXPECT_LT(worst_px(map, made), 0.02 * before);
   }
 }
 
-TEST(RollingCorners, TheSecondTimeHardlyAnythingChanges) {
+TEST(RollingCorners, ASecondCallChangesHardlyAnything) {
   const RigScene made = rig_scene({.frames = 60, .step_s = 0.05, .readout_s = kReadout_s});
   SceneMap map = true_scene_map(made);
   bring_corners_to_middle(made.recording, map);
-  EXPECT_LT(bring_corners_to_middle(made.recording, map), 1e-9) << "from what was measured, not from itself";
+  EXPECT_LT(bring_corners_to_middle(made.recording, map), 1e-9) << "computed from the measured corners";
 }
 
-TEST(RollingCorners, AFrameWithoutANeighbourTellsNoMotionAndDoesNotCount) {
+TEST(RollingCorners, AFrameWithoutANeighbourIsExcluded) {
   RigScene made = rig_scene({.frames = 20, .step_s = 0.05, .readout_s = kReadout_s});
   // The last frame half a second later.
   made.recording.frames.back().stamp += std::chrono::milliseconds(500);
@@ -74,7 +74,7 @@ TEST(RollingCorners, AFrameWithoutANeighbourTellsNoMotionAndDoesNotCount) {
     EXPECT_EQ(map.problem.bundle.corners[i].used, map.observations.seen[i].frame != last);
 }
 
-TEST(RollingCorners, OnlyTheCameraThatHasOneIsCorrected) {
+TEST(RollingCorners, OnlyCamerasWithARollingShutterAreCorrected) {
   RigScene made = rig_scene({.frames = 30, .cameras = 2, .step_s = 0.05, .readout_s = kReadout_s});
   made.scene.cameras[1].readout_s = 0;
   SceneMap map = true_scene_map(made);
@@ -88,7 +88,7 @@ TEST(RollingCorners, OnlyTheCameraThatHasOneIsCorrected) {
   }
 }
 
-TEST(RollingCorners, OfATagThatIsNotPlacedNothingIsKnown) {
+TEST(RollingCorners, ATagThatIsNotPlacedIsNotCorrected) {
   const RigScene made = rig_scene({.step_s = 0.05, .readout_s = kReadout_s});
   SceneMap map = true_scene_map(made);
   const PoseIndex tag = map.problem.tags[0][3];

@@ -22,7 +22,7 @@ double area_px2(const TagDetection& detection) {
   return std::abs(twice) / 2;
 }
 
-/// Tags by id, with those found on the way.
+/// Tags by id, including unlisted tags found in the recording.
 class Owners {
  public:
   explicit Owners(TagScene& scene) : scene_(scene) {
@@ -51,8 +51,8 @@ class Owners {
   std::set<int> ignored_;
 };
 
-/// The frame that each squash is about: the nearest to its time, at most half a frame away; nothing where it
-/// has no time.
+/// The frame each squash refers to: the nearest to its time, at most half a frame period away; empty without
+/// a time.
 std::vector<std::optional<SensorTime>> stamps_of_squashes(const SceneRecording& recording,
                                                           const TagScene& scene) {
   const std::vector<SceneFrame>& frames = recording.frames;
@@ -82,7 +82,7 @@ bool squashed(const TagScene& scene, const std::vector<std::optional<SensorTime>
 }
 
 int remapped(const TagScene& scene, const std::string& camera, SensorTime stamp, int id) {
-  constexpr Duration kRounding = std::chrono::microseconds(1);  // of seconds that went through a double
+  constexpr Duration kRounding = std::chrono::microseconds(1);  // of times stored as seconds in a double
   for (const SceneRemap& remap : scene.remaps) {
     if (remap.id == id && stamp >= remap.from - kRounding && stamp <= remap.to + kRounding &&
         (remap.camera.empty() || remap.camera == camera))
@@ -165,8 +165,8 @@ void add_poses(const TagScene& scene, std::size_t frames, SceneBundle& problem) 
   }
 }
 
-/// The poses of an odometry sensor at times that grow: between its samples, or the nearest sample that no
-/// earlier time took.
+/// Poses of an odometry sensor at ascending times: interpolated, or the nearest sample that no earlier time
+/// used.
 class OdometryInTime {
  public:
   OdometryInTime(const std::vector<const SceneOdometry*>& samples, bool nearest)
@@ -204,7 +204,7 @@ class OdometryInTime {
   std::size_t taken_ = 0;
 };
 
-/// How well a motion is known: constant, or from what the last one did not foretell.
+/// Noise of a motion: constant, or from the deviation from the last motion.
 class MotionNoise {
  public:
   explicit MotionNoise(const SceneMotionNoise& noise) : noise_(noise) {}
@@ -300,7 +300,7 @@ void add_measurements(const TagScene& scene, SceneBundle& problem) {
   }
 }
 
-/// Without any prior that ties something to the map, a body and a tag on it are held where they are.
+/// Without any prior in the map frame, fixes a body and a tag on it.
 Status fix_one_body(const TagScene& scene, const SceneObservations& observations, SceneBundle& problem) {
   std::size_t anchored = scene.bodies.size();
   for (std::size_t b = scene.bodies.size(); b-- > 0;) {
@@ -313,8 +313,8 @@ Status fix_one_body(const TagScene& scene, const SceneObservations& observations
     if (scene.bodies[b].is_static) anchored = b;
   }
   if (anchored == scene.bodies.size())
-    return fail(ErrorCode::InvalidArgument, "every body moves: nothing says where the map is",
-                {.key = "bodies"}, "Give one body `is_static: true`.");
+    return fail(ErrorCode::InvalidArgument, "every body moves, so the map frame is undefined",
+                {.key = "bodies"}, "Set `is_static: true` for one body.");
   if (!scene.bodies[anchored].map_T_body) problem.bundle.poses[problem.bodies[anchored].front()].fixed = true;
   const auto on_it = [&](const CameraOnBody& camera) { return camera.body == anchored && camera.body_T_cam; };
   const auto known = [](const SceneTag& tag) { return tag.body_T_tag.has_value(); };
@@ -372,7 +372,7 @@ void add_wiggle(const TagScene& scene, const SceneObservations& observations, Sc
 }
 
 void add_planes(const TagScene& scene, SceneBundle& problem, std::vector<char>& placed) {
-  constexpr double kFar = 1e3;  // [m, rad]: what a plane does not tell of its own pose
+  constexpr double kFreeSigma = 1e3;  // [m, rad]: of undetermined directions of a plane's pose
   Bundle& bundle = problem.bundle;
   for (const ScenePlane& plane : scene.planes) {
     std::vector<PoseIndex> tags;
@@ -388,7 +388,7 @@ void add_planes(const TagScene& scene, SceneBundle& problem, std::vector<char>& 
     const PoseIndex pose = bundle.add(start);
     problem.moves.push_back(0);
     placed.push_back(1);
-    bundle.priors.push_back({pose, {start, Matrix6::Identity() / kFar}});
+    bundle.priors.push_back({pose, {start, Matrix6::Identity() / kFreeSigma}});
     for (PoseIndex tag : tags)
       bundle.on_floor.push_back(
           {pose, tag, {.height_sigma_m = plane.sigma_m, .tilt_sigma_rad = plane.sigma_rad}});

@@ -11,51 +11,53 @@
 
 namespace waymark {
 
-/// One tag in one view that counts.
+/// A tag observation in use.
 struct SceneObservation {
   std::size_t frame = 0, camera = 0;
   std::size_t body = 0, tag = 0;  ///< TagScene::bodies[body].tags[tag]
   CornerFactor factor{};
 };
 
-/// Which detections count, and what became of the others.
+/// Observations in use, and counts of ignored detections.
 struct SceneObservations {
   std::vector<SceneObservation> seen{};
-  std::map<TagId, int> foreign{};  ///< ids that belong to no body: how often seen
-  int squashed = 0;                ///< by request, too small, too many bits corrected
-  int repeated = 0;                ///< the id was there twice in one view
-  int broken = 0;                  ///< corners that are no numbers
+  std::map<TagId, int> foreign{};  ///< number of detections by id for ids of no body
+  int squashed = 0;                ///< excluded by request, too small, or too many corrected bits
+  int repeated = 0;                ///< the id occurred twice in one view
+  int broken = 0;                  ///< non-finite corners
 };
 
-/// Decides by the lists of the scene; tags found on bodies that take them are added to `scene`.
+/// Selects detections by the lists of the scene; adds tags found on bodies that accept unlisted ids to
+/// `scene`.
 [[nodiscard]] SceneObservations observations_of(const SceneRecording& recording, TagScene& scene);
 
-/// The scene as a least-squares problem. Values of poses are priors' means, else identity.
+/// The scene as a least-squares problem. Initial poses are the means of their priors, otherwise identity.
 struct SceneBundle {
   Bundle bundle{};
-  std::vector<PoseIndex> cameras{};              ///< body_T_cam
-  std::vector<std::vector<PoseIndex>> bodies{};  ///< map_T_body: one of a static body, else one a frame
-  std::vector<std::vector<PoseIndex>> tags{};    ///< body_T_tag by body and tag
-  std::vector<char> moves{};                     ///< of each pose: it is of one frame
+  std::vector<PoseIndex> cameras{};  ///< body_T_cam
+  std::vector<std::vector<PoseIndex>>
+      bodies{};                                ///< map_T_body: one for a static body, otherwise one per frame
+  std::vector<std::vector<PoseIndex>> tags{};  ///< body_T_tag by body and tag
+  std::vector<char> moves{};                   ///< by pose: it belongs to a single frame
 
   [[nodiscard]] PoseIndex body_at(std::size_t body, std::size_t frame) const {
     return bodies[body].size() == 1 ? bodies[body].front() : bodies[body][frame];
   }
 };
 
-/// One corner term for each observation in the same order, priors, distances, coordinates, and the motion
-/// between frames. Where no prior says where anything is, the first static body is held at the origin of the
-/// map, and if no tag on it is known, so is the tag seen most. Fails when there is no static body and nothing
-/// is known.
+/// Creates one corner term per observation in the same order, priors, distances, coordinates, and the motion
+/// between frames. Without any prior on a pose in the map, fixes the first static body at the origin of the
+/// map; if no tag on it has a prior either, also fixes the tag with the most observations. Fails if there is
+/// no static body and no prior.
 [[nodiscard]] Result<SceneBundle> scene_bundle(const TagScene& scene, const SceneRecording& recording,
                                                const SceneObservations& observations);
 
-/// Lets each camera that may wiggle have a pose of its own in each frame it saw something, tied to the one it
-/// has on its body: what TagSLAM does. Call it when all poses stand near where they belong.
+/// Gives each camera with wiggle its own pose in each frame in which it observed a tag, tied to its pose on
+/// the body, as TagSLAM does. Requires all poses to be near their final values.
 void add_wiggle(const TagScene& scene, const SceneObservations& observations, SceneBundle& problem);
 
-/// Ties tags that lie in one plane to a pose of that plane, another unknown. Call it when all poses stand
-/// near where they belong. Tags of one plane must be on one body.
+/// Constrains tags in one plane to the pose of that plane, a further unknown. Requires all poses to be near
+/// their final values, and all tags of a plane on one body.
 void add_planes(const TagScene& scene, SceneBundle& problem, std::vector<char>& placed);
 
 }  // namespace waymark

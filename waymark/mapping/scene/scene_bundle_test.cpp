@@ -1,4 +1,4 @@
-// Which detections of a scene count, and what is held where nothing says where anything is.
+// Selection of detections, and which poses are fixed without priors.
 #include "waymark/mapping/scene/scene_bundle.hpp"
 
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@ namespace {
 
 SensorTime at_ms(std::int64_t ms) { return SensorTime(std::chrono::milliseconds(ms)); }
 
-/// One camera, a wall that takes ids on no list, a box with one tag.
+/// One camera, a wall that accepts unlisted ids, a box with one tag.
 TagScene scene() {
   TagScene scene;
   scene.bodies.push_back({.name = "wall", .default_tag_size_m = 0.2});
@@ -32,7 +32,7 @@ SceneRecording one_view(const std::vector<TagDetection>& detections) {
   return {.frames = {{at_ms(1000), {{.camera = 0, .detections = detections}}}}};
 }
 
-TEST(SceneObservations, IdsGoToTheBodyThatListsThemOrToTheDefaultOne) {
+TEST(SceneObservations, IdsBelongToTheirBodyOrTheDefaultBody) {
   TagScene s = scene();
   const SceneObservations seen = observations_of(one_view({square(7, 50), square(30, 50)}), s);
   ASSERT_EQ(seen.seen.size(), 2U);
@@ -40,10 +40,10 @@ TEST(SceneObservations, IdsGoToTheBodyThatListsThemOrToTheDefaultOne) {
   EXPECT_DOUBLE_EQ(seen.seen[0].factor.size_m, 0.1);
   EXPECT_EQ(seen.seen[1].body, 0U);
   EXPECT_DOUBLE_EQ(seen.seen[1].factor.size_m, 0.2);
-  EXPECT_EQ(s.bodies[0].tags.size(), 1U) << "found on the way";
+  EXPECT_EQ(s.bodies[0].tags.size(), 1U) << "the unlisted tag was added";
 }
 
-TEST(SceneObservations, WithoutADefaultBodyAnIdOnNoListIsForeign) {
+TEST(SceneObservations, WithoutADefaultBodyAnUnlistedIdIsForeign) {
   TagScene s = scene();
   s.default_body.reset();
   const SceneObservations seen = observations_of(one_view({square(30, 50), square(7, 50)}), s);
@@ -51,7 +51,7 @@ TEST(SceneObservations, WithoutADefaultBodyAnIdOnNoListIsForeign) {
   EXPECT_EQ(seen.foreign.at({FamilyId::Tag36h11, 30}), 1);
 }
 
-TEST(SceneObservations, SmallTagsCorrectedBitsAndIgnoredIdsDoNotCount) {
+TEST(SceneObservations, SmallTagsCorrectedBitsAndIgnoredIdsAreSkipped) {
   TagScene s = scene();
   s.min_tag_area_px2 = 100;
   s.max_hamming = 1;
@@ -64,14 +64,14 @@ TEST(SceneObservations, SmallTagsCorrectedBitsAndIgnoredIdsDoNotCount) {
   EXPECT_EQ(seen.squashed, 4);
 }
 
-TEST(SceneObservations, AnIdThatIsThereTwiceCountsOnce) {
+TEST(SceneObservations, ADuplicateIdInAViewCountsOnce) {
   TagScene s = scene();
   const SceneObservations seen = observations_of(one_view({square(7, 50), square(7, 40)}), s);
   EXPECT_EQ(seen.seen.size(), 1U);
   EXPECT_EQ(seen.repeated, 1);
 }
 
-TEST(SceneObservations, ARemappedIdIsAnotherTagWhileItLasts) {
+TEST(SceneObservations, ARemapAppliesDuringItsTime) {
   TagScene s = scene();
   s.remaps = {{.id = 7, .becomes = 70, .from = at_ms(900), .to = at_ms(1000)}};
   EXPECT_EQ(observations_of(one_view({square(7, 50)}), s).seen.at(0).body, 0U);
@@ -81,7 +81,7 @@ TEST(SceneObservations, ARemappedIdIsAnotherTagWhileItLasts) {
   EXPECT_EQ(observations_of(one_view({square(7, 50)}), s).seen.at(0).body, 1U);
 }
 
-TEST(SceneBundle, NothingThatStandsStillIsARefusal) {
+TEST(SceneBundle, FailsWithoutAStaticBody) {
   TagScene s = scene();
   for (SceneBody& body : s.bodies) body.is_static = false;
   const SceneRecording recording = one_view({square(7, 50)});
@@ -89,7 +89,7 @@ TEST(SceneBundle, NothingThatStandsStillIsARefusal) {
   EXPECT_FALSE(scene_bundle(s, recording, seen));
 }
 
-TEST(SceneBundle, WithoutAnyPriorOneTagIsHeld) {
+TEST(SceneBundle, FixesOneTagWithoutPriors) {
   TagScene s = scene();
   s.bodies.push_back({.name = "rig", .is_static = false});
   s.cameras[0].body = 2;

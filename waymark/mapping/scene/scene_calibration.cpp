@@ -36,7 +36,7 @@ void report_intrinsics(SceneMap& map) {
   const Bundle& bundle = map.problem.bundle;
   for (std::size_t c = 0; c < bundle.intrinsics.size(); ++c) {
     const Eigen::MatrixXd& P = map.covariance.intrinsics[c];
-    if (P.size() == 0) continue;  // it saw nothing that counts
+    if (P.size() == 0) continue;  // it has no observations in use
     map.intrinsics.push_back({.camera = c,
                               .names = intrinsics_names(bundle.cameras[c]),
                               .given = bundle.intrinsics[c].prior,
@@ -54,7 +54,7 @@ class ScaleSearch {
   ScaleSearch(SceneMap& map, double prior_sigma, const std::function<void()>& adjust)
       : map_(map), prior_sigma_(prior_sigma), adjust_(adjust) {}
 
-  /// The least cost when all tags are so many times as large as was said.
+  /// The minimum cost with all tag sizes multiplied by `scale`.
   double cost_at(double scale) {
     Bundle& bundle = map_.problem.bundle;
     const double ratio = scale / map_.size_scale;
@@ -93,7 +93,7 @@ class ScaleSearch {
   }
 
  private:
-  /// Poses stand at the upper of two sizes.
+  /// Requires the poses of the larger of the two sizes.
   void find_uncertainty(const std::vector<BundlePose>& lower, double step, double bend,
                         TagScale& found) const {
     found.sigma = bend > 0 ? std::min(step / std::sqrt(bend), prior_sigma_) : prior_sigma_;

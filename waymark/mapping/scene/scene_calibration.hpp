@@ -7,23 +7,24 @@
 
 namespace waymark {
 
-/// Makes the numbers of cameras unknowns, with priors about what is given: within the standard deviations
-/// that the scene has of a camera; with `all` those of every other camera too, focal lengths within 1 %, the
-/// principal point within 1 % of the image's width, k within 0.05, p within 0.005.
+/// Makes camera parameters unknowns with priors at their given values, with the standard deviations in the
+/// scene. `all`: also those of every other camera, with standard deviations of 1 % for focal lengths, 1 % of
+/// the image width for the principal point, 0.05 for k and 0.005 for p.
 void free_intrinsics(SceneMap& map, bool all);
 
-/// What became of them, once the covariance is known; the cameras of the scene are then as found.
+/// Fills SceneMap::intrinsics once the covariance is computed, and sets the cameras of the scene to the
+/// estimates.
 void report_intrinsics(SceneMap& map);
 
-/// The size of all tags, as a multiple of what is given.
+/// The size of all tags as a multiple of their given sizes.
 struct TagScale {
   double value = 1, sigma = 0;
   std::vector<Vector6> by_scale{};  ///< d(left tangent of each pose) / d(value), at the optimum
 };
 
-/// Finds one factor for the sizes of all tags, known beforehand within `prior_sigma` of 1, from distances and
-/// priors of several tags: the minimum of the parabola through what three of them cost. `adjust` finds the
-/// least cost at a size. The poses stand at the optimum afterwards.
+/// Estimates one factor for the sizes of all tags, with a prior of 1 +- `prior_sigma`, from distances and
+/// priors of several tags: the minimum of a parabola through the cost at three factors. `adjust` minimises
+/// the cost at a given size. Afterwards the poses are at the optimum.
 [[nodiscard]] TagScale find_tag_scale(SceneMap& map, double start, double prior_sigma,
                                       const std::function<void()>& adjust);
 

@@ -1,4 +1,4 @@
-// The size of all tags found from distances, and cameras that are found as well.
+// Estimation of the size of all tags from distances, and of cameras.
 #include "waymark/mapping/scene/scene_calibration.hpp"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@ using test::rig_scene;
 using test::RigScene;
 using test::true_scene_map;
 
-/// The scene with a distance and sizes that are given wrong by a factor.
+/// A scene with a distance, and tag sizes wrong by a factor.
 SceneMap misprinted(double factor) {
   RigScene made = rig_scene({.noise_px = 0.02});
   const double true_m = (made.tags[1].translation() - made.tags[6].translation()).norm();
@@ -22,7 +22,7 @@ SceneMap misprinted(double factor) {
   return true_scene_map(made, 0.02);
 }
 
-TEST(TagScale, IsWhatADistanceSays) {
+TEST(TagScale, AgreesWithAGivenDistance) {
   for (const double factor : {1.0, 1.03, 0.96}) {
     SceneMap map = misprinted(factor);
     map.problem.bundle.priors.clear();
@@ -37,19 +37,19 @@ TEST(TagScale, IsWhatADistanceSays) {
     EXPECT_NEAR(scale.value, 1 / factor, 4 * scale.sigma + 1e-3) << factor;
     EXPECT_NEAR(map.size_scale, scale.value, 1e-12);
     EXPECT_GT(scale.sigma, 0);
-    EXPECT_LE(scale.sigma, 0.02) << "no less sure than beforehand";
+    EXPECT_LE(scale.sigma, 0.02) << "at most the prior uncertainty";
     EXPECT_EQ(scale.by_scale.size(), map.problem.bundle.poses.size());
     EXPECT_LT(searches, 12);
     for (const CornerTerm& term : map.problem.bundle.corners)
       EXPECT_NEAR(term.factor.size_m, test::kRigTag_m * factor * scale.value, 1e-9);
-    // Poses move with the size as by_scale says: away from the tag that is held.
+    // Poses change with the size by by_scale, relative to the fixed tag.
     const Vector6& far = scale.by_scale[map.problem.tags[0][6]];
     EXPECT_GT(far.head<3>().norm(), 1);
     EXPECT_EQ(scale.by_scale[map.problem.tags[0][0]], Vector6::Zero());
   }
 }
 
-TEST(FreeIntrinsics, AreThoseThatTheSceneKnowsRoughlyOrAll) {
+TEST(FreeIntrinsics, AreThoseWithASigmaOrAll) {
   RigScene made = rig_scene({.cameras = 2});
   made.scene.cameras[1].intrinsics_sigma =
       Eigen::VectorXd::Constant(intrinsics_of(made.scene.cameras[1].model).size(), 0.7);
@@ -63,7 +63,7 @@ TEST(FreeIntrinsics, AreThoseThatTheSceneKnowsRoughlyOrAll) {
   const Eigen::VectorXd& sigma = map.problem.bundle.intrinsics[0].sigma;
   EXPECT_NEAR(sigma[0], 4.42, 1e-9) << "1 % of the focal length";
   EXPECT_NEAR(sigma[2], 6.4, 1e-9) << "1 % of the width";
-  EXPECT_EQ(map.problem.bundle.intrinsics[1].sigma[0], 0.7) << "what is known stays";
+  EXPECT_EQ(map.problem.bundle.intrinsics[1].sigma[0], 0.7) << "a given sigma is kept";
   ASSERT_TRUE(solve(map.problem.bundle).usable());
   map.covariance = covariance(map.problem.bundle);
   report_intrinsics(map);

@@ -21,7 +21,7 @@ namespace {
 constexpr double kMedianChi2 = 7.344;  // of chi-square with 8 degrees of freedom
 constexpr int kRounds = 5;
 
-/// Near enough to start from: the two poses of a square differ by more.
+/// Precise enough for a start: the two poses of a square differ by more.
 bool is_informative(const ScenePrior& prior) {
   constexpr double kSigmaM = 1.0;
   constexpr double kSigmaRad = 0.3;
@@ -31,7 +31,7 @@ bool is_informative(const ScenePrior& prior) {
          P.diagonal().tail<3>().maxCoeff() < kSigmaRad * kSigmaRad;
 }
 
-/// `weak`: also what tells little; better than nothing where nothing else leads to the map.
+/// `weak`: also uses weak priors; better than none if no other prior is available.
 std::vector<KnownPose> known_poses(const TagScene& scene, const SceneBundle& problem, bool weak) {
   std::vector<KnownPose> known(problem.bundle.poses.size());
   for (std::size_t i = 0; i < known.size(); ++i) known[i].moves = problem.moves[i] != 0;
@@ -54,8 +54,8 @@ class Search {
          SceneMap& map)
       : recording_(recording), options_(options), progress_(progress), map_(map) {}
 
-  /// From the placed poses to the optimum of the robust cost; poses that are in the wrong minimum are moved.
-  void rough() {
+  /// Minimises the robust cost from the placed poses and moves poses in a wrong local minimum.
+  void search_coarsely() {
     Bundle& bundle = map_.problem.bundle;
     if (options_.model == SceneModel::Waymark) std::swap(distances_, bundle.point_distances);
     for (bool weak : {false, true}) {
@@ -63,28 +63,28 @@ class Search {
       place();
       if (std::ranges::any_of(bundle.corners, &CornerTerm::used)) break;
     }
-    own_noise(kStartPx);
-    replace_contradicted(bundle, map_.placed, known_, kFar);
-    // Far from the optimum all errors are large: what counts as an outlier comes down step by step.
-    for (double chi2 : {100 * kFar, kFar}) find(chi2, 15, "looking for outliers", kFarGain);
+    set_corner_noise(kStartPx);
+    replace_contradicted(bundle, map_.placed, known_, kCoarseChi2);
+    // Errors are large far from the optimum, so the outlier threshold decreases in steps.
+    for (double chi2 : {100 * kCoarseChi2, kCoarseChi2}) find(chi2, 15, "rejecting outliers", kCoarseGain);
     for (int round = 0; round < kRounds && goes_on(); ++round) {
-      find(options_.search.robust_chi2, 10, "looking for outliers", kFarGain);
-      own_noise(noise_px_ * noise_ratio());
+      find(options_.search.robust_chi2, 10, "rejecting outliers", kCoarseGain);
+      set_corner_noise(noise_px_ * noise_ratio());
       if (replace_contradicted(bundle, map_.placed, known_, options_.search.outlier_chi2) == 0) break;
     }
   }
 
-  /// The model's own cost over every observation.
-  void exactly_as_tagslam() {
-    own_noise(map_.scene.pixel_sigma_px);
+  /// Minimises TagSLAM's cost over every observation.
+  void minimise_tagslam_cost() {
+    set_corner_noise(map_.scene.pixel_sigma_px);
     for (CornerTerm& term : map_.problem.bundle.corners) term.used = can_count(term);
     add_wiggle(map_.scene, map_.observations, map_.problem);
     map_.placed.resize(map_.problem.bundle.poses.size(), 1);
     find(0, options_.search.max_iterations, "adjusting");
   }
 
-  /// Corner noise, and what is free besides poses, from the observations themselves.
-  void with_own_noise() {
+  /// Estimates the corner noise from the observations, and further free parameters.
+  void adjust_with_estimated_noise() {
     adjust_until_stable();
     if (goes_on() && correct_misread_ids(map_, options_.search.outlier_chi2) > 0) adjust_until_stable();
     add_planes(map_.scene, map_.problem, map_.placed);
@@ -101,30 +101,30 @@ class Search {
     find(0, options_.search.max_iterations, "adjusting");
   }
 
-  /// Until the set of observations in use and the noise agree with each other.
+  /// Repeats until the set of observations in use and the noise estimate no longer change.
   void adjust_until_stable() {
     for (int round = 0; round < kRounds && goes_on(); ++round) {
-      constexpr double kStill_px = 0.02;
-      const bool moved = bring_corners_to_middle(recording_, map_) > kStill_px;
-      own_noise(noise_px_ * noise_ratio());
+      constexpr double kMaxCornerChange_px = 0.02;
+      const bool moved = bring_corners_to_middle(recording_, map_) > kMaxCornerChange_px;
+      set_corner_noise(noise_px_ * noise_ratio());
       const bool changed = gate_observations();
       if (!changed && !moved && round > 0) break;
-      find(0, options_.search.max_iterations, "adjusting", kRough);
+      find(0, options_.search.max_iterations, "adjusting", kRoughGain);
     }
   }
 
-  /// Of a video: errors last from picture to picture, and so many of them weigh as one.
+  /// For a video: downweights images with persistent errors.
   void count_correlated() {
     if (!options_.correlated_noise || !goes_on()) return;
     std::vector<std::size_t> frames;
     for (const auto& seen : map_.observations.seen) frames.push_back(seen.frame);
     map_.correlated_frames = correlated_frames(map_.problem.bundle, frames);
-    own_noise(noise_px_);
-    find(0, options_.search.max_iterations, "adjusting", kRough);
+    set_corner_noise(noise_px_);
+    find(0, options_.search.max_iterations, "adjusting", kRoughGain);
   }
 
-  /// Where distances are given, the size of all tags is not: one factor for all of them. Distances count from
-  /// here on: before, a size that is a little wrong would let them contradict observations.
+  /// If distances are given, estimates one size factor for all tags. Distances are used only from here on:
+  /// earlier, a slightly wrong size would make them conflict with observations.
   void find_size_of_tags() {
     Bundle& bundle = map_.problem.bundle;
     const auto in_map = [&](const BundlePoint& p) {
@@ -141,7 +141,7 @@ class Search {
     const double start =
         ratios.empty() ? 1 : std::clamp(median(std::move(ratios)), 1 - kMaxSizeChange, 1 + kMaxSizeChange);
     const TagScale scale = find_tag_scale(map_, start, map_.size_prior_sigma, [&] {
-      find(0, options_.search.max_iterations, "size of the tags");
+      find(0, options_.search.max_iterations, "estimating the tag size");
     });
     map_.size_sigma = scale.sigma;
     if (options_.size_sigma) map_.by_size = scale.by_scale;
@@ -152,15 +152,15 @@ class Search {
   }
 
   [[nodiscard]] double noise_px() const { return noise_px_; }
-  /// Gives memory back.
+  /// Frees memory.
   void end() { factor_.forget(); }
 
  private:
   static constexpr double kStartPx = 0.5;
-  static constexpr double kFarGain = 1e-3;  // enough to tell outliers
-  static constexpr double kRough = 1e-4;    // which observations count shows long before the last digit
-  static constexpr double kFine = 1e-8;
-  static constexpr double kFar = 200;
+  static constexpr double kCoarseGain = 1e-3;  // sufficient to find outliers
+  static constexpr double kRoughGain = 1e-4;   // sufficient to select observations
+  static constexpr double kFineGain = 1e-8;
+  static constexpr double kCoarseChi2 = 200;
 
   [[nodiscard]] Eigen::Vector3d place_of(const BundlePoint& p) const {
     const std::vector<BundlePose>& poses = map_.problem.bundle.poses;
@@ -178,16 +178,16 @@ class Search {
         squares.push_back(internal::poses_of_square(bundle, term, options.two_poses_sigma_px));
       const internal::Confirmation confirmation = confirm(squares);
       for (std::size_t i = 0; i < bundle.corners.size(); ++i)
-        bundle.corners[i].doubtful = confirmation.doubtful[i] != 0;
-      options.fewest_votes = 2;
-      options.fewest_doubtful_votes = confirmation.fewest_votes;
+        bundle.corners[i].unconfirmed = confirmation.unconfirmed[i] != 0;
+      options.min_votes = 2;
+      options.min_unconfirmed_votes = confirmation.min_votes;
       options.squares = &squares;
     }
     map_.placed = place_poses(bundle, known_, options);
-    for (CornerTerm& term : bundle.corners) term.used = term.used && !term.doubtful;
+    for (CornerTerm& term : bundle.corners) term.used = term.used && !term.unconfirmed;
   }
 
-  /// Views are of one camera at one time.
+  /// A view is one camera at one time.
   [[nodiscard]] internal::Confirmation confirm(
       const std::vector<std::vector<internal::Hypothesis>>& squares) const {
     const std::size_t cameras = map_.scene.cameras.size();
@@ -205,7 +205,7 @@ class Search {
     return internal::confirm_observations(seen, squares, motions_of_views(frames, cameras));
   }
 
-  /// Of cameras whose place on a body with measured motion is known.
+  /// For cameras with a known mounting on a body with measured motion.
   [[nodiscard]] std::vector<internal::ViewMotion> motions_of_views(std::size_t frames,
                                                                    std::size_t cameras) const {
     std::vector<internal::ViewMotion> motions(cameras * (frames + 1));
@@ -235,7 +235,7 @@ class Search {
 
   [[nodiscard]] bool goes_on() const { return map_.summary.usable(); }
 
-  void find(double robust_chi2, int steps, const char* stage, double relative_gain = kFine) {
+  void find(double robust_chi2, int steps, const char* stage, double relative_gain = kFineGain) {
     if (!goes_on()) return;
     const BundleOptions search{
         .max_iterations = steps, .relative_gain = relative_gain, .robust_chi2 = robust_chi2};
@@ -250,8 +250,8 @@ class Search {
            map_.placed[term.tag] != 0;
   }
 
-  /// The corner noise is what all observations share: only its size is not known.
-  void own_noise(double sigma_px) {
+  /// Sets one noise for all corners.
+  void set_corner_noise(double sigma_px) {
     noise_px_ = sigma_px;
     for (CornerTerm& term : map_.problem.bundle.corners) {
       term.factor.whitening = CornerCovariance::Identity() / (sigma_px * std::sqrt(map_.correlated_frames));
@@ -259,14 +259,14 @@ class Search {
     }
   }
 
-  /// Of one picture, whatever pictures weigh together.
+  /// Per image, without the downweighting of correlated images.
   [[nodiscard]] std::vector<double> chi2_of_corners() const {
     std::vector<double> chi2 = corner_chi2(map_.problem.bundle);
     for (double& x : chi2) x *= map_.correlated_frames;
     return chi2;
   }
 
-  /// Found over assumed, by the median, which outliers hardly move.
+  /// Ratio of actual to assumed noise, from the median, which is robust against outliers.
   [[nodiscard]] double noise_ratio() const {
     std::vector<double> chi2 = chi2_of_corners();
     double numbers = 0;
@@ -282,9 +282,9 @@ class Search {
       unknowns += map_.placed[i] != 0 && !map_.problem.bundle.poses[i].fixed ? 6 : 0;
     numbers +=
         6.0 * static_cast<double>(map_.problem.bundle.priors.size() + map_.problem.bundle.relatives.size());
-    constexpr std::size_t kEnough = 50;
+    constexpr std::size_t kMinCorners = 50;
     const double share = 1 - unknowns / std::max(numbers, 1.0);
-    if (chi2.size() < kEnough || share < 0.05) return 1;
+    if (chi2.size() < kMinCorners || share < 0.05) return 1;
     return std::max(std::sqrt(median(std::move(chi2)) / (kMedianChi2 * share)), 1e-3);
   }
 
@@ -294,16 +294,17 @@ class Search {
     const auto good = [&](std::size_t i) {
       return can_count(bundle.corners[i]) && chi2[i] < options_.search.outlier_chi2;
     };
-    std::vector<char> stands(map_.problem.moves.size());  // by itself, or by what is not in doubt
-    for (std::size_t i = 0; i < stands.size(); ++i) stands[i] = map_.problem.moves[i] == 0 ? 1 : 0;
+    std::vector<char> supported(map_.problem.moves.size());  // static, or with a confirmed observation
+    for (std::size_t i = 0; i < supported.size(); ++i) supported[i] = map_.problem.moves[i] == 0 ? 1 : 0;
     for (std::size_t i = 0; i < chi2.size(); ++i) {
-      if (!bundle.corners[i].doubtful && good(i))
-        stands[bundle.corners[i].rig] = stands[bundle.corners[i].body] = 1;
+      if (!bundle.corners[i].unconfirmed && good(i))
+        supported[bundle.corners[i].rig] = supported[bundle.corners[i].body] = 1;
     }
     bool changed = false;
     for (std::size_t i = 0; i < chi2.size(); ++i) {
       const CornerTerm& term = bundle.corners[i];
-      const bool used = good(i) && (!term.doubtful || (stands[term.rig] != 0 && stands[term.body] != 0));
+      const bool used =
+          good(i) && (!term.unconfirmed || (supported[term.rig] != 0 && supported[term.body] != 0));
       changed = changed || used != bundle.corners[i].used;
       bundle.corners[i].used = used;
     }
@@ -315,12 +316,12 @@ class Search {
   const MapProgress& progress_;
   SceneMap& map_;
   std::vector<KnownPose> known_{};
-  std::vector<PointDistanceTerm> distances_{};  ///< that do not count yet
+  std::vector<PointDistanceTerm> distances_{};  ///< not used yet
   internal::KeptFactor factor_{};
   double noise_px_ = kStartPx;
 };
 
-/// Tags on no list that were hardly seen do not count: a wrong id appears once.
+/// Excludes unlisted tags with few observations: a wrong id usually occurs once.
 void drop_rare_unlisted_tags(const TagScene& listed, const SceneMapOptions& options, SceneMap& map) {
   std::map<std::pair<std::size_t, std::size_t>, int> count;
   for (const SceneObservation& seen : map.observations.seen) ++count[{seen.body, seen.tag}];
@@ -349,30 +350,30 @@ Result<SceneMap> map_scene(const TagScene& scene, const SceneRecording& recordin
                            const SceneMapOptions& options, const MapProgress& progress) {
   if (Status status = check_ranges(options); !status) return tl::unexpected(status.error());
   if (options.free_intrinsics && options.model == SceneModel::Tagslam)
-    return fail(ErrorCode::InvalidArgument, "TagSLAM's model takes the cameras as given",
-                {.key = "free_intrinsics"}, "Leave it out, or take the model waymark.");
+    return fail(ErrorCode::InvalidArgument, "the model `tagslam` cannot estimate camera parameters",
+                {.key = "free_intrinsics"}, "Omit `free_intrinsics`, or use the model `waymark`.");
   SceneMap map{.scene = scene};
   map.size_prior_sigma = options.size_sigma.value_or(map.size_prior_sigma);
   map.observations = observations_of(recording, map.scene);
   if (options.model == SceneModel::Waymark) drop_rare_unlisted_tags(scene, options, map);
   if (map.observations.seen.empty())
-    return fail(ErrorCode::NotFound, "no tag of this scene was seen", {},
-                "Do the topics of the cameras and the ids of the tags fit the recording?");
+    return fail(ErrorCode::NotFound, "no tag of this scene was observed", {},
+                "Check that the camera topics and tag ids match the recording.");
   Result<SceneBundle> problem = scene_bundle(map.scene, recording, map.observations);
   if (!problem) return tl::unexpected(problem.error());
   map.problem = std::move(*problem);
   Search search(recording, options, progress, map);
-  search.rough();
+  search.search_coarsely();
   if (map.summary.stopped) return internal::stopped_on_request();
   if (std::ranges::none_of(map.problem.bundle.corners, &CornerTerm::used))
-    return fail(ErrorCode::NotFound, "no tag that was seen leads to the map", {},
-                "Say where one of the tags, or the body it is on, is.");
+    return fail(ErrorCode::NotFound, "no observed tag is connected to the map", {},
+                "Give the pose of one of the tags, or of the body it is on.");
   if (options.model == SceneModel::Tagslam)
-    search.exactly_as_tagslam();
+    search.minimise_tagslam_cost();
   else
-    search.with_own_noise();
+    search.adjust_with_estimated_noise();
   if (map.summary.stopped) return internal::stopped_on_request();
-  if (!map.summary.usable()) return fail(ErrorCode::InvalidArgument, "no map: " + map.summary.why);
+  if (!map.summary.usable()) return fail(ErrorCode::InvalidArgument, "mapping failed: " + map.summary.why);
   map.noise_px = search.noise_px();
   search.end();
   map.cost = cost(map.problem.bundle);

@@ -10,48 +10,48 @@
 
 namespace waymark {
 
-/// What the errors are taken to be.
+/// Error model.
 enum class SceneModel : std::uint8_t {
-  Waymark,  ///< extrinsics that stay, corner noise estimated, observations that contradict the others left
-            ///< out
-  Tagslam,  ///< what TagSLAM minimises: every observation, its pixel noise, cameras that wiggle where its
-            ///< files say so
+  /// Constant extrinsics, estimated corner noise, outliers rejected.
+  Waymark,
+  /// The cost of TagSLAM: every observation, its pixel noise, cameras that wiggle if its files specify that.
+  Tagslam,
 };
 
 struct SceneMapOptions {
   SceneModel model = SceneModel::Waymark;
   SearchOptions search{};
   int min_observations = 2;
-  bool free_intrinsics = false;  ///< cameras are found as well, near what is given (model waymark only)
-  /// Pictures of one video: errors that last from picture to picture weigh as one (model waymark only).
+  bool free_intrinsics = false;  ///< estimate cameras too, near their given parameters (model waymark only)
+  /// Images of one video: images with persistent errors are downweighted to one (model waymark only).
   bool correlated_noise = false;
-  /// Relative standard deviation of the size that all tags were printed in, which then is part of every
-  /// covariance. Nothing: 0.005 where distances are given, else the size is exact.
+  /// Relative standard deviation of the common print size of all tags, included in every covariance. Empty:
+  /// 0.005 if distances are given, otherwise the size is exact.
   std::optional<double> size_sigma{};
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     SearchOptions::fields(self.search, visit);
     visit(self.min_observations,
-          Field{"min_observations",
-                "Minimum number of pictures in which a tag that is on no list must be observed.", 1, 1000});
+          Field{"min_observations", "Minimum number of images in which an unlisted tag must be observed.", 1,
+                1000});
   }
 };
 
-/// Tags that hang on the rest by observations of some of them.
+/// Tags that are connected to the rest only by observations of a few tags.
 struct SceneCut {
-  std::vector<TagId> beyond{};  ///< what hangs
-  std::vector<TagId> by{};      ///< on observations of these
+  std::vector<TagId> beyond{};  ///< the weakly connected tags
+  std::vector<TagId> by{};      ///< tags whose observations connect them
   int observations = 0;
 };
 
-/// An observation that counts for another tag than the one whose id was read.
+/// An observation assigned to another tag than its id.
 struct CorrectedId {
   std::size_t frame = 0;
   TagId read{}, is{};
 };
 
-/// The numbers of a camera: as given, as found.
+/// Given and estimated parameters of a camera.
 struct FoundIntrinsics {
   std::size_t camera = 0;
   std::vector<std::string> names{};
@@ -59,36 +59,38 @@ struct FoundIntrinsics {
 };
 
 struct SceneMap {
-  TagScene scene{};  ///< with the tags that were found
+  TagScene scene{};  ///< including unlisted tags that were observed
   SceneObservations observations{};
   SceneBundle problem{};
   std::vector<char> placed{};  ///< of each pose of the problem
   BundleCovariance covariance{};
   BundleSummary summary{};
-  double cost = 0;                  ///< half the sum of squares of everything in use, by the model's noise
-  double noise_px = 0;              ///< of a corner coordinate: estimated, or the model's
-  double reprojection_mean_px = 0;  ///< distance of corners in use from where they project
+  double cost = 0;      ///< half the sum of squared residuals in use, with the model's noise
+  double noise_px = 0;  ///< standard deviation of a corner coordinate, estimated or from the model
+  double reprojection_mean_px = 0;  ///< of the corners in use
   double reprojection_median_px = 0;
   std::vector<RejectedObservation> rejected{};
-  std::vector<CorrectedId> corrected_ids{};       ///< misread: their corners are exactly those of another tag
-  std::vector<std::vector<TagId>> unconnected{};  ///< not tied to the map: tags that hang together
-  std::vector<SceneCut> left_out_cuts{};  ///< of the unconnected: tied by observations that nothing confirms
-  std::vector<SceneCut> thin_cuts{};      ///< of what is in the map, the largest part first
-  std::vector<TagId> undetermined{};      ///< in the map, but nothing determines where
-  std::vector<FoundIntrinsics> intrinsics{};  ///< of cameras that were free; `scene` has them as found
-  double size_scale = 1;                      ///< of all tags, found where distances are given
-  double size_sigma = 0;                      ///< of size_scale; 0: it was not looked for
-  double size_prior_sigma = 0.005;            ///< of it beforehand
-  std::vector<Vector6> by_size{};             ///< d(pose) / d(size_scale), in `covariance` already
-  double correlated_frames = 1;               ///< so many pictures weigh as one
-  std::vector<TagId> rejected_tags{};         ///< on no list and hardly seen, or contradicted: not in the map
+  std::vector<CorrectedId> corrected_ids{};       ///< misread ids assigned to another tag
+  std::vector<std::vector<TagId>> unconnected{};  ///< groups of tags without a connection to the map
+  std::vector<SceneCut> left_out_cuts{};          ///< unconnected groups with only unconfirmed connections
+  std::vector<SceneCut> thin_cuts{};              ///< weakly connected parts of the map, the largest first
+  std::vector<TagId> undetermined{};              ///< in the map, but without a determined pose
+  std::vector<FoundIntrinsics> intrinsics{};      ///< of estimated cameras; `scene` contains the estimates
+  double size_scale = 1;            ///< factor of all tag sizes, estimated if distances are given
+  double size_sigma = 0;            ///< of size_scale; 0: not estimated
+  double size_prior_sigma = 0.005;  ///< prior standard deviation of size_scale
+  std::vector<Vector6> by_size{};   ///< d(pose) / d(size_scale), already included in `covariance`
+  double correlated_frames = 1;     ///< this many images count as one
+  std::vector<TagId>
+      rejected_tags{};  ///< unlisted with too few observations, or inconsistent: not in the map
 
-  /// Where a tag of a static body is; nothing when it is not in the map.
+  /// Pose of a tag of a static body; empty if it is not in the map.
   [[nodiscard]] std::optional<SE3> map_T_tag(std::size_t body, std::size_t tag) const;
 };
 
-/// Tags, extrinsics and motions that explain all observations best, from no start but what the scene knows.
-/// Fails when nothing leads to the map, and when `progress` ends it.
+/// Estimates the tags, extrinsics and motions that best explain all observations. Initial values come only
+/// from the priors in the scene. Fails if no observed tag is connected to the map, and if `progress` stops
+/// the search.
 [[nodiscard]] Result<SceneMap> map_scene(const TagScene& scene, const SceneRecording& recording,
                                          const SceneMapOptions& options = {},
                                          const MapProgress& progress = {});

@@ -1,5 +1,5 @@
-// Cameras on bodies that look at tags on bodies: against the truth, from no start, with ids that belong to
-// nothing.
+// Cameras on bodies that observe tags on bodies: compared with ground truth, without initial values, and with
+// foreign ids.
 #include "waymark/mapping/scene/scene_map.hpp"
 
 #include <algorithm>
@@ -34,12 +34,12 @@ SE3 at(double x, double y, double z, double rx = 0, double ry = 0, double rz = 0
   return {SO3::exp({rx, ry, rz}), Eigen::Vector3d(x, y, z)};
 }
 
-/// What is true, and what a recording of it says.
+/// Ground truth and a recording of it.
 struct RobotSetup {
   TagScene scene{};
   SceneRecording recording{};
   std::vector<SE3> cameras{};              ///< body_T_cam
-  std::vector<std::vector<SE3>> bodies{};  ///< by body and frame (one of a static body)
+  std::vector<std::vector<SE3>> bodies{};  ///< by body and frame (one entry for a static body)
   std::vector<std::vector<SE3>> tags{};    ///< body_T_tag
 };
 
@@ -47,7 +47,7 @@ const SE3& body_at(const RobotSetup& setup, std::size_t body, std::size_t frame)
   return setup.bodies[body].size() == 1 ? setup.bodies[body].front() : setup.bodies[body][frame];
 }
 
-/// Pictures of everything, with this noise.
+/// Adds detections of all visible tags with this noise.
 void film(RobotSetup& setup, std::size_t frames, double noise_px, Random& random) {
   for (std::size_t f = 0; f < frames; ++f) {
     SceneFrame frame{.stamp = SensorTime(std::chrono::milliseconds(100 * f))};
@@ -76,8 +76,8 @@ ScenePrior exactly(const SE3& mean) {
   return ScenePrior::of(mean, Eigen::Vector3d::Constant(1e-4), Eigen::Vector3d::Constant(1e-4));
 }
 
-/// A rig of a pinhole and a fisheye, the second one's place unknown, along a wall of ten tags of which one is
-/// known.
+/// A rig with a pinhole and a fisheye camera, the second with unknown mounting, along a wall of ten tags, one
+/// of them known.
 RobotSetup rig_setup(std::uint64_t seed, double noise_px) {
   Random random(seed);
   RobotSetup setup;
@@ -106,7 +106,7 @@ RobotSetup rig_setup(std::uint64_t seed, double noise_px) {
   return setup;
 }
 
-/// Two fixed cameras, one's place known, that watch a cube of four tags, of which one is known.
+/// Two fixed cameras, one with a known pose, that observe a cube of four tags, one of them known.
 RobotSetup cube_setup(std::uint64_t seed, double noise_px) {
   Random random(seed);
   RobotSetup setup;
@@ -133,7 +133,7 @@ RobotSetup cube_setup(std::uint64_t seed, double noise_px) {
 
 double error_of(const SE3& estimate, const SE3& truth) { return minus(estimate, truth).norm(); }
 
-TEST(SceneMap, FindsARigItsSecondCameraAndAWallFromOneTag) {
+TEST(SceneMap, EstimatesARigItsSecondCameraAndAWallFromOneTag) {
   const RobotSetup setup = rig_setup(1, 0);
   const auto map = map_scene(setup.scene, setup.recording);
   ASSERT_TRUE(map) << to_string(map.error());
@@ -149,7 +149,7 @@ TEST(SceneMap, FindsARigItsSecondCameraAndAWallFromOneTag) {
     EXPECT_LT(error_of(poses[map->problem.bodies[1][f]].value, setup.bodies[1][f]), 1e-5) << f;
 }
 
-TEST(SceneMap, FindsACubeThatFixedCamerasWatchAndTheOtherCamera) {
+TEST(SceneMap, EstimatesACubeAndTheSecondFixedCamera) {
   const RobotSetup setup = cube_setup(2, 0);
   const auto map = map_scene(setup.scene, setup.recording);
   ASSERT_TRUE(map) << to_string(map.error());
@@ -159,9 +159,8 @@ TEST(SceneMap, FindsACubeThatFixedCamerasWatchAndTheOtherCamera) {
     EXPECT_LT(error_of(poses[map->problem.tags[1][t]].value, setup.tags[1][t]), 1e-5) << t;
 }
 
-TEST(SceneMap, ErrorsAreWhatTheCovarianceSays) {
-  // Normalised errors squared of tags and of the unknown extrinsic over draws of the noise: 6 degrees of
-  // freedom each.
+TEST(SceneMap, CovarianceIsConsistent) {
+  // NEES of tags and of the unknown extrinsics over draws of the noise: 6 degrees of freedom each.
   double sum = 0;
   int count = 0;
   for (std::uint64_t seed = 0; seed < 12; ++seed) {
@@ -179,12 +178,12 @@ TEST(SceneMap, ErrorsAreWhatTheCovarianceSays) {
       add(map->problem.tags[0][t],
           setup.tags[0][static_cast<std::size_t>(map->scene.bodies[0].tags[t].id.number)]);
   }
-  // Errors of one draw hang together through the anchor, so the bounds are wide for 120 times 6 squares.
+  // Errors of one draw are correlated through the anchor, so the bounds are wide for 120 times 6 squares.
   EXPECT_GT(sum / count, 4.0);
   EXPECT_LT(sum / count, 8.0);
 }
 
-/// Of all tags but the known one, in the frame of the map.
+/// Largest error of a tag in the map frame, except the known one.
 double worst_tag_m(const RobotSetup& setup, const SceneMap& map) {
   double worst = 0;
   for (std::size_t t = 0; t < map.scene.bodies[0].tags.size(); ++t) {
@@ -196,7 +195,7 @@ double worst_tag_m(const RobotSetup& setup, const SceneMap& map) {
   return worst;
 }
 
-TEST(SceneMap, CamerasThatAreGivenWrongAreFoundWithTheirCovariance) {
+TEST(SceneMap, WrongCameraParametersAreEstimatedConsistently) {
   double sum = 0;
   int count = 0;
   for (std::uint64_t seed = 200; seed < 205; ++seed) {
@@ -227,27 +226,27 @@ TEST(SceneMap, CamerasThatAreGivenWrongAreFoundWithTheirCovariance) {
       }
     }
   }
-  EXPECT_GT(sum / count, 0.4) << "80 squares of which many hang together";
+  EXPECT_GT(sum / count, 0.4) << "80 squares, many of them correlated";
   EXPECT_LT(sum / count, 1.8);
 }
 
-TEST(SceneMap, AFocalLengthThatIsFarFromTheGivenOneIsNamed) {
+TEST(SceneMap, AFocalLengthFarFromTheGivenOneIsReported) {
   RobotSetup setup = rig_setup(210, 0.1);
   Eigen::VectorXd given = intrinsics_of(setup.scene.cameras[0].model);
   given.head<2>() *= 1.05;
   setup.scene.cameras[0].model = with_intrinsics(setup.scene.cameras[0].model, given).value();
   const auto map = map_scene(setup.scene, setup.recording, {.free_intrinsics = true});
   ASSERT_TRUE(map);
-  EXPECT_THAT(scene_warnings(*map), testing::Contains(testing::HasSubstr("camera cam0: fx is")));
+  EXPECT_THAT(scene_warnings(*map), ::testing::Contains(::testing::HasSubstr("cam0: fx")));
 }
 
-TEST(SceneMap, TagslamsModelTakesCamerasAsGiven) {
+TEST(SceneMap, TheTagslamModelRejectsFreeIntrinsics) {
   const RobotSetup setup = rig_setup(211, 0.1);
   EXPECT_FALSE(
       map_scene(setup.scene, setup.recording, {.model = SceneModel::Tagslam, .free_intrinsics = true}));
 }
 
-/// Everything given in the map's frame moved by one motion.
+/// The setup with everything in the map frame moved by one motion.
 RobotSetup moved(RobotSetup setup, const SE3& by) {
   const auto move = [&](ScenePrior& prior) { prior.mean = by * prior.mean; };
   for (SceneBody& body : setup.scene.bodies) {
@@ -306,7 +305,7 @@ TEST(SceneMap, ASceneOfTwiceTheSizeHasAMapOfTwiceTheSize) {
   const auto map = map_scene(setup.scene, setup.recording);
   const auto other = map_scene(large.scene, large.recording);
   ASSERT_TRUE(map && other);
-  EXPECT_NEAR(other->cost, map->cost, 1e-2 * map->cost);  // priors keep their sigma, and so weigh differently
+  EXPECT_NEAR(other->cost, map->cost, 1e-2 * map->cost);  // priors keep their sigma, so their weight changes
   for (std::size_t t = 0; t < 10; ++t) {
     SE3 expected = *map->map_T_tag(0, t);
     grow(expected);
@@ -314,7 +313,7 @@ TEST(SceneMap, ASceneOfTwiceTheSizeHasAMapOfTwiceTheSize) {
   }
 }
 
-TEST(SceneMap, CornersThatAreNoNumbersAreCountedAndLeftOut) {
+TEST(SceneMap, NonFiniteCornersAreCountedAndSkipped) {
   RobotSetup setup = rig_setup(15, 0.2);
   for (std::size_t f = 0; f < 3; ++f)
     setup.recording.frames[f].views[0].detections.front().corners_px[f].x() = std::nan("");
@@ -324,7 +323,7 @@ TEST(SceneMap, CornersThatAreNoNumbersAreCountedAndLeftOut) {
   for (std::size_t t = 0; t < 10; ++t) EXPECT_TRUE(map->map_T_tag(0, t)->translation().allFinite());
 }
 
-TEST(SceneMap, SquaresThatAreNoImagesOfSquaresDoNotMoveTheMap) {
+TEST(SceneMap, ImpossibleQuadrilateralsDoNotMoveTheMap) {
   const RobotSetup setup = rig_setup(16, 0.1);
   RobotSetup torn = setup;
   Random random(17);
@@ -339,7 +338,7 @@ TEST(SceneMap, SquaresThatAreNoImagesOfSquaresDoNotMoveTheMap) {
   EXPECT_LT(worst_tag_m(torn, *map), worst_tag_m(setup, *clean) + 0.003);
 }
 
-TEST(SceneMap, IdsThatBelongToNothingAndWrongOnesChangeNothing) {
+TEST(SceneMap, ForeignAndWrongIdsDoNotChangeTheMap) {
   RobotSetup setup = cube_setup(3, 0.2);
   const auto clean = map_scene(setup.scene, setup.recording);
   Random random(4);
@@ -348,7 +347,7 @@ TEST(SceneMap, IdsThatBelongToNothingAndWrongOnesChangeNothing) {
     foreign.tag.number = 300 + static_cast<int>(random.uniform(0, 80));
     frame.views[0].detections.push_back(foreign);
   }
-  // One view in which a tag of the cube is said to be where it is not.
+  // In one view the corners of a tag of the cube are wrong.
   for (auto& corner : setup.recording.frames[7].views[0].detections.front().corners_px) corner.x() += 60;
   const auto map = map_scene(setup.scene, setup.recording);
   ASSERT_TRUE(clean && map);
@@ -358,9 +357,9 @@ TEST(SceneMap, IdsThatBelongToNothingAndWrongOnesChangeNothing) {
     EXPECT_LT(error_of(map->problem.bundle.poses[map->problem.tags[1][t]].value, setup.tags[1][t]), 0.01);
 }
 
-TEST(SceneMap, WhatHangsApartIsSaidAndNotInvented) {
+TEST(SceneMap, UnconnectedTagsAreReportedAndNotMapped) {
   RobotSetup setup = rig_setup(5, 0.1);
-  // In the last frames only tags 8 and 9 are seen, and they are seen nowhere else.
+  // Only the last frames show tags 8 and 9, and no others.
   for (std::size_t f = 0; f < setup.recording.frames.size(); ++f) {
     for (SceneView& view : setup.recording.frames[f].views) {
       std::erase_if(view.detections, [&](const TagDetection& d) { return (d.tag.number >= 8) != (f >= 30); });
@@ -374,7 +373,7 @@ TEST(SceneMap, WhatHangsApartIsSaidAndNotInvented) {
     EXPECT_EQ(map->map_T_tag(0, t).has_value(), map->scene.bodies[0].tags[t].id.number < 8);
 }
 
-TEST(SceneMap, ASquashIsAboutTheFrameNearestToItsTime) {
+TEST(SceneMap, ASquashAppliesToTheFrameNearestToItsTime) {
   RobotSetup setup = rig_setup(9, 0.1);
   const auto all = observations_of(setup.recording, setup.scene).seen.size();
   const SceneFrame& frame = setup.recording.frames[20];
@@ -388,7 +387,7 @@ TEST(SceneMap, ASquashIsAboutTheFrameNearestToItsTime) {
   }
 }
 
-TEST(SceneMap, NothingKnownIsARefusalAndSoIsNothingSeen) {
+TEST(SceneMap, FailsWithoutObservationsOrAStaticBody) {
   RobotSetup setup = rig_setup(6, 0.1);
   setup.recording.frames.clear();
   EXPECT_FALSE(map_scene(setup.scene, setup.recording));
@@ -412,7 +411,7 @@ TEST(SceneMap, TheTagslamModelCostsNoMoreThanTheTruth) {
   const auto cost = cost_at(truth, setup.scene, setup.recording);
   ASSERT_TRUE(cost);
   EXPECT_LT(map->cost, cost->cost);
-  EXPECT_GT(map->cost, 0.2 * cost->cost);  // it is not another problem that was solved
+  EXPECT_GT(map->cost, 0.2 * cost->cost);  // the same problem was solved
 }
 
 }  // namespace

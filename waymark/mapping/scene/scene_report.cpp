@@ -33,7 +33,7 @@ void list_rejected(const SceneRecording& recording, SceneMap& map) {
   }
 }
 
-/// Tags none of whose observations is in use are not in the map.
+/// Removes tags without any observation in use from the map.
 void remove_contradicted_tags(SceneMap& map) {
   std::vector<char> seen(map.problem.bundle.poses.size(), 0);
   std::vector<char> used(map.problem.bundle.poses.size(), 0);
@@ -46,14 +46,14 @@ void remove_contradicted_tags(SceneMap& map) {
       const PoseIndex pose = map.problem.tags[b][t];
       if (seen[pose] == 0 || used[pose] != 0 || map.placed[pose] == 0 || map.problem.bundle.poses[pose].fixed)
         continue;
-      if (map.scene.bodies[b].tags[t].body_T_tag) continue;  // what was known beforehand still is
+      if (map.scene.bodies[b].tags[t].body_T_tag) continue;  // a tag with a prior keeps its pose
       map.placed[pose] = 0;
       map.rejected_tags.push_back(map.scene.bodies[b].tags[t].id);
     }
   }
 }
 
-/// The observations that would have tied unplaced tags to those of the map, those in doubt too.
+/// The observations that connect unplaced tags to those of the map, including unconfirmed ones.
 SceneCut cut_of(const SceneMap& map, const std::vector<TagId>& group) {
   SceneCut cut{.beyond = group};
   std::set<std::size_t> reached;
@@ -71,12 +71,12 @@ SceneCut cut_of(const SceneMap& map, const std::vector<TagId>& group) {
   return cut;
 }
 
-/// Unplaced tags that were seen in one frame hang together.
+/// Groups unplaced tags that share a frame.
 void list_unconnected(SceneMap& map) {
   std::map<TagId, std::set<std::size_t>> frames;
   for (std::size_t i = 0; i < map.observations.seen.size(); ++i) {
     const SceneObservation& seen = map.observations.seen[i];
-    if (map.problem.bundle.corners[i].doubtful &&
+    if (map.problem.bundle.corners[i].unconfirmed &&
         frames.contains(map.scene.bodies[seen.body].tags[seen.tag].id))
       continue;
     const TagId id = map.scene.bodies[seen.body].tags[seen.tag].id;
@@ -130,7 +130,7 @@ void measure_reprojection(SceneMap& map) {
 
 namespace {
 
-/// What the others hang on: tags that are known, or the one seen most.
+/// Tags that define the map frame: those with a known pose, or the one with the most observations.
 std::set<PoseIndex> roots_of(const SceneMap& map) {
   std::vector<int> used(map.problem.bundle.poses.size(), 0);
   for (const CornerTerm& term : map.problem.bundle.corners) used[term.tag] += term.used ? 1 : 0;
@@ -231,7 +231,7 @@ void for_tags(const SceneMap& map, const Visit& visit) {
   }
 }
 
-void warn_of_priors(const SceneMap& map, std::vector<std::string>& words) {
+void warn_of_priors(const SceneMap& map, std::vector<std::string>& warnings) {
   constexpr double kGate = 22.46;  // 0.999 quantile of chi-square with 6 degrees of freedom
   const auto check = [&](const std::string& name, PoseIndex pose, const std::optional<ScenePrior>& prior) {
     if (!prior || map.placed[pose] == 0 || map.problem.bundle.poses[pose].fixed) return;
@@ -239,9 +239,9 @@ void warn_of_priors(const SceneMap& map, std::vector<std::string>& words) {
     const Vector6 r = pose_prior_residual(prior->factor(), now);
     if (!(r.squaredNorm() > kGate)) return;
     const SE3 off = prior->mean.inverse() * now;
-    words.push_back(
-        fmt::format("{} is {:.4f} m and {:.2f} deg from where it is given, {:.1f} sigma: the rest "
-                    "contradicts it",
+    warnings.push_back(
+        fmt::format("{} is {:.4f} m and {:.2f} deg from its given pose ({:.1f} sigma); the observations are "
+                    "inconsistent with it",
                     name, off.translation().norm(), to_degrees(off.rotation().log().norm()), r.norm()));
   };
   for (std::size_t c = 0; c < map.scene.cameras.size(); ++c)
@@ -256,7 +256,7 @@ void warn_of_priors(const SceneMap& map, std::vector<std::string>& words) {
   });
 }
 
-void warn_of_measurements(const SceneMap& map, std::vector<std::string>& words) {
+void warn_of_measurements(const SceneMap& map, std::vector<std::string>& warnings) {
   constexpr double kGate = 3;
   std::map<PoseIndex, int> number;
   for_tags(map, [&](const SceneTag& tag, PoseIndex pose) { number[pose] = tag.id.number; });
@@ -268,47 +268,44 @@ void warn_of_measurements(const SceneMap& map, std::vector<std::string>& words) 
   for (const PointDistanceTerm& term : map.problem.bundle.point_distances) {
     const double off = (at(term.a) - at(term.b)).norm() - term.measured_m;
     if (in_map(term.a) && in_map(term.b) && std::abs(off) > kGate * term.sigma_m)
-      words.push_back(fmt::format(
-          "the distance of {:.4f} m between tags {} and {} is {:+.4f} m off in the map, {:.1f} sigma: the "
-          "rest "
-          "contradicts it",
+      warnings.push_back(fmt::format(
+          "given distance of {:.4f} m between tags {} and {}: the map differs by {:+.4f} m ({:.1f} sigma)",
           term.measured_m, number[term.a.tag], number[term.b.tag], off, std::abs(off) / term.sigma_m));
   }
   for (const PointCoordinateTerm& term : map.problem.bundle.point_coordinates) {
     const double off = term.direction.dot(at(term.point)) - term.measured_m;
     if (in_map(term.point) && std::abs(off) > kGate * term.sigma_m)
-      words.push_back(
-          fmt::format("the coordinate of {:.4f} m of tag {} is {:+.4f} m off in the map, {:.1f} "
-                      "sigma: the rest contradicts it",
+      warnings.push_back(
+          fmt::format("given coordinate of {:.4f} m of tag {}: the map differs by {:+.4f} m ({:.1f} sigma)",
                       term.measured_m, number[term.point.tag], off, std::abs(off) / term.sigma_m));
   }
   const double off_sigma = std::abs(map.size_scale - 1) / map.size_prior_sigma;
   if (off_sigma > kGate)
-    words.push_back(fmt::format(
-        "by the distances given, tags are {:.3f} times as large as their given sizes, {:.1f} sigma",
-        map.size_scale, off_sigma));
+    warnings.push_back(
+        fmt::format("according to the given distances, tags are {:.3f} times their given size ({:.1f} sigma)",
+                    map.size_scale, off_sigma));
 }
 
-void warn_of_cameras(const SceneMap& map, std::vector<std::string>& words) {
+void warn_of_cameras(const SceneMap& map, std::vector<std::string>& warnings) {
   constexpr double kGate = 3;
   for (const FoundIntrinsics& lens : map.intrinsics) {
     for (Eigen::Index i = 0; i < lens.found.size(); ++i) {
       const double off = lens.found[i] - lens.given[i];
       if (std::abs(off) > kGate * lens.prior_sigma[i])
-        words.push_back(
-            fmt::format("camera {}: {} is {:.6g} in the map and was given as {:.6g}, {:.1f} sigma",
-                        map.scene.cameras[lens.camera].name, lens.names[static_cast<std::size_t>(i)],
-                        lens.found[i], lens.given[i], std::abs(off) / lens.prior_sigma[i]));
+        warnings.push_back(fmt::format("camera {}: {} is estimated as {:.6g}, given {:.6g} ({:.1f} sigma)",
+                                       map.scene.cameras[lens.camera].name,
+                                       lens.names[static_cast<std::size_t>(i)], lens.found[i], lens.given[i],
+                                       std::abs(off) / lens.prior_sigma[i]));
     }
   }
 }
 
-void warn_of_tags(const SceneMap& map, std::vector<std::string>& words) {
+void warn_of_tags(const SceneMap& map, std::vector<std::string>& warnings) {
   const std::vector<Counts> counts = counts_of(map);
   struct Line {
     bool known;
     int rejected;
-    std::string words;
+    std::string warnings;
   };
   std::vector<Line> lines;
   std::vector<TagId> alone;
@@ -317,71 +314,69 @@ void warn_of_tags(const SceneMap& map, std::vector<std::string>& words) {
     const bool known = tag.body_T_tag.has_value() || map.problem.bundle.poses[pose].fixed;
     if (known && count.used == 0 && map.placed[pose] != 0) alone.push_back(tag.id);
     const int rejected = count.all - count.used;
-    constexpr double kMany = 0.3;
-    if (map.placed[pose] == 0 || count.all < 4 || rejected < kMany * count.all) return;
+    constexpr double kMinRejectedShare = 0.3;
+    if (map.placed[pose] == 0 || count.all < 4 || rejected < kMinRejectedShare * count.all) return;
     lines.push_back(
         {known, rejected,
-         fmt::format("{} of {} observations of tag {} contradict the rest{}", rejected, count.all,
-                     tag.id.number,
-                     known ? ": is it where it is given, of the size given, and there once?" : "")});
+         fmt::format("{} of {} observations of tag {} are rejected{}", rejected, count.all, tag.id.number,
+                     known ? "; check its given pose and size, and that its id is unique" : "")});
   });
   std::ranges::stable_sort(lines, std::greater<>{},
                            [](const Line& l) { return std::pair(l.known, l.rejected); });
   if (lines.size() > kMaxLines) lines.resize(kMaxLines);
-  for (Line& line : lines) words.push_back(std::move(line.words));
+  for (Line& line : lines) warnings.push_back(std::move(line.warnings));
   if (!alone.empty())
-    words.push_back(names_of(alone) + ": on what was given alone, no observation in use says where");
+    warnings.push_back(names_of(alone) + ": no accepted observations; the map has the given pose");
 }
 
 std::string observations(int count) {
   return count == 1 ? "one observation" : fmt::format("{} observations", count);
 }
 
-void warn_of_thin_cuts(const SceneMap& map, std::vector<std::string>& words) {
+void warn_of_thin_cuts(const SceneMap& map, std::vector<std::string>& warnings) {
   for (const SceneCut& cut : map.left_out_cuts) {
-    words.push_back(fmt::format("{} hang{} on {} of {} that nothing confirms: left out", names_of(cut.beyond),
-                                cut.beyond.size() == 1 ? "s" : "", observations(cut.observations),
-                                names_of(cut.by)));
+    warnings.push_back(fmt::format("{}: excluded; connected only by {} of {}, without confirmation by others",
+                                   names_of(cut.beyond), observations(cut.observations), names_of(cut.by)));
   }
   for (std::size_t i = 0; i < std::min(map.thin_cuts.size(), kMaxLines); ++i) {
     const SceneCut& cut = map.thin_cuts[i];
-    words.push_back(fmt::format("{} hang on {} of {}: if those are wrong, so is where they are",
-                                names_of(cut.beyond), observations(cut.observations), names_of(cut.by)));
+    warnings.push_back(fmt::format("{}: connected only by {} of {}; an error in these would move all of them",
+                                   names_of(cut.beyond), observations(cut.observations), names_of(cut.by)));
   }
-  if (!map.undetermined.empty()) words.push_back(names_of(map.undetermined) + ": nothing determines where");
+  if (!map.undetermined.empty())
+    warnings.push_back(names_of(map.undetermined) + ": pose not determined by the observations");
 }
 
-void warn_of_misread_ids(const SceneMap& map, std::vector<std::string>& words) {
+void warn_of_misread_ids(const SceneMap& map, std::vector<std::string>& warnings) {
   const std::size_t all = map.corrected_ids.size();
   if (all == 0) return;
   std::vector<std::string> cases;
   for (std::size_t i = 0; i < std::min(all, kMaxLines); ++i)
     cases.push_back(
         fmt::format("{} for {}", map.corrected_ids[i].read.number, map.corrected_ids[i].is.number));
-  words.push_back(
-      fmt::format("{} observation{} with the id of another tag {} where that tag cannot be, and count{} for "
-                  "the tag that is there: {}{}",
-                  all, all == 1 ? "" : "s", all == 1 ? "is" : "are", all == 1 ? "s" : "",
-                  fmt::join(cases, ", "), all > kMaxLines ? ", ..." : ""));
+  warnings.push_back(
+      fmt::format("{} observation{} had a misread id and {} used for the tag at that position: {}{}", all,
+                  all == 1 ? "" : "s", all == 1 ? "was" : "were", fmt::join(cases, ", "),
+                  all > kMaxLines ? ", ..." : ""));
 }
 
 }  // namespace
 
 std::vector<std::string> scene_warnings(const SceneMap& map) {
-  std::vector<std::string> words;
-  warn_of_priors(map, words);
-  warn_of_measurements(map, words);
-  warn_of_cameras(map, words);
-  warn_of_tags(map, words);
-  warn_of_thin_cuts(map, words);
-  warn_of_misread_ids(map, words);
-  return words;
+  std::vector<std::string> warnings;
+  warn_of_priors(map, warnings);
+  warn_of_measurements(map, warnings);
+  warn_of_cameras(map, warnings);
+  warn_of_tags(map, warnings);
+  warn_of_thin_cuts(map, warnings);
+  warn_of_misread_ids(map, warnings);
+  return warnings;
 }
 
 namespace {
 
-constexpr std::size_t kSmallView = 8;  // tags; of larger ones only neighbours in the list are tied
-constexpr std::size_t kTies = 4;
+constexpr std::size_t kMaxFullView = 8;  // tags; in larger views only neighbours in the list are connected
+constexpr std::size_t kTiesPerTag = 4;
 
 /// The tags of each view, ascending.
 std::vector<std::vector<PoseIndex>> views_of(const Bundle& bundle, const std::vector<char>& moves) {
@@ -408,7 +403,7 @@ struct Tie {
 std::vector<Tie> spanning_tree(const std::vector<std::vector<PoseIndex>>& views, std::size_t poses) {
   std::map<std::pair<PoseIndex, PoseIndex>, int> together;
   for (const auto& tags : views) {
-    const std::size_t reach = tags.size() <= kSmallView ? tags.size() : kTies;
+    const std::size_t reach = tags.size() <= kMaxFullView ? tags.size() : kTiesPerTag;
     for (std::size_t i = 0; i < tags.size(); ++i) {
       for (std::size_t j = i + 1; j < tags.size() && j <= i + reach; ++j) ++together[{tags[i], tags[j]}];
     }
@@ -435,7 +430,7 @@ std::vector<Tie> spanning_tree(const std::vector<std::vector<PoseIndex>>& views,
 
 using Neighbours = std::map<PoseIndex, std::vector<PoseIndex>>;
 
-/// What hangs on `from` when the tie to `without` is cut.
+/// The tags connected to `from` without the edge to `without`.
 std::set<PoseIndex> side_of(const Neighbours& neighbours, PoseIndex from, PoseIndex without) {
   std::set<PoseIndex> side = {from};
   std::vector<PoseIndex> next = {from};

@@ -9,10 +9,10 @@
 namespace waymark {
 namespace {
 
-constexpr std::size_t kKeptAll = 10;
+constexpr std::size_t kMinPosesToSelect = 10;
 
-/// Fixes what the values have; the places of the others stay free.
-void hold(const SceneValues& values, const SceneRecording& recording, SceneMap& map) {
+/// Fixes the poses in the values; the others stay free.
+void fix_given_poses(const SceneValues& values, const SceneRecording& recording, SceneMap& map) {
   SceneBundle& problem = map.problem;
   const auto set = [&](PoseIndex pose, const SE3& value) { problem.bundle.poses[pose] = {value, true}; };
   for (std::size_t c = 0; c < map.scene.cameras.size(); ++c) {
@@ -40,7 +40,7 @@ void hold(const SceneValues& values, const SceneRecording& recording, SceneMap& 
 void restrict_to(const SceneValues& values, SceneRecording& recording) {
   std::set<std::int64_t> stamps;
   for (const auto& [key, pose] : values.moving_bodies) stamps.insert(key.second);
-  if (stamps.size() >= kKeptAll) {
+  if (stamps.size() >= kMinPosesToSelect) {
     std::erase_if(recording.frames, [&](const SceneFrame& frame) {
       return !stamps.contains(frame.stamp.time_since_epoch().count());
     });
@@ -54,7 +54,7 @@ Result<CostAtValues> cost_at(const SceneValues& values, TagScene scene, const Sc
   Result<SceneBundle> problem = scene_bundle(map.scene, recording, map.observations);
   if (!problem) return tl::unexpected(problem.error());
   map.problem = std::move(*problem);
-  hold(values, recording, map);
+  fix_given_poses(values, recording, map);
   std::vector<KnownPose> known(map.problem.bundle.poses.size());
   CostAtValues result;
   for (std::size_t i = 0; i < known.size(); ++i) {

@@ -7,7 +7,7 @@
 
 #include "waymark/mapping/scene/scene_map.hpp"
 
-/// Somebody else's solution of a scene, held against ours.
+/// Comparison with a solution of a scene by another program.
 namespace waymark {
 
 struct SceneValues {
@@ -17,17 +17,18 @@ struct SceneValues {
   std::map<std::pair<std::string, std::int64_t>, SE3> moving_bodies{};  ///< map_T_body by name and stamp [ns]
 };
 
-/// Leaves the frames the other solution has a pose of; all, when it kept fewer than ten: then they are free.
+/// Keeps the frames for which the other solution has a pose; all frames if it has fewer than ten (the poses
+/// are then free).
 void restrict_to(const SceneValues& values, SceneRecording& recording);
 
 struct CostAtValues {
-  double cost = 0;     ///< of model tagslam, half the sum of squares
-  int free_poses = 0;  ///< that the values do not have; they stand where the cost is least
+  double cost = 0;     ///< of the model tagslam, half the sum of squared residuals
+  int free_poses = 0;  ///< not in the values; estimated at the minimum of the cost
   double reprojection_mean_px = 0, reprojection_median_px = 0;
 };
 
-/// The cost of TagSLAM's model at the values. What they do not have (cameras that wiggle, tags it did not
-/// publish) is free and found by the same search. Fails as map_scene does.
+/// The cost of TagSLAM's model at the values. Poses that are not in the values (wiggling cameras, tags that
+/// were not published) are free and estimated by the same search. Fails as map_scene does.
 [[nodiscard]] Result<CostAtValues> cost_at(const SceneValues& values, TagScene scene,
                                            const SceneRecording& recording,
                                            const SceneMapOptions& options = {});

@@ -1,4 +1,4 @@
-// What another program's solution of a scene costs.
+// Cost of another program's solution of a scene.
 #include "waymark/mapping/scene/scene_values.hpp"
 
 #include <cmath>
@@ -24,7 +24,7 @@ SceneValues truth_of(const RigScene& made) {
   return values;
 }
 
-TEST(SceneValues, TheTruthCostsWhatTheNoiseDoes) {
+TEST(SceneValues, TheCostOfTrueValuesIsThatOfTheNoise) {
   const RigScene exact = rig_scene();
   const auto nothing = cost_at(truth_of(exact), exact.scene, exact.recording);
   ASSERT_TRUE(nothing) << to_string(nothing.error());
@@ -42,7 +42,7 @@ TEST(SceneValues, TheTruthCostsWhatTheNoiseDoes) {
   EXPECT_NEAR(cost->reprojection_median_px, 0.5 * std::sqrt(2 * std::log(2)), 0.03);
 }
 
-TEST(SceneValues, WhatTheyDoNotHaveIsFreeAndFound) {
+TEST(SceneValues, MissingPosesAreEstimated) {
   const RigScene made = rig_scene();
   SceneValues values = truth_of(made);
   values.tags.erase(4);
@@ -53,7 +53,7 @@ TEST(SceneValues, WhatTheyDoNotHaveIsFreeAndFound) {
   EXPECT_LT(cost->cost, 1e-6);
 }
 
-TEST(SceneValues, AWrongValueCostsWhatItDoes) {
+TEST(SceneValues, AWrongValueIncreasesTheCost) {
   const RigScene made = rig_scene();
   SceneValues values = truth_of(made);
   values.tags.at(4) = at(0.02, 0, 0) * values.tags.at(4);
@@ -63,7 +63,7 @@ TEST(SceneValues, AWrongValueCostsWhatItDoes) {
   EXPECT_GT(cost->reprojection_mean_px, cost->reprojection_median_px);
 }
 
-TEST(SceneValues, FramesThatTheOtherSolutionLeftOutAreLeftOut) {
+TEST(SceneValues, FramesWithoutAGivenPoseAreRemoved) {
   const RigScene made = rig_scene();
   SceneValues values = truth_of(made);
   SceneRecording all = made.recording;
@@ -77,7 +77,7 @@ TEST(SceneValues, FramesThatTheOtherSolutionLeftOutAreLeftOut) {
   while (values.moving_bodies.size() > 9) values.moving_bodies.erase(values.moving_bodies.begin());
   SceneRecording free = made.recording;
   restrict_to(values, free);
-  EXPECT_EQ(free.frames.size(), made.recording.frames.size()) << "nine poses are no selection";
+  EXPECT_EQ(free.frames.size(), made.recording.frames.size()) << "nine poses do not select frames";
 }
 
 }  // namespace

@@ -12,21 +12,21 @@
 #include "waymark/factors/pose_factors.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
-/// Cameras on bodies that look at tags on bodies, as plain values: a robot's rig of cameras among tags on
-/// walls, fixed cameras that watch a wand, both at once. No floor is needed.
+/// Cameras on bodies that observe tags on bodies, as plain values: a robot's rig of cameras among tags on
+/// walls, fixed cameras that observe a wand, or both. No floor is required.
 namespace waymark {
 
-/// What is known of a pose a_T_b beforehand: mean, and W of the error W log(mean^-1 X), translation first, in
-/// the axes of b (where whoever measures by hand thinks).
+/// Prior of a pose a_T_b: mean, and W of the error W log(mean^-1 X), translation first, in the axes of b (the
+/// natural frame of a measurement by hand).
 struct ScenePrior {
   SE3 mean{};
   Matrix6 sqrt_information = Matrix6::Identity();
 
   [[nodiscard]] static ScenePrior of(const SE3& mean, const Eigen::Vector3d& sigma_m,
                                      const Eigen::Vector3d& sigma_rad);
-  /// In the left tangent, as PriorTerm wants it.
+  /// In the left tangent, as PriorTerm requires.
   [[nodiscard]] PosePriorFactor factor() const;
-  /// 6x6 in the left tangent; a direction that is not known gets a standard deviation of 1e3.
+  /// 6x6 in the left tangent; a direction without information has a standard deviation of 1e3.
   [[nodiscard]] Matrix6 covariance() const;
 };
 
@@ -36,10 +36,11 @@ struct SceneTag {
   std::optional<ScenePrior> body_T_tag{};
 };
 
-/// How the motion of a body is measured from frame to frame.
+/// Noise of the motion of a body from frame to frame.
 struct SceneMotionNoise {
   double sigma_m = 0, sigma_rad = 0;  ///< constant, if both are positive
-  /// Otherwise what an acceleration that the last motion did not foretell makes of a time step, within these.
+  /// Otherwise the effect on one time step of an acceleration estimated from the last motion, within these
+  /// limits.
   double acceleration_min_m_s2 = 5, acceleration_max_m_s2 = 50;
   double angular_min_rad_s2 = 5, angular_max_rad_s2 = 50;
 };
@@ -48,25 +49,26 @@ struct SceneBody {
   std::string name{};
   bool is_static = true;
   std::optional<ScenePrior> map_T_body{};  ///< static bodies only
-  double default_tag_size_m = 0;           ///< of tags that are found on it; 0: none can be
+  double default_tag_size_m = 0;  ///< size of unlisted tags found on it; 0: unlisted tags are not accepted
   std::vector<SceneTag> tags{};
-  std::set<int> ignored{};                      ///< ids that are on it and shall not count
-  std::optional<int> max_hamming{};             ///< detections with more corrected bits do not count
-  SE3 body_T_odom{};                            ///< where its odometry is measured
+  std::set<int> ignored{};                      ///< ids on it to ignore
+  std::optional<int> max_hamming{};             ///< detections with more corrected bits are ignored
+  SE3 body_T_odom{};                            ///< pose of its odometry sensor
   std::string odometry_frame{};                 ///< child frame of its odometry; empty: it has none
-  SceneMotionNoise odometry{};                  ///< of that odometry
-  std::optional<SceneMotionNoise> stays_put{};  ///< from frame to frame it moves no farther than this (sigma)
+  SceneMotionNoise odometry{};                  ///< noise of that odometry
+  std::optional<SceneMotionNoise> stays_put{};  ///< standard deviation of its motion from frame to frame
 };
 
 struct CameraOnBody {
   std::string name{};
-  std::string topic{};  ///< of its detections
+  std::string topic{};  ///< topic of its detections
   CameraModel model;
-  std::size_t body = 0;  ///< it sits on
+  std::size_t body = 0;  ///< the body it is mounted on
   std::optional<ScenePrior> body_T_cam{};
-  double wiggle_m = 0, wiggle_rad = 0;  ///< how it moves on its body from frame to frame (model tagslam only)
-  double readout_s = 0;                 ///< of a rolling shutter, first row to last; 0: global shutter
-  /// Standard deviations of the model's numbers (intrinsics_of): it is adjusted within them; empty: exact.
+  double wiggle_m = 0, wiggle_rad = 0;  ///< motion on its body from frame to frame (model tagslam only)
+  double readout_s = 0;  ///< readout time of a rolling shutter, first row to last; 0: global shutter
+  /// Standard deviations of the camera parameters (intrinsics_of), which are estimated with these priors;
+  /// empty: exact.
   Eigen::VectorXd intrinsics_sigma{};
 };
 
@@ -77,7 +79,7 @@ struct SceneDistance {
   double measured_m = 0, sigma_m = 0.01;
 };
 
-/// Where a tag's centre (corner -1), or a corner of it, lies along a direction of the map.
+/// Coordinate of a tag's centre (corner -1) or corner along a direction of the map.
 struct SceneCoordinate {
   int tag = 0;
   int corner = -1;
@@ -85,26 +87,26 @@ struct SceneCoordinate {
   double measured_m = 0, sigma_m = 0.01;
 };
 
-/// An axis of a tag that points along a direction of the map, or against it.
+/// An axis of a tag that is parallel or antiparallel to a direction of the map.
 struct SceneDirection {
   int tag = 0;
   DirectionFactor factor{};
 };
 
-/// Tags that lie in one plane, wherever it is: their centres and their directions.
+/// Tags in one plane of unknown pose: their centres and their normals.
 struct ScenePlane {
   std::vector<int> tags{};
   double sigma_m = 0.005, sigma_rad = 0.02;
 };
 
-/// Detections of an id that are to be passed over: everywhere, by one camera, at one time.
+/// Detections of an id to ignore: everywhere, by one camera, or at one time.
 struct SceneSquash {
   std::optional<SensorTime> stamp{};
   std::string camera{};  ///< empty: all
   std::set<int> ids{};
 };
 
-/// While this lasts an id is another: two prints of one tag.
+/// During this time an id stands for another tag: two prints with one id.
 struct SceneRemap {
   int id = 0, becomes = 0;
   SensorTime from{}, to{};
@@ -114,11 +116,11 @@ struct SceneRemap {
 struct TagScene {
   std::vector<CameraOnBody> cameras{};
   std::vector<SceneBody> bodies{};
-  std::optional<std::size_t> default_body{};  ///< that tags on no list belong to; nothing: they do not count
+  std::optional<std::size_t> default_body{};  ///< body of unlisted tags; empty: they are ignored
   double pixel_sigma_px = 1;
   double min_tag_area_px2 = 0;
   int max_hamming = 2;
-  bool approximate_sync = false;  ///< pictures of different stamps belong together
+  bool approximate_sync = false;  ///< images with different stamps form a frame
   std::vector<SceneDistance> distances{};
   std::vector<SceneCoordinate> coordinates{};
   std::vector<SceneDirection> directions{};
@@ -129,19 +131,19 @@ struct TagScene {
   [[nodiscard]] std::optional<std::size_t> body_named(const std::string& name) const;
 };
 
-/// What one camera saw.
+/// The detections of one camera.
 struct SceneView {
   std::size_t camera = 0;
   std::vector<TagDetection> detections{};
 };
 
-/// What all cameras saw at a time.
+/// The detections of all cameras at one time.
 struct SceneFrame {
   SensorTime stamp{};
   std::vector<SceneView> views{};
 };
 
-/// Where a body's odometry was, in a frame that drifts.
+/// Pose of a body's odometry sensor in a drifting frame.
 struct SceneOdometry {
   SensorTime stamp{};
   std::size_t body = 0;
@@ -151,13 +153,13 @@ struct SceneOdometry {
 struct SceneRecording {
   std::vector<SceneFrame> frames{};  ///< stamps ascending
   std::vector<SceneOdometry> odometry{};
-  bool nearest_odometry =
-      false;  ///< a frame's odometry is the sample nearest in time, as in TagSLAM; not in between
+  /// A frame's odometry is the sample nearest in time, as in TagSLAM, instead of an interpolated one.
+  bool nearest_odometry = false;
 };
 
-/// Views one by one in any order of cameras become frames: same stamps together or, with `approximate`, the
-/// views of each other camera nearest to a view of the first, at most half a picture's time away; what is
-/// left over is dropped.
+/// Groups views in any order of cameras into frames. Views with equal stamps form a frame; with
+/// `approximate`, a view of the first camera forms one with the nearest view of each other camera, at most
+/// half a period away. The remaining views are dropped.
 [[nodiscard]] std::vector<SceneFrame> group_views(std::vector<std::pair<SensorTime, SceneView>> views,
                                                   bool approximate);
 

@@ -1,4 +1,4 @@
-// Which views of a scene belong together, and what a prior says.
+// Grouping of views, and priors.
 #include "waymark/mapping/scene/tag_scene.hpp"
 
 #include <cmath>
@@ -16,7 +16,7 @@ SensorTime at_ms(std::int64_t ms) { return SensorTime(std::chrono::milliseconds(
 
 SceneView view(std::size_t camera) { return {.camera = camera}; }
 
-TEST(GroupViews, TheSameStampsBelongTogetherInAnyOrder) {
+TEST(GroupViews, EqualStampsFormAFrameInAnyOrder) {
   const auto frames = group_views(
       {{at_ms(200), view(1)}, {at_ms(100), view(0)}, {at_ms(200), view(0)}, {at_ms(300), view(1)}}, false);
   ASSERT_EQ(frames.size(), 3U);
@@ -28,7 +28,7 @@ TEST(GroupViews, TheSameStampsBelongTogetherInAnyOrder) {
   EXPECT_TRUE(group_views({}, true).empty());
 }
 
-TEST(GroupViews, NearlyTheSameStampsBelongTogetherWhereThatIsAsked) {
+TEST(GroupViews, SimilarStampsFormAFrameIfApproximate) {
   const auto frames = group_views({{at_ms(100), view(0)},
                                    {at_ms(120), view(1)},
                                    {at_ms(130), view(1)},
@@ -37,20 +37,20 @@ TEST(GroupViews, NearlyTheSameStampsBelongTogetherWhereThatIsAsked) {
                                    {at_ms(310), view(1)},
                                    {at_ms(500), view(1)}},
                                   true);
-  ASSERT_EQ(frames.size(), 3U) << "of the first camera";
-  EXPECT_EQ(frames[0].views.size(), 2U) << "the nearest of two";
+  ASSERT_EQ(frames.size(), 3U) << "one per image of the first camera";
+  EXPECT_EQ(frames[0].views.size(), 2U) << "with the nearer of two";
   EXPECT_EQ(frames[1].views.size(), 1U);
-  EXPECT_EQ(frames[2].views.size(), 2U) << "and none that is half a period away";
+  EXPECT_EQ(frames[2].views.size(), 2U) << "without the one half a period away";
 }
 
-TEST(ScenePrior, ItsSigmaIsInTheAxesOfTheChildAndItsFactorAgrees) {
+TEST(ScenePrior, ItsSigmaIsInTheAxesOfTheChildAndMatchesItsFactor) {
   Random random(1);
   for (int round = 0; round < 10; ++round) {
     SE3::Tangent xi;
     for (double& x : xi) x = random.uniform(-1, 1);
     const SE3 mean = SE3::exp(xi);
     const ScenePrior prior = ScenePrior::of(mean, {0.1, 0.2, 0.3}, {0.01, 0.02, 0.03});
-    // One sigma along an axis of the child is a residual of one, whatever way the parent looks.
+    // One sigma along an axis of the child gives a residual of one, for any orientation of the parent.
     for (int k = 0; k < 6; ++k) {
       SE3::Tangent off = SE3::Tangent::Zero();
       off[k] = k < 3 ? 0.1 * (k + 1) : 0.01 * (k - 2);
@@ -62,7 +62,7 @@ TEST(ScenePrior, ItsSigmaIsInTheAxesOfTheChildAndItsFactorAgrees) {
   }
 }
 
-TEST(ScenePrior, ADirectionThatIsNotKnownHasALargeSigmaInsteadOfNone) {
+TEST(ScenePrior, AnUnknownDirectionHasALargeSigma) {
   ScenePrior prior;
   prior.sqrt_information = Matrix6::Zero();
   EXPECT_NEAR(std::sqrt(prior.covariance()(2, 2)), 1e3, 1);

@@ -31,8 +31,8 @@ BlockSystem::BlockSystem(std::vector<int> dimensions, std::vector<std::pair<int,
   }
   for (std::size_t i = 1; i < first_.size(); ++i) first_[i] += first_[i - 1];
 
-  // Blocks on the diagonal are kept whole: their upper halves are not read by the factorisation, but keep
-  // blocks plain.
+  // Diagonal blocks are stored in full, so that all blocks have the same layout; the factorisation does not
+  // read their upper halves.
   H_.resize(scalars, scalars);
   int entries = 0;
   for (int c = 0; c < unknowns; ++c) {
@@ -105,7 +105,7 @@ void BlockSystem::add_corners(const std::array<int, 4>& unknowns,
   const bool mirrored = rig >= 0 && body >= 0;
   const auto add = [&](int row, int column, const Matrix6& M) {
     add_to_block(row, column, M);
-    if (row == column) add_to_block(row, column, M.transpose());  // one unknown in two places
+    if (row == column) add_to_block(row, column, M.transpose());  // the same unknown in two roles
   };
   for (std::size_t c = 0; c < 4; ++c) {
     if (unknowns[c] < 0 || (c == 2 && mirrored)) continue;
@@ -115,7 +115,7 @@ void BlockSystem::add_corners(const std::array<int, 4>& unknowns,
     if (c == 0 && mirrored) gradient_.segment<6>(offset(body)) -= g;
     for (std::size_t k = c; k < 4; ++k) {
       if (unknowns[k] < 0 || (k == 2 && mirrored)) continue;
-      // Sums of columns times numbers, which fill registers; dot products of short columns would not.
+      // A sum of scaled columns fills vector registers; dot products of short columns do not.
       const Eigen::Matrix<double, 6, 8> Jt = J[k]->transpose();
       const Matrix6 M = Jt.lazyProduct(weighted);
       if (k == c)

@@ -11,28 +11,27 @@
 
 namespace waymark::internal {
 
-/// Normal equations H x = g of a problem whose unknowns come in blocks, H kept as the lower triangle of a
-/// sparse matrix whose pattern is known beforehand.
+/// Normal equations H x = g in blocks. H is stored as the lower triangle of a sparse matrix with a fixed
+/// sparsity pattern.
 class BlockSystem {
  public:
-  /// One residual's part: which unknown, and J_r_unknown (rows x dimension of the unknown).
+  /// One unknown of a residual with its Jacobian J_r_unknown (rows x dimension of the unknown).
   struct Part {
-    int unknown = -1;  ///< -1: fixed, no part in the system
+    int unknown = -1;  ///< -1: fixed, not in the system
     Eigen::Ref<const Eigen::MatrixXd, 0, Eigen::OuterStride<>> J;
   };
   using Sparse = Eigen::SparseMatrix<double, Eigen::ColMajor, int>;
 
-  /// `dimensions` of the unknowns; `couplings`: pairs of unknowns that share a residual, any order, repeats
-  /// allowed.
+  /// `dimensions`: of the unknowns. `couplings`: pairs of unknowns that share a residual, in any order, with
+  /// repeats.
   BlockSystem(std::vector<int> dimensions, std::vector<std::pair<int, int>> couplings);
 
   void clear();
   /// Adds weight J^T J to H and weight J^T r to g.
   void add(std::span<const Part> parts, const Eigen::Ref<const Eigen::VectorXd>& r, double weight = 1);
 
-  /// The same of a tag's corners, whose blocks are all 8x6, for rig, camera, body and tag. What moves the rig
-  /// and what moves the body the other way are one and the same: J of the body is not read where both are
-  /// unknown.
+  /// The same for the corners of a tag, whose Jacobians with respect to rig, camera, body and tag are all
+  /// 8x6. The Jacobian of the body is minus that of the rig, so it is not read if both are unknown.
   void add_corners(const std::array<int, 4>& unknowns,
                    const std::array<const Eigen::Matrix<double, 8, 6>*, 4>& J,
                    const Eigen::Matrix<double, 8, 1>& r, double weight);
@@ -40,7 +39,7 @@ class BlockSystem {
   [[nodiscard]] const Eigen::VectorXd& gradient() const { return gradient_; }
   [[nodiscard]] const Sparse& lower() const { return H_; }
   using Block = Eigen::Map<const Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
-  /// A block of the lower triangle, row >= column; nothing when the two share no residual.
+  /// A block of the lower triangle, row >= column; empty if the two share no residual.
   [[nodiscard]] std::optional<Block> block(int row, int column) const;
   /// Calls visit(row, block) for every block of a block column.
   template <class Visit>
@@ -58,9 +57,9 @@ class BlockSystem {
 
  private:
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
-  /// Adds to a block, or to its mirror image in the lower triangle.
+  /// Adds M to a block, or its transpose if the block is above the diagonal.
   void add_to_block(int row, int column, const Matrix6& M);
-  /// Where in a column of block column `column` the rows of block `row` start.
+  /// Index of the first entry of block `row` within each column of block column `column`.
   [[nodiscard]] int place(int row, int column) const;
   [[nodiscard]] Block at_place(int row, int column, int start) const;
 

@@ -1,4 +1,4 @@
-// Normal equations by blocks, beside dense matrices.
+// Block normal equations compared with dense matrices.
 #include "waymark/mapping/solver/block_system.hpp"
 
 #include <algorithm>
@@ -53,8 +53,8 @@ struct Problem {
   }
 };
 
-/// Pictures (6) that see tags (6) through two lenses of so many numbers.
-Problem pictures(Random& random, int first_lens, int second_lens) {
+/// Images (6) that observe tags (6) through two cameras with the given numbers of parameters.
+Problem images_of_tags(Random& random, int first_lens, int second_lens) {
   constexpr int kPictures = 12;
   constexpr int kTags = 4;
   Problem problem{.dimensions = std::vector<int>(kPictures + kTags, 6)};
@@ -75,9 +75,9 @@ Problem pictures(Random& random, int first_lens, int second_lens) {
   return problem;
 }
 
-TEST(BlockSystem, AddsUpWhatADenseJacobianWould) {
+TEST(BlockSystem, EqualsDenseNormalEquations) {
   Random random(1);
-  const Problem problem = pictures(random, 8, 4);
+  const Problem problem = images_of_tags(random, 8, 4);
   const BlockSystem system = problem.system();
   const Eigen::Index n = system.gradient().size();
   Eigen::MatrixXd H = Eigen::MatrixXd::Zero(n, n);
@@ -93,9 +93,9 @@ TEST(BlockSystem, AddsUpWhatADenseJacobianWould) {
   EXPECT_LT((system.gradient() - g).norm(), 1e-10 * g.norm());
 }
 
-TEST(BlockSystem, TheOrderOfResidualsAndOfTheirPartsDoesNotMatter) {
+TEST(BlockSystem, IsIndependentOfTheOrderOfResidualsAndParts) {
   Random random(2);
-  const Problem problem = pictures(random, 8, 8);
+  const Problem problem = images_of_tags(random, 8, 8);
   Problem mixed = problem;
   std::ranges::reverse(mixed.residuals);
   for (Residual& residual : mixed.residuals) {
@@ -108,7 +108,7 @@ TEST(BlockSystem, TheOrderOfResidualsAndOfTheirPartsDoesNotMatter) {
   EXPECT_LT((a.gradient() - b.gradient()).norm(), 1e-12 * a.gradient().norm());
 }
 
-TEST(BlockSystem, WhatIsFixedHasNoPart) {
+TEST(BlockSystem, IgnoresFixedUnknowns) {
   BlockSystem system({2}, {});
   const Eigen::MatrixXd known = Eigen::MatrixXd::Constant(3, 5, 7);
   const Eigen::MatrixXd J = Eigen::MatrixXd::Ones(3, 2);
@@ -119,7 +119,7 @@ TEST(BlockSystem, WhatIsFixedHasNoPart) {
   EXPECT_EQ(dense(system).norm() + system.gradient().norm(), 0);
 }
 
-TEST(BlockSystem, CornersAreAddedAsAnyOtherResidual) {
+TEST(BlockSystem, AddsCornersLikeAnyOtherResidual) {
   using Jacobian = Eigen::Matrix<double, 8, 6>;
   Random random(3);
   for (const std::array<int, 4>& unknowns : {std::array{0, 1, -1, 2}, std::array{0, -1, 3, 2},
@@ -134,7 +134,7 @@ TEST(BlockSystem, CornersAreAddedAsAnyOtherResidual) {
     BlockSystem plain = corners;
     std::array<Jacobian, 4> J;
     for (Jacobian& one : J) one = random_matrix(random, 8, 6);
-    J[2] = -J[0];  // what moves the rig and what moves the body the other way are the same
+    J[2] = -J[0];  // moving the rig is the same as moving the body the other way
     const Eigen::Matrix<double, 8, 1> r = random_matrix(random, 8, 1);
     corners.add_corners(unknowns, {&J[0], &J[1], &J[2], &J[3]}, r, 0.7);
     std::vector<Part> parts;
@@ -145,7 +145,7 @@ TEST(BlockSystem, CornersAreAddedAsAnyOtherResidual) {
   }
 }
 
-TEST(BlockSystem, HasNoBlockBetweenWhatSharesNothing) {
+TEST(BlockSystem, HasNoBlockForUncoupledUnknowns) {
   const BlockSystem system({6, 3, 2}, {{0, 1}});
   EXPECT_TRUE(system.block(1, 0));
   EXPECT_TRUE(system.block(2, 2));
@@ -153,13 +153,13 @@ TEST(BlockSystem, HasNoBlockBetweenWhatSharesNothing) {
   EXPECT_FALSE(system.block(2, 1));
 }
 
-/// Blocks of lenses (2 to 8 scalars) between those of poses (6).
+/// Camera blocks (2 to 8 scalars) among those of poses (6).
 TEST(FrontCholesky, SolvesAndInvertsBlocksOfDifferentSizes) {
   constexpr double kDamping = 0.01;
   constexpr double kFloor = 1e-3;
   for (const auto& [first, second] : {std::pair(6, 6), std::pair(8, 4), std::pair(8, 8), std::pair(2, 3)}) {
     Random random(4);
-    const BlockSystem system = pictures(random, first, second).system();
+    const BlockSystem system = images_of_tags(random, first, second).system();
     const FrontPlan plan = front_plan(system);
     FrontCholesky cholesky(system, plan);
     ASSERT_TRUE(cholesky.factorize(kDamping, kFloor));

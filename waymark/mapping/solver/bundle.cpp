@@ -18,7 +18,7 @@ namespace {
 
 using Part = BlockSystem::Part;
 
-/// Sums up terms; one member a kind of term.
+/// Accumulates terms; one overload per kind of term.
 class Accumulator {
  public:
   Accumulator(const Bundle& bundle, const Unknowns& unknowns, double robust_chi2, BlockSystem* system)
@@ -30,7 +30,7 @@ class Accumulator {
     CornerJacobians J;
     J.wants_rig = at(term.rig) >= 0;
     J.wants_cam = at(term.cam) >= 0;
-    J.wants_body = at(term.body) >= 0 && (!J.wants_rig || lens >= 0);  // else the rig's, the other way
+    J.wants_body = at(term.body) >= 0 && (!J.wants_rig || lens >= 0);  // otherwise it is minus the rig's
     J.wants_tag = at(term.tag) >= 0;
     const CornerPoses poses{pose(term.rig), pose(term.cam), pose(term.body), pose(term.tag)};
     const auto r = corner_residual(term.factor, bundle_.cameras[term.camera], poses, system_ ? &J : nullptr);
@@ -45,7 +45,7 @@ class Accumulator {
     const double weight = robust ? 1 / (1 + chi2 / robust_chi2_) : 1;
     if (lens >= 0) {
       const auto J_lens = corner_intrinsics_jacobian(term.factor, bundle_.cameras[term.camera], poses);
-      if (!J_lens) return;  // not where the residual could be evaluated
+      if (!J_lens) return;  // cannot happen: the residual could be evaluated
       system_->add(std::array<Part, 5>{{{at(term.rig), J.rig},
                                         {at(term.cam), J.cam},
                                         {at(term.body), J.body},
@@ -116,7 +116,7 @@ class Accumulator {
     Eigen::RowVector3d J;
     const Eigen::Matrix<double, 1, 1> r(
         point_distance_residual(term.measured_m, term.sigma_m, a.map_p, b.map_p, &J));
-    const double same_body = term.a.body == term.b.body ? 1 : 0;  // it gets the sum of both parts
+    const double same_body = term.a.body == term.b.body ? 1 : 0;  // its Jacobian is the sum of both parts
     const Row J_body_a = J * (a.J_p_body - same_body * b.J_p_body);
     const Row J_body_b = -J * b.J_p_body;
     const Row J_tag_a = J * a.J_p_tag;
@@ -172,7 +172,7 @@ class Accumulator {
   }
   [[nodiscard]] const SE3& pose(PoseIndex i) const { return bundle_.poses[i].value; }
   [[nodiscard]] int at(PoseIndex i) const { return unknowns_.of_pose[i]; }
-  /// A row vector as a matrix with columns one after the other in memory, which Part wants.
+  /// A row vector as a column-major matrix, as Part requires.
   static Eigen::Map<const Eigen::MatrixXd> columns(const Eigen::Matrix<double, 1, 6>& row) {
     return {row.data(), 1, 6};
   }
@@ -190,7 +190,7 @@ class Accumulator {
   double cost_ = 0;
 };
 
-/// Calls visit with the poses of every term that counts.
+/// Calls `visit` with the poses of every term in use.
 template <class Visit>
 void for_poses_of_terms(const Bundle& bundle, const Visit& visit) {
   for (const CornerTerm& t : bundle.corners) {
@@ -209,7 +209,7 @@ void for_poses_of_terms(const Bundle& bundle, const Visit& visit) {
   for (const DirectionTerm& t : bundle.directions) visit(std::array{t.body, t.tag});
 }
 
-/// Of cameras that are free and see something that counts.
+/// Adds the intrinsics of free cameras with terms in use.
 void add_intrinsics(const Bundle& bundle, Unknowns& unknowns) {
   if (std::ranges::none_of(bundle.intrinsics, &BundleIntrinsics::free)) return;
   unknowns.of_intrinsics.assign(bundle.cameras.size(), -1);
@@ -326,7 +326,7 @@ int disable_invisible(Bundle& bundle) {
   return invisible;
 }
 
-/// What a step changes, to take it back.
+/// Values that a step changes, kept to restore them.
 struct Values {
   std::vector<BundlePose> poses;
   std::vector<BundleScales> scales;
@@ -334,7 +334,7 @@ struct Values {
   std::vector<BundleIntrinsics> intrinsics;
 };
 
-/// A bundle as levenberg_marquardt() wants it: its normal equations, and their factorisation.
+/// Adapts a bundle to levenberg_marquardt(): normal equations and their factorisation.
 class BundleProblem {
  public:
   BundleProblem(Bundle& bundle, const Unknowns& unknowns, const BundleOptions& options,
@@ -397,7 +397,7 @@ BundleSummary solve(Bundle& bundle, const BundleOptions& options, const BundlePr
   BundleSummary summary;
   const Unknowns unknowns = internal::unknowns_of(bundle);
   if (unknowns.dimensions.empty()) {
-    summary.why = "nothing is unknown, or nothing was measured";
+    summary.why = "the bundle has no unknowns or no measurements";
     return summary;
   }
   BundleProblem problem(bundle, unknowns, options, kept);
@@ -411,14 +411,14 @@ BundleSummary solve(Bundle& bundle, const BundleOptions& options, const BundlePr
   const auto goes_on = [&](int iteration, double cost) { return !progress || progress(iteration, cost); };
   const auto end = internal::levenberg_marquardt(
       problem, summary.initial_cost,
-      {.max_iterations = options.max_iterations, .relative_gain = options.relative_gain, .watches = true},
+      {.max_iterations = options.max_iterations, .relative_gain = options.relative_gain, .watchdog = true},
       goes_on);
   summary.converged = end.converged;
   summary.stopped = end.stopped;
   summary.iterations = end.iterations;
   summary.final_cost = end.cost;
   if (!std::isfinite(end.cost))
-    summary.why = "the cost is not finite: a measurement or a start is not a number";
+    summary.why = "the cost is not finite: a measurement or an initial pose is not finite";
   return summary;
 }
 
@@ -450,7 +450,7 @@ BundleCovariance covariance(const Bundle& bundle, const std::vector<std::pair<Po
   std::ranges::copy_if(wanted, std::back_inserter(unknowns.couplings), both);
   BlockSystem system(unknowns.dimensions, unknowns.couplings);
   internal::accumulate(bundle, unknowns, 0, &system);
-  // A direction that nothing determines gets a standard deviation of 1e3 m or rad instead of an infinite one.
+  // An undetermined direction gets a standard deviation of 1e3 m or rad instead of an infinite one.
   constexpr double kFloor = 1e-6;
   constexpr double kUndetermined = 1e3;
   const auto read = [&](const auto& block_of) {
@@ -472,7 +472,7 @@ BundleCovariance covariance(const Bundle& bundle, const std::vector<std::pair<Po
   const internal::FrontPlan fronts = internal::front_plan(system);
   internal::FrontCholesky cholesky(system, fronts);
   if (!cholesky.factorize(0, kFloor)) {
-    // Nothing can be said of how certain anything is; a zero would say that all is exact.
+    // The covariance is unknown; zeros would claim exact poses.
     read([&](int unknown) {
       const int n = system.dimension(unknown);
       return Eigen::MatrixXd(kUndetermined * kUndetermined * Eigen::MatrixXd::Identity(n, n));

@@ -13,8 +13,8 @@
 #include "waymark/factors/pose_factors.hpp"
 #include "waymark/geometry/se3.hpp"
 
-/// A least-squares problem over poses as plain values: what is unknown, what was measured. One language for a
-/// robot among tags on walls, several cameras on a rig, and fixed cameras that watch tags on moving bodies.
+/// A least-squares problem over poses as plain values: unknowns and measurements. It describes a robot among
+/// tags on walls, several cameras on a rig, and fixed cameras that observe tags on moving bodies.
 namespace waymark {
 
 namespace internal {
@@ -25,19 +25,19 @@ class KeptFactor;
 /// Index into Bundle::poses.
 using PoseIndex = std::size_t;
 
-/// An unknown pose; its value is where the search starts, and afterwards where it ended.
+/// A pose. Its value is the start of the search, and afterwards the result.
 struct BundlePose {
   SE3 value{};
-  bool fixed = false;  ///< known exactly
+  bool fixed = false;  ///< not an unknown
 };
 
-/// Corners of a tag: cam_T_tag = (rig cam)^-1 body tag, of poses with these indices.
+/// Tag corners: cam_T_tag = (rig cam)^-1 body tag, with the indices of these poses.
 struct CornerTerm {
   PoseIndex rig = 0, cam = 0, body = 0, tag = 0;
   std::size_t camera = 0;  ///< index into Bundle::cameras
   CornerFactor factor{};
-  bool used = true;       ///< false: an outlier, evaluated but without a say
-  bool doubtful = false;  ///< no other observation confirms it: without a say until everything else stands
+  bool used = true;          ///< false: an outlier, evaluated but not in the cost
+  bool unconfirmed = false;  ///< no other observation confirms it; unused until all other poses are estimated
 };
 
 struct PriorTerm {
@@ -52,7 +52,7 @@ struct RelativeTerm {
   PoseIndex a = 0, b = 0;
   RelativePoseFactor factor{};
 };
-/// Wheel odometry; its scales are unknown number `scales` of Bundle::odometry_scales.
+/// Wheel odometry; `scales`: index into Bundle::odometry_scales.
 struct OdometryTerm {
   PoseIndex a = 0, b = 0;
   std::size_t scales = 0;
@@ -71,24 +71,24 @@ struct CoordinateTerm {
   CoordinateFactor factor{};
 };
 
-/// A point of a tag: its body, its place there, and the point in the tag's frame.
+/// A point of a tag: its body, the pose of the tag on the body, and the point in the tag's frame.
 struct BundlePoint {
   PoseIndex body = 0, tag = 0;
   Eigen::Vector3d tag_p = Eigen::Vector3d::Zero();
 };
-/// The distance between two points of tags that share no pose.
+/// Distance between points of two tags that share no pose.
 struct PointDistanceTerm {
   BundlePoint a{}, b{};
   double measured_m = 0, sigma_m = 0.01;
 };
-/// Where a point of a tag lies along a direction (unit length) of the map.
+/// Coordinate of a point of a tag along a direction (unit length) of the map.
 struct PointCoordinateTerm {
   BundlePoint point{};
   Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();
   double measured_m = 0, sigma_m = 0.01;
 };
 
-/// An axis of a tag that points along a direction of the map, or against it.
+/// An axis of a tag that is parallel or antiparallel to a direction of the map.
 struct DirectionTerm {
   PoseIndex body = 0, tag = 0;
   DirectionFactor factor{};
@@ -96,7 +96,7 @@ struct DirectionTerm {
 
 struct BundleScales {
   OdometryScales value{};
-  /// How far from 1, 1, 0, … they may be, beforehand; beyond the first two they are unknown when all are
+  /// Prior standard deviations around 1, 1, 0, …. Scales beyond the first two are unknowns only if all are
   /// positive.
   OdometryScales sigma{0.1, 0.3};
   bool fixed = false;
@@ -104,18 +104,18 @@ struct BundleScales {
   [[nodiscard]] int unknowns() const { return sigma.vector().minCoeff() > 0 ? OdometryScales::kCount : 2; }
 };
 
-/// The numbers of a camera (intrinsics_of) as unknowns near a prior.
+/// Parameters of a camera (intrinsics_of) as unknowns with a prior.
 struct BundleIntrinsics {
   Eigen::VectorXd prior{};
-  Eigen::VectorXd sigma{};  ///< of the prior; empty: the camera is known exactly
-  bool possible = true;     ///< false: a step led to numbers that no camera has
+  Eigen::VectorXd sigma{};  ///< of the prior; empty: the camera is fixed
+  bool possible = true;     ///< false: a step led to invalid camera parameters
 
   [[nodiscard]] bool free() const { return sigma.size() > 0; }
 };
 
 struct Bundle {
   std::vector<CameraModel> cameras{};
-  std::vector<BundleIntrinsics> intrinsics{};  ///< by camera; empty: all are known
+  std::vector<BundleIntrinsics> intrinsics{};  ///< by camera; empty: all are fixed
   std::vector<BundlePose> poses{};
   std::vector<BundleScales> odometry_scales{};
   std::vector<CornerTerm> corners{};
@@ -155,71 +155,74 @@ struct BundleOptions {
   }
 };
 
-/// How the search ended.
+/// Outcome of the search.
 struct BundleSummary {
   bool converged = false;
   int iterations = 0;
-  double initial_cost = 0;  ///< half the sum of squared whitened residuals, robust where asked
+  double initial_cost = 0;  ///< half the sum of squared whitened residuals, with the robust loss if set
   double final_cost = 0;
-  int invisible = 0;     ///< corner terms that could not be evaluated at the start and were set aside
-  bool stopped = false;  ///< BundleProgress asked for it: the poses stand somewhere on the way
-  std::string why{};     ///< in words, when it is not usable
+  int invisible = 0;     ///< corner terms that could not be evaluated at the start and were excluded
+  bool stopped = false;  ///< by BundleProgress; the poses have not converged
+  std::string why{};     ///< reason as text if not usable
 
   [[nodiscard]] bool usable() const { return why.empty() && !stopped; }
 };
 
-/// Called before each step: how many there were, and the cost. Returning false ends the search where it is;
-/// what it found is not usable.
+/// Called before each step with the number of steps so far and the cost. Return false to stop the search; the
+/// result is then not usable.
 using BundleProgress = std::function<bool(int iteration, double cost)>;
 
-/// Minimises the cost from where the poses stand by Levenberg and Marquardt's method (Triggs et al., "Bundle
-/// Adjustment - A Modern Synthesis", 2000, sections 3 and 6: sparse Cholesky of the normal equations in an
-/// order that keeps them sparse). Corner terms that look behind a camera at the start are set aside (used =
-/// false). Unknowns that nothing determines stay near where they are. Deterministic, one thread.
+/// Minimises the cost from the current poses by Levenberg-Marquardt (Triggs et al., "Bundle Adjustment - A
+/// Modern Synthesis", 2000, sections 3 and 6: sparse Cholesky of the normal equations in a fill-reducing
+/// order). Corner terms of tags behind the camera at the start are excluded (used = false). Unknowns that no
+/// term determines stay near their start. Deterministic, single-threaded.
 BundleSummary solve(Bundle& bundle, const BundleOptions& options = {}, const BundleProgress& progress = {});
 
-/// As solve(), for one of several searches over the same poses.
+/// The same for one of several searches over the same poses; `kept` holds a factor that later searches reuse.
 BundleSummary solve(Bundle& bundle, const BundleOptions& options, const BundleProgress& progress,
                     internal::KeptFactor& kept);
 
-/// Half the sum of squares of all whitened residuals where the poses stand, without any robust loss.
+/// Half the sum of squares of all whitened residuals at the current poses, without a robust loss.
 [[nodiscard]] double cost(const Bundle& bundle);
 
-/// The squared whitened residual of each corner term, 8 numbers each; infinite where it cannot be seen.
+/// The squared whitened residual of each corner term (8 residuals each); infinite if the tag is not visible.
 [[nodiscard]] std::vector<double> corner_chi2(const Bundle& bundle);
 
-/// What is known afterwards: the inverse of the information matrix, by blocks.
+/// Covariance of the result: blocks of the inverse of the information matrix.
 struct BundleCovariance {
-  /// Of each pose in its left tangent; zero for fixed ones, a standard deviation of 1e3 in every direction
-  /// where the information matrix could not be factorised.
+  /// Of each pose in its left tangent; zero for fixed poses. A standard deviation of 1e3 in every direction
+  /// if the information matrix could not be factorised.
   std::vector<Matrix6> poses{};
-  std::vector<Matrix6> scales{};              ///< of OdometryScales::vector(); zero for what is known
-  std::vector<Eigen::MatrixXd> intrinsics{};  ///< by camera; empty for those that are known
-  std::vector<std::size_t> undetermined{};    ///< poses (by index) with a direction that nothing determines
+  std::vector<Matrix6> scales{};              ///< of OdometryScales::vector(); zero if fixed
+  std::vector<Eigen::MatrixXd> intrinsics{};  ///< by camera; empty if fixed
+  std::vector<std::size_t> undetermined{};    ///< poses (by index) with an undetermined direction
   std::vector<Matrix6> pairs{};               ///< of the pairs asked for: rows first, columns second
 };
 
-/// The marginal covariance of every unknown where the poses stand, from the terms in use, without a robust
-/// loss: selected entries of the inverse by the recursion of Takahashi, Fagan and Chin ("Formation of a
-/// sparse bus impedance matrix", 1973), at the cost of about one more factorisation, never the whole inverse.
+/// Marginal covariance of every unknown at the current poses, from the terms in use, without a robust loss.
+/// Computes selected entries of the inverse by the recursion of Takahashi, Fagan and Chin ("Formation of a
+/// sparse bus impedance matrix", 1973), never the whole inverse. Costs about as much as one more
+/// factorisation.
 [[nodiscard]] BundleCovariance covariance(const Bundle& bundle,
                                           const std::vector<std::pair<PoseIndex, PoseIndex>>& pairs = {});
 
 namespace internal {
 
-/// Which poses and scales of a bundle are unknowns of the linear system, and where.
+/// Poses, scales and intrinsics of a bundle that are unknowns of the linear system, and their positions in
+/// it.
 struct Unknowns {
   std::vector<int> of_pose{};  ///< number of the unknown; -1: fixed or in no term
   std::vector<int> of_scales{};
-  std::vector<int> of_intrinsics{};  ///< by camera; empty when all are known
+  std::vector<int> of_intrinsics{};  ///< by camera; empty if all are fixed
   std::vector<int> dimensions{};
   std::vector<std::pair<int, int>> couplings{};
 };
 
 [[nodiscard]] Unknowns unknowns_of(const Bundle& bundle);
 
-/// Adds every term in use to the system (nullptr: only the cost). Cauchy's loss on tags from robust_chi2 on,
-/// as reweighted least squares. The cost; infinite when a corner term in use cannot be seen.
+/// Adds every term in use to the system (nullptr: computes only the cost). Cauchy loss on tags from
+/// robust_chi2 on, as reweighted least squares. Returns the cost; infinite if a corner term in use is not
+/// visible.
 double accumulate(const Bundle& bundle, const Unknowns& unknowns, double robust_chi2, BlockSystem* system);
 
 /// Applies a step of the system: poses by exp on the left, scales and intrinsics by addition.

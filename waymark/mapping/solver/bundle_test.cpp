@@ -1,5 +1,5 @@
-// Bundle adjustment against the truth, against the dense inverse, and over many draws of its own noise; then
-// what must hold for any bundle.
+// Bundle adjustment compared with ground truth, with the dense inverse, and over many draws of its own noise;
+// then invariants of any bundle.
 #include "waymark/mapping/solver/bundle.hpp"
 
 #include <algorithm>
@@ -28,8 +28,8 @@ CameraModel lens() {
   return CameraModel::make(radtan, 640, 480).value();
 }
 
-/// A rig of two cameras that walks past a wall of tags, the second camera's place on it unknown, and a body
-/// with two tags that both cameras see. Everything noise-free; poses are the truth.
+/// A rig of two cameras that moves along a wall of tags; the mounting of the second camera is unknown. A body
+/// with two tags is visible in both. Everything is noise-free; poses are the ground truth.
 struct Scene {
   Bundle bundle{};
   std::vector<SE3> truth{};
@@ -134,7 +134,7 @@ TEST(Bundle, CovarianceIsTheDenseInverse) {
   }
 }
 
-TEST(Bundle, IsAsCertainAsItSays) {
+TEST(Bundle, CovarianceIsConsistent) {
   const Scene scene = make_scene(6);
   const BundleCovariance P = covariance(scene.bundle);
   Random random(7);
@@ -155,18 +155,18 @@ TEST(Bundle, IsAsCertainAsItSays) {
       ++poses;
     }
   }
-  // Poses of one draw hang together; between draws they are independent: 40 draws of chi-square with 6
-  // degrees of freedom have a mean of 6 +- 0.55 even if all poses of a draw erred as one.
+  // Poses of one draw are correlated; draws are independent: 40 draws of chi-square with 6 degrees of freedom
+  // have a mean of 6 +- 0.55 even if all poses of a draw had the same error.
   EXPECT_NEAR(nees / poses, 6, 3 * std::sqrt(2 * 6.0 / kDraws));
   const auto unknowns = internal::unknowns_of(scene.bundle);
-  const double freedom = 8.0 * static_cast<double>(scene.bundle.corners.size()) -
-                         6.0 * static_cast<double>(unknowns.dimensions.size());
-  EXPECT_NEAR(cost_sum / kDraws, freedom, 4 * std::sqrt(2 * freedom / kDraws));
+  const double redundancy = 8.0 * static_cast<double>(scene.bundle.corners.size()) -
+                            6.0 * static_cast<double>(unknowns.dimensions.size());
+  EXPECT_NEAR(cost_sum / kDraws, redundancy, 4 * std::sqrt(2 * redundancy / kDraws));
 }
 
-TEST(Bundle, SaysWhatNothingDetermines) {
+TEST(Bundle, ReportsUndeterminedPoses) {
   Scene scene = make_scene(8);
-  // A pose that only has a known height.
+  // A pose of which only the height is measured.
   const PoseIndex loose = scene.bundle.add({});
   scene.bundle.coordinates.push_back({loose, {Eigen::Vector3d::UnitZ(), 1.0, 0.01}});
   EXPECT_TRUE(solve(scene.bundle).usable());
@@ -202,8 +202,8 @@ TEST(Bundle, OdometryScalesAreFound) {
   EXPECT_GT(covariance(bundle).scales[0](0, 0), 0);
 }
 
-TEST(Bundle, NoiseOfTheTurnsDrawsNoScaleTowardsZero) {
-  // Straight on, now and then a bend: most of what the wheels tell of turning is noise.
+TEST(Bundle, TurnNoiseDoesNotBiasScalesTowardsZero) {
+  // Mostly straight with an occasional turn: most of the measured turning is noise.
   constexpr double kYaw = 0.9;
   constexpr double kSlip_s = 0.08;
   constexpr double kDt_s = 0.1;
@@ -221,8 +221,9 @@ TEST(Bundle, NoiseOfTheTurnsDrawsNoScaleTowardsZero) {
     const PoseIndex here =
         bundle.add(SE3(SO3::exp({0, 0, at.yaw()}), Eigen::Vector3d(at.x(), at.y(), 0)), true);
     const Eigen::Vector3d noise(random.normal(), random.normal(), random.normal());
-    const SE2::Tangent told = SE2::Tangent(way, 0, turn / kYaw) + sigma.cwiseProduct(noise);
-    bundle.odometry.push_back({before, here, 0, {SE2::exp(told), sigma.cwiseInverse().asDiagonal(), kDt_s}});
+    const SE2::Tangent measured = SE2::Tangent(way, 0, turn / kYaw) + sigma.cwiseProduct(noise);
+    bundle.odometry.push_back(
+        {before, here, 0, {SE2::exp(measured), sigma.cwiseInverse().asDiagonal(), kDt_s}});
     before = here;
   }
   ASSERT_TRUE(solve(bundle).usable());
@@ -234,17 +235,17 @@ TEST(Bundle, NoiseOfTheTurnsDrawsNoScaleTowardsZero) {
   EXPECT_LT(spread.slip_s, 0.005);
 }
 
-TEST(Bundle, NothingToDoIsSaid) {
+TEST(Bundle, AnEmptyOrStoppedSearchIsNotUsable) {
   Bundle empty;
   EXPECT_FALSE(solve(empty).usable());
   Scene scene = make_scene(10);
   const BundleSummary stopped = solve(scene.bundle, {}, [](int, double) { return false; });
-  EXPECT_EQ(stopped.iterations, 0) << "Ctrl-C ends it where it is";
+  EXPECT_EQ(stopped.iterations, 0) << "Ctrl-C ends the search before the first step";
   EXPECT_TRUE(stopped.stopped);
   EXPECT_FALSE(stopped.usable());
 }
 
-TEST(Bundle, ACovarianceThatCannotBeFoundIsNotZero) {
+TEST(Bundle, ACovarianceThatCannotBeComputedIsNotZero) {
   Bundle bundle;
   const PoseIndex first = bundle.add({});
   Matrix6 whitening = 1e12 * Matrix6::Identity();
@@ -259,8 +260,8 @@ TEST(Bundle, ACovarianceThatCannotBeFoundIsNotZero) {
   EXPECT_GT(P.poses[first].diagonal().minCoeff(), 0);
 }
 
-// What must hold for any bundle: the frame, the order of terms and the unit of length do not matter, more
-// information never means less certainty, and numbers that are none do not pass as a result.
+// Invariants of any bundle: the frame, the order of terms and the unit of length do not matter; more
+// information never increases the covariance; non-finite input gives no usable result.
 
 constexpr double kWallSigmaPx = 0.2;
 constexpr std::size_t kTags = 6;
@@ -272,7 +273,8 @@ CameraModel wall_lens() {
   return CameraModel::make(radtan, 640, 480).value();
 }
 
-/// A camera (poses 0 to 9) among tags of which the first is known; pose 16 is the map, 17 the camera's place.
+/// A camera (poses 0 to 9) among tags, the first of which is fixed; pose 16 is the map, 17 the camera
+/// mounting.
 Bundle wall(std::uint64_t seed) {
   Random random(seed);
   Bundle bundle;
@@ -345,7 +347,7 @@ TEST(BundleLaws, TheOrderOfTermsAndPosesDoesNotMatter) {
   }
 }
 
-TEST(BundleLaws, TwiceAsLongIsTwiceAsFar) {
+TEST(BundleLaws, ScalesWithTheUnitOfLength) {
   Bundle bundle = wall(4);
   Bundle large = bundle;
   for (BundlePose& pose : large.poses) pose.value = SE3(pose.value.rotation(), 2 * pose.value.translation());
@@ -356,7 +358,7 @@ TEST(BundleLaws, TwiceAsLongIsTwiceAsFar) {
     EXPECT_LT((large.poses[i].value.translation() - 2 * bundle.poses[i].value.translation()).norm(), 1e-6);
 }
 
-TEST(BundleLaws, TwiceTheNoiseIsFourTimesTheCovarianceAtTheSamePlace) {
+TEST(BundleLaws, TwiceTheNoiseIsFourTimesTheCovariance) {
   Bundle bundle = wall(5);
   Bundle rough = bundle;
   for (CornerTerm& term : rough.corners) term.factor.whitening /= 2;
@@ -370,7 +372,7 @@ TEST(BundleLaws, TwiceTheNoiseIsFourTimesTheCovarianceAtTheSamePlace) {
   }
 }
 
-TEST(BundleLaws, OneObservationMoreMakesNothingLessCertain) {
+TEST(BundleLaws, OneMoreObservationIncreasesNoCovariance) {
   Bundle all = wall(6);
   ASSERT_TRUE(solve(all).usable());
   Bundle fewer = all;
@@ -383,7 +385,7 @@ TEST(BundleLaws, OneObservationMoreMakesNothingLessCertain) {
   }
 }
 
-TEST(BundleLaws, WhatIsNotUsedHasNoSay) {
+TEST(BundleLaws, UnusedTermsHaveNoEffect) {
   Bundle bundle = wall(7);
   Bundle more = bundle;
   for (std::size_t i = 0; i < bundle.corners.size(); i += 5) {
@@ -397,7 +399,7 @@ TEST(BundleLaws, WhatIsNotUsedHasNoSay) {
     EXPECT_EQ(more.poses[i].value.translation(), bundle.poses[i].value.translation()) << i;
 }
 
-TEST(BundleLaws, TheMinimumIsOne) {
+TEST(BundleLaws, NoNearbyPoseHasALowerCost) {
   Bundle bundle = wall(8);
   ASSERT_TRUE(solve(bundle).usable());
   const double least = cost(bundle);
@@ -411,7 +413,7 @@ TEST(BundleLaws, TheMinimumIsOne) {
   }
 }
 
-TEST(BundleLaws, NumbersThatAreNoneAreNoResult) {
+TEST(BundleLaws, NonFiniteInputIsNotUsable) {
   Bundle bundle = wall(10);
   bundle.corners[3].factor.corners_px[1].y() = std::nan("");
   EXPECT_FALSE(solve(bundle).usable());
@@ -421,7 +423,7 @@ TEST(BundleLaws, NumbersThatAreNoneAreNoResult) {
   EXPECT_TRUE(!summary.usable() || summary.invisible > 0);
 }
 
-TEST(BundleLaws, ATagBehindTheCameraIsSetAside) {
+TEST(BundleLaws, ATagBehindTheCameraIsExcluded) {
   Bundle bundle = wall(12);
   const PoseIndex behind = bundle.add(SE3({}, {0, 0, -2}));
   CornerTerm term = bundle.corners.front();
@@ -434,7 +436,7 @@ TEST(BundleLaws, ATagBehindTheCameraIsSetAside) {
   EXPECT_TRUE(std::isinf(corner_chi2(bundle).back()));
 }
 
-/// The camera unknown, near what is given.
+/// The bundle with an unknown camera, with a prior at `given`.
 Bundle with_free_camera(Bundle bundle, const Eigen::VectorXd& given) {
   bundle.cameras = {with_intrinsics(bundle.cameras[0], given).value()};
   BundleIntrinsics free{.prior = given};
@@ -443,7 +445,7 @@ Bundle with_free_camera(Bundle bundle, const Eigen::VectorXd& given) {
   return bundle;
 }
 
-TEST(BundleLaws, AFreeCameraCostsNoMoreAndItsPosesAreNoMoreCertain) {
+TEST(BundleLaws, AFreeCameraLowersTheCostAndRaisesTheCovariance) {
   Bundle held = wall(13);
   Bundle free = with_free_camera(held, intrinsics_of(held.cameras[0]));
   ASSERT_TRUE(solve(held).usable() && solve(free).usable());
@@ -457,7 +459,7 @@ TEST(BundleLaws, AFreeCameraCostsNoMoreAndItsPosesAreNoMoreCertain) {
     EXPECT_GE(Q.poses[i].trace(), 0.999 * P.poses[i].trace()) << i;
 }
 
-TEST(BundleLaws, AFreeCameraIsFoundFromWhatIsGivenWrong) {
+TEST(BundleLaws, AFreeCameraConvergesFromAWrongStart) {
   const Bundle truth = wall(14);
   Eigen::VectorXd given = intrinsics_of(truth.cameras[0]);
   given.head<4>() += Eigen::Vector4d(4, 4, -3, 2);
@@ -466,16 +468,16 @@ TEST(BundleLaws, AFreeCameraIsFoundFromWhatIsGivenWrong) {
   near.intrinsics = free.intrinsics;  // the same prior, another start
   const BundleOptions to_the_end{.relative_gain = 1e-14};
   ASSERT_TRUE(solve(free, to_the_end).usable() && solve(near, to_the_end).usable());
-  EXPECT_NEAR(cost(free), cost(near), 1e-6 * cost(near)) << "one minimum from both sides";
+  EXPECT_NEAR(cost(free), cost(near), 1e-6 * cost(near)) << "the same minimum from both starts";
   const Eigen::VectorXd off = intrinsics_of(free.cameras[0]) - intrinsics_of(near.cameras[0]);
   EXPECT_LT(off.cwiseQuotient(free.intrinsics[0].sigma).cwiseAbs().maxCoeff(), 0.01);
 }
 
-TEST(BundleLaws, ACameraThatCannotBeIsNotTaken) {
+TEST(BundleLaws, InvalidCameraParametersAreRejected) {
   Bundle bundle = wall(15);
   Eigen::VectorXd given = intrinsics_of(bundle.cameras[0]);
   Bundle free = with_free_camera(bundle, given);
-  free.intrinsics[0].prior[0] = -500;  // pulls to where no camera is
+  free.intrinsics[0].prior[0] = -500;  // pulls towards an invalid focal length
   free.intrinsics[0].sigma[0] = 0.001;
   const BundleSummary summary = solve(free, {.max_iterations = 30});
   EXPECT_LE(summary.final_cost, summary.initial_cost);

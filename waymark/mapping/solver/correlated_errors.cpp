@@ -30,7 +30,7 @@ AllSeries residuals_in_use(const Bundle& bundle, const std::vector<std::size_t>&
   return all;
 }
 
-/// The mean product of residuals so many frames apart; 0 where there are none.
+/// Mean product of residuals that are `lag` frames apart; 0 if there are none.
 double correlation(const AllSeries& all, std::size_t lag) {
   double product = 0;
   std::size_t pairs = 0;
@@ -72,7 +72,7 @@ namespace {
 
 using internal::BlockSystem;
 
-/// Poses and numbers, and no measurement.
+/// The unknowns of a bundle without its measurements.
 Bundle without_terms(const Bundle& all) {
   return {.cameras = all.cameras,
           .intrinsics = all.intrinsics,
@@ -80,7 +80,7 @@ Bundle without_terms(const Bundle& all) {
           .odometry_scales = all.odometry_scales};
 }
 
-/// What is measured in one stretch, or known beforehand of its poses; of stretch -1: of poses in none.
+/// Measurements in stretch `which` and priors of its poses; -1: of poses in no stretch.
 Bundle terms_of(const Bundle& all, const std::vector<int>& stretch, int which) {
   Bundle part = without_terms(all);
   std::ranges::copy_if(all.priors, std::back_inserter(part.priors),
@@ -104,7 +104,7 @@ Bundle terms_of(const Bundle& all, const std::vector<int>& stretch, int which) {
   return part;
 }
 
-/// Columns of the inverse, of some unknowns one after the other.
+/// Columns of the inverse for some unknowns, in their order.
 Eigen::MatrixXd inverse_columns(const BlockSystem& system, const internal::FrontCholesky& cholesky,
                                 const std::vector<int>& unknowns) {
   std::vector<Eigen::Index> scalars;
@@ -118,11 +118,11 @@ Eigen::MatrixXd inverse_columns(const BlockSystem& system, const internal::Front
   return columns;
 }
 
-/// By how much the measurements of each stretch move the numbers asked for, one row a stretch.
+/// Change of the parameters asked for due to the measurements of each stretch; one row per stretch.
 Eigen::MatrixXd influences(const Bundle& bundle, const internal::Unknowns& unknowns,
                            const std::vector<int>& stretch, const Eigen::MatrixXd& X, BlockSystem& system) {
   internal::accumulate(without_terms(bundle), unknowns, 0, &system);
-  const Eigen::VectorXd of_nothing = system.gradient();  // priors of scales and of intrinsics
+  const Eigen::VectorXd of_nothing = system.gradient();  // only priors of scales and of intrinsics
   const int last = stretch.empty() ? -1 : *std::ranges::max_element(stretch);
   Eigen::MatrixXd moved(last + 1, X.cols());
   Eigen::Index stretches = 0;
@@ -135,12 +135,12 @@ Eigen::MatrixXd influences(const Bundle& bundle, const internal::Unknowns& unkno
   return moved.topRows(stretches);
 }
 
-/// What a stretch has in common with those up to so many after it counts, too, the less the later they are.
+/// Covariances between stretches up to this many apart are included, with decreasing weights.
 constexpr Eigen::Index kBandwidth = 4;
 
-/// Covariance of the sum of the rows (Newey and West, equation (5)), larger by what it falls short of on
-/// average because the rows sum to nearly nothing (Kiefer and Vogelsang, section 3), and by what it is itself
-/// known to: the variance of Student's t over that of a normal distribution.
+/// Covariance of the sum of the rows (Newey and West, equation (5)). Enlarged for the bias due to rows that
+/// sum to nearly zero (Kiefer and Vogelsang, section 3) and for its own uncertainty: the variance of
+/// Student's t over that of a normal distribution.
 Eigen::MatrixXd long_run_covariance(const Eigen::MatrixXd& rows) {
   Eigen::MatrixXd P = rows.transpose() * rows;
   const Eigen::Index count = rows.rows();
@@ -157,7 +157,7 @@ Eigen::MatrixXd long_run_covariance(const Eigen::MatrixXd& rows) {
 }  // namespace
 
 std::optional<StretchCovariance> stretch_covariance(const Bundle& bundle, const StretchQuestion& question) {
-  constexpr Eigen::Index kFewest = 4 * kBandwidth;
+  constexpr Eigen::Index kMinStretches = 4 * kBandwidth;
   constexpr double kFloor = 1e-6;
   const internal::Unknowns unknowns = internal::unknowns_of(bundle);
   std::vector<int> asked{unknowns.of_pose[question.pose], unknowns.of_scales[question.scales]};
@@ -171,7 +171,7 @@ std::optional<StretchCovariance> stretch_covariance(const Bundle& bundle, const 
   if (!cholesky.factorize(0, kFloor)) return std::nullopt;
   const Eigen::MatrixXd X = inverse_columns(system, cholesky, asked);
   const Eigen::MatrixXd moved = influences(bundle, unknowns, question.stretch, X, system);
-  if (moved.rows() < kFewest) return std::nullopt;
+  if (moved.rows() < kMinStretches) return std::nullopt;
   internal::accumulate(terms_of(bundle, question.stretch, -1), unknowns, 0, &system);
   const Eigen::MatrixXd stated = system.lower().selfadjointView<Eigen::Lower>() * X;
   const Eigen::MatrixXd P = long_run_covariance(moved) + X.transpose() * stated;

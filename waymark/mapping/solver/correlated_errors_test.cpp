@@ -1,5 +1,5 @@
-// Successive pictures with errors that last: how many count as one.
-// The covariance that a drive's own stretches show, against what numbers are wrong by over many draws.
+// Number of successive images with persistent errors that count as one. Then the covariance from the
+// stretches of a drive, compared with actual errors over many draws.
 #include "waymark/mapping/solver/correlated_errors.hpp"
 
 #include <cmath>
@@ -16,13 +16,13 @@ namespace {
 
 struct Film {
   Bundle bundle{};
-  std::vector<std::size_t> frames{};  ///< of each corner term
+  std::vector<std::size_t> frames{};  ///< frame of each corner term
 };
 
 double counted(const Film& film) { return correlated_frames(film.bundle, film.frames); }
 
-/// One tag before a camera, whose corners have errors of a first-order process: each is `keep` times the one
-/// before and something new, and of noise of `white` of its own.
+/// One tag in front of a camera. The error of each corner is a first-order process: `keep` times the previous
+/// error plus a new one, plus white noise of `white`.
 Film film_with_errors(double keep, std::size_t frames, std::uint64_t seed, double white = 0) {
   Random random(seed);
   Film film;
@@ -48,29 +48,28 @@ Film film_with_errors(double keep, std::size_t frames, std::uint64_t seed, doubl
   return film;
 }
 
-TEST(CorrelatedFrames, IndependentErrorsCountOneByOne) {
+TEST(CorrelatedFrames, IndependentErrorsGiveAFactorOfOne) {
   EXPECT_NEAR(counted(film_with_errors(0, 2000, 1)), 1, 0.05);
 }
 
-TEST(CorrelatedFrames, ErrorsThatLastAreCountedOnce) {
+TEST(CorrelatedFrames, PersistentErrorsGiveTheirAutocorrelationTime) {
   // 1 + 2 sum keep^k = (1 + keep) / (1 - keep)
   EXPECT_NEAR(counted(film_with_errors(0.8, 4000, 2)), 9, 1.2);
   EXPECT_NEAR(counted(film_with_errors(0.5, 4000, 3)), 3, 0.4);
 }
 
-TEST(CorrelatedFrames, ASmallPartThatLastsLongCountsToItsEnd) {
-  // 1 + 2 share sum keep^k, with a share of a fifth: its correlation is below 0.05 from the seventh picture
-  // on
+TEST(CorrelatedFrames, ASmallPersistentPartIsCountedInFull) {
+  // 1 + 2 share sum keep^k with a share of a fifth; the correlation is below 0.05 from the seventh image on.
   EXPECT_NEAR(counted(film_with_errors(0.8, 8000, 5, 2)), 1 + 2 * 0.2 * 0.8 / 0.2, 0.25);
 }
 
-TEST(CorrelatedFrames, AnErrorThatNeverChangesMakesOnePictureOfAll) {
+TEST(CorrelatedFrames, AConstantErrorMakesAllImagesCountAsOne) {
   Film film = film_with_errors(0, 200, 4);
   for (CornerTerm& term : film.bundle.corners) term = film.bundle.corners.front();
   EXPECT_NEAR(counted(film), 200, 2);
 }
 
-TEST(CorrelatedFrames, NothingInUseIsNoFactor) { EXPECT_EQ(counted({}), 1); }
+TEST(CorrelatedFrames, NoTermsInUseGiveAFactorOfOne) { EXPECT_EQ(counted({}), 1); }
 
 constexpr int kTerms = 640;
 constexpr int kStretches = 32;
@@ -82,8 +81,8 @@ struct Drive {
   StretchQuestion question{};
 };
 
-/// A straight drive along known poses. Wheels of scale 1 whose errors stay the same over so many steps; a
-/// mounting of which only the prior speaks.
+/// A straight drive along fixed poses. The distance scale is 1, and odometry errors are equal over
+/// `steps_alike` steps; the mounting is determined only by its prior.
 Drive drive(std::uint64_t seed, int steps_alike) {
   Random random(seed);
   Drive made;
@@ -107,7 +106,7 @@ Drive drive(std::uint64_t seed, int steps_alike) {
   return made;
 }
 
-/// Root mean square of the error of the distance scale in stated deviations, by stretches and by the model.
+/// RMS error of the distance scale in estimated standard deviations, from stretches and from the model.
 struct Scores {
   double by_stretches = 0, by_model = 0;
 };
@@ -133,19 +132,19 @@ Scores scores(int steps_alike) {
   return rms;
 }
 
-TEST(StretchCovariance, IsThatOfTheModelWhereTheModelIsRight) {
+TEST(StretchCovariance, EqualsTheModelIfErrorsAreIndependent) {
   const Scores rms = scores(1);
   EXPECT_NEAR(rms.by_stretches, 1, 0.13);
   EXPECT_NEAR(rms.by_model, 1, 0.13);
 }
 
-TEST(StretchCovariance, HoldsWhereErrorsLast) {
+TEST(StretchCovariance, IsConsistentIfErrorsPersist) {
   const Scores rms = scores(10);
   EXPECT_NEAR(rms.by_stretches, 1, 0.15);
   EXPECT_GT(rms.by_model, 2.5);
 }
 
-TEST(StretchCovariance, APriorCountsAsStated) {
+TEST(StretchCovariance, CountsAPriorAsStated) {
   const Drive made = drive(7, 1);
   const auto spread = stretch_covariance(made.bundle, made.question);
   ASSERT_TRUE(spread);
@@ -154,7 +153,7 @@ TEST(StretchCovariance, APriorCountsAsStated) {
   EXPECT_EQ(spread->intrinsics.size(), 0);
 }
 
-TEST(StretchCovariance, SaysNothingOfFewStretchesOrOfWhatIsKnown) {
+TEST(StretchCovariance, IsEmptyForFewStretchesOrFixedPoses) {
   Drive few = drive(7, 1);
   for (int& stretch : few.question.stretch) stretch /= 8;
   EXPECT_FALSE(stretch_covariance(few.bundle, few.question));

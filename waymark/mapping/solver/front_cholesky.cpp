@@ -14,7 +14,7 @@ using Lists = std::vector<std::vector<int>>;
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
-/// Unknowns by the step in which they are eliminated.
+/// Unknowns in the order of their elimination.
 std::vector<int> minimum_degree(int unknowns, const std::vector<std::pair<int, int>>& couplings) {
   std::vector<Eigen::Triplet<double>> entries;
   entries.reserve(2 * couplings.size() + at(unknowns));
@@ -30,7 +30,7 @@ std::vector<int> minimum_degree(int unknowns, const std::vector<std::pair<int, i
   return {permutation.indices().data(), permutation.indices().data() + unknowns};
 }
 
-/// Of each step, the later steps its column of the factor has entries in.
+/// For each step, the later steps in which its column of the factor has entries.
 Lists columns_of_factor(const std::vector<int>& order, const std::vector<std::pair<int, int>>& couplings) {
   std::vector<int> step(order.size());
   for (std::size_t s = 0; s < order.size(); ++s) step[at(order[s])] = static_cast<int>(s);
@@ -39,7 +39,7 @@ Lists columns_of_factor(const std::vector<int>& order, const std::vector<std::pa
     const auto [early, late] = std::minmax(step[at(a)], step[at(b)]);
     columns[at(early)].push_back(late);
   }
-  // A column hands its entries on to the first of them, its parent.
+  // A column passes its entries on to the first of them, its parent.
   for (std::vector<int>& column : columns) {
     std::ranges::sort(column);
     column.erase(std::ranges::unique(column).begin(), column.end());
@@ -50,16 +50,16 @@ Lists columns_of_factor(const std::vector<int>& order, const std::vector<std::pa
   return columns;
 }
 
-/// A front while they are put together.
+/// A front under construction.
 struct Draft {
   std::vector<int> own{};   ///< steps
   std::vector<int> rows{};  ///< later steps
-  int zeros = 0;            ///< entries that are stored though they are zero
+  int zeros = 0;            ///< stored entries that are structurally zero
   int parent = -1;
-  double work = 0;  ///< of itself and everything below
+  double work = 0;  ///< of its subtree
 };
 
-/// What it costs to eliminate the next step together with a front that hands on to it.
+/// Number of stored zeros if the next step is eliminated in the same front.
 int zeros_when_joined(const Draft& draft, std::size_t rows) {
   return draft.zeros + static_cast<int>(draft.own.size() * (rows + 1 - draft.rows.size()));
 }
@@ -72,7 +72,7 @@ bool worth_joining(const Draft& draft, std::size_t rows) {
 
 std::vector<Draft> drafts_of(Lists columns) {
   std::vector<Draft> drafts;
-  Lists waiting(columns.size());  // drafts whose first row is this step
+  Lists waiting(columns.size());  // drafts by the step that is their first row
   for (std::size_t s = 0; s < columns.size(); ++s) {
     std::vector<int>& rows = columns[s];
     int best = -1;
@@ -98,7 +98,7 @@ std::vector<Draft> drafts_of(Lists columns) {
   return drafts;
 }
 
-/// Drafts, children before their parents, the heaviest child first: then little has to be kept for later.
+/// Drafts in postorder, the child with most work first, which keeps the stack of updates small.
 std::vector<int> postorder(std::vector<Draft>& drafts) {
   std::vector<int> by_last_step(drafts.size());
   for (std::size_t i = 0; i < drafts.size(); ++i) by_last_step[i] = static_cast<int>(i);
@@ -114,7 +114,7 @@ std::vector<int> postorder(std::vector<Draft>& drafts) {
   }
   std::vector<int> order;
   std::vector<int> stack = roots;
-  while (!stack.empty()) {  // parents before children, to be turned round
+  while (!stack.empty()) {  // parents before children; reversed below
     const int i = stack.back();
     stack.pop_back();
     order.push_back(i);
@@ -165,7 +165,7 @@ FrontPlan front_plan(const BlockSystem& system) {
 
 namespace {
 
-/// Where in a front its unknowns begin; a scratch by unknown.
+/// Writes the first scalar of each unknown within the front into `place`, indexed by unknown.
 void set_places(const FrontPlan::Front& front, std::vector<int>& place) {
   for (std::size_t k = 0; k < front.unknowns.size(); ++k) place[at(front.unknowns[k])] = front.offsets[k];
 }
@@ -186,13 +186,12 @@ std::size_t packed(int size) { return at(size) * at(size + 1) / 2; }
 
 }  // namespace
 
-/// Lower triangles of which the last one goes first, as fronts in postorder need them (Liu 1992, section 4),
-/// in one piece of memory.
+/// A stack of packed lower triangles in one array, as fronts in postorder need it (Liu 1992, section 4).
 class FrontCholesky::Stack {
  public:
   explicit Stack(std::size_t numbers) : numbers_(static_cast<Eigen::Index>(numbers)) {}
 
-  /// Of the last `size` rows and columns of a matrix.
+  /// Pushes the last `size` rows and columns of a matrix.
   void push(const Eigen::Map<Matrix>& matrix, int size) {
     const Eigen::Index skipped = matrix.rows() - size;
     double* to = numbers_.data() + used_;
@@ -200,7 +199,7 @@ class FrontCholesky::Stack {
     sizes_.push_back(size);
     used_ += packed(size);
   }
-  /// A column of the last one, from the diagonal down.
+  /// A column of the top triangle, from the diagonal down.
   [[nodiscard]] const double* column(int c) const {
     const int size = sizes_.back();
     return numbers_.data() + used_ - packed(size - c);
@@ -421,8 +420,8 @@ std::vector<Eigen::MatrixXd> FrontCholesky::inverse_blocks(
 
 std::optional<Eigen::VectorXd> damped_step(FrontCholesky& cholesky, const BlockSystem& system,
                                            double damping) {
-  constexpr double kStays = 1e-12;  // what nothing determines stays where it is
-  if (!cholesky.factorize(damping, kStays)) return std::nullopt;
+  constexpr double kDiagonalFloor = 1e-12;  // keeps undetermined unknowns in place
+  if (!cholesky.factorize(damping, kDiagonalFloor)) return std::nullopt;
   Eigen::VectorXd step = cholesky.solve(-system.gradient());
   if (!step.allFinite()) return std::nullopt;
   return step;
@@ -430,17 +429,17 @@ std::optional<Eigen::VectorXd> damped_step(FrontCholesky& cholesky, const BlockS
 
 namespace {
 
-/// Ends when one more step lowers the quadratic model by less than a share of its mean gain (Nash and Sofer,
-/// "Assessing a search direction within a truncated-Newton method", Operations Research Letters 9(4), 1990),
-/// or by next to nothing.
+/// Ends when one more iteration lowers the quadratic model by less than a given share of its mean gain (Nash
+/// and Sofer, "Assessing a search direction within a truncated-Newton method", Operations Research Letters
+/// 9(4), 1990), or by less than `negligible_gain`.
 std::optional<Eigen::VectorXd> conjugate_gradients(const BlockSystem& system, double damping,
-                                                   double next_to_nothing,
+                                                   double negligible_gain,
                                                    const FrontCholesky& preconditioner) {
-  constexpr double kStays = 1e-12;  // what nothing determines stays where it is
-  constexpr double kAccuracy = 1e-3;
+  constexpr double kDiagonalFloor = 1e-12;  // keeps undetermined unknowns in place
+  constexpr double kMinGainShare = 1e-3;
   constexpr int kMaxIterations = 25;
   const auto H = system.lower().selfadjointView<Eigen::Lower>();
-  const Eigen::VectorXd added = (damping * system.lower().diagonal()).array() + kStays;
+  const Eigen::VectorXd added = (damping * system.lower().diagonal()).array() + kDiagonalFloor;
   Eigen::VectorXd x = Eigen::VectorXd::Zero(added.size());
   Eigen::VectorXd r = -system.gradient();
   Eigen::VectorXd z = preconditioner.solve(r);
@@ -457,7 +456,7 @@ std::optional<Eigen::VectorXd> conjugate_gradients(const BlockSystem& system, do
     r -= length * Hp;
     const double gain = length * rz / 2;
     gained += gain;
-    if (i * gain <= std::max(kAccuracy * gained, next_to_nothing)) return x;
+    if (i * gain <= std::max(kMinGainShare * gained, negligible_gain)) return x;
     z = preconditioner.solve(r);
     const double before = rz;
     rz = r.dot(z);
@@ -480,10 +479,10 @@ bool KeptFactor::fits(const BlockSystem& system) const {
 }
 
 std::optional<Eigen::VectorXd> KeptFactor::step(const BlockSystem& system, double damping,
-                                                double next_to_nothing) {
+                                                double negligible_gain) {
   if (fits(system)) {
     std::optional<Eigen::VectorXd> found =
-        conjugate_gradients(system, damping, next_to_nothing, factor_->cholesky);
+        conjugate_gradients(system, damping, negligible_gain, factor_->cholesky);
     if (found && found->allFinite()) return found;
   }
   factor_.reset();
@@ -494,12 +493,12 @@ std::optional<Eigen::VectorXd> KeptFactor::step(const BlockSystem& system, doubl
 }
 
 bool worth_keeping(const FrontPlan& plan, const BlockSystem& system) {
-  constexpr double kMuchMore = 1000;
+  constexpr double kMinWorkPerEntry = 1000;
   double work = 0;
   for (const FrontPlan::Front& front : plan.fronts)
     work += static_cast<double>(front.own_size) * static_cast<double>(front.size) *
             static_cast<double>(front.size);
-  return work > kMuchMore * static_cast<double>(system.lower().nonZeros());
+  return work > kMinWorkPerEntry * static_cast<double>(system.lower().nonZeros());
 }
 
 }  // namespace waymark::internal

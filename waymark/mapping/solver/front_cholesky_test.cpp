@@ -10,11 +10,11 @@ namespace {
 
 struct Shape {
   const char* name;
-  int frames, tags, seen;  ///< each frame sees so many tags, which move along with the frames
-  bool chain, common;      ///< frames are tied to the next; one unknown is tied to all
+  int frames, tags, seen;  ///< number of tags in view, which changes along the frames
+  bool chain, common;      ///< each frame is coupled to the next; one unknown is coupled to all
 };
 
-/// Unknowns of 6, but for the common one of 4.
+/// All unknowns have dimension 6 except the common one, which has 4.
 BlockSystem system_of(const Shape& shape, Random& random) {
   std::vector<int> dimensions(static_cast<std::size_t>(shape.frames + shape.tags), 6);
   std::vector<std::pair<int, int>> couplings;
@@ -39,7 +39,7 @@ BlockSystem system_of(const Shape& shape, Random& random) {
   return system;
 }
 
-TEST(KeptFactor, LeadsToTheStepOfASystemThatIsAlikeAndGivesWayToOneThatIsNot) {
+TEST(KeptFactor, SolvesSimilarSystemsAndFactorisesOthersAgain) {
   constexpr double kDamping = 1e-3;
   Random random(2);
   const Shape shape{"corridor", 80, 40, 3, true, false};
@@ -64,7 +64,7 @@ TEST(KeptFactor, LeadsToTheStepOfASystemThatIsAlikeAndGivesWayToOneThatIsNot) {
   }
 }
 
-TEST(KeptFactor, AStepThatMayGainLittleIsShorterButGainsNoLessThanThat) {
+TEST(KeptFactor, AToleranceBoundsTheMissedGain) {
   constexpr double kDamping = 1e-3;
   Random random(3);
   const BlockSystem first = system_of({"corridor", 80, 40, 3, true, false}, random);
@@ -81,19 +81,19 @@ TEST(KeptFactor, AStepThatMayGainLittleIsShorterButGainsNoLessThanThat) {
   };
   const double most = gain(-H.llt().solve(alike.gradient()));
   double least = 0;
-  for (const double next_to_nothing : {10 * most, 0.1 * most, 0.01 * most, 0.0}) {
+  for (const double negligible_gain : {10 * most, 0.1 * most, 0.01 * most, 0.0}) {
     KeptFactor kept;
     ASSERT_TRUE(kept.step(first, kDamping));
-    const std::optional<Eigen::VectorXd> step = kept.step(alike, kDamping, next_to_nothing);
+    const std::optional<Eigen::VectorXd> step = kept.step(alike, kDamping, negligible_gain);
     ASSERT_TRUE(step);
     EXPECT_GE(gain(*step), least);
     EXPECT_GT(gain(*step), 0);
-    EXPECT_LT(most - gain(*step), std::max(0.01 * most, 10 * next_to_nothing));
+    EXPECT_LT(most - gain(*step), std::max(0.01 * most, 10 * negligible_gain));
     least = gain(*step);
   }
 }
 
-TEST(FrontCholesky, SolvesAndInvertsAsADenseMatrixDoes) {
+TEST(FrontCholesky, EqualsTheDenseSolutionAndInverse) {
   Random random(1);
   for (const Shape& shape : {Shape{"one", 1, 1, 1, false, false},
                              {"rig", 40, 5, 4, false, false},
@@ -125,9 +125,9 @@ TEST(FrontCholesky, SolvesAndInvertsAsADenseMatrixDoes) {
   }
 }
 
-/// Each unknown measured against the five before it and the first one known: what is known of the last rests
-/// on hundreds of fronts, one on another.
-TEST(FrontCholesky, InvertsALongChainAsItSolvesIt) {
+/// Each unknown is measured relative to the five before it, and the first has a prior: the covariance of the
+/// last is computed through hundreds of nested fronts.
+TEST(FrontCholesky, TheInverseOfALongChainMatchesItsSolution) {
   constexpr int kLength = 600;
   constexpr int kBack = 5;
   Random random(3);
@@ -172,7 +172,7 @@ TEST(FrontCholesky, EachUnknownIsEliminatedOnceAndChildrenComeFirst) {
   for (int times : eliminated) EXPECT_EQ(times, 1);
 }
 
-TEST(FrontCholesky, WhatIsNotDefiniteIsSaid) {
+TEST(FrontCholesky, RejectsIndefiniteSystems) {
   BlockSystem system({6, 6}, {{0, 1}});
   const FrontPlan plan = front_plan(system);
   EXPECT_FALSE(FrontCholesky(system, plan).factorize(0, 0));

@@ -9,9 +9,10 @@
 
 namespace waymark::internal {
 
-/// FrontKernels by Eigen for the processor a file is compiled for; `For` tells them apart. A file that is
-/// compiled for more than the rest of the program must give Eigen a name of its own (#define Eigen ...)
-/// before it includes this: or else the linker may take its templates for everybody.
+/// FrontKernels implemented with Eigen for the processor a file is compiled for; `For` makes the types
+/// distinct. A file compiled with more instructions than the rest of the program must rename Eigen (#define
+/// Eigen ...) before it includes this header. Otherwise the linker may use its templates in the whole
+/// program.
 template <class For>
 struct FrontKernelsByEigen {
   using Matrix = Eigen::MatrixXd;
@@ -31,10 +32,10 @@ struct FrontKernelsByEigen {
     return true;
   }
 
-  // With a panel's columns [L; B] and W = B L^-1, Z what is known of the inverse behind it: to the left of
-  // that -Z W, on the diagonal (L L^T)^-1 + W^T Z W. Z is kept symmetric to the last digit: a symmetric
-  // error goes from front to front by [-W^T I], as what is known does, and stays small; one that is not would
-  // meet its own mirror image and grow without bound.
+  // With a panel's columns [L; B], W = B L^-1 and the known inverse Z of the part behind the panel, the
+  // inverse is -Z W to the left of Z, and (L L^T)^-1 + W^T Z W on the diagonal. Z is kept exactly symmetric:
+  // a symmetric error propagates from front to front by [-W^T I], as Z does, and stays small; an asymmetric
+  // one would meet its own transpose and grow without bound.
   static void invert(const double* columns, int size, int own, double* inverse) {
     constexpr int kPanel = 128;
     const GivenColumns factor(columns, size, own);

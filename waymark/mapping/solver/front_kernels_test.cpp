@@ -16,10 +16,10 @@ Eigen::MatrixXd positive_definite(int size, Random& random) {
   return J.transpose() * J + Eigen::MatrixXd::Identity(size, size);
 }
 
-/// Sizes on both sides of a panel's, and of two.
+/// Sizes below and above one panel and two panels.
 class OfSize : public ::testing::TestWithParam<std::pair<int, int>> {};
 
-TEST_P(OfSize, EveryKernelEliminatesAndInvertsAsADenseMatrixDoes) {
+TEST_P(OfSize, EveryKernelEqualsTheDenseResult) {
   const auto [size, own] = GetParam();
   Random random(5);
   const Eigen::MatrixXd H = positive_definite(size, random);
@@ -55,7 +55,7 @@ INSTANTIATE_TEST_SUITE_P(FrontKernels, OfSize,
                            return std::to_string(of.param.second) + "Of" + std::to_string(of.param.first);
                          });
 
-TEST(FrontKernels, WhatIsNotDefiniteIsSaidByEach) {
+TEST(FrontKernels, EveryKernelRejectsIndefiniteMatrices) {
   for (const FrontKernels* kernels : front_kernels()) {
     Eigen::MatrixXd F = Eigen::MatrixXd::Identity(20, 20);
     F(7, 7) = -1;
@@ -65,7 +65,7 @@ TEST(FrontKernels, WhatIsNotDefiniteIsSaidByEach) {
   }
 }
 
-/// The same numbers each time they are computed.
+/// Repeated runs give identical results.
 TEST(FrontKernels, AreDeterministic) {
   Random random(6);
   const Eigen::MatrixXd H = positive_definite(200, random);

@@ -8,46 +8,47 @@
 
 namespace waymark::internal {
 
-/// A nonlinear least-squares problem that stands at some values of its unknowns.
+/// A nonlinear least-squares problem with current values of its unknowns.
 template <class P>
 concept LeastSquares = requires(P& problem, const P& same, const Eigen::VectorXd& step, double number) {
-  /// Normal equations H, g where it stands; the cost there, infinite where it cannot be evaluated.
+  /// Computes the normal equations H, g at the current values; returns the cost, infinite if it cannot be
+  /// evaluated.
   { problem.linearize() } -> std::same_as<double>;
   { same.cost() } -> std::same_as<double>;
   /// g of the last linearisation.
   { same.gradient() } -> std::convertible_to<Eigen::VectorXd>;
-  /// -(H + damping diag(H))^-1 g; nothing when that is not positive definite.
+  /// -(H + damping diag(H))^-1 g; empty if the matrix is not positive definite.
   { problem.damped_step(number) } -> std::same_as<std::optional<Eigen::VectorXd>>;
   /// Moves the unknowns by a step.
   problem.retract(step);
-  /// What retract() changes.
+  /// values() holds what retract() changes.
   problem.restore(same.values());
 };
 
 struct LevenbergMarquardtOptions {
   int max_iterations = 100;
-  double relative_gain = 1e-9;  ///< of the cost: a step that gains less is the last
-  double cost_floor = 1e-12;    ///< added to the cost where gains are held against it
-  double damping = 1e-9;        ///< of the first step
-  bool shortens = true;         ///< a step that went too far is tried shorter before it is damped more
-  bool watches = false;         ///< and before that, a step from where it went
+  double relative_gain = 1e-9;  ///< share of the cost; a step that gains less is the last
+  double cost_floor = 1e-12;    ///< added to the cost before gains are compared with it
+  double damping = 1e-9;        ///< for the first step
+  bool backtracks = true;       ///< a step that raises the cost is shortened before the damping grows
+  bool watchdog = false;        ///< before that, one more step from the end of the first is tried
 };
 
 struct LevenbergMarquardtEnd {
   bool converged = false;
-  bool exhausted = false;  ///< no step of any length gains anything, or none could be solved for
+  bool exhausted = false;  ///< no step of any length reduces the cost, or none could be computed
   bool stopped = false;    ///< on request
   int iterations = 0;
   double cost = 0;
 };
 
-/// Goes the way of a step that went too far as far as gains something: a half of it, a quarter, ... Stays
-/// where it is when nothing of it does.
+/// Halves a step that raised the cost until it reduces it. Restores the values and returns false if no part
+/// of it does.
 template <LeastSquares Problem>
 bool shorten_step(Problem& problem, const Eigen::VectorXd& step, double cost) {
-  constexpr double kShortest = 0.05;
+  constexpr double kMinShare = 0.05;
   const auto before = problem.values();
-  for (double share = 0.5; share > kShortest; share /= 2) {
+  for (double share = 0.5; share > kMinShare; share /= 2) {
     problem.retract(share * step);
     if (problem.cost() < cost) return true;
     problem.restore(before);
@@ -55,16 +56,16 @@ bool shorten_step(Problem& problem, const Eigen::VectorXd& step, double cost) {
   return false;
 }
 
-/// The cost after one more step from where one led that alone gains nothing, where the two together do: ways
-/// that swing as a whole, which hardly anything keeps them from, bend what neighbours measured of each other
-/// to the second order, and the next step puts just that right; shortened, such steps would come by the dozen
-/// (Chamberlain, Powell, Lemarechal and Pedersen, "The watchdog technique for forcing convergence in
-/// algorithms for constrained optimization", Mathematical Programming Studies 16, 1982). Nothing where the
-/// two do not gain; then the problem stands somewhere else.
+/// The cost after a second step from the end of a first one that raised the cost; empty if the two together
+/// do not reduce it, and the values are then undefined. A weakly constrained trajectory that turns as a whole
+/// distorts the relative poses of neighbours to second order, and the next step corrects just that. Without
+/// it, dozens of shortened steps would be needed (Chamberlain, Powell, Lemarechal and Pedersen, "The watchdog
+/// technique for forcing convergence in algorithms for constrained optimization", Mathematical Programming
+/// Studies 16, 1982).
 template <LeastSquares Problem>
 std::optional<double> second_step(Problem& problem, double damping, double cost, double cost_between) {
-  constexpr double kFar = 2;
-  if (!(cost_between <= kFar * cost)) return std::nullopt;
+  constexpr double kMaxCostRatio = 2;
+  if (!(cost_between <= kMaxCostRatio * cost)) return std::nullopt;
   const std::optional<Eigen::VectorXd> step = problem.damped_step(damping);
   if (!step) return std::nullopt;
   problem.retract(*step);
@@ -73,10 +74,10 @@ std::optional<double> second_step(Problem& problem, double damping, double cost,
   return after;
 }
 
-/// The damping from step to step. Long chains of poses, and numbers that many of them share, are determined
-/// by differences: with n poses along a way the smallest eigenvalue of H is n^-4 of its diagonal, and what is
-/// more than that keeps them from going where they belong in one step. So it vanishes soon where steps gain
-/// what they promise, and comes back in ever larger strides where they do not (Nielsen, "Damping Parameter in
+/// Damping from step to step. Long chains of poses and parameters common to many of them are determined by
+/// small differences: with n poses along a trajectory, the smallest eigenvalue of H is n^-4 of its diagonal.
+/// Damping above that keeps them from converging in one step. It therefore decreases quickly while steps gain
+/// what the model predicts, and increases by growing factors when they do not (Nielsen, "Damping Parameter in
 /// Marquardt's Method", 1999).
 class Damping {
  public:
@@ -85,12 +86,12 @@ class Damping {
   [[nodiscard]] bool exhausted() const { return damping_ >= kMaxDamping; }
 
   void after_gain(double gained, double promised) {
-    constexpr double kAsPromised = 0.9;
-    constexpr double kHardly = 0.25;
+    constexpr double kGoodShare = 0.9;
+    constexpr double kFairShare = 0.25;
     stride_ = kStride;
-    if (gained > kAsPromised * promised)
+    if (gained > kGoodShare * promised)
       damping_ /= kStride * kStride * kStride;
-    else if (gained > kHardly * promised)
+    else if (gained > kFairShare * promised)
       damping_ /= kStride;
     damping_ = std::max(damping_, kMinDamping);
   }
@@ -108,10 +109,11 @@ class Damping {
   double stride_ = kStride;
 };
 
-/// Minimises the cost from where a linearised problem stands (Levenberg, "A method for the solution of
-/// certain non-linear problems in least squares", 1944; Marquardt, "An algorithm for least-squares estimation
-/// of nonlinear parameters", 1963). `cost` is what linearize() gave there, `goes_on(iteration, cost)` is
-/// asked before each step. The normal equations afterwards need not be those of where it ends.
+/// Minimises the cost from the current values of a linearised problem (Levenberg, "A method for the solution
+/// of certain non-linear problems in least squares", 1944; Marquardt, "An algorithm for least-squares
+/// estimation of nonlinear parameters", 1963). `cost`: result of linearize() there. `goes_on(iteration,
+/// cost)` is called before each step and ends the search by returning false. Afterwards the normal equations
+/// may not be those of the final values.
 template <LeastSquares Problem, std::predicate<int, double> GoesOn>
 LevenbergMarquardtEnd levenberg_marquardt(Problem& problem, double cost,
                                           const LevenbergMarquardtOptions& options, const GoesOn& goes_on) {
@@ -129,14 +131,14 @@ LevenbergMarquardtEnd levenberg_marquardt(Problem& problem, double cost,
     const double promised = -step->dot(problem.gradient()) / 2;
     const auto before = problem.values();
     problem.retract(*step);
-    // Nearly every step is a good one, so its normal equations are summed up at once.
+    // Most steps are accepted, so the normal equations are computed along with the cost.
     const double next = problem.linearize();
-    // A step that should gain next to nothing and does not: rounding is all that is left.
+    // The predicted gain is below rounding error, and the cost did not decrease.
     const bool rounding = promised <= 1e-12 * (1e-9 + end.cost);
     std::optional<double> reached;
     if (next <= end.cost)
       reached = next;
-    else if (options.watches && !rounding)
+    else if (options.watchdog && !rounding)
       reached = second_step(problem, damping.value(), end.cost, next);
     if (reached) {
       end.converged = end.cost - *reached <= options.relative_gain * (end.cost + options.cost_floor);
@@ -144,10 +146,10 @@ LevenbergMarquardtEnd levenberg_marquardt(Problem& problem, double cost,
       end.cost = *reached;
       continue;
     }
-    problem.restore(before);  // also when it cannot be evaluated there
+    problem.restore(before);  // also if the cost is infinite there
     end.converged = rounding;
     if (end.converged) break;
-    if (!options.shortens || !shorten_step(problem, *step, end.cost)) damping.after_failure();
+    if (!options.backtracks || !shorten_step(problem, *step, end.cost)) damping.after_failure();
     end.cost = problem.linearize();
   }
   end.exhausted = damping.exhausted();

@@ -77,7 +77,7 @@ struct Valley : Plane {
   }
 };
 
-/// Has no value beyond x = 0, and its first full step leads there.
+/// Has no value beyond x = 0, and the first full step leads there.
 struct FlatWall : Plane {
   using Plane::Plane;
   [[nodiscard]] Eigen::VectorXd residual(const Eigen::Vector2d& x) const override {
@@ -88,7 +88,7 @@ struct FlatWall : Plane {
   }
 };
 
-/// Its slope points the wrong way: no step of any length gains anything.
+/// The gradient has the wrong sign: no step of any length reduces the cost.
 struct WrongSlope : Line {
   using Line::Line;
   [[nodiscard]] Eigen::MatrixXd jacobian(const Eigen::Vector2d& x) const override {
@@ -96,8 +96,8 @@ struct WrongSlope : Line {
   }
 };
 
-/// A way of which each bend was measured, and where it begins: its far end depends on all bends together.
-struct Way : Dense<Eigen::VectorXd> {
+/// A path with a measured start and a measured curvature at each point: its far end depends on all of them.
+struct CurvedPath : Dense<Eigen::VectorXd> {
   using Dense::Dense;
   [[nodiscard]] Eigen::VectorXd residual(const Eigen::VectorXd& x) const override {
     Eigen::VectorXd r(x.size());
@@ -116,18 +116,18 @@ struct Way : Dense<Eigen::VectorXd> {
   }
 };
 
-TEST(LevenbergMarquardt, ALongWayTakesNoMoreStepsThanAShortOne) {
+TEST(LevenbergMarquardt, ALongPathTakesNoMoreStepsThanAShortOne) {
   for (const Eigen::Index length : {10, 100, 300}) {
-    Way way(Eigen::VectorXd::Zero(length));
-    const auto end = levenberg_marquardt(way, way.linearize(), {}, kGoesOn);
+    CurvedPath path(Eigen::VectorXd::Zero(length));
+    const auto end = levenberg_marquardt(path, path.linearize(), {}, kGoesOn);
     EXPECT_TRUE(end.converged) << length;
     EXPECT_LE(end.iterations, 6) << length;
     const auto last = static_cast<double>(length - 1);
-    EXPECT_NEAR(way.values()[length - 1], last * last / 2, 1e-6 * last * last) << length;
+    EXPECT_NEAR(path.values()[length - 1], last * last / 2, 1e-6 * last * last) << length;
   }
 }
 
-TEST(LevenbergMarquardt, DampingVanishesWhereStepsGainWhatTheyPromise) {
+TEST(LevenbergMarquardt, DampingDecreasesWhileStepsGainWhatTheModelPredicts) {
   Damping damping(1e-3);
   damping.after_gain(1, 1);
   EXPECT_NEAR(damping.value(), 1e-6, 1e-12);
@@ -139,7 +139,7 @@ TEST(LevenbergMarquardt, DampingVanishesWhereStepsGainWhatTheyPromise) {
   EXPECT_GT(damping.value(), 0);
 }
 
-TEST(LevenbergMarquardt, DampingComesBackInEverLargerStrides) {
+TEST(LevenbergMarquardt, DampingIncreasesByGrowingFactors) {
   Damping damping(0);
   int failures = 0;
   for (double before = 0; !damping.exhausted(); before = damping.value(), ++failures) {
@@ -150,7 +150,7 @@ TEST(LevenbergMarquardt, DampingComesBackInEverLargerStrides) {
   EXPECT_LE(failures, 8);
 }
 
-TEST(LevenbergMarquardt, ALinearProblemTakesOneStepAndOneThatGainsNothing) {
+TEST(LevenbergMarquardt, ALinearProblemTakesAtMostTwoSteps) {
   Line line({50, -70});
   const auto end = levenberg_marquardt(line, line.linearize(), {.damping = 0}, kGoesOn);
   EXPECT_TRUE(end.converged);
@@ -158,15 +158,15 @@ TEST(LevenbergMarquardt, ALinearProblemTakesOneStepAndOneThatGainsNothing) {
   EXPECT_LT((line.values() - Eigen::Vector2d(5.0 / 6, 1.5)).norm(), 1e-9);
 }
 
-/// The laws that hold with a second step from where the first led, and without.
+/// Properties that hold with and without the watchdog step.
 class Search : public ::testing::TestWithParam<bool> {};
 INSTANTIATE_TEST_SUITE_P(LevenbergMarquardt, Search, ::testing::Bool(),
-                         [](const auto& watches) { return watches.param ? "Watches" : "Shortens"; });
+                         [](const auto& watchdog) { return watchdog.param ? "Watchdog" : "Backtracking"; });
 
 TEST_P(Search, FollowsACurvedValleyToItsEnd) {
   for (const Eigen::Vector2d& start : std::vector<Eigen::Vector2d>{{-1.2, 1}, {0, 0}, {8, -30}}) {
     Valley valley(start);
-    const auto end = levenberg_marquardt(valley, valley.linearize(), {.watches = GetParam()}, kGoesOn);
+    const auto end = levenberg_marquardt(valley, valley.linearize(), {.watchdog = GetParam()}, kGoesOn);
     EXPECT_TRUE(end.converged);
     EXPECT_LT((valley.values() - Eigen::Vector2d(1, 1)).norm(), 1e-6);
     EXPECT_DOUBLE_EQ(end.cost, valley.cost());
@@ -182,34 +182,34 @@ TEST_P(Search, NoStepRaisesTheCost) {
       last = cost;
       return true;
     };
-    EXPECT_LE(levenberg_marquardt(valley, last, {.watches = GetParam()}, watch).cost, last);
+    EXPECT_LE(levenberg_marquardt(valley, last, {.watchdog = GetParam()}, watch).cost, last);
   }
 }
 
-TEST_P(Search, ComesBackFromWhereTheCostHasNoValue) {
+TEST_P(Search, RecoversFromAStepToAnInfiniteCost) {
   FlatWall wall({20, 5});
-  const auto end = levenberg_marquardt(wall, wall.linearize(), {.watches = GetParam()}, kGoesOn);
+  const auto end = levenberg_marquardt(wall, wall.linearize(), {.watchdog = GetParam()}, kGoesOn);
   EXPECT_TRUE(end.converged);
   EXPECT_NEAR(wall.values().x(), std::exp(-3), 1e-6);
 }
 
-TEST_P(Search, StaysWhereItIsWhenNothingGains) {
+TEST_P(Search, KeepsItsValuesIfNoStepReducesTheCost) {
   WrongSlope wrong({50, -70});
   const double start = wrong.linearize();
   const auto end =
-      levenberg_marquardt(wrong, start, {.max_iterations = 1000, .watches = GetParam()}, kGoesOn);
+      levenberg_marquardt(wrong, start, {.max_iterations = 1000, .watchdog = GetParam()}, kGoesOn);
   EXPECT_TRUE(end.converged || end.exhausted);
   EXPECT_LT(end.iterations, 100);
   EXPECT_DOUBLE_EQ(end.cost, start);
   EXPECT_EQ(wrong.values(), Eigen::Vector2d(50, -70));
 }
 
-/// Along the floor of the valley a step leaves it to the second order, and the next one leads back.
-TEST(LevenbergMarquardt, ASecondStepPutsRightWhatTheFirstBends) {
-  const auto steps = [](bool watches) {
+/// A step along the valley floor leaves it to second order, and the next one returns to it.
+TEST(LevenbergMarquardt, TheWatchdogStepCorrectsSecondOrderErrors) {
+  const auto steps = [](bool watchdog) {
     Valley valley({0.88, 0.7744});
     const auto end =
-        levenberg_marquardt(valley, valley.linearize(), {.damping = 0, .watches = watches}, kGoesOn);
+        levenberg_marquardt(valley, valley.linearize(), {.damping = 0, .watchdog = watchdog}, kGoesOn);
     EXPECT_TRUE(end.converged);
     EXPECT_LT((valley.values() - Eigen::Vector2d(1, 1)).norm(), 1e-6);
     return end.iterations;
@@ -218,7 +218,7 @@ TEST(LevenbergMarquardt, ASecondStepPutsRightWhatTheFirstBends) {
   EXPECT_LE(steps(true), 2);
 }
 
-TEST(LevenbergMarquardt, StopsOnRequestAndAtItsMostSteps) {
+TEST(LevenbergMarquardt, StopsOnRequestAndAtMaxIterations) {
   Valley valley({-1.2, 1});
   const auto twice = [](int iteration, double) { return iteration < 2; };
   const auto stopped = levenberg_marquardt(valley, valley.linearize(), {}, twice);

@@ -10,7 +10,7 @@
 
 namespace waymark {
 
-/// How observations that contradict the others are found, and when a search gives up.
+/// Limits of a mapping search: outlier rejection and the number of steps.
 struct SearchOptions {
   double outlier_chi2 = 26.1;
   double robust_chi2 = 12;
@@ -24,28 +24,28 @@ struct SearchOptions {
                                    8, 1e9});
     visit(self.robust_chi2, Field{"robust_chi2",
                                   "Squared normalised error above which the robust loss reduces the weight "
-                                  "of an observation while outliers are searched.",
+                                  "of an observation during the search for outliers.",
                                   1, 1e9});
     visit(self.max_iterations, Field{"max_iterations", "Maximum number of steps of each search.", 1, 10000});
   }
 };
 
-/// Called before each iteration of a mapping search: stage, iteration, cost. Returning false ends the search
+/// Called before each iteration of a mapping search: stage, iteration, cost. Return false to end the search
 /// with an error.
 using MapProgress = std::function<bool(const std::string& stage, int iteration, double cost)>;
 
-/// An observation of a mapped tag that contradicts all others.
+/// An observation of a mapped tag that is inconsistent with all others.
 struct RejectedObservation {
   SensorTime stamp{};
   TagId tag{};
-  double chi2 = 0;  ///< 8 numbers; infinite: the tag cannot be seen from there
+  double chi2 = 0;  ///< 8 degrees of freedom; infinite: the tag is not visible from the estimated pose
 };
 
 }  // namespace waymark
 
 namespace waymark::internal {
 
-/// What a search ends with when its progress callback asks it to.
+/// The error of a search that its progress callback stopped.
 inline tl::unexpected<Error> stopped_on_request() {
   return fail(ErrorCode::LimitExceeded, "stopped before the map was finished");
 }

@@ -16,7 +16,9 @@
 namespace waymark::internal {
 namespace {
 
-/// A product of uncertain transforms, as they come.
+constexpr double kPoseVarianceFloor = 1e-5;  // no pose is more certain than about 3 mm and 3 mrad
+
+/// A product of uncertain transforms; errors of the factors are independent.
 class Chain {
  public:
   Chain& times(const Hypothesis& next) {
@@ -34,8 +36,7 @@ class Chain {
     return *this;
   }
   [[nodiscard]] Alternative<SE3> result() const {
-    // Nothing is known to the micrometre.
-    const Matrix6 covariance = covariance_ + 1e-5 * Matrix6::Identity();
+    const Matrix6 covariance = covariance_ + kPoseVarianceFloor * Matrix6::Identity();
     return {value_, covariance.inverse(), chi2_};
   }
 
@@ -45,7 +46,7 @@ class Chain {
   double chi2_ = 0;
 };
 
-/// cam_T_tag = (rig cam)^-1 body tag, solved for one of them.
+/// cam_T_tag = (rig cam)^-1 body tag, solved for one of the poses.
 Alternative<SE3> solved_for(Role role, const std::array<const Hypothesis*, 4>& at, const Hypothesis& Z) {
   Chain chain;
   switch (role) {
@@ -71,10 +72,10 @@ std::vector<Hypothesis> poses_of_square(const Bundle& bundle, const CornerTerm& 
                                       {.corner_sigma_px = corner_sigma_px});
   std::vector<Hypothesis> squares;
   if (!pose) return squares;
-  constexpr double kHopeless = 30;
+  constexpr double kMaxExcessChi2 = 30;
   squares.push_back({pose->best.cam_T_tag, pose->best.covariance, 0});
-  const double worse = pose->other ? pose->other->chi2 - pose->best.chi2 : kHopeless;
-  if (worse < kHopeless) squares.push_back({pose->other->cam_T_tag, pose->other->covariance, worse});
+  const double worse = pose->other ? pose->other->chi2 - pose->best.chi2 : kMaxExcessChi2;
+  if (worse < kMaxExcessChi2) squares.push_back({pose->other->cam_T_tag, pose->other->covariance, worse});
   return squares;
 }
 
@@ -99,12 +100,11 @@ Vote<SE3> vote_for(Role role, const std::array<const std::vector<Hypothesis>*, 4
 
 namespace {
 
-constexpr std::size_t kAhead = 6;        // observations of a tag that one is compared with
-constexpr std::size_t kNeighbours = 12;  // that are tried at most for each
-constexpr double kMedian6 = 5.348;       // of chi-square with 6 degrees of freedom
-constexpr double kFloor = 1e-5;          // nothing is known to the micrometre
+constexpr std::size_t kMaxComparisons = 6;  // later observations of a tag that one is compared with
+constexpr std::size_t kMaxNeighbours = 12;  // neighbours tried for each comparison
+constexpr double kMedian6 = 5.348;          // of chi-square with 6 degrees of freedom
 
-/// Sets that grow together.
+/// Disjoint sets (union-find).
 class Groups {
  public:
   explicit Groups(std::size_t count) : parent_(count) {
@@ -120,7 +120,7 @@ class Groups {
   std::vector<std::size_t> parent_;
 };
 
-/// a^-1 b, both uncertain by themselves.
+/// a^-1 b, with independent errors.
 Hypothesis between(const Hypothesis& a, const Hypothesis& b) {
   const SE3 inverse = a.value.inverse();
   const Matrix6 Ad = inverse.adjoint();
@@ -128,7 +128,7 @@ Hypothesis between(const Hypothesis& a, const Hypothesis& b) {
 }
 
 double distance2(const Hypothesis& a, const Hypothesis& b) {
-  const Matrix6 P = a.covariance + b.covariance + kFloor * Matrix6::Identity();
+  const Matrix6 P = a.covariance + b.covariance + kPoseVarianceFloor * Matrix6::Identity();
   const Vector6 off = minus(a.value, b.value);
   return a.chi2 + b.chi2 + off.dot(P.llt().solve(off));
 }
@@ -154,7 +154,8 @@ class Confirmer {
   }
 
  private:
-  /// The nearest of what a neighbour in both views says; infinite when there is none that is enough.
+  /// Least squared distance between the poses of a tag according to a common neighbour; infinite if there is
+  /// no common neighbour. Returns early at a distance below `enough`, and tries at most `most` neighbours.
   double apart_by_neighbours(std::size_t a, std::size_t b, double enough, std::size_t most) const {
     double least = std::numeric_limits<double>::infinity();
     const auto& in_a = views_[seen_[a].view];
@@ -177,7 +178,8 @@ class Confirmer {
     return least;
   }
 
-  /// How differently two views put a tag beside another; any value below `enough` is as good as the least.
+  /// Least squared distance between the poses of a tag relative to a neighbour in two views. The search ends
+  /// at the first value below `enough`.
   double apart(std::size_t a, std::size_t beside_a, std::size_t b, std::size_t beside_b,
                double enough) const {
     double least = std::numeric_limits<double>::infinity();
@@ -195,13 +197,13 @@ class Confirmer {
     return least;
   }
 
-  /// The same by the motion between the views; infinite where that is too uncertain to tell tags apart.
+  /// The same from the motion between the views; infinite if the motion is too uncertain to distinguish tags.
   double apart_by_motion(std::size_t a, std::size_t b) const {
-    constexpr std::size_t kFar = 30;
+    constexpr std::size_t kMaxViewGap = 30;
     const std::size_t from = seen_[a].view;
     const std::size_t to = seen_[b].view;
     double least = std::numeric_limits<double>::infinity();
-    if (to <= from || to - from > kFar) return least;
+    if (to <= from || to - from > kMaxViewGap) return least;
     Hypothesis motion;
     for (std::size_t v = from + 1; v <= to; ++v) {
       if (v >= motions_.size() || !motions_[v].known) return least;
@@ -223,16 +225,16 @@ class Confirmer {
     return least;
   }
 
-  /// The next view has it where it was, less than a third of its size away, and as large.
+  /// In the next view the tag has nearly the same size and moved by less than a third of it.
   [[nodiscard]] bool stays_in_image(std::size_t a, std::size_t b) const {
-    constexpr double kMoves = 0.33;
-    constexpr double kGrows = 1.25;
+    constexpr double kMaxMoveShare = 0.33;
+    constexpr double kMaxGrowth = 1.25;
     const auto [less, more] = std::minmax(seen_[a].size_px, seen_[b].size_px);
-    return seen_[b].view == seen_[a].view + 1 && less > 0 && more < kGrows * less &&
-           (seen_[a].centre_px - seen_[b].centre_px).norm() < kMoves * less;
+    return seen_[b].view == seen_[a].view + 1 && less > 0 && more < kMaxGrowth * less &&
+           (seen_[a].centre_px - seen_[b].centre_px).norm() < kMaxMoveShare * less;
   }
 
-  /// How much noisier corners are than was assumed, by what follows each other.
+  /// Ratio of actual to assumed corner noise, from successive observations.
   double scale() const {
     std::vector<double> apart;
     for (const std::vector<std::size_t>& of_tag : tags_) {
@@ -247,13 +249,14 @@ class Confirmer {
   void join_observations(const std::vector<std::size_t>& of_tag) {
     for (std::size_t k = 0; k < of_tag.size(); ++k) {
       int joined = 0;
-      for (std::size_t next = k + 1; next < of_tag.size() && next <= k + kAhead && joined < 2; ++next) {
+      for (std::size_t next = k + 1; next < of_tag.size() && next <= k + kMaxComparisons && joined < 2;
+           ++next) {
         if (groups_.root(of_tag[k]) == groups_.root(of_tag[next])) {
           ++joined;
           continue;
         }
         if (!stays_in_image(of_tag[k], of_tag[next]) &&
-            apart_by_neighbours(of_tag[k], of_tag[next], gate_, kNeighbours) >= gate_ &&
+            apart_by_neighbours(of_tag[k], of_tag[next], gate_, kMaxNeighbours) >= gate_ &&
             apart_by_motion(of_tag[k], of_tag[next]) >= gate_)
           continue;
         groups_.join(of_tag[k], of_tag[next]);
@@ -262,7 +265,7 @@ class Confirmer {
     }
   }
 
-  /// Something in its view, or the motion, would carry what it says to other tags.
+  /// The observation affects other tags, through a neighbour in its view or through a known motion.
   [[nodiscard]] bool could_mislead(std::size_t i) const {
     const std::size_t view = seen_[i].view;
     const auto moves = [&](std::size_t v) { return v < motions_.size() && motions_[v].known; };
@@ -281,22 +284,22 @@ class Confirmer {
       tags += of_tag.empty() ? 0 : 1;
       for (std::size_t i : of_tag) alone += size[groups_.root(i)] == 1 && could_mislead(i) ? 1 : 0;
     }
-    Confirmation result{.doubtful = std::vector<char>(seen_.size(), 0),
-                        .fewest_votes = votes_beyond_chance(alone, tags)};
+    Confirmation result{.unconfirmed = std::vector<char>(seen_.size(), 0),
+                        .min_votes = votes_beyond_chance(alone, tags)};
     for (const std::vector<std::size_t>& of_tag : tags_) {
       std::size_t largest = 0;
       for (std::size_t i : of_tag) largest = std::max(largest, size[groups_.root(i)]);
       for (std::size_t i : of_tag) {
         const std::size_t group = size[groups_.root(i)];
         const bool confirmed =
-            group >= 2 && (group == largest || group >= static_cast<std::size_t>(result.fewest_votes));
-        result.doubtful[i] = !confirmed && could_mislead(i) ? 1 : 0;
+            group >= 2 && (group == largest || group >= static_cast<std::size_t>(result.min_votes));
+        result.unconfirmed[i] = !confirmed && could_mislead(i) ? 1 : 0;
       }
     }
     return result;
   }
 
-  /// Of n wrong ids among T tags, n^k / (k! T^(2k-2)) sets of k say the same of the same tag.
+  /// Of n wrong ids among T tags, n^k / (k! T^(2k-2)) sets of k agree on the pose of a tag by chance.
   static int votes_beyond_chance(double wrong, double tags) {
     constexpr double kRare = 0.01;
     constexpr int kMaxVotes = 5;

@@ -1,4 +1,4 @@
-// Which observations confirm each other, on views whose poses are known.
+// Confirmation of observations by each other, on views with known poses.
 #include "waymark/mapping/solver/pose_votes.hpp"
 
 #include <numeric>
@@ -11,21 +11,21 @@
 namespace waymark::internal {
 namespace {
 
-/// A camera that moves along a row of tags, a metre from tag to tag.
+/// A camera that moves along a row of tags with a spacing of 1 m.
 struct Row {
   std::vector<ViewedTag> seen{};
   std::vector<std::vector<Hypothesis>> poses{};
   std::vector<ViewMotion> motions{};
 
-  /// An observation of what stands where number `at` does, under the id `tag`.
+  /// Adds an observation of the tag at position number `at`, with the id `tag`.
   void see(std::size_t view, std::size_t tag, std::size_t at) {
     const SE3 cam_T_tag(SO3(), {static_cast<double>(at) - place(view), 0, 3});
     seen.push_back({view, tag});
     poses.push_back({{cam_T_tag, 1e-4 * Matrix6::Identity(), 0}});
   }
   void see(std::size_t view, std::size_t tag) { see(view, tag, tag); }
-  /// Where in the image, as a camera of 400 px would have it.
-  void know_the_image() {
+  /// Sets image positions of a camera with a focal length of 400 px.
+  void set_image_positions() {
     for (std::size_t i = 0; i < seen.size(); ++i) {
       const Eigen::Vector3d p = poses[i].front().value.translation();
       seen[i].centre_px = 400 * p.head<2>() / p.z();
@@ -37,10 +37,10 @@ struct Row {
 };
 
 int count(const Confirmation& confirmation) {
-  return std::accumulate(confirmation.doubtful.begin(), confirmation.doubtful.end(), 0);
+  return std::accumulate(confirmation.unconfirmed.begin(), confirmation.unconfirmed.end(), 0);
 }
 
-/// Each view shows three tags that follow each other.
+/// Each view shows three consecutive tags.
 Row walk(std::size_t views) {
   Row row;
   for (std::size_t view = 0; view < views; ++view) {
@@ -49,20 +49,20 @@ Row walk(std::size_t views) {
   return row;
 }
 
-TEST(ConfirmedObservations, TagsThatKeepTheirPlacesAreNotInDoubt) {
+TEST(ConfirmedObservations, ConsistentTagsAreConfirmed) {
   const Confirmation confirmation = walk(200).confirmed();
   EXPECT_EQ(count(confirmation), 0);
-  EXPECT_EQ(confirmation.fewest_votes, 2);
+  EXPECT_EQ(confirmation.min_votes, 2);
 }
 
-TEST(ConfirmedObservations, AMisreadIdIsInDoubtAndNothingElse) {
+TEST(ConfirmedObservations, OnlyAMisreadIdIsUnconfirmed) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     Random random(seed);
     Row row = walk(200);
     const std::size_t which = random.index(row.seen.size());
-    row.seen[which].tag = row.seen[which].tag + 4 + random.index(8);  // not one of its view
+    row.seen[which].tag = row.seen[which].tag + 4 + random.index(8);  // not a tag of its view
     const Confirmation confirmation = row.confirmed();
-    EXPECT_EQ(confirmation.doubtful[which], 1) << "seed " << seed;
+    EXPECT_EQ(confirmation.unconfirmed[which], 1) << "seed " << seed;
     EXPECT_EQ(count(confirmation), 1) << "seed " << seed;
   }
 }
@@ -83,29 +83,29 @@ TEST(ConfirmedObservations, TheOrderOfTagsInAViewDoesNotMatter) {
   }
   const Confirmation backwards = mirrored.confirmed();
   for (std::size_t i = 0; i < from.size(); ++i)
-    EXPECT_EQ(backwards.doubtful[i], forwards.doubtful[from[i]]) << i;
+    EXPECT_EQ(backwards.unconfirmed[i], forwards.unconfirmed[from[i]]) << i;
 }
 
-TEST(ConfirmedObservations, MoreWrongIdsTakeMoreVotes) {
+TEST(ConfirmedObservations, MoreWrongIdsRequireMoreVotes) {
   Random random(4);
   Row row = walk(200);
   for (std::size_t i = 0; i < row.seen.size(); i += 9) row.seen[i].tag = random.index(12);
-  EXPECT_GT(row.confirmed().fewest_votes, 2);
+  EXPECT_GT(row.confirmed().min_votes, 2);
 }
 
-TEST(ConfirmedObservations, AMotionConfirmsWhatNoNeighbourDoes) {
+TEST(ConfirmedObservations, AKnownMotionConfirmsATagWithoutNeighbours) {
   Row row;
   for (std::size_t view = 0; view < 12; ++view) {
     row.see(view, 0);
-    if (view % 2 == 1) row.see(view, 20 + view);  // nobody twice
+    if (view % 2 == 1) row.see(view, 20 + view);  // no such tag twice
     row.motions.push_back({view > 0, SE3(SO3(), {0.05, 0, 0}), 1e-6 * Matrix6::Identity()});
   }
   const Confirmation confirmation = row.confirmed();
   for (std::size_t i = 0; i < row.seen.size(); ++i)
-    EXPECT_EQ(confirmation.doubtful[i], row.seen[i].tag == 0 ? 0 : 1) << i;
+    EXPECT_EQ(confirmation.unconfirmed[i], row.seen[i].tag == 0 ? 0 : 1) << i;
 }
 
-/// Tag 1 beside tag 0 in two views, then alone for a while, then beside tag 2; and some wrong ids.
+/// Tag 1 beside tag 0 in two views, then alone, then beside tag 2; and some wrong ids.
 Row passed_on() {
   Row row = walk(0);
   for (std::size_t view = 0; view < 20; ++view) {
@@ -113,37 +113,37 @@ Row passed_on() {
     row.see(view, 1);
     if (view >= 10) row.see(view, 2);
   }
-  for (std::size_t view = 30; view < 40; ++view) {  // pairs of ids that are never seen again
+  for (std::size_t view = 30; view < 40; ++view) {  // pairs of ids that do not occur again
     row.see(view, 2 * view);
     row.see(view, 2 * view + 1);
   }
   return row;
 }
 
-TEST(ConfirmedObservations, ATagThatHardlyMovesInTheImageIsTheSameOne) {
+TEST(ConfirmedObservations, ATagThatHardlyMovesInTheImageIsConfirmed) {
   Row row = passed_on();
   const Confirmation without = row.confirmed();
-  EXPECT_EQ(without.doubtful[1], 1) << "beside tag 0: no more than two say so, and many ids are wrong";
-  row.know_the_image();
+  EXPECT_EQ(without.unconfirmed[1], 1) << "beside tag 0: only two votes, and many ids are wrong";
+  row.set_image_positions();
   const Confirmation with = row.confirmed();
   for (std::size_t i = 0; i < row.seen.size(); ++i)
-    EXPECT_EQ(with.doubtful[i], row.seen[i].view >= 30 ? 1 : 0) << i;
+    EXPECT_EQ(with.unconfirmed[i], row.seen[i].view >= 30 ? 1 : 0) << i;
 }
 
-TEST(ConfirmedObservations, ATagThatJumpsInTheImageIsNot) {
+TEST(ConfirmedObservations, ATagThatJumpsInTheImageIsUnconfirmed) {
   Row row = passed_on();
-  row.know_the_image();
+  row.set_image_positions();
   for (std::size_t i = 0; i < row.seen.size(); ++i) {
     if (row.seen[i].tag == 1 && row.seen[i].view >= 2) row.seen[i].centre_px.x() += 60;
   }
-  EXPECT_EQ(row.confirmed().doubtful[1], 1);
+  EXPECT_EQ(row.confirmed().unconfirmed[1], 1);
 }
 
-TEST(ConfirmedObservations, WhatStandsAloneCannotMislead) {
+TEST(ConfirmedObservations, ATagAloneInItsViewIsNeverUnconfirmed) {
   Row row;
   for (std::size_t view = 0; view < 5; ++view) row.see(view, view);
   EXPECT_EQ(count(row.confirmed()), 0);
-  EXPECT_TRUE(Row().confirmed().doubtful.empty());
+  EXPECT_TRUE(Row().confirmed().unconfirmed.empty());
 }
 
 }  // namespace

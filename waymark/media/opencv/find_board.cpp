@@ -59,7 +59,7 @@ std::string plain(std::string_view name) {
   return lower.starts_with(kPrefix) ? lower.substr(kPrefix.size()) : lower;
 }
 
-/// The names of all, of each width the smallest first.
+/// All names, the smallest dictionary of each width first.
 std::vector<std::string> dictionary_names() {
   std::vector<std::string> names;
   names.reserve(kDictionaries.size());
@@ -70,8 +70,8 @@ std::vector<std::string> dictionary_names() {
 /// A dictionary of OpenCV by its name, "4x4_50" or "DICT_4X4_50". Fails with the nearest name.
 Result<cv::Ptr<cv::aruco::Dictionary>> marker_dictionary(const std::string& name) {
   const std::string wanted = plain(name);
-  const auto known = std::ranges::find(kDictionaries, wanted, &Named::first);
-  if (known != kDictionaries.end()) return cv::aruco::getPredefinedDictionary(known->second);
+  const auto entry = std::ranges::find(kDictionaries, wanted, &Named::first);
+  if (entry != kDictionaries.end()) return cv::aruco::getPredefinedDictionary(entry->second);
   return fail(ErrorCode::InvalidArgument, fmt::format("unknown dictionary '{}'", name.substr(0, 60)),
               {.key = "dictionary"}, suggestion(wanted, dictionary_names()));
 }
@@ -97,7 +97,7 @@ Result<MarkerCells> marker_cells(const std::string& name, int number) {
   if (number < 0 || number >= markers.bytesList.rows)
     return fail(ErrorCode::InvalidArgument,
                 fmt::format("the dictionary {} has no marker {}", plain(name), number), {.key = "dictionary"},
-                fmt::format("Its numbers are 0 to {}.", markers.bytesList.rows - 1));
+                fmt::format("Its markers have the numbers 0 to {}.", markers.bytesList.rows - 1));
   const cv::Mat bits = cv::aruco::Dictionary::getBitsFromByteList(
       markers.bytesList.rowRange(number, number + 1), markers.markerSize);
   MarkerCells cells{.width = markers.markerSize};
@@ -107,12 +107,13 @@ Result<MarkerCells> marker_cells(const std::string& name, int number) {
 }
 
 std::string name_markers(const ImageView& image) {
-  constexpr std::size_t kFewest = 4;  // fewer are read into anything
+  constexpr std::size_t kMinMarkers = 4;  // fewer may be misreadings
   const cv::Mat grey(image.height, image.width, CV_8UC1, const_cast<std::uint8_t*>(image.data),
                      static_cast<std::size_t>(image.stride));
   std::string best;
-  std::size_t most = kFewest - 1;
-  for (const std::string& name : dictionary_names()) {  // of those that hold all, the first is the smallest
+  std::size_t most = kMinMarkers - 1;
+  for (const std::string& name :
+       dictionary_names()) {  // of those that contain all, the first is the smallest
     const std::size_t count = count_markers(grey, *marker_dictionary(name), 1);
     if (count > most) best = name;
     most = std::max(most, count);
@@ -123,10 +124,10 @@ std::string name_markers(const ImageView& image) {
 
 namespace {
 
-constexpr double kHalfPixel = 0.5;  // OpenCV counts from the centres of pixels
+constexpr double kHalfPixel = 0.5;  // OpenCV's pixel centres are at integers
 
 cv::Mat as_mat(const ImageView& image) {
-  // OpenCV has no type for pixels that are only read.
+  // OpenCV has no type for read-only pixels.
   return {image.height, image.width, CV_8UC1, const_cast<std::uint8_t*>(image.data),
           static_cast<std::size_t>(image.stride)};
 }
@@ -135,7 +136,7 @@ BoardCorner corner_at(int number, const cv::Point2f& point) {
   return {.number = number, .px = {point.x + kHalfPixel, point.y + kHalfPixel}};
 }
 
-/// A rough search on a smaller picture first: where there is no chessboard, the careful one takes long.
+/// A coarse search on a smaller image first: the exact search takes long if there is no chessboard.
 bool may_show_chessboard(const cv::Mat& grey, const cv::Size& inner) {
   constexpr int kSmallSide = 640;
   const double scale = static_cast<double>(kSmallSide) / std::max(grey.cols, grey.rows);
@@ -144,7 +145,7 @@ bool may_show_chessboard(const cv::Mat& grey, const cv::Size& inner) {
   return cv::checkChessboard(small, inner) || cv::checkChessboard(grey, inner);
 }
 
-/// The markers of a board in a picture, by number; those seen twice are left out.
+/// The markers of a board in an image, by number; duplicates are omitted.
 using SeenMarkers = std::map<int, std::vector<cv::Point2f>>;
 
 Result<SeenMarkers> find_markers(const cv::Mat& grey, const std::string& name, int border_cells,
@@ -153,9 +154,9 @@ Result<SeenMarkers> find_markers(const cv::Mat& grey, const std::string& name, i
   if (!dictionary) return tl::unexpected(dictionary.error());
   if (markers_needed > (*dictionary)->bytesList.rows)
     return fail(ErrorCode::InvalidArgument,
-                fmt::format("the board has the markers up to {}, the dictionary {} only {}",
+                fmt::format("the board has markers up to number {}, but the dictionary {} has only {}",
                             markers_needed - 1, name, (*dictionary)->bytesList.rows),
-                {.key = "dictionary"}, "Take a larger dictionary.");
+                {.key = "dictionary"}, "Use a larger dictionary.");
   const auto parameters = cv::aruco::DetectorParameters::create();
   parameters->markerBorderBits = border_cells;
   parameters->adaptiveThreshWinSizeMax = std::max(23, std::min(grey.cols, grey.rows) / 16 | 1);
@@ -172,14 +173,14 @@ Result<SeenMarkers> find_markers(const cv::Mat& grey, const std::string& name, i
 
 double distance_px(const cv::Point2f& a, const cv::Point2f& b) { return std::hypot(a.x - b.x, a.y - b.y); }
 
-/// A corner to be refined, and how far around it there is nothing else.
+/// A corner to be refined, and the radius around it without other edges.
 struct Guess {
   int number = 0;
   cv::Point2f at{};
   double free_px = 0;
 };
 
-/// Refines each corner within its free surroundings; those that leave them are none.
+/// Refines each corner within its free surroundings; drops corners that leave them.
 std::vector<BoardCorner> refine(const cv::Mat& grey, const std::vector<Guess>& guesses) {
   constexpr double kLargestWindow = 10;
   constexpr double kShareOfFree = 0.7;
@@ -194,7 +195,7 @@ std::vector<BoardCorner> refine(const cv::Mat& grey, const std::vector<Guess>& g
     std::vector<cv::Point2f> point{at};
     cv::cornerSubPix(grey, point, {window, window}, {-1, -1},
                      {cv::TermCriteria::EPS | cv::TermCriteria::COUNT, 50, 1e-3});
-    // OpenCV puts a corner that ran away back to where it began, exactly.
+    // OpenCV resets a diverged corner to exactly its start.
     if (point.front() != at && distance_px(point.front(), at) < window)
       corners.push_back(corner_at(guess.number, point.front()));
   }
@@ -208,7 +209,8 @@ std::vector<BoardCorner> find_chessboard(const cv::Mat& grey, const CalibrationB
   if (!may_show_chessboard(grey, inner) ||
       !cv::findChessboardCornersSB(grey, inner, points, cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_ACCURACY))
     return {};
-  // What it finds is up to a third of a pixel off where the board leans; the saddle itself is nearer.
+  // OpenCV's corner is up to a third of a pixel off on a tilted board; refining to the saddle point reduces
+  // that.
   std::vector<Guess> guesses;
   guesses.reserve(points.size());
   const auto columns = static_cast<std::size_t>(inner.width);
@@ -222,9 +224,9 @@ std::vector<BoardCorner> find_chessboard(const cv::Mat& grey, const CalibrationB
   return refine(grey, guesses);
 }
 
-/// The corner at `corner_m` as the marker foretells it, a projective image of its square.
-cv::Point2f foretold(const BoardMarker& marker, const std::vector<cv::Point2f>& seen,
-                     const Eigen::Vector2d& corner_m) {
+/// The corner at `corner_m` predicted from the marker, by the homography of its square.
+cv::Point2f predicted_corner(const BoardMarker& marker, const std::vector<cv::Point2f>& seen,
+                             const Eigen::Vector2d& corner_m) {
   const auto half = static_cast<float>(0.5 * marker.size_m);
   const std::array<cv::Point2f, 4> square = {
       cv::Point2f{-half, -half}, {half, -half}, {half, half}, {-half, half}};
@@ -235,7 +237,7 @@ cv::Point2f foretold(const BoardMarker& marker, const std::vector<cv::Point2f>& 
   return point.front();
 }
 
-/// A corner between two markers, from those of the two that are seen. Nothing where they contradict each
+/// A corner between two markers, from those of the two that were found. Nothing if they contradict each
 /// other.
 std::optional<Guess> guess_between(int number, const Eigen::Vector2d& corner_m, const CalibrationBoard& board,
                                    const std::vector<BoardMarker>& markers, const SeenMarkers& seen) {
@@ -244,7 +246,7 @@ std::optional<Guess> guess_between(int number, const Eigen::Vector2d& corner_m, 
   for (const BoardMarker& marker : markers) {
     const auto found = seen.find(marker.id);
     if (found == seen.end() || (marker.middle_m - corner_m).norm() > board.size_m) continue;
-    guesses.push_back(foretold(marker, found->second, corner_m));
+    guesses.push_back(predicted_corner(marker, found->second, corner_m));
     for (const cv::Point2f& point : found->second)
       free_px = std::min(free_px, distance_px(point, guesses.back()));
   }
@@ -254,8 +256,8 @@ std::optional<Guess> guess_between(int number, const Eigen::Vector2d& corner_m, 
   return Guess{number, at, free_px};
 }
 
-/// The sides of a marker over those of its square, by the projective image of the square. The detector's
-/// corners lie within the marker where edges are wide: they are refined.
+/// Side of a marker divided by the side of its square, by the homography of the square. The detector's
+/// corners are inside the marker if edges are wide, so they are refined.
 double share_of_square(const cv::Mat& grey, const std::array<cv::Point2f, 4>& square,
                        std::vector<cv::Point2f> marker) {
   constexpr double kShareOfSide = 1.0 / 16;  // half a cell
@@ -270,10 +272,10 @@ double share_of_square(const cv::Mat& grey, const std::array<cv::Point2f, 4>& sq
   return sum / 4;
 }
 
-/// Of the markers whose squares have all four corners, the median; nothing where there are few.
+/// The median over the markers whose squares have all four corners; nothing if there are few.
 std::optional<double> share_of_squares(const cv::Mat& grey, const CalibrationBoard& board,
                                        const SeenMarkers& seen, const std::vector<BoardCorner>& corners) {
-  constexpr std::size_t kFewest = 4;
+  constexpr std::size_t kMinMarkers = 4;
   std::map<int, cv::Point2f> at;
   for (const BoardCorner& corner : corners)
     at[corner.number] = {static_cast<float>(corner.px.x() - kHalfPixel),
@@ -296,7 +298,7 @@ std::optional<double> share_of_squares(const cv::Mat& grey, const CalibrationBoa
     shares.push_back(
         share_of_square(grey, {at[around[0]], at[around[1]], at[around[2]], at[around[3]]}, found->second));
   }
-  if (shares.size() < kFewest) return std::nullopt;
+  if (shares.size() < kMinMarkers) return std::nullopt;
   return median(std::move(shares));
 }
 
@@ -316,7 +318,7 @@ Result<FoundBoard> find_charuco(const cv::Mat& grey, const CalibrationBoard& boa
 }
 
 /// Corners of the tags of an AprilGrid, each the corner of a black square as well. OpenCV's tags of this
-/// family are turned by half: it begins with the lower right corner.
+/// family are rotated by 180 degrees: they begin with the lower right corner.
 Result<FoundBoard> find_april_grid(const cv::Mat& grey, const CalibrationBoard& board) {
   constexpr int kBorderCells = 2;
   const std::vector<BoardMarker> tags = board_markers(board);

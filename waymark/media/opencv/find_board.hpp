@@ -8,10 +8,10 @@
 
 namespace waymark {
 
-/// What BoardFinder::name_markers() promises.
+/// Implements BoardFinder::name_markers().
 [[nodiscard]] std::string name_markers(const ImageView& image);
 
-/// What BoardFinder::find() and marker() promise, for a board that check_board() takes.
+/// Implements BoardFinder::find() and marker(), for a board that check_board() accepts.
 [[nodiscard]] Result<FoundBoard> find_board(const ImageView& image, const CalibrationBoard& board);
 [[nodiscard]] Result<MarkerCells> marker_cells(const std::string& dictionary, int number);
 

@@ -1,5 +1,5 @@
-// Boards painted from their geometry: their corners are found where they were painted, and numbered as the
-// board counts them.
+// Boards rendered from their geometry: corners are found at their rendered positions and have the board's
+// numbers.
 #include "waymark/media/opencv/find_board.hpp"
 
 #include <algorithm>
@@ -17,10 +17,10 @@ namespace {
 constexpr int kWidth = 640;
 constexpr int kHeight = 480;
 
-/// Picture from board: a mild perspective, some 700 px a metre.
-Eigen::Matrix3d view(double lean = 0.3) {
+/// Homography from board to image: a mild perspective, about 700 px per metre.
+Eigen::Matrix3d view(double tilt = 0.3) {
   Eigen::Matrix3d H;
-  H << 1500, 90, 320, -60, 1450, 240, lean, -0.5 * lean, 1;
+  H << 1500, 90, 320, -60, 1450, 240, tilt, -0.5 * tilt, 1;
   return H;
 }
 
@@ -29,7 +29,7 @@ Eigen::Vector2d seen(const Eigen::Matrix3d& px_H_board, const Eigen::Vector2d& b
   return p.head<2>() / p.z();
 }
 
-/// The ink at a place of a chessboard or ChArUco board.
+/// Whether a point of a chessboard or ChArUco board is black.
 bool is_black(const CalibrationBoard& board, const std::map<int, MarkerCells>& cells,
               const Eigen::Vector2d& m) {
   const double column = m.x() / board.size_m + 0.5 * board.columns;
@@ -69,7 +69,7 @@ Image painted(const CalibrationBoard& board, const Eigen::Matrix3d& px_H_board) 
   return image;
 }
 
-/// A chessboard looks the same once it is turned by half: then its corners are counted from the other end.
+/// A chessboard is symmetric under half a turn; its corners may be numbered from the other end.
 void expect_corners(const CalibrationBoard& board, const Eigen::Matrix3d& px_H_board, std::size_t fewest) {
   const auto found = find_board(painted(board, px_H_board).view(), board);
   ASSERT_TRUE(found) << to_string(found.error());
@@ -84,7 +84,7 @@ void expect_corners(const CalibrationBoard& board, const Eigen::Matrix3d& px_H_b
     worst_turned_px = std::max(worst_turned_px, (corner.px - seen(px_H_board, other)).norm());
   }
   const bool either = board.kind == BoardKind::Chessboard;
-  EXPECT_LT(either ? std::min(worst_px, worst_turned_px) : worst_px, 0.25) << "centres of pixels at one half";
+  EXPECT_LT(either ? std::min(worst_px, worst_turned_px) : worst_px, 0.25) << "pixel centres at one half";
 }
 
 CalibrationBoard chessboard() {
@@ -94,25 +94,25 @@ CalibrationBoard charuco() {
   return {.kind = BoardKind::Charuco, .columns = 7, .rows = 5, .size_m = 0.04, .marker_m = 0.03};
 }
 
-TEST(FindBoard, EveryCornerOfAChessboardIsWhereItWasPainted) {
+TEST(FindBoard, ChessboardCornersAreAtTheirRenderedPositions) {
   expect_corners(chessboard(), view(), 35);
   expect_corners(chessboard(), view(-0.8), 35);
 }
 
-TEST(FindBoard, CornersOfACharucoBoardAreNumberedByItsMarkersAlsoWhereItIsHalfInView) {
+TEST(FindBoard, CharucoCornersAreNumberedByMarkersEvenIfHalfInView) {
   expect_corners(charuco(), view(), 22);
   Eigen::Matrix3d half = view();
   half(0, 2) += 300;
   expect_corners(charuco(), half, 6);
 }
 
-TEST(FindBoard, TheShareOfMarkersIsMeasured) {
+TEST(FindBoard, MarkerSizeRelativeToSquareIsMeasured) {
   const auto found = find_board(painted(charuco(), view()).view(), charuco());
   ASSERT_TRUE(found && found->marker_share);
   EXPECT_NEAR(*found->marker_share, 0.75, 0.03);
 }
 
-TEST(FindBoard, WhereThereIsNoneNothingIsFound) {
+TEST(FindBoard, FindsNothingWithoutABoard) {
   Random random(4);
   Image noise(kWidth, kHeight);
   for (int y = 0; y < kHeight; ++y)
@@ -120,12 +120,12 @@ TEST(FindBoard, WhereThereIsNoneNothingIsFound) {
   for (const CalibrationBoard& board : {chessboard(), charuco()}) {
     EXPECT_TRUE(find_board(noise.view(), board)->corners.empty());
     EXPECT_TRUE(find_board(Image(kWidth, kHeight, 90).view(), board)->corners.empty());
-    EXPECT_TRUE(find_board(ImageView(), board)->corners.empty()) << "no picture at all";
+    EXPECT_TRUE(find_board(ImageView(), board)->corners.empty()) << "an empty image";
     EXPECT_TRUE(find_board(Image(3, 2, 90).view(), board)->corners.empty()) << "a few pixels";
   }
 }
 
-TEST(FindBoard, ADictionaryThatIsTooSmallOrUnknownIsAnError) {
+TEST(FindBoard, ATooSmallOrUnknownDictionaryIsAnError) {
   CalibrationBoard large = charuco();
   large.first_id = 45;  // of 50, and 17 markers
   const auto found = find_board(painted(charuco(), view()).view(), large);
@@ -134,12 +134,12 @@ TEST(FindBoard, ADictionaryThatIsTooSmallOrUnknownIsAnError) {
   const auto unknown = marker_cells("4x4_51", 0);
   ASSERT_FALSE(unknown);
   EXPECT_NE(unknown.error().hint.find("4x4_50"), std::string::npos) << unknown.error().hint;
-  EXPECT_TRUE(marker_cells("DICT_5X5_100", 99)) << "as OpenCV calls it";
+  EXPECT_TRUE(marker_cells("DICT_5X5_100", 99)) << "OpenCV's name";
   EXPECT_FALSE(marker_cells("4x4_50", 50));
   EXPECT_FALSE(marker_cells("4x4_50", -1));
 }
 
-TEST(NameMarkers, TheSmallestDictionaryThatHoldsThemAllIsNamed) {
+TEST(NameMarkers, ReturnsTheSmallestDictionaryThatContainsAll) {
   EXPECT_EQ(name_markers(painted(charuco(), view()).view()), "4x4_50");
   EXPECT_EQ(name_markers(painted(chessboard(), view()).view()), "");
 }

@@ -7,7 +7,7 @@
 
 namespace {
 
-/// OpenCV reports errors as exceptions; none may cross the border of the module.
+/// OpenCV reports errors as exceptions, which must not cross the border of the module.
 template <class Value, class Call>
 void call(const Call& made, Value& value, waymark::Error& error) {
   try {

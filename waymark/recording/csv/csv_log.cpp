@@ -124,7 +124,7 @@ struct Layout {
   std::vector<std::string_view> columns;
 };
 
-/// The first one whose columns are all there is taken.
+/// The first layout whose columns are all present is used.
 const std::vector<Layout>& layouts() {
   static const std::vector<Layout> kLayouts = {
       {Kind::TagCorners,
@@ -144,7 +144,7 @@ const std::vector<Layout>& layouts() {
        "inertial measurements",
        "/imu",
        {"gyro_x_rad_s", "gyro_y_rad_s", "gyro_z_rad_s", "accel_x_m_s2", "accel_y_m_s2", "accel_z_m_s2"}},
-      {Kind::Truth, "true poses", "/truth/pose", {"x_m", "y_m", "theta_rad", "valid"}}};
+      {Kind::Truth, "ground truth poses", "/truth/pose", {"x_m", "y_m", "theta_rad", "valid"}}};
   return kLayouts;
 }
 
@@ -170,26 +170,26 @@ Result<Header> Header::parse(std::string_view line, const std::string& source) {
   header.columns_ = names.size();
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (!header.at_.try_emplace(std::string(names[i]), i).second)
-      return fail(ErrorCode::Unreadable, fmt::format("the column '{}' stands twice", names[i]),
+      return fail(ErrorCode::Unreadable, fmt::format("duplicate column '{}'", names[i]),
                   {.source = source, .line = 1});
   }
   const auto ns = header.find("t_ns");
   const auto s = header.find("t_s");
   if (!ns && !s)
-    return fail(ErrorCode::Unsupported, "a table without a column of time", {.source = source, .line = 1},
+    return fail(ErrorCode::Unsupported, "no time column", {.source = source, .line = 1},
                 "Name it t_ns (nanoseconds) or t_s (seconds).");
   header.time_ = ns ? *ns : *s;
   header.seconds_ = !ns;
   for (const Layout& one : layouts()) {
     const bool fits = std::ranges::all_of(
         one.columns, [&](std::string_view name) { return header.find(name).has_value(); });
-    // A pose with covariances is somebody's estimate, not what a robot measured.
+    // A pose with covariances is an estimate, not a measurement.
     if (!fits || (one.kind == Kind::OdometryPoses && header.find("cov0"))) continue;
     header.kind_ = one.kind;
     return header;
   }
-  return fail(ErrorCode::Unsupported, "a table of columns we do not know", {.source = source, .line = 1},
-              "Known, beside t_ns or t_s: " + known_columns() + ".");
+  return fail(ErrorCode::Unsupported, "unknown table columns", {.source = source, .line = 1},
+              "Known columns besides t_ns or t_s: " + known_columns() + ".");
 }
 
 std::optional<std::size_t> Header::find(std::string_view name) const {
@@ -198,7 +198,7 @@ std::optional<std::size_t> Header::find(std::string_view name) const {
 }
 
 std::optional<std::int64_t> Header::time(const std::vector<std::string_view>& cells) const {
-  // So that no difference of two stamps overflows.
+  // Prevents overflow of the difference of two stamps.
   constexpr std::int64_t kMaxNanoseconds = std::numeric_limits<std::int64_t>::max() / 2;
   const auto ns = seconds_ ? seconds_as_ns(cells[time_]) : integer(cells[time_]);
   return ns && *ns >= -kMaxNanoseconds && *ns <= kMaxNanoseconds ? ns : std::nullopt;
@@ -206,11 +206,12 @@ std::optional<std::int64_t> Header::time(const std::vector<std::string_view>& ce
 
 namespace {
 
-constexpr double kHalf = 0.5;  // ours less that of TagSLAM's bags, as in ROS
+constexpr double kHalf =
+    0.5;  // offset from the pixel centres of TagSLAM's bags (and ROS) to those of Waymark
 
-Error words(std::string message) { return {ErrorCode::Unsupported, std::move(message), {}, {}}; }
+Error csv_error(std::string message) { return {ErrorCode::Unsupported, std::move(message), {}, {}}; }
 
-/// "tag36h11:7", or a number of tag36h11.
+/// "tag36h11:7", or the id of a tag36h11 tag.
 std::optional<TagId> tag_of(std::string_view cell) {
   if (const auto number = integer(cell)) {
     if (*number < 0 || *number > 1'000'000) return std::nullopt;
@@ -293,7 +294,7 @@ Result<bool> Rows::on_detection(SensorTime stamp, const std::vector<std::string_
   }
   if (!ours)
     problems_.trap("csv.tag_corners", [] {
-      return words(
+      return csv_error(
           "corners are taken as BL, BR, TR, TL with pixel centres at integers, tags without a family as "
           "tag36h11");
     });
@@ -310,7 +311,8 @@ Result<bool> Rows::on_detection(SensorTime stamp, const std::vector<std::string_
     if (!same_time) cameras_now_.clear();
     if (!cameras_now_.insert(camera).second)
       problems_.trap("csv.frame_in_pieces", [] {
-        return words("rows of one picture do not follow each other: each run of them is a frame");
+        return csv_error(
+            "rows of one image are not consecutive; each group of consecutive rows is read as a frame");
       });
     frame_ = TagFrame{.stamp = stamp, .camera = camera.empty() ? "cam" : camera};
   }
@@ -328,15 +330,15 @@ Result<bool> Rows::on_odometry(SensorTime stamp, const std::vector<std::string_v
     const Eigen::Quaterniond q(values_[6], values_[3], values_[4], values_[5]);
     if (std::abs(q.norm() - 1) > 0.01) return false;
     problems_.trap("csv.flattened", [] {
-      return words("poses in space are laid onto the floor: x, y and the heading are kept");
+      return csv_error("3D poses are projected onto the floor; x, y and heading are kept");
     });
     const SE3 pose(SO3::from_matrix(q.normalized().toRotationMatrix()), {values_[0], values_[1], values_[2]});
     return give(Odometry{.stamp = stamp, .odom_T_base = project_to_plane(pose)});
   }
   if (!values({"v_m_s", "omega_rad_s"}, cells)) return false;
   problems_.trap("csv.integrated", [] {
-    return words(
-        "the table has speeds but no poses: poses are integrated from 0, each speed over the time before it");
+    return csv_error(
+        "no poses in the table; poses are integrated from 0, each speed over the preceding interval");
   });
   const double dt = integrated_ ? std::max(0.0, to_seconds(stamp - *integrated_)) : 0;
   const Eigen::Vector3d step(values_[0] * dt, 0, values_[1] * dt);
@@ -349,8 +351,7 @@ Result<bool> Rows::on_truth(SensorTime stamp, const std::vector<std::string_view
   const auto valid = integer(cells[*header_.find("valid")]);
   if (!valid || !values({"x_m", "y_m", "theta_rad"}, cells)) return false;
   if (*valid == 0) {
-    problems_.trap("csv.truth_not_valid",
-                   [] { return words("rows that say they are not valid are passed over"); });
+    problems_.trap("csv.truth_not_valid", [] { return csv_error("rows marked invalid are skipped"); });
     return true;
   }
   return give(TruthPose{stamp, lift(SE2(values_[0], values_[1], values_[2]))});
@@ -380,10 +381,8 @@ class CsvLog final : public MessageLog {
       ++*channels_[0].messages;
       if (last && log_time < *last)
         problems.trap("csv.time_back", [&] {
-          return Error{ErrorCode::Unreadable,
-                       "time goes back here: rows stay in the order of the file",
-                       place(line),
-                       {}};
+          return Error{
+              ErrorCode::Unreadable, "time goes backward here; rows are kept in file order", place(line), {}};
         });
       last = log_time;
       start_ = std::min(start_.value_or(log_time), log_time);
@@ -443,10 +442,7 @@ class CsvLog final : public MessageLog {
   }
   void note_row(const csv::Line& line, LogProblems& problems) const {
     problems.damage("csv.row", [&] {
-      return Error{ErrorCode::Unreadable,
-                   "a row whose cells are not what its columns say: passed over",
-                   place(line),
-                   {}};
+      return Error{ErrorCode::Unreadable, "row with invalid cells for its columns; skipped", place(line), {}};
     });
   }
 
@@ -455,7 +451,7 @@ class CsvLog final : public MessageLog {
     if (!selection.takes(channels_[0].topic)) return {};
     csv::LineReader lines(*source_, size_, kMaxLine);
     std::vector<std::string_view> cells;
-    (void)lines.next();  // the names
+    (void)lines.next();  // column names
     while (const auto line = lines.next()) {
       if (line->text.empty() || line->text.starts_with('#')) continue;
       csv::split(line->text, cells);

@@ -1,9 +1,10 @@
-// Tables as recordings: every kind of row, what is wrong with a table, and tables of ours that come back.
+// Tables as recordings: all kinds of rows, invalid tables, and round trips of exported tables.
 #include "waymark/recording/csv/csv_log.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
 #include "waymark/base/random.hpp"
 #include "waymark/recording/export_log.hpp"
 #include "waymark/recording/sample_recorder.hpp"
@@ -53,20 +54,20 @@ Error refused(std::string_view text) {
 
 std::int64_t ns_of(SensorTime stamp) { return stamp.time_since_epoch().count(); }
 
-TEST(CsvLog, OdometryWithPosesWithSpeedsAndInSpace) {
+TEST(CsvLog, OdometryFromPosesSpeedsAnd3dPoses) {
   const Rows poses = rows_of("t_ns,x_m,y_m,theta_rad,speed_m_s,yaw_rate_rad_s\n5,1,-2,0.5,0.3,-0.1\n");
   EXPECT_EQ(ns_of(at<Odometry>(poses, 0).stamp), 5);
   EXPECT_EQ(at<Odometry>(poses, 0).odom_T_base.translation(), Eigen::Vector2d(1, -2));
   EXPECT_EQ(at<Odometry>(poses, 0).yaw_rate_rad_s, -0.1);
 
   const Rows speeds = rows_of("t_s,v_m_s,omega_rad_s\n1,9,9\n2,1,0\n4,0.5,0\n");
-  EXPECT_EQ(at<Odometry>(speeds, 0).odom_T_base.x(), 0) << "nothing is known of the time before";
+  EXPECT_EQ(at<Odometry>(speeds, 0).odom_T_base.x(), 0) << "there is no preceding interval";
   EXPECT_NEAR(at<Odometry>(speeds, 2).odom_T_base.x(), 2, 1e-12) << "1 m/s for 1 s, then 0.5 m/s for 2 s";
   EXPECT_TRUE(speeds.noticed("csv.integrated"));
 
   const Rows space = rows_of(
       "t_ns,body,px,py,pz,qx,qy,qz,qw\n1,base,1,2,3,0,0,0.70710678,0.70710678\n2,base,0,0,0,0,0,0,2\n");
-  ASSERT_EQ(space.samples.size(), 1U) << "a quaternion of another length is none";
+  ASSERT_EQ(space.samples.size(), 1U) << "a quaternion of norm 2 is invalid";
   EXPECT_NEAR(at<Odometry>(space, 0).odom_T_base.yaw(), M_PI / 2, 1e-6);
   EXPECT_TRUE(space.noticed("csv.flattened"));
   EXPECT_TRUE(space.noticed("csv.row"));
@@ -80,15 +81,15 @@ TEST(CsvLog, ImuRangesAndTruth) {
   const Rows ranges = rows_of("t_ns,landmark,range_m,bearing_rad\n1,17,2.5,-0.25\n2,17,nan,0\n3,1.5,1,0\n");
   ASSERT_EQ(ranges.samples.size(), 1U);
   EXPECT_EQ(at<RangeBearing>(ranges, 0).landmark, 17);
-  EXPECT_EQ(ranges.problems.at(0).count, 2U) << "rows that cannot be used are counted, not repeated";
-  EXPECT_EQ(ranges.problems.at(0).error.place.line, 3) << "with the place of the first";
+  EXPECT_EQ(ranges.problems.at(0).count, 2U) << "invalid rows are counted in one problem";
+  EXPECT_EQ(ranges.problems.at(0).error.place.line, 3) << "place of the first invalid row";
   const Rows truth = rows_of("t_ns,x_m,y_m,theta_rad,valid\n1,1,2,0.5,1\n2,9,9,9,0\n");
   ASSERT_EQ(truth.samples.size(), 1U);
   EXPECT_EQ(at<TruthPose>(truth, 0).map_T_base.translation(), Eigen::Vector3d(1, 2, 0));
   EXPECT_TRUE(truth.noticed("csv.truth_not_valid"));
 }
 
-TEST(CsvLog, RowsOfOnePictureAreOneFrame) {
+TEST(CsvLog, RowsOfOneImageFormOneFrame) {
   const std::string head =
       "t_ns,camera,tag,tl_x_px,tl_y_px,tr_x_px,tr_y_px,br_x_px,br_y_px,bl_x_px,bl_y_px\n";
   const std::string corners = ",1,2,3,4,5,6,7,8\n";
@@ -107,7 +108,7 @@ TEST(CsvLog, RowsOfOnePictureAreOneFrame) {
   EXPECT_EQ(bad.problems.at(0).count, 2U);
 }
 
-TEST(CsvLog, TagSlamsCornersGetOurOrderAndOurPixels) {
+TEST(CsvLog, ConvertsTagSlamCornerOrderAndPixelCentres) {
   const Rows rows = rows_of("t_ns,cam,tag,x0,y0,x1,y1,x2,y2,x3,y3\n1,cam0,4,10,40,30,40,30,20,10,20\n");
   const auto& corners = at<TagFrame>(rows, 0).detections.at(0).corners_px;
   EXPECT_EQ(corners[0], Eigen::Vector2d(10.5, 20.5)) << "x3 y3 is the top left";
@@ -115,47 +116,48 @@ TEST(CsvLog, TagSlamsCornersGetOurOrderAndOurPixels) {
   EXPECT_TRUE(rows.noticed("csv.tag_corners"));
 }
 
-TEST(CsvLog, OtherProgramsWriteTablesDifferently) {
+TEST(CsvLog, AcceptsTablesOfOtherPrograms) {
   const Rows rows = rows_of(
       "\xEF\xBB\xBF\"t_s\" , landmark,\trange_m,bearing_rad,comment\r\n# words\r\n\r\n 1.5 ,\"3\", 2 "
       ",0,hello\r\n"
       "1609357294.418400001,4,1,0,\r\n2,5,1,0");
-  ASSERT_EQ(rows.samples.size(), 2U) << "the last row lacks a cell";
+  ASSERT_EQ(rows.samples.size(), 2U) << "the last row has a missing cell";
   EXPECT_EQ(ns_of(stamp_of(rows.samples[0])), 1'500'000'000);
   EXPECT_EQ(at<RangeBearing>(rows, 0).landmark, 3);
-  EXPECT_EQ(ns_of(stamp_of(rows.samples[1])), 1'609'357'294'418'400'001) << "to the nanosecond";
+  EXPECT_EQ(ns_of(stamp_of(rows.samples[1])), 1'609'357'294'418'400'001) << "exact to the nanosecond";
 }
 
-TEST(CsvLog, ATableThatCannotBeReadSaysWhy) {
+TEST(CsvLog, ReportsWhyATableIsInvalid) {
   const Error twice = refused("t_ns,x_m,x_m\n1,2,3\n");
-  EXPECT_THAT(twice.message, HasSubstr("'x_m' stands twice"));
+  EXPECT_THAT(twice.message, HasSubstr("'x_m'"));
+  testing::expect_on_page("recording", twice);
   EXPECT_EQ(twice.place.line, 1);
   EXPECT_THAT(refused("x_m,y_m,theta_rad\n1,2,3\n").hint, HasSubstr("t_ns"));
   EXPECT_THAT(refused("t_ns,foo,bar\n1,2,3\n").hint, HasSubstr("range_m"));
-  EXPECT_FALSE(refused("t_ns,body,px,py,pz,qx,qy,qz,qw,cov0\n").message.empty()) << "somebody's estimate";
+  EXPECT_FALSE(refused("t_ns,body,px,py,pz,qx,qy,qz,qw,cov0\n").message.empty()) << "an estimate";
 }
 
-TEST(CsvLog, TimeThatGoesBackIsSaidAndRowsKeepTheirOrder) {
+TEST(CsvLog, ReportsBackwardTimeAndKeepsRowOrder) {
   const Rows rows = rows_of("t_ns,landmark,range_m,bearing_rad\n5,1,1,0\n3,2,1,0\n7,3,1,0\n");
   ASSERT_EQ(rows.samples.size(), 3U);
   EXPECT_EQ(at<RangeBearing>(rows, 1).landmark, 2);
   EXPECT_TRUE(rows.noticed("csv.time_back"));
 }
 
-TEST(CsvText, NumbersAreFiniteAndSecondsLoseNothing) {
+TEST(CsvText, NumbersAreFiniteAndSecondsAreExact) {
   EXPECT_EQ(csv::number("-1.5e3"), -1500.0);
   for (const char* none : {"", "x", "1x", "nan", "inf", "1e999", "0x10"})
     EXPECT_FALSE(csv::number(none)) << none;
   EXPECT_EQ(csv::integer("-12"), -12);
   for (const char* none : {"", "1.0", "99999999999999999999"}) EXPECT_FALSE(csv::integer(none)) << none;
   EXPECT_EQ(csv::seconds_as_ns("-0.25"), -250'000'000);
-  EXPECT_EQ(csv::seconds_as_ns("1.0000000019"), 1'000'000'001) << "what is finer is cut";
+  EXPECT_EQ(csv::seconds_as_ns("1.0000000019"), 1'000'000'001) << "fractions of a nanosecond are truncated";
   EXPECT_EQ(csv::seconds_as_ns("1e3"), 1'000'000'000'000);
   EXPECT_FALSE(csv::seconds_as_ns("1e20"));
   EXPECT_FALSE(csv::seconds_as_ns("1.5s"));
 }
 
-TEST(CsvText, LinesOfAnyLengthAreReadAndCutAtTheLimit) {
+TEST(CsvText, ReadsLinesOfAnyLengthAndTruncatesAtTheLimit) {
   std::string text = "short\n" + std::string(600'000, 'a') + "\r\nlast";
   const auto source = memory_source(as_bytes(text));
   csv::LineReader lines(*source, text.size(), 1000);
@@ -172,7 +174,7 @@ TEST(CsvText, LinesOfAnyLengthAreReadAndCutAtTheLimit) {
   EXPECT_FALSE(lines.next());
 }
 
-/// A recording of ours with a hundred samples of each kind that fits a table.
+/// A Waymark recording with a hundred samples of each kind that can be exported as a table.
 Bytes recording() {
   Random random(4);
   Bytes file;
@@ -204,7 +206,7 @@ std::string exported(MessageLog& log, const std::string& kind) {
   return std::string(as_text(bytes));
 }
 
-/// Numbers and words of two tables, in order.
+/// Compares two tables cell by cell: numbers within 1e-12, text exactly.
 void expect_same_cells(const std::string& a, const std::string& b) {
   std::vector<std::string_view> cells_a;
   std::vector<std::string_view> cells_b;
@@ -231,7 +233,7 @@ void expect_same_cells(const std::string& a, const std::string& b) {
   EXPECT_GT(rows, 100);
 }
 
-TEST(ExportCsv, WhatBecomesATableComesBack) {
+TEST(ExportCsv, TablesRoundTrip) {
   const Bytes file = recording();
   auto log = open_log(memory_source(file));
   ASSERT_TRUE(log);
@@ -239,12 +241,12 @@ TEST(ExportCsv, WhatBecomesATableComesBack) {
     const std::string table = exported(**log, kind);
     const auto back = table_of(table);
     ASSERT_TRUE(back) << kind;
-    expect_same_cells(exported(*back, ""), table);  // the only kind it holds need not be named
+    expect_same_cells(exported(*back, ""), table);  // the only kind need not be given
     EXPECT_TRUE(back->problems().empty()) << kind;
   }
 }
 
-TEST(ExportCsv, OneOfSeveralKindsMustBeNamed) {
+TEST(ExportCsv, OneOfSeveralKindsMustBeChosen) {
   const Bytes file = recording();
   auto log = open_log(memory_source(file));
   ASSERT_TRUE(log);

@@ -14,8 +14,8 @@
 #include "waymark/recording/lcm/mbot_samples.hpp"
 #include "waymark/recording/message_log.hpp"
 
-/// Event logs of LCM (Lightweight Communications and Marshalling, lcm/eventlog.c): events one after another,
-/// big-endian, without header, index or checksum.
+/// Event logs of LCM (Lightweight Communications and Marshalling, lcm/eventlog.c): consecutive big-endian
+/// events without file header, index or checksum.
 namespace waymark::lcm {
 namespace {
 
@@ -31,17 +31,17 @@ struct Event {
   ByteSpan payload{};
 };
 
-/// Reads events front to back; memory: one event and a window of a mebibyte.
+/// Reads events sequentially. Memory: one event and a window of 1 MiB.
 class EventReader {
  public:
   EventReader(const ByteSource& source, std::uint64_t size, std::uint64_t max_event_bytes);
 
-  /// The next event, nothing at the end; its bytes are gone with the next call. Over damage it goes byte by
-  /// byte until an event begins again, and notes how much it passed over.
+  /// The next event, valid until the next call; nothing at the end. After damage it searches byte by byte for
+  /// the next event and notes the number of skipped bytes.
   std::optional<Event> next(LogProblems& problems);
 
  private:
-  /// Bytes [offset, offset + size) of the file; empty when it has not as many.
+  /// Bytes [offset, offset + size) of the file; empty if the file is shorter.
   ByteSpan window(std::uint64_t offset, std::uint64_t size);
   ByteSpan header_at(std::uint64_t offset);
   [[nodiscard]] bool event_at(std::uint64_t offset);
@@ -83,7 +83,7 @@ std::uint64_t event_size(const Header& header) {
          static_cast<std::uint64_t>(header.payload_size);
 }
 
-/// Whether an event begins at these bytes, of which the file still has `rest`.
+/// Whether an event can begin at these bytes, of which the file still has `rest`.
 bool plausible_event(ByteSpan bytes, std::uint64_t rest) {
   if (bytes.size() < kHeaderSize) return false;
   const Header header = parse(bytes.first(kHeaderSize));
@@ -112,7 +112,7 @@ ByteSpan EventReader::window(std::uint64_t offset, std::uint64_t size) {
 ByteSpan EventReader::header_at(std::uint64_t offset) {
   const bool inside = offset >= window_start_ && offset + kHeaderSize <= window_start_ + window_.size();
   if (inside) return window(offset, kHeaderSize);
-  // A look ahead must not move the window: damage would have it read again and again.
+  // Looking ahead must not move the window: in damaged data it would be read repeatedly.
   if (offset > size_ || size_ - offset < kHeaderSize || !source_.read(offset, header_)) return {};
   return header_;
 }
@@ -128,7 +128,7 @@ std::uint64_t EventReader::find_event(std::uint64_t offset) {
     const ByteSpan sync = window(offset, 1);
     if (sync.empty()) return size_;
     if (sync[0] != (kSync >> 24) || !event_at(offset)) continue;
-    // A sync word may stand in a payload by chance: another event, or the end, must follow.
+    // A sync word may occur in a payload by chance, so another event or the end of the file must follow.
     const std::uint64_t end = offset + event_size(parse(header_at(offset)));
     if (end == size_ || event_at(end)) return offset;
   }
@@ -139,17 +139,14 @@ void EventReader::note_damage(std::uint64_t from, std::uint64_t to, LogProblems&
   const Place place{.source = source_.name(), .byte = static_cast<std::int64_t>(from)};
   if (to == size_) {
     problems.damage("lcm.cut", [&] {
-      return Error{
-          ErrorCode::Unreadable,
-          fmt::format("the log ends in the middle of an event; its last {} bytes are none", to - from), place,
-          "What precedes them is read."};
+      return Error{ErrorCode::Unreadable,
+                   fmt::format("the last {} bytes are not a complete event", to - from), place,
+                   "Events before them are read."};
     });
   } else {
     problems.damage("lcm.resync", [&] {
-      return Error{ErrorCode::Unreadable,
-                   fmt::format("no event begins here; reading goes on {} bytes later", to - from),
-                   place,
-                   {}};
+      return Error{
+          ErrorCode::Unreadable, fmt::format("no event begins here; {} bytes skipped", to - from), place, {}};
     });
   }
 }
@@ -164,7 +161,7 @@ std::optional<Event> EventReader::next(LogProblems& problems) {
   }
   const Header header = parse(window(offset_, kHeaderSize));
   const ByteSpan bytes = window(offset_, event_size(header));
-  if (bytes.empty()) return std::nullopt;  // the file shrank under our hands
+  if (bytes.empty()) return std::nullopt;  // the file was truncated while reading
   const auto channel_size = static_cast<std::size_t>(header.channel_size);
   const Event event{.offset = offset_,
                     .number = header.number,
@@ -183,7 +180,7 @@ namespace {
 
 constexpr std::int64_t kNanosecondsPerTick = 1000;
 
-/// Receive times that no calendar knows count as 0.
+/// Receive time [ns]; values outside the range of nanoseconds count as 0.
 std::uint64_t nanoseconds(std::int64_t microseconds) {
   constexpr std::int64_t kMaxMicroseconds = std::numeric_limits<std::int64_t>::max() / kNanosecondsPerTick;
   return microseconds < 0 || microseconds > kMaxMicroseconds
@@ -260,7 +257,7 @@ class LcmLog final : public MessageLog {
  private:
   template <class Visit>
   Status visit_events(const LogSelection& selection, const Visit& visit) {
-    LogProblems known;  // opening has noted them
+    LogProblems known;  // already noted on opening
     lcm::EventReader reader(*source_, size_, options_.max_record_bytes);
     while (const auto event = reader.next(known)) {
       if (!selection.takes(nanoseconds(event->receive_us))) continue;
@@ -270,7 +267,7 @@ class LcmLog final : public MessageLog {
     return {};
   }
 
-  /// One channel of ours for each name and type; nothing when there are absurdly many.
+  /// Index of the channel for a name and type; nothing above the limit of channels.
   std::optional<std::size_t> channel_of(const lcm::Event& event) {
     const std::uint64_t fingerprint = mbot::fingerprint_of(event.payload);
     const auto known = numbers_.find({std::string(event.channel), fingerprint});
@@ -278,10 +275,8 @@ class LcmLog final : public MessageLog {
     constexpr std::size_t kMaxChannels = 4096;
     if (channels_.size() >= kMaxChannels) {
       opened_.damage("lcm.channels", [&] {
-        return Error{ErrorCode::LimitExceeded,
-                     "more channels than a robot has: the rest is passed over",
-                     place(event),
-                     {}};
+        return Error{
+            ErrorCode::LimitExceeded, "too many channels; further channels are skipped", place(event), {}};
       });
       return std::nullopt;
     }
@@ -302,7 +297,7 @@ class LcmLog final : public MessageLog {
         LogProblem::Kind::Damage, "lcm.missing_events",
         [&] {
           return Error{ErrorCode::Unreadable,
-                       fmt::format("events are missing: number {} follows {}", event.number, expected - 1),
+                       fmt::format("missing events: number {} follows {}", event.number, expected - 1),
                        place(event),
                        {}};
         },
@@ -312,7 +307,7 @@ class LcmLog final : public MessageLog {
     if (mbot::utime_of(event.payload).value_or(1) > 0) return;
     opened_.trap(fmt::format("mbot.no_stamp:{}", event.channel), [&] {
       return Error{ErrorCode::Unsupported,
-                   "its publisher leaves utime 0: the time it was received is taken",
+                   "its publisher sets utime to 0; the receive time is used",
                    {.key = std::string(event.channel)},
                    {}};
     });
@@ -320,7 +315,7 @@ class LcmLog final : public MessageLog {
   void note_time(const lcm::Event& event) {
     opened_.trap("lcm.time_back", [&] {
       return Error{ErrorCode::Unreadable,
-                   "the logger's clock went back: messages stay in the order of the file",
+                   "the clock of the logger went backward; messages are kept in file order",
                    place(event),
                    {}};
     });

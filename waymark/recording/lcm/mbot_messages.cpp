@@ -85,7 +85,7 @@ void read(BigEndianReader& in, Lidar& out) {
   in.numbers(out.intensities, count);
 }
 
-void read(BigEndianReader& /*in*/, Timestamp& /*has nothing but utime*/) {}
+void read(BigEndianReader& /*in*/, Timestamp& /*contains only utime*/) {}
 
 template <class Message>
 constexpr std::uint64_t fingerprint();

@@ -8,9 +8,8 @@
 
 #include "waymark/recording/byte_io.hpp"
 
-/// The LCM messages of the MBot (mbot_lcm_base, package mbot_lcm_msgs): an 8-byte fingerprint of the type,
-/// then the members in order, big-endian. Units and frames are those of the robot; mbot_samples.hpp converts
-/// them.
+/// LCM messages of the MBot (mbot_lcm_base, package mbot_lcm_msgs): an 8-byte fingerprint of the type, then
+/// the members in order, big-endian. Units and frames are those of the robot; mbot_samples.hpp converts them.
 namespace waymark::mbot {
 
 inline constexpr std::uint64_t kPose2D = 0x1f317af1246276ac;
@@ -21,12 +20,12 @@ inline constexpr std::uint64_t kTagArray = 0x815931ba2e0b44c2;
 inline constexpr std::uint64_t kLidar = 0x89dc5b879a5056cf;
 inline constexpr std::uint64_t kTimestamp = 0x4d0d41c1f105b12f;
 
-/// The name of the type with a fingerprint ("pose2D_t"); empty for one that is none of the MBot's.
+/// Name of the type with a fingerprint ("pose2D_t"); empty for other types.
 [[nodiscard]] std::string_view type_name(std::uint64_t fingerprint);
-/// The first 8 bytes; 0 when there are fewer.
+/// The first 8 bytes; 0 for shorter payloads.
 [[nodiscard]] std::uint64_t fingerprint_of(ByteSpan payload);
 
-/// The stamp [us] of a message whose type is known to begin with one.
+/// The stamp [us] of a message whose type begins with one.
 [[nodiscard]] std::optional<std::int64_t> utime_of(ByteSpan payload);
 
 struct Pose2D {
@@ -71,22 +70,22 @@ struct Lidar {
   std::vector<float> intensities{};
 };
 
-/// What the robot's computer sends once a second, for its control board to stamp by (MBOT_TIMESYNC).
+/// Sent by the robot's computer once per second as the time base of its control board (MBOT_TIMESYNC).
 struct Timestamp {
   std::int64_t utime = 0;
 };
 
-/// A message from its payload, fingerprint included. Nothing when the bytes are not just that.
+/// Decodes a payload including its fingerprint. Nothing unless the bytes are exactly one such message.
 template <class Message>
 [[nodiscard]] std::optional<Message> decode(ByteSpan payload);
 
-/// The payload of a message.
+/// Payload of a message.
 [[nodiscard]] Bytes encode(const Pose2D& message);
 [[nodiscard]] Bytes encode(const Twist2D& message);
 [[nodiscard]] Bytes encode(const Encoders& message);
 [[nodiscard]] Bytes encode(const Imu& message);
 [[nodiscard]] Bytes encode(const TagArray& message);
-/// As many rays as `ranges` has; the other lists are as long.
+/// Encodes as many rays as `ranges` has; the other lists must have the same length.
 [[nodiscard]] Bytes encode(const Lidar& message);
 [[nodiscard]] Bytes encode(const Timestamp& message);
 

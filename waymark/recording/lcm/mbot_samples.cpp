@@ -15,7 +15,7 @@ namespace {
 constexpr double kTicksPerTurn = 3120;
 constexpr std::int64_t kNanosecondsPerMicrosecond = 1000;
 
-Error words(std::string message, std::string_view channel, std::string hint = {}) {
+Error mbot_error(std::string message, std::string_view channel, std::string hint = {}) {
   return {ErrorCode::Unsupported, std::move(message), {.key = std::string(channel)}, std::move(hint)};
 }
 
@@ -55,7 +55,7 @@ Status Samples::finish() {
 Status Samples::undecodable(std::string_view channel) {
   problems_.damage(fmt::format("mbot.undecodable:{}", channel), [&] {
     return Error{ErrorCode::Unreadable,
-                 "a message of another length than its type has: passed over",
+                 "message length does not match its type; skipped",
                  {.key = std::string(channel)},
                  {}};
   });
@@ -66,12 +66,12 @@ SensorTime Samples::stamp(std::int64_t utime, std::int64_t receive_us) {
   constexpr std::int64_t kMaxMicroseconds =
       std::numeric_limits<std::int64_t>::max() / kNanosecondsPerMicrosecond;
   if (utime <= 0 || utime > kMaxMicroseconds)
-    utime = std::clamp<std::int64_t>(receive_us, 0, kMaxMicroseconds);  // the log notes it
+    utime = std::clamp<std::int64_t>(receive_us, 0, kMaxMicroseconds);  // noted by the log
   return SensorTime(Duration(utime * kNanosecondsPerMicrosecond));
 }
 
 Status Samples::on_pose(std::string_view channel, std::int64_t receive_us, ByteSpan payload) {
-  // Other poses (of SLAM, of goals) are no odometry.
+  // Other poses (SLAM, goals) are not odometry.
   if (channel.find("ODOM") == std::string_view::npos) return {};
   const auto pose = decode<Pose2D>(payload);
   const bool finite = pose && std::isfinite(pose->x) && std::isfinite(pose->y) && std::isfinite(pose->theta);
@@ -91,9 +91,9 @@ Status Samples::on_twist(std::string_view channel, std::int64_t receive_us, Byte
   const SensorTime measured = stamp(twist->utime, receive_us);
   if (!odometry_ || odometry_->stamp != measured) return {};
   problems_.trap("mbot.mean_speed", [&] {
-    return words(
-        "a speed is the mean since the message before it; it is joined with the pose of the same utime",
-        channel, "Propagate with the new speed over the interval that ends with it.");
+    return mbot_error(
+        "each speed is the mean since the previous message; it is combined with the pose of the same utime",
+        channel, "Propagate with each speed over the interval that ends at its stamp.");
   });
   odometry_->speed_m_s = double{twist->vx};
   odometry_->yaw_rate_rad_s = double{twist->wz};
@@ -104,9 +104,10 @@ Status Samples::on_encoders(std::string_view channel, std::int64_t receive_us, B
   const auto encoders = decode<Encoders>(payload);
   if (!encoders) return undecodable(channel);
   problems_.trap("mbot.encoders", [&] {
-    return words(
-        "the right encoder counts backwards and a turn is 3120 ticks (not the firmware's 3744): turned into "
-        "radians forwards",
+    return mbot_error(
+        "the right encoder counts backward and a revolution has 3120 ticks (not 3744 as in the firmware); "
+        "converted to "
+        "forward radians",
         channel);
   });
   constexpr double kRadPerTick = 2 * std::numbers::pi / kTicksPerTurn;
@@ -120,9 +121,8 @@ Status Samples::on_imu(std::string_view channel, std::int64_t receive_us, ByteSp
   if (!imu || !vector(imu->gyro).allFinite() || !vector(imu->accel).allFinite()) return undecodable(channel);
   if (conventions_.accelerometer_shows_gravity) {
     problems_.trap("mbot.accelerometer_sign", [&] {
-      return words(
-          "accel points where gravity pulls: its sign is turned, so that it is specific force (up at rest)",
-          channel);
+      return mbot_error("accel points along gravity; its sign is inverted to specific force (up at rest)",
+                        channel);
     });
   }
   const double sign = conventions_.accelerometer_shows_gravity ? -1 : 1;
@@ -140,7 +140,7 @@ Status Samples::on_lidar(std::string_view channel, std::int64_t receive_us, Byte
   if (!sound) return undecodable(channel);
   scan.angle_min_rad = double{low};
   scan.angle_increment_rad = (double{high} - double{low}) / static_cast<double>(n - 1);
-  scan.range_min_m = 1e-3;  // 0: nothing came back
+  scan.range_min_m = 1e-3;  // a range of 0 means no return
   scan.range_max_m = 100;
   scan.ranges_m.assign(n, 0.F);
   for (std::size_t i = 0; i < n; ++i) {
@@ -152,16 +152,17 @@ Status Samples::on_lidar(std::string_view channel, std::int64_t receive_us, Byte
     if (nearer) scan.ranges_m[k] = range;
   }
   problems_.trap("mbot.lidar_angles", [&] {
-    return words("lidar rays carry angles of their own: each goes to the nearest of evenly spaced directions",
-                 channel);
+    return mbot_error(
+        "lidar rays have individual angles; each is assigned to the nearest of evenly spaced directions",
+        channel);
   });
   return visit_(scan);
 }
 
 namespace {
 
-constexpr double kFarthest = 20;      ///< [m] no tag is seen from further away
-constexpr std::int32_t kNested = 10;  ///< the inner tag of tag k has number 10 k
+constexpr double kMaxTagDistance_m = 20;  ///< [m] maximum distance of a detection
+constexpr std::int32_t kNested = 10;      ///< the tag inside tag k has id 10 k
 
 Eigen::Quaterniond quaternion(const Tag& tag, bool w_first) {
   const std::array<float, 4>& q = tag.angles_quat;
@@ -169,7 +170,7 @@ Eigen::Quaterniond quaternion(const Tag& tag, bool w_first) {
                  : Eigen::Quaterniond(double{q[3]}, double{q[0]}, double{q[1]}, double{q[2]});
 }
 
-/// Roll, pitch, yaw about fixed x, y, z.
+/// Rotation from roll, pitch, yaw about fixed x, y, z.
 Eigen::Quaterniond from_angles(const std::array<float, 3>& rpy, double unit) {
   using Eigen::AngleAxisd;
   return AngleAxisd(double{rpy[2]} * unit, Eigen::Vector3d::UnitZ()) *
@@ -186,7 +187,7 @@ bool sound(const Tag& tag) {
   return position(tag).allFinite() && std::isfinite(norm) && std::abs(norm - 1) < 0.01;
 }
 
-Error tag_words(std::string message, std::string hint = {}) {
+Error tag_error(std::string message, std::string hint = {}) {
   return {ErrorCode::Unsupported, std::move(message), {.key = "mbot_apriltag_array_t"}, std::move(hint)};
 }
 
@@ -208,7 +209,7 @@ void Survey::add(const TagArray& array) {
   for (const Tag& tag : array.tags) {
     if (!sound(tag)) continue;
     ++tags_;
-    if (position(tag).norm() > kFarthest) ++far_tags_;
+    if (position(tag).norm() > kMaxTagDistance_m) ++far_tags_;
     for (std::size_t order = 0; order < 2; ++order) {
       const Eigen::Quaterniond q = quaternion(tag, order == 1).normalized();
       const Eigen::Vector3d cam_z_of_tag = q * Eigen::Vector3d::UnitZ();
@@ -235,38 +236,38 @@ void Samples::note_tag_traps(const TagArray& array) {
   const std::uint64_t count = array.tags.size();
   if (camera_latency_.count() != 0) {
     problems_.trap("mbot.publish_stamps", [&] {
-      return tag_words(
+      return tag_error(
           fmt::format(
-              "tags are stamped when they are published: {:.0f} ms are taken off for the middle of the "
+              "tag stamps are publication times; {:.0f} ms are subtracted to obtain the middle of the "
               "exposure",
               to_seconds(camera_latency_) * 1e3),
-          "Measure it for another robot and say so: `tag_latency_s`.");
+          "Measure it for other robots and set `tag_latency_s`.");
     });
   }
   if (count == 0) return;
   problems_.trap(
       "mbot.family",
       [] {
-        return tag_words(
-            "tags say a number but no family: taken as tagCustom48h12, which the MBot's tags are");
+        return tag_error(
+            "tags have ids but no family; assumed to be tagCustom48h12, the family of MBot tags");
       },
       count);
   if (conventions_.millimetres)
     problems_.trap(
-        "mbot.millimetres", [] { return tag_words("tags lie in millimetres: taken as metres / 1000"); },
+        "mbot.millimetres", [] { return tag_error("tag positions are in millimetres; converted to metres"); },
         count);
   problems_.trap(
       "mbot.quaternion_order",
       [&] {
-        return tag_words(fmt::format("quaternions are in the order {}, which angles_rpy in {} confirm",
+        return tag_error(fmt::format("quaternion order is {}, as confirmed by angles_rpy in {}",
                                      conventions_.quaternion_w_first ? "w, x, y, z" : "x, y, z, w",
                                      conventions_.angles_in_degrees ? "degrees" : "radians"));
       },
       count);
   if (conventions_.tag_y_up)
     problems_.trap(
-        "mbot.tag_frame", [] { return tag_words("tags have y up and z towards the reader: turned about x"); },
-        count);
+        "mbot.tag_frame",
+        [] { return tag_error("tag frames have y up and z towards the viewer; rotated about x"); }, count);
   note_nested_tags(array);
 }
 
@@ -279,19 +280,18 @@ void Samples::note_nested_tags(const TagArray& array) {
     problems_.trap(
         "mbot.nested_tags",
         [] {
-          return tag_words(
-              "the small tag in the middle of tag k says 10 k: it is no landmark of its own, but the same "
-              "place "
-              "measured less well");
+          return tag_error(
+              "the small tag inside tag k has id 10 k; it is not used as a landmark because it gives the "
+              "same pose "
+              "with lower accuracy");
         },
         static_cast<std::uint64_t>(nested));
 }
 
 std::optional<SeenTagPose> Samples::seen(const Tag& tag) {
   if (!sound(tag)) {
-    problems_.damage("mbot.tag_pose", [&] {
-      return tag_words(fmt::format("tag {} has a pose that is none: passed over", tag.id));
-    });
+    problems_.damage("mbot.tag_pose",
+                     [&] { return tag_error(fmt::format("tag {}: invalid pose; skipped", tag.id)); });
     return std::nullopt;
   }
   SO3 cam_R_tag =

@@ -14,48 +14,49 @@
 
 namespace waymark::mbot {
 
-/// How an MBot's tags and accelerometer are to be taken. Publishers differ in it and say nothing; a first
-/// pass over the log tells.
+/// Conventions of an MBot's tags and accelerometer. They differ between publishers and are not in the
+/// messages; a first pass over the log determines them.
 struct Conventions {
   bool millimetres = false;         ///< else metres
   bool quaternion_w_first = false;  ///< else x, y, z, w
-  bool angles_in_degrees = false;   ///< of angles_rpy, which only serves to tell the order of the quaternion
+  bool angles_in_degrees = false;   ///< of angles_rpy, used only to determine the quaternion order
   bool tag_y_up = false;            ///< tag frame y up, z towards the reader; else y down, z into the tag
   bool accelerometer_shows_gravity = false;  ///< the negative of specific force
 };
 
-/// Looks at all messages of a log to tell the conventions. O(1) memory.
+/// Determines the conventions from all messages of a log. O(1) memory.
 class Survey {
  public:
   void add(ByteSpan payload);
   [[nodiscard]] Conventions conventions() const;
-  /// How many it has seen that tell something.
+  /// Number of messages that contribute to the result.
   [[nodiscard]] std::uint64_t tags() const { return tags_; }
   [[nodiscard]] std::uint64_t imus() const { return imus_; }
 
  private:
   void add(const TagArray& array);
 
-  std::array<double, 4> misfit_{};  ///< of the quaternion to angles_rpy: {xyzw, wxyz} x {rad, deg}
+  std::array<double, 4> misfit_{};  ///< between quaternion and angles_rpy: {xyzw, wxyz} x {rad, deg}
   std::uint64_t tags_ = 0;
-  std::uint64_t far_tags_ = 0;                  ///< further than any tag can be seen, were they metres
-  std::array<std::uint64_t, 2> turned_away_{};  ///< z of the tag towards the camera, for either order
+  std::uint64_t far_tags_ = 0;  ///< beyond the range of detection if read as metres
+  std::array<std::uint64_t, 2>
+      turned_away_{};  ///< count of tags with z towards the camera, for either quaternion order
   double accel_z_sum_ = 0;
   std::uint64_t imus_ = 0;
 };
 
-/// Turns an MBot's messages into samples of the house, and notes every trap it steps around.
+/// Converts an MBot's messages to samples in Waymark's conventions and notes each correction.
 class Samples {
  public:
   Samples(const Conventions& conventions, Duration camera_latency, LogProblems& problems,
           const MessageLog::SampleVisitor& visit)
       : conventions_(conventions), camera_latency_(camera_latency), problems_(problems), visit_(visit) {}
 
-  /// A message received at `receive_us`.
+  /// Adds a message received at `receive_us`.
   Status add(std::string_view channel, std::int64_t receive_us, ByteSpan payload);
-  /// Visits what waits for its partner.
+  /// Visits samples that still wait for a second message.
   Status finish();
-  /// From now on: where they are only told as the messages come.
+  /// Sets the conventions for later messages, if they are determined while messages arrive.
   void use(const Conventions& conventions) { conventions_ = conventions; }
 
  private:
@@ -75,7 +76,7 @@ class Samples {
   Duration camera_latency_;
   LogProblems& problems_;
   const MessageLog::SampleVisitor& visit_;
-  std::optional<Odometry> odometry_{};  ///< waits for the speed with the same stamp
+  std::optional<Odometry> odometry_{};  ///< waits for the twist with the same stamp
 };
 
 }  // namespace waymark::mbot

@@ -1,5 +1,5 @@
 // Reads the files of the MCAP conformance corpus (github.com/foxglove/mcap, tests/conformance) and compares
-// every record with the JSON that stands beside each file.
+// every record with the JSON next to each file.
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -118,7 +118,7 @@ bool describe_as(const char* type, const RecordView& view, Json& list) {
   return true;
 }
 
-// The corpus lists what lies inside chunks, and neither the chunks themselves nor the message indexes.
+// The corpus lists the records inside chunks, but neither the chunks nor the message indexes.
 void describe(const RecordView& view, Json& list) {
   const bool known =
       describe_as<Header>("Header", view, list) || describe_as<Footer>("Footer", view, list) ||
@@ -143,7 +143,7 @@ Json expected(const std::filesystem::path& path) {
   return list;
 }
 
-/// The files of the corpus; the test is skipped without it.
+/// The files of the corpus; skips the test without it.
 std::vector<std::filesystem::path> files_of(const std::filesystem::path& corpus) {
   std::vector<std::filesystem::path> files;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(corpus))
@@ -153,7 +153,7 @@ std::vector<std::filesystem::path> files_of(const std::filesystem::path& corpus)
   return files;
 }
 
-TEST(McapConformance, EveryFileReadsAsItsJsonSays) {
+TEST(McapConformance, EveryFileMatchesItsJson) {
   WAYMARK_REAL_DATA(corpus, "mcap-conformance");
   for (const auto& path : files_of(corpus)) {
     const auto source = open_file(path);
@@ -176,9 +176,8 @@ Json of_type(const Json& records, const std::string& type) {
   return list;
 }
 
-// Whatever a file leaves out of its summary, its messages, attachments and metadata are found, in order of
-// time.
-TEST(McapConformance, EveryFileReadsByIndexWhateverItsSummaryLeavesOut) {
+// Whatever a summary omits, messages, attachments and metadata are found, in order of time.
+TEST(McapConformance, EveryFileReadsByIndexWithPartialSummaries) {
   WAYMARK_REAL_DATA(corpus, "mcap-conformance");
   for (const auto& path : files_of(corpus)) {
     const auto source = open_file(path);
@@ -214,7 +213,7 @@ TEST(McapConformance, EveryFileReadsByIndexWhateverItsSummaryLeavesOut) {
   }
 }
 
-/// The features that the name of a file lists: "OneMessage-ch-mx-st.mcap".
+/// Options from the features listed in the name of a file: "OneMessage-ch-mx-st.mcap".
 WriterOptions options_of(const std::string& name) {
   const auto has = [&](const std::string& feature) {
     return name.find("-" + feature + "-") != std::string::npos || name.ends_with("-" + feature);
@@ -233,7 +232,7 @@ WriterOptions options_of(const std::string& name) {
                       .offsets = has("sum")}};
 }
 
-/// Writes the data section of a file again, with our writer.
+/// Writes the data section of a file again with Writer.
 Bytes rewritten(const ByteSource& source, const WriterOptions& options) {
   Bytes file;
   Result<Writer> writer = Writer::open(memory_sink(file), options);
@@ -270,9 +269,9 @@ Bytes rewritten(const ByteSource& source, const WriterOptions& options) {
   return file;
 }
 
-// Files whose records carry bytes that the specification may add one day ("pad") are written again without
-// them: the bytes are those of the file of the same name without "pad".
-TEST(McapConformance, OurWriterWritesEveryFileByteForByte) {
+// Files with padding for future fields ("pad") are written without it: the bytes are those of the file of the
+// same name without "pad".
+TEST(McapConformance, WriterReproducesEveryFileByteForByte) {
   WAYMARK_REAL_DATA(corpus, "mcap-conformance");
   for (const auto& path : files_of(corpus)) {
     const auto source = open_file(path);

@@ -1,4 +1,4 @@
-// What a recording is worth after its writer was killed, its disk was full or its file was cut.
+// Recordings whose writer was killed, whose disk was full or whose file was truncated.
 #include <algorithm>
 #include <atomic>
 #include <csignal>
@@ -29,7 +29,7 @@ constexpr std::uint64_t kStep = kSecond / 50;
 
 std::uint64_t time_of(std::uint64_t number) { return 5 * kSecond + number * kStep; }
 
-/// Message `number`, the same whoever makes it: 50 a second, 0 to 4 KiB.
+/// Message `number`, deterministic: 50 per second, 0 to 4 KiB.
 Bytes data_of(std::uint64_t number) {
   Random random(number);
   Bytes data(random.index(4096));
@@ -45,7 +45,7 @@ Result<Writer> start(const fs::path& path, const WriterOptions& options) {
   return writer;
 }
 
-/// Checks that the file holds messages 0, 1, 2, … with their bytes, and gives how many.
+/// Checks that the file contains messages 0, 1, 2, … with their bytes, and returns their number.
 std::uint64_t whole_messages(const fs::path& path, bool from_summary) {
   const auto source = open_file(path);
   EXPECT_TRUE(source);
@@ -66,7 +66,7 @@ std::uint64_t whole_messages(const fs::path& path, bool from_summary) {
   return next;
 }
 
-/// What two processes see.
+/// Memory shared by two processes.
 struct Shared {
   std::atomic<std::uint64_t>* taken = nullptr;  ///< messages whose write() returned
   Shared() {
@@ -78,7 +78,8 @@ struct Shared {
   Shared& operator=(const Shared&) = delete;
 };
 
-/// Records for ever in a child process and kills it once `enough` messages were taken. Gives how many were.
+/// Records in a child process and kills it after `enough` messages were accepted. Returns the number
+/// accepted.
 std::uint64_t record_until_killed(const fs::path& path, const WriterOptions& options, std::uint64_t enough) {
   const Shared shared;
   const pid_t child = fork();
@@ -92,11 +93,11 @@ std::uint64_t record_until_killed(const fs::path& path, const WriterOptions& opt
   while (shared.taken->load() < enough && waitpid(child, &status, WNOHANG) == 0) sched_yield();
   kill(child, SIGKILL);
   EXPECT_EQ(waitpid(child, &status, 0), child);
-  EXPECT_TRUE(WIFSIGNALED(status)) << "the recorder stopped by itself";
+  EXPECT_TRUE(WIFSIGNALED(status)) << "the recorder was not killed";
   return shared.taken->load();
 }
 
-// 200 recorders are killed at any moment: everything but the last second of each is in its file.
+// 200 recorders are killed at random moments: each file has everything except the last second.
 TEST(McapCrash, AKilledRecorderLosesAtMostTheLastSecond) {
   Random random(1);
   std::uint64_t most_lost = 0;
@@ -119,7 +120,7 @@ TEST(McapCrash, AKilledRecorderLosesAtMostTheLastSecond) {
     EXPECT_FALSE(recovery->was_whole);
     EXPECT_EQ(recovery->messages, kept);
     EXPECT_EQ(whole_messages(folder / "whole.mcap", true), kept);
-    EXPECT_EQ(whole_messages(path, false), kept);  // the original is as it was
+    EXPECT_EQ(whole_messages(path, false), kept);  // the original is unchanged
     EXPECT_FALSE(fs::exists(folder / "whole.mcap.part"));
   }
   RecordProperty("most_messages_lost_of_50_a_second", std::to_string(most_lost));
@@ -137,9 +138,9 @@ TEST(McapCrash, RecoveryNeverOverwrites) {
   EXPECT_FALSE(recover_file(folder / "lap.mcap", folder / "lap.mcap"));
 }
 
-// A disk that is full lets no more in: what was written stays, and the file still gets its summary, because
-// the chunk that did not fit is taken back.
-TEST(McapCrash, AFullDiskKeepsWhatWasWrittenAndFinishesTheFile) {
+// On a full disk, data already written are kept. The file still gets its summary, because the chunk that did
+// not fit is removed.
+TEST(McapCrash, AFullDiskKeepsWrittenDataAndCompletesTheFile) {
   const fs::path folder = testing::fresh_folder("folder");
   const fs::path path = folder / "lap.mcap";
   const Shared shared;
@@ -154,10 +155,10 @@ TEST(McapCrash, AFullDiskKeepsWhatWasWrittenAndFinishesTheFile) {
     for (; status && i < 100'000; ++i) status = writer->write(1, time_of(i), time_of(i), data_of(i));
     const Status again = writer->write(1, time_of(i), time_of(i), data_of(i));
     const Status closed = writer->close();
-    const bool told = !status && status.error().code == ErrorCode::Unwritable && !again && !closed &&
-                      status.error().hint.find("space") != std::string::npos;
+    const bool failed_as_expected = !status && status.error().code == ErrorCode::Unwritable && !again &&
+                                    !closed && status.error().hint.find("space") != std::string::npos;
     shared.taken->store(i);
-    _exit(told ? 0 : 1);
+    _exit(failed_as_expected ? 0 : 1);
   }
   int status = 0;
   ASSERT_EQ(waitpid(child, &status, 0), child);
@@ -183,7 +184,7 @@ TEST(McapCrash, ARecordingInProgressCanBeRead) {
   EXPECT_EQ(whole_messages(path, true), 500U);
 }
 
-/// Notes what a power cut would leave.
+/// Tracks the bytes that would survive a power cut.
 class PowerSink final : public ByteSink {
  public:
   PowerSink(std::uint64_t& written, std::uint64_t& safe, int& syncs)
@@ -204,7 +205,7 @@ class PowerSink final : public ByteSink {
   int& syncs_;
 };
 
-TEST(McapCrash, ADurableRecordingIsSyncedEachSecondOfItsTimeAndNotEachChunk) {
+TEST(McapCrash, ADurableRecordingIsSyncedOncePerSecondNotPerChunk) {
   for (const bool durable : {false, true}) {
     std::uint64_t written = 0;
     std::uint64_t safe = 0;
@@ -216,7 +217,7 @@ TEST(McapCrash, ADurableRecordingIsSyncedEachSecondOfItsTimeAndNotEachChunk) {
     for (std::uint64_t i = 0; i < 1000; ++i) {
       const int before = syncs;
       ASSERT_TRUE(writer->write(1, time_of(i), time_of(i), data_of(i)));
-      if (syncs != before) safe_messages = i;  // all before this one
+      if (syncs != before) safe_messages = i;  // all messages before this one
       if (durable) {
         ASSERT_LE((i - safe_messages) * kStep, kSecond);
       }

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kFooterContent = 20;
 
-/// Files a record of the summary in the index.
+/// Adds a summary record to the index.
 Status file_summary_record(Index& index, std::uint8_t opcode, ByteSpan content, bool& has_statistics) {
   const auto keep = [&]<class Record>(Record& into) -> Status {
     Result<Record> record = decode<Record>(content);
@@ -46,7 +46,7 @@ std::optional<Footer> read_footer(const ByteSource& source, std::uint64_t size) 
   return sound ? std::optional(*footer) : std::nullopt;
 }
 
-/// Whether every message can be found by it: summaries may leave out whatever their writer liked to.
+/// Whether the index finds every message: writers may omit any part of a summary.
 bool suffices(const Index& index) {
   const Statistics& statistics = index.statistics;
   const bool schemas = std::ranges::all_of(index.channels, [&](const auto& channel) {
@@ -59,8 +59,8 @@ bool suffices(const Index& index) {
          (statistics.message_count == 0 || statistics.chunk_count > 0);
 }
 
-/// Reads the summary into the index. False when there is none, or it does not suffice, or it cannot be
-/// trusted: that is said.
+/// Reads the summary into the index. False if it is missing, insufficient or damaged; `damage` then contains
+/// the reason.
 bool index_from_summary(const ByteSource& source, std::uint64_t size, const ReaderOptions& options,
                         const std::optional<Footer>& footer, Index& index, std::optional<Error>& damage) {
   if (!footer) return false;
@@ -71,7 +71,7 @@ bool index_from_summary(const ByteSource& source, std::uint64_t size, const Read
   const ByteSpan covered = ByteSpan(summary).first(summary.size() - sizeof(footer->summary_crc));
   if (footer->summary_crc != 0 && crc32(covered) != footer->summary_crc) {
     damage = Error{ErrorCode::Unreadable,
-                   "the checksum (CRC-32) of the summary is wrong: it is not used, the file is read from its "
+                   "wrong summary checksum (CRC-32); the summary is ignored and the file is read from its "
                    "beginning",
                    at(source, footer->summary_start),
                    {}};
@@ -89,7 +89,7 @@ Result<Index> index_from_scan(const ByteSource& source, const ReaderOptions& opt
   Scan scan(index);
   bool in_data = true;
   const auto visit = [&](const RecordView& view) {
-    // What stands behind the data repeats it, and could not be trusted: that is why it is scanned.
+    // Records after the data section repeat the summary, which was found unusable before this scan.
     in_data = in_data && !is<DataEnd>(view.opcode);
     if (in_data) scan.add(view);
     return Status{};
@@ -101,8 +101,8 @@ Result<Index> index_from_scan(const ByteSource& source, const ReaderOptions& opt
   return index;
 }
 
-/// The checksum that the record DataEnd gives for everything before it; 0 where it gives none, or does not
-/// stand in front of the summary.
+/// Checksum of the data section in the DataEnd record; 0 if it has none or the record does not precede the
+/// summary.
 std::uint32_t promised_data_crc(const ByteSource& source, std::uint64_t summary_start) {
   constexpr std::uint64_t kDataEndSize = kRecordPrefixSize + sizeof(std::uint32_t);
   if (summary_start < sizeof(kMagic) + kDataEndSize) return 0;
@@ -112,8 +112,8 @@ std::uint32_t promised_data_crc(const ByteSource& source, std::uint64_t summary_
   return end ? end->data_section_crc : 0;
 }
 
-/// Where bytes of the data section were changed that no checksum of a chunk covers: metadata, which may say
-/// how large the tags are, above all.
+/// Locates changed bytes of the data section that no chunk checksum covers; mainly metadata, which may
+/// contain the tag size.
 std::string changed_part(const ByteSource& source, const ReaderOptions& options) {
   std::string metadata;
   const auto stream = read_stream(source, options, [&](const RecordView& view) -> Status {
@@ -127,7 +127,7 @@ std::string changed_part(const ByteSource& source, const ReaderOptions& options)
                           : "outside of the chunks, perhaps in the metadata at" + metadata;
 }
 
-/// Compares the checksum of the data section, which includes the magic in front of it.
+/// Verifies the checksum of the data section, which includes the leading magic.
 std::optional<Error> damage_of_data(const ByteSource& source, std::uint64_t summary_start,
                                     const ReaderOptions& options) {
   constexpr std::uint64_t kPiece = std::uint64_t{1} << 20U;
@@ -143,16 +143,16 @@ std::optional<Error> damage_of_data(const ByteSource& source, std::uint64_t summ
   }
   if (crc == promised) return std::nullopt;
   return Error{ErrorCode::Unreadable,
-               "the checksum (CRC-32) of the recording is wrong: bytes were changed or lost, " +
+               "wrong checksum (CRC-32) of the recording: bytes were changed or lost, " +
                    changed_part(source, options),
                at(source, 0),
-               "Copy the file again from its source. If that copy has the same error, check its values: tag "
+               "Copy the file again from its source. If the copy has the same error, check its values: tag "
                "sizes, camera "
-               "calibration, number of pictures."};
+               "calibration, number of images."};
 }
 
 Result<Header> read_header(const ByteSource& source, const ReaderOptions& options) {
-  // The first record only; an error of our own ends the pass.
+  // Reads the first record only; an error returned by the callback ends the pass.
   Header header;
   bool stopped = false;
   const Result<StreamSummary> begin = read_stream(source, options, [&](const RecordView& view) -> Status {
@@ -190,7 +190,7 @@ Result<Index> read_index(const ByteSource& source, const ReaderOptions& options)
 
 namespace {
 
-/// Puts groups of records one after the other and notes where each begins.
+/// Appends groups of records and notes the offset of each.
 class Groups {
  public:
   explicit Groups(std::uint64_t position) : position_(position) {}
@@ -241,7 +241,7 @@ Bytes encode_summary(const Index& index, std::uint64_t position, const SummaryPa
     footer.summary_offset_start = position + bytes.size();
     for (const SummaryOffset& offset : groups.offsets) encode(bytes, offset);
   }
-  // The CRC covers the summary and the footer up to the CRC itself.
+  // The CRC covers the summary and the footer up to the CRC field.
   encode(bytes, footer);
   bytes.resize(bytes.size() - sizeof(footer.summary_crc));
   append_little_endian(bytes, crc32(bytes));
@@ -251,7 +251,7 @@ Bytes encode_summary(const Index& index, std::uint64_t position, const SummaryPa
 
 namespace {
 
-/// Decodes a record and gives it to store.
+/// Decodes a record and passes it to `store`.
 template <class Record, class Store>
 Status with(ByteSpan content, Store store) {
   Result<Record> record = decode<Record>(content);
@@ -349,7 +349,7 @@ Result<ByteSpan> read_content(const ByteSource& source, std::uint64_t offset, st
   if (!size) return tl::unexpected(size.error());
   const bool inside = offset <= *size && length <= *size - offset;
   if (length < kRecordPrefixSize || length > options.max_record_bytes || !inside) {
-    return fail(ErrorCode::LimitExceeded, fmt::format("a record of {} bytes is not plausible here", length),
+    return fail(ErrorCode::LimitExceeded, fmt::format("implausible record size of {} bytes", length),
                 at(source, offset));
   }
   room.resize(static_cast<std::size_t>(length));
@@ -357,8 +357,8 @@ Result<ByteSpan> read_content(const ByteSource& source, std::uint64_t offset, st
   const bool as_promised = room[0] == static_cast<std::uint8_t>(opcode) &&
                            from_little_endian<std::uint64_t>(room.data() + 1) == length - kRecordPrefixSize;
   if (!as_promised) {
-    return fail(ErrorCode::Unreadable, "the index points to something else", at(source, offset),
-                "`waymark recover` makes a file with an index that is right.");
+    return fail(ErrorCode::Unreadable, "the index does not match the record here", at(source, offset),
+                "`waymark recover` writes a file with a correct index.");
   }
   return ByteSpan(room).subspan(kRecordPrefixSize);
 }

@@ -19,32 +19,32 @@ struct StoredSchema {
   Bytes data{};
 };
 
-/// A message that lies in no chunk.
+/// A message outside of chunks.
 struct LooseMessage {
   std::uint64_t log_time = 0;
   std::uint64_t offset = 0;  ///< of the record in the file
   std::uint64_t length = 0;  ///< of the whole record
 };
 
-/// What is in a file and where, from its summary or, when that is missing, from one pass over the file.
+/// Contents and offsets of a file, from its summary or, without a summary, from one pass over the file.
 struct Index {
   Header header{};
   std::map<std::uint16_t, StoredSchema> schemas{};
   std::map<std::uint16_t, Channel> channels{};
   std::vector<ChunkIndex> chunks{};   ///< in file order
-  std::vector<LooseMessage> loose{};  ///< in file order; a file written in chunks has none
+  std::vector<LooseMessage> loose{};  ///< in file order; empty for files written in chunks
   std::vector<AttachmentIndex> attachments{};
   std::vector<MetadataIndex> metadata{};
   Statistics statistics{};
-  bool from_summary = false;      ///< false: the writer did not finish, or wrote no usable summary
-  std::vector<Error> problems{};  ///< what was damaged or cut
+  bool from_summary = false;      ///< false: the writer did not finish or wrote no usable summary
+  std::vector<Error> problems{};  ///< damage and truncation
 };
 
-/// The index of a file. O(summary) when there is one that suffices for finding messages, else one pass over
-/// the file. Memory: the summary, or an entry for each chunk (and for each message outside chunks).
+/// Reads the index of a file. O(summary) if it suffices to find all messages, else one pass over the file.
+/// Memory: the summary, or an entry for each chunk (and for each message outside chunks).
 [[nodiscard]] Result<Index> read_index(const ByteSource& source, const ReaderOptions& options = {});
 
-/// Which groups of records a summary holds; all but for a reader that is to be tested without.
+/// Groups of records in a summary; all except in tests of readers.
 struct SummaryParts {
   bool schemas = true;
   bool channels = true;
@@ -55,20 +55,20 @@ struct SummaryParts {
   bool offsets = true;
 };
 
-/// The end of a file from `position` on: the summary of an index, the footer and the magic.
+/// Encodes the end of a file from `position` on: the summary of an index, the footer and the magic.
 [[nodiscard]] Bytes encode_summary(const Index& index, std::uint64_t position,
                                    const SummaryParts& parts = {});
 
-// What the readers, the writer and the recovery of MCAP files share:
+// Shared by the readers, the writer and the recovery of MCAP files:
 
-/// Counts and files the records of a data section in an index, as one pass over it shows them.
+/// Builds an index from the records of a data section in one pass.
 class Scan {
  public:
   explicit Scan(Index& index) : index_(index) {}
 
-  /// A record at view.offset. One that does not decode is noted among the problems.
+  /// Adds a record at view.offset. A record that does not decode is noted among the problems.
   void add(const RecordView& view);
-  /// Fills in the counts of schemas, channels, attachments and metadata.
+  /// Sets the counts of schemas, channels, attachments and metadata.
   void finish();
 
  private:
@@ -82,10 +82,10 @@ class Scan {
   Index& index_;
 };
 
-/// Counts one message more.
+/// Adds one message to the statistics.
 void count_message(Statistics& statistics, std::uint16_t channel_id, std::uint64_t log_time);
 
-/// Content of the record at an offset, of the kind and length an index promises; it lies in `room`.
+/// Reads the content of the record at an offset into `room`; its kind and length must be those in the index.
 [[nodiscard]] Result<ByteSpan> read_content(const ByteSource& source, std::uint64_t offset,
                                             std::uint64_t length, Opcode opcode, const ReaderOptions& options,
                                             Bytes& room);

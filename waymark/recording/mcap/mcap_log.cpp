@@ -101,14 +101,14 @@ class McapLog final : public RosLog {
                    {message.log_time, message.publish_time, message.data.bytes});
     };
   }
-  /// For a new visit.
+  /// Reader options for a new visit that note damage.
   mcap::ReaderOptions noting_damage() {
     visited_.clear();
     mcap::ReaderOptions options = options_;
     options.on_damage = [this](const Error& error) { visited_.damage("mcap.chunk", [&] { return error; }); };
     return options;
   }
-  /// A clock that was set back shows where a chunk begins before the one in front of it ended.
+  /// Notes chunks that begin before the previous one ended, as after a backward clock jump.
   void note_times() {
     constexpr std::uint64_t kJump_ns = 500'000'000;
     for (std::size_t i = 1; i < index_.chunks.size(); ++i) {
@@ -119,10 +119,11 @@ class McapLog final : public RosLog {
       opened_.trap("mcap.time_back", [&] {
         return Error{
             ErrorCode::Unreadable,
-            fmt::format("the times of recording go back by {:.2f} s: its clock was set back, some of its "
-                        "messages (pictures) came late, or several recorders wrote it; messages are taken in "
-                        "the order of their times",
-                        static_cast<double>(before - start) * 1e-9),
+            fmt::format(
+                "log times go back by {:.2f} s: its clock was set back, some of its messages (images) were "
+                "late, or several recorders wrote it; messages are read in "
+                "order of log time",
+                static_cast<double>(before - start) * 1e-9),
             {.source = source_->name(),
              .byte = static_cast<std::int64_t>(index_.chunks[i].chunk_start_offset)},
             {}};
@@ -149,7 +150,7 @@ class McapLog final : public RosLog {
   std::vector<LogChannel> channels_;
   std::map<std::uint16_t, std::size_t> position_;
   LogProblems opened_;
-  LogProblems attached_;  ///< attachments that are damaged, of the last visit of them
+  LogProblems attached_;  ///< damaged attachments of the last visit_attachments()
 };
 
 }  // namespace

@@ -1,5 +1,5 @@
-// The memory that writing and reading take does not grow with the recording. A file of its own is a process
-// of its own: a child begins with the memory of the tests before it.
+// Memory for writing and reading does not grow with the recording. A separate binary, because a child process
+// starts with the memory of the tests before it.
 #include <cstdlib>
 #include <filesystem>
 
@@ -20,7 +20,7 @@ namespace {
 constexpr std::uint64_t kMiB = std::uint64_t{1} << 20U;
 constexpr std::size_t kPicture = 640 * 480;
 
-/// Writes pictures at 30 Hz and reads them back by index. In a process of its own.
+/// Writes images at 30 Hz and reads them back by index. Runs in a process of its own.
 bool write_and_read(const std::filesystem::path& path, std::uint64_t bytes) {
   const std::uint64_t count = bytes / kPicture;
   {
@@ -45,7 +45,7 @@ bool write_and_read(const std::filesystem::path& path, std::uint64_t bytes) {
   return status && index->from_summary && read == count;
 }
 
-/// The most memory [KiB] that a process needs for it.
+/// Peak memory [KiB] of such a process.
 std::int64_t peak_kib(const std::filesystem::path& path, std::uint64_t bytes) {
   const pid_t child = fork();
   if (child == 0) _exit(write_and_read(path, bytes) ? 0 : 1);
@@ -58,13 +58,13 @@ std::int64_t peak_kib(const std::filesystem::path& path, std::uint64_t bytes) {
 }
 
 #if defined(WAYMARK_SANITIZED)
-constexpr bool kMemoryIsOurs = false;  // the sanitizer keeps what was freed, to catch uses of it
+constexpr bool kMemoryIsOurs = false;  // the sanitizer retains freed memory to detect its use
 #else
 constexpr bool kMemoryIsOurs = true;
 #endif
 
 TEST(McapMemory, DoesNotGrowWithTheRecording) {
-  if (!kMemoryIsOurs) GTEST_SKIP() << "memory is the address sanitizer's here";
+  if (!kMemoryIsOurs) GTEST_SKIP() << "the address sanitizer retains freed memory";
   const bool full = std::getenv("WAYMARK_FULL") != nullptr;
   const std::uint64_t small = full ? 100 * kMiB : 16 * kMiB;
   const std::uint64_t large = full ? 10 * 1024 * kMiB : 160 * kMiB;
@@ -73,7 +73,7 @@ TEST(McapMemory, DoesNotGrowWithTheRecording) {
   const std::int64_t large_kib = peak_kib(folder / "large.mcap", large);
   RecordProperty("small_kib", std::to_string(small_kib));
   RecordProperty("large_kib", std::to_string(large_kib));
-  // An index entry for each chunk of a mebibyte: 100 times the recording, hardly more memory.
+  // One index entry per chunk of 1 MiB: 100 times the recording needs hardly more memory.
   EXPECT_LE(large_kib - small_kib, full ? 8 * 1024 : 1024);
   EXPECT_LE(large_kib, 64 * 1024);
 }

@@ -21,13 +21,13 @@ Result<Attachment> read_attachment(const ByteSource& source, const AttachmentInd
 Result<Attachment> decode_attachment(ByteSpan content, const Place& place) {
   Result<Attachment> attachment = decode<Attachment>(content);
   if (!attachment) return attachment;
-  // All fields before the checksum; what a later version may put behind it is not covered.
+  // Covers all fields before the checksum, but not fields that a later version may append.
   const ByteSpan& last = attachment->data.bytes;
   const ByteSpan covered =
       content.first(static_cast<std::size_t>(last.data() + last.size() - content.data()));
   if (attachment->crc != 0 && crc32(covered) != attachment->crc) {
-    return fail(ErrorCode::Unreadable,
-                fmt::format("the checksum of attachment '{}' is wrong", attachment->name), place);
+    return fail(ErrorCode::Unreadable, fmt::format("wrong checksum of attachment '{}'", attachment->name),
+                place);
   }
   return attachment;
 }
@@ -43,9 +43,9 @@ Result<Metadata> read_metadata(const ByteSource& source, const MetadataIndex& en
 
 namespace {
 
-/// What of a file is wanted.
+/// Selected part of a file.
 struct Wanted {
-  std::vector<const Channel*> channels{};  ///< by id; none of a channel that is not wanted
+  std::vector<const Channel*> channels{};  ///< by id; nullptr for channels that are not selected
   std::uint64_t from = 0;
   std::uint64_t to = 0;
 
@@ -57,10 +57,10 @@ struct Wanted {
   }
 };
 
-/// Messages in order of time, of one chunk or of all that lie in none.
+/// Messages in time order, of one chunk or of all messages outside chunks.
 struct Run {
-  Bytes content;  ///< the chunk as it lies in the file
-  Bytes room;     ///< its records, where they were packed
+  Bytes content;  ///< the chunk as stored in the file
+  Bytes room;     ///< its records, if compressed
   std::vector<Message> messages;
   std::size_t next = 0;
   std::size_t number = 0;  ///< breaks ties
@@ -69,7 +69,7 @@ struct Run {
   [[nodiscard]] std::uint64_t bytes() const { return content.size() + room.size(); }
 };
 
-/// The wanted messages of a chunk's records, in file order; without the detours of decode(), there are many.
+/// Selected messages of a chunk in file order. Bypasses decode() for speed.
 Status collect(ByteSpan records, const Wanted& wanted, std::vector<Message>& messages) {
   constexpr std::size_t kFields = 22;
   ByteReader in(records);
@@ -78,7 +78,7 @@ Status collect(ByteSpan records, const Wanted& wanted, std::vector<Message>& mes
     const ByteSpan content = in.counted<std::uint64_t>();
     const bool message = is<Message>(opcode);
     if (in.failed() || (message && content.size() < kFields))
-      return fail(ErrorCode::Unreadable, "a record in a chunk is cut short");
+      return fail(ErrorCode::Unreadable, "truncated record in a chunk");
     if (!message) continue;
     const Message found{.channel_id = from_little_endian<std::uint16_t>(content.data()),
                         .sequence = from_little_endian<std::uint32_t>(content.data() + 2),
@@ -113,8 +113,9 @@ Status load_loose(const ByteSource& source, const LooseMessage& entry, const Wan
   return {};
 }
 
-/// Damage is told and passed over, or ends the visit.
-Status pass_over(const ByteSource& source, Error error, std::uint64_t offset, const ReaderOptions& options) {
+/// Reports damage and skips it, or ends the visit.
+Status skip_damage(const ByteSource& source, Error error, std::uint64_t offset,
+                   const ReaderOptions& options) {
   if (!error.place.byte || error.place.source.empty()) error.place = at(source, offset);
   if (!options.on_damage) return tl::unexpected(error);
   options.on_damage(error);
@@ -131,11 +132,11 @@ Wanted wanted_of(const Index& index, const Selection& selection) {
   return wanted;
 }
 
-/// Chunks that may hold what is wanted, in order of their first message; the place in the file breaks ties.
+/// Chunks that may contain selected messages, in order of their first message; ties by file offset.
 std::vector<std::size_t> chunks_in_order(const std::vector<ChunkIndex>& chunks, const Wanted& wanted) {
   const auto may_hold = [&](const ChunkIndex& chunk) {
     if (chunk.message_end_time < wanted.from || chunk.message_start_time >= wanted.to) return false;
-    // Without message indexes nobody knows which channels are in it.
+    // Without message indexes the channels of a chunk are unknown.
     return chunk.message_index_offsets.empty() ||
            std::ranges::any_of(chunk.message_index_offsets,
                                [&](const auto& offset) { return wanted.channel(offset.first); });
@@ -147,7 +148,7 @@ std::vector<std::size_t> chunks_in_order(const std::vector<ChunkIndex>& chunks, 
   return order;
 }
 
-/// Merges chunks that overlap in time with each other and with the messages outside chunks.
+/// Merges chunks that overlap in time, and messages outside chunks.
 class Merge {
  public:
   Merge(const ByteSource& source, const Index& index, Wanted wanted, const ReaderOptions& options)
@@ -165,7 +166,7 @@ class Merge {
 
   Status run(const std::function<Status(const Channel&, const Message&)>& visit) {
     while (true) {
-      if (Status status = open_what_may_be_next(); !status) return status;
+      if (Status status = open_possible_next_chunks(); !status) return status;
       if (heap_.empty()) return {};
       std::ranges::pop_heap(heap_, later);
       Run& earliest = *heap_.back();
@@ -191,8 +192,8 @@ class Merge {
     return heap_.empty() || start <= heap_.front()->front().log_time;
   }
 
-  /// Opens every chunk that may hold an earlier message than the earliest at hand.
-  Status open_what_may_be_next() {
+  /// Opens every chunk that may contain an earlier message than the earliest open one.
+  Status open_possible_next_chunks() {
     while (next_chunk_ < order_.size() &&
            may_be_next(index_.chunks[order_[next_chunk_]].message_start_time)) {
       const std::size_t number = order_[next_chunk_++];
@@ -201,7 +202,7 @@ class Merge {
       Status status = load_chunk(source_, entry, wanted_, options_, *run);
       if (!std::ranges::is_sorted(run->messages, {}, &Message::log_time))
         std::ranges::stable_sort(run->messages, {}, &Message::log_time);
-      if (!status) status = pass_over(source_, status.error(), entry.chunk_start_offset, options_);
+      if (!status) status = skip_damage(source_, status.error(), entry.chunk_start_offset, options_);
       if (!status) return status;
       if (status = push(std::move(run)); !status) return status;
     }
@@ -209,14 +210,14 @@ class Merge {
       const LooseMessage& entry = loose_[next_loose_];
       std::unique_ptr<Run> run = fresh(index_.chunks.size() + next_loose_++);
       Status status = load_loose(source_, entry, wanted_, options_, *run);
-      if (!status) status = pass_over(source_, status.error(), entry.offset, options_);
+      if (!status) status = skip_damage(source_, status.error(), entry.offset, options_);
       if (!status) return status;
       if (status = push(std::move(run)); !status) return status;
     }
     return {};
   }
 
-  /// An empty run, with the memory of one that is done.
+  /// An empty run that reuses the memory of a finished one.
   std::unique_ptr<Run> fresh(std::size_t number) {
     std::unique_ptr<Run> run;
     if (spare_.empty()) {
@@ -241,9 +242,9 @@ class Merge {
     std::ranges::push_heap(heap_, later);
     if (heap_.size() == 1 || held_bytes_ <= options_.max_record_bytes) return {};
     return fail(ErrorCode::LimitExceeded,
-                fmt::format("{} chunks that overlap in time are more than the allowed {} bytes", heap_.size(),
+                fmt::format("{} chunks that overlap in time exceed the limit of {} bytes", heap_.size(),
                             options_.max_record_bytes),
-                {.source = source_.name()}, "Read it as a stream.");
+                {.source = source_.name()}, "Read the file as a stream.");
   }
 
   const ByteSource& source_;
@@ -274,7 +275,7 @@ Status visit_as_written(const ByteSource& source, const Index& index,
   Run run;
   std::size_t loose = 0;
   const auto give = [&](Status status, std::uint64_t offset) {
-    if (!status) status = pass_over(source, status.error(), offset, options);
+    if (!status) status = skip_damage(source, status.error(), offset, options);
     for (std::size_t i = 0; status && i < run.messages.size(); ++i)
       status = visit(*wanted.channels[run.messages[i].channel_id], run.messages[i]);
     run.messages.clear();

@@ -30,7 +30,7 @@ struct Encoder {
     append(out, part.bytes);
   }
   void write(const Rest& part) { append(out, part.bytes); }
-  // Arrays and maps alike: the number of bytes, then the pairs.
+  // Arrays and maps: size in bytes, then the pairs.
   template <class Pairs>
     requires requires(const Pairs& pairs) { pairs.begin()->second; }
   void write(const Pairs& pairs) {
@@ -87,7 +87,7 @@ struct Decoder {
       read(inside, second);
       if (!inside.failed()) insert(std::move(first), std::move(second));
     }
-    if (inside.failed()) (void)in.take(in.remaining() + 1);  // a pair cut in two fails the record
+    if (inside.failed()) (void)in.take(in.remaining() + 1);  // a truncated pair fails the record
   }
 };
 
@@ -113,9 +113,8 @@ Result<Record> decode(ByteSpan content) {
   Record record;
   Record::fields(record, Decoder{in});
   if (in.failed()) {
-    return fail(ErrorCode::Unreadable,
-                fmt::format("an MCAP record of kind 0x{:02x} with {} bytes is cut short",
-                            static_cast<unsigned>(Record::kOpcode), content.size()));
+    return fail(ErrorCode::Unreadable, fmt::format("truncated MCAP record of kind 0x{:02x} with {} bytes",
+                                                   static_cast<unsigned>(Record::kOpcode), content.size()));
   }
   return record;
 }

@@ -9,14 +9,14 @@
 #include "waymark/base/error.hpp"
 #include "waymark/recording/byte_io.hpp"
 
-/// The records of an MCAP file as plain values, named as in the "MCAP Format Specification", section
-/// "Records". Each lists its fields once, in file order; encode() and decode() are made from that list.
+/// Records of an MCAP file as plain structs, named as in the "MCAP Format Specification", section "Records".
+/// Each lists its fields once, in file order; encode() and decode() use that list.
 ///
-/// Spans point into the bytes a record was decoded from.
+/// Spans point into the bytes that a record was decoded from.
 namespace waymark::mcap {
 
 inline constexpr std::uint8_t kMagic[8] = {0x89, 'M', 'C', 'A', 'P', 0x30, '\r', '\n'};
-/// Opcode (1 byte) and content length (8 bytes) stand before every record.
+/// Size of the opcode (1 byte) and content length (8 bytes) before every record.
 inline constexpr std::size_t kRecordPrefixSize = 9;
 
 enum class Opcode : std::uint8_t {
@@ -37,7 +37,7 @@ enum class Opcode : std::uint8_t {
   DataEnd = 0x0F,
 };
 
-/// Bytes behind a 32-bit or a 64-bit count, or all that is left of the record.
+/// Bytes preceded by a 32-bit or 64-bit count, or the remaining bytes of the record.
 struct Bytes32 {
   ByteSpan bytes{};
 };
@@ -71,7 +71,7 @@ struct Footer {
 
 struct Schema {
   static constexpr auto kOpcode = Opcode::Schema;
-  std::uint16_t id = 0;  ///< never 0: that means "no schema" in a channel
+  std::uint16_t id = 0;  ///< never 0, which means "no schema" in a channel
   std::string name{};
   std::string encoding{};
   Bytes32 data{};
@@ -98,8 +98,8 @@ struct Message {
   static constexpr auto kOpcode = Opcode::Message;
   std::uint16_t channel_id = 0;
   std::uint32_t sequence = 0;
-  std::uint64_t log_time = 0;      ///< [ns] when it was recorded
-  std::uint64_t publish_time = 0;  ///< [ns] when it was published
+  std::uint64_t log_time = 0;      ///< [ns] time of recording
+  std::uint64_t publish_time = 0;  ///< [ns] time of publication
   Rest data{};
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
@@ -250,8 +250,8 @@ void encode_content(Bytes& out, const Record& record);
 template <class Record>
 void encode(Bytes& out, const Record& record);
 
-/// A record from its content; fields the specification may add behind ours are passed over. Fails when it is
-/// cut short.
+/// Decodes a record from its content. Additional bytes at the end, which the specification allows for future
+/// fields, are ignored. Fails on truncated content.
 template <class Record>
 [[nodiscard]] Result<Record> decode(ByteSpan content);
 

@@ -13,13 +13,13 @@
 namespace waymark::mcap {
 namespace {
 
-/// Takes the records of a broken file and writes a whole one.
+/// Receives the records of a damaged file and writes a complete one.
 class Salvage {
  public:
   Salvage(const ByteSource& source, std::unique_ptr<ByteSink> sink)
       : source_(source), output_(std::move(sink)), scan_(index_) {}
 
-  /// `known`: what the summary says of channels, for a file whose begin is lost with theirs.
+  /// `known`: channels from the summary, for a file whose first records are lost.
   Status begin(const Index& known, bool begin_is_lost) {
     Status status = output_.put(kMagic);
     if (!begin_is_lost) return status;
@@ -41,7 +41,7 @@ class Salvage {
       on_inner(view);
       return {};
     }
-    if (is<MessageIndex>(view.opcode)) return {};  // made anew: the last one may be cut
+    if (is<MessageIndex>(view.opcode)) return {};  // written again, because the last one may be truncated
     if (Status status = end_chunk(); !status) return status;
     ended_ = is<DataEnd>(view.opcode) || is<Footer>(view.opcode);
     return ended_ || is_damaged(view) ? Status{} : copy(view);
@@ -98,7 +98,7 @@ class Salvage {
     messages.records.emplace_back(message->log_time, view.inner_offset);
   }
 
-  /// Behind a chunk stand its message indexes.
+  /// Ends a chunk with its message indexes.
   Status end_chunk() {
     if (!in_chunk_) return {};
     in_chunk_ = false;
@@ -124,7 +124,7 @@ class Salvage {
   bool ended_ = false;
 };
 
-/// Where records begin, as the summary tells it, in order; nothing of a file without one.
+/// Offsets of records from the summary, in order; empty without a summary.
 std::vector<KnownRecord> known_records(const Index& index) {
   std::vector<KnownRecord> known;
   if (!index.from_summary) return known;
@@ -152,7 +152,7 @@ Result<Recovery> recover(const ByteSource& source, std::unique_ptr<ByteSink> sin
   ReaderOptions damaged = options;
   damaged.begin_may_be_lost = true;
   Result<Index> before = read_index(source, damaged);
-  if (!before) before = Index{};  // whether chunks can be found is read_stream()'s to say
+  if (!before) before = Index{};  // read_stream() determines whether chunks can be found
   Salvage salvage(source, std::move(sink));
   if (Status status = salvage.begin(*before, !begins_with_magic(source)); !status)
     return tl::unexpected(status.error());
@@ -181,11 +181,11 @@ Result<Recovery> recover_file(const std::filesystem::path& in, const std::filesy
   if (!source) return tl::unexpected(source.error());
   std::error_code ignored;
   if (std::filesystem::exists(out, ignored)) {
-    return fail(ErrorCode::Unwritable, "there is such a file already", {.source = out.string()},
-                "A file is never overwritten: choose another name.");
+    return fail(ErrorCode::Unwritable, "the file exists already", {.source = out.string()},
+                "Files are never overwritten: choose another name.");
   }
   const std::filesystem::path part = out.string() + ".part";
-  const auto named = [&](Error error) {  // nobody asked for the part
+  const auto named = [&](Error error) {  // the caller does not know the .part file
     if (error.place.source == part.string()) error = named_output(std::move(error), out);
     return tl::unexpected(std::move(error));
   };
@@ -193,8 +193,8 @@ Result<Recovery> recover_file(const std::filesystem::path& in, const std::filesy
   if (!sink) return named(sink.error());
   Result<Recovery> recovery = recover(**source, std::move(*sink), options);
   if (recovery && recovery->messages == 0 && !recovery->was_whole)
-    recovery = fail(ErrorCode::NotFound, "no whole message stands in it: there is nothing to recover",
-                    {.source = in.string()}, "A recorder writes a chunk each second, or each 1 MiB.");
+    recovery = fail(ErrorCode::NotFound, "no complete message found; nothing to recover",
+                    {.source = in.string()}, "Recorders write a chunk each second or each 1 MiB.");
   if (recovery) {
     if (Status status = rename_to_new(part, out); !status) recovery = tl::unexpected(status.error());
   }

@@ -9,25 +9,25 @@
 
 namespace waymark::mcap {
 
-/// What became of a file whose writer died, or that was cut or damaged.
+/// Result of recovering a file that is incomplete, truncated or damaged.
 struct Recovery {
   std::uint64_t messages = 0;
   std::uint64_t chunks = 0;
   std::uint64_t kept_bytes = 0;   ///< of the data section
-  std::uint64_t lost_bytes = 0;   ///< behind the last whole record, and of records that are damaged
-  bool was_whole = false;         ///< nothing was missing or damaged, the summary included
-  std::vector<Error> problems{};  ///< of the file as it was
+  std::uint64_t lost_bytes = 0;   ///< after the last complete record, and of damaged records
+  bool was_whole = false;         ///< the file was complete and undamaged, including the summary
+  std::vector<Error> problems{};  ///< of the original file
 };
 
-/// Copies every whole record, byte for byte, and writes message indexes and a summary for them: chunks and
-/// attachments whose checksum is wrong, records whose length is damaged (the summary tells where the
-/// next begins; without one the next chunk is searched for) and what follows the last whole record are left
-/// out. One pass; memory: a chunk and an index entry for each.
+/// Copies every complete record byte for byte and writes message indexes and a summary for them. Omits chunks
+/// and attachments with a wrong checksum, records with a damaged length, and everything after the last
+/// complete record. After a damaged length it continues at the next record in the summary; without a summary
+/// it searches for the next chunk. One pass; memory: a chunk and an index entry for each.
 [[nodiscard]] Result<Recovery> recover(const ByteSource& source, std::unique_ptr<ByteSink> sink,
                                        const ReaderOptions& options = {});
 
-/// The same from file to file. `out` appears whole, or not at all (beside it grows OUT.part); it must not
-/// exist. `in` is only read.
+/// Recovers from file to file. `out` must not exist and appears only when complete; until then it is written
+/// as OUT.part. `in` is only read.
 [[nodiscard]] Result<Recovery> recover_file(const std::filesystem::path& in, const std::filesystem::path& out,
                                             const ReaderOptions& options = {});
 

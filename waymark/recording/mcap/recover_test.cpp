@@ -1,4 +1,4 @@
-// What is recovered of files that were cut or damaged.
+// Recovery of truncated and damaged files.
 #include "waymark/recording/mcap/recover.hpp"
 
 #include <algorithm>
@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
 #include "waymark/base/random.hpp"
 #include "waymark/recording/mcap/reader.hpp"
 #include "waymark/recording/mcap/writer.hpp"
@@ -34,7 +35,7 @@ Bytes some_recording(std::uint64_t count, const WriterOptions& options) {
   return file;
 }
 
-TEST(McapRecover, WhatIsRecoveredOfACutFileIsAllThatStoodBeforeTheCut) {
+TEST(McapRecover, RecoversEverythingBeforeATruncation) {
   const Bytes whole = some_recording(300, {.chunk_size_bytes = 1 << 15});
   const auto index = read_index(*memory_source(whole));
   Random random(2);
@@ -43,7 +44,7 @@ TEST(McapRecover, WhatIsRecoveredOfACutFileIsAllThatStoodBeforeTheCut) {
     const Bytes part(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(cut));
     Bytes file;
     const auto recovery = recover(*memory_source(part), memory_sink(file));
-    ASSERT_TRUE(recovery) << "cut at " << cut << ": " << to_string(recovery.error());
+    ASSERT_TRUE(recovery) << "truncated at " << cut << ": " << to_string(recovery.error());
     EXPECT_FALSE(recovery->was_whole);
     const auto after = read_index(*memory_source(file));
     ASSERT_TRUE(after);
@@ -52,12 +53,12 @@ TEST(McapRecover, WhatIsRecoveredOfACutFileIsAllThatStoodBeforeTheCut) {
     const auto kept = std::ranges::count_if(index->chunks, [&](const ChunkIndex& chunk) {
       return chunk.chunk_start_offset + chunk.chunk_length <= cut;
     });
-    EXPECT_EQ(static_cast<std::ptrdiff_t>(after->chunks.size()), kept) << "cut at " << cut;
+    EXPECT_EQ(static_cast<std::ptrdiff_t>(after->chunks.size()), kept) << "truncated at " << cut;
     EXPECT_LE(recovery->lost_bytes, cut);
   }
 }
 
-TEST(McapRecover, AWholeFileIsRecoveredAsItWas) {
+TEST(McapRecover, ACompleteFileIsCopiedUnchanged) {
   const Bytes whole = some_recording(100, {});
   Bytes file;
   const auto recovery = recover(*memory_source(whole), memory_sink(file));
@@ -67,7 +68,7 @@ TEST(McapRecover, AWholeFileIsRecoveredAsItWas) {
   EXPECT_EQ(file, whole);
 }
 
-TEST(McapRecover, ADamagedChunkIsLeftOutAndTheOthersAreKept) {
+TEST(McapRecover, OmitsADamagedChunkAndKeepsTheOthers) {
   Bytes damaged = some_recording(300, {.chunk_size_bytes = 1 << 15});
   const auto index = read_index(*memory_source(damaged));
   ASSERT_GT(index->chunks.size(), 3U);
@@ -80,18 +81,17 @@ TEST(McapRecover, ADamagedChunkIsLeftOutAndTheOthersAreKept) {
   EXPECT_EQ(recovery->chunks, index->chunks.size() - 1);
   EXPECT_EQ(recovery->lost_bytes, index->chunks[1].chunk_length);
   EXPECT_EQ(read_index(*memory_source(file))->metadata.size(), 1U);
-  // Without recovery: the visit passes over the damage when it has somebody to tell, and fails otherwise.
+  // Without recovery a visit skips damage only if on_damage is set, and fails otherwise.
   const auto visit = [](const Channel&, const Message&) { return Status{}; };
   EXPECT_FALSE(visit_messages(*memory_source(damaged), *index, {}, visit));
-  int told = 0;
+  int reported = 0;
   EXPECT_TRUE(visit_messages(*memory_source(damaged), *index, {}, visit,
-                             {.on_damage = [&](const Error&) { ++told; }}));
-  EXPECT_EQ(told, 1);
+                             {.on_damage = [&](const Error&) { ++reported; }}));
+  EXPECT_EQ(reported, 1);
 }
 
-/// Each byte of the length of a chunk, and of its opcode, is changed: the summary tells where the next
-/// begins.
-TEST(McapRecover, BehindADamagedLengthRecoveryGoesOnAtTheNextChunk) {
+/// Changes each byte of a chunk's length and opcode; the summary contains the offset of the next record.
+TEST(McapRecover, ContinuesAtTheNextChunkAfterADamagedLength) {
   const Bytes whole = some_recording(300, {.chunk_size_bytes = 1 << 15});
   const auto index = read_index(*memory_source(whole));
   ASSERT_GT(index->chunks.size(), 3U);
@@ -118,8 +118,8 @@ TEST(McapRecover, BehindADamagedLengthRecoveryGoesOnAtTheNextChunk) {
   }
 }
 
-/// Its writer died, and a part of it is lost: without a summary the bytes alone tell where the next chunk is.
-TEST(McapRecover, WithoutASummaryRecoveryGoesOnAtTheNextChunk) {
+/// The writer died and a part is lost; without a summary the next chunk must be found by its bytes.
+TEST(McapRecover, ContinuesAtTheNextChunkWithoutASummary) {
   for (const Compression compression : {Compression::None, Compression::Lz4, Compression::Zstd}) {
     const Bytes whole = some_recording(300, {.compression = compression, .chunk_size_bytes = 1 << 15});
     const auto index = read_index(*memory_source(whole));
@@ -140,8 +140,8 @@ TEST(McapRecover, WithoutASummaryRecoveryGoesOnAtTheNextChunk) {
   }
 }
 
-/// The first block of a file is lost, with its summary or without.
-TEST(McapRecover, AFileWhoseBeginIsLostKeepsItsChunks) {
+/// The first block of a file is lost, with or without a summary.
+TEST(McapRecover, AFileWithoutItsBeginningKeepsItsChunks) {
   const Bytes whole = some_recording(300, {.chunk_size_bytes = 1 << 15});
   const auto index = read_index(*memory_source(whole));
   ASSERT_GT(index->chunks.size(), 4U);
@@ -170,8 +170,8 @@ TEST(McapRecover, AFileWhoseBeginIsLostKeepsItsChunks) {
   }
 }
 
-/// Its writer died, and bytes in the middle are missing: a reader finds what recovery finds.
-TEST(McapRecover, AReaderGoesOnBehindBytesThatAreMissing) {
+/// The writer died and bytes in the middle are missing: a reader finds the same as recovery.
+TEST(McapRecover, AReaderContinuesAfterMissingBytes) {
   const Bytes whole = some_recording(300, {.chunk_size_bytes = 1 << 15});
   const auto index = read_index(*memory_source(whole));
   Bytes damaged(whole.begin(),
@@ -185,19 +185,21 @@ TEST(McapRecover, AReaderGoesOnBehindBytesThatAreMissing) {
   ASSERT_TRUE(read);
   EXPECT_FALSE(read->problems.empty());
   EXPECT_EQ(read->chunks.size(), recovery->chunks);
-  EXPECT_EQ(read->chunks.size(), index->chunks.size() - 3) << "the last, the damaged one, and that behind";
+  EXPECT_EQ(read->chunks.size(), index->chunks.size() - 3)
+      << "without the last, the damaged and the following chunk";
   EXPECT_EQ(read->statistics.message_count, recovery->messages);
 }
 
-TEST(McapRecover, WhatIsNoRecordingIsRefused) {
+TEST(McapRecover, RejectsOtherFiles) {
   const Bytes text(5000, 'w');
   Bytes file;
   const auto recovery = recover(*memory_source(text), memory_sink(file));
   ASSERT_FALSE(recovery);
-  EXPECT_NE(to_string(recovery.error()).find("not an MCAP file"), std::string::npos);
+  EXPECT_EQ(recovery.error().code, ErrorCode::Unreadable);
+  testing::expect_on_page("recording", recovery.error());
 }
 
-TEST(McapRecover, AnAttachmentWhoseChecksumIsWrongIsLeftOutAndSaid) {
+TEST(McapRecover, OmitsAndReportsAnAttachmentWithAWrongChecksum) {
   Bytes damaged;
   Result<Writer> writer = Writer::open(memory_sink(damaged), {});
   ASSERT_TRUE(writer->add_channel("/x", 0, ""));
@@ -214,7 +216,8 @@ TEST(McapRecover, AnAttachmentWhoseChecksumIsWrongIsLeftOutAndSaid) {
   ASSERT_TRUE(recovery);
   EXPECT_FALSE(recovery->was_whole);
   ASSERT_EQ(recovery->problems.size(), 1U);
-  EXPECT_NE(to_string(recovery->problems[0]).find("attachment 'first.yaml'"), std::string::npos);
+  EXPECT_NE(recovery->problems[0].message.find("'first.yaml'"), std::string::npos);
+  testing::expect_on_page("recording", recovery->problems[0]);
   const auto read = read_index(*memory_source(file));
   ASSERT_EQ(read->attachments.size(), 1U);
   EXPECT_EQ(read->attachments[0].name, "second.yaml");

@@ -15,8 +15,8 @@
 namespace waymark::mcap {
 namespace {
 
-// Kind and length of the record, start and end time, unpacked size, CRC; then the compression with its
-// length, at most "zstd", and the length of the records.
+// Record prefix, start and end time, unpacked size, CRC; then the compression name with its length, at most
+// "zstd", and the length of the records.
 constexpr std::size_t kToCompression = 1 + 8 + 8 + 8 + 8 + 4;
 
 constexpr std::size_t kHeader = kToCompression + 4 + 4 + 8;
@@ -31,8 +31,9 @@ bool is_chunk(ByteSpan header, std::uint64_t left) {
   return records <= length && length == around + records && kRecordPrefixSize + length <= left;
 }
 
-/// Where the next chunk begins at `offset` or behind it, by its bytes alone: its kind, and a length that fits
-/// the lengths inside it and the file. Nothing where there is none, or the source cannot be read. O(bytes).
+/// Offset of the next chunk at or after `offset`, recognised by its opcode and by a length consistent with
+/// the lengths inside it and with the file size. Nothing if there is none or the source cannot be read.
+/// O(bytes).
 std::optional<std::uint64_t> find_chunk(const ByteSource& source, std::uint64_t offset, std::uint64_t size) {
   constexpr std::uint64_t kBlock = 1 << 20;
   Bytes block;
@@ -54,13 +55,12 @@ Status check_magic(const ByteSource& source, std::uint64_t size) {
     if (Status status = source.read(0, magic); !status) return status;
   }
   if (!enough || !std::ranges::equal(magic, kMagic)) {
-    return fail(ErrorCode::Unreadable, "this is not an MCAP file: it does not begin with the MCAP magic",
-                at(source, 0));
+    return fail(ErrorCode::Unreadable, "not an MCAP file: does not begin with the MCAP magic", at(source, 0));
   }
   return {};
 }
 
-/// A record that lies whole between offset and size; nothing at the end of the data or where it is cut.
+/// A complete record between offset and size.
 struct Frame {
   std::uint8_t opcode = 0;
   std::uint64_t length = 0;
@@ -69,48 +69,46 @@ struct Frame {
 Result<Frame> read_frame(const ByteSource& source, std::uint64_t offset, std::uint64_t size,
                          const ReaderOptions& options) {
   if (size == offset)
-    return fail(ErrorCode::Unreadable, "the file ends here, without the summary of a finished one",
-                at(source, offset));
+    return fail(ErrorCode::Unreadable, "the file ends here without a summary", at(source, offset));
   if (size - offset < kRecordPrefixSize)
-    return fail(ErrorCode::Unreadable, "the file is cut inside a record", at(source, offset));
+    return fail(ErrorCode::Unreadable, "the file is truncated inside a record", at(source, offset));
   std::uint8_t prefix[kRecordPrefixSize] = {};
   if (Status status = source.read(offset, prefix); !status) return tl::unexpected(status.error());
   const Frame frame{.opcode = prefix[0], .length = from_little_endian<std::uint64_t>(prefix + 1)};
   if (frame.length > size - offset - kRecordPrefixSize) {
     return fail(ErrorCode::Unreadable,
-                fmt::format("a record of {} bytes reaches beyond the end of the file", frame.length),
+                fmt::format("a record of {} bytes extends past the end of the file", frame.length),
                 at(source, offset));
   }
   if (frame.length > options.max_record_bytes) {
-    return fail(ErrorCode::LimitExceeded,
-                fmt::format("a record of {} bytes is larger than the allowed {}", frame.length,
-                            options.max_record_bytes),
-                at(source, offset));
+    return fail(
+        ErrorCode::LimitExceeded,
+        fmt::format("a record of {} bytes exceeds the limit of {}", frame.length, options.max_record_bytes),
+        at(source, offset));
   }
   return frame;
 }
 
-/// The content of the record at `offset`, of a length that no other record contradicts: one begins at `next`,
-/// if there is one.
+/// Reads the record at `offset`. Its length must not extend past `next`, the offset of the next known record,
+/// if any.
 Result<RecordView> read_record(const ByteSource& source, std::uint64_t offset, std::uint64_t size,
                                std::optional<std::uint64_t> next, const ReaderOptions& options,
                                Bytes& content) {
   const Result<Frame> frame = read_frame(source, offset, size, options);
   if (!frame) return tl::unexpected(frame.error());
   if (next && offset + kRecordPrefixSize + frame->length > *next)
-    return fail(
-        ErrorCode::Unreadable,
-        fmt::format("a record of {} bytes reaches beyond the begin of another at byte {}: its length is "
-                    "damaged",
-                    frame->length, *next),
-        at(source, offset));
+    return fail(ErrorCode::Unreadable,
+                fmt::format("a record of {} bytes extends past the next record at byte {}: its length is "
+                            "damaged",
+                            frame->length, *next),
+                at(source, offset));
   content.resize(static_cast<std::size_t>(frame->length));
   if (Status status = source.read(offset + kRecordPrefixSize, content); !status)
     return tl::unexpected(status.error());
   return RecordView{.opcode = frame->opcode, .content = content, .offset = offset};
 }
 
-/// The records of a chunk, behind the record of the chunk itself.
+/// Visits the records of a chunk, after the record of the chunk itself.
 Status visit_chunk(const RecordView& view, const ReaderOptions& options, Bytes& room, const Place& place,
                    StreamSummary& summary, const std::function<Status(const RecordView&)>& visit) {
   const auto damaged = [&](Error problem) {
@@ -152,13 +150,12 @@ Result<ByteSpan> unpack_chunk(const Chunk& chunk, const ReaderOptions& options, 
   const Result<Compression> compression = parse_compression(chunk.compression);
   if (!compression) return tl::unexpected(compression.error());
   if (chunk.uncompressed_size > options.max_record_bytes) {
-    return fail(ErrorCode::LimitExceeded, fmt::format("a chunk of {} bytes is larger than the allowed {}",
+    return fail(ErrorCode::LimitExceeded, fmt::format("a chunk of {} bytes exceeds the limit of {}",
                                                       chunk.uncompressed_size, options.max_record_bytes));
   }
   Result<ByteSpan> records = decompress(*compression, chunk.records.bytes, chunk.uncompressed_size, room);
   if (records && chunk.uncompressed_crc != 0 && crc32(*records) != chunk.uncompressed_crc) {
-    return fail(ErrorCode::Unreadable,
-                "a chunk's checksum (CRC-32) is wrong: its bytes were changed or lost");
+    return fail(ErrorCode::Unreadable, "wrong chunk checksum (CRC-32): bytes were changed or lost");
   }
   return records;
 }
@@ -171,8 +168,7 @@ Status visit_records(ByteSpan bytes,
     const auto opcode = in.number<std::uint8_t>();
     const ByteSpan content = in.counted<std::uint64_t>();
     if (in.failed())
-      return fail(ErrorCode::Unreadable, "a record is cut short",
-                  {.byte = static_cast<std::int64_t>(offset)});
+      return fail(ErrorCode::Unreadable, "truncated record", {.byte = static_cast<std::int64_t>(offset)});
     if (Status status = visit(opcode, content, offset); !status) return status;
   }
   return {};
@@ -184,7 +180,7 @@ Result<StreamSummary> read_stream(const ByteSource& source, const ReaderOptions&
   const Result<std::uint64_t> size = source.size();
   if (!size) return tl::unexpected(size.error());
   StreamSummary summary{.good_bytes = sizeof(kMagic)};
-  if (const Status magic = check_magic(source, *size); !magic) {  // the first block of the file is lost
+  if (const Status magic = check_magic(source, *size); !magic) {  // the beginning of the file is lost
     const auto first = known.empty() && search ? find_chunk(source, 0, *size) : first_of(known, *size);
     if (!first) return tl::unexpected(magic.error());
     summary.problems.push_back(magic.error());
@@ -202,10 +198,10 @@ Result<StreamSummary> read_stream(const ByteSource& source, const ReaderOptions&
     auto next = after == known.end() || after->offset > *size ? std::nullopt : std::optional(after->offset);
     Result<RecordView> view = read_record(source, offset, *size, next, options, content);
     if (view && is_known && view->opcode != here->opcode)
-      view = fail(ErrorCode::Unreadable,
-                  fmt::format("the type of a record is {}, the summary says {}: it is damaged", view->opcode,
-                              here->opcode),
-                  at(source, offset));
+      view = fail(
+          ErrorCode::Unreadable,
+          fmt::format("damaged record: its type is {}, but {} in the summary", view->opcode, here->opcode),
+          at(source, offset));
     if (!view) {
       summary.problems.push_back(view.error());
       if (!next && search) next = find_chunk(source, offset + 1, *size);

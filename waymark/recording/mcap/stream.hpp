@@ -16,32 +16,32 @@ template <class Record>
   return opcode == static_cast<std::uint8_t>(Record::kOpcode);
 }
 
-/// A byte of a file, for errors.
+/// A byte of a file as a place for errors.
 [[nodiscard]] inline Place at(const ByteSource& source, std::uint64_t offset) {
   return {.source = source.name(), .byte = static_cast<std::int64_t>(offset)};
 }
 
 struct ReaderOptions {
-  /// Refuse a record or an unpacked chunk larger than this; a reader never holds more than two of them.
+  /// Records and unpacked chunks larger than this are rejected; a reader never holds more than two of them.
   std::uint64_t max_record_bytes = std::uint64_t{1} << 30;
-  /// A file up to this size is compared with its checksum when it is opened, which reads all of it.
+  /// The checksum of files up to this size is verified on opening, which reads the whole file.
   std::uint64_t max_checked_bytes = std::uint64_t{1} << 32;
-  /// read_index() takes the summary of a file whose first bytes are lost, too.
+  /// read_index() accepts the summary of a file whose first bytes are lost.
   bool begin_may_be_lost = false;
-  /// Told of damage that a visit passes over; unless set, damage ends the visit with its error.
+  /// Called for damage that a visit skips; if unset, damage ends the visit with its error.
   std::function<void(const Error&)> on_damage{};
 };
 
-/// One record as it lies in the file; the content is gone after the callback returns.
+/// One record as stored in the file; its content is valid until the callback returns.
 struct RecordView {
-  std::uint8_t opcode = 0;  ///< of enum Opcode, or one this version does not know: pass it over
+  std::uint8_t opcode = 0;  ///< of enum Opcode, or of a newer version: skip those
   ByteSpan content{};
   std::uint64_t offset = 0;  ///< of the record in the file; inside a chunk, that of the chunk
   bool in_chunk = false;
   std::uint64_t inner_offset = 0;  ///< inside a chunk: of the record in the unpacked bytes
 };
 
-/// A record that an index names.
+/// Location of a record according to an index.
 struct KnownRecord {
   std::uint64_t offset = 0;
   std::uint8_t opcode = 0;
@@ -49,33 +49,32 @@ struct KnownRecord {
   friend auto operator<=>(const KnownRecord&, const KnownRecord&) = default;
 };
 
-/// How reading front to back ended.
+/// Result of a sequential read.
 struct StreamSummary {
   bool complete = false;            ///< the closing magic was reached
-  std::uint64_t good_bytes = 0;     ///< end of the last whole record: what recovery keeps
-  std::uint64_t skipped_bytes = 0;  ///< in front of it: records that are damaged: of chunks their bytes, of
-                                    ///< lengths all up to the next known record
+  std::uint64_t good_bytes = 0;     ///< end of the last complete record; recovery keeps everything before it
+  std::uint64_t skipped_bytes = 0;  ///< before good_bytes: bytes of damaged chunks, and those after a damaged
+                                    ///< length up to the next known record
   std::vector<Error>
-      problems{};  ///< the cut at the end, chunks whose CRC or packing is wrong (they are passed over)
+      problems{};  ///< truncation at the end, and skipped chunks with a wrong CRC or damaged compression
 };
 
-/// Reads all records front to back, those inside chunks included (behind their chunk's own record); a chunk
-/// whose packing or CRC is wrong is not visited. Needs no index, so it works on a recording in progress or
-/// one whose writer died. Fails only when it is not an MCAP file at all, or when the callback does; damage is
-/// reported in the summary. Behind a record whose length or kind is damaged it goes on at the next of
-/// `known`, the records that an index names, in order; where none is known and `search` says so, at the next
-/// bytes that look like a chunk; so it begins where the file does not begin as an MCAP. Memory: one record
-/// and one unpacked chunk.
+/// Reads all records sequentially, including those inside chunks (after the record of their chunk). Skips
+/// chunks with damaged compression or a wrong CRC. Needs no index, so it works on a recording in progress or
+/// of a writer that died. Fails only if the file is not MCAP or the callback fails; damage is reported in the
+/// summary. After a record with a damaged length or opcode it continues at the next of `known`, the records
+/// of an index in order. Without known records and with `search` it continues at the next bytes that look
+/// like a chunk; the same applies if the beginning of the file is lost. Memory: one record and one unpacked
+/// chunk.
 [[nodiscard]] Result<StreamSummary> read_stream(const ByteSource& source, const ReaderOptions& options,
                                                 const std::function<Status(const RecordView&)>& visit,
                                                 const std::vector<KnownRecord>& known = {},
                                                 bool search = false);
 
-/// The records inside a chunk, unpacked (into `room`, unless they are not packed) and with the CRC checked.
+/// Unpacks the records of a chunk (into `room`, if compressed) and verifies the CRC.
 [[nodiscard]] Result<ByteSpan> unpack_chunk(const Chunk& chunk, const ReaderOptions& options, Bytes& room);
 
-/// Calls visit for each record in unpacked bytes (a chunk or a summary section). Fails on a record that is
-/// cut short.
+/// Calls visit for each record in unpacked bytes (a chunk or a summary section). Fails on a truncated record.
 [[nodiscard]] Status visit_records(
     ByteSpan bytes,
     const std::function<Status(std::uint8_t opcode, ByteSpan content, std::size_t offset)>& visit);

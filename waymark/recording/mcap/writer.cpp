@@ -16,16 +16,16 @@ tl::unexpected<Error> too_many(std::string_view what) {
   return fail(ErrorCode::LimitExceeded, fmt::format("an MCAP file holds at most {} {}", kMaxIds, what));
 }
 
-/// Opcode, length and fields of a chunk record up to its records.
+/// Encodes opcode, length and fields of a chunk record up to its records.
 void encode_chunk_head(Bytes& out, const Chunk& chunk, std::uint64_t records_size) {
   const std::size_t at = out.size();
-  encode(out, chunk);  // with no records: the last eight bytes are their size
+  encode(out, chunk);  // encoded without records; the last eight bytes are their size
   const std::uint64_t fields = out.size() - at - kRecordPrefixSize;
   put_little_endian(out.data() + at + 1, fields + records_size);
   put_little_endian(out.data() + out.size() - sizeof(records_size), records_size);
 }
 
-/// encode() of a message, of which there are many: two appends.
+/// encode() specialised for messages: two appends.
 void encode_message(Bytes& out, const Message& message) {
   std::uint8_t head[kRecordPrefixSize + 22];
   head[0] = static_cast<std::uint8_t>(Opcode::Message);
@@ -38,7 +38,7 @@ void encode_message(Bytes& out, const Message& message) {
   append(out, message.data.bytes);
 }
 
-/// Of a chunk whose records are not packed, with the indexes behind it: their checksum is known already.
+/// CRC of an uncompressed chunk and its indexes, combined from the known CRC of the records.
 std::uint32_t crc_of_unpacked(ByteSpan head, const Chunk& chunk, ByteSpan whole) {
   const ByteSpan indexes = whole.subspan(head.size() + static_cast<std::size_t>(chunk.uncompressed_size));
   const std::uint32_t begin = crc32_of_both(crc32(head), chunk.uncompressed_crc, chunk.uncompressed_size);
@@ -103,7 +103,7 @@ Result<std::uint16_t> Writer::add_channel(const std::string& topic, std::uint16_
                                           const std::map<std::string, std::string>& metadata) {
   if (schema_id > index_.schemas.size()) {
     return fail(ErrorCode::InvalidArgument,
-                fmt::format("channel '{}' names schema {}, which was not added", topic, schema_id));
+                fmt::format("channel '{}' refers to schema {}, which was not added", topic, schema_id));
   }
   if (index_.channels.size() >= kMaxIds) return too_many("channels");
   const auto id = static_cast<std::uint16_t>(index_.channels.size() + 1);
@@ -285,7 +285,7 @@ Status Writer::write_metadata(const Metadata& metadata) {
 Status Writer::close() {
   Status flushed = end_chunk();
   Scan(index_).finish();
-  // Also after a failure: what stands in the file is worth an index, if there is room for one.
+  // Also after a failure: the data in the file still need an index, if it fits.
   Status finished = output_->finish(index_, options_.summary);
   if (finished && options_.durable) finished = output_->sync();
   return flushed ? finished : flushed;

@@ -15,16 +15,16 @@
 
 namespace waymark::mcap {
 
-/// A file as it grows, with its position and the checksum of its data section.
+/// A file being written, with its position and the checksum of its data section.
 class Output {
  public:
   explicit Output(std::unique_ptr<ByteSink> sink) : sink_(std::move(sink)) {}
 
   [[nodiscard]] std::uint64_t position() const { return position_; }
 
-  /// Appends bytes; position and checksum move only when all of them were taken.
+  /// Appends bytes; position and checksum advance only if all of them were accepted.
   Status put(ByteSpan bytes) { return put(bytes, crc32(bytes)); }
-  /// The same with their checksum, where it is known.
+  /// Appends bytes with a checksum that is already known.
   Status put(ByteSpan bytes, std::uint32_t crc) {
     if (Status status = sink_->write(bytes); !status) return status;
     position_ += bytes.size();
@@ -32,7 +32,7 @@ class Output {
     return {};
   }
   Status sync() { return sink_->sync(); }
-  /// The end of the data section, and the summary.
+  /// Writes the end of the data section and the summary.
   Status finish(const Index& index, const SummaryParts& parts = {}) {
     Bytes bytes;
     encode(bytes, DataEnd{.data_section_crc = crc_});
@@ -50,21 +50,21 @@ struct WriterOptions {
   std::string profile = "ros2";
   std::string library = "waymark";
   Compression compression = Compression::Zstd;
-  std::size_t chunk_size_bytes = 1 << 20;  ///< a chunk ends when it holds this much
+  std::size_t chunk_size_bytes = 1 << 20;  ///< a chunk ends at this size
   Duration chunk_duration =
-      std::chrono::seconds(1);  ///< … or spans this much log time: what a crash can lose
-  /// Sync each chunk_duration of log time, so that a power cut loses no more either.
+      std::chrono::seconds(1);  ///< … or at this span of log time, which bounds the loss in a crash
+  /// Syncs each chunk_duration of log time, so that a power cut loses no more than a crash.
   bool durable = false;
-  bool chunked = true;        ///< false: each message by itself, unpacked and without an index
-  bool message_index = true;  ///< where in a chunk the messages of each channel lie
+  bool chunked = true;        ///< false: messages outside chunks, uncompressed and without an index
+  bool message_index = true;  ///< offsets of each channel's messages in a chunk
   SummaryParts summary{};
 };
 
-/// Writes an MCAP file front to back ("MCAP Format Specification"): chunks with message indexes and CRCs,
-/// then the summary. A file whose writer died before close() is whole up to its last chunk and can be read as
-/// a stream. Once something could not be written (a full disk) nothing more is taken: every call gives that
-/// error; what stands in the file is kept, and close() still ends it with a summary where that fits.
-/// O(1) a message; memory: one chunk and an index entry for each chunk.
+/// Writes an MCAP file sequentially ("MCAP Format Specification"): chunks with message indexes and CRCs, then
+/// the summary. A file whose writer died before close() is complete up to its last chunk and can be read as a
+/// stream. After a write error (a full disk) every further call returns that error; the data already in the
+/// file are kept, and close() still writes a summary if it fits. O(1) per message; memory: one chunk and an
+/// index entry for each chunk.
 class Writer {
  public:
   static Result<Writer> open(std::unique_ptr<ByteSink> sink, const WriterOptions& options);
@@ -72,7 +72,7 @@ class Writer {
   Writer(Writer&&) noexcept;
   Writer& operator=(Writer&&) noexcept;
 
-  /// Ids count from 1. The same name and data give the same id.
+  /// Ids count from 1. Equal name and data return the existing id.
   Result<std::uint16_t> add_schema(const std::string& name, const std::string& encoding, ByteSpan data);
   /// schema_id 0: no schema.
   Result<std::uint16_t> add_channel(const std::string& topic, std::uint16_t schema_id,
@@ -80,17 +80,17 @@ class Writer {
                                     const std::map<std::string, std::string>& metadata = {});
   /// Appends a message; its sequence number counts per channel. Times in nanoseconds.
   Status write(std::uint16_t channel_id, std::uint64_t log_time, std::uint64_t publish_time, ByteSpan data);
-  /// Appends a message as it is.
+  /// Appends a message unchanged.
   Status write(const Message& message);
   Status write_attachment(Attachment attachment);
   Status write_metadata(const Metadata& metadata);
 
-  /// Ends the chunk: everything so far is in the file. Call it when a second passes without messages.
+  /// Ends the chunk, so that everything so far is in the file. Call it if no message arrives for a second.
   Status flush();
-  /// Ends the file with its summary. Nothing may be written after it.
+  /// Completes the file with its summary. No calls to write() may follow.
   Status close();
 
-  /// Of what is in the file; messages of the chunk that is being filled are not counted yet.
+  /// Statistics of the file; excludes messages of the current chunk.
   [[nodiscard]] const Statistics& statistics() const { return index_.statistics; }
 
  private:
@@ -118,14 +118,14 @@ class Writer {
   Index index_;
   std::vector<std::uint32_t> sequences_;
   std::optional<Error> failure_;
-  std::optional<std::uint64_t> unsynced_since_;  ///< log time of the first message that no sync covers
+  std::optional<std::uint64_t> unsynced_since_;  ///< log time of the first unsynced message
 
-  Bytes chunk_;                               ///< room for the head of a chunk, then its records
+  Bytes chunk_;                               ///< space for the head of a chunk, then its records
   std::vector<MessageIndex> chunk_messages_;  ///< of each channel
   std::uint64_t chunk_message_count_ = 0;
   std::uint64_t chunk_start_time_ = 0;
   std::uint64_t chunk_end_time_ = 0;
-  Bytes packed_;  ///< kept for its memory
+  Bytes packed_;  ///< kept to reuse its memory
 };
 
 }  // namespace waymark::mcap

@@ -30,7 +30,7 @@ std::optional<Op> op_of(const Fields& fields) {
 }
 
 tl::unexpected<Error> no_record(const ByteSource& source, std::uint64_t offset) {
-  return fail(ErrorCode::Unreadable, "no record of a ROS bag here",
+  return fail(ErrorCode::Unreadable, "not a ROS bag record",
               {.source = source.name(), .byte = static_cast<std::int64_t>(offset)});
 }
 
@@ -110,7 +110,7 @@ std::optional<Connection> connection_of(const Fields& header, ByteSpan data) {
 
 namespace {
 
-/// A chunk, or (in a bag nobody chunked) a message that stands alone.
+/// A chunk, or a message outside chunks (in an unchunked bag).
 struct ChunkEntry {
   std::uint64_t offset = 0;
   std::uint64_t start_time = 0;  ///< [ns] of the first message
@@ -122,21 +122,21 @@ struct Index {
   std::map<std::uint32_t, Connection> connections{};
   std::vector<ChunkEntry> chunks{};                 ///< in file order
   std::map<std::uint32_t, std::uint64_t> counts{};  ///< messages of a connection
-  bool from_file = false;                           ///< the bag's own index was there and fits
+  bool from_file = false;                           ///< the bag has a consistent index
   std::string compression{};                        ///< of the first chunk: "none", "bz2", "lz4"
 };
 
-/// A chunk unpacked: all of it, or what precedes its damage.
+/// An unpacked chunk: all of it, or the part before its damage.
 struct OpenChunk {
   Bytes records{};
   std::optional<Error> damage{};
 };
 
-/// Unpacks the chunk at an offset (a bare message is given as it stands).
+/// Unpacks the chunk at an offset; a bare message is returned unchanged.
 [[nodiscard]] Result<OpenChunk> open_chunk(const ByteSource& source, const ChunkEntry& entry,
                                            std::uint64_t max_bytes);
 
-/// Calls visit for each record of an unpacked chunk until one is none; false then.
+/// Calls visit for each record of an unpacked chunk; false if it ends at an invalid record.
 bool visit_chunk(ByteSpan records, const std::function<void(const Record&)>& visit);
 
 Place at(const ByteSource& source, std::uint64_t offset) {
@@ -155,12 +155,12 @@ void widen(ChunkEntry& entry, bool first, std::uint64_t time) {
   entry.end_time = first ? time : std::max(entry.end_time, time);
 }
 
-/// The bag header's own fields, 0 where it has none.
+/// Fields of the bag header; 0 if missing.
 struct BagHeader {
   std::uint64_t index_offset = 0;
   std::uint32_t connections = 0;
   std::uint32_t chunks = 0;
-  std::uint64_t end = 0;  ///< where the next record lies
+  std::uint64_t end = 0;  ///< offset of the next record
 };
 
 Result<BagHeader> read_bag_header(const ByteSource& source) {
@@ -168,9 +168,9 @@ Result<BagHeader> read_bag_header(const ByteSource& source) {
   if (!place) return tl::unexpected(place.error());
   const auto fields = Fields::parse(place->header);
   if (fields->number<std::uint8_t>("op") != static_cast<std::uint8_t>(Op::BagHeader))
-    return fail(ErrorCode::Unreadable, "a ROS bag without its header", at(source, kMagic.size()));
+    return fail(ErrorCode::Unreadable, "the bag has no header record", at(source, kMagic.size()));
   if (const std::string encryptor = fields->text("encryptor"); !encryptor.empty())
-    return fail(ErrorCode::Unsupported, fmt::format("this bag is encrypted ({})", encryptor), at(source, 0),
+    return fail(ErrorCode::Unsupported, fmt::format("the bag is encrypted ({})", encryptor), at(source, 0),
                 "Decrypt it with `rosbag decrypt`.");
   return BagHeader{.index_offset = fields->number<std::uint64_t>("index_pos").value_or(0),
                    .connections = fields->number<std::uint32_t>("conn_count").value_or(0),
@@ -178,7 +178,7 @@ Result<BagHeader> read_bag_header(const ByteSource& source) {
                    .end = place->end()};
 }
 
-/// Files the chunk info record of the index. False when it makes no sense.
+/// Adds a chunk info record to the index. False if it is invalid.
 bool file_chunk_info(Index& index, const Fields& fields, ByteSpan data) {
   const auto position = fields.number<std::uint64_t>("chunk_pos");
   const auto start = fields.time("start_time");
@@ -193,7 +193,7 @@ bool file_chunk_info(Index& index, const Fields& fields, ByteSpan data) {
   return true;
 }
 
-/// The index at the end of the file; nothing when it is not there or does not fit.
+/// The index at the end of the file; nothing if it is missing or inconsistent.
 std::optional<Index> index_at_end(const ByteSource& source, const BagHeader& header, std::uint64_t size) {
   if (header.index_offset < header.end || header.index_offset >= size) return std::nullopt;
   Index index{.from_file = true};
@@ -221,7 +221,7 @@ std::optional<Index> index_at_end(const ByteSource& source, const BagHeader& hea
   return index;
 }
 
-/// One pass over a bag whose index is missing.
+/// One pass over a bag without an index.
 class Scan {
  public:
   Scan(const ByteSource& source, std::uint64_t max_chunk_bytes, LogProblems& problems)
@@ -247,8 +247,8 @@ class Scan {
  private:
   void cut(std::uint64_t offset) {
     problems_.damage("ros1bag.cut", [&] {
-      return Error{ErrorCode::Unreadable, "the bag ends here in the middle of a record", at(source_, offset),
-                   "What precedes it is read."};
+      return Error{ErrorCode::Unreadable, "truncated record at the end of the bag", at(source_, offset),
+                   "Records before it are read."};
     });
   }
 
@@ -262,7 +262,7 @@ class Scan {
     } else if (op == Op::Chunk || op == Op::Message) {
       ChunkEntry entry{.offset = place.offset, .bare_message = op == Op::Message};
       const Result<OpenChunk> chunk = open_chunk(source_, entry, max_chunk_bytes_);
-      if (!chunk) return;  // noted when it is visited
+      if (!chunk) return;  // noted during the visit
       bool first = true;
       (void)visit_chunk(chunk->records, [&](const Record& record) {
         if (record.op == Op::Connection) file_connection(record.fields, record.data);
@@ -304,7 +304,7 @@ Result<OpenChunk> open_chunk(const ByteSource& source, const ChunkEntry& entry, 
   const std::uint64_t begin = entry.bare_message ? place->offset : place->data_offset;
   const std::uint64_t end = std::min(place->end(), *size);
   if (end - begin > max_bytes)
-    return fail(ErrorCode::LimitExceeded, fmt::format("a chunk of {} bytes is not plausible", end - begin),
+    return fail(ErrorCode::LimitExceeded, fmt::format("implausible chunk size of {} bytes", end - begin),
                 at(source, entry.offset));
   Bytes packed(static_cast<std::size_t>(end - begin));
   if (Status status = source.read(begin, packed); !status) return tl::unexpected(status.error());
@@ -316,9 +316,10 @@ Result<OpenChunk> open_chunk(const ByteSource& source, const ChunkEntry& entry, 
     const std::string name = fields->text("compression");
     const std::optional<Packing> packing = packing_named(name);
     if (fields->number<std::uint8_t>("op") != static_cast<std::uint8_t>(Op::Chunk))
-      return fail(ErrorCode::Unreadable, "the index says that a chunk begins here", at(source, entry.offset));
+      return fail(ErrorCode::Unreadable, "no chunk at the offset given by the index",
+                  at(source, entry.offset));
     if (!packing)
-      return fail(ErrorCode::Unsupported, fmt::format("chunks packed with '{}' cannot be read", name),
+      return fail(ErrorCode::Unsupported, fmt::format("unsupported chunk compression '{}'", name),
                   at(source, entry.offset), "Known: none, bz2, lz4.");
     const std::uint32_t unpacked_size = fields->number<std::uint32_t>("size").value_or(0);
     UnpackedBytes unpacked =
@@ -332,13 +333,13 @@ Result<OpenChunk> open_chunk(const ByteSource& source, const ChunkEntry& entry, 
                            {}};
   }
   if (place->end() > *size && !chunk.damage)
-    chunk.damage = Error{ErrorCode::Unreadable, "the file ends in the middle of this chunk", {}, {}};
+    chunk.damage = Error{ErrorCode::Unreadable, "the file ends inside this chunk", {}, {}};
   if (chunk.damage) chunk.damage->place = at(source, entry.offset);
   return chunk;
 }
 
-/// The bag's own index, or, where there is none or it does not fit, one pass over the file. Damage ends the
-/// pass and is noted. Fails when it is no bag at all.
+/// Reads the bag's own index or, if it is missing or inconsistent, makes one pass over the file. Damage ends
+/// the pass and is noted. Fails if the file is not a bag.
 Result<Index> read_index(const ByteSource& source, std::uint64_t max_chunk_bytes, LogProblems& problems) {
   const Result<std::uint64_t> size = source.size();
   if (!size) return tl::unexpected(size.error());
@@ -348,10 +349,9 @@ Result<Index> read_index(const ByteSource& source, std::uint64_t max_chunk_bytes
   if (!index) {
     problems.damage("ros1bag.no_index", [&] {
       return Error{ErrorCode::Unreadable,
-                   header->index_offset == 0
-                       ? "the bag has no index: its recorder was stopped before it wrote one"
-                       : "the index of the bag is cut or damaged",
-                   at(source, header->index_offset), "It was read front to back."};
+                   header->index_offset == 0 ? "the bag has no index: its recorder did not finish"
+                                             : "the index of the bag is truncated or damaged",
+                   at(source, header->index_offset), "The bag was read sequentially."};
     });
     index = Scan(source, max_chunk_bytes, problems).run(header->end, *size);
   }
@@ -372,7 +372,7 @@ using ros1bag::ChunkEntry;
 using ros1bag::Op;
 using ros1bag::Record;
 
-/// One chunk being merged: its unpacked records and its messages in order of time.
+/// A chunk that takes part in the merge: its unpacked records and its messages in time order.
 struct Merged {
   struct Message {
     std::uint64_t time = 0;
@@ -425,7 +425,7 @@ class Ros1BagLog final : public RosLog {
       return a->time() != b->time() ? a->time() > b->time() : a->number > b->number;
     };
     for (std::size_t next = 0; !heap.empty() || next < order.size();) {
-      // Open every chunk that may hold an earlier message than the earliest at hand.
+      // Open every chunk that may contain an earlier message than the earliest open one.
       while (next < order.size() &&
              (heap.empty() || index_.chunks[order[next]].start_time <= heap.front()->time())) {
         const std::size_t number = order[next++];
@@ -453,7 +453,7 @@ class Ros1BagLog final : public RosLog {
   std::vector<LogProblem> problems() const override { return joined(opened_, visited_); }
 
  private:
-  /// Connections of several publishers on one topic are one channel.
+  /// Connections of several publishers on one topic become one channel.
   void add_channel(std::uint32_t id, const ros1bag::Connection& connection) {
     LogChannel channel{.topic = connection.topic,
                        .type = ros::ros2_type(connection.type),
@@ -500,7 +500,7 @@ class Ros1BagLog final : public RosLog {
       const auto channel = channel_of_.find(record.fields.number<std::uint32_t>("conn").value_or(~0U));
       if (!time || channel == channel_of_.end()) {
         visited_.damage("ros1bag.message", [&] {
-          return Error{ErrorCode::Unreadable, "a message without time or connection", place(entry), {}};
+          return Error{ErrorCode::Unreadable, "message without time or connection", place(entry), {}};
         });
         return;
       }
@@ -510,7 +510,7 @@ class Ros1BagLog final : public RosLog {
     if (chunk->damage || !whole) {
       visited_.damage("ros1bag.chunk", [&] {
         Error error = chunk->damage.value_or(
-            Error{ErrorCode::Unreadable, "a chunk holds something that is no record", place(entry), {}});
+            Error{ErrorCode::Unreadable, "invalid record in a chunk", place(entry), {}});
         error.hint = "The messages before the damage are read.";
         return error;
       });

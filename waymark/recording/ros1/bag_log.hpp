@@ -11,7 +11,7 @@
 #include "waymark/recording/byte_io.hpp"
 #include "waymark/recording/message_log.hpp"
 
-/// The records of a ROS 1 bag, version 2.0 (ROS wiki, "Bags/Format/2.0"): a header of named fields and data.
+/// Records of a ROS 1 bag, version 2.0 (ROS wiki, "Bags/Format/2.0"): a header of named fields, and data.
 namespace waymark::ros1bag {
 
 inline constexpr std::string_view kMagic = "#ROSBAG V2.0\n";
@@ -25,14 +25,14 @@ enum class Op : std::uint8_t {
   Connection = 0x07,
 };
 
-/// The fields of a header, which lie in bytes that somebody else holds.
+/// The fields of a header; they refer to bytes owned by the caller.
 class Fields {
  public:
-  /// Nothing when the bytes are not a list of name=value.
+  /// Nothing unless the bytes are a list of name=value.
   static std::optional<Fields> parse(ByteSpan header);
   [[nodiscard]] std::optional<ByteSpan> find(std::string_view name) const;
   [[nodiscard]] std::string text(std::string_view name) const;
-  /// Nothing when the field is not there or of another size.
+  /// Nothing if the field is missing or has another size.
   template <class T>
   [[nodiscard]] std::optional<T> number(std::string_view name) const {
     const auto bytes = find(name);
@@ -46,33 +46,33 @@ class Fields {
   std::vector<std::pair<std::string_view, ByteSpan>> fields_;
 };
 
-/// Two 32-bit numbers as they lie in the file, seconds first, as [ns].
+/// Two 32-bit numbers as stored in the file, seconds first, as [ns].
 [[nodiscard]] std::uint64_t time_ns(const std::uint8_t* bytes);
 
-/// A record in bytes at hand.
+/// A record in memory.
 struct Record {
   Op op{};
   Fields fields{};
   ByteSpan data{};
 };
 
-/// The next record; nothing when the bytes end, or are none.
+/// The next record; nothing at the end or if the bytes are not a record.
 [[nodiscard]] std::optional<Record> next_record(ByteReader& bytes);
 
-/// Where a record lies in a file, with its header read.
+/// Location of a record in a file, and its header.
 struct RecordPlace {
-  Bytes header{};  ///< its fields' bytes
+  Bytes header{};  ///< bytes of the fields
   std::uint64_t offset = 0;
   std::uint64_t data_offset = 0;
   std::uint32_t data_size = 0;
   [[nodiscard]] std::uint64_t end() const { return data_offset + data_size; }
 };
 
-/// Reads the header of the record at an offset. Fails, with the byte, on what is none. The data may reach
-/// behind the end of the file: that is the caller's to find.
+/// Reads the header of the record at an offset. Fails with the offset if there is no record. Does not check
+/// whether the data extend past the end of the file.
 [[nodiscard]] Result<RecordPlace> read_place(const ByteSource& source, std::uint64_t offset);
 
-/// What a connection record says.
+/// Contents of a connection record.
 struct Connection {
   std::uint32_t id = 0;
   std::string topic{};
@@ -88,7 +88,7 @@ struct Connection {
 
 namespace waymark {
 
-/// A ROS 1 bag, version 2.0; with or without its index, chunks packed with bz2, lz4 or not at all.
+/// Opens a ROS 1 bag, version 2.0, with or without its index; chunks uncompressed or with bz2 or lz4.
 [[nodiscard]] Result<std::unique_ptr<MessageLog>> open_ros1_bag(std::unique_ptr<ByteSource> source,
                                                                 const LogOptions& options);
 

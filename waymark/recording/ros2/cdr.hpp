@@ -12,8 +12,8 @@
 #include "waymark/recording/byte_io.hpp"
 
 /// Plain CDR version 1, little-endian, as ROS 2 writes messages (OMG "DDS Interoperability Wire Protocol",
-/// section 10; OMG "CORBA", section 15.3): every number is aligned to its own size, counted from behind the
-/// four bytes of encapsulation.
+/// section 10; OMG "CORBA", section 15.3). Every number is aligned to its own size, counted from the end of
+/// the four encapsulation bytes.
 ///
 /// A message struct lists its fields in the order of its .msg file:
 ///     template <class Self, class Visit> static void fields(Self& self, Visit&& visit) { visit(self.x,
@@ -101,7 +101,8 @@ class Decoder {
     std::uint32_t count = 0;
     read(count);
     values.clear();
-    // An element takes at least a byte: a hostile count ends with the data, before memory does.
+    // An element takes at least one byte, so an excessive count stops at the end of the data instead of
+    // exhausting memory.
     for (std::uint32_t i = 0; i < count && !failed() && in_.remaining() > 0; ++i) read(values.emplace_back());
     if (values.size() != count) (void)in_.take(in_.remaining() + 1);
   }
@@ -125,17 +126,17 @@ template <Struct Message>
   return out;
 }
 
-/// Fails on bytes that end too early or are not plain little-endian CDR.
+/// Fails on truncated data and on anything but plain little-endian CDR.
 template <Struct Message>
 [[nodiscard]] Result<Message> decode(ByteSpan bytes) {
   if (bytes.size() < sizeof(kLittleEndian) ||
       !std::ranges::equal(bytes.first(2), ByteSpan(kLittleEndian).first(2))) {
-    return fail(ErrorCode::Unsupported, "this message is not plain little-endian CDR (encapsulation 00 01)");
+    return fail(ErrorCode::Unsupported, "not plain little-endian CDR (encapsulation 00 01)");
   }
   Decoder decoder(bytes.subspan(sizeof(kLittleEndian)));
   Message message;
   decoder.read(message);
-  if (decoder.failed()) return fail(ErrorCode::Unreadable, "this CDR message ends too early for its type");
+  if (decoder.failed()) return fail(ErrorCode::Unreadable, "CDR message too short for its type");
   return message;
 }
 

@@ -8,8 +8,9 @@
 namespace waymark::ros2 {
 namespace {
 
-// Laid out by hand after the wire protocol's rules: encapsulation, then each number aligned to its own size.
-TEST(Cdr, BytesAreThoseOfTheWireProtocol) {
+// Expected bytes written by hand from the wire protocol: encapsulation, then each number aligned to its own
+// size.
+TEST(Cdr, MatchesTheWireProtocol) {
   PoseStamped message;
   message.header.stamp = {1, 2};
   message.header.frame_id = "map";
@@ -17,13 +18,13 @@ TEST(Cdr, BytesAreThoseOfTheWireProtocol) {
   const Bytes bytes = cdr::encode(message);
   const Bytes begin = {0, 1, 0, 0,                         // plain CDR, little-endian
                        1, 0, 0, 0, 2,   0,   0,    0,      // stamp
-                       4, 0, 0, 0, 'm', 'a', 'p',  0,      // length with the closing zero, text
-                       0, 0, 0, 0, 0,   0,   0xf0, 0x3f};  // 1.0 on a multiple of 8 behind the encapsulation
+                       4, 0, 0, 0, 'm', 'a', 'p',  0,      // length including the terminating zero, text
+                       0, 0, 0, 0, 0,   0,   0xf0, 0x3f};  // 1.0, aligned to 8 after the encapsulation
   ASSERT_EQ(bytes.size(), 4 + 16 + 7 * 8U);
   EXPECT_EQ(Bytes(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(begin.size())), begin);
 }
 
-TEST(Cdr, PaddingDependsOnTheTextBefore) {
+TEST(Cdr, PaddingDependsOnThePrecedingString) {
   for (const std::string frame : {"", "a", "ab", "abc", "abcd", "base_link"}) {
     PoseStamped message;
     message.header.frame_id = frame;
@@ -48,7 +49,7 @@ AprilTagDetectionArray some_detections() {
   return message;
 }
 
-TEST(Cdr, NestedSequencesComeBack) {
+TEST(Cdr, NestedSequencesRoundTrip) {
   const auto back = cdr::decode<AprilTagDetectionArray>(cdr::encode(some_detections()));
   ASSERT_TRUE(back);
   ASSERT_EQ(back->detections.size(), 3U);
@@ -56,7 +57,7 @@ TEST(Cdr, NestedSequencesComeBack) {
   EXPECT_EQ(back->detections[2].corners[3].x, 3.0);
 }
 
-TEST(Cdr, EveryCutIsAnErrorAndNoDamageCrashes) {
+TEST(Cdr, EveryTruncationFailsAndDamageDoesNotCrash) {
   const Bytes whole = cdr::encode(some_detections());
   for (std::size_t size = 0; size < whole.size(); ++size) {
     EXPECT_FALSE(cdr::decode<AprilTagDetectionArray>(ByteSpan(whole).first(size))) << size;
@@ -72,7 +73,7 @@ TEST(Cdr, EveryCutIsAnErrorAndNoDamageCrashes) {
   }
 }
 
-TEST(Cdr, BigEndianIsRefusedWithWords) {
+TEST(Cdr, RejectsBigEndian) {
   Bytes bytes = cdr::encode(Twist{});
   bytes[1] = 0;
   const auto twist = cdr::decode<Twist>(bytes);

@@ -12,7 +12,7 @@
 namespace waymark::ros2 {
 namespace {
 
-constexpr double kHalfPixel = 0.5;  // ours less theirs
+constexpr double kHalfPixel = 0.5;  // offset from ROS pixel centres to those of Waymark
 
 Result<FamilyId> family_of(const std::string& name) {
   if (name.empty() || name == "mit" || name == "tf36h11") return FamilyId::Tag36h11;
@@ -52,14 +52,14 @@ Quaternion quaternion(const SO3& a_R_b) {
   return {q.x(), q.y(), q.z(), q.w()};
 }
 SO3 rotation(const Quaternion& q) {
-  if (!sound(q)) return {};  // whoever reads files asks sound() first
+  if (!sound(q)) return {};  // readers of files check sound() first
   return SO3::from_matrix(Eigen::Quaterniond(q.w, q.x, q.y, q.z).normalized().toRotationMatrix());
 }
 
-/// As libapriltag has them: the homography from the tag's square, [-1, 1] x [-1, 1] with y down, to pixels,
-/// row by row, its last element 1; and where it puts the middle of the square. In closed form (Heckbert,
-/// "Fundamentals of Texture Mapping and Image Warping", section 2.2.3). Of corners that make no square in
-/// perspective: zeros, and the mean of the corners.
+/// Sets the homography as libapriltag does: from the tag square, [-1, 1] x [-1, 1] with y down, to pixels,
+/// row-major with last element 1; and the image of the square's centre. Closed form of Heckbert,
+/// "Fundamentals of Texture Mapping and Image Warping", section 2.2.3. For corners that are no perspective
+/// image of a square: zeros, and the mean of the corners.
 void set_homography(AprilTagDetection& detection) {
   std::array<Eigen::Vector2d, 4> px;  // TL TR BR BL
   for (std::size_t i = 0; i < 4; ++i) px[3 - i] = {detection.corners[i].x, detection.corners[i].y};
@@ -150,7 +150,7 @@ Result<WheelTicks> from_ros(const JointState& message) {
   }
   if (!left || !right)
     return fail(ErrorCode::Unreadable,
-                "a JointState without a left and a right wheel (left_wheel, wheel_left_joint, …)");
+                "JointState without a left and a right wheel (left_wheel, wheel_left_joint, …)");
   return ticks;
 }
 
@@ -205,7 +205,7 @@ TagCornerCovariances covariances_to_ros(const TagFrame& frame) {
   TagCornerCovariances message{.header = header(frame.stamp, camera_frame(frame.camera))};
   for (const TagDetection& detection : frame.detections) {
     message.id.push_back(detection.tag.number);
-    // Unknown: all zero, which no detector measures.
+    // Unknown covariances are all zero, a value that no detector produces.
     const CornerCovariance covariance = detection.corner_covariance_px2.value_or(CornerCovariance::Zero());
     message.covariance_px2.insert(message.covariance_px2.end(), covariance.data(),
                                   covariance.data() + covariance.size());
@@ -216,7 +216,7 @@ TagCornerCovariances covariances_to_ros(const TagFrame& frame) {
 Result<TagFrame> from_ros(const AprilTagDetectionArray& message) {
   TagFrame frame{.stamp = from_ros(message.header.stamp), .camera = camera_of_frame(message.header.frame_id)};
   for (const AprilTagDetection& in : message.detections) {
-    // Older recorders leave the family empty; all of them had 36h11.
+    // Older recorders leave the family empty; all of them used 36h11.
     const Result<FamilyId> family = parse_family(in.family.empty() ? "tag36h11" : in.family);
     if (!family) return tl::unexpected(family.error());
     TagDetection detection{
@@ -235,7 +235,7 @@ Status add_covariances(TagFrame& frame, const TagCornerCovariances& message) {
   bool same = message.id.size() == count && message.covariance_px2.size() == 64 * count;
   for (std::size_t i = 0; same && i < count; ++i) same = message.id[i] == frame.detections[i].tag.number;
   if (!same)
-    return fail(ErrorCode::Unreadable, "corner covariances of other detections than those of the frame");
+    return fail(ErrorCode::Unreadable, "corner covariances do not match the detections of the frame");
   for (std::size_t i = 0; i < count; ++i) {
     const CornerCovariance covariance =
         Eigen::Map<const CornerCovariance>(message.covariance_px2.data() + 64 * i);
@@ -285,8 +285,7 @@ Result<CameraModel> from_ros(const CameraInfo& message) {
     model.coefficients = static_cast<int>(std::min(message.d.size(), model.k.size()));
     return CameraModel::make(model, width, height);
   }
-  return fail(ErrorCode::Unsupported,
-              fmt::format("distortion model '{}' is not known", message.distortion_model),
+  return fail(ErrorCode::Unsupported, fmt::format("unknown distortion model '{}'", message.distortion_model),
               {.key = "distortion_model"}, "Known: plumb_bob, rational_polynomial, equidistant.");
 }
 
@@ -294,13 +293,13 @@ namespace {
 
 constexpr std::string_view kOpticalSuffix = "_optical";
 
-/// How the bytes of a pixel make grey.
+/// Conversion of a pixel's bytes to grey.
 struct PixelLayout {
   std::string_view encoding;
   int bytes = 1;
   enum class Kind : std::uint8_t { Grey8, Grey16, Colour } kind = Kind::Grey8;
-  int first = 0;  ///< of Grey8: the byte that is grey; of Colour: the byte that is red
-  int blue = 0;   ///< of Colour
+  int first = 0;  ///< Grey8: offset of the grey byte; Colour: of the red byte
+  int blue = 0;   ///< Colour: offset of the blue byte
 };
 
 using Kind = PixelLayout::Kind;
@@ -349,9 +348,9 @@ Result<const PixelLayout*> layout_of(const Image& message) {
     if (layout.encoding == message.encoding) return &layout;
   }
   return fail(
-      ErrorCode::Unsupported, fmt::format("pictures with the encoding '{}' cannot be read", message.encoding),
+      ErrorCode::Unsupported, fmt::format("unsupported image encoding '{}'", message.encoding),
       {.key = "encoding"},
-      "Known: mono8, mono16, rgb8, bgr8, rgba8, bgra8, yuv422, yuv422_yuy2 and compressed JPEG or PNG.");
+      "Supported: mono8, mono16, rgb8, bgr8, rgba8, bgra8, yuv422, yuv422_yuy2 and compressed JPEG or PNG.");
 }
 
 }  // namespace
@@ -391,9 +390,10 @@ Result<CameraFrame> from_ros(const Image& message) {
   const bool sound = message.width > 0 && message.height > 0 && message.width <= kMaxSide &&
                      message.height <= kMaxSide && message.step >= row && message.data.size() >= needed;
   if (!sound) {
-    return fail(ErrorCode::Unreadable,
-                fmt::format("a picture of {} x {} px in {} with {} bytes a row and {} in all", message.width,
-                            message.height, message.encoding, message.step, message.data.size()));
+    return fail(
+        ErrorCode::Unreadable,
+        fmt::format("inconsistent image of {} x {} px in {} with {} bytes per row and {} in total",
+                    message.width, message.height, message.encoding, message.step, message.data.size()));
   }
   CameraFrame frame{
       .stamp = from_ros(message.header.stamp),
@@ -408,7 +408,7 @@ Result<CameraFrame> from_ros(const Image& message) {
 }
 
 Result<CameraFrame> from_ros(const CompressedImage& message) {
-  Result<waymark::Image> image = decode_image(message.data, "a compressed picture");
+  Result<waymark::Image> image = decode_image(message.data, "a compressed image");
   if (!image) return tl::unexpected(image.error());
   return CameraFrame{.stamp = from_ros(message.header.stamp),
                      .camera = camera_of_frame(message.header.frame_id),

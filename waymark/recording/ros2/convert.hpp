@@ -11,8 +11,7 @@
 #include "waymark/recording/ros2/messages.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
-/// The detections of the bags TagSLAM reads (berndpfrommer/apriltag_msgs), as the transcoder of ROS 1 gives
-/// them.
+/// Detections in bags for TagSLAM (berndpfrommer/apriltag_msgs), as converted from ROS 1.
 namespace waymark::ros2 {
 
 /// Corners: BL, BR, TR, TL of the printed tag; pixel centres as in ROS. The family is "", "mit" or a name.
@@ -34,13 +33,13 @@ struct ApriltagArrayStamped {
   WAYMARK_ROS2_FIELDS(self.header, self.apriltags)
 };
 
-/// Families "" and "mit" are tag36h11, the only one these detectors were used with. Fails on one not known.
+/// Families "" and "mit" are tag36h11, the only family these detectors supported. Fails on an unknown family.
 [[nodiscard]] Result<TagFrame> from_ros(const ApriltagArrayStamped& message);
 
 }  // namespace waymark::ros2
 
-/// Between our samples and ROS 2 messages. This is the border where conventions change: pixel centres (+1/2
-/// here, integers there), corner order (TL TR BR BL here; BL BR TR TL there), frame names (base_link,
+/// Conversion between samples and ROS 2 messages, where all conventions change: pixel centres (+1/2 in
+/// samples, integers in ROS), corner order (TL TR BR BL; in ROS BL BR TR TL), frame names (base_link,
 /// camera_optical, tag36h11:7).
 namespace waymark::ros2 {
 
@@ -50,8 +49,8 @@ inline constexpr std::string_view kBaseFrame = "base_link";
 inline constexpr std::string_view kCameraFrame = "camera_optical";
 inline constexpr std::string_view kLaserFrame = "laser";
 
-/// The frame of a camera on the wire: "cam" is camera_optical, "left" is left_optical. And back; a frame that
-/// does not end in _optical names the camera itself, an empty one is "cam".
+/// Frame of a camera in messages: "cam" is camera_optical, "left" is left_optical. camera_of_frame() is the
+/// inverse; a frame that does not end in _optical is the camera name itself, an empty one is "cam".
 [[nodiscard]] std::string camera_frame(std::string_view camera);
 [[nodiscard]] std::string camera_of_frame(std::string_view frame);
 
@@ -66,7 +65,7 @@ inline constexpr std::string_view kLaserFrame = "laser";
 [[nodiscard]] Odometry to_ros(const waymark::Odometry& odometry);
 [[nodiscard]] waymark::Odometry from_ros(const Odometry& message);
 [[nodiscard]] JointState to_ros(const WheelTicks& ticks);
-/// The first joints whose names speak of a left and a right wheel; fails without.
+/// Uses the first joints with the names of a left and a right wheel; fails if there are none.
 [[nodiscard]] Result<WheelTicks> from_ros(const JointState& message);
 [[nodiscard]] Imu to_ros(const ImuSample& imu);
 [[nodiscard]] ImuSample from_ros(const Imu& message);
@@ -76,21 +75,21 @@ inline constexpr std::string_view kLaserFrame = "laser";
 
 [[nodiscard]] AprilTagDetectionArray to_ros(const TagFrame& frame);
 [[nodiscard]] TagCornerCovariances covariances_to_ros(const TagFrame& frame);
-/// Fails on a family that is not known. Covariances come on a topic of their own: see add_covariances().
+/// Fails on an unknown family. Covariances have their own topic: see add_covariances().
 [[nodiscard]] Result<TagFrame> from_ros(const AprilTagDetectionArray& message);
-/// Fails when the entries are not those of the frame.
+/// Fails unless the entries match the detections of the frame.
 [[nodiscard]] Status add_covariances(TagFrame& frame, const TagCornerCovariances& message);
 
-/// mono8.
+/// Encoding mono8.
 [[nodiscard]] Image to_ros(const CameraFrame& frame);
-/// Grey of mono8, 8UC1, mono16, 16UC1 (scaled to 8 bits, rounded), rgb8, bgr8, rgba8, bgra8 (Rec. 601 luma,
-/// as decode_image) and the Y of yuv422 and yuv422_yuy2. Fails on other encodings and on a size its data do
-/// not have.
+/// Grey image from mono8, 8UC1, mono16, 16UC1 (scaled to 8 bits, rounded), rgb8, bgr8, rgba8, bgra8 (Rec. 601
+/// luma, as decode_image) and the Y of yuv422 and yuv422_yuy2. Fails on other encodings and if the size does
+/// not match the data.
 [[nodiscard]] Result<CameraFrame> from_ros(const Image& message);
-/// JPEG, PNG or PNM, whatever `format` says; fails as decode_image does.
+/// Decodes JPEG, PNG or PNM regardless of `format`; fails as decode_image does.
 [[nodiscard]] Result<CameraFrame> from_ros(const CompressedImage& message);
 
-/// ROS keeps the angles and limits as float32: they come back within 1e-7 of their size.
+/// ROS stores angles and limits as float32, with a relative error up to 1e-7.
 [[nodiscard]] LaserScan to_ros(const waymark::LaserScan& scan);
 [[nodiscard]] waymark::LaserScan from_ros(const LaserScan& message);
 [[nodiscard]] Joy to_ros(const GamepadState& state);
@@ -98,18 +97,18 @@ inline constexpr std::string_view kLaserFrame = "laser";
 [[nodiscard]] RangeBearing to_ros(const waymark::RangeBearing& sample);
 [[nodiscard]] waymark::RangeBearing from_ros(const RangeBearing& message);
 [[nodiscard]] TagPoseArray to_ros(const TagPoseFrame& frame);
-/// Fails on a family that is not known.
+/// Fails on an unknown family.
 [[nodiscard]] Result<TagPoseFrame> from_ros(const TagPoseArray& message);
 
 [[nodiscard]] CameraInfo to_ros(const CameraModel& camera, SensorTime stamp, std::string_view name = "cam");
-/// Fails on a distortion model that is not known and on what CameraModel::make() refuses.
+/// Fails on an unknown distortion model and on parameters that CameraModel::make() rejects.
 [[nodiscard]] Result<CameraModel> from_ros(const CameraInfo& message);
 
-// Whether the numbers of a message can be those of a robot.
+// Whether the values of a message are valid for a robot.
 [[nodiscard]] inline bool sound(const Vector3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
-/// A rotation: finite, and not so far from length 1 that it means none.
+/// Finite, and with a norm close enough to 1 for a rotation.
 [[nodiscard]] inline bool sound(const Quaternion& q) {
   const double squared = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
   return squared > 1e-6 && squared < 1e6;

@@ -1,4 +1,4 @@
-// Pictures, scans, gamepads and poses of tags between our samples and ROS 2 messages.
+// Conversion of images, scans, gamepads and tag poses between samples and ROS 2 messages.
 #include "waymark/recording/ros2/convert.hpp"
 
 #include <gtest/gtest.h>
@@ -17,8 +17,8 @@ CameraModel some_camera() {
       .value();
 }
 
-// The corners on the wire are those of apriltag_ros: bottom left first, pixel centres at integers.
-TEST(Ros2Convert, CornersOnTheWireAreThoseOfAprilTagRos) {
+// Corners in messages have the order of apriltag_ros: bottom left first, pixel centres at integers.
+TEST(Ros2Convert, CornersMatchAprilTagRos) {
   TagFrame frame;
   TagDetection tag{.tag = {FamilyId::Tag36h11, 7}};
   tag.corners_px = {Eigen::Vector2d(10.5, 20.5), Eigen::Vector2d(30.5, 20.5), Eigen::Vector2d(30.5, 40.5),
@@ -33,21 +33,21 @@ TEST(Ros2Convert, CornersOnTheWireAreThoseOfAprilTagRos) {
   EXPECT_EQ(message.detections[0].centre.x, 20);
 }
 
-// x of the tag to the right, y down, the border at 1: as libapriltag's H, row by row.
-TEST(Ros2Convert, TheHomographyTakesTheSquareOfTheTagToItsCorners) {
+// x of the tag to the right, y down, the border at 1: libapriltag's H, row-major.
+TEST(Ros2Convert, TheHomographyMapsTheTagSquareToItsCorners) {
   Eigen::Matrix3d px_H_tag;
   px_H_tag << 40, -7, 210, 5, 33, 120, 0.08, -0.05, 1;
   const auto project = [&](double x, double y) -> Eigen::Vector2d {
     return (px_H_tag * Eigen::Vector3d(x, y, 1)).hnormalized();
   };
-  const Eigen::Vector2d half(0.5, 0.5);  // pixel centres are at integers there
+  const Eigen::Vector2d half(0.5, 0.5);  // ROS pixel centres are at integers
   TagDetection tag;
   tag.corners_px = {project(-1, -1) + half, project(1, -1) + half, project(1, 1) + half,
                     project(-1, 1) + half};
   const auto message = ros2::to_ros(TagFrame{.detections = {tag}});
   for (int i = 0; i < 9; ++i)
     EXPECT_NEAR(message.detections[0].homography[static_cast<std::size_t>(i)], px_H_tag(i / 3, i % 3), 1e-9);
-  EXPECT_NEAR(message.detections[0].centre.x, 210, 1e-9) << "where the diagonals meet, not the mean";
+  EXPECT_NEAR(message.detections[0].centre.x, 210, 1e-9) << "the intersection of the diagonals, not the mean";
   EXPECT_NEAR(message.detections[0].centre.y, 120, 1e-9);
   tag.corners_px.fill({3, 4});
   const auto none = ros2::to_ros(TagFrame{.detections = {tag}});
@@ -63,7 +63,7 @@ TEST(Ros2Convert, CameraInfoHasCentresAtIntegers) {
   EXPECT_EQ(info.d.size(), 5U);
 }
 
-TEST(Ros2Convert, StampsBeforeTheEpochAndAfterComeBack) {
+TEST(Ros2Convert, StampsBeforeAndAfterTheEpochRoundTrip) {
   for (const std::int64_t ns :
        {0LL, 1LL, 999'999'999LL, 1'700'000'000'123'456'789LL, -1LL, -1'000'000'001LL}) {
     EXPECT_EQ(ros2::from_ros(ros2::to_ros(SensorTime(Duration(ns)))).time_since_epoch().count(), ns);
@@ -86,7 +86,7 @@ ros2::Image one_pixel(const std::string& encoding, Bytes pixel) {
 }
 
 // Rec. 601 luma of (R 200, G 100, B 50): (299*200 + 587*100 + 114*50) / 1000 = 124.2.
-TEST(Ros2Convert, GreyOfEveryEncoding) {
+TEST(Ros2Convert, ConvertsEveryEncodingToGrey) {
   const std::vector<std::pair<ros2::Image, int>> cases = {
       {one_pixel("mono8", {77}), 77},
       {one_pixel("rgb8", {200, 100, 50}), 124},
@@ -108,7 +108,7 @@ TEST(Ros2Convert, GreyOfEveryEncoding) {
   EXPECT_EQ(ros2::from_ros(big)->image.row(0)[0], 128);
 }
 
-TEST(Ros2Convert, RowsMayBePaddedAndTheLastOneNeedNotBe) {
+TEST(Ros2Convert, RowsMayBePaddedExceptTheLast) {
   ros2::Image message{.height = 2, .width = 2, .encoding = "mono8", .step = 5, .data = {1, 2, 0, 0, 0, 3, 4}};
   const auto frame = ros2::from_ros(message);
   ASSERT_TRUE(frame);
@@ -116,7 +116,7 @@ TEST(Ros2Convert, RowsMayBePaddedAndTheLastOneNeedNotBe) {
   EXPECT_EQ(frame->image.row(1)[1], 4);
 }
 
-TEST(Ros2Convert, PicturesThatCannotBeAreErrors) {
+TEST(Ros2Convert, RejectsInconsistentImages) {
   const ros2::Image sound{.height = 2, .width = 2, .encoding = "mono8", .step = 2, .data = {1, 2, 3, 4}};
   ASSERT_TRUE(ros2::from_ros(sound));
   ros2::Image message = sound;
@@ -137,7 +137,7 @@ TEST(Ros2Convert, PicturesThatCannotBeAreErrors) {
   EXPECT_EQ(ros2::from_ros(message).error().code, ErrorCode::Unsupported);
 }
 
-TEST(Ros2Convert, CompressedPicturesAreDecoded) {
+TEST(Ros2Convert, DecodesCompressedImages) {
   const Image image = some_image(20, 10);
   const auto png = encode_png(image);
   const auto frame = ros2::from_ros(ros2::CompressedImage{.format = "mono8; png compressed ", .data = *png});
@@ -148,7 +148,7 @@ TEST(Ros2Convert, CompressedPicturesAreDecoded) {
   EXPECT_FALSE(ros2::from_ros(ros2::CompressedImage{.format = "jpeg", .data = {1, 2, 3}}));
 }
 
-TEST(Ros2Convert, FramesOfCamerasComeBack) {
+TEST(Ros2Convert, CameraFramesRoundTrip) {
   for (const std::string camera : {"cam", "left", "cam_2"})
     EXPECT_EQ(ros2::camera_of_frame(ros2::camera_frame(camera)), camera);
   EXPECT_EQ(ros2::camera_frame("cam"), "camera_optical");

@@ -8,7 +8,7 @@
 namespace waymark {
 namespace {
 
-/// Two messages of one transform that differ by no more say the same.
+/// Tolerance within which repeated messages of one transform are equal.
 constexpr double kSame_m = 5e-4;
 constexpr double kSame_rad = 5e-4;
 constexpr std::size_t kMaxLinks = 10'000;
@@ -49,7 +49,7 @@ const FrameTree::Link* FrameTree::link_to(const std::string& child) const {
   return link == links_.end() ? nullptr : &link->second;
 }
 
-std::vector<std::string> FrameTree::way_up(const std::string& frame) const {
+std::vector<std::string> FrameTree::path_up(const std::string& frame) const {
   std::vector<std::string> way{frame};
   std::set<std::string> passed{frame};
   for (const Link* link = link_to(frame); link != nullptr; link = link_to(way.back())) {
@@ -61,32 +61,32 @@ std::vector<std::string> FrameTree::way_up(const std::string& frame) const {
 
 bool FrameTree::joined(const std::string& a, const std::string& b) const {
   if (!has(a) || !has(b)) return false;
-  const std::vector<std::string> of_a = way_up(a);
-  const std::vector<std::string> of_b = way_up(b);
+  const std::vector<std::string> of_a = path_up(a);
+  const std::vector<std::string> of_b = path_up(b);
   return std::ranges::find_first_of(of_a, of_b) != of_a.end();
 }
 
 bool FrameTree::below(const std::string& parent, const std::string& child) const {
-  const std::vector<std::string> way = way_up(child);
+  const std::vector<std::string> way = path_up(child);
   return std::ranges::find(way, parent) != way.end();
 }
 
-std::string FrameTree::doubts_of(const Link& link) const {
-  std::vector<std::string> doubts;
+std::string FrameTree::problems_of(const Link& link) const {
+  std::vector<std::string> problems;
   if (!link.other_parents.empty())
-    doubts.push_back(fmt::format("has another parent too: {}", fmt::join(link.other_parents, ", ")));
-  if (link.changes) doubts.emplace_back("moves");
-  if (!link.parent_T_child) doubts.emplace_back("numbers that are none");
-  return fmt::format("{}", fmt::join(doubts, "; "));
+    problems.push_back(fmt::format("also has parent {}", fmt::join(link.other_parents, ", ")));
+  if (link.changes) problems.emplace_back("moves");
+  if (!link.parent_T_child) problems.emplace_back("invalid values");
+  return fmt::format("{}", fmt::join(problems, "; "));
 }
 
 void FrameTree::write(const std::string& frame, int depth, std::set<std::string>& written,
                       std::string& out) const {
   if (written.size() >= kMaxShown || !written.insert(frame).second) return;
   const Link* link = link_to(frame);
-  const std::string doubts = link == nullptr ? "" : doubts_of(*link);
+  const std::string problems = link == nullptr ? "" : problems_of(*link);
   out += fmt::format("\n  {:>{}}{}{}", "", 2 * std::min(depth, 20), frame.empty() ? "''" : frame,
-                     doubts.empty() ? "" : fmt::format("  ({})", doubts));
+                     problems.empty() ? "" : fmt::format("  ({})", problems));
   for (const auto& [child, below] : links_)
     if (below.parent == frame) write(child, depth + 1, written, out);
 }
@@ -97,7 +97,7 @@ std::string FrameTree::text() const {
   std::set<std::string> written;
   for (const std::string& frame : frames_)
     if (link_to(frame) == nullptr) write(frame, 0, written, out);
-  for (const std::string& frame : frames_) write(frame, 0, written, out);  // those in a circle have no root
+  for (const std::string& frame : frames_) write(frame, 0, written, out);  // frames in a cycle have no root
   if (written.size() < frames_.size())
     out += fmt::format("\n  … and {} more", frames_.size() - written.size());
   return out;
@@ -107,14 +107,14 @@ tl::unexpected<Error> FrameTree::no_chain(std::string message, std::string hint)
   return fail(ErrorCode::NotFound, message + "; " + text(), {}, std::move(hint));
 }
 
-/// Of the way up from a frame: whether it comes back to where it has been. Such transforms contradict each
-/// other unless they multiply to nothing, and a reader that meets the circle elsewhere composes others.
+/// Fails if the path up from a frame returns to itself. Transforms of a cycle contradict each other unless
+/// they multiply to the identity, and the result depends on where the cycle is entered.
 Status FrameTree::check_circle(const std::vector<std::string>& way) const {
   const auto first = std::ranges::find(way, way.back());
   if (first == std::prev(way.end())) return {};
   const std::vector<std::string> circle(way.rbegin(), std::make_reverse_iterator(first));
-  return no_chain(fmt::format("the transforms go round in a circle: {}", fmt::join(circle, " -> ")),
-                  "Mend the publisher of these transforms, or give the mounting with `robot=FILE`.");
+  return no_chain(fmt::format("the transforms form a cycle: {}", fmt::join(circle, " -> ")),
+                  "Fix the publisher of these transforms, or pass the mounting with `robot=FILE`.");
 }
 
 Result<SE3> FrameTree::down(const std::string& ancestor, const std::string& frame) const {
@@ -122,14 +122,14 @@ Result<SE3> FrameTree::down(const std::string& ancestor, const std::string& fram
   std::string at = frame;
   while (at != ancestor) {
     const Link* link = link_to(at);
-    const std::string doubts = doubts_of(*link);
-    if (!doubts.empty())
+    const std::string problems = problems_of(*link);
+    if (!problems.empty())
       return no_chain(
-          fmt::format("the transform from '{}' to '{}' cannot be used ({})", link->parent, at, doubts),
+          fmt::format("the transform from '{}' to '{}' cannot be used ({})", link->parent, at, problems),
           link->changes
               ? "The camera must not move on the robot. Choose other frames with `base_frame` and "
-                "`camera_frame`, or give the mounting with `robot=FILE`."
-              : "Choose other frames with `base_frame` and `camera_frame`, or give the mounting with "
+                "`camera_frame`, or pass the mounting with `robot=FILE`."
+              : "Choose other frames with `base_frame` and `camera_frame`, or pass the mounting with "
                 "`robot=FILE`.");
     ancestor_T_frame = *link->parent_T_child * ancestor_T_frame;
     at = link->parent;
@@ -140,19 +140,17 @@ Result<SE3> FrameTree::down(const std::string& ancestor, const std::string& fram
 Result<SE3> FrameTree::chain(const std::string& from, const std::string& to) const {
   for (const std::string& frame : {from, to}) {
     if (!has(frame))
-      return no_chain(
-          fmt::format("no transform has the frame '{}'", frame),
-          "Name the frames of the base and of the camera with `base_frame` and `camera_frame`, or give "
-          "the mounting with `robot=FILE`.");
+      return no_chain(fmt::format("no transform contains frame '{}'", frame),
+                      "Set the frames of base and camera with `base_frame` and `camera_frame`, or pass "
+                      "the mounting with `robot=FILE`.");
   }
-  const std::vector<std::string> of_from = way_up(from);
-  const std::vector<std::string> of_to = way_up(to);
+  const std::vector<std::string> of_from = path_up(from);
+  const std::vector<std::string> of_to = path_up(to);
   const auto meet = std::ranges::find_first_of(of_to, of_from);
   if (meet == of_to.end())
-    return no_chain(
-        fmt::format("no chain of transforms leads from '{}' to '{}'", from, to),
-        "Record the transforms between them (/tf_static), name other frames with `base_frame` and "
-        "`camera_frame`, or give the mounting with `robot=FILE`.");
+    return no_chain(fmt::format("no chain of transforms connects '{}' to '{}'", from, to),
+                    "Record the transforms between them (/tf_static), set other frames with `base_frame` and "
+                    "`camera_frame`, or pass the mounting with `robot=FILE`.");
   for (const auto* way : {&of_to, &of_from})
     if (Status status = check_circle(*way); !status) return tl::unexpected(status.error());
   const Result<SE3> meet_T_from = down(*meet, from);

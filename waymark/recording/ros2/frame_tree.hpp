@@ -12,51 +12,51 @@
 
 namespace waymark {
 
-/// A frame's name without the slash that older programs put before it.
+/// The name of a frame without the leading slash that older programs write.
 [[nodiscard]] std::string frame_name(std::string_view name);
 
-/// Frames and how they hang together, as /tf_static and /tf say. Nothing is accepted silently: chain() checks
-/// every link it goes over.
+/// Frames and their transforms, as in /tf_static and /tf. chain() validates every transform it uses.
 class FrameTree {
  public:
-  /// `parent_T_child` is nothing when the numbers of the message are none.
+  /// `parent_T_child` is nothing if the values of the message are invalid.
   void add(std::string_view parent, std::string_view child, const std::optional<SE3>& parent_T_child);
 
   [[nodiscard]] bool empty() const { return links_.empty(); }
   [[nodiscard]] bool has(const std::string& frame) const { return frames_.contains(frame); }
   [[nodiscard]] const std::set<std::string>& frames() const { return frames_; }
-  /// Whether a way leads from one frame to the other, sound or not.
+  /// Whether transforms connect the two frames, valid or not.
   [[nodiscard]] bool joined(const std::string& a, const std::string& b) const;
-  /// Whether the child hangs below the parent, however deep.
+  /// Whether `child` is a descendant of `parent`.
   [[nodiscard]] bool below(const std::string& parent, const std::string& child) const;
 
-  /// The composed transform from one frame to another of the same body. Fails, and shows the tree, where a
-  /// frame is not there, no way leads from one to the other, or a link on the way moves, has two parents, is
-  /// in a circle or has numbers that are none.
+  /// Composes the transform between two frames of one body. Fails and shows the tree if a frame is missing,
+  /// the frames are not connected, or a transform between them moves, has two parents, is part of a cycle or
+  /// has invalid values.
   [[nodiscard]] Result<SE3> chain(const std::string& from, const std::string& to) const;
 
-  /// The tree for people, a frame a line, children indented; what is doubtful about a link behind it.
+  /// The tree as text for display, one frame per line, children indented, followed by the problems of each
+  /// transform.
   [[nodiscard]] std::string text() const;
 
  private:
   struct Link {
     std::string parent{};
     std::optional<SE3> parent_T_child{};
-    bool changes = false;  ///< said more than once, and differently
+    bool changes = false;  ///< published repeatedly with different values
     std::set<std::string> other_parents{};
   };
 
   [[nodiscard]] const Link* link_to(const std::string& child) const;
-  /// From a frame up to the root, or to where a circle closes.
-  [[nodiscard]] std::vector<std::string> way_up(const std::string& frame) const;
-  [[nodiscard]] std::string doubts_of(const Link& link) const;
+  /// Frames from `frame` up to the root, or to where a cycle closes.
+  [[nodiscard]] std::vector<std::string> path_up(const std::string& frame) const;
+  [[nodiscard]] std::string problems_of(const Link& link) const;
   void write(const std::string& frame, int depth, std::set<std::string>& written, std::string& out) const;
   [[nodiscard]] tl::unexpected<Error> no_chain(std::string message, std::string hint) const;
   [[nodiscard]] Status check_circle(const std::vector<std::string>& way) const;
-  /// The frame seen from the one of its forebears; the way up from it has no circle.
+  /// The transform from `ancestor` to its descendant `frame`; the path must not contain a cycle.
   [[nodiscard]] Result<SE3> down(const std::string& ancestor, const std::string& frame) const;
 
-  std::map<std::string, Link> links_;  ///< by child
+  std::map<std::string, Link> links_;  ///< by child frame
   std::set<std::string> frames_;
 };
 

@@ -6,10 +6,10 @@
 
 namespace waymark {
 
-/// A map and its route as shapes in the frame map, for programs that draw markers: all earlier ones are
-/// deleted, each tag is drawn cell by cell as it is printed, with its number above it and, where the map
-/// knows it, the ellipsoid of three standard deviations of its centre (plain white alone in a map of more
-/// than 300 tags), and the route is a line at the floor. A route without points is left out.
+/// A map and its route as markers in the frame `map`. Earlier markers are deleted. Each tag is drawn cell by
+/// cell as printed, with its id above it and, if the map contains its covariance, the ellipsoid of three
+/// standard deviations of its centre; in maps of more than 300 tags, plain white sheets instead. The route is
+/// a line on the floor; a route without points is omitted.
 [[nodiscard]] ros2::MarkerArray map_markers(const TagMap& map, const Route& route);
 
 }  // namespace waymark

@@ -18,24 +18,24 @@ TagMap one_tag() {
   return map;
 }
 
-TEST(MapMarkers, ATagIsDrawnAsItIsPrinted) {
+TEST(MapMarkers, DrawsATagAsPrinted) {
   const ros2::MarkerArray all = map_markers(one_tag(), {});
   ASSERT_EQ(all.markers.size(), 3u);
-  EXPECT_EQ(all.markers[0].action, 3);  // what was drawn before goes
+  EXPECT_EQ(all.markers[0].action, 3);  // delete all earlier markers
   const ros2::Marker& tag = all.markers[1];
   EXPECT_EQ(tag.type, ros2::Marker::kCubeList);
-  ASSERT_EQ(tag.points.size(), 100u);  // ten cells with the white margin
+  ASSERT_EQ(tag.points.size(), 100u);  // 10 x 10 cells with the white margin
   ASSERT_EQ(tag.colors.size(), 100u);
   const auto cells = bitmap({FamilyId::Tag36h11, 7});
   for (std::size_t i = 0; i < cells.size(); ++i) EXPECT_EQ(tag.colors[i].r, cells[i] == 0 ? 0.0F : 1.0F);
-  // The black square is as large as the tag: the outermost black cell ends half the size from the centre.
+  // The black square has the size of the tag, so the outermost black cell ends half the size from the centre.
   double reach = 0;
   for (std::size_t i = 0; i < cells.size(); ++i) {
     if (tag.colors[i].r == 0.0F)
       reach = std::max({reach, std::abs(tag.points[i].x), std::abs(tag.points[i].y)});
   }
   EXPECT_NEAR(reach + tag.scale.x / 2, 0.08, 1e-12);
-  EXPECT_LT(tag.points[0].x, 0);  // the first cell is the one at the top left
+  EXPECT_LT(tag.points[0].x, 0);  // the first cell is at the top left
   EXPECT_LT(tag.points[0].y, 0);  // y down
   const SE3 drawn = ros2::from_ros(tag.pose);
   EXPECT_NEAR((drawn.translation() - Eigen::Vector3d(1, 2, 0.4)).norm(), 0, 1e-12);
@@ -43,7 +43,7 @@ TEST(MapMarkers, ATagIsDrawnAsItIsPrinted) {
   EXPECT_NEAR(all.markers[2].pose.position.z, 0.56, 1e-12);
 }
 
-TEST(MapMarkers, ACellThatIsNoPartOfTheTagIsNotDrawn) {
+TEST(MapMarkers, DoesNotDrawCellsOutsideTheTag) {
   TagMap map;
   map.tags[{FamilyId::TagCircle21h7, 3}] = {.size_m = 0.1};
   const auto cells = bitmap({FamilyId::TagCircle21h7, 3});
@@ -52,7 +52,7 @@ TEST(MapMarkers, ACellThatIsNoPartOfTheTagIsNotDrawn) {
   EXPECT_EQ(map_markers(map, {}).markers[1].points.size(), static_cast<std::size_t>(printed));
 }
 
-TEST(MapMarkers, WhatIsNotKnownOfATagIsAnEllipsoidOfThreeDeviations) {
+TEST(MapMarkers, DrawsUncertaintyAsAThreeSigmaEllipsoid) {
   TagMap map = one_tag();
   MappedTag& tag = map.tags.begin()->second;
   const SO3 map_R_axes = SO3::exp({0.2, 0.4, -0.7});
@@ -73,7 +73,7 @@ TEST(MapMarkers, WhatIsNotKnownOfATagIsAnEllipsoidOfThreeDeviations) {
   EXPECT_LT((drawn - P.topLeftCorner<3, 3>()).norm(), 1e-12);
 }
 
-TEST(MapMarkers, ARouteIsALineThatClosesWhereItDoes) {
+TEST(MapMarkers, DrawsARouteAsALineClosedIfTheRouteIs) {
   Route route{
       .points = {{.map_T_base = SE2(0, 0, 0)}, {.map_T_base = SE2(1, 0, 1)}, {.map_T_base = SE2(1, 1, 2)}}};
   EXPECT_EQ(map_markers({}, route).markers.back().points.size(), 3u);

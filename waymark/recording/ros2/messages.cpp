@@ -14,8 +14,8 @@ struct Definition {
   std::string_view text;  ///< the fields of the .msg file
 };
 
-// As in the .msg files of ROS 2 (common_interfaces, rcl_interfaces, geometry2, apriltag_msgs), without their
-// comments.
+// Definitions of the .msg files of ROS 2 (common_interfaces, rcl_interfaces, geometry2, apriltag_msgs),
+// without comments.
 constexpr std::array kDefinitions = {
     Definition{"builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n"},
     Definition{"std_msgs/Header", "builtin_interfaces/Time stamp\nstring frame_id\n"},
@@ -71,7 +71,7 @@ constexpr std::array kDefinitions = {
     Definition{"waymark_msgs/TagCornerCovariances",
                "std_msgs/Header header\nint32[] id\nfloat64[] covariance_px2\n"},
     Definition{"waymark_msgs/TagPose", "string family\nint32 id\ngeometry_msgs/Pose pose\n"},
-    // As TagSLAM's bags have it, in the words of ROS 2.
+    // The type in bags for TagSLAM, in ROS 2 syntax.
     Definition{
         "apriltag_msgs/Apriltag",
         "int32 id\nstring family\nint32 hamming\nint32 border\nint32 bits\ngeometry_msgs/Point center\n"
@@ -111,7 +111,7 @@ std::string_view text_of(std::string_view type) {
   return {};
 }
 
-/// The first word of each line, without array brackets, is its type; one without a package is of the same
+/// The first word of each line, without array brackets, is its type; without a package it is in the same
 /// package.
 std::vector<std::string> types_used(std::string_view type, std::string_view text) {
   const std::string package(type.substr(0, type.find('/')));

@@ -8,16 +8,16 @@
 
 #include "waymark/recording/byte_io.hpp"
 
-/// The fields of a ROS 2 message, named once in the order of its .msg file (waymark/recording/ros2/cdr.hpp).
+/// The fields of a ROS 2 message, in the order of its .msg file (waymark/recording/ros2/cdr.hpp).
 #define WAYMARK_ROS2_FIELDS(...)                  \
   template <class Self, class Visit>              \
   static void fields(Self& self, Visit&& visit) { \
     visit(__VA_ARGS__);                           \
   }
 
-/// The ROS 2 messages we record, field by field as in their .msg files, with the genuine schema text that a
-/// ROS 2 recording carries ("ros2msg" encoding: the definition, then each dependency behind a line of 80 '='
-/// and "MSG: package/Type").
+/// ROS 2 messages that Waymark records, with the fields of their .msg files and the schema text of a ROS 2
+/// recording ("ros2msg" encoding: the definition, then each dependency after a line of 80 '=' and "MSG:
+/// package/Type").
 namespace waymark::ros2 {
 
 // std_msgs, geometry_msgs, nav_msgs and tf2_msgs.
@@ -153,7 +153,7 @@ struct RegionOfInterest {
   WAYMARK_ROS2_FIELDS(self.x_offset, self.y_offset, self.height, self.width, self.do_rectify)
 };
 
-/// Pixel centres at integers, as ROS has them: c_x and c_y are half a pixel less than in CameraModel.
+/// Pixel centres at integers as in ROS: c_x and c_y are half a pixel less than in CameraModel.
 struct CameraInfo {
   static constexpr std::string_view kType = "sensor_msgs/msg/CameraInfo";
   Header header{};
@@ -189,7 +189,7 @@ struct CompressedImage {
   WAYMARK_ROS2_FIELDS(self.header, self.format, self.data)
 };
 
-/// ranges[i] lies in direction angle_min + i * angle_increment [rad] about z of the sensor.
+/// ranges[i] has direction angle_min + i * angle_increment [rad] about z of the sensor.
 struct LaserScan {
   static constexpr std::string_view kType = "sensor_msgs/msg/LaserScan";
   Header header{};
@@ -210,15 +210,15 @@ struct Joy {
   WAYMARK_ROS2_FIELDS(self.header, self.axes, self.buttons)
 };
 
-// apriltag_msgs, and waymark_msgs: what ROS 2 has no message for.
+// apriltag_msgs, and waymark_msgs for data that no ROS 2 message can hold.
 
 struct AprilTagPoint {
   double x = 0, y = 0;
   WAYMARK_ROS2_FIELDS(self.x, self.y)
 };
 
-/// apriltag_ros fills corners as libapriltag orders them: BL, BR, TR, TL of the printed tag; pixel centres as
-/// in ROS.
+/// apriltag_ros orders corners as libapriltag does: BL, BR, TR, TL of the printed tag; pixel centres as in
+/// ROS.
 struct AprilTagDetection {
   std::string family{};
   std::int32_t id = 0;
@@ -239,13 +239,14 @@ struct AprilTagDetectionArray {
   WAYMARK_ROS2_FIELDS(self.header, self.detections)
 };
 
-/// Ours: what apriltag_msgs has no room for. One entry a detection, in the order of the
-/// AprilTagDetectionArray with the same stamp.
+/// Waymark type for covariances, which apriltag_msgs cannot hold. One entry per detection, in the order of
+/// the AprilTagDetectionArray with the same stamp.
 struct TagCornerCovariances {
   static constexpr std::string_view kType = "waymark_msgs/msg/TagCornerCovariances";
   Header header{};
   std::vector<std::int32_t> id{};
-  std::vector<double> covariance_px2{};  ///< 64 numbers an entry: 8x8, corners TL TR BR BL as x y x y x y x y
+  std::vector<double>
+      covariance_px2{};  ///< 64 numbers per entry: 8x8, corners TL TR BR BL as x y x y x y x y
   WAYMARK_ROS2_FIELDS(self.header, self.id, self.covariance_px2)
 };
 
@@ -256,7 +257,7 @@ struct TagPose {
   WAYMARK_ROS2_FIELDS(self.family, self.id, self.pose)
 };
 
-/// Ours: tags of one picture as poses in the camera, where nothing knows their corners.
+/// Waymark type: tags of one image as poses in the camera, for sources without corners.
 struct TagPoseArray {
   static constexpr std::string_view kType = "waymark_msgs/msg/TagPoseArray";
   Header header{};
@@ -264,7 +265,7 @@ struct TagPoseArray {
   WAYMARK_ROS2_FIELDS(self.header, self.tags)
 };
 
-/// Ours: distance and direction of a landmark with a number.
+/// Waymark type: range and bearing of a numbered landmark.
 struct RangeBearing {
   static constexpr std::string_view kType = "waymark_msgs/msg/RangeBearing";
   Header header{};
@@ -332,7 +333,7 @@ struct Marker {
   Pose pose{};
   Vector3 scale{};  ///< [m]
   ColorRGBA color{};
-  RosDuration lifetime{};  ///< zero: for ever
+  RosDuration lifetime{};  ///< zero: unlimited
   bool frame_locked = false;
   std::vector<Point> points{};
   std::vector<ColorRGBA> colors{};
@@ -355,7 +356,7 @@ struct MarkerArray {
   WAYMARK_ROS2_FIELDS(self.markers)
 };
 
-/// The schema text of a type as a ROS 2 recording carries it; empty for a type that is not in this header.
+/// The schema text of a type as in a ROS 2 recording; empty for a type that is not in this header.
 [[nodiscard]] std::string schema_text(std::string_view type);
 
 }  // namespace waymark::ros2

@@ -15,11 +15,11 @@ TEST(Ros2Schemas, CarryEveryTypeTheyUseOnce) {
     const std::string line = "MSG: " + used + "\n";
     const std::size_t at = text.find(line);
     ASSERT_NE(at, std::string::npos) << used;
-    EXPECT_EQ(text.find(line, at + 1), std::string::npos) << used << " stands twice";
+    EXPECT_EQ(text.find(line, at + 1), std::string::npos) << used << " appears twice";
   }
 }
 
-TEST(Ros2Schemas, EveryRecordedTypeHasOne) {
+TEST(Ros2Schemas, EveryRecordedTypeHasASchema) {
   for (const auto type : {Twist::kType,
                           TwistStamped::kType,
                           PoseStamped::kType,

@@ -22,7 +22,7 @@ constexpr std::array<std::string_view, 6> kLiveliness{"system_default",  "automa
 
 constexpr std::string_view kWord = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_";
 
-/// The next word at or after `at`, which moves behind it; empty at the end.
+/// The next word at or after `at`, which moves past it; empty at the end.
 std::string_view next_word(std::string_view text, std::size_t& at) {
   const std::size_t begin = std::min(text.find_first_of(kWord, at), text.size());
   at = std::min(text.find_first_not_of(kWord, begin), text.size());
@@ -45,7 +45,7 @@ int policy(std::string_view word, Names names, int otherwise) {
   return value < names.size() ? static_cast<int>(value) : otherwise;
 }
 
-/// The time limit that a key opens; nullptr for other keys.
+/// The time limit that a key begins; nullptr for other keys.
 QosTime* time_of(OfferedQos& profile, std::string_view key) {
   if (key == "deadline") return &profile.deadline;
   if (key == "lifespan") return &profile.lifespan;
@@ -73,7 +73,7 @@ std::vector<OfferedQos> parse_offered_qos(std::string_view yaml) {
   QosTime* time = nullptr;
   for (std::size_t at = 0; at < yaml.size();) {
     const std::string_view key = next_word(yaml, at);
-    if (key == "history") profiles.emplace_back();  // rosbag2 begins each profile with it
+    if (key == "history") profiles.emplace_back();  // rosbag2 begins each profile with this key
     if (profiles.empty() || key.empty()) continue;
     if (QosTime* opened = time_of(profiles.back(), key)) {
       time = opened;

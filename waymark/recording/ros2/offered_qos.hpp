@@ -6,11 +6,11 @@
 #include <string_view>
 #include <vector>
 
-/// Qualities of service that the publishers of a topic offered, as rosbag2 keeps them beside the topic
-/// (YAML; ros2/rosbag2, rosbag2_storage/qos.cpp). `ros2 bag play` offers the topic by them.
+/// QoS profiles offered by the publishers of a topic, as rosbag2 stores them with the topic (YAML;
+/// ros2/rosbag2, rosbag2_storage/qos.cpp). `ros2 bag play` publishes with them.
 namespace waymark {
 
-/// A time limit of a policy; the default is no limit.
+/// Time limit of a policy; the default is no limit.
 struct QosTime {
   std::uint64_t sec = 9223372036;
   std::uint64_t nsec = 854775807;
@@ -29,16 +29,16 @@ struct OfferedQos {
   bool avoid_ros_namespace_conventions = false;
 };
 
-/// How the policies are written: by rmw's numbers (up to Iron), or by their names (from Jazzy on). Either
-/// release cannot read the other's.
+/// Notation of the policies: rmw's numbers (up to Iron) or names (from Jazzy on). Neither release can read
+/// the other's.
 enum class QosNotation : std::uint8_t { Numbers, Names };
 
-/// Reads the profiles of either notation, in YAML's block or flow style. Policies that are missing are the
-/// defaults; a text without profiles gives none.
+/// Reads profiles in either notation, in YAML block or flow style. Missing policies have their defaults; a
+/// text without profiles gives an empty list.
 [[nodiscard]] std::vector<OfferedQos> parse_offered_qos(std::string_view yaml);
 
-/// A YAML sequence, every line after `indent` blanks; "[]\n" where there are none. All nine policies are
-/// written: rosbag2 reads no profile that lacks one.
+/// Writes a YAML sequence, every line indented by `indent` blanks; "[]\n" if empty. All nine policies are
+/// written, because rosbag2 rejects a profile that lacks one.
 [[nodiscard]] std::string to_yaml(const std::vector<OfferedQos>& profiles, QosNotation notation,
                                   std::size_t indent = 0);
 

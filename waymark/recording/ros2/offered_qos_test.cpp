@@ -1,4 +1,4 @@
-// Qualities of service as rosbag2 keeps them, in both notations.
+// QoS profiles as rosbag2 stores them, in both notations.
 #include "waymark/recording/ros2/offered_qos.hpp"
 
 #include <gmock/gmock.h>
@@ -7,17 +7,17 @@
 namespace waymark {
 namespace {
 
-// As ros2/rosbag2, rosbag2_py/test/resources/mcap/talker/metadata.yaml has it.
+// From ros2/rosbag2, rosbag2_py/test/resources/mcap/talker/metadata.yaml.
 constexpr const char* kTalker =
     "- history: 3\n  depth: 0\n  reliability: 1\n  durability: 2\n  deadline:\n    sec: 0\n    nsec: 0\n"
     "  lifespan:\n    sec: 10\n    nsec: 5\n  liveliness: 1\n  liveliness_lease_duration:\n    sec: 0\n"
     "    nsec: 0\n  avoid_ros_namespace_conventions: false\n";
 
-TEST(OfferedQos, AProfileThatIsReadIsWrittenAsItWas) {
+TEST(OfferedQos, AProfileRoundTrips) {
   EXPECT_EQ(to_yaml(parse_offered_qos(kTalker), QosNotation::Numbers), kTalker);
 }
 
-TEST(OfferedQos, BothNotationsAndBothStylesOfYamlSayTheSame) {
+TEST(OfferedQos, BothNotationsAndYamlStylesAreEquivalent) {
   const auto by_names = to_yaml(parse_offered_qos(kTalker), QosNotation::Names);
   EXPECT_THAT(by_names, ::testing::HasSubstr("- history: unknown\n  depth: 0\n  reliability: reliable\n"));
   EXPECT_EQ(to_yaml(parse_offered_qos(by_names), QosNotation::Numbers), kTalker);
@@ -37,7 +37,7 @@ TEST(OfferedQos, BothNotationsAndBothStylesOfYamlSayTheSame) {
   EXPECT_TRUE(flow[0].avoid_ros_namespace_conventions);
 }
 
-TEST(OfferedQos, SeveralProfilesStayApart) {
+TEST(OfferedQos, KeepsSeveralProfilesSeparate) {
   const auto two = parse_offered_qos(std::string(kTalker) + "- history: 1\n  depth: 7\n");
   ASSERT_EQ(two.size(), 2U);
   EXPECT_EQ(two[0].depth, 0U);
@@ -45,7 +45,7 @@ TEST(OfferedQos, SeveralProfilesStayApart) {
   EXPECT_EQ(parse_offered_qos(to_yaml(two, QosNotation::Names, 4)).size(), 2U);
 }
 
-TEST(OfferedQos, TextThatHoldsNoProfileGivesNone) {
+TEST(OfferedQos, TextWithoutProfilesGivesNone) {
   for (const char* text : {"", "[]", "- depth: 3", "history", ":::", "history history"})
     EXPECT_LE(parse_offered_qos(text).size(), 2U) << text;
   EXPECT_EQ(to_yaml({}, QosNotation::Names, 2), "  []\n");

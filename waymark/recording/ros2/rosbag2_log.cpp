@@ -25,7 +25,7 @@
 namespace waymark {
 namespace {
 
-/// Times in the file are signed; before 1970 there were no robots.
+/// Timestamps in the file are signed; negative ones (before 1970) count as 0.
 std::uint64_t log_time(std::int64_t timestamp) {
   return static_cast<std::uint64_t>(std::max<std::int64_t>(0, timestamp));
 }
@@ -41,7 +41,7 @@ class Rosbag2Log final : public RosLog {
         packed_messages_(packed_messages),
         options_(options) {}
 
-  /// Reads everything but the messages. Fails when it is not a bag.
+  /// Reads everything except the messages. Fails if the file is not a bag.
   Status load() {
     const std::set<std::string> topics = database_.columns("topics");
     const std::set<std::string> messages = database_.columns("messages");
@@ -49,7 +49,7 @@ class Rosbag2Log final : public RosLog {
                      messages.contains("topic_id") && messages.contains("data");
     if (!bag)
       return fail(ErrorCode::Unsupported,
-                  "a SQLite file, but no bag of rosbag2: the tables topics and messages are missing",
+                  "this SQLite file is not a rosbag2 bag: the tables topics and messages are missing",
                   {.source = name_});
     if (Status status = load_schema_version(); !status) return status;
     if (Status status = load_topics(topics); !status) return status;
@@ -97,7 +97,7 @@ class Rosbag2Log final : public RosLog {
       if (channel == channel_of_.end()) {
         visited_.damage("rosbag2.no_topic", [&] {
           return Error{ErrorCode::Unreadable,
-                       fmt::format("a message of topic {}, which is not listed", rows->integer(0)),
+                       fmt::format("message of topic {}, which is not listed", rows->integer(0)),
                        {.source = name_},
                        {}};
         });
@@ -116,7 +116,8 @@ class Rosbag2Log final : public RosLog {
 
  private:
   Status load_schema_version() {
-    if (!database_.columns("schema").contains("schema_version")) return {};  // Galactic and older have none
+    if (!database_.columns("schema").contains("schema_version"))
+      return {};  // Galactic and older have no such table
     Result<SqliteDatabase::Query> row = database_.query("SELECT schema_version, ros_distro FROM schema");
     if (!row || !row->next().value_or(false)) return {};
     schema_version_ = row->integer(0);
@@ -124,7 +125,7 @@ class Rosbag2Log final : public RosLog {
     return {};
   }
 
-  /// Columns came one after another over the years: what is not there is left out.
+  /// Reads the topics. Columns were added over the years; missing ones are skipped.
   Status load_topics(const std::set<std::string>& columns) {
     const auto column = [&](const char* name) { return columns.contains(name) ? name : "''"; };
     Result<SqliteDatabase::Query> rows = database_.query(fmt::format(
@@ -147,7 +148,8 @@ class Rosbag2Log final : public RosLog {
     }
   }
 
-  /// From Iron on the file carries them; before, ours of the same name serve.
+  /// Reads message definitions. Bags before Iron have none; built-in definitions of the same name are used
+  /// instead.
   void load_definitions() {
     const std::set<std::string> columns = database_.columns("message_definitions");
     if (columns.contains("topic_type") && columns.contains("encoded_message_definition")) {
@@ -165,11 +167,11 @@ class Rosbag2Log final : public RosLog {
     for (const LogChannel& channel : channels_) {
       if (!channel.schema.empty()) continue;
       opened_.trap("rosbag2.no_definition:" + channel.type, [&] {
-        return Error{
-            ErrorCode::Unsupported,
-            fmt::format("neither the bag nor we have the definition of {}: passed on without", channel.type),
-            {.source = name_, .key = channel.topic},
-            {}};
+        return Error{ErrorCode::Unsupported,
+                     fmt::format("no definition of {} in the bag or built in; copied without a definition",
+                                 channel.type),
+                     {.source = name_, .key = channel.topic},
+                     {}};
       });
     }
   }
@@ -195,7 +197,8 @@ class Rosbag2Log final : public RosLog {
     return {};
   }
 
-  /// Of a damaged file: the index of the times may be whole where the messages are not; else any time.
+  /// Reads the time span. In a damaged file the time index may be intact even if the messages are not;
+  /// otherwise any time is allowed.
   void load_times() {
     const auto one = [&](const char* sql, std::uint64_t otherwise) {
       const Result<SqliteDatabase::Query> query = database_.query(sql);
@@ -263,10 +266,10 @@ namespace {
 
 struct Span {
   std::uint64_t from = 0;
-  std::uint64_t to = 0;  ///< the last message is before it
+  std::uint64_t to = 0;  ///< exclusive
 };
 
-/// When both have messages; nothing when they have no time in common.
+/// Time span in which both have messages; nothing if they do not overlap.
 std::optional<Span> common_span(const LogSummary& a, const LogSummary& b) {
   if (!a.start || !a.end || !b.start || !b.end) return std::nullopt;
   const std::uint64_t last = std::min(*a.end, *b.end);
@@ -274,7 +277,7 @@ std::optional<Span> common_span(const LogSummary& a, const LogSummary& b) {
   return span.from < span.to ? std::optional(span) : std::nullopt;
 }
 
-/// The topics that both have, with the same type.
+/// Topics that both have with the same type.
 std::set<std::string> common_topics(const MessageLog& a, const MessageLog& b) {
   std::set<std::string> topics;
   for (const LogChannel& mine : a.channels()) {
@@ -286,7 +289,7 @@ std::set<std::string> common_topics(const MessageLog& a, const MessageLog& b) {
   return topics;
 }
 
-/// Topic, time, and a hash of the bytes.
+/// Topic, time and a hash of the bytes.
 using Messages = std::set<std::tuple<std::string, std::uint64_t, std::size_t>>;
 
 Result<Messages> messages_of(MessageLog& log, const std::set<std::string>& topics, const Span& span) {
@@ -303,14 +306,14 @@ Result<Messages> messages_of(MessageLog& log, const std::set<std::string>& topic
 
 enum class Relation : std::uint8_t { Apart, Copy, SameTime };
 
-/// Of a shorter recording to a longer one.
+/// Relation of a shorter recording to a longer one.
 Result<Relation> relation_of(MessageLog& shorter, MessageLog& longer) {
   constexpr std::uint64_t kSecond = 1'000'000'000;
   const LogSummary mine = shorter.summary();
   const auto span = common_span(mine, longer.summary());
   const std::set<std::string> topics = common_topics(shorter, longer);
   if (!span || topics.empty()) return Relation::Apart;
-  // A look at the first seconds tells; parts that follow each other overlap by moments.
+  // Inspecting the first seconds is enough: consecutive parts overlap only briefly.
   const bool much = 2 * (span->to - span->from) > *mine.end - *mine.start;
   if (!much) return Relation::Apart;
   const Span look{span->from, std::min(span->to, span->from + 10 * kSecond)};
@@ -320,7 +323,7 @@ Result<Relation> relation_of(MessageLog& shorter, MessageLog& longer) {
   std::size_t known = 0;
   for (const auto& message : *a) known += b->contains(message) ? 1U : 0U;
   if (10 * known > 9 * a->size()) return Relation::Copy;
-  // Several programs may write down what hardly changes (/tf_static): those are no drives.
+  // Several recorders may store slowly changing topics (/tf_static) at the same time; those are not drives.
   constexpr std::size_t kDrive = 20;
   return a->size() >= kDrive && b->size() >= kDrive ? Relation::SameTime : Relation::Apart;
 }
@@ -330,10 +333,10 @@ std::string file_of(const MessageLog& log) {
   return summary.files.empty() ? std::string("a file of the folder") : summary.files.front();
 }
 
-/// Files of a folder that no metadata.yaml lists need not be parts of one recording. Takes those out that
-/// hold nothing but what another one holds (copies, also cut or recovered ones), and says so in `problems`.
-/// Fails where two have the same topics at the same time and are no copies: two drives.
-Status take_copies_out(std::vector<std::unique_ptr<MessageLog>>& parts, LogProblems& problems) {
+/// Files of a folder that no metadata.yaml lists need not belong to one recording. Removes copies (also
+/// truncated or recovered ones), whose messages another file contains, and lists them in `problems`. Fails if
+/// two files have the same topics at the same time and are not copies: two drives.
+Status remove_copies(std::vector<std::unique_ptr<MessageLog>>& parts, LogProblems& problems) {
   std::vector<std::size_t> order(parts.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
   const auto length = [&](std::size_t i) { return parts[i]->summary().messages.value_or(0); };
@@ -345,15 +348,14 @@ Status take_copies_out(std::vector<std::unique_ptr<MessageLog>>& parts, LogProbl
       const auto relation = relation_of(*parts[i], *parts[k]);
       if (!relation) return tl::unexpected(relation.error());
       if (*relation == Relation::SameTime)
-        return fail(
-            ErrorCode::Unsupported,
-            fmt::format("the same topics at the same time as in {}: two recordings, and no parts of one",
-                        file_of(*parts[k])),
-            {.source = file_of(*parts[i])}, "Name the one that is meant, and not their folder.");
+        return fail(ErrorCode::Unsupported,
+                    fmt::format("same topics at the same time as in {}: two recordings, not parts of one",
+                                file_of(*parts[k])),
+                    {.source = file_of(*parts[i])}, "Pass one of the files instead of their folder.");
       copy = copy || *relation == Relation::Copy;
       if (*relation != Relation::Copy) continue;
       problems.damages("folder.copy", {Error{ErrorCode::InvalidArgument,
-                                             "holds what " + file_of(*parts[k]) + " holds: left out",
+                                             "duplicates " + file_of(*parts[k]) + "; skipped",
                                              {.source = file_of(*parts[i])},
                                              "Move the copy elsewhere."}});
       break;
@@ -370,7 +372,7 @@ Status take_copies_out(std::vector<std::unique_ptr<MessageLog>>& parts, LogProbl
 
 namespace fs = std::filesystem;
 
-/// The little of a metadata.yaml that says which files belong to a bag.
+/// The part of a metadata.yaml that lists the files of a bag.
 struct BagMetadata {
   std::vector<std::string> files{};
   bool packed_messages = false;
@@ -407,7 +409,7 @@ bool is_bag_file(const fs::path& path) {
          name.ends_with(".mcap.zstd");
 }
 
-/// A listed file lies beside the metadata, whatever path the recorder wrote.
+/// A listed file is expected next to the metadata, whatever path the recorder wrote.
 std::optional<fs::path> find_file(const fs::path& folder, const std::string& listed) {
   const fs::path name = fs::path(listed).filename();
   std::error_code ignored;
@@ -425,7 +427,7 @@ Result<std::unique_ptr<MessageLog>> open_part(const fs::path& path, bool packed_
   return open_log(path, options);
 }
 
-/// The bag files that a folder holds, by name.
+/// Bag files in a folder, sorted by name.
 std::vector<fs::path> files_in(const fs::path& folder) {
   std::vector<fs::path> files;
   std::error_code error;
@@ -436,7 +438,7 @@ std::vector<fs::path> files_in(const fs::path& folder) {
   return files;
 }
 
-/// Those that the bag's metadata lists and that are there, in its order. The missing ones are damage.
+/// Existing files that the metadata lists, in its order. Missing files are damage.
 std::vector<fs::path> listed_files(const fs::path& folder, const BagMetadata& metadata,
                                    LogProblems& problems) {
   std::vector<fs::path> files;
@@ -445,7 +447,7 @@ std::vector<fs::path> listed_files(const fs::path& folder, const BagMetadata& me
       files.push_back(*file);
     } else {
       problems.damages("rosbag2.missing_file", {Error{ErrorCode::NotFound,
-                                                      "the bag lists this file, but it is not there",
+                                                      "the file is listed in the bag but does not exist",
                                                       {.source = (folder / listed).string()},
                                                       {}}});
     }
@@ -455,10 +457,10 @@ std::vector<fs::path> listed_files(const fs::path& folder, const BagMetadata& me
 
 struct BagFiles {
   std::vector<fs::path> files{};
-  bool listed = false;  ///< the metadata says that they belong together
+  bool listed = false;  ///< the files are listed in metadata.yaml
 };
 
-/// The files of a bag folder that are there, in order.
+/// Existing files of a bag folder, in order.
 BagFiles files_of(const fs::path& folder, BagMetadata& metadata, LogProblems& problems) {
   std::ifstream yaml(folder / "metadata.yaml");
   const bool there = yaml.is_open();
@@ -469,7 +471,7 @@ BagFiles files_of(const fs::path& folder, BagMetadata& metadata, LogProblems& pr
   if (found.files.empty()) return found;
   problems.damages("rosbag2.no_metadata",
                    {Error{ErrorCode::NotFound,
-                          there ? "the bag's metadata.yaml lists none of the files that are there"
+                          there ? "metadata.yaml of the bag lists none of the existing files"
                                 : "the bag folder has no metadata.yaml: its recorder did not finish",
                           {.source = folder.string()},
                           "All its .db3 and .mcap files are read."}});
@@ -482,16 +484,10 @@ Result<std::unique_ptr<MessageLog>> open_bag_folder(const fs::path& folder, cons
   LogProblems problems;
   BagMetadata metadata;
   const auto [files, listed] = files_of(folder, metadata, problems);
-  std::error_code ignored;
-  if (files.empty() && fs::exists(folder / "map.yaml", ignored))
-    return fail(ErrorCode::Unsupported, "this is the folder of a map, and no recording",
-                {.source = folder.string()},
-                "Give the recording that it was made of; a map goes after `map`.");
   if (files.empty())
-    return fail(
-        ErrorCode::NotFound,
-        "no bag in this folder: neither a metadata.yaml with files that are there, nor a .db3 or .mcap file",
-        {.source = folder.string()});
+    return fail(ErrorCode::NotFound,
+                "no bag in the folder: no metadata.yaml with existing files and no .db3 or .mcap file",
+                {.source = folder.string()});
   std::vector<std::unique_ptr<MessageLog>> parts;
   for (const fs::path& file : files) {
     Result<std::unique_ptr<MessageLog>> part = open_part(file, metadata.packed_messages, options);
@@ -502,8 +498,8 @@ Result<std::unique_ptr<MessageLog>> open_bag_folder(const fs::path& folder, cons
     }
   }
   if (parts.empty()) return tl::unexpected(problems.list().back().error);
-  if (!listed) {  // nobody says that they belong together
-    if (Status status = take_copies_out(parts, problems); !status) return tl::unexpected(status.error());
+  if (!listed) {  // no metadata.yaml lists them as one recording
+    if (Status status = remove_copies(parts, problems); !status) return tl::unexpected(status.error());
   }
   return join_logs(std::move(parts), std::move(problems));
 }

@@ -101,7 +101,7 @@ class Statement {
     return *this;
   }
   Statement& text(std::string_view value) {
-    // An empty text needs a place, too: a null pointer would be NULL.
+    // An empty string needs a non-null pointer: a null pointer would store NULL.
     const char* data = value.empty() ? "" : value.data();
     sqlite3_bind_text64(statement_.get(), ++bound_, data, value.size(), nullptr, SQLITE_UTF8);
     return *this;
@@ -111,7 +111,7 @@ class Statement {
     sqlite3_bind_blob64(statement_.get(), ++bound_, data, value.size(), nullptr);
     return *this;
   }
-  /// What was bound must live until here.
+  /// Runs the statement. Bound data must be valid until then.
   bool run() {
     const bool done = statement_ && sqlite3_step(statement_.get()) == SQLITE_DONE;
     sqlite3_reset(statement_.get());
@@ -135,7 +135,7 @@ class SqliteBag {
 
   Status create(const BagContents& contents) {
     const bool jazzy = format_.release == BagRelease::Jazzy;
-    // The bag is put in its place when it is whole: a journal would only double the writing.
+    // The bag is renamed only when complete, so a journal would only double the writing.
     const std::string tables =
         "PRAGMA journal_mode=OFF; PRAGMA synchronous=OFF; BEGIN;" +
         fmt::format(fmt::runtime(kTables), jazzy ? ", type_description_hash TEXT NOT NULL" : "",
@@ -199,14 +199,14 @@ class SqliteBag {
 
   [[nodiscard]] Status failed() const {
     return fail(ErrorCode::Unwritable, fmt::format("SQLite: {}", sqlite3_errmsg(database_.get())),
-                {.source = path_.string()}, "Is there space on the disk?");
+                {.source = path_.string()}, "Check the free space of the disk.");
   }
 
   std::filesystem::path path_;
   BagFormat format_;
   bool opened_ = false;
   std::shared_ptr<sqlite3> database_;
-  std::map<std::string, std::int64_t> topics_;  ///< by name: their ids
+  std::map<std::string, std::int64_t> topics_;  ///< id by name
   std::optional<Statement> insert_;             ///< closed before the database
 };
 

@@ -10,12 +10,12 @@
 #include "waymark/recording/message_log.hpp"
 #include "waymark/recording/ros2/offered_qos.hpp"
 
-/// What stands about a bag of rosbag2 beside its messages (ros2/rosbag2, rosbag2_storage/yaml.hpp).
+/// Metadata of a rosbag2 bag (ros2/rosbag2, rosbag2_storage/yaml.hpp).
 namespace waymark {
 
-/// A release of ROS 2, as far as its bags differ: Humble writes version 5 of the metadata, Jazzy version 9.
+/// ROS 2 releases with different bag layouts: Humble writes version 5 of the metadata, Jazzy version 9.
 enum class BagRelease : std::uint8_t { Humble, Jazzy };
-/// The plugin that stores the messages.
+/// The storage plugin.
 enum class BagStorage : std::uint8_t { Sqlite, Mcap };
 
 struct BagFormat {
@@ -36,19 +36,19 @@ struct BagFormat {
 
 /// A bag of one file.
 struct BagContents {
-  std::string file{};                  ///< its name within the folder
-  std::vector<LogChannel> channels{};  ///< with the number of their messages, CDR
+  std::string file{};                  ///< name within the folder
+  std::vector<LogChannel> channels{};  ///< with message counts; CDR
   std::uint64_t start_ns = 0;
   std::uint64_t end_ns = 0;  ///< time of the last message
 };
 
-/// The text of metadata.yaml, in the order of rosbag2's own keys.
+/// The text of metadata.yaml, with keys in the order of rosbag2.
 [[nodiscard]] std::string bag_metadata(const BagFormat& format, const BagContents& contents);
 
 /// Writes all messages of a recording in CDR to a new .db3 file of rosbag2, with the tables of the release
-/// (schema 3 of Humble, 4 of Jazzy; ros2/rosbag2, rosbag2_storage_sqlite3/sqlite_storage.cpp). The text of
-/// metadata.yaml stands in the table `metadata`, too. `progress` is called with each message's time; an error
-/// it gives stops the export. What is left of a file after an error must be removed by the caller.
+/// (schema 3 of Humble, 4 of Jazzy; ros2/rosbag2, rosbag2_storage_sqlite3/sqlite_storage.cpp). The table
+/// `metadata` also contains the text of metadata.yaml. `progress` is called with each message's time; an
+/// error that it returns stops the export. After an error the caller must remove the file.
 [[nodiscard]] Status write_sqlite_bag(MessageLog& log, const std::filesystem::path& path,
                                       const BagFormat& format, const BagContents& contents,
                                       const std::function<Status(std::uint64_t log_time)>& progress);

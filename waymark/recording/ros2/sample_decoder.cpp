@@ -25,15 +25,15 @@ Error named(Error error, const Ros2Message& raw) {
   return error;
 }
 
-/// Decodes a message; numbers that are none, and rotations that are none, are an error.
+/// Decodes a message; non-finite numbers and invalid rotations are errors.
 template <class Message>
 Result<Message> read(const Ros2Message& raw) {
   Result<Message> message = cdr::decode<Message>(raw.cdr);
   if (!message) return tl::unexpected(named(message.error(), raw));
   if constexpr (requires { ros2::sound(*message); }) {
     if (!ros2::sound(*message))
-      return tl::unexpected(named(
-          {ErrorCode::Unreadable, "a message with numbers that are none, or a rotation of no length"}, raw));
+      return tl::unexpected(
+          named({ErrorCode::Unreadable, "non-finite numbers or a zero quaternion in the message"}, raw));
   }
   return message;
 }
@@ -135,7 +135,7 @@ Status SampleDecoder::Impl::on_twist(const Ros2Message& raw) {
                                {message->linear.x, message->angular.z}});
 }
 
-/// Arms and pan heads have joints too: what has no wheel is no sample.
+/// Joints of arms and pan heads are skipped: only messages with wheels are samples.
 Status SampleDecoder::Impl::on_joints(const Ros2Message& raw) {
   const auto message = read<ros2::JointState>(raw);
   if (!message) return tl::unexpected(message.error());

@@ -11,7 +11,7 @@
 
 namespace waymark {
 
-/// Turns ROS 2 messages into samples, one after another, whatever file they come from.
+/// Converts ROS 2 messages of any file format to samples.
 class SampleDecoder {
  public:
   using Visitor = std::function<Status(const Sample&)>;
@@ -20,11 +20,11 @@ class SampleDecoder {
   SampleDecoder(const SampleDecoder&) = delete;
   SampleDecoder& operator=(const SampleDecoder&) = delete;
 
-  /// Visits the sample of a message in plain CDR (log_time [ns]: the stamp of types without a header), if its
-  /// type and topic are ones we know. Fails when it does not decode, or the visitor fails. A frame of tags
-  /// waits for the covariances that may follow it.
+  /// Visits the sample of a message in plain CDR, if its type and topic are supported. log_time [ns] is the
+  /// stamp of types without a header. Fails on a message that does not decode or if the visitor fails. A tag
+  /// frame waits for the covariances that may follow it.
   Status add(std::string_view topic, std::string_view type, std::uint64_t log_time, ByteSpan cdr);
-  /// Visits what still waits.
+  /// Visits the tag frame that still waits.
   Status finish();
 
  private:
@@ -32,10 +32,10 @@ class SampleDecoder {
   std::unique_ptr<Impl> impl_;
 };
 
-/// The camera of an MCAP file, its place on the robot, and the metadata.
+/// The camera of an MCAP file, its mounting on the robot, and the metadata.
 [[nodiscard]] Result<RecordingSetup> read_setup(const ByteSource& source);
 
-/// Calls visit for every sample of the topics we know, in order of log time. Fails on a message that does not
+/// Calls visit for every sample on supported topics, in order of log time. Fails on a message that does not
 /// decode.
 [[nodiscard]] Status visit_samples(const ByteSource& source,
                                    const std::function<Status(const Sample&)>& visit);

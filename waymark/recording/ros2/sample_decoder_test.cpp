@@ -1,4 +1,4 @@
-// Samples go into a recording and come back as they were.
+// Round trips of samples through a recording.
 #include "waymark/recording/ros2/sample_decoder.hpp"
 
 #include <gtest/gtest.h>
@@ -32,7 +32,7 @@ CameraModel some_camera() {
       .value();
 }
 
-TEST(SampleRecorder, WhatIsRecordedComesBack) {
+TEST(SampleRecorder, SamplesRoundTrip) {
   Random random(1);
   Bytes file;
   auto recorder = SampleRecorder::open(memory_sink(file));
@@ -107,7 +107,7 @@ std::vector<Sample> through_a_file(const std::vector<Sample>& samples) {
   return back;
 }
 
-TEST(SampleRecorder, EveryKindOfSampleComesBack) {
+TEST(SampleRecorder, EveryKindOfSampleRoundTrips) {
   const SE3 cam_T_tag(SO3::exp({3, 0.1, 0.2}), {0.1, -0.2, 1.5});
   const std::vector<Sample> samples = {
       CameraFrame{at_ms(1), "cam", some_image(33, 17)},
@@ -146,7 +146,7 @@ TEST(SampleRecorder, EveryKindOfSampleComesBack) {
   EXPECT_EQ(std::get<TagFrame>(back[6]).camera, "left");
 }
 
-TEST(SampleDecoder, NumbersThatAreNoneAreErrors) {
+TEST(SampleDecoder, RejectsNonFiniteNumbers) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   SampleDecoder decoder([](const Sample&) { return Status{}; });
   const auto add = [&](const std::string& topic, const auto& message) {

@@ -13,12 +13,12 @@
 namespace waymark {
 namespace {
 
-/// How a file is opened. A WAL is the journal of a recorder that wrote ahead (sqlite.org, "Write-Ahead
-/// Logging"); SQLite puts an index of it beside the file. Where there is none the recorder is gone, and ours
-/// is removed again.
+/// How a file is opened. A WAL is the journal of a recorder in write-ahead mode (sqlite.org, "Write-Ahead
+/// Logging"); SQLite creates an index of it next to the file. If there was no index before, the recorder has
+/// ended and the new index is removed again.
 enum class Access : std::uint8_t { Shared, SharedAndTidy, Immutable };
 
-/// A path as an URI that SQLite does not write to.
+/// URI of a path that SQLite opens without writing.
 std::string read_only_uri(const std::filesystem::path& path, Access access) {
   std::string uri = "file:";
   for (const char c : std::filesystem::absolute(path).string()) {
@@ -57,7 +57,7 @@ std::shared_ptr<sqlite3> open_path(const std::filesystem::path& path, Access acc
   return hardened(std::move(database));
 }
 
-/// Whether the header says that its recorder wrote ahead.
+/// Whether the header marks write-ahead mode.
 bool writes_ahead(const std::filesystem::path& path) {
   constexpr std::size_t kReadVersion = 19;
   std::array<char, kReadVersion + 1> head{};
@@ -73,7 +73,7 @@ Access access_to(const std::filesystem::path& path) {
   return std::filesystem::exists(wal_index_of(path), none) ? Access::Shared : Access::SharedAndTidy;
 }
 
-/// The bytes of a file as a private copy of its pages, made when one is written to.
+/// The bytes of a file, mapped copy-on-write.
 std::shared_ptr<unsigned char> mapped(const TemporaryFile& file) {
   const auto size = static_cast<std::size_t>(file.size());
   void* at = ::mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_PRIVATE, file.descriptor(), 0);
@@ -91,7 +91,8 @@ std::shared_ptr<sqlite3> open_mapped(const TemporaryFile& file) {
     return nullptr;
   }
   std::shared_ptr<sqlite3> database(raw, [bytes](sqlite3* open) { sqlite3_close(open); });
-  // There is no journal here: the file is read as one that has none (SQLite, "Database File Format", 1.3.3).
+  // An unnamed file has no journal, so it is read in the mode without one (SQLite, "Database File
+  // Format", 1.3.3).
   bytes.get()[18] = std::min<unsigned char>(bytes.get()[18], 1);
   bytes.get()[19] = std::min<unsigned char>(bytes.get()[19], 1);
   const auto size = static_cast<sqlite3_int64>(file.size());
@@ -103,8 +104,8 @@ std::shared_ptr<sqlite3> open_mapped(const TemporaryFile& file) {
 Status limit_or_damage(const std::shared_ptr<sqlite3>& database, const std::string& name,
                        std::uint64_t max_value_bytes) {
   if (!database)
-    return fail(ErrorCode::Unreadable, "this SQLite file is damaged: its tables cannot be listed",
-                {.source = name}, "`sqlite3 FILE .recover` may save what is left.");
+    return fail(ErrorCode::Unreadable, "damaged SQLite file: its tables cannot be listed", {.source = name},
+                "`sqlite3 FILE .recover` may save part of the data.");
   sqlite3_limit(database.get(), SQLITE_LIMIT_LENGTH,
                 static_cast<int>(std::min<std::uint64_t>(max_value_bytes, INT_MAX)));
   return {};
@@ -116,7 +117,7 @@ Result<SqliteDatabase> SqliteDatabase::open(const std::filesystem::path& path, s
                                             std::uint64_t max_value_bytes) {
   const Access access = access_to(path);
   std::shared_ptr<sqlite3> database = open_path(path, access);
-  // A journal of a recorder that died cannot be used in a folder that cannot be written.
+  // The journal of a recorder that died cannot be used in a read-only folder.
   if (!database) database = open_path(path, Access::Immutable);
   if (Status status = limit_or_damage(database, name, max_value_bytes); !status)
     return tl::unexpected(status.error());

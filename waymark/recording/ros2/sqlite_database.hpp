@@ -17,29 +17,29 @@ struct sqlite3_stmt;
 
 namespace waymark {
 
-/// A SQLite file, open for reading only.
+/// A SQLite file opened read-only.
 class SqliteDatabase {
  public:
-  /// `name` stands in messages. A file that is not to be trusted: no views, triggers or functions of its own
-  /// are run, and no value may be larger than max_value_bytes. Nothing is written beside it.
+  /// `name` is used in messages. The file is treated as untrusted: its views, triggers and functions are not
+  /// run, and values may not exceed max_value_bytes. No files are written next to it.
   static Result<SqliteDatabase> open(const std::filesystem::path& path, std::string name,
                                      std::uint64_t max_value_bytes);
 
-  /// The same of a file without a name.
+  /// Opens an unnamed file.
   static Result<SqliteDatabase> open(std::shared_ptr<const TemporaryFile> file, std::string name,
                                      std::uint64_t max_value_bytes);
 
-  /// Names of the columns of a table; empty when there is no such table (a view is none).
+  /// Column names of a table; empty if there is no such table (views do not count).
   [[nodiscard]] std::set<std::string> columns(const std::string& table) const;
 
   /// Rows of a query, one at a time.
   class Query {
    public:
-    /// False at the end. Fails where the file is damaged.
+    /// False at the end. Fails if the file is damaged.
     Result<bool> next();
     [[nodiscard]] std::int64_t integer(int column) const;
     [[nodiscard]] std::string text(int column) const;
-    /// Gone with the next row.
+    /// Valid until the next row.
     [[nodiscard]] ByteSpan bytes(int column) const;
     Query& bind(int parameter, std::int64_t value);
 

@@ -20,12 +20,12 @@
 namespace waymark {
 namespace {
 
-std::string topic_for_people(const BusTopic& name) {
+std::string display_topic(const BusTopic& name) {
   const auto ros = ros_topic(name);
   return ros ? ros->topic : name.topic;
 }
 
-std::string type_for_people(const BusTopic& name) {
+std::string display_type(const BusTopic& name) {
   const auto ros = ros_topic(name);
   return ros ? ros->type : name.type;
 }
@@ -37,11 +37,11 @@ const char* durability(const TopicQos& qos) { return qos.transient_local ? "tran
 
 std::optional<std::string> mismatch(const TopicUse& ours, const BusEndpoint& theirs) {
   if (ours.publishes == theirs.publishes || ours.name.topic != theirs.name.topic) return std::nullopt;
-  const std::string topic = topic_for_people(ours.name);
+  const std::string topic = display_topic(ours.name);
   if (ours.name.type != theirs.name.type)
     return fmt::format("{} is {} as {}, but {} is {} here", topic,
-                       theirs.publishes ? "published" : "subscribed", type_for_people(theirs.name),
-                       type_for_people(ours.name), theirs.publishes ? "expected" : "published");
+                       theirs.publishes ? "published" : "subscribed", display_type(theirs.name),
+                       display_type(ours.name), theirs.publishes ? "expected" : "published");
   const TopicQos& offered = ours.publishes ? ours.qos : theirs.qos;
   const TopicQos& requested = ours.publishes ? theirs.qos : ours.qos;
   const bool unreliable = requested.reliable && !offered.reliable;
@@ -55,11 +55,11 @@ std::optional<std::string> mismatch(const TopicUse& ours, const BusEndpoint& the
 
 std::vector<std::string> mismatches(const std::vector<TopicUse>& ours,
                                     const std::vector<BusEndpoint>& theirs) {
-  std::set<std::string> words;
+  std::set<std::string> reasons;
   for (const TopicUse& use : ours)
     for (const BusEndpoint& endpoint : theirs)
-      if (auto found = mismatch(use, endpoint)) words.insert(std::move(*found));
-  return {words.begin(), words.end()};
+      if (auto found = mismatch(use, endpoint)) reasons.insert(std::move(*found));
+  return {reasons.begin(), reasons.end()};
 }
 
 namespace {
@@ -87,17 +87,17 @@ std::vector<Interface> interfaces_up() {
 
 constexpr const char* kOnlyHere =
     "; programs restricted to this machine are found with `localhost` or ROS_LOCALHOST_ONLY=1";
-/// Such a program may be discovered, but none of its topics.
+/// Such a program may be discovered without its topics.
 constexpr const char* kNoTopics =
-    "; it has none or is restricted to its own machine (`localhost`, ROS_LOCALHOST_ONLY), or a firewall is "
-    "between";
+    "; it has none, is restricted to its own machine (`localhost`, ROS_LOCALHOST_ONLY), or is behind a "
+    "firewall";
 
-/// The process that started this one, by /proc; 0: not known.
+/// The parent of a process, from /proc; 0: unknown.
 pid_t parent_of(pid_t process) {
   std::ifstream file(fmt::format("/proc/{}/stat", process));
   std::string text;
   std::getline(file, text);
-  const std::size_t name_end = text.rfind(')');  // the program's name may hold anything
+  const std::size_t name_end = text.rfind(')');  // the program name may itself contain parentheses
   if (name_end == std::string::npos) return 0;
   std::istringstream rest(text.substr(name_end + 1));
   char state = 0;
@@ -115,24 +115,23 @@ std::vector<std::string> interface_addresses() {
 }
 
 Status use_interface(BusOptions& options, const std::string& interface) {
-  std::vector<std::string> known;
+  std::vector<std::string> available;
   options.interfaces.clear();
   for (const Interface& one : interfaces_up()) {
     if (one.address == interface || one.name == interface) options.interfaces.push_back(one.address);
-    known.push_back(fmt::format("{} ({})", one.address, one.name));
+    available.push_back(fmt::format("{} ({})", one.address, one.name));
   }
   if (!options.interfaces.empty()) return {};
-  return fail(ErrorCode::InvalidArgument,
-              fmt::format("no network interface that is up has the address or name '{}'", interface),
-              {.key = "interface"}, fmt::format("There are: {}.", fmt::join(known, ", ")));
+  return fail(ErrorCode::InvalidArgument, fmt::format("no network interface '{}' is up", interface),
+              {.key = "interface"}, fmt::format("Available: {}.", fmt::join(available, ", ")));
 }
 
 bool is_own_family(const std::string& participant) {
   std::array<char, 65> host{};
   if (gethostname(host.data(), host.size() - 1) != 0) return false;
-  constexpr int kMostGenerations = 8;  // the robot's process, its watchdog, the program
+  constexpr int kMaxGenerations = 8;  // the robot's process, its watchdog, the program
   pid_t process = getpid();
-  for (int i = 0; i < kMostGenerations && process > 1; ++i, process = parent_of(process))
+  for (int i = 0; i < kMaxGenerations && process > 1; ++i, process = parent_of(process))
     if (participant.ends_with(fmt::format("(process {} on {})", process, host.data()))) return true;
   return false;
 }
@@ -141,26 +140,26 @@ std::string searched(const BusOptions& options, const Bus& bus) {
   std::vector<std::string> where = options.interfaces;
   if (options.localhost_only) where = {"127.0.0.1"};
   if (where.empty()) where = interface_addresses();
-  std::string words = fmt::format("domain {} on {}", options.domain, fmt::join(where, ", "));
-  if (!options.peers.empty()) words += fmt::format(" and at {}", fmt::join(options.peers, ", "));
+  std::string text = fmt::format("domain {} on {}", options.domain, fmt::join(where, ", "));
+  if (!options.peers.empty()) text += fmt::format(" and at {}", fmt::join(options.peers, ", "));
   std::vector<std::string> others = bus.participants();
   std::erase_if(others, is_own_family);
   if (others.empty())
-    return words + ": no other participant" +
+    return text + ": no other participant" +
            (options.localhost_only || !options.interfaces.empty() ? "" : kOnlyHere);
   std::set<std::string> topics;
   for (const BusEndpoint& endpoint : bus.endpoints())
     if (const auto ros = ros_topic(endpoint.name); ros && !is_own_family(bus.participant_of(endpoint.guid)))
       topics.insert(ros->topic);
-  constexpr std::size_t kMostNamed = 12;
-  const std::size_t named = std::min(topics.size(), kMostNamed);
-  words +=
+  constexpr std::size_t kMaxListedTopics = 12;
+  const std::size_t named = std::min(topics.size(), kMaxListedTopics);
+  text +=
       fmt::format(": {}, {}", counted(others.size(), "other participant"), counted(topics.size(), "topic"));
   if (named > 0)
-    words += fmt::format(" ({}{})",
-                         fmt::join(topics.begin(), std::next(topics.begin(), static_cast<long>(named)), ", "),
-                         topics.size() > named ? ", …" : "");
-  return words + (named > 0 ? "" : kNoTopics);
+    text += fmt::format(" ({}{})",
+                        fmt::join(topics.begin(), std::next(topics.begin(), static_cast<long>(named)), ", "),
+                        topics.size() > named ? ", …" : "");
+  return text + (named > 0 ? "" : kNoTopics);
 }
 
 }  // namespace waymark

@@ -8,33 +8,33 @@
 
 namespace waymark {
 
-/// What this program uses a topic for.
+/// A topic that this program publishes or subscribes to.
 struct TopicUse {
   bool publishes = false;
   BusTopic name{};
   TopicQos qos{};
 };
 
-/// Why the endpoint and this program's use of the same topic do not match, in words: another type, or
-/// qualities of service that exclude each other (DDS 1.4, section 2.2.3, "requested versus offered"). Nothing
-/// where they match, or have nothing to do with each other.
+/// A message why another program's endpoint does not match this program's use of the same topic: different
+/// type, or incompatible quality of service (DDS 1.4, section 2.2.3, "requested versus offered"). Empty if
+/// they match or are unrelated (other topic, same direction).
 [[nodiscard]] std::optional<std::string> mismatch(const TopicUse& ours, const BusEndpoint& theirs);
 
-/// All that do not match.
+/// The messages of all mismatches, without duplicates.
 [[nodiscard]] std::vector<std::string> mismatches(const std::vector<TopicUse>& ours,
                                                   const std::vector<BusEndpoint>& theirs);
 
-/// Where was searched and what was found there, this program's own participants left out: "domain 0 on
-/// 127.0.0.1: nobody", "domain 7 on 10.0.0.2, …: /node, 12 topics".
+/// A summary of where discovery searched and what it found, without this program's own participants: "domain
+/// 0 on 127.0.0.1: no other participant", "domain 7 on 10.0.0.2: 1 other participant, 12 topics (/odom, …)".
 [[nodiscard]] std::string searched(const BusOptions& options, const Bus& bus);
 
 /// The IPv4 addresses of this machine's network interfaces that are up.
 [[nodiscard]] std::vector<std::string> interface_addresses();
-/// Restricts the options to the interface of this address, or of this name ("eth0"). Fails, and names those
-/// there are, where none has it and is up: DDS would join the domain on no interface at all.
+/// Restricts the options to the interface with this address or name ("eth0"). Fails and lists the available
+/// ones if no such interface is up, since DDS would then join the domain on no interface at all.
 [[nodiscard]] Status use_interface(BusOptions& options, const std::string& interface);
-/// Whether the participant is this process, or one that it was started by: a program and the process of its
-/// robot are one for people.
+/// Whether the participant belongs to this process or one of its ancestors. To a user, a program and its
+/// robot process are one program.
 [[nodiscard]] bool is_own_family(const std::string& participant);
 
 }  // namespace waymark

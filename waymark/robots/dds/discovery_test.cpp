@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <array>
+#include <initializer_list>
 #include <string>
 
 #include <unistd.h>
 
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
 #include "waymark/robots/dds/ros_names.hpp"
 
 namespace waymark {
@@ -27,25 +29,26 @@ TEST(Mismatch, FollowsTheTableOfRequestedAndOffered) {
         }
 }
 
-TEST(Mismatch, IsSaidInWords) {
+TEST(Mismatch, ReportsTopicTypesAndQos) {
   const BusTopic scan = dds_topic("/scan", "sensor_msgs/msg/LaserScan");
   const BusTopic other = dds_topic("/scan", "sensor_msgs/msg/Image");
   const TopicQos best_effort{.reliable = false};
-  EXPECT_EQ(mismatch({false, scan, {}}, {true, scan, best_effort, {}}).value_or(""),
-            "/scan is offered best effort, but requested reliable here");
-  EXPECT_EQ(mismatch({false, scan, {.transient_local = true}}, {true, scan, {}, {}}).value_or(""),
-            "/scan is offered volatile, but requested transient local here");
-  EXPECT_EQ(mismatch({false, scan, {}}, {true, other, {}, {}}).value_or(""),
-            "/scan is published as sensor_msgs/msg/Image, but sensor_msgs/msg/LaserScan is expected here");
+  testing::expect_on_page("robots", mismatch({false, scan, {}}, {true, scan, best_effort, {}}).value_or(""));
+  testing::expect_on_page(
+      "robots", mismatch({false, scan, {.transient_local = true}}, {true, scan, {}, {}}).value_or(""));
+  const std::string types = mismatch({false, scan, {}}, {true, other, {}, {}}).value_or("");
+  testing::expect_on_page("robots", types);
+  for (const char* part : {"/scan", "sensor_msgs/msg/Image", "sensor_msgs/msg/LaserScan"})
+    EXPECT_NE(types.find(part), std::string::npos) << types;
   EXPECT_FALSE(mismatch({false, scan, {}}, {false, scan, best_effort, {}})) << "both subscribe";
   EXPECT_FALSE(mismatch({false, scan, {}}, {true, dds_topic("/odom", "a/msg/B"), best_effort, {}}));
   EXPECT_EQ(
       mismatches({{false, scan, {}}}, {{true, scan, best_effort, {}}, {true, scan, best_effort, {}}}).size(),
       1U)
-      << "each is said once";
+      << "without duplicates";
 }
 
-/// What a bus has discovered, and nothing else.
+/// A bus with fixed discovery results that does nothing else.
 class FoundBus final : public Bus {
  public:
   std::vector<std::string> others{};
@@ -66,54 +69,54 @@ class FoundBus final : public Bus {
   [[nodiscard]] std::string participant_of(const Guid&) const override { return {}; }
 };
 
-TEST(Searched, SaysWhereItWasLookedAndWhatIsThere) {
+TEST(Searched, ReportsDomainAddressesParticipantsAndTopics) {
   FoundBus bus;
-  EXPECT_EQ(searched({.domain = 3, .localhost_only = true}, bus),
-            "domain 3 on 127.0.0.1: no other participant");
-  EXPECT_EQ(searched({.interfaces = {"10.0.0.2"}, .peers = {"10.0.0.9"}}, bus),
-            "domain 0 on 10.0.0.2 and at 10.0.0.9: no other participant");
+  const auto expect_parts = [](const std::string& text, std::initializer_list<const char*> parts) {
+    testing::expect_on_page("robots", text);
+    for (const char* part : parts) EXPECT_NE(text.find(part), std::string::npos) << part << " in " << text;
+  };
+  expect_parts(searched({.domain = 3, .localhost_only = true}, bus), {"domain 3", "127.0.0.1"});
+  expect_parts(searched({.interfaces = {"10.0.0.2"}, .peers = {"10.0.0.9"}}, bus),
+               {"domain 0", "10.0.0.2", "10.0.0.9"});
   bus.others = {"/robot"};
   bus.found = {{true, dds_topic("/odom", "a/msg/B"), {}, {}},
                {false, dds_topic("/odom", "a/msg/B"), {}, {}},
                {true, {"rq/startRequest", "x"}, {}, {}}};
-  EXPECT_EQ(searched({.localhost_only = true}, bus),
-            "domain 0 on 127.0.0.1: 1 other participant, 1 topic (/odom)")
-      << "a topic once, and no service";
+  const std::string once =
+      searched({.localhost_only = true}, bus);  // duplicates and services are not counted
+  expect_parts(once, {"1 other participant", "1 topic (/odom)"});
   bus.found.clear();
-  EXPECT_NE(searched({}, bus).find(
-                "1 other participant, 0 topics; it has none or is restricted to its own machine"),
-            std::string::npos)
-      << "one with `localhost` is discovered, but none of its topics";
+  // A program with `localhost` is discovered without its topics.
+  expect_parts(searched({.interfaces = {"10.0.0.2"}}, bus),
+               {"0 topics", "`localhost`", "ROS_LOCALHOST_ONLY"});
   bus.others.emplace_back("/another");
   for (int i = 10; i < 30; ++i)
     bus.found.push_back({true, dds_topic("/a" + std::to_string(i), "a/msg/B"), {}, {}});
-  const std::string words = searched({.localhost_only = true}, bus);
-  EXPECT_NE(words.find("2 other participants, 20 topics (/a10, "), std::string::npos) << words;
-  EXPECT_NE(words.find("/a21, …)"), std::string::npos) << words;
+  expect_parts(searched({.localhost_only = true}, bus),
+               {"2 other participants", "20 topics (/a10, ", "/a21, …)"});
 }
 
-/// The program that runs this test, as a participant of DDS is called.
+/// The DDS participant name of the program that runs this test.
 std::string own_participant() {
   std::array<char, 65> host{};
   EXPECT_EQ(gethostname(host.data(), host.size() - 1), 0);
   return "waymark (process " + std::to_string(getppid()) + " on " + host.data() + ")";
 }
 
-TEST(Searched, LeavesOutTheProgramThatThisProcessWasStartedBy) {
+TEST(Searched, SkipsAncestorsOfThisProcess) {
   FoundBus bus;
   bus.others = {own_participant()};
   EXPECT_TRUE(is_own_family(bus.others[0]));
   EXPECT_FALSE(is_own_family("waymark (process " + std::to_string(getpid()) + " on elsewhere)"));
-  EXPECT_EQ(searched({.localhost_only = true}, bus), "domain 0 on 127.0.0.1: no other participant");
+  EXPECT_EQ(searched({.localhost_only = true}, bus), searched({.localhost_only = true}, FoundBus()));
 }
 
-TEST(Searched, SaysHowProgramsOfThisMachineAloneAreFound) {
-  const std::string words = searched({}, FoundBus());
-  EXPECT_NE(words.find("programs restricted to this machine are found with `localhost`"), std::string::npos)
-      << words;
+TEST(Searched, SuggestsLocalhostIfNoParticipantIsFound) {
+  const std::string text = searched({}, FoundBus());
+  EXPECT_NE(text.find("`localhost` or ROS_LOCALHOST_ONLY=1"), std::string::npos) << text;
 }
 
-TEST(UseInterface, TakesAddressOrNameOfOneThatIsThere) {
+TEST(UseInterface, AcceptsAddressOrNameOfAnAvailableInterface) {
   for (const char* right : {"127.0.0.1", "lo"}) {
     BusOptions options{.interfaces = {"10.9.8.7"}};
     const Status status = use_interface(options, right);
@@ -123,7 +126,10 @@ TEST(UseInterface, TakesAddressOrNameOfOneThatIsThere) {
   BusOptions options;
   const Status none = use_interface(options, "203.0.113.9");
   ASSERT_FALSE(none);
-  EXPECT_NE(to_string(none.error()).find("127.0.0.1 (lo)"), std::string::npos) << to_string(none.error());
+  EXPECT_EQ(none.error().code, ErrorCode::InvalidArgument);
+  EXPECT_EQ(none.error().place.key, "interface");
+  EXPECT_NE(none.error().message.find("203.0.113.9"), std::string::npos) << none.error().message;
+  EXPECT_NE(none.error().hint.find("127.0.0.1 (lo)"), std::string::npos) << none.error().hint;
 }
 
 TEST(InterfaceAddresses, AreIPv4OfThisMachine) {

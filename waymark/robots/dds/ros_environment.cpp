@@ -42,12 +42,12 @@ class Writer {
     for (unsigned shift = 0; shift < 32; shift += 8)
       bytes_.push_back(static_cast<std::uint8_t>((value >> shift) & 0xffU));
   }
-  void text(std::string_view words) {
-    number(words.size() + 1);
-    bytes_.insert(bytes_.end(), words.begin(), words.end());
+  void text(std::string_view value) {
+    number(value.size() + 1);
+    bytes_.insert(bytes_.end(), value.begin(), value.end());
     bytes_.push_back(0);
   }
-  /// The bytes that the Gid has beyond those of the GUID are zero.
+  /// Bytes of the Gid beyond the GUID are zero.
   void gid(const Guid& guid, std::size_t size) {
     bytes_.insert(bytes_.end(), guid.begin(), guid.end());
     bytes_.insert(bytes_.end(), size - guid.size(), 0);
@@ -73,11 +73,11 @@ std::vector<std::string> ros_distros() {
 }
 
 Result<SelfDescription> ros_node_description(const std::string& distro, const std::string& node) {
-  const auto* known = std::ranges::find(kDistros, distro, &Distro::name);
-  if (known == kDistros.end())
-    return fail(ErrorCode::InvalidArgument, fmt::format("there is no release '{}' of ROS 2", distro),
+  const auto* release = std::ranges::find(kDistros, distro, &Distro::name);
+  if (release == kDistros.end())
+    return fail(ErrorCode::InvalidArgument, fmt::format("unknown ROS 2 release '{}'", distro),
                 {.key = "ros_distro"}, suggestion(distro, ros_distros()));
-  const auto bytes = [node, size = known->gid_bytes](const OwnEndpoints& own) {
+  const auto bytes = [node, size = release->gid_bytes](const OwnEndpoints& own) {
     Writer out;
     out.gid(own.participant, size);
     out.number(1);  // node
@@ -101,18 +101,18 @@ Status show_in_node_list(BusOptions& options, const std::string& distro) {
 
 namespace {
 
-constexpr int kMostDomain = 232;  // above, the ports of UDP do not suffice (RTPS 2.2, section 9.6.1.1)
+constexpr int kMaxDomain = 232;  // UDP ports run out above it (RTPS 2.2, section 9.6.1.1)
 
-tl::unexpected<Error> wrong(const char* name, const std::string& value, std::string hint) {
-  return fail(ErrorCode::InvalidArgument, fmt::format("'{}' makes no sense there", value),
+tl::unexpected<Error> invalid_variable(const char* name, const std::string& value, std::string hint) {
+  return fail(ErrorCode::InvalidArgument, fmt::format("invalid value '{}'", value),
               {.source = "environment", .key = name}, std::move(hint));
 }
 
 Status read_domain(BusOptions& options, const std::string& value) {
   int domain = 0;
   const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), domain);
-  if (error != std::errc() || end != value.data() + value.size() || domain < 0 || domain > kMostDomain)
-    return wrong("ROS_DOMAIN_ID", value, "A whole number from 0 to 232.");
+  if (error != std::errc() || end != value.data() + value.size() || domain < 0 || domain > kMaxDomain)
+    return invalid_variable("ROS_DOMAIN_ID", value, "Set an integer from 0 to 232.");
   options.domain = domain;
   return {};
 }
@@ -121,16 +121,17 @@ Status read_range(BusOptions& options, const std::string& value) {
   if (value == "LOCALHOST") {
     options.localhost_only = true;
   } else if (value == "OFF") {
-    return fail(ErrorCode::InvalidArgument, "OFF switches discovery off: no other program can be found",
+    return fail(ErrorCode::InvalidArgument, "OFF disables discovery, so no other program can be found",
                 {.source = "environment", .key = "ROS_AUTOMATIC_DISCOVERY_RANGE"},
-                "SUBNET, LOCALHOST or SYSTEM_DEFAULT.");
+                "Set SUBNET, LOCALHOST or SYSTEM_DEFAULT.");
   } else if (value != "SUBNET" && value != "SYSTEM_DEFAULT") {
-    return wrong("ROS_AUTOMATIC_DISCOVERY_RANGE", value, "SUBNET, LOCALHOST or SYSTEM_DEFAULT.");
+    return invalid_variable("ROS_AUTOMATIC_DISCOVERY_RANGE", value,
+                            "Set SUBNET, LOCALHOST or SYSTEM_DEFAULT.");
   }
   return {};
 }
 
-/// The IPv4 address of a host, which may be one already; empty: it has none.
+/// The IPv4 address of a host name or address; empty if it does not resolve.
 std::string address_of(const std::string& host) {
   addrinfo wanted{};
   wanted.ai_family = AF_INET;
@@ -139,9 +140,9 @@ std::string address_of(const std::string& host) {
   if (getaddrinfo(host.c_str(), nullptr, &wanted, &found) != 0) return {};
   std::array<char, INET_ADDRSTRLEN> text{};
   const auto* address = reinterpret_cast<const sockaddr_in*>(found->ai_addr);
-  const bool known = inet_ntop(AF_INET, &address->sin_addr, text.data(), text.size()) != nullptr;
+  const bool converted = inet_ntop(AF_INET, &address->sin_addr, text.data(), text.size()) != nullptr;
   freeaddrinfo(found);
-  return known ? text.data() : "";
+  return converted ? text.data() : "";
 }
 
 Status read_peers(BusOptions& options, std::string value) {
@@ -152,9 +153,9 @@ Status read_peers(BusOptions& options, std::string value) {
     if (peer.empty()) continue;
     const std::string address = address_of(peer);
     if (address.empty())
-      return fail(ErrorCode::InvalidArgument, fmt::format("'{}' is no host with an IPv4 address", peer),
+      return fail(ErrorCode::InvalidArgument, fmt::format("host '{}' has no IPv4 address", peer),
                   {.source = "environment", .key = "ROS_STATIC_PEERS"},
-                  "IPv4 addresses or names that this computer resolves, separated by semicolons.");
+                  "Set IPv4 addresses or resolvable host names, separated by semicolons.");
     options.peers.push_back(address);
   }
   return {};
@@ -174,7 +175,7 @@ Status apply_ros_environment(BusOptions& options, const Environment& environment
   const auto on = [&](const char* name) { return environment(name).value_or(""); };
   if (const std::string domain = on("ROS_DOMAIN_ID"); !domain.empty()) status = read_domain(options, domain);
   if (const std::string only = on("ROS_LOCALHOST_ONLY"); status && !only.empty()) {
-    if (only != "0" && only != "1") status = wrong("ROS_LOCALHOST_ONLY", only, "0 or 1.");
+    if (only != "0" && only != "1") status = invalid_variable("ROS_LOCALHOST_ONLY", only, "Set 0 or 1.");
     options.localhost_only = options.localhost_only || only == "1";
   }
   if (const std::string range = on("ROS_AUTOMATIC_DISCOVERY_RANGE"); status && !range.empty())
@@ -182,13 +183,15 @@ Status apply_ros_environment(BusOptions& options, const Environment& environment
   if (status) status = read_peers(options, on("ROS_STATIC_PEERS"));
   if (const std::string enclave = on("ROS_SECURITY_ENCLAVE_OVERRIDE"); !enclave.empty()) {
     if (!enclave.starts_with('/') && status)
-      status = wrong("ROS_SECURITY_ENCLAVE_OVERRIDE", enclave, "a name that begins with a slash.");
+      status =
+          invalid_variable("ROS_SECURITY_ENCLAVE_OVERRIDE", enclave, "Set a name that begins with a slash.");
     options.enclave = enclave;
   }
   if (on("ROS_SECURITY_ENABLE") == "true" && on("ROS_SECURITY_KEYSTORE").empty() && status)
-    status = fail(ErrorCode::InvalidArgument, "ROS_SECURITY_ENABLE=true needs a keystore, and none is named",
-                  {.source = "environment", .key = "ROS_SECURITY_KEYSTORE"},
-                  "The folder that `ros2 security create_keystore` made, or leave ROS_SECURITY_ENABLE out.");
+    status =
+        fail(ErrorCode::InvalidArgument, "ROS_SECURITY_ENABLE=true requires a keystore, but none is set",
+             {.source = "environment", .key = "ROS_SECURITY_KEYSTORE"},
+             "Set the folder that `ros2 security create_keystore` created, or unset ROS_SECURITY_ENABLE.");
   if (on("ROS_SECURITY_ENABLE") == "true")
     options.keystore = on("ROS_SECURITY_KEYSTORE") + "/enclaves" + on("ROS_SECURITY_ENCLAVE_OVERRIDE");
   return status;

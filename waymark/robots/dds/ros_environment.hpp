@@ -10,47 +10,46 @@
 
 namespace waymark {
 
-/// Releases of ROS 2 by their names, oldest first.
+/// Names of the ROS 2 releases, oldest first.
 [[nodiscard]] std::vector<std::string> ros_distros();
 
-/// What makes a participant a node for `ros2 node list` and `ros2 node info`: ParticipantEntitiesInfo of
-/// rmw_dds_common on ros_discovery_info, whose Gid has 24 bytes up to Humble and 16 since. Programs of a
-/// release that expects the other size read it wrongly, and those of 2025 and before may crash by it
-/// (ros2/rmw_fastrtps#797): it is told only where somebody named the release. Fails on a name that is none,
-/// with the nearest.
+/// The message that makes a participant a node for `ros2 node list` and `ros2 node info`:
+/// ParticipantEntitiesInfo of rmw_dds_common on ros_discovery_info, whose Gid has 24 bytes up to Humble and
+/// 16 since. Programs of a release that expects the other size misread it, and those of 2025 and before may
+/// crash (ros2/rmw_fastrtps#797). It is therefore sent only if the release is given. An unknown release is an
+/// error that suggests the nearest name.
 [[nodiscard]] Result<SelfDescription> ros_node_description(const std::string& distro,
                                                            const std::string& node);
-/// The same for the node of the options; without a name of a release nothing.
+/// Sets `options.self` to that message for the options' node; does nothing if `distro` is empty.
 [[nodiscard]] Status show_in_node_list(BusOptions& options, const std::string& distro);
 
-/// The value of an environment variable; nothing where it is not set.
+/// Returns the value of an environment variable; empty if it is not set.
 using Environment = std::function<std::optional<std::string>(const char* name)>;
 [[nodiscard]] Environment process_environment();
 
-/// What ROS 2 programs read from the environment, over `options`: ROS_DOMAIN_ID (0 to 232),
+/// Applies the environment variables that ROS 2 programs read to `options`: ROS_DOMAIN_ID (0 to 232),
 /// ROS_LOCALHOST_ONLY (0 or 1), ROS_AUTOMATIC_DISCOVERY_RANGE (SUBNET, LOCALHOST, SYSTEM_DEFAULT),
 /// ROS_STATIC_PEERS (IPv4 addresses, separated by semicolons), ROS_SECURITY_KEYSTORE with ROS_SECURITY_ENABLE
-/// and ROS_SECURITY_ENCLAVE_OVERRIDE. Fails on a value that makes no sense, as ROS does.
+/// and ROS_SECURITY_ENCLAVE_OVERRIDE. Fails on an invalid value, as ROS does.
 [[nodiscard]] Status apply_ros_environment(BusOptions& options, const Environment& environment);
 
-/// Of the field `ros_distro` of what joins the network.
+/// Help of the field `ros_distro`.
 inline constexpr std::string_view kRosDistroHelp =
-    "Release of ROS 2 whose `ros2 node list` shows this program: humble, jazzy, ...; unless given: none "
-    "does. A wrong one may crash its programs";
+    "ROS 2 release whose `ros2 node list` shows this program: humble, jazzy, ...; default: none. A wrong "
+    "release may crash its programs";
 
-/// Where on the network of ROS 2, as a user says it.
+/// The part of the ROS 2 network that the user selects.
 struct RosPlace {
-  int domain = -1;           ///< negative: as the environment says
+  int domain = -1;           ///< negative: from the environment
   bool localhost = false;    ///< only this machine
-  std::string interface {};  ///< the only one to use: its name or IPv4 address; empty: all
-  std::string distro{};      ///< release whose node list shows this program; empty: none does
+  std::string interface {};  ///< name or IPv4 address of the only interface to use; empty: all
+  std::string distro{};      ///< release whose node list shows this program; empty: none
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.domain,
-          JobField("domain INTEGER", "Domain of ROS 2; unless given: ROS_DOMAIN_ID, or 0", 0, 232)
-              .without_usual());
-    visit(self.localhost, JobField("localhost", "Only this machine, as ROS_LOCALHOST_ONLY=1"));
+    visit(self.domain, JobField("domain INTEGER", "ROS 2 domain; unless given: ROS_DOMAIN_ID, or 0", 0, 232)
+                           .without_default());
+    visit(self.localhost, JobField("localhost", "Use only this machine, like ROS_LOCALHOST_ONLY=1"));
     visit(self.interface,
           JobField("interface NAME", "Only network interface to use: its name or IPv4 address")
               .excludes("localhost"));
@@ -58,8 +57,8 @@ struct RosPlace {
   }
 };
 
-/// As the node of this name: the place over what the environment says. Errors: of the environment; what
-/// use_interface() and show_in_node_list() refuse.
+/// Options of the node with this name; `place` overrides the environment. Errors: invalid environment
+/// variables, and those of use_interface() and show_in_node_list().
 [[nodiscard]] Result<BusOptions> bus_options(const RosPlace& place, const std::string& node,
                                              const Environment& environment);
 

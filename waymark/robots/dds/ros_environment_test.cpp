@@ -6,6 +6,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
+
 namespace waymark {
 namespace {
 
@@ -16,7 +18,7 @@ Environment of(const std::map<std::string, std::string>& values) {
   };
 }
 
-TEST(RosGraph, IdentitiesHave24BytesUpToHumbleAnd16Since) {
+TEST(RosGraph, GidHas24BytesUpToHumbleAnd16Since) {
   OwnEndpoints own{.publishers = {Guid{1, 2}, Guid{3}}, .subscriptions = {Guid{4}}};
   own.participant[15] = 0xc1;
   const auto size = [&](const char* distro) {
@@ -25,20 +27,22 @@ TEST(RosGraph, IdentitiesHave24BytesUpToHumbleAnd16Since) {
     EXPECT_EQ(node->name.topic, "ros_discovery_info");
     return node->bytes(own).size();
   };
-  const std::size_t fixed = 4 + 4 + (4 + 2 + 2) + (4 + 8) + 4 + 4;  // counts and names, as they are aligned
+  const std::size_t fixed = 4 + 4 + (4 + 2 + 2) + (4 + 8) + 4 + 4;  // aligned counts and names
   for (const char* old : {"foxy", "galactic", "humble"})
     EXPECT_EQ(size(old), fixed + std::size_t{4} * 24) << old;
   for (const char* since : {"iron", "jazzy", "rolling"})
     EXPECT_EQ(size(since), fixed + std::size_t{4} * 16) << since;
   const auto wrong = ros_node_description("humbel", "waymark");
   ASSERT_FALSE(wrong);
+  EXPECT_EQ(wrong.error().place.key, "ros_distro");
   EXPECT_NE(to_string(wrong.error()).find("humble"), std::string::npos);
+  testing::expect_on_page("robots", wrong.error());
   BusOptions options;
   EXPECT_TRUE(show_in_node_list(options, ""));
-  EXPECT_FALSE(options.self) << "a wrong release crashes others: only where it is named";
+  EXPECT_FALSE(options.self) << "a wrong release crashes other programs, so none is the default";
 }
 
-TEST(RosEnvironment, IsReadAsRosReadsIt) {
+TEST(RosEnvironment, AppliesTheVariablesOfRos) {
   BusOptions options;
   ASSERT_TRUE(apply_ros_environment(options, of({})));
   EXPECT_EQ(options.domain, 0);
@@ -60,7 +64,7 @@ TEST(RosEnvironment, IsReadAsRosReadsIt) {
   EXPECT_EQ(jazzy.keystore, "/keys/enclaves/lab/waymark");
 }
 
-TEST(RosEnvironment, APlaceThatIsNamedGoesBeforeIt) {
+TEST(RosEnvironment, OptionsOverrideTheEnvironment) {
   const auto environment = of({{"ROS_DOMAIN_ID", "42"}});
   const auto usual = bus_options({}, "waymark", environment);
   ASSERT_TRUE(usual);
@@ -75,7 +79,7 @@ TEST(RosEnvironment, APlaceThatIsNamedGoesBeforeIt) {
   EXPECT_EQ(nowhere.error().place.key, "interface");
 }
 
-TEST(RosEnvironment, RefusesWhatMakesNoSense) {
+TEST(RosEnvironment, RejectsInvalidValues) {
   for (const auto& [name, value] :
        std::map<std::string, std::string>{{"ROS_DOMAIN_ID", "233"},
                                           {"ROS_LOCALHOST_ONLY", "yes"},
@@ -86,14 +90,17 @@ TEST(RosEnvironment, RefusesWhatMakesNoSense) {
     const Status status = apply_ros_environment(options, of({{name, value}}));
     ASSERT_FALSE(status) << name;
     EXPECT_EQ(status.error().place.key, name);
+    testing::expect_on_page("robots", status.error());
   }
   BusOptions options;
   const Status off = apply_ros_environment(options, of({{"ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF"}}));
   ASSERT_FALSE(off);
-  EXPECT_NE(off.error().message.find("switches discovery off"), std::string::npos);
+  EXPECT_EQ(off.error().place.key, "ROS_AUTOMATIC_DISCOVERY_RANGE");
+  testing::expect_on_page("robots", off.error());
   const Status keyless = apply_ros_environment(options, of({{"ROS_SECURITY_ENABLE", "true"}}));
   ASSERT_FALSE(keyless);
   EXPECT_EQ(keyless.error().place.key, "ROS_SECURITY_KEYSTORE");
+  testing::expect_on_page("robots", keyless.error());
   for (const char* bad : {"", "x", "-1", "1 ", "1x", "99999999999"}) {
     BusOptions other;
     EXPECT_EQ(apply_ros_environment(other, of({{"ROS_DOMAIN_ID", bad}})).has_value(), *bad == '\0') << bad;

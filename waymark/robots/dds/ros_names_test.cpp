@@ -14,7 +14,7 @@ TEST(RosNames, MapToDdsAndBack) {
   ASSERT_TRUE(back);
   EXPECT_EQ(back->topic, "/camera/color/image_raw");
   EXPECT_EQ(back->type, "sensor_msgs/msg/Image");
-  EXPECT_EQ(dds_topic("odom", "a/msg/B").topic, "rt/odom") << "with and without the slash";
+  EXPECT_EQ(dds_topic("odom", "a/msg/B").topic, "rt/odom") << "leading slash is optional";
   const ServiceTopics stop = dds_service("/waymark/stop", "std_srvs/srv/Trigger");
   EXPECT_EQ(stop.request.topic, "rq/waymark/stopRequest");
   EXPECT_EQ(stop.request.type, "std_srvs::srv::dds_::Trigger_Request_");
@@ -26,7 +26,7 @@ TEST(RosNames, MapToDdsAndBack) {
     EXPECT_FALSE(ros_topic(none)) << none.topic;
 }
 
-TEST(RosNames, TopicsAreThoseThatRosTakes) {
+TEST(RosNames, AcceptsTheTopicNamesThatRosAccepts) {
   for (const char* right : {"/odom", "odom", "/r1/camera_2/image_raw", "_a", "/a/_2"})
     EXPECT_TRUE(is_topic_name(right)) << right;
   for (const char* wrong : {"", "/", "/a b", "//a", "/a/", "/a//b", "/2a", "/a/2b", "/a-b", "/\xc3\xa9"})

@@ -32,7 +32,7 @@
 namespace waymark {
 namespace {
 
-constexpr std::uint32_t kInitialSize = 1024;  // what histories begin with; they grow
+constexpr std::uint32_t kInitialSize = 1024;  // of histories, in bytes; they grow
 constexpr std::size_t kEncapsulation = 4;
 
 RawCdr& raw(void* data) { return *static_cast<RawCdr*>(data); }
@@ -82,7 +82,7 @@ using eprosima::fastdds::rtps::UDPv4TransportDescriptor;
 
 constexpr const char* kLoopback = "127.0.0.1";
 constexpr const char* kDiscoveryGroup = "239.255.0.1";  // RTPS 2.2, section 9.6.1.4.1
-constexpr std::uint32_t kParticipantsPerHost = 32;      // that are asked without multicast
+constexpr std::uint32_t kParticipantsPerHost = 32;      // contacted without multicast
 constexpr std::uint32_t kSocketBuffer = 1U << 22U;
 constexpr rtps::MemoryManagementPolicy_t kGrows = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
 const eprosima::fastrtps::Duration_t kHeartbeat(0, 100'000'000U);
@@ -94,7 +94,7 @@ void add_peer(rtps::LocatorList_t& peers, const std::string& address) {
   peers.push_back(locator);
 }
 
-/// Certificates as SROS 2 lays them out in the folder of an enclave (DDS Security 1.1, section 9).
+/// Sets the certificates from an enclave folder of SROS 2 (DDS Security 1.1, section 9).
 void add_security(dds::DomainParticipantQos& qos, const std::string& folder) {
   if (folder.empty()) return;
   auto& properties = qos.properties().properties();
@@ -125,8 +125,8 @@ void set_common(Qos& q, const TopicQos& qos) {
   q.data_sharing().off();
 }
 
-/// "waymark_robot (process 4711 on limo-7)": of several that are called alike it says which.
-std::string name_for_people(const std::string& node) {
+/// "waymark_robot (process 4711 on limo-7)": distinguishes several nodes with the same name.
+std::string participant_name(const std::string& node) {
   std::array<char, 65> host{};
   if (gethostname(host.data(), host.size() - 1) != 0) host[0] = '?';
   return fmt::format("{} (process {} on {})", node, getpid(), host.data());
@@ -136,8 +136,8 @@ std::string name_for_people(const std::string& node) {
 
 dds::DomainParticipantQos participant_qos(const BusOptions& options) {
   dds::DomainParticipantQos qos;
-  qos.name(name_for_people(options.node).c_str());
-  const std::string enclave = "enclave=" + options.enclave + ";";  // what rmw looks for in a participant
+  qos.name(participant_name(options.node).c_str());
+  const std::string enclave = "enclave=" + options.enclave + ";";  // rmw reads the enclave from user data
   qos.user_data().setValue(std::vector<std::uint8_t>(enclave.begin(), enclave.end()));
   const auto udp = std::make_shared<UDPv4TransportDescriptor>();
   udp->maxInitialPeersRange = kParticipantsPerHost;
@@ -150,8 +150,9 @@ dds::DomainParticipantQos participant_qos(const BusOptions& options) {
   auto& builtin = qos.wire_protocol().builtin;
   builtin.readerHistoryMemoryPolicy = kGrows;
   builtin.writerHistoryMemoryPolicy = kGrows;
-  // Unless said, one announces itself five times in half a second and then every three: who misses those, as
-  // where another participant has just left the same port, is not found for seconds.
+  // By default a participant announces itself five times in half a second and then every three seconds.
+  // Another participant that misses the first ones, as when the port was just reused, would find it seconds
+  // later.
   builtin.discovery_config.leaseDuration_announcementperiod = {0, 500'000'000};
   if (options.localhost_only || !options.peers.empty()) {
     add_peer(builtin.initialPeersList, kDiscoveryGroup);
@@ -191,7 +192,7 @@ BusEndpoint endpoint_of(const Proxy& proxy, bool publishes) {
   return endpoint;
 }
 
-/// Fast DDS tells of a participant's own readers and writers, too.
+/// Whether the endpoint belongs to this participant; Fast DDS reports those, too.
 bool is_own(const dds::DomainParticipant* participant, const rtps::GUID_t& endpoint) {
   return participant != nullptr && participant->guid().guidPrefix == endpoint.guidPrefix;
 }
@@ -221,7 +222,7 @@ std::vector<std::string> Discovered::participants() const {
   return all;
 }
 
-/// What one participant has begins with the twelve bytes of its own identity.
+/// The GUIDs of a participant's endpoints begin with the participant's twelve-byte prefix.
 std::string Discovered::participant_of(const waymark::Guid& endpoint) const {
   const std::lock_guard lock(mutex_);
   const auto found = std::ranges::find_if(participants_, [&](const auto& entry) {
@@ -270,7 +271,7 @@ namespace {
 
 namespace dds = eprosima::fastdds::dds;
 
-/// As rmw_fastrtps does: the reader of the client where the request names it, else its writer.
+/// As in rmw_fastrtps: the client's reader if the request contains it, else its writer.
 RequestIdentity identity_of(const dds::SampleInfo& info) {
   const auto& related = info.related_sample_identity.writer_guid();
   const bool named = related != eprosima::fastrtps::rtps::GUID_t::unknown();
@@ -278,7 +279,7 @@ RequestIdentity identity_of(const dds::SampleInfo& info) {
   return {bytes_of(guid), static_cast<std::int64_t>(info.sample_identity.sequence_number().to64long())};
 }
 
-/// Puts what comes into the queue, on the thread it comes by.
+/// Pushes received messages into the queue, on the thread that received them.
 class Arrival final : public dds::DataReaderListener {
  public:
   Arrival(ArrivalQueue<BusMessage>& queue, std::size_t number) : queue_(queue), number_(number) {}
@@ -309,7 +310,7 @@ class FastddsBus final : public Bus {
   Status publish(std::size_t publisher, std::span<const std::uint8_t> bytes) override;
   Status reply(std::size_t publisher, std::span<const std::uint8_t> bytes,
                const RequestIdentity& to) override;
-  std::optional<BusMessage> next(Duration most) override { return queue_.take(most); }
+  std::optional<BusMessage> next(Duration timeout) override { return queue_.take(timeout); }
   [[nodiscard]] bool more() const override { return !queue_.empty(); }
   [[nodiscard]] int matched_subscriptions(std::size_t publisher) const override;
   [[nodiscard]] int matched_publishers(std::size_t subscription) const override;
@@ -340,7 +341,7 @@ class FastddsBus final : public Bus {
 };
 
 Status FastddsBus::join(const BusOptions& options) {
-  dds::Log::ClearConsumers();  // nothing is printed by a library
+  dds::Log::ClearConsumers();  // Fast DDS must not print to the program's output
   const dds::StatusMask discovery_only = dds::StatusMask::none();
   participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(
       static_cast<dds::DomainId_t>(options.domain), participant_qos(options), &discovered_, discovery_only);
@@ -351,10 +352,10 @@ Status FastddsBus::join(const BusOptions& options) {
     describe_self();
     return {};
   }
-  return fail(
-      ErrorCode::Unsupported, fmt::format("domain {} cannot be joined", options.domain), {.source = "DDS"},
-      options.keystore.empty() ? "Is the network interface there and up?"
-                               : "Are the certificates in " + options.keystore + " complete and valid?");
+  return fail(ErrorCode::Unsupported, fmt::format("cannot join domain {}", options.domain), {.source = "DDS"},
+              options.keystore.empty()
+                  ? "Check that the network interface exists and is up."
+                  : "Check that the certificates in " + options.keystore + " are complete and valid.");
 }
 
 FastddsBus::~FastddsBus() {
@@ -364,22 +365,22 @@ FastddsBus::~FastddsBus() {
 }
 
 Result<dds::Topic*> FastddsBus::topic(const BusTopic& name) {
-  if (auto* known = dynamic_cast<dds::Topic*>(participant_->lookup_topicdescription(name.topic))) {
-    if (known->get_type_name() == name.type) return known;
+  if (auto* existing = dynamic_cast<dds::Topic*>(participant_->lookup_topicdescription(name.topic))) {
+    if (existing->get_type_name() == name.type) return existing;
     return fail(ErrorCode::InvalidArgument,
-                fmt::format("the topic has the type {} already, not {}", known->get_type_name(), name.type),
+                fmt::format("the topic already has type {}, not {}", existing->get_type_name(), name.type),
                 {.key = name.topic});
   }
   const dds::TypeSupport type(new RawCdrType(name.type));
   (void)type.register_type(participant_);
   auto* made = participant_->create_topic(name.topic, name.type, dds::TOPIC_QOS_DEFAULT);
   if (made == nullptr)
-    return fail(ErrorCode::InvalidArgument, "DDS refuses this topic or its type " + name.type,
+    return fail(ErrorCode::InvalidArgument, "DDS rejects the topic or its type " + name.type,
                 {.key = name.topic});
   return made;
 }
 
-/// Where it cannot be told nobody is told, and everything else goes on.
+/// Best effort: without this message only `ros2 node list` lacks the node.
 void FastddsBus::describe_self() {
   if (!self_) return;
   if (self_writer_ == nullptr)
@@ -397,7 +398,8 @@ Result<dds::DataWriter*> FastddsBus::make_writer(const BusTopic& name, const Top
   const auto topic = this->topic(name);
   if (!topic) return tl::unexpected(topic.error());
   dds::DataWriter* writer = publisher_->create_datawriter(*topic, writer_qos(qos));
-  if (writer == nullptr) return fail(ErrorCode::Unsupported, "DDS makes no publisher", {.key = name.topic});
+  if (writer == nullptr)
+    return fail(ErrorCode::Unsupported, "DDS cannot create a publisher", {.key = name.topic});
   return writer;
 }
 
@@ -416,7 +418,7 @@ Result<std::size_t> FastddsBus::subscribe(const BusTopic& name, const TopicQos& 
   Arrival& arrival = arrivals_.emplace_back(queue_, number);
   dds::DataReader* reader = subscriber_->create_datareader(*topic, reader_qos(qos), &arrival);
   if (reader == nullptr)
-    return fail(ErrorCode::Unsupported, "DDS makes no subscription", {.key = name.topic});
+    return fail(ErrorCode::Unsupported, "DDS cannot create a subscription", {.key = name.topic});
   readers_.push_back(reader);
   describe_self();
   return number;
@@ -433,7 +435,7 @@ void FastddsBus::unsubscribe(std::size_t subscription) {
 Status FastddsBus::publish(std::size_t publisher, std::span<const std::uint8_t> bytes) {
   RawCdr raw{{bytes.begin(), bytes.end()}};
   if (writers_[publisher]->write(&raw)) return {};
-  return fail(ErrorCode::Unwritable, fmt::format("a message of {} bytes cannot be sent", bytes.size()),
+  return fail(ErrorCode::Unwritable, fmt::format("cannot send a message of {} bytes", bytes.size()),
               {.key = writers_[publisher]->get_topic()->get_name()});
 }
 
@@ -447,7 +449,7 @@ Status FastddsBus::reply(std::size_t publisher, std::span<const std::uint8_t> by
   related.sequence_number() =
       eprosima::fastrtps::rtps::SequenceNumber_t(static_cast<std::uint64_t>(to.sequence));
   if (writers_[publisher]->write(&raw, parameters)) return {};
-  return fail(ErrorCode::Unwritable, "a reply cannot be sent",
+  return fail(ErrorCode::Unwritable, "cannot send the reply",
               {.key = writers_[publisher]->get_topic()->get_name()});
 }
 

@@ -18,12 +18,12 @@
 
 namespace waymark {
 
-/// A message as it travels: CDR with its encapsulation.
+/// A serialised message: CDR with its encapsulation.
 struct RawCdr {
   std::vector<std::uint8_t> bytes{};
 };
 
-/// A type of Fast DDS that carries bytes which are already encoded, under any type's name.
+/// A Fast DDS type for messages that are already serialised, under any type name.
 class RawCdrType final : public eprosima::fastdds::dds::TopicDataType {
  public:
   explicit RawCdrType(const std::string& dds_name);
@@ -36,14 +36,15 @@ class RawCdrType final : public eprosima::fastdds::dds::TopicDataType {
   bool getKey(void* data, eprosima::fastrtps::rtps::InstanceHandle_t* handle, bool force_md5) override;
 };
 
-/// A participant as ROS 2 nodes are, over UDP alone, with the interfaces and peers of the options.
+/// Quality of service of a participant like a ROS 2 node, over UDP only, with the options' interfaces and
+/// peers.
 [[nodiscard]] eprosima::fastdds::dds::DomainParticipantQos participant_qos(const BusOptions& options);
 [[nodiscard]] eprosima::fastdds::dds::DataWriterQos writer_qos(const TopicQos& qos);
 [[nodiscard]] eprosima::fastdds::dds::DataReaderQos reader_qos(const TopicQos& qos);
 
 [[nodiscard]] Guid bytes_of(const eprosima::fastrtps::rtps::GUID_t& guid);
 
-/// What others publish and subscribe to, as the threads of discovery report it.
+/// Publishers and subscriptions of other participants, as the discovery threads report them.
 class Discovered final : public eprosima::fastdds::dds::DomainParticipantListener {
  public:
   [[nodiscard]] std::vector<BusEndpoint> endpoints() const;
@@ -66,8 +67,8 @@ class Discovered final : public eprosima::fastdds::dds::DomainParticipantListene
   std::map<Guid, std::string> participants_{};
 };
 
-/// Joins the domain with a participant of Fast DDS over UDP. Fails when it cannot be created: no such
-/// interface, no free port, certificates that are refused.
+/// Joins the domain with a Fast DDS participant over UDP. Fails if it cannot be created: no such interface,
+/// no free port, rejected certificates.
 [[nodiscard]] Result<std::unique_ptr<Bus>> open_fastdds_bus(const BusOptions& options);
 
 }  // namespace waymark

@@ -1,5 +1,5 @@
-// What Fast DDS is told of this program, and bytes as they travel. No participant is made: that two of them
-// talk is tests/ros2.
+// Quality of service passed to Fast DDS, and serialised messages. tests/ros2 covers communication of
+// participants.
 #include "waymark/robots/fastdds/fastdds_bus.hpp"
 
 #include <algorithm>
@@ -12,6 +12,8 @@
 #include <fastdds/rtps/participant/ParticipantDiscoveryInfo.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <gtest/gtest.h>
+
+#include "tests/support/golden_page.hpp"
 
 namespace waymark {
 namespace {
@@ -31,9 +33,10 @@ std::string property(const dds::DomainParticipantQos& qos, const std::string& na
   return {};
 }
 
-TEST(ParticipantQos, GoesOverUdpAloneOnTheInterfacesThatAreNamed) {
+TEST(ParticipantQos, UsesOnlyUdpOnTheGivenInterfaces) {
   const auto all = participant_qos({});
-  EXPECT_FALSE(all.transport().use_builtin_transports) << "no shared memory: a robot has other users";
+  EXPECT_FALSE(all.transport().use_builtin_transports)
+      << "no shared memory, which other users of a robot could not open";
   EXPECT_TRUE(udp_of(all).interfaceWhiteList.empty());
   const auto some = participant_qos({.interfaces = {"10.0.0.2"}});
   EXPECT_EQ(udp_of(some).interfaceWhiteList, std::vector<std::string>{"10.0.0.2"});
@@ -42,29 +45,29 @@ TEST(ParticipantQos, GoesOverUdpAloneOnTheInterfacesThatAreNamed) {
       << "nothing leaves the machine";
 }
 
-TEST(ParticipantQos, PeersAreAskedBesideMulticast) {
+TEST(ParticipantQos, PeersAreContactedInAdditionToMulticast) {
   const auto qos = participant_qos({.peers = {"10.0.0.9"}});
-  std::set<std::string> asked;
+  std::set<std::string> contacted;
   for (const auto& locator : qos.wire_protocol().builtin.initialPeersList) {
     std::string text;
     for (std::size_t i = 12; i < 16; ++i)
       text += (text.empty() ? "" : ".") + std::to_string(locator.address[i]);
-    asked.insert(text);
+    contacted.insert(text);
   }
-  EXPECT_EQ(asked, (std::set<std::string>{"10.0.0.9", "239.255.0.1"}));
+  EXPECT_EQ(contacted, (std::set<std::string>{"10.0.0.9", "239.255.0.1"}));
   EXPECT_TRUE(participant_qos({}).wire_protocol().builtin.initialPeersList.empty())
-      << "as Fast DDS does by itself";
+      << "the default of Fast DDS";
 }
 
-TEST(ParticipantQos, TellsItsNameAndEnclaveAsNodesOfRosDo) {
+TEST(ParticipantQos, ContainsNameAndEnclaveAsInRos) {
   const auto qos = participant_qos({.node = "robot", .enclave = "/lab"});
   EXPECT_TRUE(std::string(qos.name().c_str()).starts_with("robot (process ")) << qos.name().c_str();
   const auto& bytes = qos.user_data().getValue();
   EXPECT_EQ(std::string(bytes.begin(), bytes.end()), "enclave=/lab;");
 }
 
-TEST(ParticipantQos, CertificatesAreThoseOfTheFolder) {
-  EXPECT_EQ(property(participant_qos({}), "dds.sec.auth.plugin"), "") << "no security unless it is asked for";
+TEST(ParticipantQos, UsesTheCertificatesOfTheEnclave) {
+  EXPECT_EQ(property(participant_qos({}), "dds.sec.auth.plugin"), "") << "no security by default";
   const auto qos = participant_qos({.keystore = "/keys/enclaves/lab"});
   EXPECT_EQ(property(qos, "dds.sec.auth.plugin"), "builtin.PKI-DH");
   EXPECT_EQ(property(qos, "dds.sec.crypto.plugin"), "builtin.AES-GCM-GMAC");
@@ -73,7 +76,7 @@ TEST(ParticipantQos, CertificatesAreThoseOfTheFolder) {
             "file:///keys/enclaves/lab/governance.p7s");
 }
 
-TEST(TopicQos, IsThatOfWritersAndReaders) {
+TEST(TopicQos, SetsTheQosOfWritersAndReaders) {
   for (const bool reliable : {false, true}) {
     for (const bool local : {false, true}) {
       const TopicQos qos{.reliable = reliable, .transient_local = local, .depth = 7};
@@ -91,7 +94,7 @@ TEST(TopicQos, IsThatOfWritersAndReaders) {
   EXPECT_EQ(writer_qos({}).publish_mode().kind, dds::SYNCHRONOUS_PUBLISH_MODE);
 }
 
-TEST(RawCdr, BytesComeBackAsTheyWere) {
+TEST(RawCdr, RoundTripsBytes) {
   RawCdrType type("nav_msgs::msg::dds_::Odometry_");
   EXPECT_EQ(std::string(type.getName()), "nav_msgs::msg::dds_::Odometry_");
   auto* sent = static_cast<RawCdr*>(type.createData());
@@ -110,7 +113,7 @@ TEST(RawCdr, BytesComeBackAsTheyWere) {
   type.deleteData(sent);
 }
 
-TEST(RawCdr, WhatDoesNotFitIsNotWritten) {
+TEST(RawCdr, RejectsBytesThatDoNotFit) {
   RawCdrType type("a::msg::dds_::B_");
   RawCdr large{std::vector<std::uint8_t>(100, 0)};
   rtps::SerializedPayload_t payload(99);
@@ -120,15 +123,15 @@ TEST(RawCdr, WhatDoesNotFitIsNotWritten) {
   RawCdr empty;
   EXPECT_FALSE(type.serialize(&empty, &payload));
   rtps::InstanceHandle_t handle;
-  EXPECT_FALSE(type.getKey(&large, &handle, false)) << "messages of ROS have no keys";
+  EXPECT_FALSE(type.getKey(&large, &handle, false)) << "ROS messages have no keys";
 }
 
-TEST(Discovered, ThereIsNobodyBeforeAnybodyWasFoundNorAfterAllHaveLeft) {
+TEST(Discovered, ListsAParticipantFromDiscoveryUntilItLeaves) {
   Discovered discovered;
   EXPECT_TRUE(discovered.endpoints().empty());
   EXPECT_TRUE(discovered.participants().empty());
   rtps::RTPSParticipantAllocationAttributes sizes;
-  const auto tell = [&](rtps::ParticipantDiscoveryInfo::DISCOVERY_STATUS status) {
+  const auto report = [&](rtps::ParticipantDiscoveryInfo::DISCOVERY_STATUS status) {
     rtps::ParticipantProxyData data(sizes);
     data.m_guid.guidPrefix.value[0] = 7;
     data.m_participantName = "/robot";
@@ -136,14 +139,14 @@ TEST(Discovered, ThereIsNobodyBeforeAnybodyWasFoundNorAfterAllHaveLeft) {
     info.status = status;
     discovered.on_participant_discovery(nullptr, std::move(info));
   };
-  tell(rtps::ParticipantDiscoveryInfo::DISCOVERED_PARTICIPANT);
-  tell(rtps::ParticipantDiscoveryInfo::CHANGED_QOS_PARTICIPANT);
+  report(rtps::ParticipantDiscoveryInfo::DISCOVERED_PARTICIPANT);
+  report(rtps::ParticipantDiscoveryInfo::CHANGED_QOS_PARTICIPANT);
   EXPECT_EQ(discovered.participants(), std::vector<std::string>{"/robot"}) << "once";
-  tell(rtps::ParticipantDiscoveryInfo::DROPPED_PARTICIPANT);
+  report(rtps::ParticipantDiscoveryInfo::DROPPED_PARTICIPANT);
   EXPECT_TRUE(discovered.participants().empty());
 }
 
-TEST(FastddsBus, ItsOwnTopicsAreNotThoseOfOthers) {
+TEST(FastddsBus, EndpointsExcludeOwnTopics) {
   const auto bus = open_fastdds_bus({.domain = 1 + getpid() % 199, .localhost_only = true});
   ASSERT_TRUE(bus) << to_string(bus.error());
   const BusTopic own{"rt/own", "std_msgs::msg::dds_::String_"};
@@ -153,11 +156,13 @@ TEST(FastddsBus, ItsOwnTopicsAreNotThoseOfOthers) {
   for (const BusEndpoint& endpoint : (*bus)->endpoints()) EXPECT_NE(endpoint.name.topic, own.topic);
 }
 
-TEST(FastddsBus, ADomainThatCannotBeJoinedIsAnErrorWithAHint) {
+TEST(FastddsBus, MissingCertificatesAreAnErrorThatNamesTheFolder) {
   const auto bus = open_fastdds_bus({.localhost_only = true, .keystore = "/nowhere/enclave"});
   ASSERT_FALSE(bus);
   EXPECT_EQ(bus.error().place.source, "DDS");
+  EXPECT_EQ(bus.error().code, ErrorCode::Unsupported);
   EXPECT_NE(bus.error().hint.find("/nowhere/enclave"), std::string::npos);
+  testing::expect_on_page("robots", bus.error());
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 namespace waymark {
 namespace {
 
-/// Which values a topic may carry.
+/// Whether a topic of this kind may carry the value.
 bool fits(GazeboKind kind, const GazeboValue& value) {
   switch (kind) {
     case GazeboKind::Odometry:
@@ -63,11 +63,10 @@ Result<std::vector<std::string>> GazeboBridge::lines_of(const GazeboSubscription
   if (!message.value) return tl::unexpected(message.value.error());
   const GazeboValue& value = *message.value;
   if (!fits(from.kind, value))
-    return fail(ErrorCode::Unreadable,
-                fmt::format("it is of the type {}, but {} is expected", message.type, from.type));
+    return fail(ErrorCode::Unreadable, fmt::format("its type is {}, expected {}", message.type, from.type));
   if (const auto* info = std::get_if<GazeboCamera>(&value)) {
-    if (std::string words = camera_difference(info->camera, robot_); !words.empty())
-      lines_.say_once(std::move(words));
+    if (std::string difference = camera_difference(info->camera, robot_); !difference.empty())
+      lines_.report_once(std::move(difference));
     return std::vector<std::string>();
   }
   if (const auto* poses = std::get_if<GazeboPoses>(&value)) return truth(from, *poses);

@@ -10,23 +10,23 @@
 
 namespace waymark {
 
-/// Turns the messages of a robot in Gazebo into the lines of a robot process
-/// (docs/formats/robot-process.md). What cannot be read, is of another type, or has a stamp that misleads is
-/// dropped, counted, and named in words. Stamps are held against simulated time, so that a simulation may run
+/// Converts the messages of a robot in Gazebo to the lines of a robot process
+/// (docs/formats/robot-process.md). Messages that are unreadable, of another type, or have a misleading stamp
+/// are dropped, counted and reported. Stamps are compared with simulated time, so that a simulation may run
 /// slower than real time. Pure.
 class GazeboBridge {
  public:
   GazeboBridge(const GazeboProfile& profile, RobotDescription robot, PutPicture put_picture = {});
 
-  /// The lines of a message; empty for one that is dropped or only kept here.
+  /// The lines of a message; empty if it is dropped or only stored.
   [[nodiscard]] std::vector<std::string> receive(const GazeboSubscription& from,
                                                  const GazeboMessage& message);
-  /// What people should know, since the last call: as lines, too.
-  [[nodiscard]] std::vector<std::string> take_words() { return lines_.take_words(); }
+  /// The messages for the user since the last call, as log lines.
+  [[nodiscard]] std::vector<std::string> take_reports() { return lines_.take_reports(); }
   [[nodiscard]] std::uint64_t dropped() const { return lines_.dropped(); }
-  /// Whether odometry came.
+  /// Whether odometry was received.
   [[nodiscard]] bool speaks() const { return lines_.speaks(); }
-  /// The newest simulated time of odometry; nothing before the first.
+  /// The newest simulated time of odometry; empty before the first.
   [[nodiscard]] std::optional<SensorTime> simulated_time() const { return simulated_time_; }
 
  private:

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
 #include "tests/support/robot_lines.hpp"
 #include "waymark/config/share.hpp"
 
@@ -16,7 +17,7 @@ using ::testing::Test;
 
 SensorTime at_ms(int ms) { return SensorTime(milliseconds(1000 + ms)); }
 
-/// A bridge, and a reader on the other side of the wire.
+/// A bridge and a reader of its lines.
 class GazeboBridgeTest : public Test {
  protected:
   std::vector<std::string> give(GazeboKind kind, Result<GazeboValue> value) {
@@ -36,7 +37,7 @@ class GazeboBridgeTest : public Test {
   test::RobotLines lines_;
 };
 
-TEST_F(GazeboBridgeTest, SamplesComeOutAsTheyWentIn) {
+TEST_F(GazeboBridgeTest, SamplesRoundTrip) {
   EXPECT_TRUE(give(GazeboKind::Imu, ImuSample{.stamp = at_ms(0)}).empty()) << "before the odometry";
   const auto lines = odometry(0, 1.5);
   ASSERT_EQ(lines.size(), 1U);
@@ -59,7 +60,7 @@ TEST_F(GazeboBridgeTest, SamplesComeOutAsTheyWentIn) {
   EXPECT_EQ(bridge_.dropped(), 0U) << words();
 }
 
-TEST_F(GazeboBridgeTest, TruthIsThatOfTheModelOfTheProfile) {
+TEST_F(GazeboBridgeTest, TruthIsThePoseOfTheProfilesModel) {
   (void)odometry(0);
   const GazeboPoses poses{at_ms(1), {{"wall", SE3()}, {"limo", SE3(SO3(), {2, 0, 0})}}};
   const auto lines = give(GazeboKind::Truth, poses);
@@ -69,40 +70,40 @@ TEST_F(GazeboBridgeTest, TruthIsThatOfTheModelOfTheProfile) {
   EXPECT_EQ(bridge_.dropped(), 0U);
 }
 
-TEST_F(GazeboBridgeTest, DropsAndCountsWhatMisleads) {
+TEST_F(GazeboBridgeTest, DropsAndCountsMisleadingMessages) {
   ASSERT_EQ(odometry(0).size(), 1U);
   EXPECT_TRUE(odometry(20, std::numeric_limits<double>::quiet_NaN()).empty());
   EXPECT_EQ(odometry(30).size(), 1U);
-  EXPECT_TRUE(odometry(10).empty()) << "a simulation that was reset";
+  EXPECT_TRUE(odometry(10).empty()) << "the simulation was reset";
   EXPECT_TRUE(give(GazeboKind::Imu, ImuSample{.stamp = at_ms(5000)}).empty()) << "another clock";
   EXPECT_TRUE(give(GazeboKind::Imu, ImuSample{}).empty()) << "no stamp";
   EXPECT_TRUE(give(GazeboKind::Imu, Odometry{.stamp = at_ms(31)}).empty()) << "another type";
-  EXPECT_TRUE(give(GazeboKind::Image, fail(ErrorCode::Unreadable, "its 3 bytes are none")).empty());
+  EXPECT_TRUE(give(GazeboKind::Image, fail(ErrorCode::Unreadable, "3 invalid bytes")).empty());
   EXPECT_EQ(bridge_.dropped(), 6U);
-  const std::string said = words();
-  EXPECT_NE(said.find("went back by 0.020 s"), std::string::npos) << said;
-  EXPECT_NE(said.find("but ignition.msgs.IMU is expected"), std::string::npos) << said;
-  EXPECT_NE(said.find("its 3 bytes are none"), std::string::npos) << said;
+  const std::string reports = words();
+  for (const char* part : {"0.020 s", "ignition.msgs.IMU", "3 invalid bytes"})
+    EXPECT_NE(reports.find(part), std::string::npos) << part << " in " << reports;
+  testing::expect_on_page("robots", reports);
 }
 
-TEST_F(GazeboBridgeTest, ASimulationMayRunAtAnySpeed) {
-  // A hundred seconds of simulated time without a look at the clock of this machine.
+TEST_F(GazeboBridgeTest, AcceptsAnySimulationSpeed) {
+  // A hundred seconds of simulated time as fast as possible.
   for (int ms = 0; ms < 100'000; ms += 20) {
     ASSERT_EQ(odometry(ms).size(), 1U) << ms;
     ASSERT_EQ(give(GazeboKind::Imu, ImuSample{.stamp = at_ms(ms)}).size(), 1U) << ms;
   }
 }
 
-TEST_F(GazeboBridgeTest, HoldsTheCalibrationAgainstTheRobotsFile) {
+TEST_F(GazeboBridgeTest, ComparesTheCalibrationWithTheRobotFile) {
   (void)give(GazeboKind::CameraInfo, GazeboCamera{{}, robot_.camera});
   EXPECT_EQ(words(), "");
   auto other = std::get<PinholeRadtan>(robot_.camera.projection());
   other.fx += 50;
   const auto camera = CameraModel::make(other, 640, 480);
   (void)give(GazeboKind::CameraInfo, GazeboCamera{{}, *camera});
-  EXPECT_NE(words().find("camera_info says 640 x 480"), std::string::npos);
+  EXPECT_NE(words().find("640 x 480"), std::string::npos);
   (void)give(GazeboKind::CameraInfo, GazeboCamera{{}, *camera});
-  EXPECT_EQ(words(), "") << "said once";
+  EXPECT_EQ(words(), "") << "reported once";
 }
 
 }  // namespace

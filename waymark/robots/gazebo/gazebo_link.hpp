@@ -11,8 +11,8 @@
 #include "waymark/camera/camera_model.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
-/// The topics of Gazebo, whatever implements them. Messages are plain values; their stamps are simulated
-/// time.
+/// The topics of Gazebo, independent of the implementation. Messages are plain values with stamps in
+/// simulated time.
 namespace waymark {
 
 /// ignition.msgs.Clock.
@@ -20,7 +20,7 @@ struct GazeboClock {
   SensorTime stamp{};
 };
 
-/// ignition.msgs.Pose, or one of ignition.msgs.Pose_V: a model, or a part of it, in the world.
+/// ignition.msgs.Pose, or an element of ignition.msgs.Pose_V: a model, or a part of it, in the world.
 struct GazeboPose {
   std::string name{};
   SE3 world_T_model{};
@@ -36,7 +36,8 @@ struct GazeboCamera {
   CameraModel camera;
 };
 
-/// Of ignition.msgs.Odometry, IMU, LaserScan, Image, Joy, CameraInfo, Pose or Pose_V, Clock, Twist.
+/// The value of an ignition.msgs.Odometry, IMU, LaserScan, Image, Joy, CameraInfo, Pose or Pose_V, Clock or
+/// Twist.
 using GazeboValue = std::variant<Odometry, ImuSample, LaserScan, CameraFrame, GamepadState, GazeboCamera,
                                  GazeboPoses, GazeboClock, StampedCommand>;
 
@@ -47,49 +48,49 @@ struct GazeboTopic {
 };
 
 struct GazeboMessage {
-  std::size_t subscription = 0;  ///< as subscribe() numbered it
+  std::size_t subscription = 0;  ///< number from subscribe()
   std::string type{};
-  Result<GazeboValue> value;  ///< or why it cannot be read
+  Result<GazeboValue> value;  ///< or why it is unreadable
   Duration arrived{};         ///< steady clock
 };
 
-/// A node on the network of Gazebo: of the partition and the address that IGN_PARTITION and IGN_IP name.
-/// publish() may be called from another thread than all else.
+/// A node on the network of Gazebo, in the partition IGN_PARTITION at the address IGN_IP. publish() may be
+/// called from another thread than the other functions.
 class GazeboLink {
  public:
   virtual ~GazeboLink() = default;
   GazeboLink(const GazeboLink&) = delete;
   GazeboLink& operator=(const GazeboLink&) = delete;
 
-  /// The number of a new subscription, of any type, of which at most `depth` messages wait to be taken.
+  /// Adds a subscription, of any type, and returns its number. At most `depth` of its messages are queued.
   virtual Result<std::size_t> subscribe(const std::string& topic, int depth) = 0;
-  /// Ends the subscriptions of a topic; what waits of them may still come.
+  /// Ends the subscriptions of a topic. next() may still return their queued messages.
   virtual void unsubscribe(const std::string& topic) = 0;
-  /// The number of a new publisher, of the type of such values.
+  /// Adds a publisher for values of the type of `like` and returns its number.
   virtual Result<std::size_t> advertise(const std::string& topic, const GazeboValue& like) = 0;
   virtual Status publish(std::size_t publisher, const GazeboValue& value) = 0;
-  /// The oldest message that waits; nothing: none came within `most`.
-  virtual std::optional<GazeboMessage> next(Duration most) = 0;
-  /// Whether somebody subscribes to what a publisher sends.
-  [[nodiscard]] virtual bool heard(std::size_t publisher) const = 0;
-  /// What others publish, as far as it was discovered. May wait for a second.
+  /// The oldest queued message; empty if none comes within `timeout`.
+  virtual std::optional<GazeboMessage> next(Duration timeout) = 0;
+  /// Whether a publisher has a subscriber.
+  [[nodiscard]] virtual bool has_subscriber(std::size_t publisher) const = 0;
+  /// Topics of other programs discovered so far. May block for a second.
   [[nodiscard]] virtual std::vector<GazeboTopic> topics() const = 0;
-  /// Addresses of the programs that publish a topic, this one included: "tcp://10.0.0.2:41231".
+  /// Addresses of the programs that publish a topic, including this one: "tcp://10.0.0.2:41231".
   [[nodiscard]] virtual std::vector<std::string> publishers(const std::string& topic) const = 0;
-  /// Where it looks: partition and address, in words.
+  /// A description of the searched partition and address.
   [[nodiscard]] virtual std::string where() const = 0;
 
  protected:
   GazeboLink() = default;
 };
 
-/// The function that the module exports, and its name there. `Result` crosses no border of C: the link, or
-/// the error, is put where the arguments say.
+/// The function that the module exports, and its symbol. A C function cannot return a `Result`, so it stores
+/// the link, or the error, in its arguments.
 using OpenGazeboFunction = void (*)(std::unique_ptr<GazeboLink>&, Error&);
 inline constexpr const char* kOpenGazeboSymbol = "waymark_open_gazebo";
 
-/// Joins the network of Gazebo. The module libwaymark-gazebo.so is loaded by the first call; fails where it
-/// is not there or cannot be loaded.
+/// Joins the network of Gazebo. The first call loads the module libwaymark-gazebo.so; fails if it is missing
+/// or cannot be loaded.
 [[nodiscard]] Result<std::unique_ptr<GazeboLink>> open_gazebo();
 
 }  // namespace waymark

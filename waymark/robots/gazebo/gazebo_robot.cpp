@@ -16,7 +16,7 @@ namespace waymark {
 namespace {
 
 constexpr Duration kSlice = std::chrono::milliseconds(20);
-/// Subscribers to the commands may take so long to be discovered.
+/// Time allowed for the discovery of command subscribers.
 constexpr Duration kDiscovery = std::chrono::seconds(3);
 
 class GazeboRobot final : public WireLoop {
@@ -43,19 +43,19 @@ class GazeboRobot final : public WireLoop {
   }
 
  private:
-  Status hear() override {
+  Status poll_robot() override {
     if (const auto message = link_.next(kSlice)) receive(*message);
     return {};
   }
   Result<bool> ready() override { return senders_.done(steady_now()); }
 
-  /// The robot is heard, and nobody else commands it: from now on it may be.
+  /// Called once the robot has sent. Fails if another program commands it, else adds the publisher.
   Status prepare() override {
     const auto others = link_.publishers(profile_.command_topic);
     const std::string who = others.empty() ? "" : fmt::format("at {}", fmt::join(others, ", "));
-    const Status alone = senders_.alone(profile_.command_topic, who, "gazebo robot PROFILE");
+    const Status alone = senders_.check_alone(profile_.command_topic, who, "gazebo robot PROFILE");
     if (!alone && !listens()) return alone;
-    link_.unsubscribe(profile_.command_topic);  // what comes there from now on is ours, too
+    link_.unsubscribe(profile_.command_topic);  // from now on the topic carries our own commands, too
     if (listens()) return {};
     const auto publisher = link_.advertise(profile_.command_topic, StampedCommand{});
     if (!publisher) return tl::unexpected(publisher.error());
@@ -63,54 +63,54 @@ class GazeboRobot final : public WireLoop {
     return {};
   }
   RobotHello hello() const override { return {.name = name_, .simulated_time = true}; }
-  /// To join as a publisher takes longer than the robot may be silent.
-  void after_hello() override { watch_.forget(); }
+  /// Adding the publisher takes longer than the allowed silence of the robot.
+  void after_hello() override { watch_.reset(); }
   void send(const VelocityCommand& command) override {
     (void)link_.publish(publisher_, StampedCommand{.command = command});
   }
   bool must_hold(Duration now) const override { return watch_.silent(now); }
-  std::vector<std::string> silence_words(Duration now) override {
-    return {watch_.take_words(now, !listens())};
+  std::vector<std::string> silence_reports(Duration now) override {
+    return {watch_.take_reports(now, !listens())};
   }
 
   void receive(const GazeboMessage& message) {
-    if (message.subscription >= subscriptions_.size()) return senders_.hear_command();
+    if (message.subscription >= subscriptions_.size()) return senders_.on_other_command();
     const GazeboSubscription& from = subscriptions_[message.subscription];
     if (from.kind == GazeboKind::Clock) watch_.clock(message.arrived);
     const auto before = bridge_.simulated_time();
     const auto lines = bridge_.receive(from, message);
     const auto after = bridge_.simulated_time();
     if (after && after != before) watch_.odometry(message.arrived);
-    if (bridge_.speaks()) senders_.hear_robot(message.arrived);
+    if (bridge_.speaks()) senders_.on_robot_message(message.arrived);
     if (!greeted()) return;
-    talk().write(lines);
-    talk().write(bridge_.take_words());
+    output().write(lines);
+    output().write(bridge_.take_reports());
   }
 
-  /// Of a robot that was heard. Not in the turn of the hello: nobody can have found the publisher yet.
-  Status look() override {
-    if (!std::exchange(looks_, greeted())) return {};
+  /// Only after the hello, and not in its turn, because subscribers cannot have found the publisher yet.
+  Status check() override {
+    if (!std::exchange(was_greeted_, greeted())) return {};
     if (watch_.ended(steady_now()))
       return fail(ErrorCode::NotFound,
-                  fmt::format("neither odometry on {} nor a clock came any more", profile_.odometry_topic),
-                  {.source = "Gazebo"}, "Did the simulation end?");
-    if (!listens() && waited() > kDiscovery && !link_.heard(publisher_))
-      talk().say_once(
-          fmt::format("nobody subscribes to {}: the robot will not move", profile_.command_topic));
+                  fmt::format("odometry on {} and the clock have stopped", profile_.odometry_topic),
+                  {.source = "Gazebo"}, "Check whether the simulation still runs.");
+    if (!listens() && waited() > kDiscovery && !link_.has_subscriber(publisher_))
+      output().report_once(
+          fmt::format("{} has no subscriber: the robot will not move", profile_.command_topic));
     return {};
   }
 
-  bool waits() const override { return !senders_.heard_robot(); }
+  bool waits() const override { return !senders_.has_robot(); }
 
-  Unheard unheard() override {
-    const std::string found = fmt::format("{}; {}", link_.where(), topics_in_words(link_.topics()));
-    return {
-        .report = fmt::format("no odometry on {} yet; {}", profile_.odometry_topic, found),
-        .gave_up = fail(
-            ErrorCode::NotFound, fmt::format("no odometry came on {}; {}", profile_.odometry_topic, found),
-            {.source = "Gazebo"},
-            "Does the simulation run (is it paused?), are IGN_PARTITION and IGN_IP the same there, has "
-            "the model a diff-drive plugin with this topic?")};
+  NoContact no_contact() override {
+    const std::string found = fmt::format("{}; {}", link_.where(), topic_list_text(link_.topics()));
+    return {.report = fmt::format("no odometry on {} yet; {}", profile_.odometry_topic, found),
+            .gave_up = fail(ErrorCode::NotFound,
+                            fmt::format("no odometry on {}; {}", profile_.odometry_topic, found),
+                            {.source = "Gazebo"},
+                            "Check that the simulation runs and is not paused, that IGN_PARTITION and IGN_IP "
+                            "are the same there, "
+                            "and that the model has a diff-drive plugin with this topic.")};
   }
 
   GazeboLink& link_;
@@ -121,19 +121,19 @@ class GazeboRobot final : public WireLoop {
   SimulationWatch watch_{};
   std::size_t publisher_ = 0;
   std::vector<GazeboSubscription> subscriptions_{};
-  bool looks_ = false;  ///< after the hello
+  bool was_greeted_ = false;
 };
 
 }  // namespace
 
-std::string topics_in_words(const std::vector<GazeboTopic>& topics) {
-  constexpr std::size_t kMost = 30;
-  if (topics.empty()) return "nobody publishes anything there";
-  std::string words = "published there:";
-  for (std::size_t i = 0; i < std::min(topics.size(), kMost); ++i)
-    words += fmt::format("{} {} [{}]", i == 0 ? "" : ",", topics[i].name, topics[i].type);
-  if (topics.size() > kMost) words += fmt::format(" and {} more", topics.size() - kMost);
-  return words;
+std::string topic_list_text(const std::vector<GazeboTopic>& topics) {
+  constexpr std::size_t kMaxListed = 30;
+  if (topics.empty()) return "found no topics";
+  std::string text = "found topics:";
+  for (std::size_t i = 0; i < std::min(topics.size(), kMaxListed); ++i)
+    text += fmt::format("{} {} [{}]", i == 0 ? "" : ",", topics[i].name, topics[i].type);
+  if (topics.size() > kMaxListed) text += fmt::format(" and {} more", topics.size() - kMaxListed);
+  return text;
 }
 
 Status run_gazebo_robot(GazeboLink& link, const GazeboProfile& profile, const RobotDescription& robot,

@@ -3,13 +3,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
+
 namespace waymark {
 namespace {
 
-TEST(GazeboTopics, AreNamedWithTheirTypes) {
-  EXPECT_EQ(topics_in_words({}), "nobody publishes anything there");
-  EXPECT_EQ(topics_in_words({{"/a", "ignition.msgs.Pose"}, {"/b", "ignition.msgs.IMU"}}),
-            "published there: /a [ignition.msgs.Pose], /b [ignition.msgs.IMU]");
+TEST(GazeboTopics, AreListedWithTheirTypes) {
+  testing::expect_on_page("robots", topic_list_text({}));
+  const std::string two = topic_list_text({{"/a", "ignition.msgs.Pose"}, {"/b", "ignition.msgs.IMU"}});
+  EXPECT_NE(two.find("/a [ignition.msgs.Pose], /b [ignition.msgs.IMU]"), std::string::npos) << two;
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 
 namespace waymark {
 
-/// How a robot in Gazebo speaks (docs/howto/gazebo.md). An empty topic is not used.
+/// Topics of a robot in Gazebo (docs/howto/gazebo.md). An empty topic is not used.
 struct GazeboProfile {
   std::string robot = "limo-gazebo";
   std::string command_topic = "/model/limo/cmd_vel";
@@ -24,42 +24,43 @@ struct GazeboProfile {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.robot, Field{"robot", "Name or path of the file of its body and camera (robot.md)."});
+    visit(self.robot, Field{"robot", "Name or path of the robot file, with body and camera (robot.md)."});
     visit(self.command_topic,
-          Field{"command_topic", "Topic of the velocity commands, ignition.msgs.Twist; needed."});
-    visit(self.odometry_topic, Field{"odometry_topic", "ignition.msgs.Odometry; needed."});
+          Field{"command_topic", "Topic of the velocity commands, ignition.msgs.Twist; required."});
+    visit(self.odometry_topic, Field{"odometry_topic", "ignition.msgs.Odometry; required."});
     visit(self.imu_topic, Field{"imu_topic", "ignition.msgs.IMU."});
     visit(self.scan_topic, Field{"scan_topic", "ignition.msgs.LaserScan."});
     visit(self.image_topic, Field{"image_topic", "ignition.msgs.Image."});
     visit(
         self.camera_info_topic,
-        Field{"camera_info_topic", "ignition.msgs.CameraInfo, held against the camera of the robot's file."});
+        Field{"camera_info_topic", "ignition.msgs.CameraInfo, compared with the camera of the robot file."});
     visit(self.gamepad_topic, Field{"gamepad_topic", "ignition.msgs.Joy; recorded."});
     visit(self.truth_topic,
-          Field{"truth_topic", "ignition.msgs.Pose or Pose_V of the simulator; only for judges."});
+          Field{"truth_topic",
+                "Ground truth of the simulator, ignition.msgs.Pose or Pose_V; only for evaluation."});
     visit(self.truth_model,
-          Field{"truth_model", "Name of the model whose pose counts on truth_topic; empty: the first."});
+          Field{"truth_model", "Name of the model whose pose on truth_topic is used; empty: the first."});
     visit(
         self.clock_topic,
-        Field{"clock_topic", "ignition.msgs.Clock: tells a simulation that is paused from one that ended."});
+        Field{"clock_topic", "ignition.msgs.Clock: distinguishes a paused simulation from one that ended."});
   }
 };
 
-/// A profile from YAML. Errors have file, line and key; also where odometry or commands have no topic, and
-/// where two keys name one topic.
+/// Parses a profile from YAML. Errors have file, line and key. Missing topics for odometry or commands and
+/// duplicate topics are errors, too.
 [[nodiscard]] Result<GazeboProfile> parse_gazebo_profile(std::string_view text, const std::string& source);
-/// Of a plain name the file in share/gazebo, else of a path.
+/// Reads the profile of a plain name from share/gazebo, else from a path.
 [[nodiscard]] Result<GazeboProfile> find_gazebo_profile(const std::string& name);
 
-/// What a subscribed topic carries.
+/// The contents of a subscribed topic.
 enum class GazeboKind : std::uint8_t { Odometry, Imu, Scan, Image, CameraInfo, Gamepad, Truth, Clock };
 
-/// A topic that is subscribed.
+/// A topic to subscribe to.
 struct GazeboSubscription {
   GazeboKind kind = GazeboKind::Odometry;
   std::string topic{};
-  std::string type{};  ///< what is expected there
-  int depth = 100;     ///< messages that may wait
+  std::string type{};  ///< expected message type
+  int depth = 100;     ///< maximum number of queued messages
 };
 [[nodiscard]] std::vector<GazeboSubscription> subscriptions_of(const GazeboProfile& profile);
 

@@ -16,7 +16,7 @@
 namespace waymark {
 namespace {
 
-/// A message as it came.
+/// A received message, still serialised.
 struct Arrived {
   std::size_t subscription = 0;
   std::string type{};
@@ -34,8 +34,8 @@ class IgnitionLink final : public GazeboLink {
                    std::chrono::steady_clock::now().time_since_epoch()});
     };
     if (node_.SubscribeRaw(topic, put)) return number;
-    return fail(ErrorCode::InvalidArgument, "Ignition Transport does not subscribe this topic",
-                {.key = topic}, "A topic is a name like /model/limo/odometry, without spaces.");
+    return fail(ErrorCode::InvalidArgument, "Ignition Transport rejects the topic", {.key = topic},
+                "Use a name such as /model/limo/odometry, without spaces.");
   }
 
   void unsubscribe(const std::string& topic) override { (void)node_.Unsubscribe(topic); }
@@ -43,8 +43,8 @@ class IgnitionLink final : public GazeboLink {
   Result<std::size_t> advertise(const std::string& topic, const GazeboValue& like) override {
     const auto publisher = node_.Advertise(topic, type_of(like));
     if (!publisher.Valid())
-      return fail(ErrorCode::InvalidArgument, "Ignition Transport does not advertise this topic",
-                  {.key = topic}, "A topic is a name like /model/limo/cmd_vel, without spaces.");
+      return fail(ErrorCode::InvalidArgument, "Ignition Transport rejects the topic", {.key = topic},
+                  "Use a name such as /model/limo/cmd_vel, without spaces.");
     publishers_.push_back({publisher, topic, type_of(like)});
     return publishers_.size() - 1;
   }
@@ -52,17 +52,17 @@ class IgnitionLink final : public GazeboLink {
   Status publish(std::size_t publisher, const GazeboValue& value) override {
     Publisher& out = publishers_[publisher];
     if (out.node.PublishRaw(serialize_gazebo(value), out.type)) return {};
-    return fail(ErrorCode::Unwritable, "a message cannot be sent", {.key = out.topic});
+    return fail(ErrorCode::Unwritable, "cannot send a message", {.key = out.topic});
   }
 
-  std::optional<GazeboMessage> next(Duration most) override {
-    const auto came = queue_->take(most);
+  std::optional<GazeboMessage> next(Duration timeout) override {
+    const auto came = queue_->take(timeout);
     if (!came) return std::nullopt;
     return GazeboMessage{came->subscription, came->type, parse_gazebo(came->type, came->bytes),
                          came->arrived};
   }
 
-  [[nodiscard]] bool heard(std::size_t publisher) const override {
+  [[nodiscard]] bool has_subscriber(std::size_t publisher) const override {
     return publishers_[publisher].node.HasConnections();
   }
 
@@ -90,9 +90,9 @@ class IgnitionLink final : public GazeboLink {
 
   [[nodiscard]] std::string where() const override {
     const char* address = std::getenv("IGN_IP");
-    return fmt::format("searched in the partition '{}' on {}", node_.Options().Partition(),
+    return fmt::format("searched partition '{}' on {}", node_.Options().Partition(),
                        address == nullptr ? std::string("all addresses (IGN_IP is not set)")
-                                          : fmt::format("the address {} of IGN_IP", address));
+                                          : fmt::format("address {} (IGN_IP)", address));
   }
 
  private:
@@ -102,8 +102,7 @@ class IgnitionLink final : public GazeboLink {
     std::string type;
   };
 
-  // Shared with the callbacks: a thread of the library may be in one, or on the way to it, when the node
-  // ends.
+  // Shared with the callbacks, because a thread of the library may still call one when the node is destroyed.
   std::shared_ptr<ArrivalQueue<Arrived>> queue_ = std::make_shared<ArrivalQueue<Arrived>>();
   std::deque<Publisher> publishers_{};
   ignition::transport::Node node_{};

@@ -18,7 +18,7 @@ namespace waymark {
 namespace {
 
 constexpr std::int64_t kNanoseconds = 1'000'000'000;
-constexpr std::int64_t kMostSeconds = std::int64_t{1} << 32;  // of simulated time; more would not fit either
+constexpr std::int64_t kMaxSeconds = std::int64_t{1} << 32;  // avoids overflow of the stamp in nanoseconds
 
 void put(ignition::msgs::Header& header, const char* key, const std::string& value) {
   if (value.empty()) return;
@@ -30,7 +30,7 @@ void put(ignition::msgs::Header& header, const char* key, const std::string& val
 }  // namespace
 
 SensorTime from_ignition(const ignition::msgs::Time& time) {
-  if (time.sec() < 0 || time.sec() > kMostSeconds) return {};
+  if (time.sec() < 0 || time.sec() > kMaxSeconds) return {};
   return SensorTime(Duration(time.sec() * kNanoseconds + time.nsec()));
 }
 
@@ -91,7 +91,7 @@ ignition::msgs::Twist to_ignition(const VelocityCommand& velocity) {
 
 namespace {
 
-/// As ROS calls a format; empty: not read.
+/// The ROS name of a pixel format; empty if it is not supported.
 std::string encoding_of(ignition::msgs::PixelFormatType format) {
   switch (format) {
     case ignition::msgs::L_INT8:
@@ -111,7 +111,7 @@ std::string encoding_of(ignition::msgs::PixelFormatType format) {
   }
 }
 
-/// Fills an array of a message as far as both reach.
+/// Copies as many elements as both arrays have.
 template <class From, class To>
 void copy_numbers(const From& from, To& to) {
   std::copy_n(from.begin(), std::min<std::size_t>(to.size(), static_cast<std::size_t>(from.size())),
@@ -124,9 +124,9 @@ Result<CameraFrame> from_ignition(const ignition::msgs::Image& message) {
   const std::string encoding = encoding_of(message.pixel_format_type());
   if (encoding.empty())
     return fail(ErrorCode::Unsupported,
-                fmt::format("pictures in the format {} cannot be read",
+                fmt::format("unsupported image format {}",
                             ignition::msgs::PixelFormatType_Name(message.pixel_format_type())),
-                {}, "Give the camera <format>R8G8B8</format> or <format>L8</format>.");
+                {}, "Set <format>R8G8B8</format> or <format>L8</format> for the camera.");
   const std::string& data = message.data();
   return ros2::from_ros(ros2::Image{.header = {ros2::to_ros(from_ignition(message.header().stamp())), ""},
                                     .height = message.height(),
@@ -156,7 +156,7 @@ ignition::msgs::Image to_ignition(const CameraFrame& frame) {
 
 Result<GazeboCamera> from_ignition(const ignition::msgs::CameraInfo& message) {
   if (message.distortion().model() != ignition::msgs::CameraInfo::Distortion::PLUMB_BOB)
-    return fail(ErrorCode::Unsupported, "its distortion is not of the model PLUMB_BOB");
+    return fail(ErrorCode::Unsupported, "unsupported distortion model; only PLUMB_BOB is supported");
   ros2::CameraInfo info{.height = message.height(),
                         .width = message.width(),
                         .distortion_model = "plumb_bob",
@@ -194,7 +194,7 @@ void put(const Eigen::Vector3d& from, msgs::Vector3d& to) {
   to.set_z(from.z());
 }
 
-/// A model by its own name, a part by the child frame that PosePublisher writes.
+/// The pose with the name of the model; of a part, the child frame that PosePublisher writes.
 Result<GazeboPose> named(const msgs::Pose& pose) {
   const auto place = from_ignition(pose);
   if (!place) return tl::unexpected(place.error());
@@ -218,8 +218,8 @@ Result<GazeboValue> read(const msgs::IMU& message) {
 Result<GazeboValue> read(const msgs::LaserScan& message) {
   if (message.vertical_count() > 1)
     return fail(ErrorCode::Unsupported,
-                fmt::format("it has {} rows of rays: one is read", message.vertical_count()), {},
-                "Give the lidar one vertical sample.");
+                fmt::format("it has {} rows of rays; only one is supported", message.vertical_count()), {},
+                "Set one vertical sample for the lidar.");
   LaserScan scan{.stamp = from_ignition(message.header().stamp()),
                  .angle_min_rad = message.angle_min(),
                  .angle_increment_rad = message.angle_step(),
@@ -271,25 +271,25 @@ Result<GazeboValue> parse(std::string_view bytes) {
   Message message;
   if (!message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size())))
     return fail(ErrorCode::Unreadable,
-                fmt::format("its {} bytes are no {}", bytes.size(), message.GetTypeName()));
+                fmt::format("its {} bytes are not a valid {}", bytes.size(), message.GetTypeName()));
   return read(message);
 }
 
-/// A type that is read.
-struct Known {
+/// A supported type with its parser.
+struct TypeParser {
   std::string_view type;
   Result<GazeboValue> (*parse)(std::string_view bytes);
 };
-constexpr Known kKnown[] = {{"ignition.msgs.Odometry", parse<msgs::Odometry>},
-                            {"ignition.msgs.IMU", parse<msgs::IMU>},
-                            {"ignition.msgs.LaserScan", parse<msgs::LaserScan>},
-                            {"ignition.msgs.Image", parse<msgs::Image>},
-                            {"ignition.msgs.CameraInfo", parse<msgs::CameraInfo>},
-                            {"ignition.msgs.Joy", parse<msgs::Joy>},
-                            {"ignition.msgs.Pose", parse<msgs::Pose>},
-                            {"ignition.msgs.Pose_V", parse<msgs::Pose_V>},
-                            {"ignition.msgs.Clock", parse<msgs::Clock>},
-                            {"ignition.msgs.Twist", parse<msgs::Twist>}};
+constexpr TypeParser kTypeParsers[] = {{"ignition.msgs.Odometry", parse<msgs::Odometry>},
+                                       {"ignition.msgs.IMU", parse<msgs::IMU>},
+                                       {"ignition.msgs.LaserScan", parse<msgs::LaserScan>},
+                                       {"ignition.msgs.Image", parse<msgs::Image>},
+                                       {"ignition.msgs.CameraInfo", parse<msgs::CameraInfo>},
+                                       {"ignition.msgs.Joy", parse<msgs::Joy>},
+                                       {"ignition.msgs.Pose", parse<msgs::Pose>},
+                                       {"ignition.msgs.Pose_V", parse<msgs::Pose_V>},
+                                       {"ignition.msgs.Clock", parse<msgs::Clock>},
+                                       {"ignition.msgs.Twist", parse<msgs::Twist>}};
 
 msgs::Odometry message_of(const Odometry& odometry) {
   msgs::Odometry message;
@@ -338,7 +338,7 @@ msgs::Clock message_of(const GazeboClock& clock) {
 }
 
 msgs::Twist message_of(const StampedCommand& command) {
-  return to_ignition(command.command);  // as Gazebo's own programs send it: without a stamp
+  return to_ignition(command.command);  // without a stamp, like Gazebo's own programs
 }
 
 msgs::Pose_V message_of(const GazeboPoses& poses) {
@@ -359,9 +359,9 @@ msgs::CameraInfo message_of(const GazeboCamera& camera) { return to_ignition(cam
 }  // namespace
 
 Result<GazeboValue> parse_gazebo(std::string_view type, std::string_view bytes) {
-  for (const Known& known : kKnown)
-    if (known.type == type) return known.parse(bytes);
-  return fail(ErrorCode::Unsupported, fmt::format("messages of the type {} are not read", type));
+  for (const TypeParser& parser : kTypeParsers)
+    if (parser.type == type) return parser.parse(bytes);
+  return fail(ErrorCode::Unsupported, fmt::format("unsupported message type {}", type));
 }
 
 std::string type_of(const GazeboValue& value) {

@@ -1,4 +1,4 @@
-// Stamps, frames, poses and pictures of Gazebo's messages, sound and not.
+// Stamps, frames, poses and images of Gazebo's messages, valid and invalid.
 #include "waymark/robots/ignition/values.hpp"
 
 #include <cmath>
@@ -6,12 +6,13 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
 #include "waymark/base/random.hpp"
 
 namespace waymark {
 namespace {
 
-TEST(IgnitionHeaders, AStampComesBackToTheNanosecond) {
+TEST(IgnitionHeaders, StampsRoundTripToTheNanosecond) {
   for (const std::int64_t ns : {std::int64_t{0}, std::int64_t{1}, std::int64_t{999'999'999},
                                 std::int64_t{1'700'000'000'123'456'789}}) {
     const SensorTime stamp{Duration(ns)};
@@ -25,7 +26,7 @@ TEST(IgnitionHeaders, AStampComesBackToTheNanosecond) {
   }
 }
 
-TEST(IgnitionHeaders, FramesAreFoundByTheirKeysAndEmptyOnesAreNotSent) {
+TEST(IgnitionHeaders, ContainFramesByKeyAndOmitEmptyOnes) {
   const auto both = header(SensorTime(std::chrono::seconds(3)), "odom", "base_link");
   EXPECT_EQ(header_value(both, "frame_id"), "odom");
   EXPECT_EQ(header_value(both, "child_frame_id"), "base_link");
@@ -36,7 +37,7 @@ TEST(IgnitionHeaders, FramesAreFoundByTheirKeysAndEmptyOnesAreNotSent) {
   EXPECT_EQ(header_value(hollow, "frame_id"), "") << "a key without a value";
 }
 
-TEST(IgnitionHeaders, APoseComesBackAndWhatIsNoRotationIsRefused) {
+TEST(IgnitionHeaders, PosesRoundTripAndInvalidRotationsAreRejected) {
   Random random(3);
   for (int i = 0; i < 20; ++i) {
     const SE3 pose(SO3::exp({random.normal(), random.normal(), random.normal()}), {random.normal(), -2, 7});
@@ -52,11 +53,11 @@ TEST(IgnitionHeaders, APoseComesBackAndWhatIsNoRotationIsRefused) {
   ignition::msgs::Pose place;
   place.mutable_position()->set_x(4);
   const auto level = from_ignition(place);
-  ASSERT_TRUE(level) << "an orientation that was not sent is none";
+  ASSERT_TRUE(level) << "a missing orientation is the identity";
   EXPECT_EQ(level->translation().x(), 4);
 }
 
-TEST(IgnitionPictures, EveryFormatThatIsReadGivesTheGreyOfItsPixels) {
+TEST(IgnitionPictures, EverySupportedFormatConvertsToGrey) {
   using ignition::msgs::PixelFormatType;
   const std::vector<std::pair<PixelFormatType, std::string>> one_grey = {
       {ignition::msgs::L_INT8, std::string(1, '\x50')},
@@ -82,10 +83,12 @@ TEST(IgnitionPictures, EveryFormatThatIsReadGivesTheGreyOfItsPixels) {
   depth.set_pixel_format_type(ignition::msgs::R_FLOAT32);
   const auto refused = from_ignition(depth);
   ASSERT_FALSE(refused);
-  EXPECT_NE(refused.error().hint.find("R8G8B8"), std::string::npos) << "what to write into the world";
+  EXPECT_NE(refused.error().hint.find("R8G8B8"), std::string::npos)
+      << "the hint names the format to set in the world";
+  testing::expect_on_page("robots", refused.error());
 }
 
-TEST(IgnitionPictures, ACameraOfAnotherDistortionIsRefused) {
+TEST(IgnitionPictures, RejectsOtherDistortionModels) {
   const CameraModel camera =
       CameraModel::make(PinholeRadtan{.fx = 400, .fy = 410, .cx = 320, .cy = 240}, 640, 480).value();
   auto message = to_ignition(GazeboCamera{SensorTime(), camera});
@@ -122,7 +125,7 @@ std::vector<GazeboValue> one_of_each() {
           StampedCommand{.command = {0.4, -0.3}}};
 }
 
-TEST(GazeboValues, EveryTypeComesBackFromItsMessage) {
+TEST(GazeboValues, EveryTypeRoundTrips) {
   for (const GazeboValue& value : one_of_each()) {
     const auto back = parse_gazebo(type_of(value), serialize_gazebo(value));
     ASSERT_TRUE(back) << type_of(value) << ": " << to_string(back.error());
@@ -140,7 +143,7 @@ TEST(GazeboValues, TypesAreThoseOfFortress) {
   for (std::size_t i = 0; i < types.size(); ++i) EXPECT_EQ(type_of(values[i]), types[i]);
 }
 
-TEST(GazeboValues, NumbersStandWhereTheyBelong) {
+TEST(GazeboValues, OdometryKeepsItsValues) {
   const auto odometry = parse_gazebo("ignition.msgs.Odometry", serialize_gazebo(one_of_each()[0]));
   const auto& back = std::get<Odometry>(*odometry);
   EXPECT_EQ(back.stamp, kStamp);
@@ -150,7 +153,7 @@ TEST(GazeboValues, NumbersStandWhereTheyBelong) {
   EXPECT_EQ(back.yaw_rate_rad_s, -0.2);
 }
 
-TEST(GazeboValues, NoBytesWhateverMakeItCrash) {
+TEST(GazeboValues, DamagedMessagesAreReadOrRejected) {
   EXPECT_FALSE(parse_gazebo("ignition.msgs.StringMsg", ""));
   Random random(20261123);
   const auto values = one_of_each();
@@ -171,15 +174,15 @@ TEST(GazeboValues, NoBytesWhateverMakeItCrash) {
   EXPECT_GT(refused, 1000);
 }
 
-TEST(GazeboValues, PicturesThatLieAreRefused) {
+TEST(GazeboValues, RejectsImagesWithTooLittleData) {
   EXPECT_FALSE(parse_gazebo("ignition.msgs.Image", ""));
-  // A picture of 1000 x 1000 px with three bytes of data: width 2, height 3, step 4, data 5, format 6.
-  const std::string lies(
+  // An image of 1000 x 1000 px with three bytes of data. Fields: width 2, height 3, step 4, data 5, format 6.
+  const std::string truncated(
       "\x10\xe8\x07\x18\xe8\x07\x20\xb8\x17\x2a\x03"
       "abc"
       "\x30\x03",
       16);
-  const auto image = parse_gazebo("ignition.msgs.Image", lies);
+  const auto image = parse_gazebo("ignition.msgs.Image", truncated);
   ASSERT_FALSE(image);
   EXPECT_NE(image.error().message.find("1000 x 1000 px"), std::string::npos) << image.error().message;
 }

@@ -8,16 +8,16 @@ namespace waymark {
 namespace {
 
 constexpr Duration kSilence = std::chrono::milliseconds(250);
-constexpr Duration kAskEvery = std::chrono::milliseconds(200);
-constexpr Duration kAskAgainEvery = std::chrono::seconds(1);
+constexpr Duration kRequestPeriod = std::chrono::milliseconds(200);
+constexpr Duration kRepeatedRequestPeriod = std::chrono::seconds(1);
 
 bool same(const LimoState& a, const LimoState& b) {
   return a.vehicle == b.vehicle && a.commanded == b.commanded && a.errors == b.errors && a.drive == b.drive;
 }
 
-/// Tracks are driven as wheels are.
-bool same_drive(LimoDrive said, LimoDrive file) {
-  const bool turns_on_the_spot = said != LimoDrive::Ackermann;
+/// Tracks, Mecanum and differential wheels take the same commands.
+bool same_drive(LimoDrive reported, LimoDrive file) {
+  const bool turns_on_the_spot = reported != LimoDrive::Ackermann;
   return turns_on_the_spot == (file != LimoDrive::Ackermann);
 }
 
@@ -26,38 +26,39 @@ bool same_drive(LimoDrive said, LimoDrive file) {
 LimoDrive CommandGate::drive() const { return state_ ? state_->drive : file_; }
 
 void CommandGate::stop(const std::string& why) {
-  if (!stopped_ && obeyed_) words_.push_back(why + ": zero is sent, until the driver has asked for zero");
+  if (!stopped_ && obeyed_) pending_.push_back(why + ": sending zero until the driver has commanded zero");
   stopped_ = true;
 }
 
-void CommandGate::say_errors(std::uint16_t errors) {
-  const auto fresh = static_cast<std::uint16_t>(errors & ~said_errors_);
-  for (const std::string& word : error_words(fresh)) words_.push_back("LIMO says that " + word);
-  said_errors_ = errors;
+void CommandGate::report_errors(std::uint16_t errors) {
+  const auto fresh = static_cast<std::uint16_t>(errors & ~reported_errors_);
+  for (const std::string& text : limo_error_texts(fresh)) pending_.push_back("LIMO reports: " + text);
+  reported_errors_ = errors;
 }
 
 void CommandGate::hear(const LimoMotion& motion, Duration now) {
-  constexpr double kStanding = 0.02;
-  stands_ = std::abs(motion.speed_m_s) < kStanding && std::abs(motion.yaw_rate_rad_s) < kStanding;
-  motion_heard_ = now;
-  if (silent_) words_.emplace_back("LIMO is heard again");
+  constexpr double kMaxStationarySpeed = 0.02;  // m/s and rad/s
+  stationary_ = std::abs(motion.speed_m_s) < kMaxStationarySpeed &&
+                std::abs(motion.yaw_rate_rad_s) < kMaxStationarySpeed;
+  motion_received_ = now;
+  if (silent_) pending_.emplace_back("LIMO reports its motion again");
   silent_ = false;
 }
 
 void CommandGate::hear(const LimoState& state, Duration /*now*/) {
-  // One frame in 256 damaged ones has the right checksum; two in a row that say the same are believed.
-  const bool believed = (state_ && same(*state_, state)) || (doubtful_ && same(*doubtful_, state));
-  doubtful_ = state;
-  if (!believed) return;
+  // One of 256 damaged frames has the right checksum, so a new state is accepted only after two equal frames.
+  const bool accepted = (state_ && same(*state_, state)) || (unconfirmed_ && same(*unconfirmed_, state));
+  unconfirmed_ = state;
+  if (!accepted) return;
   state_ = state;
-  say_errors(state.errors);
+  report_errors(state.errors);
   if (!same_drive(state.drive, file_))
-    stop(fmt::format("LIMO drives as {}, its file describes one that is {}", to_string(state.drive),
+    stop(fmt::format("LIMO's drive is {}, but its robot file has {}", to_string(state.drive),
                      to_string(file_)));
   if (state.vehicle == LimoState::Vehicle::EmergencyStop) stop("LIMO is in emergency stop");
   if (state.vehicle == LimoState::Vehicle::Exception) stop("LIMO reports an exception");
-  if ((state.errors & kLimoStoppingErrors) != 0) stop("LIMO reports an error of its motors or its steering");
-  if (!state.commanded) stop("the remote control has taken LIMO over, or LIMO was switched off and on");
+  if ((state.errors & kLimoStoppingErrors) != 0) stop("LIMO reports an error of motors or steering");
+  if (!state.commanded) stop("the remote control has taken over LIMO, or LIMO was restarted");
   if (state.commanded && !obeyed_) {
     obeyed_ = true;
     stopped_ = stopped_ && !same_drive(state.drive, file_);
@@ -66,21 +67,22 @@ void CommandGate::hear(const LimoState& state, Duration /*now*/) {
 
 VelocityCommand CommandGate::pass(const VelocityCommand& asked, Duration now) {
   asked_zero_ = asked == VelocityCommand{};
-  if (motion_heard_ && now - *motion_heard_ > kSilence && !silent_) {
+  if (motion_received_ && now - *motion_received_ > kSilence && !silent_) {
     silent_ = true;
-    words_.emplace_back("nothing was heard of LIMO's motion for 0.25 s: zero is sent");
+    pending_.emplace_back("no motion from LIMO for 0.25 s: sending zero");
   }
   const bool sound = state_ && state_->commanded && same_drive(state_->drive, file_) &&
                      state_->vehicle == LimoState::Vehicle::Normal &&
                      (state_->errors & kLimoStoppingErrors) == 0;
-  if (sound && asked_zero_ && std::exchange(stopped_, false)) words_.emplace_back("LIMO obeys again");
+  if (sound && asked_zero_ && std::exchange(stopped_, false))
+    pending_.emplace_back("LIMO accepts commands again");
   return sound && ready() && !stopped_ && !silent_ ? asked : VelocityCommand{};
 }
 
 bool CommandGate::asks_for_command(Duration now) {
   if (state_ && state_->commanded) return false;
-  if (obeyed_ && !(asked_zero_ && stands_)) return false;
-  if (asked_at_ && now - *asked_at_ < (obeyed_ ? kAskAgainEvery : kAskEvery)) return false;
+  if (obeyed_ && !(asked_zero_ && stationary_)) return false;
+  if (asked_at_ && now - *asked_at_ < (obeyed_ ? kRepeatedRequestPeriod : kRequestPeriod)) return false;
   asked_at_ = now;
   return true;
 }

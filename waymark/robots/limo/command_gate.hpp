@@ -8,52 +8,53 @@
 
 namespace waymark {
 
-/// What of the commands reaches LIMO's wheels, by what LIMO says of itself. Zero is sent
-/// - until it says that it obeys this wire, and after it stopped doing so (somebody took the remote control)
-///   until it does again and the driver has asked for zero once;
+/// Decides from LIMO's reported state which commands are sent. Zero is sent
+/// - until LIMO reports that it accepts commands of this port. If it stops doing so (remote control), until
+/// it does
+///   again and the driver has commanded zero once;
 /// - in emergency stop and with errors of motors, steering or drive, likewise;
-/// - while nothing is heard of its motion;
-/// - when its wheels are not latched as its file says.
-/// Pure: `now` is a steady clock. Every stop is said in words, once.
+/// - while LIMO does not report its motion;
+/// - if its drive differs from the robot file.
+/// Pure: `now` is a steady clock. Every stop is reported once.
 class CommandGate {
  public:
-  /// `file`: the drive that the robot's file describes.
+  /// `file`: the drive of the robot file.
   explicit CommandGate(LimoDrive file) : file_(file) {}
 
   void hear(const LimoMotion& motion, Duration now);
   void hear(const LimoState& state, Duration now);
 
-  /// The command that may be sent now.
+  /// The command to send now: `asked` or zero.
   [[nodiscard]] VelocityCommand pass(const VelocityCommand& asked, Duration now);
-  /// Whether to ask now to be obeyed: at the beginning; later only while the driver asks for zero and the
-  /// robot stands, so that nobody is fought who drives it by remote control.
+  /// Whether to request control of LIMO now: at the beginning; later only while the driver commands zero and
+  /// LIMO is stationary, so as not to compete with an operator of the remote control.
   [[nodiscard]] bool asks_for_command(Duration now);
-  /// How commands are encoded.
+  /// The drive for which commands are encoded.
   [[nodiscard]] LimoDrive drive() const;
-  /// The robot said all that must be known to drive it, and obeys.
-  [[nodiscard]] bool ready() const { return obeyed_ && motion_heard_.has_value(); }
-  /// The robot said all that must be known to hear it, whoever drives it.
-  [[nodiscard]] bool heard() const { return state_.has_value() && motion_heard_.has_value(); }
+  /// LIMO has reported state and motion, and accepts commands.
+  [[nodiscard]] bool ready() const { return obeyed_ && motion_received_.has_value(); }
+  /// LIMO has reported state and motion, whether it accepts commands or not.
+  [[nodiscard]] bool has_state() const { return state_.has_value() && motion_received_.has_value(); }
   [[nodiscard]] const std::optional<LimoState>& state() const { return state_; }
-  /// Since the last call.
-  [[nodiscard]] std::vector<std::string> take_words() { return std::exchange(words_, {}); }
+  /// The reports since the last call.
+  [[nodiscard]] std::vector<std::string> take_reports() { return std::exchange(pending_, {}); }
 
  private:
   void stop(const std::string& why);
-  void say_errors(std::uint16_t errors);
+  void report_errors(std::uint16_t errors);
 
   LimoDrive file_;
   std::optional<LimoState> state_{};
-  std::optional<LimoState> doubtful_{};  ///< heard once: a damaged frame may say so
-  std::optional<Duration> motion_heard_{};
-  bool stands_ = true;
+  std::optional<LimoState> unconfirmed_{};  ///< received once, may be a damaged frame
+  std::optional<Duration> motion_received_{};
+  bool stationary_ = true;
   bool asked_zero_ = true;
-  bool obeyed_ = false;   ///< once
-  bool stopped_ = false;  ///< until the driver has asked for zero
+  bool obeyed_ = false;   ///< LIMO accepted commands at least once
+  bool stopped_ = false;  ///< until the driver has commanded zero
   bool silent_ = false;
   std::optional<Duration> asked_at_{};
-  std::uint16_t said_errors_ = 0;
-  std::vector<std::string> words_{};
+  std::uint16_t reported_errors_ = 0;
+  std::vector<std::string> pending_{};
 };
 
 }  // namespace waymark

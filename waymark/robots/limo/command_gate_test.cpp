@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
+
 namespace waymark {
 namespace {
 
@@ -15,7 +17,7 @@ constexpr VelocityCommand kDrive{0.3, 0.1};
 
 constexpr VelocityCommand kZero{};
 
-/// The gate, and a LIMO that says every 20 ms how it is.
+/// The gate, and a LIMO that reports its state every 20 ms.
 class Gate {
  public:
   explicit Gate(LimoDrive file = LimoDrive::Differential) : gate(file) {}
@@ -39,7 +41,7 @@ class Gate {
   Duration now = std::chrono::seconds(9);
 };
 
-TEST(CommandGate, NothingMovesBeforeLimoObeys) {
+TEST(CommandGate, SendsZeroUntilLimoAcceptsCommands) {
   Gate robot;
   robot.state.commanded = false;
   EXPECT_TRUE(robot.gate.asks_for_command(robot.now));
@@ -51,42 +53,42 @@ TEST(CommandGate, NothingMovesBeforeLimoObeys) {
   EXPECT_EQ(robot.steps(3, kDrive), kDrive);
   EXPECT_TRUE(robot.gate.ready());
   EXPECT_FALSE(robot.gate.asks_for_command(robot.now));
-  EXPECT_THAT(robot.gate.take_words(), IsEmpty());
+  EXPECT_THAT(robot.gate.take_reports(), IsEmpty());
 }
 
-TEST(CommandGate, TheRemoteControlIsNotFoughtAndTheDriverMustAskForZeroBeforeItDrivesAgain) {
+TEST(CommandGate, AfterRemoteControlTheDriverMustCommandZeroFirst) {
   Gate robot;
   EXPECT_EQ(robot.steps(5, kDrive), kDrive);
   robot.state.commanded = false;
   robot.speed_m_s = 0.4;
   EXPECT_EQ(robot.steps(2, kDrive), kZero);
-  EXPECT_THAT(robot.gate.take_words(), ElementsAre(HasSubstr("remote control")));
+  EXPECT_THAT(robot.gate.take_reports(), ElementsAre(HasSubstr("remote control")));
   EXPECT_EQ(robot.steps(100, kZero), kZero);
-  EXPECT_FALSE(robot.gate.asks_for_command(robot.now)) << "somebody drives it";
+  EXPECT_FALSE(robot.gate.asks_for_command(robot.now)) << "an operator drives it";
   robot.speed_m_s = 0;
   (void)robot.steps(2, kDrive);
-  EXPECT_FALSE(robot.gate.asks_for_command(robot.now)) << "it would drive off";
+  EXPECT_FALSE(robot.gate.asks_for_command(robot.now)) << "it would start to drive";
   (void)robot.steps(2, kZero);
   EXPECT_TRUE(robot.gate.asks_for_command(robot.now));
   (void)robot.steps(2, kDrive);
   robot.state.commanded = true;
-  EXPECT_EQ(robot.steps(10, kDrive), kZero) << "no zero since it obeys again";
+  EXPECT_EQ(robot.steps(10, kDrive), kZero) << "no zero since it accepts commands again";
   (void)robot.step(kZero);
   EXPECT_EQ(robot.step(kDrive), kDrive);
 }
 
-TEST(CommandGate, SilenceOfAQuarterOfASecondIsZeroWithWords) {
+TEST(CommandGate, SendsZeroAfterAQuarterOfASecondWithoutMotion) {
   Gate robot;
   EXPECT_EQ(robot.steps(5, kDrive), kDrive);
   robot.speaks = false;
   EXPECT_EQ(robot.steps(12, kDrive), kDrive);
   EXPECT_EQ(robot.steps(1, kDrive), kZero);
-  EXPECT_THAT(robot.gate.take_words(), ElementsAre(HasSubstr("nothing was heard")));
+  EXPECT_THAT(robot.gate.take_reports(), ElementsAre(HasSubstr("0.25 s")));
   robot.speaks = true;
   EXPECT_EQ(robot.step(kDrive), kDrive);
 }
 
-TEST(CommandGate, EmergencyStopErrorsAndTheWrongLatchesAreZero) {
+TEST(CommandGate, SendsZeroInEmergencyStopOnErrorsAndForAnotherDrive) {
   for (int what = 0; what < 4; ++what) {
     Gate robot;
     EXPECT_EQ(robot.steps(5, kDrive), kDrive);
@@ -95,29 +97,31 @@ TEST(CommandGate, EmergencyStopErrorsAndTheWrongLatchesAreZero) {
     if (what == 2) robot.state.errors = 1U << 4U;
     if (what == 3) robot.state.drive = LimoDrive::Ackermann;
     EXPECT_EQ(robot.steps(2, kDrive), kZero) << what;
-    EXPECT_FALSE(robot.gate.take_words().empty()) << what;
+    const auto reports = robot.gate.take_reports();
+    EXPECT_FALSE(reports.empty()) << what;
+    for (const std::string& report : reports) testing::expect_on_page("robots", report);
     robot.state = {.commanded = true};
     EXPECT_EQ(robot.steps(5, kDrive), kZero) << what;
     (void)robot.step(kZero);
     EXPECT_EQ(robot.step(kDrive), kDrive) << what;
   }
-  Gate tired;
-  tired.state.errors = 3;
-  EXPECT_EQ(tired.steps(5, kDrive), kDrive) << "a low battery is said, no more";
-  EXPECT_THAT(tired.gate.take_words(), ElementsAre(HasSubstr("nearly empty"), HasSubstr("low")));
+  Gate low_battery;
+  low_battery.state.errors = 3;
+  EXPECT_EQ(low_battery.steps(5, kDrive), kDrive) << "a low battery is only reported";
+  EXPECT_THAT(low_battery.gate.take_reports(), ElementsAre(HasSubstr("battery"), HasSubstr("battery")));
 }
 
-TEST(CommandGate, OneDamagedFrameDoesNotStopIt) {
+TEST(CommandGate, IgnoresASingleDamagedFrame) {
   Gate robot;
   EXPECT_EQ(robot.steps(5, kDrive), kDrive);
   robot.state.commanded = false;
   EXPECT_EQ(robot.step(kDrive), kDrive);
   robot.state.commanded = true;
   EXPECT_EQ(robot.steps(3, kDrive), kDrive);
-  EXPECT_THAT(robot.gate.take_words(), IsEmpty());
+  EXPECT_THAT(robot.gate.take_reports(), IsEmpty());
 }
 
-TEST(CommandGate, MecanumAndTracksAreDrivenByTheFileOfTheDifferentialDrive) {
+TEST(CommandGate, AcceptsMecanumAndTracksForADifferentialRobotFile) {
   Gate robot;
   robot.state.drive = LimoDrive::Mecanum;
   EXPECT_EQ(robot.steps(5, kDrive), kDrive);

@@ -9,13 +9,13 @@
 namespace waymark {
 namespace {
 
-constexpr int kLearning = 32;                 ///< messages until the beat is used
-constexpr int kWindow = 16;                   ///< messages whose earliest arrival corrects the beat
-constexpr double kPhaseShare = 0.25;          ///< of what the window found late
-constexpr double kPeriodShare = 0.1;          ///< of the drift within a window
-constexpr double kMostPeriods = 25;           ///< a longer silence begins anew
-constexpr double kLeastPeriodSeconds = 5e-4;  ///< a shorter one was learned from what had piled up
-constexpr double kMissing = 0.6;  ///< periods that even the earliest is late: a message is missing
+constexpr int kLearning = 32;          ///< messages until the estimated period is used
+constexpr int kWindow = 16;            ///< messages whose earliest arrival corrects phase and period
+constexpr double kPhaseShare = 0.25;   ///< of the lateness found in a window
+constexpr double kPeriodShare = 0.1;   ///< of the drift within a window
+constexpr double kMaxGapPeriods = 25;  ///< a longer silence restarts the estimate
+constexpr double kMinPeriod_s = 5e-4;  ///< a shorter one comes from a backlog of messages
+constexpr double kMissing = 0.6;  ///< lateness of even the earliest [periods] from which a message is missing
 
 SensorTime time_of(double seconds) {
   return SensorTime(Duration(static_cast<std::int64_t>(std::round(seconds * 1e9))));
@@ -35,7 +35,7 @@ void FrameClock::learn(double arrived_s) {
 
 void FrameClock::correct(double late_s) {
   least_late_s_ = in_window_ == 0 ? late_s : std::min(least_late_s_, late_s);
-  if (late_s < 0) {  // nothing arrives before it was sent
+  if (late_s < 0) {  // a message cannot arrive before it was sent
     beat_s_ += late_s;
     least_late_s_ -= late_s;
     period_s_ += kPeriodShare * late_s / kWindow;
@@ -52,7 +52,7 @@ void FrameClock::correct(double late_s) {
 
 SensorTime FrameClock::stamp(Duration arrived, bool lost) {
   const double arrived_s = to_seconds(arrived);
-  const bool useless = period_s_ < kLeastPeriodSeconds || arrived_s - beat_s_ > kMostPeriods * period_s_;
+  const bool useless = period_s_ < kMinPeriod_s || arrived_s - beat_s_ > kMaxGapPeriods * period_s_;
   if (messages_ >= kLearning && useless) messages_ = 0;
   if (messages_ < kLearning) {
     learn(arrived_s);
@@ -71,9 +71,9 @@ SensorTime FrameClock::stamp(Duration arrived, bool lost) {
 namespace {
 
 constexpr Duration kImuAge = std::chrono::milliseconds(200);
-constexpr double kMostLeap_m_s = 0.5;   ///< from feedback to feedback
-constexpr double kMostLeap_rad = 0.35;  ///< from yaw to yaw
-constexpr double kLongestStep_s = 0.5;
+constexpr double kMaxSpeedStep_m_s = 0.5;  ///< between two feedbacks
+constexpr double kMaxYawStep_rad = 0.35;   ///< between two yaw messages
+constexpr double kMaxStep_s = 0.5;
 
 double turned(double from_rad, double to_rad) {
   return std::remainder(to_rad - from_rad, 2 * std::numbers::pi);
@@ -92,21 +92,21 @@ void LimoOdometry::receive_angular_velocity(double yaw_rate_rad_s, SensorTime st
 
 void LimoOdometry::receive_yaw(double yaw_rad, SensorTime stamp) {
   const bool sudden =
-      yaw_ && stamp - yaw_->stamp < kImuAge && std::abs(turned(yaw_->value, yaw_rad)) > kMostLeap_rad;
-  if (sudden && !(doubtful_yaw_ && std::abs(turned(*doubtful_yaw_, yaw_rad)) < kMostLeap_rad)) {
-    doubtful_yaw_ = yaw_rad;
+      yaw_ && stamp - yaw_->stamp < kImuAge && std::abs(turned(yaw_->value, yaw_rad)) > kMaxYawStep_rad;
+  if (sudden && !(unconfirmed_yaw_ && std::abs(turned(*unconfirmed_yaw_, yaw_rad)) < kMaxYawStep_rad)) {
+    unconfirmed_yaw_ = yaw_rad;
     return;
   }
-  // A leap that is believed is one of the IMU (it was set to zero), not of the robot.
+  // A confirmed step is an IMU reset, not motion of the robot.
   if (sudden) odom_R_imu_rad_ -= turned(yaw_->value, yaw_rad);
-  doubtful_yaw_.reset();
+  unconfirmed_yaw_.reset();
   yaw_ = Measured{yaw_ ? yaw_->value + turned(yaw_->value, yaw_rad) : yaw_rad, stamp};
 }
 
-bool LimoOdometry::hears_imu(SensorTime now) const { return yaw_ && now - yaw_->stamp < kImuAge; }
+bool LimoOdometry::has_imu(SensorTime now) const { return yaw_ && now - yaw_->stamp < kImuAge; }
 
 double LimoOdometry::heading_at(SensorTime stamp, double wheel_yaw_rate_rad_s, double dt_s) {
-  if (!hears_imu(stamp)) {
+  if (!has_imu(stamp)) {
     by_imu_ = false;
     return heading_rad_ + wheel_yaw_rate_rad_s * dt_s;
   }
@@ -119,13 +119,14 @@ double LimoOdometry::heading_at(SensorTime stamp, double wheel_yaw_rate_rad_s, d
 
 std::optional<Odometry> LimoOdometry::receive(const LimoMotion& motion, LimoDrive drive, SensorTime stamp) {
   const double speed_m_s = motion.speed_m_s;
-  const bool sudden = speed_m_s_ && std::abs(speed_m_s - *speed_m_s_) > kMostLeap_m_s;
-  if (sudden && !(doubtful_speed_m_s_ && std::abs(speed_m_s - *doubtful_speed_m_s_) < kMostLeap_m_s)) {
-    doubtful_speed_m_s_ = speed_m_s;
+  const bool sudden = speed_m_s_ && std::abs(speed_m_s - *speed_m_s_) > kMaxSpeedStep_m_s;
+  if (sudden &&
+      !(unconfirmed_speed_m_s_ && std::abs(speed_m_s - *unconfirmed_speed_m_s_) < kMaxSpeedStep_m_s)) {
+    unconfirmed_speed_m_s_ = speed_m_s;
     return std::nullopt;
   }
-  doubtful_speed_m_s_.reset();
-  const double dt_s = newest_ ? std::min(to_seconds(stamp - *newest_), kLongestStep_s) : 0;
+  unconfirmed_speed_m_s_.reset();
+  const double dt_s = newest_ ? std::min(to_seconds(stamp - *newest_), kMaxStep_s) : 0;
   const double wheels_rad_s = wheel_yaw_rate(motion, drive);
   const double heading_rad = heading_at(stamp, wheels_rad_s, dt_s);
   const double along_m = dt_s * (speed_m_s + speed_m_s_.value_or(speed_m_s)) / 2;
@@ -152,7 +153,7 @@ std::vector<Sample> LimoBridge::imu(const LimoFrame& frame, SensorTime stamp) {
 
 std::vector<Sample> LimoBridge::receive(const LimoFrame& frame, LimoDrive drive, Duration arrived,
                                         bool lost) {
-  // Whichever message was lost: that of any clock may be.
+  // The lost message may belong to any of the clocks.
   if (lost) lost_motion_ = lost_odometer_ = lost_gyro_ = lost_yaw_ = true;
   switch (static_cast<LimoId>(frame.id)) {
     case LimoId::MotionFeedback: {
@@ -160,7 +161,7 @@ std::vector<Sample> LimoBridge::receive(const LimoFrame& frame, LimoDrive drive,
       const auto motion = decode_motion(frame);
       const auto odometry = motion ? odometry_.receive(*motion, drive, stamp) : std::nullopt;
       if (odometry) return {*odometry};
-      ++refused_;
+      ++rejected_;
       return {};
     }
     case LimoId::Odometer: {

@@ -1,7 +1,8 @@
-// What LIMO's frames become.
+// Samples from LIMO's frames.
 #include "waymark/robots/limo/limo_bridge.hpp"
 
 #include <numbers>
+#include <random>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,7 +12,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// A LIMO that drives a circle, and what the bridge makes of its frames.
+/// A LIMO that drives a circle, and the bridge that receives its frames.
 class Circle {
  public:
   explicit Circle(LimoDrive drive = LimoDrive::Differential) : drive_(drive) {}
@@ -44,17 +45,17 @@ class Circle {
   Duration now_ = std::chrono::seconds(50);
 };
 
-TEST(LimoOdometry, SlowTurnsAreCountedWhichTheDriverOfTheMakerDrops) {
-  // 0.08 rad/s is 0.092 degrees from message to message at 50 Hz: all of it is below the maker's threshold.
+TEST(LimoOdometry, CountsSlowTurnsBelowTheThresholdOfLimosDriver) {
+  // 0.08 rad/s is 0.092 degrees per message at 50 Hz, below the 0.1 degrees of LIMO's own driver.
   Circle robot;
   robot.drive(1, 0, 0);
   robot.drive(2 * std::numbers::pi / 0.08, 0.25, 0.08);
   EXPECT_NEAR(robot.newest.odom_T_base.yaw(), std::remainder(robot.yaw_rad_, 2 * std::numbers::pi), 0.002);
-  EXPECT_LT(robot.newest.odom_T_base.translation().norm(), 0.03) << "a circle of 19.6 m ends where it began";
+  EXPECT_LT(robot.newest.odom_T_base.translation().norm(), 0.03) << "a circle of 19.6 m ends at its start";
   EXPECT_NEAR(robot.newest.yaw_rate_rad_s, 0.08, 2e-4);
 }
 
-TEST(LimoOdometry, WithoutAnImuTheHeadingComesFromTheWheelsAndDoesNotLeapWhenItIsBack) {
+TEST(LimoOdometry, HeadingIsContinuousWhenTheImuFailsAndReturns) {
   Circle robot;
   robot.drive(2, 0.2, 0.5);
   robot.drive(2, 0.2, 0.5, false);
@@ -71,14 +72,14 @@ TEST(LimoOdometry, AckermannTurnsByItsSteering) {
   EXPECT_NEAR(robot.newest.yaw_rate_rad_s, -0.5, 0.01);
 }
 
-TEST(LimoOdometry, OneMessageThatLeapsIsLeftOutTwoAreBelieved) {
+TEST(LimoOdometry, SkipsASingleImplausibleMessageAndAcceptsTwo) {
   Circle robot;
   robot.drive(2, 0.3, 0);
   const Odometry before = robot.newest;
   robot.give(encode_attitude({0, 0, 0}));
   robot.give(encode_motion_feedback({.speed_m_s = -2.5}));
   EXPECT_EQ(robot.newest.odom_T_base, before.odom_T_base);
-  EXPECT_EQ(robot.bridge.refused(), 1U);
+  EXPECT_EQ(robot.bridge.rejected(), 1U);
   robot.drive(1, 0.3, 0);
   EXPECT_NEAR(robot.newest.odom_T_base.x(), before.odom_T_base.x() + 0.3, 0.01);
   EXPECT_NEAR(robot.newest.odom_T_base.yaw(), before.odom_T_base.yaw(), 1e-9);
@@ -86,7 +87,7 @@ TEST(LimoOdometry, OneMessageThatLeapsIsLeftOutTwoAreBelieved) {
   EXPECT_EQ(robot.newest.speed_m_s, -0.9);
 }
 
-TEST(FrameClock, StampsKeepTheBeatThroughDelaysThatOnlyMakeLate) {
+TEST(FrameClock, EstimatesPeriodicStampsFromDelayedArrivals) {
   std::mt19937 random(3);
   std::exponential_distribution<double> delay_s(1 / 0.004);
   FrameClock clock;
@@ -97,7 +98,7 @@ TEST(FrameClock, StampsKeepTheBeatThroughDelaysThatOnlyMakeLate) {
   Duration arrived_before{};
   for (int k = 0; k < 50 * 600; ++k) {
     const double sent_s = 100 + k * period_s;
-    // As USB bridges do: what came within 16 ms is handed over together.
+    // USB bridges deliver the bytes of 16 ms together.
     const double handed_s = std::ceil((sent_s + delay_s(random)) / 0.016) * 0.016;
     const Duration arrived = std::max(arrived_before, Duration(static_cast<std::int64_t>(handed_s * 1e9)));
     arrived_before = arrived;
@@ -111,20 +112,20 @@ TEST(FrameClock, StampsKeepTheBeatThroughDelaysThatOnlyMakeLate) {
     ++counted;
   }
   EXPECT_NEAR(*clock.period_s(), period_s, 1e-4);
-  EXPECT_LT(std::sqrt(squares / counted), 0.005) << "arrivals themselves: 13 ms";
+  EXPECT_LT(std::sqrt(squares / counted), 0.005) << "the arrivals have 13 ms";
 }
 
-TEST(FrameClock, LostMessagesDoNotShiftIt) {
+TEST(FrameClock, LostMessagesDoNotShiftTheStamps) {
   std::mt19937 random(4);
   std::uniform_real_distribution<double> chance(0, 1);
-  for (const bool told : {true, false}) {
+  for (const bool reported : {true, false}) {
     FrameClock clock;
     double worst_s = 0;
     bool lost = false;
     for (int k = 0; k < 20000; ++k) {
       const double sent_s = 5 + 0.02 * k;
       if (k > 100 && chance(random) < 0.005) {
-        lost = told;
+        lost = reported;
         continue;
       }
       const SensorTime stamp =
@@ -132,11 +133,11 @@ TEST(FrameClock, LostMessagesDoNotShiftIt) {
       lost = false;
       worst_s = std::max(worst_s, std::abs(to_seconds(stamp.time_since_epoch()) - sent_s));
     }
-    EXPECT_LT(worst_s, told ? 0.003 : 0.065) << "untold: until the window is full";
+    EXPECT_LT(worst_s, reported ? 0.003 : 0.065) << "unreported losses are corrected once the window is full";
   }
 }
 
-TEST(FrameClock, WhatHadPiledUpAndCameAtOnceIsNoBeat) {
+TEST(FrameClock, IgnoresTheRateOfABacklog) {
   FrameClock clock;
   SensorTime before{};
   for (int k = 0; k < 2000; ++k) {
@@ -146,10 +147,10 @@ TEST(FrameClock, WhatHadPiledUpAndCameAtOnceIsNoBeat) {
     ASSERT_LE(stamp.time_since_epoch(), arrived + Duration(64)) << k;
     before = stamp;
   }
-  EXPECT_GT(*clock.period_s(), 0.01) << "it was zero, and stamps were no numbers";
+  EXPECT_GT(*clock.period_s(), 0.01) << "a zero period would make stamps not finite";
 }
 
-TEST(FrameClock, BeginsAnewAfterASilence) {
+TEST(FrameClock, RestartsAfterASilence) {
   FrameClock clock;
   for (int k = 0; k < 200; ++k) (void)clock.stamp(milliseconds(20 * k));
   for (int k = 0; k < 200; ++k) {

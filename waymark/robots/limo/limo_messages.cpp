@@ -21,10 +21,10 @@ LimoFrame frame_of(std::span<const std::uint8_t> bytes) {
   return frame;
 }
 
-/// Whether a header may begin here, as far as the bytes go.
+/// Whether the bytes are the beginning of a header.
 bool begins(std::span<const std::uint8_t> bytes) {
-  const std::size_t known = std::min(bytes.size(), kHeader.size());
-  return std::equal(kHeader.begin(), kHeader.begin() + static_cast<std::ptrdiff_t>(known), bytes.begin());
+  const std::size_t size = std::min(bytes.size(), kHeader.size());
+  return std::equal(kHeader.begin(), kHeader.begin() + static_cast<std::ptrdiff_t>(size), bytes.begin());
 }
 
 }  // namespace
@@ -77,7 +77,7 @@ double int16_at(const LimoFrame& frame, std::size_t at) {
   return std::bit_cast<std::int16_t>(raw);
 }
 
-/// What does not fit is the nearest that does; what is no number is zero.
+/// Rounds and clamps to the range of the integer type; zero for non-finite values.
 template <class Integer>
 Integer whole(double value) {
   if (!std::isfinite(value)) return 0;
@@ -119,37 +119,37 @@ const char* to_string(LimoDrive drive) { return kDriveNames.at(static_cast<std::
 Result<LimoDrive> parse_limo_drive(const std::string& name) {
   const auto* const found = std::ranges::find(kDriveNames, name);
   if (found == kDriveNames.end())
-    return fail(ErrorCode::InvalidArgument, "LIMO has no drive '" + name + "'", {.key = "drive"},
+    return fail(ErrorCode::InvalidArgument, "unknown drive '" + name + "'", {.key = "drive"},
                 suggestion(name, {kDriveNames.begin(), kDriveNames.end()}));
   return static_cast<LimoDrive>(found - kDriveNames.begin());
 }
 
 Result<LimoMotion> decode_motion(const LimoFrame& frame) {
-  constexpr double kMostSpeed_m_s = 3;
-  constexpr double kMostYawRate_rad_s = 15;
+  constexpr double kMaxSpeed_m_s = 3;
+  constexpr double kMaxYawRate_rad_s = 15;
   const LimoMotion motion{.speed_m_s = kMilli * int16_at(frame, 0),
                           .yaw_rate_rad_s = kMilli * int16_at(frame, 2),
                           .lateral_m_s = kMilli * int16_at(frame, 4),
                           .steering_rad = kLimoSteeringScale * kMilli * int16_at(frame, 6)};
-  if (std::abs(motion.speed_m_s) > kMostSpeed_m_s || std::abs(motion.lateral_m_s) > kMostSpeed_m_s ||
-      std::abs(motion.yaw_rate_rad_s) > kMostYawRate_rad_s ||
+  if (std::abs(motion.speed_m_s) > kMaxSpeed_m_s || std::abs(motion.lateral_m_s) > kMaxSpeed_m_s ||
+      std::abs(motion.yaw_rate_rad_s) > kMaxYawRate_rad_s ||
       std::abs(motion.steering_rad) > std::numbers::pi / 2)
-    return fail(ErrorCode::Unreadable, "a motion that no LIMO makes");
+    return fail(ErrorCode::Unreadable, "motion outside the range of a LIMO");
   return motion;
 }
 
 Result<LimoState> decode_state(const LimoFrame& frame) {
-  constexpr std::uint8_t kMostControlModes = 3;
+  constexpr std::uint8_t kMaxControlMode = 3;
   constexpr std::uint8_t kCommanded = 1;
   const LimoState state{.vehicle = static_cast<LimoState::Vehicle>(std::min<int>(frame.data[0], 2)),
                         .commanded = frame.data[1] == kCommanded,
                         .battery_V = 0.1 * static_cast<std::uint16_t>((frame.data[2] << 8U) | frame.data[3]),
                         .errors = static_cast<std::uint16_t>((frame.data[4] << 8U) | frame.data[5]),
                         .drive = static_cast<LimoDrive>(std::min<int>(frame.data[6], 2))};
-  constexpr double kMostBatteryVolts = 30;
-  if (frame.data[0] > 2 || frame.data[1] > kMostControlModes || frame.data[6] > 2 ||
-      state.battery_V > kMostBatteryVolts)
-    return fail(ErrorCode::Unreadable, "a state that no LIMO has");
+  constexpr double kMaxBattery_V = 30;
+  if (frame.data[0] > 2 || frame.data[1] > kMaxControlMode || frame.data[6] > 2 ||
+      state.battery_V > kMaxBattery_V)
+    return fail(ErrorCode::Unreadable, "invalid state");
   return state;
 }
 
@@ -216,19 +216,20 @@ double curvature_of_steering(double steering_rad) {
 
 double steering_of_curvature(double curvature) {
   const double size = std::abs(curvature);
-  const double below = 1 - size * kLimoTrack_m / 2;  // the centre of the curve is beside the inner wheel
+  const double below =
+      1 - size * kLimoTrack_m / 2;  // <= 0: the centre of the turn is at or inside the inner wheel
   const double steering =
       below > 0 ? std::atan2(size * kLimoWheelbase_m, below) : std::numeric_limits<double>::infinity();
-  return std::copysign(std::min(steering, kLimoMostSteering_rad), curvature);
+  return std::copysign(std::min(steering, kLimoMaxSteering_rad), curvature);
 }
 
 LimoFrame encode_command(const VelocityCommand& command, LimoDrive drive) {
-  const bool sound = std::isfinite(command.speed_m_s) && std::isfinite(command.yaw_rate_rad_s);
-  const VelocityCommand asked = sound ? command : VelocityCommand{};
+  const bool finite = std::isfinite(command.speed_m_s) && std::isfinite(command.yaw_rate_rad_s);
+  const VelocityCommand asked = finite ? command : VelocityCommand{};
   const double speed_m_s = std::clamp(asked.speed_m_s, -kLimoTopSpeed_m_s, kLimoTopSpeed_m_s);
   if (drive != LimoDrive::Ackermann)
     return frame_of(LimoId::Motion, {speed_m_s / kMilli, asked.yaw_rate_rad_s / kMilli, 0, 0});
-  // The curvature that was asked for, not that of the speed which the robot reaches.
+  // The curvature of the command, not of the clamped speed.
   const double curvature =
       asked.yaw_rate_rad_s == 0
           ? 0
@@ -244,23 +245,23 @@ VelocityCommand decode_command(const LimoFrame& frame, LimoDrive drive) {
   return {speed_m_s, speed_m_s * curvature_of_steering(kLimoSteeringScale * kMilli * int16_at(frame, 6))};
 }
 
-std::vector<std::string> error_words(std::uint16_t errors) {
-  constexpr std::array kWords = {"the battery is nearly empty",
+std::vector<std::string> limo_error_texts(std::uint16_t errors) {
+  constexpr std::array kTexts = {"the battery is nearly empty",
                                  "the battery is low",
-                                 "the remote control is not heard",
+                                 "no signal from the remote control",
                                  "motor 1 has an error",
                                  "motor 2 has an error",
                                  "motor 3 has an error",
                                  "motor 4 has an error",
                                  "the steering has an error",
                                  "the drive has an error",
-                                 "the mainboard does not hear the computer"};
-  std::vector<std::string> words;
+                                 "the mainboard receives nothing from the computer"};
+  std::vector<std::string> texts;
   for (std::size_t bit = 0; bit < 16; ++bit) {
     if ((errors & (1U << bit)) == 0) continue;
-    words.push_back(bit < kWords.size() ? kWords.at(bit) : "unknown error bit " + std::to_string(bit));
+    texts.push_back(bit < kTexts.size() ? kTexts.at(bit) : "unknown error bit " + std::to_string(bit));
   }
-  return words;
+  return texts;
 }
 
 }  // namespace waymark

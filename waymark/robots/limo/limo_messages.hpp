@@ -12,15 +12,15 @@
 #include "waymark/base/error.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
-/// The serial wire of AgileX LIMO: frames of 14 bytes at 460800 baud, 8N1 (AgileX Robotics, limo_ros2,
-/// limo_base/include/limo_base/limo_protocol.h and src/limo_driver.cpp): 0x55, 0x0E, number of the message
+/// The serial protocol of AgileX LIMO: frames of 14 bytes at 460800 baud, 8N1 (AgileX Robotics, limo_ros2,
+/// limo_base/include/limo_base/limo_protocol.h and src/limo_driver.cpp): 0x55, 0x0E, message id
 /// (2 bytes), 8 bytes of data, a counter, and the sum of the data modulo 256. Numbers are big-endian.
 namespace waymark {
 
-/// The messages of the wire that are used here.
+/// The message ids used here.
 enum class LimoId : std::uint16_t {
   Motion = 0x111,       ///< to the robot: speed, yaw rate, lateral speed, steering
-  ControlMode = 0x421,  ///< to the robot: who commands it
+  ControlMode = 0x421,  ///< to the robot: requests control
   State = 0x211,
   MotionFeedback = 0x221,
   Odometer = 0x311,
@@ -43,14 +43,15 @@ struct LimoFrame {
 [[nodiscard]] std::uint8_t checksum(const LimoFrame& frame);
 [[nodiscard]] std::array<std::uint8_t, kLimoFrameBytes> encode(const LimoFrame& frame);
 
-/// Finds frames in bytes as they come. A header whose checksum is wrong is passed over by one byte only, so
-/// that a frame which begins inside a damaged one is found. Holds no more than a frame and what add() gave.
+/// Finds frames in a byte stream. After a header with a wrong checksum it skips only one byte, so that a
+/// frame that begins inside a damaged one is found. Buffers at most one frame and the bytes of the last
+/// add().
 class LimoReader {
  public:
   void add(std::span<const std::uint8_t> bytes) { bytes_.insert(bytes_.end(), bytes.begin(), bytes.end()); }
-  /// The oldest whole frame that was not taken yet.
+  /// The next complete frame.
   [[nodiscard]] std::optional<LimoFrame> next();
-  /// Bytes so far that belonged to no frame.
+  /// Number of bytes so far that belonged to no frame.
   [[nodiscard]] std::uint64_t skipped() const { return skipped_; }
 
  private:
@@ -58,23 +59,23 @@ class LimoReader {
   std::uint64_t skipped_ = 0;
 };
 
-// What the frames of LIMO say, both ways, in SI units (limo_driver.cpp of AgileX Robotics' limo_ros2).
+// Decoding and encoding of LIMO's frames, in SI units (limo_driver.cpp of AgileX Robotics' limo_ros2).
 
-/// How its wheels are mounted and latched. With tracks it reports Differential.
+/// LIMO's drive: how its wheels are mounted and latched. With tracks it reports Differential.
 enum class LimoDrive : std::uint8_t { Differential, Ackermann, Mecanum, Tracked };
 
 /// "differential", "ackermann", "mecanum", "tracked".
 [[nodiscard]] const char* to_string(LimoDrive drive);
 [[nodiscard]] Result<LimoDrive> parse_limo_drive(const std::string& name);
 
-/// Of the body and of the wire (LIMO user manual, section 1.3; limo_driver.h).
+/// Dimensions and limits of LIMO (LIMO user manual, section 1.3; limo_driver.h).
 inline constexpr double kLimoTopSpeed_m_s = 1.0;
 inline constexpr double kLimoWheelbase_m = 0.2;
 inline constexpr double kLimoTrack_m = 0.172;
-inline constexpr double kLimoMostSteering_rad = 0.48869;  ///< of the inner wheel
-inline constexpr double kLimoSteeringScale = 2.47;        ///< angle of the inner wheel over that of the wire
+inline constexpr double kLimoMaxSteering_rad = 0.48869;  ///< of the inner wheel
+inline constexpr double kLimoSteeringScale = 2.47;       ///< angle of the inner wheel / angle in the message
 
-/// 0x221: what the wheels do.
+/// 0x221: the motion by the wheels.
 struct LimoMotion {
   double speed_m_s = 0;
   double yaw_rate_rad_s = 0;
@@ -86,19 +87,19 @@ struct LimoMotion {
 struct LimoState {
   enum class Vehicle : std::uint8_t { Normal, EmergencyStop, Exception };
   Vehicle vehicle = Vehicle::Normal;
-  bool commanded = false;  ///< it obeys this wire; otherwise the remote control or nobody
+  bool commanded = false;  ///< it accepts commands of this port; otherwise of the remote control or none
   double battery_V = 0;
   std::uint16_t errors = 0;
   LimoDrive drive = LimoDrive::Differential;
 };
 
-/// 0x311: how far the wheels of each side have rolled since it was switched on.
+/// 0x311: distance rolled by the wheels of each side since power-on.
 struct LimoOdometer {
   double left_m = 0;
   double right_m = 0;
 };
 
-/// Fails on numbers that no LIMO can mean: a damaged frame whose checksum is right by chance.
+/// Fails on implausible values, as in a damaged frame whose checksum is right by chance.
 [[nodiscard]] Result<LimoMotion> decode_motion(const LimoFrame& frame);
 [[nodiscard]] Result<LimoState> decode_state(const LimoFrame& frame);
 [[nodiscard]] LimoOdometer decode_odometer(const LimoFrame& frame);
@@ -114,22 +115,23 @@ struct LimoOdometer {
 [[nodiscard]] LimoFrame encode_angular_velocity(const Eigen::Vector3d& angular_velocity_rad_s);
 [[nodiscard]] LimoFrame encode_attitude(const Eigen::Vector3d& yaw_pitch_roll_rad);
 
-/// 0x421: this wire commands it. Mecanum wheels must be announced, the other drives are seen by the latches.
+/// 0x421: requests control. Mecanum wheels must be announced; LIMO detects the other drives by its latches.
 [[nodiscard]] LimoFrame take_command(LimoDrive drive);
-/// 0x111 of a command of the body: no faster than the robot can, and with Ackermann steering by the angle of
-/// the inner front wheel for the curvature yaw rate over speed, no tighter than it steers. A turn on the spot
-/// is not possible then: the wheels steer and the robot stands.
+/// 0x111 for a velocity of the body, limited to LIMO's maximum speed. With Ackermann steering the angle of
+/// the inner front wheel follows from the curvature (yaw rate / speed), limited to its maximum. A turn on the
+/// spot is then not possible: the wheels steer and the robot stays where it is.
 [[nodiscard]] LimoFrame encode_command(const VelocityCommand& command, LimoDrive drive);
-/// What a frame 0x111 asks the body to do; the inverse of encode_command().
+/// The velocity of the body in a frame 0x111; the inverse of encode_command().
 [[nodiscard]] VelocityCommand decode_command(const LimoFrame& frame, LimoDrive drive);
 
-/// Curvature of the middle of the rear axle [1/m], to the left, for the inner front wheel's angle, and back.
+/// Curvature of the path of the rear axle's middle [1/m], positive to the left, from the angle of the inner
+/// front wheel [rad], and the inverse.
 [[nodiscard]] double curvature_of_steering(double steering_rad);
 [[nodiscard]] double steering_of_curvature(double curvature);
 
 /// The bits of LimoState::errors that forbid driving: motors, steering, drive.
 inline constexpr std::uint16_t kLimoStoppingErrors = 0x01F8;
-/// The error bits that are set, each in words.
-[[nodiscard]] std::vector<std::string> error_words(std::uint16_t errors);
+/// A message per set error bit.
+[[nodiscard]] std::vector<std::string> limo_error_texts(std::uint16_t errors);
 
 }  // namespace waymark

@@ -1,4 +1,4 @@
-// Frames of LIMO's wire: what they mean, and how they are found among damaged bytes.
+// Frames of LIMO: decoding, encoding, and finding them among damaged bytes.
 #include "waymark/robots/limo/limo_messages.hpp"
 
 #include <cmath>
@@ -7,6 +7,8 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "tests/support/golden_page.hpp"
 
 namespace waymark {
 namespace {
@@ -30,7 +32,7 @@ std::vector<LimoFrame> frames_in(const Bytes& bytes, std::size_t piece = 1000) {
   return frames;
 }
 
-TEST(LimoFrame, StandsOnTheWireAsItsDriverWritesIt) {
+TEST(LimoFrame, HasTheBytesOfLimosOwnDriver) {
   // limo_driver.cpp of AgileX, setMotionCommand(0.3, -0.5, 0, 0) and sendFrame(), by hand.
   EXPECT_THAT(encode(encode_command({0.3, -0.5}, LimoDrive::Differential)),
               ElementsAre(0x55, 0x0E, 0x01, 0x11, 0x01, 0x2C, 0xFE, 0x0C, 0, 0, 0, 0, 0, 0x37));
@@ -50,7 +52,7 @@ TEST(LimoReader, FindsFramesInPiecesOfAnySize) {
   for (std::size_t piece = 1; piece < 40; ++piece) EXPECT_EQ(frames_in(wire, piece), sent) << piece;
 }
 
-TEST(LimoReader, AFrameThatBeginsInsideADamagedOneIsFound) {
+TEST(LimoReader, FindsAFrameThatBeginsInsideADamagedOne) {
   const LimoFrame whole = encode_attitude({1, 0.2, 0});
   const Bytes good = bytes_of(whole);
   for (std::size_t torn = 1; torn < kLimoFrameBytes; ++torn) {
@@ -64,7 +66,7 @@ TEST(LimoReader, AFrameThatBeginsInsideADamagedOneIsFound) {
   EXPECT_THAT(frames_in(doubled), ElementsAre(whole)) << "the first byte of the header twice";
 }
 
-TEST(LimoReader, MostFramesSurviveNoiseAndFewAreInvented) {
+TEST(LimoReader, FindsMostFramesInNoiseAndFewFalseOnes) {
   std::mt19937 random(7);
   std::uniform_int_distribution<int> byte(0, 255);
   std::uniform_real_distribution<double> chance(0, 1);
@@ -73,34 +75,35 @@ TEST(LimoReader, MostFramesSurviveNoiseAndFewAreInvented) {
   int damaged = 0;
   for (int k = 0; k < 20000; ++k) {
     sent.push_back(encode_odometer({.left_m = 1e-3 * k, .right_m = 2e-3 * k}));
-    bool hurt = false;
+    bool is_damaged = false;
     for (const std::uint8_t value : bytes_of(sent.back())) {
       const double fate = chance(random);
       if (fate >= 0.001) wire.push_back(value);  // lost
       if (fate >= 0.001 && fate < 0.002) wire.push_back(value);
       if (fate > 0.999) wire.back() = static_cast<std::uint8_t>(byte(random));
       if (fate > 0.998 && fate < 0.999) wire.push_back(static_cast<std::uint8_t>(byte(random)));
-      hurt = hurt || fate < 0.002 || fate > 0.998;
+      is_damaged = is_damaged || fate < 0.002 || fate > 0.998;
     }
-    damaged += hurt ? 1 : 0;
+    damaged += is_damaged ? 1 : 0;
   }
   const std::vector<LimoFrame> found = frames_in(wire, 37);
-  std::size_t invented = 0;
+  std::size_t false_frames = 0;
   std::size_t at = 0;
   for (const LimoFrame& frame : found) {
     const auto same = std::find(sent.begin() + static_cast<std::ptrdiff_t>(at), sent.end(), frame);
     if (same == sent.end())
-      ++invented;
+      ++false_frames;
     else
       at = static_cast<std::size_t>(same - sent.begin()) + 1;
   }
   EXPECT_GT(damaged, 800);
-  // A byte between two frames, or a doubled first one, hurts none: no more frames are lost than were hurt.
-  EXPECT_GE(found.size() - invented, sent.size() - static_cast<std::size_t>(damaged));
-  EXPECT_LT(invented, static_cast<std::size_t>(damaged) / 20) << "of " << damaged;
+  // Some damage is harmless (a byte between two frames, a doubled first one), so at most the damaged frames
+  // are lost.
+  EXPECT_GE(found.size() - false_frames, sent.size() - static_cast<std::size_t>(damaged));
+  EXPECT_LT(false_frames, static_cast<std::size_t>(damaged) / 20) << "of " << damaged;
 }
 
-TEST(LimoMessages, NumbersComeBackToTheResolutionOfTheWire) {
+TEST(LimoMessages, RoundTripWithinTheResolution) {
   const auto motion = decode_motion(encode_motion_feedback({0.3214, -1.2344, 0.111, 0.2}));
   ASSERT_TRUE(motion);
   EXPECT_NEAR(motion->speed_m_s, 0.3214, 5e-4);
@@ -117,13 +120,14 @@ TEST(LimoMessages, NumbersComeBackToTheResolutionOfTheWire) {
   EXPECT_TRUE(state->commanded);
   EXPECT_NEAR(state->battery_V, 11.9, 1e-9);
   EXPECT_EQ(state->drive, LimoDrive::Mecanum);
-  EXPECT_THAT(error_words(state->errors),
-              ElementsAre("the battery is low", "motor 4 has an error", "the drive has an error"));
+  EXPECT_EQ(state->errors, 0x0142);
+  EXPECT_EQ(limo_error_texts(state->errors).size(), 3U);
+  for (const std::string& text : limo_error_texts(0xffff)) testing::expect_on_page("robots", text);
   const Eigen::Vector3d attitude = decode_attitude_rad(encode_attitude({-3.1, 0.01, 0.02}));
   EXPECT_NEAR((attitude - Eigen::Vector3d(-3.1, 0.01, 0.02)).norm(), 0, 2e-4);
 }
 
-TEST(LimoMessages, NonsenseWithARightChecksumIsRefused) {
+TEST(LimoMessages, RejectsImplausibleValues) {
   EXPECT_FALSE(decode_motion(encode_motion_feedback({.speed_m_s = 9})));
   EXPECT_FALSE(decode_motion(encode_motion_feedback({.yaw_rate_rad_s = -20})));
   LimoFrame state = encode_state({});
@@ -131,7 +135,7 @@ TEST(LimoMessages, NonsenseWithARightChecksumIsRefused) {
   EXPECT_FALSE(decode_state(state));
 }
 
-TEST(LimoCommand, AckermannSteersForTheCurvatureAndNoTighterThanItCan) {
+TEST(LimoCommand, AckermannSteersForTheCurvatureUpToItsMaximum) {
   for (const double radius_m : {0.5, 0.8, 2.0, -0.6, -3.0}) {
     for (const double speed_m_s : {0.3, -0.3}) {
       const VelocityCommand asked{speed_m_s, speed_m_s / radius_m};
@@ -144,13 +148,13 @@ TEST(LimoCommand, AckermannSteersForTheCurvatureAndNoTighterThanItCan) {
   const auto tightest = [](const VelocityCommand& asked) {
     return decode_motion(encode_command(asked, LimoDrive::Ackermann))->steering_rad;
   };
-  EXPECT_NEAR(tightest({0.3, 3}), kLimoMostSteering_rad, 2e-3);
-  EXPECT_NEAR(tightest({0, -1}), -kLimoMostSteering_rad, 2e-3) << "it steers and stands";
+  EXPECT_NEAR(tightest({0.3, 3}), kLimoMaxSteering_rad, 2e-3);
+  EXPECT_NEAR(tightest({0, -1}), -kLimoMaxSteering_rad, 2e-3) << "it steers without moving";
   EXPECT_EQ(encode_command({0, -1}, LimoDrive::Ackermann).data[0], 0);
   EXPECT_EQ(tightest({0, 0}), 0);
 }
 
-TEST(LimoCommand, NoFasterThanTheRobotAndZeroForWhatIsNoNumber) {
+TEST(LimoCommand, LimitsTheSpeedAndReplacesNonFiniteCommandsByZero) {
   const auto sent = [](const VelocityCommand& asked) {
     return decode_command(encode_command(asked, LimoDrive::Tracked), LimoDrive::Tracked);
   };

@@ -20,9 +20,9 @@ namespace {
 
 constexpr int kSlice_ms = 20;
 constexpr double kLowBatteryVolts = 10.5;
-constexpr Duration kFrame = std::chrono::milliseconds(100);  // five of its motion
+constexpr Duration kMaxFrameGap = std::chrono::milliseconds(100);  // five motion frames
 constexpr Duration kFrozen = std::chrono::seconds(1);
-constexpr Duration kUnasked = std::chrono::seconds(1);
+constexpr Duration kMaxWaitForInput = std::chrono::seconds(1);
 
 class LimoRobot final : public WireLoop {
  public:
@@ -32,10 +32,12 @@ class LimoRobot final : public WireLoop {
         options_(options),
         bridge_(robot.model.wheel_radius_m),
         gate_(options.drive),
-        silence_(kFrame, {{.after = kFrozen,
-                           .words = options.port +
-                                    ": LIMO sends nothing any more, not a single frame: is it on, is its "
-                                    "mainboard's cable plugged in? Switch it off and on where it hangs"}}) {}
+        silence_(
+            kMaxFrameGap,
+            {{.after = kFrozen,
+              .text = options.port + ": LIMO has stopped sending frames. Check that it is on and that the "
+                                     "cable of its mainboard is plugged in; if it does not respond, restart "
+                                     "it"}}) {}
 
   /// Opens its port, before run().
   Status open() {
@@ -50,12 +52,12 @@ class LimoRobot final : public WireLoop {
     if (options_.beside.empty()) return {};
     beside_ = Descriptor(::open(options_.beside.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
     if (beside_.open()) return {};
-    return fail(ErrorCode::NotFound, "there is no such named pipe", {.source = options_.beside},
-                "Make it: mkfifo " + options_.beside);
+    return fail(ErrorCode::NotFound, "no such named pipe", {.source = options_.beside},
+                "Create it: mkfifo " + options_.beside);
   }
 
-  /// In place of the sender, whose input has ended.
-  void ask_again() {
+  /// Requests control instead of the sender, whose input has ended.
+  void request_control() {
     constexpr Duration kEvery = std::chrono::milliseconds(50);
     if (listens() || steady_now() - asked_at_ < kEvery) return;
     asked_at_ = steady_now();
@@ -70,14 +72,14 @@ class LimoRobot final : public WireLoop {
     put(encode_command(passed, gate_.drive()));
   }
 
-  /// A frame that is not sent is repeated soon.
+  /// Ignores errors, because frames are repeated soon.
   void put(const LimoFrame& frame) {
     const auto bytes = encode(frame);
     std::size_t written = 0;
     (void)write_some(port_.number(), {reinterpret_cast<const char*>(bytes.data()), bytes.size()}, written);
   }
 
-  Status hear() override {
+  Status poll_robot() override {
     std::array<pollfd, 2> fds{{{port_.number(), POLLIN, 0}, {beside_.number(), POLLIN, 0}}};
     (void)poll(fds.data(), fds.size(), kSlice_ms);
     std::string bytes;
@@ -87,19 +89,19 @@ class LimoRobot final : public WireLoop {
     const Duration arrived = steady_now();
     while (const auto frame = reader_.next()) receive(*frame, arrived);
     pass_beside();
-    say_words();
+    report_gate();
     return {};
   }
 
-  /// Whoever drives is told, too.
+  /// Also reports to the driving program.
   Status cut() {
-    const char* words = "the serial port is gone: LIMO is not heard and cannot be stopped by it";
+    const char* text = "the serial port is gone: LIMO cannot be stopped through it";
     const char* advice = "Check the cable, and that LIMO is on.";
     if (greeted()) {
-      talk().say(fmt::format("{}: {}. {}", options_.port, words, advice));
+      output().report(fmt::format("{}: {}. {}", options_.port, text, advice));
       return fail(ErrorCode::Unreadable, "the serial port is gone", {.source = options_.port});
     }
-    return fail(ErrorCode::Unreadable, words, {.source = options_.port}, advice);
+    return fail(ErrorCode::Unreadable, text, {.source = options_.port}, advice);
   }
 
   void receive(const LimoFrame& frame, Duration arrived) {
@@ -117,36 +119,38 @@ class LimoRobot final : public WireLoop {
       drive = gate_.drive();
     }
     for (const Sample& sample : bridge_.receive(frame, drive, arrived, lost))
-      if (const std::string line = to_line(sample); greeted() && !line.empty()) talk().write({line});
+      if (const std::string line = to_line(sample); greeted() && !line.empty()) output().write({line});
   }
 
   void pass_beside() {
     std::string bytes;
     if (!beside_.open() || read_some(beside_.number(), bytes) != Moved::Some) return;
     lines_.add(bytes);
-    // What was written before is of another drive; half a line is left where another reader ended.
+    // Lines before the hello belong to an earlier drive. A previous reader may have left half a line.
     while (const auto line = lines_.next())
       if (greeted() && line->text.starts_with('{') && line->text.ends_with('}'))
-        talk().write({line->text + "\n"});
+        output().write({line->text + "\n"});
   }
 
-  /// LIMO obeys, or is heard where nobody has asked it for anything. An input that ended before LIMO obeys
-  /// (`< /dev/null`) ends the process afterwards.
+  /// LIMO accepts commands, or it sends and no control was requested. An input that ends before LIMO accepts
+  /// commands
+  /// (/dev/null) ends the process afterwards.
   Result<bool> ready() override {
-    if (input_ended()) ask_again();
+    if (input_ended()) request_control();
     const std::scoped_lock lock(mutex_);
     const auto& state = gate_.state();
     if (state && (state->drive == LimoDrive::Ackermann) != (options_.drive == LimoDrive::Ackermann))
       return fail(ErrorCode::InvalidArgument,
-                  fmt::format("LIMO drives as {}, the robot's file describes one that is {}",
-                              to_string(state->drive), to_string(options_.drive)),
+                  fmt::format("LIMO's drive is {}, but the robot file has {}", to_string(state->drive),
+                              to_string(options_.drive)),
                   {.source = options_.port},
                   state->drive == LimoDrive::Ackermann
-                      ? "Add `robot_file=limo-ackermann`, or turn the latches."
-                      : "Add `robot_file=limo`, or turn the latches.");
-    // Nobody has asked LIMO for anything yet, and may wait for the hello before the first command.
-    const bool unasked = role() == InputRole::Unknown && !input_ended() && waited() >= kUnasked;
-    return gate_.ready() || ((unasked || listens()) && gate_.heard());
+                      ? "Set `robot_file=limo-ackermann`, or turn the latches."
+                      : "Set `robot_file=limo`, or turn the latches.");
+    // The driving program has not requested control and may be waiting for the hello before its first
+    // command.
+    const bool unasked = role() == InputRole::Unknown && !input_ended() && waited() >= kMaxWaitForInput;
+    return gate_.ready() || ((unasked || listens()) && gate_.has_state());
   }
 
   RobotHello hello() const override { return {.name = name_, .simulated = options_.simulated}; }
@@ -154,47 +158,49 @@ class LimoRobot final : public WireLoop {
   void after_hello() override {
     const std::scoped_lock lock(mutex_);
     const double battery_V = gate_.state()->battery_V;
-    talk().say(fmt::format("LIMO {}, battery {:.1f} V{}", gate_.ready() ? "obeys" : "is heard", battery_V,
-                           battery_V < kLowBatteryVolts ? ": low" : ""));
+    output().report(fmt::format("LIMO {}, battery {:.1f} V{}",
+                                gate_.ready() ? "accepts commands" : "is connected", battery_V,
+                                battery_V < kLowBatteryVolts ? " (low)" : ""));
   }
 
-  Unheard unheard() override {
+  NoContact no_contact() override {
     const std::scoped_lock lock(mutex_);
-    return {
-        .report = options_.port + ": waiting for LIMO: " + heard(),
-        .gave_up = fail(ErrorCode::NotFound, "LIMO does not answer: " + heard(), {.source = options_.port},
-                        "Is it on, is this the port of its mainboard, is the remote control off?")};
+    return {.report = options_.port + ": waiting for LIMO: " + what_is_missing(),
+            .gave_up = fail(
+                ErrorCode::NotFound, "LIMO does not answer: " + what_is_missing(), {.source = options_.port},
+                "Check that LIMO is on, that this is the port of its mainboard, and that the remote "
+                "control is off.")};
   }
 
-  [[nodiscard]] std::string heard() const {
-    if (bytes_ == 0) return "no byte came";
-    if (frames_ == 0) return fmt::format("{} bytes came, and no frame among them", bytes_);
-    if (!gate_.state()) return fmt::format("{} frames came, and none with its state (0x211)", frames_);
-    if (!gate_.state()->commanded) return "it does not obey this port (0x211), the remote control has it";
-    return fmt::format("{} frames came, and none with its motion (0x221)", frames_);
+  [[nodiscard]] std::string what_is_missing() const {
+    if (bytes_ == 0) return "no data received";
+    if (frames_ == 0) return fmt::format("received {} bytes without a valid frame", bytes_);
+    if (!gate_.state()) return fmt::format("received {} frames, but none with its state (0x211)", frames_);
+    if (!gate_.state()->commanded) return "it is under remote control and ignores this port (0x211)";
+    return fmt::format("received {} frames, but none with its motion (0x221)", frames_);
   }
 
-  void say_words() {
-    std::vector<std::string> words;
+  void report_gate() {
+    std::vector<std::string> reports;
     {
       const std::scoped_lock lock(mutex_);
-      words = gate_.take_words();
+      reports = gate_.take_reports();
     }
-    if (listens()) return;  // they are about commands
-    for (const std::string& word : words) talk().say(word);
+    if (listens()) return;  // the reports concern commands
+    for (const std::string& report : reports) output().report(report);
   }
 
-  /// Of LIMO, or of its IMU alone.
-  std::vector<std::string> silence_words(Duration now) override {
+  /// Silence of LIMO, or only of its IMU.
+  std::vector<std::string> silence_reports(Duration now) override {
     if (!greeted()) return {};
     const Duration silent = now - frame_at_;
-    std::vector<std::string> words = silence_.take_words(silent);
-    if (silent > kFrame) return words;
-    const bool hears_imu = bridge_.hears_imu(SensorTime(now));
-    if (heard_imu_ && !hears_imu)
-      words.emplace_back("LIMO's IMU is not heard: the heading comes from the wheels");
-    heard_imu_ = hears_imu;
-    return words;
+    std::vector<std::string> reports = silence_.take_reports(silent);
+    if (silent > kMaxFrameGap) return reports;
+    const bool has_imu = bridge_.has_imu(SensorTime(now));
+    if (had_imu_ && !has_imu)
+      reports.emplace_back("no data from LIMO's IMU: the heading comes from the wheels");
+    had_imu_ = has_imu;
+    return reports;
   }
 
   std::string name_;
@@ -205,14 +211,14 @@ class LimoRobot final : public WireLoop {
   LineSplitter lines_{};
   LimoBridge bridge_;
   std::mutex mutex_{};
-  CommandGate gate_;  ///< behind the mutex
+  CommandGate gate_;  ///< guarded by mutex_
   Duration asked_at_{};
   std::uint64_t bytes_ = 0;
   std::uint64_t frames_ = 0;
   std::uint64_t skipped_ = 0;
-  Duration frame_at_{};  ///< when the newest frame came
+  Duration frame_at_{};  ///< arrival of the newest frame
   SilenceReports silence_;
-  bool heard_imu_ = true;
+  bool had_imu_ = true;
 };
 
 }  // namespace

@@ -12,16 +12,16 @@ namespace waymark {
 struct LimoRobotOptions {
   std::string port{};
   LimoDrive drive = LimoDrive::Differential;
-  std::string
-      beside{};  ///< a named pipe with further lines of a robot process, on this machine's steady clock
-  bool simulated = false;  ///< no LIMO is at the other end: the hello says so
+  std::string beside{};  ///< named pipe with additional lines of a robot process, stamped by this computer's
+                         ///< steady clock
+  bool simulated = false;  ///< a simulated LIMO, as the hello then declares
 };
 
-/// What a user says of LIMO's process.
-struct LimoRobotWords {
-  LimoRobotOptions options{};  ///< but the drive
+/// User settings of LIMO's process.
+struct LimoRobotSettings {
+  LimoRobotOptions options{};  ///< except the drive
   std::string robot_file = "limo";
-  std::string drive{};  ///< as parse_limo_drive() has it; empty: as the robot's file says
+  std::string drive{};  ///< a name for parse_limo_drive(); empty: of the robot file
   bool listen_only = false;
 
   template <class Self, class Visitor>
@@ -37,25 +37,24 @@ struct LimoRobotWords {
             "Body and camera of the robot: a name that `waymark robots` lists, or the path of a .yaml file"));
     visit(self.drive, JobField("drive NAME",
                                "Drive of LIMO: differential, ackermann, mecanum (set on LIMO) or tracked. "
-                               "Unless given: as the robot's file says"));
+                               "Default: the drive of the robot file"));
     visit(self.options.beside,
           JobField("beside FIFO",
-                   "Named pipe with further lines of a robot process, stamped by this machine's steady "
-                   "clock: a lidar, a camera with a detector of its own"));
+                   "Named pipe with additional lines of a robot process, stamped by this computer's steady "
+                   "clock: a lidar, a camera with its own detector"));
     visit(self.options.simulated,
-          JobField("simulated",
-                   "A simulated LIMO is at the other end: it needs no first drive (`waymark commission`)"));
+          JobField("simulated", "The LIMO is simulated and needs no first drive (`waymark commission`)"));
     visit(self.listen_only, JobField("listen_only", kListenOnlyHelp));
   }
 };
 
-/// The drive that a robot's file describes: Ackermann or Differential.
+/// The drive of a robot file: Ackermann or Differential.
 [[nodiscard]] LimoDrive drive_of(const RobotDescription& robot);
 
-/// Is the process of a LIMO (docs/formats/robot-process.md): holds its serial port, sends its commands 25
-/// times a second, zero when they cease and at the end, until the input ends. The hello comes when LIMO is
-/// heard and obeys. Fails when the port cannot be opened or is cut, when LIMO does not answer or obey, and
-/// when its wheels are not latched as its file says.
+/// Runs the process of a LIMO (docs/formats/robot-process.md): holds its serial port and sends commands 25
+/// times a second until the input ends; zero if they cease, and at the end. It writes the hello once LIMO
+/// sends and accepts commands. Fails if the port cannot be opened or is disconnected, if LIMO does not answer
+/// or does not accept commands, and if its drive differs from the robot file.
 [[nodiscard]] Status run_limo_robot(const RobotDescription& robot, const LimoRobotOptions& options,
                                     const RobotWire& wire);
 

@@ -21,31 +21,31 @@
 namespace waymark {
 namespace {
 
-/// By a program that locked it (as this one does), or by one that has it open without a lock and would take
-/// half of LIMO's bytes away. The simulator behind a pseudo-terminal is not meant.
+/// The error for a port that another program has locked (as this one does), or has open without a lock, so
+/// that it would read half of LIMO's bytes. The simulator behind a pseudo-terminal does not count.
 Error in_use(const std::string& path, bool without_lock = false) {
   const std::string holder = holder_of(path, !without_lock);
   const bool ours = holder.starts_with("waymark");
-  return {ErrorCode::Unreadable,
-          (holder.empty() ? "another program" : holder) + " uses the serial port",
-          {.source = path},
-          ours ? "A drive with Waymark is under way: end it (Ctrl-C where it runs), then try again. One that "
-                 "was killed "
-                 "lets go within a second."
-               : "End that program (the ROS driver of LIMO: limo_base), then try again."};
+  return {
+      ErrorCode::Unreadable,
+      (holder.empty() ? "another program" : holder) + " uses the serial port",
+      {.source = path},
+      ours ? "Stop that drive (Ctrl-C in its terminal), then try again. A killed program releases the port "
+             "within a second."
+           : "Stop that program (such as limo_base, LIMO's ROS driver), then try again."};
 }
 
 Error open_error(const std::string& path, int error) {
   const std::vector<std::string> ports = list_serial_ports();
   const std::string there = ports.empty() ? "This computer has no serial port."
-                                          : fmt::format("There are: {}.", fmt::join(ports, ", "));
+                                          : fmt::format("Available: {}.", fmt::join(ports, ", "));
   switch (error) {
     case ENOENT:
     case ENODEV:
     case ENXIO:
-      return {ErrorCode::NotFound, "there is no such serial port", {.source = path}, there};
+      return {ErrorCode::NotFound, "no such serial port", {.source = path}, there};
     case EISDIR:
-      return {ErrorCode::Unsupported, "this is no serial port", {.source = path}, there};
+      return {ErrorCode::Unsupported, "not a serial port", {.source = path}, there};
     case EACCES:
     case EPERM:
       return no_permission(path, "the serial port", there);
@@ -53,7 +53,8 @@ Error open_error(const std::string& path, int error) {
       return in_use(path);
     default:
       return {ErrorCode::Unreadable,
-              fmt::format("cannot be opened: {}", std::strerror(error)),  // NOLINT(concurrency-mt-unsafe)
+              fmt::format("cannot open the serial port: {}",
+                          std::strerror(error)),  // NOLINT(concurrency-mt-unsafe)
               {.source = path},
               there};
   }
@@ -75,12 +76,12 @@ bool set_line(int port) {
 }  // namespace
 
 std::vector<std::string> list_serial_ports() {
-  constexpr std::array kBeginnings = {"ttyTHS", "ttyUSB", "ttyACM", "ttylimo"};
+  constexpr std::array kPrefixes = {"ttyTHS", "ttyUSB", "ttyACM", "ttylimo"};
   std::vector<std::string> ports;
   std::error_code error;
   for (const auto& entry : std::filesystem::directory_iterator("/dev", error)) {
     const std::string name = entry.path().filename().string();
-    if (std::ranges::any_of(kBeginnings, [&name](const char* begin) { return name.starts_with(begin); }))
+    if (std::ranges::any_of(kPrefixes, [&name](const char* begin) { return name.starts_with(begin); }))
       ports.push_back(entry.path().string());
   }
   std::ranges::sort(ports);
@@ -91,24 +92,24 @@ Result<Descriptor> open_serial_port(const std::string& path) {
   Descriptor port(::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   if (!port.open()) return tl::unexpected(open_error(path, errno));
   if (::isatty(port.number()) == 0)
-    return fail(ErrorCode::Unsupported, "this is no serial port", {.source = path},
-                "For example /dev/ttyTHS1 (Jetson Nano) or /dev/ttyUSB0.");
+    return fail(ErrorCode::Unsupported, "not a serial port", {.source = path},
+                "Use a port such as /dev/ttyTHS1 (Jetson Nano) or /dev/ttyUSB0.");
   const bool locked = ::flock(port.number(), LOCK_EX | LOCK_NB) == 0;
   if (!locked || !holder_of(path, false).empty()) return tl::unexpected(in_use(path, locked));
   if (!set_line(port.number()))
-    return fail(ErrorCode::Unsupported, "the serial port cannot be set to 460800 baud", {.source = path},
+    return fail(ErrorCode::Unsupported, "cannot set the serial port to 460800 baud", {.source = path},
                 "Use the port of LIMO's mainboard.");
   (void)::ioctl(port.number(), TIOCEXCL);
   (void)::tcflush(port.number(), TCIFLUSH);
   return port;
 }
 
-Result<LimoHeard> listen_to_limo(const std::string& port, Duration listen,
-                                 const std::function<bool()>& cancelled) {
+Result<LimoPortActivity> listen_to_limo(const std::string& port, Duration listen,
+                                        const std::function<bool()>& cancelled) {
   constexpr int kSliceMs = 20;
   const auto opened = open_serial_port(port);
   if (!opened) return tl::unexpected(opened.error());
-  LimoHeard heard;
+  LimoPortActivity heard;
   LimoReader reader;
   std::uint64_t motions = 0;
   std::uint64_t gyros = 0;

@@ -12,28 +12,29 @@
 
 namespace waymark {
 
-/// Opens a serial port (or a pseudo-terminal) for this process alone and sets it to 460800 baud, 8 bits, no
-/// parity, one stop bit, raw. Neither reading nor writing waits. Errors: NotFound (no such port, and which
-/// there are), Unreadable (no permission, and of which group to be; in use, and by whom), Unsupported (no
-/// serial port).
+/// Opens a serial port (or a pseudo-terminal) exclusively and sets it to 460800 baud, 8 bits, no parity, one
+/// stop bit, raw, non-blocking. Errors: NotFound (no such port; lists the available ones), Unreadable (no
+/// permission, with the required group; in use, with the program that uses it), Unsupported (not a serial
+/// port).
 [[nodiscard]] Result<Descriptor> open_serial_port(const std::string& path);
 
-/// The ports of this computer at which a LIMO may be, by path.
+/// Paths of this computer's ports to which a LIMO may be connected, sorted.
 [[nodiscard]] std::vector<std::string> list_serial_ports();
 
-/// What came over LIMO's port while nothing was sent.
-struct LimoHeard {
+/// Data received over LIMO's port while nothing was sent.
+struct LimoPortActivity {
   std::uint64_t bytes = 0;
-  std::uint64_t skipped_bytes = 0;  ///< belonged to no frame
+  std::uint64_t skipped_bytes = 0;  ///< bytes outside frames
   std::uint64_t frames = 0;
   double motion_rate_hz = 0;         ///< of 0x221
   double gyro_rate_hz = 0;           ///< of 0x322
-  std::optional<LimoState> state{};  ///< the newest
+  std::optional<LimoState> state{};  ///< newest state
 };
 
-/// Opens the port and listens for so long, or until it is `cancelled`. Sends nothing: a LIMO that somebody
-/// drives is left alone. Errors: as open_serial_port(); Unreadable where the port is cut.
-[[nodiscard]] Result<LimoHeard> listen_to_limo(const std::string& port, Duration listen,
-                                               const std::function<bool()>& cancelled);
+/// Opens the port and listens for the duration `listen`, or until `cancelled` returns true. Sends nothing, so
+/// that a LIMO in use is not disturbed. Errors: of open_serial_port(); Unreadable if the port is
+/// disconnected.
+[[nodiscard]] Result<LimoPortActivity> listen_to_limo(const std::string& port, Duration listen,
+                                                      const std::function<bool()>& cancelled);
 
 }  // namespace waymark

@@ -30,7 +30,7 @@ namespace {
   F(lcm_publish) F(lcm_handle_timeout)
 // clang-format on
 
-/// The functions of liblcm that are used here, looked up when first needed.
+/// The functions of liblcm used here, looked up on first use.
 struct Liblcm {
 // NOLINTNEXTLINE(bugprone-macro-parentheses): a declaration
 #define WAYMARK_LCM_MEMBER(name) decltype(&::name) name = nullptr;
@@ -45,19 +45,19 @@ Result<Liblcm> load() {
   WAYMARK_LCM(WAYMARK_LCM_LOOK_UP)
 #undef WAYMARK_LCM_LOOK_UP
   if (library.missing().empty()) return lcm;
-  return fail(ErrorCode::Unsupported, "robots on LCM need liblcm: " + library.missing(), {.source = "LCM"},
+  return fail(ErrorCode::Unsupported, "LCM robots require liblcm: " + library.missing(), {.source = "LCM"},
               "Install it: sudo apt install liblcm1");
 }
 
-/// The library, loaded by the first call and then kept. Unsupported where it is missing: the error names the
-/// package. May be called from any thread.
+/// The library, loaded by the first call and kept. Unsupported if it is missing, with the package in the
+/// hint. May be called from any thread.
 Result<const Liblcm*> liblcm() {
   static const Result<Liblcm> loaded = load();
   if (!loaded) return tl::unexpected(loaded.error());
   return &*loaded;
 }
 
-constexpr int kMostWaiting = 1000;
+constexpr int kMaxQueuedMessages = 1000;
 
 class UdpLink final : public LcmLink {
  public:
@@ -69,35 +69,35 @@ class UdpLink final : public LcmLink {
   Status join(const std::string& address) {
     handle_ = lcm_.lcm_create(address.c_str());
     if (handle_ != nullptr) return {};
-    return fail(ErrorCode::Unsupported, fmt::format("{} cannot be joined", address), {.source = "LCM"},
-                "Is there a route for multicast? Without a network: sudo ip route add 224.0.0.0/4 dev lo");
+    return fail(ErrorCode::Unsupported, fmt::format("cannot join {}", address), {.source = "LCM"},
+                "Check the multicast route. Without a network: sudo ip route add 224.0.0.0/4 dev lo");
   }
 
   Status subscribe(const std::string& channels) override {
     auto* subscription = lcm_.lcm_subscribe(handle_, channels.c_str(), &UdpLink::receive, this);
     if (subscription == nullptr)
-      return fail(ErrorCode::Unsupported, "nothing can be received", {.source = "LCM", .key = channels},
-                  "Is there a route for multicast?");
-    (void)lcm_.lcm_subscription_set_queue_capacity(subscription, kMostWaiting);
+      return fail(ErrorCode::Unsupported, "cannot subscribe", {.source = "LCM", .key = channels},
+                  "Check the multicast route.");
+    (void)lcm_.lcm_subscription_set_queue_capacity(subscription, kMaxQueuedMessages);
     return {};
   }
 
   Status publish(const std::string& channel, ByteSpan payload) override {
-    constexpr std::size_t kMost = std::size_t{1} << 28U;
-    if (payload.size() <= kMost && lcm_.lcm_publish(handle_, channel.c_str(), payload.data(),
-                                                    static_cast<unsigned>(payload.size())) == 0)
+    constexpr std::size_t kMaxPayload = std::size_t{1} << 28U;
+    if (payload.size() <= kMaxPayload && lcm_.lcm_publish(handle_, channel.c_str(), payload.data(),
+                                                          static_cast<unsigned>(payload.size())) == 0)
       return {};
-    return fail(ErrorCode::Unwritable, fmt::format("a message of {} bytes cannot be sent", payload.size()),
-                {.source = "LCM", .key = channel}, "Is the network up?");
+    return fail(ErrorCode::Unwritable, fmt::format("cannot send a message of {} bytes", payload.size()),
+                {.source = "LCM", .key = channel}, "Check that the network is up.");
   }
 
-  Result<std::optional<LcmMessage>> next(Duration most) override {
+  Result<std::optional<LcmMessage>> next(Duration timeout) override {
     if (waiting_.empty()) {
-      const auto ms = std::chrono::ceil<std::chrono::milliseconds>(most).count();
+      const auto ms = std::chrono::ceil<std::chrono::milliseconds>(timeout).count();
       errno = 0;
       const bool failed = lcm_.lcm_handle_timeout(handle_, static_cast<int>(ms)) < 0;
-      if (failed && errno != EINTR)  // Ctrl-C: whoever asks sees it
-        return fail(ErrorCode::Unreadable, "the network is gone", {.source = "LCM"});
+      if (failed && errno != EINTR)  // Ctrl-C is handled by the caller
+        return fail(ErrorCode::Unreadable, "the network connection failed", {.source = "LCM"});
     }
     if (waiting_.empty()) return std::optional<LcmMessage>();
     std::optional<LcmMessage> message(std::move(waiting_.front()));
@@ -141,38 +141,39 @@ Result<std::unique_ptr<LcmLink>> open_lcm(const std::string& address) {
 
 namespace {
 
-/// Nothing where the digits are more than `most`.
-bool at_most(const std::string& digits, unsigned long most) {
+/// Whether the digits are a number of at most `max`.
+bool at_most(const std::string& digits, unsigned long max) {
   unsigned long value = 0;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-  return error == std::errc() && end == digits.data() + digits.size() && value <= most;
+  return error == std::errc() && end == digits.data() + digits.size() && value <= max;
 }
 
 }  // namespace
 
 Result<std::string> lcm_address(const std::string& text) {
   if (text.empty()) return std::string(kLcmDefaultAddress);
-  const auto wrong = [&](const std::string& words) {
-    return fail(ErrorCode::InvalidArgument, fmt::format("'{}' {}", text, words), {.source = "LCM"},
-                fmt::format("For example {}; ttl=1 reaches the local network.", kLcmDefaultAddress));
+  const auto wrong = [&](const std::string& reason) {
+    return fail(
+        ErrorCode::InvalidArgument, fmt::format("invalid address '{}': {}", text, reason), {.key = "address"},
+        fmt::format("Use an address such as {}; ttl=1 reaches the local network.", kLcmDefaultAddress));
   };
   static const std::regex kForm(
       R"(udpm://(\d{1,3})\.(\d{1,3})\.(\d{1,3})\.(\d{1,3}):(\d{1,5})(\?ttl=(\d{1,3}))?)");
   std::smatch parts;
-  constexpr std::size_t kLongest = 100;
-  if (text.size() > kLongest || !std::regex_match(text, parts, kForm))
-    return wrong("is no address of UDP multicast");
+  constexpr std::size_t kMaxLength = 100;
+  if (text.size() > kMaxLength || !std::regex_match(text, parts, kForm))
+    return wrong("not of the form udpm://ADDRESS:PORT?ttl=N");
   constexpr unsigned long kByte = 255;
   for (std::size_t i = 1; i <= 4; ++i)
-    if (!at_most(parts[i], kByte)) return wrong("has a number above 255 in its address");
+    if (!at_most(parts[i], kByte)) return wrong("its IPv4 address has a number above 255");
   const int first = std::stoi(parts[1]);
   constexpr int kFirstMulticast = 224;
   constexpr int kLastMulticast = 239;
   if (first < kFirstMulticast || first > kLastMulticast)
-    return wrong("is no multicast address: those begin with 224 to 239");
-  constexpr unsigned long kPorts = 65535;
-  if (!at_most(parts[5], kPorts) || std::stoi(parts[5]) == 0) return wrong("has a port that is none");
-  if (parts[7].matched && !at_most(parts[7], kByte)) return wrong("has a ttl above 255");
+    return wrong("multicast addresses begin with 224 to 239");
+  constexpr unsigned long kMaxPort = 65535;
+  if (!at_most(parts[5], kMaxPort) || std::stoi(parts[5]) == 0) return wrong("its port is not in 1 to 65535");
+  if (parts[7].matched && !at_most(parts[7], kByte)) return wrong("its ttl is above 255");
   return text;
 }
 
@@ -183,7 +184,7 @@ void Presence::publish(LcmLink& link, const char* channel) {
   next_ = now + kPeriod;
   const std::string name = name_of_this_process();
   const Bytes payload(name.begin(), name.end());
-  (void)link.publish(channel, payload);  // what is not sent now is said again soon
+  (void)link.publish(channel, payload);  // best effort: it is repeated soon
 }
 
 Status no_mbot_at(const std::string& address) {
@@ -192,25 +193,24 @@ Status no_mbot_at(const std::string& address) {
   if (!link) return tl::unexpected(link.error());
   if (Status status = (*link)->subscribe("MBOT_ODOMETRY|WAYMARK_SIMULATOR"); !status) return status;
   std::string who;
-  bool heard = false;
+  bool received = false;
   const Duration until = steady_now() + kListen;
   while (steady_now() < until) {
     const auto message = (*link)->next(until - steady_now());
     if (!message) return tl::unexpected(message.error());
     if (!*message) continue;
-    heard = true;
+    received = true;
     if ((*message)->channel == kSimulatorChannel) who = ": " + presence_of((*message)->payload);
   }
-  if (!heard) return {};
+  if (!received) return {};
   return fail(
-      ErrorCode::InvalidArgument, "an MBot sends its odometry at this address already" + who,
-      {.source = address},
-      "End it, or name another port: udpm://239.255.76.67:7668?ttl=0, and the same in `robot=mbot:`.");
+      ErrorCode::InvalidArgument, "an MBot already sends odometry at this address" + who, {.source = address},
+      "Stop it, or use another port, such as udpm://239.255.76.67:7668?ttl=0, here and in `robot=mbot:`.");
 }
 
 std::string presence_of(ByteSpan payload) {
-  constexpr std::size_t kMost = 120;
-  const auto shown = payload.first(std::min(payload.size(), kMost));
+  constexpr std::size_t kMaxNameBytes = 120;
+  const auto shown = payload.first(std::min(payload.size(), kMaxNameBytes));
   return printable(std::string(shown.begin(), shown.end()));
 }
 

@@ -12,49 +12,50 @@
 
 namespace waymark {
 
-/// Where LCM's programs meet unless told otherwise; with ttl=0 nothing leaves this machine.
+/// The default address of LCM; with ttl=0 messages stay on this computer.
 inline constexpr const char* kLcmDefaultAddress = "udpm://239.255.76.67:7667?ttl=0";
 
 struct LcmMessage {
   std::string channel{};
   Bytes payload{};
   Duration arrived{};            ///< steady clock
-  std::int64_t received_us = 0;  ///< since 1970, by this machine's clock
+  std::int64_t received_us = 0;  ///< since 1970, by this computer's clock
 };
 
-/// A program on the network of LCM (Huang, Olson and Moore, "LCM: Lightweight Communications and
-/// Marshalling", IROS 2010).
+/// A connection to an LCM network (Huang, Olson and Moore, "LCM: Lightweight Communications and Marshalling",
+/// IROS 2010).
 class LcmLink {
  public:
   virtual ~LcmLink() = default;
   LcmLink(const LcmLink&) = delete;
   LcmLink& operator=(const LcmLink&) = delete;
 
-  /// All channels whose whole name the regular expression matches. At most a thousand messages wait.
+  /// Subscribes to all channels whose whole name matches the regular expression. At most a thousand messages
+  /// are queued.
   virtual Status subscribe(const std::string& channels) = 0;
-  /// From any thread. Fails where nothing can be sent.
+  /// May be called from any thread. Fails if the message cannot be sent.
   virtual Status publish(const std::string& channel, ByteSpan payload) = 0;
-  /// The oldest message that waits; nothing: none came within `most`.
-  virtual Result<std::optional<LcmMessage>> next(Duration most) = 0;
+  /// The oldest queued message; empty if none comes within `timeout`.
+  virtual Result<std::optional<LcmMessage>> next(Duration timeout) = 0;
 
  protected:
   LcmLink() = default;
 };
 
-/// The address of a group of UDP multicast, "udpm://239.255.76.67:7667?ttl=0"; of nothing the usual one.
-/// Fails, and says why, on anything else.
+/// Checks the address of a UDP multicast group, "udpm://239.255.76.67:7667?ttl=0". An empty text is the
+/// default address. Fails with the reason on an invalid address.
 [[nodiscard]] Result<std::string> lcm_address(const std::string& text);
 
-/// Joins the group. Fails where liblcm is missing, or has no network.
+/// Joins the group. Fails if liblcm is missing, or there is no network.
 [[nodiscard]] Result<std::unique_ptr<LcmLink>> open_lcm(const std::string& address);
 
-// What programs of Waymark say of themselves on LCM, where messages do not tell who sent them.
+// Channels on which Waymark programs announce themselves, because LCM messages do not contain their sender.
 
-/// A simulated MBot (`waymark robot-sim mbot=true`), and who drives.
+/// Channels of a simulated MBot (`waymark robot-sim mbot=true`) and of the driving program.
 inline constexpr const char* kSimulatorChannel = "WAYMARK_SIMULATOR";
 inline constexpr const char* kDriverChannel = "WAYMARK_DRIVER";
 
-/// Names this process on a channel, as text, ten times a second however often it is called.
+/// Publishes the name of this process on a channel, as text, at most ten times a second.
 class Presence {
  public:
   void publish(LcmLink& link, const char* channel);
@@ -63,11 +64,11 @@ class Presence {
   Duration next_{};
 };
 
-/// Fails when an MBot is heard at this address within 0.4 s: two on one network are driven by one driver, and
-/// their samples cannot be told apart. For who is about to be one.
+/// Fails if an MBot sends at this address within 0.4 s. Two robots on one network would obey the same driver,
+/// and their samples could not be distinguished. A simulated MBot checks this before it starts.
 [[nodiscard]] Status no_mbot_at(const std::string& address);
 
-/// The name in such a message, as far as it can be shown.
+/// The name in such a message in printable form, at most 120 bytes.
 [[nodiscard]] std::string presence_of(ByteSpan payload);
 
 }  // namespace waymark

@@ -3,12 +3,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
+
 namespace waymark {
 namespace {
 
 using ::testing::HasSubstr;
 
-TEST(LcmAddress, IsAGroupOfUdpMulticast) {
+TEST(LcmAddress, AcceptsOnlyUdpMulticastGroups) {
   EXPECT_EQ(lcm_address("").value(), kLcmDefaultAddress);
   EXPECT_EQ(lcm_address("udpm://239.255.76.67:7668").value(), "udpm://239.255.76.67:7668");
   EXPECT_EQ(lcm_address("udpm://239.255.76.67:7668?ttl=1").value(), "udpm://239.255.76.67:7668?ttl=1");
@@ -19,6 +21,7 @@ TEST(LcmAddress, IsAGroupOfUdpMulticast) {
     const auto address = lcm_address(bad);
     ASSERT_FALSE(address) << bad;
     EXPECT_THAT(address.error().hint, HasSubstr("ttl=1"));
+    testing::expect_on_page("robots", address.error());
   }
 }
 

@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
 #include "waymark/base/random.hpp"
 
 namespace waymark {
@@ -20,7 +21,7 @@ using ::testing::IsEmpty;
 
 constexpr std::int64_t kSwitchedOn_us = 1'713'214'583'000'000;
 
-/// An MBot's messages, and what the bridge makes of them.
+/// Sends an MBot's messages to the bridge and collects its samples.
 class Wire {
  public:
   explicit Wire(std::int64_t utime_us = kSwitchedOn_us) : utime_us_(utime_us) {
@@ -41,11 +42,11 @@ class Wire {
       ASSERT_TRUE(message && *message) << line;
       samples.push_back(std::get<Sample>(**message));
     }
-    for (const std::string& line : bridge.take_words()) words += line;
+    for (const std::string& line : bridge.take_reports()) reports += line;
   }
   void wait(std::int64_t ms) { now_ms_ += ms; }
-  /// What a Jetson-era publisher sends in 40 ms.
-  void beat() {
+  /// The messages of a first-generation (Jetson) publisher in 40 ms.
+  void send_period() {
     wait(40);
     send("MBOT_ODOMETRY", mbot::Pose2D{.x = 1, .y = 2, .theta = 0.5F});
     send("MBOT_VEL", mbot::Twist2D{.vx = 0.3F, .wz = -0.1F});
@@ -71,7 +72,7 @@ class Wire {
 
   MbotBridge bridge{};
   std::vector<Sample> samples{};
-  std::string words{};
+  std::string reports{};
 
  private:
   static constexpr double kDegree = 0.017453292519943295;
@@ -82,38 +83,38 @@ class Wire {
   std::int64_t number_ = 1;
 };
 
-TEST(MbotBridge, WhatAnMbotSaysBecomesLinesOfTheHouse) {
+TEST(MbotBridge, ConvertsMessagesToLines) {
   Wire wire;
-  for (int i = 0; i < 20; ++i) wire.beat();
+  for (int i = 0; i < 20; ++i) wire.send_period();
   const auto odometry = wire.of<Odometry>();
-  ASSERT_EQ(odometry.size(), 20U) << "none is lost while the conventions are told";
+  ASSERT_EQ(odometry.size(), 20U) << "none is lost while the conventions are determined";
   EXPECT_EQ(odometry[0].stamp, SensorTime(std::chrono::microseconds(kSwitchedOn_us + 40'000)));
   EXPECT_NEAR(odometry[0].speed_m_s, 0.3, 1e-6) << "joined with the speed of the same utime";
   EXPECT_EQ(wire.of<ImuSample>().size(), 20U);
-  EXPECT_NEAR(wire.of<ImuSample>()[0].linear_acceleration_m_s2.z(), 9.7, 1e-5) << "specific force is up";
+  EXPECT_NEAR(wire.of<ImuSample>()[0].linear_acceleration_m_s2.z(), 9.7, 1e-5) << "specific force points up";
   const auto tags = wire.of<TagPoseFrame>();
   ASSERT_EQ(tags.size(), 20U);
   EXPECT_EQ(tags[0].stamp, odometry[0].stamp - milliseconds(65)) << "stamped when published";
   ASSERT_EQ(tags[0].tags.size(), 1U);
   EXPECT_EQ(to_string(tags[0].tags[0].tag), "tagCustom48h12:7");
   EXPECT_NEAR(tags[0].tags[0].cam_T_tag.translation().z(), 1.635, 1e-6);
-  EXPECT_THAT(wire.words, HasSubstr("millimetres"));
+  EXPECT_THAT(wire.reports, HasSubstr("millimetres"));
   EXPECT_EQ(wire.bridge.dropped(), 0U);
 }
 
-TEST(MbotBridge, APublisherWithoutStampsSentWhenItsMessageCame) {
+TEST(MbotBridge, AMessageWithoutStampGetsTheRobotsTimeOfItsArrival) {
   Wire wire;
-  for (int i = 0; i < 20; ++i) wire.beat();
+  for (int i = 0; i < 20; ++i) wire.send_period();
   wire.wait(20);
   Bytes unstamped = mbot::encode(mbot::TagArray{.tags = {Wire::tag()}});  // utime 0
   wire.send_bytes("MBOT_APRILTAG_ARRAY", std::move(unstamped));
   const TagPoseFrame newest = wire.of<TagPoseFrame>().back();
   const SensorTime now(std::chrono::microseconds(kSwitchedOn_us + 820'000));
   EXPECT_LT(std::abs(to_seconds(newest.stamp + milliseconds(65) - now)), 0.001)
-      << "by the robot's clock, not by that of this computer";
+      << "the robot's clock, not this computer's";
 }
 
-TEST(MbotBridge, TheSecondGenerationsOrderOfQuaternionsIsTold) {
+TEST(MbotBridge, DetectsTheQuaternionOrderOfTheSecondGeneration) {
   Wire wire;
   for (int i = 0; i < 20; ++i) {
     wire.wait(40);
@@ -124,17 +125,17 @@ TEST(MbotBridge, TheSecondGenerationsOrderOfQuaternionsIsTold) {
     wire.send("MBOT_APRILTAG_ARRAY", mbot::TagArray{.tags = {tag}});
   }
   Wire first;
-  for (int i = 0; i < 20; ++i) first.beat();
+  for (int i = 0; i < 20; ++i) first.send_period();
   const auto seen = wire.of<TagPoseFrame>();
   ASSERT_FALSE(seen.empty());
   EXPECT_LT(
       (seen[0].tags[0].cam_T_tag.inverse() * first.of<TagPoseFrame>()[0].tags[0].cam_T_tag).log().norm(),
       1e-6);
   EXPECT_NEAR(wire.of<ImuSample>()[0].linear_acceleration_m_s2.z(), 9.7, 1e-5);
-  EXPECT_THAT(wire.words, HasSubstr("w, x, y, z"));
+  EXPECT_THAT(wire.reports, HasSubstr("w, x, y, z"));
 }
 
-TEST(MbotBridge, ARobotThatSeesNoTagIsHeardAfterASecond) {
+TEST(MbotBridge, WithoutTagsMessagesPassAfterASecond) {
   Wire wire;
   for (int i = 0; i < 30; ++i) {
     wire.wait(40);
@@ -145,41 +146,43 @@ TEST(MbotBridge, ARobotThatSeesNoTagIsHeardAfterASecond) {
   EXPECT_GE(wire.of<Odometry>().size(), 29U) << "the newest waits for its speed";
 }
 
-TEST(MbotBridge, AnUnknownFingerprintIsCountedAndNamed) {
+TEST(MbotBridge, CountsAndReportsUnknownFingerprints) {
   Wire wire;
   for (int i = 0; i < 3; ++i) wire.send_bytes("MBOT_ODOMETRY", Bytes(28, 0x11));
   wire.send_bytes("MBOT_IMU", Bytes{1, 2, 3});
   EXPECT_EQ(wire.bridge.dropped(), 4U);
-  EXPECT_THAT(wire.words, HasSubstr("3 messages of MBOT_ODOMETRY were dropped"));
-  EXPECT_THAT(wire.words, HasSubstr("1111111111111111"));
+  EXPECT_THAT(wire.reports, HasSubstr("3 messages of MBOT_ODOMETRY"));
+  EXPECT_THAT(wire.reports, HasSubstr("1111111111111111"));
+  testing::expect_on_page("robots", wire.reports);
   EXPECT_FALSE(wire.bridge.speaks());
 }
 
-TEST(MbotBridge, AClockThatDiffersFromOursIsSaidOnce) {
+TEST(MbotBridge, ReportsADifferentClockOnce) {
   Wire wire;
   wire.send("MBOT_TIMESYNC", mbot::Timestamp{});
-  EXPECT_THAT(wire.words, HasSubstr("behind this computer's (MBOT_TIMESYNC)"));
-  wire.words.clear();
+  EXPECT_THAT(wire.reports, HasSubstr("(MBOT_TIMESYNC)"));
+  testing::expect_on_page("robots", wire.reports);
+  wire.reports.clear();
   wire.wait(1000);
   wire.send("MBOT_TIMESYNC", mbot::Timestamp{});
-  EXPECT_THAT(wire.words, IsEmpty());
+  EXPECT_THAT(wire.reports, IsEmpty());
 }
 
 TEST(MbotBridge, StampsOfAnotherClockAreDropped) {
   Wire wire;
-  for (int i = 0; i < 20; ++i) wire.beat();
+  for (int i = 0; i < 20; ++i) wire.send_period();
   const std::size_t before = wire.of<ImuSample>().size();
   wire.wait(40);
   wire.send("MBOT_IMU", mbot::Imu{.utime = kSwitchedOn_us + 60'000'000, .accel = {0, 0, -9.7F}});
   EXPECT_EQ(wire.of<ImuSample>().size(), before);
-  EXPECT_THAT(wire.words, HasSubstr("in the future"));
+  EXPECT_THAT(wire.reports, HasSubstr("the IMU"));
 }
 
-/// Whatever comes, the other side reads what leaves, and the rest is counted.
+/// Every line is readable, and all other messages are counted as dropped.
 TEST(MbotBridge, HostilePayloadsAreDroppedAndCounted) {
   Random random(11);
   Wire wire;
-  for (int i = 0; i < 20; ++i) wire.beat();
+  for (int i = 0; i < 20; ++i) wire.send_period();
   const Bytes pose = mbot::encode(mbot::Pose2D{.utime = kSwitchedOn_us + 900'000});
   const Bytes imu = mbot::encode(mbot::Imu{.utime = kSwitchedOn_us + 900'000});
   const Bytes tags = mbot::encode(mbot::TagArray{.utime = kSwitchedOn_us + 900'000, .tags = {Wire::tag()}});

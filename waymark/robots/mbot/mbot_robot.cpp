@@ -25,13 +25,15 @@ constexpr Duration kSilence = std::chrono::milliseconds(200);  // five messages 
 constexpr Duration kGone = std::chrono::seconds(2);
 constexpr const char* kCommandChannel = "MBOT_VEL_CMD";
 constexpr const char* kOtherDriver =
-    "another program sends MBOT_VEL_CMD as well: the robot obeys both in turn, end the other one";
-/// Of the messages of mbot_lcm_base: what is sensed, the robot's time, and who else drives; and ours.
+    "another program also sends MBOT_VEL_CMD, and the robot obeys both in turn: stop the other program";
+/// Messages of mbot_lcm_base (sensors, the robot's time, commands of other drivers), and Waymark's own
+/// channels.
 constexpr const char* kChannels =
     "MBOT_ODOMETRY|MBOT_VEL|MBOT_IMU|MBOT_ENCODERS|MBOT_APRILTAG_ARRAY|LIDAR|MBOT_TIMESYNC|MBOT_VEL_CMD|TRUE_"
     "POSE|WAYMARK_SIMULATOR|WAYMARK_DRIVER";
 
-/// The newest commands of ours, by their stamps: LCM gives a program its own messages, too.
+/// Recognises this program's own commands by their stamps, because LCM also delivers a program's own
+/// messages.
 class OwnCommands {
  public:
   Bytes make(const VelocityCommand& command) {
@@ -56,15 +58,15 @@ class OwnCommands {
   std::int64_t newest_ = 0;
 };
 
-std::vector<SilenceReports::Report> silence_reports(const std::string& address) {
+std::vector<SilenceReports::Report> reports_of_silence(const std::string& address) {
   return {{.after = kSilence,
-           .words = "no odometry for 0.2 s: zero is sent until there is some again",
-           .words_listening = "no odometry for 0.2 s"},
+           .text = "no odometry for 0.2 s: sending zero until it is back",
+           .text_listening = "no odometry for 0.2 s"},
           {.after = kGone,
-           .words = fmt::format(
-               "no odometry at {} for 2 s: is the robot on, do its programs run, is the network (cable, "
-               "Wi-Fi) up on both sides?",
-               address.empty() ? "the usual address" : address)}};
+           .text = fmt::format(
+               "no odometry at {} for 2 s: check that the robot is on, that its programs run, and that the "
+               "network (cable, Wi-Fi) is up on both sides",
+               address.empty() ? "the default address" : address)}};
 }
 
 class MbotRobot final : public WireLoop {
@@ -74,7 +76,7 @@ class MbotRobot final : public WireLoop {
         options_(options),
         bridge_(options.bridge),
         senders_(options.share_commands),
-        silence_(kSilence, silence_reports(options.address)) {}
+        silence_(kSilence, reports_of_silence(options.address)) {}
 
   /// Joins the network, before run().
   Status join() {
@@ -85,7 +87,7 @@ class MbotRobot final : public WireLoop {
   }
 
  private:
-  Status hear() override {
+  Status poll_robot() override {
     auto message = link_->next(kSlice);
     if (!message) return tl::unexpected(message.error());
     if (*message) receive(std::move(**message));
@@ -93,51 +95,52 @@ class MbotRobot final : public WireLoop {
   }
   Result<bool> ready() override { return senders_.done(steady_now()); }
   Status prepare() override {
-    return listens() ? Status{} : senders_.alone(kCommandChannel, driver_, "mbot robot");
+    return listens() ? Status{} : senders_.check_alone(kCommandChannel, driver_, "mbot robot");
   }
   RobotHello hello() const override { return {.name = options_.bridge.robot, .simulated = simulated_}; }
   void after_hello() override {
-    if (driven_) talk().say(kOtherDriver);
+    if (driven_) output().report(kOtherDriver);
     write_newest();
   }
-  /// One that is not sent is repeated soon; the robot's own watchdog sees what is missing.
+  /// Ignores errors: commands are repeated soon, and the robot has a watchdog of its own.
   void send(const VelocityCommand& command) override {
     (void)link_->publish(kCommandChannel, own_.make(silence() > kSilence ? VelocityCommand{} : command));
   }
-  std::vector<std::string> silence_words(Duration /*now*/) override {
-    return greeted() ? silence_.take_words(silence(), listens()) : std::vector<std::string>();
+  std::vector<std::string> silence_reports(Duration /*now*/) override {
+    return greeted() ? silence_.take_reports(silence(), listens()) : std::vector<std::string>();
   }
-  Status look() override {
+  Status check() override {
     if (greeted() && role() == InputRole::Drives) presence_.publish(*link_, kDriverChannel);
     return {};
   }
-  Unheard unheard() override {
-    const std::string found =
-        heard_.empty() ? std::string("nothing was heard") : fmt::format("heard: {}", fmt::join(heard_, ", "));
+  NoContact no_contact() override {
+    const std::string found = channels_.empty()
+                                  ? std::string("no messages received")
+                                  : fmt::format("received messages on {}", fmt::join(channels_, ", "));
     return {.report = "no odometry on MBOT_ODOMETRY yet; " + found,
-            .gave_up = fail(ErrorCode::NotFound, fmt::format("no odometry came on MBOT_ODOMETRY; {}", found),
+            .gave_up = fail(ErrorCode::NotFound, fmt::format("no odometry on MBOT_ODOMETRY; {}", found),
                             {.source = "LCM"},
-                            "Is the robot on and its LCM server running, and does the address let messages "
-                            "out of it (ttl=1)?")};
+                            "Check that the robot is on, that its LCM server runs, and that its address has "
+                            "ttl=1, so that messages leave its computer.")};
   }
 
-  /// A robot that says nothing more is not driven, whatever is commanded. From any thread.
+  /// Time since the newest odometry; a silent robot is sent zero. May be called from any thread.
   [[nodiscard]] Duration silence() const { return steady_now() - newest_odometry_.load(); }
 
   void receive(LcmMessage message) {
-    heard_.insert(message.channel);
+    channels_.insert(message.channel);
     if (message.channel == "MBOT_ODOMETRY") newest_odometry_ = message.arrived;
     if (message.channel == kSimulatorChannel || message.channel == kDriverChannel)
       return notice_presence(message);
     if (message.channel == kCommandChannel) return notice_driver(message);
     newest_lines_ = bridge_.receive(std::move(message));
-    if (bridge_.speaks()) senders_.hear_robot(steady_now());
+    if (bridge_.speaks()) senders_.on_robot_message(steady_now());
     if (greeted()) write_newest();
   }
 
   void write_newest() {
-    talk().write(std::exchange(newest_lines_, {}));
-    talk().write(bridge_.take_words());
+    output().write(std::exchange(newest_lines_, {}));
+    output().write(bridge_.take_reports());
   }
 
   void notice_presence(const LcmMessage& message) {
@@ -148,10 +151,10 @@ class MbotRobot final : public WireLoop {
   }
 
   void notice_driver(const LcmMessage& message) {
-    if (!greeted() && mbot::decode<mbot::Twist2D>(message.payload)) senders_.hear_command();
+    if (!greeted() && mbot::decode<mbot::Twist2D>(message.payload)) senders_.on_other_command();
     const auto utime = mbot::utime_of(message.payload);
     if (listens() || !utime || own_.has(*utime) || std::exchange(driven_, true)) return;
-    if (greeted()) talk().say(kOtherDriver);  // else after the hello
+    if (greeted()) output().report(kOtherDriver);  // otherwise after_hello() reports it
   }
 
   MbotRobotOptions options_;
@@ -162,11 +165,11 @@ class MbotRobot final : public WireLoop {
   Presence presence_{};
   OwnCommands own_{};
   std::atomic<Duration> newest_odometry_ = Duration(0);
-  std::vector<std::string> newest_lines_{};  ///< of the message before the hello: what it told waited for it
-  bool driven_ = false;                      ///< another program sends commands, too
+  std::vector<std::string> newest_lines_{};  ///< of the newest message, also before the hello
+  bool driven_ = false;                      ///< another program also sends commands
   bool simulated_ = false;
-  std::string driver_{};  ///< another Waymark that commands the robot
-  std::set<std::string> heard_{};
+  std::string driver_{};              ///< another Waymark that commands the robot
+  std::set<std::string> channels_{};  ///< on which messages were received
 };
 
 }  // namespace

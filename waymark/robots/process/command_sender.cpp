@@ -35,13 +35,14 @@ Duration CommandRepeat::wait(Duration now) const {
   return std::clamp(*published_ + options_.period - now, Duration(0), options_.period);
 }
 
-Status SenderWatch::alone(const std::string& where, const std::string& who, const std::string& start) const {
-  if (listen_ == Duration(0) || commands_ < kCommandsOfADriver) return {};
+Status SenderWatch::check_alone(const std::string& where, const std::string& who,
+                                const std::string& start) const {
+  if (listen_ == Duration(0) || commands_ < kMinCommandsOfDriver) return {};
   return fail(ErrorCode::InvalidArgument,
               fmt::format("another program commands this robot{}: {} commands in {:.1f} s",
                           who.empty() ? "" : ", " + who, commands_, to_seconds(listen_)),
               {.source = where},
-              fmt::format("End it. Where both are meant to drive: `robot=\"process:waymark {} "
+              fmt::format("Stop it. If both are meant to drive: `robot=\"process:waymark {} "
                           "--share-commands\"` `robot_file=NAME`.",
                           start));
 }
@@ -54,10 +55,10 @@ std::string name_of_this_process() {
 
 namespace {
 
-constexpr int kFarewells = 4;
-constexpr Duration kFarewell = std::chrono::milliseconds(20);
+constexpr int kFinalStops = 4;
+constexpr Duration kFinalStopPeriod = std::chrono::milliseconds(20);
 
-InputRole role_at_first(const RobotWire& wire) {
+InputRole initial_role(const RobotWire& wire) {
   return wire.listen_only ? InputRole::Listens : InputRole::Unknown;
 }
 
@@ -74,7 +75,7 @@ CommandSender::CommandSender(std::function<void(const VelocityCommand&)> send, c
                              InputRole role)
     : send_(std::move(send)),
       input_(wire.input),
-      role_(role == InputRole::Unknown ? role_at_first(wire) : role) {
+      role_(role == InputRole::Unknown ? initial_role(wire) : role) {
   never_wait(input_);
   thread_ = std::thread([this] { run(); });
 }
@@ -99,23 +100,23 @@ void CommandSender::run() {
     while (const auto line = lines.next()) {
       const RobotOrderLine order = parse_order_line(line->text);
       role_ = role_after(role_, order);
-      if (order.kind == RobotOrderLine::Kind::Bye) said_bye_ = over = true;
+      if (order.kind == RobotOrderLine::Kind::Bye) received_bye_ = over = true;
       if (order.kind == RobotOrderLine::Kind::Velocity) repeat.offer(order.command, steady_now());
     }
     if (over) break;
   }
-  for (int i = 0; i < kFarewells && role_ == InputRole::Drives; ++i) {
+  for (int i = 0; i < kFinalStops && role_ == InputRole::Drives; ++i) {
     send_({});
-    std::this_thread::sleep_for(kFarewell);
+    std::this_thread::sleep_for(kFinalStopPeriod);
   }
   ended_ = true;
 }
 
-EarlyInput::EarlyInput(const RobotWire& wire) : input_(wire.input), role_(role_at_first(wire)) {
+EarlyInput::EarlyInput(const RobotWire& wire) : input_(wire.input), role_(initial_role(wire)) {
   never_wait(input_);
 }
 
-bool EarlyInput::said_bye() {
+bool EarlyInput::received_bye() {
   std::string bytes;
   (void)read_some(input_, bytes);
   lines_.add(bytes);

@@ -16,20 +16,20 @@
 namespace waymark {
 
 struct CommandRepeatOptions {
-  Duration period = std::chrono::milliseconds(40);    ///< between messages, at most
-  Duration timeout = std::chrono::milliseconds(250);  ///< a command that is older does not drive
+  Duration period = std::chrono::milliseconds(40);    ///< maximum time between messages
+  Duration timeout = std::chrono::milliseconds(250);  ///< maximum age of a command; then zero is sent
 };
 
-/// Keeps the commands of a robot coming: passes each command on at once, repeats it, and zero when none came
-/// within the timeout. Pure: `now` is a steady clock that never goes back.
+/// Forwards each command immediately and repeats it periodically; zero if none came within the timeout. Pure:
+/// `now` is a steady clock and must not decrease.
 class CommandRepeat {
  public:
   explicit CommandRepeat(const CommandRepeatOptions& options = {}) : options_(options) {}
 
   void offer(const VelocityCommand& command, Duration now);
-  /// What is to be published now; nothing when nothing is due. Zero before the first command.
+  /// The command to publish now; empty if none is due. Zero before the first command.
   [[nodiscard]] std::optional<VelocityCommand> due(Duration now);
-  /// How long until something is due.
+  /// Time until the next command is due.
   [[nodiscard]] Duration wait(Duration now) const;
 
  private:
@@ -40,33 +40,33 @@ class CommandRepeat {
   bool fresh_ = false;  ///< given and not yet published
 };
 
-/// So many commands of another program mean that it drives: one may have been on its way when its sender
-/// ended.
-inline constexpr int kCommandsOfADriver = 2;
+/// Number of commands from which on another program counts as driving. A single one may have been in flight
+/// when its sender ended.
+inline constexpr int kMinCommandsOfDriver = 2;
 
-/// Whether another program commands the robot, which is listened for after the robot is heard and before
-/// anything is sent to it: two senders make a robot obey both in turn.
+/// Detects whether another program commands the robot, between the robot's first message and the first
+/// command sent to it. A robot with two senders would obey both in turn.
 class SenderWatch {
  public:
-  /// `shares`: others may command it as well, nothing is listened for. `listen`: for how long; by default ten
-  /// commands of another Waymark.
+  /// `shares`: other programs may command it as well, so there is no check. `listen`: duration of the check;
+  /// the default covers ten commands of another Waymark.
   explicit SenderWatch(bool shares, Duration listen = std::chrono::milliseconds(400))
       : listen_(shares ? Duration(0) : listen) {}
 
-  /// The robot said something at this time of the steady clock.
-  void hear_robot(Duration now) {
+  /// Call on each message of the robot, with the steady time of its arrival.
+  void on_robot_message(Duration now) {
     if (!robot_since_) robot_since_ = now;
   }
-  /// A command of somebody else came.
-  void hear_command() { commands_ += robot_since_ ? 1 : 0; }
+  /// Call on each command of another program.
+  void on_other_command() { commands_ += robot_since_ ? 1 : 0; }
 
-  [[nodiscard]] bool heard_robot() const { return robot_since_.has_value(); }
-  /// The robot is heard, and was listened to for long enough.
+  [[nodiscard]] bool has_robot() const { return robot_since_.has_value(); }
+  /// The robot has sent, and the check is complete.
   [[nodiscard]] bool done(Duration now) const { return robot_since_ && now - *robot_since_ >= listen_; }
-  /// Fails when others command the robot. `where`: the channel or topic of the commands; `who` sends them, or
-  /// nothing where the wire does not tell; `start`: the verb of the robot's process, for the hint.
-  [[nodiscard]] Status alone(const std::string& where, const std::string& who,
-                             const std::string& start) const;
+  /// Fails if another program commands the robot. `where`: channel or topic of the commands; `who`: their
+  /// sender, empty if unknown; `start`: the verb of the robot process, for the hint.
+  [[nodiscard]] Status check_alone(const std::string& where, const std::string& who,
+                                   const std::string& start) const;
 
  private:
   Duration listen_;
@@ -74,19 +74,19 @@ class SenderWatch {
   int commands_ = 0;
 };
 
-/// "waymark (process 4711 on limo-7)": how this process names itself to other programs.
+/// The name of this process for other programs: "waymark (process 4711 on limo-7)".
 [[nodiscard]] std::string name_of_this_process();
 
-/// The role after an order: a hello or a velocity decides it, once.
+/// The role after an order. The first hello or velocity decides it.
 [[nodiscard]] InputRole role_after(InputRole role, const RobotOrderLine& order);
 
-/// Sends the orders that come on an input (docs/formats/robot-process.md), on a thread of its own that
-/// waits for nobody else, at least 25 times a second; zero when they cease, and four times zero when the
-/// input ends. Nothing is sent before the input said that it drives, and never where it only listens.
+/// Sends the orders of an input (docs/formats/robot-process.md) on its own thread, at least 25 times a
+/// second. It sends zero if they cease, and zero four times when the input ends. Nothing is sent before the
+/// input's role is Drives, and never if it listens only.
 class CommandSender {
  public:
-  /// `send` puts a command on the robot's wire; it is called on the thread of the sender. `role`: what the
-  /// input said before (EarlyInput). The wire's input is read without waiting from now on.
+  /// `send` sends a command to the robot; called on the sender's thread. `role`: the role so far
+  /// (EarlyInput). Makes the wire's input non-blocking.
   CommandSender(std::function<void(const VelocityCommand&)> send, const RobotWire& wire,
                 InputRole role = InputRole::Unknown);
   /// Stops the robot.
@@ -94,12 +94,12 @@ class CommandSender {
   CommandSender(const CommandSender&) = delete;
   CommandSender& operator=(const CommandSender&) = delete;
 
-  /// The input ended, or said that it is over.
+  /// The input ended or contained a bye.
   [[nodiscard]] bool ended() const { return ended_; }
-  /// The input said that it is over.
-  [[nodiscard]] bool said_bye() const { return said_bye_; }
+  /// The input contained a bye.
+  [[nodiscard]] bool received_bye() const { return received_bye_; }
   [[nodiscard]] InputRole role() const { return role_; }
-  /// While held, zero is sent whatever the orders are: for a robot that is not heard any more.
+  /// While held, zero is sent instead of the orders, because the robot is silent.
   void hold(bool held) { held_ = held; }
 
  private:
@@ -109,22 +109,22 @@ class CommandSender {
   int input_;
   std::atomic<InputRole> role_;
   std::atomic<bool> held_ = false;
-  std::atomic<bool> said_bye_ = false;
+  std::atomic<bool> received_bye_ = false;
   std::atomic<bool> ended_ = false;
   std::atomic<bool> stop_ = false;
   std::thread thread_;
 };
 
-/// The input of a robot's process before its hello: no order counts yet, nor does the end of an input, which
-/// of `< /dev/null` is there from the beginning.
+/// The input of a robot process before its hello. Orders and the end of the input are ignored; an input from
+/// /dev/null ends immediately.
 class EarlyInput {
  public:
-  /// The wire's input is read without waiting from now on.
+  /// Makes the wire's input non-blocking.
   explicit EarlyInput(const RobotWire& wire);
 
-  /// Whether it said by now that it is over (a "bye").
-  [[nodiscard]] bool said_bye();
-  /// What it said by now that it is there for.
+  /// Reads the available input; returns whether it contained a bye.
+  [[nodiscard]] bool received_bye();
+  /// The role so far.
   [[nodiscard]] InputRole role() const { return role_; }
 
  private:

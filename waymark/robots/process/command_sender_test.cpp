@@ -1,4 +1,4 @@
-// Who writes to the input of a robot's process decides whether anything is sent to the robot.
+// The input of a robot process decides whether anything is sent to the robot.
 #include "waymark/robots/process/command_sender.hpp"
 
 #include <array>
@@ -19,7 +19,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-TEST(CommandRepeat, PublishesAtLeastTwentyTimesASecondAndNothingOlderThanTheTimeout) {
+TEST(CommandRepeat, RepeatsTwentyTimesASecondAndStopsAfterTheTimeout) {
   Random random(1);
   CommandRepeat repeat;
   Duration last_published{};
@@ -41,7 +41,7 @@ TEST(CommandRepeat, PublishesAtLeastTwentyTimesASecondAndNothingOlderThanTheTime
   }
 }
 
-TEST(CommandRepeat, WhatIsNoNumberIsZero) {
+TEST(CommandRepeat, ReplacesNonFiniteCommandsByZero) {
   CommandRepeat repeat;
   repeat.offer({std::numeric_limits<double>::quiet_NaN(), 1}, milliseconds(1));
   const auto command = repeat.due(milliseconds(1));
@@ -65,7 +65,7 @@ class Input {
   Input(const Input&) = delete;
   Input& operator=(const Input&) = delete;
 
-  void say(const std::string& line) const {
+  void write_line(const std::string& line) const {
     EXPECT_EQ(write(ends_[1], line.data(), line.size()), static_cast<ssize_t>(line.size()));
   }
   void close_writer() {
@@ -79,7 +79,7 @@ class Input {
   std::array<int, 2> ends_{};
 };
 
-/// What reached the robot.
+/// The commands that reached the robot.
 class Sent {
  public:
   void add(const VelocityCommand& command) {
@@ -107,17 +107,17 @@ bool wait_for(const Condition& condition) {
   return condition();
 }
 
-TEST(CommandSender, SendsNothingBeforeTheInputSaysThatItDrives) {
+TEST(CommandSender, SendsNothingBeforeTheInputDrives) {
   Input input;
   Sent sent;
   CommandSender sender([&](const VelocityCommand& command) { sent.add(command); }, input.wire());
   usleep(200'000);
   EXPECT_TRUE(sent.all().empty());
   EXPECT_EQ(sender.role(), InputRole::Unknown);
-  input.say(kDrives);
-  EXPECT_TRUE(wait_for([&] { return sent.all().size() > 3; })) << "zero, again and again";
+  input.write_line(kDrives);
+  EXPECT_TRUE(wait_for([&] { return sent.all().size() > 3; })) << "zero, repeatedly";
   EXPECT_FALSE(sent.moved());
-  input.say(kForward);
+  input.write_line(kForward);
   EXPECT_TRUE(wait_for([&] { return sent.moved(); }));
   input.close_writer();
   EXPECT_TRUE(wait_for([&] { return sender.ended(); }));
@@ -128,26 +128,26 @@ TEST(CommandSender, AVelocityWithoutAHelloDrivesToo) {
   Input input;
   Sent sent;
   const CommandSender sender([&](const VelocityCommand& command) { sent.add(command); }, input.wire());
-  input.say(kForward);
+  input.write_line(kForward);
   EXPECT_TRUE(wait_for([&] { return sent.moved(); }));
 }
 
-TEST(CommandSender, SendsNeverAnythingForOneThatListens) {
+TEST(CommandSender, SendsNothingForAnInputThatListens) {
   for (const bool by_flag : {false, true}) {
     Input input;
     Sent sent;
     EarlyInput early(input.wire(by_flag));
-    if (!by_flag) input.say(kListens);
-    EXPECT_FALSE(early.said_bye());
+    if (!by_flag) input.write_line(kListens);
+    EXPECT_FALSE(early.received_bye());
     ASSERT_EQ(early.role(), InputRole::Listens);
     {
       CommandSender sender([&](const VelocityCommand& command) { sent.add(command); }, input.wire(by_flag),
                            early.role());
-      input.say(kForward);
+      input.write_line(kForward);
       input.close_writer();
       EXPECT_TRUE(wait_for([&] { return sender.ended(); }));
     }
-    EXPECT_TRUE(sent.all().empty()) << "neither zero at the end";
+    EXPECT_TRUE(sent.all().empty()) << "not even zero at the end";
   }
 }
 

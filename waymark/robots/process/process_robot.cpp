@@ -18,15 +18,15 @@ Result<std::unique_ptr<ProcessRobot>> ProcessRobot::start(const RobotCommand& co
   constexpr Duration kQuiet = std::chrono::seconds(1);
   const Duration began = steady_now();
   const Duration deadline = began + options.hello_within;
-  bool told = false;
+  bool notified = false;
   while (steady_now() < deadline) {
     if (options.should_stop())
-      return fail(ErrorCode::Unreadable, "stopped before the robot said hello",
+      return fail(ErrorCode::Unreadable, "stopped before the robot's hello",
                   {.source = "process:" + command.text()});
-    if (!told && steady_now() - began > kQuiet) {
+    if (!notified && steady_now() - began > kQuiet) {
       options.on_waiting(
-          fmt::format("waiting for the robot's hello, for {:g} s at most", to_seconds(options.hello_within)));
-      told = true;
+          fmt::format("waiting for the robot's hello, up to {:g} s", to_seconds(options.hello_within)));
+      notified = true;
     }
     const auto message = robot->next_message(std::min(kSlice, deadline - steady_now()));
     if (!message) return tl::unexpected(message.error());
@@ -37,23 +37,24 @@ Result<std::unique_ptr<ProcessRobot>> ProcessRobot::start(const RobotCommand& co
     }
   }
   return fail(ErrorCode::Unreadable,
-              fmt::format("the robot did not say hello within {:g} s", to_seconds(options.hello_within)),
+              fmt::format("no hello from the robot within {:g} s", to_seconds(options.hello_within)),
               {.source = "process:" + command.text()},
-              "Its first line is {\"type\":\"hello\",…}; does it flush standard output?");
+              "The first line must be {\"type\":\"hello\",…}. Does the robot flush standard output?");
 }
 
-/// Why its process ended, where the last that it said is for people.
-Error ProcessRobot::with_last_words(Error error) const {
-  if (last_words_.empty()) return error;
-  error.message += ", and said last: " + printable(last_words_);
+/// The error with the robot's last log line, if that was its newest message: the line explains why the
+/// process ended.
+Error ProcessRobot::with_last_log(Error error) const {
+  if (last_log_.empty()) return error;
+  error.message += "; its last message: " + printable(last_log_);
   error.hint.clear();
   return error;
 }
 
-Result<std::optional<RobotMessage>> ProcessRobot::next_message(Duration most) {
+Result<std::optional<RobotMessage>> ProcessRobot::next_message(Duration timeout) {
   if (waiting_.empty()) {
-    auto lines = wire_->read(most);
-    if (!lines) return tl::unexpected(with_last_words(lines.error()));
+    auto lines = wire_->read(timeout);
+    if (!lines) return tl::unexpected(with_last_log(lines.error()));
     const Duration now = steady_now();
     for (Line& line : *lines) waiting_.push_back({std::move(line), now});
   }
@@ -63,7 +64,7 @@ Result<std::optional<RobotMessage>> ProcessRobot::next_message(Duration most) {
   auto message = reader_.read(arrived.line);
   if (!message || !*message) return message;
   const auto* log = std::get_if<RobotLog>(&**message);
-  last_words_ = log != nullptr ? log->text : std::string();
+  last_log_ = log != nullptr ? log->text : std::string();
   if (const auto* sample = std::get_if<Sample>(&**message)) {
     clock_.receive(stamp_of(*sample), arrived.at);
     newest_ = std::max(newest_.value_or(stamp_of(*sample)), stamp_of(*sample));
@@ -72,24 +73,24 @@ Result<std::optional<RobotMessage>> ProcessRobot::next_message(Duration most) {
   return message;
 }
 
-Result<std::optional<RobotEvent>> ProcessRobot::next(Duration most) {
-  const auto said = [this]() -> std::optional<RobotEvent> {
+Result<std::optional<RobotEvent>> ProcessRobot::next(Duration timeout) {
+  const auto queued = [this]() -> std::optional<RobotEvent> {
     if (texts_.empty()) return std::nullopt;
     RobotText text{std::move(texts_.front())};
     texts_.pop_front();
     return text;
   };
-  if (auto text = said()) return text;
-  auto message = next_message(most);
+  if (auto text = queued()) return text;
+  auto message = next_message(timeout);
   if (!message) return tl::unexpected(message.error());
-  for (std::string& words : reader_.take_warnings()) texts_.push_back(std::move(words));
-  if (!*message) return said();
+  for (std::string& warning : reader_.take_warnings()) texts_.push_back(std::move(warning));
+  if (!*message) return queued();
   if (const auto* log = std::get_if<RobotLog>(&**message))
     return std::optional<RobotEvent>(RobotText{log->text});
   if (const auto* step = std::get_if<RobotStep>(&**message))
     return std::optional<RobotEvent>(CommandRequest{step->stamp});
   if (auto* sample = std::get_if<Sample>(&**message)) return std::optional<RobotEvent>(std::move(*sample));
-  return said();  // greeted once more
+  return queued();  // a repeated hello
 }
 
 Status ProcessRobot::command(const VelocityCommand& command) {

@@ -16,11 +16,11 @@ namespace waymark {
 
 struct ProcessRobotOptions {
   Duration hello_within = std::chrono::seconds(15);
-  std::string watchdog{};                                    ///< its program; found when empty
-  std::vector<std::string> cameras{};                        ///< names of those the robot has; empty: any
-  std::function<bool()> should_stop = [] { return false; };  ///< asked while the hello is awaited
+  std::string watchdog{};                                    ///< path of its program; empty: searched
+  std::vector<std::string> cameras{};                        ///< names of the robot's cameras; empty: any
+  std::function<bool()> should_stop = [] { return false; };  ///< called while waiting for the hello
   std::function<void(const std::string&)> on_waiting = [](const std::string&) {
-  };  ///< told once, after a second
+  };  ///< called once, after a second
 };
 
 /// A robot that is a child process (docs/formats/robot-process.md), behind the watchdog.
@@ -31,28 +31,28 @@ class ProcessRobot final : public Source, public Robot {
                                                      const ProcessRobotOptions& options = {});
 
   [[nodiscard]] const RobotHello& hello() const { return hello_; }
-  /// Also what was passed over in its lines comes as text. Fails on a line that is not understood, and when
-  /// the process ends: why, in words.
-  Result<std::optional<RobotEvent>> next(Duration most) override;
+  /// Warnings about skipped lines and keys are returned as text. Fails on an invalid line, and with the
+  /// reason when the process ends.
+  Result<std::optional<RobotEvent>> next(Duration timeout) override;
   [[nodiscard]] bool more() const override { return !waiting_.empty() || !texts_.empty(); }
-  /// Never waits. Answers the newest step, when the robot is in lockstep.
+  /// Does not block. Answers the newest step of a robot in lockstep.
   Status command(const VelocityCommand& command) override;
   /// In lockstep: the stamp of the newest step.
   [[nodiscard]] std::optional<SensorTime> now() const override;
-  /// WatchedProcess::drive_from_child(): a process that is there to be killed. next() goes on until the
-  /// watchdog has ended the robot's process.
-  [[nodiscard]] Result<pid_t> drive_from_child(const VelocityCommand& command, double most_s) {
-    return wire_->drive_from_child(command.speed_m_s, command.yaw_rate_rad_s, most_s);
+  /// WatchedProcess::drive_from_child(): starts a process for a test to kill. next() continues until the
+  /// watchdog has ended the robot process.
+  [[nodiscard]] Result<pid_t> drive_from_child(const VelocityCommand& command, double duration_s) {
+    return wire_->drive_from_child(command.speed_m_s, command.yaw_rate_rad_s, duration_s);
   }
-  /// Stops the robot and ends its process; nothing may be asked of it afterwards.
+  /// Stops the robot and ends its process. No other function may be called afterwards.
   void close() { (void)wire_->close(); }
 
  private:
   ProcessRobot(std::unique_ptr<WatchedProcess> wire, const RobotCommand& command,
                std::vector<std::string> cameras)
       : wire_(std::move(wire)), reader_("process:" + command.text(), std::move(cameras)) {}
-  [[nodiscard]] Result<std::optional<RobotMessage>> next_message(Duration most);
-  [[nodiscard]] Error with_last_words(Error error) const;
+  [[nodiscard]] Result<std::optional<RobotMessage>> next_message(Duration timeout);
+  [[nodiscard]] Error with_last_log(Error error) const;
 
   std::unique_ptr<WatchedProcess> wire_;
   RobotMessageReader reader_;
@@ -63,8 +63,8 @@ class ProcessRobot final : public Source, public Robot {
   };
   std::deque<Arrived> waiting_{};
   std::deque<std::string> texts_{};
-  std::string last_words_{};            ///< where a log line is the newest
-  std::optional<SensorTime> newest_{};  ///< stamp of a sample
+  std::string last_log_{};              ///< if the newest message is a log line
+  std::optional<SensorTime> newest_{};  ///< newest stamp of a sample
   ArrivalClock clock_{};
   RobotStep step_{};
 };

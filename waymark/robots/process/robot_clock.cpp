@@ -27,25 +27,25 @@ std::optional<SensorTime> ArrivalClock::at(Duration now) const {
 
 namespace {
 
-constexpr Duration kMostOff = std::chrono::seconds(1);  // longer no picture is under way
+constexpr Duration kMaxDeviation = std::chrono::seconds(1);  // no image takes longer to arrive
 constexpr int kMean = 100;
-constexpr Duration kSetAfter = std::chrono::seconds(1);  // a few messages may be another node's
+constexpr Duration kSetAfter = std::chrono::seconds(1);  // a few messages may come from another node
 constexpr Duration kSameOffset = std::chrono::milliseconds(200);
 
 }  // namespace
 
-/// Why a stamp at this offset is refused: by a clock that was set, or by another clock.
+/// The error for a stamp at this offset: the robot's clock was set, or the stamp is from another clock.
 Error StampGate::refused(const std::string& topic, Duration offset, Duration arrived, bool leads) {
   if (leads && (!other_ || std::chrono::abs(offset - other_->offset) > kSameOffset))
     other_ = {.offset = offset, .since = arrived};
   const double late_s = to_seconds(offset - *offset_);
   if (leads && arrived - other_->since >= kSetAfter)
     return {ErrorCode::Unreadable,
-            fmt::format("the robot's clock was set {} by {:.1f} s: end this command and start it again",
+            fmt::format("the robot's clock was set {} by {:.1f} s: restart this command",
                         late_s > 0 ? "back" : "forward", std::abs(late_s)),
             {.key = topic}};
   return {ErrorCode::Unreadable,
-          fmt::format("its stamp is {:.1f} s {} by the clock of the odometry", std::abs(late_s),
+          fmt::format("its stamp is {:.1f} s {} relative to the odometry's clock", std::abs(late_s),
                       late_s > 0 ? "in the past" : "in the future"),
           {.key = topic},
           "Synchronise the clocks of the robot's computers."};
@@ -54,15 +54,16 @@ Error StampGate::refused(const std::string& topic, Duration offset, Duration arr
 Status StampGate::pass(const std::string& topic, SensorTime stamp, Duration arrived, bool leads) {
   if (stamp <= SensorTime{}) return fail(ErrorCode::Unreadable, "it has no stamp", {.key = topic});
   const Duration offset = arrived - stamp.time_since_epoch();
-  if (!offset_ && !leads) return fail(ErrorCode::Unreadable, "it came before the odometry", {.key = topic});
+  if (!offset_ && !leads)
+    return fail(ErrorCode::Unreadable, "it arrived before the first odometry", {.key = topic});
   if (!offset_) offset_ = offset;
   const Duration late = offset - *offset_;
-  if (std::chrono::abs(late) > kMostOff) return tl::unexpected(refused(topic, offset, arrived, leads));
+  if (std::chrono::abs(late) > kMaxDeviation) return tl::unexpected(refused(topic, offset, arrived, leads));
   auto& newest = newest_.try_emplace(topic, stamp).first->second;
   if (stamp < newest)
     return fail(ErrorCode::Unreadable,
                 fmt::format("its stamp went back by {:.3f} s", to_seconds(newest - stamp)), {.key = topic},
-                "Does another node publish there?");
+                "Check whether another node publishes on this topic.");
   newest = stamp;
   if (!leads) return {};
   *offset_ += late / kMean;

@@ -9,38 +9,39 @@
 
 namespace waymark {
 
-/// What the robot's clock shows now, by when its samples arrive here: the sample that took least on its way
-/// in the last ten to twenty seconds says how the clocks differ. Behind the truth by that sample's way.
+/// Estimates the current time of the robot's clock from the arrival of its samples. The sample with the
+/// smallest delay in the last ten to twenty seconds gives the offset of the clocks. The estimate lags by that
+/// delay.
 class ArrivalClock {
  public:
-  /// `arrived`: by the steady clock here; never backwards.
+  /// `arrived`: steady clock of this computer; must not decrease.
   void receive(SensorTime stamp, Duration arrived);
-  /// Nothing before the first sample.
+  /// Empty before the first sample.
   [[nodiscard]] std::optional<SensorTime> at(Duration now) const;
 
  private:
-  std::optional<Duration> least_{};   ///< arrived - stamp, in the window that runs
+  std::optional<Duration> least_{};   ///< smallest arrived - stamp in the current window
   std::optional<Duration> before_{};  ///< in the window before
   Duration window_began_{};
 };
 
-/// Refuses stamps that would mislead an estimator: those that go back within a topic, and those of another
-/// clock than the odometry's. The clocks of robot and computer may differ by any amount, which is measured;
-/// when one of them is set while they run, everything after it is refused: samples before and after it have
-/// no common time.
+/// Rejects stamps that would mislead an estimator: those that decrease within a topic, and those of another
+/// clock than the odometry's. The clocks of robot and computer may differ by any amount, which is measured.
+/// If one of them is set while they run, all later samples are rejected, because they share no clock with the
+/// earlier ones.
 class StampGate {
  public:
-  /// Fails, and says why, on a stamp that is refused. `arrived`: steady clock here. `leads`: the topic whose
-  /// clock counts; other topics are refused until it spoke.
+  /// Fails with the reason if the stamp is rejected. `arrived`: steady clock of this computer. `leads`: the
+  /// topic defines the clock (odometry); other topics are rejected until its first message.
   Status pass(const std::string& topic, SensorTime stamp, Duration arrived, bool leads);
-  /// Steady clock here less the robot's, in the mean of the last hundred odometry messages; nothing before
-  /// the first.
+  /// Steady clock of this computer minus the robot's clock, averaged over about the last hundred odometry
+  /// messages; empty before the first.
   [[nodiscard]] std::optional<Duration> offset() const { return offset_; }
 
  private:
   [[nodiscard]] Error refused(const std::string& topic, Duration offset, Duration arrived, bool leads);
 
-  /// An offset that the leading topic has shown since `since`, another than the one that counts.
+  /// An offset of the leading topic since `since` that differs from the accepted one.
   struct OtherOffset {
     Duration offset{};
     Duration since{};

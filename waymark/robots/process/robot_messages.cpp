@@ -73,38 +73,37 @@ std::optional<std::vector<std::uint8_t>> decode_base64(std::string_view text) {
 
 using nlohmann::json;
 
-/// The keys of one line, taken one after the other; the first mistake is kept, and everything after it is
-/// zero.
+/// Reads the keys of one line. The first error is kept; values read after it are zero.
 class MessageFields {
  public:
   MessageFields(RobotMessageReader& reader, const json& object, std::string type, std::int64_t line);
 
-  [[nodiscard]] double number(const char* key, double least, double most);
-  [[nodiscard]] double number_or(const char* key, double least, double most, double otherwise);
-  [[nodiscard]] std::int64_t integer(const char* key, std::int64_t least, std::int64_t most);
+  [[nodiscard]] double number(const char* key, double min, double max);
+  [[nodiscard]] double number_or(const char* key, double min, double max, double otherwise);
+  [[nodiscard]] std::int64_t integer(const char* key, std::int64_t min, std::int64_t max);
   [[nodiscard]] std::string text(const char* key, bool needed = true);
   [[nodiscard]] bool flag_or_false(const char* key);
-  /// stamp_s or stamp_ns; no stream goes back. Each camera is a stream of its own.
+  /// stamp_s or stamp_ns. Fails if it decreases within the stream; each camera is a stream of its own.
   [[nodiscard]] SensorTime stamp(const std::string& camera = {});
-  /// The camera of a line: where none is named, the only one. What cannot be told, and a name that the robot
-  /// does not have, leaves the line out.
+  /// The camera of a line; if the line names none, the only camera. An ambiguous or unknown camera skips the
+  /// line.
   [[nodiscard]] std::string camera();
-  /// Numbers; null is not a number, where `holes` are allowed.
-  [[nodiscard]] std::vector<double> numbers(const char* key, std::size_t most, bool holes = false);
-  [[nodiscard]] const json* array(const char* key, std::size_t most);
+  /// A list of at most `max_count` numbers. With `allow_null`, null is infinity.
+  [[nodiscard]] std::vector<double> numbers(const char* key, std::size_t max_count, bool allow_null = false);
+  [[nodiscard]] const json* array(const char* key, std::size_t max_count);
   [[nodiscard]] bool has(const char* key);
 
-  void wrong(const std::string& key, const std::string& words, const std::string& hint = {});
-  /// The line is understood, what it brings cannot be used: it is said, counted and left out.
-  void leave_out(std::string words) { left_out_ = std::move(words); }
+  void wrong(const std::string& key, const std::string& message, const std::string& hint = {});
+  /// The line is valid, but its content cannot be used: it is skipped, counted and reported.
+  void skip(std::string reason) { skip_reason_ = std::move(reason); }
   [[nodiscard]] bool of_unknown_camera() const { return unknown_camera_; }
-  [[nodiscard]] const std::string& left_out() const { return left_out_; }
-  /// Says the keys that nobody took; the first mistake, if there was one.
+  [[nodiscard]] const std::string& skip_reason() const { return skip_reason_; }
+  /// Warns about unused keys; fails with the first error.
   [[nodiscard]] Status finish();
 
  private:
   [[nodiscard]] const json* find(const char* key, bool needed);
-  [[nodiscard]] double checked(const json& value, const char* key, double least, double most);
+  [[nodiscard]] double checked(const json& value, const char* key, double min, double max);
 
   RobotMessageReader& reader_;
   const json& object_;
@@ -112,7 +111,7 @@ class MessageFields {
   std::int64_t line_;
   std::set<std::string> taken_{"type"};
   Status status_{};
-  std::string left_out_{};
+  std::string skip_reason_{};
   bool unknown_camera_ = false;
 };
 
@@ -120,9 +119,9 @@ MessageFields::MessageFields(RobotMessageReader& reader, const json& object, std
                              std::int64_t line)
     : reader_(reader), object_(object), type_(std::move(type)), line_(line) {}
 
-void MessageFields::wrong(const std::string& key, const std::string& words, const std::string& hint) {
+void MessageFields::wrong(const std::string& key, const std::string& message, const std::string& hint) {
   if (status_)
-    status_ = fail(ErrorCode::Unreadable, words,
+    status_ = fail(ErrorCode::Unreadable, message,
                    {.source = reader_.name_, .line = line_, .key = type_ + "." + key}, hint);
 }
 
@@ -136,41 +135,40 @@ const json* MessageFields::find(const char* key, bool needed) {
       if (name != "type") there.push_back(name);
     }
     const std::string near = nearest_word(key, there);
-    wrong(key, "is missing", near.empty() ? "" : fmt::format("There is '{}': keys carry their unit.", near));
+    wrong(key, "is missing",
+          near.empty() ? "" : fmt::format("Did you mean '{}'? Keys end with their unit.", near));
   }
   return nullptr;
 }
 
 bool MessageFields::has(const char* key) { return find(key, false) != nullptr; }
 
-double MessageFields::checked(const json& value, const char* key, double least, double most) {
+double MessageFields::checked(const json& value, const char* key, double min, double max) {
   const double number = value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN();
   if (!value.is_number())
-    wrong(key, fmt::format("is not a number but {}", value.dump().substr(0, 40)));
-  else if (!(number >= least && number <= most))
-    wrong(key, fmt::format("{} is outside [{}, {}]", number, least, most));
+    wrong(key, fmt::format("{} is not a number", value.dump().substr(0, 40)));
+  else if (!(number >= min && number <= max))
+    wrong(key, fmt::format("{} is outside [{}, {}]", number, min, max));
   else
     return number;
   return 0;
 }
 
-double MessageFields::number(const char* key, double least, double most) {
+double MessageFields::number(const char* key, double min, double max) {
   const json* value = find(key, true);
-  return value == nullptr ? 0 : checked(*value, key, least, most);
+  return value == nullptr ? 0 : checked(*value, key, min, max);
 }
 
-double MessageFields::number_or(const char* key, double least, double most, double otherwise) {
+double MessageFields::number_or(const char* key, double min, double max, double otherwise) {
   const json* value = find(key, false);
-  return value == nullptr ? otherwise : checked(*value, key, least, most);
+  return value == nullptr ? otherwise : checked(*value, key, min, max);
 }
 
-std::int64_t MessageFields::integer(const char* key, std::int64_t least, std::int64_t most) {
+std::int64_t MessageFields::integer(const char* key, std::int64_t min, std::int64_t max) {
   const json* value = find(key, true);
   if (value == nullptr) return 0;
-  if (!value->is_number_integer() || value->get<std::int64_t>() < least ||
-      value->get<std::int64_t>() > most) {
-    wrong(key, fmt::format("is not a whole number from {} to {} but {}", least, most,
-                           value->dump().substr(0, 40)));
+  if (!value->is_number_integer() || value->get<std::int64_t>() < min || value->get<std::int64_t>() > max) {
+    wrong(key, fmt::format("{} is not an integer in [{}, {}]", value->dump().substr(0, 40), min, max));
     return 0;
   }
   return value->get<std::int64_t>();
@@ -180,7 +178,7 @@ std::string MessageFields::text(const char* key, bool needed) {
   const json* value = find(key, needed);
   if (value == nullptr) return {};
   if (value->is_string()) return value->get<std::string>();
-  wrong(key, fmt::format("is not text but {}", value->dump().substr(0, 40)));
+  wrong(key, fmt::format("{} is not a string", value->dump().substr(0, 40)));
   return {};
 }
 
@@ -192,56 +190,55 @@ bool MessageFields::flag_or_false(const char* key) {
 }
 
 std::string MessageFields::camera() {
-  const std::vector<std::string>& known = reader_.cameras_;
+  const std::vector<std::string>& cameras = reader_.cameras_;
   const bool named = has("camera");
   std::string name = named ? text("camera") : std::string();
-  if (!named && known.size() < 2) return known.empty() ? "cam" : known.front();
-  if (known.empty() || std::ranges::find(known, name) != known.end()) return name;
+  if (!named && cameras.size() < 2) return cameras.empty() ? "cam" : cameras.front();
+  if (cameras.empty() || std::ranges::find(cameras, name) != cameras.end()) return name;
   unknown_camera_ = true;
-  leave_out(fmt::format("{}; the robot has {}",
-                        named ? fmt::format("there is no camera '{}'", name) : "no camera is named",
-                        fmt::join(known, ", ")));
+  skip(fmt::format("{}; the robot has {}", named ? fmt::format("unknown camera '{}'", name) : "no 'camera'",
+                   fmt::join(cameras, ", ")));
   return name;
 }
 
 SensorTime MessageFields::stamp(const std::string& camera) {
-  constexpr std::int64_t kMost_ns = std::int64_t{1} << 62U;
-  constexpr double kMost_s = 4e9;
+  constexpr std::int64_t kMaxStamp_ns = std::int64_t{1} << 62U;
+  constexpr double kMaxStamp_s = 4e9;
   SensorTime stamp{};
   if (has("stamp_ns"))
-    stamp = SensorTime(Duration(integer("stamp_ns", 0, kMost_ns)));
+    stamp = SensorTime(Duration(integer("stamp_ns", 0, kMaxStamp_ns)));
   else
-    stamp = SensorTime(Duration(std::llround(number("stamp_s", 0, kMost_s) * 1e9)));
+    stamp = SensorTime(Duration(std::llround(number("stamp_s", 0, kMaxStamp_s) * 1e9)));
   if (!status_) return stamp;
   auto& newest = reader_.newest_.try_emplace(type_ + "/" + camera, stamp).first->second;
   if (stamp < newest)
     wrong("stamp_s",
-          fmt::format("the robot's clock went back by {:.3f} s since the last line of this type",
+          fmt::format("the robot's clock went back by {:.3f} s since the previous line of this type",
                       to_seconds(newest - stamp)),
-          "Stamp with a steady clock (time.monotonic() in Python).");
+          "Use stamps of a steady clock (time.monotonic() in Python).");
   newest = stamp;
   return stamp;
 }
 
-const json* MessageFields::array(const char* key, std::size_t most) {
+const json* MessageFields::array(const char* key, std::size_t max_count) {
   const json* value = find(key, true);
   if (value == nullptr) return nullptr;
-  if (value->is_array() && value->size() <= most) return value;
-  wrong(key, value->is_array() ? fmt::format("has {} entries, more than {}", value->size(), most)
+  if (value->is_array() && value->size() <= max_count) return value;
+  wrong(key, value->is_array() ? fmt::format("has {} entries, more than {}", value->size(), max_count)
                                : std::string("is not a list"));
   return nullptr;
 }
 
-std::vector<double> MessageFields::numbers(const char* key, std::size_t most, bool holes) {
-  constexpr double kAnything = 1e12;
+std::vector<double> MessageFields::numbers(const char* key, std::size_t max_count, bool allow_null) {
+  constexpr double kMaxNumber = 1e12;
   std::vector<double> numbers;
-  const json* list = array(key, most);
+  const json* list = array(key, max_count);
   if (list == nullptr) return numbers;
   for (const json& value : *list) {
-    if (holes && value.is_null())
+    if (allow_null && value.is_null())
       numbers.push_back(std::numeric_limits<double>::infinity());
     else
-      numbers.push_back(checked(value, key, -kAnything, kAnything));
+      numbers.push_back(checked(value, key, -kMaxNumber, kMaxNumber));
   }
   return numbers;
 }
@@ -250,24 +247,24 @@ Status MessageFields::finish() {
   if (!status_) return status_;
   for (const auto& [key, value] : object_.items()) {
     if (!taken_.contains(key))
-      reader_.warn_once(fmt::format("line {}: '{}' of {} is not known and passed over", line_, key, type_));
+      reader_.warn_once(fmt::format("line {}: unknown key '{}' of {}; ignored", line_, key, type_));
   }
   return {};
 }
 
 namespace {
 
-constexpr double kFarthest_m = 1e6;
+constexpr double kMaxDistance_m = 1e6;
 
 TagId id_of(MessageFields& fields, const json& tag) {
   const bool named = tag.is_object() && tag.contains("tag") && tag["tag"].is_string();
   const auto id = parse_tag_id(named ? tag["tag"].get<std::string>() : std::string());
   if (id) return *id;
-  fields.wrong("tags", "a tag has no name such as \"tag36h11:7\" under the key 'tag'");
+  fields.wrong("tags", "'tag' is not a tag name such as \"tag36h11:7\"");
   return {};
 }
 
-/// Empty where there are not `count` numbers.
+/// The numbers of a list; empty if there are not exactly `count`.
 std::vector<double> entries(const json& object, const char* key, std::size_t count) {
   const auto list = object.is_object() ? object.find(key) : object.end();
   std::vector<double> numbers;
@@ -277,7 +274,7 @@ std::vector<double> entries(const json& object, const char* key, std::size_t cou
   return numbers.size() == count ? numbers : std::vector<double>();
 }
 
-/// A tag of a line `detections`. What is wrong with it is said to the fields.
+/// A tag of a line `detections`. Reports errors to `fields`.
 TagDetection detection_of(MessageFields& fields, const json& tag) {
   TagDetection detection;
   const json none;
@@ -293,7 +290,7 @@ TagDetection detection_of(MessageFields& fields, const json& tag) {
   };
   if (!corners.is_array() || corners.size() != 4 || !std::ranges::all_of(corners, is_point)) {
     fields.wrong("tags", "'corners_px' is not four points [x, y]",
-                 "Top left, top right, bottom right, bottom left of the printed tag.");
+                 "The order is top left, top right, bottom right, bottom left of the printed tag.");
     return detection;
   }
   for (std::size_t i = 0; i < 4; ++i)
@@ -306,13 +303,13 @@ TagDetection detection_of(MessageFields& fields, const json& tag) {
   return detection;
 }
 
-/// A tag of a line `tag_poses`; likewise.
+/// A tag of a line `tag_poses`. Reports errors to `fields`.
 SeenTagPose tag_pose_of(MessageFields& fields, const json& tag) {
   const TagId id = id_of(fields, tag);
   const std::vector<double> at = entries(tag, "position_m", 3);
   const std::vector<double> q = entries(tag, "rotation_xyzw", 4);
   const bool near =
-      !at.empty() && std::ranges::all_of(at, [](double x) { return std::abs(x) < kFarthest_m; });
+      !at.empty() && std::ranges::all_of(at, [](double x) { return std::abs(x) < kMaxDistance_m; });
   if (!near) fields.wrong("tags", "'position_m' is not three numbers");
   Result<SO3> rotation = fail(ErrorCode::Unreadable, "'rotation_xyzw' is not four numbers");
   if (!q.empty()) rotation = SO3::try_from_quaternion(Eigen::Quaterniond(q[3], q[0], q[1], q[2]));
@@ -321,12 +318,12 @@ SeenTagPose tag_pose_of(MessageFields& fields, const json& tag) {
                           : SeenTagPose{id, {}};
 }
 
-constexpr double kFar_m = 1e6;
-constexpr double kFast = 100;
-constexpr double kTurned_rad = 1e7;
-constexpr std::int64_t kMostPixels = 50'000'000;
-/// Corners of a tag stand at depth 5; the rest is for keys that are not known yet.
-constexpr std::size_t kDeepest = 16;
+constexpr double kMaxCoordinate_m = 1e6;
+constexpr double kMaxSpeed = 100;  // m/s and rad/s
+constexpr double kMaxAngle_rad = 1e7;
+constexpr std::int64_t kMaxPixels = 50'000'000;
+/// Tag corners are at depth 5; the rest is reserved for future keys.
+constexpr std::size_t kMaxDepth = 16;
 
 RobotHello hello_of(MessageFields& fields) {
   RobotHello hello;
@@ -334,7 +331,7 @@ RobotHello hello_of(MessageFields& fields) {
   if (hello.protocol_version > kRobotProtocol)
     fields.wrong("protocol_version",
                  fmt::format("{} is newer than this program's {}", hello.protocol_version, kRobotProtocol),
-                 "Update waymark, or let the robot speak the older version.");
+                 "Update waymark, or configure the robot to use the older version.");
   hello.name = fields.text("name");
   (void)fields.has("stamp_s");
   hello.lockstep = fields.flag_or_false("lockstep");
@@ -342,38 +339,38 @@ RobotHello hello_of(MessageFields& fields) {
   hello.simulated = fields.flag_or_false("simulated");
   if (fields.has("sends")) {
     const json* list = fields.array("sends", 100);
-    for (const json& word : list != nullptr ? *list : json::array()) {
-      if (word.is_string())
-        hello.sends.push_back(word.get<std::string>());
+    for (const json& type : list != nullptr ? *list : json::array()) {
+      if (type.is_string())
+        hello.sends.push_back(type.get<std::string>());
       else
-        fields.wrong("sends", "is not a list of words");
+        fields.wrong("sends", "is not a list of strings");
     }
   }
   return hello;
 }
 
 RobotLog log_of(MessageFields& fields) {
-  (void)fields.has("stamp_s");  // may be there, says nothing
+  (void)fields.has("stamp_s");  // allowed, but not used
   return {fields.text("text")};
 }
 
 SE2 pose_of(MessageFields& fields) {
-  const double x_m = fields.number("x_m", -kFar_m, kFar_m);
-  const double y_m = fields.number("y_m", -kFar_m, kFar_m);
-  return {SO2(fields.number("yaw_rad", -kTurned_rad, kTurned_rad)), Eigen::Vector2d(x_m, y_m)};
+  const double x_m = fields.number("x_m", -kMaxCoordinate_m, kMaxCoordinate_m);
+  const double y_m = fields.number("y_m", -kMaxCoordinate_m, kMaxCoordinate_m);
+  return {SO2(fields.number("yaw_rad", -kMaxAngle_rad, kMaxAngle_rad)), Eigen::Vector2d(x_m, y_m)};
 }
 
 Sample odometry_of(MessageFields& fields) {
   Odometry odometry{.stamp = fields.stamp(), .odom_T_base = pose_of(fields)};
-  odometry.speed_m_s = fields.number("speed_m_s", -kFast, kFast);
-  odometry.yaw_rate_rad_s = fields.number("yaw_rate_rad_s", -kFast, kFast);
+  odometry.speed_m_s = fields.number("speed_m_s", -kMaxSpeed, kMaxSpeed);
+  odometry.yaw_rate_rad_s = fields.number("yaw_rate_rad_s", -kMaxSpeed, kMaxSpeed);
   return odometry;
 }
 
 Sample command_of(MessageFields& fields) {
   StampedCommand command{.stamp = fields.stamp()};
-  command.command.speed_m_s = fields.number("speed_m_s", -kFast, kFast);
-  command.command.yaw_rate_rad_s = fields.number("yaw_rate_rad_s", -kFast, kFast);
+  command.command.speed_m_s = fields.number("speed_m_s", -kMaxSpeed, kMaxSpeed);
+  command.command.yaw_rate_rad_s = fields.number("yaw_rate_rad_s", -kMaxSpeed, kMaxSpeed);
   return command;
 }
 
@@ -384,8 +381,8 @@ Sample truth_of(MessageFields& fields) {
 
 Sample wheels_of(MessageFields& fields) {
   const SensorTime stamp = fields.stamp();
-  const double left_rad = fields.number("left_rad", -kTurned_rad, kTurned_rad);
-  return WheelTicks{stamp, left_rad, fields.number("right_rad", -kTurned_rad, kTurned_rad)};
+  const double left_rad = fields.number("left_rad", -kMaxAngle_rad, kMaxAngle_rad);
+  return WheelTicks{stamp, left_rad, fields.number("right_rad", -kMaxAngle_rad, kMaxAngle_rad)};
 }
 
 Eigen::Vector3d vector_of(MessageFields& fields, const char* key) {
@@ -407,8 +404,8 @@ Sample scan_of(MessageFields& fields) {
   scan.angle_min_rad = fields.number("angle_min_rad", -10, 10);
   scan.angle_increment_rad = fields.number("angle_increment_rad", -1, 1);
   scan.time_increment_s = fields.number_or("time_increment_s", 0, 1, 0);
-  scan.range_min_m = fields.number("range_min_m", 0, kFar_m);
-  scan.range_max_m = fields.number("range_max_m", 0, kFar_m);
+  scan.range_min_m = fields.number("range_min_m", 0, kMaxCoordinate_m);
+  scan.range_max_m = fields.number("range_max_m", 0, kMaxCoordinate_m);
   for (const double range_m : fields.numbers("ranges_m", 100'000, true))
     scan.ranges_m.push_back(static_cast<float>(range_m));
   return scan;
@@ -445,8 +442,8 @@ Sample image_of(MessageFields& fields) {
   const std::string path = fields.text("path", false);
   const std::string base64 = fields.text("jpeg_base64", false);
   if (fields.of_unknown_camera()) return frame;
-  Result<Image> image = fail(ErrorCode::Unreadable, "neither 'path' nor 'jpeg_base64' is there");
-  const DecodeOptions limits{.max_pixels = kMostPixels};
+  Result<Image> image = fail(ErrorCode::Unreadable, "neither 'path' nor 'jpeg_base64' is given");
+  const DecodeOptions limits{.max_pixels = kMaxPixels};
   if (!path.empty()) {
     image = read_image(path, limits);
   } else if (!base64.empty()) {
@@ -459,7 +456,7 @@ Sample image_of(MessageFields& fields) {
   else if (path.empty() && base64.empty())
     fields.wrong("path", to_string(image.error()));
   else
-    fields.leave_out(to_string(image.error()));
+    fields.skip(to_string(image.error()));
   return frame;
 }
 
@@ -476,41 +473,41 @@ const std::map<std::string, ReadSample>& sample_types() {
 
 }  // namespace
 
-void RobotMessageReader::warn_once(const std::string& words) {
-  // The line differs each time, the rest does not.
-  const std::string what = words.substr(words.find(':') == std::string::npos ? 0 : words.find(':'));
-  constexpr std::size_t kMostWarnings = 50;
-  if (said_.size() < kMostWarnings && said_.insert(what).second) warnings_.push_back(words);
+void RobotMessageReader::warn_once(const std::string& warning) {
+  // Equal warnings differ only in their line number.
+  const std::string text = warning.substr(warning.find(':') == std::string::npos ? 0 : warning.find(':'));
+  constexpr std::size_t kMaxWarnings = 50;
+  if (warned_.size() < kMaxWarnings && warned_.insert(text).second) warnings_.push_back(warning);
 }
 
-/// Said at once, and again each time their number has doubled.
-void RobotMessageReader::warn_of_left_out(std::int64_t line, const MessageFields& fields) {
+/// Warns about the first skipped line, and again each time their number has doubled.
+void RobotMessageReader::warn_skipped(std::int64_t line, const MessageFields& fields) {
   unsigned& count = fields.of_unknown_camera() ? unknown_cameras_ : unreadable_pictures_;
   ++count;
   if ((count & (count - 1)) != 0) return;
-  const char* what = fields.of_unknown_camera() ? "lines of cameras that the robot does not have were"
-                                                : "pictures could not be read and were";
-  warnings_.push_back(
-      fmt::format("line {}: {} {} left out, the last one: {}", line, count, what, fields.left_out()));
+  const char* what = fields.of_unknown_camera() ? "line of an unknown camera" : "unreadable image";
+  const char* plural = fields.of_unknown_camera() ? "lines of unknown cameras" : "unreadable images";
+  warnings_.push_back(fmt::format("line {}: skipped {} {}; the last one: {}", line, count,
+                                  count == 1 ? what : plural, fields.skip_reason()));
 }
 
 Result<std::optional<RobotMessage>> RobotMessageReader::read(const Line& line) {
   const Place place{.source = name_, .line = line.number};
-  const auto bad = [&](std::string words, std::string hint = {}) {
-    return fail(ErrorCode::Unreadable, std::move(words), place, std::move(hint));
+  const auto bad = [&](std::string message, std::string hint = {}) {
+    return fail(ErrorCode::Unreadable, std::move(message), place, std::move(hint));
   };
   if (line.too_long) return bad(fmt::format("is longer than {} bytes", kLongestLine));
   if (line.text.find_first_not_of(" \t\r") == std::string::npos) return std::optional<RobotMessage>();
-  if (json_depth(line.text, kDeepest) > kDeepest)
-    return bad(fmt::format("has lists or objects more than {} deep in each other", kDeepest),
-               "No message of the protocol is deeper than 5.");
+  if (json_depth(line.text, kMaxDepth) > kMaxDepth)
+    return bad(fmt::format("lists or objects are nested more than {} deep", kMaxDepth),
+               "Messages of the protocol are at most 5 deep.");
   const json object = json::parse(line.text, nullptr, false);
   if (object.is_discarded() || !object.is_object())
-    return bad(
-        fmt::format("is no JSON object: '{}'", line.text.substr(0, 60)),
-        line.text.find("NaN") != std::string::npos || line.text.find("Infinity") != std::string::npos
-            ? "JSON has neither NaN nor Infinity: let the robot leave out a sample that it does not know."
-            : "Standard output carries messages alone: let the robot print words on standard error.");
+    return bad(fmt::format("not a JSON object: '{}'", line.text.substr(0, 60)),
+               line.text.find("NaN") != std::string::npos || line.text.find("Infinity") != std::string::npos
+                   ? "JSON has neither NaN nor Infinity; the robot must omit a sample without a value."
+                   : "Standard output is for protocol messages only; the robot must print other text to "
+                     "standard error.");
   const auto type = object.find("type");
   if (type == object.end() || !type->is_string()) return bad("has no 'type'");
   const auto name = type->get<std::string>();
@@ -522,17 +519,17 @@ Result<std::optional<RobotMessage>> RobotMessageReader::read(const Line& line) {
     message = log_of(fields);
   else if (!greeted_)
     return bad(fmt::format("'{}' came before 'hello'", name),
-               R"(The first line is {"type":"hello","protocol_version":1,"name":"my robot"}.)");
+               R"(The first line must be {"type":"hello","protocol_version":1,"name":"my robot"}.)");
   else if (name == "step")
     message = RobotStep{fields.integer("step", 1, std::int64_t{1} << 52U), fields.stamp()};
-  else if (const auto known = sample_types().find(name); known != sample_types().end())
-    message = known->second(fields);
+  else if (const auto found = sample_types().find(name); found != sample_types().end())
+    message = found->second(fields);
   else
-    warn_once(fmt::format("line {}: lines of type '{}' are not known and passed over", line.number, name));
+    warn_once(fmt::format("line {}: unknown line type '{}'; ignored", line.number, name));
   if (!message) return message;
   if (Status status = fields.finish(); !status) return tl::unexpected(status.error());
-  if (!fields.left_out().empty()) {
-    warn_of_left_out(line.number, fields);
+  if (!fields.skip_reason().empty()) {
+    warn_skipped(line.number, fields);
     return std::optional<RobotMessage>();
   }
   greeted_ = greeted_ || name == "hello";
@@ -541,7 +538,7 @@ Result<std::optional<RobotMessage>> RobotMessageReader::read(const Line& line) {
 
 RobotOrderLine parse_order_line(const std::string& text) {
   RobotOrderLine order;
-  if (json_depth(text, kDeepest) > kDeepest) return order;
+  if (json_depth(text, kMaxDepth) > kMaxDepth) return order;
   const json object = json::parse(text, nullptr, false);
   if (!object.is_object()) return order;
   const std::string type = object.value("type", json()).is_string() ? object["type"].get<std::string>() : "";
@@ -628,7 +625,7 @@ ordered_json of(const GamepadState& pad) {
   return line;
 }
 
-/// A robot with one camera need not name it.
+/// Adds the camera unless it is the default name of a robot with one camera.
 void add_camera(ordered_json& line, const std::string& camera) {
   if (camera != "cam") line["camera"] = camera;
 }
@@ -706,7 +703,7 @@ std::string to_line(const RobotMessage& message, const std::vector<std::uint8_t>
     line = std::visit([](const auto& value) { return of(value); }, message);
   }
   if (line.is_null() || line.empty()) return {};
-  // Words may quote bytes of a network that are no UTF-8.
+  // Messages may quote bytes from a network that are not valid UTF-8.
   return line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 

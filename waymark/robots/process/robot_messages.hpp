@@ -17,22 +17,22 @@
 
 namespace waymark {
 
-/// RFC 4648, section 4, with padding.
+/// Base64 of RFC 4648, section 4, with padding.
 [[nodiscard]] std::string encode_base64(std::span<const std::uint8_t> bytes);
-/// Nothing when a character is none of the alphabet, or the length or the padding is wrong.
+/// Empty if a character is not in the alphabet, or the length or the padding is wrong.
 [[nodiscard]] std::optional<std::vector<std::uint8_t>> decode_base64(std::string_view text);
 
-/// Of docs/formats/robot-process.md.
+/// Protocol version of docs/formats/robot-process.md.
 inline constexpr std::int64_t kRobotProtocol = 1;
 
 /// The first line of a robot.
 struct RobotHello {
   std::int64_t protocol_version = kRobotProtocol;
   std::string name{};
-  std::vector<std::string> sends{};  ///< types of the lines that will come
-  bool lockstep = false;             ///< its time stands still until each step is answered
-  bool simulated_time = false;       ///< its time goes as fast as its samples say, not as that of a clock
-  bool simulated = false;            ///< no wheels turn; a robot in lockstep is simulated, whatever it says
+  std::vector<std::string> sends{};  ///< types of the lines that it will send
+  bool lockstep = false;             ///< its time does not advance until each step is answered
+  bool simulated_time = false;       ///< its time is the stamp of its newest sample, not a clock
+  bool simulated = false;            ///< not a real robot; a robot in lockstep is always simulated
 
   [[nodiscard]] bool is_real() const { return !lockstep && !simulated && !simulated_time; }
 };
@@ -43,7 +43,7 @@ struct RobotStep {
   SensorTime stamp{};
 };
 
-/// Something to be shown to whoever drives.
+/// A message for the operator.
 struct RobotLog {
   std::string text{};
 };
@@ -52,48 +52,48 @@ using RobotMessage = std::variant<RobotHello, RobotStep, RobotLog, Sample>;
 
 class MessageFields;
 
-/// Turns the lines of a robot into messages. Strict: a line that is not understood is an error that names the
-/// line and the key, because a robot that is half understood must not be driven. Keys and types that are not
-/// known are passed over, and said once.
+/// Parses the lines of a robot. Strict: an invalid line is an error with its line and key, because a robot
+/// whose data is partly unreadable must not be driven. Unknown keys and types are ignored with one warning
+/// each.
 class RobotMessageReader {
  public:
-  /// `name`: what errors call the robot; `cameras`: the names of those it has, empty: any.
+  /// `name`: the robot's name in errors; `cameras`: names of its cameras, empty: any.
   explicit RobotMessageReader(std::string name, std::vector<std::string> cameras = {})
       : name_(std::move(name)), cameras_(std::move(cameras)) {}
 
-  /// Nothing for an empty line and for an unknown type. Pictures are read and decoded; one that cannot be is
-  /// left out, counted, and named among the warnings; so is what an unknown camera saw.
+  /// The message of a line; empty for an empty line and for an unknown type. Images are read and decoded.
+  /// Unreadable images and lines of unknown cameras are skipped, counted, and reported as warnings.
   [[nodiscard]] Result<std::optional<RobotMessage>> read(const Line& line);
-  /// What was passed over, in words, since the last call.
+  /// The warnings since the last call.
   [[nodiscard]] std::vector<std::string> take_warnings() { return std::exchange(warnings_, {}); }
 
  private:
   friend class MessageFields;
-  void warn_once(const std::string& words);
-  void warn_of_left_out(std::int64_t line, const MessageFields& fields);
+  void warn_once(const std::string& warning);
+  void warn_skipped(std::int64_t line, const MessageFields& fields);
 
   std::string name_;
   std::vector<std::string> cameras_;
-  std::set<std::string> said_{};
+  std::set<std::string> warned_{};
   std::vector<std::string> warnings_{};
   bool greeted_ = false;
   unsigned unreadable_pictures_ = 0;
-  unsigned unknown_cameras_ = 0;                ///< lines of
+  unsigned unknown_cameras_ = 0;                ///< number of their lines
   std::map<std::string, SensorTime> newest_{};  ///< by type, and camera
 };
 
-/// The line of a message, with its end. Of a picture the caller gives the bytes of a JPEG or PNG file; a
-/// sample that has no line (ranges, commands) gives nothing.
+/// The line of a message, with its newline. `picture`: for an image, the bytes of a JPEG or PNG file. Empty
+/// for samples without a line (ranges, commands).
 [[nodiscard]] std::string to_line(const RobotMessage& message, const std::vector<std::uint8_t>& picture = {});
 
-/// What a robot is told, as its process reads it.
+/// An order to the robot, as its process parses it.
 struct RobotOrderLine {
   enum class Kind : std::uint8_t { Hello, Velocity, Bye, Other };
   Kind kind = Kind::Other;
   VelocityCommand command{};
   std::int64_t step = 0;
   bool by_watchdog = false;
-  bool listen_only = false;  ///< of a hello: no velocity will come, somebody else drives
+  bool listen_only = false;  ///< hello only: no velocity will follow, another program drives
 };
 [[nodiscard]] RobotOrderLine parse_order_line(const std::string& text);
 

@@ -9,20 +9,21 @@
 
 namespace waymark {
 
-/// Of the field `listen_only` of a robot process.
-inline constexpr std::string_view kListenOnlyHelp = "Send the robot nothing: somebody else drives it";
+/// Help of the field `listen_only`.
+inline constexpr std::string_view kListenOnlyHelp =
+    "Listen only: send no command, since another program drives the robot";
 
-/// The ends of a robot process (docs/formats/robot-process.md), as its program sees them.
+/// Input and output of a robot process (docs/formats/robot-process.md).
 struct RobotWire {
-  int input = 0;                                       ///< orders come by it
-  std::function<bool(const std::string& line)> write;  ///< false: nobody reads any more
-  std::function<void(const std::string& words)> say;   ///< for people, before the hello
+  int input = 0;                                       ///< descriptor of the orders
+  std::function<bool(const std::string& line)> write;  ///< false: the reader has gone
+  std::function<void(const std::string& text)> say;    ///< shows messages to the user before the hello
   std::function<bool()> should_stop = [] { return false; };
-  bool listen_only = false;  ///< somebody else drives: nothing is sent to the robot
+  bool listen_only = false;  ///< another program drives: nothing is sent to the robot
 };
 
-/// What a user says of a robot process that joins a network.
-struct RobotWireWords {
+/// User settings of a robot process that joins a network.
+struct RobotWireSettings {
   bool share_commands = false;  ///< drive although another program commands the robot
   bool listen_only = false;     ///< RobotWire::listen_only
 
@@ -34,14 +35,13 @@ struct RobotWireWords {
     visit(self.listen_only, JobField("listen_only", kListenOnlyHelp));
   }
 
-  /// Nobody is asked whether others command the robot as well.
+  /// Whether the check for other programs that command the robot is skipped.
   [[nodiscard]] bool shares() const { return share_commands || listen_only; }
 };
 
-/// What the program at the other end of the input is there for. Nothing is sent to the robot before it
-/// drives.
+/// The role of the program that writes to the input. Nothing is sent to the robot unless it drives.
 enum class InputRole : std::uint8_t {
-  Unknown,  ///< it has said nothing yet
+  Unknown,  ///< nothing received yet
   Drives,   ///< by its hello, or by its first velocity
   Listens,  ///< by its hello ("listen_only"), or by RobotWire::listen_only
 };

@@ -14,8 +14,8 @@
 namespace waymark {
 namespace {
 
-constexpr double kFarthest_m = 1e6;
-constexpr double kMostTilt_rad = 0.1;
+constexpr double kMaxPosition_m = 1e6;
+constexpr double kMaxTilt_rad = 0.1;
 
 tl::unexpected<Error> wrong(std::string message, std::string hint = {}) {
   return fail(ErrorCode::InvalidArgument, std::move(message), {.source = kInitialPoseTopic}, std::move(hint));
@@ -24,11 +24,11 @@ tl::unexpected<Error> wrong(std::string message, std::string hint = {}) {
 bool plausible(const ros2::Pose& pose) {
   const ros2::Quaternion& q = pose.orientation;
   const double squared = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
-  return std::abs(pose.position.x) < kFarthest_m && std::abs(pose.position.y) < kFarthest_m &&
-         std::abs(pose.position.z) < kFarthest_m && std::abs(squared - 1) < 0.1;
+  return std::abs(pose.position.x) < kMaxPosition_m && std::abs(pose.position.y) < kMaxPosition_m &&
+         std::abs(pose.position.z) < kMaxPosition_m && std::abs(squared - 1) < 0.1;
 }
 
-/// Rows and columns x, y and turn about z of the six.
+/// The rows and columns x, y and yaw of the 6 x 6 covariance.
 Eigen::Matrix3d planar_covariance(const std::array<double, 36>& six) {
   constexpr std::array<std::size_t, 3> kRow = {0, 1, 5};
   Eigen::Matrix3d P;
@@ -38,13 +38,13 @@ Eigen::Matrix3d planar_covariance(const std::array<double, 36>& six) {
   return P;
 }
 
-/// Deviations from a micrometre to a kilometre.
+/// Whether it is symmetric with standard deviations from 1e-6 to 1e3 (m, rad).
 bool is_covariance(const Eigen::Matrix3d& P) {
-  constexpr double kLeast = 1e-12;
-  constexpr double kMost = 1e6;
+  constexpr double kMinVariance = 1e-12;
+  constexpr double kMaxVariance = 1e6;
   if (!P.allFinite() || (P - P.transpose()).norm() > 1e-6 * P.norm()) return false;
   const Eigen::Vector3d variances = symmetric_eigen<3>(P).values;
-  return variances.minCoeff() > kLeast && variances.maxCoeff() < kMost;
+  return variances.minCoeff() > kMinVariance && variances.maxCoeff() < kMaxVariance;
 }
 
 }  // namespace
@@ -54,19 +54,19 @@ Result<GivenPose> read_initial_pose(std::span<const std::uint8_t> cdr) {
   if (!message) return tl::unexpected(message.error());
   const std::string frame = frame_name(message->header.frame_id);
   if (frame != ros2::kMapFrame)
-    return wrong(fmt::format("the pose is in the frame '{}', not in '{}'", frame, ros2::kMapFrame),
+    return wrong(fmt::format("the pose is in frame '{}', expected '{}'", frame, ros2::kMapFrame),
                  fmt::format("Set RViz's fixed frame to {}.", ros2::kMapFrame));
   if (!plausible(message->pose.pose))
     return wrong(fmt::format(
-        "the position is not finite or farther than {:g} m, or the orientation is no unit quaternion",
-        kFarthest_m));
+        "the position is not finite or beyond {:g} m, or the orientation is not a unit quaternion",
+        kMaxPosition_m));
   const SE3 map_T_base = ros2::from_ros(message->pose.pose);
   const double upright = (map_T_base.rotation() * Eigen::Vector3d::UnitZ()).z();
-  if (upright < std::cos(kMostTilt_rad)) return wrong("the robot of this pose does not stand upright");
+  if (upright < std::cos(kMaxTilt_rad)) return wrong("the pose of the robot is not upright");
   GivenPose given{project_to_plane(map_T_base), planar_covariance(message->pose.covariance)};
   if (is_covariance(given.covariance)) return given;
-  return wrong("the covariance of x, y and the turn about z is singular, or none",
-               "RViz fills it in; by hand: variances at 0, 7 and 35.");
+  return wrong("the covariance of x, y and yaw is not positive definite",
+               "RViz fills it in; otherwise set the variances at indices 0, 7 and 35.");
 }
 
 }  // namespace waymark

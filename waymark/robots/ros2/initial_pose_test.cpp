@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/recording/ros2/cdr.hpp"
 #include "waymark/recording/ros2/convert.hpp"
@@ -15,7 +16,7 @@ namespace {
 
 using Message = ros2::PoseWithCovarianceStamped;
 
-/// As RViz's "2D Pose Estimate" sends it.
+/// A message like those of RViz's "2D Pose Estimate".
 Message of_rviz() {
   Message message{.header = {{}, "map"}};
   message.pose.pose = ros2::to_ros(lift(SE2(1.5, -2, 0.75)));
@@ -24,7 +25,7 @@ Message of_rviz() {
   return message;
 }
 
-TEST(InitialPose, OfRVizIsRead) {
+TEST(InitialPose, ReadsThePoseOfRviz) {
   const auto given = read_initial_pose(cdr::encode(of_rviz()));
   ASSERT_TRUE(given) << to_string(given.error());
   EXPECT_TRUE(given->map_T_base.matrix().isApprox(SE2(1.5, -2, 0.75).matrix(), 1e-12));
@@ -40,44 +41,46 @@ TEST(InitialPose, OfRVizIsRead) {
   EXPECT_EQ(correlated->covariance(0, 2), 0.05);
 }
 
-TEST(InitialPose, OfAnythingElseIsRefusedInWords) {
+TEST(InitialPose, RejectsInvalidPoses) {
   struct Case {
-    const char* words;
+    const char* part;  ///< of the message
     std::function<void(Message&)> spoil;
   };
-  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-  constexpr double kFar = std::numeric_limits<double>::infinity();
+  constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const Case cases[] = {
-      {"in the frame 'odom'", [](Message& m) { m.header.frame_id = "odom"; }},
-      {"in the frame ''", [](Message& m) { m.header.frame_id.clear(); }},
-      {"is not finite", [](Message& m) { m.pose.pose.position.x = kNone; }},
-      {"is not finite", [](Message& m) { m.pose.pose.position.y = kFar; }},
-      {"is not finite",
+      {"'odom'", [](Message& m) { m.header.frame_id = "odom"; }},
+      {"''", [](Message& m) { m.header.frame_id.clear(); }},
+      {"finite", [](Message& m) { m.pose.pose.position.x = kNotANumber; }},
+      {"finite", [](Message& m) { m.pose.pose.position.y = kInfinity; }},
+      {"finite",
        [](Message& m) {
          m.pose.pose.orientation = {0, 0, 0, 0};
        }},
-      {"is not finite", [](Message& m) { m.pose.pose.orientation.z = kNone; }},
-      {"stand upright",
+      {"finite", [](Message& m) { m.pose.pose.orientation.z = kNotANumber; }},
+      {"upright",
        [](Message& m) {
          m.pose.pose.orientation = {1, 0, 0, 0};
        }},
-      {"singular", [](Message& m) { m.pose.covariance = {}; }},
-      {"singular", [](Message& m) { m.pose.covariance[35] = 0; }},
-      {"singular", [](Message& m) { m.pose.covariance[0] = -1; }},
-      {"singular", [](Message& m) { m.pose.covariance[7] = kNone; }},
-      {"singular", [](Message& m) { m.pose.covariance[1] = 0.1; }},  // not symmetric
-      {"singular", [](Message& m) { m.pose.covariance[1] = m.pose.covariance[6] = 0.25; }},
+      {"covariance", [](Message& m) { m.pose.covariance = {}; }},
+      {"covariance", [](Message& m) { m.pose.covariance[35] = 0; }},
+      {"covariance", [](Message& m) { m.pose.covariance[0] = -1; }},
+      {"covariance", [](Message& m) { m.pose.covariance[7] = kNotANumber; }},
+      {"covariance", [](Message& m) { m.pose.covariance[1] = 0.1; }},  // not symmetric
+      {"covariance", [](Message& m) { m.pose.covariance[1] = m.pose.covariance[6] = 0.25; }},
   };
   for (const Case& one : cases) {
     Message message = of_rviz();
     one.spoil(message);
     const auto given = read_initial_pose(cdr::encode(message));
-    ASSERT_FALSE(given) << one.words;
-    EXPECT_NE(to_string(given.error()).find(one.words), std::string::npos) << to_string(given.error());
+    ASSERT_FALSE(given) << one.part;
+    EXPECT_EQ(given.error().place.source, kInitialPoseTopic);
+    EXPECT_NE(given.error().message.find(one.part), std::string::npos) << given.error().message;
+    testing::expect_on_page("robots", given.error());
   }
 }
 
-TEST(InitialPose, BytesThatEndTooEarlyAreRefused) {
+TEST(InitialPose, RejectsTruncatedMessages) {
   const auto bytes = cdr::encode(of_rviz());
   for (std::size_t size = 0; size < bytes.size(); ++size)
     EXPECT_FALSE(read_initial_pose(std::span(bytes).first(size))) << size;

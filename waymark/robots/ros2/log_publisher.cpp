@@ -35,7 +35,7 @@ bool many_publish(const std::string& topic) {
          topic == "/parameter_events";
 }
 
-/// The same command as the other of both types; as `type` it stays as it is.
+/// Converts a recorded velocity command to `type`, if it differs.
 Result<Bytes> command_as(const std::string& type, const std::string& recorded, ByteSpan data,
                          const LogMessage& message) {
   if (type == recorded) return Bytes(data.begin(), data.end());
@@ -60,7 +60,7 @@ bool is_kept_for_late_joiners(const LogChannel& channel) {
                              [](const OfferedQos& qos) { return qos.durability == kTransientLocal; });
 }
 
-Status nobody_publishes(const std::vector<LogChannel>& channels, bool commands, const Bus& bus) {
+Status check_no_other_publisher(const std::vector<LogChannel>& channels, bool commands, const Bus& bus) {
   std::set<std::string> topics;
   std::set<std::string> programs;
   for (const LogChannel& channel : channels) {
@@ -72,14 +72,14 @@ Status nobody_publishes(const std::vector<LogChannel>& channels, bool commands, 
   if (topics.empty()) return {};
   return fail(
       ErrorCode::InvalidArgument,
-      fmt::format("another program publishes {}; nodes there: {}", fmt::join(topics, ", "),
+      fmt::format("another program publishes {}; nodes: {}", fmt::join(topics, ", "),
                   fmt::join(programs, ", ")),
       {.source = "ROS 2"},
-      "Recorded and live messages would be taken for those of one robot. End that program, name other "
-      "topics with `topics`, or set another ROS_DOMAIN_ID.");
+      "Recorded and live messages would be mixed. Stop that program, select other topics with `topics`, or "
+      "set another ROS_DOMAIN_ID.");
 }
 
-/// The type that subscriptions of the topic have, where none has the recorded one.
+/// The type of the topic's subscriptions: the recorded one if any has it or none is of a command type.
 std::string LogPublisher::subscribed_command(const LogChannel& recorded) const {
   std::string other = recorded.type;
   for (const BusEndpoint& endpoint : bus_.endpoints()) {
@@ -94,8 +94,9 @@ std::string LogPublisher::subscribed_command(const LogChannel& recorded) const {
 Result<LogPublisher::Publisher> LogPublisher::advertise(const LogChannel& recorded, bool moves) {
   const std::string type = moves ? subscribed_command(recorded) : recorded.type;
   if (type != recorded.type)
-    words_.push_back(fmt::format("{} is subscribed as {}: the recorded {} are published as such",
-                                 recorded.topic, type, recorded.type));
+    pending_.push_back(
+        fmt::format("{} has subscriptions of type {}: recorded messages of type {} are converted",
+                    recorded.topic, type, recorded.type));
   const TopicUse use{true, dds_topic(recorded.topic, type), qos_of(recorded)};
   const auto made = bus_.advertise(use.name, use.qos);
   if (!made) return tl::unexpected(made.error());
@@ -110,29 +111,29 @@ Result<LogPublisher::Publisher> LogPublisher::advertise(const LogChannel& record
 Status LogPublisher::publish(const LogChannel& channel, const LogMessage& message) {
   const auto converted = channels_.convert(channel, message);
   if (!converted) {
-    passed_over_.insert(channel.topic);
+    skipped_.insert(channel.topic);
     return {};
   }
   const LogChannel& as_ros2 = converted->channel->channel;
   const bool moves = is_command(as_ros2.type);
   if (moves && !commands_) {
-    left_out_.insert(channel.topic);
+    omitted_.insert(channel.topic);
     return {};
   }
-  auto known = publishers_.find(channel.topic);
-  if (known == publishers_.end()) {
+  auto found = publishers_.find(channel.topic);
+  if (found == publishers_.end()) {
     auto made = advertise(as_ros2, moves);
     if (!made) return tl::unexpected(made.error());
-    known = publishers_.emplace(channel.topic, std::move(*made)).first;
+    found = publishers_.emplace(channel.topic, std::move(*made)).first;
   }
-  const Publisher& to = known->second;
+  const Publisher& to = found->second;
   if (!moves) {
     ++published_;
     return bus_.publish(to.number, converted->data);
   }
   const auto command = command_as(to.type, as_ros2.type, converted->data, message);
   if (!command) {
-    passed_over_.insert(channel.topic);
+    skipped_.insert(channel.topic);
     return {};
   }
   ++published_;
@@ -152,7 +153,8 @@ Status LogPublisher::publish_kept(MessageLog& log, const LogSelection& selection
   };
   std::map<std::string, Newest> newest;
   const Status read = log.visit(before, [&](const LogChannel& channel, const LogMessage& message) -> Status {
-    if (channel.topic == kStaticFrames) return publish(channel, message);  // each message has other frames
+    if (channel.topic == kStaticFrames)
+      return publish(channel, message);  // each message may contain other frames
     newest[channel.topic] = {channel, message.log_time, Bytes(message.data.begin(), message.data.end())};
     return {};
   });
@@ -162,10 +164,10 @@ Status LogPublisher::publish_kept(MessageLog& log, const LogSelection& selection
   return {};
 }
 
-std::vector<std::string> LogPublisher::take_words() {
-  for (const std::string& words : mismatches(uses_, bus_.endpoints()))
-    if (said_.insert(words).second) words_.push_back(words);
-  return std::exchange(words_, {});
+std::vector<std::string> LogPublisher::take_reports() {
+  for (const std::string& reason : mismatches(uses_, bus_.endpoints()))
+    if (reported_.insert(reason).second) pending_.push_back(reason);
+  return std::exchange(pending_, {});
 }
 
 Status LogPublisher::stop() {

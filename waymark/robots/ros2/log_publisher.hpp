@@ -13,41 +13,42 @@
 
 namespace waymark {
 
-/// Fails where another program of the network publishes one of these channels' topics, which all would take
-/// for one robot; names it. Topics that many publish (/tf, /diagnostics, ...) are no matter; velocity
-/// commands only where `commands` says that they are played.
-[[nodiscard]] Status nobody_publishes(const std::vector<LogChannel>& channels, bool commands, const Bus& bus);
+/// Fails, with its name, if another program publishes a topic of these channels, because subscribers would
+/// mix both. Topics with usually many publishers (/tf, /diagnostics, ...) are not checked, velocity commands
+/// only if `commands` is set, that is, if they are played.
+[[nodiscard]] Status check_no_other_publisher(const std::vector<LogChannel>& channels, bool commands,
+                                              const Bus& bus);
 
-/// Whether a topic's last messages are kept for subscriptions that come later: /tf_static, camera_info, and
-/// what the recording says was offered transient local ("/map", "/robot_description").
+/// Whether a topic's last messages are kept for later subscriptions: /tf_static, camera_info, and topics that
+/// were recorded as transient local ("/map", "/robot_description").
 [[nodiscard]] bool is_kept_for_late_joiners(const LogChannel& channel);
 
-/// Publishes the messages of a recording as they lie in it, with their own stamps; those of ROS 1 as ROS 2
-/// writes them. Velocity commands are published as Twist or TwistStamped, whichever is subscribed where the
-/// recorded one is not. What is_kept_for_late_joiners() is offered transient local.
+/// Publishes the messages of a recording unchanged, with their own stamps; ROS 1 messages are converted to
+/// ROS 2. Velocity commands are published as Twist or TwistStamped, whichever is subscribed if the recorded
+/// type is not. Topics for which is_kept_for_late_joiners() is true are offered transient local.
 class LogPublisher {
  public:
-  /// Velocity commands move a robot that listens to them: they are published where `commands` says so.
-  /// `moves` is told of each topic of commands before the first of them.
+  /// `commands`: publish velocity commands, which move a robot that subscribes to them. `moves` is called
+  /// with each topic of commands before the first command.
   explicit LogPublisher(
       Bus& bus, bool commands, std::function<void(const BusTopic&)> moves = [](const BusTopic&) {})
       : bus_(bus), commands_(commands), moves_(std::move(moves)) {}
 
-  /// A message that is not of ROS is passed over. Fails where the network refuses it.
+  /// Publishes a message; one that is not of ROS is skipped. Fails if it cannot be sent.
   Status publish(const LogChannel& channel, const LogMessage& message);
-  /// What a subscription that came at the beginning of the selection would have been given of earlier times:
-  /// every message of /tf_static, the newest of the other topics that are kept for late joiners.
+  /// Publishes the earlier messages that a subscription at the beginning of the selection would have
+  /// received: every message of /tf_static, and the newest of each other topic that is kept for late joiners.
   Status publish_kept(MessageLog& log, const LogSelection& selection);
-  /// Zero on every topic on which velocity commands were published.
+  /// Publishes zero on every topic on which velocity commands were published.
   Status stop();
   [[nodiscard]] std::uint64_t published() const { return published_; }
-  /// Topics of velocity commands that were left out.
-  [[nodiscard]] const std::set<std::string>& left_out() const { return left_out_; }
-  /// Topics that were passed over: not of ROS, or damaged.
-  [[nodiscard]] const std::set<std::string>& passed_over() const { return passed_over_; }
-  /// What people should know since the last call: commands of another type than recorded, subscriptions that
-  /// get nothing.
-  [[nodiscard]] std::vector<std::string> take_words();
+  /// Topics of velocity commands that were not published.
+  [[nodiscard]] const std::set<std::string>& left_out() const { return omitted_; }
+  /// Skipped topics: not of ROS, or damaged.
+  [[nodiscard]] const std::set<std::string>& passed_over() const { return skipped_; }
+  /// The reports for the user since the last call: commands of another type than recorded, mismatched
+  /// subscriptions.
+  [[nodiscard]] std::vector<std::string> take_reports();
 
  private:
   struct Publisher {
@@ -63,11 +64,11 @@ class LogPublisher {
   CdrChannels channels_{[](LogProblem::Kind, const std::string&, const Error&) {}};
   std::map<std::string, Publisher> publishers_{};  ///< by topic
   std::vector<TopicUse> uses_{};
-  std::set<std::string> said_{};
-  std::vector<std::string> words_{};
+  std::set<std::string> reported_{};
+  std::vector<std::string> pending_{};
   std::map<std::size_t, bool> moving_{};  ///< publishers of commands; whether of TwistStamped
-  std::set<std::string> passed_over_{};
-  std::set<std::string> left_out_{};
+  std::set<std::string> skipped_{};
+  std::set<std::string> omitted_{};
   std::uint64_t published_ = 0;
 };
 

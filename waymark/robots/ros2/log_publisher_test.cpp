@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
 #include "waymark/recording/ros2/cdr.hpp"
 #include "waymark/recording/ros2/convert.hpp"
 #include "waymark/recording/ros2/offered_qos.hpp"
@@ -13,7 +14,7 @@
 namespace waymark {
 namespace {
 
-/// A network on which one program was discovered.
+/// A network with one discovered program.
 class OneProgram final : public Bus {
  public:
   Result<std::size_t> advertise(const BusTopic& topic, const TopicQos& /*qos*/) override {
@@ -48,7 +49,7 @@ class OneProgram final : public Bus {
   std::vector<std::vector<std::uint8_t>> sent{};
 };
 
-TEST(LogPublisher, CommandsGoOutAsTheTypeThatIsSubscribed) {
+TEST(LogPublisher, PublishesCommandsAsTheSubscribedType) {
   OneProgram bus;  // subscribes to Twist
   LogPublisher publisher(bus, true);
   const LogChannel recorded{
@@ -60,26 +61,29 @@ TEST(LogPublisher, CommandsGoOutAsTheTypeThatIsSubscribed) {
   ASSERT_TRUE(twist) << to_string(twist.error());
   EXPECT_EQ(twist->linear.x, 0.25);
   EXPECT_EQ(twist->angular.z, -0.5);
-  const auto words = publisher.take_words();
-  ASSERT_EQ(words.size(), 1U);
-  EXPECT_NE(words[0].find("/cmd_vel is subscribed as geometry_msgs/msg/Twist"), std::string::npos);
+  const auto reports = publisher.take_reports();
+  ASSERT_EQ(reports.size(), 1U);
+  EXPECT_TRUE(reports[0].starts_with("/cmd_vel ")) << reports[0];
+  testing::expect_on_page("robots", reports[0]);
   ASSERT_TRUE(publisher.stop());
   EXPECT_TRUE(cdr::decode<ros2::Twist>(bus.sent.back())) << "zero, of the same type";
   const LogChannel other{
       .topic = "/other", .type = std::string(ros2::TwistStamped::kType), .encoding = "cdr"};
   ASSERT_TRUE(publisher.publish(other, {.data = stamped}));
   EXPECT_EQ(bus.advertised.back(), "geometry_msgs::msg::dds_::TwistStamped_")
-      << "as recorded: nobody listens";
+      << "the recorded type, since there is no subscription";
   const LogChannel odometry{.topic = "/odom", .type = std::string(ros2::Odometry::kType), .encoding = "cdr"};
-  const Status alone = nobody_publishes({recorded, odometry}, false, bus);
+  const Status alone = check_no_other_publisher({recorded, odometry}, false, bus);
   ASSERT_FALSE(alone);
-  EXPECT_NE(to_string(alone.error()).find("another program publishes /odom; nodes there: teleop"),
-            std::string::npos);
-  EXPECT_TRUE(nobody_publishes({recorded}, false, bus)) << "commands are left out";
-  EXPECT_FALSE(nobody_publishes({recorded}, true, bus));
+  EXPECT_EQ(alone.error().place.source, "ROS 2");
+  EXPECT_NE(alone.error().message.find("/odom"), std::string::npos) << alone.error().message;
+  EXPECT_NE(alone.error().message.find("teleop"), std::string::npos) << alone.error().message;
+  testing::expect_on_page("robots", alone.error());
+  EXPECT_TRUE(check_no_other_publisher({recorded}, false, bus)) << "commands are not played";
+  EXPECT_FALSE(check_no_other_publisher({recorded}, true, bus));
 }
 
-TEST(LogPublisher, KeepsForLateJoinersWhatWasOfferedSo) {
+TEST(LogPublisher, KeepsTransientLocalTopicsForLateJoiners) {
   const auto kept = [](const char* topic, std::string_view type, const std::string& offered) {
     return is_kept_for_late_joiners(
         {.topic = topic, .type = std::string(type), .metadata = {{"offered_qos_profiles", offered}}});
@@ -93,7 +97,7 @@ TEST(LogPublisher, KeepsForLateJoinersWhatWasOfferedSo) {
     EXPECT_TRUE(kept("/map", "nav_msgs/msg/OccupancyGrid", to_yaml({OfferedQos{.durability = 1}}, notation)));
 }
 
-TEST(PublisherNames, AreThoseOfNodesWhereNodesSayWhatTheyHave) {
+TEST(PublisherNames, PreferTheNamesOfNodes) {
   OneProgram bus;
   EXPECT_EQ(publishers_of(dds_topic("/cmd_vel", "geometry_msgs/msg/Twist"), bus), (std::set<Guid>{Guid{1}}));
   for (const char* distro : {"humble", "jazzy"}) {
@@ -107,7 +111,7 @@ TEST(PublisherNames, AreThoseOfNodesWhereNodesSayWhatTheyHave) {
   hostile.resize(100, 0xff);
   none.add(hostile);
   EXPECT_EQ(none.of({Guid{1}}, bus), "teleop");
-  bus.program = "/";  // what programs of ROS call themselves: their enclave
+  bus.program = "/";  // the enclave, which is the participant name of ROS programs
   EXPECT_EQ(none.of({Guid{1}}, bus), "");
 }
 

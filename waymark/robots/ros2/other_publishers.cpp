@@ -66,8 +66,8 @@ bool PublisherNames::take(const BusMessage& message) {
   return true;
 }
 
-/// The eight bytes of the longer identity beyond a GUID are zero; of the shorter one the number of nodes
-/// stands there.
+/// In the longer Gid the eight bytes after the GUID are zero. After the shorter one comes the number of
+/// nodes.
 void PublisherNames::add(std::span<const std::uint8_t> cdr) {
   constexpr std::size_t kLonger = 24;
   const auto longer = cdr::decode<ParticipantEntitiesInfo<kLonger>>(cdr);
@@ -78,7 +78,8 @@ void PublisherNames::add(std::span<const std::uint8_t> cdr) {
     add_nodes(*shorter, nodes_);
 }
 
-/// Participants of ROS are named by their enclave, which begins with a slash and is that of many.
+/// Ignores participant names that begin with a slash: ROS participants have the name of their enclave, which
+/// many share.
 std::string PublisherNames::of(const std::set<Guid>& publishers, const Bus& bus) const {
   std::set<std::string> names;
   for (const Guid& publisher : publishers) {
@@ -96,7 +97,7 @@ std::set<Guid> publishers_of(const BusTopic& topic, const Bus& bus) {
   return found;
 }
 
-bool OtherDrivers::hear(const Guid& from, bool drives, const Bus& bus) {
+bool OtherDrivers::receive(const Guid& from, bool drives, const Bus& bus) {
   if (from == own_) return false;
   if (drives && !publishers_of(commands_, bus).contains(from)) {
     own_ = from;
@@ -108,15 +109,15 @@ bool OtherDrivers::hear(const Guid& from, bool drives, const Bus& bus) {
 }
 
 Result<std::string> OtherDrivers::found(const PublisherNames& names, const Bus& bus, Duration driving) const {
-  constexpr Duration kBeginsToo = std::chrono::seconds(3);
-  if (while_driving_ < kCommandsOfADriver) return std::string();
+  constexpr Duration kSimultaneous = std::chrono::seconds(3);
+  if (while_driving_ < kMinCommandsOfDriver) return std::string();
   const std::string who = names.of(commanders_, bus);
-  const std::string words =
+  const std::string text =
       fmt::format("another program commands this robot{}", who.empty() ? "" : ", " + who);
-  if (driving >= kBeginsToo) return words + ": the robot obeys both in turn. End one of them";
+  if (driving >= kSimultaneous) return text + ", and the robot obeys both in turn: stop one of them";
   const auto topic = ros_topic(commands_);
-  return fail(ErrorCode::InvalidArgument, words + ": both began at the same time",
-              {.source = topic ? topic->topic : commands_.topic}, "Start one of them alone.");
+  return fail(ErrorCode::InvalidArgument, text + "; both started at the same time",
+              {.source = topic ? topic->topic : commands_.topic}, "Start only one of them.");
 }
 
 }  // namespace waymark

@@ -11,19 +11,19 @@
 
 namespace waymark {
 
-/// Names of publishers, for words to people: of the node where the nodes of a ROS release say what they have
-/// (ros_discovery_info), else of the program as DDS knows it.
+/// Names of publishers for messages: of the node if ROS nodes announce their endpoints (ros_discovery_info),
+/// else of the DDS participant.
 class PublisherNames {
  public:
-  /// Subscribes to what nodes say of themselves.
+  /// Subscribes to ros_discovery_info.
   Status join(Bus& bus);
-  /// Whether the message was of that subscription, and is dealt with.
+  /// Handles a message of that subscription; returns whether it was one.
   bool take(const BusMessage& message);
-  /// What a participant says of its nodes: rmw_dds_common/msg/ParticipantEntitiesInfo, with identities of 24
-  /// bytes (up to Humble) or of 16. What is neither says nothing.
+  /// Adds the nodes of a participant: rmw_dds_common/msg/ParticipantEntitiesInfo, with a Gid of 24 bytes (up
+  /// to Humble) or of 16. Other bytes are ignored.
   void add(std::span<const std::uint8_t> cdr);
 
-  /// "/teleop", "waymark_robot (process 4711 on limo-7)"; each once; empty where nobody tells.
+  /// A list without duplicates: "/teleop, waymark_robot (process 4711 on limo-7)"; empty if there is no name.
   [[nodiscard]] std::string of(const std::set<Guid>& publishers, const Bus& bus) const;
 
  private:
@@ -31,23 +31,24 @@ class PublisherNames {
   std::map<Guid, std::string> nodes_{};  ///< by publisher
 };
 
-/// The publishers of a topic that are not this program's, as far as they were discovered.
+/// The discovered publishers of a topic in other programs.
 [[nodiscard]] std::set<Guid> publishers_of(const BusTopic& topic, const Bus& bus);
 
-/// Who else publishes commands on the topic that a robot is driven by. Ours come back from the network, too.
+/// Finds other programs that publish on a robot's command topic. The network also delivers this program's
+/// commands.
 class OtherDrivers {
  public:
   explicit OtherDrivers(BusTopic commands) : commands_(std::move(commands)) {}
 
-  /// A command of this publisher came. `drives`: this program publishes commands, too. Whether it is
-  /// another's.
-  bool hear(const Guid& from, bool drives, const Bus& bus);
-  /// Their names; empty where nobody tells.
+  /// Call on each received command, with its publisher. `drives`: this program publishes commands, too.
+  /// Returns whether the publisher is of another program.
+  bool receive(const Guid& from, bool drives, const Bus& bus);
+  /// The names of the other drivers; empty if unknown.
   [[nodiscard]] std::string names(const PublisherNames& names, const Bus& bus) const {
     return names.of(commanders_, bus);
   }
-  /// That others command the robot while this program drives it for so long: fails where both began at the
-  /// same time, so that neither heard the other beforehand; else in words, empty where nobody does.
+  /// Checks for other drivers after this program has been driving for `driving`. Returns a message; empty if
+  /// there is none. Fails if both started at the same time, so that neither could detect the other before.
   [[nodiscard]] Result<std::string> found(const PublisherNames& names, const Bus& bus,
                                           Duration driving) const;
 

@@ -17,16 +17,16 @@
 namespace waymark {
 namespace {
 
-constexpr std::size_t kMostBytes = std::size_t{1} << 20U;
-constexpr int kPicturesKept = 2;  // the newest counts
-constexpr int kSamplesKept = 100;
+constexpr std::size_t kMaxProfileBytes = std::size_t{1} << 20U;
+constexpr int kImageDepth = 2;  // only the newest is used
+constexpr int kSampleDepth = 100;
 
 tl::unexpected<Error> wrong(const std::string& source, std::string message, std::string key) {
   return fail(ErrorCode::InvalidArgument, std::move(message), {.source = source, .key = std::move(key)},
-              "docs/formats/ros2-profile.md has examples.");
+              "See the examples in docs/formats/ros2-profile.md.");
 }
 
-/// The topics of a profile by their keys.
+/// Visits key and name of each topic of a profile.
 template <class Visitor>
 void each_topic(const Ros2Profile& profile, Visitor&& visit) {
   Ros2Profile::fields(profile, [&](const auto& value, const auto& field) {
@@ -42,14 +42,14 @@ Status check_topics(const Ros2Profile& profile, const std::string& source) {
   each_topic(profile, [&](const std::string& key, const std::string& topic) {
     if (!status) return;
     if (!is_topic_name(topic)) {
-      status = wrong(source, fmt::format("'{}' is no name of a topic", topic), key);
+      status = wrong(source, fmt::format("invalid topic name '{}'", topic), key);
       return;
     }
-    const auto [known, is_new] = keys.try_emplace(topic.starts_with('/') ? topic : "/" + topic, key);
+    const auto [first, is_new] = keys.try_emplace(topic.starts_with('/') ? topic : "/" + topic, key);
     if (!is_new)
       status = wrong(
           source,
-          fmt::format("'{}' is the topic of {} already: each has a type of its own", topic, known->second),
+          fmt::format("topic '{}' is already used for {}, which has another type", topic, first->second),
           key);
   });
   return status;
@@ -60,16 +60,18 @@ Status check_topics(const Ros2Profile& profile, const std::string& source) {
 Result<Ros2Profile> parse_ros2_profile(std::string_view text, const std::string& source) {
   auto profile = parse_fields<Ros2Profile>(text, source);
   if (!profile) return profile;
-  if (text.find(':') == std::string_view::npos)  // defaults alone would drive whatever listens to /cmd_vel
-    return wrong(source, "this profile is empty: it names the robot and its topics", "");
+  if (text.find(':') ==
+      std::string_view::npos)  // defaults alone could drive any robot that subscribes to /cmd_vel
+    return wrong(source, "empty profile; the robot and its topics are required", "");
   if (profile->odometry_topic.empty())
-    return wrong(source, "a robot without odometry is not driven", "odometry_topic");
-  if (profile->command_topic.empty()) return wrong(source, "commands need a topic", "command_topic");
+    return wrong(source, "empty topic; a robot cannot be driven without odometry", "odometry_topic");
+  if (profile->command_topic.empty())
+    return wrong(source, "empty topic; commands cannot be sent", "command_topic");
   if (Status status = check_topics(*profile, source); !status) return tl::unexpected(status.error());
-  const int eyes = (profile->image_topic.empty() ? 0 : 1) +
-                   (profile->compressed_image_topic.empty() ? 0 : 1) +
-                   (profile->detections_topic.empty() ? 0 : 1);
-  if (eyes > 1)
+  const int tag_sources = (profile->image_topic.empty() ? 0 : 1) +
+                          (profile->compressed_image_topic.empty() ? 0 : 1) +
+                          (profile->detections_topic.empty() ? 0 : 1);
+  if (tag_sources > 1)
     return wrong(source, "image_topic, compressed_image_topic and detections_topic exclude each other",
                  "image_topic");
   if (!profile->ros_distro.empty())
@@ -84,11 +86,12 @@ Result<Ros2Profile> parse_ros2_profile(std::string_view text, const std::string&
 
 Result<Ros2Profile> find_ros2_profile(const std::string& name) {
   if (name.empty())
-    return fail(ErrorCode::InvalidArgument, "no profile is named", {.source = "ros2:"},
-                "ros2:limo, ros2:turtlebot3, or the path of a .yaml file (docs/formats/ros2-profile.md).");
+    return fail(ErrorCode::InvalidArgument, "no profile given", {.key = "profile"},
+                "Use ros2:limo, ros2:turtlebot3, or ros2: with the path of a .yaml file "
+                "(docs/formats/ros2-profile.md).");
   const auto path = find_shared("ros2", name);
   if (!path) return tl::unexpected(path.error());
-  const auto text = read_text_file(*path, kMostBytes);
+  const auto text = read_text_file(*path, kMaxProfileBytes);
   if (!text) return tl::unexpected(text.error());
   auto profile = parse_ros2_profile(*text, path->string());
   if (profile) profile->robot = named_beside(*path, profile->robot);
@@ -116,8 +119,8 @@ std::vector<Ros2Subscription> subscriptions_of(const Ros2Profile& profile) {
   const auto add = [&](const std::string& topic, std::string_view type, const TopicQos& qos) {
     if (!topic.empty()) all.push_back({topic, std::string(type), qos});
   };
-  const TopicQos samples{.reliable = reliable, .depth = kSamplesKept};
-  const TopicQos pictures{.reliable = reliable, .depth = kPicturesKept};
+  const TopicQos samples{.reliable = reliable, .depth = kSampleDepth};
+  const TopicQos pictures{.reliable = reliable, .depth = kImageDepth};
   add(profile.odometry_topic, ros2::Odometry::kType, samples);
   add(profile.imu_topic, ros2::Imu::kType, samples);
   add(profile.wheels_topic, ros2::JointState::kType, samples);
@@ -128,9 +131,9 @@ std::vector<Ros2Subscription> subscriptions_of(const Ros2Profile& profile) {
   add(profile.camera_info_topic, ros2::CameraInfo::kType, pictures);
   add(profile.gamepad_topic, ros2::Joy::kType, samples);
   add(profile.truth_topic, ros2::PoseStamped::kType, samples);
-  add("/tf_static", ros2::TFMessage::kType, {.transient_local = true, .depth = kSamplesKept});
-  add("/tf", ros2::TFMessage::kType, {.reliable = false, .depth = kSamplesKept});
-  if (profile.use_sim_time) add("/clock", ClockMessage::kType, {.reliable = false, .depth = kSamplesKept});
+  add("/tf_static", ros2::TFMessage::kType, {.transient_local = true, .depth = kSampleDepth});
+  add("/tf", ros2::TFMessage::kType, {.reliable = false, .depth = kSampleDepth});
+  if (profile.use_sim_time) add("/clock", ClockMessage::kType, {.reliable = false, .depth = kSampleDepth});
   return all;
 }
 
@@ -155,14 +158,14 @@ bool is_published(const std::string& topic, const std::vector<BusEndpoint>& othe
 
 std::vector<std::string> missing_publishers(const Ros2Profile& profile,
                                             const std::vector<BusEndpoint>& others) {
-  std::vector<std::string> words;
+  std::vector<std::string> missing;
   for (const std::string* topic :
        {&profile.image_topic, &profile.compressed_image_topic, &profile.detections_topic})
     if (!topic->empty() && !is_published(*topic, others) && !is_published(*topic + "/compressed", others))
-      words.push_back(fmt::format("nobody publishes {}: is its name in the profile right?", *topic));
+      missing.push_back(fmt::format("{} has no publisher: check its name in the profile", *topic));
   if (profile.use_sim_time && !is_published("/clock", others))
-    words.emplace_back("nobody publishes /clock, whose time the profile asks for (use_sim_time)");
-  return words;
+    missing.emplace_back("/clock has no publisher, but the profile requires it (use_sim_time)");
+  return missing;
 }
 
 }  // namespace waymark

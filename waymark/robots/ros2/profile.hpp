@@ -11,7 +11,7 @@
 
 namespace waymark {
 
-/// How a robot speaks ROS 2 (docs/formats/ros2-profile.md). An empty topic is not used.
+/// Topics and conventions of a robot with ROS 2 (docs/formats/ros2-profile.md). An empty topic is not used.
 struct Ros2Profile {
   std::string robot = "limo";
   std::string command_topic = "/cmd_vel";
@@ -34,18 +34,17 @@ struct Ros2Profile {
   std::string ros_distro{};
   bool use_sim_time = false;
   bool simulated = false;
-  std::string text{};    ///< that it was read from; no field of its own
+  std::string text{};    ///< the text it was read from; not a field
   std::string source{};  ///< the file of that text
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.robot, Field{"robot", "Name or path of the file of its body and camera (robot.md)."});
+    visit(self.robot, Field{"robot", "Name or path of the robot file, with body and camera (robot.md)."});
     visit(self.command_topic, Field{"command_topic", "Topic of the velocity commands."});
     visit(self.command_stamped, Field{"command_stamped", "Commands are TwistStamped instead of Twist."});
-    visit(
-        self.stops_by_itself,
-        Field{"stops_by_itself", "The robot stops by itself when commands cease for half a second or less."});
-    visit(self.odometry_topic, Field{"odometry_topic", "nav_msgs/msg/Odometry; needed."});
+    visit(self.stops_by_itself,
+          Field{"stops_by_itself", "The robot stops by itself if commands cease for half a second or less."});
+    visit(self.odometry_topic, Field{"odometry_topic", "nav_msgs/msg/Odometry; required."});
     visit(self.imu_topic, Field{"imu_topic", "sensor_msgs/msg/Imu."});
     visit(self.wheels_topic,
           Field{"wheels_topic", "sensor_msgs/msg/JointState with a left and a right wheel."});
@@ -55,51 +54,52 @@ struct Ros2Profile {
           Field{"compressed_image_topic", "sensor_msgs/msg/CompressedImage, instead of image_topic."});
     visit(self.camera_info_topic,
           Field{"camera_info_topic",
-                "sensor_msgs/msg/CameraInfo, held against the camera of the robot's file."});
+                "sensor_msgs/msg/CameraInfo, compared with the camera of the robot file."});
     visit(self.detections_topic,
           Field{"detections_topic",
                 "apriltag_msgs/msg/AprilTagDetectionArray of the robot's own detector, instead of "
-                "pictures."});
+                "images."});
     visit(self.gamepad_topic, Field{"gamepad_topic", "sensor_msgs/msg/Joy; recorded."});
     visit(self.truth_topic,
-          Field{"truth_topic", "geometry_msgs/msg/PoseStamped of a simulator; only for judges."});
+          Field{"truth_topic",
+                "Ground truth of a simulator, geometry_msgs/msg/PoseStamped; only for evaluation."});
     visit(self.base_frame,
           Field{"base_frame",
-                "Frame of the robot's base in tf; empty: child_frame_id of its odometry, or base_link."});
+                "Frame of the robot's base in tf; empty: child_frame_id of the odometry, or base_link."});
     visit(self.odom_frame,
           Field{"odom_frame", "Frame of the odometry in tf; empty: frame_id of its messages, or odom."});
     visit(self.reliable_sensors,
           Field{"reliable_sensors",
-                "Ask for reliable pictures, scans, odometry and IMU instead of best effort."});
+                "Request reliable images, scans, odometry and IMU data instead of best effort."});
     visit(self.interface,
           Field{"interface",
-                "IPv4 address or name of the network interface where ROS's environment names none; empty: "
-                "all."});
+                "IPv4 address or name of the network interface, unless ROS's environment restricts it; "
+                "empty: all."});
+    visit(self.ros_distro,
+          Field{"ros_distro",
+                "ROS 2 release whose node list shows this program: humble, jazzy, ...; empty: none."});
     visit(
-        self.ros_distro,
-        Field{"ros_distro",
-              "Release of ROS 2 whose node list shows this program: humble, jazzy, ...; empty: none does."});
-    visit(self.use_sim_time,
-          Field{"use_sim_time",
-                "Time is that of /clock (rosgraph_msgs/msg/Clock), as ROS's parameter of this name has it: a "
-                "simulation that runs slower or faster than real time, or stands."});
+        self.use_sim_time,
+        Field{"use_sim_time",
+              "Use the time of /clock (rosgraph_msgs/msg/Clock), like the ROS parameter of this name: for a "
+              "simulation that is slower or faster than real time, or paused."});
     visit(self.simulated,
-          Field{"simulated", "No wheels turn: it needs no first drive (`waymark commission`)."});
+          Field{"simulated", "The robot is simulated and needs no first drive (`waymark commission`)."});
   }
 };
 
-/// A profile from YAML. Errors have file, line and key; also where odometry or commands have no topic, and
-/// where there is more than one source of tags.
+/// Parses a profile from YAML. Errors have file, line and key. Missing topics for odometry or commands and
+/// more than one source of tags are errors, too.
 [[nodiscard]] Result<Ros2Profile> parse_ros2_profile(std::string_view text, const std::string& source);
-/// Of a plain name the file in share/ros2, else of a path.
+/// Reads the profile of a plain name from share/ros2, else from a path.
 [[nodiscard]] Result<Ros2Profile> find_ros2_profile(const std::string& name);
 
-/// Restricts the options to the profile's interface, where neither ROS's environment nor the user's RosPlace
-/// restricts them. Fails where no interface of this machine is that.
+/// Restricts the options to the profile's interface, unless ROS's environment or the user's RosPlace already
+/// restricts them. Fails if this computer has no such interface.
 [[nodiscard]] Status use_interface_of(const Ros2Profile& profile, BusOptions& options);
 
-/// How a program of the profile's robot joins the network: as ROS's environment says, on the profile's
-/// interface. Fails on what makes no sense in either.
+/// Options to join the network of the profile's robot: from ROS's environment and the profile's interface.
+/// Fails on invalid values of either.
 [[nodiscard]] Result<BusOptions> network_of(const Ros2Profile& profile, const std::string& node);
 
 /// The time of a simulation.
@@ -109,23 +109,22 @@ struct ClockMessage {
   WAYMARK_ROS2_FIELDS(self.clock)
 };
 
-/// What kind of message a subscription of the profile gives.
+/// Topic, message type and quality of service of a subscription of the profile.
 struct Ros2Subscription {
   std::string topic{};
   std::string type{};
   TopicQos qos{};
 };
 [[nodiscard]] std::vector<Ros2Subscription> subscriptions_of(const Ros2Profile& profile);
-/// Topic, type and quality of its commands: reliable, as nodes expect.
+/// Topic, type and quality of service of the commands: reliable, as nodes expect.
 [[nodiscard]] TopicUse command_use(const Ros2Profile& profile);
-/// Everything, as DDS has it.
+/// All topics of the profile with their DDS names.
 [[nodiscard]] std::vector<TopicUse> uses_of(const Ros2Profile& profile);
 
-/// Whether one of the endpoints publishes a topic, of that type where one is given.
+/// Whether one of the endpoints publishes a topic; with this type unless `type` is empty.
 [[nodiscard]] bool is_published(const std::string& topic, const std::vector<BusEndpoint>& others,
                                 std::string_view type = {});
-/// What a drive by the profile needs and nobody publishes, in words: topics of tags and pictures, and the
-/// time.
+/// A message for each required topic without a publisher: images, tags, and the clock.
 [[nodiscard]] std::vector<std::string> missing_publishers(const Ros2Profile& profile,
                                                           const std::vector<BusEndpoint>& others);
 

@@ -31,26 +31,27 @@ Result<VelocityCommand> decode_command(bool stamped, std::span<const std::uint8_
   return ros2::from_ros(message).command;
 }
 
-/// Says each problem once: first when discovery has had time, then as others come.
+/// Reports each problem once, beginning when discovery has had time.
 class ProblemWatch {
  public:
-  ProblemWatch(const Bus& bus, TopicUse from, TopicUse to, const std::function<void(const std::string&)>& say)
-      : bus_(bus), from_(std::move(from)), to_(std::move(to)), say_(say) {}
+  ProblemWatch(const Bus& bus, TopicUse from, TopicUse to,
+               const std::function<void(const std::string&)>& report)
+      : bus_(bus), from_(std::move(from)), to_(std::move(to)), report_(report) {}
 
-  void look(Duration now) {
+  void check(Duration now) {
     constexpr Duration kPeriod = std::chrono::seconds(2);
     if (now < next_) return;
     next_ = now + kPeriod;
     for (const std::string& problem : relay_problems(from_, to_, bus_.endpoints()))
-      if (said_.insert(problem).second) say_(problem);
+      if (reported_.insert(problem).second) report_(problem);
   }
 
  private:
   const Bus& bus_;
   TopicUse from_;
   TopicUse to_;
-  const std::function<void(const std::string&)>& say_;
-  std::set<std::string> said_{};
+  const std::function<void(const std::string&)>& report_;
+  std::set<std::string> reported_{};
   Duration next_ = steady_now() + std::chrono::seconds(3);
 };
 
@@ -66,44 +67,44 @@ std::vector<std::string> relay_problems(const TopicUse& from, const TopicUse& to
   const auto topic_of = [](const TopicUse& use) { return ros_topic(use.name)->topic; };
   std::vector<std::string> problems = mismatches({from, to}, others);
   if (!any(from, true))
-    problems.push_back(fmt::format("nobody publishes {} yet: the robot gets zero", topic_of(from)));
+    problems.push_back(fmt::format("{} has no publisher yet: the robot receives zero", topic_of(from)));
   if (!any(to, false))
-    problems.push_back(fmt::format("nobody subscribes to {} yet: no robot hears the relay", topic_of(to)));
+    problems.push_back(fmt::format("{} has no subscriber yet: no robot receives commands", topic_of(to)));
   for (const BusEndpoint& other : others)
     if (other.publishes && other.name.topic == to.name.topic && other.name.type != to.name.type)
-      problems.push_back(fmt::format("{} is published as {} by another program: is it a topic of commands?",
+      problems.push_back(fmt::format("another program publishes {} as {}: check that it is the command topic",
                                      topic_of(to), ros_topic(other.name)->type));
   if (std::ranges::any_of(others, [&](const BusEndpoint& other) {
         return other.publishes && other.name.topic == to.name.topic && other.name.type == to.name.type;
       }))
     problems.push_back(
-        fmt::format("another program publishes {0} too: its commands reach the robot past the relay, between "
-                    "zeros. Let it publish {1}",
+        fmt::format("another program also publishes {0}, so its commands bypass the relay: configure it to "
+                    "publish {1}",
                     topic_of(to), topic_of(from)));
   return problems;
 }
 
-std::string words_of(const RelayOptions& options, int domain) {
+std::string relay_start_text(const RelayOptions& options, int domain) {
   return fmt::format(
-      "commands are passed on from {} to {} ({}) in domain {}, until Ctrl-C; zero where none came for {:g} s",
+      "forwarding commands from {} to {} ({}) in domain {} until Ctrl-C; zero if none comes for {:g} s",
       options.from, options.to, options.stamped ? "TwistStamped" : "Twist", domain,
       to_seconds(options.repeat.timeout));
 }
 
-std::string words_of(const RelayCounts& counts) {
-  return fmt::format("passed on: {}; they ceased {}", counted(counts.received, "command"),
+std::string relay_end_text(const RelayCounts& counts) {
+  return fmt::format("forwarded {}; they stopped {}", counted(counts.received, "command"),
                      counted(counts.ceased, "time"));
 }
 
 Status check_relay(const RelayOptions& options) {
   for (const auto& [key, topic] : {std::pair("from", options.from), std::pair("to", options.to)})
     if (!is_topic_name(topic))
-      return fail(ErrorCode::InvalidArgument, fmt::format("'{}' is no name of a topic", topic), {.key = key},
-                  "Letters, digits and underscores, with slashes between them: /waymark/cmd_vel.");
+      return fail(ErrorCode::InvalidArgument, fmt::format("invalid topic name '{}'", topic), {.key = key},
+                  "Use letters, digits and underscores, separated by slashes: /waymark/cmd_vel.");
   if (dds_topic(options.from, ros2::Twist::kType).topic == dds_topic(options.to, ros2::Twist::kType).topic)
     return fail(ErrorCode::InvalidArgument,
-                "`from` and `to` name the same topic: the relay would repeat its own commands for ever",
-                {.key = "to"}, "Name two topics, for example `from=/waymark/cmd_vel` `to=/cmd_vel`.");
+                "`from` and `to` are the same topic, so the relay would repeat its own commands",
+                {.key = "to"}, "Use two topics, for example `from=/waymark/cmd_vel` `to=/cmd_vel`.");
   return {};
 }
 
@@ -112,7 +113,7 @@ BusTopic relay_output(const RelayOptions& options) {
 }
 
 Result<RelayCounts> relay_commands(Bus& bus, const RelayOptions& options,
-                                   const std::function<void(const std::string&)>& say,
+                                   const std::function<void(const std::string&)>& report,
                                    const std::function<bool()>& should_stop) {
   if (Status possible = check_relay(options); !possible) return tl::unexpected(possible.error());
   const std::string_view type = options.stamped ? ros2::TwistStamped::kType : ros2::Twist::kType;
@@ -125,12 +126,12 @@ Result<RelayCounts> relay_commands(Bus& bus, const RelayOptions& options,
   CommandRepeat repeat(options.repeat);
   RelayCounts counts;
   std::optional<Duration> newest;
-  ProblemWatch watch(bus, from, to, say);
+  ProblemWatch watch(bus, from, to, report);
   while (!should_stop()) {
-    watch.look(steady_now());
+    watch.check(steady_now());
     const auto message = bus.next(repeat.wait(steady_now()));
     const auto command = message ? decode_command(options.stamped, message->bytes)
-                                 : Result<VelocityCommand>(fail(ErrorCode::NotFound, "nothing came"));
+                                 : Result<VelocityCommand>(fail(ErrorCode::NotFound, "no message"));
     const Duration now = steady_now();
     if (command) {
       repeat.offer(*command, now);
@@ -151,17 +152,17 @@ Result<RelayCounts> relay_commands(Bus& bus, const RelayOptions& options,
 }
 
 Status run_relay(const RelayOptions& options, const BusOptions& network,
-                 const std::function<void(const std::string&)>& say,
+                 const std::function<void(const std::string&)>& report,
                  const std::function<bool()>& should_stop) {
-  auto guard = ZeroGuard::start(network, say);
+  auto guard = ZeroGuard::start(network, report);
   if (!guard) return tl::unexpected(guard.error());
   guard->guard(relay_output(options));
   const auto bus = open_bus(network);
   if (!bus) return tl::unexpected(bus.error());
-  say(words_of(options, network.domain));
-  const auto counts = relay_commands(**bus, options, say, should_stop);
+  report(relay_start_text(options, network.domain));
+  const auto counts = relay_commands(**bus, options, report, should_stop);
   if (!counts) return tl::unexpected(counts.error());
-  say(words_of(*counts));
+  report(relay_end_text(*counts));
   return {};
 }
 

@@ -20,44 +20,44 @@ struct RelayOptions {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.from, JobField("from TOPIC", "Topic the commands come on"));
-    visit(self.to, JobField("to TOPIC", "Topic the robot listens to"));
+    visit(self.from, JobField("from TOPIC", "Topic of the incoming commands"));
+    visit(self.to, JobField("to TOPIC", "Command topic of the robot"));
     visit(self.stamped, JobField("stamped", "Both topics are TwistStamped instead of Twist"));
   }
 };
 
 struct RelayCounts {
-  std::uint64_t received = 0;  ///< commands, passed on
-  std::uint64_t ceased = 0;    ///< times that they ceased, and zero was published in their place
+  std::uint64_t received = 0;  ///< forwarded commands
+  std::uint64_t ceased = 0;    ///< how often they stopped, so that zero was published instead
 };
 
-/// For people: what it does, and in the end what it did.
-[[nodiscard]] std::string words_of(const RelayOptions& options, int domain);
-[[nodiscard]] std::string words_of(const RelayCounts& counts);
+/// Messages for the user at the start and at the end.
+[[nodiscard]] std::string relay_start_text(const RelayOptions& options, int domain);
+[[nodiscard]] std::string relay_end_text(const RelayCounts& counts);
 
-/// Fails where both topics are one.
+/// Fails on an invalid topic name, and if both topics are the same.
 [[nodiscard]] Status check_relay(const RelayOptions& options);
 
-/// The topic on which it publishes, as DDS names it.
+/// DDS name of the topic on which it publishes.
 [[nodiscard]] BusTopic relay_output(const RelayOptions& options);
 
-/// What keeps commands from their way from publisher to robot, in words: topics of another type or with
-/// qualities of service that exclude ours, nobody who publishes or listens, somebody who commands the robot
-/// past the relay. `others`: endpoints of other participants.
+/// Messages about what prevents commands from reaching the robot: topics of another type or with incompatible
+/// quality of service, no publisher, no subscriber, another program that bypasses the relay. `others`:
+/// endpoints of other participants.
 [[nodiscard]] std::vector<std::string> relay_problems(const TopicUse& from, const TopicUse& to,
                                                       const std::vector<BusEndpoint>& others);
 
-/// The watchdog of a robot that does not stop by itself, to be run on that robot: passes velocity commands on
-/// from one topic to another and publishes zero when none came for 0.25 s, until should_stop() says so; then
-/// zero. Each problem is said once, as soon as discovery shows it.
+/// A watchdog to run on a robot that does not stop by itself: forwards velocity commands from one topic to
+/// another and publishes zero if none came for 0.25 s. It runs until should_stop() returns true, then
+/// publishes zero. Each problem is reported once, as soon as it is discovered.
 [[nodiscard]] Result<RelayCounts> relay_commands(Bus& bus, const RelayOptions& options,
-                                                 const std::function<void(const std::string&)>& say,
+                                                 const std::function<void(const std::string&)>& report,
                                                  const std::function<bool()>& should_stop);
 
-/// The same on a network that it joins, with a ZeroGuard: to be called before this process has
-/// threads. What it does, and in the end what it did, is said.
+/// Joins the network and runs relay_commands() with a ZeroGuard. Must be called before this process has
+/// threads. Reports the messages of start and end, too.
 [[nodiscard]] Status run_relay(const RelayOptions& options, const BusOptions& network,
-                               const std::function<void(const std::string&)>& say,
+                               const std::function<void(const std::string&)>& report,
                                const std::function<bool()>& should_stop);
 
 }  // namespace waymark

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::string_view kTruthTopic = "/truth/pose";
 
-/// What most messages begin with.
+/// The header at the beginning of most messages.
 struct Headed {
   ros2::Header header{};
   WAYMARK_ROS2_FIELDS(self.header)
@@ -40,10 +40,11 @@ std::vector<std::string> RobotBridge::receive(const Ros2Subscription& from,
   const bool needs_clock = from.type != ros2::TFMessage::kType && from.type != ros2::CameraInfo::kType &&
                            from.type != ClockMessage::kType;
   if (profile_.use_sim_time) {
-    if (needs_clock && !simulated_time_) return {};  // nobody knows how late it is
+    if (needs_clock && !simulated_time_) return {};  // the delay of the message is unknown
     if (simulated_time_) arrived = simulated_time_->time_since_epoch();
   }
-  if (needs_clock && !speaks() && from.topic != profile_.odometry_topic) return {};  // whose clock counts
+  if (needs_clock && !speaks() && from.topic != profile_.odometry_topic)
+    return {};  // odometry defines the clock
   auto lines = lines_of(from, bytes, arrived);
   if (lines) return std::move(*lines);
   lines_.drop(from.topic, lines.error());
@@ -87,7 +88,7 @@ Result<std::vector<std::string>> RobotBridge::lines_of(const Ros2Subscription& f
   return lines;
 }
 
-/// The picture travels on as it is.
+/// Forwards the encoded image unchanged.
 Result<std::string> RobotBridge::compressed_picture(const Ros2Subscription& from,
                                                     std::span<const std::uint8_t> bytes, Duration arrived) {
   const auto message = cdr::decode<ros2::CompressedImage>(bytes);
@@ -99,7 +100,7 @@ Result<std::string> RobotBridge::compressed_picture(const Ros2Subscription& from
   return line;
 }
 
-/// Where the profile does not name it, odometry does.
+/// Takes the base frame from the odometry unless the profile names it.
 void RobotBridge::learn_base(std::span<const std::uint8_t> bytes) {
   if (!base_frame_.empty()) return;
   const auto message = cdr::decode<ros2::Odometry>(bytes);
@@ -110,21 +111,21 @@ void RobotBridge::learn_base(std::span<const std::uint8_t> bytes) {
 void RobotBridge::turn_imu(ImuSample& imu, std::span<const std::uint8_t> bytes) {
   if (frames_.empty()) return;
   const std::string frame = frame_of(bytes);
-  auto known = base_R_imu_.find(frame);
-  if (known == base_R_imu_.end()) {
+  auto found = base_R_imu_.find(frame);
+  if (found == base_R_imu_.end()) {
     const auto chain = frames_.chain(base_frame_, frame);
     if (!chain) {
-      lines_.say_once(
-          fmt::format("the IMU's axes are taken as those of the base: {}", chain.error().message));
+      lines_.report_once(fmt::format("orientation of the IMU unknown; assumed aligned with the base: {}",
+                                     chain.error().message));
       return;
     }
-    known = base_R_imu_.emplace(frame, chain->rotation()).first;
+    found = base_R_imu_.emplace(frame, chain->rotation()).first;
   }
-  imu.angular_velocity_rad_s = known->second * imu.angular_velocity_rad_s;
-  imu.linear_acceleration_m_s2 = known->second * imu.linear_acceleration_m_s2;
+  imu.angular_velocity_rad_s = found->second * imu.angular_velocity_rad_s;
+  imu.linear_acceleration_m_s2 = found->second * imu.linear_acceleration_m_s2;
 }
 
-/// A clock that goes back is a simulation that was begun anew: what came before it says nothing of it.
+/// Fails if the clock goes back: the simulation was restarted, and earlier samples are unrelated to it.
 Status RobotBridge::keep_clock(std::span<const std::uint8_t> bytes) {
   const auto message = cdr::decode<ClockMessage>(bytes);
   if (!message) return tl::unexpected(message.error());
@@ -133,18 +134,18 @@ Status RobotBridge::keep_clock(std::span<const std::uint8_t> bytes) {
     return fail(
         ErrorCode::Unreadable,
         fmt::format(
-            "the clock went back by {:.3f} s: was the simulation begun anew? Then begin anew here, too",
+            "the clock went back by {:.3f} s; if the simulation was restarted, restart this command, too",
             to_seconds(*simulated_time_ - now)));
   simulated_time_ = now;
   return {};
 }
 
 Status RobotBridge::keep_transforms(std::span<const std::uint8_t> bytes) {
-  constexpr std::size_t kMostFrames = 1000;
+  constexpr std::size_t kMaxFrames = 1000;
   const auto message = cdr::decode<ros2::TFMessage>(bytes);
   if (!message) return tl::unexpected(message.error());
-  if (frames_.frames().size() + message->transforms.size() > kMostFrames)
-    return fail(ErrorCode::LimitExceeded, fmt::format("there are more than {} frames", kMostFrames));
+  if (frames_.frames().size() + message->transforms.size() > kMaxFrames)
+    return fail(ErrorCode::LimitExceeded, fmt::format("more than {} frames", kMaxFrames));
   for (const ros2::TransformStamped& link : message->transforms) {
     const auto finite = [](double x) { return std::abs(x) < 1e6; };
     const bool sound = finite(link.translation.x) && finite(link.translation.y) &&
@@ -158,26 +159,25 @@ Status RobotBridge::keep_transforms(std::span<const std::uint8_t> bytes) {
   return {};
 }
 
-/// The mounting in tf against that of the robot's file.
+/// Compares the camera mounting in tf with the robot file.
 void RobotBridge::compare_mounting() {
-  constexpr double kFar_m = 0.02;
-  constexpr double kTurned_rad = 0.035;
+  constexpr double kMaxOffset_m = 0.02;
+  constexpr double kMaxRotation_rad = 0.035;
   if (base_frame_.empty() || camera_frame_.empty() || !frames_.has(camera_frame_)) return;
   const auto base_T_cam = frames_.chain(base_frame_, camera_frame_);
   if (!base_T_cam) {
-    lines_.say_once(
-        fmt::format("tf does not say where the camera is mounted: {}", base_T_cam.error().message));
+    lines_.report_once(fmt::format("no camera mounting in tf: {}", base_T_cam.error().message));
     return;
   }
   const SE3 off = robot_.model.base_T_cam.inverse() * *base_T_cam;
   const double turned = off.rotation().log().norm();
-  if (off.translation().norm() > kFar_m || turned > kTurned_rad)
-    lines_.say_once(fmt::format(
-        "tf mounts the camera {:.0f} mm and {:.1f} degrees away from the robot's file {}, which counts",
+  if (off.translation().norm() > kMaxOffset_m || turned > kMaxRotation_rad)
+    lines_.report_once(fmt::format(
+        "camera mounting in tf differs by {:.0f} mm and {:.1f} degrees from robot file {}, which is used",
         1e3 * off.translation().norm(), to_degrees(turned), robot_.model.name));
 }
 
-/// The calibration that is published against that of the robot's file.
+/// Compares the published calibration with the robot file.
 Status RobotBridge::compare_camera(std::span<const std::uint8_t> bytes) {
   const auto message = cdr::decode<ros2::CameraInfo>(bytes);
   if (!message) return tl::unexpected(message.error());
@@ -185,8 +185,8 @@ Status RobotBridge::compare_camera(std::span<const std::uint8_t> bytes) {
   if (!camera) return tl::unexpected(camera.error());
   if (camera_frame_.empty()) camera_frame_ = frame_name(message->header.frame_id);
   compare_mounting();
-  if (std::string words = camera_difference(*camera, robot_); !words.empty())
-    lines_.say_once(std::move(words));
+  if (std::string difference = camera_difference(*camera, robot_); !difference.empty())
+    lines_.report_once(std::move(difference));
   return {};
 }
 

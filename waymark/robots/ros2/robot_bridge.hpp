@@ -15,24 +15,24 @@
 
 namespace waymark {
 
-/// Turns the messages of a robot that speaks ROS 2 into the lines of a robot process
-/// (docs/formats/robot-process.md), and commands into messages. What cannot be decoded, has numbers that are
-/// none, or a stamp that misleads is dropped, counted, and named in words. Pure.
+/// Converts the messages of a robot with ROS 2 to the lines of a robot process
+/// (docs/formats/robot-process.md), and commands to messages. Messages that cannot be decoded, have
+/// non-finite numbers or a misleading stamp are dropped, counted and reported. Pure.
 class RobotBridge {
  public:
-  /// Without `put_picture` pictures stand in the lines themselves.
+  /// Without `put_picture` the lines contain the images as base64.
   RobotBridge(Ros2Profile profile, RobotDescription robot, PutPicture put_picture = {});
 
-  /// The lines of a message in CDR with its encapsulation; empty for one that is dropped or only kept here.
+  /// The lines of a message in CDR with its encapsulation; empty if it is dropped or only stored.
   [[nodiscard]] std::vector<std::string> receive(const Ros2Subscription& from,
                                                  std::span<const std::uint8_t> bytes, Duration arrived);
-  /// What people should know, since the last call: as lines, too.
-  [[nodiscard]] std::vector<std::string> take_words() { return lines_.take_words(); }
-  /// Messages that were dropped.
+  /// The reports for the user since the last call, as log lines.
+  [[nodiscard]] std::vector<std::string> take_reports() { return lines_.take_reports(); }
+  /// Number of dropped messages.
   [[nodiscard]] std::uint64_t dropped() const { return lines_.dropped(); }
-  /// Whether odometry came.
+  /// Whether odometry was received.
   [[nodiscard]] bool speaks() const { return lines_.speaks(); }
-  /// The clock of a simulation, where the profile says that time is its; nothing before it came.
+  /// The clock of the simulation if the profile sets use_sim_time; empty before its first message.
   [[nodiscard]] std::optional<SensorTime> simulated_time() const { return simulated_time_; }
   /// SampleLines::offset().
   [[nodiscard]] std::optional<Duration> offset() const { return lines_.offset(); }
@@ -56,7 +56,7 @@ class RobotBridge {
   RobotDescription robot_;
   SampleLines lines_;
   FrameTree frames_{};
-  std::string base_frame_;  ///< empty: not known yet
+  std::string base_frame_;  ///< empty: unknown so far
   std::optional<SensorTime> simulated_time_{};
   std::string camera_frame_{};
   std::map<std::string, SO3> base_R_imu_{};  ///< by frame

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
 #include "tests/support/robot_lines.hpp"
 #include "waymark/base/random.hpp"
 #include "waymark/codecs/image_codec.hpp"
@@ -21,7 +22,7 @@ SensorTime at_ms(int ms) { return SensorTime(std::chrono::seconds(1000) + millis
 
 RobotDescription limo() { return read_robot(find_shared("robots", "limo").value()).value(); }
 
-/// A bridge with the profile of LIMO, and a reader on the other side of the wire.
+/// A bridge with the profile of LIMO, and a reader of its lines.
 class Bridge : public ::testing::Test {
  protected:
   template <class Message>
@@ -41,7 +42,7 @@ class Bridge : public ::testing::Test {
 };
 
 // A simulation at a quarter of real time.
-TEST(BridgeOfASimulation, GoesByItsClock) {
+TEST(BridgeOfASimulation, UsesItsClock) {
   Ros2Profile profile = find_ros2_profile("limo").value();
   profile.use_sim_time = true;
   RobotBridge bridge(profile, limo());
@@ -56,41 +57,42 @@ TEST(BridgeOfASimulation, GoesByItsClock) {
   EXPECT_TRUE(odometry(0, 0).empty()) << "before the clock";
   for (int i = 0; i < 40; ++i) {
     EXPECT_TRUE(give("/clock", ClockMessage{ros2::to_ros(at_ms(100 * i))}, 400 * i).empty());
-    EXPECT_EQ(odometry(100 * i, 400 * i).size(), 1U) << i << ": 12 s late by a clock on the wall";
+    EXPECT_EQ(odometry(100 * i, 400 * i).size(), 1U) << i << ": 12 s late by wall time";
   }
   EXPECT_EQ(bridge.simulated_time(), at_ms(3900));
   EXPECT_EQ(bridge.dropped(), 0U);
-  EXPECT_TRUE(odometry(6000, 15700).empty()) << "of the future";
+  EXPECT_TRUE(odometry(6000, 15700).empty()) << "in the future";
   EXPECT_TRUE(give("/clock", ClockMessage{ros2::to_ros(at_ms(0))}, 16000).empty());
-  EXPECT_EQ(bridge.simulated_time(), at_ms(3900)) << "begun anew: no time that goes back";
-  std::string words;
-  for (const std::string& line : bridge.take_words()) words += line;
-  EXPECT_NE(words.find("2.1 s in the future by the clock of the odometry"), std::string::npos) << words;
-  EXPECT_NE(words.find("the clock went back by 3.900 s"), std::string::npos) << words;
+  EXPECT_EQ(bridge.simulated_time(), at_ms(3900)) << "after a restart the time does not go back";
+  std::string reports;
+  for (const std::string& line : bridge.take_reports()) reports += line;
+  EXPECT_NE(reports.find("2.1 s in the future"), std::string::npos) << reports;
+  EXPECT_NE(reports.find("3.900 s"), std::string::npos) << reports;
+  testing::expect_on_page("robots", reports);
 }
 
-/// As a robot_state_publisher has it that publishes every joint on /tf.
+/// Transforms of a robot_state_publisher that publishes every joint on /tf.
 ros2::TFMessage mast(double height_m) {
   return {{ros2::to_ros_transform(at_ms(0), "base_link", "mast", SE3({}, {0, 0, height_m})),
            ros2::to_ros_transform(at_ms(0), "mast", "camera_color_optical_frame", SE3())}};
 }
 
-TEST_F(Bridge, AMountingThatIsPublishedAgainAndAgainIsComparedAndOneThatMovesIsSaid) {
+TEST_F(Bridge, ComparesARepeatedMountingAndReportsOneThatMoves) {
   (void)odometry(0);
   ros2::Image picture = ros2::to_ros(CameraFrame{.stamp = at_ms(10), .image = Image(64, 48)});
   picture.header.frame_id = "camera_color_optical_frame";
   (void)give("/camera/color/image_raw", picture, milliseconds(10));
   for (int i = 0; i < 3; ++i) (void)give("/tf", mast(0.5), milliseconds(20 + i));
   const std::string fixed = words();
-  EXPECT_NE(fixed.find("tf mounts the camera"), std::string::npos) << fixed;
+  EXPECT_NE(fixed.find(" mm and "), std::string::npos) << fixed;
   EXPECT_EQ(fixed.find("moves"), std::string::npos) << fixed;
   (void)give("/tf", mast(0.6), milliseconds(30));
   const std::string moving = words();
-  EXPECT_NE(moving.find("tf does not say where the camera is mounted"), std::string::npos) << moving;
+  testing::expect_on_page("robots", moving);
   EXPECT_NE(moving.find("moves"), std::string::npos) << moving;
 }
 
-TEST_F(Bridge, OdometryAndPicturesComeOutAsTheyWentIn) {
+TEST_F(Bridge, OdometryAndImagesRoundTrip) {
   const auto lines = odometry(0, 1.5);
   ASSERT_EQ(lines.size(), 1U);
   const auto odometry = std::get<Odometry>(read(lines[0]));
@@ -108,7 +110,7 @@ TEST_F(Bridge, OdometryAndPicturesComeOutAsTheyWentIn) {
     EXPECT_TRUE(std::equal(back.image.row(y), back.image.row(y) + 64, picture.image.row(y)));
 }
 
-TEST_F(Bridge, ACompressedPictureTravelsOnAsItIs) {
+TEST_F(Bridge, ForwardsCompressedImagesUnchanged) {
   (void)odometry(0);
   const Image image(32, 24);
   const auto jpeg = encode_jpeg(image, 90).value();
@@ -123,28 +125,28 @@ TEST_F(Bridge, ACompressedPictureTravelsOnAsItIs) {
   EXPECT_EQ(bridge_.dropped(), 1U);
 }
 
-TEST_F(Bridge, DropsAndCountsWhatMisleads) {
+TEST_F(Bridge, DropsAndCountsMisleadingMessages) {
   ASSERT_EQ(odometry(0).size(), 1U);
   ros2::Odometry bad = ros2::to_ros(Odometry{.stamp = at_ms(20)});
   bad.pose.pose.position.x = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_TRUE(give("/odom", bad, milliseconds(20)).empty()) << "no number";
+  EXPECT_TRUE(give("/odom", bad, milliseconds(20)).empty()) << "not a number";
   bad.pose.pose.position.x = 1e300;
-  EXPECT_TRUE(give("/odom", bad, milliseconds(20)).empty()) << "nowhere on Earth";
+  EXPECT_TRUE(give("/odom", bad, milliseconds(20)).empty()) << "implausible position";
   EXPECT_TRUE(give("/odom", ros2::to_ros(Odometry{.stamp = at_ms(5000)}), milliseconds(20)).empty())
-      << "the future";
+      << "in the future";
   EXPECT_TRUE(give("/odom", ros2::to_ros(Odometry{}), milliseconds(20)).empty()) << "no stamp";
-  EXPECT_EQ(odometry(30).size(), 1U) << "and nothing of it stays";
+  EXPECT_EQ(odometry(30).size(), 1U) << "dropped messages have no effect";
   EXPECT_TRUE(give("/odom", ros2::to_ros(Odometry{.stamp = at_ms(10)}), milliseconds(31)).empty())
       << "goes back";
   EXPECT_EQ(bridge_.dropped(), 5U);
-  const std::string said = words();
-  EXPECT_NE(said.find("went back by 0.020 s"), std::string::npos) << said;
-  EXPECT_NE(said.find("in the future"), std::string::npos) << said;
+  const std::string reports = words();
+  EXPECT_NE(reports.find("0.020 s"), std::string::npos) << reports;
+  testing::expect_on_page("robots", reports);
   ros2::Imu imu = ros2::to_ros(ImuSample{.stamp = SensorTime(std::chrono::seconds(77))});
   EXPECT_TRUE(give("/imu", imu, milliseconds(40)).empty()) << "another clock";
 }
 
-TEST_F(Bridge, HostilePicturesAndEncapsulationsAreDropped) {
+TEST_F(Bridge, DropsHostileImagesAndEncapsulations) {
   (void)odometry(0);
   ros2::Image image{.header = {ros2::to_ros(at_ms(1)), "cam"},
                     .height = 4000,
@@ -152,7 +154,8 @@ TEST_F(Bridge, HostilePicturesAndEncapsulationsAreDropped) {
                     .encoding = "mono8",
                     .step = 1};
   image.data.resize(16);
-  EXPECT_TRUE(give("/camera/color/image_raw", image, milliseconds(1)).empty()) << "a step that lies";
+  EXPECT_TRUE(give("/camera/color/image_raw", image, milliseconds(1)).empty())
+      << "step smaller than the width";
   image.step = 0xffffffffU;
   image.height = 0xffffffffU;
   EXPECT_TRUE(give("/camera/color/image_raw", image, milliseconds(1)).empty());
@@ -165,7 +168,7 @@ TEST_F(Bridge, HostilePicturesAndEncapsulationsAreDropped) {
   EXPECT_EQ(bridge_.dropped(), 9U);
 }
 
-TEST_F(Bridge, NoBytesWhateverMakeItCrashOrSayWhatTheOtherSideRefuses) {
+TEST_F(Bridge, DamagedMessagesGiveValidLinesOrNone) {
   (void)odometry(0);
   const auto all = subscriptions_of(find_ros2_profile("limo-sim").value());
   Random random(20261123);
@@ -193,13 +196,13 @@ TEST_F(Bridge, NoBytesWhateverMakeItCrashOrSayWhatTheOtherSideRefuses) {
       ++passed;
     }
     (void)message_text(from.type, bytes);
-    (void)bridge_.take_words();
+    (void)bridge_.take_reports();
   }
   EXPECT_GT(passed, 0);
   EXPECT_GT(bridge_.dropped(), 1000U);
 }
 
-TEST_F(Bridge, HoldsCalibrationAndMountingAgainstTheRobotsFile) {
+TEST_F(Bridge, ComparesCalibrationAndMountingWithTheRobotFile) {
   (void)odometry(0);
   const RobotDescription robot = limo();
   ros2::CameraInfo info = ros2::to_ros(robot.camera, at_ms(1));
@@ -211,15 +214,15 @@ TEST_F(Bridge, HoldsCalibrationAndMountingAgainstTheRobotsFile) {
          ros2::to_ros_transform(at_ms(0), "camera_link", "camera_color_optical_frame", base_T_cam)}};
   };
   (void)give("/tf_static", mounted(robot.model.base_T_cam), milliseconds(1));
-  EXPECT_EQ(words(), "") << "both agree";
+  EXPECT_EQ(words(), "") << "both are equal";
   info.k[0] += 100;
   (void)give("/camera/color/camera_info", info, milliseconds(2));
-  EXPECT_NE(words().find("camera_info says"), std::string::npos);
+  EXPECT_NE(words().find("camera_info"), std::string::npos);
   (void)give("/camera/color/camera_info", info, milliseconds(3));
-  EXPECT_EQ(words(), "") << "said once";
+  EXPECT_EQ(words(), "") << "reported once";
 }
 
-TEST_F(Bridge, AMountingElsewhereIsSaid) {
+TEST_F(Bridge, ReportsADifferentMounting) {
   (void)odometry(0);
   ros2::CameraInfo info = ros2::to_ros(limo().camera, at_ms(1));
   info.header.frame_id = "eye";
@@ -228,10 +231,12 @@ TEST_F(Bridge, AMountingElsewhereIsSaid) {
   moved = SE3(moved.rotation(), moved.translation() + Eigen::Vector3d(0.05, 0, 0));
   (void)give("/tf_static", ros2::TFMessage{{ros2::to_ros_transform(at_ms(0), "base_link", "eye", moved)}},
              milliseconds(2));
-  EXPECT_NE(words().find("50 mm"), std::string::npos);
+  const std::string reports = words();
+  EXPECT_NE(reports.find("50 mm"), std::string::npos);
+  testing::expect_on_page("robots", reports);
 }
 
-TEST_F(Bridge, AMountingThatIsNoNumberIsNoMounting) {
+TEST_F(Bridge, IgnoresANonFiniteMounting) {
   (void)odometry(0);
   ros2::CameraInfo info = ros2::to_ros(limo().camera, at_ms(1));
   info.header.frame_id = "eye";
@@ -239,12 +244,14 @@ TEST_F(Bridge, AMountingThatIsNoNumberIsNoMounting) {
   auto link = ros2::to_ros_transform(at_ms(0), "base_link", "eye", limo().model.base_T_cam);
   link.rotation.y = std::numeric_limits<double>::quiet_NaN();
   (void)give("/tf_static", ros2::TFMessage{{link}}, milliseconds(2));
-  EXPECT_NE(words().find("does not say where the camera is mounted"), std::string::npos);
+  const std::string reports = words();
+  EXPECT_EQ(reports.find(" mm and "), std::string::npos) << reports;
+  testing::expect_on_page("robots", reports);
 }
 
-TEST_F(Bridge, TurnsTheImuIntoTheAxesOfTheBase) {
+TEST_F(Bridge, RotatesImuDataIntoTheBaseFrame) {
   (void)odometry(0);
-  // The IMU lies on its side: its x is the base's z.
+  // The IMU is mounted on its side: its x axis is the base's z axis.
   const SE3 base_T_imu(SO3::from_rpy(0, -1.5707963267948966, 0), Eigen::Vector3d::Zero());
   (void)give("/tf_static",
              ros2::TFMessage{{ros2::to_ros_transform(at_ms(0), "base_link", "imu_link", base_T_imu)}},
@@ -256,7 +263,7 @@ TEST_F(Bridge, TurnsTheImuIntoTheAxesOfTheBase) {
   EXPECT_NEAR(std::get<ImuSample>(read(lines[0])).angular_velocity_rad_s.z(), 0.5, 1e-9);
 }
 
-TEST_F(Bridge, CommandsAreTwistOrTwistStampedByTheProfile) {
+TEST_F(Bridge, EncodesCommandsAsTheTypeOfTheProfile) {
   const auto plain = cdr::decode<ros2::Twist>(bridge_.command({0.3, -0.2}, at_ms(0)));
   ASSERT_TRUE(plain);
   EXPECT_EQ(plain->linear.x, 0.3);
@@ -277,7 +284,7 @@ void send(RobotBridge& bridge, const std::string& topic, const Message& message)
                        std::chrono::milliseconds(20));
 }
 
-TEST(BridgeFrames, OfANamespacedRobotTakeTheBaseOfItsOdometryWhereTheProfileNamesNone) {
+TEST(BridgeFrames, TakeTheBaseFromOdometryUnlessTheProfileNamesIt) {
   Ros2Profile profile = find_ros2_profile("limo").value();
   profile.base_frame.clear();
   RobotBridge bridge(profile, limo_file());
@@ -290,10 +297,10 @@ TEST(BridgeFrames, OfANamespacedRobotTakeTheBaseOfItsOdometryWhereTheProfileName
   const ros2::TFMessage tf{
       {ros2::to_ros_transform(stamp_ms(0), "r1/base_footprint", "r1/eye", SE3({}, {5, 0, 0}))}};
   send(bridge, "/tf_static", tf);
-  EXPECT_NE(test::words_of(bridge).find("tf mounts the camera"), std::string::npos);
+  EXPECT_NE(test::words_of(bridge).find(" mm and "), std::string::npos);
 }
 
-TEST(BridgeFrames, ACircleOfTransformsIsNoMounting) {
+TEST(BridgeFrames, RejectACycleOfTransforms) {
   RobotBridge bridge(find_ros2_profile("limo").value(), limo_file());
   send(bridge, "/odom", ros2::to_ros(Odometry{.stamp = stamp_ms(0)}));
   ros2::Image picture = ros2::to_ros(CameraFrame{.stamp = stamp_ms(10), .image = Image(64, 48)});
@@ -304,9 +311,9 @@ TEST(BridgeFrames, ACircleOfTransformsIsNoMounting) {
   circle.transforms.push_back(
       ros2::to_ros_transform(stamp_ms(0), "camera_color_optical_frame", "base_link", SE3({}, {1, 2, 3})));
   send(bridge, "/tf_static", circle);
-  const std::string said = test::words_of(bridge);
-  EXPECT_EQ(said.find("tf mounts the camera"), std::string::npos) << said;
-  EXPECT_NE(said.find("go round in a circle: "), std::string::npos) << said;
+  const std::string reports = test::words_of(bridge);
+  EXPECT_EQ(reports.find(" mm and "), std::string::npos) << reports;
+  testing::expect_on_page("robots", reports);
 }
 
 }  // namespace

@@ -24,8 +24,8 @@ namespace waymark {
 namespace {
 
 constexpr Duration kSlice = std::chrono::milliseconds(50);
-constexpr Duration kLookAgain = std::chrono::seconds(1);
-/// A peer that was not discovered at once is so with its next announcement, a second later.
+constexpr Duration kCheckPeriod = std::chrono::seconds(1);
+/// A peer that was not discovered at once is discovered by its next announcement, a second later.
 constexpr Duration kListen = std::chrono::milliseconds(1500);
 
 SensorTime wall_clock() {
@@ -34,14 +34,14 @@ SensorTime wall_clock() {
 }
 
 constexpr const char* kNothingArrives =
-    "it is offered, but nothing arrives: is its program restricted to its own machine (`localhost`, "
-    "ROS_LOCALHOST_ONLY), or a firewall between? ";
+    "it is offered, but no messages arrive: check that its program is not restricted to its own machine "
+    "(`localhost`, ROS_LOCALHOST_ONLY) or behind a firewall; ";
 
 class Ros2Robot final : public WireLoop {
  public:
   Ros2Robot(const Ros2Profile& profile, const RobotDescription& robot, BusOptions bus_options,
             const RobotWire& wire, const Ros2RobotOptions& options)
-      : WireLoop(wire, {.look_every = kLookAgain, .report_again = true}),
+      : WireLoop(wire, {.check_period = kCheckPeriod, .report_again = true}),
         profile_(profile),
         name_(robot.model.name),
         bus_options_(std::move(bus_options)),
@@ -68,12 +68,12 @@ class Ros2Robot final : public WireLoop {
   }
 
  private:
-  /// The clock that commands are stamped by. From any thread.
+  /// The stamp of a command sent now. May be called from any thread.
   [[nodiscard]] SensorTime stamp_now() const {
     return profile_.use_sim_time ? SensorTime(Duration(simulated_ns_.load())) : wall_clock();
   }
 
-  Status hear() override {
+  Status poll_robot() override {
     if (const auto message = bus_->next(kSlice)) receive(*message);
     return stay_alone();
   }
@@ -85,14 +85,14 @@ class Ros2Robot final : public WireLoop {
     (void)bus_->publish(*publisher_, bridge_.command(command, stamp_now()));
   }
   bool must_hold(Duration now) const override { return profile_.use_sim_time && watch_.silent(now); }
-  std::vector<std::string> silence_words(Duration now) override {
-    return {watch_.take_words(now, !listens())};
+  std::vector<std::string> silence_reports(Duration now) override {
+    return {watch_.take_reports(now, !listens())};
   }
 
   void receive(const BusMessage& message) {
     if (names_.take(message)) return;
     if (message.subscription == commands_) {
-      if (drivers_.hear(message.identity.guid, publisher_.has_value(), *bus_)) senders_.hear_command();
+      if (drivers_.receive(message.identity.guid, publisher_.has_value(), *bus_)) senders_.on_other_command();
       return;
     }
     const auto from = subscriptions_.find(message.subscription);
@@ -101,18 +101,18 @@ class Ros2Robot final : public WireLoop {
     const auto lines = bridge_.receive(from->second, message.bytes, message.arrived);
     if (const auto time = bridge_.simulated_time())
       watch_simulation(from->second, message.arrived, *time, !lines.empty());
-    if (bridge_.speaks()) senders_.hear_robot(message.arrived);
+    if (bridge_.speaks()) senders_.on_robot_message(message.arrived);
     if (!greeted()) return;
-    talk().write(lines);
-    talk().write(bridge_.take_words());
+    output().write(lines);
+    output().write(bridge_.take_reports());
   }
 
-  /// Others that begin to command it while it is driven.
+  /// Checks for other programs that begin to command the robot while it is driven.
   Status stay_alone() {
     if (!publisher_ || options_.share_commands) return {};
-    const auto words = drivers_.found(names_, *bus_, steady_now() - advertised_);
-    if (!words) return tl::unexpected(words.error());
-    if (!words->empty()) talk().say_once(*words);
+    const auto others = drivers_.found(names_, *bus_, steady_now() - advertised_);
+    if (!others) return tl::unexpected(others.error());
+    if (!others->empty()) output().report_once(*others);
     return {};
   }
 
@@ -122,20 +122,19 @@ class Ros2Robot final : public WireLoop {
     if (from.topic == profile_.odometry_topic && passed) watch_.odometry(arrived);
   }
 
-  /// By who published odometry within the last moments: one that was begun anew counts once.
+  /// Counts the publishers of odometry in the last 0.5 s, so that a restarted program counts once.
   void count_robot(const BusMessage& message) {
     constexpr Duration kMoment = std::chrono::milliseconds(500);
-    heard_from_[message.identity.guid] = message.arrived;
-    std::erase_if(heard_from_, [&](const auto& one) { return message.arrived - one.second > kMoment; });
-    if (heard_from_.size() > 1 && greeted()) talk().say_once(two_robots());
+    odometry_sources_[message.identity.guid] = message.arrived;
+    std::erase_if(odometry_sources_, [&](const auto& one) { return message.arrived - one.second > kMoment; });
+    if (odometry_sources_.size() > 1 && greeted()) output().report_once(two_robots());
   }
   [[nodiscard]] std::string two_robots() const {
-    return fmt::format("{} programs publish odometry on {}: are there two robots in this domain?",
-                       heard_from_.size(), profile_.odometry_topic);
+    return fmt::format("{} programs publish odometry on {}; there may be several robots in this domain",
+                       odometry_sources_.size(), profile_.odometry_topic);
   }
 
-  /// Where nobody publishes the topic of pictures but somebody its compressed ones (image_transport), those
-  /// are taken.
+  /// Subscribes to the compressed images (image_transport) if only they are published.
   Status take_compressed() {
     if (profile_.image_topic.empty() || compressed_) return {};
     const std::string topic = profile_.image_topic + "/compressed";
@@ -148,23 +147,24 @@ class Ros2Robot final : public WireLoop {
     const auto number = bus_->subscribe(dds_topic(topic, type), qos);
     if (!number) return tl::unexpected(number.error());
     subscriptions_.emplace(*number, Ros2Subscription{topic, std::string(type), qos});
-    talk().say_once(
-        fmt::format("nobody publishes {}: pictures are taken from {}", profile_.image_topic, topic));
+    output().report_once(
+        fmt::format("{} has no publisher; using the images of {}", profile_.image_topic, topic));
     return {};
   }
 
   Status look_for_others() {
     const std::string who = drivers_.names(names_, *bus_);
-    if (Status alone = senders_.alone(profile_.command_topic, who, "ros2 robot PROFILE"); !alone)
+    if (Status alone = senders_.check_alone(profile_.command_topic, who, "ros2 robot PROFILE"); !alone)
       return alone;
-    if (heard_from_.size() > 1 && !options_.share_commands)
-      return fail(ErrorCode::InvalidArgument, two_robots(), {.source = "ROS 2"},
-                  "One command would move both. Give each a ROS_DOMAIN_ID, or a namespace and the topics of "
-                  "its profile.");
+    if (odometry_sources_.size() > 1 && !options_.share_commands)
+      return fail(
+          ErrorCode::InvalidArgument, two_robots(), {.source = "ROS 2"},
+          "A command would move all of them. Set a ROS_DOMAIN_ID for each robot, or a namespace and its "
+          "topics in the profile.");
     return {};
   }
 
-  /// The publisher of commands, where nobody else commands the robot. Who only listens has none.
+  /// Adds the command publisher unless another program commands the robot, or this one only listens.
   Status prepare() override {
     if (!listens())
       if (Status alone = look_for_others(); !alone) return alone;
@@ -181,73 +181,72 @@ class Ros2Robot final : public WireLoop {
   }
 
   void after_hello() override {
-    say_clock();
+    report_clock();
     if (profile_.image_topic.empty() && profile_.compressed_image_topic.empty() &&
         profile_.detections_topic.empty())
-      talk().say_once(
-          "the profile names no topic of pictures or tags (image_topic, compressed_image_topic, "
-          "detections_topic): the robot is placed only by a camera of this computer (`camera_source`)");
+      output().report_once(
+          "the profile has no topic for images or tags (image_topic, compressed_image_topic, "
+          "detections_topic): localization requires a camera of this computer (`camera_source`)");
     if (!profile_.stops_by_itself && !listens())
-      talk().say_once(
-          "the robot does not stop by itself when commands cease: where the network may fail, run `waymark "
-          "ros2 "
-          "relay` on it");
+      output().report_once(
+          "the robot does not stop by itself if commands cease: if the network may fail, run `waymark ros2 "
+          "relay` on the robot");
   }
 
-  /// How far the clocks are apart, the way of the messages included.
-  void say_clock() {
+  /// Reports the offset of the clocks, which includes the delay of the messages.
+  void report_clock() {
     constexpr double kYear_s = 3e7;
     if (profile_.use_sim_time || !bridge_.offset()) return;
     const Duration robot = steady_now() - *bridge_.offset();
     const double behind_s = to_seconds(wall_clock().time_since_epoch() - robot);
     const bool other = std::abs(behind_s) > kYear_s;
-    talk().say_once(fmt::format(
-        "the robot's clock is {:.3f} s {} this computer's, by the stamps of {}{}", std::abs(behind_s),
-        behind_s >= 0 ? "behind" : "ahead of", profile_.odometry_topic,
-        other ? ": if it is the time of a simulation, the profile needs use_sim_time: true" : ""));
+    output().report_once(
+        fmt::format("the robot's clock is {:.3f} s {} this computer's according to the stamps of {}{}",
+                    std::abs(behind_s), behind_s >= 0 ? "behind" : "ahead of", profile_.odometry_topic,
+                    other ? "; for simulated time, set use_sim_time: true in the profile" : ""));
   }
 
-  /// Who is there, once a second.
-  Status look() override {
+  /// Examines the other endpoints, once a second.
+  Status check() override {
     others_ = bus_->endpoints();
-    for (const std::string& words : mismatches(uses_, others_)) talk().say_once(words);
+    for (const std::string& reason : mismatches(uses_, others_)) output().report_once(reason);
     if (Status status = take_compressed(); !status) return status;
-    if (senders_.heard_robot()) say_what_is_missing();
+    if (senders_.has_robot()) report_missing();
     return {};
   }
 
-  void say_what_is_missing() {
+  void report_missing() {
     if (waited() > kListen && greeted())
-      for (const std::string& words : missing_publishers(profile_, others_)) talk().say_once(words);
+      for (const std::string& missing : missing_publishers(profile_, others_)) output().report_once(missing);
     const BusTopic commands = command_use(profile_).name;
-    const bool hears = std::ranges::any_of(others_, [&](const BusEndpoint& other) {
+    const bool has_subscriber = std::ranges::any_of(others_, [&](const BusEndpoint& other) {
       return !other.publishes && other.name.topic == commands.topic && other.name.type == commands.type;
     });
-    if (publisher_ && steady_now() - advertised_ > kListen && !hears)
-      talk().say_once(
-          fmt::format("nobody subscribes to {}: the robot will not move", profile_.command_topic));
+    if (publisher_ && steady_now() - advertised_ > kListen && !has_subscriber)
+      output().report_once(
+          fmt::format("{} has no subscriber: the robot will not move", profile_.command_topic));
   }
 
-  bool waits() const override { return !senders_.heard_robot(); }
+  bool waits() const override { return !senders_.has_robot(); }
 
-  Unheard unheard() override {
+  NoContact no_contact() override {
     const std::string where = why_nothing_came() + searched(bus_options_, *bus_);
-    return {
-        .report = fmt::format("no odometry on {} yet; {}", profile_.odometry_topic, where),
-        .gave_up = fail(
-            ErrorCode::NotFound, fmt::format("no odometry came on {}; {}", profile_.odometry_topic, where),
-            {.source = "ROS 2"},
-            (others_.empty() ? std::string()
-                             : "Is the topic's name in the profile right (`waymark ros2 topic list`)? ") +
-                "Is the robot on, is ROS_DOMAIN_ID the same there, does a firewall block UDP?")};
+    return {.report = fmt::format("no odometry on {} yet; {}", profile_.odometry_topic, where),
+            .gave_up = fail(
+                ErrorCode::NotFound, fmt::format("no odometry on {}; {}", profile_.odometry_topic, where),
+                {.source = "ROS 2"},
+                (others_.empty() ? std::string()
+                                 : "Check the topic's name in the profile (`waymark ros2 topic list`). ") +
+                    "Check that the robot is on, that its ROS_DOMAIN_ID is the same, and that no firewall "
+                    "blocks UDP.")};
   }
 
   [[nodiscard]] bool waits_for_clock() const { return profile_.use_sim_time && !bridge_.simulated_time(); }
 
   [[nodiscard]] std::string why_nothing_came() const {
     if (waits_for_clock() && !is_published("/clock", others_))
-      return "nobody publishes /clock, whose time the profile asks for (use_sim_time); ";
-    if (waits_for_clock()) return "no time came on /clock (use_sim_time); ";
+      return "/clock has no publisher, but the profile requires it (use_sim_time); ";
+    if (waits_for_clock()) return "no messages on /clock (use_sim_time); ";
     const bool fits = mismatches(uses_, others_).empty();
     return fits && is_published(profile_.odometry_topic, others_) ? kNothingArrives : "";
   }
@@ -263,14 +262,14 @@ class Ros2Robot final : public WireLoop {
   OtherDrivers drivers_;
   SimulationWatch watch_{};
   std::atomic<std::int64_t> simulated_ns_ = 0;
-  std::map<Guid, Duration> heard_from_{};  ///< publishers of odometry, and when
+  std::map<Guid, Duration> odometry_sources_{};  ///< newest arrival by publisher
   PublisherNames names_{};
   std::optional<std::size_t> publisher_{};
   Duration advertised_{};
-  std::size_t commands_ = 0;                                 ///< subscription of what others command
+  std::size_t commands_ = 0;                                 ///< subscription of the command topic
   std::map<std::size_t, Ros2Subscription> subscriptions_{};  ///< by number
   bool compressed_ = false;
-  std::vector<BusEndpoint> others_{};  ///< at the newest look()
+  std::vector<BusEndpoint> others_{};  ///< at the newest check()
 };
 
 }  // namespace

@@ -9,14 +9,14 @@
 namespace waymark {
 
 struct Ros2RobotOptions {
-  bool share_commands = false;  ///< drive although another program sends commands
+  bool share_commands = false;  ///< drive even if another program sends commands
 };
 
-/// What a user says of such a process.
-struct Ros2RobotWords {
+/// User settings of the robot process.
+struct Ros2RobotSettings {
   std::string profile{};
-  std::string robot_file{};  ///< empty: as the profile says
-  RobotWireWords wire{};
+  std::string robot_file{};  ///< empty: the profile's
+  RobotWireSettings wire{};
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -25,15 +25,15 @@ struct Ros2RobotWords {
                             .input()
                             .required());
     visit(self.robot_file,
-          JobField("robot_file NAME", "Body and camera of the robot; unless given: as the profile says"));
-    RobotWireWords::fields(self.wire, visit);
+          JobField("robot_file NAME", "Body and camera of the robot; default: the robot of the profile"));
+    RobotWireSettings::fields(self.wire, visit);
   }
 };
 
-/// Is the process of a robot that speaks ROS 2 (docs/formats/robot-process.md): subscribes what its profile
-/// names, publishes its commands, until the input ends. The hello comes 1.5 s after the first
-/// odometry; before it nothing is sent, and the input is not read. Fails, and says what is on the network
-/// instead, when no odometry came, and when another program commands the robot.
+/// Runs the process of a robot with ROS 2 (docs/formats/robot-process.md): subscribes to the profile's topics
+/// and publishes commands until the input ends. It writes the hello 1.5 s after the first odometry; before
+/// it, nothing is sent and the input is not read. Fails if no odometry comes, with what was found on the
+/// network, and if another program commands the robot.
 [[nodiscard]] Status run_ros2_robot(const Ros2Profile& profile, const RobotDescription& robot,
                                     const BusOptions& bus_options, const RobotWire& wire,
                                     const Ros2RobotOptions& options = {});

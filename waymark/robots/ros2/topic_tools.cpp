@@ -19,13 +19,13 @@ namespace {
 using ros::Primitive;
 
 constexpr std::size_t kEncapsulation = 4;
-constexpr std::size_t kMostText = std::size_t{1} << 20U;
+constexpr std::size_t kMaxText = std::size_t{1} << 20U;
 
-/// Reads a message along its definition and writes it down.
+/// Decodes a message by its definition and prints it as text.
 class Walk {
  public:
-  Walk(const ros::Definition& definition, ByteSpan body, std::size_t most_elements)
-      : definition_(definition), in_(body), most_elements_(most_elements) {}
+  Walk(const ros::Definition& definition, ByteSpan body, std::size_t max_elements)
+      : definition_(definition), in_(body), max_elements_(max_elements) {}
 
   void structure(std::size_t number, int indent) {
     for (const ros::Field& field : definition_.structs[number].fields) {
@@ -45,21 +45,21 @@ class Walk {
     if (field.type != Primitive::Struct) return values(field, count);
     write(0, "\n");
     for (std::uint32_t i = 0; i < count && !in_.failed(); ++i) {
-      write(indent, i < most_elements_ ? "-\n" : "");
-      hidden_ += i < most_elements_ ? 0 : 1;
+      write(indent, i < max_elements_ ? "-\n" : "");
+      hidden_ += i < max_elements_ ? 0 : 1;
       structure(field.structure, indent + 1);
-      hidden_ -= i < most_elements_ ? 0 : 1;
+      hidden_ -= i < max_elements_ ? 0 : 1;
     }
-    if (count > most_elements_) write(indent, fmt::format("# {} in all\n", count));
+    if (count > max_elements_) write(indent, fmt::format("# {} in all\n", count));
   }
 
   void values(const ros::Field& field, std::uint32_t count) {
     write(0, " [");
     for (std::uint32_t i = 0; i < count && !in_.failed(); ++i) {
       const std::string value = this->value(field.type);
-      if (i < most_elements_) write(0, (i > 0 ? ", " : "") + value);
+      if (i < max_elements_) write(0, (i > 0 ? ", " : "") + value);
     }
-    write(0, count > most_elements_ ? fmt::format(", …] # {} in all\n", count) : "]\n");
+    write(0, count > max_elements_ ? fmt::format(", …] # {} in all\n", count) : "]\n");
   }
 
   void element(const ros::Field& field, int indent) {
@@ -99,12 +99,12 @@ class Walk {
 
   std::string text() {
     const ByteSpan bytes = in_.take(number<std::uint32_t>());
-    std::string words = "'";
+    std::string quoted = "'";
     for (const std::uint8_t byte : bytes) {
       if (byte == 0) break;
-      words += byte >= 0x20 && byte != 0x7f ? std::string(1, static_cast<char>(byte)) : "?";
+      quoted += byte >= 0x20 && byte != 0x7f ? std::string(1, static_cast<char>(byte)) : "?";
     }
-    return words + "'";
+    return quoted + "'";
   }
 
   template <class T>
@@ -113,15 +113,15 @@ class Walk {
     return in_.number<T>();
   }
 
-  void write(int indent, std::string_view words) {
-    if (hidden_ > 0 || text_.size() > kMostText) return;
-    if (!words.empty()) text_ += std::string(2 * static_cast<std::size_t>(indent), ' ');
-    text_ += words;
+  void write(int indent, std::string_view text) {
+    if (hidden_ > 0 || text_.size() > kMaxText) return;
+    if (!text.empty()) text_ += std::string(2 * static_cast<std::size_t>(indent), ' ');
+    text_ += text;
   }
 
   const ros::Definition& definition_;
   ByteReader in_;
-  std::size_t most_elements_;
+  std::size_t max_elements_;
   int hidden_ = 0;
   std::string text_{};
 };
@@ -129,20 +129,20 @@ class Walk {
 }  // namespace
 
 Result<std::string> message_text(std::string_view type, std::span<const std::uint8_t> cdr,
-                                 std::size_t most_elements) {
+                                 std::size_t max_elements) {
   const std::string schema = ros2::schema_text(type);
   if (schema.empty())
-    return fail(ErrorCode::Unsupported, fmt::format("messages of the type {} cannot be shown", type),
-                {.key = std::string(type)}, "`waymark ros2 topic hz` counts them.");
+    return fail(ErrorCode::Unsupported, fmt::format("cannot show messages of unknown type {}", type),
+                {.key = std::string(type)}, "Use `waymark ros2 topic hz` to measure their rate.");
   const auto definition = ros::parse_definition(type, schema);
   if (!definition) return tl::unexpected(definition.error());
   if (cdr.size() < kEncapsulation || cdr[0] != 0 || cdr[1] != 1)
     return fail(ErrorCode::Unsupported, "the message is not plain little-endian CDR (encapsulation 00 01)");
-  Walk walk(*definition, cdr.subspan(kEncapsulation), most_elements);
+  Walk walk(*definition, cdr.subspan(kEncapsulation), max_elements);
   walk.structure(0, 0);
   if (walk.failed())
     return fail(ErrorCode::Unreadable,
-                fmt::format("a message of {} bytes ends too early for its type {}", cdr.size(), type));
+                fmt::format("message of {} bytes is too short for its type {}", cdr.size(), type));
   return walk.take_text();
 }
 
@@ -150,9 +150,9 @@ namespace {
 
 constexpr Duration kToolSlice = std::chrono::milliseconds(50);
 constexpr Duration kQuiet = std::chrono::milliseconds(500);
-constexpr int kKept = 100;
+constexpr int kQueueDepth = 100;
 
-std::string qos_words(const TopicQos& qos) {
+std::string qos_text(const TopicQos& qos) {
   return std::string(qos.reliable ? "reliable" : "best effort") +
          (qos.transient_local ? ", transient local" : "");
 }
@@ -170,12 +170,11 @@ std::vector<TopicListing> list_topics(const std::vector<BusEndpoint>& endpoints)
     entry.topic = name->topic;
     entry.type = name->type;
     (endpoint.publishes ? entry.publishers : entry.subscriptions) += 1;
-    if (endpoint.publishes) offered[key].insert(qos_words(endpoint.qos));
+    if (endpoint.publishes) offered[key].insert(qos_text(endpoint.qos));
   }
   std::vector<TopicListing> all;
   for (auto& [key, entry] : found) {
-    for (const std::string& words : offered[key])
-      entry.offered += (entry.offered.empty() ? "" : " / ") + words;
+    for (const std::string& qos : offered[key]) entry.offered += (entry.offered.empty() ? "" : " / ") + qos;
     all.push_back(std::move(entry));
   }
   return all;
@@ -188,31 +187,31 @@ std::string to_text(const TopicListing& listing) {
                      counted(listing.subscriptions, "subscription"));
 }
 
-void wait_for_discovery(const Bus& bus, Duration most, const std::function<bool()>& should_stop) {
+void wait_for_discovery(const Bus& bus, Duration timeout, const std::function<bool()>& should_stop) {
   const Duration began = steady_now();
-  std::size_t known = 0;
+  std::size_t discovered = 0;
   Duration changed = began;
-  while (steady_now() - began < most && !should_stop()) {
+  while (steady_now() - began < timeout && !should_stop()) {
     std::this_thread::sleep_for(kToolSlice);
-    const std::size_t now_known = bus.endpoints().size() + bus.participants().size();
-    if (now_known != known) changed = steady_now();
-    known = now_known;
-    if (known > 0 && steady_now() - changed > kQuiet) return;
+    const std::size_t count = bus.endpoints().size() + bus.participants().size();
+    if (count != discovered) changed = steady_now();
+    discovered = count;
+    if (discovered > 0 && steady_now() - changed > kQuiet) return;
   }
 }
 
-Result<WatchedTopic> watch_topic(Bus& bus, const std::string& topic, Duration most,
+Result<WatchedTopic> watch_topic(Bus& bus, const std::string& topic, Duration timeout,
                                  const std::function<bool()>& should_stop) {
   if (!is_topic_name(topic))
-    return fail(ErrorCode::InvalidArgument, fmt::format("'{}' is no name of a topic", topic),
-                {.key = "topic"}, "`waymark ros2 topic list` shows those there are.");
+    return fail(ErrorCode::InvalidArgument, fmt::format("invalid topic name '{}'", topic), {.key = "topic"},
+                "List the topics with `waymark ros2 topic list`.");
   const Duration began = steady_now();
   const std::string wanted = topic.starts_with('/') ? topic : "/" + topic;
   std::set<std::string> names;
   do {
     std::set<std::string> types;
     names.clear();
-    TopicQos qos{.depth = kKept};
+    TopicQos qos{.depth = kQueueDepth};
     for (const BusEndpoint& endpoint : bus.endpoints()) {
       const auto name = ros_topic(endpoint.name);
       if (!name || !endpoint.publishes) continue;
@@ -223,16 +222,18 @@ Result<WatchedTopic> watch_topic(Bus& bus, const std::string& topic, Duration mo
       qos.transient_local = endpoint.qos.transient_local;
     }
     if (types.size() > 1)
-      return fail(ErrorCode::Unsupported, "it is published with two types", {.key = wanted},
-                  *types.begin() + " and " + *types.rbegin());
+      return fail(
+          ErrorCode::Unsupported,
+          fmt::format("the topic is published with two types, {} and {}", *types.begin(), *types.rbegin()),
+          {.key = wanted});
     if (types.size() == 1) {
       const auto number = bus.subscribe(dds_topic(wanted, *types.begin()), qos);
       if (!number) return tl::unexpected(number.error());
       return WatchedTopic{{wanted, *types.begin()}, *number};
     }
     std::this_thread::sleep_for(kToolSlice);
-  } while (steady_now() - began < most && !should_stop());
-  return fail(ErrorCode::NotFound, "nobody publishes " + wanted, {},
+  } while (steady_now() - began < timeout && !should_stop());
+  return fail(ErrorCode::NotFound, wanted + " has no publisher", {},
               names.empty() ? "" : suggestion(wanted, std::vector<std::string>(names.begin(), names.end())));
 }
 
@@ -251,7 +252,7 @@ Status watch_messages(Bus& bus, const std::string& topic, const WatchLimits& lim
     ++count;
   }
   if (count > 0) return {};
-  return fail(ErrorCode::NotFound, "no message came", {.key = watched->name.topic});
+  return fail(ErrorCode::NotFound, "no message received", {.key = watched->name.topic});
 }
 
 void RateCounter::add(Duration arrived, std::size_t bytes) {

@@ -12,63 +12,65 @@
 #include "waymark/robots/dds/bus.hpp"
 #include "waymark/robots/dds/ros_names.hpp"
 
-/// First aid on a network of ROS 2: what is there, what it says, how often.
+/// Diagnosis of a ROS 2 network: which topics there are, their messages and rates.
 namespace waymark {
 
-/// The fields of a message in plain little-endian CDR as lines "name: value", indented as `ros2 topic echo`
-/// has them; of lists longer than `most_elements` the first ones and their number. Fails on a type whose
-/// definition is not known here, and on bytes that end too early.
+/// The fields of a message in plain little-endian CDR as lines "name: value", indented like `ros2 topic
+/// echo`. Lists longer than `max_elements` are cut, with their length. Fails on an unknown type and on
+/// truncated data.
 [[nodiscard]] Result<std::string> message_text(std::string_view type, std::span<const std::uint8_t> cdr,
-                                               std::size_t most_elements = 12);
+                                               std::size_t max_elements = 12);
 
-/// A topic and who uses it.
+/// A topic with its number of publishers and subscriptions.
 struct TopicListing {
   std::string topic{};
   std::string type{};
   int publishers = 0;
   int subscriptions = 0;
-  std::string offered{};  ///< of the publishers: "reliable", "best effort, transient local", …
+  std::string
+      offered{};  ///< quality of service of the publishers: "reliable", "best effort, transient local", …
 };
 
-/// The topics of ROS among the endpoints, by name; one that is used with two types stands twice.
+/// The ROS topics among the endpoints, sorted by name; a topic with two types is listed twice.
 [[nodiscard]] std::vector<TopicListing> list_topics(const std::vector<BusEndpoint>& endpoints);
 
 /// "/odom [nav_msgs/msg/Odometry] 1 publisher (reliable), 0 subscriptions".
 [[nodiscard]] std::string to_text(const TopicListing& listing);
 
-/// Waits until nothing new was discovered for half a second, or for `most`.
-void wait_for_discovery(const Bus& bus, Duration most, const std::function<bool()>& should_stop);
+/// Waits until nothing new was discovered for half a second, or until `timeout`.
+void wait_for_discovery(const Bus& bus, Duration timeout, const std::function<bool()>& should_stop);
 
-/// Subscribes to a topic that somebody publishes, as its publishers offer it. Fails, and names the nearest,
-/// when nobody does within `most` (NotFound), with two types (Unsupported), and where the name is none
-/// (InvalidArgument).
+/// Subscribes to a published topic with the quality of service of its publishers. Fails if there is no
+/// publisher within `timeout` (NotFound, suggests the nearest name), if it has two types (Unsupported), and
+/// on an invalid name (InvalidArgument).
 struct WatchedTopic {
   RosTopic name{};
   std::size_t subscription = 0;
 };
-[[nodiscard]] Result<WatchedTopic> watch_topic(Bus& bus, const std::string& topic, Duration most,
+[[nodiscard]] Result<WatchedTopic> watch_topic(Bus& bus, const std::string& topic, Duration timeout,
                                                const std::function<bool()>& should_stop);
 
-/// How long a topic is listened to.
+/// When watching a topic ends.
 struct WatchLimits {
-  int messages = 0;                             ///< 0: any number
-  double duration_s = 0;                        ///< 0: without an end
-  Duration patience = std::chrono::seconds(3);  ///< until somebody publishes it
+  int messages = 0;                             ///< 0: unlimited
+  double duration_s = 0;                        ///< 0: unlimited
+  Duration patience = std::chrono::seconds(3);  ///< time to wait for a publisher
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.messages,
-          JobField("count INTEGER", "End after so many messages; 0: go on until Ctrl-C", 0, 1'000'000'000));
-    visit(self.duration_s, JobField("seconds FLOAT", "End after so long; 0: go on until Ctrl-C", 0.0, 1e9));
+    visit(self.messages, JobField("count INTEGER", "Stop after this number of messages; 0: run until Ctrl-C",
+                                  0, 1'000'000'000));
+    visit(self.duration_s,
+          JobField("seconds FLOAT", "Stop after this time [s]; 0: run until Ctrl-C", 0.0, 1e9));
   }
 };
-/// Gives each message of a topic to `take` until the limits, should_stop(), or an error of `take`. Fails
-/// where nobody publishes the topic, and where no message came.
+/// Passes each message of a topic to `take` until a limit is reached, should_stop() returns true, or `take`
+/// fails. Fails if the topic has no publisher, and if no message came.
 [[nodiscard]] Status watch_messages(
     Bus& bus, const std::string& topic, const WatchLimits& limits, const std::function<bool()>& should_stop,
     const std::function<Status(const WatchedTopic&, const BusMessage&)>& take);
 
-/// How often messages came, as they are counted.
+/// Measures the rate of messages.
 class RateCounter {
  public:
   void add(Duration arrived, std::size_t bytes);

@@ -27,18 +27,18 @@ TEST(MessageText, ShowsEveryField) {
   EXPECT_LT(image->size(), 500U);
 }
 
-TEST(MessageText, RefusesWhatItCannotRead) {
+TEST(MessageText, RejectsUnknownTypesAndTruncatedData) {
   const auto bytes = cdr::encode(ros2::to_ros(Odometry{}));
   EXPECT_FALSE(message_text("my_msgs/msg/Own", bytes));
   EXPECT_FALSE(message_text(ros2::Odometry::kType, std::span(bytes).first(40)));
   EXPECT_FALSE(message_text(ros2::Odometry::kType, {}));
   std::vector<std::uint8_t> names = {0, 1, 0, 0};
-  names.resize(200, 0xff);  // a list of 4 thousand million transforms
+  names.resize(200, 0xff);  // a list of 4 billion transforms
   EXPECT_FALSE(message_text(ros2::TFMessage::kType, names));
   EXPECT_FALSE(message_text(ros2::Joy::kType, names));
 }
 
-TEST(TopicTools, ListWhoUsesATopic) {
+TEST(TopicTools, ListPublishersAndSubscriptions) {
   const BusTopic odom = dds_topic("/odom", "nav_msgs/msg/Odometry");
   const auto topics = list_topics({{true, odom, {}, {}},
                                    {false, odom, {.reliable = false}, {}},
@@ -50,7 +50,7 @@ TEST(TopicTools, ListWhoUsesATopic) {
   EXPECT_EQ(topics[0].offered, "reliable");
 }
 
-TEST(TopicTools, RateIsThatOfTheMessages) {
+TEST(TopicTools, MeasureTheRateOfMessages) {
   RateCounter counter;
   EXPECT_EQ(counter.text(), "no message");
   for (int i = 0; i <= 100; ++i) counter.add(milliseconds(20 * i), 1000);

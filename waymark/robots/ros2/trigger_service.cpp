@@ -53,7 +53,7 @@ bool TriggerServices::receive(const BusMessage& message) {
   if (!header) return true;
   TriggerReply reply = service.answer();
   const Response response{reply.success, std::move(reply.message)};
-  // A client that is gone needs no reply.
+  // Errors are ignored: the client may have gone.
   if (headed)
     (void)bus_.publish(service.replies, cdr::encode(CycloneResponse{*header, response}));
   else

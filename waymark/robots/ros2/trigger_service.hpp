@@ -13,16 +13,16 @@ struct TriggerReply {
   std::string message{};
 };
 
-/// Services of type std_srvs/srv/Trigger. Clients on rmw_fastrtps are told apart by the identity of their
-/// sample (related_sample_identity), those on rmw_cyclonedds by a header of 16 bytes before the request; each
-/// gets its reply in its own way.
+/// Services of type std_srvs/srv/Trigger. A client on rmw_fastrtps identifies its request by
+/// related_sample_identity, one on rmw_cyclonedds by a header of 16 bytes before the request. The reply uses
+/// the same form.
 class TriggerServices {
  public:
   explicit TriggerServices(Bus& bus) : bus_(bus) {}
 
-  /// Offers "/waymark/stop" and the like; `answer` is called for each request by receive().
+  /// Offers a service such as "/waymark/stop"; receive() calls `answer` for each request.
   Status offer(const std::string& name, std::function<TriggerReply()> answer);
-  /// Answers, where the message is a request to one of the services; false: it is not.
+  /// Answers a request to one of the services; returns false if the message is not one.
   bool receive(const BusMessage& message);
 
  private:

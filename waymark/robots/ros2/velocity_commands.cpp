@@ -38,10 +38,10 @@ std::vector<std::uint8_t> velocity_message_now(const VelocityCommand& command, b
 
 Status publish_zero(Bus& bus, std::size_t publisher, bool stamped) {
   constexpr int kTimes = 4;
-  constexpr auto kApart = std::chrono::milliseconds(20);
+  constexpr auto kPeriod = std::chrono::milliseconds(20);
   for (int i = 0; i < kTimes; ++i) {
     if (Status status = bus.publish(publisher, velocity_message_now({}, stamped)); !status) return status;
-    std::this_thread::sleep_for(kApart);
+    std::this_thread::sleep_for(kPeriod);
   }
   return {};
 }
@@ -50,12 +50,12 @@ namespace {
 
 constexpr std::string_view kDone = "done";
 
-/// The child: reads lines "topic type" until the pipe ends.
+/// The child process: reads lines "topic type" until the pipe ends.
 class Guarding {
  public:
   Guarding(Descriptor pipe, BusOptions options) : pipe_(std::move(pipe)), options_(std::move(options)) {}
 
-  /// Whether the other process said that it was done before the pipe ended.
+  /// Reads until the pipe ends; returns whether the parent reported a regular end before.
   bool wait() {
     std::array<char, 512> bytes{};
     std::string rest;
@@ -73,9 +73,9 @@ class Guarding {
     }
   }
 
-  /// For as long as discovery of a new publisher may take. The topics; none: nothing was guarded.
+  /// Publishes zero for as long as the discovery of a new publisher may take. Returns the topics.
   std::vector<std::string> publish_zeros() {
-    constexpr Duration kMost = std::chrono::seconds(2);
+    constexpr Duration kMaxDiscovery = std::chrono::seconds(2);
     if (!bus_) return {};
     std::vector<std::pair<std::size_t, bool>> publishers;
     std::vector<std::string> names;
@@ -86,7 +86,7 @@ class Guarding {
       publishers.emplace_back(*made, name->type == ros2::TwistStamped::kType);
       names.push_back(name->topic);
     }
-    const Duration until = steady_now() + kMost;
+    const Duration until = steady_now() + kMaxDiscovery;
     while (steady_now() < until)
       for (const auto& [publisher, stamped] : publishers) (void)publish_zero(*bus_, publisher, stamped);
     return names;
@@ -98,7 +98,7 @@ class Guarding {
     if (space == std::string::npos) return;
     topics_.push_back({line.substr(0, space), line.substr(space + 1)});
     if (bus_) return;
-    auto opened = open_bus(options_);  // now: at the end there is no time to discover the robot
+    auto opened = open_bus(options_);  // already now, because discovery of the robot takes time
     if (opened) bus_ = std::move(*opened);
   }
 
@@ -108,34 +108,35 @@ class Guarding {
   std::vector<BusTopic> topics_{};
 };
 
-/// What a child has of its parent, and must not keep.
-void leave_the_parent() {
-  setpgid(0, 0);  // Ctrl-C at the terminal is the parent's
+/// Detaches the child from signals, name and standard streams of its parent.
+void detach_from_parent() {
+  setpgid(0, 0);  // Ctrl-C in the terminal is for the parent only
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, SIG_DFL);
   std::signal(SIGPIPE, SIG_IGN);
-  prctl(PR_SET_NAME, "wm-zero-guard");  // `killall waymark` is for the other one
+  prctl(PR_SET_NAME, "wm-zero-guard");  // `killall waymark` must not end it
   const Descriptor nothing(::open("/dev/null", O_RDWR | O_CLOEXEC));
   dup2(nothing.number(), STDIN_FILENO);
   dup2(nothing.number(), STDOUT_FILENO);
 }
 
-void guard_until_the_end(Descriptor pipe, BusOptions options,
-                         const std::function<void(const std::string&)>& say) {
+void guard_until_end(Descriptor pipe, BusOptions options,
+                     const std::function<void(const std::string&)>& report) {
   Guarding guarding(std::move(pipe), std::move(options));
   if (guarding.wait()) return;
   const std::vector<std::string> topics = guarding.publish_zeros();
   if (!topics.empty())
-    say(fmt::format("the program that published commands was killed: zero was published on {}",
-                    fmt::join(topics, ", ")));
+    report(fmt::format("the program that published commands was killed; published zero on {}",
+                       fmt::join(topics, ", ")));
 }
 
 }  // namespace
 
-Result<ZeroGuard> ZeroGuard::start(BusOptions options, const std::function<void(const std::string&)>& say) {
+Result<ZeroGuard> ZeroGuard::start(BusOptions options,
+                                   const std::function<void(const std::string&)>& report) {
   std::array<int, 2> ends{};
   const auto failed = [] {
     return fail(ErrorCode::LimitExceeded,
-                fmt::format("no process can be started that stops the robot if this one is killed: {}",
+                fmt::format("cannot start the process that stops the robot if this one is killed: {}",
                             std::strerror(errno)));
   };
   if (pipe2(ends.data(), O_CLOEXEC) != 0) return failed();
@@ -145,10 +146,10 @@ Result<ZeroGuard> ZeroGuard::start(BusOptions options, const std::function<void(
   if (child < 0) return failed();
   if (child > 0) return ZeroGuard(child, std::move(write_end));
   write_end.close();
-  leave_the_parent();
+  detach_from_parent();
   options.node = "waymark_zero_guard";
   options.self.reset();
-  guard_until_the_end(std::move(read_end), std::move(options), say);
+  guard_until_end(std::move(read_end), std::move(options), report);
   _exit(0);
 }
 

@@ -18,31 +18,29 @@ namespace waymark {
 /// A velocity command as CDR: geometry_msgs/msg/TwistStamped, or Twist, which has no stamp.
 [[nodiscard]] std::vector<std::uint8_t> velocity_message(const StampedCommand& command, bool stamped);
 
-/// The same with the time of this computer's clock as its stamp.
+/// velocity_message() with the time of this computer's clock as the stamp.
 [[nodiscard]] std::vector<std::uint8_t> velocity_message_now(const VelocityCommand& command, bool stamped);
 
-/// Publishes zero several times, 80 ms in all: a network that is left right after a message may never send
-/// it.
+/// Publishes zero four times over 80 ms: a message published right before leaving the network may be lost.
 [[nodiscard]] Status publish_zero(Bus& bus, std::size_t publisher, bool stamped);
 
-/// A child process that publishes zero where this process publishes velocity commands and is killed: what a
-/// program does at its end, it cannot do then, and many a robot obeys the last command for ever.
+/// A child process that publishes zero on this process's command topics if this process is killed. A killed
+/// program cannot stop the robot itself, and many robots keep executing the last command.
 class ZeroGuard {
  public:
-  /// Forks: to be called before this process has threads, which a bus begins. The child joins the network
-  /// by these options (node: "waymark_zero_guard") once something is to be guarded. It is not reached by
-  /// Ctrl-C, and ends with this process. `say`: called in the child when it has published zero, with what it
-  /// did.
+  /// Forks, so it must be called before this process has threads, which a bus starts. The child joins the
+  /// network with these options (node "waymark_zero_guard") at the first guard(). It ignores Ctrl-C and ends
+  /// with this process. `report`: called in the child after it has published zero, with a message.
   [[nodiscard]] static Result<ZeroGuard> start(BusOptions options,
-                                               const std::function<void(const std::string&)>& say);
+                                               const std::function<void(const std::string&)>& report);
   ZeroGuard(ZeroGuard&&) noexcept = default;
   ZeroGuard& operator=(ZeroGuard&&) = delete;
   ZeroGuard(const ZeroGuard&) = delete;
   ZeroGuard& operator=(const ZeroGuard&) = delete;
-  /// Nothing is guarded any more: this process published its own zero.
+  /// Ends the child without publishing; this process has published zero itself.
   ~ZeroGuard();
 
-  /// From now on velocity commands are published on this topic, of Twist or TwistStamped.
+  /// Call before velocity commands (Twist or TwistStamped) are published on this topic.
   void guard(const BusTopic& topic);
 
  private:

@@ -8,7 +8,7 @@
 namespace waymark {
 namespace {
 
-/// What these options say, for the families that the world has.
+/// The tag finder of the options, for the world's tag family.
 Result<TagFinder> make_finder(const World& world, DetectingCameraOptions options) {
   options.detector.families = {std::string(family(world.anchor.family).name)};
   auto finder = make_tag_finder(options.detector, options.refinement);
@@ -44,7 +44,7 @@ Result<std::unique_ptr<DetectingCamera>> DetectingCamera::another() const {
       new DetectingCamera(cameras_, std::move(*finder), options_, world_));
 }
 
-Status DetectingCamera::face(const std::shared_ptr<const World>& world) {
+Status DetectingCamera::set_world(const std::shared_ptr<const World>& world) {
   if (world == world_) return {};
   world_ = world;
   for (MountedSceneCamera& each : cameras_) {
@@ -64,8 +64,8 @@ Status DetectingCamera::through_jpeg(Image& image) const {
 }
 
 Result<RenderedFrame> DetectingCamera::take(const CameraShot& shot) {
-  if (Status status = face(shot.world); !status) return tl::unexpected(status.error());
-  // Over the time of one picture the velocity is the same.
+  if (Status status = set_world(shot.world); !status) return tl::unexpected(status.error());
+  // The velocity is constant during the exposure and readout of one image.
   MountedSceneCamera& scene_camera = cameras_.at(shot.camera);
   const SE3 base_T_cam = scene_camera.mounted.base_T_cam;
   const auto motion = [&](double seconds) {

@@ -10,7 +10,7 @@
 
 namespace waymark {
 
-/// How pictures are made and looked at.
+/// Options of rendering and detection.
 struct DetectingCameraOptions {
   SceneOptions scene{};
   SceneCameraOptions camera{};
@@ -19,27 +19,25 @@ struct DetectingCameraOptions {
   RefinementOptions refinement{};
 };
 
-/// A picture, what is true of it, and what the detector found in it.
+/// An image with its ground truth and its detections.
 struct SeenPicture {
   RenderedFrame picture{};
   TagFrame found{};
 };
 
-/// The cameras of a robot with a detector behind them. Not safe to use from several threads: each has its
-/// own.
+/// The cameras of a robot with a detector. Not thread-safe; use another() for each thread.
 class DetectingCamera {
  public:
   [[nodiscard]] static Result<std::unique_ptr<DetectingCamera>> make(
       std::shared_ptr<const World> world, const std::vector<MountedCamera>& cameras,
       const DetectingCameraOptions& options);
 
-  /// Another one with a detector of its own; what the cameras know of their lenses and of the scene is
-  /// shared.
+  /// A copy with its own detector, which shares lens tables and scene with this one.
   [[nodiscard]] Result<std::unique_ptr<DetectingCamera>> another() const;
 
-  /// Takes the picture. The same shot gives the same bytes, whatever was seen before.
+  /// Renders the image. The same shot gives the same bytes, independent of earlier calls.
   [[nodiscard]] Result<RenderedFrame> take(const CameraShot& shot);
-  /// Takes the picture and looks for tags. The same shot gives the same bytes, whatever was seen before.
+  /// Renders the image and detects tags. The same shot gives the same result, independent of earlier calls.
   [[nodiscard]] Result<SeenPicture> detect(const CameraShot& shot);
   [[nodiscard]] const TagFinder& finder() const { return finder_; }
 
@@ -50,7 +48,7 @@ class DetectingCamera {
   };
   DetectingCamera(std::vector<MountedSceneCamera> cameras, TagFinder finder,
                   const DetectingCameraOptions& options, std::shared_ptr<const World> world);
-  [[nodiscard]] Status face(const std::shared_ptr<const World>& world);
+  [[nodiscard]] Status set_world(const std::shared_ptr<const World>& world);
   [[nodiscard]] Status through_jpeg(Image& image) const;
 
   std::vector<MountedSceneCamera> cameras_;

@@ -9,8 +9,8 @@
 
 namespace waymark {
 
-/// A script that drives the world's line: it follows the truth that a robot sends, or, where somebody shows
-/// it the robot, what it sees.
+/// A scripted driver that follows the world's line by the ground truth: the samples of the robot, or the
+/// poses passed to see().
 class ScriptDriver final : public LapDriver {
  public:
   /// Fails on a world without a line.
@@ -18,15 +18,14 @@ class ScriptDriver final : public LapDriver {
   explicit ScriptDriver(ScriptedDriver script) : script_(std::move(script)) {}
 
   void receive(const Sample& sample) override;
-  /// Fails after five seconds without the truth.
+  /// Fails after five seconds without ground truth.
   Result<DriverDecision> drive(Duration uptime, SensorTime now) override;
-  /// Where the robot truly is now. From then on its time is the robot's uptime, and the truth that is sent
-  /// does not count.
+  /// Sets the true pose now. From then on its time is the robot's uptime, and truth samples are ignored.
   void see(const SE2& map_T_base);
 
  private:
   ScriptedDriver script_;
-  bool sees_ = false;
+  bool tracked_ = false;
   std::optional<SE2> map_T_base_{};
 };
 

@@ -24,11 +24,11 @@ constexpr Duration kControlPeriod = std::chrono::milliseconds(50);
 }  // namespace
 
 Result<std::optional<RobotEvent>> SimulatedSource::next(Duration /*most*/) {
-  if (std::exchange(asks_, false)) return std::optional<RobotEvent>(CommandRequest{robot_.now()});
+  if (std::exchange(requests_command_, false)) return std::optional<RobotEvent>(CommandRequest{robot_.now()});
   Sample sample = robot_.next();
   if (robot_.uptime() >= next_request_) {
     next_request_ += kControlPeriod;
-    asks_ = true;
+    requests_command_ = true;
   }
   if (auto* picture = std::get_if<CameraFrame>(&sample); picture != nullptr && scene_camera_) {
     auto taken = scene_camera_->take(robot_.shot());
@@ -40,24 +40,23 @@ Result<std::optional<RobotEvent>> SimulatedSource::next(Duration /*most*/) {
 
 namespace {
 
-/// Pictures taken and looked at by several threads, and given back in the order in which they were asked for,
-/// so that whatever is made of them does not depend on the number of threads.
+/// Renders images and detects tags on several threads, and returns the results in the order of the requests,
+/// so that they do not depend on the number of threads.
 class PictureLine {
  public:
-  /// One thread an scene_camera; with a single scene_camera none: pictures are then taken by whoever asks for
-  /// them.
+  /// One thread per scene camera; with a single one there is no thread, and pop() does the work.
   explicit PictureLine(std::vector<std::unique_ptr<DetectingCamera>> scene_cameras);
   ~PictureLine();
   PictureLine(const PictureLine&) = delete;
   PictureLine& operator=(const PictureLine&) = delete;
 
-  /// Asks for a picture. Never waits: the caller keeps pending() small.
+  /// Requests an image. Does not block: the caller keeps pending() small.
   void push(CameraShot shot);
-  /// Pictures asked for and not yet given back.
+  /// Number of requested images that pop() has not returned yet.
   [[nodiscard]] std::size_t pending() const { return jobs_.size(); }
-  /// Whether pop() would not wait.
+  /// Whether pop() would not block.
   [[nodiscard]] bool ready() const;
-  /// The oldest picture; waits for it. There must be one pending.
+  /// The oldest image; blocks until it is ready. There must be a pending one.
   [[nodiscard]] Result<SeenPicture> pop();
 
  private:
@@ -136,28 +135,28 @@ Result<SeenPicture> PictureLine::pop() {
   return std::move(*job->result);
 }
 
-/// What a robot says on its way to a listener: in order, with a frame of tags where it took a picture.
+/// Forwards a robot's samples to a listener in order, with a TagFrame for each image.
 class SampleLine {
  public:
-  /// Makes as many scene_cameras as the setup wants threads; none without pictures.
+  /// Creates a scene camera per thread of the setup; none without images.
   [[nodiscard]] static Result<std::unique_ptr<SampleLine>> make(const SimulatedSetup& setup,
                                                                 const LapListener& listener);
 
-  /// A sample, and where it is a picture, how to take it. Passes on what is ready; waits when too many
-  /// pictures are on their way.
+  /// Adds a sample, and for an image the shot to render. Forwards samples that are ready; blocks if too many
+  /// images are pending.
   [[nodiscard]] Status add(Sample sample, const CameraShot& shot);
-  /// A sample that the robot did not say (a command).
+  /// Adds a sample that is not of the robot (a command).
   [[nodiscard]] Status add(Sample sample) { return add(std::move(sample), {}); }
-  /// Passes on everything that is still on its way.
+  /// Forwards all pending samples.
   [[nodiscard]] Status finish();
 
  private:
   SampleLine(std::unique_ptr<PictureLine> pictures, std::size_t threads, const LapListener& listener)
-      : pictures_(std::move(pictures)), most_pending_(3 * threads), listener_(listener) {}
-  [[nodiscard]] Status pass_first();
+      : pictures_(std::move(pictures)), max_pending_(3 * threads), listener_(listener) {}
+  [[nodiscard]] Status forward_first();
 
   std::unique_ptr<PictureLine> pictures_;
-  std::size_t most_pending_;
+  std::size_t max_pending_;
   const LapListener& listener_;
   std::deque<Sample> waiting_;
 };
@@ -184,7 +183,7 @@ Result<std::unique_ptr<SampleLine>> SampleLine::make(const SimulatedSetup& setup
       new SampleLine(std::move(pictures), threads > 1 ? threads : 0, listener));
 }
 
-Status SampleLine::pass_first() {
+Status SampleLine::forward_first() {
   Sample sample = std::move(waiting_.front());
   waiting_.pop_front();
   if (!is_picture(sample) || !pictures_) return listener_.on_sample(sample);
@@ -198,29 +197,29 @@ Status SampleLine::add(Sample sample, const CameraShot& shot) {
   if (pictures_ && is_picture(sample)) pictures_->push(shot);
   waiting_.push_back(std::move(sample));
   while (!waiting_.empty()) {
-    const bool on_its_way = pictures_ && is_picture(waiting_.front()) && !pictures_->ready();
-    if (on_its_way && pictures_->pending() <= most_pending_) return {};
-    if (Status status = pass_first(); !status) return status;
+    const bool is_pending = pictures_ && is_picture(waiting_.front()) && !pictures_->ready();
+    if (is_pending && pictures_->pending() <= max_pending_) return {};
+    if (Status status = forward_first(); !status) return status;
   }
   return {};
 }
 
 Status SampleLine::finish() {
   while (!waiting_.empty()) {
-    if (Status status = pass_first(); !status) return status;
+    if (Status status = forward_first(); !status) return status;
   }
   return {};
 }
 
 constexpr double kPathStepMetres = 0.02;
-/// The driver's hand must not shake in step with the sensors' noise.
+/// Makes the driver's noise independent of the sensors' noise.
 constexpr std::uint64_t kDriverSeed = 1000;
 
 Result<std::vector<PathPoint>> line_of(const World& world) {
   std::vector<PathPoint> path = sample_path(world.path_m, world.path_closed, kPathStepMetres);
   if (path.size() < 3)
     return fail(ErrorCode::InvalidArgument, "the world has no line to drive", {.source = world.name},
-                "Give path_m three distinct points or more.");
+                "Set path_m to at least three distinct points.");
   return path;
 }
 
@@ -230,7 +229,7 @@ SimulatedRobot robot_at_start(const SimulatedSetup& setup, const std::vector<Pat
           setup.robot,     setup.pictures ? CameraOutput::Shots : CameraOutput::Corners};
 }
 
-/// The loop of a robot whose time stands still while something is decided.
+/// The loop of a robot in lockstep: its time does not advance during a decision.
 RobotLoop loop_of(SimulatedSource& source, SimulatedRobot& robot, PictureSearch search, double timeout_s) {
   return {source, robot, lockstep_time([&robot] { return robot.uptime(); }), std::move(search),
           RobotLoopOptions{.timeout_s = timeout_s}};
@@ -305,7 +304,7 @@ Result<ReplayEnd> drive_replay(const SimulatedSetup& setup, Replayer& replayer, 
   driver.should_stop = listener.should_stop;
   const auto driven = loop_of(source, robot, search, options.timeout_s).drive(driver);
   if (!driven) return tl::unexpected(driven.error());
-  // Whatever the last decision was, the recording ends with a zero of its own.
+  // The recording always ends with a zero command.
   if (Status received = driven->done ? listener.on_sample(StampedCommand{robot.now(), {}}) : Status();
       !received)
     return tl::unexpected(received.error());

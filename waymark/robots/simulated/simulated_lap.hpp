@@ -15,17 +15,17 @@
 
 namespace waymark {
 
-/// The samples of a simulated robot, which asks for a command twenty times a second of its own time and waits
-/// for it.
+/// The samples of a simulated robot, which requests a command twenty times per second of its own time and
+/// waits for it.
 class SimulatedSource final : public Source {
  public:
-  /// The robot outlives it. `scene_camera`: takes the pictures; without it CameraFrames have none, and
-  /// SimulatedRobot::shot() says how to take the last one.
+  /// `robot` must outlive it. `scene_camera` renders the images; without it CameraFrames are empty, and
+  /// SimulatedRobot::shot() describes the last one.
   explicit SimulatedSource(SimulatedRobot& robot, std::unique_ptr<DetectingCamera> scene_camera = nullptr)
       : robot_(robot), scene_camera_(std::move(scene_camera)) {}
 
-  /// Never waits and never ends: the simulated world goes on.
-  Result<std::optional<RobotEvent>> next(Duration most) override;
+  /// Never blocks and never ends, because the simulation continues without limit.
+  Result<std::optional<RobotEvent>> next(Duration timeout) override;
   [[nodiscard]] bool more() const override { return true; }
   [[nodiscard]] std::optional<SensorTime> now() const override { return robot_.now(); }
 
@@ -33,30 +33,30 @@ class SimulatedSource final : public Source {
   SimulatedRobot& robot_;
   std::unique_ptr<DetectingCamera> scene_camera_;
   Duration next_request_{};
-  bool asks_ = false;
+  bool requests_command_ = false;
 };
 
-/// The place, the robot in it, and how both behave.
+/// World, robot, cameras and options of a simulation.
 struct SimulatedSetup {
   World world{};
   RobotModel model{};
   CameraModel camera;
-  SimulatedRobotOptions robot{};  ///< its seed makes the lap
+  SimulatedRobotOptions robot{};  ///< its seed determines the lap
   std::optional<DetectingCameraOptions>
-      pictures{};   ///< nothing: camera and detector in one, without pictures
-  int threads = 1;  ///< that take pictures and look at them
+      pictures{};   ///< empty: corners are simulated directly, without images
+  int threads = 1;  ///< threads for rendering and detection
   std::string camera_name = "cam";
-  std::vector<MountedCamera> more_cameras{};  ///< beside the first: `camera`, mounted as `model` says
+  std::vector<MountedCamera> more_cameras{};  ///< in addition to `camera`, whose mounting is in `model`
 
-  /// All of them, the first one first.
+  /// All cameras, beginning with `camera`.
   [[nodiscard]] std::vector<MountedCamera> cameras() const;
 };
 
-/// What becomes of a lap or a replay as it is driven. Everything is called in order of time.
+/// Callbacks during a lap or a replay, called in order of time.
 struct LapListener {
-  /// Every sample, the commands sent among them; an error ends the lap.
+  /// Every sample, including the commands sent; an error ends the lap.
   std::function<Status(const Sample&)> on_sample = [](const Sample&) { return Status(); };
-  /// Every picture of a lap, before the frame of tags that was found in it. (Those of a replay are samples.)
+  /// Every image of a lap, before the TagFrame of its detections. (Images of a replay are samples.)
   std::function<Status(const SeenPicture&)> on_picture = [](const SeenPicture&) { return Status(); };
   /// Every decision of a replay, before its command is sent.
   std::function<Status(SensorTime, const ReplayStep&)> on_step = [](SensorTime, const ReplayStep&) {
@@ -66,23 +66,22 @@ struct LapListener {
   std::function<bool()> should_stop = [] { return false; };
 };
 
-/// Asked twenty times a second: the true pose (a person sees the robot), the time since it was switched on,
-/// and the time of its sensors. An error ends the lap.
+/// A driver, called twenty times a second with the true pose (as seen by a person), the time since the start,
+/// and the time of the sensors. An error ends the lap.
 using DriveFunction =
     std::function<Result<DriverDecision>(const SE2& map_T_base, Duration uptime, SensorTime now)>;
 
-/// Lets somebody drive the robot, from the beginning of the world's line. What the listener receives, and the
-/// order of it, does not depend on the number of threads.
+/// Drives the robot by `drive` from the beginning of the world's line. The calls of the listener and their
+/// order do not depend on the number of threads.
 [[nodiscard]] Result<LapEnd> drive_lap(const SimulatedSetup& setup, const DriveFunction& drive,
                                        const LapListener& listener, double timeout_s = 600);
 
-/// The scripted driver of a setup, on the world's line. Fails on a world without one.
+/// The scripted driver of a setup, on the world's line. Fails if the world has none.
 [[nodiscard]] Result<ScriptedDriver> scripted_driver(const SimulatedSetup& setup,
                                                      const DriverOptions& driver);
 
-/// Drives the world's line once, as a person would who knows the place: the robot starts on the line and
-/// stands at the end. Gives up after `timeout_s` of simulated time. Fails on a world without a line and on
-/// what the listener fails on.
+/// Drives the world's line once with the scripted driver: the robot starts at its beginning and stops at its
+/// end. Gives up after `timeout_s` of simulated time. Fails if the world has no line or the listener fails.
 [[nodiscard]] Result<LapEnd> drive_scripted_lap(const SimulatedSetup& setup, const DriverOptions& driver,
                                                 const LapListener& listener, double timeout_s = 600);
 
@@ -91,7 +90,7 @@ struct SimulatedReplayOptions {
   double give_up_s = 5;  ///< ReplaySessionOptions
 };
 
-/// Lets a replayer drive a robot that starts at the beginning of the world's line, as a ReplaySession.
+/// Runs a ReplaySession with a robot that starts at the beginning of the world's line.
 [[nodiscard]] Result<ReplayEnd> drive_replay(const SimulatedSetup& setup, Replayer& replayer,
                                              const LapListener& listener,
                                              const SimulatedReplayOptions& options = {});

@@ -1,5 +1,5 @@
-// Laps on pictures: the samples do not depend on the number of threads, and the tags are where they
-// are.
+// Laps with rendered images: samples do not depend on the number of threads, and detections agree with ground
+// truth.
 #include "waymark/robots/simulated/simulated_lap.hpp"
 
 #include <algorithm>
@@ -49,7 +49,7 @@ Replayer some_replayer(const SimulatedSetup& setup, const TagMap& map) {
           {}};
 }
 
-TEST(SimulatedLap, ADriverDrivesToTheEndAndStands) {
+TEST(SimulatedLap, TheScriptedDriverStopsAtTheEnd) {
   std::optional<StampedCommand> last;
   double reached_m = 0;
   LapListener listener;
@@ -64,7 +64,7 @@ TEST(SimulatedLap, ADriverDrivesToTheEndAndStands) {
   EXPECT_FALSE(end->interrupted);
   EXPECT_NEAR(reached_m, 2.0, 0.1);
   ASSERT_TRUE(last);
-  EXPECT_EQ(last->command, VelocityCommand{}) << "told to stand at the end";
+  EXPECT_EQ(last->command, VelocityCommand{}) << "stopped at the end";
 }
 
 TEST(SimulatedLap, TheListenerCanEndIt) {
@@ -88,7 +88,7 @@ TEST(SimulatedLap, TheListenerCanEndIt) {
   EXPECT_EQ(failed.error().message, "disk full");
 }
 
-TEST(SimulatedLap, AWorldWithoutALineIsRefused) {
+TEST(SimulatedLap, RejectsAWorldWithoutALine) {
   SimulatedSetup setup = some_setup();
   setup.world.path_m.clear();
   EXPECT_FALSE(drive_scripted_lap(setup, {}, {}));
@@ -106,7 +106,7 @@ TEST(SimulatedLap, AReplayWithTheTrueMapReachesItsGoal) {
   EXPECT_GT(end->frames_with_two_tags, end->frames / 2);
 }
 
-TEST(SimulatedLap, AReplayThatSeesNoTagOfItsMapIsGivenUp) {
+TEST(SimulatedLap, AReplayWithoutMappedTagsGivesUp) {
   const SimulatedSetup setup = some_setup();
   TagMap elsewhere;
   elsewhere.tags[{FamilyId::Tag36h11, 99}] = {.map_T_tag = SE3(), .size_m = 0.16};
@@ -123,10 +123,10 @@ TEST(SimulatedLap, AReplayThatSeesNoTagOfItsMapIsGivenUp) {
   EXPECT_FALSE(end->finished);
   EXPECT_EQ(end->state, ReplayState::Waiting);
   EXPECT_NEAR(end->lap_s, 2, 0.1);
-  EXPECT_LT(reached_m, 0.01) << "a robot that does not know where it is stands";
+  EXPECT_LT(reached_m, 0.01) << "a robot without a pose estimate does not move";
 }
 
-/// A short way past four tags; a small picture keeps it quick.
+/// A short path past four tags, with small images to save time.
 SimulatedSetup some_setup(int threads) {
   World world{.name = "line", .path_m = {{0, 0}, {0.3, 0}, {0.6, 0.02}}, .path_closed = false};
   for (const int i : {0, 1, 2, 3})
@@ -152,13 +152,13 @@ SimulatedSetup some_setup(int threads) {
           .threads = threads};
 }
 
-struct Heard {
+struct Received {
   std::vector<Sample> samples;
   std::vector<SeenPicture> pictures;
 };
 
-Heard drive(const SimulatedSetup& setup) {
-  Heard received;
+Received drive(const SimulatedSetup& setup) {
+  Received received;
   LapListener listener;
   listener.on_sample = [&](const Sample& sample) -> Status {
     received.samples.push_back(sample);
@@ -175,11 +175,11 @@ Heard drive(const SimulatedSetup& setup) {
 
 const TagFrame* frame_of(const Sample& sample) { return std::get_if<TagFrame>(&sample); }
 
-TEST(PicturesByThreads, OfALapAreTheSameWhateverTheirNumber) {
-  const Heard one = drive(some_setup(1));
+TEST(PicturesByThreads, DoNotDependOnTheNumberOfThreads) {
+  const Received one = drive(some_setup(1));
   ASSERT_GT(one.pictures.size(), 15U);
   for (const int threads : {2, 5}) {
-    const Heard more = drive(some_setup(threads));
+    const Received more = drive(some_setup(threads));
     ASSERT_EQ(one.samples.size(), more.samples.size());
     for (std::size_t i = 0; i < one.samples.size(); ++i) {
       ASSERT_EQ(one.samples[i].index(), more.samples[i].index()) << "in the same order";
@@ -197,7 +197,7 @@ TEST(PicturesByThreads, OfALapAreTheSameWhateverTheirNumber) {
   }
 }
 
-TEST(Pictures, ShowTheTagsWhereTheTruthSaysTheyAre) {
+TEST(Pictures, DetectionsAgreeWithTheGroundTruth) {
   int found = 0;
   int there = 0;
   double worst = 0;
@@ -234,7 +234,7 @@ TEST(Pictures, OfACoveredLensAreDark) {
   EXPECT_EQ(dark, 5);
 }
 
-TEST(PicturesByThreads, MayBeStoppedAtAnyTime) {
+TEST(PicturesByThreads, StopWhileImagesArePending) {
   SimulatedSetup setup = some_setup(4);
   int samples = 0;
   LapListener listener;

@@ -10,7 +10,7 @@ namespace waymark {
 namespace {
 
 constexpr Duration kStep = std::chrono::milliseconds(5);
-/// Streams of their own, so that a lidar or a picture more does not change the other noise.
+/// Separate random streams, so that an additional lidar or image does not change the other noise.
 constexpr std::uint64_t kLidarSeed = 5000;
 constexpr std::uint64_t kPictureSeed = 1'000'003;
 constexpr std::uint64_t kCameraSeed = 7919;
@@ -55,12 +55,12 @@ SimulatedRobot::SimulatedRobot(World world, RobotModel model, std::vector<Mounte
     cameras_.push_back({std::move(camera), Random(options.seed + kCameraSeed * cameras_.size())});
 }
 
-bool SimulatedRobot::wrong(FaultKind kind) const {
+bool SimulatedRobot::fault_active(FaultKind kind) const {
   return !options_.faults.empty() && active(options_.faults, kind, to_seconds(uptime()));
 }
 
-/// A fault about motion that is going on.
-void SimulatedRobot::suffer(const Fault& fault, Grip& grip) {
+/// Applies an active fault that affects motion.
+void SimulatedRobot::apply_motion_fault(const Fault& fault, Grip& grip) {
   if (fault.kind == FaultKind::SlipBurst) {
     grip.speed_share = fault.speed_share;
     grip.yaw_share = fault.yaw_share;
@@ -72,13 +72,13 @@ void SimulatedRobot::suffer(const Fault& fault, Grip& grip) {
     dynamics_.place(dynamics_.map_T_base() * SE2::exp(fault.carry * to_seconds(kStep)));
 }
 
-void SimulatedRobot::let_things_go_wrong() {
+void SimulatedRobot::apply_faults() {
   if (options_.faults.empty()) return;
   const double now_s = to_seconds(uptime());
   Grip grip;
   for (std::size_t i = 0; i < options_.faults.size(); ++i) {
     const Fault& fault = options_.faults[i];
-    if (active(fault, now_s)) suffer(fault, grip);
+    if (active(fault, now_s)) apply_motion_fault(fault, grip);
     if (happened_[i] || now_s < fault.at_s) continue;
     happened_[i] = true;
     if (fault.kind == FaultKind::Kidnapped) dynamics_.place(dynamics_.map_T_base() * fault.base_T_put);
@@ -90,74 +90,74 @@ void SimulatedRobot::let_things_go_wrong() {
   next_tag_change_s_ = next_tag_change_s(options_.faults, now_s);
 }
 
-/// Puts a sample among those that are ready, by the robot's clock.
-void SimulatedRobot::say(Sample sample) {
+/// Queues a sample with its stamp by the robot's clock.
+void SimulatedRobot::emit(Sample sample) {
   if (clock_offset_ != Duration::zero())
     std::visit([&](auto& value) { value.stamp += clock_offset_; }, sample);
   ready_.push_back(std::move(sample));
 }
 
-void SimulatedRobot::say_later(Sample sample) {
-  if (options_.camera_latency_s <= 0) return say(std::move(sample));
+void SimulatedRobot::emit_late(Sample sample) {
+  if (options_.camera_latency_s <= 0) return emit(std::move(sample));
   std::visit([&](auto& value) { value.stamp += clock_offset_; }, sample);
   late_.push_back({uptime() + Duration(std::llround(options_.camera_latency_s * 1e9)), std::move(sample)});
 }
 
 void SimulatedRobot::take_picture() {
   ++pictures_;
-  if (!wrong(FaultKind::CameraStuck)) looks_from_ = dynamics_.map_T_base();
+  if (!fault_active(FaultKind::CameraStuck)) camera_base_ = dynamics_.map_T_base();
   for (std::size_t camera = 0; camera < cameras_.size(); ++camera) {
     if (camera_output_ == CameraOutput::Corners)
       take_corners(camera);
     else
-      look_with(camera);
+      take_shot(camera);
   }
 }
 
 void SimulatedRobot::take_corners(std::size_t camera) {
   CameraState& state = cameras_[camera];
   const SensorTime stamp = dynamics_.now();
-  if (!wrong(FaultKind::CameraFrozen)) {
-    const SE3 map_T_cam = lift(looks_from_) * state.mounted.base_T_cam;
+  if (!fault_active(FaultKind::CameraFrozen)) {
+    const SE3 map_T_cam = lift(camera_base_) * state.mounted.base_T_cam;
     Random& random = camera == 0 ? random_ : state.random;
     state.last_frame = see_tags(*world_, state.mounted.camera, map_T_cam, stamp, options_.tag_camera, random);
     state.last_frame.camera = state.mounted.name;
   }
   state.last_frame.stamp = stamp;
-  if (wrong(FaultKind::CameraBlackout)) state.last_frame.detections.clear();
-  if (!wrong(FaultKind::CameraLost)) say_later(state.last_frame);
+  if (fault_active(FaultKind::CameraBlackout)) state.last_frame.detections.clear();
+  if (!fault_active(FaultKind::CameraLost)) emit_late(state.last_frame);
 }
 
-void SimulatedRobot::look_with(std::size_t camera) {
+void SimulatedRobot::take_shot(std::size_t camera) {
   CameraState& state = cameras_[camera];
   const SensorTime stamp = dynamics_.now();
-  if (!wrong(FaultKind::CameraFrozen))
+  if (!fault_active(FaultKind::CameraFrozen))
     state.last_shot = {.world = world_,
-                       .map_T_base = lift(looks_from_),
+                       .map_T_base = lift(camera_base_),
                        .twist = dynamics_.twist(),
                        .seed = options_.seed + kPictureSeed * pictures_ + kCameraSeed * camera,
                        .camera = camera};
   state.last_shot.stamp = stamp + clock_offset_;
-  state.last_shot.dark = wrong(FaultKind::CameraBlackout);
-  if (wrong(FaultKind::CameraLost)) return;
+  state.last_shot.dark = fault_active(FaultKind::CameraBlackout);
+  if (fault_active(FaultKind::CameraLost)) return;
   shots_.push_back(state.last_shot);
-  say_later(CameraFrame{.stamp = stamp, .camera = state.mounted.name});
+  emit_late(CameraFrame{.stamp = stamp, .camera = state.mounted.name});
 }
 
-void SimulatedRobot::speak() {
+void SimulatedRobot::read_sensors() {
   const SensorTime now = dynamics_.now();
-  if (truth_timer_.due(now)) say(TruthPose{now, lift(dynamics_.map_T_base())});
-  if (imu_timer_.due(now)) say(sensors_.read_imu(dynamics_));
+  if (truth_timer_.due(now)) emit(TruthPose{now, lift(dynamics_.map_T_base())});
+  if (imu_timer_.due(now)) emit(sensors_.read_imu(dynamics_));
   if (odometry_timer_.due(now)) {
     const WheelTicks wheels = sensors_.read_wheels(dynamics_);
     const Odometry odometry = sensors_.read_odometry(dynamics_);
-    if (!wrong(FaultKind::OdometryLost)) {
-      say(wheels);
-      say(odometry);
+    if (!fault_active(FaultKind::OdometryLost)) {
+      emit(wheels);
+      emit(odometry);
     }
   }
   if (options_.lidar.rate_hz > 0 && lidar_timer_.due(now))
-    say(lidar_.scan(dynamics_.map_T_base(), dynamics_.twist(), now, lidar_random_));
+    emit(lidar_.scan(dynamics_.map_T_base(), dynamics_.twist(), now, lidar_random_));
   if (camera_timer_.due(now)) take_picture();
   for (; !late_.empty() && late_.front().due <= uptime(); late_.pop_front())
     ready_.push_back(std::move(late_.front().sample));
@@ -167,8 +167,8 @@ Sample SimulatedRobot::next() {
   while (ready_.empty()) {
     const bool fresh = to_seconds(uptime() - command_uptime_) <= options_.watchdog_s;
     dynamics_.step(fresh ? command_ : VelocityCommand{}, kStep);
-    let_things_go_wrong();
-    speak();
+    apply_faults();
+    read_sensors();
   }
   Sample sample = std::move(ready_.front());
   ready_.pop_front();

@@ -13,74 +13,74 @@
 
 namespace waymark {
 
-/// A picture to be taken: everything a renderer needs, so that another thread may do it.
+/// All inputs to render an image, so that another thread can do it.
 struct CameraShot {
   SensorTime stamp{};                               ///< middle of the exposure, by the robot's clock
-  std::shared_ptr<const World> world;               ///< as it is at that moment
-  SE3 map_T_base{};                                 ///< in the middle of the exposure
+  std::shared_ptr<const World> world;               ///< at that time
+  SE3 map_T_base{};                                 ///< at the middle of the exposure
   Eigen::Vector3d twist = Eigen::Vector3d::Zero();  ///< of base in base axes: x, y [m/s], yaw [rad/s]
-  std::uint64_t seed = 0;                           ///< of this picture's noise
+  std::uint64_t seed = 0;                           ///< of this image's noise
   bool dark = false;                                ///< the lens is covered
-  std::size_t camera = 0;                           ///< which of the robot's
+  std::size_t camera = 0;                           ///< index among the robot's cameras
 };
 
-/// What becomes of the cameras.
+/// Output of the cameras.
 enum class CameraOutput : std::uint8_t {
-  Corners,  ///< TagFrame: camera and detector in one, without pictures
-  Shots,    ///< CameraFrame without a picture, and shot() says how to take it
+  Corners,  ///< TagFrame with simulated corners, without images
+  Shots,    ///< CameraFrame without an image, and shot() to render it
 };
 
-/// A robot in a world. next() lets the time pass until the next sensor speaks; command() acts from then on.
-/// Faults happen as their script says.
+/// A simulated robot in a world. next() advances the time to the next sample; command() acts from then on.
+/// Faults occur as scripted.
 class SimulatedRobot final : public Robot {
  public:
-  /// All cameras take their pictures at the same moments.
+  /// All cameras expose simultaneously.
   SimulatedRobot(World world, RobotModel model, std::vector<MountedCamera> cameras, const SE2& map_T_base,
                  const SimulatedRobotOptions& options, CameraOutput camera_output = CameraOutput::Corners);
-  /// With one camera, mounted as the model says.
+  /// With one camera, mounted as in the model.
   SimulatedRobot(World world, RobotModel model, const CameraModel& camera, const SE2& map_T_base,
                  const SimulatedRobotOptions& options, CameraOutput camera_output = CameraOutput::Corners);
 
-  /// What its sensors say next. Never ends: the simulated world goes on.
+  /// The next sample. Never ends, because the simulation continues without limit.
   [[nodiscard]] Sample next();
   Status command(const VelocityCommand& command) override;
 
-  /// Of the clock that stamps samples: it may jump.
+  /// The time of the clock that stamps samples; it may jump.
   [[nodiscard]] SensorTime now() const { return dynamics_.now() + clock_offset_; }
-  /// Since the robot was switched on: never jumps.
+  /// Time since the start; never jumps.
   [[nodiscard]] Duration uptime() const { return dynamics_.now().time_since_epoch(); }
-  /// How to take the picture of the CameraFrame that next() gave last.
+  /// The shot of the CameraFrame that next() returned last.
   [[nodiscard]] const CameraShot& shot() const { return given_shot_; }
-  /// For a driver who stands beside the robot; never for an estimator.
+  /// The true pose, for simulated drivers; never for an estimator.
   [[nodiscard]] const SE2& true_map_T_base() const { return dynamics_.map_T_base(); }
 
  private:
-  /// A sensor that speaks at even times.
+  /// A periodic sensor.
   struct Timer {
     Duration period{};
     SensorTime next{};
     bool due(SensorTime now);
   };
-  /// A camera, its noise where it is not the first, and what it saw last.
+  /// A camera, its noise (not used for the first camera), and its last frame.
   struct CameraState {
     MountedCamera mounted;
     Random random;
     TagFrame last_frame{};
     CameraShot last_shot{};
   };
-  void speak();
+  void read_sensors();
   void take_picture();
-  void look_with(std::size_t camera);
+  void take_shot(std::size_t camera);
   void take_corners(std::size_t camera);
-  void let_things_go_wrong();
-  void suffer(const Fault& fault, Grip& grip);
-  void say(Sample sample);
-  /// Says it when the camera's latency is over.
-  void say_later(Sample sample);
-  [[nodiscard]] bool wrong(FaultKind kind) const;
+  void apply_faults();
+  void apply_motion_fault(const Fault& fault, Grip& grip);
+  void emit(Sample sample);
+  /// Queues the sample after the camera's latency.
+  void emit_late(Sample sample);
+  [[nodiscard]] bool fault_active(FaultKind kind) const;
 
   World true_world_;
-  std::shared_ptr<const World> world_;  ///< with what has gone wrong
+  std::shared_ptr<const World> world_;  ///< true_world_ with the tag faults applied
   RobotModel model_;
   SimulatedRobotOptions options_;
   Random random_;
@@ -97,7 +97,7 @@ class SimulatedRobot final : public Robot {
   Duration clock_offset_{};
   double next_tag_change_s_ = 0;
   std::vector<bool> happened_;
-  SE2 looks_from_ = SE2();  ///< where the robot was for the camera
+  SE2 camera_base_ = SE2();  ///< pose of the base that the cameras show
   std::vector<CameraState> cameras_;
   CameraShot given_shot_{};
   std::deque<CameraShot> shots_;

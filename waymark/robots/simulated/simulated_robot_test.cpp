@@ -1,4 +1,4 @@
-// The simulated robot does what the script of faults says, at the moment it says.
+// The simulated robot applies scripted faults at their time.
 #include "waymark/robots/simulated/simulated_robot.hpp"
 
 #include <cmath>
@@ -11,7 +11,7 @@
 namespace waymark {
 namespace {
 
-/// Two tags straight ahead; a robot that drives at 0.2 m/s for `seconds`.
+/// Two tags straight ahead of the robot.
 World some_world() {
   World world{.name = "two"};
   for (const int i : {0, 1})
@@ -20,7 +20,7 @@ World some_world() {
   return world;
 }
 
-struct Heard {
+struct Received {
   std::vector<TagFrame> frames;
   std::vector<Odometry> odometry;
   std::vector<WheelTicks> wheels;
@@ -28,7 +28,7 @@ struct Heard {
   std::vector<TruthPose> truth;
 };
 
-Heard drive(std::vector<Fault> faults, double seconds = 4) {
+Received drive(std::vector<Fault> faults, double seconds = 4) {
   const Eigen::Matrix3d optical = (Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished();
   const RobotModel model{
       .limits = {.speed_m_s = 1, .yaw_rate_rad_s = 2, .acceleration_m_s2 = 2, .yaw_acceleration_rad_s2 = 8},
@@ -43,7 +43,7 @@ Heard drive(std::vector<Fault> faults, double seconds = 4) {
       some_world(), model,
       CameraModel::make(PinholeRadtan{.fx = 440, .fy = 440, .cx = 320, .cy = 240}, 640, 480).value(), SE2(),
       options);
-  Heard received;
+  Received received;
   while (to_seconds(robot.uptime()) < seconds) {
     (void)robot.command({0.2, 0});
     const Sample sample = robot.next();
@@ -61,16 +61,16 @@ bool within(SensorTime stamp, double from_s, double until_s) {
   return seconds_of(stamp) >= from_s && seconds_of(stamp) < until_s;
 }
 
-TEST(SimulatedFaults, ABlackoutIsDarkAndALostCameraIsSilent) {
+TEST(SimulatedFaults, ABlackoutHasNoDetectionsAndALostCameraNoFrames) {
   for (const TagFrame& frame : drive({{.kind = FaultKind::CameraBlackout, .at_s = 1, .for_s = 1}}).frames)
     EXPECT_EQ(frame.detections.size(), within(frame.stamp, 1, 2) ? 0U : 2U) << seconds_of(frame.stamp);
-  const Heard silent = drive({{.kind = FaultKind::CameraLost, .at_s = 1, .for_s = 1}});
+  const Received silent = drive({{.kind = FaultKind::CameraLost, .at_s = 1, .for_s = 1}});
   EXPECT_NEAR(static_cast<double>(silent.frames.size()), 15 * 3, 2);
   for (const TagFrame& frame : silent.frames) EXPECT_FALSE(within(frame.stamp, 1, 2));
 }
 
-TEST(SimulatedFaults, AFrozenCameraShowsTheLastPictureWithNewStamps) {
-  const Heard received = drive({{.kind = FaultKind::CameraFrozen, .at_s = 1, .for_s = 1}});
+TEST(SimulatedFaults, AFrozenCameraRepeatsTheLastImageWithNewStamps) {
+  const Received received = drive({{.kind = FaultKind::CameraFrozen, .at_s = 1, .for_s = 1}});
   const TagFrame* before = nullptr;
   int frozen = 0;
   for (const TagFrame& frame : received.frames) {
@@ -85,14 +85,14 @@ TEST(SimulatedFaults, AFrozenCameraShowsTheLastPictureWithNewStamps) {
 }
 
 TEST(SimulatedFaults, LostOdometryLeavesTheImu) {
-  const Heard received = drive({{.kind = FaultKind::OdometryLost, .at_s = 1, .for_s = 1}});
+  const Received received = drive({{.kind = FaultKind::OdometryLost, .at_s = 1, .for_s = 1}});
   for (const Odometry& odometry : received.odometry) EXPECT_FALSE(within(odometry.stamp, 1, 2));
   for (const WheelTicks& wheels : received.wheels) EXPECT_FALSE(within(wheels.stamp, 1, 2));
   EXPECT_NEAR(static_cast<double>(received.imu.size()), 400, 3);
   EXPECT_NEAR(static_cast<double>(received.odometry.size()), 150, 3);
 }
 
-TEST(SimulatedFaults, ARemovedTagIsNotSeenAndACopyIsSeenTwice) {
+TEST(SimulatedFaults, ARemovedTagIsNotDetectedAndADuplicateIsDetectedTwice) {
   const TagId tag{FamilyId::Tag36h11, 0};
   for (const TagFrame& frame :
        drive({{.kind = FaultKind::TagRemoved, .at_s = 1, .for_s = 1, .tag = tag}}).frames)
@@ -107,8 +107,8 @@ TEST(SimulatedFaults, ARemovedTagIsNotSeenAndACopyIsSeenTwice) {
   }
 }
 
-TEST(SimulatedFaults, AKidnappedRobotIsElsewhereAndItsWheelsDoNotKnow) {
-  const Heard received =
+TEST(SimulatedFaults, AKidnappedRobotMovesWithoutOdometry) {
+  const Received received =
       drive({{.kind = FaultKind::Kidnapped, .at_s = 2, .base_T_put = SE2(0, 1, std::numbers::pi / 2)}});
   for (const TruthPose& truth : received.truth) {
     const double y = truth.map_T_base.translation().y();
@@ -118,10 +118,10 @@ TEST(SimulatedFaults, AKidnappedRobotIsElsewhereAndItsWheelsDoNotKnow) {
   EXPECT_LT(std::abs(received.odometry.back().odom_T_base.y()), 0.05);
 }
 
-TEST(SimulatedFaults, AClockThatJumpsStaysSoAndTheRobotDrivesOn) {
+TEST(SimulatedFaults, AClockJumpShiftsAllLaterStampsAndNothingElse) {
   for (const double jump : {0.5, -0.5}) {
-    const Heard received = drive({{.kind = FaultKind::ClockJump, .at_s = 2, .jump_s = jump}});
-    const Heard whole = drive({});
+    const Received received = drive({{.kind = FaultKind::ClockJump, .at_s = 2, .jump_s = jump}});
+    const Received whole = drive({});
     ASSERT_EQ(received.imu.size(), whole.imu.size()) << "nothing is lost";
     for (std::size_t i = 0; i < received.imu.size(); ++i) {
       const double shift = to_seconds(received.imu[i].stamp - whole.imu[i].stamp);
@@ -131,16 +131,17 @@ TEST(SimulatedFaults, AClockThatJumpsStaysSoAndTheRobotDrivesOn) {
   }
 }
 
-TEST(SimulatedFaults, InASlipBurstTheWheelsCountMoreThanTheWay) {
-  const Heard received = drive({{.kind = FaultKind::SlipBurst, .at_s = 1, .for_s = 2, .speed_share = 0.5}});
-  const double way = received.truth.back().map_T_base.translation().x();
-  const double counted = received.odometry.back().odom_T_base.x() / 1.02;  // its usual error
-  EXPECT_NEAR(counted - way, 0.5 * 0.2 * 2, 0.01);
+TEST(SimulatedFaults, InASlipBurstTheWheelsCountMoreThanTheTravelledDistance) {
+  const Received received =
+      drive({{.kind = FaultKind::SlipBurst, .at_s = 1, .for_s = 2, .speed_share = 0.5}});
+  const double travelled_m = received.truth.back().map_T_base.translation().x();
+  const double counted_m = received.odometry.back().odom_T_base.x() / 1.02;  // default scale error
+  EXPECT_NEAR(counted_m - travelled_m, 0.5 * 0.2 * 2, 0.01);
 }
 
 TEST(SimulatedFaults, WithoutFaultsNothingChanges) {
-  const Heard with = drive({{.kind = FaultKind::CameraBlackout, .at_s = 100, .for_s = 1}});
-  const Heard without = drive({});
+  const Received with = drive({{.kind = FaultKind::CameraBlackout, .at_s = 100, .for_s = 1}});
+  const Received without = drive({});
   ASSERT_EQ(with.frames.size(), without.frames.size());
   EXPECT_EQ(with.frames.back().detections.at(0).corners_px,
             without.frames.back().detections.at(0).corners_px);

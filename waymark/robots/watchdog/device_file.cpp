@@ -15,7 +15,7 @@
 namespace waymark {
 namespace {
 
-/// Whether one of the process's descriptors is the node.
+/// Whether one of the process's file descriptors refers to the path.
 bool has_open(const std::string& folder, const std::string& path) {
   DIR* fds = ::opendir(folder.c_str());
   if (fds == nullptr) return false;
@@ -30,7 +30,8 @@ bool has_open(const std::string& folder, const std::string& path) {
   return found;
 }
 
-/// The process with a lock on the file, by the table of locks of Linux (proc(5), /proc/locks); empty: none.
+/// The id of the process with a lock on the file, from Linux's lock table (proc(5), /proc/locks); empty:
+/// none.
 std::string locker_of(const std::string& path) {
   struct stat node {};
   if (::stat(path.c_str(), &node) != 0) return {};
@@ -38,14 +39,14 @@ std::string locker_of(const std::string& path) {
       fmt::format("{:02x}:{:02x}:{}", major(node.st_dev), minor(node.st_dev), node.st_ino);
   std::ifstream locks("/proc/locks");
   for (std::string line; std::getline(locks, line);) {
-    std::istringstream words(line);
+    std::istringstream columns(line);
     std::string number;
     std::string kind;
     std::string mode;
     std::string access;
     std::string process;
     std::string locked;
-    if (words >> number >> kind >> mode >> access >> process >> locked && kind == "FLOCK" && locked == file)
+    if (columns >> number >> kind >> mode >> access >> process >> locked && kind == "FLOCK" && locked == file)
       return process;
   }
   return {};
@@ -85,14 +86,14 @@ std::string holder_of(const std::string& path, bool maker_counts) {
 
 Error no_permission(const std::string& path, const std::string& what, const std::string& hint) {
   struct stat node {};
-  const bool known = ::stat(path.c_str(), &node) == 0;
-  const group* owner = known ? ::getgrgid(node.st_gid) : nullptr;  // NOLINT(concurrency-mt-unsafe): once
-  const std::string words = "this user may not open " + what;
-  if (owner == nullptr) return {ErrorCode::Unreadable, words, {.source = path}, hint};
+  const bool exists = ::stat(path.c_str(), &node) == 0;
+  const group* owner = exists ? ::getgrgid(node.st_gid) : nullptr;  // NOLINT(concurrency-mt-unsafe): once
+  const std::string message = "no permission to open " + what;
+  if (owner == nullptr) return {ErrorCode::Unreadable, message, {.source = path}, hint};
   return {ErrorCode::Unreadable,
-          fmt::format("{}: it is not in the group '{}'", words, owner->gr_name),
+          fmt::format("{}: this user is not in group '{}'", message, owner->gr_name),
           {.source = path},
-          fmt::format("sudo usermod -aG {} $USER, then log out and in again.", owner->gr_name)};
+          fmt::format("Run `sudo usermod -aG {} $USER`, then log out and in again.", owner->gr_name)};
 }
 
 }  // namespace waymark

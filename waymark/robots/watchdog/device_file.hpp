@@ -7,13 +7,13 @@
 /// The file of a device, below /dev.
 namespace waymark {
 
-/// "cheese (process 4711)" where another process of this user has the file open, the one that locked it
-/// (flock) before all others; empty where none is found. A process that has made the file, a pseudo-terminal,
-/// is not asked for where `maker_counts` is false.
+/// The process of this user that has the device file open, "cheese (process 4711)"; a process that locked it
+/// (flock) comes first. Empty if there is none, except this process. Without `maker_counts`, the process that
+/// created a pseudo-terminal is ignored.
 [[nodiscard]] std::string holder_of(const std::string& path, bool maker_counts = true);
 
-/// That this user may not open the file, of which group he must be, and how he gets there. `what` it is:
-/// "the camera"; `hint` where the file has no group with a name.
+/// The error that this user has no permission to open the file, with the required group and the command to
+/// join it. `what`: its name, such as "the camera"; `hint`: used if the file has no named group.
 [[nodiscard]] Error no_permission(const std::string& path, const std::string& what, const std::string& hint);
 
 }  // namespace waymark

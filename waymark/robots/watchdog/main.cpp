@@ -20,9 +20,9 @@ int main(int argc, char** argv) {
     std::fputs(
         "usage: waymark-watchdog [--listen] COMMAND\n"
         "       waymark-watchdog [--listen] --exec PROGRAM [ARGUMENT ...]\n"
-        "Holds the wire between `waymark` and the process of a robot, and stops the robot when `waymark` is\n"
-        "gone, frozen or silent. With --listen somebody else drives the robot, and it is told no velocity.\n"
-        "Started by `waymark --robot process:COMMAND`; nobody needs to start it.\n",
+        "Connects `waymark` with the process of a robot, and stops the robot if `waymark` has exited, is\n"
+        "frozen or silent. With --listen another program drives the robot, and no velocity is sent.\n"
+        "`waymark --robot process:COMMAND` starts it; do not start it yourself.\n",
         help ? stdout : stderr);
     return help ? 0 : 125;
   }

@@ -83,7 +83,7 @@ std::optional<Pipe> make_pipe() {
   return Pipe{Descriptor(ends[0]), Descriptor(ends[1])};
 }
 
-/// What was ignored here is not ignored there.
+/// Restores the default handling of signals that this process ignores.
 void set_signals(posix_spawnattr_t& attributes) {
   sigset_t usual;
   sigemptyset(&usual);
@@ -117,7 +117,7 @@ Result<Spawned> spawn(const std::vector<std::string>& words) {
   posix_spawn_file_actions_destroy(&actions);
   posix_spawnattr_destroy(&attributes);
   if (error != 0)
-    return fail(ErrorCode::NotFound, std::string("cannot be started: ") + std::strerror(error),
+    return fail(ErrorCode::NotFound, std::string("cannot start the program: ") + std::strerror(error),
                 {.source = words.front()});
   never_wait(to->in.number());
   never_wait(from->out.number());
@@ -131,7 +131,7 @@ std::optional<int> wait_status(pid_t pid) {
     ended = waitpid(pid, &status, WNOHANG);
   } while (ended < 0 && errno == EINTR);
   if (ended == 0) return std::nullopt;
-  return ended == pid ? status : 0;  // somebody else has heard of its end
+  return ended == pid ? status : 0;  // another thread has already collected its status
 }
 
 int exit_code_of(int wait_status) {
@@ -139,9 +139,9 @@ int exit_code_of(int wait_status) {
 }
 
 std::string ending_words(int exit_code) {
-  constexpr int kOfSignals = 128;
-  if (exit_code > kOfSignals)
-    return fmt::format("signal {} ({})", exit_code - kOfSignals, strsignal(exit_code - kOfSignals));
+  constexpr int kSignalBase = 128;
+  if (exit_code > kSignalBase)
+    return fmt::format("signal {} ({})", exit_code - kSignalBase, strsignal(exit_code - kSignalBase));
   return fmt::format("exit code {}", exit_code);
 }
 
@@ -173,8 +173,8 @@ std::optional<Line> LineSplitter::rest() {
 void LineQueue::push(std::string line) {
   bytes_ += line.size();
   lines_.push_back(std::move(line));
-  // The first line may be half written: it stays.
-  while (bytes_ > most_bytes_ && lines_.size() > 2) {
+  // The first line may be partly written and must be kept.
+  while (bytes_ > max_bytes_ && lines_.size() > 2) {
     const auto oldest = lines_.begin() + 1;
     bytes_ -= oldest->size();
     lines_.erase(oldest);

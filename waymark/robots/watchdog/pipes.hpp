@@ -13,13 +13,13 @@
 #include "waymark/base/error.hpp"
 #include "waymark/base/time.hpp"
 
-/// The little of POSIX that both ends of the wire need.
+/// Thin POSIX wrappers for both ends of a pipe.
 namespace waymark {
 
-/// The machine's steady clock: the same in every process.
+/// The computer's steady clock, the same in every process.
 [[nodiscard]] Duration steady_now();
 
-/// A file descriptor that is closed at the end.
+/// Owns a file descriptor; the destructor closes it.
 class Descriptor {
  public:
   explicit Descriptor(int number = -1) : number_(number) {}
@@ -38,53 +38,53 @@ class Descriptor {
   int number_;
 };
 
-/// Reading from it and writing to it never wait from now on.
+/// Makes the descriptor non-blocking.
 void never_wait(int descriptor);
 
 enum class Moved : unsigned char { Some, Nothing, Ended };
 
-/// Whatever is there to be read, up to 64 KiB, appended to `bytes`.
+/// Appends the available data, up to 64 KiB, to `bytes`.
 [[nodiscard]] Moved read_some(int descriptor, std::string& bytes);
-/// Writes what fits; says how much in `written`. Ended: nobody reads any more.
+/// Writes as much as fits without blocking and stores the count in `written`. Ended: the reader has gone.
 [[nodiscard]] Moved write_some(int descriptor, std::string_view bytes, std::size_t& written);
-/// Whether the other end has read everything that was written; true where the system cannot say.
+/// Whether the other end has read everything that was written; true if the system does not support the query.
 [[nodiscard]] bool all_read(int descriptor);
 
-/// A process with pipes at its standard input and output, in a process group of its own, so that Ctrl-C at
-/// the terminal is not its affair.
+/// A process with pipes at its standard input and output, in a process group of its own, so that Ctrl-C in
+/// the terminal does not reach it.
 struct Spawned {
   pid_t pid = -1;
-  Descriptor to;    ///< its standard input; never waits
-  Descriptor from;  ///< its standard output; never waits
+  Descriptor to;    ///< its standard input; non-blocking
+  Descriptor from;  ///< its standard output; non-blocking
 };
 [[nodiscard]] Result<Spawned> spawn(const std::vector<std::string>& words);
 
-/// How it ended; nothing while it runs.
+/// The status of a process that has ended, as from waitpid(); empty while it runs.
 [[nodiscard]] std::optional<int> wait_status(pid_t pid);
-/// "exit code 3", "signal 9 (Killed)". Exit codes from 129 on are the signal of a shell's child.
+/// "exit code 3", "signal 9 (Killed)". Exit codes above 128 are 128 + signal, as in a shell.
 [[nodiscard]] std::string ending_words(int exit_code);
-/// 0 to 255; 128 + the signal.
+/// The exit code, or 128 + signal.
 [[nodiscard]] int exit_code_of(int wait_status);
 
-/// The longest line that a robot may send: a picture of a few megapixels as JPEG in base64.
+/// Maximum length of a robot's line: enough for an image of a few megapixels as JPEG in base64.
 inline constexpr std::size_t kLongestLine = std::size_t{1} << 22U;
 
-/// A line without its end.
+/// A line without its newline.
 struct Line {
   std::int64_t number = 0;  ///< from 1
   std::string text{};
-  bool too_long = false;  ///< `text` is only its beginning
+  bool too_long = false;  ///< `text` is truncated
 };
 
-/// Cuts bytes into lines as they come. Holds no more than the longest line, whatever comes.
+/// Splits a byte stream into lines. Buffers at most one incomplete line of maximum length.
 class LineSplitter {
  public:
   explicit LineSplitter(std::size_t longest = kLongestLine) : longest_(longest) {}
 
   void add(std::string_view bytes);
-  /// The oldest whole line that was not taken yet.
+  /// The next complete line.
   [[nodiscard]] std::optional<Line> next();
-  /// What came after the last line end, when nothing more will come.
+  /// The text after the last newline, at the end of the stream.
   [[nodiscard]] std::optional<Line> rest();
 
  private:
@@ -95,22 +95,22 @@ class LineSplitter {
   std::int64_t lines_ = 0;
 };
 
-/// Lines that wait to be written. When more than `most_bytes` wait the oldest are dropped, whole lines only.
+/// A queue of lines to write. Beyond `max_bytes` the oldest lines are dropped as a whole.
 class LineQueue {
  public:
-  explicit LineQueue(std::size_t most_bytes = std::size_t{1} << 23U) : most_bytes_(most_bytes) {}
+  explicit LineQueue(std::size_t max_bytes = std::size_t{1} << 23U) : max_bytes_(max_bytes) {}
 
-  /// `line` with its end.
+  /// `line` includes its newline.
   void push(std::string line);
   [[nodiscard]] bool empty() const { return lines_.empty(); }
-  /// What to write next.
+  /// The bytes to write next.
   [[nodiscard]] std::string_view front() const { return std::string_view(lines_.front()).substr(written_); }
-  /// So many bytes of front() were written.
+  /// Removes `bytes` written bytes of front().
   void pop(std::size_t bytes);
   [[nodiscard]] std::int64_t dropped() const { return dropped_; }
 
  private:
-  std::size_t most_bytes_;
+  std::size_t max_bytes_;
   std::deque<std::string> lines_{};
   std::size_t bytes_ = 0;
   std::size_t written_ = 0;  ///< of the first line

@@ -8,7 +8,7 @@
 namespace waymark {
 namespace {
 
-TEST(LineSplitter, CutsBytesWhereverTheyBreak) {
+TEST(LineSplitter, SplitsAStreamOfSingleBytes) {
   LineSplitter lines(8);
   for (const char byte : std::string("one\n\ntwo two too long\nthree\nrest")) lines.add({&byte, 1});
   EXPECT_EQ(lines.next()->text, "one");
@@ -27,10 +27,10 @@ TEST(LineSplitter, CutsBytesWhereverTheyBreak) {
   EXPECT_FALSE(lines.rest());
 }
 
-TEST(LineQueue, DropsOldLinesButNeverBreaksOne) {
+TEST(LineQueue, DropsOnlyWholeLines) {
   LineQueue queue(20);
   queue.push("first line\n");
-  queue.pop(3);  // half written
+  queue.pop(3);  // partly written
   for (int i = 0; i < 100; ++i) queue.push(std::to_string(i) + "\n");
   EXPECT_GT(queue.dropped(), 80);
   std::string written;

@@ -6,12 +6,12 @@
 
 namespace waymark {
 
-/// What is started to be the robot: a command that a user wrote for the shell, or a program of ours with its
-/// arguments, which no shell reads.
+/// The command that starts a robot: a shell command of the user, or a program with arguments that bypass the
+/// shell.
 struct RobotCommand {
-  std::string shell{};               ///< /bin/sh -c
-  std::vector<std::string> words{};  ///< the program's path and its arguments; empty: `shell` counts
-  bool listen_only = false;          ///< somebody else drives: its process is heard, and told no velocity
+  std::string shell{};               ///< command for /bin/sh -c
+  std::vector<std::string> words{};  ///< path of the program and its arguments; empty: `shell` is used
+  bool listen_only = false;          ///< another program drives: its process receives no velocity
 
   RobotCommand() = default;
   // NOLINTNEXTLINE(google-explicit-constructor): a text is a command for the shell
@@ -21,7 +21,7 @@ struct RobotCommand {
   explicit RobotCommand(std::vector<std::string> program) : words(std::move(program)) {}
 
   [[nodiscard]] bool empty() const { return shell.empty() && words.empty(); }
-  /// For messages and recordings.
+  /// The command line, for messages and recordings.
   [[nodiscard]] std::string text() const {
     std::string all = shell;
     for (const std::string& word : words) all += (all.empty() ? "" : " ") + word;

@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kEnding = ".stop";
+constexpr const char* kExtension = ".stop";
 
 std::string reason() { return std::strerror(errno); }  // NOLINT(concurrency-mt-unsafe)
 
@@ -42,7 +42,7 @@ Descriptor unix_socket() {
   return Descriptor(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
 }
 
-/// Of this user alone: a folder, not a link to one, that nobody else may enter.
+/// Whether the folder belongs to this user, is not a link, and is not accessible for other users.
 bool is_ours(const fs::path& folder) {
   struct stat info {};
   constexpr mode_t kOthers = 077;
@@ -50,22 +50,22 @@ bool is_ours(const fs::path& folder) {
          (info.st_mode & kOthers) == 0;
 }
 
-/// A connection that waits for its answer.
-struct Asked {
+/// A connection whose answer is pending.
+struct StopRequest {
   fs::path path;
   Descriptor socket;
-  std::string words{};
+  std::string answer{};
   bool over = false;
 };
 
-/// Nothing where nobody listens: then the socket is removed.
-std::optional<Asked> ask(const fs::path& path) {
+/// Connects to a socket. Empty if no process listens; the socket is then removed.
+std::optional<StopRequest> request_stop(const fs::path& path) {
   const auto address = address_of(path);
-  Asked asked{path, unix_socket()};
+  StopRequest asked{path, unix_socket()};
   if (!address || !asked.socket.open()) return std::nullopt;
   if (::connect(asked.socket.number(), generic(*address), sizeof *address) == 0) return asked;
   if (errno == ECONNREFUSED) ::unlink(path.c_str());
-  if (errno != EAGAIN) return std::nullopt;  // EAGAIN: it is asked from everywhere and answers nobody
+  if (errno != EAGAIN) return std::nullopt;  // EAGAIN: its queue is full, so it does not answer
   asked.over = true;
   return asked;
 }
@@ -79,18 +79,19 @@ Result<fs::path> stop_folder() {
                               : fs::path(fmt::format("/tmp/waymark-{}", ::geteuid()));
   constexpr mode_t kOnlyUs = 0700;
   if (::mkdir(folder.c_str(), kOnlyUs) != 0 && errno != EEXIST)
-    return fail(ErrorCode::Unwritable, "cannot make the folder for `waymark stop`: " + reason(),
-                {.source = folder.string()}, "Set XDG_RUNTIME_DIR to a folder of yours.");
+    return fail(ErrorCode::Unwritable, "cannot create the folder for `waymark stop`: " + reason(),
+                {.source = folder.string()}, "Set XDG_RUNTIME_DIR to a folder of your own.");
   if (is_ours(folder)) return folder;
   return fail(ErrorCode::Unwritable,
-              "the folder for `waymark stop` belongs to somebody else, or others may enter it",
-              {.source = folder.string()}, "Set XDG_RUNTIME_DIR to a folder of yours, or remove this one.");
+              "the folder for `waymark stop` belongs to another user or is accessible for other users",
+              {.source = folder.string()},
+              "Set XDG_RUNTIME_DIR to a folder of your own, or remove this one.");
 }
 
 Result<std::unique_ptr<StopSocket>> StopSocket::open(const fs::path& folder, std::string name,
                                                      std::function<void()> on_stop) {
   std::unique_ptr<StopSocket> made(new StopSocket);
-  made->path_ = folder / fmt::format("{}{}", ::getpid(), kEnding);
+  made->path_ = folder / fmt::format("{}{}", ::getpid(), kExtension);
   made->answer_ = fmt::format("{} (process {})\n", name, ::getpid());
   made->on_stop_ = std::move(on_stop);
   made->socket_ = unix_socket();
@@ -101,7 +102,7 @@ Result<std::unique_ptr<StopSocket>> StopSocket::open(const fs::path& folder, std
                 {.source = made->path_.string()});
   made->end_ = Descriptor(ends[0]);
   made->over_ = Descriptor(ends[1]);
-  ::unlink(made->path_.c_str());  // of a process that had our number before
+  ::unlink(made->path_.c_str());  // left by an earlier process with the same id
   constexpr int kWaiting = 16;
   if (!made->socket_.open() || ::bind(made->socket_.number(), generic(*address), sizeof *address) != 0 ||
       ::listen(made->socket_.number(), kWaiting) != 0) {
@@ -111,7 +112,7 @@ Result<std::unique_ptr<StopSocket>> StopSocket::open(const fs::path& folder, std
   }
   sigset_t all;
   sigset_t before;
-  sigfillset(&all);  // signals are for the thread that drives
+  sigfillset(&all);  // the driving thread handles signals
   pthread_sigmask(SIG_SETMASK, &all, &before);
   made->thread_ = std::thread([socket = made.get()] { socket->listen(); });
   pthread_sigmask(SIG_SETMASK, &before, nullptr);
@@ -131,8 +132,8 @@ void StopSocket::listen() {
     if (fds[1].revents != 0) return;
     const Descriptor client(::accept4(socket_.number(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
     if (!client.open()) {
-      constexpr int kBreath_ms = 20;
-      (void)::poll(&fds[1], 1, kBreath_ms);  // no descriptor is free just now
+      constexpr int kRetryPeriod_ms = 20;
+      (void)::poll(&fds[1], 1, kRetryPeriod_ms);  // out of descriptors; try again
       continue;
     }
     on_stop_();
@@ -142,25 +143,25 @@ void StopSocket::listen() {
 
 std::vector<StopAnswer> stop_all(const fs::path& folder, Duration patience) {
   const Duration deadline = steady_now() + patience;
-  std::vector<Asked> asked;
+  std::vector<StopRequest> requests;
   std::error_code none;
   for (const auto& entry : fs::directory_iterator(folder, none)) {
-    if (entry.path().extension() != kEnding) continue;
-    if (auto one = ask(entry.path())) asked.push_back(std::move(*one));
+    if (entry.path().extension() != kExtension) continue;
+    if (auto one = request_stop(entry.path())) requests.push_back(std::move(*one));
   }
-  const auto waits = [](const Asked& one) { return !one.over; };
-  while (std::ranges::any_of(asked, waits) && steady_now() < deadline) {
-    for (Asked& one : asked) {
-      if (!one.over && read_some(one.socket.number(), one.words) == Moved::Ended) one.over = true;
+  const auto is_pending = [](const StopRequest& one) { return !one.over; };
+  while (std::ranges::any_of(requests, is_pending) && steady_now() < deadline) {
+    for (StopRequest& one : requests) {
+      if (!one.over && read_some(one.socket.number(), one.answer) == Moved::Ended) one.over = true;
     }
-    constexpr int kBetween_ms = 5;
-    (void)::poll(nullptr, 0, kBetween_ms);
+    constexpr int kPollPeriod_ms = 5;
+    (void)::poll(nullptr, 0, kPollPeriod_ms);
   }
   std::vector<StopAnswer> answers;
-  for (const Asked& one : asked) {
-    const bool answered = one.words.ends_with('\n');
+  for (const StopRequest& one : requests) {
+    const bool answered = one.answer.ends_with('\n');
     answers.push_back(
-        {answered ? one.words.substr(0, one.words.size() - 1) : one.path.filename().string(), answered});
+        {answered ? one.answer.substr(0, one.answer.size() - 1) : one.path.filename().string(), answered});
   }
   return answers;
 }

@@ -11,19 +11,19 @@
 #include "waymark/base/time.hpp"
 #include "waymark/robots/watchdog/pipes.hpp"
 
-/// `waymark stop`: a Unix socket for each drive of a user, which whoever may be that user connects to. It
-/// needs neither the page nor the terminal that the drive was started from.
+/// `waymark stop`: a Unix socket per drive, to which any process of the same user can connect. It requires
+/// neither the page nor the terminal in which the drive was started.
 namespace waymark {
 
-/// $XDG_RUNTIME_DIR/waymark, or /tmp/waymark-UID: made when it is not there, readable by this user alone.
-/// Fails when somebody else has it.
+/// $XDG_RUNTIME_DIR/waymark, or /tmp/waymark-UID. Created if missing, accessible only for this user. Fails if
+/// it belongs to another user or is accessible for others.
 [[nodiscard]] Result<std::filesystem::path> stop_folder();
 
-/// Listens, in a thread of its own, for as long as the drive lasts.
+/// Listens on its own thread for as long as the drive lasts.
 class StopSocket {
  public:
-  /// `on_stop` is called by that thread at each request, before it is answered; it must not wait. `name`: of
-  /// the drive, one line for people.
+  /// `on_stop` is called on that thread at each request, before the answer; it must not block. `name`: a
+  /// one-line description of the drive.
   static Result<std::unique_ptr<StopSocket>> open(const std::filesystem::path& folder, std::string name,
                                                   std::function<void()> on_stop);
   ~StopSocket();
@@ -38,19 +38,19 @@ class StopSocket {
   std::string answer_;
   std::function<void()> on_stop_;
   Descriptor socket_;
-  Descriptor end_;  ///< closed by the other side: listening is over
+  Descriptor end_;  ///< read end of a pipe; listening ends when `over_`, its write end, is closed
   Descriptor over_;
   std::thread thread_;
 };
 
-/// What became of one drive.
+/// The answer of one drive.
 struct StopAnswer {
-  std::string drive;      ///< by its own words, or the name of its socket
+  std::string drive;      ///< its description, or the name of its socket if it did not answer
   bool answered = false;  ///< it stops
 };
 
-/// Asks every drive that has a socket in the folder; waits for their answers up to `patience` in all. Sockets
-/// that nobody listens on any more are removed.
+/// Requests a stop from every drive with a socket in the folder; waits for all answers up to `patience`.
+/// Sockets without a listening process are removed.
 [[nodiscard]] std::vector<StopAnswer> stop_all(const std::filesystem::path& folder, Duration patience);
 
 }  // namespace waymark

@@ -24,7 +24,7 @@ class Stop : public ::testing::Test {
   fs::path folder_;
 };
 
-TEST_F(Stop, AThreadOfItsOwnAnswersInThreadsThatAreBusy) {
+TEST_F(Stop, ItsOwnThreadAnswersWhileOthersAreBusy) {
   std::atomic<int> stops{0};
   {
     const auto socket = StopSocket::open(folder_, "replay of map", [&] { ++stops; });
@@ -37,11 +37,11 @@ TEST_F(Stop, AThreadOfItsOwnAnswersInThreadsThatAreBusy) {
       EXPECT_EQ(stops, i);
     }
   }
-  EXPECT_TRUE(fs::is_empty(folder_)) << "the socket goes with its drive";
+  EXPECT_TRUE(fs::is_empty(folder_)) << "the socket is removed with its drive";
   EXPECT_TRUE(stop_all(folder_, seconds(20)).empty());
 }
 
-TEST_F(Stop, AProcessThatDiedLeavesASocketThatIsRemoved) {
+TEST_F(Stop, RemovesTheSocketOfAProcessThatDied) {
   const pid_t pid = fork();
   if (pid == 0) {
     const auto socket = StopSocket::open(folder_, "gone", [] {});
@@ -55,7 +55,7 @@ TEST_F(Stop, AProcessThatDiedLeavesASocketThatIsRemoved) {
   EXPECT_TRUE(fs::is_empty(folder_));
 }
 
-TEST_F(Stop, WhoDoesNotAnswerIsNamed) {
+TEST_F(Stop, ReportsADriveThatDoesNotAnswer) {
   const pid_t pid = fork();
   if (pid == 0) {
     const auto socket = StopSocket::open(folder_, "frozen", [] {});
@@ -72,7 +72,7 @@ TEST_F(Stop, WhoDoesNotAnswerIsNamed) {
   waitpid(pid, &status, 0);
 }
 
-TEST_F(Stop, TheFolderIsOfThisUserAlone) {
+TEST_F(Stop, TheFolderIsAccessibleOnlyForThisUser) {
   setenv("XDG_RUNTIME_DIR", folder_.c_str(), 1);
   const auto made = stop_folder();
   ASSERT_TRUE(made);

@@ -18,7 +18,7 @@
 namespace waymark {
 namespace {
 
-constexpr std::string_view kWord = "command ";
+constexpr std::string_view kCommandPrefix = "command ";
 
 template <class Number>
 bool take(std::string_view& text, Number& value) {
@@ -33,21 +33,21 @@ bool take(std::string_view& text, Number& value) {
 }  // namespace
 
 std::string wire_line(const WireCommand& command) {
-  return fmt::format("{}{} {} {} {} {}\n", kWord, command.sequence, command.given.count(), command.speed_m_s,
-                     command.yaw_rate_rad_s, command.step);
+  return fmt::format("{}{} {} {} {} {}\n", kCommandPrefix, command.sequence, command.given.count(),
+                     command.speed_m_s, command.yaw_rate_rad_s, command.step);
 }
 
 Result<WireCommand> parse_wire_line(std::string_view line) {
   WireCommand command;
   std::int64_t given_ns = 0;
   std::string_view rest = line;
-  const bool ours = rest.starts_with(kWord);
-  if (ours) rest.remove_prefix(kWord.size());
+  const bool ours = rest.starts_with(kCommandPrefix);
+  if (ours) rest.remove_prefix(kCommandPrefix.size());
   const bool read = ours && take(rest, command.sequence) && take(rest, given_ns) &&
                     take(rest, command.speed_m_s) && take(rest, command.yaw_rate_rad_s) &&
                     take(rest, command.step) && rest.empty() && line.back() != ' ';
   if (!read || !std::isfinite(command.speed_m_s) || !std::isfinite(command.yaw_rate_rad_s))
-    return fail(ErrorCode::Unreadable, fmt::format("this is no command: '{}'", line.substr(0, 80)));
+    return fail(ErrorCode::Unreadable, fmt::format("invalid command: '{}'", line.substr(0, 80)));
   command.given = Duration(given_ns);
   return command;
 }
@@ -84,7 +84,7 @@ std::optional<RobotOrder> CommandWatch::due(Duration now) {
   if (last_zero_ && now - *last_zero_ < options_.repeat) return std::nullopt;
   last_zero_ = now;
   passed_on_ = true;
-  const char* reason = given_up_               ? "whoever drives is gone"
+  const char* reason = given_up_               ? "the driving program has exited"
                        : newest_.sequence == 0 ? "no command yet"
                                                : "no fresh command";
   return RobotOrder{.sequence = newest_.sequence, .reason = reason};
@@ -97,14 +97,14 @@ Duration CommandWatch::next(Duration now) const {
 
 namespace {
 
-constexpr std::size_t kLongestCommand = 256;
+constexpr std::size_t kMaxCommandBytes = 256;
 constexpr Duration kUnreadPoll = std::chrono::milliseconds(2);
 constexpr Duration kHeartbeat = std::chrono::milliseconds(50);
 
 volatile std::sig_atomic_t asked_to_end = 0;
 extern "C" void ask_to_end(int /*signal*/) { asked_to_end = 1; }
 
-/// Only the driver ends us: by closing our input, or with SIGTERM.
+/// Ignores the signals of the terminal: the watchdog ends when its input is closed, or by SIGTERM.
 void set_signals() {
   for (const int signal : {SIGINT, SIGQUIT, SIGHUP, SIGPIPE}) (void)std::signal(signal, SIG_IGN);
   struct sigaction on_term {};
@@ -130,10 +130,10 @@ class Watchdog {
     while (!over()) {
       wait();
       const Duration now = steady_now();
-      hear_driver(now);
-      hear_robot();
-      tell_driver();
-      tell_robot(now);
+      read_driver(now);
+      read_robot();
+      write_driver();
+      write_robot(now);
     }
     return end();
   }
@@ -142,7 +142,8 @@ class Watchdog {
   void wait() {
     const Duration now = steady_now();
     Duration until = listen_only_ ? kHeartbeat : std::min(kHeartbeat, watch_.next(now) - now);
-    if (robot_.to.open() && until <= Duration(0)) until = kUnreadPoll;  // due, but it does not read
+    if (robot_.to.open() && until <= Duration(0))
+      until = kUnreadPoll;  // a command is due, but the robot does not read
     std::array<pollfd, 3> fds{{{driver_gone_at_ ? -1 : STDIN_FILENO, POLLIN, 0},
                                {queue_.empty() || reader_gone_ ? -1 : STDOUT_FILENO, POLLOUT, 0},
                                {robot_.from.number(), POLLIN, 0}}};
@@ -156,7 +157,7 @@ class Watchdog {
     watch_.give_up();
   }
 
-  void hear_driver(Duration now) {
+  void read_driver(Duration now) {
     if (asked_to_end != 0 || getppid() != parent_) driver_gone(now);
     if (driver_gone_at_) return;
     std::string bytes;
@@ -169,26 +170,26 @@ class Watchdog {
     if (moved == Moved::Ended) driver_gone(now);
   }
 
-  void hear_robot() {
+  void read_robot() {
     if (!robot_.from.open()) return;
     std::string bytes;
     const Moved moved = read_some(robot_.from.number(), bytes);
     lines_.add(bytes);
-    const auto pass_on = [this](Line line) {
-      // One byte more than may be says to the driver that it was too long.
+    const auto forward = [this](Line line) {
+      // One byte above the limit marks the line as too long for the driver.
       if (line.too_long) line.text += '.';
       if (!reader_gone_) queue_.push(std::move(line.text) + '\n');
     };
-    while (auto line = lines_.next()) pass_on(std::move(*line));
+    while (auto line = lines_.next()) forward(std::move(*line));
     if (moved != Moved::Ended) return;
     robot_.from.close();
-    if (auto line = lines_.rest()) pass_on(std::move(*line));
-    // Nobody knows any more what it senses: zero from now on, and soon the end.
+    if (auto line = lines_.rest()) forward(std::move(*line));
+    // Without its samples the robot cannot be driven: zero from now on, then end its process.
     mute_at_ = steady_now();
     watch_.give_up();
   }
 
-  void tell_driver() {
+  void write_driver() {
     while (!reader_gone_ && !queue_.empty()) {
       std::size_t written = 0;
       const Moved moved = write_some(STDOUT_FILENO, queue_.front(), written);
@@ -197,41 +198,41 @@ class Watchdog {
       if (moved != Moved::Some) return;
       queue_.pop(written);
     }
-    if (!mute_at_ || !queue_.empty() || said_all_) return;
-    (void)close(STDOUT_FILENO);  // the driver is to know at once
-    said_all_ = true;
+    if (!mute_at_ || !queue_.empty() || output_closed_) return;
+    (void)close(STDOUT_FILENO);  // so that the driver notices immediately
+    output_closed_ = true;
   }
 
-  /// One order at a time: the next one only when the last was read, so that a slow robot never works off a
-  /// queue of orders that are long out of date.
-  void tell_robot(Duration now) {
+  /// Writes the next order only after the robot has read the last one, so that a slow robot never executes a
+  /// queue of outdated orders.
+  void write_robot(Duration now) {
     if (!robot_.to.open()) return;
     if (!hello_.empty()) {
-      say(hello_);
+      write_line(hello_);
       hello_.clear();
     }
     if (listen_only_ || !all_read(robot_.to.number())) return;
-    if (const auto order = watch_.due(now)) say(order_line(*order));
+    if (const auto order = watch_.due(now)) write_line(order_line(*order));
   }
 
-  void say(const std::string& line) {
-    std::size_t written = 0;  // shorter than PIPE_BUF: all or nothing
+  void write_line(const std::string& line) {
+    std::size_t written = 0;  // shorter than PIPE_BUF, so it is written as a whole or not at all
     if (write_some(robot_.to.number(), line, written) == Moved::Ended) robot_.to.close();
   }
 
   [[nodiscard]] bool over() {
     status_ = wait_status(robot_.pid);
-    if (status_ || !robot_.to.open()) return true;  // one that takes no orders cannot be stopped by them
+    if (status_ || !robot_.to.open()) return true;  // a robot that reads no orders cannot be stopped by them
     const Duration now = steady_now();
     closed_output_ = mute_at_ && now - *mute_at_ >= options_.farewell;
     return closed_output_ || (driver_gone_at_ && now - *driver_gone_at_ >= options_.farewell);
   }
 
-  /// Waits for the robot's process, and reads what it still says, until `deadline`.
+  /// Waits for the end of the robot process until `deadline`, and meanwhile forwards its lines.
   bool ended_by(Duration deadline) {
     while (!status_ && steady_now() < deadline) {
-      hear_robot();
-      tell_driver();
+      read_robot();
+      write_driver();
       (void)poll(nullptr, 0, 5);
       status_ = wait_status(robot_.pid);
     }
@@ -240,7 +241,7 @@ class Watchdog {
 
   int end() {
     if (!status_) {
-      if (robot_.to.open()) say("{\"type\":\"bye\"}\n");
+      if (robot_.to.open()) write_line("{\"type\":\"bye\"}\n");
       robot_.to.close();
       if (!ended_by(steady_now() + options_.patience)) {
         (void)kill(-robot_.pid, SIGTERM);
@@ -250,15 +251,16 @@ class Watchdog {
         }
       }
     }
-    (void)kill(-robot_.pid, SIGTERM);  // whatever it left behind
+    (void)kill(-robot_.pid, SIGTERM);  // its remaining child processes
     const Duration deadline = steady_now() + options_.patience;
-    do {  // its last words
-      hear_robot();
-      tell_driver();
+    do {  // forward its last lines
+      read_robot();
+      write_driver();
     } while (!driver_gone_at_ && (robot_.from.open() || !queue_.empty()) && steady_now() < deadline &&
              poll(nullptr, 0, 1) == 0);
     if (queue_.dropped() > 0)
-      fmt::print(stderr, "waymark-watchdog: {} lines of the robot were dropped: nobody read them in time\n",
+      fmt::print(stderr,
+                 "waymark-watchdog: dropped {} lines of the robot, because they were not read in time\n",
                  queue_.dropped());
     if (closed_output_) return kRobotClosedItsOutput;
     return status_ ? exit_code_of(*status_) : 128 + SIGKILL;
@@ -270,14 +272,14 @@ class Watchdog {
   pid_t parent_;
   bool listen_only_;
   std::string hello_;
-  LineSplitter commands_{kLongestCommand};
+  LineSplitter commands_{kMaxCommandBytes};
   LineSplitter lines_{};
   LineQueue queue_{};
   std::optional<Duration> driver_gone_at_{};
-  bool reader_gone_ = false;           ///< of what the robot says; whoever drives may be gone before
+  bool reader_gone_ = false;           ///< the reader of the robot's lines; the driver may be gone before
   std::optional<Duration> mute_at_{};  ///< the robot's standard output ended
-  bool said_all_ = false;              ///< and the driver was given all of it
-  bool closed_output_ = false;         ///< while its process went on
+  bool output_closed_ = false;         ///< and all of it was forwarded
+  bool closed_output_ = false;         ///< while its process continued
   std::optional<int> status_{};
 };
 

@@ -11,55 +11,55 @@
 
 namespace waymark {
 
-/// A command on its way to the watchdog.
+/// A command sent to the watchdog.
 struct WireCommand {
   std::int64_t sequence = 0;  ///< counts up from 1
-  Duration given{};           ///< when it was decided, by the machine's steady clock
+  Duration given{};           ///< time of the decision, by the computer's steady clock
   double speed_m_s = 0;
   double yaw_rate_rad_s = 0;
-  std::int64_t step = 0;  ///< the step of a robot in lockstep that it answers; 0: none
+  std::int64_t step = 0;  ///< the step that it answers, for a robot in lockstep; 0: none
 
   friend bool operator==(const WireCommand&, const WireCommand&) = default;
 };
 
-/// "command 12 8123456789 0.3 -0.1 0" and a line end.
+/// "command 12 8123456789 0.3 -0.1 0" with a newline.
 [[nodiscard]] std::string wire_line(const WireCommand& command);
-/// Fails on anything that wire_line() does not write, and on numbers that are not finite.
+/// Fails on anything that wire_line() does not write, and on non-finite numbers.
 [[nodiscard]] Result<WireCommand> parse_wire_line(std::string_view line);
 
-/// What the robot is told.
+/// An order sent to the robot.
 struct RobotOrder {
   std::int64_t sequence = 0;  ///< of the newest command that was fresh when it came
   double speed_m_s = 0;
   double yaw_rate_rad_s = 0;
-  double age_s = 0;  ///< of the command when it is passed on
+  double age_s = 0;  ///< of the command when it is forwarded
   std::int64_t step = 0;
-  const char* reason = nullptr;  ///< of a stop that the watchdog decided; nothing when it passes a command on
+  const char* reason = nullptr;  ///< of a stop by the watchdog; null for a forwarded command
 };
 
 /// The line for the robot's process (docs/formats/robot-process.md).
 [[nodiscard]] std::string order_line(const RobotOrder& order);
 
 struct CommandWatchOptions {
-  Duration timeout = std::chrono::milliseconds(250);  ///< a command that is older does not drive
-  Duration repeat = std::chrono::milliseconds(50);    ///< zero is sent so often
+  Duration timeout = std::chrono::milliseconds(250);  ///< maximum age of a forwarded command
+  Duration repeat = std::chrono::milliseconds(50);    ///< period of repeated zeros
 };
 
-/// Decides what the robot is told: the newest command once, while it is fresh, and zero again and again when
-/// there is none. Pure: `now` is the steady clock of WireCommand::given, and never goes back.
+/// Decides which orders the robot receives: the newest command once while it is fresh, otherwise repeated
+/// zeros. Pure: `now` is the steady clock of WireCommand::given and must not decrease.
 class CommandWatch {
  public:
   explicit CommandWatch(const CommandWatchOptions& options = {}) : options_(options) {}
 
-  /// A command comes. False, and it is dropped, when it is older than the timeout, from the future, not
+  /// Call on each command. Returns false and drops it if it is older than the timeout, from the future, not
   /// finite, or not newer than the last one.
   bool offer(const WireCommand& command, Duration now);
-  /// Nobody will give commands any more: zero from now on, whatever comes.
+  /// The driver has gone: zero from now on, and further commands are dropped.
   void give_up() { given_up_ = true; }
-  /// What is to be sent now; nothing when nothing is due. Sending nothing for as long as the robot does not
-  /// read is safe: what is due is decided anew each time.
+  /// The order to send now; empty if none is due. Call it only when the robot can read, because an order is
+  /// decided for the time of the call.
   [[nodiscard]] std::optional<RobotOrder> due(Duration now);
-  /// When due() may have something to say at the latest.
+  /// The time of the next call of due() at the latest.
   [[nodiscard]] Duration next(Duration now) const;
 
  private:
@@ -76,27 +76,25 @@ class CommandWatch {
 
 struct WatchRobotOptions {
   CommandWatchOptions watch{};
-  Duration farewell = std::chrono::milliseconds(500);   ///< zero is sent for so long when the driver is gone
-  Duration patience = std::chrono::milliseconds(2000);  ///< the robot's process may take so long to end
+  Duration farewell = std::chrono::milliseconds(500);   ///< how long zero is sent after the driver has gone
+  Duration patience = std::chrono::milliseconds(2000);  ///< maximum time for the robot process to end
 };
 
-/// The first argument of the watchdog's program when the program and the arguments of the robot follow,
-/// instead of a command for the shell.
+/// First argument of the watchdog program if a program and its arguments follow instead of a shell command.
 inline constexpr std::string_view kExec = "--exec";
-/// The first argument where the robot is only listened to: RobotCommand::listen_only.
+/// First argument for RobotCommand::listen_only.
 inline constexpr std::string_view kListen = "--listen";
 
-/// Exit codes of the watchdog that the robot's process did not choose.
-inline constexpr int kRobotClosedItsOutput = 124;  ///< its process went on, and was stopped and ended
+/// Exit codes of the watchdog itself, not of the robot process.
+inline constexpr int kRobotClosedItsOutput = 124;  ///< its process continued; it was stopped and ended
 inline constexpr int kRobotCannotStart = 125;
 
-/// Starts `command`, passes its lines on to standard output and fresh commands from standard
-/// input on to it, and ends when it has ended, or, after a farewell of zeros, when standard input ends or the
-/// parent process is gone. Never waits for anybody: a robot that does not read gets the newest order when it
-/// does; a driver that does not read loses the oldest lines. A robot that is only listened to gets no
-/// velocity, neither zero. A robot that closes its standard output is stopped at once, whatever the driver
-/// says, and ended. Gives the exit code of the robot's process, 128 + the signal that ended it, or one of the
-/// above.
+/// Starts `command`, forwards its lines to standard output, and fresh commands from standard input to it.
+/// Returns when the robot process has ended, or, after a phase of zeros, when standard input ends or the
+/// parent process has gone. It never blocks: a robot that does not read gets the newest order when it does; a
+/// driver that does not read loses the oldest lines. With listen_only the robot gets no velocity, not even
+/// zero. A robot that closes its standard output is stopped and ended immediately, whatever the commands are.
+/// Returns the exit code of the robot process, 128 + the signal that ended it, or one of the codes above.
 [[nodiscard]] int watch_robot(const RobotCommand& command, const WatchRobotOptions& options = {});
 
 }  // namespace waymark

@@ -20,7 +20,7 @@ WireCommand ahead(std::int64_t sequence, Duration given) {
 
 bool moves(const RobotOrder& order) { return order.speed_m_s != 0 || order.yaw_rate_rad_s != 0; }
 
-TEST(WireCommand, ReadsWhatItWrites) {
+TEST(WireCommand, RoundTrips) {
   const WireCommand command{12, Duration(8123456789), 0.1 + 0.2, -1e-17, 7};
   std::string line = wire_line(command);
   ASSERT_EQ(line.back(), '\n');
@@ -31,7 +31,7 @@ TEST(WireCommand, ReadsWhatItWrites) {
     EXPECT_FALSE(parse_wire_line(bad)) << bad;
 }
 
-TEST(CommandWatch, PassesACommandOnOnceAndStopsWhenItIsOld) {
+TEST(CommandWatch, ForwardsACommandOnceAndStopsWhenItIsOld) {
   CommandWatch watch;
   const Duration start = milliseconds(1000);
   const auto first = watch.due(start);
@@ -56,10 +56,10 @@ TEST(CommandWatch, PassesACommandOnOnceAndStopsWhenItIsOld) {
   EXPECT_TRUE(moves(watch.due(start + milliseconds(400)).value())) << "a fresh command drives again";
 }
 
-TEST(CommandWatch, RefusesWhatIsOldRepeatedFromTheFutureOrNoNumber) {
+TEST(CommandWatch, RejectsOldRepeatedFutureAndNonFiniteCommands) {
   CommandWatch watch;
   const Duration now = milliseconds(1000);
-  EXPECT_FALSE(watch.offer(ahead(1, now - milliseconds(251)), now)) << "lay in the pipe too long";
+  EXPECT_FALSE(watch.offer(ahead(1, now - milliseconds(251)), now)) << "too long in the pipe";
   EXPECT_FALSE(watch.offer(ahead(1, now + nanoseconds(1)), now));
   WireCommand bad = ahead(1, now);
   bad.yaw_rate_rad_s = std::numeric_limits<double>::quiet_NaN();
@@ -69,12 +69,12 @@ TEST(CommandWatch, RefusesWhatIsOldRepeatedFromTheFutureOrNoNumber) {
   EXPECT_FALSE(watch.offer(ahead(4, now), now));
   watch.give_up();
   EXPECT_FALSE(watch.offer(ahead(6, now), now));
-  EXPECT_FALSE(moves(watch.due(now).value())) << "whoever drives is gone: also what was fresh does not drive";
+  EXPECT_FALSE(moves(watch.due(now).value())) << "the driver has gone: a fresh command does not drive either";
 }
 
 TEST(CommandWatch, NeverDrivesOnACommandOlderThanTheTimeout) {
-  // The robot obeys the last order for ever; whoever gives commands comes and goes, and so does the robot's
-  // attention.
+  // The robot executes the last order until the next; the driver comes and goes, and orders are read
+  // irregularly.
   for (std::uint64_t seed = 1; seed <= 50; ++seed) {
     Random random(seed);
     CommandWatch watch;
@@ -102,7 +102,7 @@ TEST(CommandWatch, NeverDrivesOnACommandOlderThanTheTimeout) {
   }
 }
 
-TEST(OrderLine, SaysEverythingAProcessNeeds) {
+TEST(OrderLine, ContainsAllFields) {
   EXPECT_EQ(
       order_line({.sequence = 7, .speed_m_s = 0.25, .yaw_rate_rad_s = -1, .age_s = 0.0015, .step = 3}),
       "{\"type\":\"velocity\",\"sequence\":7,\"speed_m_s\":0.25,\"yaw_rate_rad_s\":-1,\"age_s\":0.001500,"

@@ -26,7 +26,7 @@ Result<std::string> find_watchdog() {
        {folder / "waymark-watchdog", folder / "../libexec/waymark/waymark-watchdog"}) {
     if (fs::exists(place, ignored)) return place.lexically_normal().string();
   }
-  return fail(ErrorCode::NotFound, "waymark-watchdog is not there, and no robot is driven without it",
+  return fail(ErrorCode::NotFound, "waymark-watchdog not found; robots cannot be driven without it",
               {.source = folder.string()}, "Install it beside waymark or in ../libexec/waymark.");
 }
 
@@ -56,20 +56,19 @@ Error WatchedProcess::ended() {
   Error error{.code = ErrorCode::Unreadable,
               .message = "the robot's process ended with " + ending_words(code),
               .place = {.source = "process:" + command_},
-              .hint = "What it said about it, if anything, stands above."};
+              .hint = "See its messages above, if any."};
   if (code == kNoSuchCommand) {
     error.code = ErrorCode::NotFound;
-    error.message = "there is no such program";
+    error.message = "no such program";
   }
   if (code == kRobotClosedItsOutput) {
     error.message =
-        "the robot closed its standard output while its process went on: it was stopped and ended";
-    error.hint = "Its samples come that way: nobody can drive without them.";
+        "the robot closed its standard output while its process continued; it was stopped and ended";
+    error.hint = "The robot must keep standard output open, because its samples arrive there.";
   }
   if (watchdog_died_) {
-    error.message =
-        "the watchdog of the robot ended with " + ending_words(code) + ", not the robot's process";
-    error.hint = "The end of its input tells the robot to stop; look whether it stands.";
+    error.message = "the watchdog, not the robot's process, ended with " + ending_words(code);
+    error.hint = "Check that the robot has stopped; it should, because its input has ended.";
   }
   return error;
 }
@@ -78,17 +77,17 @@ Status WatchedProcess::send(double speed_m_s, double yaw_rate_rad_s, std::int64_
   const std::string line = wire_line({++sequence_, steady_now(), speed_m_s, yaw_rate_rad_s, step});
   std::size_t written = 0;
   const bool gone = !watchdog_.to.open() || write_some(watchdog_.to.number(), line, written) == Moved::Ended;
-  // Its last words are not read yet, and say better why: read() gives them, and then the end.
+  // Its last lines explain the reason better: read() returns them first, then the error.
   if (gone && !watchdog_.from.open()) return tl::unexpected(ended());
   return {};
 }
 
-Result<std::vector<Line>> WatchedProcess::read(Duration most) {
+Result<std::vector<Line>> WatchedProcess::read(Duration timeout) {
   std::vector<Line> lines;
   const auto take = [&] {
     while (auto line = lines_.next()) lines.push_back(std::move(*line));
   };
-  const Duration deadline = steady_now() + most;
+  const Duration deadline = steady_now() + timeout;
   while (watchdog_.from.open()) {
     std::string bytes;
     const Moved moved = read_some(watchdog_.from.number(), bytes);
@@ -102,24 +101,24 @@ Result<std::vector<Line>> WatchedProcess::read(Duration most) {
     if (!lines.empty() || left <= Duration(0)) return lines;
     pollfd ready{watchdog_.from.number(), POLLIN, 0};
     const auto ms = std::chrono::ceil<std::chrono::milliseconds>(left).count();
-    // A signal (Ctrl-C) ends the waiting: the caller looks at its flag.
+    // Return on a signal (Ctrl-C), so that the caller can check its flag.
     if (watchdog_.from.open() && poll(&ready, 1, static_cast<int>(std::min<std::int64_t>(ms, 1000))) < 0)
       return lines;
   }
   return tl::unexpected(ended());
 }
 
-Result<pid_t> WatchedProcess::drive_from_child(double speed_m_s, double yaw_rate_rad_s, double most_s) {
+Result<pid_t> WatchedProcess::drive_from_child(double speed_m_s, double yaw_rate_rad_s, double duration_s) {
   const pid_t parent = getpid();
   const pid_t child = fork();
   if (child < 0)
     return fail(ErrorCode::LimitExceeded, std::string("cannot start a process: ") + std::strerror(errno));
   if (child > 0) {
-    watchdog_.to.close();  // its end, once the child is gone, is what the watchdog sees
+    watchdog_.to.close();  // only the child holds the pipe, so the watchdog sees its end
     return child;
   }
   (void)prctl(PR_SET_PDEATHSIG, static_cast<unsigned long>(SIGKILL));
-  const Duration deadline = steady_now() + Duration(std::llround(most_s * 1e9));
+  const Duration deadline = steady_now() + Duration(std::llround(duration_s * 1e9));
   while (getppid() == parent && steady_now() < deadline) {
     const std::string line = wire_line({++sequence_, steady_now(), speed_m_s, yaw_rate_rad_s, 0});
     std::size_t written = 0;
@@ -138,10 +137,11 @@ int WatchedProcess::close() {
   }
   watchdog_.to.close();
   watchdog_.from.close();
-  const Duration deadline = steady_now() + std::chrono::seconds(8);  // it has its own patience, twice 2 s
+  const Duration deadline =
+      steady_now() + std::chrono::seconds(8);  // the watchdog itself waits for up to 3 times 2 s
   std::optional<int> status;
   while (!(status = wait_status(watchdog_.pid)) && steady_now() < deadline) (void)poll(nullptr, 0, 2);
-  if (!status) (void)kill(watchdog_.pid, SIGKILL);  // frozen: the end of its pipes stops the robot
+  if (!status) (void)kill(watchdog_.pid, SIGKILL);  // frozen; the end of its pipes stops the robot
   watchdog_died_ = status && WIFSIGNALED(*status);
   exit_code_ = status ? exit_code_of(*status) : 128 + SIGKILL;
   return *exit_code_;

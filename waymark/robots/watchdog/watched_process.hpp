@@ -12,35 +12,35 @@
 
 namespace waymark {
 
-/// Where the watchdog's program is: beside the program that runs, or in the libexec it was installed to.
+/// Path of the watchdog program: in the folder of this program, or in the installed libexec folder.
 [[nodiscard]] Result<std::string> find_watchdog();
 
-/// A robot's process behind a watchdog: what a driver of a robot holds. However this process ends, the robot
-/// is told to stop.
+/// A robot process behind a watchdog, for drivers of robots. However this process ends, the watchdog stops
+/// the robot.
 class WatchedProcess {
  public:
-  /// Starts the watchdog and, by it, `command`. `watchdog`: its program; found when empty.
-  /// From then on SIGPIPE is ignored in this process: that the watchdog is gone is an error of send().
+  /// Starts the watchdog, which starts `command`. `watchdog`: path of its program; empty: find_watchdog().
+  /// Ignores SIGPIPE in this process from then on, so that send() fails if the watchdog has gone.
   static Result<std::unique_ptr<WatchedProcess>> start(const RobotCommand& command,
                                                        const std::string& watchdog = {});
-  /// Stops the robot and waits for the watchdog, which ends the robot's process.
+  /// Stops the robot and waits for the watchdog, which ends the robot process.
   ~WatchedProcess();
   WatchedProcess(const WatchedProcess&) = delete;
   WatchedProcess& operator=(const WatchedProcess&) = delete;
 
-  /// Never waits: when the watchdog does not read, the command is lost, and the watchdog will stop the robot.
-  /// Fails when the watchdog is gone and read() has said so.
+  /// Does not block: if the watchdog does not read, the command is lost, and the watchdog stops the robot.
+  /// Fails if the watchdog has gone and read() has returned that error.
   Status send(double speed_m_s, double yaw_rate_rad_s, std::int64_t step = 0);
-  /// What the robot said since the last call; waits up to `most` for the first line. Fails, and says how the
-  /// robot's process ended, when it has ended and everything was read.
-  [[nodiscard]] Result<std::vector<Line>> read(Duration most);
-  /// Stops the robot and ends its process. The exit code of the robot's process, as watch_robot() gives it.
+  /// The robot's lines since the last call; waits up to `timeout` for the first one. When the robot process
+  /// has ended and everything was read, fails with the reason.
+  [[nodiscard]] Result<std::vector<Line>> read(Duration timeout);
+  /// Stops the robot and ends its process. Returns its exit code, as watch_robot() does.
   int close();
 
-  /// Lets a child of this process give the commands from now on, the same one again and again, and nobody
-  /// else: whoever kills it does to the robot what the end of a driving process does. It ends after
-  /// `most_s` by itself, and with this process. Its process id; the caller waits for it. read() goes on.
-  [[nodiscard]] Result<pid_t> drive_from_child(double speed_m_s, double yaw_rate_rad_s, double most_s);
+  /// Starts a child process that alone sends commands from now on, repeating the same one. Killing it has the
+  /// same effect on the robot as the end of a driving process. It ends after `duration_s`, and with this
+  /// process. Returns its process id, for which the caller waits. read() still works.
+  [[nodiscard]] Result<pid_t> drive_from_child(double speed_m_s, double yaw_rate_rad_s, double duration_s);
 
   [[nodiscard]] pid_t watchdog_pid() const { return watchdog_.pid; }
 
@@ -54,7 +54,7 @@ class WatchedProcess {
   LineSplitter lines_{};
   std::int64_t sequence_ = 0;
   std::optional<int> exit_code_{};
-  bool watchdog_died_ = false;  ///< by a signal: what it says of the robot's process is not known
+  bool watchdog_died_ = false;  ///< by a signal, so that the end of the robot process is unknown
 };
 
 }  // namespace waymark

@@ -15,17 +15,18 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
 #include "waymark/base/random.hpp"
 
-// Processes live in real time; what is held here is the order of things. The bounds in seconds are for
-// machines that are busy with something else.
+// Processes run in real time; the tests check the order of events. The bounds in seconds allow for busy
+// computers.
 namespace waymark {
 namespace {
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-struct Heard {
+struct ReceivedLine {
   Duration at{};
   std::string line{};
 
@@ -36,7 +37,7 @@ struct Heard {
   [[nodiscard]] bool bye() const { return line.find("bye") != std::string::npos; }
 };
 
-/// A robot that writes every order it reads into a pipe with a name, where the test stamps it.
+/// A robot that writes every order to a named pipe, where the test stamps it.
 class Robot {
  public:
   Robot() {
@@ -54,14 +55,14 @@ class Robot {
   [[nodiscard]] std::string command() const {
     return "exec 3>&1; exec cat > " + (folder_ / "orders").string();
   }
-  /// Says one line, closes its standard output, and goes on for as long as it is told something.
+  /// Prints one line, closes its standard output, and continues until its input ends.
   [[nodiscard]] std::string mute_command() const {
     return "echo here; sleep 0.3; exec cat > " + (folder_ / "orders").string();
   }
   [[nodiscard]] std::string slow_command() const {
     return "while read line; do echo \"$line\" > " + (folder_ / "orders").string() + "; sleep 0.1; done";
   }
-  /// Listens until `enough` says so of the newest line; false after 20 s.
+  /// Reads until `enough` returns true for the newest line; returns false after 20 s.
   template <class Enough>
   bool listen(Enough enough) {
     const Duration deadline = steady_now() + seconds(20);
@@ -78,16 +79,16 @@ class Robot {
     }
     return false;
   }
-  [[nodiscard]] const std::vector<Heard>& received() const { return received_; }
+  [[nodiscard]] const std::vector<ReceivedLine>& received() const { return received_; }
 
  private:
   std::filesystem::path folder_;
   Descriptor orders_;
   LineSplitter lines_;
-  std::vector<Heard> received_;
+  std::vector<ReceivedLine> received_;
 };
 
-/// A program of its own that drives on and on.
+/// A separate process that drives without end.
 pid_t fork_driver(const std::string& command) {
   const pid_t pid = fork();
   if (pid != 0) return pid;
@@ -107,18 +108,19 @@ TEST(Watchdog, StopsTheRobotWhenTheDriverIsKilledAtAnyMoment) {
   for (int i = 0; i < 5; ++i) {
     Robot robot;
     const pid_t driver = fork_driver(robot.command());
-    ASSERT_TRUE(robot.listen([](const Heard& received) { return received.moves(); }));
+    ASSERT_TRUE(robot.listen([](const ReceivedLine& received) { return received.moves(); }));
     const Duration until = steady_now() + milliseconds(static_cast<int>(random.uniform() * 120));
-    ASSERT_TRUE(robot.listen([&](const Heard& received) { return received.at >= until; }));
+    ASSERT_TRUE(robot.listen([&](const ReceivedLine& received) { return received.at >= until; }));
     const std::size_t before = robot.received().size();
     const Duration killed = steady_now();
     ASSERT_EQ(kill(driver, SIGKILL), 0);
     reap(driver);
-    ASSERT_TRUE(robot.listen([](const Heard& received) { return received.bye(); })) << "the end is said";
+    ASSERT_TRUE(robot.listen([](const ReceivedLine& received) { return received.bye(); }))
+        << "the robot is notified of the end";
     bool stopped = false;
     int zeros = 0;
     for (std::size_t k = before; k < robot.received().size(); ++k) {
-      const Heard& received = robot.received()[k];
+      const ReceivedLine& received = robot.received()[k];
       if (received.stops() && !stopped) worst = std::max(worst, received.at - killed);
       stopped = stopped || received.stops();
       zeros += received.stops() ? 1 : 0;
@@ -130,25 +132,25 @@ TEST(Watchdog, StopsTheRobotWhenTheDriverIsKilledAtAnyMoment) {
   EXPECT_LT(worst, seconds(2));
 }
 
-TEST(Watchdog, StopsTheRobotWhenTheDriverIsFrozenAndGoesOnWhenItThaws) {
+TEST(Watchdog, StopsTheRobotWhileTheDriverIsFrozen) {
   Robot robot;
   const pid_t driver = fork_driver(robot.command());
-  ASSERT_TRUE(robot.listen([](const Heard& received) { return received.moves(); }));
+  ASSERT_TRUE(robot.listen([](const ReceivedLine& received) { return received.moves(); }));
   ASSERT_EQ(kill(driver, SIGSTOP), 0);
-  ASSERT_TRUE(robot.listen([](const Heard& received) { return received.stops(); }));
+  ASSERT_TRUE(robot.listen([](const ReceivedLine& received) { return received.stops(); }));
   EXPECT_NE(robot.received().back().line.find("no fresh command"), std::string::npos);
   const std::size_t at = robot.received().size();
   const Duration until = steady_now() + milliseconds(200);
-  ASSERT_TRUE(robot.listen([&](const Heard& received) { return received.at > until; }));
+  ASSERT_TRUE(robot.listen([&](const ReceivedLine& received) { return received.at > until; }));
   for (std::size_t k = at; k < robot.received().size(); ++k) EXPECT_TRUE(robot.received()[k].stops());
   ASSERT_EQ(kill(driver, SIGCONT), 0);
-  EXPECT_TRUE(robot.listen([](const Heard& received) { return received.moves(); }));
+  EXPECT_TRUE(robot.listen([](const ReceivedLine& received) { return received.moves(); }));
   kill(driver, SIGKILL);
   reap(driver);
-  EXPECT_TRUE(robot.listen([](const Heard& received) { return received.bye(); }));
+  EXPECT_TRUE(robot.listen([](const ReceivedLine& received) { return received.bye(); }));
 }
 
-TEST(Watchdog, ARobotThatIsOnlyListenedToIsToldNoVelocity) {
+TEST(Watchdog, ListenOnlySendsNoVelocity) {
   Robot robot;
   RobotCommand command(robot.command());
   command.listen_only = true;
@@ -159,7 +161,7 @@ TEST(Watchdog, ARobotThatIsOnlyListenedToIsToldNoVelocity) {
     const Duration until = steady_now() + milliseconds(400);
     while (steady_now() < until) (void)(*wire)->read(milliseconds(50));
   }
-  ASSERT_TRUE(robot.listen([](const Heard& received) { return received.bye(); }));
+  ASSERT_TRUE(robot.listen([](const ReceivedLine& received) { return received.bye(); }));
   ASSERT_EQ(robot.received().size(), 2U);
   EXPECT_NE(robot.received().front().line.find("\"listen_only\":true"), std::string::npos);
 }
@@ -168,51 +170,53 @@ TEST(Watchdog, SendsZeroBeforeTheFirstCommandAndAfterTheLast) {
   Robot robot;
   auto wire = WatchedProcess::start(robot.command(), WAYMARK_WATCHDOG);
   ASSERT_TRUE(wire) << to_string(wire.error());
-  ASSERT_TRUE(robot.listen([](const Heard& received) { return received.stops(); }));
+  ASSERT_TRUE(robot.listen([](const ReceivedLine& received) { return received.stops(); }));
   EXPECT_NE(robot.received().front().line.find("hello"), std::string::npos);
   EXPECT_NE(robot.received().back().line.find("no command yet"), std::string::npos);
   ASSERT_TRUE((*wire)->send(0.3, 0, 17));
-  ASSERT_TRUE(robot.listen([](const Heard& received) { return received.moves(); }));
+  ASSERT_TRUE(robot.listen([](const ReceivedLine& received) { return received.moves(); }));
   EXPECT_NE(robot.received().back().line.find("\"step\":17"), std::string::npos);
-  ASSERT_TRUE(robot.listen([](const Heard& received) { return received.stops(); })) << "0.25 s later";
+  ASSERT_TRUE(robot.listen([](const ReceivedLine& received) { return received.stops(); })) << "0.25 s later";
   EXPECT_EQ((*wire)->close(), 0) << "cat ends when its input does";
-  ASSERT_TRUE(robot.listen([](const Heard& received) { return received.bye(); }));
-  EXPECT_FALSE((*wire)->send(0.3, 0)) << "it is closed";
+  ASSERT_TRUE(robot.listen([](const ReceivedLine& received) { return received.bye(); }));
+  EXPECT_FALSE((*wire)->send(0.3, 0)) << "the process is closed";
 }
 
-TEST(Watchdog, SaysHowTheRobotsProcessEnded) {
-  for (const auto& [command, words] :
-       std::vector<std::pair<std::string, std::string>>{{"echo last words; exit 3", "exit code 3"},
-                                                        {"echo last words; kill -9 $$", "signal 9"},
-                                                        {"echo last words; exit 0", "exit code 0"}}) {
+TEST(Watchdog, ReportsHowTheRobotsProcessEnded) {
+  for (const auto& [command, ending] :
+       std::vector<std::pair<std::string, std::string>>{{"echo last line; exit 3", "exit code 3"},
+                                                        {"echo last line; kill -9 $$", "signal 9"},
+                                                        {"echo last line; exit 0", "exit code 0"}}) {
     auto wire = WatchedProcess::start(command, WAYMARK_WATCHDOG);
     ASSERT_TRUE(wire);
-    std::string said;
+    std::string output;
     Result<std::vector<Line>> lines;
     for (int i = 0; i < 20 && (lines = (*wire)->read(seconds(1))); ++i)
-      for (const Line& line : *lines) said += line.text;
-    EXPECT_EQ(said, "last words") << command;
+      for (const Line& line : *lines) output += line.text;
+    EXPECT_EQ(output, "last line") << command;
     ASSERT_FALSE(lines);
-    EXPECT_NE(to_string(lines.error()).find(words), std::string::npos) << to_string(lines.error());
+    EXPECT_NE(to_string(lines.error()).find(ending), std::string::npos) << to_string(lines.error());
+    testing::expect_on_page("robots", lines.error());
   }
   auto wire = WatchedProcess::start("/no/such/program 2>/dev/null", WAYMARK_WATCHDOG);
   ASSERT_TRUE(wire);
   const auto lines = (*wire)->read(seconds(20));
   ASSERT_FALSE(lines);
   EXPECT_EQ(lines.error().code, ErrorCode::NotFound);
+  testing::expect_on_page("robots", lines.error());
   EXPECT_FALSE(WatchedProcess::start("true", "/no/such/watchdog"));
 }
 
-TEST(Watchdog, ArgumentsOfAProgramReachNoShell) {
+TEST(Watchdog, ArgumentsOfAProgramBypassTheShell) {
   const std::string hostile = "a 'b' \"c\" $(exit 7) `exit 8` ; exit 9 \\ *";
   auto wire = WatchedProcess::start(RobotCommand(std::vector<std::string>{"/bin/echo", hostile, ""}),
                                     WAYMARK_WATCHDOG);
   ASSERT_TRUE(wire);
-  std::string said;
+  std::string output;
   Result<std::vector<Line>> lines;
   for (int i = 0; i < 20 && (lines = (*wire)->read(seconds(1))); ++i)
-    for (const Line& line : *lines) said += line.text;
-  EXPECT_EQ(said, hostile + " ");
+    for (const Line& line : *lines) output += line.text;
+  EXPECT_EQ(output, hostile + " ");
   ASSERT_FALSE(lines);
   EXPECT_NE(to_string(lines.error()).find("exit code 0"), std::string::npos) << to_string(lines.error());
   auto nothing =
@@ -221,7 +225,7 @@ TEST(Watchdog, ArgumentsOfAProgramReachNoShell) {
   EXPECT_FALSE((*nothing)->read(seconds(20)));
 }
 
-TEST(Watchdog, StopsARobotAtOnceThatClosesItsStandardOutput) {
+TEST(Watchdog, StopsARobotThatClosesItsStandardOutput) {
   Robot robot;
   auto wire = WatchedProcess::start(robot.mute_command(), WAYMARK_WATCHDOG);
   ASSERT_TRUE(wire);
@@ -229,30 +233,30 @@ TEST(Watchdog, StopsARobotAtOnceThatClosesItsStandardOutput) {
   const Duration began = steady_now();
   while ((lines = (*wire)->read(milliseconds(10))) && steady_now() - began < seconds(20))
     ASSERT_TRUE((*wire)->send(0.3, 0.1));
-  ASSERT_FALSE(lines) << "the driver is told";
-  EXPECT_NE(lines.error().message.find("closed its standard output"), std::string::npos)
-      << lines.error().message;
-  ASSERT_TRUE(robot.listen([](const Heard& received) { return received.bye(); }));
-  // Only what was under way when it fell silent may still move it.
+  ASSERT_FALSE(lines) << "the driver is notified";
+  testing::expect_on_page("robots", lines.error());
+  ASSERT_TRUE(robot.listen([](const ReceivedLine& received) { return received.bye(); }));
+  // Only a command in flight at the end of its output may still move it.
   int moves = 0;
-  for (const Heard& received : robot.received()) moves += received.moves() ? 1 : 0;
+  for (const ReceivedLine& received : robot.received()) moves += received.moves() ? 1 : 0;
   EXPECT_LE(moves, 1);
   EXPECT_TRUE(robot.received()[robot.received().size() - 2].stops());
 }
 
-TEST(Watchdog, ThatIsKilledIsNamedAndNotTheRobot) {
+TEST(Watchdog, AKilledWatchdogIsReportedInsteadOfTheRobot) {
   Robot robot;
   auto wire = WatchedProcess::start(robot.command(), WAYMARK_WATCHDOG);
   ASSERT_TRUE(wire);
-  ASSERT_TRUE(robot.listen([](const Heard& received) { return received.stops(); }));
+  ASSERT_TRUE(robot.listen([](const ReceivedLine& received) { return received.stops(); }));
   ASSERT_EQ(kill((*wire)->watchdog_pid(), SIGKILL), 0);
   const auto lines = (*wire)->read(seconds(20));
   ASSERT_FALSE(lines);
-  EXPECT_NE(lines.error().message.find("the watchdog of the robot ended with signal 9"), std::string::npos)
-      << lines.error().message;
+  EXPECT_NE(lines.error().message.find("watchdog"), std::string::npos) << lines.error().message;
+  EXPECT_NE(lines.error().message.find("signal 9"), std::string::npos) << lines.error().message;
+  testing::expect_on_page("robots", lines.error());
 }
 
-TEST(Watchdog, NeverWaitsForARobotThatDoesNotReadAndEndsIt) {
+TEST(Watchdog, DoesNotBlockOnARobotThatDoesNotReadAndEndsIt) {
   auto wire = WatchedProcess::start("exec sleep 1000", WAYMARK_WATCHDOG);
   ASSERT_TRUE(wire);
   const Duration start = steady_now();
@@ -261,7 +265,7 @@ TEST(Watchdog, NeverWaitsForARobotThatDoesNotReadAndEndsIt) {
   EXPECT_EQ((*wire)->close(), 128 + SIGTERM);
 }
 
-TEST(Watchdog, AFloodOfLinesThatNobodyReadsBlocksNobody) {
+TEST(Watchdog, AFloodOfUnreadLinesDoesNotBlock) {
   auto wire = WatchedProcess::start("exec yes 2>/dev/null", WAYMARK_WATCHDOG);
   ASSERT_TRUE(wire);
   for (int i = 0; i < 10; ++i) {
@@ -271,10 +275,10 @@ TEST(Watchdog, AFloodOfLinesThatNobodyReadsBlocksNobody) {
   const auto lines = (*wire)->read(seconds(10));
   ASSERT_TRUE(lines);
   EXPECT_EQ(lines->front().text, "y");
-  EXPECT_GT((*wire)->close(), 128) << "killed, or told by its pipe";
+  EXPECT_GT((*wire)->close(), 128) << "killed, or ended by SIGPIPE";
 }
 
-TEST(Watchdog, ASlowRobotNeverWorksOffAQueue) {
+TEST(Watchdog, ASlowRobotGetsNoQueueOfOldOrders) {
   Robot robot;
   auto wire = WatchedProcess::start(robot.slow_command(), WAYMARK_WATCHDOG);
   ASSERT_TRUE(wire);
@@ -283,18 +287,19 @@ TEST(Watchdog, ASlowRobotNeverWorksOffAQueue) {
     (void)poll(nullptr, 0, 10);
   }
   const Duration last = steady_now();
-  ASSERT_TRUE(robot.listen([&](const Heard& received) { return received.stops() && received.at > last; }));
+  ASSERT_TRUE(
+      robot.listen([&](const ReceivedLine& received) { return received.stops() && received.at > last; }));
   int moves = 0;
   int late = 0;
-  for (const Heard& received : robot.received()) {
+  for (const ReceivedLine& received : robot.received()) {
     moves += received.moves() ? 1 : 0;
     late += received.moves() && received.line.find("\"sequence\":100,") != std::string::npos ? 1 : 0;
   }
-  EXPECT_LE(moves, 60) << "most orders were overtaken";
+  EXPECT_LE(moves, 60) << "most orders were replaced by newer ones";
   EXPECT_LE(late, 1);
 }
 
-TEST(WatchdogProgram, ItsHelpSucceedsAndIsStandardOutput) {
+TEST(WatchdogProgram, HelpSucceedsOnStandardOutput) {
   const std::string command = "'" WAYMARK_WATCHDOG "' --help";
   std::FILE* out = popen(command.c_str(), "r");
   ASSERT_NE(out, nullptr);

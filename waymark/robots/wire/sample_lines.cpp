@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 constexpr unsigned kNames = 10;
 constexpr std::string_view kFolder = "waymark-pictures-";
 
-/// The folders of processes that were killed: nobody else removes them.
+/// Removes the folders of processes that were killed and could not remove them.
 void remove_abandoned(const fs::path& where) {
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(where, ignored)) {
@@ -46,7 +46,7 @@ Result<PictureRing> PictureRing::make() {
   remove_abandoned(where);
   std::string name = (where / fmt::format("{}{}-XXXXXX", kFolder, ::getpid())).string();
   if (mkdtemp(name.data()) == nullptr)
-    return fail(ErrorCode::Unwritable, "no folder for pictures can be made", {.source = where.string()});
+    return fail(ErrorCode::Unwritable, "cannot create a folder for images", {.source = where.string()});
   return PictureRing(fs::path(name));
 }
 
@@ -66,24 +66,24 @@ Result<std::string> PictureRing::put(std::span<const std::uint8_t> bytes) {
   std::error_code error;
   if (written) fs::rename(unfinished, path, error);
   if (!written || error)
-    return fail(ErrorCode::Unwritable, "a picture cannot be written", {.source = path.string()},
-                "Is the memory full?");
+    return fail(ErrorCode::Unwritable, "cannot write an image", {.source = path.string()},
+                "Check whether the memory is full.");
   return path.string();
 }
 
 namespace {
 
-/// "the transforms are:\n  odom\n    base" becomes "the transforms are: odom, base": words of a robot are
-/// lines.
-std::string one_line(const std::string& words) {
+/// Converts a message of several lines to one: "the transforms are:\n  odom\n    base" becomes "the
+/// transforms are: odom, base".
+std::string one_line(const std::string& text) {
   std::string line;
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    if (words[i] != '\n') {
-      line += words[i];
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] != '\n') {
+      line += text[i];
       continue;
     }
     line += line.ends_with(':') ? " " : ", ";
-    while (i + 1 < words.size() && words[i + 1] == ' ') ++i;
+    while (i + 1 < text.size() && text[i + 1] == ' ') ++i;
   }
   return line;
 }
@@ -126,7 +126,7 @@ Result<std::string> SampleLines::line_of(SensorTime stamp, const std::vector<std
   return picture_line(stamp, picture);
 }
 
-/// A path costs neither base64 nor JSON of the picture's size.
+/// Passes the path of a file if possible, which avoids base64 and JSON of the image's size.
 Result<std::string> SampleLines::picture_line(SensorTime stamp,
                                               const std::vector<std::uint8_t>& picture) const {
   if (!put_picture_) return to_line(CameraFrame{.stamp = stamp}, picture);
@@ -138,37 +138,39 @@ Result<std::string> SampleLines::picture_line(SensorTime stamp,
 
 void SampleLines::drop(const std::string& topic, const Error& error) {
   ++dropped_;
-  std::string words = drops_.add(topic, error.message);
-  if (!words.empty()) words_.push_back(std::move(words));
+  std::string report = drops_.add(topic, error.message);
+  if (!report.empty()) pending_.push_back(std::move(report));
 }
 
-void SampleLines::say_once(std::string words) {
-  if (said_.try_emplace(words, true).second) words_.push_back(std::move(words));
+void SampleLines::report_once(std::string text) {
+  if (reported_.insert(text).second) pending_.push_back(std::move(text));
 }
 
-std::vector<std::string> SampleLines::take_words() {
+std::vector<std::string> SampleLines::take_reports() {
   std::vector<std::string> lines;
-  for (const std::string& words : std::exchange(words_, {}))
-    lines.push_back(to_line(RobotLog{one_line(words)}));
+  for (const std::string& text : std::exchange(pending_, {}))
+    lines.push_back(to_line(RobotLog{one_line(text)}));
   return lines;
 }
 
 std::string camera_difference(const CameraModel& published, const RobotDescription& robot) {
-  constexpr double kShare = 0.01;
-  const CameraModel& known = robot.camera;
+  constexpr double kMaxRelativeDifference = 0.01;
+  const CameraModel& expected = robot.camera;
   const auto principal = [](const CameraModel& model) {
     return std::visit([](const auto& m) { return Eigen::Vector4d(m.fx, m.fy, m.cx, m.cy); },
                       model.projection());
   };
-  const bool sized = published.width_px() == known.width_px() && published.height_px() == known.height_px();
+  const bool same_size =
+      published.width_px() == expected.width_px() && published.height_px() == expected.height_px();
   const Eigen::Vector4d theirs = principal(published);
-  const Eigen::Vector4d ours = principal(known);
-  if (sized && (theirs - ours).cwiseAbs().maxCoeff() <= kShare * ours[0]) return {};
+  const Eigen::Vector4d ours = principal(expected);
+  if (same_size && (theirs - ours).cwiseAbs().maxCoeff() <= kMaxRelativeDifference * ours[0]) return {};
   return fmt::format(
-      "camera_info says {} x {} px with f {:.1f} px, c ({:.1f}, {:.1f}) px; the robot's file {} says {} x {} "
-      "px, {:.1f}, ({:.1f}, {:.1f}), which counts",
+      "camera_info has {} x {} px, f {:.1f} px, c ({:.1f}, {:.1f}) px; robot file {} has {} x {} px, f "
+      "{:.1f} "
+      "px, c ({:.1f}, {:.1f}) px and is used",
       published.width_px(), published.height_px(), theirs[0], theirs[2], theirs[3], robot.model.name,
-      known.width_px(), known.height_px(), ours[0], ours[2], ours[3]);
+      expected.width_px(), expected.height_px(), ours[0], ours[2], ours[3]);
 }
 
 }  // namespace waymark

@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
-#include <map>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <utility>
@@ -12,14 +12,15 @@
 
 #include "waymark/base/error.hpp"
 #include "waymark/config/yaml/robot_file.hpp"
-#include "waymark/robots/process/drop_words.hpp"
+#include "waymark/robots/process/drop_reports.hpp"
 #include "waymark/robots/process/robot_clock.hpp"
 #include "waymark/robots/process/robot_messages.hpp"
 
 namespace waymark {
 
-/// Pictures on their way to another process, as files in memory: a folder of ten names in turn, in /dev/shm
-/// where it is there. Each is whole when it has its name. The folder goes with this.
+/// Passes images to another process as files in memory: a ring of ten files in a folder of /dev/shm, or of
+/// the temporary folder if there is none. Files are renamed into place when complete. The destructor removes
+/// the folder.
 class PictureRing {
  public:
   static Result<PictureRing> make();
@@ -29,7 +30,7 @@ class PictureRing {
   PictureRing& operator=(const PictureRing&) = delete;
   PictureRing& operator=(PictureRing&&) = delete;
 
-  /// The path of the file with these bytes; it is overwritten ten pictures later.
+  /// Writes the bytes to a file and returns its path. The file is overwritten ten images later.
   Result<std::string> put(std::span<const std::uint8_t> bytes);
   [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
 
@@ -40,33 +41,34 @@ class PictureRing {
   unsigned next_ = 0;
 };
 
-/// Puts a picture, the bytes of a JPEG, PNG or PNM file, where the other side finds it: the path of a file.
+/// Writes an image, the bytes of a JPEG, PNG or PNM file, to a file for the other process and returns its
+/// path.
 using PutPicture = std::function<Result<std::string>(std::span<const std::uint8_t>)>;
-/// Files in memory (PictureRing); empty where none can be made: pictures then stand in the lines themselves.
+/// Writes to a PictureRing; empty if none can be created, so that lines contain the images as base64.
 [[nodiscard]] PutPicture pictures_in_memory();
 
-/// The samples of a robot on a network as lines of a robot process (docs/formats/robot-process.md). What the
-/// other end would refuse, and what has a stamp that misleads, is dropped, counted, and named in words. Pure
-/// but for `put_picture`.
+/// Converts the samples of a robot on a network to lines of a robot process (docs/formats/robot-process.md).
+/// Samples that the reader would reject, and those with misleading stamps, are errors for drop(), which
+/// counts and reports them. Pure except for `put_picture`.
 class SampleLines {
  public:
-  /// `network` is what errors call the robot's network.
+  /// `network`: the name of the robot's network in errors.
   SampleLines(std::string network, const std::string& robot_name, PutPicture put_picture);
 
-  /// The line of a sample that came on this topic. `arrived`, `leads`: as StampGate::pass() has them.
+  /// The line of a sample received on this topic. `arrived`, `leads`: see StampGate::pass().
   [[nodiscard]] Result<std::string> line_of(Sample sample, const std::string& topic, Duration arrived,
                                             bool leads);
-  /// The line of a picture that is encoded already.
+  /// The line of an encoded image.
   [[nodiscard]] Result<std::string> line_of(SensorTime stamp, const std::vector<std::uint8_t>& picture,
                                             const std::string& topic, Duration arrived);
 
-  /// Counts a message that was dropped, and says so: the first ones, then each time their number doubled.
+  /// Counts a dropped message and reports it as DropReports does.
   void drop(const std::string& topic, const Error& error);
-  void say_once(std::string words);
-  /// What people should know, since the last call: as lines, too.
-  [[nodiscard]] std::vector<std::string> take_words();
+  void report_once(std::string text);
+  /// The messages for the user since the last call, as log lines.
+  [[nodiscard]] std::vector<std::string> take_reports();
   [[nodiscard]] std::uint64_t dropped() const { return dropped_; }
-  /// Whether the topic that leads spoke.
+  /// Whether a message of the leading topic was accepted.
   [[nodiscard]] bool speaks() const { return gate_.offset().has_value(); }
   /// StampGate::offset().
   [[nodiscard]] std::optional<Duration> offset() const { return gate_.offset(); }
@@ -77,16 +79,16 @@ class SampleLines {
 
   PutPicture put_picture_;
   StampGate gate_{};
-  RobotMessageReader check_;  ///< nothing leaves that the other end would refuse
+  RobotMessageReader check_;  ///< rejects the lines that the reader of the other process would reject
   std::int64_t checked_ = 0;
-  DropWords drops_{};
+  DropReports drops_{};
   std::uint64_t dropped_ = 0;
-  std::map<std::string, bool> said_{};
-  std::vector<std::string> words_{};
+  std::set<std::string> reported_{};
+  std::vector<std::string> pending_{};
 };
 
-/// What a published calibration has that the robot's file has not, in words; empty where they agree within 1
-/// % of the focal length.
+/// A message if a published calibration differs from the robot file's; empty if the image sizes are equal and
+/// focal lengths and principal point agree within 1 % of the focal length.
 [[nodiscard]] std::string camera_difference(const CameraModel& published, const RobotDescription& robot);
 
 }  // namespace waymark

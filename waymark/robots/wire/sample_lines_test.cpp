@@ -12,6 +12,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
 #include "tests/support/robot_lines.hpp"
 #include "waymark/config/share.hpp"
 
@@ -30,7 +31,7 @@ using ::testing::SizeIs;
 
 SensorTime at_ms(int ms) { return SensorTime(seconds(1000) + milliseconds(ms)); }
 
-TEST(PictureRing, HoldsTheLastTenPicturesAndLeavesNothing) {
+TEST(PictureRing, KeepsTheLastTenImagesAndRemovesItsFolder) {
   std::filesystem::path folder;
   {
     auto ring = PictureRing::make();
@@ -49,7 +50,7 @@ TEST(PictureRing, HoldsTheLastTenPicturesAndLeavesNothing) {
   EXPECT_FALSE(std::filesystem::exists(folder));
 }
 
-TEST(PictureRing, RemovesTheFoldersOfProcessesThatWereKilled) {
+TEST(PictureRing, RemovesTheFoldersOfKilledProcesses) {
   const pid_t ended = fork();
   if (ended == 0) _exit(0);
   ASSERT_EQ(waitpid(ended, nullptr, 0), ended);
@@ -63,13 +64,13 @@ TEST(PictureRing, RemovesTheFoldersOfProcessesThatWereKilled) {
   std::ofstream(folder_of(ended) / "3.picture") << "bytes";
   ASSERT_TRUE(PictureRing::make());
   EXPECT_FALSE(std::filesystem::exists(folder_of(ended)));
-  EXPECT_TRUE(std::filesystem::exists(folder_of(getpid()))) << "this process lives";
-  EXPECT_TRUE(std::filesystem::exists(foreign)) << "of nobody that is known";
+  EXPECT_TRUE(std::filesystem::exists(folder_of(getpid()))) << "this process runs";
+  EXPECT_TRUE(std::filesystem::exists(foreign)) << "the name does not contain a process id";
   std::filesystem::remove(folder_of(getpid()));
   std::filesystem::remove(foreign);
 }
 
-TEST(SampleLines, WhatGoesOutIsReadAsTheSameSample) {
+TEST(SampleLines, LinesRoundTripToTheSameSample) {
   SampleLines lines("the network", "limo", {});
   test::RobotLines other;
   for (int i = 0; i < 5; ++i) {
@@ -84,7 +85,7 @@ TEST(SampleLines, WhatGoesOutIsReadAsTheSameSample) {
   EXPECT_TRUE(lines.speaks());
 }
 
-TEST(SampleLines, WhatTheOtherEndWouldRefuseDoesNotLeave) {
+TEST(SampleLines, RejectsSamplesThatTheReaderWouldReject) {
   SampleLines lines("the network", "limo", {});
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(lines.line_of(Odometry{.stamp = at_ms(0), .odom_T_base = SE2(nan, 0, 0)}, "/odom", {}, true));
@@ -92,26 +93,26 @@ TEST(SampleLines, WhatTheOtherEndWouldRefuseDoesNotLeave) {
       lines.line_of(ImuSample{.stamp = at_ms(0), .angular_velocity_rad_s = {0, 0, nan}}, "/imu", {}, false));
 }
 
-TEST(SampleLines, WordsMayQuoteBytesThatAreNoText) {
+TEST(SampleLines, MessagesMayQuoteInvalidUtf8) {
   SampleLines lines("the network", "limo", {});
   lines.drop("/tf", {ErrorCode::InvalidArgument, "frame '\xFE' has no parent", {}, {}});
-  EXPECT_THAT(lines.take_words(), ElementsAre(HasSubstr("has no parent")));
+  EXPECT_THAT(lines.take_reports(), ElementsAre(HasSubstr("has no parent")));
 }
 
-TEST(SampleLines, DropsAreAllCountedAndSaidLessAndLess) {
+TEST(SampleLines, CountsAllDropsAndReportsThemLessAndLessOften) {
   SampleLines lines("the network", "limo", {});
   for (int i = 0; i < 1000; ++i)
     lines.drop("/imu", {ErrorCode::InvalidArgument, "its stamp is zero", {}, {}});
   lines.drop("/odom", {ErrorCode::InvalidArgument, "its stamp is zero", {}, {}});
   EXPECT_EQ(lines.dropped(), 1001U);
-  // Of /imu the 1st, 3rd, 10th, 30th, 100th, 300th and 1000th; one of /odom.
-  EXPECT_THAT(lines.take_words(), SizeIs(7 + 1));
-  EXPECT_THAT(lines.take_words(), SizeIs(0));
-  for (int i = 0; i < 3; ++i) lines.say_once("two cameras publish");
-  EXPECT_THAT(lines.take_words(), ElementsAre(HasSubstr("two cameras publish")));
+  // The 1st, 3rd, 10th, 30th, 100th, 300th and 1000th of /imu, and one of /odom.
+  EXPECT_THAT(lines.take_reports(), SizeIs(7 + 1));
+  EXPECT_THAT(lines.take_reports(), SizeIs(0));
+  for (int i = 0; i < 3; ++i) lines.report_once("two cameras publish");
+  EXPECT_THAT(lines.take_reports(), ElementsAre(HasSubstr("two cameras publish")));
 }
 
-TEST(CameraDifference, OnePercentOfTheFocalLengthIsNone) {
+TEST(CameraDifference, ToleratesOnePercentOfTheFocalLength) {
   const RobotDescription robot = read_robot(find_shared("robots", "limo").value()).value();
   EXPECT_EQ(camera_difference(robot.camera, robot), "");
   const auto with = [&](double scale, double shift_px, int wider_px) {
@@ -126,15 +127,17 @@ TEST(CameraDifference, OnePercentOfTheFocalLengthIsNone) {
         robot.camera.projection());
   };
   EXPECT_EQ(camera_difference(with(1.005, 0, 0), robot), "");
-  EXPECT_THAT(camera_difference(with(1.05, 0, 0), robot), HasSubstr(robot.model.name));
+  const std::string difference = camera_difference(with(1.05, 0, 0), robot);
+  EXPECT_THAT(difference, HasSubstr(robot.model.name));
+  testing::expect_on_page("robots", difference);
   EXPECT_NE(camera_difference(with(1, 20, 0), robot), "");
   EXPECT_NE(camera_difference(with(1, 0, 16), robot), "");
 }
 
-TEST(SampleLines, WordsOfSeveralLinesBecomeOne) {
+TEST(SampleLines, JoinsMessagesOfSeveralLines) {
   SampleLines lines("ROS 2", "robot", {});
-  lines.say_once("no transform has the frame 'base'; the transforms are:\n  odom\n    link  (moves)");
-  EXPECT_THAT(lines.take_words(), ElementsAre(HasSubstr("the transforms are: odom, link  (moves)")));
+  lines.report_once("no transform has the frame 'base'; the transforms are:\n  odom\n    link  (moves)");
+  EXPECT_THAT(lines.take_reports(), ElementsAre(HasSubstr(": odom, link  (moves)")));
 }
 
 }  // namespace

@@ -6,23 +6,26 @@
 
 namespace waymark {
 
-bool SimulationWatch::silent(Duration now) const { return heard_ && now - *heard_ > options_.silent; }
-
-bool SimulationWatch::ended(Duration now) const {
-  return heard_ && now - std::max(*heard_, clock_.value_or(*heard_)) > options_.ended;
+bool SimulationWatch::silent(Duration now) const {
+  return newest_odometry_ && now - *newest_odometry_ > options_.silent;
 }
 
-std::string SimulationWatch::take_words(Duration now, bool drives) {
+bool SimulationWatch::ended(Duration now) const {
+  return newest_odometry_ &&
+         now - std::max(*newest_odometry_, clock_.value_or(*newest_odometry_)) > options_.ended;
+}
+
+std::string SimulationWatch::take_reports(Duration now, bool drives) {
   const bool is_silent = silent(now);
   if (is_silent == was_silent_) return {};
   was_silent_ = is_silent;
-  if (!is_silent) return drives ? "odometry comes again: commands count again" : "odometry comes again";
-  const bool clock_runs =
-      clock_ && now - *clock_ <= options_.silent / 2;  // both ended at about the same time
-  return fmt::format("no odometry for {:.2f} s{}; {}", to_seconds(now - *heard_),
-                     drives ? ": zero is sent until it comes again" : "",
-                     clock_runs ? "the simulation publishes its clock: is it paused?"
-                                : "nothing says that the simulation still runs");
+  if (!is_silent) return drives ? "odometry is back: commands are sent again" : "odometry is back";
+  // Half the time: if the simulation ends, clock and odometry stop at about the same time.
+  const bool clock_runs = clock_ && now - *clock_ <= options_.silent / 2;
+  return fmt::format("no odometry for {:.2f} s{}; {}", to_seconds(now - *newest_odometry_),
+                     drives ? ": sending zero until it is back" : "",
+                     clock_runs ? "the simulation still publishes its clock: is it paused?"
+                                : "the simulation publishes no clock and may have ended");
 }
 
 }  // namespace waymark

@@ -12,27 +12,28 @@ struct SimulationWatchOptions {
   Duration ended = std::chrono::seconds(5);          ///< without odometry and clock: the simulation ended
 };
 
-/// Watches that a simulation runs. Pure: `now` is a steady clock.
+/// Detects whether a simulation runs, is paused or has ended. Pure: `now` is a steady clock.
 class SimulationWatch {
  public:
   explicit SimulationWatch(const SimulationWatchOptions& options = {}) : options_(options) {}
 
-  /// New odometry came.
-  void odometry(Duration now) { heard_ = now; }
-  /// The clock of the simulation came, which it does while it is paused, too.
+  /// Call on new odometry.
+  void odometry(Duration now) { newest_odometry_ = now; }
+  /// Call on a clock message of the simulation, which also publishes it while paused.
   void clock(Duration now) { clock_ = now; }
-  /// Begins anew: this program was busy itself.
-  void forget() { heard_.reset(); }
-  /// Whether the robot must be held because nothing was heard of it. False before the first odometry.
+  /// Starts again, for example after this program itself was busy.
+  void reset() { newest_odometry_.reset(); }
+  /// Whether the robot must be held because odometry is missing. False before the first odometry.
   [[nodiscard]] bool silent(Duration now) const;
-  /// Whether neither odometry nor clock came for long. False before the first odometry.
+  /// Whether odometry and clock have both been missing for `options.ended`. False before the first odometry.
   [[nodiscard]] bool ended(Duration now) const;
-  /// What changed since the last call, in words; empty: nothing. `drives`: commands are sent to the robot.
-  [[nodiscard]] std::string take_words(Duration now, bool drives = true);
+  /// A message about the change since the last call; empty if there is none. `drives`: commands are sent to
+  /// the robot.
+  [[nodiscard]] std::string take_reports(Duration now, bool drives = true);
 
  private:
   SimulationWatchOptions options_;
-  std::optional<Duration> heard_{};
+  std::optional<Duration> newest_odometry_{};
   std::optional<Duration> clock_{};
   bool was_silent_ = false;
 };

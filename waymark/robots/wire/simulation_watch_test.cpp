@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
+
 namespace waymark {
 namespace {
 
@@ -10,9 +12,9 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 using ::testing::HasSubstr;
 
-TEST(SimulationWatch, HoldsTheRobotOnlyWhileOdometryIsMissing) {
+TEST(SimulationWatch, IsSilentOnlyWhileOdometryIsMissing) {
   SimulationWatch watch({.silent = milliseconds(200), .ended = seconds(5)});
-  EXPECT_FALSE(watch.silent(seconds(100))) << "nothing came yet: nothing is missed";
+  EXPECT_FALSE(watch.silent(seconds(100))) << "no odometry yet";
   EXPECT_FALSE(watch.ended(seconds(100)));
   watch.odometry(seconds(1));
   EXPECT_FALSE(watch.silent(milliseconds(1200)));
@@ -32,39 +34,42 @@ TEST(SimulationWatch, APausedSimulationIsNotAnEndedOne) {
   EXPECT_TRUE(watch.ended(seconds(65) + milliseconds(1)));
 }
 
-TEST(SimulationWatch, SaysEachChangeOnceAndWhetherItMayBePaused) {
+TEST(SimulationWatch, ReportsEachChangeOnceAndWhetherItMayBePaused) {
   SimulationWatch watch;
   watch.odometry(seconds(1));
-  EXPECT_EQ(watch.take_words(milliseconds(1100)), "");
-  EXPECT_THAT(watch.take_words(seconds(2)), HasSubstr("nothing says that the simulation still runs"));
-  EXPECT_EQ(watch.take_words(seconds(3)), "");
+  EXPECT_EQ(watch.take_reports(milliseconds(1100)), "");
+  testing::expect_on_page("robots", watch.take_reports(seconds(2)));
+  EXPECT_EQ(watch.take_reports(seconds(3)), "");
   watch.odometry(seconds(4));
-  EXPECT_THAT(watch.take_words(seconds(4)), HasSubstr("commands count again"));
+  testing::expect_on_page("robots", watch.take_reports(seconds(4)));
   watch.clock(seconds(6));
-  EXPECT_THAT(watch.take_words(seconds(6)), HasSubstr("is it paused?"));
+  const std::string paused = watch.take_reports(seconds(6));
+  EXPECT_THAT(paused, HasSubstr("paused"));
+  testing::expect_on_page("robots", paused);
 }
 
 TEST(SimulationWatch, HoldsTheRobotWithinAQuarterOfASecondAndReleasesIt) {
   SimulationWatch watch;
-  EXPECT_FALSE(watch.silent(std::chrono::seconds(9))) << "nothing was heard yet";
+  EXPECT_FALSE(watch.silent(std::chrono::seconds(9))) << "no odometry yet";
   for (int ms = 0; ms <= 1000; ms += 20) watch.odometry(milliseconds(ms));
   EXPECT_FALSE(watch.silent(milliseconds(1100)));
-  EXPECT_EQ(watch.take_words(milliseconds(1100)), "");
+  EXPECT_EQ(watch.take_reports(milliseconds(1100)), "");
   EXPECT_TRUE(watch.silent(milliseconds(1250)));
-  const std::string ended = watch.take_words(milliseconds(1250));
-  EXPECT_NE(ended.find("nothing says that the simulation still runs"), std::string::npos) << ended;
-  EXPECT_EQ(watch.take_words(milliseconds(1300)), "") << "said once";
+  const std::string ended = watch.take_reports(milliseconds(1250));
+  EXPECT_THAT(ended, HasSubstr("0.25 s"));
+  EXPECT_EQ(ended.find("paused"), std::string::npos) << ended;
+  EXPECT_EQ(watch.take_reports(milliseconds(1300)), "") << "reported once";
   watch.odometry(milliseconds(5000));
   EXPECT_FALSE(watch.silent(milliseconds(5000)));
-  EXPECT_NE(watch.take_words(milliseconds(5000)).find("comes again"), std::string::npos);
+  EXPECT_NE(watch.take_reports(milliseconds(5000)), "");
   watch.clock(milliseconds(5150));
-  EXPECT_NE(watch.take_words(milliseconds(5250)).find("is it paused?"), std::string::npos);
+  EXPECT_THAT(watch.take_reports(milliseconds(5250)), HasSubstr("paused"));
 }
 
-TEST(SimulationWatch, ASimulationThatIsPausedHasNotEnded) {
+TEST(SimulationWatch, EndsAfterFiveSecondsWithoutOdometryAndClock) {
   SimulationWatch paused;
   SimulationWatch ended;
-  EXPECT_FALSE(ended.ended(std::chrono::hours(1))) << "it never began";
+  EXPECT_FALSE(ended.ended(std::chrono::hours(1))) << "no odometry yet";
   paused.odometry(milliseconds(0));
   ended.odometry(milliseconds(0));
   for (int ms = 0; ms <= 6000; ms += 100) paused.clock(milliseconds(ms));

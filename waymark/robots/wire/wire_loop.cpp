@@ -7,19 +7,19 @@
 
 namespace waymark {
 
-std::vector<std::string> SilenceReports::take_words(Duration silent, bool listens) {
-  std::vector<std::string> words;
-  if (silent <= pause_) said_.assign(reports_.size(), false);
+std::vector<std::string> SilenceReports::take_reports(Duration silent, bool listens) {
+  std::vector<std::string> due;
+  if (silent <= pause_) reported_.assign(reports_.size(), false);
   for (std::size_t i = 0; silent > pause_ && i < reports_.size(); ++i) {
     const Report& report = reports_[i];
-    if (said_[i] || silent <= report.after) continue;
-    said_[i] = true;
-    words.push_back(listens && !report.words_listening.empty() ? report.words_listening : report.words);
+    if (reported_[i] || silent <= report.after) continue;
+    reported_[i] = true;
+    due.push_back(listens && !report.text_listening.empty() ? report.text_listening : report.text);
   }
-  return words;
+  return due;
 }
 
-/// The input of the commands: nothing is sent before begin().
+/// The command input. Nothing is sent before begin().
 class WireLoop::Orders {
  public:
   explicit Orders(const RobotWire& wire) : wire_(wire), early_(wire) {}
@@ -28,9 +28,9 @@ class WireLoop::Orders {
     if (!sender_)
       sender_.emplace([&loop](const VelocityCommand& command) { loop.send(command); }, wire_, early_.role());
   }
-  /// Before the hello only a bye ends the process: the input of `< /dev/null` has ended from the beginning.
+  /// Before the hello only a bye ends the process, because an input from /dev/null ends immediately.
   [[nodiscard]] bool over(bool greeted) {
-    return sender_ ? sender_->ended() && (greeted || sender_->said_bye()) : early_.said_bye();
+    return sender_ ? sender_->ended() && (greeted || sender_->received_bye()) : early_.received_bye();
   }
   [[nodiscard]] bool ended() const { return sender_ && sender_->ended(); }
   [[nodiscard]] InputRole role() const { return sender_ ? sender_->role() : early_.role(); }
@@ -49,17 +49,17 @@ Status WireLoop::run() {
   if (options_.commands_before_hello) orders.begin(*this);
   role_ = orders.role();
   began_ = now_();
-  while (talk_.open() && !orders.over(greeted()) && !wire_.should_stop()) {
-    if (Status heard = hear(); !heard) return heard;
+  while (output_.open() && !orders.over(greeted()) && !wire_.should_stop()) {
+    if (Status polled = poll_robot(); !polled) return polled;
     role_ = orders.role();
     input_ended_ = orders.ended();
     if (!greeted())
       if (Status status = greet(orders); !status) return status;
     const Duration now = now_();
     orders.hold(must_hold(now));
-    for (const std::string& words : silence_words(now))
-      if (!words.empty()) talk_.say(words);
-    if (Status status = look_around(); !status) return status;
+    for (const std::string& text : silence_reports(now))
+      if (!text.empty()) output_.report(text);
+    if (Status status = run_checks(); !status) return status;
   }
   return {};
 }
@@ -69,17 +69,17 @@ Status WireLoop::greet(Orders& orders) {
   if (!is_ready) return tl::unexpected(is_ready.error());
   if (!*is_ready) return {};
   if (Status status = prepare(); !status) return status;
-  talk_.greet(hello());
+  output_.greet(hello());
   after_hello();
   orders.begin(*this);
   return {};
 }
 
-Status WireLoop::look_around() {
+Status WireLoop::run_checks() {
   const Duration now = now_();
-  if (now < next_look_) return {};
-  next_look_ = now + options_.look_every;
-  if (Status status = look(); !status) return status;
+  if (now < next_check_) return {};
+  next_check_ = now + options_.check_period;
+  if (Status status = check(); !status) return status;
   return waits() ? wait_for_robot(now - began_) : Status{};
 }
 
@@ -87,9 +87,9 @@ Status WireLoop::wait_for_robot(Duration waited) {
   const bool gives_up = waited >= options_.give_up_after;
   if (waited < options_.report_after || (reported_ && !options_.report_again && !gives_up)) return {};
   reported_ = true;
-  const Unheard words = unheard();
-  if (gives_up) return words.gave_up;
-  talk_.say_once(words.report);
+  const NoContact contact = no_contact();
+  if (gives_up) return contact.gave_up;
+  output_.report_once(contact.report);
   return {};
 }
 

@@ -45,29 +45,29 @@ struct FakeWire {
   Duration now = seconds(1000);
   bool reads = true;
   std::vector<std::string> lines{};  ///< written to the reader
-  std::vector<std::string> said{};   ///< for people
+  std::vector<std::string> shown{};  ///< messages for the user
   RobotWire wire{.input = 0,
                  .write =
                      [this](const std::string& line) {
                        lines.push_back(line);
                        return reads;
                      },
-                 .say = [this](const std::string& words) { said.push_back(words); }};
+                 .say = [this](const std::string& text) { shown.push_back(text); }};
 };
 
-/// A robot that is heard from `heard_after` on; each turn takes 50 ms of the fake clock.
+/// A robot that sends from `sends_after` on; each turn takes 50 ms of the fake clock.
 class FakeRobot final : public WireLoop {
  public:
   explicit FakeRobot(FakeWire& fake, const WireLoopOptions& options = {})
       : WireLoop(fake.wire, options, [&fake] { return fake.now; }), fake_(fake) {}
 
   std::function<void(Duration waited)> at_turn = [](Duration) {};
-  std::optional<Duration> heard_after{};  ///< since the beginning; nothing: never
+  std::optional<Duration> sends_after{};  ///< since the beginning; empty: never
   std::function<bool(Duration waited)> speaks = [](Duration) { return true; };
   Status may_command{};
-  std::string found = "nothing was heard";
+  std::string found = "found nothing";
   bool held = false;
-  int looks = 0;
+  int checks = 0;
   int helloes = 0;
 
   [[nodiscard]] std::vector<VelocityCommand> sent() const {
@@ -77,14 +77,14 @@ class FakeRobot final : public WireLoop {
   using WireLoop::role;
 
  private:
-  Status hear() override {
+  Status poll_robot() override {
     fake_.now += milliseconds(50);
     at_turn(waited());
-    if (is_heard() && speaks(waited())) newest_ = fake_.now;
+    if (has_sent() && speaks(waited())) newest_ = fake_.now;
     return {};
   }
-  [[nodiscard]] bool is_heard() const { return heard_after && waited() >= *heard_after; }
-  Result<bool> ready() override { return is_heard(); }
+  [[nodiscard]] bool has_sent() const { return sends_after && waited() >= *sends_after; }
+  Result<bool> ready() override { return has_sent(); }
   Status prepare() override { return may_command; }
   RobotHello hello() const override { return {.name = "fake"}; }
   void after_hello() override { ++helloes; }
@@ -93,16 +93,16 @@ class FakeRobot final : public WireLoop {
     sent_.push_back(command);
   }
   bool must_hold(Duration /*now*/) const override { return held; }
-  std::vector<std::string> silence_words(Duration now) override {
-    return greeted() ? silence_.take_words(now - newest_, listens()) : std::vector<std::string>();
+  std::vector<std::string> silence_reports(Duration now) override {
+    return greeted() ? silence_.take_reports(now - newest_, listens()) : std::vector<std::string>();
   }
-  Status look() override {
-    ++looks;
+  Status check() override {
+    ++checks;
     return {};
   }
-  Unheard unheard() override {
-    return {.report = "not heard yet; " + found,
-            .gave_up = fail(ErrorCode::NotFound, "not heard; " + found, {.source = "fake"})};
+  NoContact no_contact() override {
+    return {.report = "report; " + found,
+            .gave_up = fail(ErrorCode::NotFound, "gave up; " + found, {.source = "fake"})};
   }
 
   FakeWire& fake_;
@@ -111,39 +111,39 @@ class FakeRobot final : public WireLoop {
   Duration newest_{};
   SilenceReports silence_{
       milliseconds(200),
-      {{.after = milliseconds(200), .words = "silent: zero is sent", .words_listening = "silent"},
-       {.after = seconds(2), .words = "is it on?"}}};
+      {{.after = milliseconds(200), .text = "silent: zero is sent", .text_listening = "silent"},
+       {.after = seconds(2), .text = "is it on?"}}};
 };
 
 bool moves(const VelocityCommand& command) { return command.speed_m_s != 0; }
 
-/// Waits in real time, as the sender does.
+/// Waits in real time, which the sender uses.
 void wait_for(const std::function<bool()>& what) {
   for (int i = 0; i < 1000 && !what(); ++i) std::this_thread::sleep_for(milliseconds(5));
   EXPECT_TRUE(what());
 }
 
-TEST(WireLoop, ARobotThatIsNotHeardIsReportedOnceAndGivenUp) {
+TEST(WireLoop, ReportsASilentRobotOnceAndGivesUp) {
   FakeWire fake;
   FakeRobot robot(fake);
   fake.order(kFast);
   std::optional<Duration> reported;
   Duration ended{};
   robot.at_turn = [&](Duration waited) {
-    if (!fake.said.empty() && !reported) reported = waited - milliseconds(50);
+    if (!fake.shown.empty() && !reported) reported = waited - milliseconds(50);
     ended = waited;
   };
   const Status status = robot.run();
   ASSERT_FALSE(status);
-  EXPECT_EQ(status.error().message, "not heard; nothing was heard");
-  EXPECT_THAT(fake.said, ElementsAre("not heard yet; nothing was heard"));
+  EXPECT_EQ(status.error().message, "gave up; found nothing");
+  EXPECT_THAT(fake.shown, ElementsAre("report; found nothing"));
   EXPECT_EQ(reported, Duration(seconds(3)));
   EXPECT_EQ(ended, Duration(seconds(12)));
   EXPECT_THAT(fake.lines, IsEmpty());
-  EXPECT_THAT(robot.sent(), IsEmpty()) << "nothing is sent to a robot that is not heard";
+  EXPECT_THAT(robot.sent(), IsEmpty()) << "nothing is sent to a silent robot";
 }
 
-TEST(WireLoop, AReportWhoseTextChangesIsPrintedAgainWhereThatIsAskedFor) {
+TEST(WireLoop, ReportAgainPrintsAReportWhoseTextChanged) {
   for (const bool again : {false, true}) {
     FakeWire fake;
     FakeRobot robot(fake, {.report_again = again});
@@ -151,15 +151,15 @@ TEST(WireLoop, AReportWhoseTextChangesIsPrintedAgainWhereThatIsAskedFor) {
       if (waited >= seconds(5)) robot.found = "another topic";
     };
     EXPECT_FALSE(robot.run());
-    EXPECT_THAT(fake.said, SizeIs(again ? 2 : 1));
-    EXPECT_EQ(fake.said.back() == "not heard yet; another topic", again);
+    EXPECT_THAT(fake.shown, SizeIs(again ? 2 : 1));
+    EXPECT_EQ(fake.shown.back() == "report; another topic", again);
   }
 }
 
-TEST(WireLoop, TheHelloIsWrittenOnceAndNothingIsGivenUpAfterIt) {
+TEST(WireLoop, WritesTheHelloOnceAndDoesNotGiveUpAfterIt) {
   FakeWire fake;
   FakeRobot robot(fake);
-  robot.heard_after = seconds(4);
+  robot.sends_after = seconds(4);
   robot.at_turn = [&](Duration waited) {
     EXPECT_EQ(fake.lines.empty(), waited <= seconds(4)) << to_seconds(waited);
     if (waited == seconds(30)) fake.reads = false;
@@ -168,21 +168,21 @@ TEST(WireLoop, TheHelloIsWrittenOnceAndNothingIsGivenUpAfterIt) {
   EXPECT_TRUE(robot.run());
   EXPECT_EQ(robot.helloes, 1);
   EXPECT_THAT(fake.lines, ElementsAre(HasSubstr(R"("hello")"), HasSubstr("silent: zero is sent")))
-      << "the reader was gone with the second line";
+      << "the reader had gone at the second line";
 }
 
-TEST(WireLoop, ASilenceIsReportedOnceAfterItsTimeAndAgainWhenTheRobotWasHeardInBetween) {
+TEST(WireLoop, ReportsEachSilenceOnceAfterItsTime) {
   FakeWire fake;
   FakeRobot robot(fake);
-  robot.heard_after = seconds(1);
+  robot.sends_after = seconds(1);
   const auto in = [](Duration t, Duration from, Duration to) { return t > from && t <= to; };
   robot.speaks = [&](Duration t) {
     return !in(t, seconds(2), seconds(6)) && !in(t, seconds(8), milliseconds(8500));
   };
   std::vector<Duration> at;
-  std::size_t known = 1;
+  std::size_t timed = 1;
   robot.at_turn = [&](Duration waited) {
-    for (; known < fake.lines.size(); ++known) at.push_back(waited - milliseconds(50));
+    for (; timed < fake.lines.size(); ++timed) at.push_back(waited - milliseconds(50));
     if (waited == seconds(10)) fake.order(kBye);
     if (waited > seconds(10)) std::this_thread::sleep_for(milliseconds(1));
   };
@@ -192,10 +192,10 @@ TEST(WireLoop, ASilenceIsReportedOnceAfterItsTimeAndAgainWhenTheRobotWasHeardInB
   EXPECT_THAT(at, ElementsAre(milliseconds(2250), milliseconds(4050), milliseconds(8250)));
 }
 
-TEST(WireLoop, CommandsAreSentAfterTheHelloUntilTheByeAndNoneAfterTheEnd) {
+TEST(WireLoop, SendsCommandsFromTheHelloUntilTheBye) {
   FakeWire fake;
   FakeRobot robot(fake);
-  robot.heard_after = seconds(1);
+  robot.sends_after = seconds(1);
   fake.order(kDrives);
   robot.at_turn = [&](Duration waited) {
     if (waited <= seconds(1)) EXPECT_THAT(robot.sent(), IsEmpty());
@@ -214,10 +214,10 @@ TEST(WireLoop, CommandsAreSentAfterTheHelloUntilTheByeAndNoneAfterTheEnd) {
   EXPECT_THAT(robot.sent(), SizeIs(sent.size())) << "nothing is sent after the end";
 }
 
-TEST(WireLoop, ARobotThatIsHeldIsSentZero) {
+TEST(WireLoop, SendsZeroToAHeldRobot) {
   FakeWire fake;
   FakeRobot robot(fake);
-  robot.heard_after = milliseconds(0);
+  robot.sends_after = milliseconds(0);
   robot.held = true;
   fake.order(kDrives);
   robot.at_turn = [&](Duration waited) {
@@ -232,15 +232,15 @@ TEST(WireLoop, ARobotThatIsHeldIsSentZero) {
   EXPECT_TRUE(std::ranges::none_of(robot.sent(), moves));
 }
 
-TEST(WireLoop, ARobotThatMustBeCommandedToBeHeardIsSoAgainAndAgainUntilTheHello) {
+TEST(WireLoop, CommandsBeforeHelloRepeatsCommandsUntilTheHello) {
   FakeWire fake;
   FakeRobot robot(fake, {.commands_before_hello = true});
   fake.order(kDrives);
   robot.at_turn = [&](Duration waited) {
-    EXPECT_EQ(fake.lines.size(), robot.heard_after ? 1U : 0U);
+    EXPECT_EQ(fake.lines.size(), robot.sends_after ? 1U : 0U);
     if (waited == milliseconds(100)) {
       wait_for([&] { return robot.sent().size() > 3; });
-      robot.heard_after = waited;
+      robot.sends_after = waited;
     }
     if (waited == milliseconds(150)) fake.order(kBye);
     std::this_thread::sleep_for(milliseconds(2));
@@ -249,10 +249,10 @@ TEST(WireLoop, ARobotThatMustBeCommandedToBeHeardIsSoAgainAndAgainUntilTheHello)
   EXPECT_EQ(robot.helloes, 1);
 }
 
-TEST(WireLoop, WhoListensSendsNothing) {
+TEST(WireLoop, ListenOnlySendsNothing) {
   FakeWire fake;
   FakeRobot robot(fake);
-  robot.heard_after = milliseconds(100);
+  robot.sends_after = milliseconds(100);
   fake.order(kListens);
   robot.speaks = [](Duration waited) { return waited <= milliseconds(200); };
   robot.at_turn = [&](Duration waited) {
@@ -268,7 +268,7 @@ TEST(WireLoop, WhoListensSendsNothing) {
   EXPECT_THAT(fake.lines.at(1), HasSubstr(R"("silent")"));
 }
 
-TEST(WireLoop, BeforeTheHelloAByeEndsItAndAnEndedInputDoesNot) {
+TEST(WireLoop, BeforeTheHelloOnlyAByeEndsIt) {
   for (const bool bye : {false, true}) {
     for (const bool commands : {false, true}) {
       FakeWire fake;
@@ -276,18 +276,18 @@ TEST(WireLoop, BeforeTheHelloAByeEndsItAndAnEndedInputDoesNot) {
       if (bye) fake.order(kBye);
       fake.orders.close();
       robot.at_turn = [bye](Duration) {
-        if (bye) std::this_thread::sleep_for(milliseconds(20));  // until the sender has read it
+        if (bye) std::this_thread::sleep_for(milliseconds(20));  // lets the sender read it
       };
       EXPECT_EQ(static_cast<bool>(robot.run()), bye) << "else it gives up after 12 s";
-      EXPECT_EQ(fake.said.empty(), bye);
+      EXPECT_EQ(fake.shown.empty(), bye);
     }
   }
 }
 
-TEST(WireLoop, ARobotThatAnotherProgramCommandsIsAnErrorInPlaceOfTheHello) {
+TEST(WireLoop, AFailedPrepareReplacesTheHello) {
   FakeWire fake;
   FakeRobot robot(fake);
-  robot.heard_after = milliseconds(500);
+  robot.sends_after = milliseconds(500);
   robot.may_command = fail(ErrorCode::InvalidArgument, "another program commands this robot");
   const Status status = robot.run();
   ASSERT_FALSE(status);
@@ -296,12 +296,12 @@ TEST(WireLoop, ARobotThatAnotherProgramCommandsIsAnErrorInPlaceOfTheHello) {
   EXPECT_THAT(robot.sent(), IsEmpty());
 }
 
-TEST(WireLoop, LooksAreSoFarApartAsTheOptionsHaveIt) {
-  for (const auto& [every, looks] : {std::pair{Duration(0), 240}, {Duration(seconds(1)), 13}}) {
+TEST(WireLoop, CallsCheckAtItsPeriod) {
+  for (const auto& [every, checks] : {std::pair{Duration(0), 240}, {Duration(seconds(1)), 13}}) {
     FakeWire fake;
-    FakeRobot robot(fake, {.look_every = every});
+    FakeRobot robot(fake, {.check_period = every});
     EXPECT_FALSE(robot.run());
-    EXPECT_EQ(robot.looks, looks);
+    EXPECT_EQ(robot.checks, checks);
   }
 }
 

@@ -75,7 +75,7 @@ class SceneReader {
     const sdf::Errors errors = pose.Resolve(value, frame);
     if (!errors.empty()) warn(fmt::format("{}: {}", name, errors.front().Message()));
     const bool finite = value.IsFinite();
-    if (!finite) warn(name + ": a pose that is not finite");
+    if (!finite) warn(name + ": non-finite pose");
     return errors.empty() && finite ? se3(value) : se3(pose.RawPose());
   }
 
@@ -98,7 +98,7 @@ class SceneReader {
     if (sound)
       scene_.visuals.push_back(std::move(seen));
     else
-      warn(name + ": left out: a size that is not finite");
+      warn(name + ": skipped: non-finite size");
   }
 
   void take(const sdf::Geometry& shape, SdfVisual& seen) {
@@ -143,16 +143,15 @@ class SceneReader {
       return;
     }
     if (!material.ScriptName().empty())
-      warn(fmt::format("{}: its material is a script ({}), which is not read", seen.name,
-                       material.ScriptName()));
+      warn(fmt::format("{}: material scripts are not supported ({})", seen.name, material.ScriptName()));
   }
 
-  /// Beside the file that names it, else in the folders.
+  /// Searched next to the file that refers to it, then in the folders.
   fs::path found(const std::string& uri, const std::string& named_in, const std::string& visual) {
     std::vector<fs::path> folders = folders_;
     if (!named_in.empty()) folders.insert(folders.begin(), fs::path(named_in).parent_path());
     fs::path file = resolve_uri(uri, folders);
-    if (file.empty()) warn(fmt::format("{}: there is no file for {}", visual, uri));
+    if (file.empty()) warn(fmt::format("{}: no file found for {}", visual, uri));
     return file;
   }
 
@@ -160,21 +159,21 @@ class SceneReader {
   SdfScene& scene_;
 };
 
-/// Where the text is no XML; SDFormat does not say.
+/// Locates invalid XML, which SDFormat does not.
 Status check_xml(const fs::path& file) {
   tinyxml2::XMLDocument document;
   if (document.LoadFile(file.c_str()) == tinyxml2::XML_SUCCESS) return {};
-  return fail(ErrorCode::Unreadable, fmt::format("this is no XML ({})", document.ErrorName()),
-              {.source = file.string(), .line = document.ErrorLineNum()}, "Name a world or a model in SDF.");
+  return fail(ErrorCode::Unreadable, fmt::format("not valid XML ({})", document.ErrorName()),
+              {.source = file.string(), .line = document.ErrorLineNum()}, "Give a world or a model in SDF.");
 }
 
 tl::unexpected<Error> no_scene(const sdf::Errors& problems, const fs::path& file) {
   Place place{.source = file.string()};
-  if (problems.empty()) return fail(ErrorCode::Unreadable, "no world and no model is in it", place);
+  if (problems.empty()) return fail(ErrorCode::Unreadable, "contains no world and no model", place);
   const sdf::Error& first = problems.front();
   if (first.LineNumber()) place.line = *first.LineNumber();
   if (first.XmlPath()) place.key = *first.XmlPath();
-  return fail(ErrorCode::Unreadable, first.Message(), place, "Is it a world or a model in SDF?");
+  return fail(ErrorCode::Unreadable, first.Message(), place, "Give a world or a model in SDF.");
 }
 
 }  // namespace
@@ -195,9 +194,9 @@ fs::path resolve_uri(const std::string& uri, const std::vector<fs::path>& folder
 Result<SdfScene> parse_sdf(const fs::path& file, const std::vector<fs::path>& folders) {
   if (Status xml = check_xml(file); !xml) return tl::unexpected(xml.error());
   sdf::Console::Instance()->SetQuiet(true);
-  console_bridge::noOutputHandler();  // SDFormat takes what it cannot read for a URDF
+  console_bridge::noOutputHandler();  // SDFormat tries to read invalid files as URDF and prints errors
   sdf::ParserConfig config;
-  config.SetWarningsPolicy(sdf::EnforcementPolicy::ERR);  // as values instead of lines on the terminal
+  config.SetWarningsPolicy(sdf::EnforcementPolicy::ERR);  // return warnings instead of printing them
   config.SetFindCallback([&](const std::string& uri) { return resolve_uri(uri, folders).string(); });
   sdf::Root root;
   SdfScene scene;

@@ -9,12 +9,12 @@
 
 namespace waymark {
 
-/// As read_sdf(), with the folders in which names are looked for.
+/// As read_sdf(), with the folders in which names are searched.
 [[nodiscard]] Result<SdfScene> parse_sdf(const std::filesystem::path& file,
                                          const std::vector<std::filesystem::path>& folders);
 
-/// The file or folder that a URI (model://, file://, or a path) means, looked for in the folders one after
-/// the other; empty where it is in none.
+/// The file or folder of a URI (model://, file://, or a path), searched in the folders in order; empty if not
+/// found.
 [[nodiscard]] std::filesystem::path resolve_uri(const std::string& uri,
                                                 const std::vector<std::filesystem::path>& folders);
 

@@ -25,7 +25,7 @@ class ParseSdf : public ::testing::Test {
   const fs::path folder_ = testing::fresh_folder("sdf");
 };
 
-TEST_F(ParseSdf, PosesAreThoseOfTheWorldThroughLinksFramesAndModels) {
+TEST_F(ParseSdf, ComposesWorldPosesOfLinksFramesAndModels) {
   const auto scene = parsed(R"(<sdf version='1.9'><world name='w'>
     <model name='outer'><static>true</static><pose>1 0 0 0 0 1.5707963267948966</pose><link name='l'><pose>2 0 0 0 0 0</pose>
       <visual name='v'><pose>0 3 0 0 0 0</pose><geometry><box><size>1 2 3</size></box></geometry></visual></link>
@@ -47,26 +47,27 @@ TEST_F(ParseSdf, PosesAreThoseOfTheWorldThroughLinksFramesAndModels) {
   EXPECT_EQ(scene->lights[0].intensity, 2);
 }
 
-TEST_F(ParseSdf, AModelAloneIsAScene) {
+TEST_F(ParseSdf, ASingleModelIsAScene) {
   const auto scene = parsed("<sdf version='1.6'><model name='m'><link name='l'/></model></sdf>");
   ASSERT_TRUE(scene) << to_string(scene.error());
   EXPECT_EQ(scene->name, "m");
   EXPECT_EQ(scene->models.size(), 1U);
 }
 
-TEST_F(ParseSdf, WhatIsNotThereIsAWarningAndWhatIsNoSdfAnError) {
-  const auto scene = parsed(R"(<sdf version='1.9'><world name='w'><include><uri>model://nobody</uri></include>
+TEST_F(ParseSdf, MissingFilesAreWarningsAndInvalidSdfIsAnError) {
+  const auto scene =
+      parsed(R"(<sdf version='1.9'><world name='w'><include><uri>model://missing</uri></include>
     <model name='m'><link name='l'><visual name='v'><geometry><mesh><uri>gone.dae</uri></mesh></geometry></visual></link></model></world></sdf>)");
   ASSERT_TRUE(scene) << to_string(scene.error());
-  EXPECT_THAT(scene->warnings, Contains(HasSubstr("model://nobody")));
-  EXPECT_THAT(scene->warnings, Contains(HasSubstr("there is no file for gone.dae")));
+  EXPECT_THAT(scene->warnings, Contains(HasSubstr("model://missing")));
+  EXPECT_THAT(scene->warnings, Contains(HasSubstr("gone.dae")));
   const auto text = parsed("<sdf version='1.9'>\n<world\n");
   ASSERT_FALSE(text);
   EXPECT_GE(text.error().place.line.value_or(0), 1);
   EXPECT_FALSE(parsed("<html/>"));
 }
 
-TEST_F(ParseSdf, NamesAreLookedForInTheFoldersInTurn) {
+TEST_F(ParseSdf, SearchesNamesInTheFoldersInOrder) {
   fs::create_directories(folder_ / "a/board");
   fs::create_directories(folder_ / "b/board");
   std::ofstream(folder_ / "b/board/t.png") << "x";

@@ -38,7 +38,7 @@ void add_triangles(const aiMesh& mesh, const Eigen::Vector3d& scale, MeshSurface
   }
 }
 
-/// As the material names it, beside the mesh, or in materials/textures as Gazebo's models have it.
+/// As given by the material, next to the mesh, or in materials/textures as in Gazebo models.
 fs::path texture_of(const aiScene& scene, const fs::path& mesh) {
   for (const aiMaterial* material : std::span(scene.mMaterials, scene.mNumMaterials)) {
     aiString name;
@@ -59,15 +59,16 @@ Result<MeshSurface> read_mesh(const fs::path& file, const Eigen::Vector3d& scale
   constexpr std::uintmax_t kMaxBytes = 256U << 20U;
   std::error_code error;
   if (fs::file_size(file, error) > kMaxBytes || error)
-    return fail(ErrorCode::LimitExceeded, "the mesh is no file of 256 MiB or less",
+    return fail(ErrorCode::LimitExceeded, "the mesh is missing or larger than 256 MiB",
                 {.source = file.string()});
   Assimp::Importer importer;
   const aiScene* scene = importer.ReadFile(
       file.string(), aiProcess_Triangulate | aiProcess_PreTransformVertices | aiProcess_FlipUVs);
   if (scene == nullptr || scene->mNumMeshes == 0)
     return fail(ErrorCode::Unreadable, importer.GetErrorString(), {.source = file.string()});
-  constexpr double kFar = std::numeric_limits<double>::max();
-  MeshSurface surface{.least_m = Eigen::Vector3d::Constant(kFar), .most_m = Eigen::Vector3d::Constant(-kFar)};
+  constexpr double kMaxDouble = std::numeric_limits<double>::max();
+  MeshSurface surface{.least_m = Eigen::Vector3d::Constant(kMaxDouble),
+                      .most_m = Eigen::Vector3d::Constant(-kMaxDouble)};
   std::size_t faces = 0;
   for (const aiMesh* mesh : std::span(scene->mMeshes, scene->mNumMeshes)) {
     constexpr std::size_t kMaxFaces = 1'000'000;

@@ -1,6 +1,6 @@
 #pragma once
 
-// Inside the room: the triangles of a mesh file.
+// Internal: the triangles of a mesh file.
 
 #include <filesystem>
 
@@ -12,14 +12,15 @@
 namespace waymark {
 
 struct MeshSurface {
-  std::vector<TexturedTriangle> triangles{};          ///< those that have a place in a texture
-  Eigen::Vector3d least_m = Eigen::Vector3d::Zero();  ///< corners of the box around all of it
+  std::vector<TexturedTriangle> triangles{};          ///< those with texture coordinates
+  Eigen::Vector3d least_m = Eigen::Vector3d::Zero();  ///< corners of the bounding box of all triangles
   Eigen::Vector3d most_m = Eigen::Vector3d::Zero();
-  std::filesystem::path texture{};  ///< of the first material that has one; empty: none, or it was not found
+  std::filesystem::path
+      texture{};  ///< of the first material with one; empty if there is none or it was not found
 };
 
-/// COLLADA, Wavefront OBJ, STL, glTF and what else assimp reads, its axes and units as the file says, scaled.
-/// Fails on what assimp refuses, and on more than a million triangles.
+/// Reads COLLADA, Wavefront OBJ, STL, glTF and other formats of assimp, with the axes and units of the file,
+/// scaled. Fails if assimp does, and on more than a million triangles.
 [[nodiscard]] Result<MeshSurface> read_mesh(const std::filesystem::path& file, const Eigen::Vector3d& scale);
 
 }  // namespace waymark

@@ -1,4 +1,4 @@
-// The triangles of a mesh file, what of it has a place in a texture, and files that are none.
+// Triangles and texture coordinates of a mesh file, and invalid files.
 #include "waymark/sdf/sdformat/read_mesh.hpp"
 
 #include <fstream>
@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A square of two metres in the plane z = 1, in the form of Wavefront.
+/// A square of two metres in the plane z = 1, as Wavefront OBJ.
 constexpr const char* kSquare =
     "mtllib square.mtl\nv 0 0 1\nv 2 0 1\nv 2 2 1\nv 0 2 1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
     "usemtl paint\nf 1/1 2/2 3/3 4/4\n";
@@ -26,7 +26,7 @@ class ReadMesh : public ::testing::Test {
   const fs::path folder_ = testing::fresh_folder("read_mesh");
 };
 
-TEST_F(ReadMesh, AQuadrilateralBecomesTwoTrianglesOfItsTextureScaled) {
+TEST_F(ReadMesh, AQuadrilateralBecomesTwoScaledTexturedTriangles) {
   write("square.mtl", "newmtl paint\nmap_Kd paint.png\n");
   write("paint.png", "x");
   const auto surface = read_mesh(write("square.obj", kSquare), {0.5, 1, 2});
@@ -43,7 +43,7 @@ TEST_F(ReadMesh, AQuadrilateralBecomesTwoTrianglesOfItsTextureScaled) {
   EXPECT_EQ(surface->texture, folder_ / "paint.png");
 }
 
-TEST_F(ReadMesh, WithoutATextureThereIsTheBoxAlone) {
+TEST_F(ReadMesh, WithoutATextureThereIsOnlyTheBoundingBox) {
   const auto surface = read_mesh(write("bare.obj", "v 0 0 0\nv 1 0 0\nv 0 3 0\nf 1 2 3\n"), {1, 1, 1});
   ASSERT_TRUE(surface) << to_string(surface.error());
   EXPECT_TRUE(surface->triangles.empty());
@@ -51,7 +51,7 @@ TEST_F(ReadMesh, WithoutATextureThereIsTheBoxAlone) {
   EXPECT_LT((surface->most_m - Eigen::Vector3d(1, 3, 0)).norm(), 1e-6);
 }
 
-TEST_F(ReadMesh, WhatIsNoMeshIsAnErrorWithItsPlace) {
+TEST_F(ReadMesh, InvalidMeshesAreErrorsWithTheirPlace) {
   for (const fs::path& file :
        {write("words.obj", "these are words"), write("empty.dae", ""), folder_ / "gone.dae"}) {
     const auto surface = read_mesh(file, {1, 1, 1});

@@ -26,7 +26,7 @@ void Coverage::add(std::span<const Eigen::Vector2d> corners, double value) {
 
 void Coverage::add_edge(const Eigen::Vector2d& from, const Eigen::Vector2d& to, double value) {
   const bool downwards =
-      from.y() < to.y();  // a right side of a clockwise polygon: takes away what lies right of it
+      from.y() < to.y();  // a right side of a clockwise polygon subtracts the area right of it
   const Eigen::Vector2d& top = downwards ? from : to;
   const Eigen::Vector2d& bottom = downwards ? to : from;
   const double y_begin = std::max(top.y(), 0.0);
@@ -42,15 +42,15 @@ void Coverage::add_edge(const Eigen::Vector2d& from, const Eigen::Vector2d& to, 
   }
 }
 
-/// A piece of an edge inside row y: from x_from to x_to while it descends by |height| (the sign is that of
-/// the edge).
+/// Adds the part of an edge inside row y: from x_from to x_to while it descends by |height| (the sign is that
+/// of the edge).
 void Coverage::add_in_row(int y, double x_from, double x_to, double height, double value) {
   const double right_end = width_;
   const double left = std::clamp(std::min(x_from, x_to), 0.0, right_end);
   const double right = std::clamp(std::max(x_from, x_to), 0.0, right_end);
   if (std::min(x_from, x_to) >= right_end) return;
   const double length = std::abs(x_to - x_from);
-  if (length < 1e-12) {  // upright
+  if (length < 1e-12) {  // vertical
     const int x = static_cast<int>(left);
     const double beside = left - x;
     add_area(y, x, height * (1 - beside), value);
@@ -93,10 +93,10 @@ std::span<const Coverage::Cell> Coverage::finish_row(int y) {
 namespace {
 
 constexpr double kChordTolerancePx = 1e-4;
-constexpr double kLongestChordPx = 16;  // under distortion: short enough that no bend hides between two tests
+constexpr double kMaxChordPx = 16;  // under distortion: short enough for tests to detect every curve
 constexpr int kMaxEdgeHalvings = 16;
 constexpr int kMaxRectHalvings = 12;
-constexpr double kFarthestPx = 1e6;  // beyond, the crossing of an edge and the image loses digits
+constexpr double kMaxCoordinatePx = 1e6;  // beyond, the intersection of an edge with the image loses digits
 
 bool keeps_lines_straight(const CameraModel& camera) {
   const auto* pinhole = std::get_if<PinholeRadtan>(&camera.projection());
@@ -158,11 +158,11 @@ class Projector {
 
   [[nodiscard]] std::optional<Point> project(const Eigen::Vector3d& cam_p) const {
     const auto px = camera_.project(cam_p);
-    if (!px || px->cwiseAbs().maxCoeff() > kFarthestPx) return std::nullopt;
+    if (!px || px->cwiseAbs().maxCoeff() > kMaxCoordinatePx) return std::nullopt;
     return Point{cam_p, *px};
   }
 
-  /// Certainly: the sphere around the rectangle lies beyond the cone the camera sees.
+  /// True only if certain: the bounding sphere of the rectangle is outside the camera's cone of view.
   [[nodiscard]] bool is_out_of_domain(const PatternRect& rect) const {
     const Eigen::Vector3d centre = in_camera((rect.left + rect.right) / 2, (rect.top + rect.bottom) / 2);
     const double radius = std::hypot(rect.right - rect.left, rect.bottom - rect.top) / 2;
@@ -190,12 +190,13 @@ class Projector {
     return true;
   }
 
-  /// The points between a and b (both not included) that an edge needs to follow its image.
+  /// Adds the intermediate points between a and b (both excluded) that an edge needs to follow its curved
+  /// image.
   bool add_bend(const Point& a, const Point& b, int halvings) {
     const auto middle = project((a.cam_p + b.cam_p) / 2);
     if (!middle) return false;
     const double bend = distance_from_line(middle->px, a.px, b.px);
-    const bool follows = bend < kChordTolerancePx && (b.px - a.px).norm() < kLongestChordPx;
+    const bool follows = bend < kChordTolerancePx && (b.px - a.px).norm() < kMaxChordPx;
     if (follows || halvings >= kMaxEdgeHalvings) return true;
     if (!add_bend(a, *middle, halvings + 1)) return false;
     out_.corners_px.push_back(middle->px);
@@ -314,7 +315,7 @@ Window overlap(const Window& a, const Window& b) {
           std::min(a.y_end, b.y_end)};
 }
 
-/// The pixels a pattern touches; coordinates are below 1e6 by construction.
+/// Bounding box of a pattern in pixels; coordinates are below 1e6 by construction.
 Window window_of(const ProjectedPattern& pattern) {
   if (pattern.pieces.empty()) return {};
   return {static_cast<int>(std::floor(pattern.min_px.x())), static_cast<int>(std::floor(pattern.min_px.y())),
@@ -322,9 +323,9 @@ Window window_of(const ProjectedPattern& pattern) {
 }
 
 /// Rows of cells, two numbers each: covered share and level, interleaved.
-class LightRows {
+class RadianceRows {
  public:
-  LightRows(int cells, int rows)
+  RadianceRows(int cells, int rows)
       : stride_(2 * static_cast<std::size_t>(cells)), values_(stride_ * static_cast<std::size_t>(rows)) {}
   [[nodiscard]] std::span<float> row(int y) {
     return {values_.data() + static_cast<std::size_t>(y) * stride_, stride_};
@@ -338,7 +339,7 @@ class LightRows {
   std::vector<float> values_;
 };
 
-/// A band of pixel rows, gathered from a finer grid that reaches over its sides as far as the lens spreads.
+/// A band of pixel rows, integrated from a finer grid that extends beyond it by the reach of the lens blur.
 class Band {
  public:
   Band(const Window& pixels, const PointSpread& spread)
@@ -349,7 +350,7 @@ class Band {
                pixels.x_end + spread.reach_px, pixels.y_end + spread.reach_px}),
         cells_(grid_.width() * n_, grid_.height() * n_) {}
 
-  /// Lays a pattern over what is there.
+  /// Draws a pattern over the present contents.
   void add(const ProjectedPattern& pattern, Coverage& coverage) {
     const Window part = overlap(grid_, window_of(pattern));
     if (part.empty()) return;
@@ -367,9 +368,9 @@ class Band {
     for (int y = 0; y < coverage.height(); ++y) lay_row(part, y, coverage.finish_row(y));
   }
 
-  /// Gathers the light of the band's pixels: down columns first, then along rows.
-  void gather(SceneLight& light) const {
-    const LightRows columns = gather_columns();
+  /// Integrates the radiance of the band's pixels: down columns first, then along rows.
+  void gather(SceneRadiance& radiance) const {
+    const RadianceRows columns = gather_columns();
     for (int y = 0; y < pixels_.height(); ++y) {
       const float* from = columns.row(y).data();
       for (int x = 0; x < pixels_.width(); ++x, from += 2 * n_) {
@@ -380,15 +381,15 @@ class Band {
           covered += weight * static_cast<double>(*cell++);
           level += weight * static_cast<double>(*cell++);
         }
-        const std::size_t to = light.index(pixels_.x_begin + x, pixels_.y_begin + y);
-        light.covered[to] = static_cast<float>(std::clamp(covered, 0.0, 1.0));
-        light.level[to] = static_cast<float>(std::clamp(level, 0.0, 255.0));
+        const std::size_t to = radiance.index(pixels_.x_begin + x, pixels_.y_begin + y);
+        radiance.covered[to] = static_cast<float>(std::clamp(covered, 0.0, 1.0));
+        radiance.level[to] = static_cast<float>(std::clamp(level, 0.0, 255.0));
       }
     }
   }
 
  private:
-  /// Nearer paper hides what lies behind it, cell by cell.
+  /// Nearer paper replaces farther cells, cell by cell.
   void lay_row(const Window& part, int y, std::span<const Coverage::Cell> row) {
     const std::span<float> cells = cells_.row((part.y_begin - grid_.y_begin) * n_ + y);
     float* to = cells.data() + 2 * n_ * (part.x_begin - grid_.x_begin);
@@ -401,10 +402,10 @@ class Band {
     }
   }
 
-  /// One row a pixel row, still of fine cells. Nearly all the time goes here: so the inner loop runs along
+  /// One row per pixel row, still of fine cells. This takes nearly all the time, so the inner loop runs along
   /// memory.
-  [[nodiscard]] LightRows gather_columns() const {
-    LightRows columns(grid_.width() * n_, pixels_.height());
+  [[nodiscard]] RadianceRows gather_columns() const {
+    RadianceRows columns(grid_.width() * n_, pixels_.height());
     for (int y = 0; y < pixels_.height(); ++y) {
       const std::span<float> to = columns.row(y);
       for (std::size_t k = 0; k < spread_.weights.size(); ++k) {
@@ -420,10 +421,10 @@ class Band {
   const PointSpread& spread_;
   int n_;
   Window grid_;
-  LightRows cells_;
+  RadianceRows cells_;
 };
 
-/// The columns of a strip that patterns light, as runs with nothing in between: no time is spent on the gaps.
+/// The columns of a strip that patterns cover, as disjoint runs: gaps cost no time.
 std::vector<Window> lit_parts(std::span<const ProjectedPattern> patterns, const Window& strip, int reach) {
   std::vector<Window> parts;
   for (const ProjectedPattern& pattern : patterns) {
@@ -451,10 +452,10 @@ std::vector<Window> lit_parts(std::span<const ProjectedPattern> patterns, const 
 
 }  // namespace
 
-SceneLight gather_light(std::span<const ProjectedPattern> patterns, int width_px, int height_px,
-                        const PointSpread& spread) {
+SceneRadiance gather_radiance(std::span<const ProjectedPattern> patterns, int width_px, int height_px,
+                              const PointSpread& spread) {
   const std::size_t pixels = static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px);
-  SceneLight light{width_px, height_px, std::vector<float>(pixels), std::vector<float>(pixels)};
+  SceneRadiance radiance{width_px, height_px, std::vector<float>(pixels), std::vector<float>(pixels)};
   const int strip_height = std::max(16, 2 * spread.reach_px);
   Coverage coverage;
   for (int y = 0; y < height_px; y += strip_height) {
@@ -462,10 +463,10 @@ SceneLight gather_light(std::span<const ProjectedPattern> patterns, int width_px
     for (const Window& part : lit_parts(patterns, strip, spread.reach_px)) {
       Band band(part, spread);
       for (const ProjectedPattern& pattern : patterns) band.add(pattern, coverage);
-      band.gather(light);
+      band.gather(radiance);
     }
   }
-  return light;
+  return radiance;
 }
 
 }  // namespace waymark::photo

@@ -12,28 +12,28 @@
 
 namespace waymark::photo {
 
-/// Which part of each cell of a grid polygons cover, and with what value: exact areas, no samples.
+/// Area of each grid cell that polygons cover, weighted with a value: exact areas without sampling.
 ///
 /// Every edge adds, to the cells of the rows it crosses, the area between itself and the right end of the
-/// row; the sums along the rows are then the covered areas (the signed-area accumulation of font rasterisers,
-/// e.g. Levien, "Inside the fastest font renderer in the world", 2016). The result is exact up to rounding,
-/// whatever the size of the polygons.
+/// row; the sums along the rows are the covered areas (the signed-area accumulation of font rasterisers, e.g.
+/// Levien, "Inside the fastest font renderer in the world", 2016). The result is exact up to rounding, for
+/// polygons of any size.
 class Coverage {
  public:
-  /// Fraction of a cell that is covered, and the sum of value times fraction.
+  /// Covered fraction of a cell, and the sum of value times fraction.
   struct Cell {
     double covered = 0;
     double value = 0;
   };
 
-  /// Forgets all polygons; the grid is now [0, width) x [0, height) cells.
+  /// Removes all polygons; sets the grid to [0, width) x [0, height) cells.
   void reset(int width, int height);
 
-  /// Adds a polygon. Corners in cells, clockwise as seen (x right, y down); anticlockwise ones count
-  /// negatively. They may lie outside the grid. O(rows crossed + cells crossed).
+  /// Adds a polygon. Corners in cells, clockwise in the image (x right, y down); anticlockwise polygons are
+  /// subtracted. They may lie outside the grid. O(rows crossed + cells crossed).
   void add(std::span<const Eigen::Vector2d> corners, double value);
 
-  /// Sums up row y, once after the last add(); width() cells.
+  /// Computes the sums of row y, once after the last add(); width() cells.
   [[nodiscard]] std::span<const Cell> finish_row(int y);
 
   [[nodiscard]] int width() const { return width_; }
@@ -46,18 +46,18 @@ class Coverage {
 
   int width_ = 0;
   int height_ = 0;
-  std::vector<Cell> cells_;  ///< one column more than the grid: what lies right of it
+  std::vector<Cell> cells_;  ///< one column more than the grid, for the area right of it
 };
 
-/// A flat thing with a pattern of rectangular grey cells: a tag with its paper, or a printed sheet. Plane
-/// frame as that of a tag: x right, y down, z into the paper, as its reader sees it.
+/// A flat object with a pattern of rectangular grey cells: a tag with its paper, or a printed sheet. Plane
+/// frame like that of a tag: x right, y down, z into the paper, as seen by its viewer.
 struct PlanarPattern {
-  std::vector<double> x_lines_m;  ///< where columns of cells begin, and where the last one ends; increasing
+  std::vector<double> x_lines_m;  ///< begins of the columns of cells, and the end of the last one; increasing
   std::vector<double> y_lines_m;  ///< the same for rows
-  Image levels;                   ///< one pixel a cell: 0 ink to 255 paper
+  Image levels;                   ///< one pixel per cell: 0 ink to 255 paper
   SE3 cam_T_plane;
 
-  /// Whether the camera sees the printed side.
+  /// Whether the printed side faces the camera.
   [[nodiscard]] bool faces_camera() const { return cam_T_plane.inverse().translation().z() < 0; }
 };
 
@@ -67,14 +67,14 @@ struct PatternRect {
   double level = 0;
 };
 
-/// The cells as few rectangles: runs along a row, and rows that repeat the one above taken together. They
-/// tile the pattern. O(cells).
+/// The cells merged into few rectangles: runs along a row, combined over identical rows. They tile the
+/// pattern. O(cells).
 [[nodiscard]] std::vector<PatternRect> merged_cells(const PlanarPattern& pattern);
 
-/// A pattern as a camera sees it: polygons in pixels.
+/// A pattern projected into the image: polygons in pixels.
 struct ProjectedPattern {
   struct Piece {
-    std::size_t begin = 0, end = 0;  ///< its corners, clockwise as seen
+    std::size_t begin = 0, end = 0;  ///< its corners, clockwise in the image
     double level = 0;
     double y_min = 0, y_max = 0;  ///< [px]
   };
@@ -84,30 +84,30 @@ struct ProjectedPattern {
   Eigen::Vector2d max_px = Eigen::Vector2d::Zero();
 };
 
-/// Projects a pattern. Under distortion an edge becomes a chain of chords that leave it by less than 1e-4 px.
-/// What lies beyond the domain of the camera is left out, up to a narrow rim (rectangles across the limit are
-/// halved twelve times). Seen from behind, a pattern is blank paper.
+/// Projects a pattern. Under distortion an edge becomes a chain of chords that deviate from it by less than
+/// 1e-4 px. Parts outside the domain of the camera are omitted, up to a narrow rim (rectangles across the
+/// limit are halved twelve times). A pattern seen from behind is blank paper.
 [[nodiscard]] ProjectedPattern project_pattern(const CameraModel& camera, const PlanarPattern& pattern);
 
-/// How a pixel gathers light: the square of the pixel, spread by a Gaussian lens. As weights for cells of 1/n
-/// px, because light is gathered from a grid finer than the pixels (see render_planes).
+/// Response of a pixel: the square of the pixel convolved with a Gaussian lens blur. As weights for cells of
+/// 1/n px, because radiance is integrated on a grid finer than the pixels (see render_planes).
 struct PointSpread {
-  int cells_per_px = 1;  ///< n
-  int reach_px = 0;      ///< whole pixels beyond the pixel itself that the weights cover, on either side
+  int cells_per_px = 1;         ///< n
+  int reach_px = 0;             ///< whole pixels beyond the pixel itself within the weights, on either side
   std::vector<double> weights;  ///< of the n (1 + 2 reach_px) cells of a row, sum 1, symmetric
 
   friend bool operator==(const PointSpread&, const PointSpread&) = default;
 };
 
-/// The weights for a lens with standard deviation sigma_px; below 0.05 px there is no lens, only the pixel. A
-/// weight is the mean over its cell of box * Gaussian; the variance this and the cells add, 1 / (6 n^2), is
-/// taken off the Gaussian's.
+/// The weights for a lens with standard deviation sigma_px; below 0.05 px there is no lens blur, only the
+/// pixel. A weight is the mean over its cell of box * Gaussian; the variance added by this averaging and the
+/// cells, 1 / (6 n^2), is subtracted from the Gaussian's.
 [[nodiscard]] PointSpread point_spread(double sigma_px);
 
-/// What the pixels of a camera gather from flat patterns, row by row.
-struct SceneLight {
+/// Radiance of flat patterns integrated over the pixels of a camera.
+struct SceneRadiance {
   int width = 0, height = 0;   ///< [px]
-  std::vector<float> covered;  ///< share of the pixel's light that comes from a pattern, 0 to 1
+  std::vector<float> covered;  ///< share of the pixel's radiance that comes from a pattern, 0 to 1
   std::vector<float> level;    ///< sum of share times level (0 ink to 255 paper)
 
   [[nodiscard]] std::size_t index(int x, int y) const {
@@ -115,10 +115,10 @@ struct SceneLight {
   }
 };
 
-/// Light of patterns, the last one nearest to the camera: it covers those before it. Exact areas on a grid of
-/// spread.cells_per_px cells a pixel, gathered with spread.weights. Time goes with the pixels around
-/// patterns; memory with some rows of them.
-[[nodiscard]] SceneLight gather_light(std::span<const ProjectedPattern> patterns, int width_px, int height_px,
-                                      const PointSpread& spread);
+/// Radiance of patterns, ordered from far to near: later patterns cover earlier ones. Exact areas on a grid
+/// of spread.cells_per_px cells per pixel, weighted with spread.weights. Time is proportional to the pixels
+/// around patterns; memory to some rows of them.
+[[nodiscard]] SceneRadiance gather_radiance(std::span<const ProjectedPattern> patterns, int width_px,
+                                            int height_px, const PointSpread& spread);
 
 }  // namespace waymark::photo

@@ -18,7 +18,7 @@ namespace {
 using Eigen::Vector2d;
 using Polygon = std::vector<Vector2d>;
 
-/// Positive for corners clockwise as seen (y down).
+/// Positive for clockwise corners in the image (y down).
 double area(const Polygon& polygon) {
   double twice = 0;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
@@ -43,7 +43,7 @@ Polygon clip(const Polygon& polygon, int axis, double limit, double sign) {
   return kept;
 }
 
-/// The oracle: the polygon clipped to the cell.
+/// Oracle: the polygon clipped to the cell.
 double area_in_cell(const Polygon& polygon, int x, int y) {
   return area(clip(clip(clip(clip(polygon, 0, x, 1), 0, x + 1, -1), 1, y, 1), 1, y + 1, -1));
 }
@@ -80,7 +80,7 @@ TEST(Coverage, IsTheClippedAreaInEveryCell) {
   }
 }
 
-TEST(Coverage, HoldsForUprightSidesOnCellLimitsAndOutside) {
+TEST(Coverage, HandlesVerticalSidesOnCellLimitsAndOutside) {
   for (const auto& [left, right] :
        {std::pair{0.0, 4.0}, {-3.0, 2.5}, {1.25, 9.0}, {-5.0, 50.0}, {-5.0, -1.0}, {4.0, 6.0}}) {
     const Polygon box = {{left, -2}, {right, -2}, {right, 2.25}, {left, 2.25}};
@@ -95,7 +95,7 @@ TEST(Coverage, HoldsForUprightSidesOnCellLimitsAndOutside) {
   }
 }
 
-TEST(Coverage, FarCornersKeepTheirDigits) {
+TEST(Coverage, DistantCornersKeepPrecision) {
   // A half plane whose limit crosses the grid, spanned by corners a million cells away.
   const Polygon half = {{-1e6, -1e6 + 3}, {1e6, 1e6 + 3}, {-1e6, 1e6 + 3}};
   Coverage coverage;
@@ -126,7 +126,7 @@ TEST(Coverage, PiecesThatTileAddUpToOne) {
   }
 }
 
-TEST(Coverage, AnticlockwiseTakesAway) {
+TEST(Coverage, AnticlockwisePolygonsAreSubtracted) {
   const Polygon triangle = {{1, 1}, {6, 2}, {3, 5}};
   const Polygon reversed(triangle.rbegin(), triangle.rend());
   Coverage coverage;
@@ -169,7 +169,7 @@ TEST(PointSpread, HasTheVarianceOfBoxAndGaussian) {
   }
 }
 
-TEST(PointSpread, WithoutLensThePixelAlone) {
+TEST(PointSpread, WithoutLensIsThePixelAlone) {
   EXPECT_EQ(point_spread(0), (PointSpread{1, 0, {1.0}}));
   EXPECT_EQ(point_spread(0.049), point_spread(0));
 }
@@ -183,11 +183,11 @@ double exact_step(double u, double sigma) {
   return integral(u + 0.5) - integral(u - 0.5);
 }
 
-TEST(PointSpread, RespondsToAStepAsTheExactIntegral) {
+TEST(PointSpread, StepResponseMatchesTheExactIntegral) {
   for (const double sigma : {0.3, 0.6, 1.0, 2.5}) {
     const PointSpread spread = point_spread(sigma);
     const double half = 0.5 / spread.cells_per_px;
-    for (double u = -4; u <= 4; u += 0.0371) {  // the step lies at -u
+    for (double u = -4; u <= 4; u += 0.0371) {  // the step is at -u
       double response = 0;
       for (std::size_t k = 0; k < spread.weights.size(); ++k) {
         response += spread.weights[k] * std::clamp((position(spread, k) + half + u) / (2 * half), 0.0, 1.0);
@@ -241,10 +241,11 @@ SE3 random_view(Random& random, double max_tilt = 1.1) {
   return {SO3::from_rpy(random.uniform(-max_tilt, max_tilt), pitch, yaw), place};
 }
 
-SceneLight light_of(const CameraModel& camera, const std::vector<PlanarPattern>& patterns, double sigma_px) {
+SceneRadiance radiance_of(const CameraModel& camera, const std::vector<PlanarPattern>& patterns,
+                          double sigma_px) {
   std::vector<ProjectedPattern> projected;
   for (const PlanarPattern& pattern : patterns) projected.push_back(project_pattern(camera, pattern));
-  return gather_light(projected, camera.width_px(), camera.height_px(), point_spread(sigma_px));
+  return gather_radiance(projected, camera.width_px(), camera.height_px(), point_spread(sigma_px));
 }
 
 /// Area and centroid of a polygon.
@@ -262,7 +263,7 @@ std::pair<double, Vector2d> moments(const std::vector<Vector2d>& polygon) {
   return {area, origin + sum / area};
 }
 
-/// The outline of the 1 m square in the picture, through many points of each side.
+/// The outline of the 1 m square in the image, through many points of each side.
 std::vector<Vector2d> fine_outline(const CameraModel& camera, const SE3& cam_T_plane) {
   constexpr int kPoints = 2000;
   const auto corners = tag_corners(1);
@@ -277,7 +278,7 @@ std::vector<Vector2d> fine_outline(const CameraModel& camera, const SE3& cam_T_p
   return outline;
 }
 
-/// A view of the square that leaves room for the lens around it.
+/// A view of the square with space for the lens blur around it.
 SE3 wholly_visible_view(const CameraModel& camera, Random& random) {
   constexpr double kRoomPx = 12;
   while (true) {
@@ -291,26 +292,26 @@ SE3 wholly_visible_view(const CameraModel& camera, Random& random) {
   }
 }
 
-TEST(SceneLight, AreaAndCentroidOfASquareAreExact) {
+TEST(SceneRadiance, AreaAndCentroidOfASquareAreExact) {
   Random random(1);
   for (const CameraModel* camera : {&kStraight, &kBent, &kFisheye}) {
     for (const double sigma : {0.0, 0.6, 1.0, 1.7}) {
       for (int i = 0; i < 4; ++i) {
         const SE3 cam_T_plane = wholly_visible_view(*camera, random);
         const auto [area, centroid] = moments(fine_outline(*camera, cam_T_plane));
-        const SceneLight light = light_of(*camera, {square(cam_T_plane)}, sigma);
+        const SceneRadiance radiance = radiance_of(*camera, {square(cam_T_plane)}, sigma);
         double sum = 0;
         Vector2d first = Vector2d::Zero();
-        for (int y = 0; y < light.height; ++y) {
-          for (int x = 0; x < light.width; ++x) {
-            const double covered = static_cast<double>(light.covered[light.index(x, y)]);
+        for (int y = 0; y < radiance.height; ++y) {
+          for (int x = 0; x < radiance.width; ++x) {
+            const double covered = static_cast<double>(radiance.covered[radiance.index(x, y)]);
             sum += covered;
             first += covered * Vector2d(x + 0.5, y + 0.5);
           }
         }
-        // Perimeter times 1e-4 px is what the chords may lose.
+        // The chords may change the area by the perimeter times 1e-4 px.
         EXPECT_NEAR(sum, area, 1e-4 * 4 * std::sqrt(area) + 1e-3);
-        // Pixels are samples: their centroid is that of the scene where the lens leaves nothing to alias.
+        // Pixels are samples: their centroid equals that of the scene if the lens leaves no aliasing.
         if (sigma >= 1) {
           EXPECT_NEAR((first / sum - centroid).norm(), 0, 1e-4);
         }
@@ -319,7 +320,7 @@ TEST(SceneLight, AreaAndCentroidOfASquareAreExact) {
   }
 }
 
-/// The oracle: rays through n x n points of a pixel, met with the plane one by one.
+/// Oracle: rays through n x n points of a pixel, intersected with the plane one by one.
 double by_rays(const CameraModel& camera, const PlanarPattern& pattern, int x, int y, int n) {
   const SE3 plane_T_cam = pattern.cam_T_plane.inverse();
   const auto cell = [](const std::vector<double>& lines, double at) {
@@ -344,11 +345,11 @@ double by_rays(const CameraModel& camera, const PlanarPattern& pattern, int x, i
   return sum / (n * n);
 }
 
-TEST(SceneLight, AgreesWithRaysThroughThePixel) {
+TEST(SceneRadiance, AgreesWithRaysThroughThePixel) {
   Random random(2);
   for (const CameraModel* camera : {&kStraight, &kBent, &kFisheye}) {
     const PlanarPattern pattern = checkerboard(7, random_view(random));
-    const SceneLight light = light_of(*camera, {pattern}, 0);
+    const SceneRadiance radiance = radiance_of(*camera, {pattern}, 0);
     double largest = 0;
     double mean = 0;
     constexpr int kPixels = 300;
@@ -356,7 +357,7 @@ TEST(SceneLight, AgreesWithRaysThroughThePixel) {
       const int x = static_cast<int>(60 + random.index(80));
       const int y = static_cast<int>(40 + random.index(80));
       const double difference =
-          static_cast<double>(light.level[light.index(x, y)]) - by_rays(*camera, pattern, x, y, 48);
+          static_cast<double>(radiance.level[radiance.index(x, y)]) - by_rays(*camera, pattern, x, y, 48);
       largest = std::max(largest, std::abs(difference));
       mean += difference / kPixels;
     }
@@ -366,44 +367,44 @@ TEST(SceneLight, AgreesWithRaysThroughThePixel) {
   }
 }
 
-TEST(SceneLight, NearerPaperHidesWhatLiesBehind) {
+TEST(SceneRadiance, NearerPaperHidesFartherPaper) {
   const SE3 far(SO3(), {0, 0, 3});
   const SE3 near(SO3(), {0.1, 0, 2});
-  const SceneLight both = light_of(kStraight, {square(far, 200), square(near, 50)}, 0.6);
-  const SceneLight alone = light_of(kStraight, {square(near, 50)}, 0.6);
+  const SceneRadiance both = radiance_of(kStraight, {square(far, 200), square(near, 50)}, 0.6);
+  const SceneRadiance alone = radiance_of(kStraight, {square(near, 50)}, 0.6);
   const Vector2d middle = kStraight.project(near.translation()).value();
   const std::size_t in_near = both.index(static_cast<int>(middle.x()), static_cast<int>(middle.y()));
   EXPECT_NEAR(both.level[in_near], 50, 1e-4);
   EXPECT_EQ(both.level[in_near], alone.level[in_near]);
 }
 
-TEST(SceneLight, BehindTheCameraThereIsNothing) {
-  const SceneLight light = light_of(kStraight, {square(SE3(SO3(), {0, 0, -2}))}, 0.6);
-  EXPECT_EQ(*std::max_element(light.covered.begin(), light.covered.end()), 0.0F);
+TEST(SceneRadiance, PatternsBehindTheCameraAreOmitted) {
+  const SceneRadiance radiance = radiance_of(kStraight, {square(SE3(SO3(), {0, 0, -2}))}, 0.6);
+  EXPECT_EQ(*std::max_element(radiance.covered.begin(), radiance.covered.end()), 0.0F);
 }
 
-TEST(SceneLight, AFloorThatReachesBehindTheCameraFillsThePictureBelowTheHorizon) {
+TEST(SceneRadiance, AFloorBehindTheCameraFillsTheImageBelowTheHorizon) {
   // 40 m x 40 m, 1 m below the camera, printed side up; the horizon is at cy.
   const SE3 cam_T_floor(SO3::from_rpy(-std::numbers::pi / 2, 0, 0), {0, 1, 0});
   for (const CameraModel* camera : {&kStraight, &kBent}) {
     PlanarPattern floor = square(cam_T_floor, 77);
     floor.x_lines_m = floor.y_lines_m = {-20, 20};
     ASSERT_TRUE(floor.faces_camera());
-    const SceneLight light = light_of(*camera, {floor}, 0.6);
+    const SceneRadiance radiance = radiance_of(*camera, {floor}, 0.6);
     for (const int x : {0, 100, 199}) {
-      EXPECT_NEAR(light.covered[light.index(x, 159)], 1, 1e-5);
-      EXPECT_NEAR(light.level[light.index(x, 130)], 77, 1e-3);
-      EXPECT_EQ(light.covered[light.index(x, 40)], 0);
+      EXPECT_NEAR(radiance.covered[radiance.index(x, 159)], 1, 1e-5);
+      EXPECT_NEAR(radiance.level[radiance.index(x, 130)], 77, 1e-3);
+      EXPECT_EQ(radiance.covered[radiance.index(x, 40)], 0);
     }
   }
 }
 
-TEST(SceneLight, FromBehindAPatternIsBlankPaper) {
+TEST(SceneRadiance, APatternSeenFromBehindIsBlankPaper) {
   const SE3 away(SO3::from_rpy(0, std::numbers::pi, 0), {0, 0, 2});
   ASSERT_FALSE(square(away).faces_camera());
-  const SceneLight light = light_of(kStraight, {square(away)}, 0);
-  EXPECT_NEAR(light.level[light.index(101, 79)], 255, 1e-3);
-  EXPECT_NEAR(light.covered[light.index(101, 79)], 1, 1e-6);
+  const SceneRadiance radiance = radiance_of(kStraight, {square(away)}, 0);
+  EXPECT_NEAR(radiance.level[radiance.index(101, 79)], 255, 1e-3);
+  EXPECT_NEAR(radiance.covered[radiance.index(101, 79)], 1, 1e-6);
 }
 
 TEST(MergedCells, TileThePattern) {

@@ -17,7 +17,7 @@
 namespace waymark::photo {
 namespace {
 
-/// What lies behind the tags: a smooth function of the picture, from -1 to 1.
+/// The background behind the tags: a smooth function of the pixel, from -1 to 1.
 struct Backdrop {
   enum class Kind : std::uint8_t { Flat, Gradient, Clutter };
 
@@ -63,13 +63,13 @@ double value_noise(std::uint64_t seed, double x, double y) {
 }
 
 double clutter(std::uint64_t seed, double size_px, double x, double y) {
-  constexpr double kSmallestPx = 4;
-  constexpr double kFading = 0.65;  // amplitude of an octave against the one before
+  constexpr double kMinOctavePx = 4;
+  constexpr double kPersistence = 0.65;  // amplitude of an octave relative to the previous one
   double sum = 0;
   double sum_of_amplitudes = 0;
   double amplitude = 1;
-  for (std::uint64_t octave = 0; octave == 0 || size_px >= kSmallestPx;
-       ++octave, size_px /= 2, amplitude *= kFading) {
+  for (std::uint64_t octave = 0; octave == 0 || size_px >= kMinOctavePx;
+       ++octave, size_px /= 2, amplitude *= kPersistence) {
     sum += amplitude * value_noise(seed + octave, x / size_px, y / size_px);
     sum_of_amplitudes += amplitude;
   }
@@ -92,7 +92,7 @@ constexpr std::uint8_t kPaperReflectance = 255;
 
 constexpr std::uint8_t kOpenCell = 128;
 
-/// Lines of `count` cells around the origin, and a margin on both sides.
+/// Grid lines of `count` cells around the origin, and a margin on both sides.
 std::vector<double> lines(int count, double cell_m, double margin_m) {
   std::vector<double> all;
   const double half = count / 2.0;
@@ -104,8 +104,8 @@ std::vector<double> lines(int count, double cell_m, double margin_m) {
 
 double distance(const PlanarPattern& pattern) { return pattern.cam_T_plane.translation().norm(); }
 
-/// Whether the line of sight to a point meets the paper of a pattern in front of the camera.
-bool is_in_the_way(const PlanarPattern& pattern, const SE3& plane_T_cam, const Eigen::Vector3d& cam_p) {
+/// Whether the paper of a pattern blocks the line of sight to a point.
+bool blocks(const PlanarPattern& pattern, const SE3& plane_T_cam, const Eigen::Vector3d& cam_p) {
   const Eigen::Vector3d& eye = plane_T_cam.translation();
   const Eigen::Vector3d along = plane_T_cam.rotation() * cam_p;
   if (along.z() == 0) return false;
@@ -145,7 +145,7 @@ double visible_fraction(const CameraModel& camera, const TagInScene& tag,
       const Eigen::Vector3d cam_p = tag.cam_T_tag * (tag.size_m * tag_p);
       const auto px = camera.project(cam_p);
       const bool covered = std::any_of(covers.begin(), covers.end(), [&](const Cover& cover) {
-        return is_in_the_way(*cover.pattern, cover.plane_T_cam, cam_p);
+        return blocks(*cover.pattern, cover.plane_T_cam, cam_p);
       });
       if (px && camera.contains(*px) && !covered) ++visible;
     }
@@ -153,7 +153,7 @@ double visible_fraction(const CameraModel& camera, const TagInScene& tag,
   return visible / static_cast<double>(kPoints * kPoints);
 }
 
-/// A tag with its paper: one cell of the pattern a cell of the tag, and the margin around.
+/// A tag with its paper: one pattern cell per tag cell, and the margin around them.
 PlanarPattern tag_pattern(const TagInScene& tag) {
   const Family& tags = family(tag.tag.family);
   const std::vector<std::uint8_t> cells = bitmap(tag.tag);
@@ -174,7 +174,7 @@ PlanarPattern tag_pattern(const TagInScene& tag) {
   return pattern;
 }
 
-/// A sheet: one cell of the pattern a pixel of the raster.
+/// A sheet: one pattern cell per pixel of the raster.
 PlanarPattern sheet_pattern(const SheetInScene& sheet) {
   return {.x_lines_m = lines(sheet.raster.width(), sheet.metres_per_pixel, 0),
           .y_lines_m = lines(sheet.raster.height(), sheet.metres_per_pixel, 0),
@@ -193,7 +193,7 @@ std::vector<PlanarPattern> patterns_from_far_to_near(const PhotographScene& scen
   return patterns;
 }
 
-/// The truth about one tag; nothing when a corner does not project.
+/// Ground truth of one tag; nothing if a corner does not project.
 std::optional<TagTruth> tag_truth(const CameraModel& camera, const TagInScene& tag,
                                   const std::vector<PlanarPattern>& patterns) {
   TagTruth truth{.tag = tag.tag, .cam_T_tag = tag.cam_T_tag, .size_m = tag.size_m};
@@ -206,7 +206,7 @@ std::optional<TagTruth> tag_truth(const CameraModel& camera, const TagInScene& t
   Matrix23 J_px_p;
   const Eigen::Vector3d& centre = tag.cam_T_tag.translation();
   if (!camera.project(centre, &J_px_p)) return std::nullopt;
-  // Moving along the line of sight moves no pixel: what is left of the Jacobian is that of a plane facing the
+  // Motion along the line of sight moves no pixel: the remaining Jacobian is that of a plane facing the
   // camera.
   truth.size_px = tag.size_m * std::pow((J_px_p * J_px_p.transpose()).determinant(), 0.25);
   const Eigen::Vector3d into_tag = tag.cam_T_tag.rotation() * Eigen::Vector3d::UnitZ();
@@ -228,19 +228,19 @@ Result<photo::Backdrop::Kind> backdrop_kind(const std::string& word) {
   if (word == "flat") return photo::Backdrop::Kind::Flat;
   if (word == "gradient") return photo::Backdrop::Kind::Gradient;
   if (word == "clutter") return photo::Backdrop::Kind::Clutter;
-  return fail(ErrorCode::InvalidArgument, fmt::format("no background '{}'", word), {.key = "background"},
+  return fail(ErrorCode::InvalidArgument, fmt::format("unknown background '{}'", word), {.key = "background"},
               suggestion(word, {"flat", "gradient", "clutter"}));
 }
 
 Status check_size(double size_m, std::string key) {
   if (std::isfinite(size_m) && size_m > 0) return {};
-  return fail(ErrorCode::InvalidArgument, fmt::format("{} m is no size", size_m), {.key = std::move(key)},
-              "Give metres above 0.");
+  return fail(ErrorCode::InvalidArgument, fmt::format("invalid size {} m", size_m), {.key = std::move(key)},
+              "Pass a size in metres above 0.");
 }
 
 Status check_finite(const SE3& cam_T_plane, std::string key) {
   if (cam_T_plane.matrix().allFinite()) return {};
-  return fail(ErrorCode::InvalidArgument, "a pose with a number that is not finite", {.key = std::move(key)});
+  return fail(ErrorCode::InvalidArgument, "non-finite pose", {.key = std::move(key)});
 }
 
 Status check_tag(const TagInScene& tag, std::size_t index) {
@@ -249,11 +249,11 @@ Status check_tag(const TagInScene& tag, std::size_t index) {
   if (tag.tag.number < 0 || static_cast<std::size_t>(tag.tag.number) >= count) {
     return fail(ErrorCode::InvalidArgument,
                 fmt::format("{} has no tag {}", to_string(tag.tag.family), tag.tag.number),
-                {.key = key("tag")}, fmt::format("Its numbers are 0 to {}.", count - 1));
+                {.key = key("tag")}, fmt::format("The family has the numbers 0 to {}.", count - 1));
   }
   if (!std::isfinite(tag.margin_cells) || tag.margin_cells < 0) {
-    return fail(ErrorCode::InvalidArgument, fmt::format("a margin of {} cells", tag.margin_cells),
-                {.key = key("margin_cells")}, "Give 0 or more.");
+    return fail(ErrorCode::InvalidArgument, fmt::format("invalid margin of {} cells", tag.margin_cells),
+                {.key = key("margin_cells")}, "Set it to 0 or more.");
   }
   if (Status size = check_size(tag.size_m, key("size_m")); !size) return size;
   return check_finite(tag.cam_T_tag, key("cam_T_tag"));
@@ -262,7 +262,7 @@ Status check_tag(const TagInScene& tag, std::size_t index) {
 Status check_sheet(const SheetInScene& sheet, std::size_t index) {
   const auto key = [&](const char* member) { return fmt::format("sheets[{}].{}", index, member); };
   if (sheet.raster.empty())
-    return fail(ErrorCode::InvalidArgument, "a sheet without pixels", {.key = key("raster")});
+    return fail(ErrorCode::InvalidArgument, "sheet without pixels", {.key = key("raster")});
   if (Status size = check_size(sheet.metres_per_pixel, key("metres_per_pixel")); !size) return size;
   return check_finite(sheet.cam_T_sheet, key("cam_T_sheet"));
 }
@@ -276,11 +276,11 @@ Status check(const CameraModel& camera, const PhotographScene& scene, const Phot
     if (Status good = check_sheet(scene.sheets[i], i); !good) return good;
   }
   if (std::int64_t{camera.width_px()} * camera.height_px() <= kMaxPixels) return {};
-  return fail(ErrorCode::LimitExceeded, fmt::format("a photograph of {} x {} px, more than {} pixels",
+  return fail(ErrorCode::LimitExceeded, fmt::format("photograph of {} x {} px, more than {} pixels",
                                                     camera.width_px(), camera.height_px(), kMaxPixels));
 }
 
-/// Light relative to its mean, which is in the middle of the picture: a plane over the pixels.
+/// Illumination relative to its mean, which is at the centre of the image: a plane over the pixels.
 struct Illumination {
   double mean = 1, per_x = 0, per_y = 0;
 
@@ -297,8 +297,8 @@ struct Illumination {
   [[nodiscard]] double at(double x, double y) const { return mean + per_x * x + per_y * y; }
 };
 
-/// From light to grey levels, pixel by pixel in rows.
-Image expose(const CameraModel& camera, const photo::SceneLight& light, const photo::Backdrop& backdrop,
+/// From radiance to grey levels, pixel by pixel in rows.
+Image expose(const CameraModel& camera, const photo::SceneRadiance& radiance, const photo::Backdrop& backdrop,
              const PhotographOptions& options, Random noise) {
   const Illumination illumination(camera, options);
   const double contrast = (options.white_level_dn - options.black_level_dn) / 255;
@@ -306,9 +306,9 @@ Image expose(const CameraModel& camera, const photo::SceneLight& light, const ph
   Image image(camera.width_px(), camera.height_px());
   for (int y = 0; y < image.height(); ++y) {
     for (int x = 0; x < image.width(); ++x) {
-      const double covered = static_cast<double>(light.covered[light.index(x, y)]);
-      double level =
-          covered * options.black_level_dn + static_cast<double>(light.level[light.index(x, y)]) * contrast;
+      const double covered = static_cast<double>(radiance.covered[radiance.index(x, y)]);
+      double level = covered * options.black_level_dn +
+                     static_cast<double>(radiance.level[radiance.index(x, y)]) * contrast;
       if (covered < 1) {
         const double behind =
             options.background_level_dn + options.background_contrast_dn * backdrop.at(x + 0.5, y + 0.5);
@@ -340,9 +340,9 @@ Result<Photograph> photograph(const CameraModel& camera, const PhotographScene& 
   projected.reserve(patterns.size());
   for (const photo::PlanarPattern& pattern : patterns)
     projected.push_back(photo::project_pattern(camera, pattern));
-  const photo::SceneLight light = photo::gather_light(projected, camera.width_px(), camera.height_px(),
-                                                      photo::point_spread(options.blur_sigma_px));
-  Photograph result{.image = expose(camera, light, backdrop, options, random.fork())};
+  const photo::SceneRadiance radiance = photo::gather_radiance(
+      projected, camera.width_px(), camera.height_px(), photo::point_spread(options.blur_sigma_px));
+  Photograph result{.image = expose(camera, radiance, backdrop, options, random.fork())};
   for (const TagInScene& tag : scene.tags) {
     if (auto truth = photo::tag_truth(camera, tag, patterns)) result.tags.push_back(*std::move(truth));
   }

@@ -14,11 +14,10 @@
 #include "waymark/geometry/se3.hpp"
 #include "waymark/image/image.hpp"
 
-/// Still photographs of flat tags and printed sheets, with exact truth.
+/// Still photographs of flat tags and printed sheets, with exact ground truth.
 namespace waymark {
 
-/// A printed tag before the camera. Cells that a family leaves open (the corners of the round ones) show
-/// paper.
+/// A printed tag in front of the camera. Cells outside the tag (the corners of circular families) show paper.
 struct TagInScene {
   TagId tag;
   SE3 cam_T_tag;            ///< tag frame: centre, x right, y down, z into the tag
@@ -26,21 +25,21 @@ struct TagInScene {
   double margin_cells = 1;  ///< white paper around the tag's own total width, in cells of the tag
 };
 
-/// A printed sheet before the camera.
+/// A printed sheet in front of the camera.
 struct SheetInScene {
   Image raster;                 ///< 0 ink to 255 paper
   double metres_per_pixel = 0;  ///< of the raster, e.g. 0.0254 / 300
   SE3 cam_T_sheet;              ///< sheet frame: centre of the raster, x right, y down, z into the sheet
 };
 
-/// What lies before the camera. Nearer things (by the distance of their centres) cover those behind; things
-/// that pierce each other are not resolved.
+/// The objects in front of the camera. Nearer objects (by the distance of their centres) cover farther ones;
+/// intersecting objects are not resolved.
 struct PhotographScene {
   std::vector<TagInScene> tags;
   std::vector<SheetInScene> sheets;
 };
 
-/// How the camera sees it. Levels are grey levels of the picture (DN, 0 to 255).
+/// Camera and illumination of a photograph. Levels are grey levels of the image (DN, 0 to 255).
 struct PhotographOptions {
   double blur_sigma_px = 0.6;
   double black_level_dn = 40;
@@ -57,11 +56,13 @@ struct PhotographOptions {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.blur_sigma_px, Field{"blur_sigma_px",
-                                    "Standard deviation of the Gaussian blur of the lens, on top of the "
+                                    "Standard deviation of the Gaussian blur of the lens, in addition to the "
                                     "integration over the pixel; below 0.05: none.",
                                     0, 50});
-    visit(self.black_level_dn, Field{"black_level_dn", "Grey level of black ink in mean light.", 0, 255});
-    visit(self.white_level_dn, Field{"white_level_dn", "Grey level of white paper in mean light.", 0, 255});
+    visit(self.black_level_dn,
+          Field{"black_level_dn", "Grey level of black ink in mean illumination.", 0, 255});
+    visit(self.white_level_dn,
+          Field{"white_level_dn", "Grey level of white paper in mean illumination.", 0, 255});
     visit(self.read_noise_dn,
           Field{"read_noise_dn", "Standard deviation of the read noise, in grey levels.", 0, 100});
     visit(self.shot_noise_dn,
@@ -76,39 +77,38 @@ struct PhotographOptions {
           Field{"clutter_size_px", "Size of the largest blobs of a cluttered background.", 1, 10000});
     visit(self.illumination_gradient,
           Field{"illumination_gradient",
-                "Relative difference in brightness between the two ends of the picture's diagonal.", 0, 1.9});
+                "Relative difference in brightness between the two ends of the image diagonal.", 0, 1.9});
     visit(self.illumination_direction_deg,
-          Field{"illumination_direction_deg", "Direction of the light: 0 right, 90 below.", -360, 360});
+          Field{"illumination_direction_deg",
+                "Direction in which the illumination increases: 0 right, 90 down.", -360, 360});
   }
 };
 
-/// What is true of a tag in a photograph.
+/// Ground truth of a tag in a photograph.
 struct TagTruth {
   TagId tag;
   SE3 cam_T_tag;
   double size_m = 0;
-  /// TL, TR, BR, BL of the printed tag, in distorted pixels, centres at +1/2; they may lie outside the
-  /// picture.
+  /// TL, TR, BR, BL of the printed tag, in distorted pixels, centres at +1/2; they may lie outside the image.
   std::array<Eigen::Vector2d, 4> corners_px{};
-  double size_px = 0;  ///< side it would have if it faced the camera where it is
+  double size_px = 0;  ///< side of the tag if it faced the camera at its position
   double tilt_rad =
-      0;  ///< between the line of sight and the tag's normal, 0 face to face; above pi/2 turned away
-  /// Share of the size x size square that is in the picture and not covered by something nearer, of 33 x 33
-  /// points up to and including the edges; 1 is wholly visible, 0 turned away or out of sight.
+      0;  ///< angle between the line of sight and the tag's normal, 0 if frontal; above pi/2 facing away
+  /// Fraction of the size x size square that is in the image and not covered by nearer objects, sampled at 33
+  /// x 33 points up to and including the edges; 1 is entirely visible, 0 facing away or out of view.
   double visible_fraction = 0;
 };
 
 struct Photograph {
   Image image;
-  std::vector<TagTruth> tags =
-      {};  ///< in the scene's order; a tag whose corners do not all project is left out
+  std::vector<TagTruth> tags = {};  ///< in the scene's order; omits tags whose corners do not all project
 };
 
-/// Takes the picture: each pixel is the exact average of the scene over its square (see Coverage), spread by
-/// the lens; then light, noise, rounding. The same scene, options and seed give the same picture. Backgrounds
-/// are out of focus: constant within the reach of the lens. Errors: InvalidArgument (an option, a size, a tag
-/// number, an empty raster, a pose with a number that is not finite), LimitExceeded (more than 250 million
-/// pixels). Time goes with the pixels around tags and sheets.
+/// Renders the image: each pixel is the exact average of the scene over its square (see Coverage), blurred by
+/// the lens; then illumination, noise and rounding are applied. The same scene, options and seed give the
+/// same image. Backgrounds are out of focus: constant within the reach of the lens blur. Errors:
+/// InvalidArgument (an option, a size, a tag number, an empty raster, a non-finite pose), LimitExceeded (more
+/// than 250 million pixels). Time is proportional to the pixels around tags and sheets.
 [[nodiscard]] Result<Photograph> photograph(const CameraModel& camera, const PhotographScene& scene,
                                             const PhotographOptions& options, Random& random);
 

@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
 #include "waymark/image/image.hpp"
 
 namespace waymark {
@@ -26,7 +27,7 @@ const CameraModel kBent =
         320, 240)
         .value();
 
-/// No noise, even light, flat background: grey levels are the scene.
+/// No noise, even illumination, flat background: grey levels are those of the scene.
 PhotographOptions quiet() {
   return {.black_level_dn = 0,
           .white_level_dn = 250,
@@ -49,7 +50,7 @@ SE3 facing(double x, double y, double z, double tilt = 0, double roll = 0) {
 }
 
 TEST(Photograph, TruthIsTheProjectionOfTheCorners) {
-  // Pinhole written out: no code shared with the camera room.
+  // Pinhole model written out: shares no code with the camera room.
   const SE3 cam_T_tag(SO3::from_rpy(0.4, -0.7, 1.1), {0.05, -0.02, 1.3});
   const Photograph photo =
       take(kCamera, {.tags = {{{FamilyId::Tag36h11, 5}, cam_T_tag, 0.2}}, .sheets = {}}, quiet());
@@ -64,7 +65,7 @@ TEST(Photograph, TruthIsTheProjectionOfTheCorners) {
   EXPECT_EQ(photo.tags[0].visible_fraction, 1.0);
 }
 
-TEST(Photograph, SizeAndTiltAreThoseOfATagThatIsTurned) {
+TEST(Photograph, SizeAndTiltMatchARotatedTag) {
   for (const double tilt : {0.0, 0.5, 1.2}) {
     const Photograph photo =
         take(kCamera, {.tags = {{{FamilyId::Tag36h11, 5}, facing(0, 0, 2, tilt, 0.3), 0.25}}, .sheets = {}},
@@ -72,7 +73,7 @@ TEST(Photograph, SizeAndTiltAreThoseOfATagThatIsTurned) {
     EXPECT_NEAR(photo.tags.at(0).tilt_rad, tilt, 1e-12);
     EXPECT_NEAR(photo.tags.at(0).size_px, 400 * 0.25 / 2, 1e-9);
   }
-  // Off the axis a tag that faces the camera is stretched by the lens: sqrt(area) of its picture.
+  // Off the axis a tag that faces the camera is stretched by the projection: sqrt(area) of its image.
   const Vector3d to_side(0.6, 0, 2);
   const SE3 turned(SO3::from_rpy(0, std::atan2(0.6, 2), 0), to_side);
   const Photograph photo =
@@ -84,9 +85,8 @@ TEST(Photograph, SizeAndTiltAreThoseOfATagThatIsTurned) {
   EXPECT_NEAR(photo.tags.at(0).tilt_rad, 0, 1e-9);
 }
 
-/// Every cell of a tag, in the middle, must show what its bitmap says; the corners of the round ones show
-/// paper.
-TEST(Photograph, EveryFamilyLooksLikeItsBitmap) {
+/// The middle of every cell of a tag must have its bitmap value; the corners of circular families show paper.
+TEST(Photograph, EveryFamilyMatchesItsBitmap) {
   for (const FamilyId id : kAllFamilies) {
     for (const CameraModel* camera : {&kCamera, &kBent}) {
       const Family& tags = family(id);
@@ -111,8 +111,8 @@ TEST(Photograph, EveryFamilyLooksLikeItsBitmap) {
 
 constexpr double kInk = 20;
 
-/// Where the border lies across a side of a tag, from grey levels: white length along many lines across it,
-/// minus the truth. Positive when the ink seems too large.
+/// Position of the border across a side of a tag from grey levels: white length along many lines across it,
+/// minus the truth. Positive if the ink appears too large.
 double border_offset_px(const Photograph& photo, std::size_t side, double reach_px) {
   const auto& corners = photo.tags.at(0).corners_px;
   const Vector2d a = corners[side];
@@ -134,33 +134,33 @@ double border_offset_px(const Photograph& photo, std::size_t side, double reach_
   return sum / kLines;
 }
 
-TEST(Photograph, BordersLieWithinAThousandthOfAPixelOfTheTruth) {
+TEST(Photograph, BordersAreWithinAThousandthOfAPixelOfTheTruth) {
   Random random(3);
   double mean = 0;
   double squares = 0;
   int sides = 0;
   for (int i = 0; i < 24; ++i) {
     const double tilt = i < 4 ? 0 : random.uniform(0, 0.9);
-    const double roll = i < 2 ? 0 : random.uniform(-3, 3);  // upright sides are the hard case for sampling
+    const double roll = i < 2 ? 0 : random.uniform(-3, 3);  // vertical sides are the hard case for sampling
     const double z = random.uniform(0.9, 1.1);
     const double y = random.uniform(-0.01, 0.01);
     const SE3 pose = facing(random.uniform(-0.01, 0.01), y, z, tilt, roll);
     PhotographOptions options = quiet();
-    options.read_noise_dn = 0.5;    // else an upright side shows the rounding of bytes, the same in every row
-    options.black_level_dn = kInk;  // noise keeps its mean
+    options.read_noise_dn = 0.5;    // otherwise a vertical side shows the same rounding in every row
+    options.black_level_dn = kInk;  // keeps the mean of the noise
     options.blur_sigma_px = i % 3 == 0 ? 0.0 : (i % 3 == 1 ? 0.6 : 1.1);
-    // Less than half a cell of the steepest tag: the next row of bits must not blur into it. What is cut off
-    // is cut off on both sides.
+    // Less than half a cell of the steepest tag: the next row of bits must not blur into it. The reach cuts
+    // off equal parts on both sides.
     const double reach_px = 1.5 + 2 * options.blur_sigma_px;
     const Photograph photo =
         take(kCamera, {.tags = {{{FamilyId::Tag36h11, 11}, pose, 0.3}}, .sheets = {}}, options);
     for (const Vector2d& corner : photo.tags.at(0).corners_px) {
-      ASSERT_GT(std::min(corner.x(), corner.y()), reach_px) << "tag " << i << " is all in the picture";
+      ASSERT_GT(std::min(corner.x(), corner.y()), reach_px) << "tag " << i << " is entirely in the image";
       ASSERT_LT(std::max(corner.x() - 80, corner.y()), 240 - reach_px) << "tag " << i;
     }
     for (std::size_t side = 0; side < 4; ++side) {
       const double offset = border_offset_px(photo, side, reach_px);
-      EXPECT_NEAR(offset, 0, 0.003) << "tag " << i << ", side " << side;  // of which noise: sigma 0.0007
+      EXPECT_NEAR(offset, 0, 0.003) << "tag " << i << ", side " << side;  // noise contributes sigma 0.0007
       mean += offset;
       squares += offset * offset;
       ++sides;
@@ -170,7 +170,7 @@ TEST(Photograph, BordersLieWithinAThousandthOfAPixelOfTheTruth) {
   EXPECT_LT(std::sqrt(squares / sides), 0.001);
 }
 
-TEST(Photograph, APrintedSheetLooksLikeTheTagItself) {
+TEST(Photograph, APrintedSheetEqualsTheTag) {
   const TagInScene tag{{FamilyId::Tag36h11, 42}, facing(0.03, 0.02, 1, 0.6, 0.7), 0.2};
   const Family& tags = family(tag.tag.family);
   const int cell_px = 5;
@@ -193,13 +193,13 @@ TEST(Photograph, APrintedSheetLooksLikeTheTagItself) {
   EXPECT_TRUE(of_sheet.tags.empty());
 }
 
-TEST(Photograph, TheSameSeedGivesTheSamePicture) {
+TEST(Photograph, TheSameSeedGivesTheSameImage) {
   const PhotographScene scene{.tags = {{{FamilyId::Tag36h11, 1}, facing(0, 0, 1, 0.3), 0.1}}, .sheets = {}};
   EXPECT_EQ(take(kCamera, scene, {}, 5).image, take(kCamera, scene, {}, 5).image);
   EXPECT_NE(take(kCamera, scene, {}, 5).image, take(kCamera, scene, {}, 6).image);
 }
 
-TEST(Photograph, NoiseHasTheVarianceAsked) {
+TEST(Photograph, NoiseHasTheRequestedVariance) {
   PhotographOptions options = quiet();
   options.background_level_dn = 100;
   options.read_noise_dn = 3;
@@ -214,12 +214,12 @@ TEST(Photograph, NoiseHasTheVarianceAsked) {
       squares += std::pow(image.row(y)[x] - 100.0, 2);
     }
   }
-  const double variance = 9 + 0.07 * 100 + 1.0 / 12;  // and rounding
+  const double variance = 9 + 0.07 * 100 + 1.0 / 12;  // plus rounding
   EXPECT_NEAR(sum / count, 100, 4 * std::sqrt(variance / count));
   EXPECT_NEAR(squares / count, variance, 4 * variance * std::sqrt(2 / count));
 }
 
-TEST(Photograph, LightFallsOffAsAsked) {
+TEST(Photograph, IlluminationFallsOffAsRequested) {
   PhotographOptions options = quiet();
   options.background_level_dn = 100;
   options.illumination_gradient = 0.5;
@@ -230,7 +230,7 @@ TEST(Photograph, LightFallsOffAsAsked) {
   EXPECT_NEAR(image.row(200)[319], 125, 1);
 }
 
-TEST(Photograph, BackgroundsAreAsAsked) {
+TEST(Photograph, BackgroundsAreAsRequested) {
   PhotographOptions options = quiet();
   options.background_level_dn = 120;
   options.background_contrast_dn = 50;
@@ -248,7 +248,7 @@ TEST(Photograph, BackgroundsAreAsAsked) {
   EXPECT_GT(high - low, 40);
 }
 
-TEST(Photograph, VisibleFractionCountsPictureAndCover) {
+TEST(Photograph, VisibleFractionAccountsForImageBorderAndOcclusion) {
   const TagInScene half_out{{FamilyId::Tag36h11, 1}, facing(-0.4, 0, 1), 0.1};  // centre at x = 0
   const TagInScene away{
       {FamilyId::Tag36h11, 2}, {SO3::from_rpy(0, std::numbers::pi, 0), Vector3d(0.2, 0, 1)}, 0.1};
@@ -264,11 +264,16 @@ TEST(Photograph, VisibleFractionCountsPictureAndCover) {
   EXPECT_EQ(photo.tags[3].visible_fraction, 1.0);
 }
 
-TEST(Photograph, BadInputIsNamed) {
-  const auto error = [](const PhotographScene& scene, const PhotographOptions& options = {}) {
+TEST(Photograph, InvalidInputIsRejected) {
+  const auto expect_error = [](const PhotographScene& scene, const char* key, const char* text,
+                               const PhotographOptions& options = {}) {
     Random random(1);
     const auto result = photograph(kCamera, scene, options, random);
-    return result ? std::string("none") : to_string(result.error());
+    ASSERT_FALSE(result) << text;
+    EXPECT_EQ(result.error().code, ErrorCode::InvalidArgument) << text;
+    EXPECT_EQ(result.error().place.key, key);
+    EXPECT_THAT(to_string(result.error()), HasSubstr(text));
+    testing::expect_on_page("simulation", result.error());
   };
   const TagInScene good{{FamilyId::Tag36h11, 1}, facing(0, 0, 1), 0.1};
   const auto with = [&](auto change) {
@@ -276,24 +281,23 @@ TEST(Photograph, BadInputIsNamed) {
     change(scene.tags[1]);
     return scene;
   };
-  EXPECT_EQ(error({.tags = {good}, .sheets = {}}), "none");
-  EXPECT_THAT(error(with([](TagInScene& t) { t.tag.number = 587; })),
-              HasSubstr("(tags[1].tag): tag36h11 has no tag 587"));
-  EXPECT_THAT(error(with([](TagInScene& t) { t.tag.number = -1; })), HasSubstr("has no tag -1"));
-  EXPECT_THAT(error(with([](TagInScene& t) { t.size_m = 0; })),
-              HasSubstr("(tags[1].size_m): 0 m is no size"));
-  EXPECT_THAT(error(with([](TagInScene& t) { t.size_m = std::numeric_limits<double>::quiet_NaN(); })),
-              HasSubstr("is no size"));
-  EXPECT_THAT(error(with([](TagInScene& t) { t.margin_cells = -1; })), HasSubstr("margin"));
-  EXPECT_THAT(error(with([](TagInScene& t) {
-                t.cam_T_tag = SE3(SO3(), {0, std::numeric_limits<double>::infinity(), 1});
-              })),
-              HasSubstr("not finite"));
-  EXPECT_THAT(error({.tags = {}, .sheets = {{Image(), 0.001, facing(0, 0, 1)}}}),
-              HasSubstr("without pixels"));
-  EXPECT_THAT(error({.tags = {}, .sheets = {{Image(2, 2), -1, facing(0, 0, 1)}}}), HasSubstr("is no size"));
-  EXPECT_THAT(error({}, {.background = "cluter"}), HasSubstr("Did you mean 'clutter'?"));
-  EXPECT_THAT(error({}, {.blur_sigma_px = -1}), HasSubstr("(blur_sigma_px)"));
+  Random random(1);
+  EXPECT_TRUE(photograph(kCamera, {.tags = {good}, .sheets = {}}, {}, random));
+  expect_error(with([](TagInScene& t) { t.tag.number = 587; }), "tags[1].tag", "587");
+  expect_error(with([](TagInScene& t) { t.tag.number = -1; }), "tags[1].tag", "-1");
+  expect_error(with([](TagInScene& t) { t.size_m = 0; }), "tags[1].size_m", "0 m");
+  expect_error(with([](TagInScene& t) { t.size_m = std::numeric_limits<double>::quiet_NaN(); }),
+               "tags[1].size_m", "nan");
+  expect_error(with([](TagInScene& t) { t.margin_cells = -1; }), "tags[1].margin_cells", "-1");
+  expect_error(with([](TagInScene& t) {
+                 t.cam_T_tag = SE3(SO3(), {0, std::numeric_limits<double>::infinity(), 1});
+               }),
+               "tags[1].cam_T_tag", "pose");
+  expect_error({.tags = {}, .sheets = {{Image(), 0.001, facing(0, 0, 1)}}}, "sheets[0].raster", "pixels");
+  expect_error({.tags = {}, .sheets = {{Image(2, 2), -1, facing(0, 0, 1)}}}, "sheets[0].metres_per_pixel",
+               "-1 m");
+  expect_error({}, "background", "'clutter'", {.background = "cluter"});
+  expect_error({}, "blur_sigma_px", "-1", {.blur_sigma_px = -1});
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 namespace waymark::render {
 namespace {
 
-constexpr double kLeastDepth = 0.15;  // of a unit ray, for rays (x, y, 1): 81 degrees off the axis
+constexpr double kMinDepth = 0.15;  // depth of a unit ray for rays (x, y, 1): 81 degrees off the axis
 
 }  // namespace
 
@@ -59,7 +59,7 @@ RayTable::RayTable(const CameraModel& camera) : width_(camera.width_px()), heigh
       kTilePx / std::max(1e-6, tiles_[std::min(middle, tiles_.size() - 1)].angle_rad * std::sqrt(2.0));
   const float least =
       *std::min_element(rays_.begin() + static_cast<std::ptrdiff_t>(2 * corners), rays_.end());
-  if (static_cast<double>(least) < kLeastDepth) return;
+  if (static_cast<double>(least) < kMinDepth) return;
   for (std::size_t i = 0; i < corners; ++i) {
     const double z = static_cast<double>(rays_[2 * corners + i]);
     rays_[i] = static_cast<float>(static_cast<double>(rays_[i]) / z);

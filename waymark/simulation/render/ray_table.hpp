@@ -10,28 +10,29 @@
 
 namespace waymark::render {
 
-/// Where (row, column) stands in an array of rows of `width`. None of them may be negative.
+/// Index of (row, column) in an array of rows of `width`. Arguments must not be negative.
 [[nodiscard]] constexpr std::size_t row_major(int row, int width, int column = 0) {
   return static_cast<std::size_t>(row) * static_cast<std::size_t>(width) + static_cast<std::size_t>(column);
 }
 
-inline constexpr int kTilePx = 16;  ///< side of the squares the picture is made of
+inline constexpr int kTilePx = 16;  ///< side of the square tiles of the image
 /// Rays of a tile's pixel corners in a row.
 inline constexpr int kTileCorners = kTilePx + 1;
 
-/// The line of sight of every corner of every pixel, once for a camera: both distortions cost nothing later.
+/// The line of sight of every pixel corner, computed once per camera, so distortion costs nothing during
+/// rendering.
 ///
-/// Rays are (x, y, 1) when all the picture lies well before the camera, so that what is linear in a ray is
-/// linear in the pixels of a camera without distortion; else they have length 1.
+/// Rays are (x, y, 1) if all of the image is well in front of the camera, so that linear functions of a ray
+/// are linear in the pixels of a camera without distortion; otherwise they have length 1.
 class RayTable {
  public:
   /// O(pixels).
   explicit RayTable(const CameraModel& camera);
 
-  /// What the pixels of one tile see: directions within an angle of the middle one.
+  /// The view of one tile: directions within an angle of the middle one.
   struct Tile {
-    int x = 0, y = 0;                                    ///< its first pixel
-    int width = 0, height = 0;                           ///< [px], less than kTilePx at the right and bottom
+    int x = 0, y = 0;           ///< its first pixel
+    int width = 0, height = 0;  ///< [px], less than kTilePx at the right and bottom edges
     Eigen::Vector3d cam_ray = Eigen::Vector3d::UnitZ();  ///< unit
     double angle_rad = 0;                                ///< to the farthest ray of the tile
     bool sees = false;                                   ///< whether any of its pixels has rays
@@ -50,11 +51,11 @@ class RayTable {
                            static_cast<std::size_t>(y)) *
                               static_cast<std::size_t>(width_ + 1);
   }
-  /// Cosine between the optical axis and each pixel of row y; below 0 where it sees nothing.
+  /// Cosine between the optical axis and each pixel of row y; below 0 for pixels without a ray.
   [[nodiscard]] const float* cosines(int y) const {
     return cosines_.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(width_);
   }
-  /// Pixels a direction crosses when it turns by a radian, mean over the picture.
+  /// Pixels per radian of viewing direction, averaged over the image.
   [[nodiscard]] double px_per_rad() const { return px_per_rad_; }
 
  private:

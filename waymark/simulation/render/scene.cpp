@@ -19,7 +19,7 @@ int texture_index(const std::string& name) {
 
 constexpr int kSpeckle = 3;
 
-/// What a rectangle must enclose.
+/// Bounding box of the world.
 struct Extent {
   Eigen::Vector3d low = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
   Eigen::Vector3d high = -low;
@@ -30,7 +30,7 @@ struct Extent {
   }
 };
 
-/// Which way an upright or lying face looks, and its axes as its reader sees them.
+/// Pose of an upright or horizontal face, with the axes seen by its viewer.
 SE3 face(const Eigen::Vector3d& centre, const Eigen::Vector3d& to_reader, const Eigen::Vector3d& down) {
   Eigen::Matrix3d map_R;
   map_R.col(2) = -to_reader;
@@ -39,7 +39,7 @@ SE3 face(const Eigen::Vector3d& centre, const Eigen::Vector3d& to_reader, const 
   return {SO3::from_matrix(map_R), centre};
 }
 
-/// The five faces of a box that can be seen, and its underside where it hangs in the air.
+/// The five visible faces of a box, and its underside if it is above the floor.
 void add_box(const SE3& map_T_box, const Eigen::Vector3d& size, const Finish& finish, Scene& scene) {
   const auto add = [&](const Eigen::Vector3d& outwards, const Eigen::Vector3d& down) {
     const Eigen::Vector3d side = down.cross(outwards).cwiseAbs();
@@ -82,7 +82,7 @@ Extent extent_of(const World& world) {
   return extent;
 }
 
-/// Floor, walls and ceiling, seen from inside.
+/// Floor, walls and ceiling, visible from inside.
 void add_room(const World& world, const SceneOptions& options, Scene& scene) {
   const Extent extent = extent_of(world);
   const bool closed = options.room_height_m > 0;
@@ -121,16 +121,16 @@ Status check_surface(const SceneSurface& surface, std::size_t index) {
   const auto bad = [&](std::string what) {
     return fail(ErrorCode::InvalidArgument, std::move(what), {.key = fmt::format("surfaces[{}]", index)});
   };
-  if (!surface.map_T_surface.matrix().allFinite()) return bad("a pose with a number that is not finite");
+  if (!surface.map_T_surface.matrix().allFinite()) return bad("non-finite pose");
   const bool has_size = std::isfinite(surface.width_m) && std::isfinite(surface.height_m) &&
                         surface.width_m > 0 && surface.height_m > 0;
-  if (!has_size) return bad(fmt::format("{} m x {} m is no size", surface.width_m, surface.height_m));
+  if (!has_size) return bad(fmt::format("invalid size {} m x {} m", surface.width_m, surface.height_m));
   const Finish& finish = surface.finish;
   const bool looks = finish.reflectance >= 0 && finish.contrast >= 0 && finish.gloss >= 0 &&
                      finish.cell_m > 0 && finish.texture >= 0 &&
                      finish.texture < static_cast<int>(kFloorTextures.size()) &&
                      std::isfinite(finish.reflectance + finish.contrast + finish.gloss + finish.cell_m);
-  if (!looks) return bad("a finish with a number out of range");
+  if (!looks) return bad("invalid finish: a value is out of range");
   if (!surface.tag) return {};
   const Family& tags = family(surface.tag->family);
   if (surface.tag->number < 0 || static_cast<std::size_t>(surface.tag->number) >= tags.codes.size())
@@ -138,7 +138,7 @@ Status check_surface(const SceneSurface& surface, std::size_t index) {
   const double total_m = surface.tag_size_m / tags.width_at_border * tags.total_width;
   const double paper_m = std::min(surface.width_m, surface.height_m) * (1 + 1e-9);
   if (!(surface.tag_size_m > 0) || total_m > paper_m)
-    return bad(fmt::format("a tag of {} m does not fit its paper", surface.tag_size_m));
+    return bad(fmt::format("a tag of {} m does not fit on its paper", surface.tag_size_m));
   return {};
 }
 
@@ -178,8 +178,7 @@ Status check(const Scene& scene) {
     if (Status good = check_surface(scene.surfaces[i], i); !good) return good;
   }
   const bool finite = scene.map_t_lamp.allFinite() && std::isfinite(scene.sky_reflectance);
-  if (!finite)
-    return fail(ErrorCode::InvalidArgument, "a scene whose lamp or sky is not finite", {.key = "scene"});
+  if (!finite) return fail(ErrorCode::InvalidArgument, "non-finite lamp or sky", {.key = "scene"});
   return {};
 }
 

@@ -12,18 +12,18 @@
 
 namespace waymark {
 
-/// How a surface gives back light. 1 is white paper in nominal light.
+/// Reflectance of a surface. 1 is white paper in nominal illumination.
 struct Finish {
   double reflectance = 0.6;  ///< mean
-  double contrast = 0;       ///< largest difference of the texture from the mean
+  double contrast = 0;       ///< largest deviation of the texture from the mean
   int texture = 0;           ///< index in kFloorTextures
   double cell_m = 0.3;       ///< side of a tile, size of the largest blobs
-  double gloss = 0;          ///< how bright the lamp's mirror image is; 0: matt
-  bool two_sided = false;    ///< seen from behind as well, blank
+  double gloss = 0;          ///< brightness of the lamp's specular reflection; 0: matt
+  bool two_sided = false;    ///< also visible from behind, blank
 };
 
-/// A flat rectangle. Frame as that of a tag: origin in its middle, x right, y down, z into it, as seen by one
-/// who looks at its front.
+/// A flat rectangle. Frame like that of a tag: origin in its middle, x right, y down, z into it, as seen by a
+/// viewer of its front.
 struct SceneSurface {
   SE3 map_T_surface{};
   double width_m = 0;
@@ -33,14 +33,14 @@ struct SceneSurface {
   double tag_size_m = 0;       ///< side of the square where black border meets white border
 };
 
-/// Everything a camera can see.
+/// Everything that a camera can see.
 struct Scene {
-  std::vector<SceneSurface> surfaces{};  ///< of two in one plane the later one lies on the other
+  std::vector<SceneSurface> surfaces{};  ///< of two in one plane the later one is on top
   Eigen::Vector3d map_t_lamp = {0, 0, 2.4};
-  double sky_reflectance = 0.5;  ///< brightness where there is nothing
+  double sky_reflectance = 0.5;  ///< brightness outside all surfaces
 };
 
-/// What the world does not say about how it looks.
+/// Parameters of the appearance that a world does not define.
 struct SceneOptions {
   double room_margin_m = 1.5;
   double room_height_m = 2.5;
@@ -62,20 +62,20 @@ struct SceneOptions {
   }
 };
 
-/// What a world looks like: tags on white paper, boards, walls, furniture, floor, and a room around it all
-/// with a lamp under the middle of its ceiling. Order of map, so that the same world gives the same scene.
+/// The appearance of a world: tags on white paper, boards, walls, furniture, floor, and a surrounding room
+/// with a lamp under the middle of its ceiling. In map order, so the same world gives the same scene.
 [[nodiscard]] Scene scene_of(const World& world, const SceneOptions& options = {});
 
-/// An upright or lying rectangle of one finish that stands in the way, e.g. a person's leg or a poster.
+/// An upright or horizontal rectangle of one finish as an obstacle, e.g. a person's leg or a poster.
 [[nodiscard]] SceneSurface plain_surface(const SE3& map_T_surface, double width_m, double height_m,
                                          const Finish& finish);
 
-/// A tag on white paper that leaves `margin_cells` around the tag's own total width.
+/// A tag on white paper with `margin_cells` around the tag's own total width.
 [[nodiscard]] SceneSurface tag_surface(const TagId& tag, const SE3& map_T_tag, double size_m,
                                        double margin_cells = 1);
 
-/// Fails on the first surface that cannot be: sizes not above 0, poses not finite, tags that do not exist or
-/// that are larger than their paper.
+/// Fails on the first invalid surface: sizes not above 0, poses not finite, tags that do not exist or that
+/// are larger than their paper.
 [[nodiscard]] Status check(const Scene& scene);
 
 }  // namespace waymark

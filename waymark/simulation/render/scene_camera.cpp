@@ -14,18 +14,20 @@ namespace waymark {
 namespace {
 
 constexpr std::int64_t kMaxImagePixels = 100'000'000;
-constexpr double kMaxMoments = 64;      // beyond 32 px of blur no tag is read: stripes do no harm
-constexpr double kMaxLensPoints = 256;  // discs beyond 10 px show dots
+// beyond 32 px of blur no tag is readable, so visible stripes do not matter
+constexpr double kMaxMoments = 64;
+constexpr double kMaxLensPoints = 256;  // discs beyond 10 px show single points
 
 double exposure_s(const SceneCameraOptions& options) { return options.exposure_ms * 1e-3; }
 
-/// What the outlines of surfaces do in the picture while the shutter is open.
+/// Largest motion and defocus of surface outlines in the image during the exposure.
 struct OutlineMotion {
-  double way_px = 0;   ///< longest way of any point
-  double disc_px = 0;  ///< largest blur of defocus of any
+  double way_px = 0;   ///< longest path of any point
+  double disc_px = 0;  ///< largest defocus blur of any point
 };
 
-/// Follows a point through the beginning, middle and end of the exposure, if the picture shows it.
+/// Updates it with the path of a point at the beginning, middle and end of the exposure, if the point is in
+/// the image.
 void follow(const SceneCamera::Parts& parts, const std::array<SE3, 3>& cam_T_map,
             const Eigen::Vector3d& map_p, OutlineMotion& most) {
   constexpr double kNearestM = 0.02;
@@ -43,7 +45,7 @@ void follow(const SceneCamera::Parts& parts, const std::array<SE3, 3>& cam_T_map
 }
 
 OutlineMotion outline_motion(const SceneCamera::Parts& parts, const std::array<SE3, 3>& cam_T_map) {
-  constexpr int kPointsOfSide = 16;  // of large surfaces no corner may be in the picture
+  constexpr int kPointsOfSide = 16;  // a large surface may have no corner in the image
   OutlineMotion most;
   for (std::size_t i = 0; i < parts.surfaces.size(); ++i) {
     const auto& corners = parts.surfaces[i].map_p_corners;
@@ -56,7 +58,7 @@ OutlineMotion outline_motion(const SceneCamera::Parts& parts, const std::array<S
   return most;
 }
 
-/// Moments needed for the blur of motion, and points of the lens for that of defocus.
+/// Number of time samples for motion blur, or of lens points for defocus.
 int samples_needed(const SceneCamera::Parts& parts, const CameraMotion& motion, const SE3& middle) {
   constexpr double kPointsPerPx = 3;
   const double half = exposure_s(parts.options) / 2;
@@ -72,8 +74,8 @@ int samples_needed(const SceneCamera::Parts& parts, const CameraMotion& motion, 
   return static_cast<int>(std::max(moments, std::clamp(std::ceil(points), 1.0, kMaxLensPoints)));
 }
 
-/// Moments evenly spread over the exposure, with the mean and the variance of all of it (without the factor
-/// the variance of so few would be less by one part in their number squared).
+/// Times evenly distributed over the exposure, with its mean and variance (without the scale factor the
+/// variance of so few times would be too small by one part in their number squared).
 std::vector<double> sample_times(int count, double exposure) {
   std::vector<double> times;
   const double n = count;
@@ -84,13 +86,12 @@ std::vector<double> sample_times(int count, double exposure) {
 }
 
 tl::unexpected<Error> fail_motion() {
-  return fail(ErrorCode::InvalidArgument, "a motion of the camera with a number that is not finite",
-              {.key = "motion"});
+  return fail(ErrorCode::InvalidArgument, "non-finite camera motion", {.key = "motion"});
 }
 
-/// Points spread evenly over the lens (Vogel, "A better way to construct the sunflower head", Mathematical
-/// Biosciences 1979), in an order that has nothing to do with time; with the
-/// mean and the variance of the disc.
+/// Points evenly distributed over the lens (Vogel, "A better way to construct the sunflower head",
+/// Mathematical Biosciences 1979), in an order independent of time; with the mean and the variance of the
+/// disc.
 std::vector<Eigen::Vector3d> lens_points(int count, double aperture_m) {
   std::vector<Eigen::Vector3d> points;
   int stride = std::max(1, static_cast<int>(std::lround(0.618 * count)));
@@ -119,7 +120,7 @@ Status prepare_scene(SceneCamera::Parts& parts) {
   return {};
 }
 
-/// Half the opening of the cone the picture shows.
+/// Half the opening angle of the cone of view.
 double half_view_rad(const render::RayTable& rays) {
   double widest = 0;
   for (int row = 0; row < rays.tile_rows(); ++row) {
@@ -138,7 +139,7 @@ Result<SceneCamera> SceneCamera::make(Scene scene, const CameraModel& model,
                                       const SceneCameraOptions& options) {
   if (Status ranges = check_ranges(options); !ranges) return tl::unexpected(ranges.error());
   if (std::int64_t{model.width_px()} * model.height_px() > kMaxImagePixels) {
-    return fail(ErrorCode::LimitExceeded, fmt::format("a picture of {} x {} px, more than {} pixels",
+    return fail(ErrorCode::LimitExceeded, fmt::format("image of {} x {} px, more than {} pixels",
                                                       model.width_px(), model.height_px(), kMaxImagePixels));
   }
   auto parts = std::make_shared<Parts>(Parts{.scene = std::move(scene), .model = model, .options = options});
@@ -183,7 +184,7 @@ Result<std::shared_ptr<SceneExposure>> SceneCamera::begin(const CameraMotion& mo
   exposure->order =
       render::from_far_to_near(parts_->surfaces, exposure->map_T_cam, half_view_rad(*parts_->rays));
   exposure->tags = render::truth_of(*exposure, motion);
-  exposure->light.resize(parts_->vignetting.size());
+  exposure->radiance.resize(parts_->vignetting.size());
   exposure->image = Image(parts_->model.width_px(), parts_->model.height_px());
   return exposure;
 }

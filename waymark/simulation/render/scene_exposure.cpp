@@ -18,13 +18,13 @@ namespace {
 
 constexpr int kPoints = 17;
 
-/// Whether a surface is met on the way from the eye to a point, well before it.
-bool is_in_the_way(const PreparedSurface& surface, const Eigen::Vector3d& eye, const Eigen::Vector3d& map_p) {
-  constexpr double kNotYet = 2e-3;  // [m] before the point
+/// Whether a surface is on the line from the eye to a point, clearly in front of the point.
+bool occludes(const PreparedSurface& surface, const Eigen::Vector3d& eye, const Eigen::Vector3d& map_p) {
+  constexpr double kMinGap_m = 2e-3;  // [m] before the point
   const Eigen::Vector3d from = surface.surface_R_map * (eye - surface.map_T_surface.translation());
   const Eigen::Vector3d to = surface.surface_R_map * (map_p - surface.map_T_surface.translation());
   if (from.z() > 0 && !surface.finish.two_sided) return false;
-  if (from.z() * to.z() >= 0 || std::abs(to.z()) < kNotYet) return false;
+  if (from.z() * to.z() >= 0 || std::abs(to.z()) < kMinGap_m) return false;
   const double share = from.z() / (from.z() - to.z());
   const Eigen::Vector2d at = from.head<2>() + share * (to - from).head<2>();
   return std::abs(at.x()) <= surface.half_m.x() && std::abs(at.y()) <= surface.half_m.y();
@@ -39,10 +39,11 @@ class TagObserver {
         map_T_tag_(map_T_tag),
         size_m_(size_m) {}
 
-  /// Where a point of the tag's plane appears, in the middle of the exposure of its row.
+  /// Pixel of a point of the tag's plane at the middle of the exposure of its row.
   [[nodiscard]] std::optional<Eigen::Vector2d> pixel(const Eigen::Vector3d& map_p) const {
     auto px = parts_.model.project(exposure_.map_T_cam.inverse() * map_p);
-    constexpr int kSteps = 4;  // each is closer by the share of readout the picture moves in
+    // each step reduces the error by the fraction of the readout in which the image moves
+    constexpr int kSteps = 4;
     for (int i = 0; i < kSteps && px && exposure_.rolling; ++i) {
       const double row = std::clamp(px->y(), 0.0, static_cast<double>(parts_.model.height_px()));
       px = parts_.model.project(motion_(row_time_s(parts_, std::floor(row) + 0.5)).inverse() * map_p);
@@ -55,7 +56,7 @@ class TagObserver {
     if (!px || !parts_.model.contains(*px)) return false;
     const Eigen::Vector3d& eye = exposure_.map_T_cam.translation();
     for (const PreparedSurface* surface : exposure_.order) {
-      if (is_in_the_way(*surface, eye, map_p)) return false;
+      if (occludes(*surface, eye, map_p)) return false;
     }
     return true;
   }
@@ -101,17 +102,17 @@ std::optional<SceneTagTruth> truth_of_tag(const SceneExposure& exposure, const C
   if (truth.cam_T_tag.inverse().translation().z() >= 0) return std::nullopt;  // from behind
   const TagObserver observer(exposure, motion, surface.map_T_surface, surface.tag_size_m);
   const auto corners = tag_corners(surface.tag_size_m);
-  bool near_picture = false;
+  bool near_image = false;
   for (std::size_t i = 0; i < corners.size(); ++i) {
     const Eigen::Vector3d map_p = surface.map_T_surface * corners[i];
     const auto px = observer.pixel(map_p);
     if (!px) return std::nullopt;
     truth.corners_px[i] = *px;
     truth.corner_visible[i] = observer.is_visible(map_p, px);
-    near_picture = near_picture || exposure.parts->model.contains(*px);
+    near_image = near_image || exposure.parts->model.contains(*px);
   }
   const auto centre = exposure.parts->model.project(truth.cam_T_tag.translation());
-  if (!near_picture && !(centre && exposure.parts->model.contains(*centre))) return std::nullopt;
+  if (!near_image && !(centre && exposure.parts->model.contains(*centre))) return std::nullopt;
   truth.visible_fraction = observer.visible_fraction();
   if (truth.visible_fraction == 0) return std::nullopt;
   truth.blur_px = observer.blur_px();
@@ -141,8 +142,8 @@ struct CornerRow {
   bool horizon = false;                       ///< whether c is not above 0 everywhere
 };
 
-/// Column of a coordinate in units of cells: 0 outside, 1 margin, 2 .. cells + 1, margin, outside. Without
-/// branches, so that it goes four at a time.
+/// Column of a coordinate in units of cells: 0 outside, 1 margin, 2 .. cells + 1, margin, outside.
+/// Branch-free, so that it vectorises.
 template <bool kHasCells>
 int strip_of(float u, float low, float high, int cells) {
   const int past_low = static_cast<int>(u >= low);
@@ -170,7 +171,7 @@ void meet_corners(const RayTable& rays, const PlaneRays& plane, const PatternGri
   const float* rx = rays.rays(0, y) + x;
   const float* ry = rays.rays(1, y) + x;
   const float* rz = rays.rays(2, y) + x;
-  int below = 0;  // a bit per corner would not go four at a time
+  int below = 0;  // one bit per corner would prevent vectorisation
   for (int i = 0; i < count; ++i) {
     const auto k = static_cast<std::size_t>(i);
     out.a[k] = plane.a.shift + plane.a.x * rx[i] + plane.a.y * ry[i] + plane.a.z * rz[i];
@@ -182,7 +183,7 @@ void meet_corners(const RayTable& rays, const PlaneRays& plane, const PatternGri
   grid.cells > 0 ? find_strips<true>(grid, count, out) : find_strips<false>(grid, count, out);
 }
 
-/// Paints the surfaces of one row of tiles.
+/// Renders the surfaces of one row of tiles.
 class BandPainter {
  public:
   BandPainter(SceneExposure& exposure, int band)
@@ -206,12 +207,12 @@ class BandPainter {
   struct Layer {
     std::size_t index = 0;  ///< in views_
     bool wholly = false;
-    TileValues shade;  ///< light of each pixel, of a surface without a pattern; else of glare
+    TileValues shade;  ///< radiance of each pixel, for a surface without a pattern; otherwise of glare
   };
 
   [[nodiscard]] int rows_apart() const { return exposure_.rolling ? kTilePx : 1; }
 
-  /// How far the camera gets from middle_ while the rows of this band are exposed.
+  /// Maximum motion of the camera relative to middle_ while the rows of this band are exposed.
   void measure_motion() {
     const int first = band_ * kTilePx;
     const int last = exposure_.rolling ? last_row_ : first;
@@ -265,16 +266,16 @@ class BandPainter {
     const int samples = still ? 1 : exposure_.samples;
     sum_.fill(0);
     for (int i = 0; i < samples; ++i) {
-      light_.fill(static_cast<float>(parts_.scene.sky_reflectance));
+      radiance_.fill(static_cast<float>(parts_.scene.sky_reflectance));
       for (const Layer& layer : layers_) lay(layer, tile, i);
-      for (std::size_t k = 0; k < kTilePixels; ++k) sum_[k] += light_[k];
+      for (std::size_t k = 0; k < kTilePixels; ++k) sum_[k] += radiance_[k];
     }
     store(tile, 1.0F / static_cast<float>(samples));
   }
 
   void store(const RayTable::Tile& tile, float scale) {
     for (int y = 0; y < tile.height; ++y) {
-      float* to = exposure_.light.data() +
+      float* to = exposure_.radiance.data() +
                   static_cast<std::size_t>(tile.y + y) * static_cast<std::size_t>(rays_.width_px()) + tile.x;
       const float* from = sum_.data() + row_major(y, kTilePx);
       for (int x = 0; x < tile.width; ++x) to[x] = from[x] * scale;
@@ -284,7 +285,7 @@ class BandPainter {
   void lay(const Layer& layer, const RayTable::Tile& tile, int sample) {
     const PatternGrid& grid = views_[layer.index].grid();
     if (layer.wholly && grid.cells == 0) {
-      light_ = layer.shade;
+      radiance_ = layer.shade;
       return;
     }
     CornerRow* top = &rows_[0];
@@ -304,13 +305,13 @@ class BandPainter {
     const SurfaceView& view = views_[layer.index];
     const auto gain = static_cast<float>(view.front ? view.surface->gain_front : view.surface->gain_back);
     const bool horizon = top.horizon || bottom.horizon;
-    float* light = light_.data() + row_major(y, kTilePx);
+    float* radiance = radiance_.data() + row_major(y, kTilePx);
     const float* shade = layer.shade.data() + row_major(y, kTilePx);
     for (int x = 0; x < width; ++x) {
       const PixelShare share = pixel(grid, top, bottom, static_cast<std::size_t>(x), horizon);
       const float own =
           grid.cells == 0 ? share.covered * shade[x] : share.level * gain + share.covered * shade[x];
-      light[x] = light[x] * (1 - share.covered) + own;
+      radiance[x] = radiance[x] * (1 - share.covered) + own;
     }
   }
 
@@ -352,13 +353,13 @@ class BandPainter {
   std::vector<SurfaceView> views_;              ///< from far to near
   std::vector<std::vector<PlaneRays>> planes_;  ///< of each view, as needed
   std::vector<Layer> layers_;
-  TileValues light_{};
+  TileValues radiance_{};
   TileValues sum_{};
   std::array<CornerRow, 2> rows_;
 };
 
-/// Light of each pixel of a surface without a pattern; of one with a pattern, what is added to it. Textures
-/// are smooth: a few moments of the exposure are enough for them, and one for glare.
+/// Radiance of each pixel of a surface without a pattern; with a pattern, the additional glare. Textures are
+/// smooth: a few samples of the exposure suffice for them, and one for glare.
 void BandPainter::shade(Layer& layer, const RayTable::Tile& tile) {
   constexpr int kSamplesApart = 4;
   const SurfaceView& view = views_[layer.index];
@@ -390,8 +391,8 @@ namespace {
 
 constexpr int kLevels = 256;
 
-/// Weights of pixels -reach .. reach with exactly the variance asked: a sampled Gaussian of another width,
-/// found by bisection.
+/// Weights of pixels -reach .. reach with exactly the requested variance: a sampled Gaussian of another
+/// width, found by bisection.
 std::vector<float> lens_weights(double sigma_px) {
   if (sigma_px < 0.05) return {1.0F};
   const int reach = std::max(1, static_cast<int>(std::ceil(4 * sigma_px)));
@@ -417,8 +418,8 @@ std::vector<float> lens_weights(double sigma_px) {
   return {weights.begin(), weights.end()};
 }
 
-/// Light of the lamps while a row is exposed, relative: the mean of two oscillations over the exposure.
-double lamp_light(const SceneCameraOptions& options, double time_s) {
+/// Relative illumination by the lamps while a row is exposed: the mean of two oscillations over the exposure.
+double lamp_intensity(const SceneCameraOptions& options, double time_s) {
   const auto swing = [&](double frequency_hz) {
     const double half_turn = std::numbers::pi * frequency_hz * options.exposure_ms * 1e-3;
     const double kept = half_turn > 1e-9 ? std::sin(half_turn) / half_turn : 1;
@@ -428,7 +429,7 @@ double lamp_light(const SceneCameraOptions& options, double time_s) {
   return 1 + options.flicker * swing(options.flicker_hz) + options.drift * swing(1 / options.drift_period_s);
 }
 
-/// Row y of the light, spread down columns: what lies beyond the picture is as its rim.
+/// Row y of the radiance, blurred down columns: beyond the image its border pixels are repeated.
 void spread_down(const SceneCamera::Parts& parts, const SceneExposure& exposure, int y,
                  std::vector<float>& out) {
   const int reach = static_cast<int>(parts.lens.size() / 2);
@@ -437,10 +438,10 @@ void spread_down(const SceneCamera::Parts& parts, const SceneExposure& exposure,
   std::fill(out.begin(), out.end(), 0.0F);
   for (int k = -reach; k <= reach; ++k) {
     const int from = std::clamp(y + k, 0, height - 1);
-    const float* light = exposure.light.data() + static_cast<std::size_t>(from) * width;
+    const float* radiance = exposure.radiance.data() + static_cast<std::size_t>(from) * width;
     const float weight = parts.lens[row_major(k + reach, 1)];
     float* to = out.data() + reach;
-    for (std::size_t x = 0; x < width; ++x) to[x] += weight * light[x];
+    for (std::size_t x = 0; x < width; ++x) to[x] += weight * radiance[x];
   }
   for (int k = 0; k < reach; ++k) {
     out[static_cast<std::size_t>(k)] = out[static_cast<std::size_t>(reach)];
@@ -483,7 +484,7 @@ void write_row(const SceneCamera::Parts& parts, const std::vector<float>& level,
   if (parts.tone.empty()) {
     for (std::size_t x = 0; x < level.size(); ++x) {
       const float up =
-          0.5F + std::min(std::max(level[x], 0.0F), 255.0F);  // rounds; lround is ten times as slow
+          0.5F + std::min(std::max(level[x], 0.0F), 255.0F);  // rounds; lround takes ten times as long
       out[x] = static_cast<std::uint8_t>(up);
     }
     return;
@@ -532,7 +533,8 @@ void read_out_band(SceneExposure& exposure, int band) {
     spread_down(parts, exposure, y, rows.spread);
     spread_along(parts.lens, rows.spread, rows.level);
     const double time_s = to_seconds(exposure.stamp.time_since_epoch()) + row_time_s(parts, y + 0.5);
-    const auto white = static_cast<float>(parts.options.white_level_dn * lamp_light(parts.options, time_s));
+    const auto white =
+        static_cast<float>(parts.options.white_level_dn * lamp_intensity(parts.options, time_s));
     const float* vignetting = parts.vignetting.data() + static_cast<std::size_t>(y) * width;
     for (std::size_t x = 0; x < width; ++x) rows.level[x] *= white * vignetting[x];
     add_noise(parts, exposure, y, rows);

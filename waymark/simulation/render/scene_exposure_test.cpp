@@ -14,14 +14,14 @@
 #include "waymark/base/random.hpp"
 #include "waymark/samples/visibility.hpp"
 
-/// Edges of the noiseless picture lie where geometry says, for every lens, size and tilt.
+/// Edges of the noiseless image are at their geometric positions, for every lens, size and tilt.
 namespace waymark {
 namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr int kSide = 480;  ///< of the picture
+constexpr int kSide = 480;  ///< of the image
 
 struct Lens {
   const char* name;
@@ -39,31 +39,31 @@ std::vector<Lens> lenses() {
           {"equidistant", CameraModel::make(fisheye, kSide, kSide).value(), 240}};
 }
 
-/// Light of the pixels, before lens, noise and rounding.
-class LightMeter {
+/// Radiance of the pixels, before lens blur, noise and rounding.
+class RadianceMeter {
  public:
-  explicit LightMeter(const CameraModel& model)
+  explicit RadianceMeter(const CameraModel& model)
       : camera_(SceneCamera::make({}, model, {.exposure_ms = 0, .ambient = 1}).value()) {}
 
-  const std::vector<float>& light(const Scene& scene) {
+  const std::vector<float>& radiance(const Scene& scene) {
     EXPECT_TRUE(camera_.set_scene(scene));
     const auto exposure = camera_.begin([](double) { return SE3(); }, SensorTime(), 1).value();
     for (int band = 0; band < camera_.bands(); ++band) camera_.expose(*exposure, band);
-    light_ = exposure->light;
-    return light_;
+    radiance_ = exposure->radiance;
+    return radiance_;
   }
   [[nodiscard]] const CameraModel& model() const { return camera_.model(); }
 
  private:
   SceneCamera camera_;
-  std::vector<float> light_;
+  std::vector<float> radiance_;
 };
 
-double at(const std::vector<float>& light, int x, int y) {
-  return static_cast<double>(light[static_cast<std::size_t>(y * kSide + x)]);
+double at(const std::vector<float>& radiance, int x, int y) {
+  return static_cast<double>(radiance[static_cast<std::size_t>(y * kSide + x)]);
 }
 
-/// A side of a white rectangle before black, as the camera shows it: many points of it.
+/// A side of a white rectangle in front of black, in the image: many points of it.
 std::vector<Vector2d> side_points(const CameraModel& model, const SE3& cam_T, const Vector3d& a,
                                   const Vector3d& b) {
   constexpr int kPoints = 4000;
@@ -73,7 +73,7 @@ std::vector<Vector2d> side_points(const CameraModel& model, const SE3& cam_T, co
   return points;
 }
 
-/// Mean of the cross coordinate of a curve over the strip [k, k + 1) of the other one.
+/// Mean of the transverse coordinate of a curve over the strip [k, k + 1) of the longitudinal one.
 double mean_crossing(const std::vector<Vector2d>& points, int along, double low) {
   double sum = 0;
   constexpr int kSteps = 50;
@@ -89,15 +89,15 @@ double mean_crossing(const std::vector<Vector2d>& points, int along, double low)
   return sum / kSteps;
 }
 
-/// How far outwards a side appears, as a line over its length: offset at its first and last point [px].
+/// Outward displacement of a side, as a line over its length: offset at its first and last point [px].
 struct SideError {
   double first = 0, last = 0;
   int strips = 0;
 };
 
-/// Sums the light across the side, strip of pixels by strip: white length less that of the truth; then the
-/// line that fits best.
-SideError side_error(const std::vector<float>& light, const std::vector<Vector2d>& side,
+/// Sums the radiance across the side, per strip of pixels: white length minus that of the truth; then fits a
+/// line.
+SideError side_error(const std::vector<float>& radiance, const std::vector<Vector2d>& side,
                      const Vector2d& inside) {
   constexpr int kReach = 2;
   const Vector2d way = side.back() - side.front();
@@ -113,7 +113,7 @@ SideError side_error(const std::vector<float>& light, const std::vector<Vector2d
   for (int k = static_cast<int>(std::ceil(low)); k + 1 <= high; ++k) {
     const double truth = mean_crossing(side, along, k);
     const int begin = static_cast<int>(std::floor(truth)) - kReach;
-    const auto value = [&](int i) { return along == 1 ? at(light, i, k) : at(light, k, i); };
+    const auto value = [&](int i) { return along == 1 ? at(radiance, i, k) : at(radiance, k, i); };
     const double ends = std::abs(value(begin) - value(begin + 2 * kReach));
     if (ends < 1 - 1e-5) continue;  // another side is near
     double white = 0;
@@ -134,10 +134,10 @@ SideError side_error(const std::vector<float>& light, const std::vector<Vector2d
   return error;
 }
 
-/// Worst distance between the corners the sides of the picture meet at and the true ones.
-double corner_error_px(LightMeter& meter, const SE3& cam_T, double size_m) {
+/// Largest distance between the intersections of the rendered sides and the true corners.
+double corner_error_px(RadianceMeter& meter, const SE3& cam_T, double size_m) {
   Scene scene{.surfaces = {plain_surface(cam_T, size_m, size_m, {.reflectance = 1})}, .sky_reflectance = 0};
-  const std::vector<float>& light = meter.light(scene);
+  const std::vector<float>& radiance = meter.radiance(scene);
   const CameraModel& model = meter.model();
   const auto corners = tag_corners(size_m);
   const Vector2d middle = model.project(cam_T.translation()).value();
@@ -145,7 +145,7 @@ double corner_error_px(LightMeter& meter, const SE3& cam_T, double size_m) {
   std::array<Vector2d, 4> ways;
   for (std::size_t i = 0; i < 4; ++i) {
     const auto side = side_points(model, cam_T, corners[i], corners[(i + 1) % 4]);
-    errors[i] = side_error(light, side, middle);
+    errors[i] = side_error(radiance, side, middle);
     ways[i] = (side.back() - side.front()).normalized();
     EXPECT_GE(errors[i].strips, 3);
   }
@@ -160,10 +160,10 @@ double corner_error_px(LightMeter& meter, const SE3& cam_T, double size_m) {
   return worst;
 }
 
-/// A rectangle somewhere in the picture, `size_px` if it faced the camera.
+/// A rectangle in the image, with a side of `size_px` if it faced the camera.
 SE3 some_pose(double size_px, double px_per_rad, double tilt_rad, int turn, Random& random) {
   const double room = std::max(0.0, (kSide - 1.5 * size_px) / 2 - 8) / px_per_rad;
-  const double roll = turn == 0 ? 0 : random.uniform(-3, 3);  // upright sides are the hard case for sampling
+  const double roll = turn == 0 ? 0 : random.uniform(-3, 3);  // vertical sides are the hard case for sampling
   const Vector3d ray(random.uniform(-room, room), random.uniform(-room, room), 1);
   const SO3 towards = SO3::from_rpy(-std::atan(ray.y()), std::atan(ray.x()), 0);
   return {towards * SO3::from_rpy(0, 0, roll) * SO3::from_rpy(tilt_rad, 0, 0), ray};
@@ -175,7 +175,7 @@ TEST(SceneCameraEdges, MeetAtTheTrueCornersWithinFiveThousandthsOfAPixel) {
   std::printf("%-12s %7s %8s %8s %8s %8s %8s\n", "", "size_px", "0 deg", "20 deg", "40 deg", "60 deg",
               "70 deg");
   for (const Lens& lens : lenses()) {
-    LightMeter meter(lens.model);
+    RadianceMeter meter(lens.model);
     for (const double size_px : {30.0, 60.0, 120.0, 200.0}) {
       std::printf("%-12s %7.0f", lens.name, size_px);
       for (const double tilt_deg : {0.0, 20.0, 40.0, 60.0, 70.0}) {
@@ -192,8 +192,8 @@ TEST(SceneCameraEdges, MeetAtTheTrueCornersWithinFiveThousandthsOfAPixel) {
   }
 }
 
-/// What a pixel shows of a tag, by so many rays that it must be right to their spacing: no code in common
-/// with the renderer but the camera.
+/// Value of a pixel of a tag from many rays, exact to their spacing: shares only the camera with the
+/// renderer.
 double by_many_rays(const CameraModel& model, const TagId& tag, const SE3& cam_T_tag, double cell_m, int x,
                     int y) {
   constexpr int kRays = 16;
@@ -219,10 +219,10 @@ double by_many_rays(const CameraModel& model, const TagId& tag, const SE3& cam_T
   return sum / (kRays * kRays);
 }
 
-TEST(SceneCameraEdges, EveryPixelOfATagShowsWhatManyRaysShow) {
+TEST(SceneCameraEdges, EveryPixelOfATagMatchesManyRays) {
   Random random(3);
   for (const Lens& lens : lenses()) {
-    LightMeter meter(lens.model);
+    RadianceMeter meter(lens.model);
     double worst = 0;
     double sum = 0;
     int pixels = 0;
@@ -230,14 +230,14 @@ TEST(SceneCameraEdges, EveryPixelOfATagShowsWhatManyRaysShow) {
       const TagId tag{FamilyId::Tag36h11, static_cast<int>(random.index(587))};
       const double size_m = size_px / lens.px_per_rad;
       const SE3 pose = some_pose(size_px, lens.px_per_rad, random.uniform(0, 1.2), 1, random);
-      const std::vector<float>& light =
-          meter.light({.surfaces = {tag_surface(tag, pose, size_m, 1)}, .sky_reflectance = 0});
+      const std::vector<float>& radiance =
+          meter.radiance({.surfaces = {tag_surface(tag, pose, size_m, 1)}, .sky_reflectance = 0});
       const Vector2d middle = lens.model.project(pose.translation()).value();
       const int reach = static_cast<int>(size_px * 0.9) + 2;
       for (int y = static_cast<int>(middle.y()) - reach; y <= static_cast<int>(middle.y()) + reach; ++y) {
         for (int x = static_cast<int>(middle.x()) - reach; x <= static_cast<int>(middle.x()) + reach; ++x) {
           if (x < 0 || y < 0 || x >= kSide || y >= kSide) continue;
-          const double error = at(light, x, y) - by_many_rays(lens.model, tag, pose, size_m / 8, x, y);
+          const double error = at(radiance, x, y) - by_many_rays(lens.model, tag, pose, size_m / 8, x, y);
           worst = std::max(worst, std::abs(error));
           sum += error;
           ++pixels;

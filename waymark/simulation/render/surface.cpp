@@ -15,17 +15,17 @@
 namespace waymark::render {
 namespace {
 
-constexpr float kFarAway = 1e-6F;
+constexpr float kMinDepth = 1e-6F;
 constexpr std::size_t kMaxColumns = PatternGrid::kMaxCells + 6;
 
-/// A corner of a piece of the pixel: where in the pixel, and on the plane.
+/// A corner of a piece of the pixel: position in the pixel, and on the plane.
 struct Vertex {
   float x = 0, y = 0;
   float a = 0, b = 0, c = 0;
 };
 
-/// A convex piece. Cutting the square along parallel lines of two directions and the horizon leaves at most
-/// seven corners; rounding may leave a few more.
+/// A convex piece. Cutting the square along parallel lines of two directions and the horizon gives at most
+/// seven corners; rounding may add a few more.
 struct Piece {
   std::array<Vertex, 16> vertices;
   std::size_t count = 0;
@@ -40,7 +40,8 @@ Vertex between(const Vertex& p, const Vertex& q, float t) {
           p.c + t * (q.c - p.c)};
 }
 
-/// The part where `side` is not negative (Sutherland and Hodgman, "Reentrant polygon clipping", CACM 1974).
+/// The part in which `side` is not negative (Sutherland and Hodgman, "Reentrant polygon clipping", CACM
+/// 1974).
 template <class Side>
 void cut(const Piece& from, const Side& side, Piece& to) {
   to.count = 0;
@@ -70,7 +71,7 @@ float area(const Piece& piece) {
   return twice / 2;
 }
 
-/// Share of the pixel's square in which a value, linear between its corners, is not negative.
+/// Fraction of the pixel's square in which a value, linear between its corners, is not negative.
 float share_of_square(const float (&f)[4]) {
   constexpr float kX[5] = {0, 1, 1, 0, 0};
   constexpr float kY[5] = {0, 0, 1, 1, 0};
@@ -104,14 +105,14 @@ PixelShare of_cell(const PatternGrid& grid, int row, int column) {
   return {grid.covers(row, column) ? 1.0F : 0.0F, grid.level(row, column)};
 }
 
-/// One line through the pixel: `beyond` of it lies past the line.
+/// A pixel crossed by one line: the fraction `beyond` lies past the line.
 PixelShare mixed(const PixelShare& before, const PixelShare& after, float beyond) {
   return {before.covered + beyond * (after.covered - before.covered),
           before.level + beyond * (after.level - before.level)};
 }
 
-/// The area of the pixel past column line i and row line j, for all i and j of the span; from these sums the
-/// areas of the cells follow as differences.
+/// The area of the pixel past column line i and row line j, for all i and j of the span; the areas of the
+/// cells are differences of these sums.
 class PastLines {
  public:
   PastLines(const PatternGrid& grid, const PlanePoint (&corners)[4], const CellSpan& span)
@@ -121,11 +122,11 @@ class PastLines {
     bool horizon = false;
     for (std::size_t i = 0; i < 4; ++i) {
       column_.add({kX[i], kY[i], corners[i].a, corners[i].b, corners[i].c});
-      horizon = horizon || corners[i].c < kFarAway;
+      horizon = horizon || corners[i].c < kMinDepth;
     }
     if (!horizon) return;
     cut(
-        column_, [](const Vertex& v) { return v.c - kFarAway; }, spare_);
+        column_, [](const Vertex& v) { return v.c - kMinDepth; }, spare_);
     column_ = spare_;
   }
 
@@ -208,8 +209,8 @@ PixelShare share_of_pixel(const PatternGrid& grid, const PlanePoint (&corners)[4
 
 namespace {
 
-constexpr double kInPlaneM = 2e-3;  // nearer to a plane counts as in it
-constexpr double kWide = 1.2;       // [rad] beyond, a cone about the middle is no bound
+constexpr double kSamePlaneM = 2e-3;  // points nearer to a plane count as in it
+constexpr double kMaxConeRad = 1.2;   // [rad] beyond, a cone about the middle is not a bound
 constexpr double kInk = 0.06;
 constexpr std::uint8_t kInkCell = 0;
 
@@ -228,7 +229,7 @@ PatternGrid tag_grid(const TagId& tag, const Eigen::Vector2d& half_m, double cel
   PatternGrid grid;
   grid.cells = family(tag.family).total_width;
   const double middle = grid.cells / 2.0;
-  const double paper_beyond = 1e-5;  // no sliver where the paper ends with the tag
+  const double paper_beyond = 1e-5;  // no sliver if the paper ends with the tag
   const Eigen::Vector2d half = (half_m / cell_m).cwiseMax(middle + paper_beyond);
   grid.left = static_cast<float>(middle - half.x());
   grid.right = static_cast<float>(middle + half.x());
@@ -254,12 +255,12 @@ PlaneRays::Form form(const Eigen::RowVector3d& row, const Eigen::Vector3d& shift
           static_cast<float>(row.dot(shift))};
 }
 
-/// What painting in order needs of a surface.
+/// Data of a surface for sorting.
 struct Placed {
   const PreparedSurface* surface = nullptr;
   bool front = true;
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< from the camera to its middle, unit
-  double angle_rad = 0;                                 ///< to its farthest corner from there
+  double angle_rad = 0;                                 ///< to its farthest corner from that direction
   double distance_m = 0;
 };
 
@@ -268,7 +269,7 @@ Eigen::Vector3d towards_camera(const Placed& p) {
   return p.front ? Eigen::Vector3d(-into) : into;
 }
 
-/// Whether p could hide a part of q.
+/// Whether p could hide part of q.
 bool may_hide(const Placed& p, const Placed& q) {
   const auto height_over = [](const Placed& plane, const Eigen::Vector3d& point) {
     return towards_camera(plane).dot(point - plane.surface->map_p_corners[0]);
@@ -276,21 +277,21 @@ bool may_hide(const Placed& p, const Placed& q) {
   const auto& of_p = p.surface->map_p_corners;
   const auto& of_q = q.surface->map_p_corners;
   const bool before_q =
-      std::any_of(of_p.begin(), of_p.end(), [&](const auto& c) { return height_over(q, c) > kInPlaneM; });
+      std::any_of(of_p.begin(), of_p.end(), [&](const auto& c) { return height_over(q, c) > kSamePlaneM; });
   const bool q_behind =
-      std::any_of(of_q.begin(), of_q.end(), [&](const auto& c) { return height_over(p, c) < -kInPlaneM; });
+      std::any_of(of_q.begin(), of_q.end(), [&](const auto& c) { return height_over(p, c) < -kSamePlaneM; });
   return before_q && q_behind;
 }
 
 bool in_one_plane(const Placed& p, const Placed& q) {
   return std::all_of(p.surface->map_p_corners.begin(), p.surface->map_p_corners.end(), [&](const auto& c) {
-    return std::abs(towards_camera(q).dot(c - q.surface->map_p_corners[0])) <= kInPlaneM;
+    return std::abs(towards_camera(q).dot(c - q.surface->map_p_corners[0])) <= kSamePlaneM;
   });
 }
 
 /// Whether p (earlier in the scene than q) must be drawn before q, or after it, or neither.
 int order_of(const Placed& p, const Placed& q) {
-  const bool small = p.angle_rad < kWide && q.angle_rad < kWide;
+  const bool small = p.angle_rad < kMaxConeRad && q.angle_rad < kMaxConeRad;
   if (small && std::acos(std::clamp(p.direction.dot(q.direction), -1.0, 1.0)) > p.angle_rad + q.angle_rad)
     return 0;
   const bool p_hides = may_hide(p, q);
@@ -314,7 +315,7 @@ Placed place(const PreparedSurface& surface, const Eigen::Vector3d& map_t_cam, b
   return placed;
 }
 
-/// Takes, again and again, the first of those that nothing left must be drawn before.
+/// Repeatedly selects the first surface that no remaining one must precede.
 std::vector<const PreparedSurface*> sorted(const std::vector<Placed>& placed) {
   const std::size_t n = placed.size();
   std::vector<std::uint8_t> before(n * n, 0);  // before[i * n + j]: i must be drawn before j
@@ -337,7 +338,7 @@ std::vector<const PreparedSurface*> sorted(const std::vector<Placed>& placed) {
       for (std::size_t i = 0; i < n && free; ++i) free = done[i] != 0 || before[i * n + j] == 0;
       if (free) next = j;
     }
-    if (next == n) next = farthest;  // a ring
+    if (next == n) next = farthest;  // a cycle
     done[next] = 1;
     order.push_back(placed[next].surface);
   }
@@ -411,7 +412,7 @@ std::vector<const PreparedSurface*> from_far_to_near(std::span<const PreparedSur
     if (std::abs(depth) < kNearestM || (depth < 0 && !surface.finish.two_sided)) continue;
     const Placed candidate = place(surface, eye, depth > 0);
     const double off_axis = std::acos(std::clamp(axis.dot(candidate.direction), -1.0, 1.0));
-    if (candidate.angle_rad < kWide && off_axis > half_view_rad + candidate.angle_rad) continue;
+    if (candidate.angle_rad < kMaxConeRad && off_axis > half_view_rad + candidate.angle_rad) continue;
     placed.push_back(candidate);
   }
   return sorted(placed);
@@ -499,7 +500,7 @@ std::vector<float> halved(const std::vector<float>& fine, int size) {
   return coarse;
 }
 
-/// Far quicker than std::floor where there is no instruction for it.
+/// Much faster than std::floor on processors without an instruction for it.
 std::int32_t whole(float x) {
   const auto towards_zero = static_cast<std::int32_t>(x);
   return towards_zero - (x < static_cast<float>(towards_zero) ? 1 : 0);
@@ -512,7 +513,7 @@ float bilinear(const float* texels, int size, float u, float v) {
   const std::int32_t j = whole(y);
   const float dx = x - static_cast<float>(i);
   const float dy = y - static_cast<float>(j);
-  const auto mask = static_cast<std::uint32_t>(size - 1);  // a power of 2: wraps negative numbers as well
+  const auto mask = static_cast<std::uint32_t>(size - 1);  // a power of 2: also wraps negative numbers
   const auto n = static_cast<std::size_t>(size);
   const auto left = static_cast<std::uint32_t>(i);
   const auto top = static_cast<std::uint32_t>(j);
@@ -591,19 +592,21 @@ const SurfaceTexture& surface_texture(int kind) {
 
 namespace {
 
-constexpr float kFarthestCells = 1e6F;  // that a texel still has a number
+constexpr float kMaxCoordinateCells = 1e6F;  // limit for texel indices
 
 float value(const PlaneRays::Form& form, float x, float y, float z) {
   return form.shift + form.x * x + form.y * y + form.z * z;
 }
 
-/// Where the line of sight of a pixel corner meets the plane, in cells.
+/// Intersection of the line of sight of a pixel corner with the plane, in cells.
 Eigen::Vector2f meet(const PlaneRays& plane, const RayTable& rays, int x, int y, float per_unit) {
   const float rx = rays.rays(0, y)[x];
   const float ry = rays.rays(1, y)[x];
   const float rz = rays.rays(2, y)[x];
-  const float scale = per_unit / std::max(value(plane.c, rx, ry, rz), kFarAway);
-  const auto near = [](float cells) { return std::max(-kFarthestCells, std::min(kFarthestCells, cells)); };
+  const float scale = per_unit / std::max(value(plane.c, rx, ry, rz), kMinDepth);
+  const auto near = [](float cells) {
+    return std::max(-kMaxCoordinateCells, std::min(kMaxCoordinateCells, cells));
+  };
   return {near(value(plane.a, rx, ry, rz) * scale), near(value(plane.b, rx, ry, rz) * scale)};
 }
 
@@ -619,7 +622,7 @@ void add_texture_nodes(const SurfaceTexture& texture, double cell_m, const Plane
     at[static_cast<std::size_t>(i)] =
         meet(plane, rays, std::min(tile.x + 2 * i, rays.width_px()), y, per_unit);
   }
-  // The longer side of what a node stands for, in the middle of the row.
+  // The longer side of a node's footprint, in the middle of the row.
   const int x = std::min(tile.x + kTilePx / 2, rays.width_px());
   const int other = y < rays.height_px() ? y + 1 : y - 1;
   const float down = (meet(plane, rays, x, other, per_unit) - meet(plane, rays, x, y, per_unit)).norm();
@@ -662,7 +665,7 @@ void add_glare(const SurfaceView& view, const SE3& map_T_cam, const Eigen::Vecto
         cam_ray[axis] = static_cast<double>(above[0] + above[1] + below[0] + below[1]);
       }
       const Eigen::Vector3d ray = (turn * cam_ray).normalized();
-      if (ray.z() < static_cast<double>(kFarAway)) continue;
+      if (ray.z() < static_cast<double>(kMinDepth)) continue;
       const Eigen::Vector3d at = eye - ray * (eye.z() / ray.z());
       const Eigen::Vector3d half = ((lamp - at).normalized() - ray).normalized();
       const double cosine = std::max(0.0, -half.z());

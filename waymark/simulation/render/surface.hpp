@@ -12,12 +12,12 @@
 
 namespace waymark::render {
 
-/// The pattern of a flat rectangle: square cells in its middle, a margin around them, nothing beyond. In
+/// The pattern of a flat rectangle: square cells in its middle, a margin around them, nothing outside. In
 /// units of a cell, with the origin at the top left corner of the cells; a plain rectangle has no cells, and
-/// its units are arbitrary. Lines 0 .. lines() - 1 of either direction part columns (rows) 0 .. lines(); the
-/// first and the last of them are outside.
+/// its units are arbitrary. Lines 0 .. lines() - 1 of either direction separate columns (rows) 0 .. lines();
+/// the first and the last of them are outside.
 struct PatternGrid {
-  int cells = 0;  ///< in a row; at most kMaxCells
+  int cells = 0;  ///< per row; at most kMaxCells
   float left = 0, right = 0, top = 0, bottom = 0;
   std::vector<float> levels;  ///< reflectance of row r, column c at r * (lines() + 1) + c; outside 0
 
@@ -36,30 +36,31 @@ struct PatternGrid {
   }
 };
 
-/// Where the line of sight of a pixel's corner meets the plane: at (a / c, b / c), before the camera if c >
-/// 0.
+/// Intersection of the line of sight of a pixel's corner with the plane: (a / c, b / c), in front of the
+/// camera if c > 0.
 struct PlanePoint {
   float a = 0, b = 0, c = 0;
 };
 
-/// The columns and rows a pixel may touch.
+/// The columns and rows that a pixel may overlap.
 struct CellSpan {
   int column_low = 0, column_high = 0, row_low = 0, row_high = 0;
 };
 
-/// Which part of a pixel a pattern covers, and the sum of reflectance times part.
+/// Fraction of a pixel covered by a pattern, and the sum of reflectance times fraction.
 struct PixelShare {
   float covered = 0;
   float level = 0;
 };
 
-/// Exact areas: the pixel's square is cut along the lines of the pattern. a, b, c are taken as linear between
-/// the corners, which they are without distortion; with it the error is of the bend within a pixel. Corners
-/// clockwise from the top left one. c may be 0 or less at some of them (the horizon). O(cells touched).
+/// Exact areas: the pixel's square is cut along the lines of the pattern. a, b, c are assumed linear between
+/// the corners, which is exact without distortion; with distortion the error is the curvature within a pixel.
+/// Corners clockwise from the top left one. c may be 0 or less at some of them (the horizon). O(cells
+/// touched).
 [[nodiscard]] PixelShare share_of_pixel(const PatternGrid& grid, const PlanePoint (&corners)[4],
                                         const CellSpan& span);
 
-/// A surface made ready for pictures.
+/// A surface prepared for rendering.
 struct PreparedSurface {
   SE3 map_T_surface{};
   Eigen::Matrix3d surface_R_map = Eigen::Matrix3d::Identity();
@@ -67,23 +68,23 @@ struct PreparedSurface {
   Eigen::Vector2d half_m = Eigen::Vector2d::Zero();
   PatternGrid front{};
   PatternGrid back{};  ///< blank
-  double unit_m = 1;   ///< a unit of the grids
+  double unit_m = 1;   ///< side of a grid unit
   Finish finish{};
-  double gain_front = 1, gain_back = 1;  ///< how much light falls on either side
+  double gain_front = 1, gain_back = 1;  ///< illumination of either side
 };
 
 [[nodiscard]] PreparedSurface prepare(const SceneSurface& surface, const Scene& scene, double ambient);
 
-/// Where a camera stands for a moment: one sample of the exposure, through one point of its lens.
+/// Pose of the camera for one sample of the exposure, through one point of its lens.
 struct Viewpoint {
   Eigen::Matrix3d map_R_cam = Eigen::Matrix3d::Identity();
   Eigen::Vector3d map_t_lens = Eigen::Vector3d::Zero();  ///< the point of the lens
-  /// What a point of the lens off its centre adds to every ray: minus its offset over the focus distance.
+  /// Added to every ray for a point of the lens off its centre: minus its offset over the focus distance.
   Eigen::Vector3d cam_ray_shift = Eigen::Vector3d::Zero();
 };
 
-/// A surface from a viewpoint: a ray r meets its plane at (a / c, b / c) in units of its grid, each of them
-/// x r.x + y r.y + z r.z + shift.
+/// A surface from a viewpoint: a ray r intersects its plane at (a / c, b / c) in units of its grid, each of
+/// them x r.x + y r.y + z r.z + shift.
 struct PlaneRays {
   struct Form {
     float x = 0, y = 0, z = 0, shift = 0;
@@ -93,52 +94,51 @@ struct PlaneRays {
 
 [[nodiscard]] PlaneRays plane_rays(const PreparedSurface& surface, bool front, const Viewpoint& view);
 
-/// A surface from where the camera is in the middle of the exposure.
+/// A surface relative to the camera in the middle of the exposure.
 struct SurfaceView {
   const PreparedSurface* surface = nullptr;
   bool front = true;
-  double nearest_m = 0;  ///< to any of its points
-  std::array<Eigen::Vector3d, 4>
-      cam_n_edges{};  ///< unit; a ray that is on the inner side of all four meets it
+  double nearest_m = 0;                          ///< distance to its nearest point
+  std::array<Eigen::Vector3d, 4> cam_n_edges{};  ///< unit; a ray on the inner side of all four intersects it
 
   [[nodiscard]] const PatternGrid& grid() const { return front ? surface->front : surface->back; }
 };
 
 [[nodiscard]] SurfaceView view_of(const PreparedSurface& surface, const SE3& map_T_cam);
 
-/// The surfaces that a camera may see, the farthest first: each is drawn over those before it. Pairwise tests
-/// of planes (Newell, Newell and Sancha, "A solution to the hidden surface problem", ACM 1972); surfaces that
-/// pierce each other, or cover each other in a ring, are not resolved. Those within `reach_m` of their own
-/// plane are left out. O(surfaces squared).
+/// The surfaces that a camera may see, the farthest first: each is drawn over the previous ones. Pairwise
+/// tests of planes (Newell, Newell and Sancha, "A solution to the hidden surface problem", ACM 1972);
+/// surfaces that intersect, or cover each other cyclically, are not resolved. Surfaces within `reach_m` of
+/// their own plane are omitted. O(surfaces squared).
 [[nodiscard]] std::vector<const PreparedSurface*> from_far_to_near(std::span<const PreparedSurface> surfaces,
                                                                    const SE3& map_T_cam,
                                                                    double half_view_rad);
 
 enum class Meeting : std::uint8_t { None, Partly, Wholly };
 
-/// Whether a surface fills a tile, misses it, or neither is sure, while the camera turns by up to `turn_rad`
-/// and moves by up to `move_m` from where the view was taken.
+/// Whether a surface fills a tile, misses it, or neither is certain, while the camera rotates by up to
+/// `turn_rad` and moves by up to `move_m` relative to the view.
 [[nodiscard]] Meeting meets(const SurfaceView& view, const RayTable::Tile& tile, double turn_rad,
                             double move_m);
 
-/// A texture that repeats in both directions, and half, quarter, … sizes of it (Williams, "Pyramidal
+/// A texture that repeats in both directions, and its half, quarter, … sizes (Williams, "Pyramidal
 /// parametrics", SIGGRAPH 1983). Values from -1 to 1 with mean 0.
 class SurfaceTexture {
  public:
-  /// `kind` is an index in kFloorTextures. Kinds differ in what they show, not in size.
+  /// `kind` is an index in kFloorTextures. Kinds differ in contents, not in size.
   explicit SurfaceTexture(int kind);
 
-  /// Cells (tiles, planks, largest blobs) from one repetition to the next.
+  /// Cells (tiles, planks, largest blobs) per repetition.
   static constexpr int kCells = 8;
-  /// Texels in a cell of the finest level.
+  /// Texels per cell of the finest level.
   static constexpr int kTexelsPerCell = 64;
 
-  /// The two levels that are nearest in size to a footprint of so many texels of the finest level.
+  /// The two levels nearest in size to a footprint, given in texels of the finest level.
   struct Level {
     const float* fine = nullptr;
     const float* coarse = nullptr;
     int fine_size = 1, coarse_size = 1;  ///< [texel], powers of 2
-    float to_coarse = 0;                 ///< share of the coarser one
+    float to_coarse = 0;                 ///< weight of the coarser one
   };
   [[nodiscard]] Level level(double texels) const;
 
@@ -150,7 +150,7 @@ class SurfaceTexture {
   std::vector<std::vector<float>> levels_;
 };
 
-/// Made when first asked for, once for all. Thread-safe.
+/// Created at first use and then shared. Thread-safe.
 [[nodiscard]] const SurfaceTexture& surface_texture(int kind);
 
 /// A value for each pixel of a tile, row by row.
@@ -160,17 +160,16 @@ using TileValues = std::array<float, static_cast<std::size_t>(kTilePx) * kTilePx
 inline constexpr int kTileNodes = kTilePx / 2 + 1;
 using TileNodes = std::array<float, static_cast<std::size_t>(kTileNodes) * kTileNodes>;
 
-/// Adds row `node` (pixel corners 2 node) of the nodes of a tile that sees a texture so, filtered to two
-/// pixels.
+/// Adds row `node` (pixel corners 2 node) of the nodes of a tile, with the texture filtered to two pixels.
 void add_texture_nodes(const SurfaceTexture& texture, double cell_m, const PlaneRays& plane,
                        const RayTable& rays, const RayTable::Tile& tile, int node, TileNodes& nodes);
 
-/// Adds `scale` times what lies between the nodes (bilinear) to every pixel.
+/// Adds `scale` times the bilinear interpolation of the nodes to every pixel.
 void spread_nodes(const TileNodes& nodes, float scale, TileValues& values);
 
-/// Adds the mirror image of the lamp on a glossy surface (Blinn, "Models of light reflection for computer
-/// synthesized pictures", SIGGRAPH 1977: the cosine between the normal and the middle of the ways to lamp and
-/// camera, to a power).
+/// Adds the specular reflection of the lamp on a glossy surface (Blinn, "Models of light reflection for
+/// computer synthesized pictures", SIGGRAPH 1977: a power of the cosine between the normal and the bisector
+/// of the directions to lamp and camera).
 void add_glare(const SurfaceView& view, const SE3& map_T_cam, const Eigen::Vector3d& map_t_lamp,
                const RayTable& rays, const RayTable::Tile& tile, TileValues& values);
 

@@ -39,7 +39,7 @@ bool about_tags(FaultKind kind) {
 
 void apply(const Fault& fault, World& world) {
   const auto tag = world.tags.tags.find(fault.tag);
-  if (tag == world.tags.tags.end()) return;  // removed before
+  if (tag == world.tags.tags.end()) return;  // already removed
   SE3& map_T_tag = tag->second.map_T_tag;
   const auto other = world.tags.tags.find(fault.other);
   switch (fault.kind) {
@@ -63,10 +63,10 @@ void apply(const Fault& fault, World& world) {
 
 Status check_one(const Fault& fault, const World& world) {
   const auto no = [](std::string words) { return fail(ErrorCode::InvalidArgument, std::move(words)); };
-  if (!(fault.at_s >= 0) || !std::isfinite(fault.at_s)) return no("a fault begins at 0 s or later");
-  if (!(fault.for_s > 0)) return no("a fault lasts longer than 0 s");
+  if (!(fault.at_s >= 0) || !std::isfinite(fault.at_s)) return no("`at_s` must be 0 or later");
+  if (!(fault.for_s > 0)) return no("`for_s` must be above 0");
   if (!(fault.speed_share >= 0 && fault.speed_share <= 1) || !(fault.yaw_share >= 0 && fault.yaw_share <= 1))
-    return no("a share is a number from 0 to 1");
+    return no("a share must be between 0 and 1");
   if (!about_tags(fault.kind)) return {};
   for (const TagId& tag : {fault.tag, fault.kind == FaultKind::TagsSwapped ? fault.other : fault.tag}) {
     if (world.tags.find(tag) == nullptr)

@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
+
 namespace waymark {
 namespace {
 
@@ -21,7 +23,7 @@ Eigen::Vector3d place(const World& world, int number) {
   return world.tags.find(tag(number))->map_T_tag.translation();
 }
 
-TEST(Faults, TagsGoWhereTheScriptSaysAndComeBack) {
+TEST(Faults, TagFaultsAreAppliedAndReverted) {
   const World world = two_tags();
   const std::vector<Fault> faults{
       {.kind = FaultKind::TagMoved,
@@ -54,31 +56,33 @@ TEST(Faults, TagsGoWhereTheScriptSaysAndComeBack) {
   EXPECT_EQ(moments, (std::vector<double>{0, 1, 3, 4, 5, 6}));
 }
 
-TEST(Faults, AreActiveFromTheirBeginningToTheirEnd) {
+TEST(Faults, AreActiveFromBeginToEnd) {
   const Fault blackout{.kind = FaultKind::CameraBlackout, .at_s = 1, .for_s = 2};
   EXPECT_FALSE(active(blackout, 0.999));
   EXPECT_TRUE(active(blackout, 1));
   EXPECT_TRUE(active(blackout, 2.999));
   EXPECT_FALSE(active(blackout, 3));
-  EXPECT_TRUE(active(Fault{.kind = FaultKind::ClockJump, .at_s = 1, .for_s = 2}, 50)) << "a clock stays so";
+  EXPECT_TRUE(active(Fault{.kind = FaultKind::ClockJump, .at_s = 1, .for_s = 2}, 50))
+      << "a clock jump is permanent";
   EXPECT_FALSE(active(std::vector{blackout}, FaultKind::CameraFrozen, 2));
 }
 
-TEST(Faults, WhatCannotBeIsSaid) {
+TEST(Faults, InvalidFaultsAreRejected) {
   const World world = two_tags();
-  const auto words = [&](const Fault& fault) {
+  EXPECT_TRUE(check(std::vector{Fault{.kind = FaultKind::TagRemoved, .tag = tag(1)}}, world));
+  const auto expect_error = [&](const Fault& fault, const std::string& text) {
     const Status status = check(std::vector{fault}, world);
-    return status ? std::string("fine") : to_string(status.error());
+    ASSERT_FALSE(status) << text;
+    EXPECT_EQ(status.error().code, ErrorCode::InvalidArgument);
+    EXPECT_EQ(status.error().place.key, "faults[0]");
+    EXPECT_NE(status.error().message.find(text), std::string::npos) << status.error().message;
+    testing::expect_on_page("simulation", status.error());
   };
-  EXPECT_EQ(words({.kind = FaultKind::TagRemoved, .tag = tag(1)}), "fine");
-  EXPECT_NE(
-      words({.kind = FaultKind::TagRemoved, .tag = tag(7)}).find("tag36h11:7 is not among the tags of two"),
-      std::string::npos);
-  EXPECT_NE(words({.kind = FaultKind::TagsSwapped, .tag = tag(0), .other = tag(7)}).find("tag36h11:7"),
-            std::string::npos);
-  EXPECT_NE(words({.at_s = -1}).find("faults[0]"), std::string::npos);
-  EXPECT_NE(words({.for_s = 0}).find("longer than 0"), std::string::npos);
-  EXPECT_NE(words({.kind = FaultKind::SlipBurst, .speed_share = 2}).find("share"), std::string::npos);
+  expect_error({.kind = FaultKind::TagRemoved, .tag = tag(7)}, "tag36h11:7");
+  expect_error({.kind = FaultKind::TagsSwapped, .tag = tag(0), .other = tag(7)}, "tag36h11:7");
+  expect_error({.at_s = -1}, "at_s");
+  expect_error({.for_s = 0}, "for_s");
+  expect_error({.kind = FaultKind::SlipBurst, .speed_share = 2}, "share");
 }
 
 }  // namespace

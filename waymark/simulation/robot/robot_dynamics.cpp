@@ -7,7 +7,7 @@
 namespace waymark {
 namespace {
 
-/// Towards the target with a first-order lag, and not faster than the limit allows.
+/// Approaches the target with a first-order lag, within the rate limit.
 double follow(double value, double target, double lag_s, double max_rate, double dt_s) {
   const double gain = lag_s > 0 ? 1 - std::exp(-dt_s / lag_s) : 1;
   const double change = (target - value) * gain;
@@ -31,20 +31,20 @@ VelocityCommand RobotDynamics::delayed(const VelocityCommand& command) {
   if (pending_.empty() || pending_.back().command != command) pending_.push_back({now_, command});
   while (!pending_.empty() && pending_.front().stamp + seconds(options_.command_delay_s) <= now_) {
     acting_ = pending_.front().command;
-    if (pending_.size() == 1) break;  // keeps acting until another comes
+    if (pending_.size() == 1) break;  // keeps acting until the next one
     pending_.pop_front();
   }
   return acting_;
 }
 
-/// What the wheels say of turning: an actuator of its own, or where the front wheels point.
+/// The yaw rate of the wheels: of a separate actuator, or given by the direction of the front wheels.
 double RobotDynamics::next_wheel_yaw_rate(double asked_rad_s, double asked_m_s, double dt_s) {
   if (!steered_)
     return follow(wheel_yaw_rate_rad_s_, asked_rad_s, options_.yaw_rate_lag_s,
                   model_.limits.yaw_acceleration_rad_s2, dt_s);
-  constexpr double kStanding = 1e-3;
+  constexpr double kStationary = 1e-3;
   const double most = std::atan(options_.wheelbase_m / options_.min_radius_m);
-  if (std::abs(asked_m_s) > kStanding) {
+  if (std::abs(asked_m_s) > kStationary) {
     const double wanted = std::atan(options_.wheelbase_m * asked_rad_s / asked_m_s);
     steering_rad_ = follow(steering_rad_, std::clamp(wanted, -most, most), options_.steering_lag_s,
                            options_.steering_rate_rad_s, dt_s);
@@ -54,16 +54,17 @@ double RobotDynamics::next_wheel_yaw_rate(double asked_rad_s, double asked_m_s, 
 
 Eigen::Vector3d RobotDynamics::twist() const {
   if (grip_.held) return Eigen::Vector3d::Zero();
-  // A standing robot does not slide.
+  // A stationary robot does not slide.
   const double moving = std::min(1.0, std::abs(speed_m_s_) / 0.05);
   const double lateral = options_.lateral_slip_s * speed_m_s_ * yaw_rate_rad_s() + moving * slip_m_s_;
   return {grip_.speed_share * speed_m_s_, lateral, yaw_rate_rad_s()};
 }
 
-/// Sideways speed is a first-order Gauss-Markov process: Bar-Shalom, Li and Kirubarajan, "Estimation with
-/// Applications to Tracking and Navigation", section 8.2.
+/// The lateral velocity is a first-order Gauss-Markov process: Bar-Shalom, Li and Kirubarajan, "Estimation
+/// with Applications to Tracking and Navigation", section 8.2.
 void RobotDynamics::slide(double dt_s) {
-  const double kept = slides_ ? std::exp(-dt_s / options_.slip_time_s) : 0;  // at first whatever it is
+  // the first draw is from the stationary distribution
+  const double kept = slides_ ? std::exp(-dt_s / options_.slip_time_s) : 0;
   slip_m_s_ = kept * slip_m_s_ + options_.slip_noise_m_s * std::sqrt(1 - kept * kept) * random_.normal();
   slides_ = true;
 }

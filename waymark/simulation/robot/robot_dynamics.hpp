@@ -12,7 +12,7 @@
 
 namespace waymark {
 
-/// How far a real robot is from one that does what it is told.
+/// Deviations of a real robot from ideal response to commands.
 struct DynamicsOptions {
   double speed_lag_s = 0.12;
   double yaw_rate_lag_s = 0.10;
@@ -55,19 +55,19 @@ struct DynamicsOptions {
   }
 };
 
-/// What of a command reaches the wheels, and what of the wheels' motion the floor.
+/// Fault-injected loss between command and wheels, and between wheels and floor.
 struct Grip {
   double speed_share = 1;
   double yaw_share = 1;
-  double motor_share = 1;  ///< of the commanded speed that the motors reach
-  bool blocked = false;    ///< the wheels stand
-  bool held = false;       ///< the body stands
+  double motor_share = 1;  ///< fraction of the commanded speed that the motors reach
+  bool blocked = false;    ///< the wheels do not turn
+  bool held = false;       ///< the body does not move
 };
 
-/// A wheeled robot on a floor: first-order actuators behind a delay, yaw gain, slip. With Ackermann steering
-/// base_link is the middle of the rear axle, a command asks for the curvature yaw rate over speed, and the
-/// front wheels (bicycle model: Rajamani, "Vehicle Dynamics and Control", section 2.2) turn there with a lag
-/// and a rate limit, no tighter than min_radius_m. Deterministic by seed.
+/// A wheeled robot on a floor: first-order actuators with a delay, turn response gain, slip. With Ackermann
+/// steering base_link is the middle of the rear axle, a command requests the curvature yaw rate over speed,
+/// and the front wheels (bicycle model: Rajamani, "Vehicle Dynamics and Control", section 2.2) turn to it
+/// with a lag and a rate limit, no tighter than min_radius_m. Deterministic by seed.
 class RobotDynamics {
  public:
   RobotDynamics(const RobotModel& model, const DynamicsOptions& options, const SE2& map_T_base,
@@ -78,23 +78,23 @@ class RobotDynamics {
 
   [[nodiscard]] SensorTime now() const { return now_; }
   [[nodiscard]] const SE2& map_T_base() const { return map_T_base_; }
-  /// Of the wheels.
+  /// Speed of the wheels.
   [[nodiscard]] double speed_m_s() const { return speed_m_s_; }
   [[nodiscard]] double acceleration_m_s2() const { return acceleration_m_s2_; }
-  /// Of the body, after the yaw gain.
+  /// Yaw rate of the body, including the turn response gain.
   [[nodiscard]] double yaw_rate_rad_s() const {
     return grip_.held ? 0.0 : options_.yaw_gain * grip_.yaw_share * wheel_yaw_rate_rad_s_;
   }
-  /// Of the front wheels, to the left; 0 without steering.
+  /// Angle of the front wheels, positive to the left; 0 without steering.
   [[nodiscard]] double steering_rad() const { return steering_rad_; }
   /// Velocity of the body in base axes: x, y [m/s], yaw rate [rad/s].
   [[nodiscard]] Eigen::Vector3d twist() const;
-  /// How far the wheels of each side have turned: slip and yaw gain are not seen by them.
+  /// Rotation of the wheels of each side: unaffected by slip and turn response gain.
   [[nodiscard]] WheelTicks wheel_ticks() const { return {now_, left_rad_, right_rad_}; }
 
-  /// The wheels slip from now on, or no more.
+  /// Sets the grip from now on.
   void set_grip(const Grip& grip) { grip_ = grip; }
-  /// Somebody lifts the robot and puts it down elsewhere.
+  /// Lifts the robot and puts it down at this pose.
   void place(const SE2& map_T_base) { map_T_base_ = map_T_base; }
 
  private:

@@ -33,15 +33,15 @@ DynamicsOptions exact() {
 TEST(Dynamics, APerfectRobotDrivesACircle) {
   RobotDynamics robot(small_robot(), exact(), SE2(), Random(1));
   for (int i = 0; i < 400; ++i)
-    robot.step({0.5, 0.5}, std::chrono::milliseconds(5));  // 2 s, less what limits take
-  // Radius v / w = 1 about (0, 1), whatever the time it took to get going (both ramps are equally long in
-  // share).
+    robot.step({0.5, 0.5}, std::chrono::milliseconds(5));  // 2 s, minus the acceleration ramps
+  // Radius v / w = 1 about (0, 1), for any duration of the acceleration (both ramps have the same duration
+  // relative to their speed).
   const double v_loss = 0.5 * 0.5 / 2 / 2;  // ramp of 0.25 s at 2 m/s^2
   EXPECT_NEAR(robot.map_T_base().yaw(), 1.0 - 0.5 * 0.5 / 6 / 2, 5e-3);
   EXPECT_NEAR(robot.wheel_ticks().right_rad + robot.wheel_ticks().left_rad, 2 * (1.0 - v_loss) / 0.045, 0.2);
 }
 
-TEST(Dynamics, CommandsActAfterTheDelayAndTheYawGainHolds) {
+TEST(Dynamics, CommandsActAfterTheDelayWithTheTurnResponseGain) {
   DynamicsOptions options = exact();
   options.command_delay_s = 0.1;
   options.yaw_gain = 0.8;
@@ -52,7 +52,7 @@ TEST(Dynamics, CommandsActAfterTheDelayAndTheYawGainHolds) {
   EXPECT_NEAR(robot.yaw_rate_rad_s(), 0.8, 1e-9);
 }
 
-TEST(Dynamics, AStandingRobotStaysWhereItIs) {
+TEST(Dynamics, AStationaryRobotDoesNotMove) {
   RobotDynamics robot(small_robot(), {}, SE2(1, 2, 3), Random(1));
   for (int i = 0; i < 1000; ++i) robot.step({}, kStep);
   EXPECT_EQ(robot.map_T_base(), SE2(1, 2, 3));
@@ -74,7 +74,7 @@ DynamicsOptions ackermann() {
 
 TEST(Ackermann, DrivesTheRadiusOfItsSteeringAngle) {
   RobotDynamics robot(robot_model(), ackermann(), SE2(), Random(1));
-  for (int i = 0; i < 400; ++i) robot.step({0.4, 0.5}, kStep);  // the wheels are turned by now
+  for (int i = 0; i < 400; ++i) robot.step({0.4, 0.5}, kStep);  // the wheels have turned by then
   EXPECT_NEAR(robot.steering_rad(), std::atan(0.2 * 0.5 / 0.4), 1e-6);
   const SE2 start = robot.map_T_base();
   const Eigen::Vector2d centre = start * Eigen::Vector2d(0, 0.8);  // v / w to the left
@@ -89,7 +89,7 @@ TEST(Ackermann, DrivesTheRadiusOfItsSteeringAngle) {
 TEST(Ackermann, CannotTurnTighterThanItsRadiusNorOnTheSpot) {
   RobotDynamics robot(robot_model(), ackermann(), SE2(), Random(1));
   for (int i = 0; i < 1000; ++i) robot.step({0, 1.5}, kStep);
-  EXPECT_EQ(robot.map_T_base(), SE2()) << "it stands";
+  EXPECT_EQ(robot.map_T_base(), SE2()) << "it does not move";
   for (int i = 0; i < 1000; ++i) robot.step({0.3, 3}, kStep);
   EXPECT_NEAR(robot.speed_m_s() / robot.yaw_rate_rad_s(), 0.4, 1e-6);
 }

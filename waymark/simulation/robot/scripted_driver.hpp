@@ -9,7 +9,7 @@
 
 namespace waymark {
 
-/// How a person drives: smoothly, about where and about as fast as meant.
+/// Driving like a person: smooth, with deviations from the line and the target speed.
 struct DriverOptions {
   double speed_m_s = 0.3;
   double second_speed_m_s = 0;
@@ -27,25 +27,25 @@ struct DriverOptions {
         self.second_speed_m_s,
         Field{"second_speed_m_s", "Second cruising speed, used alternately with the first; 0: none.", 0, 5});
     visit(self.alternate_m,
-          Field{"alternate_m", "Distance driven at each of the two speeds before the other one.", 0.1, 100});
+          Field{"alternate_m", "Distance driven at each of the two speeds before switching.", 0.1, 100});
     visit(self.look_ahead_m, Field{"look_ahead_m", "Look-ahead distance of the driver.", 0.05, 5});
     visit(self.lateral_wander_m,
           Field{"lateral_wander_m", "Standard deviation of the lateral deviation from the line.", 0, 1});
     visit(self.speed_wander,
-          Field{"speed_wander", "Standard deviation of the speed, as a share of it.", 0, 0.5});
+          Field{"speed_wander", "Standard deviation of the speed, as a fraction of it.", 0, 0.5});
     visit(self.wander_time_s,
           Field{"wander_time_s", "Correlation time of the driver's deviations.", 0.1, 60});
     visit(self.overlap_m, Field{"overlap_m", "Distance driven past the start of a closed lap.", 0, 1000});
   }
 };
 
-/// Steers along a path by pure pursuit on a line that wanders about it (Ornstein-Uhlenbeck). Sees the truth,
-/// as a person beside the robot does. Deterministic by seed.
+/// Steers along a path by pure pursuit on a line that wanders about it (Ornstein-Uhlenbeck). Uses the true
+/// pose, like a person beside the robot. Deterministic by seed.
 class ScriptedDriver {
  public:
   ScriptedDriver(std::vector<PathPoint> path, bool closed, const DriverOptions& options, Random random);
 
-  /// The stick positions now. Zero once the lap is done.
+  /// The current stick positions. Zero once the lap is done.
   [[nodiscard]] VelocityCommand drive(const SE2& map_T_base, SensorTime now);
   [[nodiscard]] bool done() const { return done_; }
 
@@ -60,7 +60,7 @@ class ScriptedDriver {
   double driven_m_ = 0;
   bool done_ = false;
   SensorTime last_{};
-  double offset_ = 0;  ///< of one standard deviation
+  double offset_ = 0;  ///< in standard deviations
   double haste_ = 0;
 };
 

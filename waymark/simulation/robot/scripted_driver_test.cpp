@@ -33,7 +33,7 @@ std::vector<Eigen::Vector2d> circle(double radius, int points) {
   return result;
 }
 
-TEST(Driver, DrivesALapAndStopsLikeAPerson) {
+TEST(Driver, DrivesALapWithDeviationsAndStops) {
   DriverOptions options;
   options.speed_m_s = 0.4;
   const auto path = sample_path(circle(2.0, 60), true, 0.02);
@@ -49,12 +49,12 @@ TEST(Driver, DrivesALapAndStopsLikeAPerson) {
     }
     EXPECT_TRUE(driver.done());
     EXPECT_LT(worst, 0.15);
-    EXPECT_GT(worst, 0.005) << "a person is not perfect";
+    EXPECT_GT(worst, 0.005) << "a person deviates from the line";
     EXPECT_NEAR(driven, 4 * std::numbers::pi + options.overlap_m, 0.4);
   }
 }
 
-TEST(Driver, AClockThatGoesBackMakesNoCommandOfNoNumber) {
+TEST(Driver, AClockThatGoesBackGivesFiniteCommands) {
   const auto path = sample_path({{0, 0}, {1, 0.1}, {2, 0}}, false, 0.02);
   ScriptedDriver driver(path, false, {}, Random(1));
   for (const int ms : {1000, 1050, 900, 950, 1100}) {

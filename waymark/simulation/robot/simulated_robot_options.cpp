@@ -9,10 +9,10 @@
 namespace waymark {
 namespace {
 
-Status one_of(const std::string& word, const char* key, const std::vector<std::string>& known) {
-  if (std::ranges::find(known, word) != known.end()) return {};
-  return fail(ErrorCode::InvalidArgument, fmt::format("there is no '{}'", word), {.key = key},
-              suggestion(word, known));
+Status one_of(const std::string& word, const char* key, const std::vector<std::string>& allowed) {
+  if (std::ranges::find(allowed, word) != allowed.end()) return {};
+  return fail(ErrorCode::InvalidArgument, fmt::format("invalid value '{}'", word), {.key = key},
+              suggestion(word, allowed));
 }
 
 }  // namespace

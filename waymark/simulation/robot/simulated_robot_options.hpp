@@ -12,11 +12,12 @@
 
 namespace waymark {
 
-/// Everything in which one simulated robot differs from another, but for its body and its lens.
+/// All parameters of a simulated robot except its body and its cameras.
 struct SimulatedRobotOptions {
   std::uint64_t seed = 1;
   double camera_rate_hz = 15;
-  /// An arrival delay: the stamp is exact, the frame is delivered later. The name is that of the YAML key.
+  /// Delay of the delivery: the stamp is exact, the frame arrives later. The member has the name of the YAML
+  /// key.
   double camera_latency_s = 0;
   double odometry_rate_hz = 50;
   double imu_rate_hz = 100;
@@ -26,7 +27,7 @@ struct SimulatedRobotOptions {
   MotionSensorOptions sensors{};
   TagCameraOptions tag_camera{};
   LidarOptions lidar{};
-  std::vector<Fault> faults{};  ///< what goes wrong and when; no field: comes from a file of its own
+  std::vector<Fault> faults{};  ///< scripted faults; not a field, because they have a file of their own
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -42,12 +43,12 @@ struct SimulatedRobotOptions {
     visit(self.dynamics, Field{"dynamics", "Dynamics of the robot."});
     visit(self.sensors, Field{"sensors", "Noise and errors of wheels, IMU and odometry."});
     visit(self.tag_camera,
-          Field{"tag_camera", "Camera and detector in one, which gives corners without pictures."});
+          Field{"tag_camera", "Combined camera and detector, which returns corners without images."});
     visit(self.lidar, Field{"lidar", "Planar lidar."});
   }
 };
 
-/// Fails on a number outside its range and on a word that is not known, and names it.
+/// Fails on a number outside its range and on an unknown word; the error names the field.
 [[nodiscard]] Status check(const SimulatedRobotOptions& options);
 
 }  // namespace waymark

@@ -10,7 +10,7 @@
 
 namespace waymark {
 
-/// A lidar that turns in a plane parallel to the floor.
+/// A lidar that rotates in a plane parallel to the floor.
 struct LidarOptions {
   double rate_hz = 0;
   int rays = 360;
@@ -26,8 +26,8 @@ struct LidarOptions {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.rate_hz, Field{"rate_hz", "Scans per second; 0: there is no lidar.", 0, 100});
-    visit(self.rays, Field{"rays", "Number of rays of a scan.", 1, 100000});
+    visit(self.rate_hz, Field{"rate_hz", "Scans per second; 0: no lidar.", 0, 100});
+    visit(self.rays, Field{"rays", "Number of rays per scan.", 1, 100000});
     visit(self.first_ray_deg,
           Field{"first_ray_deg", "Direction of the first ray; the others follow counter-clockwise.", -360,
                 360});
@@ -43,17 +43,17 @@ struct LidarOptions {
   }
 };
 
-/// What its rays can meet at its height: walls, furniture and the boards of tags.
+/// The objects at the height of the lidar: walls, furniture and the boards of tags.
 class Lidar {
  public:
   Lidar(const World& world, const LidarOptions& options);
 
-  /// One turn that ends at `stamp` with the robot at map_T_base; it moved with `twist` (base x, y [m/s], yaw
-  /// [rad/s]) while the rays went round. A ray that meets nothing, or nothing in range, or is lost, is
-  /// infinite. O(rays * things).
+  /// One revolution that ends at `stamp` with the robot at map_T_base; the robot moved with `twist` (base x,
+  /// y [m/s], yaw [rad/s]) during the revolution. The range is infinite for a ray without an object in range
+  /// and for a lost ray. O(rays * objects).
   [[nodiscard]] LaserScan scan(const SE2& map_T_base, const Eigen::Vector3d& twist, SensorTime stamp,
                                Random& random) const;
-  /// Distance along the ray that leaves `map_p` in direction `angle_rad`; infinite when it meets nothing.
+  /// Distance along the ray from `map_p` in direction `angle_rad`; infinite if it hits nothing.
   [[nodiscard]] double range_m(const Eigen::Vector2d& map_p, double angle_rad) const;
 
  private:

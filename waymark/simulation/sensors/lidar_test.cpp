@@ -41,17 +41,17 @@ TEST(Lidar, RangesInARoomAreAnalytic) {
   }
 }
 
-TEST(Lidar, RaysOfATurnAreThoseOfAMovingRobot) {
+TEST(Lidar, RaysAccountForTheMotionDuringARevolution) {
   const Lidar lidar(room(), exact());
   Random random(1);
-  // Straight ahead at 1 m/s: the first ray looks back, 0.1 s before the end of the turn; the one in the
-  // middle looks ahead, 0.05 s before it.
+  // Straight ahead at 1 m/s: the first ray points back, 0.1 s before the end of the revolution; the middle
+  // one points ahead, 0.05 s before it.
   const LaserScan scan = lidar.scan(SE2(), {1, 0, 0}, SensorTime{}, random);
   EXPECT_NEAR(scan.ranges_m.front(), 3 - 0.1, 1e-6);
   EXPECT_NEAR(scan.ranges_m[360], 3 + 0.05, 1e-6);
 }
 
-TEST(Lidar, NoiseRangeAndDropoutsAreAsTold) {
+TEST(Lidar, NoiseRangeAndDropoutsMatchTheOptions) {
   LidarOptions options = exact();
   options.noise_m = 0.02;
   options.dropout = 0.1;
@@ -80,7 +80,7 @@ TEST(Lidar, NoiseRangeAndDropoutsAreAsTold) {
   EXPECT_NEAR(std::sqrt(squares / received) / 0.02, 1, 4 / std::sqrt(2.0 * received));
 }
 
-TEST(Lidar, SeesWhatIsAtItsHeight) {
+TEST(Lidar, SeesObjectsAtItsHeight) {
   World world;
   world.occluders.push_back({.centre_m = {2, 0, 0.05}, .size_m = {0.2, 0.2, 0.1}});
   world.panels.push_back({.map_T_panel = upright_tag({3, 0, 0.5}, std::numbers::pi),

@@ -26,7 +26,7 @@ WheelTicks MotionSensors::read_wheels(const RobotDynamics& robot) const {
           counted(options_.right_wheel_scale * truth.right_rad)};
 }
 
-/// The yaw rate with its errors, whose bias has wandered since it was last read.
+/// The yaw rate with its errors; advances the random walk of the bias since the last reading.
 double MotionSensors::gyro(const RobotDynamics& robot) {
   if (options_.gyro_bias_walk > 0) {
     const double dt_s = to_seconds(robot.now() - bias_stamp_);
@@ -50,12 +50,12 @@ ImuSample MotionSensors::read_imu(const RobotDynamics& robot) {
           .linear_acceleration_m_s2 = {forward, left, kGravity + noise * random_.normal()}};
 }
 
-/// What is left of a turn of the IMU's angle after the driver has looked for noise.
+/// The turn of the IMU's angle that remains after the driver's deadband.
 double MotionSensors::dropped(double turned_rad) {
-  constexpr double kResolution = to_radians(0.01);  // of the angle on the wire
+  constexpr double kResolution = to_radians(0.01);  // of the transmitted angle
   imu_yaw_rad_ += turned_rad;
   const double step = std::round(imu_yaw_rad_ / kResolution) * kResolution;
-  imu_yaw_rad_ -= step;  // counted, whether it is used or not
+  imu_yaw_rad_ -= step;  // consumed, whether it is used or not
   return std::abs(step) < to_radians(options_.yaw_deadband_deg) ? 0 : step;
 }
 

@@ -10,7 +10,7 @@
 
 namespace waymark {
 
-/// How far wheels and gyro are from the truth, and what the robot's own driver makes of them.
+/// Errors of wheels and gyro, and the odometry computed by the robot's own driver.
 struct MotionSensorOptions {
   double left_wheel_scale = 1.02;
   double right_wheel_scale = 1.02;
@@ -42,10 +42,11 @@ struct MotionSensorOptions {
         Field{"gyro_bias_walk", "Random walk of the gyro's bias, rad/s per square root of a second.", 0, 1});
     visit(self.acceleration_noise_m_s2,
           Field{"acceleration_noise_m_s2", "Standard deviation of each acceleration measurement.", 0, 100});
-    visit(self.odometry, Field{"odometry",
-                               "Source of the odometry: gyro (distance of the wheels, heading of the gyro), "
-                               "wheels (both of the wheels), imu_yaw (heading of the yaw angle that the IMU "
-                               "computes), truth (true pose with odometry_noise, as some simulators give)."});
+    visit(self.odometry,
+          Field{"odometry",
+                "Source of the odometry: gyro (distance from the wheels, heading from the gyro), "
+                "wheels (both from the wheels), imu_yaw (heading from the yaw angle that the IMU "
+                "computes), truth (true pose with odometry_noise, as some simulators give)."});
     visit(self.rotation_scale,
           Field{"rotation_scale", "Scale error of the odometry's rotation: measured over true rotation.", 0.1,
                 10});
@@ -62,16 +63,16 @@ struct MotionSensorOptions {
   }
 };
 
-/// Wheels, gyro and the odometry a driver makes of them. Deterministic by seed.
+/// Wheels, gyro and the odometry that a driver computes from them. Deterministic by seed.
 class MotionSensors {
  public:
   MotionSensors(const RobotModel& model, const MotionSensorOptions& options, Random random);
 
-  /// What the encoders say now.
+  /// Current readings of the encoders.
   [[nodiscard]] WheelTicks read_wheels(const RobotDynamics& robot) const;
-  /// What the IMU says now.
+  /// Current reading of the IMU.
   [[nodiscard]] ImuSample read_imu(const RobotDynamics& robot);
-  /// Advances the odometry to now and gives it.
+  /// Advances the odometry to the present and returns it.
   [[nodiscard]] Odometry read_odometry(const RobotDynamics& robot);
 
  private:
@@ -88,8 +89,8 @@ class MotionSensors {
   SensorTime bias_stamp_{};
   Odometry odometry_{};
   WheelTicks last_ticks_{};
-  double imu_yaw_rad_ = 0;  ///< what the driver has counted of the IMU's angle
-  SE2 map_T_odom_{};        ///< truth
+  double imu_yaw_rad_ = 0;  ///< angle of the IMU consumed by the driver
+  SE2 map_T_odom_{};        ///< true pose of the odometry frame
   Eigen::Vector3d drift_ = Eigen::Vector3d::Zero();
   bool started_ = false;
 };

@@ -1,4 +1,4 @@
-// Wheels, IMU and the odometry that real drivers compute, against the figures measured on them.
+// Wheels, IMU and the odometry computed by real drivers, compared with measurements on them.
 #include "waymark/simulation/sensors/motion_sensors.hpp"
 
 #include <chrono>
@@ -36,7 +36,7 @@ DynamicsOptions exact() {
           .slip_noise_m_s = 0};
 }
 
-TEST(MotionSensors, WithoutErrorsOdometryIsTheTruth) {
+TEST(MotionSensors, WithoutErrorsOdometryIsExact) {
   RobotDynamics robot(small_robot(), exact(), SE2(), Random(1));
   MotionSensors sensors(small_robot(),
                         {.left_wheel_scale = 1,
@@ -54,7 +54,7 @@ TEST(MotionSensors, WithoutErrorsOdometryIsTheTruth) {
   EXPECT_LT(difference.log().norm(), 5e-3);
 }
 
-TEST(MotionSensors, WheelScaleStretchesOdometry) {
+TEST(MotionSensors, WheelScaleScalesOdometry) {
   RobotDynamics robot(small_robot(), exact(), SE2(), Random(1));
   MotionSensors sensors(
       small_robot(),
@@ -91,7 +91,7 @@ MotionSensorOptions no_errors() {
           .acceleration_noise_m_s2 = 0};
 }
 
-/// Lets the odometry of a driver follow a robot; `command` acts for `seconds` at 50 messages a second.
+/// Simulates the odometry of a driver; `command` acts for `seconds` at 50 messages per second.
 struct Drive {
   SE2 truth;
   Odometry odometry;
@@ -113,7 +113,7 @@ Drive drive(const MotionSensorOptions& options, const VelocityCommand& command, 
   return run;
 }
 
-TEST(Imu, FeelsAccelerationAndTheCurve) {
+TEST(Imu, MeasuresLongitudinalAndCentripetalAcceleration) {
   RobotDynamics robot(robot_model(), exact(), SE2(), Random(1));
   MotionSensors sensors(robot_model(), no_errors(), Random(2));
   robot.step({1, 0}, kStep);
@@ -125,15 +125,16 @@ TEST(Imu, FeelsAccelerationAndTheCurve) {
   EXPECT_NEAR(imu.angular_velocity_rad_s.z(), 1, 1e-9);
 }
 
-// The stock driver of LIMO: what turns less than 0.1 degrees a message is lost, 5 deg/s at 50 messages. The
-// angle comes in hundredths of a degree, so just below that some messages read 0.10 and get through.
+// The stock driver of LIMO drops turns below 0.1 degrees per message, which is 5 deg/s at 50 messages per
+// second. The angle has a resolution of a hundredth of a degree, so just below that limit some messages read
+// 0.10 and pass.
 TEST(OdometryOfLimo, DropsTurningBelowFiveDegreesASecond) {
   MotionSensorOptions options = no_errors();
   options.odometry = "imu_yaw";
   options.yaw_deadband_deg = 0.1;
   const Drive gentle = drive(options, {0.25, 0.25 / 3.3}, 20);  // a curve of 3.3 m: 4.3 deg/s
   EXPECT_GT(gentle.turned_rad, 1.5);
-  EXPECT_EQ(gentle.odometry.odom_T_base.yaw(), 0) << "it thinks it drove straight ahead";
+  EXPECT_EQ(gentle.odometry.odom_T_base.yaw(), 0) << "its odometry is straight";
   EXPECT_GT((gentle.odometry.odom_T_base.inverse() * gentle.truth).translation().norm(), 2.0);
   const Drive partly = drive(options, {0.25, 0.25 / 3.0}, 20);  // 4.77 deg/s
   EXPECT_LT(partly.odometry.odom_T_base.yaw(), 0.7 * partly.turned_rad);
@@ -143,12 +144,12 @@ TEST(OdometryOfLimo, DropsTurningBelowFiveDegreesASecond) {
   options.yaw_deadband_deg = 0;
   const Drive repaired = drive(options, {0.25, 0.25 / 3.3}, 20);
   EXPECT_NEAR(repaired.odometry.odom_T_base.yaw(), repaired.truth.yaw(), to_radians(0.02))
-      << "nothing but the resolution of the angle, and of the ramp at the start";
+      << "only the resolution of the angle and the ramp at the start";
 }
 
-// MBot: a driver that takes 0.15572 m of track where 0.1696 m is right turned 20.519 rad in three laps of
-// 6 pi.
-TEST(OdometryOfMbot, CountsNineInAHundredTooMuchRotation) {
+// MBot: a driver that uses 0.15572 m as track instead of the true 0.1696 m measured 20.519 rad in three laps
+// of 6 pi.
+TEST(OdometryOfMbot, MeasuresNinePercentTooMuchRotation) {
   MotionSensorOptions options = no_errors();
   options.odometry = "wheels";
   options.rotation_scale = 1.089;
@@ -158,27 +159,27 @@ TEST(OdometryOfMbot, CountsNineInAHundredTooMuchRotation) {
   EXPECT_NEAR(std::remainder(run.odometry.odom_T_base.yaw() - 20.519, 2 * std::numbers::pi), 0, 0.04);
 }
 
-// The Academy's: a random walk in the axes of the world, which never turns with the heading.
-TEST(OdometryOfTheAcademy, WalksAtRandomAndItsHeadingTurnsNoDistance) {
+// The Academy's: a random walk in world axes, independent of the heading.
+TEST(OdometryOfTheAcademy, IsARandomWalkAndItsHeadingErrorRotatesNoTranslation) {
   MotionSensorOptions options = no_errors();
   options.odometry = "truth";
   options.odometry_noise_m = 0.001;
   options.odometry_noise_rad = 0.001;
   constexpr int kWalks = 300;
-  constexpr int kMessages = 1000;  // 20 s at 50 messages a second
+  constexpr int kMessages = 1000;  // 20 s at 50 messages per second
   Eigen::Vector3d squares = Eigen::Vector3d::Zero();
   for (int walk = 0; walk < kWalks; ++walk) {
     RobotDynamics robot(robot_model(), exact(), SE2(1, 2, 0.7), Random(1));
     MotionSensors sensors(robot_model(), options, Random(static_cast<std::uint64_t>(walk)));
     Odometry odometry;
-    for (int i = 0; i < kMessages; ++i) odometry = sensors.read_odometry(robot);  // standing still
+    for (int i = 0; i < kMessages; ++i) odometry = sensors.read_odometry(robot);  // stationary
     const SE2& d = odometry.odom_T_base;
     squares += Eigen::Vector3d(d.x(), d.y(), d.yaw()).cwiseAbs2();
   }
-  const double expected = 0.001 * std::sqrt(kMessages);  // 0.0316: 0.007 a square root of a second
+  const double expected = 0.001 * std::sqrt(kMessages);  // 0.0316: 0.007 per square root of a second
   for (const double square : {squares.x(), squares.y(), squares.z()})
     EXPECT_NEAR(std::sqrt(square / kWalks) / expected, 1, 4 / std::sqrt(2.0 * kWalks));
-  // Driven straight ahead with a heading that is off by a lot, the distance is still counted the right way.
+  // Driven straight ahead with a large heading error, the translation still has the true direction.
   options.odometry_noise_m = 0;
   options.odometry_noise_rad = 0.05;
   const Drive run = drive(options, {0.5, 0}, 20);
@@ -186,8 +187,8 @@ TEST(OdometryOfTheAcademy, WalksAtRandomAndItsHeadingTurnsNoDistance) {
   EXPECT_LT((run.odometry.odom_T_base.translation() - run.truth.translation()).norm(), 1e-9);
 }
 
-// White noise falls with one over the root of the time, a wandering bias rises with it: Allan deviation (IEEE
-// Std 952-1997, annex C), overlapping.
+// White noise decreases with the square root of the averaging time, a random walk of the bias increases with
+// it: Allan deviation (IEEE Std 952-1997, annex C), overlapping.
 double allan_deviation(const std::vector<double>& rates, double dt_s, std::size_t m) {
   std::vector<double> angle(1, 0.0);
   for (const double rate : rates) angle.push_back(angle.back() + rate * dt_s);
@@ -216,7 +217,7 @@ std::vector<double> standing_gyro(double noise, double walk, int seconds) {
   return rates;
 }
 
-TEST(Imu, AllanDeviationOfTheGyroIsThatOfItsNoises) {
+TEST(Imu, AllanDeviationOfTheGyroMatchesItsNoise) {
   const double random_walk = 0.005 * std::sqrt(0.01);  // angle random walk N: sigma sqrt(dt)
   const auto white = standing_gyro(0.005, 0, 2000);
   for (const std::size_t m : {10U, 100U, 1000U}) {

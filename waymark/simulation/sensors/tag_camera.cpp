@@ -9,11 +9,11 @@
 namespace waymark {
 namespace {
 
-constexpr double kOnIt_m = 0.005;
+constexpr double kSamePlane_m = 0.005;
 
 using Polygon = std::vector<Eigen::Vector3d>;
 
-/// The part of a convex polygon where `inside`, an affine function, is positive.
+/// The part of a convex polygon where the affine function `inside` is positive.
 template <class Inside>
 Polygon clipped(const Polygon& polygon, const Inside& inside) {
   Polygon result;
@@ -28,7 +28,7 @@ Polygon clipped(const Polygon& polygon, const Inside& inside) {
   return result;
 }
 
-/// Whether a part of it is over the rectangle, along z.
+/// Whether part of it overlaps the rectangle, along z.
 bool meets(Polygon polygon, double half_width, double half_height) {
   polygon = clipped(polygon, [&](const Eigen::Vector3d& p) { return half_width - p.x(); });
   polygon = clipped(polygon, [&](const Eigen::Vector3d& p) { return half_width + p.x(); });
@@ -43,12 +43,12 @@ Polygon black_square(const SE3& frame_T_tag, double size_m) {
   return square;
 }
 
-/// Whether the paper of one lies on the black square of the other.
+/// Whether the paper of one covers part of the black square of the other.
 bool lies_on(const TagCopy& paper, const TagCopy& square) {
   const Screen screen = paper_of(paper.tag, paper.placed, 0);
   Polygon cut = black_square(screen.screen_T_map * square.placed.map_T_tag, square.placed.size_m);
-  cut = clipped(cut, [](const Eigen::Vector3d& p) { return kOnIt_m - p.z(); });
-  cut = clipped(cut, [](const Eigen::Vector3d& p) { return kOnIt_m + p.z(); });
+  cut = clipped(cut, [](const Eigen::Vector3d& p) { return kSamePlane_m - p.z(); });
+  cut = clipped(cut, [](const Eigen::Vector3d& p) { return kSamePlane_m + p.z(); });
   return meets(std::move(cut), screen.half_width_m, screen.half_height_m);
 }
 
@@ -76,9 +76,9 @@ std::vector<Screen> screens_of(const World& world) {
 
 bool hides(const Screen& screen, const Eigen::Vector3d& map_p_eye, const MappedTag& tag) {
   const Eigen::Vector3d eye = screen.screen_T_map * map_p_eye;
-  if (eye.z() == 0) return false;  // it is seen from its edge
+  if (eye.z() == 0) return false;  // seen edge-on
   const double side = eye.z() > 0 ? 1 : -1;
-  const auto behind = [&](const Eigen::Vector3d& p) { return -side * p.z() - kOnIt_m; };
+  const auto behind = [&](const Eigen::Vector3d& p) { return -side * p.z() - kSamePlane_m; };
   Polygon seen = clipped(black_square(screen.screen_T_map * tag.map_T_tag, tag.size_m), behind);
   for (Eigen::Vector3d& p : seen) p = eye + (p - eye) * (eye.z() / (eye.z() - p.z()));
   return meets(std::move(seen), screen.half_width_m, screen.half_height_m);
@@ -100,7 +100,7 @@ bool walls_leave_open(const World& world, const Eigen::Vector3d& map_p_eye, cons
 }
 
 bool overlap(const TagCopy& a, const TagCopy& b) {
-  constexpr double kBackToBack = -0.9;  // cosine between the directions in which they face
+  constexpr double kBackToBack = -0.9;  // cosine between their normals
   const auto normal = [](const TagCopy& tag) -> Eigen::Vector3d {
     return tag.placed.map_T_tag.rotation() * Eigen::Vector3d::UnitZ();
   };
@@ -117,13 +117,13 @@ double shortest_side(const std::array<Eigen::Vector2d, 4>& corners) {
   return shortest;
 }
 
-/// What tags may be hidden by.
+/// Objects that may hide a tag.
 struct Obstacles {
   const World& world;
   std::vector<Screen> screens{};
 };
 
-/// Adds what the camera sees of one tag.
+/// Adds the detection of one tag if it is in view.
 void see(const Obstacles& obstacles, const CameraModel& camera, const SE3& cam_T_map, const TagId& id,
          const MappedTag& tag, const TagCameraOptions& options, Random& random, TagFrame& frame) {
   const Eigen::Vector3d cam_p_tag = cam_T_map * tag.map_T_tag.translation();
@@ -138,7 +138,7 @@ void see(const Obstacles& obstacles, const CameraModel& camera, const SE3& cam_T
       std::hypot(options.corner_sigma_px, options.small_tag_sigma_px / shortest_side(*corners));
   TagDetection detection{.tag = id, .hamming = 0, .decision_margin = 80, .corners_px = *corners};
   for (auto& corner : detection.corners_px) {
-    // One draw a statement: compilers differ in which argument of a call comes first.
+    // One draw per statement: the evaluation order of arguments differs between compilers.
     const double v = random.normal();
     const double u = random.normal();
     corner += sigma * Eigen::Vector2d(u, v);

@@ -13,39 +13,40 @@
 
 namespace waymark {
 
-/// A flat rectangle that hides what is behind it, from either side: the paper of a tag, or a panel.
+/// A flat rectangle that hides objects behind it, from either side: the paper of a tag, or a panel.
 struct Screen {
   SE3 screen_T_map{};  ///< to its own frame: origin in the middle, z along its normal
   double half_width_m = 0, half_height_m = 0;
-  std::optional<TagId> tag{};  ///< whose paper it is
+  std::optional<TagId> tag{};  ///< the tag on this paper
 };
 
-/// The paper of a tag with so much white around it, as the renderer draws it.
+/// The paper of a tag with this white margin, as the renderer draws it.
 [[nodiscard]] Screen paper_of(const TagId& tag, const MappedTag& placed, double margin_cells);
 
 /// The papers of every readable tag, and the panels. O(tags + panels).
 [[nodiscard]] std::vector<Screen> screens_of(const World& world);
 
-/// Whether the screen covers a part of the tag's black square, seen from there. What is less than 5 mm behind
-/// the screen is on it, and not covered. The part of the square behind the screen, projected to its plane, is
-/// clipped to the rectangle (Sutherland and Hodgman, "Reentrant polygon clipping", CACM 17(1), 1974). O(1).
+/// Whether the screen covers part of the tag's black square as seen from the eye. A tag less than 5 mm behind
+/// the screen counts as on it, and is not covered. The part of the square behind the screen, projected to its
+/// plane, is clipped to the rectangle (Sutherland and Hodgman, "Reentrant polygon clipping", CACM 17(1),
+/// 1974). O(1).
 [[nodiscard]] bool hides(const Screen& screen, const Eigen::Vector3d& map_p_eye, const MappedTag& tag);
 
-/// The first of the screens that hides the tag. O(screens).
+/// The first of the screens that hides the tag, or nullptr. O(screens).
 [[nodiscard]] const Screen* hiding_screen(std::span<const Screen> screens, const Eigen::Vector3d& map_p_eye,
                                           const MappedTag& tag);
 
-/// Whether no wall and no occluder stands before the middle or a corner of the tag. O(walls + occluders).
+/// Whether no wall or occluder is in front of the centre or a corner of the tag. O(walls + occluders).
 [[nodiscard]] bool walls_leave_open(const World& world, const Eigen::Vector3d& map_p_eye,
                                     const MappedTag& tag);
 
-/// Whether the paper (without a further margin) of one of two tags lies on, or cuts, the black square of the
-/// other. Tags back to back do not overlap. O(1).
+/// Whether the paper (without an additional margin) of one of two tags covers or intersects the black square
+/// of the other. Tags back to back do not overlap. O(1).
 [[nodiscard]] bool overlap(const TagCopy& a, const TagCopy& b);
 
-/// A camera and detector in one: corners with noise instead of pictures.
+/// A combined camera and detector: corners with noise instead of images.
 struct TagCameraOptions {
-  double corner_sigma_px = 0.1;  ///< no weight: the noise that is drawn and added to true corners
+  double corner_sigma_px = 0.1;  ///< not a weight: the noise that is drawn and added to true corners
   double small_tag_sigma_px = 2.0;
   double miss_probability = 0.02;
   double max_range_m = 4.0;
@@ -56,7 +57,7 @@ struct TagCameraOptions {
           Field{"corner_sigma_px", "Standard deviation of each corner coordinate of a large tag.", 0, 10});
     visit(self.small_tag_sigma_px,
           Field{"small_tag_sigma_px",
-                "Further standard deviation of small tags: this number divided by the side in pixels.", 0,
+                "Additional standard deviation of small tags: this value divided by the side in pixels.", 0,
                 100});
     visit(self.miss_probability,
           Field{"miss_probability", "Probability that a visible tag is not detected in a frame.", 0, 1});
@@ -64,10 +65,10 @@ struct TagCameraOptions {
   }
 };
 
-/// What the detector would say of a frame taken from map_T_cam: corners with white noise and the covariance
-/// of that noise. A tag of which a part is hidden behind another tag's paper or a panel, or whose middle or a
-/// corner is hidden behind a wall or furniture, is not seen; papers and panels hide nothing where
-/// World::corners_through_paper says so. O(tags + tags in view * tags).
+/// The detections in a frame taken from map_T_cam: corners with white noise and the covariance of that noise.
+/// Not detected are tags partly hidden by another tag's paper or a panel, and tags whose centre or a corner
+/// is hidden by a wall or furniture; papers and panels hide nothing with World::corners_through_paper. O(tags
+/// + tags in view * tags).
 [[nodiscard]] TagFrame see_tags(const World& world, const CameraModel& camera, const SE3& map_T_cam,
                                 SensorTime stamp, const TagCameraOptions& options, Random& random);
 

@@ -12,15 +12,15 @@ namespace waymark {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-const TagId kNear{FamilyId::Tag36h11, 1};
-const TagId kFar{FamilyId::Tag36h11, 2};
+const TagId kNearTag{FamilyId::Tag36h11, 1};
+const TagId kDistantTag{FamilyId::Tag36h11, 2};
 
-/// Two tags of 16 cm before a camera at the origin that looks along map x; papers of 24 cm.
+/// Two tags of 16 cm in front of a camera at the origin facing map x; papers of 24 cm.
 World two_tags(const Eigen::Vector3d& near, const Eigen::Vector3d& far, double near_facing_rad = kPi) {
   World world{
-      .name = "two tags", .anchor = kNear, .path_m = {{-0.2, 0}, {-0.1, 0}, {0, 0}}, .path_closed = false};
-  world.tags.tags[kNear] = {.map_T_tag = upright_tag(near, near_facing_rad), .size_m = 0.16};
-  world.tags.tags[kFar] = {.map_T_tag = upright_tag(far, kPi), .size_m = 0.16};
+      .name = "two tags", .anchor = kNearTag, .path_m = {{-0.2, 0}, {-0.1, 0}, {0, 0}}, .path_closed = false};
+  world.tags.tags[kNearTag] = {.map_T_tag = upright_tag(near, near_facing_rad), .size_m = 0.16};
+  world.tags.tags[kDistantTag] = {.map_T_tag = upright_tag(far, kPi), .size_m = 0.16};
   return world;
 }
 
@@ -46,59 +46,60 @@ TEST(TagOcclusion, ATagBehindAnotherIsNotSeen) {
   EXPECT_EQ(seen(two_tags({1.5, 0, 0.9}, {3, 0, 0.5})), (std::vector<int>{1, 2})) << "under it";
 }
 
-TEST(TagOcclusion, AWorldMayLetTheCornerCameraSeeThroughPaper) {
+TEST(TagOcclusion, TheCornerCameraMaySeeThroughPaper) {
   World world = two_tags({1.5, 0, 0.5}, {3, 0, 0.5});
   world.corners_through_paper = true;
   EXPECT_EQ(seen(world), (std::vector<int>{1, 2}));
   const auto check = check_world(world, robot(), camera());
   ASSERT_TRUE(check);
   EXPECT_EQ(check->two_tags_fraction, 1);
-  EXPECT_EQ(check->hidden.size(), 1U) << "which is said all the same";
+  EXPECT_EQ(check->hidden.size(), 1U) << "still reported";
 }
 
-TEST(TagOcclusion, APartThatIsCoveredIsEnough) {
-  // The paper ends 12 cm from the middle of the near tag; at twice the distance that is 24 cm, and the far
-  // tag's black square begins 8 cm before its own middle.
+TEST(TagOcclusion, PartialOcclusionHidesATag) {
+  // The paper ends 12 cm from the centre of the near tag; at twice the distance that is 24 cm, and the far
+  // tag's black square begins 8 cm before its own centre.
   EXPECT_EQ(seen(two_tags({1.5, 0, 0.5}, {3, 0.31, 0.5})), std::vector<int>{1});
   EXPECT_EQ(seen(two_tags({1.5, 0, 0.5}, {3, 0.33, 0.5})), (std::vector<int>{1, 2}));
 }
 
-TEST(TagOcclusion, TheBackOfAPaperHidesAsItsFrontDoes) {
+TEST(TagOcclusion, TheBackOfAPaperHidesLikeItsFront) {
   EXPECT_TRUE(seen(two_tags({1.5, 0, 0.5}, {3, 0, 0.5}, 0)).empty());
 }
 
-TEST(TagOcclusion, APanelHidesWhatIsBehindAndShowsItsOwnTag) {
+TEST(TagOcclusion, APanelHidesTagsBehindItButNotItsOwn) {
   World world = two_tags({1.5, 0, 0.5}, {3, 0.4, 0.5});
   ASSERT_EQ(seen(world), (std::vector<int>{1, 2}));
   world.panels.push_back({.map_T_panel = upright_tag({1.5, 0, 0.5}, kPi), .width_m = 0.6, .height_m = 0.4});
   EXPECT_EQ(seen(world), std::vector<int>{1});
 }
 
-TEST(TagOcclusion, AWallBeforeACornerHidesTheTag) {
+TEST(TagOcclusion, AWallInFrontOfACornerHidesTheTag) {
   World world = two_tags({1.5, 1.0, 0.5}, {3, 0, 0.5});
-  ASSERT_EQ(seen(world), (std::vector<int>{2})) << "the other one is beside the picture";
+  ASSERT_EQ(seen(world), (std::vector<int>{2})) << "the other one is outside the image";
   world.walls.push_back({.from_m = {2, 0.04}, .to_m = {2, 1}, .height_m = 1, .thickness_m = 0.02});
-  EXPECT_TRUE(seen(world).empty()) << "its middle is free, its left corners are not";
+  EXPECT_TRUE(seen(world).empty()) << "its centre is free, its left corners are not";
 }
 
-TEST(TagOcclusion, ACameraOnTheEdgeOfAPaperSeesPastIt) {
-  const Screen paper = paper_of(kNear, {.map_T_tag = upright_tag({1, 0, 0.5}, kPi / 2), .size_m = 0.16}, 1);
+TEST(TagOcclusion, ACameraInThePlaneOfAPaperSeesPastIt) {
+  const Screen paper =
+      paper_of(kNearTag, {.map_T_tag = upright_tag({1, 0, 0.5}, kPi / 2), .size_m = 0.16}, 1);
   EXPECT_FALSE(hides(paper, {0, 0, 0.5}, {.map_T_tag = upright_tag({3, 0.3, 0.5}, kPi), .size_m = 0.16}));
 }
 
-TEST(TagOcclusion, TagsOverlapWherePaperLiesOnBlack) {
+TEST(TagOcclusion, TagsOverlapIfPaperCoversBlack) {
   const auto at = [](double y, double x = 2, double facing = kPi) {
-    return TagCopy{kNear, {.map_T_tag = upright_tag({x, y, 0.5}, facing), .size_m = 0.16}};
+    return TagCopy{kNearTag, {.map_T_tag = upright_tag({x, y, 0.5}, facing), .size_m = 0.16}};
   };
   EXPECT_TRUE(overlap(at(0), at(0.1)));
-  EXPECT_TRUE(overlap(at(0), at(0.17))) << "the white border of one lies on the black of the other";
+  EXPECT_TRUE(overlap(at(0), at(0.17))) << "the white border of one covers the black of the other";
   EXPECT_FALSE(overlap(at(0), at(0.19)));
   EXPECT_FALSE(overlap(at(0), at(0, 2.1))) << "one behind the other: they hide, but do not overlap";
   EXPECT_TRUE(overlap(at(0), at(0, 2.05, kPi / 2 + 0.3))) << "one cuts the other";
   EXPECT_FALSE(overlap(at(0), at(0, 2.003, 0))) << "back to back";
 }
 
-TEST(WorldCheck, NamesTagsThatOverlapAndThoseThatAreHidden) {
+TEST(WorldCheck, ReportsOverlappingAndHiddenTags) {
   const auto free = check_world(two_tags({1.5, 0.2, 0.5}, {3, -0.4, 0.5}), robot(), camera());
   ASSERT_TRUE(free);
   EXPECT_TRUE(free->overlapping.empty());
@@ -109,16 +110,16 @@ TEST(WorldCheck, NamesTagsThatOverlapAndThoseThatAreHidden) {
   ASSERT_TRUE(hidden);
   EXPECT_EQ(hidden->two_tags_fraction, 0);
   ASSERT_EQ(hidden->hidden.size(), 1U);
-  EXPECT_EQ(hidden->hidden[0].tag, kFar);
-  EXPECT_EQ(hidden->hidden[0].by, kNear);
+  EXPECT_EQ(hidden->hidden[0].tag, kDistantTag);
+  EXPECT_EQ(hidden->hidden[0].by, kNearTag);
   EXPECT_NEAR(hidden->hidden[0].from_m, 0.2, 0.03);
 
   const auto overlapping = check_world(two_tags({1.5, 0, 0.5}, {1.5, 0.1, 0.5}), robot(), camera());
   ASSERT_TRUE(overlapping);
-  EXPECT_EQ(overlapping->overlapping, (std::vector<std::pair<TagId, TagId>>{{kNear, kFar}}));
+  EXPECT_EQ(overlapping->overlapping, (std::vector<std::pair<TagId, TagId>>{{kNearTag, kDistantTag}}));
 }
 
-TEST(TagCamera, NoiseIsAsItsCovarianceSays) {
+TEST(TagCamera, NoiseMatchesItsCovariance) {
   World world;
   world.tags.tags[TagId{.number = 3}] = {.map_T_tag = SE3(SO3(), {0.1, 0, 1.5}), .size_m = 0.16};
   const CameraModel camera =

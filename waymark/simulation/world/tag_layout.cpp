@@ -12,10 +12,10 @@
 namespace waymark {
 namespace {
 
-constexpr double kStepMetres = 0.05;  // of the line's points
-constexpr int kWanted = 2;            // tags in view
+constexpr double kStepMetres = 0.05;  // spacing of the line's points
+constexpr int kWantedTags = 2;        // tags in view
 
-/// A place for a tag, and from which points of the line it is seen.
+/// A candidate position of a tag, and the points of the line from which it is visible.
 struct Spot {
   MappedTag tag{};
   std::vector<std::size_t> seen_from{};
@@ -63,7 +63,7 @@ std::vector<std::size_t> points_that_see(const World& world, const Line& line, c
   return points;
 }
 
-/// Places to the left and right of the line, each facing points that lie some way before it.
+/// Candidates to the left and right of the line, each facing points of the line some distance ahead of it.
 std::vector<Spot> spots_of(const World& world, const RobotModel& robot, const CameraModel& camera,
                            const Line& line, const TagLayoutOptions& options) {
   constexpr std::size_t kEvery = 4;  // points
@@ -88,7 +88,7 @@ std::vector<Spot> spots_of(const World& world, const RobotModel& robot, const Ca
   return places;
 }
 
-/// Whether the paper of one spot hides the tag of another where that is seen.
+/// Whether the paper of one candidate hides the tag of another from a point that would see it.
 bool hides_from_line(const Line& line, const Screen& paper, const Spot& spot) {
   const double reach_m = std::hypot(paper.half_width_m, paper.half_height_m) + spot.tag.size_m;
   const Eigen::Vector3d middle = paper.screen_T_map.inverse().translation();
@@ -101,18 +101,19 @@ bool hides_from_line(const Line& line, const Screen& paper, const Spot& spot) {
   });
 }
 
-/// Whether both tags can be read wherever one alone could be.
-bool get_along(const Line& line, const Spot& a, const Screen& paper_a, const Spot& b, const Screen& paper_b) {
+/// Whether both tags are visible from every point from which either alone would be.
+bool are_compatible(const Line& line, const Spot& a, const Screen& paper_a, const Spot& b,
+                    const Screen& paper_b) {
   const double apart = (a.tag.map_T_tag.translation() - b.tag.map_T_tag.translation()).norm();
   return apart >= 2 * std::max(a.tag.size_m, b.tag.size_m) && !hides_from_line(line, paper_a, b) &&
          !hides_from_line(line, paper_b, a);
 }
 
-/// The places taken, in order: each time the one that helps most of the points that still want a tag, of
-/// those that neither hide one that is taken nor are hidden by it.
+/// Indices of the selected candidates, in order: greedily the one that covers most of the points that still
+/// need a tag, among those that neither hide a selected tag nor are hidden by one.
 std::vector<std::size_t> cover(const std::vector<Spot>& places, const Line& line, const World& world,
                                int most) {
-  std::vector<int> wants(line.map_T_base.size(), kWanted);
+  std::vector<int> wants(line.map_T_base.size(), kWantedTags);
   std::vector<Screen> papers;
   for (const Spot& place : places)
     papers.push_back(paper_of(world.anchor, place.tag, world.tag_margin_cells));
@@ -133,7 +134,8 @@ std::vector<std::size_t> cover(const std::vector<Spot>& places, const Line& line
     taken.push_back(best);
     for (const std::size_t p : places[best].seen_from) --wants[p];
     for (std::size_t i = 0; i < places.size(); ++i) {
-      if (free[i] != 0 && !get_along(line, places[i], papers[i], places[best], papers[best])) free[i] = 0;
+      if (free[i] != 0 && !are_compatible(line, places[i], papers[i], places[best], papers[best]))
+        free[i] = 0;
     }
   }
   return taken;
@@ -158,13 +160,13 @@ Result<World> lay_tags(World world, const RobotModel& robot, const CameraModel& 
   const Line line = line_of(world, robot);
   if (line.map_T_base.size() < 3)
     return fail(ErrorCode::InvalidArgument, "the world has no line to drive", {.source = world.name},
-                "Give three distinct points or more.");
+                "Set `path_m` to at least three distinct points.");
   const std::vector<Spot> places = spots_of(world, robot, camera, line, options);
   std::vector<std::size_t> taken = cover(places, line, world, options.most_tags);
   if (taken.empty())
-    return fail(ErrorCode::InvalidArgument, "there is no place for a tag beside the line",
-                {.source = world.name}, "Ask for less clearance, or for smaller tags.");
-  // Numbered as the robot meets them.
+    return fail(ErrorCode::InvalidArgument, "no position for a tag beside the line", {.source = world.name},
+                "Reduce `clearance_m` or `tag_size_m`.");
+  // Numbered in the order along the line.
   std::ranges::sort(taken, {}, [&](std::size_t i) { return places[i].seen_from.front(); });
   const FamilyId family = world.anchor.family;
   world.tags.tags.clear();

@@ -27,17 +27,17 @@ struct TagLayoutOptions {
   }
 };
 
-/// Upright tags along a line, so that a robot on it sees two of them from everywhere, with as few as it
-/// takes: the greedy cover of the line's points, twice (Chvatal, "A greedy heuristic for the set-covering
-/// problem", Mathematics of Operations Research 4, 1979). Places stand beside the line and face a point
-/// before it; those in a keep-out area of `world`, behind its walls, or nearer than the clearance are not
-/// taken, nor are those that hide another tag from a point that would see it. The tags of the world go; its
-/// anchor becomes the tag seen most from the beginning. Fails on a world without a line, and when no tag can
-/// be placed. O(places * points + tags * places * points).
+/// Upright tags along a line, so that a robot sees two of them from every point, with few tags: the greedy
+/// cover of the line's points, twice (Chvatal, "A greedy heuristic for the set-covering problem", Mathematics
+/// of Operations Research 4, 1979). Candidates are beside the line and face a point ahead of it. Excluded are
+/// those in a keep-out area of `world`, behind its walls, nearer than the clearance, or hiding another tag
+/// from a point that would see it. The tags of `world` are removed; its anchor becomes the tag visible most
+/// often from the beginning. Fails on a world without a line, and if no tag can be placed. O(places * points
+/// + tags * places * points).
 [[nodiscard]] Result<World> lay_tags(World world, const RobotModel& robot, const CameraModel& camera,
                                      const TagLayoutOptions& options = {});
 
-/// Whether a point is in an area (crossing number).
+/// Whether a point is inside an area (crossing number).
 [[nodiscard]] bool inside(const KeepOut& area, const Eigen::Vector2d& point_m);
 
 }  // namespace waymark

@@ -29,7 +29,7 @@ World circle(double radius_m) {
   return world;
 }
 
-TEST(TagLayout, TwoTagsAreSeenFromEverywhereAndNoneIsNear) {
+TEST(TagLayout, TwoTagsAreVisibleEverywhereWithClearance) {
   const auto world = lay_tags(circle(2), robot(), camera());
   ASSERT_TRUE(world) << to_string(world.error());
   const auto check = check_world(*world, robot(), camera());
@@ -40,13 +40,13 @@ TEST(TagLayout, TwoTagsAreSeenFromEverywhereAndNoneIsNear) {
   EXPECT_GE(check->min_clearance_m, 0.44);
   EXPECT_LE(world->tags.tags.size(), 30U);
   EXPECT_NE(world->tags.find(world->anchor), nullptr);
-  // The anchor is in view where the lap begins.
+  // The anchor is in view at the beginning of the lap.
   const auto seen = visible_tags(world->tags, camera(),
                                  SE3(SO3::exp({0, 0, std::numbers::pi / 2}), {2, 0, 0}) * robot().base_T_cam);
   EXPECT_NE(std::ranges::find(seen, world->anchor), seen.end());
 }
 
-/// An S whose halves look into each other.
+/// An S-shaped line, whose halves are in view of each other.
 World winding() {
   World world{.name = "winding", .path_closed = false};
   for (int i = 0; i < 120; ++i)
@@ -66,12 +66,12 @@ TEST(TagLayout, NoTagHidesAnotherFromTheLine) {
     EXPECT_TRUE(check->overlapping.empty());
     double hidden_m = 0;
     for (const HiddenTag& tag : check->hidden) hidden_m += tag.from_m;
-    // The layout looks every 5 cm, the check every 2 cm: what is hidden between two points is short.
+    // The layout samples every 5 cm, the check every 2 cm: an occlusion between two samples is short.
     EXPECT_LE(hidden_m, 0.05 * static_cast<double>(check->hidden.size()));
   }
 }
 
-TEST(TagLayout, KeepsOutOfAreasAndBehindNoWall) {
+TEST(TagLayout, RespectsKeepOutAreasAndWalls) {
   World ring = circle(2);
   ring.keep_outs.push_back({{{-1.9, -1.9}, {1.9, -1.9}, {1.9, 1.9}, {-1.9, 1.9}}});
   const auto outside = lay_tags(ring, robot(), camera());

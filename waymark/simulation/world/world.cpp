@@ -9,7 +9,7 @@
 namespace waymark {
 namespace {
 
-/// A vector of the map in the axes of the box.
+/// A vector of the map frame in the axes of the box.
 Eigen::Vector3d turned(const Eigen::Vector3d& v, double cosine, double sine) {
   return {cosine * v.x() + sine * v.y(), -sine * v.x() + cosine * v.y(), v.z()};
 }
@@ -21,7 +21,7 @@ SE3 upright_tag(const Eigen::Vector3d& map_t_tag, double facing_rad) {
   Eigen::Matrix3d map_R_tag;
   map_R_tag.col(2) = -to_reader;                                // z into the tag
   map_R_tag.col(1) = -Eigen::Vector3d::UnitZ();                 // y down
-  map_R_tag.col(0) = map_R_tag.col(1).cross(map_R_tag.col(2));  // x right, as its reader sees it
+  map_R_tag.col(0) = map_R_tag.col(1).cross(map_R_tag.col(2));  // x right, as seen by its viewer
   return {SO3::from_matrix(map_R_tag), map_t_tag};
 }
 
@@ -78,9 +78,11 @@ double ray_length(const Occluder& box, const Eigen::Vector3d& origin, const Eige
 }
 
 bool line_of_sight(const World& world, const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
-  constexpr double kAlmostThere = 0.99;
+  constexpr double kMaxBlockedFraction = 0.99;
   const Eigen::Vector3d direction = to - from;
-  const auto blocks = [&](const Occluder& box) { return ray_length(box, from, direction) < kAlmostThere; };
+  const auto blocks = [&](const Occluder& box) {
+    return ray_length(box, from, direction) < kMaxBlockedFraction;
+  };
   return std::ranges::none_of(world.occluders, blocks) &&
          std::ranges::none_of(world.walls, [&](const Wall& wall) { return blocks(as_box(wall)); });
 }
@@ -113,7 +115,7 @@ std::vector<Eigen::Vector2d> without_repeats(const std::vector<Eigen::Vector2d>&
   return distinct;
 }
 
-/// Dense points along the curve; a closed one ends where it began.
+/// Dense points along the curve; a closed curve ends at its start.
 std::vector<Eigen::Vector2d> dense_curve(const std::vector<Eigen::Vector2d>& points, bool closed) {
   constexpr int kStepsPerSpan = 50;
   const auto count = static_cast<std::ptrdiff_t>(points.size());

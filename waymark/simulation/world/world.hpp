@@ -13,16 +13,16 @@
 
 namespace waymark {
 
-/// An upright wall on the floor: the box `thickness_m` wide about the line from one point to the other.
+/// An upright wall on the floor: the box of width `thickness_m` about the line between two points.
 struct Wall {
   Eigen::Vector2d from_m = Eigen::Vector2d::Zero();
   Eigen::Vector2d to_m = Eigen::Vector2d::Zero();
   double height_m = 2.5;
   double thickness_m = 0.1;
-  double reflectance = 0.6;  ///< share of light it gives back, 0 to 1
+  double reflectance = 0.6;  ///< reflected share of light, 0 to 1
 };
 
-/// Furniture, or anything else that stands in the way of light and of lidar rays.
+/// Furniture, or any other object that blocks light and lidar rays.
 struct Occluder {
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
   double yaw_rad = 0;                                ///< its x axis from map x to map y
@@ -30,22 +30,22 @@ struct Occluder {
   double reflectance = 0.35;
 };
 
-/// A flat white board that carries tags: the world's tags on it lie in its front face.
+/// A flat white board with tags: the world's tags on it are in its front face.
 struct Panel {
-  SE3 map_T_panel{};  ///< as a tag: middle of the front face, x right, y down, z into the board
+  SE3 map_T_panel{};  ///< like a tag: middle of the front face, x right, y down, z into the board
   double width_m = 0;
   double height_m = 0;
   double thickness_m = 0.01;
   double reflectance = 0.9;
-  std::vector<TagId> tags{};  ///< which tags are on it
+  std::vector<TagId> tags{};  ///< the tags on it
 };
 
-/// A piece of floor where no robot may go: a polygon, its corners one way or the other round.
+/// An area of the floor where no robot may drive: a polygon, in either orientation.
 struct KeepOut {
   std::vector<Eigen::Vector2d> corners_m{};
 };
 
-/// What the floor looks like.
+/// Appearance of the floor.
 struct Floor {
   std::string texture = "speckle";  ///< one of kFloorTextures
   double reflectance = 0.45;        ///< mean
@@ -55,7 +55,7 @@ struct Floor {
 
 inline constexpr std::array<std::string_view, 4> kFloorTextures{"plain", "tiles", "checker", "speckle"};
 
-/// A tag whose number is already in the world: a mistake that people make.
+/// A tag whose number already exists in the world: a common mistake.
 struct TagCopy {
   TagId tag{};
   MappedTag placed{};
@@ -65,13 +65,15 @@ struct TagCopy {
 struct World {
   std::string name{};
   TagMap tags{};
-  TagId anchor{};                         ///< the tag whose pose is known beforehand
-  std::vector<Eigen::Vector2d> path_m{};  ///< points of a smooth line a driver follows
+  TagId anchor{};                         ///< the tag with a known pose
+  std::vector<Eigen::Vector2d> path_m{};  ///< points of a smooth line that a driver follows
   bool path_closed = true;
   std::vector<TagCopy> copies{};
   double tag_margin_cells = 1;  ///< white paper around every tag, in cells of the tag
-  double tag_board_m = 0;  ///< above 0: every tag is on a board so thick, and printed on its back as well
-  /// The corner camera sees tags that the paper of another tag or a panel hides; pictures hide them.
+  /// above 0: every tag is on a board of this thickness and is also printed on its back
+  double tag_board_m = 0;
+  /// The corner camera also detects tags that the paper of another tag or a panel hides; in images they are
+  /// hidden.
   bool corners_through_paper = false;
   std::vector<Panel> panels{};
   std::vector<Wall> walls{};
@@ -80,30 +82,29 @@ struct World {
   Floor floor{};
 };
 
-/// The pose of an upright tag: centre at (x, y, z), `facing_rad` the direction from the tag to its reader,
+/// The pose of an upright tag: centre at (x, y, z), `facing_rad` the direction from the tag to its viewer,
 /// from map x to map y.
 [[nodiscard]] SE3 upright_tag(const Eigen::Vector3d& map_t_tag, double facing_rad);
 
-/// The same, leaning back by `tilt_rad`: at pi / 2 it lies on its back and faces up.
+/// The same, tilted backwards by `tilt_rad`: at pi / 2 it lies on its back and faces up.
 [[nodiscard]] SE3 leaning_tag(const Eigen::Vector3d& map_t_tag, double facing_rad, double tilt_rad);
 
-/// The tag on the back of a board of that thickness, upright as the one on its front.
+/// The tag on the back of a board of this thickness, upright like the one on its front.
 [[nodiscard]] MappedTag back_of(const MappedTag& tag, double board_m);
 
-/// Every tag that can be read, with both sides of those on boards, and copies: what a camera may see.
-/// O(tags).
+/// Every visible side of all tags: both sides of those on boards, and copies. O(tags).
 [[nodiscard]] std::vector<TagCopy> readable_tags(const World& world);
 
 /// The box of a wall.
 [[nodiscard]] Occluder as_box(const Wall& wall);
 
-/// How far a ray goes before it meets the box, in lengths of `direction`: 0 from inside, infinity when it
-/// passes by. Slab method (Kay and Kajiya, "Ray tracing complex scenes", SIGGRAPH 1986). O(1).
+/// Distance along a ray to the box, in lengths of `direction`: 0 from inside, infinity if the ray misses.
+/// Slab method (Kay and Kajiya, "Ray tracing complex scenes", SIGGRAPH 1986). O(1).
 [[nodiscard]] double ray_length(const Occluder& box, const Eigen::Vector3d& origin,
                                 const Eigen::Vector3d& direction);
 
-/// Whether nothing stands between two points: no wall, no occluder. What begins in the last 1 % before `to`
-/// does not count, so that a tag on a wall is seen. O(walls + occluders).
+/// Whether no wall or occluder blocks the line between two points. Objects in the last 1 % before `to` are
+/// ignored, so a tag on a wall is visible. O(walls + occluders).
 [[nodiscard]] bool line_of_sight(const World& world, const Eigen::Vector3d& from, const Eigen::Vector3d& to);
 
 /// A point of a sampled path.
@@ -119,9 +120,9 @@ struct PathPoint {
 [[nodiscard]] std::vector<PathPoint> sample_path(const std::vector<Eigen::Vector2d>& points_m, bool closed,
                                                  double step_m);
 
-/// From the hull to the nearest wall or piece of furniture that is as low as the hull is high, seen from
-/// above [m]; 0 when they touch, infinite in an empty world. What hangs higher (tags on walls) is not met.
-/// O(walls + occluders).
+/// Distance from the hull to the nearest wall or piece of furniture below the hull's height, seen from above
+/// [m]; 0 if they touch, infinite in an empty world. Higher objects (tags on walls) are ignored. O(walls +
+/// occluders).
 [[nodiscard]] double obstacle_distance_m(const World& world, const Hull& hull, const SE2& map_T_base);
 
 }  // namespace waymark

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kCheckStepMetres = 0.02;
 
-/// What is looked at from every point.
+/// Tags and screens to be tested from each point.
 struct View {
   const World& world;
   const CameraModel& camera;
@@ -27,7 +27,7 @@ struct View {
   std::vector<Screen> screens{};
 };
 
-/// By how many points of the line one tag hides another.
+/// Number of points of the line from which one tag hides another.
 using HidingPoints = std::map<std::pair<TagId, TagId>, std::size_t>;
 
 std::size_t tags_in_view(const View& view, const SE3& map_T_cam, HidingPoints& hiding) {
@@ -46,7 +46,7 @@ std::size_t tags_in_view(const View& view, const SE3& map_T_cam, HidingPoints& h
 }
 
 std::vector<std::pair<TagId, TagId>> overlapping_tags(World world) {
-  world.tag_board_m = 0;  // the back of a tag is no other tag
+  world.tag_board_m = 0;  // the back of a tag is not a separate tag here
   const std::vector<TagCopy> tags = readable_tags(world);
   std::vector<std::pair<TagId, TagId>> pairs;
   for (std::size_t i = 0; i < tags.size(); ++i) {
@@ -64,7 +64,7 @@ Result<WorldCheck> check_world(const World& world, const RobotModel& robot, cons
   const auto path = sample_path(world.path_m, world.path_closed, kCheckStepMetres);
   if (path.size() < 3)
     return fail(ErrorCode::InvalidArgument, "the world has no line to drive", {.source = world.name},
-                "Give path_m three distinct points or more.");
+                "Set `path_m` to at least three distinct points.");
   WorldCheck check{.lap_m = path.back().arc_length_m + (world.path_closed ? path[1].arc_length_m : 0),
                    .min_clearance_m = std::numeric_limits<double>::infinity(),
                    .fewest_tags = world.tags.tags.size(),
@@ -98,7 +98,7 @@ Result<WorldCheck> check_world(const World& world, const RobotModel& robot, cons
 
 namespace {
 
-/// A camera at `map_p` that looks at `map_target` with its x axis level.
+/// A camera at `map_p` facing `map_target` with its x axis level.
 SE3 looking_at(const Eigen::Vector3d& map_p, const Eigen::Vector3d& map_target) {
   Eigen::Matrix3d map_R_cam;
   map_R_cam.col(2) = (map_target - map_p).normalized();
@@ -125,7 +125,7 @@ void place_camera(const World& world, int steps, OrbitReport& report) {
 
 double off_identity(const SE3& product) { return product.log().norm(); }
 
-/// Every way round that must end where it began.
+/// Maximum error of all closed chains of transforms.
 double closure_of(const World& world, const std::vector<SE3>& map_T_cam) {
   const SE3& map_T_anchor = world.tags.find(world.anchor)->map_T_tag;
   double worst = 0;
@@ -151,7 +151,7 @@ double closure_of(const World& world, const std::vector<SE3>& map_T_cam) {
   return std::max(worst, off_identity(round_the_circle));
 }
 
-/// What consecutive composed frames show, against the nominal ones.
+/// Compares the motion of consecutive composed frames with the nominal motion.
 class Watch {
  public:
   explicit Watch(OrbitReport& report) : report_(report) {}
@@ -219,7 +219,7 @@ void disturb(const World& world, const OrbitOptions& options, OrbitReport& repor
 Result<OrbitReport> orbit(const World& world, const OrbitOptions& options) {
   if (Status status = check_ranges(options); !status) return tl::unexpected(status.error());
   if (world.tags.find(world.anchor) == nullptr)
-    return fail(ErrorCode::InvalidArgument, "the world has no anchor to go round", {.source = world.name});
+    return fail(ErrorCode::InvalidArgument, "the world has no anchor for the orbit", {.source = world.name});
   OrbitReport report;
   place_camera(world, options.steps, report);
   report.closure = closure_of(world, report.map_T_cam);

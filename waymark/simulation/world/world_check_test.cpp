@@ -1,4 +1,4 @@
-// Conventions, seen from a camera that goes round; and what a robot meets on a world's line.
+// Frame conventions checked by an orbiting camera, and the check of a world's line.
 #include "waymark/simulation/world/world_check.hpp"
 
 #include <cmath>
@@ -8,7 +8,7 @@
 namespace waymark {
 namespace {
 
-/// Four tags around the origin that face outwards, and a round line between them and a wall of two more.
+/// Four tags around the origin that face outwards, and a round line between them and a wall with two more.
 World some_world() {
   World world{.name = "some"};
   for (int i = 0; i < 4; ++i) {
@@ -21,7 +21,7 @@ World some_world() {
   return world;
 }
 
-TEST(Orbit, WithoutNoiseEveryWayRoundCloses) {
+TEST(Orbit, WithoutNoiseAllLoopsClose) {
   const auto report = orbit(some_world(), {.sigma_m = 0, .sigma_deg = 0});
   ASSERT_TRUE(report);
   EXPECT_LT(report->closure, 1e-12);
@@ -32,13 +32,13 @@ TEST(Orbit, WithoutNoiseEveryWayRoundCloses) {
     EXPECT_NEAR((map_T_cam.translation() - report->map_t_center).norm(), report->radius_m, 1e-12);
     const Eigen::Vector3d middle = map_T_cam.inverse() * report->map_t_center;
     EXPECT_TRUE(middle.isApprox(Eigen::Vector3d(0, 0, report->radius_m), 1e-12))
-        << "in the middle of the view";
+        << "in the centre of the image";
     EXPECT_GT(map_T_cam.rotation().matrix()(2, 1), -1 - 1e-12);
     EXPECT_NEAR((map_T_cam.rotation() * Eigen::Vector3d::UnitY()).z(), -1, 1e-12) << "y down";
   }
 }
 
-TEST(Orbit, SmallNoiseMakesNeitherJumpsNorInversions) {
+TEST(Orbit, SmallNoiseCausesNoJumpsOrInversions) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const auto report = orbit(some_world(), {.seed = seed});
     ASSERT_TRUE(report);
@@ -46,23 +46,23 @@ TEST(Orbit, SmallNoiseMakesNeitherJumpsNorInversions) {
                                       << report->jump_deg << " of " << report->jump_limit_deg << " deg";
     EXPECT_GT(report->smallest_axis_cosine, 0.99);
     EXPECT_GT(report->jump_m, 0.005) << "the noise is there";
-    EXPECT_GT(report->jump_m, report->jump_limit_m / 12) << "the limit is not so far that nothing meets it";
+    EXPECT_GT(report->jump_m, report->jump_limit_m / 12) << "the limit is not too wide";
   }
 }
 
-TEST(Orbit, AnInversionIsSeen) {
+TEST(Orbit, AnInversionIsDetected) {
   const auto report = orbit(some_world(), {.sigma_deg = 90});
   ASSERT_TRUE(report);
   EXPECT_FALSE(report->upright());
 }
 
-TEST(Orbit, BadInputIsRefused) {
+TEST(Orbit, InvalidInputIsRejected) {
   EXPECT_FALSE(orbit(World{.name = "empty"}));
   EXPECT_FALSE(orbit(some_world(), {.steps = 0}));
   EXPECT_FALSE(orbit(some_world(), {.sigma_m = std::nan("")}));
 }
 
-TEST(WorldCheck, SaysWhatARobotMeets) {
+TEST(WorldCheck, ReportsVisibilityAndClearance) {
   const RobotModel robot{
       .hull = {.front_m = 0.1, .rear_m = 0.1, .width_m = 0.2, .height_m = 0.5},
       .base_T_cam =
@@ -72,7 +72,7 @@ TEST(WorldCheck, SaysWhatARobotMeets) {
   const auto check = check_world(world, robot, *camera);
   ASSERT_TRUE(check);
   EXPECT_NEAR(check->lap_m, 6.28, 0.5);
-  // The line passes (1, 0) upwards; the hull reaches 0.1 m to its side and the tag stands at x = 2.
+  // The line passes (1, 0) upwards; the hull extends 0.1 m to its side and the tag is at x = 2.
   EXPECT_NEAR(check->min_clearance_m, 0.9, 0.02);
   EXPECT_GT(check->sharpest_left_1_m, 0.5);
   EXPECT_LT(check->sharpest_right_1_m, 0.1);

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-TEST(UprightTag, FacesItsReader) {
+TEST(UprightTag, FacesItsViewer) {
   const SE3 map_T_tag = upright_tag({1, 2, 0.3}, std::numbers::pi / 2);
   EXPECT_TRUE((map_T_tag.rotation() * Eigen::Vector3d::UnitZ()).isApprox(Eigen::Vector3d(0, -1, 0), 1e-12))
       << "z into the tag";
@@ -24,18 +24,18 @@ TEST(UprightTag, FacesItsReader) {
       << "x right";
 }
 
-TEST(World, ALeaningTagTurnsItsFaceUp) {
+TEST(World, ATagTiltedBackwardsFacesUp) {
   const SE3 upright = leaning_tag({1, 2, 0.5}, 0.3, 0);
   EXPECT_TRUE(upright.rotation().matrix().isApprox(upright_tag({1, 2, 0.5}, 0.3).rotation().matrix(), 1e-15));
   const SE3 lying = leaning_tag({1, 2, 0}, 0.3, kPi / 2);
   EXPECT_TRUE((lying.rotation() * Eigen::Vector3d::UnitZ()).isApprox(-Eigen::Vector3d::UnitZ(), 1e-12));
-  // Its upper edge has fallen away from the reader.
+  // Its upper edge has moved away from the viewer.
   EXPECT_LT(
       (lying.rotation() * -Eigen::Vector3d::UnitY()).dot(Eigen::Vector3d(std::cos(0.3), std::sin(0.3), 0)),
       -0.999);
 }
 
-TEST(World, RaysMeetWallsWhereTheyStand) {
+TEST(World, RaysIntersectWallsAtTheirFaces) {
   const Occluder wall = as_box({.from_m = {2, -1}, .to_m = {2, 3}, .height_m = 1, .thickness_m = 0.2});
   const Eigen::Vector3d eye(0, 0, 0.5);
   EXPECT_NEAR(ray_length(wall, eye, {1, 0, 0}), 1.9, 1e-12);
@@ -45,7 +45,7 @@ TEST(World, RaysMeetWallsWhereTheyStand) {
   EXPECT_EQ(ray_length(wall, {2, 0, 0.5}, {1, 0, 0}), 0) << "from inside";
 }
 
-TEST(World, AWallHidesWhatIsBehindAndShowsWhatHangsOnIt) {
+TEST(World, AWallHidesTagsBehindItButNotTagsOnIt) {
   World world;
   world.walls.push_back({.from_m = {2, -1}, .to_m = {2, 3}, .height_m = 1, .thickness_m = 0.1});
   const Eigen::Vector3d eye(0, 0, 0.5);
@@ -55,7 +55,7 @@ TEST(World, AWallHidesWhatIsBehindAndShowsWhatHangsOnIt) {
   EXPECT_TRUE(line_of_sight(world, eye, {3, -2, 0.5})) << "beside it";
 }
 
-TEST(World, ABoardShowsItsTagOnBothSides) {
+TEST(World, ABoardHasItsTagOnBothSides) {
   World world;
   const TagId id{FamilyId::Tag36h11, 3};
   const MappedTag front{.map_T_tag = upright_tag({2, 0, 0.5}, kPi), .size_m = 0.24};
@@ -68,10 +68,10 @@ TEST(World, ABoardShowsItsTagOnBothSides) {
   const SE3& back = tags[1].placed.map_T_tag;
   EXPECT_TRUE(back.translation().isApprox(Eigen::Vector3d(2.02, 0, 0.5), 1e-12));
   EXPECT_TRUE(back.rotation().matrix().isApprox(upright_tag({0, 0, 0}, 0).rotation().matrix(), 1e-12))
-      << "upright, towards a reader on the other side";
+      << "upright, facing a viewer on the other side";
 }
 
-TEST(World, ACameraReadsTheBackOfABoardOnlyWhereThereIsOne) {
+TEST(World, ACameraSeesTheBackOnlyOfBoards) {
   World world;
   world.tags.tags[{FamilyId::Tag36h11, 3}] = {.map_T_tag = upright_tag({0, 0, 0.5}, 0), .size_m = 0.24};
   const auto camera = CameraModel::make(PinholeRadtan{.fx = 500, .fy = 500, .cx = 320, .cy = 240}, 640, 480);
@@ -83,7 +83,7 @@ TEST(World, ACameraReadsTheBackOfABoardOnlyWhereThereIsOne) {
     const TagFrame frame = see_tags(world, *camera, map_T_cam, SensorTime{}, {.miss_probability = 0}, random);
     EXPECT_EQ(frame.detections.size(), board_m > 0 ? 1U : 0U);
     if (frame.detections.empty()) continue;
-    // Its left side is left, as a reader on that side sees it.
+    // Its left side is left, as seen by a viewer on that side.
     EXPECT_LT(frame.detections[0].corners_px[0].x(), frame.detections[0].corners_px[1].x());
     EXPECT_NEAR(frame.detections[0].corners_px[1].x() - frame.detections[0].corners_px[0].x(),
                 500 * 0.24 / 1.98, 3);
@@ -99,7 +99,7 @@ std::vector<Eigen::Vector2d> circle(double radius, int points) {
   return result;
 }
 
-TEST(Path, OfPointsOnACircleIsNearlyTheCircle) {
+TEST(Path, ThroughPointsOfACircleApproximatesTheCircle) {
   const auto path = sample_path(circle(2.0, 60), true, 0.02);
   ASSERT_FALSE(path.empty());
   const double length = path.back().arc_length_m + path[1].arc_length_m;
@@ -130,8 +130,8 @@ TEST(ObstacleDistance, IsMeasuredFromTheHullNotFromBase) {
       << "corner to corner";
 }
 
-TEST(ObstacleDistance, OfTurnedBoxesThatOnlyCrossWithoutCornersInside) {
-  // A long thin plank across the hull: no corner of either lies in the other.
+TEST(ObstacleDistance, OfCrossingBoxesWithoutCornersInside) {
+  // A long thin plank across the hull: no corner of either is inside the other.
   const World world = with_box({0.05, 0, 0.1}, {2, 0.02, 0.2}, std::numbers::pi / 2);
   EXPECT_EQ(obstacle_distance_m(world, kSmall, SE2()), 0);
   const World leaning = with_box({1, 0, 0.1}, {std::sqrt(2.0), std::sqrt(2.0), 0.2}, std::numbers::pi / 4);
@@ -139,7 +139,7 @@ TEST(ObstacleDistance, OfTurnedBoxesThatOnlyCrossWithoutCornersInside) {
   EXPECT_NEAR(obstacle_distance_m(leaning, kSmall, SE2(-0.5, 0, 0)), 0.3, 1e-9);
 }
 
-TEST(ObstacleDistance, WhatHangsHighIsNotMet) {
+TEST(ObstacleDistance, HighObjectsAreIgnored) {
   EXPECT_TRUE(std::isinf(obstacle_distance_m(with_box({0, 0, 1}, {1, 1, 1}), kSmall, SE2())));
   EXPECT_TRUE(std::isinf(obstacle_distance_m(World(), kSmall, SE2())));
   World walled;

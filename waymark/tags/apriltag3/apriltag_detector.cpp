@@ -32,7 +32,7 @@ struct DestroyDetections {
 };
 using Detections = std::unique_ptr<zarray_t, DestroyDetections>;
 
-/// libapriltag sets errno where nothing went wrong; a caller should not see that.
+/// libapriltag sets errno even on success; callers should not see that.
 class KeepErrno {
  public:
   KeepErrno() = default;
@@ -52,8 +52,8 @@ int decimated_side(int side_px, double factor) {
 /// Odd width of the blur kernel, as libapriltag chooses it.
 int blur_width(double sigma) { return static_cast<int>(4 * sigma) | 1; }
 
-/// libapriltag 3.3 reads outside images with less than 4 pixels a side after decimation, divides by zero in
-/// others, and writes outside images narrower than the blur. The narrowest tag is 8 cells wide with its
+/// libapriltag 3.3 reads outside images with less than 4 pixels per side after decimation, divides by zero in
+/// others, and writes outside images narrower than the blur. The narrowest tag is 8 cells wide including its
 /// margin.
 bool can_hold_a_tag(const ImageView& image, const DetectorOptions& options) {
   constexpr int kNarrowest = 8;
@@ -81,7 +81,7 @@ class AprilTagDetector final : public Detector {
   }
 
  private:
-  /// The threshold is taken in tiles of 4 pixels of the decimated image.
+  /// The threshold is computed in tiles of 4 pixels of the decimated image.
   [[nodiscard]] int region_alignment_px() const override {
     return static_cast<int>(4 * options_.quad_decimate);
   }
@@ -93,7 +93,7 @@ class AprilTagDetector final : public Detector {
   [[nodiscard]] TagDetection converted(const apriltag_detection_t& raw) const;
 
   DetectorOptions options_;
-  /// The workspaces share the decoding tables, which are only read once the first workspace is made.
+  /// The workspaces share the decoding tables, which are read-only after the first workspace is created.
   std::vector<LoadedFamily> families_;
   mutable std::mutex mutex_;
   mutable std::vector<Workspace> idle_;  ///< guarded by mutex_
@@ -101,12 +101,13 @@ class AprilTagDetector final : public Detector {
 
 Workspace AprilTagDetector::new_workspace() const {
   Workspace workspace(apriltag_detector_create());
-  workspace->nthreads = 1;  // its threads start in a race that can end the process: README.md of this room
+  // Starting its threads has a race that can crash the process: README.md of this room.
+  workspace->nthreads = 1;
   workspace->quad_decimate = static_cast<float>(options_.quad_decimate);
   workspace->quad_sigma = static_cast<float>(options_.quad_sigma);
   workspace->refine_edges = options_.refine_edges;
   workspace->decode_sharpening = options_.decode_sharpening;
-  workspace->debug = false;  // it writes files into the working directory
+  workspace->debug = false;  // debug mode writes files into the working directory
   workspace->qtp.min_white_black_diff = options_.min_white_black_diff;
   for (const LoadedFamily& family : families_) {
     apriltag_detector_add_family_bits(workspace.get(), family.table.get(), options_.max_hamming);
@@ -141,8 +142,8 @@ Result<std::vector<TagDetection>> AprilTagDetector::detect(const ImageView& imag
   constexpr int kMaxSide = 32767;
   if (!image.empty() && image.stride < image.width) {
     return fail(ErrorCode::InvalidArgument,
-                fmt::format("image rows of {} px lie {} bytes apart", image.width, image.stride), {},
-                "The stride of an image is at least its width.");
+                fmt::format("image rows of {} px with a stride of {} bytes", image.width, image.stride), {},
+                "Set `stride` to at least the width.");
   }
   if (!can_hold_a_tag(image, options_)) return std::vector<TagDetection>();
   if (image.width > kMaxSide || image.height > kMaxSide ||
@@ -150,7 +151,7 @@ Result<std::vector<TagDetection>> AprilTagDetector::detect(const ImageView& imag
     return fail(
         ErrorCode::LimitExceeded, fmt::format("image of {} x {} px is too large", image.width, image.height),
         {},
-        fmt::format("Crop or shrink it to at most {} pixels and {} px a side.", kMaxImagePixels, kMaxSide));
+        fmt::format("Crop or scale it to at most {} pixels and {} px per side.", kMaxImagePixels, kMaxSide));
   }
   const KeepErrno keep_errno;
   Workspace workspace = take_workspace();
@@ -164,12 +165,12 @@ Result<std::vector<TagDetection>> AprilTagDetector::detect_with(apriltag_detecto
                                                                 const ImageView& image) const {
   ImageView source = image;
   std::vector<std::uint8_t> copy;
-  if (options_.quad_sigma > 0 && options_.quad_decimate <= 1) {  // then libapriltag blurs its input
+  if (options_.quad_sigma > 0 && options_.quad_decimate <= 1) {  // in this case libapriltag blurs its input
     copy.reserve(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height));
     for (int y = 0; y < image.height; ++y) copy.insert(copy.end(), image.row(y), image.row(y) + image.width);
     source = {copy.data(), image.width, image.height, image.width};
   }
-  // The struct is const but for its pixels, which are only read.
+  // The struct is const except for its pixels, which are only read.
   auto* pixels = const_cast<std::uint8_t*>(source.data);  // NOLINT(cppcoreguidelines-pro-type-const-cast)
   image_u8_t wrapped{source.width, source.height, source.stride, pixels};
   const Detections raw(apriltag_detector_detect(&workspace, &wrapped));
@@ -180,7 +181,7 @@ Result<std::vector<TagDetection>> AprilTagDetector::detect_with(apriltag_detecto
     TagDetection detection = converted(*one);
     const bool finite = std::all_of(detection.corners_px.begin(), detection.corners_px.end(),
                                     [](const Eigen::Vector2d& corner) { return corner.allFinite(); });
-    // The comparison is also false for a margin that is not a number.
+    // The comparison is also false if the margin is NaN.
     if (finite && detection.decision_margin >= options_.min_decision_margin) detections.push_back(detection);
   }
   sort_detections(detections);
@@ -191,13 +192,13 @@ Status check_decimation(double factor) {
   const bool known = factor == 1.5 || factor == std::floor(factor);
   if (known) return {};
   return fail(ErrorCode::InvalidArgument, fmt::format("cannot decimate by {}", factor),
-              {.key = "quad_decimate"}, "Use 1, 1.5 or a whole number up to 8.");
+              {.key = "quad_decimate"}, "Use 1, 1.5 or an integer up to 8.");
 }
 
 Status check_library_options(const DetectorOptions& options) {
   if (!options.find_inverted) return {};
-  return fail(ErrorCode::InvalidArgument, "AprilTag 3 finds no inverted tags", {.key = "find_inverted"},
-              "Use the detector waymark.");
+  return fail(ErrorCode::InvalidArgument, "AprilTag 3 does not detect inverted tags",
+              {.key = "find_inverted"}, "Use the detector waymark.");
 }
 
 Status check_memory(const std::vector<FamilyId>& ids, const DetectorOptions& options) {
@@ -207,10 +208,10 @@ Status check_memory(const std::vector<FamilyId>& ids, const DetectorOptions& opt
   const std::int64_t needed_mib = (bytes + kMiB - 1) / kMiB;
   if (needed_mib <= options.memory_limit_mib) return {};
   return fail(ErrorCode::LimitExceeded,
-              fmt::format("correcting {} bits of {} needs decoding tables of {} MiB, more than {} MiB",
+              fmt::format("correcting {} bits of {} requires decoding tables of {} MiB, more than {} MiB",
                           options.max_hamming, fmt::join(options.families, ", "), needed_mib,
                           options.memory_limit_mib),
-              {.key = "max_hamming"}, "Lower max_hamming, name fewer families or raise memory_limit_mib.");
+              {.key = "max_hamming"}, "Lower `max_hamming`, use fewer families or raise `memory_limit_mib`.");
 }
 
 }  // namespace
@@ -221,7 +222,7 @@ std::int64_t decode_table_bytes(const Family& family, int max_hamming) {
   const auto bits = static_cast<std::int64_t>(family.bits.size());
   std::int64_t codes = 1;
   if (max_hamming >= 1) codes += bits;
-  if (max_hamming >= 2) codes += bits * (bits - 1);  // libapriltag makes room for each pair twice
+  if (max_hamming >= 2) codes += bits * (bits - 1);  // libapriltag allocates space for each pair twice
   return static_cast<std::int64_t>(family.codes.size()) * codes * kSlotsPerCode * kEntryBytes;
 }
 
@@ -240,7 +241,7 @@ Result<std::unique_ptr<Detector>> make_apriltag_detector(const DetectorOptions& 
   auto detector = std::make_unique<AprilTagDetector>(options, std::move(families));
   if (!detector->has_tables()) {
     return fail(ErrorCode::LimitExceeded, "not enough memory for the decoding tables", {.key = "families"},
-                "Lower max_hamming or name fewer families.");
+                "Lower `max_hamming` or use fewer families.");
   }
   return detector;
 }

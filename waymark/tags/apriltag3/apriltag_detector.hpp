@@ -9,17 +9,17 @@
 
 namespace waymark {
 
-/// A detector with libapriltag 3.3 behind it. Errors: a value out of range or an unknown family
+/// A detector implemented by libapriltag 3.3. Errors: a value out of range or an unknown family
 /// (InvalidArgument), tables beyond memory_limit_mib (LimitExceeded). Takes milliseconds for tag36h11, up to
 /// a second for the largest families.
 ///
-/// detect() works on the image where it lies, with any stride, unless quad_sigma needs a copy. Memory of its
-/// own is about 12 bytes a pixel, and up to 60 in an image of noise; images beyond kMaxImagePixels are
-/// refused. Several threads may call it at once: each gets a workspace of its own, kept for later calls.
+/// detect() works in place on images of any stride, unless quad_sigma requires a copy. Its own memory is
+/// about 12 bytes per pixel, and up to 60 for an image of noise; images beyond kMaxImagePixels are rejected.
+/// Thread-safe: each concurrent call uses a workspace of its own, kept for later calls.
 [[nodiscard]] Result<std::unique_ptr<Detector>> make_apriltag_detector(const DetectorOptions& options = {});
 
-/// Size of the table that decodes one family with `max_hamming` corrected bits (0 to 2), in bytes: it lists
-/// every code with every pattern of wrong bits.
+/// Size of the decoding table of one family with `max_hamming` corrected bits (0 to 2), in bytes: the table
+/// contains every code with every pattern of wrong bits.
 [[nodiscard]] std::int64_t decode_table_bytes(const Family& family, int max_hamming);
 
 }  // namespace waymark

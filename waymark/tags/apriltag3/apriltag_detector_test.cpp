@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/detector_scenes.hpp"
+#include "tests/support/golden_page.hpp"
 
 namespace waymark {
 namespace {
@@ -26,7 +27,7 @@ class EveryFamily : public ::testing::TestWithParam<FamilyId> {};
 INSTANTIATE_TEST_SUITE_P(All, EveryFamily, ::testing::ValuesIn(kAllFamilies),
                          [](const auto& family_id) { return std::string(to_string(family_id.param)); });
 
-TEST_P(EveryFamily, PrintedTagIsReadWithItsCornersInOrder) {
+TEST_P(EveryFamily, APrintedTagHasItsCornersInOrder) {
   const Family& table = family(GetParam());
   const auto detector = detector_with(options_for(GetParam()));
   const int last = static_cast<int>(table.codes.size()) - 1;
@@ -46,7 +47,7 @@ TEST_P(EveryFamily, PrintedTagIsReadWithItsCornersInOrder) {
   }
 }
 
-TEST_P(EveryFamily, AsManyWrongBitsAreCorrectedAsAskedForAndNoMore) {
+TEST_P(EveryFamily, UpToMaxHammingBitsAreCorrected) {
   const Family& table = family(GetParam());
   Random random(11);
   for (int max_hamming = 0; max_hamming <= 2; ++max_hamming) {
@@ -82,7 +83,7 @@ TEST_P(EveryFamily, AsManyWrongBitsAreCorrectedAsAskedForAndNoMore) {
   }
 }
 
-TEST(AprilTagDetector, SeesSeveralFamiliesAtOnceAndSortsByTag) {
+TEST(AprilTagDetector, FindsSeveralFamiliesSortedByTag) {
   DetectorOptions options;
   options.families = {"tagStandard41h12", "36h11", "tag16h5", "tag36h11"};
   const auto detector = detector_with(options);
@@ -108,7 +109,7 @@ TEST(AprilTagDetector, TwoPrintsOfOneTagAreBothReported) {
   EXPECT_LT(found[0].corners_px[0].x(), found[1].corners_px[0].x());
 }
 
-TEST(AprilTagDetector, MarginsBelowTheLeastAreLeftOut) {
+TEST(AprilTagDetector, DetectionsBelowTheMinimumMarginAreDropped) {
   Image image(400, 200, 100);
   paint_tag(image, {FamilyId::Tag36h11, 1}, square_corners({280, 100}, 60, 0.1));
   paint_tag(image, {FamilyId::Tag36h11, 2}, square_corners({100, 100}, 60, 0.1), 90, 130);
@@ -121,13 +122,13 @@ TEST(AprilTagDetector, MarginsBelowTheLeastAreLeftOut) {
   EXPECT_EQ(found[0].tag.number, 1);
 }
 
-// What images the detector takes, and that the same pixels give the same answer however they come.
+// Accepted images, and independence of the result from stride, crop and threads.
 
 using testing::add_noise;
 using testing::same;
 using testing::tag_scene;
 
-/// Every option that changes how much of a small image the library reads.
+/// All options that determine how much of a small image the library reads.
 std::vector<DetectorOptions> shapes() {
   std::vector<DetectorOptions> all;
   for (const double decimate : {1.0, 1.5, 2.0, 3.0, 4.0, 8.0}) {
@@ -142,7 +143,7 @@ std::vector<DetectorOptions> shapes() {
   return all;
 }
 
-TEST(AprilTagDetector, NoImageIsTooSmall) {
+TEST(AprilTagDetector, SmallImagesAreAccepted) {
   Random random(3);
   Image noise(40, 40);
   add_noise(noise, 200, random);
@@ -157,7 +158,7 @@ TEST(AprilTagDetector, NoImageIsTooSmall) {
   }
 }
 
-TEST(AprilTagDetector, LongThinImagesAndNoImageAreEmpty) {
+TEST(AprilTagDetector, ThinAndEmptyImagesHaveNoTags) {
   const auto detector = detector_with();
   const Image line(5000, 7, 200);
   EXPECT_TRUE(detector->detect(ImageView{line.view().data, 5000, 1, 5000})->empty());
@@ -167,14 +168,14 @@ TEST(AprilTagDetector, LongThinImagesAndNoImageAreEmpty) {
   EXPECT_TRUE(detector->detect(ImageView{line.view().data, -3, 20, 5000})->empty());
 }
 
-TEST(AprilTagDetector, ASmallTagFillsASmallImage) {
-  // 16h5 is 8 cells wide: at 3 px a cell an image of 26 px holds it.
+TEST(AprilTagDetector, ASmallTagInASmallImageIsFound) {
+  // 16h5 is 8 cells wide: at 3 px per cell it fits in an image of 26 px.
   Image image(26, 26, 220);
   paint_tag(image, {FamilyId::Tag16h5, 3}, square_corners({13, 13}, 18, 0));
   EXPECT_EQ(detector_with(options_for(FamilyId::Tag16h5))->detect(image)->size(), 1U);
 }
 
-TEST(AprilTagDetector, TooLargeOrImpossibleImagesAreRefusedInWords) {
+TEST(AprilTagDetector, TooLargeOrInvalidImagesAreRejected) {
   const auto detector = detector_with();
   const std::uint8_t pixel = 0;  // never read
   for (const auto& [width, height] : {std::pair(32768, 8), std::pair(8, 32768), std::pair(8193, 8192)}) {
@@ -184,11 +185,11 @@ TEST(AprilTagDetector, TooLargeOrImpossibleImagesAreRefusedInWords) {
   }
   const auto found = detector->detect(ImageView{&pixel, 20, 20, 19});
   ASSERT_FALSE(found);
-  EXPECT_EQ(to_string(found.error()),
-            "image rows of 20 px lie 19 bytes apart. The stride of an image is at least its width.");
+  EXPECT_EQ(found.error().code, ErrorCode::InvalidArgument);
+  testing::expect_on_page("detect", found.error());
 }
 
-TEST(AprilTagDetector, APartOfALargerImageEqualsItsCopy) {
+TEST(AprilTagDetector, ACropGivesTheSameResultAsItsCopy) {
   const Image whole = tag_scene(640, 400, 21, 12);
   for (const double decimate : {1.0, 2.0}) {
     DetectorOptions options;
@@ -205,7 +206,7 @@ TEST(AprilTagDetector, APartOfALargerImageEqualsItsCopy) {
   }
 }
 
-TEST(AprilTagDetector, TheSameImageGivesTheSameAnswerHoweverOften) {
+TEST(AprilTagDetector, RepeatedCallsGiveTheSameResult) {
   const Image first = tag_scene(640, 400, 22, 12);
   const Image other = tag_scene(320, 240, 23, 4);
   const auto detector = detector_with();
@@ -218,7 +219,7 @@ TEST(AprilTagDetector, TheSameImageGivesTheSameAnswerHoweverOften) {
   EXPECT_TRUE(same(detector_with()->detect(first).value(), expected));
 }
 
-TEST(AprilTagDetector, SeveralThreadsMayUseOne) {
+TEST(AprilTagDetector, SeveralThreadsMayShareADetector) {
   const Image first = tag_scene(320, 240, 24, 5);
   const Image other = tag_scene(240, 320, 25, 5);
   const auto detector = detector_with();
@@ -239,7 +240,7 @@ TEST(AprilTagDetector, SeveralThreadsMayUseOne) {
   EXPECT_THAT(right, ::testing::Each(10));
 }
 
-TEST(AprilTagDetector, RegionsFindWhatTheWholeImageShows) {
+TEST(AprilTagDetector, RegionsFindTheSameAsTheWholeImage) {
   const Image image = tag_scene(640, 400, 27, 12);
   for (const double decimate : {1.0, 1.5, 2.0}) {
     DetectorOptions options;
@@ -270,7 +271,7 @@ TEST(AprilTagDetector, RegionsFindWhatTheWholeImageShows) {
 }
 
 TEST(AprilTagDetector, CornersFollowThePixelCentreConventionAtAnyDecimation) {
-  // Over many positions within a pixel and all directions the mean error is the offset of the convention.
+  // Over many subpixel positions and directions the mean error is the offset of the convention.
   constexpr std::array kDecimations = {1.0, 1.5, 2.0, 3.0, 4.0};
   constexpr int kTags = 80;
   std::vector<std::unique_ptr<Detector>> detectors;
@@ -299,7 +300,7 @@ TEST(AprilTagDetector, CornersFollowThePixelCentreConventionAtAnyDecimation) {
   }
 }
 
-TEST(AprilTagDetector, LooksButDoesNotTouch) {
+TEST(AprilTagDetector, DoesNotModifyTheImage) {
   const Image image = tag_scene(320, 240, 28, 4);
   const Image before = tag_scene(320, 240, 28, 4);
   for (const double decimate : {1.0, 2.0}) {

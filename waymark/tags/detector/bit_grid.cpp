@@ -12,13 +12,13 @@
 namespace waymark::search {
 namespace {
 
-constexpr int kPerCell = 4;  // samples of the profile
+constexpr int kPerCell = 4;  // samples of the profile per cell
 
 float sign_of(const ReadableFamily& family, bool inverted) {
   return family.bright_border != inverted ? -1.0F : 1.0F;
 }
 
-/// How much changes inside the quad across one axis, at k / kPerCell cells.
+/// Amount of change inside the quad across one axis, at k / kPerCell cells.
 void changes_across(const CellView& view, int width, int axis, std::vector<float>& profile) {
   const int count = width * kPerCell;
   profile.assign(static_cast<std::size_t>(count), 0.0F);
@@ -44,7 +44,8 @@ float between(const std::vector<float>& profile, float cells) {
   return profile[low] + share * (profile[low + 1] - profile[low]);
 }
 
-/// What lies at the ends of cells, less what lies in their middles, if the side at 0 misses so many cells.
+/// Change at cell boundaries minus change in cell centres, assuming that the side at 0 is `missing` cells
+/// off.
 float fit_of(const std::vector<float>& profile, int width, float missing, bool from_the_far_side) {
   const auto w = static_cast<float>(width);
   const float scale = w / (w - missing);
@@ -80,7 +81,7 @@ Quad with_side_moved(const Quad& quad, std::size_t side, float by_cells, int wid
   Eigen::Matrix3f px_H_cell;
   if (!homography(quad, width, px_H_cell)) return quad;
   const auto w = static_cast<float>(width);
-  const float by = by_cells * w / (w - by_cells);  // in cells of the quad as it is
+  const float by = by_cells * w / (w - by_cells);  // in cells of the uncorrected quad
   Quad out = quad;
   const std::array<Eigen::Vector2f, 4> corner = {Eigen::Vector2f(0, 0), Eigen::Vector2f(w, 0),
                                                  Eigen::Vector2f(w, w), Eigen::Vector2f(0, w)};
@@ -99,8 +100,8 @@ MisplacedSides BitGrid::misplaced_sides(const ImageView& image, const Quad& quad
   constexpr float kMinMissing = -0.6F;
   constexpr float kMaxMissing = 2.0F;
   constexpr float kStep = 0.1F;
-  constexpr float kInPlace = 0.15F;
-  constexpr float kBetter = 1.15F;
+  constexpr float kMaxInPlaceOffset = 0.15F;
+  constexpr float kMinImprovement = 1.15F;
   MisplacedSides found;
   Eigen::Matrix3f px_H_cell;
   std::array<float, 2> as_it_is{};
@@ -109,7 +110,7 @@ MisplacedSides BitGrid::misplaced_sides(const ImageView& image, const Quad& quad
     changes_across(CellView(image, px_H_cell, sign_of(family, inverted)), family.width, axis, profile_);
     as_it_is.at(static_cast<std::size_t>(axis)) = fit_of(profile_, family.width, 0, false);
   }
-  const float least = (kBetter - 1) * (as_it_is[0] + as_it_is[1]);
+  const float least = (kMinImprovement - 1) * (as_it_is[0] + as_it_is[1]);
   for (std::size_t side = 0; side < 4; ++side) {
     MisplacedSide best{with_side_parallel(quad, side), side, 0, 0};
     if (!homography(best.quad, family.width, px_H_cell)) continue;
@@ -121,7 +122,7 @@ MisplacedSides BitGrid::misplaced_sides(const ImageView& image, const Quad& quad
       const float fit = fit_of(profile_, family.width, missing, far) - as_it_is.at(axis);
       if (fit > best.fit) best = {best.quad, side, missing, fit};
     }
-    const bool moved = best.quad[side] != quad[side] || std::abs(best.missing) >= kInPlace;
+    const bool moved = best.quad[side] != quad[side] || std::abs(best.missing) >= kMaxInPlaceOffset;
     if (moved && best.fit >= least) found.sides.at(found.count++) = best;
   }
   const auto end = found.sides.begin() + static_cast<std::ptrdiff_t>(found.count);
@@ -188,7 +189,7 @@ void BitGrid::measure(const ImageView& image, const Quad& quad, const ReadableFa
   }
 }
 
-/// One step of Gauss and Newton on a small homography, with Tukey's weights.
+/// One Gauss-Newton step on a small homography, with Tukey's weights.
 bool BitGrid::correct(const ReadableFamily& family, bool with_border, Quad& quad) const {
   constexpr float kBeyond = 0.3F;  // cells: no weight
   using Vector8 = Eigen::Matrix<float, 8, 1>;
@@ -230,11 +231,12 @@ bool BitGrid::correct(const ReadableFamily& family, bool with_border, Quad& quad
   return true;
 }
 
-bool BitGrid::settle(const ImageView& image, const ReadableFamily& family, bool inverted, TagDetection& tag) {
-  constexpr float kAgree = 0.3F;     // cells that the bits may move a corner
-  constexpr float kAgreePx = 0.75F;  // or pixels
-  constexpr float kSharp = 0.2F;     // cells: a step is where it should be
-  constexpr float kEnough = 0.7F;    // of the weight of steps
+bool BitGrid::align_corners(const ImageView& image, const ReadableFamily& family, bool inverted,
+                            TagDetection& tag) {
+  constexpr float kMaxShiftCells = 0.3F;    // cells that the bits may move a corner
+  constexpr float kMaxShiftPx = 0.75F;      // or pixels
+  constexpr float kSharp = 0.2F;            // cells: a step counts as in place
+  constexpr float kMinShareInPlace = 0.7F;  // of the weight of steps
   Quad quad;
   for (std::size_t i = 0; i < 4; ++i) quad[i] = tag.corners_px[i].cast<float>();
   const float sign = sign_of(family, inverted);
@@ -245,7 +247,7 @@ bool BitGrid::settle(const ImageView& image, const ReadableFamily& family, bool 
   if (!correct(family, false, moved)) return false;
   float farthest = 0;
   for (std::size_t i = 0; i < 4; ++i) farthest = std::max(farthest, (moved[i] - quad[i]).norm());
-  if (farthest < std::max(kAgreePx, kAgree * cell_px)) return true;
+  if (farthest < std::max(kMaxShiftPx, kMaxShiftCells * cell_px)) return true;
   for (const bool with_border : {false, false, true, true}) {
     measure(image, moved, family, sign);
     if (!correct(family, with_border, moved) || !(area(moved) > 0)) return false;
@@ -258,7 +260,7 @@ bool BitGrid::settle(const ImageView& image, const ReadableFamily& family, bool 
     all += step.weight;
     near += std::abs(step.offset) < kSharp ? step.weight : 0;
   }
-  if (near < kEnough * all) return false;
+  if (near < kMinShareInPlace * all) return false;
   for (std::size_t i = 0; i < 4; ++i) tag.corners_px[i] = moved[i].cast<double>();
   return true;
 }

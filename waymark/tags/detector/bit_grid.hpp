@@ -12,41 +12,40 @@
 
 namespace waymark::search {
 
-/// One side of a quad that is not where the border of the tag has it.
+/// A side of a quad that does not coincide with the border of the tag.
 struct MisplacedSide {
   Quad quad{};           ///< with this side made parallel to the one opposite
   std::size_t side = 0;  ///< after this corner
-  float missing = 0;     ///< [cell] what lies between it and the border's side; negative: it lies outside
-  float fit = 0;         ///< how well the changes inside lie where cells end
+  float missing = 0;     ///< [cell] distance from it to the border's side; negative: it lies outside
+  float fit = 0;         ///< how well the changes inside coincide with cell boundaries
 };
 
-/// The sides that fit clearly better elsewhere, best first. Two or more where a whole cell is missing, which
-/// may be at either end.
+/// The sides that fit clearly better elsewhere, best first. Two or more if a whole cell is missing, because
+/// it may be missing at either end.
 struct MisplacedSides {
   std::array<MisplacedSide, 4> sides{};
   std::size_t count = 0;
 };
 
-/// Where the changes between the cells inside a quad say that its sides are.
+/// Estimates the sides of a quad from the changes between the cells inside it.
 class BitGrid {
  public:
-  /// For each side, how far it would have to move so that the changes inside lie where cells end. Looks at
-  /// the inside only, in steps of a quarter of a cell.
+  /// For each side, the displacement after which the changes inside coincide with cell boundaries. Reads only
+  /// the inside, in steps of a quarter of a cell.
   [[nodiscard]] MisplacedSides misplaced_sides(const ImageView& image, const Quad& quad,
                                                const ReadableFamily& family, bool inverted);
 
-  /// Moves the corners of a tag that was read so that the steps between its cells lie where they should. The
-  /// border's own sides count where they agree with the bits: what covers one moves no corner. Does nothing
-  /// where the bits agree with the corners as they are. False where the steps are near no place that a quad
-  /// has.
-  [[nodiscard]] bool settle(const ImageView& image, const ReadableFamily& family, bool inverted,
-                            TagDetection& tag);
+  /// Moves the corners of a decoded tag so that the steps between its cells are at cell boundaries. The
+  /// border's own sides are used if they agree with the bits, so an occlusion of a side moves no corner. No
+  /// change if the bits agree with the current corners. False if the steps are not near those of any quad.
+  [[nodiscard]] bool align_corners(const ImageView& image, const ReadableFamily& family, bool inverted,
+                                   TagDetection& tag);
 
  private:
-  /// Where a step between two cells is along one direction.
+  /// Position of a step between two cells along one direction.
   struct Step {
-    float u = 0, v = 0;  ///< [cell] where it should be
-    int axis = 0;        ///< across which it was searched
+    float u = 0, v = 0;  ///< [cell] expected position
+    int axis = 0;        ///< axis of the search
     float offset = 0;    ///< [cell]
     float weight = 0;
     bool outer = false;  ///< a side of the border
@@ -61,7 +60,7 @@ class BitGrid {
   std::vector<float> profile_;
 };
 
-/// The quad with a side moved so many cells outwards, in the plane of the tag.
+/// The quad with a side moved outwards by this many cells, in the plane of the tag.
 [[nodiscard]] Quad with_side_moved(const Quad& quad, std::size_t side, float by_cells, int width);
 
 }  // namespace waymark::search

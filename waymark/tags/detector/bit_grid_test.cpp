@@ -32,7 +32,7 @@ TagCorners corners_of(const Quad& quad) {
   return corners;
 }
 
-/// A tag of 64 px (8 px a cell in tag36h11), seen aslant.
+/// A tag of 64 px (8 px per cell in tag36h11), seen obliquely.
 struct Scene {
   ReadableFamily family;
   TagId tag;
@@ -54,18 +54,18 @@ INSTANTIATE_TEST_SUITE_P(Families, BitGridOf,
                                            FamilyId::TagCircle49h12),
                          [](const auto& of) { return std::string(to_string(of.param)); });
 
-TEST_P(BitGridOf, CornersThatAreRightStayAsTheyAre) {
+TEST_P(BitGridOf, CorrectCornersAreUnchanged) {
   Random random(3);
   BitGrid grid;
   for (int round = 0; round < 20; ++round) {
     const Scene scene(GetParam(), round, random);
     TagDetection tag{.tag = scene.tag, .corners_px = scene.truth};
-    ASSERT_TRUE(grid.settle(scene.image, scene.family, false, tag)) << round;
+    ASSERT_TRUE(grid.align_corners(scene.image, scene.family, false, tag)) << round;
     EXPECT_EQ(tag.corners_px, scene.truth) << round;
   }
 }
 
-TEST_P(BitGridOf, ASideOfTheQuadThatTheBitsContradictIsMovedToWhereTheySayItIs) {
+TEST_P(BitGridOf, ASideThatContradictsTheBitsIsCorrected) {
   Random random(5);
   BitGrid grid;
   for (int round = 0; round < 20; ++round) {
@@ -76,25 +76,25 @@ TEST_P(BitGridOf, ASideOfTheQuadThatTheBitsContradictIsMovedToWhereTheySayItIs) 
         .tag = scene.tag,
         .corners_px = corners_of(with_side_moved(quad_of(scene.truth), side, off, scene.family.width))};
     ASSERT_GT(max_corner_error_px(tag.corners_px, scene.truth), 3);
-    ASSERT_TRUE(grid.settle(scene.image, scene.family, false, tag)) << round;
+    ASSERT_TRUE(grid.align_corners(scene.image, scene.family, false, tag)) << round;
     EXPECT_LT(max_corner_error_px(tag.corners_px, scene.truth), 0.75) << round << ", side " << side;
   }
 }
 
-/// Distance of the corners from where they are, with a side found misplaced put back.
+/// Distance of the corners from the truth after correcting a misplaced side.
 double error_put_back_px(const Scene& scene, const MisplacedSide& found) {
   const Quad back = with_side_moved(found.quad, found.side, found.missing, scene.family.width);
   return max_corner_error_px(corners_of(back), scene.truth);
 }
 
-/// Whether a side is among those found, and the corners are near their place once it is put back.
+/// Whether a side is among those found, and its correction is accurate.
 bool found_near(const Scene& scene, const MisplacedSides& found, std::size_t side, double within_px) {
   return std::any_of(
       found.sides.begin(), found.sides.begin() + static_cast<std::ptrdiff_t>(found.count),
       [&](const MisplacedSide& at) { return at.side == side && error_put_back_px(scene, at) < within_px; });
 }
 
-TEST(BitGrid, FindsTheSideThatIsMisplacedAndWhereItShouldBe) {
+TEST(BitGrid, FindsAMisplacedSideAndItsCorrection) {
   Random random(11);
   BitGrid grid;
   int missed = 0;
@@ -112,7 +112,7 @@ TEST(BitGrid, FindsTheSideThatIsMisplacedAndWhereItShouldBe) {
   EXPECT_LE(missed, 2);
 }
 
-TEST(BitGrid, ASideThatEndsInASlantIsMadeParallelFirst) {
+TEST(BitGrid, ASlantedSideIsFirstMadeParallel) {
   Random random(13);
   BitGrid grid;
   int missed = 0;

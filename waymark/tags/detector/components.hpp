@@ -11,16 +11,16 @@
 
 namespace waymark::search {
 
-/// The least and the greatest level of each tile of 4 x 4 pixels, and of each tile with its eight neighbours.
+/// Minimum and maximum level of each tile of 4 x 4 pixels, and of each tile with its eight neighbours.
 struct Tiles {
   int columns = 0;
   int rows = 0;
   std::vector<std::uint8_t> low, high;
   std::vector<std::uint8_t> window_low, window_high;
-  std::vector<std::uint8_t> scratch;  ///< two rows of tiles, each with one more at both ends
+  std::vector<std::uint8_t> scratch;  ///< two rows of tiles, each padded by one tile at both ends
 };
 
-/// One bit a pixel, 64 a word, rows begin with a word.
+/// One bit per pixel, 64 per word; each row begins at a word.
 struct BitPlane {
   int width = 0;
   int height = 0;    ///< rows of bits
@@ -36,15 +36,15 @@ struct BitPlane {
 
 enum class Polarity : std::uint8_t { Dark, Bright };
 
-/// Fills the tiles of an image. No allocation once they have the size. O(pixels).
+/// Fills the tiles of an image. No allocation after the first image of a size. O(pixels).
 void measure_tiles(const ImageView& image, const PlaneKernels& kernels, Tiles& tiles);
 
-/// The range that noise alone gives a tile, from the fifth of the tiles that varies least; times 2.2, but not
-/// less than `least`.
+/// The range that noise alone produces in a tile: from the quintile of tiles with the least variation, times
+/// 2.2, but not less than `least`.
 [[nodiscard]] int noise_gate(const Tiles& tiles, int least);
 
-/// One bit for each pixel that is darker (brighter) than the threshold of its tile's window, in every row of
-/// the image or in each `row_step`th one: 1, 2 or 4.
+/// One bit per pixel that is darker (brighter) than the threshold of its tile's window, in every row of the
+/// image or in every `row_step`th one: 1, 2 or 4.
 void threshold(const ImageView& image, const Tiles& tiles, const ThresholdRule& rule,
                const PlaneKernels& kernels, BitPlane& plane, int row_step = 1);
 
@@ -53,14 +53,14 @@ void threshold(const ImageView& image, const Tiles& tiles, const ThresholdRule& 
 /// Pixels [x0, x1) of the row y of the image.
 struct Run {
   std::int16_t x0 = 0, x1 = 0, y = 0;
-  std::int32_t next = -1;       ///< the component's next run, in no order of rows once components were joined
-  std::int32_t component = -1;  ///< as it was before joins: follow its parents
+  std::int32_t next = -1;       ///< the component's next run; not in row order after joins
+  std::int32_t component = -1;  ///< before joins: follow its parents
 };
 
-/// A connected set of pixels: columns [x0, x1), rows [y0, y1). A row of a plane counts for all rows of the
-/// image to the plane's next one, in the area and in the number of runs too.
+/// A connected set of pixels: columns [x0, x1), rows [y0, y1). A row of a plane stands for all rows of the
+/// image up to the plane's next row, in the area and in the number of runs too.
 struct Component {
-  std::int32_t parent = 0;  ///< itself, or what it was joined to
+  std::int32_t parent = 0;  ///< itself, or the component to which it was joined
   std::int16_t x0 = 0, x1 = 0, y0 = 0, y1 = 0;
   std::int32_t area = 0;
   std::int32_t run_count = 0;
@@ -69,24 +69,24 @@ struct Component {
 };
 
 /// The connected components of a bit plane, from its runs (He, Chao and Suzuki, "A run-based two-scan
-/// labeling algorithm", IEEE Transactions on Image Processing 17, 2008). First by shared sides of pixels
-/// (4-connected), then, on request, by corners too (8-connected): squares that touch at a corner are apart in
-/// the first and thin slanting lines are whole in the second.
+/// labeling algorithm", IEEE Transactions on Image Processing 17, 2008). Labels 4-connected components first;
+/// on request also joins diagonal neighbours (8-connected). In the first labelling, squares that touch at a
+/// corner are separate; in the second, thin slanting lines are connected.
 class RunComponents {
  public:
-  /// O(words + runs). No allocation once the workspace has grown. `diagonals`: whether join_diagonals()
-  /// follows.
+  /// O(words + runs). No allocation once the workspace has grown. `diagonals`: whether join_diagonals() will
+  /// be called.
   void label(const BitPlane& plane, const PlaneKernels& kernels = best_plane_kernels(),
              bool diagonals = true);
 
-  /// Joins what touches at a corner. Components that changed have joined_diagonally set.
+  /// Joins components that touch at a corner. Changed components have joined_diagonally set.
   void join_diagonals();
 
   [[nodiscard]] std::span<const Run> runs() const { return std::span(runs_).first(run_count_); }
   /// [px] See BitPlane.
   [[nodiscard]] int row_step() const { return row_step_; }
   [[nodiscard]] const std::vector<Component>& components() const { return components_; }
-  /// Whether components()[index] stands for itself.
+  /// Whether components()[index] was not joined to another.
   [[nodiscard]] bool is_root(std::int32_t index) const { return components_[at(index)].parent == index; }
 
  private:
@@ -98,12 +98,12 @@ class RunComponents {
 
   int row_step_ = 1;
   std::size_t run_count_ = 0;
-  std::vector<Run> runs_;  ///< beyond run_count_ there is room only
+  std::vector<Run> runs_;  ///< entries beyond run_count_ are unused
   std::vector<Component> components_;
-  std::vector<std::int32_t> set_;  ///< of each run: an earlier run of the same component, or itself
+  std::vector<std::int32_t> set_;  ///< for each run: an earlier run of the same component, or itself
   RowRuns row_;
-  std::vector<std::uint64_t> nothing_;                            ///< the row above the first one
-  std::vector<std::pair<std::int32_t, std::int32_t>> diagonals_;  ///< runs that touch at a corner
+  std::vector<std::uint64_t> nothing_;                            ///< zeros, as the row above the first one
+  std::vector<std::pair<std::int32_t, std::int32_t>> diagonals_;  ///< pairs of runs that touch at a corner
 };
 
 }  // namespace waymark::search

@@ -41,7 +41,7 @@ BitPlane plane_of(const Grid& grid) {
 /// x0, x1, y0, y1, area.
 using Shape = std::array<int, 5>;
 
-/// Pixel by pixel: nothing in common with the code under test.
+/// Pixel by pixel: shares no code with the implementation under test.
 std::multiset<Shape> flooded(Grid grid, bool corners_too) {
   std::multiset<Shape> shapes;
   for (int y = 0; y < grid.height; ++y) {
@@ -86,9 +86,9 @@ std::multiset<Shape> labelled(const RunComponents& components) {
   return shapes;
 }
 
-TEST(RunComponents, AreThoseOfAFloodFill) {
+TEST(RunComponents, MatchAFloodFill) {
   Random random(5);
-  RunComponents components;  // one workspace for all
+  RunComponents components;  // one workspace for all rounds
   for (int round = 0; round < 600; ++round) {
     Grid grid{1 + static_cast<int>(random.index(150)), 1 + static_cast<int>(random.index(20)), {}};
     const double density = random.uniform();
@@ -100,7 +100,7 @@ TEST(RunComponents, AreThoseOfAFloodFill) {
   }
 }
 
-TEST(RunComponents, OfEverySecondRowCountForTheRowBelowThem) {
+TEST(RunComponents, EverySecondRowStandsForTheRowBelow) {
   Random random(6);
   RunComponents every;
   RunComponents second;
@@ -127,7 +127,7 @@ TEST(RunComponents, OfEverySecondRowCountForTheRowBelowThem) {
   }
 }
 
-TEST(RunComponents, SquaresThatTouchAtACornerAreApartUntilJoined) {
+TEST(RunComponents, SquaresThatTouchAtACornerAreSeparateUntilJoined) {
   Grid grid{8, 8, std::vector<char>(64, 0)};
   for (int y = 0; y < 8; ++y) {
     for (int x = 0; x < 8; ++x) grid.set[static_cast<std::size_t>(y * 8 + x)] = (x < 4) == (y < 4) ? 1 : 0;

@@ -5,31 +5,31 @@
 #include <cstdint>
 #include <vector>
 
-/// The steps of the detector that touch every pixel, one version for each kind of processor. All versions
-/// give the same bytes (plane_kernels_test.cpp).
+/// The per-pixel steps of the detector, with one implementation per instruction set. All implementations
+/// produce the same bytes (plane_kernels_test.cpp).
 namespace waymark::search {
 
-/// A run of the row above and one of this row, counted from the left, that touch each other.
+/// A run of the row above and a run of this row that touch, as indices from the left.
 struct RunPair {
   std::uint16_t above = 0, here = 0;
 };
 
-/// Where the runs of a row begin and end, 64 columns a word, and how many begin before each word.
+/// Begins and ends of the runs of a row, 64 columns per word, and the number of runs before each word.
 struct RowEdges {
   std::vector<std::uint64_t> begins, ends;
   std::vector<std::uint16_t> before;
 };
 
-/// The runs of one row of a bit plane, and how they touch those of the row above.
+/// The runs of one row of a bit plane, and their contacts with those of the row above.
 struct RowRuns {
-  std::vector<std::int16_t> begins, ends;  ///< columns [begin, end); beyond `count` there is room only
-  std::vector<RunPair> sides;              ///< pairs that share the side of a pixel, from left to right
-  std::vector<RunPair> corners;            ///< pairs that share but the corner of a pixel, in no order
+  std::vector<std::int16_t> begins, ends;  ///< columns [begin, end); entries beyond `count` are unused
+  std::vector<RunPair> sides;              ///< pairs that share a side of a pixel, from left to right
+  std::vector<RunPair> corners;            ///< pairs that share only a corner of a pixel, unordered
   std::size_t count = 0, side_count = 0, corner_count = 0;
-  bool with_corners = true;  ///< whether `corners` are wanted
-  RowEdges here, above;      ///< of the row and of the one before it
+  bool with_corners = true;  ///< whether `corners` are needed
+  RowEdges here, above;      ///< of the row and of the previous one
 
-  /// Room for rows of this width, and an empty row above the first one.
+  /// Allocates rows of this width, and an empty row above the first one.
   void begin_plane(int width, bool corners_too = true) {
     with_corners = corners_too;
     constexpr std::size_t kWrittenAtOnce = 4;
@@ -49,50 +49,50 @@ struct RowRuns {
 
 inline constexpr int kTilePx = 4;
 
-/// Where the threshold of a tile lies between the least and the greatest level of its window.
+/// Position of a tile's threshold between the minimum and maximum level of its window.
 struct ThresholdRule {
-  bool dark = true;  ///< pixels below it are wanted, else those above it
-  /// Share of the range of the window between its darkest (dark) or brightest level and the threshold, in
-  /// 256ths; up to 128.
+  bool dark = true;  ///< selects pixels below it, otherwise those above it
+  /// Distance of the threshold from the darkest (dark) or brightest level of the window as a share of its
+  /// range, in 256ths; up to 128.
   std::uint16_t share_256 = 128;
-  std::uint8_t gate = 15;  ///< [grey level] windows of a smaller range hold nothing
+  std::uint8_t gate = 15;  ///< [grey level] windows with a smaller range select nothing
 };
 
 struct PlaneKernels {
   const char* name = "";
-  /// Least and greatest level of each tile of kTilePx x kTilePx pixels; the last one may be narrower. The
-  /// four rows need not be different. Writes (width + 3) / 4 bytes to each.
+  /// Minimum and maximum level of each tile of kTilePx x kTilePx pixels; the last one may be narrower. The
+  /// four rows may coincide. Writes (width + 3) / 4 bytes to each output.
   void (*tile_extremes)(const std::array<const std::uint8_t*, kTilePx>& rows, int width, std::uint8_t* low,
                         std::uint8_t* high) = nullptr;
-  /// The threshold of each of some tiles, from the least and the greatest level of its window.
+  /// The threshold of each tile, from the minimum and maximum level of its window.
   void (*thresholds)(const std::uint8_t* low, const std::uint8_t* high, std::size_t count,
                      const ThresholdRule& rule, std::uint8_t* thresholds) = nullptr;
-  /// Bit i of the row is set where pixel i is below the threshold of its tile. Writes (width + 63) / 64
-  /// words; bits beyond the width are 0.
+  /// Sets bit i of the row if pixel i is below the threshold of its tile. Writes (width + 63) / 64 words;
+  /// bits beyond the width are 0.
   void (*below)(const std::uint8_t* row, int width, const std::uint8_t* thresholds,
                 std::uint64_t* words) = nullptr;
-  /// The same where the pixel is above it.
+  /// The same for pixels above the threshold.
   void (*above)(const std::uint8_t* row, int width, const std::uint8_t* thresholds,
                 std::uint64_t* words) = nullptr;
-  /// Runs of a row of a bit plane and how they touch those of the row above; row after row, beginning with
-  /// RowRuns::begin_plane() and a row above of zeros. Bits beyond the width are 0.
+  /// Runs of a row of a bit plane and their contacts with those of the row above. Called row by row after
+  /// RowRuns::begin_plane(), with zeros above the first row. Bits beyond the width are 0.
   void (*runs_of_row)(const std::uint64_t* row, const std::uint64_t* above, std::size_t words,
                       RowRuns& runs) = nullptr;
 };
 
 /// For every processor.
 [[nodiscard]] const PlaneKernels& portable_plane_kernels();
-/// For processors with AVX2 and with NEON. Nothing where they were not compiled in; whether the processor can
-/// run them is another question.
+/// For processors with AVX2 and with NEON. nullptr if not compiled in; the processor may still lack the
+/// instructions.
 [[nodiscard]] const PlaneKernels* avx2_plane_kernels();
 [[nodiscard]] const PlaneKernels* neon_plane_kernels();
-/// All that this processor can run, the quickest last.
+/// All implementations that this processor can run, the fastest last.
 [[nodiscard]] std::vector<const PlaneKernels*> runnable_plane_kernels();
-/// The quickest of them; chosen once.
+/// The fastest of them; selected once.
 [[nodiscard]] const PlaneKernels& best_plane_kernels();
 
-/// PlaneKernels::runs_of_row, by whole words. Each `Processor` is a version of its own, compiled with what
-/// that processor can do. O(words + runs).
+/// PlaneKernels::runs_of_row, by whole words. Each `Processor` is a separate instantiation, compiled for that
+/// instruction set. O(words + runs).
 template <class Processor>
 class RowScan {
  public:
@@ -107,7 +107,7 @@ class RowScan {
  private:
   static std::size_t ones(std::uint64_t bits) { return static_cast<std::size_t>(__builtin_popcountll(bits)); }
 
-  /// The columns of the bits of a word. Four are written at once, which spares a branch for each.
+  /// The columns of the bits of a word. Writes four at once, which saves a branch per column.
   [[gnu::always_inline]] static inline std::int16_t* append(std::int16_t* to, std::size_t word,
                                                             std::uint64_t bits) {
     constexpr std::uint64_t kLastBit = std::uint64_t{1} << 63U;
@@ -148,13 +148,13 @@ class RowScan {
     for (std::size_t i = 0; i < words; ++i) {
       const std::uint64_t begins = out.here.begins[i];
       const std::uint64_t above_begins = out.above.begins[i];
-      // The last run of either row that begins at one of these columns or before.
+      // The last run of either row that begins at or before one of these columns.
       const auto pair = [&](std::uint64_t above_columns, std::uint64_t columns) {
         return RunPair{
             static_cast<std::uint16_t>(out.above.before[i] + ones(above_begins & above_columns) - 1),
             static_cast<std::uint16_t>(out.here.before[i] + ones(begins & columns) - 1)};
       };
-      // Where two runs share sides, they do so once: at the first column of both.
+      // Two runs that share sides do so in one contiguous range: reported at its first column.
       std::uint64_t touching = (begins & above[i]) | (row[i] & above_begins);
       for (; touching != 0; touching &= touching - 1) {
         const std::uint64_t columns = touching ^ (touching - 1);
@@ -177,8 +177,8 @@ class RowScan {
   }
 };
 
-/// PlaneKernels::thresholds as loops that a compiler makes vectors of; each `Processor` is a version of its
-/// own, compiled with what that processor can do.
+/// PlaneKernels::thresholds as loops that a compiler vectorises; each `Processor` is a separate
+/// instantiation, compiled for that instruction set.
 template <class Processor>
 struct ThresholdRow {
   static void run(const std::uint8_t* __restrict low, const std::uint8_t* __restrict high, std::size_t count,

@@ -14,7 +14,8 @@ __m256i load_pixels(const std::uint8_t* pixels) {
   return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(pixels));
 }
 
-/// The least (or greatest) of each four neighbouring bytes in the lowest byte of their 32 bits, others 0.
+/// The minimum (or maximum) of each four neighbouring bytes in the lowest byte of their 32 bits, other bytes
+/// 0.
 __m256i least_of_four(__m256i v) {
   v = _mm256_min_epu8(v, _mm256_srli_epi32(v, 16));
   v = _mm256_min_epu8(v, _mm256_srli_epi32(v, 8));
@@ -36,7 +37,7 @@ void tile_extremes_avx2(const std::array<const std::uint8_t*, kTilePx>& rows, in
     const __m256i d = load_pixels(rows[3] + x);
     const __m256i least = least_of_four(_mm256_min_epu8(_mm256_min_epu8(a, b), _mm256_min_epu8(c, d)));
     const __m256i most = most_of_four(_mm256_max_epu8(_mm256_max_epu8(a, b), _mm256_max_epu8(c, d)));
-    // In each half: four tiles' least, four tiles' most.
+    // In each half: minima of four tiles, maxima of four tiles.
     const __m256i packed = _mm256_packus_epi16(_mm256_packus_epi32(least, most), _mm256_setzero_si256());
     const auto first = static_cast<std::uint64_t>(_mm256_extract_epi64(packed, 0));
     const auto second = static_cast<std::uint64_t>(_mm256_extract_epi64(packed, 2));

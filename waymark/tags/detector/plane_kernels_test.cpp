@@ -16,7 +16,7 @@ namespace {
 
 std::vector<std::uint8_t> random_bytes(std::size_t count, Random& random) {
   std::vector<std::uint8_t> bytes(count);
-  // Few levels: pixels that equal their threshold are frequent.
+  // Few levels, so pixels often equal their threshold.
   const std::uint64_t levels = 2 + random.index(255);
   for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(255 - random.index(levels));
   return bytes;
@@ -51,7 +51,7 @@ TEST(PlaneKernels, AllVersionsGiveTheSameBytes) {
   }
 }
 
-TEST(PlaneKernels, AreNamed) {
+TEST(PlaneKernels, HaveNames) {
   for (const PlaneKernels* kernels : runnable_plane_kernels())
     std::cout << kernels->name << " is among the kernels\n";
   EXPECT_STREQ(runnable_plane_kernels().front()->name, "portable");
@@ -103,9 +103,9 @@ Pairs runs_of(const std::vector<std::uint64_t>& row) {
   return runs;
 }
 
-TEST(PlaneKernels, AllVersionsGiveTheRunsOfRows) {
+TEST(PlaneKernels, AllVersionsGiveTheSameRuns) {
   Random random(25);
-  RowRuns rows;  // one workspace for all
+  RowRuns rows;  // one workspace for all rows
   for (const PlaneKernels* kernels : runnable_plane_kernels()) {
     for (int round = 0; round < 300; ++round) {
       const std::size_t words = 1 + random.index(5);
@@ -139,7 +139,7 @@ TEST(PlaneKernels, AllVersionsGiveTheRunsOfRows) {
   }
 }
 
-TEST(PlaneKernels, ThePortableOneDoesWhatItSays) {
+TEST(PlaneKernels, ThePortableVersionMatchesItsDefinition) {
   const std::vector<std::uint8_t> row = {5, 10, 15, 20, 0, 255, 9, 10, 11};
   const std::vector<std::uint8_t> thresholds = {15, 10, 255};
   std::uint64_t word = 0;

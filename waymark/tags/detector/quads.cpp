@@ -11,7 +11,7 @@
 namespace waymark::search {
 namespace {
 
-/// Twice the area of the triangle a b c, positive when they run clockwise as seen in the image.
+/// Twice the area of the triangle a b c, positive if clockwise in the image.
 std::int64_t cross_at(const HullPoint& a, const HullPoint& b, const HullPoint& c) {
   return std::int64_t{b.x - a.x} * (c.y - a.y) - std::int64_t{b.y - a.y} * (c.x - a.x);
 }
@@ -22,8 +22,8 @@ std::int64_t squared_distance(const HullPoint& a, const HullPoint& b) {
   return dx * dx + dy * dy;
 }
 
-/// Adds a point to a chain that must keep turning one way: `kTurn` is 1 for clockwise, -1 for the other. The
-/// end of the chain with it.
+/// Adds a point to a chain that must keep turning one way: `kTurn` is 1 for clockwise, -1 for
+/// counter-clockwise. Returns the new end of the chain.
 template <int kTurn>
 HullPoint* extended(HullPoint* begin, HullPoint* end, const HullPoint& point) {
   while (end - begin > 1 && kTurn * cross_at(end[-2], end[-1], point) <= 0) --end;
@@ -34,12 +34,12 @@ HullPoint* extended(HullPoint* begin, HullPoint* end, const HullPoint& point) {
 }  // namespace
 
 void QuadFitter::make_hull(const RunComponents& components, const Component& component) {
-  constexpr std::int32_t kFar = 1 << 20;
+  constexpr std::int32_t kOutside = 1 << 20;
   const std::span<const Run> runs = components.runs();
   const int step = components.row_step();
   const auto rows = at((component.y1 - component.y0) / step);
-  left_.assign(rows, kFar);
-  right_.assign(rows, -kFar);
+  left_.assign(rows, kOutside);
+  right_.assign(rows, -kOutside);
   for (std::int32_t i = component.first; i >= 0; i = runs[at(i)].next) {
     const Run& run = runs[at(i)];
     const std::size_t y = at((run.y - component.y0) / step);
@@ -91,7 +91,7 @@ int QuadFitter::farthest(int from, int to) const {
   return best;
 }
 
-/// The hull point farthest from a place.
+/// The hull point farthest from a given point.
 int QuadFitter::farthest_from(const HullPoint& from) const {
   const int count = static_cast<int>(hull_.size());
   int best = 0;
@@ -105,7 +105,7 @@ int QuadFitter::farthest_from(const HullPoint& from) const {
   return best;
 }
 
-/// Four points of the hull that are each as far as possible from the line through its neighbours.
+/// Four points of the hull, each as far as possible from the line through its neighbours.
 bool QuadFitter::choose_corners(std::array<int, 4>& corner) const {
   const int count = static_cast<int>(hull_.size());
   HullPoint sum;
@@ -135,15 +135,14 @@ bool QuadFitter::choose_corners(std::array<int, 4>& corner) const {
   return true;
 }
 
-/// The longest straight part of the hull from one corner to another, or the line between them where that is
-/// short.
+/// The longest straight part of the hull between two corners, or the line between them if that part is short.
 Line QuadFitter::side(int from, int to) const {
-  constexpr double kLeastShare = 0.3;  // of the side
+  constexpr double kMinShare = 0.3;  // of the side
   const int count = static_cast<int>(hull_.size());
   HullPoint begin = hull_[at(from)];
   HullPoint end = hull_[at(to)];
-  auto most = static_cast<std::int64_t>(kLeastShare * kLeastShare *
-                                        static_cast<double>(squared_distance(begin, end)));
+  auto most =
+      static_cast<std::int64_t>(kMinShare * kMinShare * static_cast<double>(squared_distance(begin, end)));
   for (int k = from; k != to;) {
     const int next = k + 1 == count ? 0 : k + 1;
     const std::int64_t squared = squared_distance(hull_[at(k)], hull_[at(next)]);
@@ -158,13 +157,14 @@ Line QuadFitter::side(int from, int to) const {
   return {normal, normal.dot(Eigen::Vector2d(begin.x, begin.y))};
 }
 
-/// The quad whose sides are the hull's; false where the hull is none, within what cut corners take from it.
+/// The quad formed by the hull's sides; false if the hull is not a quad, apart from the area that cut corners
+/// remove.
 bool QuadFitter::fit_sides(const std::array<int, 4>& corner, double hull_area, Quad& quad) const {
-  constexpr double kLeastShare = 0.88;   // of one area in the other
-  constexpr float kLeastSide = 4;        // px
-  constexpr float kLeastCorner = 0.08F;  // of the area
-  constexpr double kFarCorner = 0.3;     // of the square root of the area, and
-  constexpr double kFarPx = 3;
+  constexpr double kMinShare = 0.88;        // of one area in the other
+  constexpr float kMinSidePx = 4;           // px
+  constexpr float kMinCornerShare = 0.08F;  // of the area
+  constexpr double kMaxCornerShift = 0.3;   // of the square root of the area, and
+  constexpr double kMaxCornerShiftPx = 3;
   std::array<Line, 4> sides;
   for (std::size_t i = 0; i < 4; ++i) sides.at(i) = side(corner.at(i), corner.at((i + 1) % 4));
   for (std::size_t i = 0; i < 4; ++i) {
@@ -172,27 +172,27 @@ bool QuadFitter::fit_sides(const std::array<int, 4>& corner, double hull_area, Q
     const HullPoint& near = hull_[at(corner.at(i))];
     const Eigen::Vector2f moved =
         quad[i] - Eigen::Vector2f(static_cast<float>(near.x), static_cast<float>(near.y));
-    if (moved.lpNorm<1>() > kFarCorner * std::sqrt(hull_area) + kFarPx) return false;
+    if (moved.lpNorm<1>() > kMaxCornerShift * std::sqrt(hull_area) + kMaxCornerShiftPx) return false;
   }
   const float quad_area = area(quad);
-  if (quad_area < kLeastShare * hull_area || hull_area < kLeastShare * quad_area) return false;
+  if (quad_area < kMinShare * hull_area || hull_area < kMinShare * quad_area) return false;
   for (std::size_t i = 0; i < 4; ++i) {
-    if ((quad[i] - quad[(i + 1) % 4]).squaredNorm() < kLeastSide * kLeastSide) return false;
-    if (cross_at(quad[i], quad[(i + 1) % 4], quad[(i + 2) % 4]) < kLeastCorner * quad_area) return false;
+    if ((quad[i] - quad[(i + 1) % 4]).squaredNorm() < kMinSidePx * kMinSidePx) return false;
+    if (cross_at(quad[i], quad[(i + 1) % 4], quad[(i + 2) % 4]) < kMinCornerShare * quad_area) return false;
   }
   return true;
 }
 
 bool QuadFitter::fit(const RunComponents& components, const Component& component, Quad& quad) {
-  constexpr double kLeastArea = 25;     // px
-  constexpr double kFrameShare = 0.28;  // of the hull that a frame covers at least, or
+  constexpr double kMinAreaPx = 25;     // px
+  constexpr double kFrameShare = 0.28;  // minimum share of the hull that a frame covers, or
   constexpr double kFrameWidth = 8;     // px along its side times this
-  constexpr double kFull = 0.95;        // nothing in it, where it is larger than
+  constexpr double kFull = 0.95;        // too full to be a frame, if its area exceeds
   constexpr double kFullArea = 900;     // px
   make_hull(components, component);
   const double inside = hull_area();
   const double covered = component.area;
-  if (inside < kLeastArea) return false;
+  if (inside < kMinAreaPx) return false;
   if (covered < std::min(kFrameShare * inside, kFrameWidth * std::sqrt(inside))) return false;
   if (inside > kFullArea && covered > kFull * inside) return false;
   std::array<int, 4> corner{};
@@ -219,7 +219,7 @@ struct Course {
     from = std::min(a[along], b[along]);
     slope = length > 0 ? d[across] / d[along] : 0;
     base = a[across] - slope * a[along];
-    outward = level ? (d.x() > 0 ? -1 : 1) : (d.y() > 0 ? 1 : -1);  // the quad runs clockwise
+    outward = level ? (d.x() > 0 ? -1 : 1) : (d.y() > 0 ? 1 : -1);  // the quad is clockwise
   }
 };
 
@@ -238,7 +238,7 @@ struct LineSums {
   }
 };
 
-/// The squared steps outwards along one row or column of pixels, and their sum weighted by place.
+/// The squared steps outwards along one row or column of pixels, and their sum weighted by position.
 struct Crossing {
   std::int64_t weight = 0;
   std::int64_t place = 0;
@@ -257,7 +257,7 @@ Crossing crossing(const std::uint8_t* pixel, std::ptrdiff_t step, int count, int
   return sum;
 }
 
-/// Where the image changes most along one row or column: `place` at `t` along the edge.
+/// Position of the largest change along one row or column: `place` at `t` along the edge.
 struct CrossingPoint {
   double weight = 0, t = 0, place = 0;
 };
@@ -265,7 +265,7 @@ struct CrossingPoint {
 /// No more than twice the largest EdgeSearch::crossings.
 using CrossingPoints = std::array<CrossingPoint, 64>;
 
-/// Leaves those near the line through two of them that most are near.
+/// Keeps the points near the line through two of them that has the most points near it.
 std::size_t keep_majority(CrossingPoints& points, std::size_t count, double near_px) {
   const std::size_t apart = std::max<std::size_t>(count / 3, 1);
   const auto is_near = [&](const CrossingPoint& a, const CrossingPoint& b, const CrossingPoint& p) {
@@ -294,9 +294,10 @@ std::size_t keep_majority(CrossingPoints& points, std::size_t count, double near
 
 std::size_t find_crossings(const ImageView& image, const Course& course, const EdgeSearch& search,
                            CrossingPoints& points) {
-  constexpr float kTrim = 0.12F;             // of the edge at each end, where the corner is round
-  constexpr std::int64_t kMaxWeight = 4000;  // of one crossing: a glint must not outweigh the edge
-  constexpr std::int64_t kLeastWeight = 9;   // a step of 3 grey levels
+  constexpr float kTrim = 0.12F;  // of the edge at each end, because the corners are round
+  // of one crossing, so that a highlight does not outweigh the edge
+  constexpr std::int64_t kMaxWeight = 4000;
+  constexpr std::int64_t kMinWeight = 9;  // a step of 3 grey levels
   const float trim = std::max(0.5F, kTrim * course.length);
   int first = static_cast<int>(std::ceil(course.from + trim - 0.5F));
   int last = static_cast<int>(std::floor(course.from + course.length - trim - 0.5F));
@@ -318,7 +319,7 @@ std::size_t find_crossings(const ImageView& image, const Course& course, const E
     if (high - low < 2) continue;
     const std::uint8_t* pixel = course.level ? image.row(low) + t : image.row(t) + low;
     const Crossing found = crossing(pixel, stride, high - low, course.outward * search.sign);
-    if (found.weight < kLeastWeight) continue;
+    if (found.weight < kMinWeight) continue;
     const double place = low + static_cast<double>(found.place) / static_cast<double>(found.weight);
     points[count++] = {static_cast<double>(std::min(found.weight, kMaxWeight)), t + 0.5, place};
   }
@@ -326,11 +327,11 @@ std::size_t find_crossings(const ImageView& image, const Course& course, const E
 }
 
 bool find_line(const ImageView& image, const Course& course, const EdgeSearch& search, Line& line) {
-  constexpr float kNear = 0.15F;  // of the reach
+  constexpr float kNearShare = 0.15F;  // of the reach
   if (course.length < 3) return false;
   CrossingPoints points;
   std::size_t count = find_crossings(image, course, search, points);
-  if (search.majority) count = keep_majority(points, count, std::max(0.5F, kNear * search.reach_px));
+  if (search.majority) count = keep_majority(points, count, std::max(0.5F, kNearShare * search.reach_px));
   LineSums sums;
   for (std::size_t i = 0; i < count; ++i) sums.add(points[i].weight, points[i].t, points[i].place);
   const double spread = sums.w * sums.tt - sums.t * sums.t;
@@ -354,14 +355,14 @@ bool intersect(const Line& a, const Line& b, Eigen::Vector2f& point) {
 }
 
 bool sharpen_edges(const ImageView& image, const EdgeSearch& search, Quad& quad) {
-  constexpr float kMore = 1.5F;  // [px] a corner may move further than its edges
+  constexpr float kCornerExtraPx = 1.5F;  // [px] by which a corner may move further than its edges
   std::array<Line, 4> lines;
   Quad moved;
   const auto corner = [&](std::size_t i, const Line& before, const Line& after) {
     return intersect(before, after, moved[i]) &&
-           (moved[i] - quad[i]).cwiseAbs().maxCoeff() <= search.reach_px + kMore;
+           (moved[i] - quad[i]).cwiseAbs().maxCoeff() <= search.reach_px + kCornerExtraPx;
   };
-  for (std::size_t i = 0; i < 4; ++i) {  // most quads of clutter end at the first corners
+  for (std::size_t i = 0; i < 4; ++i) {  // most quads of clutter are rejected at the first corners
     if (!find_line(image, Course(quad[i], quad[(i + 1) % 4]), search, lines[i])) return false;
     if (i > 0 && !corner(i, lines[i - 1], lines[i])) return false;
   }

@@ -11,10 +11,10 @@
 
 namespace waymark::search {
 
-/// Corners clockwise as seen in the image, in pixels with centres at +1/2.
+/// Corners clockwise in the image, in pixels with centres at +1/2.
 using Quad = std::array<Eigen::Vector2f, 4>;
 
-/// Twice the area of the triangle a b c, positive when they run clockwise as seen in the image.
+/// Twice the area of the triangle a b c, positive if clockwise in the image.
 [[nodiscard]] inline float cross_at(const Eigen::Vector2f& a, const Eigen::Vector2f& b,
                                     const Eigen::Vector2f& c) {
   return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
@@ -34,13 +34,13 @@ struct Line {
   double offset = 0;
 };
 
-/// Where two lines meet. False where they are parallel.
+/// The intersection of two lines. False if they are parallel.
 bool intersect(const Line& a, const Line& b, Eigen::Vector2f& point);
 
-/// The quad that a component's convex hull is, if it is one. A workspace: no allocation once it has grown.
+/// The quad formed by a component's convex hull, if it is one. A workspace: no allocation once it has grown.
 class QuadFitter {
  public:
-  /// False where the hull is no quad, or the component no frame with something in it. O(rows + runs).
+  /// False if the hull is not a quad, or the component is not a frame with contents. O(rows + runs).
   bool fit(const RunComponents& components, const Component& component, Quad& quad);
 
  private:
@@ -56,18 +56,18 @@ class QuadFitter {
   std::vector<HullPoint> left_chain_, hull_;
 };
 
-/// How edges are searched.
+/// Parameters of the edge search.
 struct EdgeSearch {
   float reach_px = 2;  ///< to both sides of the edge
   int sign = 1;        ///< 1: brighter outside the quad, -1: darker
-  int crossings = 20;  ///< of one edge that are looked at, or up to twice as many
-  /// The line is that of most crossings, where something pulls the others aside.
+  int crossings = 20;  ///< minimum number of samples per edge; at most twice as many
+  /// Fits the line to the majority of the crossings, which excludes disturbed ones.
   bool majority = false;
 };
 
-/// Moves the four edges to where the image changes most (lines through the means of the squared gradients
-/// across them) and intersects them. False where an edge is not seen or a corner moved too far: `quad` is
-/// then as it was.
+/// Moves the four edges to the strongest change of the image (lines through the means of the squared
+/// gradients across them) and intersects them. False if an edge is not visible or a corner moved too far:
+/// `quad` is then unchanged.
 bool sharpen_edges(const ImageView& image, const EdgeSearch& search, Quad& quad);
 
 }  // namespace waymark::search

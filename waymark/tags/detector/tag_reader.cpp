@@ -14,7 +14,7 @@ namespace waymark::search {
 CodeIndex::CodeIndex(const Family& family, int max_distance)
     : codes_(family.codes), max_distance_(max_distance) {
   assert(max_distance >= 0 && max_distance <= 3);
-  constexpr unsigned kMaxBits = 16;  // of a piece: what is beyond is not looked at
+  constexpr unsigned kMaxBits = 16;  // of a piece: further bits are ignored
   const auto bits = static_cast<unsigned>(family.bits.size());
   const unsigned count = static_cast<unsigned>(max_distance) + 1;
   for (unsigned i = 0; i < count; ++i) {
@@ -79,7 +79,7 @@ bool homography(const Quad& q, int width, Eigen::Matrix3f& px_H_cell) {
 namespace {
 
 constexpr std::size_t kMaxRingCells = 80;  // around a border of 19 cells
-constexpr std::size_t kLeastArc = 3;       // cells
+constexpr std::size_t kMinArcCells = 3;    // cells
 
 /// The cells around the border, clockwise.
 struct Ring {
@@ -102,14 +102,14 @@ struct Ring {
     squares[count + 1] = squares[count] + level * level;
     ++count;
   }
-  /// Between the middles of a cell and of the one before.
+  /// The point between the centres of a cell and the previous one.
   [[nodiscard]] Eigen::Vector2f before(std::size_t i) const {
     const Eigen::Vector2i both = cell[i] + cell[(i + count - 1) % count];
     return 0.5F * both.cast<float>() + Eigen::Vector2f(0.5F, 0.5F);
   }
 };
 
-/// The cells from `begin` to before `end`, and all others.
+/// The cells in [begin, end), and all others.
 struct Arcs {
   std::size_t begin = 0, end = 0;
   float error = 0;  ///< sum of squares about the means of both
@@ -121,7 +121,7 @@ std::optional<Arcs> best_arcs(const Ring& ring) {
   const float squares = ring.squares[n];
   std::optional<Arcs> best;
   for (std::size_t i = 0; i < n; ++i) {
-    for (std::size_t j = i + kLeastArc; j < n && n - (j - i) >= kLeastArc; ++j) {
+    for (std::size_t j = i + kMinArcCells; j < n && n - (j - i) >= kMinArcCells; ++j) {
       const auto inside = static_cast<float>(j - i);
       const float sum = ring.sum[j] - ring.sum[i];
       const float rest = all - sum;
@@ -132,7 +132,7 @@ std::optional<Arcs> best_arcs(const Ring& ring) {
   return best;
 }
 
-/// Mean level of the cells of an arc but those at its ends, which are partly in the shadow.
+/// Mean level of the cells of an arc except at its ends, which are partly in the shadow.
 float mean_of(const Ring& ring, std::size_t begin, std::size_t count) {
   float sum = 0;
   for (std::size_t k = 1; k + 1 < count; ++k) {
@@ -142,7 +142,7 @@ float mean_of(const Ring& ring, std::size_t begin, std::size_t count) {
   return sum / static_cast<float>(count - 2);
 }
 
-/// Mean level of the border's cells on both sides of the edge; false where there are none.
+/// Mean level of the border's cells on both sides of the edge; false if one side has none.
 bool border_levels(const CellLevels& cells, ShadowEdge& edge) {
   std::array<float, 2> count{};
   const int last = cells.width - 1;
@@ -168,7 +168,7 @@ float ShadowEdge::lit(int x, int y) const {
   return std::clamp(normal.dot(middle) - offset + 0.5F, 0.0F, 1.0F);
 }
 
-float ShadowEdge::in_the_light(float level, int x, int y) const {
+float ShadowEdge::level_if_lit(float level, int x, int y) const {
   const float light = lit(x, y);
   const float black = border[0] + light * (border[1] - border[0]);
   const float white = around[0] + light * (around[1] - around[0]);
@@ -176,23 +176,23 @@ float ShadowEdge::in_the_light(float level, int x, int y) const {
 }
 
 std::optional<ShadowEdge> find_shadow_edge(const CellLevels& cells, float min_contrast) {
-  constexpr float kExplained = 0.4F;  // what is left of the sum of squares, at most
-  constexpr float kLeastLength = 2;   // cells between the ends of the edge
+  constexpr float kMaxUnexplained = 0.4F;  // maximum remaining share of the sum of squares
+  constexpr float kMinEdgeCells = 2;       // cells between the ends of the edge
   const int around = 4 * (cells.width + 1);
   if (cells.width < 2 || static_cast<std::size_t>(around) > kMaxRingCells) return std::nullopt;
   const Ring ring(cells);
   const std::optional<Arcs> arcs = best_arcs(ring);
   const auto n = static_cast<float>(ring.count);
   const float whole = ring.squares[ring.count] - ring.sum[ring.count] * ring.sum[ring.count] / n;
-  if (!arcs || !(arcs->error < kExplained * whole)) return std::nullopt;
+  if (!arcs || !(arcs->error < kMaxUnexplained * whole)) return std::nullopt;
   const Eigen::Vector2f from = ring.before(arcs->begin);
   const Eigen::Vector2f to = ring.before(arcs->end % ring.count);
-  if ((to - from).norm() < kLeastLength) return std::nullopt;
+  if ((to - from).norm() < kMinEdgeCells) return std::nullopt;
   const std::size_t inside = arcs->end - arcs->begin;
   const float arc = mean_of(ring, arcs->begin, inside);
   const float rest = mean_of(ring, arcs->end, ring.count - inside);
   ShadowEdge edge;
-  // The arc lies to the left of the way from its begin to its end, for the ring runs clockwise as seen.
+  // The arc is to the left of the direction from its begin to its end, because the ring is clockwise.
   const Eigen::Vector2f along = (to - from).normalized();
   edge.normal = Eigen::Vector2f(along.y(), -along.x()) * (arc > rest ? 1.0F : -1.0F);
   edge.offset = edge.normal.dot(from);
@@ -206,7 +206,7 @@ std::optional<ShadowEdge> find_shadow_edge(const CellLevels& cells, float min_co
 float evidence_bits(std::span<const float> distances, std::span<const std::uint16_t> cells,
                     std::uint64_t wrong_bits) {
   constexpr float kSteepness = 8;     // 2 mu^2 / sigma^2 of levels at +-mu with noise of mu / 2
-  constexpr float kOutliers = 0.06F;  // share of cells that dirt, gloss or a shadow decide
+  constexpr float kOutliers = 0.06F;  // share of cells changed by dirt, gloss or a shadow
   float mean = 0;
   for (const std::uint16_t at : cells) mean += std::abs(distances[at]);
   mean /= static_cast<float>(cells.size());
@@ -237,7 +237,7 @@ void for_border_pairs(int width, Visit&& visit) {
   }
 }
 
-/// Least squares plane over cells that lie symmetrically about the middle: its three sums are independent.
+/// Least squares plane over cells that are symmetric about the centre: its three sums are independent.
 class PlaneFit {
  public:
   explicit PlaneFit(int width) : middle_(kHalf * static_cast<float>(width - 1)) {}
@@ -273,7 +273,7 @@ ReadableFamily::ReadableFamily(const Family& family, int max_hamming)
     for (const BitCell& bit : family.bits) {
       int x = bit.x;
       int y = bit.y;
-      for (int k = 0; k < turn; ++k) {  // TL of the print is one corner of the quad further on
+      for (int k = 0; k < turn; ++k) {  // a turn moves TL of the print to the next corner of the quad
         const int before = x;
         x = width - 1 - y;
         y = before;
@@ -311,7 +311,7 @@ int TagReader::steps_outwards(const ImageView& image, const ReadableFamily& fami
 bool TagReader::place(const Quad& quad, const ReadableFamily& family, bool inverted) {
   sign_ = family.bright_border != inverted ? -1.0F : 1.0F;
   const int side = side_of(family);
-  levels_.resize(at(side * side));  // the family before may have had fewer cells
+  levels_.resize(at(side * side));  // the previous family may have had fewer cells
   distances_.resize(levels_.size());
   return homography(quad, family.width, px_H_cell_);
 }
@@ -351,7 +351,7 @@ std::array<int, 4> TagReader::border_pairs(const ReadableFamily& family, float s
   return pairs;
 }
 
-/// Even levels, from all sides but one.
+/// Constant levels, from all sides but one.
 TagReader::Levels TagReader::levels_beside(const ReadableFamily& family, std::size_t covered) const {
   const int side = side_of(family);
   const auto level = [&](int x, int y) {
@@ -384,12 +384,12 @@ void TagReader::sample_inside(const ImageView& image, const ReadableFamily& fami
 std::optional<TagDetection> TagReader::read(const ImageView& image, const Quad& quad,
                                             const ReadableFamily& family, bool inverted,
                                             ReadProgress& progress) {
-  constexpr int kEnoughSteps = 5;     // of 8
+  constexpr int kMinSteps = 5;        // of 8
   constexpr float kPairStep = 0.25F;  // of the contrast
   constexpr std::array<float, 3> kSharpening = {0.25F, 0.8F, 0};
   progress = {};
   if (!place(quad, family, inverted)) return std::nullopt;
-  if (steps_outwards(image, family) < kEnoughSteps) return std::nullopt;  // most quads that are no tags
+  if (steps_outwards(image, family) < kMinSteps) return std::nullopt;  // rejects most quads that are not tags
   const Levels levels = sample_border(image, family);
   if (!(levels.contrast() >= static_cast<float>(options_.min_contrast))) return std::nullopt;
   const std::array<int, 4> pairs = border_pairs(family, kPairStep * levels.contrast());
@@ -404,10 +404,10 @@ std::optional<TagDetection> TagReader::read(const ImageView& image, const Quad& 
     if (progress.changes == 0) progress.changes = changes_inside(family);
     const std::optional<TagDetection> found = decode(quad, family);
     if (found && (!best || found->hamming < best->hamming)) best = found;
-    if ((best && best->hamming <= 1) || (!best && progress.changes < kFewChanges)) break;
+    if ((best && best->hamming <= 1) || (!best && progress.changes < kMinChanges)) break;
   }
-  if (!best && progress.changes >= kFewChanges) best = decode_known(quad, family, levels);
-  if (!best && progress.changes >= kFewChanges) best = decode_in_shadow(quad, family);
+  if (!best && progress.changes >= kMinChanges) best = decode_known(quad, family, levels);
+  if (!best && progress.changes >= kMinChanges) best = decode_in_shadow(quad, family);
   return best;
 }
 
@@ -431,7 +431,7 @@ std::optional<TagDetection> TagReader::read_covered(const ImageView& image, cons
   return found;
 }
 
-// From the levels of a tag's cells to its code.
+// Decoding of the cell levels.
 
 namespace {
 
@@ -446,7 +446,7 @@ TagDetection turned(const Quad& quad, std::size_t turn, const TagId& tag, int ha
 
 }  // namespace
 
-/// Distances of the cells from the threshold, after each was moved away from the mean of its neighbours.
+/// Distances of the cells from the threshold, after moving each away from the mean of its neighbours.
 void TagReader::sharpen(const ReadableFamily& family, const Levels& levels, float amount) {
   const int side = side_of(family);
   const float middle = 0.5F * static_cast<float>(side - 1);
@@ -471,10 +471,10 @@ void TagReader::sharpen(const ReadableFamily& family, const Levels& levels, floa
   }
 }
 
-/// Whether the bits that would have to be wrong are ones that were nearly undecided. `margin`: mean distance
-/// of the known bits from the threshold, wrong ones counted as negative.
-bool TagReader::believable(const ReadableFamily& family, std::size_t turn, std::uint64_t wrong_bits,
-                           std::uint64_t known_bits, float& margin) const {
+/// Whether all bits to be corrected were nearly undecided. `margin`: mean distance of the known bits from the
+/// threshold, wrong ones counted as negative.
+bool TagReader::all_nearly_undecided(const ReadableFamily& family, std::size_t turn, std::uint64_t wrong_bits,
+                                     std::uint64_t known_bits, float& margin) const {
   constexpr float kUndecided = 0.8F;  // of the mean distance of the right bits
   float right = 0;
   float wrong = 0;
@@ -496,8 +496,8 @@ bool TagReader::believable(const ReadableFamily& family, std::size_t turn, std::
   return wrong <= kUndecided * mean_right * static_cast<float>(wrong_count);
 }
 
-/// In the signed levels the border is always low. A bit that is 1 is printed unlike a dark border and like a
-/// bright one, inverted or not.
+/// In the signed levels the border is always low. A bit of value 1 is printed in the colour opposite to a
+/// dark border and equal to a bright one, inverted or not.
 std::uint64_t TagReader::code_of(const ReadableFamily& family, std::size_t turn) const {
   const bool one_is_high = !family.bright_border;
   std::uint64_t code = 0;
@@ -517,7 +517,7 @@ std::optional<TagDetection> TagReader::decode(const Quad& quad, const ReadableFa
     const std::uint64_t wrong =
         code ^ waymark::family(family.id).codes[static_cast<std::size_t>(near->number)];
     float margin = 0;
-    if (!believable(family, turn, wrong, ~std::uint64_t{0}, margin) ||
+    if (!all_nearly_undecided(family, turn, wrong, ~std::uint64_t{0}, margin) ||
         !(margin >= static_cast<float>(options_.min_margin)))
       continue;
     best = turned(quad, turn, {family.id, near->number}, near->distance, margin);
@@ -530,13 +530,14 @@ std::optional<TagDetection> TagReader::decode_known(const Quad& quad, const Read
   constexpr std::array<float, 2> kSharpening = {0.25F, 0.8F};
   constexpr int kMaxWrong = 4;
   constexpr float kTurns = 4;
-  // By evidence_bits() bits at random pass in at most one of 2^14 quads with a border, whatever the number of
-  // hypotheses. That is a bound: where all levels are sure, two wrong bits are left of 36 and 44 known tags,
-  // and 1.7 in a million quads pass. With one bit corrected 1.3 in a million pass for any tag of tag36h11.
-  constexpr float kEnough = 14;
+  // By the bound of evidence_bits(), random bits pass in at most one of 2^14 quads with a border, for any
+  // number of hypotheses. The actual rate is lower: if all levels are certain, two wrong bits remain of 36
+  // and 44 known tags, and 1.7 in a million quads pass. With one bit corrected 1.3 in a million pass for any
+  // tag of tag36h11.
+  constexpr float kMinEvidenceBits = 14;
   if (family.known.empty()) return std::nullopt;
   const auto hypotheses = static_cast<float>(family.known.size() * kSharpening.size()) * kTurns;
-  float most = kEnough + std::log2(hypotheses);
+  float most = kMinEvidenceBits + std::log2(hypotheses);
   std::optional<TagDetection> best;
   for (const float amount : kSharpening) {
     sharpen(family, levels, amount);
@@ -547,7 +548,7 @@ std::optional<TagDetection> TagReader::decode_known(const Quad& quad, const Read
         if (std::popcount(wrong) > kMaxWrong) continue;
         const float evidence = evidence_bits(distances_, family.cells[turn], wrong);
         float margin = 0;
-        (void)believable(family, turn, wrong, ~std::uint64_t{0}, margin);
+        (void)all_nearly_undecided(family, turn, wrong, ~std::uint64_t{0}, margin);
         if (!(evidence >= most) || !(margin >= static_cast<float>(options_.min_margin))) continue;
         most = evidence;
         best = turned(quad, turn, {family.id, number}, std::popcount(wrong), margin);
@@ -565,7 +566,7 @@ std::optional<TagDetection> TagReader::decode_in_shadow(const Quad& quad, const 
   for (int y = -family.margin; y < family.width + family.margin; ++y) {
     for (int x = -family.margin; x < family.width + family.margin; ++x) {
       float& level = cell(family, x, y);
-      level = edge->in_the_light(level, x, y);
+      level = edge->level_if_lit(level, x, y);
     }
   }
   sharpen(family, {{edge->border[1], 0, 0}, {edge->around[1], 0, 0}}, kSharpening);
@@ -574,7 +575,7 @@ std::optional<TagDetection> TagReader::decode_in_shadow(const Quad& quad, const 
 
 std::optional<TagDetection> TagReader::decode_beside(const Quad& quad, const ReadableFamily& family,
                                                      std::size_t covered) {
-  constexpr int kLeastDistance = 5;  // of two codes, by the bits that are left
+  constexpr int kMinDistance = 5;  // between two codes, over the remaining bits
   const int side = side_of(family);
   const auto next_to_it = [&](std::uint16_t at) {
     const int x = at % side - family.margin;
@@ -590,10 +591,10 @@ std::optional<TagDetection> TagReader::decode_beside(const Quad& quad, const Rea
       known = (known << 1U) | (out ? 0U : 1U);
       left_out += out ? 1 : 0;
     }
-    if (waymark::family(family.id).min_hamming - left_out < kLeastDistance) return std::nullopt;
+    if (waymark::family(family.id).min_hamming - left_out < kMinDistance) return std::nullopt;
     const std::optional<int> number = family.codes.find_exact(code_of(family, turn), known);
     float margin = 0;
-    if (!number || !believable(family, turn, 0, known, margin) ||
+    if (!number || !all_nearly_undecided(family, turn, 0, known, margin) ||
         !(margin >= static_cast<float>(options_.min_margin)))
       continue;
     return turned(quad, turn, {family.id, *number}, 0, margin);

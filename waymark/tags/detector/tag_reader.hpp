@@ -22,18 +22,19 @@ struct NearestCode {
   int distance = 0;
 };
 
-/// Finds the code of a family within a few wrong bits without a list of all wrong codes: cut into one piece
-/// more than there may be wrong bits, one piece must be right (Norouzi, Punjani and Fleet, "Fast search in
-/// Hamming space with multi-index hashing", CVPR 2012). Memory is a few words a code.
+/// Finds the code of a family within a few wrong bits without a list of all wrong codes: if the code is cut
+/// into one piece more than the number of wrong bits, at least one piece is correct (Norouzi, Punjani and
+/// Fleet, "Fast search in Hamming space with multi-index hashing", CVPR 2012). Memory is a few words per
+/// code.
 class CodeIndex {
  public:
   /// `max_distance` from 0 to 3.
   CodeIndex(const Family& family, int max_distance);
 
-  /// The nearest code within max_distance; of equally near ones the lowest number.
+  /// The nearest code within max_distance; of equally near codes the lowest number.
   [[nodiscard]] std::optional<NearestCode> find(std::uint64_t code) const;
 
-  /// The code that has these bits where `known` has ones. None where several have. O(codes).
+  /// The code with these bits at the ones of `known`. Nothing if several codes match. O(codes).
   [[nodiscard]] std::optional<int> find_exact(std::uint64_t code, std::uint64_t known) const;
 
  private:
@@ -50,13 +51,13 @@ class CodeIndex {
   int max_distance_ = 0;
 };
 
-/// Homography from cells (the border square is [0, width]^2) to the quad. False where there is none.
+/// Homography from cells (the border square is [0, width]^2) to the quad. False if there is none.
 [[nodiscard]] bool homography(const Quad& quad, int width, Eigen::Matrix3f& px_H_cell);
 
-/// Levels of an image at places given in cells of a quad.
+/// Levels of an image at positions given in cells of a quad.
 class CellView {
  public:
-  /// `sign`: -1 where the border is bright; levels are then negative, and the border is low again.
+  /// `sign`: -1 if the border is bright; levels are then negative, and the border is low again.
   CellView(const ImageView& image, const Eigen::Matrix3f& px_H_cell, float sign)
       : image_(&image), px_H_cell_(px_H_cell), sign_(sign) {}
 
@@ -65,7 +66,7 @@ class CellView {
     return px_H_cell_.col(0) * u + px_H_cell_.col(1) * v + px_H_cell_.col(2);
   }
 
-  /// Bilinear; beyond the image its nearest pixel counts. Times the sign.
+  /// Bilinear; outside the image the nearest pixel is used. Multiplied by the sign.
   [[nodiscard]] float level(const Eigen::Vector3f& place) const {
     const ImageView& image = *image_;
     const float w = 1 / place.z();
@@ -105,33 +106,33 @@ struct CellLevels {
   }
 };
 
-/// Light that changes at a straight line across a tag, as at the edge of a shadow.
+/// Illumination that changes at a straight line across a tag, as at the edge of a shadow.
 struct ShadowEdge {
-  Eigen::Vector2f normal{0, 0};   ///< towards the light
+  Eigen::Vector2f normal{0, 0};   ///< towards the illuminated side
   float offset = 0;               ///< [cell] normal . place = offset on the line
-  std::array<float, 2> border{};  ///< level of black in the shadow, and in the light
+  std::array<float, 2> border{};  ///< level of black in the shadow, and outside it
   std::array<float, 2> around{};  ///< level of white
 
-  /// The share of a cell that is in the light.
+  /// The illuminated fraction of a cell.
   [[nodiscard]] float lit(int x, int y) const;
-  /// The level that a cell would have in the light.
-  [[nodiscard]] float in_the_light(float level, int x, int y) const;
+  /// The level that a cell would have without the shadow.
+  [[nodiscard]] float level_if_lit(float level, int x, int y) const;
 };
 
-/// The edge between the two arcs into which the cells around the border fall best, if they explain most of
-/// how these differ, and black differs from white on both sides. O(width^2).
+/// The edge between the two arcs that best separate the cells around the border, if they explain most of the
+/// variation, and black differs from white on both sides. O(width^2).
 [[nodiscard]] std::optional<ShadowEdge> find_shadow_edge(const CellLevels& cells, float min_contrast);
 
-/// How much better a code explains the levels of a tag's cells than bits at random do, in bits: the logarithm
-/// to base 2 of the likelihood ratio. A level far from the threshold says its bit with up to 0.96 bits, one
-/// at the threshold says nothing, and one that is far on the wrong side costs 4. Under bits at random the
-/// expectation of the ratio is one, so that they reach t bits with a probability of at most 2^-t (Markov's
-/// inequality). `distances`: of all sampled cells from the threshold; `cells`: which of them are bits, most
-/// significant first; `wrong_bits`: ones where the code differs from what was read. O(cells).
+/// Evidence for a code relative to random bits, in bits: the logarithm to base 2 of the likelihood ratio of
+/// the cell levels. A level far from the threshold contributes up to 0.96 bits, one at the threshold nothing,
+/// and one far on the wrong side costs 4. Under random bits the expectation of the ratio is one, so t bits
+/// are reached with a probability of at most 2^-t (Markov's inequality). `distances`: of all sampled cells
+/// from the threshold; `cells`: which of them are bits, most significant first; `wrong_bits`: ones where the
+/// code differs from the observed bits. O(cells).
 [[nodiscard]] float evidence_bits(std::span<const float> distances, std::span<const std::uint16_t> cells,
                                   std::uint64_t wrong_bits);
 
-/// A family as it is read: which cells, in which order after each quarter turn.
+/// A family prepared for reading: its cells, in their order after each quarter turn.
 struct ReadableFamily {
   FamilyId id = FamilyId::Tag36h11;
   int width = 0;   ///< [cell] of the border square
@@ -141,8 +142,8 @@ struct ReadableFamily {
   /// bit, most significant first.
   std::array<std::vector<std::uint16_t>, 4> cells;
   CodeIndex codes;
-  /// Numbers that a map says may be here: these are read with up to four wrong bits where the levels of the
-  /// cells are evidence enough (evidence_bits()).
+  /// Numbers that a map predicts here: they are read with up to four wrong bits if the cell levels are
+  /// sufficient evidence (evidence_bits()).
   std::vector<int> known{};
 
   ReadableFamily(const Family& family, int max_hamming);
@@ -156,38 +157,40 @@ struct ReaderOptions {
   double min_margin = 0;    ///< [grey level] see TagDetection::decision_margin
 };
 
-/// Changes between cells inside: the bits of a tag change often, the inside of most other quads hardly.
-inline constexpr int kFewChanges = 8;
+/// Minimum number of changes between cells inside: the bits of a tag change often, the contents of most other
+/// quads rarely.
+inline constexpr int kMinChanges = 8;
 
-/// What was seen of a quad that was read, or could not be.
+/// Progress of reading a quad, successful or not.
 struct ReadProgress {
-  bool border_seen = false;  ///< so that bits were read
-  int sides_seen = 0;        ///< of the border: those along which most cells differ as a border's do
+  bool border_seen = false;  ///< the border was detected, so bits were read
+  int sides_seen = 0;        ///< sides of the border along which most cells differ like a border's
   int changes = 0;           ///< between dark and bright among neighbouring cells inside
 };
 
-/// Reads tags from quads: levels of black and white as planes fitted to the border and its surroundings, so
-/// that light may change across the tag; bits held against their mean; sharpened by several amounts.
+/// Reads tags from quads. Levels of black and white are planes fitted to the border and its surroundings, so
+/// the illumination may vary across the tag; bits are compared with the mean of the two planes, with several
+/// amounts of sharpening.
 class TagReader {
  public:
   explicit TagReader(const ReaderOptions& options) : options_(options) {}
 
-  /// At how many of eight places of the quad's edges, two at each side, there is a step outwards. Cheap.
+  /// Number of outward steps at eight positions on the quad's edges, two per side. Cheap.
   [[nodiscard]] int steps_outwards(const ImageView& image, const Quad& quad, const ReadableFamily& family,
                                    bool inverted);
 
-  /// The tag of this family whose border the quad is, with the quad as its corners. `inverted`: a print with
+  /// The tag of this family whose border is the quad, with the quad as its corners. `inverted`: a print with
   /// black and white exchanged. O(cells).
   std::optional<TagDetection> read(const ImageView& image, const Quad& quad, const ReadableFamily& family,
                                    bool inverted, ReadProgress& progress);
 
-  /// The same of a tag that something covers along the side after corner `covered` of the quad: levels come
-  /// from the other three sides, all of which must be seen, and are taken as even.
+  /// The same for a tag whose side after corner `covered` of the quad is occluded: levels come from the other
+  /// three sides, all of which must be visible, and are assumed constant.
   std::optional<TagDetection> read_covered(const ImageView& image, const Quad& quad,
                                            const ReadableFamily& family, bool inverted, std::size_t covered);
 
  private:
-  /// Levels across the tag: constant, change per cell along x and along y, from its middle.
+  /// Levels across the tag: constant, change per cell along x and along y, relative to its centre.
   using Plane = std::array<float, 3>;
   struct Levels {
     Plane border{};
@@ -195,33 +198,33 @@ class TagReader {
     [[nodiscard]] float contrast() const { return around[0] - border[0]; }
   };
 
-  /// Of eight pairs of cells, two at each side, those that differ as a border's do.
+  /// Of eight pairs of cells, two at each side, the number that differ like a border's.
   [[nodiscard]] int steps_outwards(const ImageView& image, const ReadableFamily& family) const;
   bool place(const Quad& quad, const ReadableFamily& family, bool inverted);
   Levels sample_border(const ImageView& image, const ReadableFamily& family);
-  /// Of the cells along each side, from the quad's first corner on, those that differ from what is outside.
+  /// For the cells along each side, from the quad's first corner on, the number that differ from the outside.
   [[nodiscard]] std::array<int, 4> border_pairs(const ReadableFamily& family, float step) const;
   [[nodiscard]] Levels levels_beside(const ReadableFamily& family, std::size_t covered) const;
   [[nodiscard]] int changes_inside(const ReadableFamily& family) const;
   void sample_inside(const ImageView& image, const ReadableFamily& family);
   void sharpen(const ReadableFamily& family, const Levels& levels, float amount);
   std::optional<TagDetection> decode(const Quad& quad, const ReadableFamily& family);
-  /// The known tag that the levels are most evidence for, if they are enough.
+  /// The known tag with the most evidence in the levels, if it is sufficient.
   std::optional<TagDetection> decode_known(const Quad& quad, const ReadableFamily& family,
                                            const Levels& levels);
-  /// With the levels of the cells on both sides of a shadow's edge made one; nothing where there is none.
+  /// Decodes with the cell levels on both sides of a shadow's edge made equal; nothing if there is no shadow.
   std::optional<TagDetection> decode_in_shadow(const Quad& quad, const ReadableFamily& family);
-  /// Without the bits next to a side, which is covered: all others must be right.
+  /// Decodes without the bits next to a covered side; all others must be right.
   std::optional<TagDetection> decode_beside(const Quad& quad, const ReadableFamily& family,
                                             std::size_t covered);
   [[nodiscard]] std::uint64_t code_of(const ReadableFamily& family, std::size_t turn) const;
-  [[nodiscard]] bool believable(const ReadableFamily& family, std::size_t turn, std::uint64_t wrong_bits,
+  [[nodiscard]] bool all_nearly_undecided(const ReadableFamily& family, std::size_t turn, std::uint64_t wrong_bits,
                                 std::uint64_t known_bits, float& margin) const;
   [[nodiscard]] float sample(const ImageView& image, float u, float v) const;
   [[nodiscard]] float& cell(const ReadableFamily& family, int x, int y);
 
   ReaderOptions options_;
-  float sign_ = 1;  ///< -1 where the border is bright: levels are then negative, and the border is low again
+  float sign_ = 1;  ///< -1 if the border is bright: levels are then negative, and the border is low again
   Eigen::Matrix3f px_H_cell_ = Eigen::Matrix3f::Identity();
   std::vector<float> levels_;     ///< of the sampled cells
   std::vector<float> distances_;  ///< of the sharpened cells from the threshold

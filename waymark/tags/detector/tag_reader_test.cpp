@@ -19,7 +19,7 @@
 namespace waymark::search {
 namespace {
 
-TEST(CodeIndex, FindsWhatALookAtEveryCodeFinds) {
+TEST(CodeIndex, MatchesAnExhaustiveSearch) {
   Random random(11);
   for (const FamilyId id : kAllFamilies) {
     const Family& kind = family(id);
@@ -61,7 +61,7 @@ TEST(CodeIndex, FindsTheOnlyCodeWithTheKnownBits) {
     EXPECT_EQ(index.find_exact(code ^ ~known, known), number);
     EXPECT_FALSE(index.find_exact(code ^ (known & ~(known - 1)), known)) << "a known bit is wrong";
   }
-  EXPECT_FALSE(index.find_exact(0, 0)) << "every code has no known bit wrong";
+  EXPECT_FALSE(index.find_exact(0, 0)) << "all codes match";
 }
 
 constexpr int kWidth = 8;
@@ -69,11 +69,11 @@ constexpr int kSide = kWidth + 2;
 constexpr float kBlack = 40;
 constexpr float kWhite = 200;
 
-/// A tag's cells with random bits, in the light, and darkened where normal . place is less than the offset.
+/// A tag's cells with random bits, darkened where normal . place is less than the offset.
 struct Shaded {
   std::vector<float> lit;
   std::vector<float> seen;
-  std::vector<float> share;  ///< of a cell in the light, by sub-samples
+  std::vector<float> share;  ///< illuminated share of a cell, by sub-samples
 
   Shaded(Random& random, double angle, double offset, float light_in_shadow) {
     for (int y = -1; y <= kWidth; ++y) {
@@ -99,7 +99,7 @@ struct Shaded {
   [[nodiscard]] CellLevels cells() const { return {seen, kWidth, 1}; }
 };
 
-TEST(ShadowEdge, LevelsAreThoseInTheLightOnBothSidesOfIt) {
+TEST(ShadowEdge, CorrectedLevelsMatchTheLitOnesOnBothSides) {
   Random random(31);
   int undecided = 0;
   int cells = 0;
@@ -112,7 +112,7 @@ TEST(ShadowEdge, LevelsAreThoseInTheLightOnBothSidesOfIt) {
     for (int y = 0; y < kWidth; ++y) {
       for (int x = 0; x < kWidth; ++x) {
         const std::size_t at = static_cast<std::size_t>((y + 1) * kSide + x + 1);
-        const float level = edge->in_the_light(tag.seen[at], x, y);
+        const float level = edge->level_if_lit(tag.seen[at], x, y);
         const bool white = level > 0.5F * (edge->border[1] + edge->around[1]);
         ++cells;
         undecided += white != (tag.lit[at] == kWhite) ? 1 : 0;
@@ -125,7 +125,7 @@ TEST(ShadowEdge, LevelsAreThoseInTheLightOnBothSidesOfIt) {
   EXPECT_LT(undecided, cells / 100) << "cells that the edge crosses, seed 31";
 }
 
-TEST(ShadowEdge, ThereIsNoneInEvenLight) {
+TEST(ShadowEdge, IsNotFoundInEvenIllumination) {
   Random random(32);
   for (int round = 0; round < 60; ++round) {
     const Shaded tag(random, 0, -100, 0.35F);
@@ -133,9 +133,9 @@ TEST(ShadowEdge, ThereIsNoneInEvenLight) {
   }
 }
 
-TEST(ShadowEdge, ThereIsNoneWhereBlackIsAsWhite) {
+TEST(ShadowEdge, IsNotFoundWithoutContrast) {
   Random random(33);
-  const Shaded tag(random, 0, 4, 0.02F);  // black: white of the shadow less its black is 3 grey levels
+  const Shaded tag(random, 0, 4, 0.02F);  // contrast of black and white in the shadow is 3 grey levels
   EXPECT_FALSE(find_shadow_edge(tag.cells(), 10));
 }
 
@@ -145,7 +145,7 @@ TEST(ShadowEdge, ThereIsNoneWhereBlackIsAsWhite) {
 namespace waymark {
 namespace {
 
-// How much the levels of a tag's cells say for a code, and known tags that are read by it.
+// Evidence of the cell levels for a code, and reading of known tags.
 
 constexpr std::uint64_t kSeed = 20261128;
 using search::evidence_bits;
@@ -160,25 +160,25 @@ std::vector<std::uint16_t> cells_of(std::size_t count) {
   return cells;
 }
 
-TEST(Evidence, GrowsWithSureBitsAndShrinksWithWrongOnes) {
+TEST(Evidence, GrowsWithCertainBitsAndShrinksWithWrongOnes) {
   const auto cells = cells_of(36);
   const std::vector<float> sure(36, 50);
   const float all = evidence_bits(sure, cells, 0);
   EXPECT_GT(all, 30);
   EXPECT_LE(all, 36);
-  EXPECT_LT(evidence_bits(sure, cells, 1), all - 4) << "a sure bit that is wrong";
-  std::vector<float> doubtful = sure;
-  doubtful[35] = 2;  // least significant
-  EXPECT_GT(evidence_bits(doubtful, cells, 1), evidence_bits(sure, cells, 1) + 2) << "one nearly undecided";
+  EXPECT_LT(evidence_bits(sure, cells, 1), all - 4) << "a certain but wrong bit";
+  std::vector<float> undecided = sure;
+  undecided[35] = 2;  // least significant
+  EXPECT_GT(evidence_bits(undecided, cells, 1), evidence_bits(sure, cells, 1) + 2) << "one nearly undecided";
   EXPECT_EQ(evidence_bits(std::vector<float>(36, 0), cells, 0), 0);
   std::vector<float> half = sure;
   for (float& level : half) level *= 0.01F;
-  EXPECT_NEAR(evidence_bits(half, cells, 0), all, 1e-3) << "whatever the contrast";
+  EXPECT_NEAR(evidence_bits(half, cells, 0), all, 1e-3) << "independent of the contrast";
 }
 
-/// The law that the threshold of known tags rests on: under bits at random the likelihood ratio has the mean
-/// 1, so that t bits are reached with a probability of at most 2^-t.
-TEST(Evidence, BitsAtRandomReachItAsSeldomAsMarkovSays) {
+/// The threshold of known tags relies on this: under random bits the likelihood ratio has the mean 1, so t
+/// bits are reached with a probability of at most 2^-t.
+TEST(Evidence, RandomBitsSatisfyMarkovsBound) {
   Random random(kSeed);
   std::cout << "seed " << kSeed << "\n";
   constexpr int kTrials = 200'000;
@@ -200,7 +200,7 @@ TEST(Evidence, BitsAtRandomReachItAsSeldomAsMarkovSays) {
     EXPECT_LE(reached.at(t), kTrials * std::exp2(-static_cast<double>(t))) << t << " bits";
 }
 
-/// Some bits of tag 7 are grey, a little on the wrong side of the threshold.
+/// Some bits of tag 7 are grey, slightly on the wrong side of the threshold.
 Image with_grey_bits(std::size_t count) {
   constexpr std::array<std::size_t, 8> kBits = {2, 9, 16, 23, 30, 34, 12, 27};
   Image image(220, 220, 140);
@@ -233,7 +233,7 @@ TEST(KnownTags, AreReadWithMoreWrongBits) {
   for (const std::size_t count : {3U, 4U}) {
     const Image image = with_grey_bits(count);
     EXPECT_TRUE(plain->detect(image).value().empty()) << count;
-    EXPECT_TRUE(others->detect(image).value().empty()) << count << ": tag 7 is not one of them";
+    EXPECT_TRUE(others->detect(image).value().empty()) << count << ": tag 7 is not a known tag";
     const auto found = known->detect(image).value();
     ASSERT_EQ(found.size(), 1U) << count;
     EXPECT_EQ(found[0].tag.number, 7);
@@ -242,11 +242,11 @@ TEST(KnownTags, AreReadWithMoreWrongBits) {
   EXPECT_TRUE(known->detect(with_grey_bits(7)).value().empty()) << "too many";
 }
 
-TEST(KnownTags, NumbersThatTheFamilyDoesNotHaveCountAsNone) {
+TEST(KnownTags, NumbersOutsideTheFamilyAreIgnored) {
   EXPECT_TRUE(make_waymark_detector(knowing({-1, 587, 1'000'000})));
 }
 
-// Tags whose bits one threshold does not tell: in a hard shadow, or under a bar.
+// Tags that no single threshold decodes: in a hard shadow, or under a bar.
 
 using testing::add_noise;
 using testing::max_corner_error_px;
@@ -262,7 +262,7 @@ TagCorners in_the_middle(double side_px, double angle_rad) {
   return square_corners({100.3, 99.6}, side_px, angle_rad);
 }
 
-TEST(HiddenBits, ReadsTagsAcrossWhichAHardShadowFalls) {
+TEST(HiddenBits, ReadsTagsInAHardShadow) {
   const auto detector = uncorrected();
   Random random(17);
   int found_count = 0;
@@ -286,7 +286,7 @@ TEST(HiddenBits, ReadsTagsAcrossWhichAHardShadowFalls) {
   EXPECT_GE(found_count, 38) << "seed 17";
 }
 
-TEST(HiddenBits, ReadsTagsOfWhichABarCoversMoreThanTheBorder) {
+TEST(HiddenBits, ReadsTagsWithABarOverTheBorderAndSomeBits) {
   const auto detector = uncorrected();
   Random random(18);
   int found_count = 0;
@@ -295,7 +295,7 @@ TEST(HiddenBits, ReadsTagsOfWhichABarCoversMoreThanTheBorder) {
     const TagCorners truth = in_the_middle(64, 0);
     Image image(200, 200, 140);
     paint_tag(image, tag, truth);
-    // A bright bar of 1.7 cells on the left side: also the middles of six bits are under it.
+    // A bright bar of 1.7 cells on the left side, which also covers the centres of six bits.
     const int left = static_cast<int>(truth[0].x());
     for (int y = 0; y < image.height(); ++y)
       for (int x = left - 3; x < left + 14; ++x) image.row(y)[x] = 170;

@@ -7,17 +7,18 @@
 namespace waymark::search {
 namespace {
 
-/// How an image is cut into dark and bright.
+/// Parameters of a binarisation of the image.
 struct PlaneRule {
   std::uint16_t share_256 = 128;  ///< see ThresholdRule
   int row_step = 1;               ///< see BitPlane
-  int gates = 1;                  ///< least range of a window, in ranges that are asked for everywhere
-  bool diagonals = true;          ///< whether pixels that share but a corner are joined, in a second pass
+  int gates = 1;                  ///< minimum range of a window, in multiples of the global minimum
+  bool diagonals = true;          ///< whether pixels that share only a corner are joined, in a second pass
 };
 
-/// First a share of the local range that a border darkened by a shadow, or joined to mid-grey surroundings,
-/// is still below when its paper is not. What that finds is large enough that half of the rows will do, and
-/// not faint. Then half of the range, for the small, the blurred and the faint ones.
+/// The first threshold is a low share of the local range: a border darkened by a shadow, or joined to
+/// mid-grey surroundings, is still below it while its paper is not. Tags found this way are large and not
+/// faint, so half of the rows suffice. The second threshold is half of the range, for small, blurred and
+/// faint tags.
 constexpr std::array<PlaneRule, 2> kPlanes = {{{64, 2, 2, false}, {128, 1, 1, true}}};
 
 bool inside(const std::array<Eigen::Vector2d, 4>& corners, const Eigen::Vector2d& point) {
@@ -35,14 +36,14 @@ double area_of(const std::array<Eigen::Vector2d, 4>& c) {
   return 0.5 * (a.x() * b.y() - a.y() * b.x());
 }
 
-/// The quad with each corner moved away from the middle by so many pixels along its diagonal.
+/// The quad with each corner moved outwards by this many pixels along its diagonal.
 Quad grown(const Quad& quad, float by_px) {
-  constexpr float kLeastRadius = 4;  // px
+  constexpr float kMinRadiusPx = 4;  // px
   const Eigen::Vector2f middle = 0.25F * (quad[0] + quad[1] + quad[2] + quad[3]);
   Quad out;
   for (std::size_t i = 0; i < 4; ++i) {
     const Eigen::Vector2f from = quad[i] - middle;
-    out[i] = middle + from * (1 + by_px / std::max(kLeastRadius, from.norm()));
+    out[i] = middle + from * (1 + by_px / std::max(kMinRadiusPx, from.norm()));
   }
   return out;
 }
@@ -102,14 +103,15 @@ void TagSearch::search_components(const ImageView& image, Polarity polarity, boo
     if (!components_.is_root(i)) continue;
     const Component& component = components_.components()[static_cast<std::size_t>(i)];
     if (joined && !component.joined_diagonally) continue;
-    // The same frame again, from the other threshold or with what touches it inside.
-    if (worth_a_look(image, component) && boxes_.insert(component))
+    // The same frame again, from the other threshold or joined to something inside it.
+    if (may_be_frame(image, component) && boxes_.insert(component))
       search_component(image, polarity, component);
   }
 }
 
-/// By the box and the area alone: a frame of one cell's width around a tag of a pixel a cell or more.
-bool TagSearch::worth_a_look(const ImageView& image, const Component& component) const {
+/// Judges by the box and the area alone: a frame of one cell's width around a tag with at least one pixel per
+/// cell.
+bool TagSearch::may_be_frame(const ImageView& image, const Component& component) const {
   constexpr double kBoxShare = 0.12;
   constexpr int kFrame = 3;           // px along the frame
   constexpr double kRunsARow = 1.25;  // a frame has two or more in most rows, a spot has one
@@ -122,64 +124,63 @@ bool TagSearch::worth_a_look(const ImageView& image, const Component& component)
   return width < 0.95 * image.width || height < 0.95 * image.height;
 }
 
-/// Whether a tag was found where this quad is. A tag printed inside another one is much smaller than it.
+/// Whether a tag was found at this quad. A tag printed inside another is much smaller than it.
 bool TagSearch::known(const Quad& quad) const {
-  constexpr double kMuchSmaller = 0.05;
+  constexpr double kMaxInnerArea = 0.05;
   const Eigen::Vector2d middle = (0.5F * (quad[0] + quad[2])).cast<double>();
   const double size = area(quad);
   return std::ranges::any_of(found_, [&](const TagDetection& tag) {
-    return inside(tag.corners_px, middle) && size > kMuchSmaller * area_of(tag.corners_px);
+    return inside(tag.corners_px, middle) && size > kMaxInnerArea * area_of(tag.corners_px);
   });
 }
 
 namespace {
 
-constexpr float kPreciseCell = 2;  // px; of smaller ones the outline says too little
-constexpr float kSmallCell = 5;    // px; of larger ones a pixel more or less decides nothing
+constexpr float kPreciseCell = 2;  // px; for smaller cells the outline is too imprecise
+constexpr float kSmallCell = 5;    // px; for larger cells one pixel does not matter
 
 }  // namespace
 
 void TagSearch::search_component(const ImageView& image, Polarity polarity, const Component& component) {
-  constexpr float kWidestReach = 2.5F;   // px
-  constexpr float kBeyondACell = 1.25F;  // cells
-  constexpr float kLargeCell = 3;        // px
-  constexpr double kRunsARow = 2;        // at least, with bits inside
+  constexpr float kMaxReachPx = 2.5F;        // px
+  constexpr float kReachBeyondCell = 1.25F;  // cells
+  constexpr float kLargeCell = 3;            // px
+  constexpr double kRunsARow = 2;            // at least, with bits inside
   Attempt attempt;
   if (!fitter_.fit(components_, component, attempt.outline)) return;
   ++counts_.quads;
   if (known(attempt.outline)) return;
   attempt.cell_px = std::sqrt(area(attempt.outline)) / static_cast<float>(least_width_);
   attempt.sign = polarity == Polarity::Dark ? 1 : -1;
-  attempt.reach_px = std::clamp(0.9F * attempt.cell_px, 1.0F, kWidestReach);
+  attempt.reach_px = std::clamp(0.9F * attempt.cell_px, 1.0F, kMaxReachPx);
   if (read_outline(image, attempt)) return;
-  // What touches the border at a side, and goes on beyond it, pulls the outline off by up to a cell.
+  // An object that touches the border at a side, and extends beyond it, shifts the outline by up to a cell.
   const int height = component.y1 - component.y0;
   if (attempt.cell_px < kLargeCell || component.run_count < kRunsARow * height) return;
-  attempt.reach_px = kBeyondACell * attempt.cell_px;
+  attempt.reach_px = kReachBeyondCell * attempt.cell_px;
   attempt.far = true;
   read_outline(image, attempt);
 }
 
 bool TagSearch::read_outline(const ImageView& image, Attempt& attempt) {
-  constexpr int kFewCrossings = 8;  // find the place
-  constexpr int kSomeChanges = 14;
-  constexpr float kLastReach = 1.5F;  // px
+  constexpr int kCrossingsPerEdge = 8;  // enough to locate an edge
+  constexpr int kMinChangesToVary = 14;
+  constexpr float kFinalReachPx = 1.5F;  // px
   const bool precise = attempt.cell_px > kPreciseCell;
-  // Of 8. What the outline of a component says is a pixel off at worst, or else half of it is right.
-  constexpr int kEnoughSteps = 5;
+  // Of 8. The outline of a component is at most a pixel off, or else half of it is correct.
+  constexpr int kMinSteps = 5;
   constexpr int kHalf = 4;
-  if (precise && !has_steps_outwards(image, attempt.outline, attempt.far ? kHalf : kEnoughSteps))
-    return false;
+  if (precise && !has_steps_outwards(image, attempt.outline, attempt.far ? kHalf : kMinSteps)) return false;
   attempt.sharpened = attempt.outline;
-  const EdgeSearch first{attempt.reach_px, attempt.sign, kFewCrossings, attempt.far};
+  const EdgeSearch first{attempt.reach_px, attempt.sign, kCrossingsPerEdge, attempt.far};
   if (!sharpen_edges(image, first, attempt.sharpened)) return false;
-  if (precise && !has_steps_outwards(image, attempt.sharpened, kEnoughSteps)) return false;
-  sharpen_edges(image, {std::min(kLastReach, attempt.reach_px), attempt.sign}, attempt.sharpened);
+  if (precise && !has_steps_outwards(image, attempt.sharpened, kMinSteps)) return false;
+  sharpen_edges(image, {std::min(kFinalReachPx, attempt.reach_px), attempt.sign}, attempt.sharpened);
   ReadProgress progress;
   if (read_any(image, attempt.sharpened, progress)) return true;
-  if (!progress.border_seen || progress.changes < kFewChanges) return false;
+  if (!progress.border_seen || progress.changes < kMinChanges) return false;
   if (!attempt.far && attempt.cell_px < kSmallCell && read_varied(image, attempt)) return true;
-  return precise && progress.changes >= kSomeChanges && read_covered(image, attempt.sharpened);
+  return precise && progress.changes >= kMinChangesToVary && read_covered(image, attempt.sharpened);
 }
 
 bool TagSearch::has_steps_outwards(const ImageView& image, const Quad& quad, int least) {
@@ -200,8 +201,9 @@ bool TagSearch::read_any(const ImageView& image, const Quad& quad, ReadProgress&
   return false;
 }
 
-/// Small and blurred tags: their outline is off by a part of a cell, and a pixel more or less makes them
-/// readable. Only where the border was seen: of the tags of the rendered sets none was read so without.
+/// Small and blurred tags: their outline is off by part of a cell, and growing or shrinking it by a pixel
+/// makes them readable. Only after the border was detected: no tag of the rendered sets was read this way
+/// without it.
 bool TagSearch::read_varied(const ImageView& image, const Attempt& attempt) {
   constexpr std::array<float, 5> kGrowth = {-0.35F, 0.3F, -0.7F, 0.6F, -1.0F};
   ReadProgress ignored;
@@ -213,8 +215,8 @@ bool TagSearch::read_varied(const ImageView& image, const Attempt& attempt) {
   return false;
 }
 
-/// A tag with something over one side of its border: the quad ends where that begins or, where it is dark and
-/// outside, where it ends. The bits inside say which side, and where it should be.
+/// A tag with something over one side of its border: the quad ends where the cover begins or, if it is dark
+/// and outside, where it ends. The bits inside determine the side and its correct position.
 bool TagSearch::read_covered(const ImageView& image, const Quad& quad) {
   for (const Wanted& wanted : wanted_) {
     const ReadableFamily& family = *wanted.family;
@@ -231,9 +233,9 @@ bool TagSearch::read_covered(const ImageView& image, const Quad& quad) {
   return false;
 }
 
-/// A tag whose bits do not agree with its corners is none.
+/// Rejects a tag whose bits do not agree with its corners.
 bool TagSearch::keep(const ImageView& image, const Wanted& wanted, TagDetection tag) {
-  if (!grid_.settle(image, *wanted.family, wanted.inverted, tag)) return false;
+  if (!grid_.align_corners(image, *wanted.family, wanted.inverted, tag)) return false;
   found_.push_back(tag);
   return true;
 }

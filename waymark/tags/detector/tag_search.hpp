@@ -15,7 +15,7 @@
 
 namespace waymark::search {
 
-/// The boxes of components that were looked at, by open addressing. No allocation once it has grown.
+/// The boxes of components that were examined, by open addressing. No allocation once it has grown.
 class BoxSet {
  public:
   void clear() {
@@ -23,14 +23,14 @@ class BoxSet {
     count_ = 0;
   }
 
-  /// False where a component with the same box was there already.
+  /// False if a component with the same box was already inserted.
   bool insert(const Component& component) {
     if (2 * count_ >= slots_.size()) grow();
     return insert_key(key_of(component));
   }
 
  private:
-  static constexpr std::uint64_t kFree = 0;  // no box: x1 and y1 are at least 1
+  static constexpr std::uint64_t kFree = 0;  // not a box: x1 and y1 are at least 1
 
   static std::uint64_t key_of(const Component& c) {
     const auto part = [](std::int16_t value) {
@@ -70,7 +70,7 @@ struct SearchOptions {
   bool find_inverted = false;
 };
 
-/// What one search did, for tests of its cost.
+/// Work done by one search, for tests of its cost.
 struct SearchCounts {
   std::size_t runs = 0;
   std::size_t components = 0;
@@ -78,32 +78,32 @@ struct SearchCounts {
   std::size_t borders = 0;  ///< quads whose bits were read
 };
 
-/// The search for tags in one image, with the memory it needs: one for each thread. Threshold in bit planes,
+/// The search for tags in one image, with its memory: one instance per thread. Threshold in bit planes,
 /// connected components, quads, bits (docs/concepts/detection.md).
 class TagSearch {
  public:
   explicit TagSearch(const SearchOptions& options, const PlaneKernels& kernels = best_plane_kernels());
 
-  /// The tags of these families, in the order in which they were found. Valid until the next call. No
-  /// allocation once the workspace has grown. O(pixels / 64 + runs + quads).
+  /// The tags of these families, in the order of detection. Valid until the next call. No allocation once the
+  /// workspace has grown. O(pixels / 64 + runs + quads).
   const std::vector<TagDetection>& run(const ImageView& image, const std::vector<ReadableFamily>& families);
 
   [[nodiscard]] const SearchCounts& counts() const { return counts_; }
 
  private:
-  /// A family as it is looked for in one polarity.
+  /// A family and a polarity to search for.
   struct Wanted {
     const ReadableFamily* family = nullptr;
     bool inverted = false;
   };
-  /// An attempt at a quad, and what to try next.
+  /// An attempt at a quad, and the next retry.
   struct Attempt {
     Quad outline;
     Quad sharpened;
     float cell_px = 0;
-    float reach_px = 0;  ///< how far from the outline edges are searched first
+    float reach_px = 0;  ///< initial reach of the edge search around the outline
     int sign = 1;        ///< 1: brighter outside
-    bool far = false;    ///< the outline is not trusted
+    bool far = false;    ///< the outline is imprecise
   };
 
   void search_polarity(const ImageView& image, Polarity polarity);
@@ -116,7 +116,7 @@ class TagSearch {
   bool read_covered(const ImageView& image, const Quad& quad);
   bool keep(const ImageView& image, const Wanted& wanted, TagDetection tag);
   bool read_varied(const ImageView& image, const Attempt& attempt);
-  [[nodiscard]] bool worth_a_look(const ImageView& image, const Component& component) const;
+  [[nodiscard]] bool may_be_frame(const ImageView& image, const Component& component) const;
   [[nodiscard]] bool known(const Quad& quad) const;
 
   SearchOptions options_;
@@ -128,7 +128,7 @@ class TagSearch {
   TagReader reader_;
   BitGrid grid_;
   std::vector<Wanted> wanted_;
-  int least_width_ = 1;  ///< [cell] of the wanted families
+  int least_width_ = 1;  ///< [cell] of the families searched for
   int gate_ = 0;
   BoxSet boxes_;  ///< of this polarity's components so far
   std::vector<TagDetection> found_;

@@ -51,14 +51,15 @@ std::unique_ptr<search::TagSearch> WaymarkDetector::take_workspace() const {
 Status check_size(const ImageView& image) {
   if (image.stride < image.width) {
     return fail(ErrorCode::InvalidArgument,
-                fmt::format("image rows of {} px lie {} bytes apart", image.width, image.stride), {},
-                "The stride of an image is at least its width.");
+                fmt::format("image rows of {} px with a stride of {} bytes", image.width, image.stride), {},
+                "Set `stride` to at least the width.");
   }
   const std::int64_t pixels = std::int64_t{image.width} * image.height;
   if (image.width <= kMaxSide && image.height <= kMaxSide && pixels <= kMaxImagePixels) return {};
   return fail(
       ErrorCode::LimitExceeded, fmt::format("image of {} x {} px is too large", image.width, image.height),
-      {}, fmt::format("Crop or shrink it to at most {} pixels and {} px a side.", kMaxImagePixels, kMaxSide));
+      {},
+      fmt::format("Crop or scale it to at most {} pixels and {} px per side.", kMaxImagePixels, kMaxSide));
 }
 
 Result<std::vector<TagDetection>> WaymarkDetector::detect(const ImageView& image) const {
@@ -75,7 +76,7 @@ Result<std::vector<TagDetection>> WaymarkDetector::detect(const ImageView& image
   return detections;
 }
 
-/// An option that only AprilTag 3 has would be ignored without a word.
+/// Rejects options of AprilTag 3, which this detector would ignore.
 Status check_own_options(const DetectorOptions& options) {
   constexpr std::array<std::string_view, 6> kOwn = {
       "detector", "families", "max_hamming", "min_decision_margin", "find_inverted", "min_white_black_diff"};
@@ -92,7 +93,7 @@ Status check_own_options(const DetectorOptions& options) {
     const std::string& expected = usual[next++];
     if (!status || std::ranges::find(kOwn, field.name) != kOwn.end() || text(value) == expected) return;
     status = fail(ErrorCode::InvalidArgument, fmt::format("{} is an option of AprilTag 3", field.name),
-                  {.key = std::string(field.name)}, "Leave it out, or use the detector apriltag3.");
+                  {.key = std::string(field.name)}, "Omit it, or use the detector apriltag3.");
   });
   return status;
 }

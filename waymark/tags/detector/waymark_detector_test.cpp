@@ -43,7 +43,7 @@ class EveryFamilyHere : public ::testing::TestWithParam<FamilyId> {};
 INSTANTIATE_TEST_SUITE_P(Families, EveryFamilyHere, ::testing::ValuesIn(kAllFamilies),
                          [](const auto& of) { return std::string(to_string(of.param)); });
 
-TEST_P(EveryFamilyHere, IsReadInEveryDirectionWithCornersInPrintedOrder) {
+TEST_P(EveryFamilyHere, HasItsCornersInPrintedOrderInEveryDirection) {
   const auto detector = made(only(GetParam()));
   const std::size_t codes = family(GetParam()).codes.size();
   Random random(3);
@@ -61,7 +61,7 @@ TEST_P(EveryFamilyHere, IsReadInEveryDirectionWithCornersInPrintedOrder) {
   }
 }
 
-TEST_P(EveryFamilyHere, SeveralAtOnceAreToldApart) {
+TEST_P(EveryFamilyHere, SeveralTagsAreDistinguished) {
   DetectorOptions options;
   for (const FamilyId id : kAllFamilies) options.families.emplace_back(to_string(id));
   options.max_hamming = 0;
@@ -72,9 +72,8 @@ TEST_P(EveryFamilyHere, SeveralAtOnceAreToldApart) {
   EXPECT_EQ(std::count_if(found.begin(), found.end(), [&](const auto& one) { return one.tag == tag; }), 1);
 }
 
-/// Whatever the order in which families are named, also of tags with a covered side, which are read in two
-/// ways.
-TEST_P(EveryFamilyHere, IsReadBeforeAndBehindEveryOther) {
+/// For any order of the families, also for tags with a covered side, which are read in a second way.
+TEST_P(EveryFamilyHere, IsReadInAnyOrderOfFamilies) {
   Image image(200, 200, 140);
   const TagId tag{GetParam(), 1};
   const TagCorners corners = in_the_middle(90, 0.4);
@@ -97,7 +96,7 @@ TEST_P(EveryFamilyHere, IsReadBeforeAndBehindEveryOther) {
   }
 }
 
-TEST_P(EveryFamilyHere, MirroredPrintsAreNoTags) {
+TEST_P(EveryFamilyHere, MirroredPrintsAreNotDetected) {
   const auto detector = made(only(GetParam()));
   Image image(200, 200, 140);
   paint_tag(image, {GetParam(), 2}, in_the_middle(80, 0.2));
@@ -119,7 +118,7 @@ TEST_P(EveryFamilyHere, InvertedPrintsAreFoundOnRequest) {
   EXPECT_LT(max_corner_error_px(found[0].corners_px, truth), 0.5);
 }
 
-TEST(WaymarkDetector, CorrectsAsManyBitsAsItMay) {
+TEST(WaymarkDetector, CorrectsUpToMaxHammingBits) {
   const Family& kind = family(FamilyId::Tag36h11);
   for (const int wrong : {0, 1, 2, 3}) {
     std::vector<std::uint8_t> cells = bitmap({kind.id, 7});
@@ -149,7 +148,7 @@ TEST(WaymarkDetector, CorrectsAsManyBitsAsItMay) {
   }
 }
 
-TEST(WaymarkDetector, AnySizeAndStrideGiveAnAnswer) {
+TEST(WaymarkDetector, AnySizeAndStrideIsAccepted) {
   const auto detector = made();
   Random random(17);
   for (int round = 0; round < 400; ++round) {
@@ -171,7 +170,7 @@ TEST(WaymarkDetector, AnySizeAndStrideGiveAnAnswer) {
   EXPECT_TRUE(detector->detect(ImageView{}).value().empty());
 }
 
-TEST(WaymarkDetector, TheStrideChangesNothing) {
+TEST(WaymarkDetector, TheStrideDoesNotMatter) {
   Image image(203, 150, 140);
   paint_tag(image, {FamilyId::Tag36h11, 12}, square_corners({90, 70}, 50, 0.5));
   Random random(2);
@@ -186,7 +185,7 @@ TEST(WaymarkDetector, TheStrideChangesNothing) {
   EXPECT_EQ(a[0].decision_margin, b[0].decision_margin);
 }
 
-TEST(WaymarkDetector, ImagesItCannotAddressAreRefused) {
+TEST(WaymarkDetector, TooLargeImagesAreRejected) {
   const std::uint8_t pixel = 0;
   const auto narrow = made()->detect({&pixel, 40, 40, 39});
   ASSERT_FALSE(narrow);
@@ -196,7 +195,7 @@ TEST(WaymarkDetector, ImagesItCannotAddressAreRefused) {
   EXPECT_EQ(large.error().code, ErrorCode::LimitExceeded);
 }
 
-TEST(WaymarkDetector, TheOtherKernelsFindTheSame) {
+TEST(WaymarkDetector, AllKernelsFindTheSame) {
   const std::vector<search::ReadableFamily> families = {{family(FamilyId::Tag36h11), 2},
                                                         {family(FamilyId::TagStandard41h12), 2}};
   Random random(29);
@@ -220,9 +219,9 @@ TEST(WaymarkDetector, TheOtherKernelsFindTheSame) {
   }
 }
 
-TEST(WaymarkDetector, RandomFramesAreHardlyEverTags) {
-  // A black frame on white with random bits in it is a quad with a perfect border: what is left are the
-  // codes. Two corrected bits: 587 codes, 4 turns, 667 patterns of 2^36, one in 44 000.
+TEST(WaymarkDetector, RandomFramesAreRarelyTags) {
+  // A black frame on white with random bits in it is a quad with a perfect border: only the codes distinguish
+  // it from a tag. Two corrected bits: 587 codes, 4 turns, 667 patterns of 2^36, one in 44 000.
   DetectorOptions options;
   options.max_hamming = 2;
   const auto detector = made(options);
@@ -246,7 +245,7 @@ TEST(WaymarkDetector, RandomFramesAreHardlyEverTags) {
   EXPECT_EQ(found, 0U) << "of 1296 frames";
 }
 
-TEST(WaymarkDetector, NoiseHoldsNoTags) {
+TEST(WaymarkDetector, NoiseHasNoTags) {
   const auto detector = made();
   Random random(43);
   for (const double sigma : {2.0, 8.0, 30.0, 100.0}) {
@@ -256,7 +255,7 @@ TEST(WaymarkDetector, NoiseHoldsNoTags) {
   }
 }
 
-TEST(WaymarkDetector, RegionsGiveWhatTheWholeImageGives) {
+TEST(WaymarkDetector, RegionsFindTheSameAsTheWholeImage) {
   Image image(400, 300, 140);
   paint_tag(image, {FamilyId::Tag36h11, 1}, square_corners({100, 100}, 50, 0.5));
   paint_tag(image, {FamilyId::Tag36h11, 2}, square_corners({300, 200}, 50, 0.2));

@@ -21,7 +21,7 @@ struct Level {
   [[nodiscard]] double mean() const { return sum / std::max(1, count); }
 };
 
-/// Of black and of white, each pixel counted to the cell that it lies in.
+/// Of black and of white; each pixel counts to its cell.
 std::array<Level, 2> levels(const InnerPixels& pixels) {
   std::array<Level, 2> both;
   for (int i = 0; i < pixels.count; ++i) {
@@ -36,8 +36,8 @@ std::array<Level, 2> levels(const InnerPixels& pixels) {
   return both;
 }
 
-/// How the unknowns move (kFrom, kTo) of the four edges outwards [px]: lines at s = +-1 and t = +-1, whose
-/// ends lie at -1 and 1 of the other.
+/// Derivative of the outward displacements (kFrom, kTo) of the four edges [px] with respect to the unknowns:
+/// lines at s = +-1 and t = +-1, whose ends are at -1 and 1 of the other.
 EdgesByInner edges_by_place(const InnerVector& x, double outwards) {
   EdgesByInner J = edges_by_growth(x, outwards);
   for (std::size_t k = 0; k < 4; ++k) {
@@ -59,16 +59,16 @@ EdgesByInner edges_by_place(const InnerVector& x, double outwards) {
   return J;
 }
 
-/// What the bits say when they are looked for at some corners.
+/// Fit of the bits for one set of corners.
 struct Look {
-  InnerBelief belief;
+  InnerEstimate estimate;
   double variance = 0;       ///< of a pixel [grey level^2]
-  Matrix8 corners_by_edges;  ///< how the corners move with the edges
+  Matrix8 corners_by_edges;  ///< derivative of the corners with respect to the edges
 };
 
 std::optional<Look> look_at(const ImageView& image, const TagDetection& at, const RefinementOptions& options,
                             const CameraModel* camera, InnerPixels& pixels) {
-  constexpr double kPlacePx = 0.7;  // where the corners may lie
+  constexpr double kPlacePx = 0.7;  // prior standard deviation of the corners
   const Family& printed = family(at.tag.family);
   TagBands tag;
   tag.edges = edge_frames(at.corners_px, printed.width_at_border);
@@ -76,9 +76,10 @@ std::optional<Look> look_at(const ImageView& image, const TagDetection& at, cons
     if (!(edge.cell_px >= options.min_cell_px)) return std::nullopt;
   const std::array<double, 4> bend_px = expect_bends(camera, options.curvature_per_px, tag.edges);
   tag.lens = camera != nullptr ? lens_field(*camera, tag.edges) : std::nullopt;
-  TagEstimate even;  // edges bend as the lens says, and uneven light is found by the slopes of the levels
+  TagEstimate
+      even;  // edges curve as the camera model predicts; the slopes of the levels model uneven illumination
   for (EdgeVector& edge : even.edges) edge.setZero();
-  read_inner_pixels(image, at.tag, tag, even, InnerPixels::kMany, pixels);
+  read_inner_pixels(image, at.tag, tag, even, InnerPixels::kPlacementPixels, pixels);
   const std::array<Level, 2> level = levels(pixels);
   if (level[0].count < kInnerUnknowns || level[1].count < kInnerUnknowns) return std::nullopt;
   const double step = level[1].mean() - level[0].mean();
@@ -90,14 +91,14 @@ std::optional<Look> look_at(const ImageView& image, const TagDetection& at, cons
                                         .place_blurs = kPlacePx / options.blur_px,
                                         .bend_blurs = std::ranges::max(bend_px) / options.blur_px});
   const InnerFit fit = fit_inner<kInnerUnknowns>(pixels, prior, 1.0, printed.reversed_border ? -1.0 : 1.0);
-  if (!fit.belief.mean.allFinite()) return std::nullopt;
+  if (!fit.estimate.mean.allFinite()) return std::nullopt;
   return Look{averaged(fit, prior), fit.variance, intersection(tag.edges)};
 }
 
-/// The covariance of corners that the bits place there.
+/// The covariance of corners placed by the bits.
 Matrix8 covariance_of(const Look& look, const EdgesByInner& J) {
-  constexpr double kModelPx = 0.02;  // print, bends that are not known
-  Matrix8 edges = J * look.belief.covariance * J.transpose();
+  constexpr double kModelPx = 0.02;  // print, unknown curvature
+  Matrix8 edges = J * look.estimate.covariance * J.transpose();
   edges.diagonal().array() += kModelPx * kModelPx;
   const Matrix8 corners = look.corners_by_edges * edges * look.corners_by_edges.transpose();
   return 0.5 * (corners + corners.transpose());
@@ -114,34 +115,36 @@ double farthest_px(const Quad& a, const Quad& b) {
 std::optional<RefinedCorners> place_by_bits(const ImageView& image, const TagDetection& detection,
                                             const RefinementOptions& options, const CameraModel* camera) {
   constexpr int kMaxPasses = 6;
-  constexpr double kMaxResidual = 0.04;  // of the step: under gloss that lies over bits, too, it is larger
-  constexpr double kMaxCells = 0.4;      // half a cell further other bits would be read
+  constexpr double kMaxResidual = 0.04;   // of the step: larger if gloss covers bits too
+  constexpr double kMaxShiftCells = 0.4;  // at half a cell, other bits would be read
   const double outwards = family(detection.tag.family).reversed_border ? -1.0 : 1.0;
-  constexpr int kLeastCells = 6;  // with the border: three rows of three bits are too few for so many numbers
-  if (family(detection.tag.family).width_at_border < kLeastCells) return std::nullopt;
+  // including the border: three rows of three bits are too few for the unknowns
+  constexpr int kMinCells = 6;
+  if (family(detection.tag.family).width_at_border < kMinCells) return std::nullopt;
   const double cell_px = mean_side_px(detection.corners_px) / family(detection.tag.family).width_at_border;
-  const double farthest = std::max(options.max_shift_px, kMaxCells * cell_px);
+  const double farthest = std::max(options.max_shift_px, kMaxShiftCells * cell_px);
   InnerPixels pixels;
   TagDetection at = detection;
   for (int pass = 0; pass < kMaxPasses; ++pass) {
     const auto look = look_at(image, at, options, camera, pixels);
     if (!look) return std::nullopt;
-    const double residual = std::sqrt(look->variance) / look->belief.mean[kWhite];
-    const EdgesByInner J = edges_by_place(look->belief.mean, outwards);
-    const Eigen::Matrix<double, 8, 1> moved = look->corners_by_edges * (J * look->belief.mean);
+    const double residual = std::sqrt(look->variance) / look->estimate.mean[kWhite];
+    const EdgesByInner J = edges_by_place(look->estimate.mean, outwards);
+    const Eigen::Matrix<double, 8, 1> moved = look->corners_by_edges * (J * look->estimate.mean);
     if (!moved.allFinite()) return std::nullopt;
     for (std::size_t k = 0; k < 4; ++k)
       at.corners_px[k] += moved.segment<2>(2 * static_cast<Eigen::Index>(k));
     if (farthest_px(detection.corners_px, at.corners_px) > farthest) return std::nullopt;
     const Matrix8 covariance = covariance_of(*look, J);
-    // Each look takes other pixels of a large tag: the corners settle within their own deviation.
+    // Each iteration samples other pixels of a large tag: the corners converge to within their standard
+    // deviation.
     if ((moved.array().square() > covariance.diagonal().array()).any()) continue;
     if (residual > kMaxResidual) return std::nullopt;
     return RefinedCorners{.outcome = RefinementOutcome::Refined,
                           .corners_px = at.corners_px,
                           .covariance_px2 = covariance,
-                          .blur_px = mean_blur_px(look->belief.mean),
-                          .contrast = outwards * look->belief.mean[kWhite],
+                          .blur_px = mean_blur_px(look->estimate.mean),
+                          .contrast = outwards * look->estimate.mean[kWhite],
                           .noise = std::sqrt(look->variance),
                           .pixels = pixels.count,
                           .by_bits = true};

@@ -9,12 +9,12 @@
 
 namespace waymark::refinement {
 
-/// The corners of a tag from the bits inside its border alone, for tags whose border cannot be believed: it
-/// is covered, glossy, or its white margin is too narrow. The same model as inner_bits.hpp, with the
-/// place of the pattern free (eight numbers, as a homography has), from the detector's corners on. Nothing
-/// where too few bits are seen or the family has fewer than four rows of them inside its border, the fit does
-/// not settle, or a corner would move by more than max_shift_px and 0.4 cells. O(pixels), at most some
-/// hundred; no allocation.
+/// The corners of a tag from the bits inside its border alone, for tags with an unreliable border: covered,
+/// glossy, or with too narrow a white margin. The model is that of inner_bits.hpp with free placement of the
+/// pattern (eight parameters, like a homography), starting from the detector's corners. Nothing if too few
+/// bits are visible, the family has fewer than four rows of bits inside its border, the fit does not
+/// converge, or a corner would move by more than max_shift_px and 0.4 cells. O(pixels), at most some hundred;
+/// no allocation.
 [[nodiscard]] std::optional<RefinedCorners> place_by_bits(const ImageView& image,
                                                           const TagDetection& detection,
                                                           const RefinementOptions& options,

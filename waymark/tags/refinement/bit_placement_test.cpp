@@ -1,4 +1,4 @@
-// Corners of tags whose border cannot be believed, from the bits inside it.
+// Corners from the bits inside, for tags with an unreliable border.
 #include "waymark/tags/refinement/bit_placement.hpp"
 
 #include <algorithm>
@@ -65,7 +65,7 @@ TEST(BitPlacement, FindsACoveredEdgeFromTheBits) {
   EXPECT_GT(nees / count, 0.3);
 }
 
-TEST(BitPlacement, LeavesATagAloneWhoseBorderAgrees) {
+TEST(BitPlacement, KeepsCornersIfTheBorderAgrees) {
   Random random(7);
   for (const double roll_rad : {0.0, 0.5, 2.0}) {
     const Print print = print_of(FamilyId::Tag36h11, roll_rad);
@@ -75,9 +75,8 @@ TEST(BitPlacement, LeavesATagAloneWhoseBorderAgrees) {
   }
 }
 
-/// The same corners as the border has where nothing is in the way; families with few bits inside may not
-/// tell.
-TEST(BitPlacement, AgreesWithABorderThatIsThere) {
+/// Agrees with the corners from an intact border; families with few bits inside may have no result.
+TEST(BitPlacement, AgreesWithAnIntactBorder) {
   Random random(8);
   for (const FamilyId id : kAllFamilies) {
     const Print print = print_of(id, 0.7);
@@ -92,13 +91,13 @@ TEST(BitPlacement, AgreesWithABorderThatIsThere) {
   }
 }
 
-TEST(BitPlacement, SaysNothingWithoutBits) {
+TEST(BitPlacement, HasNoResultWithoutBits) {
   Random random(9);
   const Print print = print_of(FamilyId::Tag36h11, 0.3);
   const TagDetection detection = detection_at(print, 0.3, random);
   Image blank(render(print).width(), render(print).height(), 120);
   EXPECT_FALSE(refinement::place_by_bits(blank, detection, {}, nullptr));
-  TagDetection other = detection;  // its bits are others
+  TagDetection other = detection;  // its bits differ from the print
   other.tag.number = 4;
   EXPECT_FALSE(refinement::place_by_bits(render(print), other, {}, nullptr));
   for (int y = 0; y < blank.height(); ++y)

@@ -17,13 +17,13 @@ namespace waymark {
 namespace {
 
 using Eigen::Vector2d;
-using namespace refinement;  // NOLINT(google-build-using-namespace): the parts of this very step
+using namespace refinement;  // the parts of this refinement
 
 constexpr int kMaxPasses = 4;
 constexpr int kMaxIterations = 6;
-constexpr double kPassSettledPx = 0.1;   ///< corners that moved less than this need no new look at the image
-constexpr double kFirstSettledPx = 0.1;  ///< a step of the first pass, with a wide band, that is good enough
-constexpr double kSettledPx = 0.01;      ///< a step after which the next one is far below what noise allows
+constexpr double kPassTolerancePx = 0.1;   ///< below this shift of the corners the image is not read again
+constexpr double kFirstTolerancePx = 0.1;  ///< convergence tolerance of the first pass, with a wide band
+constexpr double kTolerancePx = 0.01;  ///< convergence tolerance; the next step would be far below the noise
 
 /// Twice the signed area of the smallest triangle of three consecutive corners; > 0 for a convex clockwise
 /// quad.
@@ -43,8 +43,8 @@ bool usable(const ImageView& image, const TagDetection& detection) {
     return false;
   for (const Vector2d& corner : detection.corners_px) {
     if (!corner.allFinite()) return false;
-    // One image beyond each side: enough for a tag partly out of view, and far from what an int or a float
-    // can hold.
+    // One image size beyond each side: enough for a tag partly out of view, and far from overflow of an int
+    // or a float.
     if (std::abs(corner.x() - 0.5 * image.width) > 1.5 * image.width) return false;
     if (std::abs(corner.y() - 0.5 * image.height) > 1.5 * image.height) return false;
   }
@@ -58,26 +58,26 @@ bool cut_by_border(const ImageView& image, const TagDetection& detection, double
   });
 }
 
-/// Gauss-Newton on the pixels of the bands as they are; nothing when too few are left.
+/// Gauss-Newton on the pixels of the current bands; nothing if too few are left.
 std::optional<TagSolve> iterate(const Priors& priors, bool first_pass, TagBands& tag, TagEstimate& estimate) {
-  const double settled_px = first_pass ? kFirstSettledPx : kSettledPx;
+  const double settled_px = first_pass ? kFirstTolerancePx : kTolerancePx;
   std::optional<TagSolve> solve;
-  bool covered = true;  // until a look at the slices finds none to drop
+  bool covered = true;  // until no slice is dropped
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
-    double cost = linearize_all(estimate.edges, estimate.light_per_px, tag);
+    double cost = linearize_all(estimate.edges, estimate.illumination_per_px, tag);
     if (covered && iteration > 0) {
       const DroppedSlices dropped = drop_outliers(tag);
       if (!dropped.enough_left) return std::nullopt;
       covered = dropped.pixels > 0;
-      if (covered) cost = linearize_all(estimate.edges, estimate.light_per_px, tag);
+      if (covered) cost = linearize_all(estimate.edges, estimate.illumination_per_px, tag);
     }
     double pixels = 0;
     for (const NormalEquations& normal : tag.normals) pixels += normal.pixels();
     constexpr double kQuantisation = 1.0 / 12.0;
     estimate.noise_variance = std::max(kQuantisation, cost / std::max(1.0, pixels - kParametersOfTag));
     if (!first_pass) {
-      estimate.light_per_px +=
-          light_information(tag, estimate.light_per_px, estimate.noise_variance).step_per_px;
+      estimate.illumination_per_px +=
+          illumination_information(tag, estimate.illumination_per_px, estimate.noise_variance).step_per_px;
     }
     solve.emplace(tag.normals, priors, estimate);
     const double moved = solve->apply(estimate);
@@ -109,11 +109,11 @@ void start(const RefinementOptions& options, const TagBands& tag, TagEstimate& e
   for (EdgeVector& x : estimate.edges) x << EdgeVector::Zero().head<kOwn>(), estimate.mean;
 }
 
-/// Moves the corners to where the bits inside the border have the edges. Where those contradict the border
-/// (covered, or joined to what lies behind the tag), it is not believed; where they nearly do, less (after
-/// the scale factor of the Particle Data Group, "Review of particle physics", section 5.2.2; squared, as its
-/// first power was measured too small where the white margin is a quarter of a cell).
-RefinementOutcome correct(const EdgeCorrection& inner, const TagBands& tag, bool& border_in_doubt,
+/// Moves the corners to the edges predicted by the bits inside the border. If the bits contradict the border
+/// (covered, or joined to what lies behind the tag), the fit is rejected; if they nearly contradict it, the
+/// covariance is scaled (scale factor of the Particle Data Group, "Review of particle physics", section
+/// 5.2.2; squared, because its first power was measured too small for white margins of a quarter of a cell).
+RefinementOutcome correct(const EdgeCorrection& inner, const TagBands& tag, bool& border_is_uncertain,
                           RefinedCorners& result) {
   constexpr double kContradictionSigmas = 4;
   constexpr double kAgreementSigmas = 2.5;
@@ -124,14 +124,14 @@ RefinementOutcome correct(const EdgeCorrection& inner, const TagBands& tag, bool
     result.corners_px[k] += moved.segment<2>(2 * static_cast<Eigen::Index>(k));
   const Eigen::Matrix<double, 8, 8> added = J * inner.covariance_px2 * J.transpose();
   const double apart = std::max(1.0, inner.worst_sigmas / kAgreementSigmas);
-  border_in_doubt = apart > 1.0;
+  border_is_uncertain = apart > 1.0;
   const double scale = apart * apart;
   result.covariance_px2 = scale * scale * (result.covariance_px2 + 0.5 * (added + added.transpose()));
   return RefinementOutcome::Refined;
 }
 
 RefinementOutcome fit(const ImageView& image, const TagDetection& detection, const RefinementOptions& options,
-                      const CameraModel* camera, bool& border_in_doubt, RefinedCorners& result) {
+                      const CameraModel* camera, bool& border_is_uncertain, RefinedCorners& result) {
   const std::array<Surroundings, 4> near = tag_surroundings(detection.tag);
   const int cells = near[0].cells;
   TagBands tag;
@@ -150,7 +150,7 @@ RefinementOutcome fit(const ImageView& image, const TagDetection& detection, con
     priors.bend_sigma_px = expect_bends(camera, options.curvature_per_px, tag.edges);
     if (!read_bands(image, near, blur_px, pass == 0, tag)) return RefinementOutcome::TooLittleSeen;
     if (pass == 0) start(options, tag, estimate);
-    for (EdgeVector& x : estimate.edges) x.head<2>().setZero();  // the corners have moved there
+    for (EdgeVector& x : estimate.edges) x.head<2>().setZero();  // the corners have been moved by it
     solve = iterate(priors, pass == 0, tag, estimate);
     if (!solve) return RefinementOutcome::TooLittleSeen;
     const Eigen::Matrix<double, 8, 1> moved = intersection(tag.edges) * displacements(estimate);
@@ -161,7 +161,7 @@ RefinementOutcome fit(const ImageView& image, const TagDetection& detection, con
       return RefinementOutcome::MovedTooFar;
     }
     blur_px = std::exp(estimate.mean[kLogBlur - kOwn]);
-    settled = pass > 0 && displacements(estimate).cwiseAbs().maxCoeff() < kPassSettledPx;
+    settled = pass > 0 && displacements(estimate).cwiseAbs().maxCoeff() < kPassTolerancePx;
   }
   if (!settled) return RefinementOutcome::PoorFit;
   tag.lens = camera != nullptr ? lens_field(*camera, tag.edges) : std::nullopt;
@@ -171,7 +171,7 @@ RefinementOutcome fit(const ImageView& image, const TagDetection& detection, con
   result.noise = std::sqrt(estimate.noise_variance);
   result.covariance_px2 = corner_covariance(*solve, estimate, tag, options.model_error_px);
   result.pixels = tag.pixels;
-  return correct(inner_correction(image, detection.tag, tag, estimate), tag, border_in_doubt, result);
+  return correct(inner_correction(image, detection.tag, tag, estimate), tag, border_is_uncertain, result);
 }
 
 RefinementOutcome judge(const TagDetection& detection, const RefinementOptions& options,
@@ -179,7 +179,7 @@ RefinementOutcome judge(const TagDetection& detection, const RefinementOptions& 
   const double step = family(detection.tag.family).reversed_border ? -result.contrast : result.contrast;
   if (step < options.min_contrast) return RefinementOutcome::LowContrast;
   if (result.noise > options.max_residual * step) return RefinementOutcome::PoorFit;
-  // Edges without any blur, along the borders of pixels, leave their place between the pixels open.
+  // Sharp edges along pixel borders leave their position between the pixels undetermined.
   if (Eigen::LLT<CornerCovariance>(result.covariance_px2).info() != Eigen::Success)
     return RefinementOutcome::PoorFit;
   const double largest = result.covariance_px2.diagonal().maxCoeff();
@@ -187,8 +187,8 @@ RefinementOutcome judge(const TagDetection& detection, const RefinementOptions& 
   return RefinementOutcome::Refined;
 }
 
-/// Whether the bits inside may tell what the border did not.
-bool bits_may_tell(RefinementOutcome outcome) {
+/// Whether placement by bits is worth trying after this outcome.
+bool may_place_by_bits(RefinementOutcome outcome) {
   return outcome == RefinementOutcome::TooLittleSeen || outcome == RefinementOutcome::LowContrast ||
          outcome == RefinementOutcome::PoorFit || outcome == RefinementOutcome::MovedTooFar;
 }
@@ -221,17 +221,17 @@ RefinedCorners refine_corners(const ImageView& image, const TagDetection& detect
                               const RefinementOptions& options, const CameraModel* camera) {
   RefinedCorners result;
   double unrefined_sigma_px = options.unrefined_sigma_px;
-  bool border_in_doubt = false;
+  bool border_is_uncertain = false;
   const bool known = usable(image, detection);
   if (known && cut_by_border(image, detection, options.border_px)) {
     result.outcome = RefinementOutcome::CutByBorder;
     const double cell_px = mean_side_px(detection.corners_px) / family(detection.tag.family).width_at_border;
     unrefined_sigma_px = std::max(unrefined_sigma_px, cell_px);
   } else if (known) {
-    result.outcome = fit(image, detection, options, camera, border_in_doubt, result);
+    result.outcome = fit(image, detection, options, camera, border_is_uncertain, result);
   }
   if (result.refined()) result.outcome = judge(detection, options, result);
-  if (border_in_doubt || bits_may_tell(result.outcome)) {
+  if (border_is_uncertain || may_place_by_bits(result.outcome)) {
     const auto placed = place_by_bits(image, detection, options, camera);
     if (placed && judge(detection, options, *placed) == RefinementOutcome::Refined &&
         (!result.refined() || placed->covariance_px2.trace() < result.covariance_px2.trace()))

@@ -13,8 +13,7 @@
 
 namespace waymark {
 
-/// When to refine and how much to trust it. The defaults are calibrated; docs/concepts/corner_refinement.md
-/// says how.
+/// Thresholds and priors of the refinement. The defaults are calibrated: docs/concepts/corner_refinement.md.
 struct RefinementOptions {
   double min_cell_px = 1.0;
   double max_shift_px = 1.5;
@@ -41,7 +40,7 @@ struct RefinementOptions {
           Field{"min_contrast", "Minimum step from black to white [grey level] for refinement.", 1, 255});
     visit(self.max_residual,
           Field{"max_residual",
-                "Maximum root mean square residual of an accepted fit, as a share of the step.", 0.01, 1});
+                "Maximum root mean square residual of an accepted fit, as a fraction of the step.", 0.01, 1});
     visit(self.blur_px, Field{"blur_px",
                               "Expected standard deviation of the image blur, pixel included [px]; used as a "
                               "prior for small tags.",
@@ -50,7 +49,7 @@ struct RefinementOptions {
           Field{"model_error_px",
                 "Standard deviation [px] of model errors, added to the position of each edge.", 0, 1});
     visit(self.curvature_per_px, Field{"curvature_per_px",
-                                       "Maximum curvature of edges where no camera model straightens them "
+                                       "Maximum curvature of edges if no camera model straightens them "
                                        "[1/px]; 0 for rectified images.",
                                        0, 0.01});
     visit(self.unrefined_sigma_px,
@@ -63,48 +62,48 @@ struct RefinementOptions {
   }
 };
 
-/// What became of one tag.
+/// Result of the refinement of one tag.
 enum class RefinementOutcome : std::uint8_t {
-  Refined,        ///< the corners are the fit's
-  UnusableQuad,   ///< corners not finite, not convex, not clockwise, off the image, or an id the family does
-                  ///< not have
+  Refined,        ///< the corners are those of the fit
+  UnusableQuad,   ///< corners not finite, not convex, not clockwise or outside the image, or an id that the
+                  ///< family does not have
   TooSmall,       ///< cells below min_cell_px
-  CutByBorder,    ///< a corner at the border of the image or beyond: it may lie a cell farther out
-  TooLittleSeen,  ///< too few pixels of some edge in the image or uncovered
+  CutByBorder,    ///< a corner at the border of the image or beyond: the true one may be a cell farther out
+  TooLittleSeen,  ///< too few visible pixels of some edge
   LowContrast,    ///< no step from the border to its surroundings
-  PoorFit,        ///< residual above max_residual, no convergence, or less certain than without the fit
+  PoorFit,        ///< residual above max_residual, no convergence, or larger variance than without the fit
   MovedTooFar,    ///< an edge moved further than max_shift_px
 };
 
-/// The word for an outcome: "refined", "too_small", …
+/// Name of an outcome: "refined", "too_small", …
 [[nodiscard]] std::string_view to_string(RefinementOutcome outcome);
 
-/// Corners with their uncertainty. Always usable: where the fit was not, these are the corners that were
-/// given, with the covariance of unrefined_sigma_px. Of a tag that the border of the image cuts all four are
-/// known to a cell only: so much of its black border may be missing.
+/// Corners with their covariance. Always usable: if the fit failed, these are the input corners with the
+/// covariance of unrefined_sigma_px. For a tag cut by the border of the image, the standard deviation of all
+/// four is one cell, because that much of its black border may be missing.
 struct RefinedCorners {
   RefinementOutcome outcome = RefinementOutcome::UnusableQuad;
   std::array<Eigen::Vector2d, 4> corners_px{};                 ///< TL, TR, BR, BL, pixel centres at +1/2
   CornerCovariance covariance_px2 = CornerCovariance::Zero();  ///< of x0 y0 … x3 y3; positive definite
-  double blur_px = 0;  ///< fitted standard deviation of the blur, pixel included; 0 when not refined
+  double blur_px = 0;  ///< fitted standard deviation of the blur, pixel included; 0 if not refined
   double contrast =
       0;  ///< [grey level] fitted step from the border to its surroundings, negative for reversed families
-  double noise = 0;  ///< [grey level] root mean square residual, taken as the image's noise
-  int pixels = 0;    ///< used
-  /// The border contradicts the bits inside (it is covered, glossy, or its white margin is too narrow): the
-  /// corners are from the bits alone.
+  double noise = 0;  ///< [grey level] root mean square residual, used as the image's noise
+  int pixels = 0;    ///< number of pixels used
+  /// The border contradicts the bits inside (covered, glossy, or too narrow a white margin): the corners are
+  /// from the bits alone.
   bool by_bits = false;
 
   [[nodiscard]] bool refined() const { return outcome == RefinementOutcome::Refined; }
 };
 
-/// Fits the four border edges of a tag to the pixels of the original image and intersects them: each edge is
-/// a step blurred by a Gaussian, amid the bits its family prints next to it; positions, levels and blur by
-/// Gauss-Newton, all four edges at once. The covariance is that of the least squares estimate with the noise
-/// the residuals show, plus an allowance for what the model leaves out. Docs:
+/// Fits the four border edges of a tag to the pixels of the original image and intersects them. Each edge is
+/// a step with Gaussian blur, next to the bits that its family prints there. Positions, levels and blur are
+/// fitted by Gauss-Newton, all four edges at once. The covariance is that of the least squares estimate with
+/// the noise level of the residuals, plus an allowance for model errors. See
 /// docs/concepts/corner_refinement.md.
 ///
-/// With `camera`, edges are bent as its distortion bends straight lines; corners stay in distorted pixels.
+/// With `camera`, edges are curved as its distortion curves straight lines; corners stay in distorted pixels.
 ///
 /// Pure, re-entrant, no allocation. O(pixels along the border), tens of microseconds.
 [[nodiscard]] RefinedCorners refine_corners(const ImageView& image, const TagDetection& detection,

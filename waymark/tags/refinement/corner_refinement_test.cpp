@@ -45,7 +45,7 @@ TEST(Refinement, FindsTheCornersOfCleanTagsOfAllSizes) {
       const auto result = refine_corners(render(print), detection_at(print, 0.15, random), straight());
       ASSERT_TRUE(result.refined()) << to_string(result.outcome);
       EXPECT_LT(worst_error(result.corners_px, print), side_px < 20 ? 0.03 : 0.01) << side_px;
-      // The lens and the square of the pixel: 0.36 + 1/12.
+      // Blur variance of lens and pixel: 0.36 + 1/12.
       EXPECT_NEAR(result.blur_px, std::sqrt(0.36 + 1.0 / 12), 0.02);
       EXPECT_NEAR(result.contrast, 160, 8);
     }
@@ -66,7 +66,7 @@ TEST(Refinement, FindsEveryFamily) {
   }
 }
 
-TEST(Refinement, FollowsBlur) {
+TEST(Refinement, EstimatesTheBlur) {
   Random random(5);
   for (const double lens_px : {0.3, 0.8, 1.2, 1.8}) {
     Print print;
@@ -79,7 +79,7 @@ TEST(Refinement, FollowsBlur) {
   }
 }
 
-TEST(Refinement, IsHonestAboutNoise) {
+TEST(Refinement, CovarianceIsConsistentWithNoise) {
   double sum = 0;
   Eigen::Vector2d bias(0, 0);
   double outward = 0;
@@ -103,16 +103,16 @@ TEST(Refinement, IsHonestAboutNoise) {
       outward += (result.corners_px[k] - truth).dot((truth - print.center_px).normalized()) / (4.0 * kTrials);
     }
   }
-  // Degrees of freedom 8 a tag, 1200 together: the mean has a standard deviation of 4 %. Something is added
-  // for blurs that are not Gaussian; this one is.
+  // 8 degrees of freedom per tag, 1200 in total: the mean has a standard deviation of 4 %. The covariance
+  // includes an allowance for non-Gaussian blur; this blur is Gaussian.
   EXPECT_GT(sum / kTrials, 8 * 0.8);
   EXPECT_LT(sum / kTrials, 8 * 1.1);
   EXPECT_LT(bias.norm(), 0.005);
   EXPECT_LT(std::abs(outward), 0.005);
 }
 
-/// A sheet as it is drawn, not photographed: no blur, edges along the borders of pixels.
-TEST(Refinement, NeverClaimsACovarianceThatIsNone) {
+/// A drawn sheet, not a photograph: no blur, edges along the borders of pixels.
+TEST(Refinement, CovarianceIsAlwaysPositiveDefinite) {
   Random random(11);
   for (int trial = 0; trial < 30; ++trial) {
     Print print{
@@ -127,7 +127,7 @@ TEST(Refinement, NeverClaimsACovarianceThatIsNone) {
   }
 }
 
-TEST(Refinement, UncertaintyGrowsWithNoise) {
+TEST(Refinement, CovarianceGrowsWithNoise) {
   Print print;
   Random random(7);
   const auto sigma = [&](double noise) {
@@ -147,7 +147,7 @@ double correlation(const CornerCovariance& c, Eigen::Index i, Eigen::Index k, co
   return block(i, k) / std::sqrt(block(i, i) * block(k, k));
 }
 
-TEST(Refinement, NeighbouringCornersShareAnEdge) {
+TEST(Refinement, NeighbouringCornersAreCorrelatedThroughTheirEdge) {
   Print print;
   print.noise = 2;
   Random random(8);
@@ -160,20 +160,20 @@ TEST(Refinement, NeighbouringCornersShareAnEdge) {
     EXPECT_EQ(c.llt().info(), Eigen::Success);
     const Eigen::Vector2d along(std::cos(roll_rad), std::sin(roll_rad));
     const Eigen::Vector2d across(-along.y(), along.x());
-    // The top edge carries TL and TR. Slanted, it can turn about its middle, so they lean against each other;
-    // along a row of pixels its phase on the grid moves both.
+    // TL and TR are on the top edge. A slanted edge can rotate about its middle, which gives a negative
+    // correlation; along a row of pixels its phase on the grid moves both.
     const double shared = correlation(c, 0, 1, across);
     if (roll_rad == 0.0) {
       EXPECT_GT(shared, 0.1);
     } else {
       EXPECT_LT(shared, -0.1);
     }
-    // Along it they sit on different edges, tied by levels, blur and light only.
+    // Along it they are on different edges, coupled only by levels, blur and illumination.
     EXPECT_LT(std::abs(correlation(c, 0, 1, along)), 0.2);
   }
 }
 
-TEST(Refinement, SaysTheSameOfATurnedImage) {
+TEST(Refinement, IsInvariantToRotationOfTheImage) {
   Print print;
   print.noise = 2;
   Random random(9);
@@ -182,7 +182,7 @@ TEST(Refinement, SaysTheSameOfATurnedImage) {
   const auto straight_up = refine_corners(image, detection);
   ASSERT_TRUE(straight_up.refined());
   const int n = print.image_px;
-  Image turned(n, n);  // by a quarter clockwise: (x, y) -> (n - y, x)
+  Image turned(n, n);  // by a quarter turn clockwise: (x, y) -> (n - y, x)
   for (int y = 0; y < n; ++y) {
     for (int x = 0; x < n; ++x) turned.row(x)[n - 1 - y] = image.row(y)[x];
   }
@@ -191,12 +191,12 @@ TEST(Refinement, SaysTheSameOfATurnedImage) {
   ASSERT_TRUE(result.refined());
   for (std::size_t k = 0; k < 4; ++k) {
     const Eigen::Vector2d expected(n - straight_up.corners_px[k].y(), straight_up.corners_px[k].x());
-    // The first pass looks at every fourth slice from the left: what it leaves differs, far below the noise.
+    // The first pass uses every fourth slice from the left, so results differ, far below the noise.
     EXPECT_LT((result.corners_px[k] - expected).norm(), 0.2 * std::sqrt(result.covariance_px2.trace() / 8));
   }
 }
 
-TEST(Refinement, SaysTheSameTwiceAndInAWindow) {
+TEST(Refinement, IsRepeatableAndIndependentOfCropping) {
   Print print;
   print.noise = 2;
   Random random(10);
@@ -232,7 +232,7 @@ TEST(Refinement, WorksOnPaperCutAtItsMargin) {
   }
 }
 
-TEST(Refinement, LooksPastWhatCoversAnEdge) {
+TEST(Refinement, IgnoresAPartialCoverOnAnEdge) {
   Random random(12);
   for (const std::uint8_t cover : {std::uint8_t{0}, std::uint8_t{120}, std::uint8_t{255}}) {
     Print print;
@@ -273,7 +273,7 @@ TEST(Refinement, SurvivesOverexposedPaperAndSunkenInk) {
   EXPECT_LT(sum / trials, 8 * 1.6);
 }
 
-// What keeps the detector's corners.
+// Cases that keep the detector's corners.
 
 void expect_kept(const RefinedCorners& result, const TagDetection& given, RefinementOutcome why) {
   EXPECT_EQ(result.outcome, why) << to_string(result.outcome);
@@ -286,7 +286,7 @@ void expect_kept(const RefinedCorners& result, const TagDetection& given, Refine
   EXPECT_EQ(result.covariance_px2, 0.25 * CornerCovariance::Identity());
 }
 
-TEST(RefinementFallback, KeepsTheCornersOfWhatIsNoTagThere) {
+TEST(RefinementFallback, KeepsTheCornersWithoutATag) {
   Print print;
   Random random(14);
   const TagDetection detection = detection_at(print, 0, random);
@@ -300,7 +300,7 @@ TEST(RefinementFallback, KeepsTheCornersOfWhatIsNoTagThere) {
   EXPECT_FALSE(refine_corners(inverted, detection).refined());
 }
 
-TEST(RefinementFallback, KeepsTheCornersOfQuadsThatMakeNoSense) {
+TEST(RefinementFallback, KeepsTheCornersOfInvalidQuads) {
   const Image image = render({});
   Random random(15);
   const TagDetection good = detection_at({}, 0, random);
@@ -319,7 +319,7 @@ TEST(RefinementFallback, KeepsTheCornersOfQuadsThatMakeNoSense) {
   kept([](TagDetection& d) { d.tag.number = -1; });
 }
 
-TEST(RefinementFallback, KeepsTheCornersOfTagsTooSmallOrCutOff) {
+TEST(RefinementFallback, KeepsTheCornersOfSmallOrCutTags) {
   Random random(16);
   Print small;
   small.side_px = 7.5;
@@ -333,16 +333,16 @@ TEST(RefinementFallback, KeepsTheCornersOfTagsTooSmallOrCutOff) {
   EXPECT_EQ(refine_corners(render(cut), outside, any).outcome, RefinementOutcome::CutByBorder);
 }
 
-/// The quad of a tag that the border of the image cuts is a cell too short at most: that is what is said of
-/// it.
-TEST(RefinementFallback, ATagThatTheBorderCutsIsKnownToACell) {
+/// The quad of a tag cut by the border of the image is at most one cell too short, which is its standard
+/// deviation.
+TEST(RefinementFallback, ATagCutByTheBorderHasTheSigmaOfACell) {
   Random random(17);
   Print print;
   TagDetection detection = detection_at(print, 0, random);
   const Image image = render(print);
   ASSERT_TRUE(refine_corners(image, detection).refined());
   const double cell_px = mean_side_px(detection.corners_px) / 8;
-  const double shift_px = detection.corners_px[0].x() - 2;  // two pixels are left of the border
+  const double shift_px = detection.corners_px[0].x() - 2;  // two pixels of the border remain
   const ImageView right{image.row(0) + static_cast<std::ptrdiff_t>(shift_px),
                         image.width() - static_cast<int>(shift_px), image.height(), image.width()};
   for (auto& corner : detection.corners_px) corner.x() -= std::floor(shift_px);
@@ -353,8 +353,8 @@ TEST(RefinementFallback, ATagThatTheBorderCutsIsKnownToACell) {
   EXPECT_NEAR(std::sqrt(cut.covariance_px2(7, 7)), cell_px, 0.1 * cell_px);
 }
 
-/// The border is not looked for so far away; the bits may tell where the tag is.
-TEST(RefinementFallback, BelievesNoEdgeThatIsElsewhere) {
+/// The border is not searched that far away; the bits may still locate the tag.
+TEST(RefinementFallback, RejectsEdgesFarFromTheDetection) {
   Print print;
   print.side_px = 64;
   Random random(17);
@@ -369,7 +369,7 @@ TEST(RefinementFallback, BelievesNoEdgeThatIsElsewhere) {
   EXPECT_TRUE(!result.refined() || worst_error(result.corners_px, print) < 0.05);
 }
 
-TEST(RefinementFallback, AlwaysAnswersWithNumbers) {
+TEST(RefinementFallback, AlwaysReturnsFiniteNumbers) {
   Random random(18);
   int refined_count = 0;
   for (int trial = 0; trial < 300; ++trial) {
@@ -399,10 +399,10 @@ TEST(RefinementFallback, AlwaysAnswersWithNumbers) {
     EXPECT_EQ(result.covariance_px2.llt().info(), Eigen::Success);
     for (const auto& corner : result.corners_px) EXPECT_TRUE(corner.allFinite());
   }
-  EXPECT_LT(refined_count, 30);  // there is no tag in any of them
+  EXPECT_LT(refined_count, 30);  // none of them contains a tag
 }
 
-TEST(RefinementFallback, SaysEveryOutcomeInAWord) {
+TEST(RefinementFallback, EveryOutcomeHasAName) {
   for (const auto outcome :
        {RefinementOutcome::Refined, RefinementOutcome::UnusableQuad, RefinementOutcome::TooSmall,
         RefinementOutcome::TooLittleSeen, RefinementOutcome::LowContrast, RefinementOutcome::PoorFit,

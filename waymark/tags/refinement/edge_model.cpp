@@ -11,8 +11,8 @@
 namespace waymark::refinement {
 namespace {
 
-/// Which place of which row beside edge `k` the cell (x, y) is: rows count from the edge inwards, the ring
-/// inside the border is row 0, the bits behind it row 1; outwards the ring is row -1, what lies beyond it row
+/// Row and position of the cell (x, y) relative to edge `k`. Rows count from the edge inwards: the ring
+/// inside the border is row 0, the bits behind it row 1; outwards the ring is row -1, the row beyond it row
 /// -2.
 std::pair<int, int> row_and_place(int k, int cells, const BitCell& cell) {
   switch (k) {
@@ -75,12 +75,12 @@ double distance(const Vector3d& line, const Vector2d& p) {
   return std::abs(line.dot(Vector3d(p.x(), p.y(), 1.0)));
 }
 
-/// Pixels beside the band can lie near the horizon of the tag's plane; they have no weight, but must stay
+/// Pixels beside the band can be near the horizon of the tag's plane; they have no weight, but must stay
 /// finite.
-constexpr float kLeastW = 0.05F;
+constexpr float kMinW = 0.05F;
 
-/// Where the slices of a band lie: coordinates split into the axis slices step along (major) and the one they
-/// run along (minor), relative to the middle of the edge to keep floats exact enough.
+/// Geometry of the slices of a band: the axis across which slices follow each other (major) and the one along
+/// which they run (minor), relative to the middle of the edge to preserve float precision.
 struct Slicing {
   int major = 0;
   int minor = 1;
@@ -89,7 +89,7 @@ struct Slicing {
   int major_size = 0;  ///< of the image [px]
   int minor_size = 0;
   int outward = 1;    ///< sign of a step outwards along the minor axis
-  double cosine = 1;  ///< distance gained by one pixel along the minor axis
+  double cosine = 1;  ///< distance change per pixel along the minor axis
   double slope = 0;   ///< of the edge, minor per major
   double half = 1;    ///< half the edge along the major axis, signed
   Vector2d middle{0, 0};
@@ -122,7 +122,7 @@ Slicing slice(const ImageView& image, const EdgeFrame& edge, const BandLimits& l
   return s;
 }
 
-/// A function of the pixel position that is linear in it, by lanes.
+/// A linear function of the pixel position, by lanes.
 struct LinearLanes {
   float major = 0, minor = 0, constant = 0;
   LinearLanes(const Vector3d& line, const Slicing& s)
@@ -138,7 +138,7 @@ Vector3d line_through(const Vector2d& p, const Vector2d& normal) {
   return {normal.x(), normal.y(), -normal.dot(p)};
 }
 
-/// What the row shows at `u` cells along the edge under a blur of `sigma` cells.
+/// Level of the row at `u` cells along the edge under a blur of `sigma` cells.
 Lanes blurred_row(const CellRow& row, int cells, const Lanes& u, const Lanes& inverse_sigma) {
   Lanes share = Lanes::Constant(row[0]);
   for (int j = 1; j < cells; ++j) {
@@ -148,7 +148,7 @@ Lanes blurred_row(const CellRow& row, int cells, const Lanes& u, const Lanes& in
   return share;
 }
 
-/// std::floor() is a call where the processor need not have an instruction for it.
+/// std::floor() is a function call on processors without an instruction for it.
 int floor_to_int(double x) {
   const int towards_zero = static_cast<int>(x);
   return towards_zero - (x < towards_zero ? 1 : 0);
@@ -160,7 +160,7 @@ struct BlockStart {
   std::array<int, kLanes> minor_index{};
   Lanes major_px;  ///< position relative to the middle of the edge
   Lanes minor_px;
-  Lanes live;  ///< 1 where there is a slice
+  Lanes live;  ///< 1 for lanes that contain a slice
 };
 
 BlockStart start_block(const EdgeFrame& edge, const Slicing& s, const BandLimits& limits, int block,
@@ -187,19 +187,19 @@ BlockStart start_block(const EdgeFrame& edge, const Slicing& s, const BandLimits
   return start;
 }
 
-/// Whether all pixels of a block's slices lie within the image.
+/// Whether all pixels of a block's slices are within the image.
 bool within_image(const Slicing& s, const BlockStart& start, int depth) {
   const auto [least, most] = std::ranges::minmax(start.minor_index);
   const int reach = (depth - 1) * s.outward;
   return least + std::min(reach, 0) >= 0 && most + std::max(reach, 0) < s.minor_size;
 }
 
-/// Grey levels of the `d`-th pixels of a block's slices; the weight of those outside the image becomes 0.
+/// Grey levels of the `d`-th pixels of a block's slices; sets the weight of those outside the image to 0.
 void read_pixels(const ImageView& image, const Slicing& s, const BlockStart& start, bool all_there, int d,
                  Lanes& value, Lanes& weight) {
   const std::ptrdiff_t major_step = s.major == 0 ? 1 : image.stride;
   const std::ptrdiff_t minor_step = s.major == 0 ? image.stride : 1;
-  Eigen::Array<int, kLanes, 1> level;  // converted side by side at the end
+  Eigen::Array<int, kLanes, 1> level;  // converted together at the end
   for (std::size_t lane = 0; lane < kLanes; ++lane) {
     const int j = start.minor_index[lane] + d * s.outward;
     const bool there = all_there || (j >= 0 && j < s.minor_size);
@@ -244,8 +244,7 @@ std::array<EdgeFrame, 4> edge_frames(const Quad& corners_px, int cells) {
     edge.cell_H_px = homography_of_unit_square({a, b, c, d}).inverse();
     edge.cell_H_px.topRows<2>() *= cells;
     const Vector2d middle = 0.5 * (a + b);
-    edge.cell_H_px /=
-        edge.cell_H_px.row(2).dot(Vector3d(middle.x(), middle.y(), 1.0));  // so that w = 1 there
+    edge.cell_H_px /= edge.cell_H_px.row(2).dot(Vector3d(middle.x(), middle.y(), 1.0));  // so w = 1 there
     edge.behind_line = line_at(edge.cell_H_px, 1.0, edge.normal);
     edge.beyond_line = line_at(edge.cell_H_px, -1.0, edge.normal);
     edge.cell_px = std::min({distance(edge.behind_line, a), distance(edge.behind_line, b),
@@ -294,7 +293,7 @@ void read_band(const ImageView& image, const EdgeFrame& edge, const Surroundings
       darkest = darkest.min(255.0F + weight * (band.value[b][j] - 255.0F));
       brightest = brightest.max(weight * band.value[b][j]);
       if (!limits.cells_matter) continue;
-      const Lanes inverse_w = u2.at(start.major_px, minor_px).max(kLeastW).inverse();
+      const Lanes inverse_w = u2.at(start.major_px, minor_px).max(kMinW).inverse();
       const Lanes u = u0.at(start.major_px, minor_px) * inverse_w;
       const Lanes du_major = (u0.major - u * u2.major) * inverse_w;
       const Lanes du_minor = (u0.minor - u * u2.minor) * inverse_w;
@@ -313,7 +312,7 @@ void read_band(const ImageView& image, const EdgeFrame& edge, const Surroundings
 
 namespace {
 
-EdgePoint edge_point(const EdgeVector& x, double light) {
+EdgePoint edge_point(const EdgeVector& x, double illumination) {
   const auto inverse_blur = static_cast<float>(std::exp(-x[kLogBlur]));
   const auto step = static_cast<float>(x[kStep]);
   return {.from = static_cast<float>(x[kFrom]),
@@ -323,8 +322,8 @@ EdgePoint edge_point(const EdgeVector& x, double light) {
           .inner = static_cast<float>(x[kInnerLevel]),
           .step = step,
           .inverse_blur = inverse_blur,
-          .light = static_cast<float>(light),
-          // As flat as a blurred edge is two standard deviations away from it.
+          .illumination = static_cast<float>(illumination),
+          // As flat as a blurred edge at a distance of two standard deviations.
           .flat_shift = 0.054F * std::abs(step) * inverse_blur};
 }
 
@@ -353,7 +352,7 @@ EdgeSums sum_edge_portable(const BandRows& band, const EdgePoint& x, float* cost
   return sums::sum_edge<Lanes>(band, x, costs);
 }
 
-SumEdge quickest_sum_edge() {
+SumEdge fastest_sum_edge() {
 #ifdef WAYMARK_AVX2
   static const bool kHasAvx2 = __builtin_cpu_supports("avx2") > 0 && __builtin_cpu_supports("fma") > 0;
   if (kHasAvx2) return sum_edge_avx2;
@@ -361,9 +360,9 @@ SumEdge quickest_sum_edge() {
   return sum_edge_portable;
 }
 
-NormalEquations linearize(const Band& band, const EdgeVector& parameters, double light, SliceCosts& costs,
-                          SumEdge sum_edge) {
-  const EdgeSums sums = sum_edge(band_rows(band), edge_point(parameters, light), costs[0].data());
+NormalEquations linearize(const Band& band, const EdgeVector& parameters, double illumination,
+                          SliceCosts& costs, SumEdge sum_edge) {
+  const EdgeSums sums = sum_edge(band_rows(band), edge_point(parameters, illumination), costs[0].data());
   NormalEquations normal;
   for (int i = 0; i < kParameters; ++i) {
     for (int k = i; k < kParameters; ++k) {
@@ -375,8 +374,8 @@ NormalEquations linearize(const Band& band, const EdgeVector& parameters, double
   normal.cost = static_cast<double>(sums.cost);
   normal.flat_cost = static_cast<double>(sums.flat_cost);
   normal.flat_pixels = static_cast<double>(sums.flat_pixels);
-  normal.light_information = static_cast<double>(sums.light_information);
-  normal.light_gradient = static_cast<double>(sums.light_gradient);
+  normal.illumination_information = static_cast<double>(sums.illumination_information);
+  normal.illumination_gradient = static_cast<double>(sums.illumination_gradient);
   return normal;
 }
 

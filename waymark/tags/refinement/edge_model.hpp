@@ -10,7 +10,7 @@
 
 namespace waymark::refinement {
 
-/// What the compiler makes of it (SSE, NEON or a loop) is its business.
+/// The compiler chooses the implementation (SSE, NEON or a loop).
 using Lanes = Eigen::Array<float, kLanes, 1>;
 
 template <>
@@ -25,16 +25,16 @@ template <>
 inline constexpr int kMaxCells =
     16;  ///< cells along the border square of a tag; AprilTag's families have 3 to 8
 
-/// A row of cells parallel to one border edge, in the order of that edge's corners, each as its share (0 or
-/// 1) of the colour just outside the border: white for most families, black where the border is reversed.
+/// A row of cells parallel to one border edge, in the order of that edge's corners. Each is 0 or 1: its share
+/// of the colour just outside the border, which is white for most families and black for a reversed border.
 using CellRow = std::array<float, kMaxCells>;
 
-/// What is printed near one border edge. The border itself is one cell wide on either side of the edge.
+/// Print near one border edge. The border itself is one cell wide on either side of the edge.
 struct Surroundings {
   int cells = 0;              ///< cells along the edge
   CellRow behind{};           ///< the row behind the inner border ring: the outermost data bits
-  CellRow beyond{};           ///< the row beyond the ring outside the border, where the family has bits there
-  bool beyond_known = false;  ///< false: what lies there is not printed with the tag (margin, wall, ...)
+  CellRow beyond{};           ///< the row beyond the ring outside the border, if the family has bits there
+  bool beyond_known = false;  ///< false: the row is not part of the print (margin, wall, ...)
 };
 
 /// The surroundings of the four edges TL-TR, TR-BR, BR-BL, BL-TL of a tag. Requires an id that exists in the
@@ -59,7 +59,7 @@ struct EdgeFrame {
   Eigen::Vector3d behind_line{0, 0, 0};  ///< unit line v = 1 cell: signed distance grows outwards
   Eigen::Vector3d beyond_line{0, 0, 0};  ///< unit line v = -1 cell
   double cell_px = 0;                    ///< smallest distance along the edge to either line
-  /// Known outward bulge of the edge at place t along it (-1 to 1): (1 - t^2)(b0 + b1 t + b2 t^2) [px].
+  /// Known outward bulge of the edge at position t along it (-1 to 1): (1 - t^2)(b0 + b1 t + b2 t^2) [px].
   Eigen::Vector3d bulge_px{0, 0, 0};
 
   [[nodiscard]] double bulge_at(double t) const {
@@ -71,22 +71,21 @@ struct EdgeFrame {
 /// image warping", 1989, section 2.2.3).
 [[nodiscard]] Eigen::Matrix3d homography_of_unit_square(const Quad& quad);
 
-/// Frames of the four edges; cells = cells along a side. The quad must be convex, clockwise as seen.
+/// Frames of the four edges; cells = cells along a side. The quad must be convex and clockwise in the image.
 [[nodiscard]] std::array<EdgeFrame, 4> edge_frames(const Quad& corners_px, int cells);
 
-/// How far from the edge to look.
+/// Extent of a band around an edge.
 struct BandLimits {
   double inside_px = 0;
   double outside_px = 0;
   double corner_margin_px = 0;  ///< keep this far inside both neighbouring edges
-  bool cells_matter = false;    ///< whether neighbouring cells blur into the band
+  bool cells_matter = false;    ///< whether blurred neighbouring cells affect the band
   int max_slices = kMaxSlices;  ///< longer edges are sampled more sparsely
 };
 
-/// The pixels around one edge, cut into slices: columns where the edge is more horizontal than vertical, rows
-/// otherwise. Pixels are taken as they are, never interpolated, so their noise stays independent. Along a
-/// slice the distance to the edge grows outwards by `step_px` from pixel to pixel. Slices are kept in blocks
-/// of kLanes.
+/// The pixels around one edge, cut into slices: columns if the edge is more horizontal than vertical, rows
+/// otherwise. Pixels are not interpolated, so their noise stays independent. Along a slice the distance to
+/// the edge grows outwards by `step_px` per pixel. Slices are stored in blocks of kLanes.
 struct Band {
   using Plane = std::array<std::array<Lanes, kMaxDepth>, kMaxBlocks>;
 
@@ -97,16 +96,16 @@ struct Band {
   float step_px = 1;
   bool cells_matter = false;  ///< whether behind, beyond and inside are filled
   bool beyond_known = false;
-  bool clipped = false;                 ///< whether a pixel is as dark or as bright as a pixel can be
-  std::array<Lanes, kMaxBlocks> along;  ///< place along the edge, -1 at its first corner, +1 at its second
+  bool clipped = false;                 ///< whether a pixel is saturated, dark or bright
+  std::array<Lanes, kMaxBlocks> along;  ///< position along the edge, -1 at its first corner, +1 at its second
   std::array<Lanes, kMaxBlocks>
       first_px;  ///< signed distance of a slice's first pixel from the edge, bulge included
-  std::array<Lanes, kMaxBlocks> behind_px;  ///< how far inside the edge the row behind the border begins
-  std::array<Lanes, kMaxBlocks> beyond_px;  ///< how far outside the edge the row beyond the ring begins
+  std::array<Lanes, kMaxBlocks> behind_px;  ///< distance from the edge inwards to the row behind the border
+  std::array<Lanes, kMaxBlocks> beyond_px;  ///< distance from the edge outwards to the row beyond the ring
   Plane value;                              ///< grey level
   Plane weight;                             ///< 0 or 1
-  Plane behind;  ///< share of the outer colour in the row behind, at this place along the edge, blurred
-  Plane beyond;  ///< the same beyond the ring outside, less one; 0 where unknown
+  Plane behind;  ///< share of the outer colour in the row behind, at this position along the edge, blurred
+  Plane beyond;  ///< the same beyond the ring outside, minus one; 0 if unknown
   Plane inside;  ///< share of the blurred pixel inside both neighbouring edges
 };
 
@@ -114,8 +113,8 @@ struct Band {
 void read_band(const ImageView& image, const EdgeFrame& edge, const Surroundings& near,
                const BandLimits& limits, double blur_px, Band& band);
 
-inline constexpr int kOwn = 4;     ///< parameters an edge has to itself
-inline constexpr int kCommon = 3;  ///< parameters the edges of a tag nearly share
+inline constexpr int kOwn = 4;     ///< parameters specific to one edge
+inline constexpr int kCommon = 3;  ///< parameters that are nearly common to the edges of a tag
 
 using EdgeVector = Eigen::Matrix<double, kParameters, 1>;
 using EdgeMatrix = Eigen::Matrix<double, kParameters, kParameters>;
@@ -125,13 +124,13 @@ struct NormalEquations {
   EdgeMatrix information = EdgeMatrix::Zero();  ///< sum of w J^T J
   EdgeVector gradient = EdgeVector::Zero();     ///< sum of w J^T r
   double cost = 0;                              ///< sum of w r^2 [grey level^2]
-  double flat_cost = 0;    ///< the part of cost from pixels that hardly change when the edge moves
+  double flat_cost = 0;    ///< the part of cost from pixels that hardly depend on the edge position
   double flat_pixels = 0;  ///< the number of those pixels
-  /// How much the flat pixels say about light that grows along the edge, t from -1 to 1 [grey level^2].
-  double light_information = 0;  ///< sum of w (I t)^2 with I the model
-  double light_gradient = 0;     ///< sum of w I t r
+  /// Sums over the flat pixels for an illumination gradient along the edge, t from -1 to 1 [grey level^2].
+  double illumination_information = 0;  ///< sum of w (I t)^2 with I the model
+  double illumination_gradient = 0;     ///< sum of w I t r
 
-  [[nodiscard]] double pixels() const { return information(kInnerLevel, kInnerLevel); }  ///< that count
+  [[nodiscard]] double pixels() const { return information(kInnerLevel, kInnerLevel); }  ///< with weight
 };
 
 /// Sum of w r^2 of each slice, by blocks.
@@ -139,18 +138,21 @@ using SliceCosts = std::array<Lanes, kMaxBlocks>;
 
 /// Compares a band with the model of a blurred edge and its surroundings,
 ///
-///     I(d) = inner + step f(d) + beyond h(d),    z = (d - shift) / blur,    shift = own displacement at this
-///     place f = 1 - inside Phi(-z) + behind Phi(-z - behind_px / blur) + beyond Phi(z - beyond_px / blur) h
-///     = Phi(z - beyond_px / blur)              where what lies beyond is not printed with the tag, else 0
+///     I(d) = inner + step f(d) + beyond h(d)
+///     z = (d - shift) / blur, with shift the outward displacement at this position along the edge
+///     f = 1 - inside Phi(-z) + behind Phi(-z - behind_px / blur) + beyond Phi(z - beyond_px / blur)
+///     h = Phi(z - beyond_px / blur) if the row beyond is not part of the print, otherwise 0
 ///
-/// A pixel at the end of the scale counts only while the model stays within it: beyond, it says no more than
-/// that (as in Tobin, "Estimation of relationships for limited dependent variables", Econometrica 26, 1958).
+/// A saturated pixel contributes only while the model is within the range of grey levels; if the model is
+/// beyond that range, the pixel carries no further information (as in Tobin, "Estimation of relationships for
+/// limited dependent variables", Econometrica 26, 1958).
 ///
-/// All of it in light that grows along the edge: grey levels are (1 + light t) times these, t from -1 to 1.
+/// With an illumination gradient along the edge, grey levels are (1 + illumination t) times these, t from -1
+/// to 1.
 ///
 /// d is the signed distance from the edge, Phi the normal distribution function; behind, beyond, inside are
 /// as in Band. O(pixels).
-[[nodiscard]] NormalEquations linearize(const Band& band, const EdgeVector& parameters, double light,
-                                        SliceCosts& costs, SumEdge sum_edge = quickest_sum_edge());
+[[nodiscard]] NormalEquations linearize(const Band& band, const EdgeVector& parameters, double illumination,
+                                        SliceCosts& costs, SumEdge sum_edge = fastest_sum_edge());
 
 }  // namespace waymark::refinement

@@ -43,7 +43,7 @@ EdgeVector truth_of(const Print& print) {
   return x;
 }
 
-/// Root mean square residual of the model with the truth put in.
+/// Root mean square residual of the model at the true parameters.
 double residual(const Print& print, const BandLimits& limits) {
   double cost = 0;
   double pixels = 0;
@@ -58,14 +58,14 @@ double residual(const Print& print, const BandLimits& limits) {
   return std::sqrt(cost / pixels);
 }
 
-TEST(EdgeModel, IsWhatATagLooksLike) {
+TEST(EdgeModel, MatchesARenderedTag) {
   Print large;
   large.side_px = 64;
   EXPECT_LT(residual(large, {.inside_px = 3, .outside_px = 3, .corner_margin_px = 2, .cells_matter = false}),
             0.6);
   Print small;
   small.side_px = 20;
-  // 160 grey levels of contrast; rounding alone leaves 0.3.
+  // 160 grey levels of contrast; rounding alone gives 0.3.
   EXPECT_LT(
       residual(small, {.inside_px = 2, .outside_px = 2.5, .corner_margin_px = 1.4, .cells_matter = true}),
       1.5);
@@ -74,7 +74,7 @@ TEST(EdgeModel, IsWhatATagLooksLike) {
       5);
 }
 
-TEST(EdgeModel, GradientIsThatOfTheCost) {
+TEST(EdgeModel, GradientMatchesTheCost) {
   for (const bool cells_matter : {false, true}) {
     for (const double white : {200.0, 300.0}) {
       Print print;
@@ -104,7 +104,7 @@ TEST(EdgeModel, GradientIsThatOfTheCost) {
   }
 }
 
-TEST(Surroundings, AreWhatIsPrinted) {
+TEST(Surroundings, MatchThePrint) {
   for (const FamilyId id : kAllFamilies) {
     const Family& table = family(id);
     const int cells = table.width_at_border;
@@ -117,7 +117,7 @@ TEST(Surroundings, AreWhatIsPrinted) {
         ASSERT_EQ(edge.cells, cells);
         for (int place = 0; place < cells; ++place) {
           const auto share =
-              [&](int row) {  // of the colour outside the border, as printed; -1 where nothing is
+              [&](int row) {  // share of the colour outside the border, as printed; -1 outside the print
                 const int x[] = {place, cells - 1 - row, cells - 1 - place, row};
                 const int y[] = {row, place, cells - 1 - row, cells - 1 - place};
                 if (-row > ring) return -1;
@@ -140,9 +140,9 @@ TEST(Surroundings, AreWhatIsPrinted) {
   EXPECT_TRUE(tag_surroundings({FamilyId::TagStandard41h12, 0})[0].beyond_known);
 }
 
-/// Where the processor has AVX2 the two are different code; elsewhere one.
-TEST(SumEdge, TheQuickestAgreesWithThePortableOne) {
-  for (const double white : {200.0, 255.0}) {  // clipped too
+/// On processors with AVX2 the two are different code; elsewhere they are the same.
+TEST(SumEdge, TheFastestAgreesWithThePortableVersion) {
+  for (const double white : {200.0, 255.0}) {  // includes saturation
     for (const bool cells_matter : {false, true}) {
       const Print print{.side_px = cells_matter ? 24.0 : 70.0, .white = white, .noise = 2};
       const auto band = band_of(
@@ -156,7 +156,7 @@ TEST(SumEdge, TheQuickestAgreesWithThePortableOne) {
       const NormalEquations quick = linearize(*band, x, 0.1, quick_costs);
       for (int i = 0; i < kParameters; ++i) {
         for (int k = 0; k < kParameters; ++k) {
-          // Off the diagonal terms of both signs cancel.
+          // Off the diagonal, terms of opposite signs cancel.
           const double scale = std::sqrt(portable.information(i, i) * portable.information(k, k));
           EXPECT_NEAR(quick.information(i, k), portable.information(i, k), 2e-5 * scale) << i << " " << k;
         }

@@ -1,14 +1,14 @@
 #pragma once
 
-// The sums of least squares over a band, written once for every type of lanes. No Eigen here: what includes
-// this may be compiled for a newer processor than the rest of the program, and an inline function of a
-// library, compiled so, must not become the one the whole program uses.
+// Least squares sums over a band, as templates over the type of lanes. Eigen is not included here: a file
+// that includes this may be compiled for a newer processor than the rest of the program, and an inline
+// library function compiled that way must not be linked into the rest of the program.
 #include <cstddef>
 
 namespace waymark::refinement {
 
-/// Values handled side by side. L is a type of kLanes floats with the operators and members of Eigen's
-/// arrays: `Lanes` (edge_model.hpp) everywhere, `Avx2Lanes` (edge_sums_avx2.cpp) where the processor has
+/// Values processed side by side. L is a type of kLanes floats with the operators and members of Eigen's
+/// arrays: `Lanes` (edge_model.hpp) on all processors, `Avx2Lanes` (edge_sums_avx2.cpp) on processors with
 /// AVX2.
 inline constexpr int kLanes = 8;
 
@@ -19,7 +19,7 @@ template <class L>
 void store(const L& lanes, float* to);
 
 /// 1 where x > 0, else 0; x must be finite and either 0 or no smaller than 1e-20. Written without select(),
-/// which Eigen 3.4 does lane by lane.
+/// which Eigen 3.4 evaluates lane by lane.
 template <class L>
 [[gnu::always_inline]] inline L positive(const L& x) {
   return (1e20F * x).max(0.0F).min(1.0F);
@@ -31,7 +31,7 @@ template <class L>
   return (1e20F * x).max(-1.0F).min(1.0F);
 }
 
-/// Standard normal distribution function and density at the same place.
+/// Standard normal distribution function and density at the same argument.
 template <class L>
 struct NormalLanes {
   L cdf;
@@ -40,8 +40,8 @@ struct NormalLanes {
 
 /// |error| of both < 3e-5, a hundredth of a grey level at full contrast. exp(-z^2/2) is the 16th power of a
 /// polynomial interpolating exp(-x) at the Chebyshev nodes of [0, 36/32]; the tail is Abramowitz and Stegun,
-/// "Handbook of Mathematical Functions", 26.2.16. Beyond |z| = 6 both stay as they are there, so that squares
-/// of densities stay normal numbers.
+/// "Handbook of Mathematical Functions", 26.2.16. Beyond |z| = 6 both are constant, so squares of densities
+/// stay normal numbers.
 template <class L>
 [[gnu::always_inline]] inline NormalLanes<L> normal_lanes(const L& z) {
   const L a = z.abs().min(6.0F);
@@ -58,8 +58,8 @@ template <class L>
   return {0.5F + sign<L>(z) * (0.5F - tail), pdf};
 }
 
-/// A cheap distribution function of nearly the same shape, for what is small anyway: its density is (1 -
-/// (z/a)^2)^5 with variance 1. Differs from the normal one by less than 0.012.
+/// A cheap distribution function of nearly the same shape, for small terms: its density is (1 - (z/a)^2)^5
+/// with variance 1. Differs from the normal one by less than 0.012.
 template <class L>
 [[gnu::always_inline]] inline L bell_cdf(const L& z) {
   constexpr float kReach = 3.6055513F;  // a = sqrt(13)
@@ -71,32 +71,32 @@ template <class L>
                     y2 * (2.70703125F + y2 * (-1.93359375F + y2 * (0.751953125F - 0.123046875F * y2)))));
 }
 
-/// Parameters of one edge. The first four belong to the edge alone; the last three are nearly the same for
-/// all edges of a tag.
+/// Parameters of one edge. The first four are specific to the edge; the last three are nearly common to all
+/// edges of a tag.
 enum Parameter : int {
-  kFrom,    ///< [px] outward displacement of the edge at its first corner
-  kTo,      ///< [px] at its second corner
-  kBend,    ///< [px] outward bulge halfway between
-  kBeyond,  ///< [grey level] step from the ring outside the border to what lies beyond it, where not printed
+  kFrom,  ///< [px] outward displacement of the edge at its first corner
+  kTo,    ///< [px] at its second corner
+  kBend,  ///< [px] outward bulge halfway between
+  /// [grey level] step from the ring outside the border to the row beyond it, if that row is not printed
+  kBeyond,
   kInnerLevel,  ///< [grey level] of the border
   kStep,        ///< [grey level] from the border to the ring outside it
   kLogBlur,     ///< ln of the blur's standard deviation in pixels
   kParameters
 };
 
-/// Grey levels at or beyond these are what the sensor could not show.
+/// Grey levels at or beyond these count as saturated.
 inline constexpr float kDarkest = 1.0F;
 inline constexpr float kBrightest = 253.0F;
 
-/// The parameters at which the model is developed.
+/// The linearisation point of the model.
 struct EdgePoint {
   float from, to, bend, beyond, inner, step, inverse_blur;
-  float light;  ///< grey levels are (1 + light t) times the model's, t from -1 to 1
-  float
-      flat_shift;  ///< a pixel whose derivative by the displacement is smaller counts as flat [grey level/px]
+  float illumination;  ///< grey levels are (1 + illumination t) times the model's, t from -1 to 1
+  float flat_shift;  ///< a pixel with a smaller derivative by the displacement counts as flat [grey level/px]
 };
 
-/// A Band as rows of kLanes floats: one row a block of slices, or `depth` rows in `max_depth`.
+/// A Band as rows of kLanes floats: one row per block of slices, or `depth` rows in `max_depth`.
 struct BandRows {
   int blocks, depth, max_depth;
   float step_px;
@@ -105,25 +105,26 @@ struct BandRows {
   const float *value, *weight, *behind, *beyond, *inside;
 };
 
-/// As NormalEquations (edge_model.hpp); of the information the upper triangle.
+/// Like NormalEquations (edge_model.hpp); of the information only the upper triangle.
 struct EdgeSums {
   float information[kParameters][kParameters];
   float gradient[kParameters];
-  float cost, flat_cost, flat_pixels, light_information, light_gradient;
+  float cost, flat_cost, flat_pixels, illumination_information, illumination_gradient;
 };
 
-/// Sums over the pixels of a band; `costs` gets `blocks` rows of kLanes, the cost of each slice. O(pixels).
+/// Sums over the pixels of a band; `costs` receives `blocks` rows of kLanes, the cost of each slice.
+/// O(pixels).
 using SumEdge = EdgeSums (*)(const BandRows& band, const EdgePoint& x, float* costs);
 [[nodiscard]] EdgeSums sum_edge_portable(const BandRows& band, const EdgePoint& x, float* costs);
-/// Where the program was built for x86-64; for processors with AVX2 and FMA.
+/// Available if the program was built for x86-64; requires a processor with AVX2 and FMA.
 [[nodiscard]] EdgeSums sum_edge_avx2(const BandRows& band, const EdgePoint& x, float* costs);
-/// The quickest of them that this processor can run.
-[[nodiscard]] SumEdge quickest_sum_edge();
+/// The fastest implementation that this processor can run.
+[[nodiscard]] SumEdge fastest_sum_edge();
 
 namespace sums {
 
 /// The model and its derivatives at the same pixel of several slices. The derivative by the displacement is
-/// `shift`; how it splits into kFrom, kTo and kBend depends on the slice alone.
+/// `shift`; its split into kFrom, kTo and kBend depends only on the slice.
 template <class L>
 struct Prediction {
   L f, h;         ///< derivatives by kStep and kBeyond
@@ -163,7 +164,7 @@ struct LaneSums {
   L information[kParameters][kParameters];
   L gradient[kParameters];
   L cost = L::Zero(), flat_cost = L::Zero(), flat_pixels = L::Zero();
-  L light_information = L::Zero(), light_gradient = L::Zero();
+  L illumination_information = L::Zero(), illumination_gradient = L::Zero();
   LaneSums() {
     for (int i = 0; i < kParameters; ++i) {
       gradient[i] = L::Zero();
@@ -172,7 +173,7 @@ struct LaneSums {
   }
 };
 
-/// Sums over the pixels of one block of slices that still lack the share of kFrom, kTo and kBend.
+/// Sums over the pixels of one block of slices, before adding kFrom, kTo and kBend.
 template <class L>
 struct BlockSums {
   L shift_shift = L::Zero(), shift_beyond = L::Zero(), shift_inner = L::Zero();
@@ -227,8 +228,8 @@ template <bool kCells, class L>
   }
 }
 
-/// 0 where the model is beyond an end of the scale and the pixel agrees, else 1. The pixel need not be quite
-/// at the end: to count the low half of the noise there and not the high one would pull the level down.
+/// 0 if the model is saturated and the pixel agrees, else 1. The pixel need not be exactly at the end of the
+/// range: counting only the low half of the noise there would bias the level down.
 template <class L>
 [[gnu::always_inline]] inline L within_scale(const L& value, const L& predicted) {
   constexpr float kNoise = 12.0F;
@@ -243,10 +244,10 @@ void sum_up(const BandRows& band, const EdgePoint& x, float* costs, LaneSums<L>&
     const L along = load<L>(band.along + b * kLanes);
     const L shift =
         0.5F * (x.from + x.to) + 0.5F * (x.to - x.from) * along + x.bend * (1.0F - along.square());
-    const L inverse_light = L(1.0F + x.light * along).inverse();
+    const L inverse_illumination = L(1.0F + x.illumination * along).inverse();
     BlockSums<L> block;
     L cost = L::Zero();
-    L flat_light = L::Zero();
+    L flat_illumination = L::Zero();
     L flat_residual = L::Zero();
     L distance_px = load<L>(band.first_px + b * kLanes) - shift;
     const std::size_t rows = b * static_cast<std::size_t>(band.max_depth) * kLanes;
@@ -258,7 +259,7 @@ void sum_up(const BandRows& band, const EdgePoint& x, float* costs, LaneSums<L>&
       const L value = load<L>(band.value + row);
       L weight = load<L>(band.weight + row);
       if constexpr (kClipped) weight *= within_scale<L>(value, predicted);
-      const L residual = inverse_light * value - predicted;
+      const L residual = inverse_illumination * value - predicted;
       add_pixels<kCells, L>(p, weight, residual, block, sums);
       const L square = weight * residual.square();
       const L flat = positive<L>(x.flat_shift - p.shift.abs());
@@ -266,15 +267,15 @@ void sum_up(const BandRows& band, const EdgePoint& x, float* costs, LaneSums<L>&
       const L flat_weight = flat * weight;
       const L flat_level = flat_weight * predicted;
       sums.flat_pixels += flat_weight;
-      if constexpr (!kCells) {  // amid other cells no pixel is flat enough to tell light by
-        flat_light += flat_level * predicted;
+      if constexpr (!kCells) {  // among other cells no pixel is flat enough to determine the illumination
+        flat_illumination += flat_level * predicted;
         flat_residual += flat_level * residual;
       }
       cost += square;
     }
     add_block<L>(block, along, sums);
-    sums.light_information += along.square() * flat_light;
-    sums.light_gradient += along * flat_residual;
+    sums.illumination_information += along.square() * flat_illumination;
+    sums.illumination_gradient += along * flat_residual;
     sums.cost += cost;
     store<L>(cost, costs + b * kLanes);
   }
@@ -298,8 +299,8 @@ EdgeSums sum_edge(const BandRows& band, const EdgePoint& x, float* costs) {
   sums.cost = lanes.cost.sum();
   sums.flat_cost = lanes.flat_cost.sum();
   sums.flat_pixels = lanes.flat_pixels.sum();
-  sums.light_information = lanes.light_information.sum();
-  sums.light_gradient = lanes.light_gradient.sum();
+  sums.illumination_information = lanes.illumination_information.sum();
+  sums.illumination_gradient = lanes.illumination_gradient.sum();
   return sums;
 }
 

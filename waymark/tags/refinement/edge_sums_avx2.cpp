@@ -5,14 +5,14 @@
 
 namespace waymark::refinement {
 
-/// kLanes floats in one register, with the operators and members of Eigen's arrays that the sums over a band
-/// use.
+/// kLanes floats in one register, with the operators and members of Eigen's arrays used by the sums over a
+/// band.
 struct Avx2Lanes {
   __m256 v;
 
   Avx2Lanes() : v(_mm256_setzero_ps()) {}
-  Avx2Lanes(__m256 values) : v(values) {}                         // NOLINT: a register is what it is
-  Avx2Lanes(float everywhere) : v(_mm256_set1_ps(everywhere)) {}  // NOLINT: as a scalar beside an array
+  Avx2Lanes(__m256 values) : v(values) {}                         // NOLINT: implicit like Eigen's arrays
+  Avx2Lanes(float everywhere) : v(_mm256_set1_ps(everywhere)) {}  // NOLINT: a scalar broadcast like in Eigen
 
   [[nodiscard]] static Avx2Lanes Zero() { return {}; }
   [[nodiscard]] static Avx2Lanes Constant(float everywhere) { return everywhere; }

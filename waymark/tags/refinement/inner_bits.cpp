@@ -19,7 +19,7 @@
 namespace waymark::refinement {
 namespace {
 
-/// The cells inside the border square of a tag, each as its share (0 or 1) of white; 0.5 where none is known.
+/// The cells inside the border square of a tag, each as its share (0 or 1) of white; 0.5 if unknown.
 class BitCells {
  public:
   /// Requires an id that exists in the family. O(cells).
@@ -37,7 +37,7 @@ class BitCells {
     }
   }
 
-  /// Of the cell at column x and row y; the colour outside the border beyond the square.
+  /// Share of the cell at column x and row y; beyond the square the colour outside the border.
   [[nodiscard]] float at(int x, int y) const {
     if (x < 0 || y < 0 || x >= cells_ || y >= cells_) return 1.0F - white_[0];
     return white_[at_index(x, y)];
@@ -55,9 +55,9 @@ class BitCells {
 
 using Eigen::Vector2d;
 
-constexpr double kRimCells = 0.6;  ///< nearer to the border edges their own fit looks
+constexpr double kRimCells = 0.6;  ///< pixels nearer to the border edges belong to their own fit
 
-/// A pixel among the cells.
+/// Position of a pixel among the cells.
 struct Place {
   std::array<double, 2> cell{};         ///< u, v
   std::array<double, 2> px_per_cell{};  ///< across the lines u = const, v = const
@@ -78,7 +78,7 @@ Place locate(const Eigen::Matrix3d& cell_H_px, const Vector2d& px) {
 
 double along(double cell, int cells) { return 2.0 * cell / cells - 1.0; }
 
-/// How far the lens and the bends of the four edges that were fitted move what is printed at (s, t) [px].
+/// Displacement of the print at (s, t) by the lens and the fitted curvature of the four edges [px].
 Vector2d bend_px(const TagBands& tag, const TagEstimate& estimate, double s, double t) {
   const auto of = [&](std::size_t k, double at) -> Vector2d {
     return (1 - at * at) * estimate.edges[k][kBend] * tag.edges[k].normal;
@@ -88,12 +88,12 @@ Vector2d bend_px(const TagBands& tag, const TagEstimate& estimate, double s, dou
 }
 
 bool bends_matter(const TagBands& tag, const TagEstimate& estimate) {
-  constexpr double kLittlePx = 0.02;
+  constexpr double kNegligiblePx = 0.02;
   if (tag.lens)
     for (const Vector2d& off : tag.lens->off_px)
-      if (off.cwiseAbs().maxCoeff() > kLittlePx) return true;
+      if (off.cwiseAbs().maxCoeff() > kNegligiblePx) return true;
   for (std::size_t k = 0; k < 4; ++k) {
-    if (std::abs(estimate.edges[k][kBend]) > kLittlePx) return true;
+    if (std::abs(estimate.edges[k][kBend]) > kNegligiblePx) return true;
   }
   return false;
 }
@@ -104,8 +104,8 @@ double area_px2(const TagBands& tag) {
   return 0.5 * twice;
 }
 
-/// All pixels of the tag, or `most` spread over it (Roberts, "The unreasonable effectiveness of quasirandom
-/// sequences", 2018).
+/// All pixels of the tag, or `most` distributed over it (Roberts, "The unreasonable effectiveness of
+/// quasirandom sequences", 2018).
 template <class Visit>
 void each_pixel(const TagBands& tag, int cells, int most, const Visit& visit) {
   if (area_px2(tag) < 1.9 * most) {
@@ -129,7 +129,7 @@ void each_pixel(const TagBands& tag, int cells, int most, const Visit& visit) {
   }
 }
 
-/// Puts a pixel into its lane; false where a cell around it is not known.
+/// Puts a pixel into its lane; false if a cell around it is unknown.
 bool put(const BitCells& pattern, const Place& place, int cells, int lane, InnerPixels::Block& block) {
   std::array<int, 2> first{};  // of the three lines
   for (std::size_t axis = 0; axis < 2; ++axis) {
@@ -179,8 +179,8 @@ void read_inner_pixels(const ImageView& image, const TagId& id, const TagBands& 
     const int lane = pixels.count % kLanes;
     if (lane == 0) block.weight.setZero();
     if (!put(pattern, place, cells, lane, block)) return;
-    const double light = 1.0 + estimate.light_per_px.dot(px - middle);
-    block.value[lane] = static_cast<float>(image.row(y)[x] / light);
+    const double illumination = 1.0 + estimate.illumination_per_px.dot(px - middle);
+    block.value[lane] = static_cast<float>(image.row(y)[x] / illumination);
     block.weight[lane] = 1;
     ++pixels.count;
   });
@@ -199,8 +199,8 @@ void read_inner_pixels(const ImageView& image, const TagId& id, const TagBands& 
 
 namespace {
 
-/// In blurs: up to here the expansion to second order is off by a thousandth of the step.
-constexpr float kLargeGrowth = 0.3F;
+/// In blurs: up to here the second-order expansion is accurate to a thousandth of the step.
+constexpr float kMaxSmallGrowth = 0.3F;
 
 /// Share of white at some pixels, and its derivatives.
 struct Share {
@@ -208,15 +208,15 @@ struct Share {
   std::array<Lanes, 2> blur, shift, stretch, squeeze;  ///< across columns, rows
 };
 
-/// The pattern across one axis: derivatives of the share of white by what moves its lines. `cross` holds how
-/// much each of the four rows across counts, `density` and `z` belong to the three lines.
+/// The pattern across one axis: derivatives of the share of white by displacements of its lines. `cross`
+/// holds the weights of the four rows across, `density` and `z` belong to the three lines.
 struct Across {
   Lanes moved = Lanes::Zero();
   Lanes stretched = Lanes::Zero();
   Lanes squeezed = Lanes::Zero();
   Lanes blurred = Lanes::Zero();
-  Lanes grown = Lanes::Zero();   ///< by one blur more
-  Lanes growth = Lanes::Zero();  ///< what the growth itself adds to the share
+  Lanes grown = Lanes::Zero();   ///< with one more blur of growth
+  Lanes growth = Lanes::Zero();  ///< contribution of the growth itself to the share
 };
 
 Across across(const InnerPixels::Block& block, std::size_t axis, const std::array<Lanes, 4>& cross,
@@ -224,7 +224,7 @@ Across across(const InnerPixels::Block& block, std::size_t axis, const std::arra
               float growth) {
   Across sum;
   for (std::size_t i = 0; i < 3; ++i) {
-    Lanes jump = Lanes::Zero();   // to white, where it is
+    Lanes jump = Lanes::Zero();   // to white
     Lanes edges = Lanes::Zero();  // of either kind
     for (std::size_t j = 0; j < 4; ++j) {
       const Lanes& before = axis == 0 ? block.white[j][i] : block.white[i][j];
@@ -232,10 +232,11 @@ Across across(const InnerPixels::Block& block, std::size_t axis, const std::arra
       jump += cross[j] * (after - before);
       edges += cross[j] * (before + after - 2.0F * before * after);
     }
-    // The border that was fitted is the true one less the growth: the lines inside are stretched with it.
+    // The fitted border is the true one minus the growth: the lines inside are stretched with it.
     const Lanes place = outwards * block.place[axis][i];
-    if (std::abs(growth) > kLargeGrowth) {
-      // Lines where white begins move by 1 - place, those where it ends by 1 + place the other way.
+    if (std::abs(growth) > kMaxSmallGrowth) {
+      // Lines where white begins move by 1 - place; those where it ends move by 1 + place in the opposite
+      // direction.
       const Lanes begins = 0.5F * (edges + jump);
       const Lanes ends = 0.5F * (edges - jump);
       const NormalLanes<Lanes> here = normal_lanes<Lanes>(z[i]);
@@ -262,15 +263,15 @@ Across across(const InnerPixels::Block& block, std::size_t axis, const std::arra
   return sum;
 }
 
-/// How far the ends of the border edges along s and along t lie further outwards than they were found, at
-/// s = 1 and t = 1 [px].
+/// Outward displacement of the ends of the border edges along s and along t relative to the fitted ones, at s
+/// = 1 and t = 1 [px].
 std::array<double, 2> turns(const InnerVector& x, double outwards) {
   const double px = px_per_level(x, outwards);
   return {px * (x[kBlackS] + 0.5 * x[kWhiteS]), px * (x[kBlackT] + 0.5 * x[kWhiteT])};
 }
 
-/// How far the lines of one axis lie beside their place, in blurs: in the middle, and more of it at s or t
-/// = 1.
+/// Displacement of the lines of one axis, in blurs: constant in the middle, plus a part proportional to s or
+/// t.
 struct Offset {
   Lanes shift, stretch;
   float squeeze = 0;
@@ -290,8 +291,8 @@ std::array<Offset, 2> offsets(const InnerPixels::Block& block, const InnerVector
   }
 }
 
-/// To second order in a small growth, else exactly; to first order in the shift. A border whose edges turned
-/// (`keystone`) has the wrong perspective: its middle lies off by as much.
+/// To second order in a small growth, otherwise exactly; to first order in the shift. A border with rotated
+/// edges (`keystone`) has the wrong perspective, which displaces its middle by the same amount.
 template <int Unknowns>
 Share share_of_white(const InnerPixels::Block& block, const InnerVector& x, float outwards,
                      const std::array<double, 2>& keystone) {
@@ -404,104 +405,105 @@ namespace {
 
 constexpr std::array kSlopes = {kBlackS, kBlackT, kWhiteS, kWhiteT};
 
-/// Conditions on some unknowns being 0; the ln of how much likelier the data are then (Dickey, "The weighted
-/// likelihood ratio", 1971).
+/// Conditions the estimate on some unknowns being 0; the ln of the resulting likelihood ratio (Dickey, "The
+/// weighted likelihood ratio", 1971).
 template <std::size_t N>
-double set_to_zero(const std::array<InnerUnknown, N>& which, const InnerPrior& prior, InnerBelief& belief) {
+double set_to_zero(const std::array<InnerUnknown, N>& which, const InnerPrior& prior,
+                   InnerEstimate& estimate) {
   Eigen::Matrix<double, kInnerUnknowns, N> columns;
   Eigen::Matrix<double, N, 1> there;
   Eigen::Matrix<double, N, N> between;
   double log_ratio = 0;
   for (std::size_t i = 0; i < N; ++i) {
     const auto at = static_cast<Eigen::Index>(i);
-    columns.col(at) = belief.covariance.col(which[i]);
-    there[at] = belief.mean[which[i]];
+    columns.col(at) = estimate.covariance.col(which[i]);
+    there[at] = estimate.mean[which[i]];
     log_ratio += std::log(prior.sigma[which[i]]);
     for (std::size_t k = 0; k < N; ++k)
-      between(at, static_cast<Eigen::Index>(k)) = belief.covariance(which[i], which[k]);
+      between(at, static_cast<Eigen::Index>(k)) = estimate.covariance(which[i], which[k]);
   }
   const Eigen::Matrix<double, N, N> inverse = between.inverse();
   log_ratio -= 0.5 * std::log(between.determinant()) + 0.5 * there.dot(inverse * there);
-  belief.mean -= columns * (inverse * there);
-  belief.covariance -= columns * inverse * columns.transpose();
+  estimate.mean -= columns * (inverse * there);
+  estimate.covariance -= columns * inverse * columns.transpose();
   return log_ratio;
 }
 
 }  // namespace
 
-InnerPrior inner_prior(double black, double step, double log_blur, const InnerDoubts& doubts) {
+InnerPrior inner_prior(double black, double step, double log_blur, const InnerSigmas& sigmas) {
   constexpr double kGrowthBlurs = 0.25;
   InnerPrior prior;
   prior.mean[kBlack] = black;
   prior.mean[kWhite] = step;
   prior.mean[kBlurS] = prior.mean[kBlurT] = log_blur;
-  prior.sigma[kBlack] = prior.sigma[kWhite] = doubts.level * step;
-  for (const InnerUnknown slope : kSlopes) prior.sigma[slope] = doubts.slope * step;
+  prior.sigma[kBlack] = prior.sigma[kWhite] = sigmas.level * step;
+  for (const InnerUnknown slope : kSlopes) prior.sigma[slope] = sigmas.slope * step;
   prior.sigma[kGrowth] = kGrowthBlurs;
-  prior.sigma[kBlurS] = prior.sigma[kBlurT] = doubts.log_blur;
-  for (int i = kShiftS; i <= kTaperT; ++i) prior.sigma[i] = doubts.place_blurs;
-  constexpr double kLeast = 1e-3;  // 0 has no inverse
-  for (int i = kSqueezeS; i <= kBendT; ++i) prior.sigma[i] = std::max(kLeast, doubts.bend_blurs);
+  prior.sigma[kBlurS] = prior.sigma[kBlurT] = sigmas.log_blur;
+  for (int i = kShiftS; i <= kTaperT; ++i) prior.sigma[i] = sigmas.place_blurs;
+  constexpr double kMinSigma = 1e-3;  // 0 has no inverse
+  for (int i = kSqueezeS; i <= kBendT; ++i) prior.sigma[i] = std::max(kMinSigma, sigmas.bend_blurs);
   return prior;
 }
 
 template <int Unknowns>
-InnerBelief gauss_newton(const InnerSums& sums, double variance, const InnerPrior& prior,
-                         const InnerVector& precision, const InnerVector& x) {
+InnerEstimate gauss_newton(const InnerSums& sums, double variance, const InnerPrior& prior,
+                           const InnerVector& precision, const InnerVector& x) {
   using Square = Eigen::Matrix<double, Unknowns, Unknowns>;
   Square information = sums.information.topLeftCorner<Unknowns, Unknowns>() / variance;
   information.diagonal() += precision.head<Unknowns>();
   const Square covariance = information.llt().solve(Square::Identity());
-  InnerBelief belief{x, InnerMatrix::Zero()};
-  belief.covariance.topLeftCorner<Unknowns, Unknowns>() = covariance;
-  belief.mean.head<Unknowns>() +=
+  InnerEstimate estimate{x, InnerMatrix::Zero()};
+  estimate.covariance.topLeftCorner<Unknowns, Unknowns>() = covariance;
+  estimate.mean.head<Unknowns>() +=
       covariance * (sums.gradient / variance + precision.cwiseProduct(prior.mean - x)).head<Unknowns>();
-  return belief;
+  return estimate;
 }
 
 template <int Unknowns>
 InnerFit fit_inner(const InnerPixels& pixels, const InnerPrior& prior, double noise_variance,
                    double outwards) {
   constexpr int kMaxIterations = 3;
-  constexpr int kMoreIterations = 8;  // of a growth that is large: an overexposed print
+  constexpr int kMoreIterations = 8;  // for a large growth: an overexposed print
   constexpr double kSlowGrowth = 0.3;
   constexpr double kMaxGrowth = 2.5;
-  constexpr double kSettledBlurs = 0.02;
+  constexpr double kToleranceBlurs = 0.02;
   constexpr double kQuantisation = 1.0 / 12.0;
   constexpr double kPriorPixels = 20;
   InnerFit fit{{prior.mean, InnerMatrix::Zero()}, noise_variance, {}, prior.mean};
-  InnerVector& x = fit.belief.mean;
+  InnerVector& x = fit.estimate.mean;
   for (int i = 0; i < (std::abs(x[kGrowth]) > kSlowGrowth ? kMoreIterations : kMaxIterations); ++i) {
     fit.at = x;
     fit.sums = sum_up<Unknowns>(pixels, x, outwards, i == 0 ? 1e6 : 3 * std::sqrt(fit.variance));
     fit.variance = std::max(kQuantisation, (fit.sums.cost + kPriorPixels * noise_variance) /
                                                std::max(1.0, fit.sums.pixels + kPriorPixels - Unknowns));
-    fit.belief = gauss_newton<Unknowns>(fit.sums, fit.variance, prior, prior.precision(), x);
+    fit.estimate = gauss_newton<Unknowns>(fit.sums, fit.variance, prior, prior.precision(), x);
     for (const InnerUnknown blur : {kBlurS, kBlurT})
       x[blur] = std::clamp(x[blur], prior.mean[blur] - 0.5, prior.mean[blur] + 0.5);
     x[kGrowth] = std::clamp(x[kGrowth], -kMaxGrowth, kMaxGrowth);
-    if (i > 0 && std::abs(x[kGrowth] - fit.at[kGrowth]) < kSettledBlurs) break;
+    if (i > 0 && std::abs(x[kGrowth] - fit.at[kGrowth]) < kToleranceBlurs) break;
   }
   return fit;
 }
 
-template InnerBelief gauss_newton<kUnknownsOnBorder>(const InnerSums&, double, const InnerPrior&,
-                                                     const InnerVector&, const InnerVector&);
+template InnerEstimate gauss_newton<kUnknownsOnBorder>(const InnerSums&, double, const InnerPrior&,
+                                                       const InnerVector&, const InnerVector&);
 template InnerFit fit_inner<kUnknownsOnBorder>(const InnerPixels&, const InnerPrior&, double, double);
 template InnerFit fit_inner<kInnerUnknowns>(const InnerPixels&, const InnerPrior&, double, double);
 
-double growth_doubt_px(const InnerVector& x) {
+double growth_sigma_px(const InnerVector& x) {
   constexpr double kShare = 0.06;
   return kShare * std::abs(x[kGrowth]) * mean_blur_px(x);
 }
 
-InnerBelief averaged(const InnerFit& fit, const InnerPrior& prior) {
-  constexpr double kModelBlurs = 0.01;  // of the growth: a blur is not quite Gaussian
-  constexpr double kLogOdds = 3;  // against either: most pictures have neither, and little is lost by waiting
-  InnerBelief all = fit.belief;
-  const double doubt = growth_doubt_px(all.mean) / mean_blur_px(all.mean);
-  all.covariance(kGrowth, kGrowth) += kModelBlurs * kModelBlurs + doubt * doubt;
-  std::array<InnerBelief, 4> beliefs = {all, all, all, all};
+InnerEstimate averaged(const InnerFit& fit, const InnerPrior& prior) {
+  constexpr double kModelBlurs = 0.01;  // of the growth: a blur is not exactly Gaussian
+  constexpr double kLogOdds = 3;        // against either: most images have neither, and waiting costs little
+  InnerEstimate all = fit.estimate;
+  const double sigma = growth_sigma_px(all.mean) / mean_blur_px(all.mean);
+  all.covariance(kGrowth, kGrowth) += kModelBlurs * kModelBlurs + sigma * sigma;
+  std::array<InnerEstimate, 4> beliefs = {all, all, all, all};
   std::array<double, 4> log_weight{};
   for (std::size_t i = 0; i < 4; ++i) {
     if ((i & 1U) != 0) log_weight[i] += kLogOdds + set_to_zero(std::array{kGrowth}, prior, beliefs[i]);
@@ -510,7 +512,7 @@ InnerBelief averaged(const InnerFit& fit, const InnerPrior& prior) {
   const double most = *std::ranges::max_element(log_weight);
   double sum = 0;
   for (const double weight : log_weight) sum += std::exp(weight - most);
-  InnerBelief mean{InnerVector::Zero(), InnerMatrix::Zero()};
+  InnerEstimate mean{InnerVector::Zero(), InnerMatrix::Zero()};
   for (std::size_t i = 0; i < 4; ++i) mean.mean += std::exp(log_weight[i] - most) / sum * beliefs[i].mean;
   for (std::size_t i = 0; i < 4; ++i) {
     const InnerVector off = beliefs[i].mean - mean.mean;
@@ -527,14 +529,14 @@ EdgesByInner edges_by_growth(const InnerVector& x, double outwards) {
 
 namespace {
 
-/// Levels and blur are nearly those at the border; the pattern lies where the border says.
+/// Priors: levels and blur are close to those of the border; the pattern is placed by the border.
 InnerPrior prior_of(const TagEstimate& estimate, bool reversed) {
   const double step = std::abs(estimate.mean[kStep - kOwn]);
   const double black = estimate.mean[kInnerLevel - kOwn] - (reversed ? step : 0);
   return inner_prior(black, step, estimate.mean[kLogBlur - kOwn], {});
 }
 
-/// How the unknowns move (kFrom, kTo) of the four edges outwards.
+/// Derivatives of (kFrom, kTo) of the four edges outwards with respect to the unknowns.
 EdgesByInner edges_by_unknowns(const InnerVector& x, double outwards) {
   EdgesByInner J = edges_by_growth(x, outwards);
   constexpr std::array<double, 4> kDirection = {1, 1, -1, -1};  // of the edges along s, t
@@ -550,16 +552,16 @@ EdgesByInner edges_by_unknowns(const InnerVector& x, double outwards) {
   return J;
 }
 
-/// How far the border edges lie from where the bits alone would have them, in standard deviations of the
-/// difference: the largest of the four.
+/// Distance of the border edges from their positions according to the bits alone, in standard deviations of
+/// the difference: the largest of the four.
 double contradiction(const InnerFit& fit, const InnerPrior& prior) {
-  const double floor_px =
-      std::hypot(0.03, growth_doubt_px(fit.belief.mean));  // print, bends that are not known
+  const double floor_px = std::hypot(0.03, growth_sigma_px(fit.estimate.mean));  // print, unknown curvature
   InnerVector precision = prior.precision();
   for (const InnerUnknown free : {kShiftS, kShiftT, kStretchS, kStretchT}) precision[free] = 1.0;
   for (const InnerUnknown slope : kSlopes) precision[slope] /= 25;
-  const InnerBelief free = gauss_newton<kUnknownsOnBorder>(fit.sums, fit.variance, prior, precision, fit.at);
-  const double blur_px = mean_blur_px(fit.belief.mean);
+  const InnerEstimate free =
+      gauss_newton<kUnknownsOnBorder>(fit.sums, fit.variance, prior, precision, fit.at);
+  const double blur_px = mean_blur_px(fit.estimate.mean);
   double worst = 0;
   for (const double side : {-1.0, 1.0}) {
     for (const auto& [shift, stretch] : {std::pair(kShiftS, kStretchS), std::pair(kShiftT, kStretchT)}) {
@@ -580,16 +582,16 @@ EdgeCorrection inner_correction(const ImageView& image, const TagId& id, const T
   const bool reversed = family(id.family).reversed_border;
   const double outwards = reversed ? -1.0 : 1.0;
   InnerPixels pixels;
-  read_inner_pixels(image, id, tag, estimate, InnerPixels::kFew, pixels);
+  read_inner_pixels(image, id, tag, estimate, InnerPixels::kCorrectionPixels, pixels);
   const InnerPrior prior = prior_of(estimate, reversed);
   const InnerFit all = fit_inner<kUnknownsOnBorder>(pixels, prior, estimate.noise_variance, outwards);
   EdgeCorrection correction;
-  if (!all.belief.mean.allFinite()) return correction;
+  if (!all.estimate.mean.allFinite()) return correction;
   correction.worst_sigmas = contradiction(all, prior);
-  const InnerBelief belief = averaged(all, prior);
-  const EdgesByInner J = edges_by_unknowns(belief.mean, outwards);
-  correction.outwards_px = J * belief.mean;
-  correction.covariance_px2 = J * belief.covariance * J.transpose();
+  const InnerEstimate corrected = averaged(all, prior);
+  const EdgesByInner J = edges_by_unknowns(corrected.mean, outwards);
+  correction.outwards_px = J * corrected.mean;
+  correction.covariance_px2 = J * corrected.covariance * J.transpose();
   return correction;
 }
 

@@ -15,18 +15,18 @@ namespace waymark::refinement {
 
 /// Pixels inside the border of a tag and the cells around them, kLanes side by side.
 struct InnerPixels {
-  static constexpr int kFew = 200;   ///< enough to correct edges that the border has placed
-  static constexpr int kMany = 800;  ///< to place them without the border
-  static constexpr int kMaxBlocks = 2 * kMany / kLanes;
+  static constexpr int kCorrectionPixels = 200;  ///< enough to correct edges that the border determines
+  static constexpr int kPlacementPixels = 800;   ///< enough to determine them without the border
+  static constexpr int kMaxBlocks = 2 * kPlacementPixels / kLanes;
 
   struct Block {
-    Lanes value;   ///< grey level in even light
+    Lanes value;   ///< grey level corrected for illumination
     Lanes weight;  ///< 0 or 1
-    Lanes s, t;    ///< place along TL-TR and along TR-BR, -1 to 1 inside the border
+    Lanes s, t;    ///< position along TL-TR and along TR-BR, -1 to 1 inside the border
     std::array<std::array<Lanes, 3>, 2>
-        past_px;                       ///< how far past the three nearest lines between columns, rows
+        past_px;                       ///< distance past the three nearest lines between columns, rows
     std::array<Lanes, 2> px_per_cell;  ///< across columns, rows
-    std::array<std::array<Lanes, 3>, 2> place;  ///< where those lines lie, -1 to 1
+    std::array<std::array<Lanes, 3>, 2> place;  ///< positions of those lines, -1 to 1
     std::array<std::array<Lanes, 4>, 4> white;  ///< rows by columns: share of white of the cells around them
   };
   std::array<Block, kMaxBlocks> block;
@@ -35,15 +35,15 @@ struct InnerPixels {
   [[nodiscard]] std::size_t blocks() const { return static_cast<std::size_t>((count + kLanes - 1) / kLanes); }
 };
 
-/// Reads them where the four border edges of `estimate` say that the cells lie; of large tags `most` (kFew or
-/// kMany) that are spread evenly. O(pixels).
+/// Reads the pixels, with cells placed by the four border edges of `estimate`; for large tags `most`
+/// (kCorrectionPixels or kPlacementPixels) that are evenly distributed. O(pixels).
 void read_inner_pixels(const ImageView& image, const TagId& id, const TagBands& tag,
                        const TagEstimate& estimate, int most, InnerPixels& pixels);
 
-/// What is fitted to the pixels inside the border. s and t run along TL-TR and along TR-BR, -1 to 1.
+/// Unknowns fitted to the pixels inside the border. s and t run along TL-TR and along TR-BR, -1 to 1.
 enum InnerUnknown : std::uint8_t {
   kBlack,   ///< [grey level] in the middle of the tag
-  kBlackS,  ///< [grey level] on top of it at s = 1
+  kBlackS,  ///< [grey level] added at s = 1
   kBlackT,
   kWhite,  ///< [grey level] step from black to white in the middle
   kWhiteS,
@@ -51,25 +51,25 @@ enum InnerUnknown : std::uint8_t {
   kGrowth,  ///< of white, in blurs
   kBlurS,   ///< ln of the standard deviation [px] across columns
   kBlurT,   ///< across rows
-  kShiftS,  ///< of the pattern beside the place that the border gives it, in blurs
+  kShiftS,  ///< displacement of the pattern from its place within the border, in blurs
   kShiftT,
-  kStretchS,  ///< the same, growing from the middle to what it is at s = 1
+  kStretchS,  ///< displacement proportional to s, value at s = 1
   kStretchT,
-  kShearS,  ///< the same, of the lines between columns, growing along t; of those between rows along s
+  kShearS,  ///< displacement of the lines between columns proportional to t; of those between rows to s
   kShearT,
-  kTaperS,  ///< of the stretch, growing likewise
+  kTaperS,  ///< of the stretch, proportional in the same way
   kTaperT,
-  kSqueezeS,  ///< the same, growing with s^2 as a lens does it; of lines between rows with t^2
+  kSqueezeS,  ///< displacement proportional to s^2, as from lens distortion; of lines between rows to t^2
   kSqueezeT,
-  kBendS,  ///< the same, of lines between columns growing with t^2; of those between rows with s^2
+  kBendS,  ///< displacement of lines between columns proportional to t^2; of those between rows to s^2
   kBendT
 };
 constexpr int kInnerUnknowns = kBendT + 1;
-constexpr int kUnknownsOnBorder = kStretchT + 1;  ///< of a pattern that lies as the border does
+constexpr int kUnknownsOnBorder = kStretchT + 1;  ///< for a pattern placed by the border
 using InnerVector = Eigen::Matrix<double, kInnerUnknowns, 1>;
 using InnerMatrix = Eigen::Matrix<double, kInnerUnknowns, kInnerUnknowns>;
 
-/// Weighted least squares around some unknowns.
+/// Weighted least squares about some unknowns.
 struct InnerSums {
   InnerMatrix information = InnerMatrix::Zero();  ///< of pixels with variance 1
   InnerVector gradient = InnerVector::Zero();
@@ -77,9 +77,10 @@ struct InnerSums {
   double pixels = 0;
 };
 
-/// `outwards`: which way the middle of white lies from an edge of the border: 1 outwards, -1 inwards
-/// (reversed border). Residuals larger than `trusted` [grey level] count less. With kUnknownsOnBorder
-/// unknowns the pattern turns as light turned the border's edges; with all, as those unknowns say. O(pixels).
+/// `outwards`: direction from an edge of the border to the middle of white: 1 outwards, -1 inwards (reversed
+/// border). Residuals larger than `trusted` [grey level] have less weight. With kUnknownsOnBorder unknowns
+/// the pattern is rotated as illumination rotated the border's edges; with all, the unknowns determine its
+/// rotation. O(pixels).
 template <int Unknowns>
 [[nodiscard]] InnerSums sum_up(const InnerPixels& pixels, const InnerVector& x, double outwards,
                                double trusted);
@@ -89,11 +90,11 @@ extern template InnerSums sum_up<kInnerUnknowns>(const InnerPixels&, const Inner
 /// Standard deviation of the blur [px], mean of both axes.
 [[nodiscard]] double mean_blur_px(const InnerVector& x);
 
-/// Light that grows along an edge looks like an edge that turns (tag_fit.cpp): outward displacement
-/// of its end [px] for each grey level that the middle between black and white gains there.
+/// An illumination gradient along an edge appears as a rotation of the edge (tag_fit.cpp): outward
+/// displacement of its end [px] per grey level that the mean of black and white increases there.
 [[nodiscard]] double px_per_level(const InnerVector& x, double outwards);
 
-/// What is assumed before looking inside the border.
+/// Priors of the fit inside the border.
 struct InnerPrior {
   InnerVector mean = InnerVector::Zero();
   InnerVector sigma = InnerVector::Ones();
@@ -101,72 +102,72 @@ struct InnerPrior {
   [[nodiscard]] InnerVector precision() const { return sigma.array().square().inverse(); }
 };
 
-/// How far levels and blur may lie from what is known of them, growth and slopes from 0. Standard deviations.
-struct InnerDoubts {
-  double level = 0.05;    ///< of black and white, share of the step
-  double slope = 0.01;    ///< share of the step
+/// Standard deviations of levels and blur from their priors, and of growth and slopes from 0.
+struct InnerSigmas {
+  double level = 0.05;    ///< of black and white, fraction of the step
+  double slope = 0.01;    ///< fraction of the step
   double log_blur = 0.1;  ///< of ln(blur)
   double place_blurs = 0.03;
-  double bend_blurs = 0;  ///< what a lens that is not known bends and stretches across the tag
+  double bend_blurs = 0;  ///< curvature and stretch by an unknown lens across the tag
 };
-[[nodiscard]] InnerPrior inner_prior(double black, double step, double log_blur, const InnerDoubts& doubts);
+[[nodiscard]] InnerPrior inner_prior(double black, double step, double log_blur, const InnerSigmas& sigmas);
 
 /// Estimate of the unknowns with its covariance.
-struct InnerBelief {
+struct InnerEstimate {
   InnerVector mean;
   InnerMatrix covariance;
 };
 
-/// With the variance of a pixel [grey level^2], and the last sums and where they were taken.
+/// With the variance of a pixel [grey level^2], and the last sums and their linearisation point.
 struct InnerFit {
-  InnerBelief belief;
+  InnerEstimate estimate;
   double variance = 0;
   InnerSums sums;
   InnerVector at;
 };
 
-/// One step of Gauss-Newton from `x`, on the first `Unknowns`; the others stay where they are.
+/// One Gauss-Newton step from `x` in the first `Unknowns`; the others stay constant.
 template <int Unknowns>
-[[nodiscard]] InnerBelief gauss_newton(const InnerSums& sums, double variance, const InnerPrior& prior,
-                                       const InnerVector& precision, const InnerVector& x);
+[[nodiscard]] InnerEstimate gauss_newton(const InnerSums& sums, double variance, const InnerPrior& prior,
+                                         const InnerVector& precision, const InnerVector& x);
 
-/// Iterates it. `noise_variance`: of a pixel as it was found elsewhere [grey level^2].
+/// Iterates it. `noise_variance`: of a pixel, estimated elsewhere [grey level^2].
 template <int Unknowns>
 [[nodiscard]] InnerFit fit_inner(const InnerPixels& pixels, const InnerPrior& prior, double noise_variance,
                                  double outwards);
 
-extern template InnerBelief gauss_newton<kUnknownsOnBorder>(const InnerSums&, double, const InnerPrior&,
-                                                            const InnerVector&, const InnerVector&);
+extern template InnerEstimate gauss_newton<kUnknownsOnBorder>(const InnerSums&, double, const InnerPrior&,
+                                                              const InnerVector&, const InnerVector&);
 extern template InnerFit fit_inner<kUnknownsOnBorder>(const InnerPixels&, const InnerPrior&, double, double);
 extern template InnerFit fit_inner<kInnerUnknowns>(const InnerPixels&, const InnerPrior&, double, double);
 
-/// What a fit says of edges, with what its model leaves out: mean of what is believed with and without growth
-/// of white, with and without slopes of the levels, each by how likely it is (Hoeting et al., "Bayesian model
-/// averaging: a tutorial", 1999).
-[[nodiscard]] InnerBelief averaged(const InnerFit& fit, const InnerPrior& prior);
+/// Estimate of the edges, including model errors: the mean over the models with and without growth of white,
+/// and with and without slopes of the levels, weighted by their probabilities (Hoeting et al., "Bayesian
+/// model averaging: a tutorial", 1999).
+[[nodiscard]] InnerEstimate averaged(const InnerFit& fit, const InnerPrior& prior);
 
-/// What is left out of the model of a growth: a blur is not quite Gaussian, least of all where the picture
+/// Standard deviation of the growth model's error: a blur is not exactly Gaussian, in particular if the image
 /// was overexposed and then interpolated, scaled or compressed [px].
-[[nodiscard]] double growth_doubt_px(const InnerVector& x);
+[[nodiscard]] double growth_sigma_px(const InnerVector& x);
 
-/// How the growth moves (kFrom, kTo) of the four edges outwards [px].
+/// Derivatives of (kFrom, kTo) of the four edges outwards with respect to the unknowns [px].
 using EdgesByInner = Eigen::Matrix<double, 8, kInnerUnknowns>;
 [[nodiscard]] EdgesByInner edges_by_growth(const InnerVector& x, double outwards);
 
-/// What the bits inside the border say about the places of the border edges: by how much (kFrom, kTo) of the
-/// four edges have to be moved outwards [px], and the covariance of that.
+/// Correction of the border edges by the bits inside: outward displacement (kFrom, kTo) of the four edges
+/// [px], and its covariance.
 struct EdgeCorrection {
   Eigen::Matrix<double, 8, 1> outwards_px = Eigen::Matrix<double, 8, 1>::Zero();
   Eigen::Matrix<double, 8, 8> covariance_px2 = Eigen::Matrix<double, 8, 8>::Zero();
   double worst_sigmas =
-      0;  ///< distance of an edge from where the bits alone would have it, over its deviation
+      0;  ///< distance of an edge from its position according to the bits alone, over its standard deviation
 };
 
-/// Corrects the edges of `estimate` for what a border alone cannot tell from its place: white that reaches
-/// into black (gamma, bloom, ink) and grey levels that grow along an edge (shadow, veil, uneven light). White
-/// that grows moves an edge one way where white lies left of black, and the other way where it lies right of
-/// it, so the bits between show it. Each of the two is there or is not (Hoeting et al., "Bayesian model
-/// averaging: a tutorial", 1999). O(pixels), at most some hundred; no allocation.
+/// Corrects the edges of `estimate` for effects that a border alone cannot separate from its position: growth
+/// of white into black (gamma, bloom, ink) and grey levels that increase along an edge (shadow, veil, uneven
+/// illumination). Growth of white moves left and right edges in opposite directions, so the edges between
+/// bits reveal it. Each of the two effects is present or absent (Hoeting et al., "Bayesian model averaging: a
+/// tutorial", 1999). O(pixels), at most some hundred; no allocation.
 [[nodiscard]] EdgeCorrection inner_correction(const ImageView& image, const TagId& id, const TagBands& tag,
                                               const TagEstimate& estimate);
 

@@ -41,11 +41,11 @@ Print print_of(FamilyId id) {
   return print;
 }
 
-/// Without, the corners lie 0.35 px inside.
+/// Without the correction, the corners are 0.35 px inside.
 TEST(InnerCorrection, UndoesGammaInEveryFamily) {
   Random random(4);
   for (const FamilyId id : kAllFamilies) {
-    if (id == FamilyId::TagCustom48h12) continue;  // its middle is left free, no bit has known ones around it
+    if (id == FamilyId::TagCustom48h12) continue;  // its middle is free, so no bit has known neighbours
     const Print print = print_of(id);
     Image image = render(print);
     change(image, [](double level, int, int) { return encoded(level); });
@@ -56,7 +56,7 @@ TEST(InnerCorrection, UndoesGammaInEveryFamily) {
   }
 }
 
-TEST(InnerCorrection, UndoesLightThatIsAdded) {
+TEST(InnerCorrection, UndoesAddedIllumination) {
   Random random(5);
   for (const FamilyId id : {FamilyId::Tag36h11, FamilyId::Tag25h9}) {
     for (const double roll_rad : {0.2, 1.8, 3.3, 5.0}) {

@@ -9,7 +9,7 @@
 namespace waymark::refinement {
 namespace {
 
-/// Lagrange's polynomials of the nodes.
+/// Lagrange polynomials of the nodes.
 std::array<double, LensField::kNodes> weights(double at) {
   const double square = at * at;
   const double outer = (square - 0.25) / 1.5;
@@ -59,8 +59,8 @@ namespace {
 
 using Eigen::Vector2d;
 
-/// The bulge an image of a straight line shows between two corners, from three points on it; nothing where
-/// the camera model does not reach.
+/// The bulge of the image of a straight line between two corners, from three points on it; nothing outside
+/// the domain of the camera model.
 std::optional<Eigen::Vector3d> bulge_px(const CameraModel& camera, const EdgeFrame& edge) {
   const auto a = camera.normalize(edge.from);
   const auto b = camera.normalize(edge.to);
@@ -86,12 +86,12 @@ std::optional<Eigen::Vector3d> bulge_px(const CameraModel& camera, const EdgeFra
 
 std::array<double, 4> expect_bends(const CameraModel* camera, double curvature_per_px,
                                    std::array<EdgeFrame, 4>& edges) {
-  constexpr double kDoubtInDistortion = 0.1;
+  constexpr double kDistortionSigma = 0.1;
   std::array<double, 4> sigma_px{};
   for (std::size_t k = 0; k < 4; ++k) {
     const auto known = camera == nullptr ? std::nullopt : bulge_px(*camera, edges[k]);
     edges[k].bulge_px = known.value_or(Eigen::Vector3d::Zero());
-    sigma_px[k] = known ? kDoubtInDistortion * edges[k].bulge_px.cwiseAbs().maxCoeff()
+    sigma_px[k] = known ? kDistortionSigma * edges[k].bulge_px.cwiseAbs().maxCoeff()
                         : curvature_per_px * edges[k].length_px * edges[k].length_px / 8.0;
   }
   return sigma_px;

@@ -1,4 +1,4 @@
-// Where a lens moves what is printed on a tag.
+// Displacement of the print on a tag by lens distortion.
 #include "waymark/tags/refinement/lens_bends.hpp"
 
 #include <algorithm>
@@ -19,7 +19,7 @@ CameraModel wide() {
   return CameraModel::make(lens, 1280, 720).value();
 }
 
-/// A tilted square of 60 px near the border of the picture.
+/// A tilted square of 60 px near the border of the image.
 struct Square {
   CameraModel camera = wide();
   SE3 cam_T_tag = SE3(SO3::exp({0.7, -0.4, 0.3}), Eigen::Vector3d(1.3, 0.5, 2.3));
@@ -29,7 +29,7 @@ struct Square {
   [[nodiscard]] Quad corners() const { return {px(-1, -1), px(1, -1), px(1, 1), px(-1, 1)}; }
 };
 
-TEST(LensField, IsWhereTheLensMovesThePrint) {
+TEST(LensField, MatchesTheDistortedPrint) {
   const Square square;
   const auto field = lens_field(square.camera, edge_frames(square.corners(), 8));
   ASSERT_TRUE(field);
@@ -44,12 +44,12 @@ TEST(LensField, IsWhereTheLensMovesThePrint) {
     largest = std::max(largest, off.norm());
     EXPECT_LT((field->at(s, t) - off).norm(), 0.005) << s << " " << t;
   }
-  EXPECT_GT(largest, 0.1) << "or else there is nothing to follow";
+  EXPECT_GT(largest, 0.1) << "otherwise the test proves nothing";
   for (const double s : {-1.0, 1.0})
     for (const double t : {-1.0, 1.0}) EXPECT_LT(field->at(s, t).norm(), 1e-9);
 }
 
-TEST(LensField, IsNoneWithoutDistortionAndUnknownBeyondTheLens) {
+TEST(LensField, IsZeroWithoutDistortionAndUndefinedOutsideTheDomain) {
   const Square square;
   const CameraModel plain =
       CameraModel::make(PinholeRadtan{.fx = 900, .fy = 900, .cx = 640, .cy = 360}, 1280, 720).value();

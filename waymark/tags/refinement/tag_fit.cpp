@@ -10,18 +10,19 @@
 namespace waymark::refinement {
 namespace {
 
-constexpr int kFewestPixels = 40;
-constexpr int kFewestPixelsOfEdge = 8;
+constexpr int kMinPixels = 40;
+constexpr int kMinPixelsPerEdge = 8;
 
 BandLimits band_limits(const EdgeFrame& edge, double blur_px, bool first_pass) {
   constexpr double kSearchPx = 0.7;
   const double reach = std::max(2.5, 3.5 * blur_px) + (first_pass ? kSearchPx : 0.0);
   BandLimits limits;
   limits.cells_matter = edge.cell_px < reach + 3.0 * blur_px;
-  // Beyond the middle of the border the model of one row of bits ends; margins are often cut to one cell.
+  // The model of one row of bits ends beyond the middle of the border; margins are often cut to one cell.
   limits.inside_px = limits.cells_matter ? std::min(reach, 0.8 * edge.cell_px) : reach;
   limits.outside_px = limits.cells_matter ? std::min(reach, edge.cell_px) : reach;
-  limits.max_slices = first_pass ? kMaxSlices / 4 : kMaxSlices;  // the first pass only has to find the place
+  limits.max_slices =
+      first_pass ? kMaxSlices / 4 : kMaxSlices;  // the first pass only needs an approximate position
   limits.corner_margin_px = std::min((limits.cells_matter ? 2.0 : 2.5) * blur_px, 0.25 * edge.length_px);
   return limits;
 }
@@ -45,7 +46,7 @@ Lanes slice_pixels(const Band& band, std::size_t b) {
   return count;
 }
 
-/// The number of pixels dropped.
+/// Returns the number of pixels dropped.
 int drop_slices_above(float limit, const SliceMeans& means, Band& band) {
   int dropped = 0;
   for (std::size_t b = 0; b < static_cast<std::size_t>(band.blocks); ++b) {
@@ -83,18 +84,18 @@ bool read_bands(const ImageView& image, const std::array<Surroundings, 4>& near,
   for (std::size_t k = 0; k < 4; ++k) {
     const BandLimits limits = band_limits(tag.edges[k], blur_px, first_pass);
     read_band(image, tag.edges[k], near[k], limits, blur_px, tag.bands[k]);
-    if (tag.bands[k].pixels < kFewestPixelsOfEdge) return false;
+    if (tag.bands[k].pixels < kMinPixelsPerEdge) return false;
     tag.pixels += tag.bands[k].pixels;
   }
-  return tag.pixels >= kFewestPixels;
+  return tag.pixels >= kMinPixels;
 }
 
-double linearize_all(const std::array<EdgeVector, 4>& edges, const Eigen::Vector2d& light_per_px,
+double linearize_all(const std::array<EdgeVector, 4>& edges, const Eigen::Vector2d& illumination_per_px,
                      TagBands& tag) {
   double cost = 0;
   for (std::size_t k = 0; k < 4; ++k) {
-    const double light = 0.5 * light_per_px.dot(tag.edges[k].to - tag.edges[k].from);
-    tag.normals[k] = linearize(tag.bands[k], edges[k], light, tag.costs[k]);
+    const double illumination = 0.5 * illumination_per_px.dot(tag.edges[k].to - tag.edges[k].from);
+    tag.normals[k] = linearize(tag.bands[k], edges[k], illumination, tag.costs[k]);
     cost += tag.normals[k].cost;
   }
   return cost;
@@ -122,33 +123,34 @@ DroppedSlices drop_outliers(TagBands& tag) {
   constexpr double kOfOwnEdge = 4.0;
   DroppedSlices dropped;
   for (std::size_t k = 0; k < 4; ++k) {
-    // What covers an edge also pulls its fit off the slices that are good: spare those for now.
+    // A cover on an edge also biases its fit away from good slices: keep those for now.
     const double limit = std::max(kOutOfProportion * (usual + 0.25), kOfOwnEdge * medians[k]);
     dropped.pixels += drop_slices_above(static_cast<float>(limit), means[k], tag.bands[k]);
-    dropped.enough_left = dropped.enough_left && tag.bands[k].pixels >= kFewestPixelsOfEdge;
+    dropped.enough_left = dropped.enough_left && tag.bands[k].pixels >= kMinPixelsPerEdge;
   }
   tag.pixels -= dropped.pixels;
-  dropped.enough_left = dropped.enough_left && tag.pixels >= kFewestPixels;
+  dropped.enough_left = dropped.enough_left && tag.pixels >= kMinPixels;
   return dropped;
 }
 
-// Along an edge with half span e, light has 1 + t per_px . e, t from -1 to 1. Linear least squares over the
-// flat pixels of all edges: residual = predicted t (per_px . e).
-LightInformation light_information(const TagBands& tag, const Eigen::Vector2d& light_per_px,
-                                   double noise_variance) {
+// Along an edge with half span e, the illumination is 1 + t per_px . e, t from -1 to 1. Linear least squares
+// over the flat pixels of all edges: residual = predicted t (per_px . e).
+IlluminationInformation illumination_information(const TagBands& tag,
+                                                 const Eigen::Vector2d& illumination_per_px,
+                                                 double noise_variance) {
   constexpr double kUsualPerPx = 0.00025;  // a VGA image a sixth brighter at one side than at the other
   constexpr double kPrior = 1.0 / (kUsualPerPx * kUsualPerPx);
-  LightInformation light;
-  light.information = kPrior * Eigen::Matrix2d::Identity();
-  Eigen::Vector2d gradient = -kPrior * light_per_px;
+  IlluminationInformation illumination;
+  illumination.information = kPrior * Eigen::Matrix2d::Identity();
+  Eigen::Vector2d gradient = -kPrior * illumination_per_px;
   for (std::size_t k = 0; k < 4; ++k) {
     const Eigen::Vector2d half_span = 0.5 * (tag.edges[k].to - tag.edges[k].from);
-    light.information +=
-        tag.normals[k].light_information / noise_variance * half_span * half_span.transpose();
-    gradient += tag.normals[k].light_gradient / noise_variance * half_span;
+    illumination.information +=
+        tag.normals[k].illumination_information / noise_variance * half_span * half_span.transpose();
+    gradient += tag.normals[k].illumination_gradient / noise_variance * half_span;
   }
-  light.step_per_px = light.information.inverse() * gradient;
-  return light;
+  illumination.step_per_px = illumination.information.inverse() * gradient;
+  return illumination;
 }
 
 namespace {
@@ -167,7 +169,7 @@ TagSolve::TagSolve(const std::array<NormalEquations, 4>& normals, const Priors& 
   const double scale = 1.0 / at.noise_variance;
   CommonMatrix mean_information = CommonMatrix::Zero();
   Common mean_gradient = Common::Zero();
-  // An edge that is not seen at all keeps its place within a pixel or so; data outweigh this a thousandfold.
+  // An invisible edge keeps its position within about a pixel; data outweigh this by a factor of a thousand.
   constexpr double kFaint = 0.1;
   constexpr double kNegligible = 1e-4;
   for (std::size_t k = 0; k < 4; ++k) {
@@ -196,7 +198,7 @@ TagSolve::TagSolve(const std::array<NormalEquations, 4>& normals, const Priors& 
     const Common pull =
         gradient.tail<kCommon>() - cross.transpose() * edge.own_step + Common(tie_.cwiseProduct(from_mean));
     edge.common_step = edge.common_covariance * pull;
-    // Setting the derivative by the mean to zero: sum over edges of tie (mean - common) = 0.
+    // The derivative with respect to the mean is zero: sum over edges of tie (mean - common) = 0.
     mean_information.diagonal() += tie_;
     mean_information -= tie_.asDiagonal() * edge.common_covariance * tie_.asDiagonal();
     mean_gradient += tie_.cwiseProduct(edge.common_step - from_mean);
@@ -225,8 +227,8 @@ double TagSolve::apply(TagEstimate& estimate) const {
       std::min({1.0, kLongestPx / std::max(moved, 1e-9), kLargestLogBlur / std::max(blurred, 1e-9)});
   for (std::size_t k = 0; k < 4; ++k) estimate.edges[k] += shorten * steps[k];
   estimate.mean += shorten * mean_step_;
-  // Narrower than a pixel's own box or wider than a band can hold means lost; stay where the model makes
-  // sense.
+  // A blur narrower than a pixel's box or wider than a band means divergence; stay within the valid range of
+  // the model.
   const auto keep = [](double& log_blur) { log_blur = std::clamp(log_blur, std::log(0.25), std::log(4.0)); };
   keep(estimate.mean[kMeanLogBlur]);
   for (EdgeVector& x : estimate.edges) keep(x[kLogBlur]);
@@ -257,15 +259,15 @@ Eigen::Matrix<double, 8, 8> TagSolve::displacement_covariance() const {
 
 namespace {
 
-/// What the residuals say about the image and the model.
+/// Image noise and model misfit estimated from the residuals.
 struct Residuals {
   double noise_variance = 0;  ///< of a pixel [grey level^2]
   double misfit_variance =
-      0;  ///< what the steep pixels show on top of it: the blur is not the model's Gaussian
+      0;  ///< additional variance of the steep pixels: the blur differs from the model's Gaussian
 };
 
-/// Noise shows in the pixels beside the edge, where the model is flat; misfit in those on the edge. Small
-/// tags have few of the first kind and lean on the total and on the misfit expected of any camera.
+/// Noise is estimated from the pixels beside the edge, where the model is flat; misfit from those on the
+/// edge. Small tags have few flat pixels and rely on the total and on the prior misfit of cameras.
 Residuals split_residuals(const TagBands& tag, double step) {
   constexpr double kPriorPixels = 50;
   constexpr double kPriorMisfit = 0.01;  // of the step
@@ -291,12 +293,12 @@ Residuals split_residuals(const TagBands& tag, double step) {
       (flat_pixels * std::max(0.0, steep - flat) + kPriorPixels * expected) / (flat_pixels + kPriorPixels)};
 }
 
-/// Where the true blur is not the model's Gaussian, the fitted place of an edge swings around the true one
-/// with the phase of the edge on the pixel grid. Phases differ along a slanted edge and average out; along a
-/// level one they do not. This is the covariance of (kFrom, kTo) when the swing is a sine of the phase with
-/// variance `variance` and any phase.
+/// If the true blur differs from the model's Gaussian, the fitted position of an edge oscillates around the
+/// true one with the phase of the edge on the pixel grid. Along a slanted edge the phases vary and average
+/// out; along a level edge they do not. This is the covariance of (kFrom, kTo) if the oscillation is a sine
+/// of the phase with variance `variance` and uniform phase.
 Eigen::Matrix2d phase_covariance(const EdgeFrame& edge, double variance) {
-  constexpr double kTurn = 0.45;  // measured: edges turn less than the sine would have them
+  constexpr double kTurn = 0.45;  // measured: edges rotate less than the sine predicts
   const double crossed_px = edge.length_px * std::min(std::abs(edge.normal.x()), std::abs(edge.normal.y()));
   const double u = std::numbers::pi * crossed_px;
   const bool level = u < 1e-3;
@@ -309,43 +311,45 @@ Eigen::Matrix2d phase_covariance(const EdgeFrame& edge, double variance) {
   return covariance;
 }
 
-/// Displacement variance both ends of an edge share because the model leaves something out.
+/// Displacement variance common to both ends of an edge, from model errors.
 double shared_variance(const EdgeFrame& edge, double blur_px, double model_error_px) {
-  constexpr double kCrowded = 0.1;  // measured: what blurs in from further cells than the model knows
+  constexpr double kCrowded = 0.1;  // measured: blur from cells that the model does not contain
   const double crowded_px = kCrowded * blur_px * std::pow(blur_px / edge.cell_px, 2);
   return model_error_px * model_error_px + crowded_px * crowded_px;
 }
 
-/// Light that grows along an edge looks like an edge that turns: the least squares fit of a shift to
-/// (1 + light t) times the levels. The covariance of (kFrom, kTo) of all edges that light leaves uncertain.
-Matrix8 light_covariance(const TagEstimate& estimate, const TagBands& tag, double noise_variance) {
+/// An illumination gradient along an edge appears as a rotation of the edge: the least squares fit of a shift
+/// to (1 + illumination t) times the levels. Covariance of (kFrom, kTo) of all edges due to the uncertainty
+/// of the illumination.
+Matrix8 illumination_covariance(const TagEstimate& estimate, const TagBands& tag, double noise_variance) {
   const double step = estimate.mean[kStep - kOwn];
   const double level = estimate.mean[kInnerLevel - kOwn] + 0.5 * step;  // on the edge
   const double blur_px = std::exp(estimate.mean[kLogBlur - kOwn]);
   // Integral of pdf (inner + step cdf) over that of pdf^2.
-  const double px_per_light = 2.0 * std::sqrt(std::numbers::pi) * blur_px * level / step;
+  const double px_per_illumination = 2.0 * std::sqrt(std::numbers::pi) * blur_px * level / step;
   Eigen::Matrix<double, 8, 2> turn;
   for (int k = 0; k < 4; ++k) {
     const EdgeFrame& edge = tag.edges[static_cast<std::size_t>(k)];
-    turn.row(2 * k + kFrom) = 0.5 * px_per_light * (edge.to - edge.from).transpose();
+    turn.row(2 * k + kFrom) = 0.5 * px_per_illumination * (edge.to - edge.from).transpose();
     turn.row(2 * k + kTo) = -turn.row(2 * k + kFrom);
   }
-  const LightInformation light = light_information(tag, estimate.light_per_px, noise_variance);
-  return turn * light.information.inverse() * turn.transpose();
+  const IlluminationInformation illumination =
+      illumination_information(tag, estimate.illumination_per_px, noise_variance);
+  return turn * illumination.information.inverse() * turn.transpose();
 }
 
 }  // namespace
 
 Matrix8 corner_covariance(const TagSolve& solve, const TagEstimate& estimate, const TagBands& tag,
                           double model_error_px) {
-  constexpr double kPhasePerMisfit = 3.5;  // measured: swing per misfit, in blurs per step
+  constexpr double kPhasePerMisfit = 3.5;  // measured: oscillation per misfit, in blurs per step
   const double step = estimate.mean[kStep - kOwn];
   const double blur_px = std::exp(estimate.mean[kLogBlur - kOwn]);
   const Residuals residuals = split_residuals(tag, step);
   const double swing_px =
       kPhasePerMisfit * blur_px * std::sqrt(residuals.misfit_variance) / std::max(1.0, std::abs(step));
   Matrix8 covariance = (residuals.noise_variance / estimate.noise_variance) * solve.displacement_covariance();
-  covariance += light_covariance(estimate, tag, residuals.noise_variance);
+  covariance += illumination_covariance(estimate, tag, residuals.noise_variance);
   for (int k = 0; k < 4; ++k) {
     const EdgeFrame& edge = tag.edges[static_cast<std::size_t>(k)];
     covariance.block<2, 2>(2 * k, 2 * k) += phase_covariance(edge, swing_px * swing_px);

@@ -10,8 +10,8 @@
 
 namespace waymark::refinement {
 
-/// The four edges of one tag and the pixels around them. Some 250 kB, meant for the stack of one call; only
-/// what the tag needs of it is touched.
+/// The four edges of one tag and the pixels around them. Some 250 kB, intended for the stack; only the part
+/// that the tag needs is touched.
 struct TagBands {
   std::array<EdgeFrame, 4> edges;
   std::array<Band, 4> bands;
@@ -21,50 +21,51 @@ struct TagBands {
   std::optional<LensField> lens{};  ///< of a known lens, between these edges
 };
 
-/// Reads the bands around `edges`. The first pass looks wider and at fewer slices: it only has to find the
-/// place. False when an edge shows too few pixels.
+/// Reads the bands around `edges`. The first pass uses a wider band and fewer slices, because it only needs
+/// an approximate position. False if an edge has too few pixels.
 [[nodiscard]] bool read_bands(const ImageView& image, const std::array<Surroundings, 4>& near, double blur_px,
                               bool first_pass, TagBands& tag);
 
 /// Median grey level of the innermost (or outermost) pixels of all slices.
 [[nodiscard]] double level_at_rim(const TagBands& tag, bool outermost);
 
-/// Linearizes the model of each band at `edges`, in light that grows by `light_per_px`; the sum of weighted
-/// squared residuals.
-double linearize_all(const std::array<EdgeVector, 4>& edges, const Eigen::Vector2d& light_per_px,
+/// Linearises the model of each band at `edges`, with the illumination gradient `illumination_per_px`;
+/// returns the sum of weighted squared residuals.
+double linearize_all(const std::array<EdgeVector, 4>& edges, const Eigen::Vector2d& illumination_per_px,
                      TagBands& tag);
 
-/// What drop_outliers() did.
+/// Result of drop_outliers().
 struct DroppedSlices {
   int pixels = 0;
   bool enough_left = true;
 };
 
-/// Gives weight 0 to slices whose residual is out of all proportion to that of most others: something covers
-/// the edge there. Uses `costs`.
+/// Gives weight 0 to slices whose residual is far larger than that of most others: the edge is covered there.
+/// Uses `costs`.
 [[nodiscard]] DroppedSlices drop_outliers(TagBands& tag);
 
-/// Light that falls off across a tag makes grey levels 1 + per_px . (px - middle) times those of even light.
-/// This is what the last linearize_all() tells about per_px, where the model is flat: how residuals lean
-/// along each edge. Levels that differ between the edges are not used; they have their own parameters.
-struct LightInformation {
+/// With an illumination gradient across a tag, grey levels are 1 + per_px . (px - middle) times those of even
+/// illumination. The last linearize_all() determines per_px from the slope of the residuals along each edge,
+/// where the model is flat. Levels that differ between the edges are not used; they have their own
+/// parameters.
+struct IlluminationInformation {
   Eigen::Matrix2d information = Eigen::Matrix2d::Zero();  ///< inverse covariance of per_px, prior included
-  Eigen::Vector2d step_per_px{0, 0};                      ///< from where the tag was linearized to the best
+  Eigen::Vector2d step_per_px{0, 0};  ///< from the linearisation point to the best estimate
 };
 
-/// Tags with few flat pixels stay near even light. O(1).
-[[nodiscard]] LightInformation light_information(const TagBands& tag, const Eigen::Vector2d& light_per_px,
-                                                 double noise_variance);
+/// Tags with few flat pixels stay near even illumination. O(1).
+[[nodiscard]] IlluminationInformation illumination_information(const TagBands& tag,
+                                                               const Eigen::Vector2d& illumination_per_px,
+                                                               double noise_variance);
 
-/// What is assumed before looking: how far the edges of one tag may differ, and how far the blur may lie
-/// from `blur_px`. Standard deviations.
+/// Priors: how far the edges of one tag may differ, and the blur from `blur_px`. Standard deviations.
 struct Priors {
-  double inner_level = 0.03;  ///< of an edge from the mean of the tag, share of the step
-  double step = 0.05;         ///< of an edge from the mean of the tag, share of the step
+  double inner_level = 0.03;  ///< of an edge from the mean of the tag, fraction of the step
+  double step = 0.05;         ///< of an edge from the mean of the tag, fraction of the step
   double log_blur = 0.1;      ///< of an edge from the mean of the tag
   double blur_px = 0.65;
   double mean_log_blur = 0.5;             ///< of the tag from ln(blur_px)
-  double beyond = 1.0;                    ///< step beyond the ring outside, share of the step
+  double beyond = 1.0;                    ///< step beyond the ring outside, fraction of the step
   std::array<double, 4> bend_sigma_px{};  ///< kBend of each edge around 0; 0: known exactly
 };
 
@@ -73,20 +74,19 @@ struct TagEstimate {
   std::array<EdgeVector, 4> edges;         ///< of TL-TR, TR-BR, BR-BL, BL-TL
   Eigen::Matrix<double, kCommon, 1> mean;  ///< means of kInnerLevel, kStep, kLogBlur
   double noise_variance = 25;              ///< [grey level^2]
-  /// How the light falls off across the tag: grey levels are 1 + light_per_px . (px - middle) times those of
-  /// even light. Estimated beside the rest, where the model is flat.
-  Eigen::Vector2d light_per_px = Eigen::Vector2d::Zero();
+  /// Illumination gradient across the tag: grey levels are 1 + illumination_per_px . (px - middle) times
+  /// those of even illumination. Estimated separately, from flat pixels.
+  Eigen::Vector2d illumination_per_px = Eigen::Vector2d::Zero();
 };
 
-/// Four edges solved together: what they nearly share is drawn towards a common mean (a hierarchical linear
-/// model), so that short edges borrow levels and blur from long ones. The common part is eliminated edge by
-/// edge, no matrix is larger than 4 x 4.
+/// Joint solution of four edges: their nearly common parameters have a common mean (a hierarchical linear
+/// model), so short edges gain levels and blur from long ones. The common part is eliminated edge by edge; no
+/// matrix is larger than 4 x 4.
 class TagSolve {
  public:
   TagSolve(const std::array<NormalEquations, 4>& normals, const Priors& priors, const TagEstimate& at);
 
-  /// Moves the estimate by the Gauss-Newton step, shortened where it is wild; the largest displacement moved
-  /// [px].
+  /// Applies the Gauss-Newton step, shortened if it is too large; returns the largest displacement [px].
   double apply(TagEstimate& estimate) const;
 
   /// Covariance of (kFrom, kTo) of the four edges [px^2].
@@ -100,8 +100,8 @@ class TagSolve {
   using Coupling = Eigen::Matrix<double, kOwn, kCommon>;
 
   struct Edge {
-    OwnMatrix own_covariance;        ///< given the common parameters
-    Coupling own_by_common;          ///< minus the change of own parameters with the common ones
+    OwnMatrix own_covariance;  ///< given the common parameters
+    Coupling own_by_common;    ///< minus the derivative of own parameters with respect to the common ones
     CommonMatrix common_covariance;  ///< given the mean
     Own own_step;                    ///< given no change of the common parameters
     Common common_step;
@@ -115,15 +115,16 @@ class TagSolve {
 
 using Matrix8 = Eigen::Matrix<double, 8, 8>;
 
-/// Parameters the four edges of a tag have together, about: 8 displacements, and as many levels and blurs.
+/// Approximate number of parameters of the four edges of a tag: 8 displacements, and as many levels and
+/// blurs.
 inline constexpr int kParametersOfTag = 16;
 
-/// J_corners_displacements: how the corners (x0 y0 ... x3 y3) move with (kFrom, kTo) of the four edges. A
-/// corner stays on the two edges that meet in it.
+/// J_corners_displacements: derivative of the corners (x0 y0 ... x3 y3) with respect to (kFrom, kTo) of the
+/// four edges. A corner is the intersection of two edges.
 [[nodiscard]] Matrix8 intersection(const std::array<EdgeFrame, 4>& edges);
 
-/// Covariance of the corners [px^2], positive definite: that of the least squares estimate with the noise the
-/// residuals show, plus what the model leaves out. `model_error_px` is added to the place of each edge.
+/// Covariance of the corners [px^2], positive definite: that of the least squares estimate with the noise
+/// level of the residuals, plus model errors. `model_error_px` is added to the position of each edge.
 [[nodiscard]] Matrix8 corner_covariance(const TagSolve& solve, const TagEstimate& estimate,
                                         const TagBands& tag, double model_error_px);
 

@@ -40,7 +40,7 @@ Problem random_problem(Random& random) {
   return problem;
 }
 
-/// The same least squares problem written out in all its unknowns: the mean, then the edges.
+/// The same least squares problem with all its unknowns in one dense system: the mean, then the edges.
 struct Dense {
   DenseMatrix information = DenseMatrix::Zero();
   DenseVector gradient = DenseVector::Zero();
@@ -108,7 +108,7 @@ TEST(TagSolve, IsTheJointLeastSquaresSolution) {
   }
 }
 
-TEST(TagSolve, ShortensStepsThatAreWild) {
+TEST(TagSolve, ShortensStepsThatAreTooLarge) {
   Random random(2);
   Problem problem = random_problem(random);
   for (auto& normal : problem.normals) normal.gradient *= 1e4;
@@ -121,7 +121,7 @@ TEST(TagSolve, ShortensStepsThatAreWild) {
   }
 }
 
-TEST(TagSolve, AnUnseenEdgeBorrowsLevelsAndStaysPut) {
+TEST(TagSolve, AnInvisibleEdgeGetsCommonLevelsAndKeepsItsPosition) {
   Random random(3);
   Problem problem = random_problem(random);
   problem.normals[2] = {};

@@ -1,4 +1,4 @@
-#include "waymark/robots/wire/robot_talk.hpp"
+#include "waymark/robots/wire/robot_output.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,9 +12,9 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::SizeIs;
 
-TEST(RobotTalk, WordsGoToThePersonUntilTheHelloAndThenDownTheWire) {
+TEST(RobotOutput, MessagesGoToTheUserUntilTheHelloAndAreLogLinesAfterIt) {
   std::vector<std::string> sent;
-  std::vector<std::string> said;
+  std::vector<std::string> shown;
   bool reads = true;
   const RobotWire wire{.input = 0,
                        .write =
@@ -22,20 +22,20 @@ TEST(RobotTalk, WordsGoToThePersonUntilTheHelloAndThenDownTheWire) {
                              sent.push_back(line);
                              return reads;
                            },
-                       .say = [&](const std::string& words) { said.push_back(words); }};
-  RobotTalk talk(wire);
-  talk.say("no odometry yet");
-  EXPECT_THAT(said, ElementsAre("no odometry yet"));
+                       .say = [&](const std::string& text) { shown.push_back(text); }};
+  RobotOutput output(wire);
+  output.report("no odometry yet");
+  EXPECT_THAT(shown, ElementsAre("no odometry yet"));
   EXPECT_THAT(sent, SizeIs(0));
-  talk.greet({.name = "limo"});
-  talk.say_once("the battery is low");
-  talk.say_once("the battery is low");
-  EXPECT_THAT(said, SizeIs(1));
+  output.greet({.name = "limo"});
+  output.report_once("the battery is low");
+  output.report_once("the battery is low");
+  EXPECT_THAT(shown, SizeIs(1));
   EXPECT_THAT(sent, ElementsAre(HasSubstr("limo"), HasSubstr("the battery is low")));
   reads = false;
-  talk.write({"a\n", "b\n"});
-  EXPECT_FALSE(talk.open());
-  EXPECT_THAT(sent, SizeIs(3)) << "nothing more once nobody reads";
+  output.write({"a\n", "b\n"});
+  EXPECT_FALSE(output.open());
+  EXPECT_THAT(sent, SizeIs(3)) << "nothing is written once the reader has gone";
 }
 
 }  // namespace

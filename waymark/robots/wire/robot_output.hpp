@@ -9,28 +9,28 @@
 
 namespace waymark {
 
-/// What a robot process says (docs/formats/robot-process.md): lines, and words for people, which before the
-/// hello go where `wire.say` takes them.
-class RobotTalk {
+/// Output of a robot process (docs/formats/robot-process.md): lines, and messages for the user. Messages
+/// before the hello go to `wire.say`, later ones are log lines.
+class RobotOutput {
  public:
   /// `wire` outlives this.
-  explicit RobotTalk(const RobotWire& wire) : wire_(wire) {}
+  explicit RobotOutput(const RobotWire& wire) : wire_(wire) {}
 
-  /// The first line.
+  /// Writes the hello, the first line.
   void greet(const RobotHello& hello);
   void write(const std::vector<std::string>& lines);
-  void say(const std::string& words);
-  /// The same, but for what was said so already.
-  void say_once(const std::string& words);
+  void report(const std::string& text);
+  /// Reports the text unless it was reported before.
+  void report_once(const std::string& text);
   [[nodiscard]] bool greeted() const { return greeted_; }
-  /// Somebody still reads.
+  /// Whether the output still has a reader.
   [[nodiscard]] bool open() const { return open_; }
 
  private:
   const RobotWire& wire_;
   bool greeted_ = false;
   bool open_ = true;
-  std::set<std::string> said_{};
+  std::set<std::string> reported_{};
 };
 
 }  // namespace waymark

@@ -1,4 +1,4 @@
-#include "waymark/app/common/flag_refusals.hpp"
+#include "waymark/app/common/field_refusals.hpp"
 
 #include <set>
 #include <string>
@@ -12,29 +12,29 @@
 namespace waymark {
 namespace {
 
-GivenFlags given(std::set<std::string> fields) {
+GivenFields given(std::set<std::string> fields) {
   return [fields = std::move(fields)](const char* field) { return fields.contains(field); };
 }
 
-TEST(FlagRefusals, TheFirstThatWasGivenIsTheError) {
-  FlagRefusals refused(given({"to", "view"}));
-  refused.flags(true, {"from"}, "nothing to cut", "");
+TEST(FieldRefusals, ReportsTheFirstFieldThatWasGiven) {
+  FieldRefusals refused(given({"to", "view"}));
+  refused.fields(true, {"from"}, "nothing to cut", "");
   EXPECT_TRUE(refused.status());
-  refused.flags(false, {"to"}, "nothing to cut", "");
+  refused.fields(false, {"to"}, "nothing to cut", "");
   EXPECT_TRUE(refused.status());
-  refused.flags(true, {"from", "to"}, "nothing to cut", "Leave it out.");
-  refused.flags(true, {"view"}, "nobody looks", "");
+  refused.fields(true, {"from", "to"}, "nothing to cut", "Omit it.");
+  refused.fields(true, {"view"}, "no page is shown", "");
   ASSERT_FALSE(refused.status());
   EXPECT_EQ(refused.status().error().place.key, "to");
   EXPECT_EQ(refused.status().error().message, "nothing to cut");
-  EXPECT_EQ(refused.status().error().hint, "Leave it out.");
+  EXPECT_EQ(refused.status().error().hint, "Omit it.");
 }
 
 TEST(JobFields, AreNamedOnce) {
   for (const auto& names : {field_names<MapJob>(), field_names<LocalizeJob>()}) {
     const std::set<std::string> once(names.begin(), names.end());
     EXPECT_EQ(once.size(), names.size());
-    EXPECT_THAT(names, ::testing::Contains("camera_frame")) << "those of the structs in it are its own";
+    EXPECT_THAT(names, ::testing::Contains("camera_frame")) << "fields of nested structs count";
   }
 }
 

@@ -8,12 +8,12 @@
 
 namespace waymark {
 
-/// What people are told of messages that are dropped: of the 1st, 3rd, 10th, 30th, … of a topic, and of each
-/// with a new reason. Numbers do not make a reason new.
-class DropWords {
+/// Reports dropped messages: the 1st, 3rd, 10th, 30th, … of a topic, and each with a new reason. Reasons that
+/// differ only in numbers are the same.
+class DropReports {
  public:
-  /// Of one more message; nothing where it is not worth saying. Of many topics and reasons only the first
-  /// hundred are told apart.
+  /// Counts a dropped message and returns the report; empty if none is due. Only the first hundred topics and
+  /// the first hundred reasons are tracked.
   [[nodiscard]] std::string add(const std::string& topic, std::string_view why);
 
  private:

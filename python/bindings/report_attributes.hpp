@@ -1,0 +1,34 @@
+#pragma once
+
+#include <string>
+
+#include <pybind11/pybind11.h>
+
+#include "waymark/app/common/report_fields.hpp"
+
+namespace waymark::python {
+
+namespace py = pybind11;
+
+/// A value of a report as json.loads() gives it: None (also for numbers that are not finite), bool, int,
+/// float, str, list or dict.
+[[nodiscard]] py::object to_python(const ReportValue& value);
+/// A dictionary with the keys that `--json` prints, in their order.
+[[nodiscard]] py::dict to_python(const ReportFields& fields);
+/// The value of one key; None where the report does not have it.
+[[nodiscard]] py::object value_of_key(const ReportFields& fields, const std::string& key);
+
+/// Gives the class of a report a read-only attribute for each key of `--json` for which it has no attribute.
+/// Call it after those that the class defines itself.
+template <IsReport Report>
+void def_report_attributes(py::class_<Report>& cls) {
+  for (const ReportField& field : fields(Report{})) {
+    if (py::hasattr(cls, field.name.c_str())) continue;
+    cls.def_property_readonly(
+        field.name.c_str(),
+        [key = field.name](const Report& report) { return value_of_key(fields(report), key); },
+        std::string(field.sentence).c_str());
+  }
+}
+
+}  // namespace waymark::python

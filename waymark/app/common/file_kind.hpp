@@ -1,0 +1,121 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "waymark/app/common/job_control.hpp"
+#include "waymark/base/error.hpp"
+#include "waymark/recording/message_log.hpp"
+
+/// What a file is. The table in file_kind.cpp has one row per kind: how its content is recognised, what it is
+/// called, what it is used for, and which verbs take it. Every verb that chooses by the kind of a file asks
+/// here.
+namespace waymark {
+
+enum class FileKind : std::uint8_t {
+  Unknown,
+  Mcap,
+  Rosbag2,    ///< .db3
+  BagFolder,  ///< a folder of .db3 or .mcap files
+  Ros1Bag,
+  LcmLog,
+  Packed,  ///< with bzip2, gzip or zstd: read as a recording only
+  Video,
+  Image,
+  MapFolder,
+  Map,            ///< map.yaml
+  AcademyMap,     ///< apriltags_poses.yaml of the Robotics Academy
+  WpilibLayout,   ///< JSON or CSV
+  Fmap,           ///< field map of Limelight
+  TagslamBodies,  ///< `bodies` of TagSLAM, also its poses.yaml
+  TagslamFile,    ///< another file of a TagSLAM folder
+  TagslamFolder,
+  TagTransforms,  ///< transforms of tf as YAML
+  Route,
+  Calibration,  ///< calibration.yaml
+  Camera,       ///< camera_info of ROS, camchain of kalibr, calibration of PhotonVision or OpenCV
+  Robot,
+  World,
+  SdfWorld,
+  Faults,
+  TopicProfile,  ///< topics of a robot with ROS 2 or in Gazebo
+  Detections,    ///< output of `waymark detect --json`
+  Document,      ///< SVG, PDF or HTML
+  Trajectory,    ///< TUM
+  CsvLog,        ///< a table with a column of time
+  TrueCorners,   ///< a table with the columns image, id, x0 …
+  Points,        ///< a table with the columns id, x, y
+  Path,          ///< a table with the columns x, y
+  Table,         ///< any other table
+};
+
+/// What a file is wanted for, and with which reader.
+enum class FileUse : std::uint8_t {
+  Recording,      ///< open_log()
+  Video,          ///< VideoReader, or open_log() for the pictures of a recording
+  Image,          ///< read_image()
+  Estimate,       ///< read_estimate()
+  Reference,      ///< read_reference()
+  Line,           ///< read_line()
+  MapFolder,      ///< its map.yaml, route.yaml, …
+  OwnMap,         ///< read_map()
+  Map,            ///< read_landmarks()
+  AnyMap,         ///< read_any_map(), read_map_transforms()
+  Camera,         ///< read_camera()
+  Calibration,    ///< read_calibration()
+  Robot,          ///< read_robot()
+  World,          ///< read_world()
+  SdfWorld,       ///< read_sdf()
+  Faults,         ///< read_faults()
+  Detections,     ///< parse_reports()
+  TrueCorners,    ///< parse_truth()
+  Page,           ///< what `waymark view` shows
+  TagslamFolder,  ///< read_tagslam_folder()
+};
+
+/// The kind of a file or folder, by at most the first 64 KiB of its content. Videos and map.yaml are also
+/// recognised by their names, so that their readers report a file that is missing or damaged. Unknown: no
+/// such file, none of the kinds, or a pipe or device, which is not read.
+[[nodiscard]] FileKind kind_of(const std::filesystem::path& path);
+/// The same of content in memory, such as that of a pipe; `path` is its name.
+[[nodiscard]] FileKind kind_of_content(std::string_view content, const std::filesystem::path& path);
+
+/// Whether open_log() reads it and nothing else would: not of CsvLog, since a table may be anything.
+[[nodiscard]] bool is_recording(FileKind kind);
+/// Whether it is a table with a header.
+[[nodiscard]] bool is_table_kind(FileKind kind);
+
+/// What `path` is and which verb takes it, such as "lap.mcap: this is a recording (MCAP), not a map of the
+/// tags. `waymark map lap.mcap` makes a map of it." Nothing if its kind is unknown or is used so.
+[[nodiscard]] std::optional<Error> wrong_kind(const std::filesystem::path& path, FileUse wanted);
+
+/// The kind and the verbs of a known file in one sentence; empty if its kind is unknown.
+[[nodiscard]] std::string described_kind(const std::filesystem::path& path);
+
+/// What a reader made of `path`. If it failed on a file of the wrong kind, the error of wrong_kind() with the
+/// code of the reader.
+template <class Value>
+[[nodiscard]] Result<Value> or_wrong_kind(Result<Value> read, const std::filesystem::path& path,
+                                          FileUse wanted) {
+  if (read) return read;
+  if (std::optional<Error> wrong = wrong_kind(path, wanted)) {
+    wrong->code = read.error().code;
+    return tl::unexpected(*std::move(wrong));
+  }
+  return read;
+}
+
+/// open_log() and open_logs() with the limits of a job and the error of wrong_kind().
+[[nodiscard]] Result<std::unique_ptr<MessageLog>> open_recording(const std::filesystem::path& path,
+                                                                 const JobControl& control = {});
+[[nodiscard]] Result<std::unique_ptr<MessageLog>> open_recordings(const std::vector<std::string>& paths,
+                                                                  const JobControl& control,
+                                                                  const LogOptions& options = {});
+
+}  // namespace waymark
