@@ -78,7 +78,7 @@ State moved(const State& P, const SE2& from, const SE2& to, double dt_s, const T
   return after;
 }
 
-/// Fisher information of the corners of one tag about x, y and yaw.
+/// Fisher information of one tag's corners about x, y and yaw.
 Eigen::Matrix3d information(const TagDetection& seen, const MappedTag& tag, const CameraModel& camera,
                             const SE3& base_T_cam, const SE2& map_X_base) {
   const auto corners = [&](const Eigen::Vector3d& off) {

@@ -438,8 +438,8 @@ bool Tracker::all_fit(const FrameObservations& frame, bool most_contradict) {
     const auto z = linearise(observation, landmarks_, sensor_, filter_.state().map_T_base);
     if (z && filter_.nis(*z, 0) <= gates_[static_cast<std::size_t>(z->rows)]) ++fits;
   }
-  constexpr int kFewest = 2;
-  return usable >= kFewest && (most_contradict ? 2 * fits < usable : fits == usable);
+  constexpr int kMinUsable = 2;
+  return usable >= kMinUsable && (most_contradict ? 2 * fits < usable : fits == usable);
 }
 
 /// Detects encoders that report standstill while the robot drives: most tags contradict the standstill, and

@@ -14,7 +14,7 @@
 namespace waymark {
 namespace {
 
-constexpr SensorTime kNow{std::chrono::seconds(10)};
+constexpr SensorTime kImageStamp{std::chrono::seconds(10)};
 
 /// Looks along the x axis of the base, 0.2 m above the floor.
 MountedCamera camera() {
@@ -40,13 +40,14 @@ TagMap wall() {
 }
 
 LocalizationEstimate at(const SE2& map_T_base) {
-  return {
-      .stamp = kNow, .map_T_base = map_T_base, .covariance = Eigen::Vector3d(1e-4, 1e-4, 1e-4).asDiagonal()};
+  return {.stamp = kImageStamp,
+          .map_T_base = map_T_base,
+          .covariance = Eigen::Vector3d(1e-4, 1e-4, 1e-4).asDiagonal()};
 }
 
 TEST(ExpectedTags, AreTheTagsInFrontOfTheCamera) {
   const SE2 pose(0.1, -0.2, 0.05);
-  const auto expected = expected_tags(wall(), camera(), at(pose), kNow);
+  const auto expected = expected_tags(wall(), camera(), at(pose), kImageStamp);
   ASSERT_EQ(expected.size(), 3U);
   const SE3 cam_T_map = (lift(pose) * camera().base_T_cam).inverse();
   for (const ExpectedTag& tag : expected) {
@@ -64,7 +65,7 @@ TEST(ExpectedTags, ExcludeOccludedTags) {
   const Eigen::Vector3d away(-0.5, 0.02, 0);
   front.map_T_tag = SE3(front.map_T_tag.rotation(), front.map_T_tag.translation() + away);
   map.tags[{FamilyId::Tag36h11, 20}] = front;
-  const auto expected = expected_tags(map, camera(), at(SE2(0, 0, 0)), kNow);
+  const auto expected = expected_tags(map, camera(), at(SE2(0, 0, 0)), kImageStamp);
   std::vector<int> numbers;
   numbers.reserve(expected.size());
   for (const ExpectedTag& tag : expected) numbers.push_back(tag.tag.number);
@@ -77,8 +78,8 @@ TEST(ExpectedTags, UseTheFloorOfTheMap) {
   leaning.floor.normal = Eigen::Vector3d(0.2, -0.1, 1).normalized();
   const SE3 map_T_level = map_T_floor(leaning.floor);
   for (auto& [tag, mapped] : leaning.tags) mapped.map_T_tag = map_T_level * mapped.map_T_tag;
-  const auto level = expected_tags(wall(), camera(), at({0.1, 0, 0}), kNow);
-  const auto leant = expected_tags(leaning, camera(), at({0.1, 0, 0}), kNow);
+  const auto level = expected_tags(wall(), camera(), at({0.1, 0, 0}), kImageStamp);
+  const auto leant = expected_tags(leaning, camera(), at({0.1, 0, 0}), kImageStamp);
   ASSERT_EQ(leant.size(), level.size());
   for (std::size_t i = 0; i < level.size(); ++i)
     for (std::size_t k = 0; k < 4; ++k)
@@ -86,18 +87,21 @@ TEST(ExpectedTags, UseTheFloorOfTheMap) {
 }
 
 TEST(ExpectedTags, AreEmptyForAnUncertainPose) {
-  EXPECT_TRUE(expected_tags(wall(), camera(), std::nullopt, kNow).empty());
+  EXPECT_TRUE(expected_tags(wall(), camera(), std::nullopt, kImageStamp).empty());
   LocalizationEstimate estimate = at({});
-  EXPECT_FALSE(expected_tags(wall(), camera(), estimate, kNow).empty());
-  EXPECT_TRUE(expected_tags(wall(), camera(), estimate, kNow + std::chrono::seconds(1)).empty()) << "old";
+  EXPECT_FALSE(expected_tags(wall(), camera(), estimate, kImageStamp).empty());
+  EXPECT_TRUE(expected_tags(wall(), camera(), estimate, kImageStamp + std::chrono::seconds(1)).empty())
+      << "old";
   estimate.certain = false;
-  EXPECT_TRUE(expected_tags(wall(), camera(), estimate, kNow).empty()) << "not certain";
+  EXPECT_TRUE(expected_tags(wall(), camera(), estimate, kImageStamp).empty()) << "not certain";
   estimate = at({});
   estimate.covariance(0, 0) = 0.04;
-  EXPECT_TRUE(expected_tags(wall(), camera(), estimate, kNow).empty()) << "position uncertain by 20 cm";
+  EXPECT_TRUE(expected_tags(wall(), camera(), estimate, kImageStamp).empty())
+      << "position uncertain by 20 cm";
   estimate = at({});
   estimate.covariance(2, 2) = 0.01;
-  EXPECT_TRUE(expected_tags(wall(), camera(), estimate, kNow).empty()) << "heading uncertain by 6 degrees";
+  EXPECT_TRUE(expected_tags(wall(), camera(), estimate, kImageStamp).empty())
+      << "heading uncertain by 6 degrees";
 }
 
 TEST(MissedTags, AreReportedWithTheirReasons) {

@@ -65,8 +65,8 @@ class Explorer {
   /// The command at time `now`; to be called at a steady rate.
   [[nodiscard]] ExploreStep step(SensorTime now);
 
-  /// Distance from the front of the hull to the nearest obstacle ahead in the newest scan; infinite if there
-  /// is none [m].
+  /// Distance from the front of the hull to the nearest obstacle ahead in the newest scan [m]; infinite
+  /// without an obstacle.
   [[nodiscard]] double free_ahead_m() const { return free_ahead_m_; }
   [[nodiscard]] int turns() const { return turns_; }
 
