@@ -15,7 +15,7 @@
 namespace waymark::render {
 namespace {
 
-constexpr float kMinDepth = 1e-6F;
+constexpr float kMinFaceDepth = 1e-6F;
 constexpr std::size_t kMaxColumns = PatternGrid::kMaxCells + 6;
 
 /// A corner of a piece of the pixel: position in the pixel, and on the plane.
@@ -122,11 +122,11 @@ class PastLines {
     bool horizon = false;
     for (std::size_t i = 0; i < 4; ++i) {
       column_.add({kX[i], kY[i], corners[i].a, corners[i].b, corners[i].c});
-      horizon = horizon || corners[i].c < kMinDepth;
+      horizon = horizon || corners[i].c < kMinFaceDepth;
     }
     if (!horizon) return;
     cut(
-        column_, [](const Vertex& v) { return v.c - kMinDepth; }, spare_);
+        column_, [](const Vertex& v) { return v.c - kMinFaceDepth; }, spare_);
     column_ = spare_;
   }
 
@@ -603,7 +603,7 @@ Eigen::Vector2f meet(const PlaneRays& plane, const RayTable& rays, int x, int y,
   const float rx = rays.rays(0, y)[x];
   const float ry = rays.rays(1, y)[x];
   const float rz = rays.rays(2, y)[x];
-  const float scale = per_unit / std::max(value(plane.c, rx, ry, rz), kMinDepth);
+  const float scale = per_unit / std::max(value(plane.c, rx, ry, rz), kMinFaceDepth);
   const auto near = [](float cells) {
     return std::max(-kMaxCoordinateCells, std::min(kMaxCoordinateCells, cells));
   };
@@ -665,7 +665,7 @@ void add_glare(const SurfaceView& view, const SE3& map_T_cam, const Eigen::Vecto
         cam_ray[axis] = static_cast<double>(above[0] + above[1] + below[0] + below[1]);
       }
       const Eigen::Vector3d ray = (turn * cam_ray).normalized();
-      if (ray.z() < static_cast<double>(kMinDepth)) continue;
+      if (ray.z() < static_cast<double>(kMinFaceDepth)) continue;
       const Eigen::Vector3d at = eye - ray * (eye.z() / ray.z());
       const Eigen::Vector3d half = ((lamp - at).normalized() - ray).normalized();
       const double cosine = std::max(0.0, -half.z());
