@@ -271,8 +271,9 @@ std::string camera_of(const RobotDescription& robot, std::vector<std::string>& n
                      std::abs(straight->y() - middle->y() - 0.2 * fx) < 0.01;
   if (!plain)
     notes.push_back(
-        "the camera of {} is not the pinhole camera that Gazebo renders; give the robot a camera_info without "
-        "distortion and with a central principal point, as in limo-gazebo",
+        fmt::format("the camera of {} is not the pinhole camera that Gazebo renders; give the robot a "
+                    "camera_info without "
+                    "distortion and with a central principal point, as in limo-gazebo",
                     robot.model.name));
   const SE3 base_T_body = robot.model.base_T_cam * SE3(body_R_optical().inverse(), Eigen::Vector3d::Zero());
   return fmt::format(

@@ -99,7 +99,7 @@ Status check_token(std::string_view token) {
   const bool plain = std::ranges::all_of(token, [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_';
   });
-  if (plain && token.size() >= kLeastToken && token.size() <= kMaxToken) return {};
+  if (plain && token.size() >= kMinToken && token.size() <= kMaxToken) return {};
   return fail(ErrorCode::InvalidArgument,
               fmt::format("a token must have {} to {} letters, digits, - and _", kMinToken, kMaxToken),
               {.key = "token"}, "Omit `token` to have one generated.");
