@@ -59,7 +59,7 @@ DoctorLine clock_line(double behind_s) {
 }
 
 DoctorLine commands_line(const NetworkTraffic& traffic, const std::string& howto) {
-  if (traffic.others_commands >= kCommandsOfADriver)
+  if (traffic.others_commands >= kMinCommandsOfDriver)
     return {"commands", DoctorLevel::Fail,
             fmt::format("another program commands this robot on {}{}", traffic.commands,
                         traffic.driver.empty() ? "" : ": " + traffic.driver),
