@@ -131,7 +131,7 @@ class Convert(InFolder):
         self.assertEqual(sum(sum(tag.values()) - tag["used"] for tag in left_out), held.records[0]["observations_rejected"])
         again = self.run_here("map", "convert", "map", "tf.yaml", "--to", "tf")
         self.assertEqual(again.code, 1)
-        self.assertIn("there is a file already", again.err)
+        self.assertIn("tf.yaml: ", again.err)
         self.assertEqual(self.run_here("map", "convert", "map", "tf.yaml", "--to", "tf", "--force", "--remove", "3").code, 0)
         for words, code, part in ((["map", "x.yaml", "--to", "tff"], 2, "Did you mean 'tf'?"), (["tf.yaml", "x.yaml"], 1, "--tag-size-m"),
                                   (["none", "x.yaml"], 1, "none"), (["map", "x.yaml", "--remove", "99"], 2, "is not in the map"),

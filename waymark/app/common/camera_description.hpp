@@ -49,11 +49,11 @@ struct CameraDescription {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.name,
-          JobField("camera_name NAME", "Name of the camera of `camera`, when the file holds several").less());
+          JobField("camera_name NAME", "Name of the camera in `camera`, if that file has several").less());
     visit(self.size,
           JobField("camera_size WIDTHxHEIGHT",
-                   "Size of the pictures, such as 1280x720, where the calibration was made at another one: "
-                   "it is scaled, which is right when both show the same field of view")
+                   "Image size, such as 1280x720, if the calibration was made at another one: it "
+                   "is then scaled, which requires that both have the same field of view")
               .less());
   }
 };
@@ -66,8 +66,8 @@ struct PoseWords {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.camera.file, JobField("camera FILE",
-                                     "Calibration of the camera (ROS camera_info, kalibr YAML or JSON of "
-                                     "PhotonVision): gives the pose of each tag"));
+                                     "Camera calibration (ROS camera_info, kalibr YAML or PhotonVision "
+                                     "JSON): adds the pose of each tag"));
     CameraDescription::fields(self.camera, visit);
     visit(self.sizes, JobField("tag_size_m SIZE",
                                "Side of the square where black border meets white [m]; ID=SIZE for a tag of "

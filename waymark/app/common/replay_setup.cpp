@@ -135,9 +135,9 @@ Result<std::unique_ptr<Replayer>> make_replayer(const MapFolder& folder, const R
 
 Result<std::unique_ptr<Replayer>> make_replayer(const MapFolder& folder, const ReplayerSetup& setup) {
   if (folder.robot) return make_replayer(folder, *folder.robot, setup);
-  return fail(ErrorCode::NotFound, "the map's folder says nothing of the robot",
+  return fail(ErrorCode::NotFound, "the map folder contains no robot file",
               {.source = (folder.path / "robot.yaml").string()},
-              "Copy the robot's file there, or give a RobotDescription.");
+              "Copy the robot file there, or pass a RobotDescription.");
 }
 
 }  // namespace waymark
