@@ -72,7 +72,7 @@ class Map(WithLap):
         self.run_here("convert", "lap.mcap", "blind.mcap", "--topics", "/tag_detections,/odom,/camera_info,/tf_static")
         again = self.run_here("map", "blind.mcap", "-o", "map", "--method", "chain", "--tag-size-m", 0.16, "--anchor", 0)
         self.assertEqual(again.code, 0, again.err)
-        self.assertIn("what stood there before has a number in its name now: ", again.out)
+        self.assertIn("map.1.yaml", again.out)
         now = {p.name for p in (self.folder / "map").iterdir() if ".1." not in p.name}
         self.assertEqual(now, {"map.yaml", "route.yaml", "trajectory.txt", "summary.json", "map.svg", "tags_in_view.svg",
                                "robot.yaml", "notes.txt"}, "nothing of the older map under a name of the new one")

@@ -50,11 +50,10 @@ struct CameraDescription {
   static void fields(Self& self, Visitor&& visit) {
     visit(self.name,
           JobField("camera_name NAME", "Name of the camera in `camera`, if that file has several").less());
-    visit(self.size,
-          JobField("camera_size WIDTHxHEIGHT",
-                   "Image size, such as 1280x720, if the calibration was made at another one: it "
-                   "is then scaled, which requires that both have the same field of view")
-              .less());
+    visit(self.size, JobField("camera_size WIDTHxHEIGHT",
+                              "Image size, such as 1280x720, if the calibration was made at another one: it "
+                              "is then scaled, which requires that both have the same field of view")
+                         .less());
   }
 };
 

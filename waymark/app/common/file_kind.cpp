@@ -264,8 +264,7 @@ struct KindRow {
   std::string_view verbs{};          ///< which verbs take it; {0}: its path
 };
 
-constexpr std::string_view kMapLog =
-    "`waymark map {0}` maps it, `waymark info {0}` lists its contents.";
+constexpr std::string_view kMapLog = "`waymark map {0}` maps it, `waymark info {0}` lists its contents.";
 constexpr std::string_view kConvertMap = "`waymark map convert {0} map.yaml` converts it to map.yaml.";
 
 /// THE table of kinds, in the order in which they are tried: first by bytes, then by keys, tables last, since
@@ -318,8 +317,7 @@ constexpr std::array kFileKinds = {
     KindRow{FileKind::TagslamFile, "a TagSLAM file", is::tagslam_file, 0},
     KindRow{FileKind::TagTransforms, "a list of transforms (tf)", is::tag_transforms, uses_of(Use::AnyMap),
             kConvertMap},
-    KindRow{FileKind::AcademyMap, "a Robotics Academy map", is::academy_map, kOfOthersMap,
-            kConvertMap},
+    KindRow{FileKind::AcademyMap, "a Robotics Academy map", is::academy_map, kOfOthersMap, kConvertMap},
     KindRow{FileKind::SdfWorld, "a Gazebo world (SDF)", is::sdf_world, uses_of(Use::SdfWorld),
             "`waymark world import {0} output=world.yaml` converts it to a world."},
     KindRow{FileKind::Document, "a figure or a page", is::document, 0, "No verb reads it."},

@@ -120,8 +120,8 @@ Result<SE3> anchor_pose_of(const std::vector<double>& n) {
     return fail(ErrorCode::InvalidArgument, "the numbers must be finite", place);
   constexpr double kFarthest_m = 1e4;
   if (std::ranges::any_of(n.begin(), n.begin() + 3, [](double x) { return std::abs(x) > kFarthest_m; }))
-    return fail(ErrorCode::InvalidArgument, "the anchor is more than 10 km from the map origin",
-                place, how_to_write);
+    return fail(ErrorCode::InvalidArgument, "the anchor is more than 10 km from the map origin", place,
+                how_to_write);
   return SE3(SO3::from_rpy(to_radians(n[3]), to_radians(n[4]), to_radians(n[5])),
              Eigen::Vector3d(n[0], n[1], n[2]));
 }

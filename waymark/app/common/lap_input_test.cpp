@@ -246,8 +246,9 @@ TEST(Disagreements, ACameraThatSitsElsewhereIsNamedWithHowFar) {
   RecordingSetup setup = recorded_by(lap_robot());
   setup.base_T_cam = SE3(SO3::from_rpy(0, 0, to_radians(3)) * setup.base_T_cam->rotation(),
                          setup.base_T_cam->translation() + Eigen::Vector3d(0, 0.12, 0));
-  EXPECT_THAT(disagreements(lap_robot(), setup),
-              ElementsAre(AllOf(HasSubstr("12.0 cm and 3.0 deg"), HasSubstr("(base_link to camera_optical)"))));
+  EXPECT_THAT(
+      disagreements(lap_robot(), setup),
+      ElementsAre(AllOf(HasSubstr("12.0 cm and 3.0 deg"), HasSubstr("(base_link to camera_optical)"))));
   setup.base_T_cam = SE3(lap_robot().model.base_T_cam.rotation(),
                          lap_robot().model.base_T_cam.translation() + Eigen::Vector3d(0, 0.004, 0));
   EXPECT_THAT(disagreements(lap_robot(), setup), IsEmpty()) << "4 mm are what people measure";

@@ -63,10 +63,9 @@ std::vector<Input> in_folder(const std::string& folder, bool recursive) {
   if (!read)
     inputs.push_back(failed(folder, ErrorCode::Unreadable, "cannot read the folder: " + error.message()));
   if (read && paths.empty()) {
-    inputs.push_back(
-        failed(folder, ErrorCode::NotFound, "no image in this folder",
-               fmt::format("Looked for {}{}.", fmt::join(kPictures, " "),
-                           recursive ? "" : "; set `recursive` to search subfolders too")));
+    inputs.push_back(failed(folder, ErrorCode::NotFound, "no image in this folder",
+                            fmt::format("Looked for {}{}.", fmt::join(kPictures, " "),
+                                        recursive ? "" : "; set `recursive` to search subfolders too")));
   }
   std::sort(paths.begin(), paths.end());
   for (std::string& path : paths) inputs.push_back({std::move(path), {}});

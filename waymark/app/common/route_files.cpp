@@ -112,7 +112,7 @@ Status check_route_exists(const fs::path& folder, const std::string& route) {
   return fail(ErrorCode::NotFound, fmt::format("this map has no route '{}'", route), place,
               names.empty()
                   ? fmt::format("It has only the taught route; `waymark map LAP extend={0} "
-                                "route_name={1}` adds one from a lap, `waymark optimize {0} name={1}` makes one.",
+                                "route_name={1}` adds one, `waymark optimize {0} name={1}` makes one.",
                                 shell_word(folder.string()), shell_word(route))
                   : suggestion(route, names));
 }

@@ -141,8 +141,7 @@ TEST(Comparison, SensorsStandSideBySideWhereTwoDrivesWereMeasured) {
   };
   EXPECT_EQ(row("duration [s]"), (std::vector<std::string>{"duration [s]", "10", "12"}));
   EXPECT_EQ(row("corner noise [px]"), (std::vector<std::string>{"corner noise [px]", "0.1", "-"}));
-  EXPECT_EQ(row("image latency [s]"),
-            (std::vector<std::string>{"image latency [s]", "-", "0.08"}));
+  EXPECT_EQ(row("image latency [s]"), (std::vector<std::string>{"image latency [s]", "-", "0.08"}));
 }
 
 TEST(Comparison, ADriveOfNothingIsARowOfDashes) {

@@ -33,14 +33,15 @@ struct ConvertMapJob {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.input,
-          JobField("input MAP", "A map of any form, or the folder of a map.yaml").input().required());
+    visit(self.input, JobField("input MAP", "A map in any supported format, or the folder of a map.yaml")
+                          .input()
+                          .required());
     visit(self.output, JobField("output OUTPUT", "The file to write").input().required());
-    visit(self.tag_size_m,
-          JobField("tag_size_m NUMBER", "Side of the black square of tags whose file does not say it"));
+    visit(self.tag_size_m, JobField("tag_size_m NUMBER",
+                                    "Side of the black square of tags whose size the file does not contain"));
     visit(self.remove,
           JobField("remove TAGS", "Tags to exclude, such as 3,7 or tag36h11:3").comma_separated());
-    visit(self.force, JobField("force", "Replace a file that is there"));
+    visit(self.force, JobField("force", "Replace an existing file"));
   }
 };
 

@@ -49,14 +49,14 @@ struct MapJob {
           JobField("more MORE",
                    "Further files of the same lap: tables of odometry or of an IMU, parts of a bag")
               .input());
-    visit(self.folder, JobField("output FOLDER", "Folder for the map, the route and the figures").required());
+    visit(self.folder, JobField("output FOLDER", "Folder for map, route and figures").required());
     visit(self.robot,
           JobField("robot FILE",
-                   "Camera and its mounting: a robot's file, or a name. Unless given: the recording's"));
+                   "Camera and its mounting: a robot file, or a name. Unless given: from the recording"));
     CameraChoice::fields(self.frames, visit);
     visit(self.overrides.anchor,
           JobField("anchor TAG",
-                   "Anchor tag, which sets the origin of the map, for example tag36h11:0. Unless given: that "
+                   "Anchor tag, which defines the map frame, for example tag36h11:0. Unless given: that "
                    "of the recording"));
   }
 };

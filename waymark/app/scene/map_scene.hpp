@@ -22,26 +22,24 @@ struct MapSceneJob {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.recording,
-          JobField("recording RECORDING", "Recording of tags, and odometry where there is any: a bag or MCAP")
-              .input()
-              .required());
+    visit(self.recording, JobField("recording RECORDING",
+                                   "Recording (bag or MCAP) with tag detections and, if available, odometry")
+                              .input()
+                              .required());
     visit(self.tagslam,
           JobField("tagslam FOLDER",
                    "A folder with TagSLAM's tagslam.yaml, cameras.yaml and camera_poses.yaml (or a "
-                   "config.json): cameras and bodies are as they say")
+                   "config.json), which describe cameras and bodies")
               .required());
     visit(self.folder, JobField("output FOLDER", "Folder for the map and the trajectories").required());
     visit(self.options.free_intrinsics,
           JobField("free_intrinsics",
-                   "Cameras are adjusted too: focal lengths and principal point within 1 % (standard "
-                   "deviation) of what is given, distortion k within 0.05 and p within 0.005"));
-    visit(
-        self.against,
-        JobField(
-            "against FOLDER",
-            "Folder of another solution (ref_static.csv, ref_trajectory.csv): both are about its frames and "
-            "tags, and its cost is printed"));
+                   "Estimate the intrinsics as well: focal lengths and principal point within 1 % (standard "
+                   "deviation) of the given ones, distortion k within 0.05 and p within 0.005"));
+    visit(self.against,
+          JobField("against FOLDER",
+                   "Folder of another solution (ref_static.csv, ref_trajectory.csv): both use its frames and "
+                   "tags, and its cost is printed"));
   }
 };
 

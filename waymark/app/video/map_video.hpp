@@ -68,10 +68,10 @@ struct MapVideoJob {
     visit(self.videos,
           JobField("videos VIDEO ...",
                    "Videos of one camera and one place, or recordings of a camera alone: its tags "
-                   "or pictures, without odometry")
+                   "or images, without odometry")
               .input()
               .required());
-    visit(self.folder, JobField("output FOLDER", "Folder for the map and the trajectory").required());
+    visit(self.folder, JobField("output FOLDER", "Folder for map and trajectory").required());
     visit(self.tag_size_sigma_m,
           JobField("tag_size_sigma_m NUMBER",
                    "Standard deviation of the size of the tags, the same error for all "
@@ -80,18 +80,18 @@ struct MapVideoJob {
               .less());
     visit(self.prior_sigma_m,
           JobField("prior_sigma_m NUMBER",
-                   "Standard deviation of the places of the older map: its tags then hold "
-                   "the map, each within it [m]",
+                   "Standard deviation of the tag positions of the older map, which then all "
+                   "define the map frame [m]",
                    1e-6, 10.0)
               .less());
     visit(self.prior_sigma_deg, JobField("prior_sigma_deg NUMBER",
-                                         "Standard deviation of the directions of the tags of the older map, "
-                                         "in degrees. Unless given, where that of its places is: 2",
+                                         "Standard deviation of the tag orientations of the older map, "
+                                         "in degrees. Unless given, if that of the positions is: 2",
                                          1e-4, 180.0)
                                     .less());
     visit(self.level_sigma_deg,
           JobField("level_sigma_deg NUMBER",
-                   "Standard deviation of the directions of tags that are upright, on the floor or on one "
+                   "Standard deviation of the orientations of tags that are upright, on the floor or on one "
                    "plane, in degrees",
                    1e-3, 45.0)
               .usually("1")
