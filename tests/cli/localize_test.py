@@ -87,7 +87,7 @@ class OurRecordings(InFolder):
         before = (self.folder / "poses.txt").read_text()
         outcome = self.run_here("localize", "lap.mcap", "--map", "map", "-o", "poses.txt")
         self.assertEqual(outcome.code, 1)
-        self.assertIn("poses.txt: stands there already: not written over", outcome.err)
+        self.assertIn("poses.txt: the file already exists", outcome.err)
         self.assertEqual((self.folder / "poses.txt").read_text(), before)
         outcome = self.run_here("localize", "lap.mcap", "--map", "map", "-o", "poses.csv")
         self.assertEqual(outcome.code, 2)

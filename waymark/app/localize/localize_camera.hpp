@@ -37,7 +37,7 @@ struct LocalizeCameraJob {
     visit(self.camera.file, localize_fields::camera());
     CameraDescription::fields(self.camera, visit);
     visit(self.output, JobField("output FILE",
-                                "Record pictures' tags and poses (.mcap), or write the poses, one a line "
+                                "Record tags and poses (.mcap), or write the poses, one per line "
                                 "(.txt, .tum: TUM)"));
     visit(self.tag_size_m, localize_fields::tag_size_m());
     visit(self.duration_s, localize_fields::duration_s());
@@ -59,7 +59,7 @@ struct LocalizeCameraReport {
                                                            const LocalizeCameraJob& job,
                                                            const JobControl& control);
 
-/// "812 pictures in 27.0 s, the place known in 640"
+/// "812 pictures in 27.0 s, 640 with a pose"
 [[nodiscard]] std::string to_text(const LocalizeCameraReport& report);
 
 }  // namespace waymark

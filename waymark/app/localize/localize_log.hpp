@@ -43,14 +43,13 @@ struct LocalizeJob {
     visit(self.logs,
           JobField("logs LOG", "Recordings of one drive: MCAP, rosbag2, ROS 1, LCM, CSV tables").input());
     visit(self.map, localize_fields::map());
-    visit(self.robot,
-          JobField("robot NAME",
-                   "Camera of the robot and its mounting: a robot's file, or a name. Unless given: "
-                   "the recording's, or those of robot.yaml beside the map"));
+    visit(self.robot, JobField("robot NAME",
+                               "Camera of the robot and its mounting: a robot file, or a name. Unless given: "
+                               "from the recording, or from robot.yaml beside the map"));
     CameraChoice::fields(self.frames, visit);
     visit(self.calibration, localize_fields::calibration());
     visit(self.output, JobField("output FILE",
-                                "Record the estimates (.mcap), or write the certain ones as poses, one a "
+                                "Record the estimates (.mcap), or write the certain ones as poses, one per "
                                 "line (.txt, .tum: TUM)"));
     visit(self.tag_size_m, localize_fields::tag_size_m());
     visit(self.sensor_pose,

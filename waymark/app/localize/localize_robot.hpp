@@ -41,19 +41,20 @@ struct LocalizeRobotJob {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.robot, JobField("robot KIND:ADDRESS",
-                               "Robot to localise while somebody else drives it, as `waymark teach` has it "
-                               "(ros2:limo, mbot:)")
-                          .required());
+    visit(self.robot,
+          JobField("robot KIND:ADDRESS",
+                   "Robot to localise while another program drives it, named as for `waymark teach` "
+                   "(ros2:limo, mbot:)")
+              .required());
     visit(self.map, localize_fields::map());
     visit(self.robot_file,
           JobField("robot_file NAME",
                    "Body and camera of the robot: a name that `waymark robots` lists, or the path of a .yaml "
-                   "file. Unless given: robot.yaml beside the map, or as the kind says"));
+                   "file. Unless given: robot.yaml beside the map, or that of the robot kind"));
     visit(self.calibration, localize_fields::calibration());
     visit(self.output, JobField("output FILE",
                                 "Record every sample and the estimates (.mcap), or write the certain "
-                                "estimates as poses, one a line (.txt, .tum: TUM)"));
+                                "estimates as poses, one per line (.txt, .tum: TUM)"));
     visit(self.tag_size_m, localize_fields::tag_size_m());
     visit(self.start, localize_fields::start());
     visit(self.duration_s, localize_fields::duration_s());
@@ -61,8 +62,8 @@ struct LocalizeRobotJob {
     visit(self.images, localize_fields::record_images());
     visit(self.camera_sources,
           JobField("camera_source ADDRESS",
-                   "Camera of this computer that gives the pictures of a robot which sends none: "
-                   "v4l2:/dev/video0, or NAME=ADDRESS where the robot's file names several")
+                   "Camera of this computer that provides images for a robot without its own: "
+                   "v4l2:/dev/video0, or NAME=ADDRESS if the robot file has several")
               .less());
     PictureSettings::fields(self.pictures, visit);
   }

@@ -31,11 +31,11 @@ struct LocalizeVideoJob {
     visit(self.camera.readout_ms,
           JobField("readout_ms NUMBER",
                    "Time from the first row to the last of the rolling shutter, in milliseconds; negative "
-                   "when rows are read from the bottom. Unless given: that of a calibration.yaml, else 0",
+                   "if rows are read from the bottom. Unless given: that of a calibration.yaml, else 0",
                    -200.0, 200.0)
               .less());
     visit(self.output, JobField("output FILE",
-                                "Record pictures' tags and poses (.mcap), or write the poses, one a line "
+                                "Record tags and poses (.mcap), or write the poses, one per line "
                                 "(.txt, .tum: TUM)"));
     visit(self.tag_size_m, localize_fields::tag_size_m());
   }
@@ -52,7 +52,7 @@ struct LocalizeVideoReport {
 [[nodiscard]] Result<LocalizeVideoReport> localize_video(const LocalizeVideoJob& job,
                                                          const JobControl& control);
 
-/// "812 pictures, the place known in 640"
+/// "812 pictures, 640 with a pose"
 [[nodiscard]] std::string to_text(const LocalizeVideoReport& report);
 
 }  // namespace waymark

@@ -147,9 +147,9 @@ Verb map_video_verb() {
       .sentence = "Make a tag map from the video of a hand-held camera",
       .help =
           R"(Maps a video (mp4, mkv, webm, avi), or the recording of a camera alone, without robot, odometry and floor, in six
-degrees of freedom; --camera and --tag-size-m are required. Each tag must share an image with a tag connected to the anchor.
+degrees of freedom; --camera and --tag-size-m are required. Each tag must share an image with a tag linked to the anchor.
 It writes map.yaml, layout.json (WPILib, PhotonVision), layout.fmap (Limelight), poses.yaml (TagSLAM), trajectory.txt
-(of the camera) and summary.json. With --prior the anchor pose is taken from that map, and all tags are compared with it;
+(of the camera) and summary.json. With --prior that map defines the anchor pose, and all tags are compared with it;
 with --prior-sigma-m all its tags define the map frame. Scale: --tag-size-m, or measured distances (--distance); level:
 the anchor, or tags known to hang upright or to lie on the floor (--upright, --floor). See docs/howto/video.md.
 A recording with odometry is a robot's lap: `waymark map lap` maps it, and makes a route as well.
