@@ -92,7 +92,7 @@ class Refused(InFolder):
                  "'--no-adapt' of `waymark localize robot`: it is one of `waymark localize log`"),
                 (["--map", "map", "--robot", "process:true", "--record-images", "jpeg"], "nothing is recorded. Add -o FILE.mcap."),
                 (["--map", "map", "--robot", "process:true", "--search-strips"], "every picture is searched wholly"),
-                (["--map", "map", "--robot", "process:true", "--method", "smoother"], "(--lag-s): a smoother of a running robot"),
+                (["--map", "map", "--robot", "process:true", "--method", "smoother"], "(--lag-s): "),
                 (["robot", "--map", "map", "--robot", "limo"], "(--robot): unknown robot 'limo'"),
                 (["lap.mcap", "--map", "map", "--robot-file", "limo"],
                  "'--robot-file' of `waymark localize log`: it is one of `waymark localize robot`"),

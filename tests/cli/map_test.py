@@ -96,7 +96,7 @@ class Map(WithLap):
         self.assertEqual({p.name: p.read_bytes() for p in (self.folder / "map").iterdir()}, before)
         self.assertFalse((self.folder / "fresh").exists())
         (self.folder / "file").touch()  # said before any work: the recording is not even looked for
-        self.assertIn("file/m: cannot make the folder", self.run_here("map", "none.mcap", "-o", "file/m").err)
+        self.assertIn("file/m: cannot create the folder", self.run_here("map", "none.mcap", "-o", "file/m").err)
 
     def test_a_folder_with_copies_of_a_recording(self):
         (self.folder / "laps").mkdir()
@@ -201,7 +201,7 @@ class Map(WithLap):
                 (["lap.mcap", "-o", "m", "--tag-size-m", "-1"], 2, "'-1' is not a size in metres"),
                 (["lap.mcap", "-o", "m", "--step-m", "9"], 2, "(--step-m): 9 is outside"),
                 (["lap.mcap", "-o", "m", "--world", "bad.yaml"], 1, "bad.yaml:1 (tag_family): 'tag_family' is missing"),
-                (["lap.mcap", "-o", "file/m"], 1, "file/m: cannot make the folder")):
+                (["lap.mcap", "-o", "file/m"], 1, "file/m: cannot create the folder")):
             outcome = self.run_here("map", *words)
             self.assertEqual((outcome.code, outcome.out), (code, ""), outcome.err)
             self.assertIn(part, outcome.err)

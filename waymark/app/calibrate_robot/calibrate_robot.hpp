@@ -35,23 +35,21 @@ struct CalibrateRobotWords {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.job.drive.logs, JobField("logs LOG", "Recordings of one drive past tags").input().required());
-    visit(self.job.drive.map,
-          JobField("map FILE",
-                   "Map of the tags, as for `waymark localize`. Unless given: the tags are "
-                   "mapped together with the calibration"));
+    visit(self.job.drive.map, JobField("map FILE",
+                                       "Tag map, as for `waymark localize`. Unless given: the tags are "
+                                       "mapped together with the calibration"));
     visit(self.by,
           JobField("by HOW",
                    "Calibration method: lap (bundle adjustment of tags, trajectory and calibration, with the "
                    "map's covariance) or innovations (likelihood of the filter's innovations). Unless given: "
-                   "lap where there are corners of tags and odometry, and no map or one of Waymark")
+                   "lap if there are tag corners and odometry, and no map or one by Waymark")
               .one_of("lap,innovations"));
     CameraChoice::fields(self.job.drive.frames, visit);
     visit(self.job.drive.robot,
-          JobField("robot FILE", "Camera and its mounting, as far as known: a robot's file, or a name"));
+          JobField("robot FILE", "Camera and its mounting, as far as known: a robot file, or a name"));
     visit(self.job.drive.calibration,
-          JobField("calibration FILE",
-                   "Calibration known beforehand (calibration.yaml), such as the camera's"));
-    visit(self.job.drive.tag_size_m, JobField("tag_size_m NUMBER", "Tag size where the map has none"));
+          JobField("calibration FILE", "Known calibration (calibration.yaml), such as the camera's"));
+    visit(self.job.drive.tag_size_m, JobField("tag_size_m NUMBER", "Tag size if the map has none"));
     visit(self.job.drive.map_sigma_m, JobField("map_sigma NUMBER",
                                                "Standard deviation of the tags' positions, by lap, of a map "
                                                "without covariances, such as one measured by hand [m]",
@@ -59,7 +57,7 @@ struct CalibrateRobotWords {
     visit(self.job.drive.sensor_pose,
           JobField("sensor_pose NUMBER", "Mounting of the range sensor on the robot: x y [m], yaw [deg]")
               .parts(3));
-    visit(self.job.from_s, JobField("from S", "Begin of the used interval, in seconds from the start"));
+    visit(self.job.from_s, JobField("from S", "Start of the used interval, in seconds from the start"));
     visit(self.job.to_s,
           JobField("to S", "End of the used interval, in seconds from the start").without_default());
     visit(self.job.drive.output, JobField("output FILE", "Calibration to write (calibration.yaml)"));

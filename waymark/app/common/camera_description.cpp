@@ -175,7 +175,7 @@ Result<std::optional<PoseSetup>> described_poses(const CameraDescription& camera
   if (camera.file.empty() && (named || !camera.size.empty()))
     return fail(ErrorCode::InvalidArgument, "`camera` is not set, so this camera has no calibration",
                 {.key = named ? "camera_name" : "camera_size"},
-                "Set `camera=camera.yaml` and `tag_size_m=0.16`, or omit this field.");
+                "Set `camera=camera.yaml` and `tag_size_m=0.16`, or omit this option.");
   if (camera.file.empty() && tag_sizes.empty()) return std::optional<PoseSetup>();
   if (camera.file.empty() || tag_sizes.empty()) {
     return fail(ErrorCode::InvalidArgument, "poses require both the camera and the tag size",

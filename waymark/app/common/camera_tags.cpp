@@ -72,7 +72,7 @@ Status check_job(const ConvertVideoJob& job) {
                 {.source = job.output, .key = "`output`"},
                 "End the name in .mcap; `waymark detect json=true` writes the tags as text.");
   if (std::filesystem::exists(job.output, ignored))
-    return fail(ErrorCode::Unwritable, "this file exists already", {.source = job.output},
+    return fail(ErrorCode::Unwritable, "this file already exists", {.source = job.output},
                 "Recordings are never overwritten: choose another name or remove the file.");
   return {};
 }

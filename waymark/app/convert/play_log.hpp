@@ -43,13 +43,13 @@ struct LogPart {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.topics,
-          JobField("topics TOPIC,…", "Only these topics, with commas between them. Unless given: all")
-              .comma_separated());
+    visit(self.topics, JobField("topics TOPIC,…", "Only these topics, comma-separated. Unless given: all")
+                           .comma_separated());
     visit(self.from_s,
-          JobField("from SECONDS", "Begin this many seconds after the first message").usually("0"));
+          JobField("from SECONDS", "Start this many seconds after the first message").usually("0"));
     visit(self.to_s,
-          JobField("to SECONDS", "End this many seconds after the first message. Unless given: with the file")
+          JobField("to SECONDS",
+                   "Stop this many seconds after the first message. Unless given: at the end of the file")
               .without_default());
   }
 };
@@ -76,25 +76,19 @@ struct PlayWords {
     LogPart::fields(self.part, visit);
     visit(self.file,
           JobField("file FILE",
-                   "Recording of any kind: MCAP, rosbag2, ROS 1 bag, LCM event log, CSV; also packed")
+                   "Recording of any kind: MCAP, rosbag2, ROS 1 bag, LCM event log, CSV; also compressed")
               .input()
               .required());
     visit(self.options.speed,
           JobField("speed NUMBER", "Playback rate: 1 as recorded, 2 twice as fast, 0 without waiting"));
-    visit(
-        self.options.messages,
-        JobField("messages", "All messages as they lie in the file (topic, type, size) instead of samples"));
-    visit(
-        self.ros2,
-        JobField(
-            "ros2",
-            "Publish the messages on the network of ROS 2 instead of printing them (ROS_DOMAIN_ID counts)"));
-    visit(
-        self.commands,
-        JobField(
-            "commands",
-            "With `ros2`: also publish recorded velocity commands, which move a robot that listens to them"));
-    visit(self.options.json, JobField("json", "One JSON object a line instead of words"));
+    visit(self.options.messages,
+          JobField("messages", "Print all messages of the file (topic, type, size) instead of samples"));
+    visit(self.ros2,
+          JobField("ros2", "Publish the messages on ROS 2 instead of printing them (uses ROS_DOMAIN_ID)"));
+    visit(self.commands,
+          JobField("commands",
+                   "With `ros2`: also publish recorded velocity commands, which move a subscribed robot"));
+    visit(self.options.json, JobField("json", "Print one JSON object per line instead of text"));
   }
 };
 

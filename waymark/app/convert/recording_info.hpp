@@ -39,10 +39,10 @@ struct InfoJob {
   static void fields(Self& self, Visitor&& visit) {
     visit(self.file,
           JobField("file FILE",
-                   "Recording of any kind: MCAP, rosbag2, ROS 1 bag, LCM event log, CSV; also packed")
+                   "Recording of any kind: MCAP, rosbag2, ROS 1 bag, LCM event log, CSV; also compressed")
               .input()
               .required());
-    visit(self.quick, JobField("quick", "Read the index only: no gaps, no clocks"));
+    visit(self.quick, JobField("quick", "Read only the index, so gaps and clock jumps are not reported"));
   }
 };
 

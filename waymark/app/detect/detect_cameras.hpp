@@ -37,13 +37,13 @@ struct DetectWords {
     visit(self.view, JobField("view", "Show one live camera in the browser, with its controls"));
     PageOptions::fields_of_view(self.page, visit);
     DetectJob::fields(self.job, visit);
-    visit(self.json, JobField("json", "One JSON object a line for each picture instead of tables"));
+    visit(self.json, JobField("json", "Print one JSON object per image instead of tables"));
     visit(self.covariance,
           JobField("covariance", "With `json`: the 8 x 8 covariance of the corners of each tag as well"));
     visit(self.job.annotate_folder,
           JobField(
               "annotate PATH",
-              "Write each picture with its tags drawn in: to this folder, as PNG, or to a video (a name that "
+              "Write each image with its tags drawn in: to this folder, as PNG, or to a video (a name that "
               "ends in .mp4, .mkv, .webm or .avi); x axis red, y axis green, dot on the first corner"));
     visit(self.duration_s,
           JobField("duration_s FLOAT", "Time after which a live camera is closed; 0: never", 0.0, 1e7));

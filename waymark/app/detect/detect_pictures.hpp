@@ -24,11 +24,11 @@ struct DetectJob {
   static void fields(Self& self, Visitor&& visit) {
     visit(self.sources,
           JobField("sources SOURCE",
-                   "Pictures (JPEG, PNG, PNM), folders of pictures, videos, recordings with pictures, quoted "
+                   "Images (JPEG, PNG, PNM), folders of images, videos, recordings with images, quoted "
                    "patterns such as 'lap/*.png', or live cameras such as v4l2:/dev/video0")
               .input()
               .required());
-    visit(self.recursive, JobField("recursive", "Search folders for pictures recursively"));
+    visit(self.recursive, JobField("recursive", "Search folders for images recursively"));
   }
 };
 

@@ -59,7 +59,7 @@ Status check_extension(const MapJob& job) {
   }
   if (job.overrides.anchor || job.overrides.map_T_anchor)
     return refuse(job.overrides.anchor ? "anchor" : "anchor_pose",
-                  "the extended map already defines its frame", "Omit this field.");
+                  "the extended map already defines its frame", "Omit this option.");
   for (const TagId& tag : job.remove) {
     if (job.freeze.contains(tag))
       return refuse("remove", to_string(tag) + " is both removed and frozen",
