@@ -27,21 +27,18 @@ struct VideoViewOptions {
   static void fields(Self& self, Visitor&& visit) {
     visit(self.fastest_px_s,
           Field{"fastest_px_s",
-                "Speed of the corners in the image above which a picture of a video is left out [px/s].", 1,
-                1e5});
-    visit(self.new_view_share,
-          Field{"new_view_share",
-                "Mean distance of the corners from every view taken so far that makes a view of a video new, "
-                "as a share of the image's diagonal.",
-                0, 1});
-    visit(self.most_views,
-          Field{"most_views", "Largest number of views that are taken from a video.", 4, 10000});
-    visit(
-        self.fewest_tags,
-        Field{"fewest_tags",
-              "Smallest number of tags in a view that is taken from a video; of a board's corners four times "
-              "as many.",
-              1, 1000});
+                "Speed of the corners in the image above which a video image is skipped [px/s].", 1, 1e5});
+    visit(self.new_view_share, Field{"new_view_share",
+                                     "Smallest mean distance of the corners from every earlier view at which "
+                                     "a video image is a new view, "
+                                     "as a fraction of the image diagonal.",
+                                     0, 1});
+    visit(self.most_views, Field{"most_views", "Largest number of views taken from a video.", 4, 10000});
+    visit(self.fewest_tags,
+          Field{"fewest_tags",
+                "Smallest number of tags in a view taken from a video; for corners of a board four times "
+                "as many.",
+                1, 1000});
   }
 };
 
@@ -70,22 +67,22 @@ struct CameraFitJob {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(
-        self.lens,
-        JobField("lens NAME",
-                 "Distortion model: none, radtan4, radtan5, rational8, equidistant, or auto (of those that "
-                 "the output's format holds the simplest whose cross-validation error is as low as the best)")
-            .one_of("auto,none,radtan4,radtan5,rational8,equidistant"));
+    visit(self.lens,
+          JobField(
+              "lens NAME",
+              "Distortion model: none, radtan4, radtan5, rational8, equidistant, or auto (the simplest that "
+              "the output format can represent and whose cross-validation error is as low as the best)")
+              .one_of("auto,none,radtan4,radtan5,rational8,equidistant"));
     visit(self.output, JobField("output FILE",
-                                "Calibration to write: ours (.yaml, with the standard deviations), "
-                                "PhotonVision's (.json), or as `format` says"));
+                                "Calibration to write: Waymark's (.yaml, with standard deviations), "
+                                "PhotonVision's (.json), or the one set by `format`"));
     visit(self.format, JobField("format NAME",
                                 "Format of `output`: waymark, ros (camera_info), kalibr (camchain), "
                                 "photonvision (JSON, with all corners) or opencv (YAML of FileStorage)")
                            .one_of("waymark,ros,kalibr,photonvision,opencv"));
     visit(self.camera_info,
-          JobField("camera_info FILE", "Calibration file to write in the format of ROS camera_info").less());
-    visit(self.force, JobField("force", "Replace a file that is there").less());
+          JobField("camera_info FILE", "Calibration file to write in ROS camera_info format").less());
+    visit(self.force, JobField("force", "Replace an existing file").less());
   }
 };
 
@@ -103,14 +100,14 @@ struct CalibrateCameraJob {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.sources, JobField("sources SOURCE",
-                                 "Pictures of the board: files, folders, quoted patterns, recordings, videos")
+                                 "Images of the board: files, folders, quoted patterns, recordings, videos")
                             .input());
     visit(self.detections,
           JobField("detections FILE",
                    "Use this output of `waymark detect json=true covariance=true` instead of "
-                   "pictures; - is standard input")
+                   "images; - is standard input")
               .less());
-    visit(self.recursive, JobField("recursive", "Search folders for pictures recursively").less());
+    visit(self.recursive, JobField("recursive", "Search folders for images recursively").less());
     TargetOptions::fields(self.target, visit);
     CameraFitJob::fields(self.fit, visit);
   }

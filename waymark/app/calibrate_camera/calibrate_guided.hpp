@@ -26,13 +26,13 @@ struct CalibrateGuidedJob {
     visit(
         self.sources,
         JobField("sources SOURCE",
-                 "Live camera, such as v4l2:/dev/video0; or videos and recordings, whose pictures are taken "
-                 "as those of a live camera")
+                 "Live camera, such as v4l2:/dev/video0; or videos and recordings, whose images are treated "
+                 "like those of a live camera")
             .input());
     visit(self.folder, JobField("resume FOLDER",
-                                "Folder in which a guided calibration keeps its views as pictures, and goes "
-                                "on from those there"));
-    visit(self.view, JobField("view", "Show a live camera in the browser, with what is missing"));
+                                "Folder in which a guided calibration stores its views as images and from "
+                                "which it continues"));
+    visit(self.view, JobField("view", "Show a live camera in the browser, with the missing views"));
     PageOptions::fields_of_view(self.page, visit);
     visit(self.recursive,
           JobField("recursive", "Search folders for videos and recordings recursively").less());

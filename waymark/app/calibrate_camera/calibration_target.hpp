@@ -29,26 +29,25 @@ struct TargetOptions {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     fields_of_board(self, visit);
-    visit(self.map, JobField("map FILE", "Instead of a board: a map of tags whose places are known well"));
+    visit(self.map, JobField("map FILE", "Instead of a board: a map of tags with accurately known poses"));
   }
 
   /// The same but for `map`.
   template <class Self, class Visitor>
   static void fields_of_board(Self& self, Visitor&& visit) {
     visit(self.kind, JobField("target NAME",
-                              "What is photographed: tags (`waymark tags board style=separate`), "
+                              "Calibration target: tags (`waymark tags board style=separate`), "
                               "chessboard, charuco or aprilgrid (Kalibr's)")
                          .one_of("tags,chessboard,charuco,aprilgrid"));
     visit(self.columns,
-          JobField(
-              "cols INTEGER",
-              "Tags in a row of the board; of a chessboard or ChArUco board the squares, not their corners"));
+          JobField("cols INTEGER",
+                   "Tags per row of the board; for a chessboard or ChArUco board squares, not corners"));
     visit(self.rows, JobField("rows INTEGER",
-                              "Tags in a column of the board; of a chessboard or ChArUco board the squares, "
-                              "not their corners"));
+                              "Tags per column of the board; for a chessboard or ChArUco board squares, "
+                              "not corners"));
     visit(self.tag_size_m,
           JobField("tag_size_m NUMBER", "Side of the black square of a tag, measured on the print"));
-    visit(self.spacing, JobField("spacing NUMBER", "Gap between two tags, as a share of their size"));
+    visit(self.spacing, JobField("spacing NUMBER", "Gap between two tags, as a fraction of their size"));
     visit(self.first_id, JobField("first_id INTEGER", "Number of the lower left tag, or of the first marker")
                              .usually("0")
                              .less());
@@ -63,7 +62,7 @@ struct TargetOptions {
               "dictionary NAME",
               "Markers of a ChArUco board: OpenCV's name of their dictionary, such as 4x4_50 or 5x5_1000"));
     visit(self.legacy_pattern, JobField("legacy_pattern",
-                                        "A ChArUco board as OpenCV drew it before 4.6: with an even number "
+                                        "ChArUco board as drawn by OpenCV before 4.6: with an even number "
                                         "of rows its upper left square is white")
                                    .less());
   }

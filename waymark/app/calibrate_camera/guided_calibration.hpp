@@ -21,14 +21,14 @@ struct GuideOptions {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.focal_share, Field{"focal_share",
-                                  "Standard deviation of the focal length, as a share of it, at which a "
+                                  "Relative standard deviation of the focal length at which a "
                                   "guided calibration ends once "
                                   "no view is missing.",
                                   1e-5, 1});
     visit(self.views_at_most,
-          Field{"views_at_most", "Number of views at which a guided calibration ends in any case.", 4, 1000});
-    visit(self.capture, Field{"capture", "Which pictures of a live camera are taken."});
-    visit(self.coverage, Field{"coverage", "Which views a guided calibration asks for."});
+          Field{"views_at_most", "Number of views at which a guided calibration always ends.", 4, 1000});
+    visit(self.capture, Field{"capture", "Selection of images of a live camera."});
+    visit(self.coverage, Field{"coverage", "Views that a guided calibration asks for."});
   }
 };
 
@@ -45,8 +45,8 @@ struct GuideStatus {
   bool good_enough = false;
 };
 
-/// "7 views, 0.21 px, focal length +- 0.3 %; hold still; wanted: tilt the board so that its left edge is nearer
-/// to the camera; hold the board in these parts of the image: top left, top".
+/// "7 views, 0.21 px, focal length +- 0.3 %; hold still; wanted: tilt the board so that its left edge is
+/// nearer to the camera; hold the board in these parts of the image: top left, top".
 [[nodiscard]] std::string to_text(const GuideStatus& status);
 
 /// What is there and what is wanted, of each part of the picture and each tilt (docs/formats/live.md).

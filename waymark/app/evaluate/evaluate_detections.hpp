@@ -23,16 +23,15 @@ struct EvaluateDetectionsJob {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.sources,
-          JobField("sources SOURCE", "Pictures to detect in: files, folders, or quoted patterns").input());
+    visit(self.sources, JobField("sources SOURCE", "Images: files, folders, or quoted patterns").input());
     visit(self.truth, JobField("truth FILE",
-                               "CSV with the columns image, id, x0, y0, x1, y1, x2, y2, x3, y3 and, where "
+                               "CSV with the columns image, id, x0, y0, x1, y1, x2, y2, x3, y3 and, if "
                                "known, size_px, tilt_deg, family")
                           .required());
     visit(self.detections, JobField("detections FILE",
                                     "Score this output of `waymark detect json=true` instead of running the "
                                     "detector; - is standard input"));
-    visit(self.recursive, JobField("recursive", "Search folders for pictures recursively"));
+    visit(self.recursive, JobField("recursive", "Search folders for images recursively"));
   }
 };
 

@@ -32,10 +32,10 @@ struct EvaluateTrajectoryJob {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.estimate,
-          JobField("estimate EST", "What is judged: a recording with poses, or a TUM file").input());
+          JobField("estimate EST", "Estimate to evaluate: a recording with poses, or a TUM file").input());
     visit(self.reference, JobField("reference REF",
-                                   "What is right: a recording with /truth/pose, a TUM file, a route.yaml, "
-                                   "or a CSV of corners (x_m,y_m), of which only the path is known")
+                                   "Reference: a recording with /truth/pose, a TUM file, a route.yaml, "
+                                   "or a CSV of points (x_m,y_m), which defines only a path")
                               .input());
     visit(self.estimate_topic, JobField("est_topic TOPIC", "Topic of EST's poses; usually /waymark/pose"));
     visit(self.reference_topic, JobField("ref_topic TOPIC", "Topic of REF's poses; usually /truth/pose"));
@@ -45,20 +45,18 @@ struct EvaluateTrajectoryJob {
             "alignment KIND",
             "Alignment before errors are computed: none (the map's own frame), se2, se3 or sim3 (with scale)")
             .one_of("none,se2,se3,sim3"));
-    visit(self.closed,
-          JobField("closed", "Compare a closed loop: the corners of REF return to the first one"));
+    visit(self.closed, JobField("closed", "Close the loop: the points of REF return to the first one"));
     visit(self.odometry, JobField("odometry LOG",
                                   "Evaluate the wheel odometry, and wheels with gyro, of this recording "
                                   "beside EST, started at the same pose"));
     visit(self.from_s,
-          JobField("from S", "Begin of the evaluated interval, in seconds from the start of EST"));
+          JobField("from S", "Start of the evaluated interval, in seconds from the start of EST"));
     visit(self.to_s, JobField("to S", "End of the evaluated interval, in seconds from the start of EST")
                          .without_default());
     visit(self.time_offset_s,
-          JobField("time_offset_s NUMBER", "Clock offset that is added to the stamps of REF").usually("0"));
-    visit(self.figures,
-          JobField("figures FOLDER", "Folder for figures: paths from above, error along the way"));
-    visit(self.map, JobField("map FILE", "Map whose tags the figure shows"));
+          JobField("time_offset_s NUMBER", "Clock offset added to the stamps of REF").usually("0"));
+    visit(self.figures, JobField("figures FOLDER", "Folder for figures: paths from above, error over time"));
+    visit(self.map, JobField("map FILE", "Map whose tags are drawn in the figure"));
   }
 };
 

@@ -18,12 +18,11 @@ struct PlotJob {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(
-        self.runs,
-        JobField("runs RUN ...", "Recordings, folders of maps, or the folder of a demo").input().required());
+    visit(self.runs,
+          JobField("runs RUN ...", "Recordings, map folders, or the folder of a demo").input().required());
     visit(self.figure, JobField("figure NAME", "Name of the figure. Unless given: the figures are listed"));
     visit(self.output, JobField("output FILE", "File to write: .svg, .png or .pdf (usual: NAME.svg)"));
-    visit(self.force, JobField("force", "Replace a file that is there"));
+    visit(self.force, JobField("force", "Replace an existing file"));
   }
 };
 

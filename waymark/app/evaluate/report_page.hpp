@@ -62,12 +62,12 @@ struct ReportJob {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.runs, JobField("runs RUN ...",
-                              "Recordings, folders of maps, or the folder of a demo; the first drive is what "
-                              "the others are compared with")
+                              "Recordings, map folders, or the folder of a demo; the others are compared "
+                              "with the first drive")
                          .input()
                          .required());
     visit(self.output, JobField("output FILE", "HTML file to write"));
-    visit(self.force, JobField("force", "Replace a page that no report wrote"));
+    visit(self.force, JobField("force", "Replace a file that was not written by `waymark report`"));
   }
 };
 

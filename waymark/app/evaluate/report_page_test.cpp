@@ -94,7 +94,7 @@ TEST(DriveSection, HoldsWhatTheDriveSays) {
   const plot::PageSection estimate = drive_section(runs.drives[1]);
   EXPECT_THAT(figure_names(estimate), Contains("error"));
   EXPECT_THAT(figure_names(estimate), Contains("heading"));
-  EXPECT_THAT(first_cells(estimate.tables.at(0)), Contains("estimate from the truth, rmse"));
+  EXPECT_THAT(first_cells(estimate.tables.at(0)), Contains("error of the estimate, rmse"));
   EXPECT_TRUE(drive_section(DriveRun{.file = "empty"}).figures.empty());
 }
 

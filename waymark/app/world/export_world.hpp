@@ -23,8 +23,7 @@ struct ExportWorldWords {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.world, JobField("world WORLD", kWorldNames).input().required());
-    visit(self.folder,
-          JobField("sdf FOLDER", "Folder to write world.sdf into, not there yet or empty").required());
+    visit(self.folder, JobField("sdf FOLDER", "New or empty folder for world.sdf").required());
     visit(
         self.robot_file,
         JobField(

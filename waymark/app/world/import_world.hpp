@@ -29,10 +29,9 @@ struct ImportWorldJob {
     visit(self.file, JobField("file FILE", "World or model in SDF (.sdf, .world)").input().required());
     visit(self.output, JobField("output FILE", "World to write (.yaml)").required());
     visit(self.folders, JobField("models FOLDER",
-                                 "Folder in which model:// and pictures are looked for first (repeatable). "
+                                 "Folder that is searched first for model:// and images (repeatable). "
                                  "Then: beside the file, models/ there, IGN_GAZEBO_RESOURCE_PATH, SDF_PATH"));
-    visit(self.families,
-          JobField("family NAME", "Tag families to look for in the pictures").comma_separated());
+    visit(self.families, JobField("family NAME", "Tag families to detect in the textures").comma_separated());
     visit(self.path,
           JobField("path FILE",
                    "Line to drive: a .csv file with columns x and y in metres, or a recording of a drive"));

@@ -15,14 +15,14 @@ struct SimulateLikeJob {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(
-        self.like,
-        JobField(
-            "like RECORDING",
-            "Recording whose rates, gaps, noise and speeds are imitated: anything that `waymark info` reads")
-            .required());
+    visit(self.like,
+          JobField(
+              "like RECORDING",
+              "Recording whose rates, gaps, noise and speeds are imitated, in any format of `waymark info`")
+              .required());
     visit(self.output,
-          JobField("output FILE", "Recording to write (.mcap); never written over another").required());
+          JobField("output FILE", "Recording to write (.mcap); existing files are never overwritten")
+              .required());
   }
 };
 

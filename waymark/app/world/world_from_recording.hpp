@@ -22,15 +22,15 @@ struct WorldFromRecordingJob {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.recording,
-          JobField("recording RECORDING", "Recorded drive: anything that `waymark info` reads")
-              .input()
-              .required());
-    visit(self.map, JobField("map FOLDER", "Folder that `waymark map` made of this recording").required());
-    visit(self.folder, JobField("output FOLDER", "Folder to write, not there yet or empty").required());
-    visit(self.robot, JobField("robot NAME",
-                               "Robot whose body and behaviour are the start, by name or .yaml file. Unless "
-                               "given: robot.yaml of the map"));
+    visit(self.recording, JobField("recording RECORDING", "Recorded drive, in any format of `waymark info`")
+                              .input()
+                              .required());
+    visit(self.map, JobField("map FOLDER", "Folder written by `waymark map` from this recording").required());
+    visit(self.folder, JobField("output FOLDER", "New or empty folder to write").required());
+    visit(self.robot,
+          JobField("robot NAME",
+                   "Robot that provides body and initial behaviour, by name or .yaml file. Unless "
+                   "given: robot.yaml of the map"));
   }
 };
 
