@@ -245,7 +245,7 @@ bool is_of_camera(const std::string& path, bool calibrated) {
   if (!calibrated) return false;
   const auto log = open_log(path);
   const auto contents = log ? contents_of(**log) : tl::unexpected(log.error());
-  if (!contents || contents->empty()) return true;  // who reads it says what is wrong
+  if (!contents || contents->empty()) return true;  // its reader reports the error
   const auto has = [&](const char* what) { return contents->contains(what); };
   return (has("tags") || has("pictures")) && !has("odometry") && !has("imu");
 }

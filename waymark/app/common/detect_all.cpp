@@ -393,7 +393,7 @@ bool detect_recording(std::size_t index, const std::string& path, const TagFinde
   return going;
 }
 
-/// Missing pictures are failures; what only has to be known is said.
+/// Missing images are failures; other problems become notes.
 void report_problems(const std::string& path, const VideoReader& reader, const JobControl& control,
                      DetectSummary& summary) {
   for (const VideoProblem& problem : reader.problems()) {

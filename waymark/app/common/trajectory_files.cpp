@@ -25,7 +25,7 @@
 
 namespace waymark {
 
-// What a recording of `waymark localize` says beside its poses.
+// Data of a recording by `waymark localize` besides its poses.
 namespace {
 
 std::optional<double> number_of(const std::string& text) {
@@ -35,7 +35,7 @@ std::optional<double> number_of(const std::string& text) {
   return value;
 }
 
-/// NIS over its degrees of freedom; nothing when the status does not say both.
+/// NIS over its degrees of freedom; nothing if the status lacks one of them.
 std::optional<double> nis_of(const ros2::DiagnosticStatus& status) {
   std::optional<double> nis;
   std::optional<double> freedom;

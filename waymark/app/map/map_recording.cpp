@@ -289,7 +289,7 @@ Status write_figures(const RecordedLap& recorded, const MapJob& job, const fs::p
                       plot::tags_in_view_figure("Tags in view", recorded.frames), svg, report.files);
 }
 
-/// Everything a map's folder holds, all of it or nothing. What stands there moves aside.
+/// Writes all files of a map folder, or none. Existing files become backups.
 Status write_map_folder(const RecordedLap& recorded, const MapJob& job, const MapFile& map,
                         const Stopwatch& watch, MapReport& report) {
   Result<StagedFolder> staged = StagedFolder::open(job.folder);
