@@ -13,10 +13,10 @@
 #include "waymark/mapping/camera/camera_calibration.hpp"
 #include "waymark/mapping/camera/target_mark.hpp"
 
-/// `waymark calibrate camera`: the intrinsics of a camera from pictures of a printed board.
+/// `waymark calibrate camera`: the intrinsics of a camera from images of a printed board.
 namespace waymark {
 
-/// Which pictures of a video are views worth calibrating on.
+/// Selection of views from a video.
 struct VideoViewOptions {
   double fastest_px_s = 60;  ///< corners move no faster: their blur and the rolling shutter stay small
   double new_view_share = 0.04;
@@ -42,7 +42,7 @@ struct VideoViewOptions {
   }
 };
 
-/// What one picture of a video shows of the target.
+/// The target in one image of a video.
 struct StampedMarks {
   SensorTime stamp{};
   TargetPicture marks{};
@@ -54,7 +54,7 @@ struct StampedMarks {
 [[nodiscard]] std::vector<std::size_t> choose_views(const std::vector<StampedMarks>& pictures,
                                                     double diagonal_px, const VideoViewOptions& options = {});
 
-/// How a camera is fitted to its views, wherever they come from, and what is written.
+/// Fit of a camera to its views, and the outputs.
 struct CameraFitJob {
   std::string lens = "auto";
   std::string output{};  ///< calibration.yaml; empty: none
@@ -86,7 +86,7 @@ struct CameraFitJob {
   }
 };
 
-/// Refuses fields that are given and have no effect without an output.
+/// Refuses options without effect if there is no output.
 void refuse_without_output(const CameraFitJob& fit, FieldRefusals& refused);
 
 struct CalibrateCameraJob {
@@ -113,7 +113,7 @@ struct CalibrateCameraJob {
   }
 };
 
-/// Fails unless either pictures or detections are named, and on fields that are given and have no effect.
+/// Fails unless either images or detections are named, and on options without effect.
 [[nodiscard]] Status check_job(const CalibrateCameraJob& job, const GivenFields& given);
 
 struct CalibrateCameraReport {
@@ -125,15 +125,15 @@ struct CalibrateCameraReport {
   std::string marks_word = "tags";      ///< what a mark of the target is: "tags" or "corners"
 };
 
-/// Fails when an output cannot be written, or its format does not hold the lens, before anything is read.
+/// Fails if an output cannot be written, or its format cannot represent the lens, before anything is read.
 [[nodiscard]] Status check_outputs(const CameraFitJob& job);
 
-/// How the camera is fitted: with the lens "auto" only lenses that the format of the output holds.
+/// Fit options: with the lens "auto" only lenses that the output format can represent.
 [[nodiscard]] CameraCalibrationOptions fit_options(const CameraFitJob& job);
-/// Which lenses "auto" leaves out for the sake of the format, in words; empty: none.
+/// The lenses that "auto" omits because of the format, as text; empty: none.
 [[nodiscard]] std::string words_of_untried_lenses(const CameraFitJob& job);
 
-/// Finds the target, its tags with the finder, where pictures are given, and fits the camera.
+/// Detects the target, its tags with the finder, if images are given, and fits the camera.
 [[nodiscard]] Result<CalibrateCameraReport> calibrate_camera(const CalibrateCameraJob& job,
                                                              const CalibrationTarget& target,
                                                              const TagFinder& finder,
@@ -143,7 +143,7 @@ struct CalibrateCameraReport {
 [[nodiscard]] double sigma_of(const CameraCalibration& found, std::size_t parameter);
 [[nodiscard]] ReportFields fields(const CalibrateCameraReport& report);
 
-/// Numbers with their standard deviations, lenses tried, pictures, parts of the image, advice.
+/// Parameters with their standard deviations, lenses tried, images, parts of the image, advice.
 [[nodiscard]] std::string to_text(const CalibrateCameraReport& report);
 
 }  // namespace waymark

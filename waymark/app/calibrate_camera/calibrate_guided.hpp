@@ -10,7 +10,7 @@
 
 namespace waymark {
 
-/// `waymark calibrate guided`: calibration while somebody holds the board before the camera.
+/// `waymark calibrate guided`: calibration while a person holds the board in front of the camera.
 struct CalibrateGuidedJob {
   std::vector<std::string> sources{};  ///< a live camera, or videos and recordings
   bool recursive = false;
@@ -46,8 +46,8 @@ struct CalibrateGuidedJob {
 /// effect.
 [[nodiscard]] Status check_job(const CalibrateGuidedJob& job, const GivenFields& given);
 
-/// Takes views until they tell the camera well enough, the source ends, or control cancels; then the
-/// calibration by all of them. How far it is are progress and notes.
+/// Takes views until the calibration is accurate enough, the source ends, or control cancels; then the
+/// calibration from all of them. Reports its state as progress and notes.
 [[nodiscard]] Result<CalibrateCameraReport> calibrate_guided(const CalibrateGuidedJob& job,
                                                              const CalibrationTarget& target,
                                                              const TagFinder& finder,

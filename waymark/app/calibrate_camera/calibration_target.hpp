@@ -12,7 +12,7 @@
 
 namespace waymark {
 
-/// What a calibration target is.
+/// Description of a calibration target.
 struct TargetOptions {
   std::string kind = "tags";  ///< "tags", or a board_kind()
   int columns = 0;            ///< tags, or squares of a chessboard
@@ -24,7 +24,7 @@ struct TargetOptions {
   double marker_size_m = 0;
   std::string dictionary = "4x4_50";
   bool legacy_pattern = false;
-  std::string map{};  ///< instead of a board: a file of tags whose places are known
+  std::string map{};  ///< instead of a board: a file of tags with known poses
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -77,14 +77,14 @@ void refuse_of_other_targets(const TargetOptions& options, FieldRefusals& refuse
 /// The board; nothing: tags. InvalidArgument: the options make no board.
 [[nodiscard]] Result<std::optional<CalibrationBoard>> board_of(const TargetOptions& options);
 
-/// A target as one picture shows it.
+/// The target in one image.
 struct SeenTarget {
   TargetPicture marks{};
   /// Of a ChArUco board: the side of its markers over that of their squares, as the picture shows them.
   std::optional<double> marker_share{};
 };
 
-/// What a camera is calibrated on, and how it is found in a picture.
+/// A calibration target and its detector.
 class CalibrationTarget {
  public:
   /// Reads a map and loads what finds a board. InvalidArgument: the options make no target.
@@ -97,9 +97,9 @@ class CalibrationTarget {
   [[nodiscard]] const char* marks_word() const { return is_board() ? "corners" : "tags"; }
   /// The marks in a picture: the corners of the board, or the tags that `finder` finds.
   [[nodiscard]] Result<SeenTarget> find(const ImageView& image, const TagFinder& finder) const;
-  /// What to try where pictures do not show the target, in words, by what one of them shows. Slow.
+  /// Advice if no image shows the target, derived from one of them. Slow.
   [[nodiscard]] std::string words_of_absence(const ImageView& image) const;
-  /// Words where the markers of a ChArUco board are not as large as was said, by what the pictures show.
+  /// A warning if the marker size of a ChArUco board contradicts the images.
   [[nodiscard]] std::optional<std::string> words_of_marker_size(std::vector<double> shares) const;
 
  private:

@@ -11,13 +11,13 @@
 #include "waymark/localization/innovation_fits.hpp"
 #include "waymark/mapping/lap/lap_calibration.hpp"
 
-/// `waymark calibrate robot`: where the camera sits, scales, gains and latency from a drive past tags.
+/// `waymark calibrate robot`: camera mounting, scales, gains and latency from a drive past tags.
 namespace waymark {
 
 enum class CalibrateRobotBy : std::uint8_t {
-  Either,       ///< the lap, where it holds what that takes
-  Lap,          ///< tags, way and numbers together, by bundle adjustment
-  Innovations,  ///< the numbers with which a filter predicts best what was seen; needs a map
+  Either,       ///< the lap, if it contains the required data
+  Lap,          ///< tags, trajectory and parameters jointly, by bundle adjustment
+  Innovations,  ///< the parameters with the smallest filter innovations; needs a map
 };
 
 struct CalibrateRobotJob {
@@ -27,7 +27,7 @@ struct CalibrateRobotJob {
   double to_s = std::numeric_limits<double>::infinity();
 };
 
-/// What a user says of a calibration, but options.
+/// User input of a calibration, without options.
 struct CalibrateRobotWords {
   CalibrateRobotJob job{};
   std::string by{};  ///< lap, innovations; empty: either
@@ -71,8 +71,8 @@ struct CalibrateRobotReport {
   std::vector<std::string> warnings{};
 };
 
-/// Whether the recording holds what it takes, corners of tags and odometry, and the map of the job, if it
-/// names one, is a map of ours.
+/// Whether the recording contains tag corners and odometry, and the map of the job, if it
+/// names one, is a Waymark map.
 [[nodiscard]] bool can_calibrate_by_lap(const LocalizeJob& job, const JobControl& control);
 
 /// Reads the recording of the job (logs, robot, calibration, tag_size_m, and the map as far as it is known)
@@ -80,17 +80,17 @@ struct CalibrateRobotReport {
 [[nodiscard]] Result<LapCalibration> calibrate_recorded_lap(const LocalizeJob& job, double from_s,
                                                             double to_s, const JobControl& control);
 
-/// Fails before anything is read when the output cannot be written.
+/// Fails before anything is read if the output cannot be written.
 [[nodiscard]] Result<CalibrateRobotReport> calibrate_robot(const CalibrateRobotJob& job,
                                                            const JobControl& control);
-/// Writes what was found to the job's output, if it names one; what stood there moves aside, and its new name
-/// is given back. Fails, and writes nothing, where the drive
-/// told no number, or no better ones than were given.
+/// Writes the calibration to the job's output, if it names one; an existing file becomes a backup, whose name
+/// is returned. Fails, and writes nothing, if the drive
+/// determines no value, or none better than the given ones.
 [[nodiscard]] Result<std::string> write_robot_calibration(const CalibrateRobotJob& job,
                                                           const CalibrateRobotReport& report);
 [[nodiscard]] ReportFields fields(const CalibrateRobotReport& report);
 
-/// A line a number: its value and standard deviation, or what to drive to tell it.
+/// One line per value with its standard deviation, or advice on what to drive.
 [[nodiscard]] std::string to_text(const CalibrateRobotReport& report);
 
 }  // namespace waymark

@@ -21,9 +21,9 @@ struct ConvertJob {
   std::vector<std::string> topics{};  ///< only these; empty: all
   std::string from{};  ///< seconds after the start, or @ seconds of the recording's clock; empty: all
   std::string to{};
-  std::string kind{};            ///< what a .csv holds: detections, odometry, imu, range-bearing
+  std::string kind{};            ///< content of a .csv: detections, odometry, imu, range-bearing
   std::string robot{};           ///< file or name with a camera, for tables and LCM logs that become MCAP
-  double tag_latency_s = 0.065;  ///< how long before its stamp an MBot's picture was taken
+  double tag_latency_s = 0.065;  ///< camera latency of an MBot: from exposure to stamp
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -59,7 +59,7 @@ struct ConvertJob {
   }
 };
 
-/// What a user says of a conversion: several recordings, and then the output.
+/// User options of a conversion: several recordings, then the output.
 struct ConvertWords {
   std::string first{};
   std::vector<std::string> rest{};  ///< further inputs, then the output
@@ -84,7 +84,7 @@ struct ConvertWords {
 /// The job with inputs and output.
 [[nodiscard]] ConvertJob described_convert(const ConvertWords& words);
 
-/// Fails on flags about recordings, where the input is none.
+/// Fails on options for recordings if the input is not a recording.
 [[nodiscard]] Status check_no_recording(const GivenFields& given);
 
 struct ConvertReport {
@@ -96,7 +96,7 @@ struct ConvertReport {
   ExportReport exported{};
 };
 
-/// The output appears when it is whole. InvalidArgument: the job makes no sense; any other code: a file.
+/// The output appears only when it is complete. InvalidArgument: invalid job; any other code: a file.
 [[nodiscard]] Result<ConvertReport> convert_log(const ConvertJob& job, const JobControl& control);
 /// What was written: messages by topic.
 [[nodiscard]] std::string to_text(const ConvertReport& report);

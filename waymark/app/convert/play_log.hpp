@@ -12,7 +12,7 @@
 #include "waymark/recording/message_log.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
-/// Samples as a person or a program reads them, one a line.
+/// Samples as text or JSON, one per line.
 namespace waymark {
 
 /// "odometry", "tags", …: the kinds of `waymark info`.
@@ -25,7 +25,7 @@ namespace waymark {
 /// non-finite number is null.
 [[nodiscard]] ReportFields fields(const Sample& sample);
 
-/// A message as it is in the file, without its data.
+/// A message of the file, without its data.
 struct PlayedMessage {
   std::string topic{};
   std::string type{};
@@ -53,7 +53,7 @@ struct LogPart {
               .without_default());
   }
 };
-/// Fails on a topic that the recording does not have (with the nearest that it has) and on times that make no
+/// Fails on an unknown topic (with the most similar one) and on times that make no
 /// sense or lie behind its end.
 [[nodiscard]] Result<LogSelection> select_part(MessageLog& log, const LogPart& part);
 
@@ -63,7 +63,7 @@ struct PlayOptions {
   bool json = false;      ///< one object a line instead of words
 };
 
-/// What a user says of a recording that is played.
+/// User options for playing a recording.
 struct PlayWords {
   std::string file{};
   LogPart part{};
@@ -92,10 +92,10 @@ struct PlayWords {
   }
 };
 
-/// Fails on a speed that is none, and on flags that have no effect.
+/// Fails on an invalid playback rate, and on options without effect.
 [[nodiscard]] Status check_effects(const PlayWords& words, const GivenFields& given);
 
-/// Gives a line a sample, or a message, of what is selected, each when it is due. `on_line` returns false to
+/// Passes one line per selected sample or message when it is due. `on_line` returns false to
 /// end it, and `cancelled` is asked while it waits; then it fails (LimitExceeded).
 [[nodiscard]] Status play_log(MessageLog& log, const LogSelection& selection, const PlayOptions& options,
                               const std::function<bool(const std::string&)>& on_line,

@@ -6,7 +6,7 @@
 #include "waymark/base/fields.hpp"
 #include "waymark/recording/mcap/recover.hpp"
 
-/// `waymark recover`: what is whole of a damaged recording, in a new one.
+/// `waymark recover`: copies the intact part of a damaged recording to a new one.
 namespace waymark {
 
 struct RecoverJob {

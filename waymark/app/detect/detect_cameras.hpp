@@ -12,7 +12,7 @@
 #include "waymark/app/live/viewers.hpp"
 #include "waymark/base/fields.hpp"
 
-/// `waymark detect v4l2:…`: what is found in the pictures of live cameras.
+/// `waymark detect v4l2:…`: tags in the images of live cameras.
 namespace waymark {
 
 struct DetectCamerasJob {
@@ -23,7 +23,7 @@ struct DetectCamerasJob {
   std::function<void(const PictureReport&, const PoseList&, Duration age)> on_picture{};
 };
 
-/// What a user says of pictures in which tags are found, but the detector and the camera.
+/// User options of detection, without detector and camera.
 struct DetectWords {
   DetectJob job{};
   bool view = false;  ///< of one live camera
@@ -53,7 +53,7 @@ struct DetectWords {
 /// Whether the inputs are live cameras; fails on flags that do not go with what they are.
 [[nodiscard]] Result<bool> is_camera_input(const std::vector<std::string>& sources, const GivenFields& given);
 
-/// What became of one camera; an error ended it alone.
+/// Result for one camera; an error ends only this camera.
 struct DetectedCamera {
   std::string address{};
   Result<CameraWatchEnd> end{};

@@ -10,7 +10,7 @@
 #include "waymark/base/fields.hpp"
 #include "waymark/evaluation/detections.hpp"
 
-/// `waymark evaluate detections`: detected tags against the true corners.
+/// `waymark evaluate detections`: compares detected tags with the true corners.
 namespace waymark {
 
 struct EvaluateDetectionsJob {
@@ -35,7 +35,7 @@ struct EvaluateDetectionsJob {
   }
 };
 
-/// Fails unless pictures are given or what was detected, on edges that make no sense, and on flags that have
+/// Fails unless images or detections are given, on invalid class edges, and on options that have
 /// no effect.
 [[nodiscard]] Status check_effects(const EvaluateDetectionsJob& job, const GivenFields& given);
 inline constexpr const char* kNothingDetected = "with `detections` nothing is detected";
@@ -43,12 +43,12 @@ inline constexpr const char* kNothingDetected = "with `detections` nothing is de
 struct EvaluateDetectionsReport {
   std::optional<DetectionScores> scores{};  ///< nothing: see error
   std::optional<Error> error{};
-  std::size_t failed = 0;  ///< pictures that were left out, or given up
-  bool stopped = false;    ///< cancelled: what was seen until then is scored
+  std::size_t failed = 0;  ///< images that were skipped or failed
+  bool stopped = false;    ///< cancelled: the images so far are scored
 };
 
-/// Fails when the truth or the detections cannot be read. What is left out is said by notes. `finder` looks
-/// for the tags when pictures are given.
+/// Fails if the ground truth or the detections cannot be read. Skipped images are reported as notes. `finder`
+/// detects the tags if images are given.
 [[nodiscard]] Result<EvaluateDetectionsReport> evaluate_detections(const EvaluateDetectionsJob& job,
                                                                    const TagFinder& finder,
                                                                    const JobControl& control);
@@ -57,8 +57,8 @@ struct EvaluateDetectionsReport {
 [[nodiscard]] ReportFields fields(const CornerScores& corners);
 [[nodiscard]] ReportFields fields(const CornerConsistency& consistency);
 
-/// The scores as tables for people: recall by size and tilt, corner error and bias by size and by tilt, the
-/// sums.
+/// The scores as text tables: recall by size and tilt, corner error and bias by size and by tilt, the
+/// totals.
 [[nodiscard]] std::string to_text(const DetectionScores& scores);
 
 }  // namespace waymark

@@ -12,7 +12,7 @@
 namespace waymark {
 namespace {
 
-/// Where the figure goes; whatever stands there is somebody's.
+/// The output file; existing files are not overwritten.
 Status check_figure_output(const PlotJob& job, const std::filesystem::path& output) {
   if (job.figure.empty() && !job.output.empty())
     return fail(ErrorCode::InvalidArgument, "no figure is named", {.key = "output"},

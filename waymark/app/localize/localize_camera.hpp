@@ -16,7 +16,7 @@ namespace waymark {
 
 class LiveFeed;
 
-/// `waymark localize camera`: where a live camera without a robot is, in a hand or on a stand.
+/// `waymark localize camera`: poses of a live camera without a robot, hand-held or on a tripod.
 struct LocalizeCameraJob {
   std::string source{};  ///< address of the camera: v4l2:/dev/video0
   std::string map{};

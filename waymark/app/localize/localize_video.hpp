@@ -12,7 +12,7 @@
 
 namespace waymark {
 
-/// `waymark localize video`: where the camera of a video was, by a map of the tags it saw.
+/// `waymark localize video`: camera poses of a video from a tag map.
 struct LocalizeVideoJob {
   std::string video{};  ///< or a recording of a camera without a robot
   std::string map{};
@@ -47,8 +47,8 @@ struct LocalizeVideoReport {
   double corner_error_px = 0;  ///< CameraMoments::corner_error_px
 };
 
-/// Finds the tags of every picture, and then the poses. The output appears whole or not at all; a recording
-/// holds the tags, the poses (/waymark/pose) and the camera, with stamps since the first picture.
+/// Detects the tags in every image, then computes the poses. The output is written completely or not at all;
+/// a recording contains tags, poses (/waymark/pose) and the camera, with stamps since the first image.
 [[nodiscard]] Result<LocalizeVideoReport> localize_video(const LocalizeVideoJob& job,
                                                          const JobControl& control);
 

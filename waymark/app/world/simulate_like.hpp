@@ -26,8 +26,8 @@ struct SimulateLikeJob {
   }
 };
 
-/// Lets the simulated robot of the setup drive along its world's line as fast as a recording did, for as
-/// long, and records it. Gives the profile of what was recorded.
+/// Drives the simulated robot of the setup along its world's line at the speeds of a recording, for as
+/// long, and records it. Returns the profile of the new recording.
 [[nodiscard]] Result<RecordingProfile> simulate_like(const RobotSetup& setup, const RecordingProfile& like,
                                                      const SimulateLikeJob& job, const JobControl& control);
 

@@ -15,9 +15,9 @@
 namespace waymark {
 
 struct WorldFromRecordingJob {
-  std::string recording{};         ///< of the drive the map was made of
+  std::string recording{};         ///< of the drive from which the map was made
   std::filesystem::path map{};     ///< folder that `waymark map` wrote
-  std::filesystem::path folder{};  ///< of world.yaml, robot.yaml, camera.yaml; not there yet, or empty
+  std::filesystem::path folder{};  ///< of world.yaml, robot.yaml, camera.yaml; new or empty
   std::string robot{};             ///< file or name, for a map without robot.yaml
 
   template <class Self, class Visitor>
@@ -34,12 +34,12 @@ struct WorldFromRecordingJob {
   }
 };
 
-/// One number that the recording told, and the key of the file it went into.
+/// One value estimated from the recording, and its key in the output file.
 struct RecordedQuantity {
   std::string
       key{};  ///< "simulation.tag_camera.max_range_m" of robot.yaml, "camera.exposure_ms" of camera.yaml
-  std::string words{};            ///< what it is, with its unit
-  std::optional<double> value{};  ///< nothing: the recording does not tell it
+  std::string words{};            ///< description, with its unit
+  std::optional<double> value{};  ///< nothing: not determined by the recording
 };
 
 struct WorldFromRecordingReport {
@@ -53,9 +53,9 @@ struct WorldFromRecordingReport {
 /// z = 0), the robot (its file, with the rates, noises, scales, latency, detection range and turn response of
 /// the recording in `simulation`; where the map knows what the odometry lacks, also that), and, where the
 /// recording holds pictures whose blur tells them, exposure and lens (camera.yaml, options of the simulated
-/// camera). What the recording does not tell stays as the robot's file says. Fails on a map without a
-/// trajectory, of several families, or of another recording (of another time, or whose tags were seen
-/// elsewhere), and on a folder that holds something.
+/// camera). Values that the recording does not determine keep those of the robot file. Fails on a map without
+/// a trajectory, of several families, or of another recording (of another time, or with tags observed
+/// elsewhere), and on a non-empty folder.
 [[nodiscard]] Result<WorldFromRecordingReport> world_from_recording(const WorldFromRecordingJob& job,
                                                                     const JobControl& control);
 [[nodiscard]] std::string to_text(const WorldFromRecordingReport& report,
