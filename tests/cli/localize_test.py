@@ -87,7 +87,7 @@ class OurRecordings(InFolder):
         before = (self.folder / "poses.txt").read_text()
         outcome = self.run_here("localize", "lap.mcap", "--map", "map", "-o", "poses.txt")
         self.assertEqual(outcome.code, 1)
-        self.assertIn("poses.txt: stands there already: not written over", outcome.err)
+        self.assertIn("poses.txt: the file already exists", outcome.err)
         self.assertEqual((self.folder / "poses.txt").read_text(), before)
         outcome = self.run_here("localize", "lap.mcap", "--map", "map", "-o", "poses.csv")
         self.assertEqual(outcome.code, 2)
@@ -105,11 +105,11 @@ class OurRecordings(InFolder):
 
     def a_file_of_another_kind_is_named(self):
         for words, part in (
-                (["localize", "lap.mcap", "--map", "lap.mcap"], "lap.mcap: this is a recording (MCAP), not a map of the tags. `waymark map lap.mcap` makes"),
-                (["localize", "lap.mcap", "--map", "map", "--robot", "lap.mcap"], "this is a recording (MCAP), not the file of a robot"),
+                (["localize", "lap.mcap", "--map", "lap.mcap"], "lap.mcap: this is a recording (MCAP), not a tag map. `waymark map lap.mcap`"),
+                (["localize", "lap.mcap", "--map", "map", "--robot", "lap.mcap"], "this is a recording (MCAP), not a robot file"),
                 (["localize", "lap.mcap", "--map", "map", "--calibration", "lap.mcap"], "this is a recording (MCAP), not a calibration.yaml"),
-                (["localize", "map", "--map", "map"], "map: this is the folder of a map, not a recording"),
-                (["info", "map"], "map: this is the folder of a map, not a recording"),
+                (["localize", "map", "--map", "map"], "map: this is a map folder, not a recording"),
+                (["info", "map"], "map: this is a map folder, not a recording"),
                 (["info", "map/map.yaml"], "map.yaml: this is a map, not a recording"),
                 (["localize", "map/map.yaml", "--map", "map"], "map.yaml: this is a map, not a recording")):
             outcome = self.run_here(*words)

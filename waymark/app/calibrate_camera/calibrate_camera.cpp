@@ -118,7 +118,7 @@ Status add_picture(SeenPicture picture, SeenPictures& seen) {
     return fail(ErrorCode::InvalidArgument,
                 fmt::format("{} x {} pixels, but {} has {} x {}", report.width_px, report.height_px,
                             seen.names.front(), seen.width_px, seen.height_px),
-                {.source = report.image}, "Calibrate with pictures of one camera in one resolution.");
+                {.source = report.image}, "Calibrate with images of one camera at one resolution.");
   seen.names.push_back(report.image);
   seen.marks.push_back(std::move(picture.marks));
   seen.detections.push_back(std::move(picture.report.detections));
@@ -154,7 +154,7 @@ class PictureChoice {
     if (!fits_) return tl::unexpected(fits_.error());
     if (summary.stopped) return fail(ErrorCode::InvalidArgument, "stopped");
     if (!without_.empty() && std::ranges::all_of(seen_.marks, &TargetPicture::empty))
-      return fail(ErrorCode::NotFound, "no picture shows the target", {.source = without_name_},
+      return fail(ErrorCode::NotFound, "no image shows the target", {.source = without_name_},
                   target_.words_of_absence(without_.view()));
     return std::move(seen_);
   }
@@ -192,9 +192,9 @@ class PictureChoice {
     const auto shows = [](const SeenPicture& picture) { return !picture.marks.empty(); };
     if (!filmed_.empty() && std::ranges::none_of(filmed_, shows))
       control_.note(
-          fmt::format("{}: the board is in none of its {} pictures", inputs_[video_].path, filmed_.size()));
+          fmt::format("{}: none of its {} images shows the board", inputs_[video_].path, filmed_.size()));
     else if (!filmed_.empty())
-      control_.note(fmt::format("{}: {} of {} pictures stand still and show the board anew",
+      control_.note(fmt::format("{}: {} of {} images are still and add a new view of the board",
                                 inputs_[video_].path, chosen.size(), filmed_.size()));
     for (const std::size_t i : chosen)
       if (fits_) fits_ = add_picture(std::move(filmed_[i]), seen_);
@@ -237,10 +237,9 @@ Result<CalibrateCameraReport> calibrate_camera(const CalibrateCameraJob& job, co
                              : from_detections(job.detections);
   if (!seen) return tl::unexpected(seen.error());
   if (seen->names.empty())
-    return fail(
-        ErrorCode::NotFound, "no picture shows the board, or none could be read", {},
-        "Check what the board is (`target`, `cols`, `rows`, `dictionary`), and that it stands still now "
-        "and then.");
+    return fail(ErrorCode::NotFound, "no readable image shows the board", {},
+                "Check the board (`target`, `cols`, `rows`, `dictionary`), and that it is held still now "
+                "and then.");
   const auto lens = lens_model(job.fit.lens);  // nothing: auto
   const CameraCalibrationOptions options = fit_options(job.fit);
   Result<CameraCalibration> found =
@@ -333,29 +332,30 @@ Status check_ending(const CameraFitJob& job) {
   const bool json = ending == ".json" && (job.format.empty() || job.format == "photonvision");
   if (json || (yaml && job.format != "photonvision")) return {};
   return fail(ErrorCode::InvalidArgument,
-              fmt::format("{} is no name for a calibration{}", job.output,
-                          job.format.empty() ? "" : " of the format " + job.format),
-              {.key = "output"}, "End it in .yaml, or in .json for PhotonVision.");
+              fmt::format("invalid file name {} for a calibration{}", job.output,
+                          job.format.empty() ? "" : " in format " + job.format),
+              {.key = "output"}, "Use the extension .yaml, or .json for PhotonVision.");
 }
 
 }  // namespace
 
 void refuse_without_output(const CameraFitJob& fit, FieldRefusals& refused) {
-  refused.fields(fit.output.empty(), {"format"}, "this is about `output`", "Give `output`, or leave it out.");
+  refused.fields(fit.output.empty(), {"format"}, "this option applies to `output`",
+                 "Set `output`, or omit this option.");
   refused.fields(fit.output.empty() && fit.camera_info.empty(), {"force"}, "nothing is written",
-                 "Give `output`, or leave it out.");
+                 "Set `output`, or omit this option.");
 }
 
 Status check_job(const CalibrateCameraJob& job, const GivenFields& given) {
   FieldRefusals refused(given);
   refused.fields(!job.detections.empty(), {"recursive"}, "with `detections` nothing is detected",
-                 "Leave it out, or give pictures.");
+                 "Omit this option, or give images.");
   refused.fields(!job.target.map.empty(), {"spacing", "first_id", "target"},
-                 "this is about a board, and `map` names a map", "Leave it out.");
+                 "this option applies to a board, but `map` is set", "Omit this option.");
   refuse_without_output(job.fit, refused);
   refuse_of_other_targets(job.target, refused);
   if (!refused.status() || job.sources.empty() != job.detections.empty()) return refused.status();
-  return fail(ErrorCode::InvalidArgument, "give either pictures, or `detections` with what was detected");
+  return fail(ErrorCode::InvalidArgument, "give either images or `detections`");
 }
 
 Status check_outputs(const CameraFitJob& job) {
@@ -385,7 +385,7 @@ std::string words_of_untried_lenses(const CameraFitJob& job) {
   for (const LensModel lens : lens_models())
     if (!check_format_holds(job, lens)) untried.push_back(to_string(lens));
   if (untried.empty()) return {};
-  return fmt::format("not tried, because the format {} does not hold it: `lens={}`", format_of(job),
+  return fmt::format("not tried, because format {} cannot represent it: `lens={}`", format_of(job),
                      fmt::join(untried, ", "));
 }
 
@@ -416,7 +416,7 @@ struct TriedLens {
 
 ReportFields fields(const TriedLens& tried) {
   return {{"lens", "Its name", to_string(tried.trial.lens)},
-          {"held_out_rms_px", "Root mean square error in held-out images; null: it could not be fitted",
+          {"held_out_rms_px", "Root mean square error in held-out images; null: the fit failed",
            tried.trial.held_out_rms_px}};
 }
 
@@ -465,21 +465,20 @@ ReportFields fields(const CalibrateCameraReport& report) {
       {"width_px", "Width of the images", found.camera.width_px()},
       {"height_px", "Height of the images", found.camera.height_px()},
       {"rms_px", "Root mean square reprojection error of the corners in the fit", found.rms_px},
-      {"held_out_rms_px", "The same of images that are predicted by a fit without them",
-       found.held_out_rms_px},
+      {"held_out_rms_px", "The same for images predicted by a fit without them", found.held_out_rms_px},
       {"noise_scale", "Residuals over the standard deviations of the detected corners", found.noise_scale},
       {"parameters", "Name of each parameter, with value and sigma, its standard deviation", parameters},
       {"lenses", "One entry per lens model that was tried", lenses},
       {"pictures", "One entry per image", pictures},
       {"regions", "One entry per ninth of the image, row by row from the top left", regions},
-      {"advice", "What else to photograph; empty: nothing is missing", found.advice}};
+      {"advice", "Further images to take; empty: nothing is missing", found.advice}};
 }
 
 // Its table.
 namespace {
 
 std::string lenses_text(const CameraCalibration& found) {
-  std::string text = "lens         pictures left out, RMS px\n";
+  std::string text = "lens         held-out images, RMS px\n";
   for (const LensTrial& trial : found.trials)
     text += fmt::format("{:<12} {}{}\n", to_string(trial.lens),
                         trial.held_out_rms_px ? fmt::format("{:.4f}", *trial.held_out_rms_px) : "no fit",
@@ -526,7 +525,7 @@ std::string to_text(const CalibrateCameraReport& report) {
     text += fmt::format("{:<8}{:>14.6g} +- {:.2g}\n", found.names[i],
                         found.parameters[static_cast<Eigen::Index>(i)], sigma_of(found, i));
   text += fmt::format(
-      "corners off by {:.4f} px RMS, {:.4f} px in pictures left out; {:.2f} times the noise they "
+      "reprojection error {:.4f} px RMS, {:.4f} px in held-out images; {:.2f} times the noise they "
       "promised\n\n",
       found.rms_px, found.held_out_rms_px, found.noise_scale);
   if (found.trials.size() > 1) text += lenses_text(found) + "\n";

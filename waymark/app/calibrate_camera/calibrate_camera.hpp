@@ -13,10 +13,10 @@
 #include "waymark/mapping/camera/camera_calibration.hpp"
 #include "waymark/mapping/camera/target_mark.hpp"
 
-/// `waymark calibrate camera`: the intrinsics of a camera from pictures of a printed board.
+/// `waymark calibrate camera`: the intrinsics of a camera from images of a printed board.
 namespace waymark {
 
-/// Which pictures of a video are views worth calibrating on.
+/// Selection of views from a video.
 struct VideoViewOptions {
   double fastest_px_s = 60;  ///< corners move no faster: their blur and the rolling shutter stay small
   double new_view_share = 0.04;
@@ -27,25 +27,22 @@ struct VideoViewOptions {
   static void fields(Self& self, Visitor&& visit) {
     visit(self.fastest_px_s,
           Field{"fastest_px_s",
-                "Speed of the corners in the image above which a picture of a video is left out [px/s].", 1,
-                1e5});
-    visit(self.new_view_share,
-          Field{"new_view_share",
-                "Mean distance of the corners from every view taken so far that makes a view of a video new, "
-                "as a share of the image's diagonal.",
-                0, 1});
-    visit(self.most_views,
-          Field{"most_views", "Largest number of views that are taken from a video.", 4, 10000});
-    visit(
-        self.fewest_tags,
-        Field{"fewest_tags",
-              "Smallest number of tags in a view that is taken from a video; of a board's corners four times "
-              "as many.",
-              1, 1000});
+                "Speed of the corners in the image above which a video image is skipped [px/s].", 1, 1e5});
+    visit(self.new_view_share, Field{"new_view_share",
+                                     "Smallest mean distance of the corners from every earlier view at which "
+                                     "a video image is a new view, "
+                                     "as a fraction of the image diagonal.",
+                                     0, 1});
+    visit(self.most_views, Field{"most_views", "Largest number of views taken from a video.", 4, 10000});
+    visit(self.fewest_tags,
+          Field{"fewest_tags",
+                "Smallest number of tags in a view taken from a video; for corners of a board four times "
+                "as many.",
+                1, 1000});
   }
 };
 
-/// What one picture of a video shows of the target.
+/// The target in one image of a video.
 struct StampedMarks {
   SensorTime stamp{};
   TargetPicture marks{};
@@ -57,7 +54,7 @@ struct StampedMarks {
 [[nodiscard]] std::vector<std::size_t> choose_views(const std::vector<StampedMarks>& pictures,
                                                     double diagonal_px, const VideoViewOptions& options = {});
 
-/// How a camera is fitted to its views, wherever they come from, and what is written.
+/// Fit of a camera to its views, and the outputs.
 struct CameraFitJob {
   std::string lens = "auto";
   std::string output{};  ///< calibration.yaml; empty: none
@@ -70,26 +67,26 @@ struct CameraFitJob {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(
-        self.lens,
-        JobField("lens NAME",
-                 "Distortion model: none, radtan4, radtan5, rational8, equidistant, or auto (of those that "
-                 "the output's format holds the simplest whose cross-validation error is as low as the best)")
-            .one_of("auto,none,radtan4,radtan5,rational8,equidistant"));
+    visit(self.lens,
+          JobField(
+              "lens NAME",
+              "Distortion model: none, radtan4, radtan5, rational8, equidistant, or auto (the simplest that "
+              "the output format can represent and whose cross-validation error is as low as the best)")
+              .one_of("auto,none,radtan4,radtan5,rational8,equidistant"));
     visit(self.output, JobField("output FILE",
-                                "Calibration to write: ours (.yaml, with the standard deviations), "
-                                "PhotonVision's (.json), or as `format` says"));
+                                "Calibration to write: Waymark's (.yaml, with standard deviations), "
+                                "PhotonVision's (.json), or the one set by `format`"));
     visit(self.format, JobField("format NAME",
                                 "Format of `output`: waymark, ros (camera_info), kalibr (camchain), "
                                 "photonvision (JSON, with all corners) or opencv (YAML of FileStorage)")
                            .one_of("waymark,ros,kalibr,photonvision,opencv"));
     visit(self.camera_info,
-          JobField("camera_info FILE", "Calibration file to write in the format of ROS camera_info").less());
-    visit(self.force, JobField("force", "Replace a file that is there").less());
+          JobField("camera_info FILE", "Calibration file to write in ROS camera_info format").less());
+    visit(self.force, JobField("force", "Replace an existing file").less());
   }
 };
 
-/// Refuses fields that are given and have no effect without an output.
+/// Refuses options without effect if there is no output.
 void refuse_without_output(const CameraFitJob& fit, FieldRefusals& refused);
 
 struct CalibrateCameraJob {
@@ -103,20 +100,20 @@ struct CalibrateCameraJob {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.sources, JobField("sources SOURCE",
-                                 "Pictures of the board: files, folders, quoted patterns, recordings, videos")
+                                 "Images of the board: files, folders, quoted patterns, recordings, videos")
                             .input());
     visit(self.detections,
           JobField("detections FILE",
                    "Use this output of `waymark detect json=true covariance=true` instead of "
-                   "pictures; - is standard input")
+                   "images; - is standard input")
               .less());
-    visit(self.recursive, JobField("recursive", "Search folders for pictures recursively").less());
+    visit(self.recursive, JobField("recursive", "Search folders for images recursively").less());
     TargetOptions::fields(self.target, visit);
     CameraFitJob::fields(self.fit, visit);
   }
 };
 
-/// Fails unless either pictures or detections are named, and on fields that are given and have no effect.
+/// Fails unless either images or detections are named, and on options without effect.
 [[nodiscard]] Status check_job(const CalibrateCameraJob& job, const GivenFields& given);
 
 struct CalibrateCameraReport {
@@ -128,15 +125,15 @@ struct CalibrateCameraReport {
   std::string marks_word = "tags";      ///< what a mark of the target is: "tags" or "corners"
 };
 
-/// Fails when an output cannot be written, or its format does not hold the lens, before anything is read.
+/// Fails if an output cannot be written, or its format cannot represent the lens, before anything is read.
 [[nodiscard]] Status check_outputs(const CameraFitJob& job);
 
-/// How the camera is fitted: with the lens "auto" only lenses that the format of the output holds.
+/// Fit options: with the lens "auto" only lenses that the output format can represent.
 [[nodiscard]] CameraCalibrationOptions fit_options(const CameraFitJob& job);
-/// Which lenses "auto" leaves out for the sake of the format, in words; empty: none.
+/// The lenses that "auto" omits because of the format, as text; empty: none.
 [[nodiscard]] std::string words_of_untried_lenses(const CameraFitJob& job);
 
-/// Finds the target, its tags with the finder, where pictures are given, and fits the camera.
+/// Detects the target, its tags with the finder, if images are given, and fits the camera.
 [[nodiscard]] Result<CalibrateCameraReport> calibrate_camera(const CalibrateCameraJob& job,
                                                              const CalibrationTarget& target,
                                                              const TagFinder& finder,
@@ -146,7 +143,7 @@ struct CalibrateCameraReport {
 [[nodiscard]] double sigma_of(const CameraCalibration& found, std::size_t parameter);
 [[nodiscard]] ReportFields fields(const CalibrateCameraReport& report);
 
-/// Numbers with their standard deviations, lenses tried, pictures, parts of the image, advice.
+/// Parameters with their standard deviations, lenses tried, images, parts of the image, advice.
 [[nodiscard]] std::string to_text(const CalibrateCameraReport& report);
 
 }  // namespace waymark

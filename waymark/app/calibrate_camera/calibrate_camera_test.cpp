@@ -110,7 +110,7 @@ TEST(FitOptions, AnAutomaticLensIsOneThatTheFormatHolds) {
 
 TEST(FitOptions, WhatIsNotTriedIsNamed) {
   EXPECT_THAT(words_of_untried_lenses(job_of("a.json")),
-              HasSubstr("photonvision does not hold it: `lens=equidistant`"));
+              HasSubstr("photonvision cannot represent it: `lens=equidistant`"));
   EXPECT_EQ(words_of_untried_lenses(job_of("a.yaml")), "");
   CameraFitJob chosen = job_of("a.json");
   chosen.lens = "radtan5";
@@ -119,13 +119,14 @@ TEST(FitOptions, WhatIsNotTriedIsNamed) {
 
 TEST(CheckOutputs, AnEndingPromisesNoOtherFormat) {
   for (const CameraFitJob& job : {job_of("x.txt"), job_of("x.json", "ros"), job_of("x.yaml", "photonvision")})
-    EXPECT_THAT(to_string(check_outputs(job).error()), HasSubstr("is no name for a calibration"))
-        << job.output;
+    EXPECT_EQ(check_outputs(job).error().place.key, "output") << job.output;
   for (const CameraFitJob& job : {job_of("x.yml"), job_of("x.json"), job_of("x.yaml", "ros"), job_of("")})
     EXPECT_TRUE(check_outputs(job)) << job.output;
-  EXPECT_EQ(to_string(check_outputs(job_of("x.txt", "ros")).error()),
-            "(output): x.txt is no name for a calibration of the format ros. End it in .yaml, or in .json "
-            "for PhotonVision.");
+  const Error ending = check_outputs(job_of("x.txt", "ros")).error();
+  EXPECT_EQ(ending.place.key, "output");
+  EXPECT_THAT(ending.message, HasSubstr("x.txt"));
+  EXPECT_THAT(ending.message, HasSubstr("ros"));
+  EXPECT_THAT(ending.hint, HasSubstr(".yaml"));
 }
 
 constexpr int kStops = 9;
@@ -172,7 +173,7 @@ TEST(CalibrateVideo, TheStopsAreTakenAndGiveTheFocalLength) {
   const TagFinder finder = std::move(make_tag_finder().value());
   const auto report = calibrate_camera(job, target, finder, control);
   ASSERT_TRUE(report) << to_string(report.error());
-  EXPECT_THAT(notes, ::testing::Contains(::testing::HasSubstr("of 36 pictures stand still")));
+  EXPECT_THAT(notes, ::testing::Contains(::testing::HasSubstr("of 36 images")));
   EXPECT_GE(report->pictures.size(), 6U);
   std::set<int> stops;  // some look alike
   for (const std::string& name : report->pictures) {

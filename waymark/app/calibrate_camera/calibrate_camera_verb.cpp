@@ -35,8 +35,8 @@ Status check(const CalibrateCameraArgs& args) {
   const bool detected = !args.job.detections.empty();
   const char* why = "with `detections` nothing is detected";
   Refusals refused(args.settings.app());
-  refused.options(detected, args.views, why, "Leave it out, or give a video.");
-  refused.all(detected, args.detector, why, "Leave it out, or give pictures.");
+  refused.options(detected, args.views, why, "Omit this option, or give a video.");
+  refused.all(detected, args.detector, why, "Omit this option, or give images.");
   return refused.status();
 }
 
@@ -65,19 +65,19 @@ std::string verb_meant_by(const std::vector<std::string>& words) {
 Verb calibrate_camera_verb() {
   return {
       .name = "camera",
-      .sentence = "Find a camera's intrinsics from pictures of a printed board",
+      .sentence = "Estimate a camera's intrinsics from images of a printed board",
       .help =
           R"(Print a board (`waymark tags board --style separate`), glue it on something flat, and take fifteen
-pictures: near and far, in all corners of the image, tilted to the left, right, up and down by 30 degrees.
-Chessboards, ChArUco boards and Kalibr's AprilGrids are targets as well (--target; found by OpenCV, which is loaded
-for them; fitted as tags are).
-Of a video those pictures are taken that stand still and show the board where it was not yet.
-Each number comes with its standard deviation; pictures that are left out of the fit and foretold by it say how
-good the camera really is. What is missing is said in words.
-With a live camera, such as v4l2:/dev/video0, with --guided and with --resume this line is one of `waymark calibrate
-guided`, which takes the views by itself and names those that are missing.
+images: near and far, in all corners of the image, tilted to the left, right, up and down by 30 degrees.
+Chessboards, ChArUco boards and Kalibr's AprilGrids are supported too (--target; detected by OpenCV, which is loaded
+on demand; fitted like tags).
+From a video, images are used in which the board is still and in a new position.
+Each parameter is printed with its standard deviation; the error in held-out images shows the real accuracy. Missing
+views are listed.
+With a live camera, such as v4l2:/dev/video0, with --guided or with --resume this runs `waymark calibrate
+guided`, which takes the views automatically and lists those that are missing.
 
-Exit code: 0 calibrated, 1 it could not be, or a file is there already (says why), 2 wrong usage, 130 stopped by Ctrl-C.
+Exit code: 0 calibrated, 1 failed, or the file already exists (prints the reason), 2 wrong usage, 130 stopped by Ctrl-C.
 
 Examples:
   waymark tags board --style separate --cols 6 --rows 5 --tag-size-m 0.025 --spacing 0.3 -o board.pdf

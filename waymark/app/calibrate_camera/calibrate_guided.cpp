@@ -55,7 +55,7 @@ void lock_controls(LiveCamera& camera, const JobControl& control) {
       control.note(fmt::format("{} stays automatic: {}", each.name, to_string(set.error())));
   }
   if (!locked.empty())
-    control.note(fmt::format("automatic until now, held from here on: {}", fmt::join(locked, ", ")));
+    control.note(fmt::format("automatic until now, fixed from here on: {}", fmt::join(locked, ", ")));
 }
 
 Status from_camera(const CalibrateGuidedJob& job, GuidedCalibration& guided, const JobControl& control) {
@@ -106,7 +106,7 @@ Status from_files(const CalibrateGuidedJob& job, GuidedCalibration& guided, cons
         static_cast<void>(teller.tell(report.stamp.value_or(SensorTime()), *taken));
         return !guided.status().good_enough;
       });
-  if (status && summary.pictures == 0) return fail(ErrorCode::NotFound, "no picture could be read");
+  if (status && summary.pictures == 0) return fail(ErrorCode::NotFound, "no image could be read");
   return status;
 }
 
@@ -118,7 +118,7 @@ Status check_pictures_follow(const CalibrateGuidedJob& job) {
     return or_wrong_kind(
         Status(fail(ErrorCode::InvalidArgument,
                     "a guided calibration takes its views from a live camera, a video or a recording",
-                    {.source = input.path}, "`waymark calibrate camera` takes images.")),
+                    {.source = input.path}, "For images use `waymark calibrate camera`.")),
         input.path, FileUse::Video);
   }
   return {};
@@ -132,14 +132,14 @@ Status check_job(const CalibrateGuidedJob& job, const GivenFields& given) {
   FieldRefusals refused(given);
   refuse_without_output(job.fit, refused);
   refuse_of_other_targets(job.target, refused);
-  refused.fields(!*live, {"view"}, "this is about live cameras", "Leave it out.");
+  refused.fields(!*live, {"view"}, "this option applies to live cameras", "Omit this option.");
   if (!refused.status()) return refused.status();
   if (job.sources.empty())
     return fail(
-        ErrorCode::InvalidArgument, "what the views are taken from is not said",
+        ErrorCode::InvalidArgument, "no source of views is given",
         {.key = job.folder.empty() ? "" : "resume"},
-        "Name a live camera, such as v4l2:/dev/video0, or a video. The views of an earlier calibration "
-        "alone are pictures: give their folder to `waymark calibrate camera`.");
+        "Give a live camera, such as v4l2:/dev/video0, or a video. To use only the views of an earlier "
+        "calibration, pass their folder to `waymark calibrate camera`.");
   return *live ? Status() : check_pictures_follow(job);
 }
 
@@ -149,7 +149,7 @@ Result<CalibrateCameraReport> calibrate_guided(const CalibrateGuidedJob& job, co
   GuidedCalibration guided(job.fit, target, finder, job.guide, job.folder);
   const auto resumed = guided.resume(control);
   if (!resumed) return tl::unexpected(resumed.error());
-  if (*resumed > 0) control.note(fmt::format("{}: {} views from before", job.folder, *resumed));
+  if (*resumed > 0) control.note(fmt::format("{}: {} existing views", job.folder, *resumed));
   const auto live = is_only_camera(job.sources);
   if (!live) return tl::unexpected(live.error());
   const Status taken = *live ? from_camera(job, guided, control) : from_files(job, guided, control);

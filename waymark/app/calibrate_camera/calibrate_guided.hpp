@@ -10,7 +10,7 @@
 
 namespace waymark {
 
-/// `waymark calibrate guided`: calibration while somebody holds the board before the camera.
+/// `waymark calibrate guided`: calibration while a person holds the board in front of the camera.
 struct CalibrateGuidedJob {
   std::vector<std::string> sources{};  ///< a live camera, or videos and recordings
   bool recursive = false;
@@ -26,13 +26,13 @@ struct CalibrateGuidedJob {
     visit(
         self.sources,
         JobField("sources SOURCE",
-                 "Live camera, such as v4l2:/dev/video0; or videos and recordings, whose pictures are taken "
-                 "as those of a live camera")
+                 "Live camera, such as v4l2:/dev/video0; or videos and recordings, whose images are treated "
+                 "like those of a live camera")
             .input());
     visit(self.folder, JobField("resume FOLDER",
-                                "Folder in which a guided calibration keeps its views as pictures, and goes "
-                                "on from those there"));
-    visit(self.view, JobField("view", "Show a live camera in the browser, with what is missing"));
+                                "Folder in which a guided calibration stores its views as images and from "
+                                "which it continues"));
+    visit(self.view, JobField("view", "Show a live camera in the browser, with the missing views"));
     PageOptions::fields_of_view(self.page, visit);
     visit(self.recursive,
           JobField("recursive", "Search folders for videos and recordings recursively").less());
@@ -46,8 +46,8 @@ struct CalibrateGuidedJob {
 /// effect.
 [[nodiscard]] Status check_job(const CalibrateGuidedJob& job, const GivenFields& given);
 
-/// Takes views until they tell the camera well enough, the source ends, or control cancels; then the
-/// calibration by all of them. How far it is are progress and notes.
+/// Takes views until the calibration is accurate enough, the source ends, or control cancels; then the
+/// calibration from all of them. Reports its state as progress and notes.
 [[nodiscard]] Result<CalibrateCameraReport> calibrate_guided(const CalibrateGuidedJob& job,
                                                              const CalibrationTarget& target,
                                                              const TagFinder& finder,

@@ -48,18 +48,18 @@ ExitCode calibrate_by_guide(const CalibrateGuidedArgs& args, Console& console) {
 Verb calibrate_guided_verb() {
   return {
       .name = "guided",
-      .sentence = "Find a camera's intrinsics while you hold a printed board before it",
+      .sentence = "Estimate a camera's intrinsics while you hold a printed board in front of it",
       .help =
-          R"(Print a board (`waymark tags board --style separate`), glue it on something flat, and hold it before the camera. A
-view is taken by itself where the board stands still, is sharp and is where it was not yet; each second a line says
-which tilt and which part of the picture is missing, and with --view the page in the browser shows it. It ends by
-itself when the camera is known well enough; Ctrl-C ends it with the calibration by the views so far, which is written.
-Automatic exposure and focus are held meanwhile.
-With --resume FOLDER the views are kept there as pictures, and an earlier calibration goes on from them; the pictures
-alone are calibrated by `waymark calibrate camera FOLDER`. A video or recording is taken as the pictures of a live
-camera. The target is a board; a map of tags (--map) and detections are for `waymark calibrate camera`.
+          R"(Print a board (`waymark tags board --style separate`), glue it on something flat, and hold it in front of the camera. A
+view is taken automatically when the board is still, sharp and in a new position; once per second a line lists
+the missing tilts and parts of the image, and with --view the page in the browser shows them. The program ends
+when the calibration is accurate enough; after Ctrl-C the calibration from the views so far is written.
+Automatic exposure and focus are fixed during the calibration.
+With --resume FOLDER the views are stored there as images, and an earlier calibration continues from them; to use
+only these images run `waymark calibrate camera FOLDER`. A video or recording is treated like the images of a live
+camera. The target is a board; for a tag map (--map) or detections use `waymark calibrate camera`.
 
-Exit code: 0 calibrated, 1 it could not be, or a file is there already (says why), 2 wrong usage, 130 stopped by Ctrl-C.
+Exit code: 0 calibrated, 1 failed, or the file already exists (prints the reason), 2 wrong usage, 130 stopped by Ctrl-C.
 
 Examples:
   waymark calibrate guided v4l2:/dev/video0 --cols 6 --rows 5 --tag-size-m 0.025 --resume views --view -o calibration.yaml

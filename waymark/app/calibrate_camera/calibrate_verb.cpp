@@ -40,13 +40,13 @@ Verb calibrate_verb() {
       .name = "calibrate",
       .sentence = "Calibrate a robot or its camera",
       .help =
-          R"(`camera` takes pictures, videos or detections that are there; `guided` takes the views of a board that you hold before
-a live camera; `robot` takes the recording of a drive past tags.
+          R"(`camera` uses existing images, videos or detections; `guided` takes views of a board that you hold in front of
+a live camera; `robot` uses the recording of a drive past tags.
 
-A line may leave out which one is meant: with the address of a camera (v4l2:…, gstreamer:…), --guided or --resume it is
-`guided`; with a recording, and without --cols, --rows and --target, `robot`; else `camera`. A file or folder that is
-called camera, guided or robot is written with its folder: ./robot. `waymark calibrate camera v4l2:/dev/video0` is read
-as `waymark calibrate guided v4l2:/dev/video0`.
+The subcommand may be omitted: with the address of a camera (v4l2:…, gstreamer:…), --guided or --resume it is
+`guided`; with a recording, and without --cols, --rows and --target, `robot`; else `camera`. Write a file or folder that is
+called camera, guided or robot with its folder: ./robot. `waymark calibrate camera v4l2:/dev/video0` runs
+`waymark calibrate guided v4l2:/dev/video0`.
 
 Examples:
   waymark calibrate 'board/*.png' --cols 6 --rows 5 --tag-size-m 0.025 -o calibration.yaml

@@ -47,15 +47,15 @@ Result<TagMap> tags_of(const TargetOptions& options) {
     });
   if (options.columns < 1 || options.rows < 1 || !is_tag_size(options.tag_size_m))
     return fail(ErrorCode::InvalidArgument,
-                "a board has `cols` and `rows` of 1 or more and a `tag_size_m` above 0", {},
+                "a board needs `cols` and `rows` of at least 1 and a positive `tag_size_m`", {},
                 "Measure the black square of a tag with a ruler.");
   const auto ids = static_cast<std::int64_t>(family(FamilyId::Tag36h11).codes.size());
   const std::int64_t last = options.first_id + static_cast<std::int64_t>(options.columns) * options.rows - 1;
   if (options.first_id < 0 || last >= ids)
     return fail(ErrorCode::InvalidArgument,
-                fmt::format("the board would carry the tags {} to {}, and there are 0 to {}",
+                fmt::format("the board would have tags {} to {}, but the family has only 0 to {}",
                             options.first_id, last, ids - 1),
-                {}, "Look at `cols`, `rows` and `first_id`.");
+                {}, "Check `cols`, `rows` and `first_id`.");
   return board_of_tags(options);
 }
 
@@ -145,13 +145,13 @@ std::string CalibrationTarget::words_of_absence(const ImageView& image) const {
   if (*seen == "aprilgrid")
     return kind == "aprilgrid"
                ? words
-               : "The picture shows tags of 36h11 with a border of two cells: `target=aprilgrid`.";
+               : "The image shows tags of 36h11 with a border of two cells: `target=aprilgrid`.";
   if (kind == "charuco" && holds(options_.dictionary, *seen))
-    return "The picture shows the markers, but no corners where `cols`, `rows`, `first_id`, `square_size_m` "
-           "and `marker_size_m` put them.";
+    return "The image shows the markers, but no corners where `cols`, `rows`, `first_id`, `square_size_m` "
+           "and `marker_size_m` predict them.";
   if (kind == "tags" && *seen == kTags) return words;
-  if (*seen == kTags && kind != "charuco") return "The picture shows tags of 36h11: `target=tags`.";
-  return fmt::format("The picture shows markers of {0}: {1}`dictionary={0}`.", *seen,
+  if (*seen == kTags && kind != "charuco") return "The image shows tags of 36h11: `target=tags`.";
+  return fmt::format("The image shows markers of {0}: {1}`dictionary={0}`.", *seen,
                      kind == "charuco" ? "" : "`target=charuco` ");
 }
 
@@ -163,7 +163,7 @@ std::optional<std::string> CalibrationTarget::words_of_marker_size(std::vector<d
   if (std::abs(share / said - 1) < kMost) return std::nullopt;
   return fmt::format(
       "the markers are {:.2f} times as large as their squares, but `marker_size_m={:g}` and "
-      "`square_size_m={:g}` say {:.2f}: measure both again",
+      "`square_size_m={:g}` give {:.2f}: measure both again",
       share, board_->marker_m, board_->size_m, said);
 }
 
@@ -182,8 +182,8 @@ void refuse_of_other_targets(const TargetOptions& options, FieldRefusals& refuse
                                        {"detections", {"tags"}}};
   for (const FieldOf& field : fields)
     refused.fields(std::ranges::find(field.kinds, options.kind) == field.kinds.end(), {field.name},
-                   fmt::format("this has no effect on the target {}", options.kind),
-                   fmt::format("Leave it out, or choose `target={}`.", fmt::join(field.kinds, " or ")));
+                   fmt::format("this option has no effect on target {}", options.kind),
+                   fmt::format("Omit this option, or choose `target={}`.", fmt::join(field.kinds, " or ")));
 }
 
 }  // namespace waymark

@@ -12,7 +12,7 @@
 
 namespace waymark {
 
-/// What a calibration target is.
+/// Description of a calibration target.
 struct TargetOptions {
   std::string kind = "tags";  ///< "tags", or a board_kind()
   int columns = 0;            ///< tags, or squares of a chessboard
@@ -24,31 +24,30 @@ struct TargetOptions {
   double marker_size_m = 0;
   std::string dictionary = "4x4_50";
   bool legacy_pattern = false;
-  std::string map{};  ///< instead of a board: a file of tags whose places are known
+  std::string map{};  ///< instead of a board: a file of tags with known poses
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     fields_of_board(self, visit);
-    visit(self.map, JobField("map FILE", "Instead of a board: a map of tags whose places are known well"));
+    visit(self.map, JobField("map FILE", "Instead of a board: a map of tags with accurately known poses"));
   }
 
   /// The same but for `map`.
   template <class Self, class Visitor>
   static void fields_of_board(Self& self, Visitor&& visit) {
     visit(self.kind, JobField("target NAME",
-                              "What is photographed: tags (`waymark tags board style=separate`), "
+                              "Calibration target: tags (`waymark tags board style=separate`), "
                               "chessboard, charuco or aprilgrid (Kalibr's)")
                          .one_of("tags,chessboard,charuco,aprilgrid"));
     visit(self.columns,
-          JobField(
-              "cols INTEGER",
-              "Tags in a row of the board; of a chessboard or ChArUco board the squares, not their corners"));
+          JobField("cols INTEGER",
+                   "Tags per row of the board; for a chessboard or ChArUco board squares, not corners"));
     visit(self.rows, JobField("rows INTEGER",
-                              "Tags in a column of the board; of a chessboard or ChArUco board the squares, "
-                              "not their corners"));
+                              "Tags per column of the board; for a chessboard or ChArUco board squares, "
+                              "not corners"));
     visit(self.tag_size_m,
           JobField("tag_size_m NUMBER", "Side of the black square of a tag, measured on the print"));
-    visit(self.spacing, JobField("spacing NUMBER", "Gap between two tags, as a share of their size"));
+    visit(self.spacing, JobField("spacing NUMBER", "Gap between two tags, as a fraction of their size"));
     visit(self.first_id, JobField("first_id INTEGER", "Number of the lower left tag, or of the first marker")
                              .usually("0")
                              .less());
@@ -63,7 +62,7 @@ struct TargetOptions {
               "dictionary NAME",
               "Markers of a ChArUco board: OpenCV's name of their dictionary, such as 4x4_50 or 5x5_1000"));
     visit(self.legacy_pattern, JobField("legacy_pattern",
-                                        "A ChArUco board as OpenCV drew it before 4.6: with an even number "
+                                        "ChArUco board as drawn by OpenCV before 4.6: with an even number "
                                         "of rows its upper left square is white")
                                    .less());
   }
@@ -78,14 +77,14 @@ void refuse_of_other_targets(const TargetOptions& options, FieldRefusals& refuse
 /// The board; nothing: tags. InvalidArgument: the options make no board.
 [[nodiscard]] Result<std::optional<CalibrationBoard>> board_of(const TargetOptions& options);
 
-/// A target as one picture shows it.
+/// The target in one image.
 struct SeenTarget {
   TargetPicture marks{};
   /// Of a ChArUco board: the side of its markers over that of their squares, as the picture shows them.
   std::optional<double> marker_share{};
 };
 
-/// What a camera is calibrated on, and how it is found in a picture.
+/// A calibration target and its detector.
 class CalibrationTarget {
  public:
   /// Reads a map and loads what finds a board. InvalidArgument: the options make no target.
@@ -98,9 +97,9 @@ class CalibrationTarget {
   [[nodiscard]] const char* marks_word() const { return is_board() ? "corners" : "tags"; }
   /// The marks in a picture: the corners of the board, or the tags that `finder` finds.
   [[nodiscard]] Result<SeenTarget> find(const ImageView& image, const TagFinder& finder) const;
-  /// What to try where pictures do not show the target, in words, by what one of them shows. Slow.
+  /// Advice if no image shows the target, derived from one of them. Slow.
   [[nodiscard]] std::string words_of_absence(const ImageView& image) const;
-  /// Words where the markers of a ChArUco board are not as large as was said, by what the pictures show.
+  /// A warning if the marker size of a ChArUco board contradicts the images.
   [[nodiscard]] std::optional<std::string> words_of_marker_size(std::vector<double> shares) const;
 
  private:

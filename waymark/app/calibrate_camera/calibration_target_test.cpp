@@ -54,7 +54,7 @@ TEST(CalibrationTarget, WhatMakesNoneIsSaid) {
   EXPECT_THAT(refusal({.columns = 3, .rows = 0, .tag_size_m = 0.1}), HasSubstr("`rows`"));
   EXPECT_THAT(refusal({.columns = 30, .rows = 20, .tag_size_m = 0.1}), HasSubstr("0 to 586"));
   EXPECT_THAT(refusal({.columns = 2, .rows = 2, .tag_size_m = 0.1, .first_id = 585}),
-              HasSubstr("the tags 585 to 588"));
+              HasSubstr("tags 585 to 588"));
   EXPECT_THAT(refusal({.columns = 2, .rows = 2, .tag_size_m = 0.1, .first_id = -1}), HasSubstr("`first_id`"));
   EXPECT_THAT(refusal({.columns = 100000, .rows = 100000, .tag_size_m = 0.1}), HasSubstr("0 to 586"))
       << "no overflow, no board of ten thousand million tags";

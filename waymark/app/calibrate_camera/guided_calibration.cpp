@@ -26,7 +26,7 @@ struct GuidePart {
 ReportFields fields(const GuidePart& part) {
   return {{"part", "Its name, such as top left", part.name},
           {"corners", "Corners there in all views", part.corners},
-          {"corners_wanted", "Corners that are needed there", part.corners_wanted},
+          {"corners_wanted", "Corners needed there", part.corners_wanted},
           {"corners_in_picture", "Corners there in the last image", part.corners_in_picture}};
 }
 
@@ -39,7 +39,7 @@ struct GuideTilt {
 ReportFields fields(const GuideTilt& tilt) {
   return {{"nearer_edge", "Edge of the board that is nearer to the camera", tilt.nearer_edge},
           {"views", "Views with this tilt", tilt.views},
-          {"views_wanted", "Views with this tilt that are needed", tilt.views_wanted}};
+          {"views_wanted", "Views needed with this tilt", tilt.views_wanted}};
 }
 
 }  // namespace
@@ -70,18 +70,18 @@ ReportFields fields(const GuideStatus& status) {
   for (const auto& [tilt, edge] : tilts_with_edges())
     tilts.push_back({edge, status.coverage.tilts.at(static_cast<std::size_t>(tilt)), wanted.views_each_tilt});
   return {
-      {"picture", "What became of the last image", to_string(status.picture)},
+      {"picture", "Result for the last image", to_string(status.picture)},
       {"views", "Views so far", status.coverage.views},
-      {"views_wanted", "Views that are needed", wanted.views},
+      {"views_wanted", "Views needed", wanted.views},
       {"held_out_rms_px", "Root mean square error in held-out views, from the fourth view on",
        if_any(status.held_out_rms_px)},
-      {"focal_sigma_share",
-       "Standard deviation of the focal length as a share of it, from the fourth view on",
+      {"focal_sigma_share", "Relative standard deviation of the focal length, from the fourth view on",
        if_any(status.focal_share)},
-      {"focal_sigma_share_wanted", "The share that is small enough", status.wanted.focal_share},
+      {"focal_sigma_share_wanted", "Largest sufficient relative standard deviation",
+       status.wanted.focal_share},
       {"parts", "One entry per ninth of the image, row by row from the top left", parts},
       {"tilts", "One entry per direction of tilt", tilts},
-      {"missing", "Views that are missing, most important first", status.missing},
+      {"missing", "Missing views, most important first", status.missing},
       {"good_enough", "Nothing is missing, or the largest number of views is reached", status.good_enough}};
 }
 
@@ -153,7 +153,7 @@ Status GuidedCalibration::keep(const ImageView& image, std::string& name) const 
   std::error_code error;
   fs::create_directories(folder_, error);
   if (error)
-    return fail(ErrorCode::Unwritable, "the folder of the views cannot be made", {.source = folder_},
+    return fail(ErrorCode::Unwritable, "the folder for the views cannot be created", {.source = folder_},
                 error.message());
   for (std::size_t number = views_.size() + 1;; ++number) {
     name = (fs::path(folder_) / fmt::format("view-{:03}.png", number)).string();
@@ -171,7 +171,7 @@ Status GuidedCalibration::add_view(std::string name, TargetPicture marks, int wi
     return fail(ErrorCode::InvalidArgument,
                 fmt::format("{} x {} pixels, but {} has {} x {}", width_px, height_px, names_.front(),
                             width_px_, height_px_),
-                {.source = name}, "Views of one camera have one resolution; begin in another folder.");
+                {.source = name}, "All views of a camera must have one resolution; use another folder.");
   names_.push_back(std::move(name));
   views_.push_back(std::move(marks));
   return {};

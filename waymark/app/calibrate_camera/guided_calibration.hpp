@@ -9,7 +9,7 @@
 #include "waymark/app/common/report_fields.hpp"
 #include "waymark/mapping/camera/calibration_views.hpp"
 
-/// Calibration while somebody holds a board before the camera: `waymark calibrate guided`.
+/// Calibration while a person holds a board in front of the camera: `waymark calibrate guided`.
 namespace waymark {
 
 struct GuideOptions {
@@ -21,38 +21,38 @@ struct GuideOptions {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.focal_share, Field{"focal_share",
-                                  "Standard deviation of the focal length, as a share of it, at which a "
+                                  "Relative standard deviation of the focal length at which a "
                                   "guided calibration ends once "
                                   "no view is missing.",
                                   1e-5, 1});
     visit(self.views_at_most,
-          Field{"views_at_most", "Number of views at which a guided calibration ends in any case.", 4, 1000});
-    visit(self.capture, Field{"capture", "Which pictures of a live camera are taken."});
-    visit(self.coverage, Field{"coverage", "Which views a guided calibration asks for."});
+          Field{"views_at_most", "Number of views at which a guided calibration always ends.", 4, 1000});
+    visit(self.capture, Field{"capture", "Selection of images of a live camera."});
+    visit(self.coverage, Field{"coverage", "Views that a guided calibration asks for."});
   }
 };
 
-/// How far a guided calibration is.
+/// State of a guided calibration.
 struct GuideStatus {
-  GuideOptions wanted{};     ///< what it is measured by
-  CaptureVerdict picture{};  ///< what became of the last picture
+  GuideOptions wanted{};     ///< targets
+  CaptureVerdict picture{};  ///< result for the last image
   ViewCoverage coverage{};
   std::array<int, 9> in_picture{};          ///< corners in each ninth of the last picture
-  std::vector<std::string> missing{};       ///< views, in words; empty: none
+  std::vector<std::string> missing{};       ///< missing views as text; empty: none
   std::optional<double> held_out_rms_px{};  ///< of the calibration with the views so far
   std::optional<double> focal_share{};      ///< standard deviation of its focal length, as a share of it
   std::string absence{};                    ///< where no picture showed the target for seconds: what to try
   bool good_enough = false;
 };
 
-/// "7 views, 0.21 px, focal length +- 0.3 %; hold still; wanted: tilt the board so that its left edge is nearer
-/// to the camera; hold the board in these parts of the image: top left, top".
+/// "7 views, 0.21 px, focal length +- 0.3 %; hold still; wanted: tilt the board so that its left edge is
+/// nearer to the camera; hold the board in these parts of the image: top left, top".
 [[nodiscard]] std::string to_text(const GuideStatus& status);
 
-/// What is there and what is wanted, of each part of the picture and each tilt (docs/formats/live.md).
+/// Existing and wanted views, for each part of the image and each tilt (docs/formats/live.md).
 [[nodiscard]] ReportFields fields(const GuideStatus& status);
 
-/// Takes views from the pictures of a camera until they tell it well enough.
+/// Takes views from the images of a camera until the calibration is accurate enough.
 class GuidedCalibration {
  public:
   /// `folder`: where the views are kept as pictures, and found again; empty: nowhere. All outlive this.
@@ -76,7 +76,7 @@ class GuidedCalibration {
   [[nodiscard]] Status add_view(std::string name, TargetPicture marks, int width_px, int height_px);
   [[nodiscard]] Status keep(const ImageView& image, std::string& name) const;
   void judge();
-  /// Looks for other boards once, when the target was in no picture for a while.
+  /// Searches for other boards once, if no image showed the target for a while.
   void explain_absence(SensorTime stamp, const ImageView& image);
 
   const CameraFitJob& fit_;

@@ -56,7 +56,7 @@ SetupOverrides overrides_of(const LocalizeJob& job, const RecordedLap& recorded)
 void tell_of_size(const RecordedLap& recorded, const SetupOverrides& given, const JobControl& control) {
   const Result<TeachSetup> setup = setup_of(recorded, {.anchor = given.anchor});
   if (!given.tag_size_m || !setup || *setup->sizes.default_size_m == *given.tag_size_m) return;
-  control.note(fmt::format("note: tags of {} m, as `tag_size_m` says; the recording says {} m",
+  control.note(fmt::format("note: using tags of {} m (`tag_size_m`) instead of {} m (recording)",
                            *given.tag_size_m, *setup->sizes.default_size_m));
 }
 
@@ -81,16 +81,16 @@ Result<LapInput> lap_input(const LocalizeJob& job, double from_s, double to_s, c
   if (Status status = believe_files(job, recorded->setup, control); !status)
     return tl::unexpected(status.error());
   if (recorded->frames.empty())
-    return fail(ErrorCode::NotFound, "there are no corners of tags in it", {.source = job.logs.front()},
-                "Map its tags first, and give the map with `map`.");
+    return fail(ErrorCode::NotFound, "the recording contains no tag corners", {.source = job.logs.front()},
+                "Map its tags first, and set `map` to that map.");
   const SensorTime first = recorded->frames.front().stamp;
   std::erase_if(recorded->frames, [&](const TagFrame& frame) {
     const double at_s = to_seconds(frame.stamp - first);
     return at_s < from_s || at_s > to_s;
   });
   if (recorded->frames.empty())
-    return fail(ErrorCode::InvalidArgument, "no frame with tags lies between `from` and `to`",
-                {.source = job.logs.front()}, "`waymark info` shows how long it is.");
+    return fail(ErrorCode::InvalidArgument, "no frame with tags between `from` and `to`",
+                {.source = job.logs.front()}, "`waymark info` shows the duration of the recording.");
   for (const Error& problem : recorded->setup.problems) control.note("warning: " + to_string(problem));
   SetupOverrides overrides = overrides_of(job, *recorded);
   tell_of_size(*recorded, overrides, control);
@@ -147,13 +147,13 @@ constexpr std::array<const char*, kCalibrated> kAdvice = {
     "Drive some metres straight, past several tags.",
     "Turn both ways on the spot, several times round.",
     "Record the gyro, and turn both ways on the spot, several times round.",
-    "Drive at two speeds and turn quickly: at constant speed a late picture and a camera further back look "
+    "Drive at two speeds and turn quickly: at constant speed a late image and a camera further back look "
     "alike.",
-    "Look at the same tags from near and from afar.",
-    "Look at the same tags from near and from afar.",
+    "Observe the same tags from near and far.",
+    "Observe the same tags from near and far.",
     "Drive past tags on both sides.",
-    "Look at the same tags from near and from afar.",
-    "Look at the same tags from near and from afar."};
+    "Observe the same tags from near and far.",
+    "Observe the same tags from near and far."};
 
 /// The samples between two times after the first.
 std::vector<Sample> within(const std::vector<Sample>& samples, double from_s, double to_s) {
@@ -184,7 +184,7 @@ Calibration calibration_of(const LocalizeInputs& inputs, const InnovationFit& fi
     CalibratedValue& entry = calibration.values[name];
     entry = {.value = value[i], .sigma = fit.sigma[i]};
     if (fit.known[i]) {
-      if (fit.kept[i]) entry.advice = "As given: the drive agrees.";
+      if (fit.kept[i]) entry.advice = "As given: consistent with the drive.";
       continue;
     }
     entry.verdict = CalibrationVerdict::Unobservable;
@@ -204,13 +204,12 @@ Error of_the_drive(ErrorCode code, std::string message, const CalibrateRobotJob&
 
 Status check_job(const CalibrateRobotJob& job) {
   if (job.drive.map.empty() && job.by == CalibrateRobotBy::Innovations)
-    return fail(ErrorCode::InvalidArgument, "innovations are about tags that are known", {.key = "by"},
-                "Give their map with `map`.");
+    return fail(ErrorCode::InvalidArgument, "innovations require a map of the tags", {.key = "by"},
+                "Set `map`.");
   if (!(job.from_s < job.to_s))
     return fail(ErrorCode::InvalidArgument,
-                fmt::format("nothing lies between `from={:g}` s and `to={:g}` s", job.from_s, job.to_s),
-                {.key = "to"},
-                "The end comes after the beginning; both count from the start of the recording.");
+                fmt::format("empty interval from `from={:g}` s to `to={:g}` s", job.from_s, job.to_s),
+                {.key = "to"}, "`to` must be after `from`; both count from the start of the recording.");
   if (job.drive.output.empty()) return {};
   Status writable = check_output_file(job.drive.output);
   return writable ? check_calibration_place(job.drive.output) : writable;
@@ -235,13 +234,13 @@ Result<CalibrateRobotReport> by_innovations(const CalibrateRobotJob& job, const 
   const std::vector<Sample> samples = within(inputs->samples, job.from_s, job.to_s);
   if (samples.empty())
     return tl::unexpected(of_the_drive(ErrorCode::InvalidArgument,
-                                       "nothing was recorded between `from` and `to`", job,
-                                       "`waymark info` shows how long it is."));
+                                       "the recording contains no data between `from` and `to`", job,
+                                       "`waymark info` shows the duration of the recording."));
   int runs = 0;
   InnovationFitOptions options;
   if (inputs->mounting_guessed) options.keep_sigma = 0;  // nothing was given by who knew more
   options.keep_going = [&] {
-    control.progress({fmt::format("run {} of the filter over the recording, of some twenty", ++runs)});
+    control.progress({fmt::format("filter run {} of about twenty over the recording", ++runs)});
     return !control.cancelled();
   };
   Result<InnovationFit> fit = calibrate_by_innovations(samples, inputs->setup.landmarks, inputs->setup.sensor,
@@ -277,16 +276,16 @@ Result<std::string> write_robot_calibration(const CalibrateRobotJob& job,
   if (report.innovations && report.innovations->changed && !report.innovations->improved)
     return tl::unexpected(of_the_drive(
         ErrorCode::NotFound,
-        "the numbers that were found do not fit the drive better, its held-out third included, than those "
-        "that were given: nothing was written",
+        "the estimated values do not fit both the drive and its held-out third better than the given "
+        "ones: nothing was written",
         job,
         "Record a longer drive at two speeds with turns to both sides. `tag_sigma_m` and `point_sigma_m` "
-        "say how good the map and the observations are."));
+        "set the assumed accuracy of map and observations."));
   if (tells_nothing(report.calibration))
     return tl::unexpected(of_the_drive(
         ErrorCode::NotFound,
         "this drive determines none of the values: there is no calibration, and nothing was written", job,
-        "What to drive stands beside each of them."));
+        "The table lists what to drive for each value."));
   if (job.drive.output.empty()) return std::string();
   if (Status place = check_calibration_place(job.drive.output); !place) return tl::unexpected(place.error());
   auto earlier = move_aside(job.drive.output, to_yaml(report.calibration));
@@ -312,13 +311,13 @@ ReportFields fields(const CalibrateRobotReport& report) {
   const auto& fit = report.innovations;
   return {{"values", "Values by their names in calibration.yaml, with value, sigma, verdict and advice",
            if_any(values.empty() ? std::nullopt : std::optional(values))},
-          {"tags", "By lap: tags that were mapped",
+          {"tags", "By lap: mapped tags",
            if_any(part(report.lap, [](const LapCalibration& lap) { return lap.map.map.tags.size(); }))},
           {"corners_rms_px", "By lap: root mean square reprojection error of the corners",
            if_any(part(report.lap, [](const LapCalibration& lap) { return lap.map.rms_px; }))},
           {"innovations_before", "By innovations: mean square per degree of freedom, with the given values",
            if_any(part(fit, &InnovationFit::cost_before))},
-          {"innovations_after", "The same with the values that were found",
+          {"innovations_after", "The same with the estimated values",
            if_any(part(fit, &InnovationFit::cost_after))},
           {"held_out_before", "As innovations_before, of the third of the drive that was not fitted",
            if_any(part(fit, &InnovationFit::held_out_before))},
@@ -341,7 +340,7 @@ std::string to_text(const CalibrateRobotReport& report) {
                 : fmt::format("{:<25}{:>12}    {}\n", name, "unobservable", v.advice);
   }
   if (report.lap)
-    text += fmt::format("found together with the places of {} tags; corners within {:.2f} px (rms)\n",
+    text += fmt::format("estimated together with the poses of {} tags; reprojection error {:.2f} px (rms)\n",
                         report.lap->map.map.tags.size(), report.lap->map.rms_px);
   if (const auto& fit = report.innovations)
     text += fmt::format(

@@ -11,13 +11,13 @@
 #include "waymark/localization/innovation_fits.hpp"
 #include "waymark/mapping/lap/lap_calibration.hpp"
 
-/// `waymark calibrate robot`: where the camera sits, scales, gains and latency from a drive past tags.
+/// `waymark calibrate robot`: camera mounting, scales, gains and latency from a drive past tags.
 namespace waymark {
 
 enum class CalibrateRobotBy : std::uint8_t {
-  Either,       ///< the lap, where it holds what that takes
-  Lap,          ///< tags, way and numbers together, by bundle adjustment
-  Innovations,  ///< the numbers with which a filter predicts best what was seen; needs a map
+  Either,       ///< the lap, if it contains the required data
+  Lap,          ///< tags, trajectory and parameters jointly, by bundle adjustment
+  Innovations,  ///< the parameters with the smallest filter innovations; needs a map
 };
 
 struct CalibrateRobotJob {
@@ -27,7 +27,7 @@ struct CalibrateRobotJob {
   double to_s = std::numeric_limits<double>::infinity();
 };
 
-/// What a user says of a calibration, but options.
+/// User input of a calibration, without options.
 struct CalibrateRobotWords {
   CalibrateRobotJob job{};
   std::string by{};  ///< lap, innovations; empty: either
@@ -35,23 +35,21 @@ struct CalibrateRobotWords {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.job.drive.logs, JobField("logs LOG", "Recordings of one drive past tags").input().required());
-    visit(self.job.drive.map,
-          JobField("map FILE",
-                   "Map of the tags, as for `waymark localize`. Unless given: the tags are "
-                   "mapped together with the calibration"));
+    visit(self.job.drive.map, JobField("map FILE",
+                                       "Tag map, as for `waymark localize`. Unless given: the tags are "
+                                       "mapped together with the calibration"));
     visit(self.by,
           JobField("by HOW",
                    "Calibration method: lap (bundle adjustment of tags, trajectory and calibration, with the "
                    "map's covariance) or innovations (likelihood of the filter's innovations). Unless given: "
-                   "lap where there are corners of tags and odometry, and no map or one of Waymark")
+                   "lap if there are tag corners and odometry, and no map or one by Waymark")
               .one_of("lap,innovations"));
     CameraChoice::fields(self.job.drive.frames, visit);
     visit(self.job.drive.robot,
-          JobField("robot FILE", "Camera and its mounting, as far as known: a robot's file, or a name"));
+          JobField("robot FILE", "Camera and its mounting, as far as known: a robot file, or a name"));
     visit(self.job.drive.calibration,
-          JobField("calibration FILE",
-                   "Calibration known beforehand (calibration.yaml), such as the camera's"));
-    visit(self.job.drive.tag_size_m, JobField("tag_size_m NUMBER", "Tag size where the map has none"));
+          JobField("calibration FILE", "Known calibration (calibration.yaml), such as the camera's"));
+    visit(self.job.drive.tag_size_m, JobField("tag_size_m NUMBER", "Tag size if the map has none"));
     visit(self.job.drive.map_sigma_m, JobField("map_sigma NUMBER",
                                                "Standard deviation of the tags' positions, by lap, of a map "
                                                "without covariances, such as one measured by hand [m]",
@@ -59,7 +57,7 @@ struct CalibrateRobotWords {
     visit(self.job.drive.sensor_pose,
           JobField("sensor_pose NUMBER", "Mounting of the range sensor on the robot: x y [m], yaw [deg]")
               .parts(3));
-    visit(self.job.from_s, JobField("from S", "Begin of the used interval, in seconds from the start"));
+    visit(self.job.from_s, JobField("from S", "Start of the used interval, in seconds from the start"));
     visit(self.job.to_s,
           JobField("to S", "End of the used interval, in seconds from the start").without_default());
     visit(self.job.drive.output, JobField("output FILE", "Calibration to write (calibration.yaml)"));
@@ -73,8 +71,8 @@ struct CalibrateRobotReport {
   std::vector<std::string> warnings{};
 };
 
-/// Whether the recording holds what it takes, corners of tags and odometry, and the map of the job, if it
-/// names one, is a map of ours.
+/// Whether the recording contains tag corners and odometry, and the map of the job, if it
+/// names one, is a Waymark map.
 [[nodiscard]] bool can_calibrate_by_lap(const LocalizeJob& job, const JobControl& control);
 
 /// Reads the recording of the job (logs, robot, calibration, tag_size_m, and the map as far as it is known)
@@ -82,17 +80,17 @@ struct CalibrateRobotReport {
 [[nodiscard]] Result<LapCalibration> calibrate_recorded_lap(const LocalizeJob& job, double from_s,
                                                             double to_s, const JobControl& control);
 
-/// Fails before anything is read when the output cannot be written.
+/// Fails before anything is read if the output cannot be written.
 [[nodiscard]] Result<CalibrateRobotReport> calibrate_robot(const CalibrateRobotJob& job,
                                                            const JobControl& control);
-/// Writes what was found to the job's output, if it names one; what stood there moves aside, and its new name
-/// is given back. Fails, and writes nothing, where the drive
-/// told no number, or no better ones than were given.
+/// Writes the calibration to the job's output, if it names one; an existing file becomes a backup, whose name
+/// is returned. Fails, and writes nothing, if the drive
+/// determines no value, or none better than the given ones.
 [[nodiscard]] Result<std::string> write_robot_calibration(const CalibrateRobotJob& job,
                                                           const CalibrateRobotReport& report);
 [[nodiscard]] ReportFields fields(const CalibrateRobotReport& report);
 
-/// A line a number: its value and standard deviation, or what to drive to tell it.
+/// One line per value with its standard deviation, or advice on what to drive.
 [[nodiscard]] std::string to_text(const CalibrateRobotReport& report);
 
 }  // namespace waymark

@@ -51,7 +51,7 @@ TEST(CalibrateByLap, AMountingThatIsWrongInTheFileIsFoundWithinItsDoubt) {
   control.note = [&](const std::string& words) { told += words; };
   const auto report = calibrate_robot(job, control);
   ASSERT_TRUE(report) << to_string(report.error());
-  EXPECT_THAT(told, HasSubstr("the robot's file has the camera")) << "where file and recording disagree";
+  EXPECT_THAT(told, HasSubstr("robot file")) << "where file and recording disagree";
   const auto yaw = report->calibration.values.find("mounting_yaw_rad");
   ASSERT_NE(yaw, report->calibration.values.end());
   const double truth_rad = camera_mounting(calibration_drive().base_T_cam).yaw_rad;
@@ -103,7 +103,7 @@ TEST(CalibrateByInnovations, TheNumbersThatPredictBestAreToldAndCancellingEndsTh
   ASSERT_TRUE(report) << to_string(report.error());
   ASSERT_TRUE(report->innovations);
   EXPECT_FALSE(report->lap);
-  EXPECT_EQ(words.front(), "run 1 of the filter over the recording, of some twenty");
+  EXPECT_THAT(words.front(), HasSubstr("run 1 "));
   EXPECT_LE(report->innovations->cost_after, report->innovations->cost_before + 1e-9);
   const auto json = to_json(fields(*report));
   EXPECT_EQ(json["runs"], report->innovations->runs);
@@ -182,7 +182,7 @@ TEST(CalibrateRobot, WhatTellsNothingIsNotWritten) {
   report.innovations->changed = true;
   const auto worse = write_robot_calibration(job, report);
   ASSERT_FALSE(worse);
-  EXPECT_THAT(to_string(worse.error()), HasSubstr("do not fit the drive better"));
+  EXPECT_THAT(to_string(worse.error()), HasSubstr("nothing was written"));
   EXPECT_EQ(to_json(fields(report))["values"]["yaw_gain"]["verdict"], "known");
 }
 

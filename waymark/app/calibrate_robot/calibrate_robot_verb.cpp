@@ -21,17 +21,17 @@ Result<CalibrateRobotJob> job_of(const CalibrateRobotArgs& args) {
   if (args.by == "lap") job.by = CalibrateRobotBy::Lap;
   if (args.by == "innovations") job.by = CalibrateRobotBy::Innovations;
   Refusals refused(args.settings.app());
-  refused.options(true, args.filter, kNoDelay, "Leave it out.", "lag_s");
+  refused.options(true, args.filter, kNoDelay, "Omit this option.", "lag_s");
   refused.fields(job.drive.map.empty() || job.by == CalibrateRobotBy::Innovations, {"--map-sigma"},
-                 "this is about a map, where the method is lap", "Give --map, or leave it out.");
+                 "with method lap this option requires a map", "Give --map, or omit this option.");
   Status flags = refused.status();
   if (flags) flags = args.filter.apply(job.drive.filter);
   job.drive.asked = [&args](RiekfOptions& filter) { return args.filter.apply(filter); };
   if (!flags) return tl::unexpected(flags.error());
   if (!args.filter.given()) return job;
   if (job.by == CalibrateRobotBy::Lap || job.drive.map.empty())
-    return fail(ErrorCode::InvalidArgument, "flags of the filter mean nothing where no filter runs",
-                {.key = "--by"}, "Leave them out, or give --by innovations and a --map.");
+    return fail(ErrorCode::InvalidArgument, "filter flags have no effect on method lap", {.key = "--by"},
+                "Omit them, or give --by innovations and a --map.");
   job.by = CalibrateRobotBy::Innovations;  // who says how the filter is to be set means the filter
   return job;
 }
@@ -45,7 +45,7 @@ ExitCode calibrate_drive(const CalibrateRobotArgs& args, Console& console) {
   console.warn(report->warnings);
   const auto earlier = write_robot_calibration(*job, *report);
   if (!earlier) return fail_with(earlier.error(), console);
-  if (!earlier->empty()) console.say("the earlier file is kept: " + *earlier);
+  if (!earlier->empty()) console.say("the existing file was renamed to " + *earlier);
   if (!job->drive.output.empty()) console.say("wrote " + job->drive.output);
   return ExitCode::Ok;
 }
@@ -55,15 +55,16 @@ ExitCode calibrate_drive(const CalibrateRobotArgs& args, Console& console) {
 Verb calibrate_robot_verb() {
   return {
       .name = "robot",
-      .sentence = "Find where the camera sits, scales, gains and latency from a drive past tags",
+      .sentence = "Estimate camera mounting, scales, gains and latency from a drive past tags",
       .help =
-          R"(No truth is needed. Where a recording has corners of tags and odometry, tags, way and numbers are found together,
-with --map from where the tags are known to be. Of other recordings (poses of tags, ranges and bearings) the numbers are
-those under which the filter's predictions fit best what was seen, which needs a map. Drive at
-two speeds and with turns to both sides, for at one speed a robot that slips looks like one whose camera sits elsewhere. What the drive does not tell is called unobservable, with what to drive instead of a number. Give the
-result to `waymark localize --calibration`; judge it on another lap than it was made from (--from, --to).
+          R"(No ground truth is needed. If a recording has tag corners and odometry, tags, trajectory and parameters are estimated
+jointly, with --map starting from the known tag poses. For other recordings (tag poses, ranges and bearings) the
+parameters minimise the filter's innovations, which requires a map. Drive at two speeds and turn to both sides: at one
+speed, slip cannot be told apart from a displaced camera. A parameter that the drive does not determine is reported as
+unobservable, with advice on what to drive. Pass the result to `waymark localize --calibration`; evaluate it on a
+different lap than the one it was made from (--from, --to).
 
-Exit code: 0 calibrated, 1 it could not be (says why), 2 wrong usage, 130 stopped by Ctrl-C.
+Exit code: 0 calibrated, 1 failed (prints the reason), 2 wrong usage, 130 stopped by Ctrl-C.
 
 Examples:
   waymark teach --world circuit24 --speed-m-s 0.3 --second-speed-m-s 1 --wander-m 0.3 --wander-time-s 1.5 --overlap-m 16 -o lap.mcap

@@ -40,7 +40,7 @@ struct ReportedPose {
 ReportFields fields(const ReportedPose& reported) {
   ReportFields all = fields(ReportedSolution{reported.pose.best});
   all.push_back({"ambiguity_ratio",
-                 "rms_px of this pose to that of the other one, 0 to 1; near 1 they are ambiguous",
+                 "Ratio of the rms_px of this pose to that of the other one, 0 to 1; near 1: ambiguous",
                  reported.pose.ambiguity_ratio()});
   return all;
 }
@@ -96,8 +96,8 @@ ReportFields pose_fields(const std::optional<Result<TagPose>>& pose) {
   } else if (pose) {
     error = pose->error();
   }
-  return {{"pose", "With `camera` and `tag_size_m`: pose that fits better", if_any(best)},
-          {"other_pose", "The other pose that fits; null if there is none", if_any(other)},
+  return {{"pose", "With `camera` and `tag_size_m`: pose with the smaller reprojection error", if_any(best)},
+          {"other_pose", "The other pose hypothesis; null if there is none", if_any(other)},
           {"pose_error", "Instead of a pose: why there is none", if_any(error)}};
 }
 
@@ -137,7 +137,7 @@ std::optional<std::pair<int, int>> parse_size(const std::string& text) {
 Status scale(const std::string& size, DescribedCamera& camera) {
   const auto wanted = parse_size(size);
   if (!wanted)
-    return fail(ErrorCode::InvalidArgument, fmt::format("'{}' is no size of a picture", size),
+    return fail(ErrorCode::InvalidArgument, fmt::format("invalid image size '{}'", size),
                 {.key = "camera_size"}, "Give width and height in pixels: 1280x720.");
   const double x = static_cast<double>(wanted->first) / camera.camera.width_px();
   const double y = static_cast<double>(wanted->second) / camera.camera.height_px();
@@ -173,14 +173,14 @@ Result<std::optional<PoseSetup>> described_poses(const CameraDescription& camera
                                                  const std::vector<std::string>& tag_sizes) {
   const bool named = !camera.name.empty();
   if (camera.file.empty() && (named || !camera.size.empty()))
-    return fail(ErrorCode::InvalidArgument, "no file is given in which this camera is described",
+    return fail(ErrorCode::InvalidArgument, "`camera` is not set, so this camera has no calibration",
                 {.key = named ? "camera_name" : "camera_size"},
-                "Give `camera=camera.yaml` and `tag_size_m=0.16`, or leave it out.");
+                "Set `camera=camera.yaml` and `tag_size_m=0.16`, or omit this option.");
   if (camera.file.empty() && tag_sizes.empty()) return std::optional<PoseSetup>();
   if (camera.file.empty() || tag_sizes.empty()) {
-    return fail(ErrorCode::InvalidArgument, "poses need both the camera and the size of the tags",
+    return fail(ErrorCode::InvalidArgument, "poses require both the camera and the tag size",
                 {.key = camera.file.empty() ? "camera" : "tag_size_m"},
-                "Give `camera=camera.yaml` and `tag_size_m=0.16` (the side of the black square in metres).");
+                "Set `camera=camera.yaml` and `tag_size_m=0.16` (the side of the black square in metres).");
   }
   Result<TagSizes> sizes = parse_tag_sizes(tag_sizes);
   if (!sizes) return tl::unexpected(sizes.error());
@@ -196,7 +196,7 @@ Status check_picture_size(const CameraModel& camera, int width_px, int height_px
   const bool scales = scaled_camera(camera, width_px, height_px).has_value();
   if (scales)
     fits.error().hint = fmt::format(
-        "Calibrate at the resolution in use; or, where both show the same field of view, scale the "
+        "Calibrate at the resolution in use; or, if both have the same field of view, scale the "
         "calibration: `camera_size={}x{}`.",
         width_px, height_px);
   return fits;

@@ -16,7 +16,7 @@
 
 namespace waymark {
 
-/// What poses need: the camera and the sizes of the tags.
+/// Input of pose estimation: the camera and the tag sizes.
 struct PoseSetup {
   CameraModel camera;
   TagSizes sizes{};
@@ -25,7 +25,7 @@ struct PoseSetup {
 /// "0.16" for all tags, "tag36h11:7=0.08" (or "7=0.08" for tag36h11) for one; several of them.
 [[nodiscard]] Result<TagSizes> parse_tag_sizes(const std::vector<std::string>& words);
 
-/// The pose of each detection, in their order; an error where there is none (size unknown, corners beyond the
+/// The pose of each detection, in their order; an error if there is none (size unknown, corners beyond the
 /// lens …).
 using PoseList = std::vector<Result<TagPose>>;
 
@@ -34,31 +34,30 @@ using PoseList = std::vector<Result<TagPose>>;
 /// "pose" and "other_pose" (null if there is one pose only), or "pose_error"; without a pose none of them.
 [[nodiscard]] ReportFields pose_fields(const std::optional<Result<TagPose>>& pose);
 
-/// The axes of each tag, half a side long, where the camera sees them.
+/// The axes of each tag, half a side long, in image coordinates.
 [[nodiscard]] std::vector<plot::FrameAxes> axes_of(std::span<const TagDetection> detections,
                                                    const PoseList& poses, const PoseSetup& setup);
 
-/// What a user says of a camera without a robot.
+/// User options for a camera without a robot.
 struct CameraDescription {
   std::string
       file{};  ///< calibration.yaml, ROS camera_info, kalibr's YAML, PhotonVision's JSON, OpenCV's YAML
   std::string name{};  ///< in a file of several
-  std::string size{};  ///< "1280x720": of its pictures, to which the calibration is scaled; empty: as it is
-  std::optional<double> readout_ms{};  ///< of a rolling shutter; goes before what the file says
+  std::string size{};  ///< image size "1280x720" to which the calibration is scaled; empty: unscaled
+  std::optional<double> readout_ms{};  ///< of a rolling shutter; overrides the file
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.name,
-          JobField("camera_name NAME", "Name of the camera of `camera`, when the file holds several").less());
-    visit(self.size,
-          JobField("camera_size WIDTHxHEIGHT",
-                   "Size of the pictures, such as 1280x720, where the calibration was made at another one: "
-                   "it is scaled, which is right when both show the same field of view")
-              .less());
+          JobField("camera_name NAME", "Name of the camera in `camera`, if that file has several").less());
+    visit(self.size, JobField("camera_size WIDTHxHEIGHT",
+                              "Image size, such as 1280x720, if the calibration was made at another one: it "
+                              "is then scaled, which requires that both have the same field of view")
+                         .less());
   }
 };
 
-/// What a user says where tags are to get poses.
+/// User options for tag poses.
 struct PoseWords {
   CameraDescription camera{};
   std::vector<std::string> sizes{};  ///< as parse_tag_sizes() has them
@@ -66,8 +65,8 @@ struct PoseWords {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.camera.file, JobField("camera FILE",
-                                     "Calibration of the camera (ROS camera_info, kalibr YAML or JSON of "
-                                     "PhotonVision): gives the pose of each tag"));
+                                     "Camera calibration (ROS camera_info, kalibr YAML or PhotonVision "
+                                     "JSON): adds the pose of each tag"));
     CameraDescription::fields(self.camera, visit);
     visit(self.sizes, JobField("tag_size_m SIZE",
                                "Side of the square where black border meets white [m]; ID=SIZE for a tag of "
@@ -78,7 +77,7 @@ struct PoseWords {
 
 struct DescribedCamera {
   CameraModel camera;
-  /// Standard deviations of the camera's numbers (intrinsics_of), where the file is a calibration.yaml; else
+  /// Standard deviations of the intrinsics (intrinsics_of) if the file is a calibration.yaml; else
   /// empty.
   Eigen::VectorXd intrinsics_sigma{};
   double readout_s = 0;  ///< of a rolling shutter, first row to last, negative from the bottom; 0: global
@@ -87,12 +86,12 @@ struct DescribedCamera {
 /// Reads the file. Errors name the field at fault (camera_size), or the file.
 [[nodiscard]] Result<DescribedCamera> read_camera(const CameraDescription& description);
 
-/// What poses need, of a camera and sizes as parse_tag_sizes() has them; nothing where neither is given.
-/// Fails also where only one of them is.
+/// Input of pose estimation from a camera and sizes in the form of parse_tag_sizes(); nothing if neither is
+/// given. Fails also if only one of them is given.
 [[nodiscard]] Result<std::optional<PoseSetup>> described_poses(const CameraDescription& camera,
                                                                const std::vector<std::string>& tag_sizes);
 
-/// Fails (Unsupported) when pictures of this size are none of this camera.
+/// Fails (Unsupported) if the image size is not that of the camera.
 [[nodiscard]] Status check_picture_size(const CameraModel& camera, int width_px, int height_px);
 
 }  // namespace waymark

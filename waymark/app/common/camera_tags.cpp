@@ -46,14 +46,14 @@ Result<VideoTags> find_video_tags(const std::string& path, const TagFinder& find
     all.tags += found->detections.size();
     TagFrame tags{.stamp = picture.stamp, .detections = std::move(found->detections)};
     const std::string words =
-        fmt::format("finding tags: {:.0f} %, {} in the picture at {:.1f} s", 100 * reader->progress(),
+        fmt::format("finding tags: {:.0f} %, {} in the image at {:.1f} s", 100 * reader->progress(),
                     tags.detections.size(), to_seconds(picture.stamp.time_since_epoch()));
     if (Status taken = each(picture, tags); !taken) return tl::unexpected(taken.error());
     control.progress({words});
   }
   all.problems = reader->problems();
   if (all.pictures == 0)
-    return fail(ErrorCode::Unreadable, "no picture of this video is whole", {.source = path});
+    return fail(ErrorCode::Unreadable, "this video contains no intact image", {.source = path});
   return all;
 }
 
@@ -68,12 +68,12 @@ Image owned_copy(const ImageView& view) {
 Status check_job(const ConvertVideoJob& job) {
   std::error_code ignored;
   if (std::filesystem::path(job.output).extension() != ".mcap")
-    return fail(ErrorCode::InvalidArgument, "a video becomes a recording of its tags",
+    return fail(ErrorCode::InvalidArgument, "the output of a video must be an MCAP recording",
                 {.source = job.output, .key = "`output`"},
                 "End the name in .mcap; `waymark detect json=true` writes the tags as text.");
   if (std::filesystem::exists(job.output, ignored))
-    return fail(ErrorCode::Unwritable, "this file exists already", {.source = job.output},
-                "A recording is never overwritten: choose another name or remove it.");
+    return fail(ErrorCode::Unwritable, "this file already exists", {.source = job.output},
+                "Recordings are never overwritten: choose another name or remove the file.");
   return {};
 }
 
@@ -200,8 +200,8 @@ class SampleTags {
     if (!name_) name_ = name;
     if (*name_ == name) return {};
     return fail(ErrorCode::InvalidArgument,
-                fmt::format("it holds pictures of several cameras: '{}' and '{}'", *name_, name),
-                {.source = path_}, "Record each camera by itself.");
+                fmt::format("the recording contains images of several cameras: '{}' and '{}'", *name_, name),
+                {.source = path_}, "Record each camera separately.");
   }
 
   const std::string& path_;
@@ -234,7 +234,7 @@ Result<VideoTags> find_recorded_tags(const std::string& path, const TagFinder& f
   if (!status) return tl::unexpected(status.error());
   for (const LogProblem& problem : (*log)->problems()) control.note(to_string(problem.error));
   if (all.pictures == 0)
-    return fail(ErrorCode::Unreadable, "no picture of this recording is whole", {.source = path});
+    return fail(ErrorCode::Unreadable, "this recording contains no intact image", {.source = path});
   return all;
 }
 
@@ -245,14 +245,14 @@ bool is_of_camera(const std::string& path, bool calibrated) {
   if (!calibrated) return false;
   const auto log = open_log(path);
   const auto contents = log ? contents_of(**log) : tl::unexpected(log.error());
-  if (!contents || contents->empty()) return true;  // who reads it says what is wrong
+  if (!contents || contents->empty()) return true;  // its reader reports the error
   const auto has = [&](const char* what) { return contents->contains(what); };
   return (has("tags") || has("pictures")) && !has("odometry") && !has("imu");
 }
 
 Status check_of_camera(const std::string& path, const std::string& hint) {
   if (is_of_camera(path, true)) return {};
-  return fail(ErrorCode::InvalidArgument, "this is the recording of a robot: it holds odometry or an IMU",
+  return fail(ErrorCode::InvalidArgument, "this recording contains odometry or an IMU, so it is a robot's",
               {.key = path}, hint);
 }
 

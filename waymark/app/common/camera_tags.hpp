@@ -16,7 +16,7 @@
 /// Videos as streams of tags: for recordings, and for maps.
 namespace waymark {
 
-/// What became of a video.
+/// Result of detection in a video.
 struct VideoTags {
   VideoInfo info{};
   std::size_t pictures = 0;
@@ -24,11 +24,11 @@ struct VideoTags {
   std::vector<VideoProblem> problems{};
 };
 
-/// Called with each picture and its tags, in order; the view is valid during the call.
+/// Called with each image and its tags, in order; the view is valid during the call.
 using EachVideoTags = std::function<Status(const VideoFrame& picture, TagFrame& tags)>;
 
-/// Finds the tags of every picture, with the bent edges of `camera` where it is given; its size must be that
-/// of the pictures. Fails when the video cannot be opened, when `each` fails, and when it is cancelled.
+/// Detects the tags in every image, with the lens model of `camera` if given; its size must be that
+/// of the images. Fails if the video cannot be opened, if `each` fails, and on cancellation.
 [[nodiscard]] Result<VideoTags> find_video_tags(const std::string& path, const TagFinder& finder,
                                                 const CameraModel* camera, const JobControl& control,
                                                 const EachVideoTags& each);
@@ -43,15 +43,15 @@ struct ConvertVideoJob {
   std::string pictures{};  ///< kept as: raw, jpeg; empty: not at all
 };
 
-/// Takes a picture and its tags, in order; the view is valid during the call.
+/// Takes an image and its tags, in order; the view is valid during the call.
 using TakeTagPicture = std::function<Status(const ImageView& picture, const TagFrame& tags)>;
 
-/// Writes the pictures that `all` gives, and their tags, to the job's output, which appears when `all` ends
-/// well. `format`: of the input, noted in the recording. Errors: as convert_video().
+/// Writes the images passed by `all`, and their tags, to the job's output, which appears if `all`
+/// succeeds. `format`: of the input, stored in the recording. Errors: as convert_video().
 [[nodiscard]] Status record_tags(const ConvertVideoJob& job, const std::string& format,
                                  const std::function<Status(const TakeTagPicture&)>& all);
 
-/// The output appears when it is whole. InvalidArgument: the job makes no sense; any other code: a file.
+/// The output appears only when it is complete. InvalidArgument: invalid job; any other code: a file.
 [[nodiscard]] Result<VideoTags> convert_video(const ConvertVideoJob& job, const TagFinder& finder,
                                               const JobControl& control);
 [[nodiscard]] std::string to_text(const ConvertVideoJob& job, const VideoTags& found);
@@ -64,21 +64,22 @@ struct ConvertedVideo {
 };
 [[nodiscard]] ReportFields fields(const ConvertedVideo& converted);
 
-// What a camera without a robot saw: a video, or the recording of a live camera.
+// Data of a camera without a robot: a video, or the recording of a live camera.
 
-/// Whether a file is of a camera without a robot: a video. Where somebody gives the camera's calibration,
-/// also a recording that holds tags or pictures and neither odometry nor an IMU; and whatever cannot be read,
-/// or holds nothing, so that whoever opens it says so.
+/// Whether a file is of a camera without a robot: a video. If the caller sets a camera calibration,
+/// also a recording with tags or images and neither odometry nor an IMU; and unreadable or
+/// empty files, so that their reader reports the error.
 [[nodiscard]] bool is_of_camera(const std::string& path, bool calibrated);
 
-/// Fails on the recording of a robot, where a camera is asked for: not is_of_camera(). `hint`: who takes it.
+/// Fails on the recording of a robot if a camera is required: not is_of_camera(). `hint`: the verb that takes
+/// it.
 [[nodiscard]] Status check_of_camera(const std::string& path, const std::string& hint);
 
-/// Called with the tags of each picture, in order.
+/// Called with the tags of each image, in order.
 using EachTagFrame = std::function<Status(TagFrame& tags)>;
 
-/// The tags of every picture of a video, or of such a recording: those that it holds, else those of its
-/// pictures, with the bent edges of `camera`. Errors: as find_video_tags(); a recording of several
+/// The tags of every image of a video, or of such a recording: recorded tags, else those detected in its
+/// images with the lens model of `camera`. Errors: as find_video_tags(); a recording of several
 /// cameras.
 [[nodiscard]] Result<VideoTags> find_camera_tags(const std::string& path, const TagFinder& finder,
                                                  const CameraModel& camera, const JobControl& control,

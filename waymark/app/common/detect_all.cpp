@@ -87,13 +87,13 @@ ReportFields fields(const DetectionLine& line) {
        rounded_to(detection.decision_margin, 1e4)},
       {"corners_px", "Distorted [x, y] of top left, top right, bottom right, bottom left of the printed tag",
        rounded_points(detection.corners_px)},
-      {"center_px", "[x, y] of the crossing of the diagonals, the image of the centre of the tag",
+      {"center_px", "[x, y] of the intersection of the diagonals, the image of the tag's centre",
        rounded_point(center_px(detection.corners_px))},
       {"corner_sigma_px", "Standard deviations [x, y] of each corner; absent with `no_refine`",
        if_any(part(covariance, sigma_points))},
       {"corner_covariance_px2", "With `covariance`: 8 x 8, row by row, of x0 y0 x1 y1 x2 y2 x3 y3",
        if_any(line.with_covariance ? part(covariance, rows_of) : std::nullopt)},
-      {"refinement", "refined, or why the corners are those of the detector; absent with `no_refine`",
+      {"refinement", "refined, or why the detector's corners were kept; absent with `no_refine`",
        if_any(part(line.refinement, refinement))}};
   for (ReportField& field : pose_fields(line.pose)) all.push_back(std::move(field));
   return all;
@@ -142,7 +142,7 @@ class ReportReader {
     const json* value = find(key);
     if (value == nullptr) return {};
     if (value->is_string()) return value->get<std::string>();
-    refuse(key, "is not a text");
+    refuse(key, "is not a string");
     return {};
   }
   /// rows x columns numbers, row by row; all zero when there is an error.
@@ -166,7 +166,7 @@ class ReportReader {
   void refuse(const char* key, const std::string& why) {
     if (!status_) return;
     place_.key = path_.empty() ? key : fmt::format("{}.{}", path_, key);
-    status_ = fail(ErrorCode::Unreadable, why, place_, "Expected what `waymark detect json=true` writes.");
+    status_ = fail(ErrorCode::Unreadable, why, place_, "Expected the output of `waymark detect json=true`.");
   }
   [[nodiscard]] const Status& status() const { return status_; }
 
@@ -209,7 +209,7 @@ Result<PictureReport> read_report(const json& object, const Place& place) {
   if (reader.has("width_px")) report.width_px = reader.integer("width_px");
   if (reader.has("height_px")) report.height_px = reader.integer("height_px");
   if (reader.has("error"))
-    report.error = Error{ErrorCode::Unreadable, "failed when it was detected", {.source = report.image}};
+    report.error = Error{ErrorCode::Unreadable, "failed during detection", {.source = report.image}};
   const bool has_detections = reader.has("detections");
   if (has_detections && !object["detections"].is_array()) reader.refuse("detections", "is not a list");
   if (!has_detections && !report.error) reader.refuse("detections", "is missing");
@@ -251,7 +251,7 @@ ReportFields fields(const PictureLine& line) {
        if_any(is_read ? std::optional(report.width_px) : std::nullopt)},
       {"height_px", "Height of the image; absent if it could not be read",
        if_any(is_read ? std::optional(report.height_px) : std::nullopt)},
-      {"detections", "Tags by family, id and place; absent if the image could not be read or is too large",
+      {"detections", "Tags by family, id and position; absent if the image is unreadable or too large",
        if_any(detections)},
       {"error", "What failed for this input; absent if nothing did", if_any(report.error)},
       {"age_ms", "Cameras: time from the middle of the exposure until the tags were found",
@@ -272,7 +272,7 @@ Result<std::vector<PictureReport>> parse_reports(std::string_view text, const st
     const json object = json::parse(line, nullptr, false);
     if (!object.is_object()) {
       return fail(ErrorCode::Unreadable, "is not a JSON object", place,
-                  "Expected one object a line, as `waymark detect json=true` writes.");
+                  "Expected one object per line, as written by `waymark detect json=true`.");
     }
     auto report = read_report(object, place);
     if (!report) return tl::unexpected(report.error());
@@ -368,9 +368,9 @@ bool detect_recording(std::size_t index, const std::string& path, const TagFinde
   const LogSelection pictures = pictures_of(**log);
   if (pictures.topics.empty()) {
     fail_with({ErrorCode::NotFound,
-               "this recording holds no pictures",
+               "this recording contains no images",
                {.source = path},
-               "`waymark info` shows what it holds."},
+               "`waymark info` lists its contents."},
               path, control, summary);
     return true;
   }
@@ -393,7 +393,7 @@ bool detect_recording(std::size_t index, const std::string& path, const TagFinde
   return going;
 }
 
-/// Missing pictures are failures; what only has to be known is said.
+/// Missing images are failures; other problems become notes.
 void report_problems(const std::string& path, const VideoReader& reader, const JobControl& control,
                      DetectSummary& summary) {
   for (const VideoProblem& problem : reader.problems()) {

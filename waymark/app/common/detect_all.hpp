@@ -23,53 +23,53 @@
 
 namespace waymark {
 
-/// What `waymark detect` has to say about one picture.
+/// Report of `waymark detect` on one image.
 struct PictureReport {
-  std::string image{};                   ///< the path as it was given or found
-  std::optional<SensorTime> stamp = {};  ///< of a picture of a recording or a video
-  int width_px = 0;                      ///< 0 when the picture could not be read
+  std::string image{};                   ///< the path as given or found
+  std::optional<SensorTime> stamp = {};  ///< of an image of a recording or a video
+  int width_px = 0;                      ///< 0 if the image could not be read
   int height_px = 0;
-  bool detected = false;  ///< the detector ran; without this, `detections` says nothing
+  bool detected = false;  ///< the detector ran; if false, `detections` is meaningless
   std::vector<TagDetection> detections = {};
-  std::vector<RefinementOutcome> refinements = {};  ///< one a detection; empty when nothing was refined
-  std::optional<Error> error = {};  ///< something failed for this picture; the rest holds as far as it goes
+  std::vector<RefinementOutcome> refinements = {};  ///< one per detection; empty if nothing was refined
+  std::optional<Error> error = {};  ///< failure for this image; the other members are valid as far as set
 };
 
 /// One line of the JSON output of detect, which parse_reports() reads.
 struct PictureLine {
   PictureReport report{};
-  PoseList poses{};                ///< one a detection, or empty
+  PoseList poses{};                ///< one per detection, or empty
   bool with_covariance = false;    ///< corner_covariance_px2 as well
   std::optional<double> age_ms{};  ///< of a live camera
 };
-/// New keys may come, none changes its meaning. Corners are rounded to 1e-6 px.
+/// Keys may be added, but keep their meaning. Corners are rounded to 1e-6 px.
 [[nodiscard]] ReportFields fields(const PictureLine& line);
 
-/// Reads back what `waymark detect` wrote as JSON, one object a line; unknown keys are ignored, blank lines
+/// Parses the JSON output of `waymark detect`, one object per line; unknown keys are ignored, blank lines
 /// skipped. The error names the line and the key. Fails also on JSON that
 /// is nested deeper than YamlLimits allows.
 [[nodiscard]] Result<std::vector<PictureReport>> parse_reports(std::string_view text,
                                                                const std::string& source);
 
-/// What became of a list of inputs.
+/// Result for a list of inputs.
 struct DetectSummary {
   std::size_t pictures = 0;  ///< processed without an error
   std::size_t tags = 0;
   std::size_t failed = 0;
   bool stopped = false;             ///< cancelled before the end of the list
-  bool annotations_failed = false;  ///< their folder could not be made
-  std::set<std::string> said{};     ///< errors of pictures that are notes already: each once
+  bool annotations_failed = false;  ///< their folder could not be created
+  std::set<std::string> said{};     ///< errors already reported as notes: each once
 };
 
-/// Called with each report, in the order of the inputs; `image` is empty when the picture could not be read.
+/// Called with each report, in the order of the inputs; `image` is empty if it could not be read.
 /// May add an error to the report, which then counts as failed. Returns whether to go on.
 /// The pixels are there only during the call.
 using EachPicture = std::function<bool(std::size_t index, PictureReport& report, const ImageView& image)>;
 
-/// Reads each input, all pictures of a recording or a video, and finds their tags. Corners are refined with
-/// the lens of `camera` in pictures of its size; null where the lens is unknown. Errors are notes and the
-/// next input is taken; cancelling stops between two pictures. Pictures of a recording or a video are named
-/// FILE#SECONDS after their stamp.
+/// Reads each input, all images of a recording or a video, and detects their tags. Corners are refined with
+/// the lens of `camera` in images of its size; null if the lens is unknown. Errors become notes and the
+/// next input is processed; cancelling stops between two images. Images of a recording or a video are named
+/// FILE#SECONDS by their stamp.
 [[nodiscard]] DetectSummary detect_all(const std::vector<Input>& inputs, const TagFinder& finder,
                                        const CameraModel* camera, const JobControl& control,
                                        const EachPicture& each);

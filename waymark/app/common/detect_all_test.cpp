@@ -129,7 +129,7 @@ TEST(DetectionsJson, WhatIsBrokenIsSaidWithLineAndKey) {
   EXPECT_THAT(failure("[]"), HasSubstr("t.jsonl:1: is not a JSON object"));
   EXPECT_THAT(failure(R"({"detections":[]})"), HasSubstr("t.jsonl:1 (image): is missing"));
   EXPECT_THAT(failure(R"({"image":"a"})"), HasSubstr("t.jsonl:1 (detections): is missing"));
-  EXPECT_THAT(failure(R"({"image":1,"detections":[]})"), HasSubstr("(image): is not a text"));
+  EXPECT_THAT(failure(R"({"image":1,"detections":[]})"), HasSubstr("(image): is not a string"));
   EXPECT_THAT(failure(R"({"image":"a","detections":[7]})"), HasSubstr("(detections): is not an object"));
   EXPECT_THAT(failure(R"({"image":"a","detections":[{"tag":"tag36h11:7"}]})"),
               HasSubstr("(detections[0].corners_px): is missing"));

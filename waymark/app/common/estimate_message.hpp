@@ -9,10 +9,10 @@ namespace waymark {
 inline constexpr const char* kUncertainTopic = "/waymark/pose_uncertain";
 inline constexpr const char* kNisTopic = "/waymark/nis";
 
-/// An estimate as a message: what it doubts stands in the rows of x, y and the rotation about z.
+/// An estimate as a message: its covariance fills the rows of x, y and the rotation about z.
 [[nodiscard]] ros2::PoseWithCovarianceStamped estimate_message(const LocalizationEstimate& estimate);
 
-/// What was compared with the estimate, as diagnostics: one status an observation.
+/// Observations compared with the estimate, as diagnostics: one status per observation.
 [[nodiscard]] ros2::DiagnosticArray nis_message(const NisRecord& record);
 
 }  // namespace waymark

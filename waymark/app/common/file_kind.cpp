@@ -264,16 +264,15 @@ struct KindRow {
   std::string_view verbs{};          ///< which verbs take it; {0}: its path
 };
 
-constexpr std::string_view kMapLog =
-    "`waymark map {0}` makes a map of it, `waymark info {0}` lists its contents.";
-constexpr std::string_view kConvertMap = "`waymark map convert {0} map.yaml` makes a map.yaml of it.";
+constexpr std::string_view kMapLog = "`waymark map {0}` maps it, `waymark info {0}` lists its contents.";
+constexpr std::string_view kConvertMap = "`waymark map convert {0} map.yaml` converts it to map.yaml.";
 
 /// THE table of kinds, in the order in which they are tried: first by bytes, then by keys, tables last, since
 /// many texts begin like a table. A kind may have several rows; the first one counts for all but `is`.
 constexpr std::array kFileKinds = {
-    KindRow{FileKind::MapFolder, "the folder of a map", is::map_folder, kOfMap,
+    KindRow{FileKind::MapFolder, "a map folder", is::map_folder, kOfMap,
             "`waymark replay {0}` drives its route, `waymark view {0}` shows it."},
-    KindRow{FileKind::TagslamFolder, "a folder of TagSLAM", is::tagslam_folder, uses_of(Use::TagslamFolder),
+    KindRow{FileKind::TagslamFolder, "a TagSLAM folder", is::tagslam_folder, uses_of(Use::TagslamFolder),
             "`waymark map scene RECORDING tagslam={0}` maps a recording with it."},
     KindRow{FileKind::BagFolder, "a folder of recordings", is::bag_folder,
             kOfLog | uses_of(Use::OwnMap, Use::Map), kMapLog},  // perhaps with a map in a folder of it
@@ -282,58 +281,57 @@ constexpr std::array kFileKinds = {
             kMapLog},
     KindRow{FileKind::Rosbag2, "a recording (rosbag2)", is::log<LogFormat::Rosbag2>, kOfLog, kMapLog},
     KindRow{FileKind::Ros1Bag, "a recording (ROS 1 bag)", is::log<LogFormat::Ros1Bag>, kOfLog, kMapLog},
-    KindRow{FileKind::Packed, "a packed file (bzip2, gzip or zstd)", is::packed, kOfLog,
-            "Unpack it first: of packed files only recordings are read."},
+    KindRow{FileKind::Packed, "a compressed file (bzip2, gzip or zstd)", is::packed, kOfLog,
+            "Unpack it first: only recordings are read from compressed files."},
     KindRow{FileKind::Image, "an image", is::image, uses_of(Use::Image),
-            "`waymark detect {0}` finds its tags, `waymark calibrate camera` takes images of a board."},
+            "`waymark detect {0}` detects its tags, `waymark calibrate camera` takes images of a board."},
     KindRow{FileKind::Video, "a video", is::video, uses_of(Use::Video),
-            "`waymark map {0}` makes a map of its tags, `waymark detect {0}` finds them."},
+            "`waymark map {0}` maps its tags, `waymark detect {0}` detects them."},
     KindRow{FileKind::LcmLog, "a recording (LCM event log)", is::log<LogFormat::Lcm>, kOfLog, kMapLog},
     KindRow{FileKind::Video, "a video", is::named_video, uses_of(Use::Video)},
 
     KindRow{FileKind::Map, "a map", is::map, kOfMap,
             "`waymark view {0}` shows it; other verbs take it as `map`."},
     KindRow{FileKind::Route, "a route", is::route, uses_of(Use::Reference, Use::Page),
-            "`waymark replay` takes the folder of its map."},
+            "`waymark replay` takes its map folder."},
     KindRow{FileKind::Calibration, "a calibration", is::calibration, uses_of(Use::Calibration, Use::Camera),
-            "Verbs take it as `calibration` or, if it holds a camera, as `camera`."},
+            "Verbs take it as `calibration` or, if it contains a camera, as `camera`."},
     KindRow{FileKind::Detections, "the output of `waymark detect`", is::detections, uses_of(Use::Detections),
             "`waymark evaluate detections` and `waymark calibrate camera` take it as `detections`."},
-    KindRow{FileKind::Fmap, "a field map of Limelight", is::fmap, kOfOthersMap, kConvertMap},
-    KindRow{FileKind::TagslamFile, "a file of TagSLAM", is::tagslam_config, 0,
+    KindRow{FileKind::Fmap, "a Limelight field map", is::fmap, kOfOthersMap, kConvertMap},
+    KindRow{FileKind::TagslamFile, "a TagSLAM file", is::tagslam_config, 0,
             "`waymark map scene` takes its folder as `tagslam`."},
-    KindRow{FileKind::WpilibLayout, "a field layout of WPILib", is::wpilib_layout, kOfOthersMap, kConvertMap},
+    KindRow{FileKind::WpilibLayout, "a WPILib field layout", is::wpilib_layout, kOfOthersMap, kConvertMap},
     KindRow{FileKind::Camera, "a camera calibration", is::camera, uses_of(Use::Camera),
             "Verbs take it as `camera`."},
-    KindRow{FileKind::Robot, "the file of a robot", is::robot, uses_of(Use::Robot, Use::Camera, Use::Page),
+    KindRow{FileKind::Robot, "a robot file", is::robot, uses_of(Use::Robot, Use::Camera, Use::Page),
             "`waymark robots {0}` checks it; other verbs take it as `robot`."},
     KindRow{FileKind::World, "a simulated world", is::world, uses_of(Use::World, Use::Page),
             "`waymark world check {0}` checks it; other verbs take it as `world`."},
     KindRow{FileKind::Faults, "a fault script", is::faults, uses_of(Use::Faults),
             "Verbs that simulate a robot take it as `faults`."},
-    KindRow{FileKind::TopicProfile, "a profile of topics", is::topic_profile, 0,
+    KindRow{FileKind::TopicProfile, "a topic profile", is::topic_profile, 0,
             "Verbs take it as `robot=ros2:{0}` or `robot=gazebo:{0}`."},
-    KindRow{FileKind::TagslamBodies, "a file of TagSLAM (bodies)", is::tagslam_bodies, uses_of(Use::AnyMap),
+    KindRow{FileKind::TagslamBodies, "a TagSLAM file (bodies)", is::tagslam_bodies, uses_of(Use::AnyMap),
             kConvertMap},
-    KindRow{FileKind::TagslamFile, "a file of TagSLAM", is::tagslam_file, 0},
+    KindRow{FileKind::TagslamFile, "a TagSLAM file", is::tagslam_file, 0},
     KindRow{FileKind::TagTransforms, "a list of transforms (tf)", is::tag_transforms, uses_of(Use::AnyMap),
             kConvertMap},
-    KindRow{FileKind::AcademyMap, "a map of the Robotics Academy", is::academy_map, kOfOthersMap,
-            kConvertMap},
-    KindRow{FileKind::SdfWorld, "a world of Gazebo (SDF)", is::sdf_world, uses_of(Use::SdfWorld),
-            "`waymark world import {0} output=world.yaml` makes a world of it."},
+    KindRow{FileKind::AcademyMap, "a Robotics Academy map", is::academy_map, kOfOthersMap, kConvertMap},
+    KindRow{FileKind::SdfWorld, "a Gazebo world (SDF)", is::sdf_world, uses_of(Use::SdfWorld),
+            "`waymark world import {0} output=world.yaml` converts it to a world."},
     KindRow{FileKind::Document, "a figure or a page", is::document, 0, "No verb reads it."},
 
     KindRow{FileKind::Trajectory, "a trajectory (TUM)", is::trajectory,
             uses_of(Use::Estimate, Use::Reference), "`waymark evaluate` compares it with another one."},
-    KindRow{FileKind::CsvLog, "a table with a column of time", is::csv_log, kOfTable,
-            "`waymark info {0}` lists its contents, `waymark convert {0} out.mcap` makes a recording of it."},
+    KindRow{FileKind::CsvLog, "a table with a time column", is::csv_log, kOfTable,
+            "`waymark info {0}` lists its contents, `waymark convert {0} out.mcap` makes it a recording."},
     KindRow{FileKind::TrueCorners, "a table of true corners", is::true_corners, uses_of(Use::TrueCorners),
             "`waymark evaluate detections` takes it as `truth`."},
     KindRow{FileKind::Points, "a table of points", is::points,
             kOfOthersMap | uses_of(Use::Reference, Use::Line), "`waymark localize` takes it as `map`."},
     KindRow{FileKind::Path, "a path (table of x and y)", is::path, uses_of(Use::Reference, Use::Line),
-            "`waymark world new path={0}` makes a world along it, `waymark evaluate` takes it as REF."},
+            "`waymark world new path={0}` builds a world along it, `waymark evaluate` takes it as REF."},
     KindRow{FileKind::Table, "a table", is::table, kOfTable | kOfOthersMap | uses_of(Use::TrueCorners),
             "docs/formats/importing.md lists the columns that are read."},
 
@@ -361,22 +359,22 @@ constexpr std::string_view wanted_name(FileUse use) {
     case Use::Line:
       return "a line to drive";
     case Use::MapFolder:
-      return "the folder of a map";
+      return "a map folder";
     case Use::OwnMap:
       return "a map.yaml";
     case Use::Map:
     case Use::AnyMap:
-      return "a map of the tags";
+      return "a tag map";
     case Use::Camera:
       return "a camera calibration";
     case Use::Calibration:
       return "a calibration.yaml";
     case Use::Robot:
-      return "the file of a robot";
+      return "a robot file";
     case Use::World:
       return "a simulated world";
     case Use::SdfWorld:
-      return "a world of Gazebo (SDF)";
+      return "a Gazebo world (SDF)";
     case Use::Faults:
       return "a fault script";
     case Use::Detections:
@@ -386,7 +384,7 @@ constexpr std::string_view wanted_name(FileUse use) {
     case Use::Page:
       return "a recording, a map, a route or a world";
     case Use::TagslamFolder:
-      return "a folder of TagSLAM";
+      return "a TagSLAM folder";
   }
   return {};
 }

@@ -13,9 +13,9 @@
 #include "waymark/base/error.hpp"
 #include "waymark/recording/message_log.hpp"
 
-/// What a file is. The table in file_kind.cpp has one row per kind: how its content is recognised, what it is
-/// called, what it is used for, and which verbs take it. Every verb that chooses by the kind of a file asks
-/// here.
+/// The kind of a file. The table in file_kind.cpp has one row per kind: how its content is recognised, its
+/// name, its uses, and the verbs that take it. Every verb that depends on the kind of a file uses
+/// this table.
 namespace waymark {
 
 enum class FileKind : std::uint8_t {
@@ -30,9 +30,9 @@ enum class FileKind : std::uint8_t {
   Image,
   MapFolder,
   Map,            ///< map.yaml
-  AcademyMap,     ///< apriltags_poses.yaml of the Robotics Academy
+  AcademyMap,     ///< the Robotics Academy's apriltags_poses.yaml
   WpilibLayout,   ///< JSON or CSV
-  Fmap,           ///< field map of Limelight
+  Fmap,           ///< Limelight field map
   TagslamBodies,  ///< `bodies` of TagSLAM, also its poses.yaml
   TagslamFile,    ///< another file of a TagSLAM folder
   TagslamFolder,
@@ -48,14 +48,14 @@ enum class FileKind : std::uint8_t {
   Detections,    ///< output of `waymark detect --json`
   Document,      ///< SVG, PDF or HTML
   Trajectory,    ///< TUM
-  CsvLog,        ///< a table with a column of time
+  CsvLog,        ///< a table with a time column
   TrueCorners,   ///< a table with the columns image, id, x0 …
   Points,        ///< a table with the columns id, x, y
   Path,          ///< a table with the columns x, y
   Table,         ///< any other table
 };
 
-/// What a file is wanted for, and with which reader.
+/// The use of a file, with its reader.
 enum class FileUse : std::uint8_t {
   Recording,      ///< open_log()
   Video,          ///< VideoReader, or open_log() for the pictures of a recording
@@ -75,7 +75,7 @@ enum class FileUse : std::uint8_t {
   Faults,         ///< read_faults()
   Detections,     ///< parse_reports()
   TrueCorners,    ///< parse_truth()
-  Page,           ///< what `waymark view` shows
+  Page,           ///< input of `waymark view`
   TagslamFolder,  ///< read_tagslam_folder()
 };
 
@@ -91,15 +91,15 @@ enum class FileUse : std::uint8_t {
 /// Whether it is a table with a header.
 [[nodiscard]] bool is_table_kind(FileKind kind);
 
-/// What `path` is and which verb takes it, such as "lap.mcap: this is a recording (MCAP), not a map of the
-/// tags. `waymark map lap.mcap` makes a map of it." Nothing if its kind is unknown or is used so.
+/// The kind of `path` and the verbs that take it, such as "lap.mcap: this is a recording (MCAP), not a tag
+/// map. `waymark map lap.mcap` maps it." Nothing if its kind is unknown or has this use.
 [[nodiscard]] std::optional<Error> wrong_kind(const std::filesystem::path& path, FileUse wanted);
 
 /// The kind and the verbs of a known file in one sentence; empty if its kind is unknown.
 [[nodiscard]] std::string described_kind(const std::filesystem::path& path);
 
-/// What a reader made of `path`. If it failed on a file of the wrong kind, the error of wrong_kind() with the
-/// code of the reader.
+/// The result of a reader of `path`. If it failed on a file of the wrong kind, the error of wrong_kind() with
+/// the code of the reader.
 template <class Value>
 [[nodiscard]] Result<Value> or_wrong_kind(Result<Value> read, const std::filesystem::path& path,
                                           FileUse wanted) {

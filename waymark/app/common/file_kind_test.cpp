@@ -223,8 +223,8 @@ TEST_F(FileKinds, AWrongFileIsNamedWithTheVerbsThatTakeIt) {
   written("world", shared("worlds", "circuit24"));
   written("unknown", "words\n");
   EXPECT_EQ(error("lap one", FileUse::Map),
-            lap + ": this is a recording (MCAP), not a map of the tags. `waymark map '" + lap +
-                "'` makes a map of it, `waymark info '" + lap + "'` lists its contents.");
+            lap + ": this is a recording (MCAP), not a tag map. `waymark map '" + lap +
+                "'` maps it, `waymark info '" + lap + "'` lists its contents.");
   EXPECT_EQ(error("lap one", FileUse::Recording), "");
   EXPECT_EQ(error("unknown", FileUse::Recording), "") << "its reader reports what is wrong";
   EXPECT_EQ(error("none.mp4", FileUse::Recording), "") << "it is not there";

@@ -21,43 +21,43 @@ class Stopwatch {
   std::int64_t start_ns_;
 };
 
-/// The most memory this process ever held [MiB].
+/// Peak memory of this process [MiB].
 [[nodiscard]] double peak_rss_mib();
 
-/// How far a job is, in words ("finding tags: 12.3 s"), and by counting where that is known.
+/// Progress of a job as text ("finding tags: 12.3 s"), and as a count if known.
 struct JobProgress {
   std::string words{};
   std::size_t done = 0;
   std::size_t all = 0;  ///< 0: unknown
 };
 
-/// How a job and its caller talk while it runs. All are called on the caller's thread, while the job waits.
+/// Callbacks of a running job. All are called on the caller's thread, while the job waits.
 struct JobControl {
-  /// Often; each replaces the one before.
+  /// Called often; each text replaces the previous one.
   std::function<void(const JobProgress&)> progress = [](const JobProgress&) {};
-  /// Rarely: a sentence about the input that the summary does not repeat.
+  /// Called rarely: a sentence about the input that the summary does not repeat.
   std::function<void(const std::string&)> note = [](const std::string&) {};
-  /// A text as it is shown to users beside the notes, on a page, say: the program writes its flags for
-  /// fields.
+  /// Converts a text for display outside the notes, such as on a page: the program prints its flags instead
+  /// of fields.
   std::function<std::string(std::string_view)> for_users = [](std::string_view text) {
     return std::string(text);
   };
-  /// True once the job is to end. It then fails and leaves what it would have written as it was before.
+  /// True once the job should end. It then fails and leaves its output files unchanged.
   std::function<bool()> cancelled = [] { return false; };
 
-  /// An error once the job is to end, for the steps of a job that cannot be half done.
+  /// An error once the job should end, for steps that cannot be interrupted.
   [[nodiscard]] Status go_on() const {
     return cancelled() ? Status(fail(ErrorCode::Unreadable, "stopped: nothing was written")) : Status();
   }
 
-  /// The options with which a job opens a recording: cancelling ends also the unpacking of a packed one.
+  /// The options with which a job opens a recording: cancelling also stops decompression.
   [[nodiscard]] LogOptions log_options(LogOptions options = {}) const {
     options.unpack.stop = cancelled;
     return options;
   }
 };
 
-/// The same without words: for a step of a job that shows its own.
+/// The same without progress text: for a step that reports its own.
 [[nodiscard]] inline JobControl silent(const JobControl& control) {
   JobControl quiet;
   quiet.for_users = control.for_users;

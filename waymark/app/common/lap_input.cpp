@@ -34,7 +34,7 @@ Result<SE3> pose_of(std::string_view text) {
     if (value) n.push_back(*value);
     text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
   }
-  if (n.size() != 7) return fail(ErrorCode::Unreadable, "the pose of the anchor is not seven numbers");
+  if (n.size() != 7) return fail(ErrorCode::Unreadable, "the anchor pose does not have seven numbers");
   const auto rotation = SO3::try_from_quaternion(Eigen::Quaterniond(n[6], n[3], n[4], n[5]));
   if (!rotation) return tl::unexpected(rotation.error());
   return SE3(*rotation, {n[0], n[1], n[2]});
@@ -63,8 +63,8 @@ std::vector<std::string> usual_families(MessageLog& log, const CameraChoice& cho
 Status fill_anchor(const RecordedLap& lap, const SetupOverrides& overrides, TeachSetup& setup) {
   const std::optional<std::string> recorded = metadata(lap.setup, lap_facts::kAnchor);
   if (!recorded && !overrides.anchor)
-    return fail(ErrorCode::NotFound, "the recording does not say which tag is the anchor", {},
-                "Give `anchor` with a tag that was seen, for example `anchor=tag36h11:0`.");
+    return fail(ErrorCode::NotFound, "the recording does not specify the anchor tag", {},
+                "Set `anchor` to an observed tag, for example `anchor=tag36h11:0`.");
   const Result<TagId> anchor =
       overrides.anchor ? tag_named(*overrides.anchor, "anchor") : tag_named(*recorded);
   if (!anchor) return tl::unexpected(anchor.error());
@@ -112,16 +112,16 @@ Result<std::vector<TagId>> tags_named(const std::vector<std::string>& texts, con
 
 Result<SE3> anchor_pose_of(const std::vector<double>& n) {
   const Place place{.key = "anchor_pose"};
-  const char* how_to_write = "X Y Z in metres, then roll, pitch and yaw in degrees.";
+  const char* how_to_write = "Give X Y Z in metres, then roll, pitch and yaw in degrees.";
   if (n.size() != 6)
-    return fail(ErrorCode::InvalidArgument, fmt::format("{} numbers instead of six", n.size()), place,
+    return fail(ErrorCode::InvalidArgument, fmt::format("expected six numbers, not {}", n.size()), place,
                 how_to_write);
   if (!std::ranges::all_of(n, [](double x) { return std::isfinite(x); }))
-    return fail(ErrorCode::InvalidArgument, "a number that is not finite", place);
+    return fail(ErrorCode::InvalidArgument, "the numbers must be finite", place);
   constexpr double kFarthest_m = 1e4;
   if (std::ranges::any_of(n.begin(), n.begin() + 3, [](double x) { return std::abs(x) > kFarthest_m; }))
-    return fail(ErrorCode::InvalidArgument, "the anchor stands more than 10 km from where the map begins",
-                place, how_to_write);
+    return fail(ErrorCode::InvalidArgument, "the anchor is more than 10 km from the map origin", place,
+                how_to_write);
   return SE3(SO3::from_rpy(to_radians(n[3]), to_radians(n[4]), to_radians(n[5])),
              Eigen::Vector3d(n[0], n[1], n[2]));
 }
@@ -130,43 +130,43 @@ Result<TeachSetup> setup_of(const RecordedLap& lap, const SetupOverrides& overri
   if (!lap.setup.camera && lap.setup.chosen.camera_error)
     return tl::unexpected(*lap.setup.chosen.camera_error);
   if (!lap.setup.camera) {
-    std::string message = "the recording holds no calibration of its camera (/camera_info)";
+    std::string message = "the recording contains no camera calibration (/camera_info)";
     if (!lap.setup.problems.empty())  // cut too early, perhaps
-      message += fmt::format(", and this was found in it: {}", to_string(lap.setup.problems.front()));
+      message += fmt::format("; first problem found: {}", to_string(lap.setup.problems.front()));
     if (lap.odometry.empty() && lap.imu.empty())  // of a camera alone: a robot's file would not help
       return fail(ErrorCode::NotFound, message + ", and no odometry", {},
-                  "The recording of a camera without a robot is mapped by `waymark map video`, with "
-                  "`camera`; that of "
-                  "several cameras by `waymark map tagslam=FOLDER`, where TagSLAM's files describe them and "
+                  "Map the recording of a camera without a robot by `waymark map video` with "
+                  "`camera`, or of "
+                  "several cameras by `waymark map tagslam=FOLDER` if TagSLAM's files describe them and "
                   "the tags' "
-                  "sizes. `waymark info` shows what it holds.");
+                  "sizes. `waymark info` lists its contents.");
     return fail(ErrorCode::NotFound, std::move(message), {},
-                "Give a robot's file with `robot`, or record sensor_msgs/CameraInfo with it; a table or bag "
+                "Set `robot` to a robot file, or record sensor_msgs/CameraInfo as well; a table or bag "
                 "of detections "
-                "alone can be mapped with `waymark map tagslam=FOLDER`, where TagSLAM's files describe the "
+                "alone can be mapped with `waymark map tagslam=FOLDER` if TagSLAM's files describe the "
                 "cameras and "
                 "the tags' sizes. "
-                "`waymark info` shows what it holds.");
+                "`waymark info` lists its contents.");
   }
   if (!lap.setup.base_T_cam && lap.setup.chosen.mounting_error) {
     Error error = *lap.setup.chosen.mounting_error;
-    error.message = "the recording does not say where the camera sits: " + error.message;
+    error.message = "the recording does not specify the camera mounting: " + error.message;
     return tl::unexpected(std::move(error));
   }
   if (!lap.setup.base_T_cam)
     return fail(
         ErrorCode::NotFound,
-        "the recording does not say where the camera sits: it has no transforms (/tf_static, /tf) from the "
+        "the recording does not specify the camera mounting: no transforms (/tf_static, /tf) from the "
         "base to the camera's optical frame",
-        {}, "Give a robot's file with `robot`. `waymark info` shows what it holds.");
+        {}, "Set `robot` to a robot file. `waymark info` lists the contents of the recording.");
   TeachSetup setup{.camera = *lap.setup.camera,
                    .base_T_cam = *lap.setup.base_T_cam,
                    .more_cameras = lap.setup.more_cameras};
   auto sizes = tag_sizes_of(lap, overrides);
   if (!sizes) return tl::unexpected(sizes.error());
   if (!sizes->default_size_m)
-    return fail(ErrorCode::NotFound, "the recording does not say how large its tags are", {},
-                "Give `tag_size_m`, the side of the black square.");
+    return fail(ErrorCode::NotFound, "the recording does not specify the tag size", {},
+                "Set `tag_size_m` to the side of the black square.");
   setup.sizes = std::move(*sizes);
   if (Status status = setup.sizes.check(); !status) return tl::unexpected(status.error());
   if (Status status = fill_anchor(lap, overrides, setup); !status) return tl::unexpected(status.error());
@@ -267,9 +267,9 @@ std::vector<std::string> disagreements(const RobotDescription& robot, const Reco
     const double far_rad = apart.rotation().log().norm();
     if (far_m > kFar_m || far_rad > kFar_rad)
       words.push_back(
-          fmt::format("the robot's file has the camera {:.1f} cm and {:.1f} deg from where the transforms of "
-                      "the recording have "
-                      "it ({} to {}): the file is taken",
+          fmt::format("the camera mounting in the robot file is {:.1f} cm and {:.1f} deg from that in "
+                      "the recording's transforms "
+                      "({} to {}); using the robot file",
                       100 * far_m, to_degrees(far_rad), setup.chosen.base_frame, setup.chosen.camera_frame));
   }
   if (!setup.camera) return words;
@@ -277,8 +277,8 @@ std::vector<std::string> disagreements(const RobotDescription& robot, const Reco
   const CameraModel& ours = robot.camera;
   if (theirs.width_px() != ours.width_px() || theirs.height_px() != ours.height_px()) {
     words.push_back(
-        fmt::format("the camera of the robot's file has pictures of {} x {}, that of the recording of {} x "
-                    "{}: the file is taken",
+        fmt::format("the image size of the camera is {} x {} in the robot file and {} x {} in the "
+                    "recording; using the robot file",
                     ours.width_px(), ours.height_px(), theirs.width_px(), theirs.height_px()));
     return words;
   }
@@ -286,8 +286,8 @@ std::vector<std::string> disagreements(const RobotDescription& robot, const Reco
   const Focal b = focal_of(ours);
   if (std::abs(b.fx / a.fx - 1) > kFarScale || std::hypot(a.cx - b.cx, a.cy - b.cy) > kFar_px)
     words.push_back(fmt::format(
-        "the camera of the robot's file has a focal length of {:.1f} px and its centre at ({:.1f}, {:.1f}), "
-        "that of the recording {:.1f} px and ({:.1f}, {:.1f}): the file is taken",
+        "the robot file has a focal length of {:.1f} px and a principal point at ({:.1f}, {:.1f}), "
+        "the recording {:.1f} px and ({:.1f}, {:.1f}); using the robot file",
         b.fx, b.cx, b.cy, a.fx, a.cx, a.cy));
   return words;
 }

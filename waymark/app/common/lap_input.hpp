@@ -12,11 +12,11 @@
 #include "waymark/simulation/world/world.hpp"
 #include "waymark/tags/tag_finder.hpp"
 
-/// A recorded lap, and what stands in our recordings beside the samples (docs/formats/recording.md, "Metadata
+/// A recorded lap, with the metadata of Waymark's recordings (docs/formats/recording.md, "Metadata
 /// and attachments").
 namespace waymark {
 
-/// Names of what a recording of ours says of itself.
+/// Names of the metadata in a Waymark recording.
 namespace lap_facts {
 inline constexpr const char* kMetadata = "waymark";
 inline constexpr const char* kAnchor = "anchor";
@@ -27,10 +27,10 @@ inline constexpr const char* kRobotFile = "robot.yaml";
 inline constexpr const char* kWorldFile = "truth/world.yaml";
 }  // namespace lap_facts
 
-/// A tag whose centre is the origin of the map: its z is the map's x, its -y the map's z.
+/// Pose of a tag at the map origin: its z is the map's x, its -y the map's z.
 [[nodiscard]] SE3 anchor_at_origin();
 
-/// What a caller knows better than the recording, or what the recording does not say.
+/// Overrides by the caller of metadata that the recording lacks or has wrong.
 struct SetupOverrides {
   std::optional<std::string> anchor{};  ///< "tag36h11:0", or a number of tag36h11
   std::optional<SE3> map_T_anchor{};
@@ -38,7 +38,7 @@ struct SetupOverrides {
   std::map<TagId, double> size_by_tag_m{};  ///< of tags of another size [m]
 };
 
-/// Sizes as metadata of a recording: kTagSize and, where some tags are of another size, kTagSizes.
+/// Sizes as metadata of a recording: kTagSize and, if some tags have another size, kTagSizes.
 void add_tag_sizes(const TagSizes& sizes, std::map<std::string, std::string>& facts);
 
 /// "tag36h11:0", or a number of tag36h11. Errors name the field that holds the text, if there is one.
@@ -47,43 +47,43 @@ void add_tag_sizes(const TagSizes& sizes, std::map<std::string, std::string>& fa
 /// field.
 [[nodiscard]] Result<std::vector<TagId>> tags_named(const std::vector<std::string>& texts, const char* field);
 
-/// An anchor's pose as people write it: x, y, z [m], then roll, pitch, yaw [deg] of the tag's frame. Fails on
+/// An anchor pose in user units: x, y, z [m], then roll, pitch, yaw [deg] of the tag frame. Fails on
 /// numbers that are not finite, and more than 10 km away.
 [[nodiscard]] Result<SE3> anchor_pose_of(const std::vector<double>& numbers);
 
-/// What is needed to map a recording. Fails, and says which flag helps, when neither the recording nor the
-/// overrides know it. An anchor that is not the recording's stands at the origin of the map: z of the map
+/// Setup for mapping a recording. Fails, with a hint that names the flag, if neither the recording nor the
+/// overrides contain a value. An anchor other than the recording's is at the map origin: z of the map
 /// against the tag's y, x along the tag's z.
 [[nodiscard]] Result<TeachSetup> setup_of(const RecordedLap& lap, const SetupOverrides& overrides);
 
-/// The sizes that the overrides give, else the recording; without a default where neither has one. Fails on
-/// recorded words that are no sizes.
+/// The sizes from the overrides, else from the recording; without a default if neither has one. Fails on
+/// invalid recorded sizes.
 [[nodiscard]] Result<TagSizes> tag_sizes_of(const RecordedLap& lap, const SetupOverrides& overrides);
 
-/// The world a recording was made in, if it says so.
+/// The world of the recording, if it is recorded.
 [[nodiscard]] Result<std::optional<World>> true_world(const RecordedLap& lap);
 
-/// The robot's file in the recording, as text; nothing when there is none.
+/// The robot file in the recording, as text; nothing if there is none.
 [[nodiscard]] std::optional<std::string> robot_yaml_of(const RecordedLap& lap);
 
-/// Opens and reads a recording of any kind. Where it holds pictures only, their tags are looked for
-/// (tag36h11 and the family of the recorded anchor, the usual settings). With a `finder` it is the pictures
-/// that count, also where the recording holds tags, and it fails when there are none. Cancelling ends it with
+/// Opens and reads a recording of any kind. If it contains only images, their tags are detected
+/// (tag36h11 and the family of the recorded anchor, default settings). With a `finder` the images are
+/// used even if the recording contains tags, and the call fails without images. Cancelling ends it with
 /// an error.
 [[nodiscard]] Result<RecordedLap> read_lap_file(const std::string& path, const JobControl& control = {},
                                                 const TagFinder* finder = nullptr);
-/// The same of several files of one lap (tables, say), and of the camera that `choice` names.
+/// The same for several files of one lap, such as tables, and for the camera named by `choice`.
 [[nodiscard]] Result<RecordedLap> read_lap_files(const std::vector<std::string>& paths,
                                                  const JobControl& control, const TagFinder* finder,
                                                  const CameraChoice& choice);
 
 struct RobotDescription;
 
-/// Where a robot's file and a recording say different things of the camera and where it sits, in words.
+/// Differences of camera and mounting between a robot file and a recording, one sentence each.
 [[nodiscard]] std::vector<std::string> disagreements(const RobotDescription& robot,
                                                      const RecordingSetup& setup);
 
-/// The camera and its mounting as the robot's file (or its name) says; where the recording says otherwise, a
+/// Sets camera and mounting from the robot file (or its name); if the recording differs, a
 /// sentence is added to `warnings`. Nothing happens without a file.
 [[nodiscard]] Status take_robot(const std::string& robot, RecordingSetup& setup,
                                 std::vector<std::string>& warnings);

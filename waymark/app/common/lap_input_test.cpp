@@ -246,9 +246,9 @@ TEST(Disagreements, ACameraThatSitsElsewhereIsNamedWithHowFar) {
   RecordingSetup setup = recorded_by(lap_robot());
   setup.base_T_cam = SE3(SO3::from_rpy(0, 0, to_radians(3)) * setup.base_T_cam->rotation(),
                          setup.base_T_cam->translation() + Eigen::Vector3d(0, 0.12, 0));
-  EXPECT_THAT(disagreements(lap_robot(), setup),
-              ElementsAre(AllOf(HasSubstr("12.0 cm and 3.0 deg"), HasSubstr("(base_link to camera_optical)"),
-                                HasSubstr("the file is taken"))));
+  EXPECT_THAT(
+      disagreements(lap_robot(), setup),
+      ElementsAre(AllOf(HasSubstr("12.0 cm and 3.0 deg"), HasSubstr("(base_link to camera_optical)"))));
   setup.base_T_cam = SE3(lap_robot().model.base_T_cam.rotation(),
                          lap_robot().model.base_T_cam.translation() + Eigen::Vector3d(0, 0.004, 0));
   EXPECT_THAT(disagreements(lap_robot(), setup), IsEmpty()) << "4 mm are what people measure";
@@ -267,7 +267,7 @@ TEST(Disagreements, AnotherLensIsNamedByWhatDiffersMost) {
   EXPECT_THAT(disagreements(robot, setup), IsEmpty()) << "as two calibrations of one camera differ";
   setup.camera = pinhole(800, 640, 480, 1280, 960);
   EXPECT_THAT(disagreements(robot, setup),
-              ElementsAre(AllOf(HasSubstr("640 x 480"), HasSubstr("recording of 1280 x 960"))));
+              ElementsAre(AllOf(HasSubstr("640 x 480"), HasSubstr("1280 x 960"))));
 }
 
 TEST(TakeRobot, TheFileCountsAndTheRecordingIsWarnedOf) {

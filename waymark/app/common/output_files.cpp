@@ -92,8 +92,8 @@ Status check_output_folder(const fs::path& folder) {
 Status check_new_folder(const fs::path& folder) {
   std::error_code error;
   if (fs::exists(folder, error) && (!fs::is_directory(folder, error) || !fs::is_empty(folder, error)))
-    return fail(ErrorCode::Unwritable, "there is something already", {.source = folder.string()},
-                "Name a folder that is not there yet.");
+    return fail(ErrorCode::Unwritable, "the folder already exists", {.source = folder.string()},
+                "Name a folder that does not exist yet.");
   return check_output_folder(folder);
 }
 
@@ -102,7 +102,7 @@ Status check_output_file(const fs::path& file) {
   const fs::file_status status = fs::status(file, error);
   const Place place{.source = file.string()};
   if (fs::is_directory(status))
-    return fail(ErrorCode::Unwritable, "this is a folder", place, "Give the name of a file.");
+    return fail(ErrorCode::Unwritable, "the output is a folder", place, "Give a file name.");
   if (fs::exists(status) && !fs::is_regular_file(status)) return {};  // a device, or a pipe
   const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
   if (const fs::path in_the_way = file_in_the_way(folder); !in_the_way.empty())
@@ -110,12 +110,12 @@ Status check_output_file(const fs::path& file) {
                 fmt::format("the file cannot be written: {} is a file, not a folder", in_the_way.string()),
                 place, "Name a file in another folder.");
   if (!fs::is_directory(folder, error))
-    return fail(ErrorCode::Unwritable, "the file cannot be written: its folder is not there", place,
-                fmt::format("Make it first: mkdir -p {}.", folder.string()));
+    return fail(ErrorCode::Unwritable, "the file cannot be written: its folder does not exist", place,
+                fmt::format("Create it first: mkdir -p {}.", folder.string()));
   const fs::path probe = folder_inside(folder);
   if (probe.empty())
-    return fail(ErrorCode::Unwritable, "the file cannot be written: nothing can be made in its folder", place,
-                "Check that the folder may be written and has room.");
+    return fail(ErrorCode::Unwritable, "the file cannot be written: its folder is not writable", place,
+                "Check its permissions and the free disk space.");
   fs::remove(probe, error);
   return {};
 }
@@ -128,8 +128,8 @@ bool is_device(const fs::path& path) {
 Status check_new_file(const fs::path& file, bool replace) {
   std::error_code ignored;
   if (!replace && fs::is_regular_file(file, ignored))
-    return fail(ErrorCode::Unwritable, "there is a file already", {.source = file.string()},
-                "Give another name with `output`, or `force` to replace it.");
+    return fail(ErrorCode::Unwritable, "the file already exists", {.source = file.string()},
+                "Choose another `output`, or set `force` to replace the file.");
   return check_output_file(file);
 }
 
@@ -142,8 +142,8 @@ Result<std::string> move_aside(const fs::path& file, const std::string& text) {
   while (fs::exists(aside(), error)) ++number;
   fs::rename(file, aside(), error);
   if (!error) return aside().string();
-  return fail(ErrorCode::Unwritable, "the earlier file cannot be moved aside: " + error.message(),
-              {.source = file.string()}, "Name another file.");
+  return fail(ErrorCode::Unwritable, "the existing file cannot be renamed to a backup: " + error.message(),
+              {.source = file.string()}, "Choose another file name.");
 }
 
 Result<StagedFolder> StagedFolder::open(const fs::path& folder) {
@@ -153,12 +153,12 @@ Result<StagedFolder> StagedFolder::open(const fs::path& folder) {
   if (!error && !fs::is_directory(folder, error)) error = std::make_error_code(std::errc::not_a_directory);
   StagedFolder staged(folder, made);
   if (error)
-    return fail(ErrorCode::Unwritable, "cannot make the folder: " + error.message(),
-                {.source = folder.string()}, "Give another one.");
+    return fail(ErrorCode::Unwritable, "cannot create the folder: " + error.message(),
+                {.source = folder.string()}, "Choose another folder.");
   staged.staged_ = folder_inside(folder);
   if (staged.staged_.empty())
-    return fail(ErrorCode::Unwritable, "nothing can be written into this folder", {.source = folder.string()},
-                "Check that it may be written and has room.");
+    return fail(ErrorCode::Unwritable, "the folder is not writable", {.source = folder.string()},
+                "Check its permissions and the free disk space.");
   return staged;
 }
 
@@ -234,7 +234,7 @@ Result<std::vector<std::string>> StagedFolder::put_in_place(const std::vector<st
     return names;
   }
   renames.take_back();
-  return fail(ErrorCode::Unwritable, "the files cannot be put in place: " + error.message(),
+  return fail(ErrorCode::Unwritable, "the files cannot be moved to their destination: " + error.message(),
               {.source = folder_.string()});
 }
 

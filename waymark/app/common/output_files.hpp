@@ -11,41 +11,41 @@
 
 namespace waymark {
 
-/// Fails where no file can be written into the folder, or it cannot be made. Leaves nothing behind.
+/// Fails if no file can be written into the folder, or it cannot be created. Leaves nothing behind.
 [[nodiscard]] Status check_output_folder(const std::filesystem::path& folder);
-/// The same of a folder that is not there yet, or empty.
+/// The same for a folder that must be new or empty.
 [[nodiscard]] Status check_new_folder(const std::filesystem::path& folder);
-/// The same of one file: its folder is there and may be written, and the name is none of a folder. Devices
-/// are files as well.
+/// The same for one file: its folder exists and is writable, and the file is not a folder. Devices
+/// count as files.
 [[nodiscard]] Status check_output_file(const std::filesystem::path& file);
 
-/// The same of a file that is not there yet, unless it is to be replaced (`force`).
+/// The same for a file that must not exist yet, unless it may be replaced (`force`).
 [[nodiscard]] Status check_new_file(const std::filesystem::path& file, bool replace);
 
-/// Whether something stands there that is no regular file: a terminal, /dev/null, a pipe.
+/// Whether the path exists and is not a regular file: a terminal, /dev/null, a pipe.
 [[nodiscard]] bool is_device(const std::filesystem::path& path);
 
-/// Moves what stands there under this name aside (NAME.1.yaml, or the next number that is free), unless it is
-/// this text. The new name; empty where nothing moved.
+/// Renames an existing file to a backup (NAME.1.yaml, or the next free number), unless its content is
+/// this text. Returns the new name; empty if nothing was renamed.
 [[nodiscard]] Result<std::string> move_aside(const std::filesystem::path& file, const std::string& text);
 
-/// Files that get into a folder together or not at all: they are written beside it and put into place when
-/// all are there. What stands there under their names moves aside: NAME.1.yaml, or the next number that is
+/// Files that are written to a folder together or not at all: they are written beside it and moved when
+/// all are complete. Existing files with their names become backups: NAME.1.yaml, or the next number that is
 /// free.
 class StagedFolder {
  public:
-  /// Makes the folder where it is not there.
+  /// Creates the folder if it does not exist.
   static Result<StagedFolder> open(const std::filesystem::path& folder);
   StagedFolder(StagedFolder&& other) noexcept;
   StagedFolder(const StagedFolder&) = delete;
   StagedFolder& operator=(const StagedFolder&) = delete;
   StagedFolder& operator=(StagedFolder&&) = delete;
-  /// Unless put_in_place() was called, everything is as it was.
+  /// Unless put_in_place() was called, the folder is unchanged.
   ~StagedFolder();
 
-  /// Where the files are to be written.
+  /// The folder into which the files are to be written.
   [[nodiscard]] const std::filesystem::path& path() const { return staged_; }
-  /// What failed to be written there, said of the file where it belongs.
+  /// A write error, with the final path of the file.
   [[nodiscard]] tl::unexpected<Error> failed(Error error) const;
   /// The number that put_in_place() gives to what moves aside.
   [[nodiscard]] int number_for(const std::vector<std::string>& older) const;
@@ -66,8 +66,8 @@ class StagedFolder {
 /// "map.1.yaml" of "map.yaml".
 [[nodiscard]] std::string numbered(const std::string& name, int number);
 
-/// A recording that has just been begun: unless the robot said something, or keep() was called, it is removed
-/// again, so that it does not stand in the way of the next attempt.
+/// A recording that has just been started: unless the robot sent data, or keep() was called, it is removed
+/// again, so that it does not block the next attempt.
 class FreshFile {
  public:
   /// Empty: no file.
@@ -83,7 +83,7 @@ class FreshFile {
   /// What was sent to the robot does not count.
   void receive(const Sample& sample) { kept_ = kept_ || !std::holds_alternative<StampedCommand>(sample); }
   void keep() { kept_ = true; }
-  /// Nothing was driven, whatever the robot said.
+  /// Nothing was driven, regardless of data from the robot.
   void discard() { kept_ = false; }
 
  private:

@@ -38,7 +38,7 @@ Input failed(const std::string& source, ErrorCode code, std::string message, std
 }
 
 Input no_stream(const std::string& source) {
-  return failed(source, ErrorCode::Unsupported, "cameras and streams are not in this build yet",
+  return failed(source, ErrorCode::Unsupported, "cameras and streams are not supported by this build",
                 "Record a video file first: ffmpeg -i SOURCE -t 10 walk.mp4");
 }
 
@@ -63,10 +63,9 @@ std::vector<Input> in_folder(const std::string& folder, bool recursive) {
   if (!read)
     inputs.push_back(failed(folder, ErrorCode::Unreadable, "cannot read the folder: " + error.message()));
   if (read && paths.empty()) {
-    inputs.push_back(
-        failed(folder, ErrorCode::NotFound, "no picture in this folder",
-               fmt::format("Looked for {}{}.", fmt::join(kPictures, " "),
-                           recursive ? "" : "; `recursive` looks in the folders inside it too")));
+    inputs.push_back(failed(folder, ErrorCode::NotFound, "no image in this folder",
+                            fmt::format("Looked for {}{}.", fmt::join(kPictures, " "),
+                                        recursive ? "" : "; set `recursive` to search subfolders too")));
   }
   std::sort(paths.begin(), paths.end());
   for (std::string& path : paths) inputs.push_back({std::move(path), {}});
@@ -86,7 +85,7 @@ Input missing(const std::string& source) {
   }
   if (source.starts_with("/dev/video") || source == "v4l2")
     return failed(source, ErrorCode::NotFound, "no such file or folder",
-                  "A camera is named with its kind, such as v4l2:/dev/video0; `waymark cameras` lists them.");
+                  "Name a camera with its kind, such as v4l2:/dev/video0; `waymark cameras` lists cameras.");
   const std::string nearest = nearest_word(path.filename().string(), names);
   const std::string hint =
       nearest.empty() ? "" : fmt::format("Did you mean '{}'?", (path.parent_path() / nearest).string());
@@ -118,7 +117,7 @@ std::vector<Input> of_source(const std::string& source, bool recursive) {
   if (is_stream) return {no_stream(source)};
   if (fs::is_directory(status)) return in_folder(source, recursive);
   if (exists && !fs::is_regular_file(status) && !fs::is_fifo(status)) {
-    return {failed(source, ErrorCode::Unsupported, "is a device or a socket, not a picture")};
+    return {failed(source, ErrorCode::Unsupported, "is a device or a socket, not an image")};
   }
   if (exists) return {{source, {}}};
   if (source.find_first_of("*?[") != std::string::npos) return of_pattern(source);

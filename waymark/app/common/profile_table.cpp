@@ -70,8 +70,8 @@ Result<RecordingProfile> profile_of(const std::string& path, const JobControl& c
   if (!status) return tl::unexpected(status.error());
   RecordingProfile profile = profiler.profile();
   if (profile.streams["odometry"].samples < 2)
-    return fail(ErrorCode::NotFound, "the recording holds no odometry: its speeds are not known",
-                {.source = path}, "`waymark info` shows what it holds.");
+    return fail(ErrorCode::NotFound, "the recording contains no odometry, so its speeds are unknown",
+                {.source = path}, "`waymark info` lists its contents.");
   profile.image_arrival_delay_s = image_latency(**log);
   return profile;
 }
@@ -101,19 +101,19 @@ std::vector<ProfileRow> profile_table(const RecordingProfile& like, const Record
     add(key + "_rate_hz", kind + " [Hz]", rate(kind, &StreamProfile::rate_hz));
     add(key + "_longest_gap_s", "  longest gap [s]", rate(kind, &StreamProfile::longest_gap_s));
   }
-  add("image_latency_s", "pictures arrive after [s]", of(&RecordingProfile::image_arrival_delay_s));
+  add("image_latency_s", "image latency [s]", of(&RecordingProfile::image_arrival_delay_s));
   add("corner_sigma_px", "corner noise [px]", of(&RecordingProfile::corner_sigma_px));
   add("miss_probability", "tags missed between two frames", of(&RecordingProfile::miss_probability));
-  add("tags_per_frame", "tags a frame", of(&RecordingProfile::tags_per_frame));
+  add("tags_per_frame", "tags per frame", of(&RecordingProfile::tags_per_frame));
   add("gyro_noise_rad_s", "gyro noise [rad/s]", of(&RecordingProfile::gyro_noise_rad_s));
-  add("gyro_bias_rad_s", "gyro bias, standing [rad/s]", of(&RecordingProfile::gyro_bias_rad_s));
+  add("gyro_bias_rad_s", "gyro bias at rest [rad/s]", of(&RecordingProfile::gyro_bias_rad_s));
   add("acceleration_noise_m_s2", "acceleration noise [m/s2]", of(&RecordingProfile::acceleration_noise_m_s2));
-  add("command_delay_s", "speeds follow commands after [s]", of(&RecordingProfile::command_delay_s));
-  add("mean_speed_m_s", "mean speed while it drives [m/s]", of(&RecordingProfile::mean_speed_m_s));
-  add("p95_speed_m_s", "speed, 95 % below [m/s]", of(&RecordingProfile::p95_speed_m_s));
-  add("p95_yaw_rate_rad_s", "yaw rate, 95 % below [rad/s]", of(&RecordingProfile::p95_yaw_rate_rad_s));
-  add("standing_share", "share of the time it stands", of(&RecordingProfile::standing_share));
-  add("turning_share", "share of the time it turns on the spot", of(&RecordingProfile::turning_share));
+  add("command_delay_s", "command delay [s]", of(&RecordingProfile::command_delay_s));
+  add("mean_speed_m_s", "mean speed while driving [m/s]", of(&RecordingProfile::mean_speed_m_s));
+  add("p95_speed_m_s", "speed, 95th percentile [m/s]", of(&RecordingProfile::p95_speed_m_s));
+  add("p95_yaw_rate_rad_s", "yaw rate, 95th percentile [rad/s]", of(&RecordingProfile::p95_yaw_rate_rad_s));
+  add("standing_share", "fraction of time at rest", of(&RecordingProfile::standing_share));
+  add("turning_share", "fraction of time turning on the spot", of(&RecordingProfile::turning_share));
   std::erase_if(rows, [](const ProfileRow& row) { return !row.recording && !row.simulation; });
   return rows;
 }
@@ -123,8 +123,8 @@ ReportFields fields(const ProfileReport& report) {
   for (const ProfileRow& row : report.rows)
     quantities.push_back({row.key,
                           {},
-                          ReportFields{{"recording", "Of the recording that was imitated", row.recording},
-                                       {"simulation", "Of the recording that was written", row.simulation}}});
+                          ReportFields{{"recording", "Value of the imitated recording", row.recording},
+                                       {"simulation", "Value of the simulated recording", row.simulation}}});
   return {{"file", "Recording that was written", report.file},
           {"quantities", "By quantity: recording and simulation, each a number, or null if not measured",
            quantities}};

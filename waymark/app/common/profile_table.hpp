@@ -16,8 +16,8 @@ namespace waymark {
 /// Measures a recording of any kind. Fails when its speeds are not known.
 [[nodiscard]] Result<RecordingProfile> profile_of(const std::string& path, const JobControl& control);
 
-/// From the stamps of a camera's samples to their recording [s], the median of the topic that says most;
-/// nothing where the log time is the stamp, or no camera spoke.
+/// Time from the stamps of a camera's samples to their recording [s], the median of the topic with most
+/// samples; nothing where the log time is the stamp, or no camera spoke.
 [[nodiscard]] std::optional<double> image_latency_of(const std::string& path, const JobControl& control);
 
 /// One line of the table: what the recording has, and what the simulation has.
@@ -29,7 +29,7 @@ struct ProfileRow {
 };
 [[nodiscard]] std::vector<ProfileRow> profile_table(const RecordingProfile& like,
                                                     const RecordingProfile& made);
-/// What the recording says about the robot, in the simulator's words: rates, noises, latency, gaps.
+/// Properties of the robot in the recording, as simulator options: rates, noises, latency, gaps.
 [[nodiscard]] SimulatedRobotOptions options_like(const RecordingProfile& profile,
                                                  SimulatedRobotOptions options);
 [[nodiscard]] std::string to_text(const std::vector<ProfileRow>& rows);

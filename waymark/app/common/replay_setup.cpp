@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What the lap of the route told of the robot's odometry; of a route that nobody drove, that of the first.
+/// Odometry calibration from the lap of the route; for a route without a lap, from the first route.
 Result<std::optional<Calibration>> odometry_in(const fs::path& folder, const std::string& route_name) {
   std::error_code ignored;
   for (const std::string& route : {route_name, std::string()}) {
@@ -122,7 +122,7 @@ Result<std::unique_ptr<Replayer>> make_replayer(const MapFolder& folder, const R
                                                                                  .anchor = setup.anchor,
                                                                                  .live = true});
   if (!method) return tl::unexpected(method.error());
-  // Placed where the route begins: then one tag is enough to say where exactly. Tags that contradict outweigh
+  // Placed at the start of the route: then one tag determines the pose. Tags that contradict outweigh
   // the placement.
   (*method)->start_from(folder.route.points.front().map_T_base, kPlaced_m, kPlaced_rad);
   Route route = folder.route;
@@ -135,9 +135,9 @@ Result<std::unique_ptr<Replayer>> make_replayer(const MapFolder& folder, const R
 
 Result<std::unique_ptr<Replayer>> make_replayer(const MapFolder& folder, const ReplayerSetup& setup) {
   if (folder.robot) return make_replayer(folder, *folder.robot, setup);
-  return fail(ErrorCode::NotFound, "the map's folder says nothing of the robot",
+  return fail(ErrorCode::NotFound, "the map folder contains no robot file",
               {.source = (folder.path / "robot.yaml").string()},
-              "Copy the robot's file there, or give a RobotDescription.");
+              "Copy the robot file there, or pass a RobotDescription.");
 }
 
 }  // namespace waymark

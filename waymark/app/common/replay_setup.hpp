@@ -21,7 +21,7 @@ struct MapFolder {
   MapFile map{};
   Route route{};
   std::optional<RobotDescription> robot{};  ///< of robot.yaml; nothing when the folder holds none
-  std::optional<Calibration> odometry{};    ///< what the lap told of it; nothing in folders of older maps
+  std::optional<Calibration> odometry{};    ///< estimated from the lap; nothing in folders of older maps
 };
 
 /// Reads map.yaml, a route (empty: route.yaml; else route-NAME.yaml) and robot.yaml. Fails, with the file,
@@ -41,12 +41,12 @@ struct ReplayerSetup {
 };
 
 /// A replayer of the folder's route for this robot, which is expected to start near the route's first point.
-/// What the lap told of the odometry is used for a robot of the same name, where the setup leaves it at its
+/// The odometry calibration of the lap is used for a robot of the same name, if the setup leaves it at its
 /// default.
 [[nodiscard]] Result<std::unique_ptr<Replayer>> make_replayer(const MapFolder& folder,
                                                               const RobotDescription& robot,
                                                               const ReplayerSetup& setup = {});
-/// The same for the robot of the folder. Fails (NotFound) when the folder holds no robot.yaml.
+/// The same for the robot of the folder. Fails (NotFound) if the folder contains no robot.yaml.
 [[nodiscard]] Result<std::unique_ptr<Replayer>> make_replayer(const MapFolder& folder,
                                                               const ReplayerSetup& setup = {});
 

@@ -16,13 +16,13 @@
 
 #include "waymark/base/error.hpp"
 
-/// What a report says, listed once: `--json`, the keys in `--help-all` and docs/reference/cli.md, and the
-/// attributes in Python are made from it. A report is a plain struct with a free function:
+/// The content of a report, listed once: `--json`, the keys in `--help-all` and docs/reference/cli.md, and
+/// the attributes in Python are generated from it. A report is a plain struct with a free function:
 ///
 ///     ReportFields fields(const TeachReport& report) {
 ///       return {{"file", "Recording that was written", report.file},
 ///               {"lap_s", "Duration of the lap in the world", report.lap_s},
-///               {"weak_links", "One entry a link: tags that few frames connect", report.weak_links}};
+///               {"weak_links", "One entry per link: tags connected by few frames", report.weak_links}};
 ///     }
 namespace waymark {
 
@@ -35,9 +35,9 @@ concept IsReport = requires(const T& report) {
   { fields(report) } -> std::same_as<ReportFields>;
 };
 
-/// A value of a report, made from what the report holds: a number, a bool, a text, another report, an
+/// A value of a report: a number, a bool, a text, another report, an
 /// optional (nothing is null), a range (a list), or ReportFields (an object whose keys depend on the data).
-/// It knows its type, and the keys of the reports in it, where the list is empty or the value null, too.
+/// It stores its type and the keys of nested reports, even if the list is empty or the value null.
 class ReportValue {
  public:
   using List = std::vector<ReportValue>;
@@ -58,7 +58,7 @@ class ReportValue {
   /// "number", "integer", "text", "bool", "object" or "list"; "value" where nothing is known.
   [[nodiscard]] std::string_view type() const { return type_; }
   [[nodiscard]] bool may_be_null() const { return may_be_null_; }
-  /// Not in the output at all, as there is nothing to say; the reference lists it.
+  /// Omitted from the output, as there is no value; the reference lists it.
   [[nodiscard]] bool is_left_out() const { return is_left_out_; }
   /// The keys of this object, or of each object in this list; empty for other types.
   [[nodiscard]] ReportFields keys() const;
@@ -71,17 +71,17 @@ class ReportValue {
   std::string_view type_ = "value";
   bool may_be_null_ = false;
   bool is_left_out_ = false;
-  ReportFields keys_;  ///< where the content cannot say them
+  ReportFields keys_;  ///< if the content does not contain them
 };
 
 /// One key of a report.
 struct ReportField {
   std::string name{};           ///< with its unit: "lap_s"
-  std::string_view sentence{};  ///< what it says; lives as long as the program
+  std::string_view sentence{};  ///< description; lives as long as the program
   ReportValue value{};
 };
 
-/// A key that is left out where there is no value (an optional in a table is null there).
+/// A key that is omitted if there is no value (an optional in a table is null instead).
 template <class T>
 [[nodiscard]] ReportValue if_any(const std::optional<T>& value) {
   ReportValue made(value);
@@ -90,7 +90,7 @@ template <class T>
   return made;
 }
 
-/// A member of what may be missing: part(report.scores, &Scores::rmse_m), also of a function.
+/// A member of an optional: part(report.scores, &Scores::rmse_m), also of a function.
 template <class T, class Member>
 [[nodiscard]] auto part(const std::optional<T>& whole, const Member& member) {
   using Part = std::remove_cvref_t<std::invoke_result_t<const Member&, const T&>>;

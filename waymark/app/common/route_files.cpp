@@ -77,7 +77,7 @@ Status check_route_name(const std::string& route, const char* field) {
     return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-';
   };
   if (!route.empty() && std::ranges::all_of(route, allowed)) return {};
-  return fail(ErrorCode::InvalidArgument, fmt::format("'{}' is no name for a route", route), {.key = field},
+  return fail(ErrorCode::InvalidArgument, fmt::format("invalid route name '{}'", route), {.key = field},
               "Use letters, digits, - and _.");
 }
 
@@ -86,16 +86,16 @@ Status check_map_folder(const fs::path& folder) {
   if (fs::exists(folder / "map.yaml", ignored)) return {};
   const Place place{.source = folder.string()};
   if (fs::exists(folder / "map" / "map.yaml", ignored))
-    return fail(ErrorCode::NotFound, "the folder holds no map.yaml", place,
+    return fail(ErrorCode::NotFound, "the folder contains no map.yaml", place,
                 fmt::format("Did you mean {}?", (folder / "map").string()));
   if (auto wrong = wrong_kind(folder, FileUse::MapFolder)) return tl::unexpected(*std::move(wrong));
   if (fs::is_regular_file(folder, ignored))
-    return fail(ErrorCode::InvalidArgument, "this is a file, not the folder of a map", place,
-                "Give the folder that `waymark map` wrote.");
+    return fail(ErrorCode::InvalidArgument, "this is a file, not a map folder", place,
+                "Give a folder written by `waymark map`.");
   if (!fs::is_directory(folder, ignored))
-    return fail(ErrorCode::NotFound, "there is no such folder", place,
+    return fail(ErrorCode::NotFound, "no such folder", place,
                 "Record a lap (`waymark teach`) and map it (`waymark map`) first.");
-  return fail(ErrorCode::NotFound, "the folder holds no map.yaml", place,
+  return fail(ErrorCode::NotFound, "the folder contains no map.yaml", place,
               "Map a recorded lap into it first: waymark map lap.mcap -o " + folder.string() + ".");
 }
 
@@ -105,14 +105,14 @@ Status check_route_exists(const fs::path& folder, const std::string& route) {
   const std::vector<std::string> names = route_names(folder);
   const Place place{.source = folder.string(), .key = "`route`"};
   if (route.empty())
-    return fail(ErrorCode::NotFound, "the folder holds no route.yaml", {.source = folder.string()},
+    return fail(ErrorCode::NotFound, "the folder contains no route.yaml", {.source = folder.string()},
                 names.empty()
                     ? "Map a recorded lap into it: waymark map lap.mcap -o " + shell_word(folder.string())
-                    : fmt::format("It has {}: give `route`.", fmt::join(names, ", ")));
+                    : fmt::format("It contains {}: set `route`.", fmt::join(names, ", ")));
   return fail(ErrorCode::NotFound, fmt::format("this map has no route '{}'", route), place,
               names.empty()
-                  ? fmt::format("Besides the taught one it has none; `waymark map LAP extend={0} "
-                                "route_name={1}` adds a lap's, `waymark optimize {0} name={1}` makes one.",
+                  ? fmt::format("It has only the taught route; `waymark map LAP extend={0} "
+                                "route_name={1}` adds one, `waymark optimize {0} name={1}` makes one.",
                                 shell_word(folder.string()), shell_word(route))
                   : suggestion(route, names));
 }

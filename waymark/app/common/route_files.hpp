@@ -7,7 +7,7 @@
 #include "waymark/base/error.hpp"
 #include "waymark/samples/route.hpp"
 
-/// The routes of a map's folder: route.yaml, the one that was taught first, and route-NAME.yaml.
+/// The routes of a map folder: route.yaml, taught first, and route-NAME.yaml.
 namespace waymark {
 
 /// "route.yaml", or "route-NAME.yaml".
@@ -27,9 +27,9 @@ namespace waymark {
 
 /// Letters, digits, - and _; the error names the field.
 [[nodiscard]] Status check_route_name(const std::string& route, const char* field);
-/// Fails where it is no folder with a map, and says what was meant.
+/// Fails if it is not a folder with a map; the hint names the probable one.
 [[nodiscard]] Status check_map_folder(const std::filesystem::path& folder);
-/// Fails, with the names there are, when the folder has no route of this name. Empty: route.yaml.
+/// Fails, with the existing names, if the folder has no route of this name. Empty: route.yaml.
 [[nodiscard]] Status check_route_exists(const std::filesystem::path& folder, const std::string& route);
 
 }  // namespace waymark

@@ -84,7 +84,7 @@ TEST_F(RouteFiles, ARouteThatIsNotThereIsNamedWithThoseThatAre) {
   EXPECT_THAT(error("kitchen").hint, HasSubstr("route_name=kitchen"));
   touch("route-kitchen.yaml");
   EXPECT_TRUE(check_route_exists(folder_, "kitchen"));
-  EXPECT_THAT(error("").hint, HasSubstr("kitchen: give `route`"));
+  EXPECT_THAT(error("").hint, HasSubstr("kitchen: set `route`"));
   EXPECT_THAT(error("kitchn").hint, HasSubstr("kitchen"));
   EXPECT_EQ(error("kitchn").place.key, "`route`");
 }

@@ -4,8 +4,8 @@
 
 namespace waymark {
 
-/// A text as one word of a command that is shown to be copied: as it is where no shell reads anything into
-/// it, else in single quotes.
+/// A text as one word of a command to be copied: unchanged if it has no special meaning to a shell,
+/// else in single quotes.
 [[nodiscard]] std::string shell_word(const std::string& text);
 
 }  // namespace waymark

@@ -25,7 +25,7 @@
 
 namespace waymark {
 
-// What a recording of `waymark localize` says beside its poses.
+// Data of a recording by `waymark localize` besides its poses.
 namespace {
 
 std::optional<double> number_of(const std::string& text) {
@@ -35,7 +35,7 @@ std::optional<double> number_of(const std::string& text) {
   return value;
 }
 
-/// NIS over its degrees of freedom; nothing when the status does not say both.
+/// NIS over its degrees of freedom; nothing if the status lacks one of them.
 std::optional<double> nis_of(const ros2::DiagnosticStatus& status) {
   std::optional<double> nis;
   std::optional<double> freedom;
@@ -101,7 +101,7 @@ Result<FloorPath> corners_of(const CsvTable& table, bool closed) {
   const auto y = table.column("y_m");
   if (!x || !y)
     return fail(ErrorCode::Unreadable, "no columns x_m and y_m", {.source = table.source, .line = 1},
-                "A path is a CSV with these two; a trajectory has t_s as well.");
+                "A path is a CSV file with these columns; a trajectory also has t_s.");
   FloorPath path{.corners = {}, .closed = closed};
   for (const CsvRow& row : table.rows) {
     const Result<double> x_m = csv_number(table, row, *x);
@@ -111,7 +111,7 @@ Result<FloorPath> corners_of(const CsvTable& table, bool closed) {
     path.corners.emplace_back(*x_m, *y_m);
   }
   if (path.corners.size() < 2)
-    return fail(ErrorCode::Unreadable, "a path needs two corners or more", {.source = table.source});
+    return fail(ErrorCode::Unreadable, "a path needs at least two points", {.source = table.source});
   return path;
 }
 
@@ -126,11 +126,11 @@ Result<std::string> choose_topic(const MessageLog& log, const std::string& path,
   if (has(usual)) return usual;
   if (topics.size() == 1) return topics.front();
   if (topics.empty())
-    return fail(ErrorCode::NotFound, "no topic of poses", {.source = path},
-                "`waymark localize` makes a recording that has one; `waymark info` lists topics.");
+    return fail(ErrorCode::NotFound, "no topic with poses", {.source = path},
+                "`waymark localize` writes a recording with one; `waymark info` lists topics.");
   return fail(ErrorCode::InvalidArgument,
-              fmt::format("several topics have poses: {}", fmt::join(topics, ", ")), {.source = path},
-              "Say which with `est_topic` or `ref_topic`.");
+              fmt::format("several topics contain poses: {}", fmt::join(topics, ", ")), {.source = path},
+              "Select one with `est_topic` or `ref_topic`.");
 }
 
 Result<EstimatedTrajectory> poses_of_log(const std::string& path, const std::string& asked,
@@ -197,7 +197,7 @@ Result<std::string> read_whole_text(const std::string& path) {
   Result<std::string> text = read_text_file(path, kMaxTextBytes);
   if (text && text->find_first_not_of(" \t\r\n") == std::string::npos)
     return fail(ErrorCode::NotFound, "the file is empty", {.source = path},
-                "Record or write it again, or name another file.");
+                "Write it again, or choose another file.");
   return text;
 }
 
@@ -269,7 +269,7 @@ Result<Motion> read_motion(const std::string& path, const JobControl& control) {
   });
   if (!read) return tl::unexpected(read.error());
   if (motion.odometry.empty())
-    return fail(ErrorCode::NotFound, "the recording has no odometry", {.source = path});
+    return fail(ErrorCode::NotFound, "the recording contains no odometry", {.source = path});
   std::ranges::stable_sort(motion.odometry, {}, &Odometry::stamp);
   std::ranges::stable_sort(motion.imu, {}, &ImuSample::stamp);
   return motion;

@@ -10,33 +10,33 @@
 #include "waymark/samples/robot_samples.hpp"
 #include "waymark/samples/trajectory.hpp"
 
-/// Trajectories and paths from whatever file has them.
+/// Trajectories and paths from files of several formats.
 namespace waymark {
 
 /// An estimate from a recording of any kind (`topic`, else /waymark/pose, else its only topic of poses) or a
-/// TUM file, in order of time. Fails on a file that is neither, a topic that is not there, and no poses.
+/// TUM file, in order of time. Fails on a file that is neither, a missing topic, and without poses.
 [[nodiscard]] Result<EstimatedTrajectory> read_estimate(const std::string& path, const std::string& topic,
                                                         const JobControl& control = {});
 
-/// How well what was seen agreed with the estimate, as `waymark localize` notes it on /waymark/nis.
+/// Consistency of observations with the estimate, recorded by `waymark localize` on /waymark/nis.
 struct NisSummary {
   double mean = 0;  ///< of accepted observations, over their degrees of freedom; 1 when consistent
   std::size_t observations = 0;  ///< accepted
   std::size_t rejected = 0;
 };
 
-/// Of what EST was seen to agree with between two times; nothing when EST is no recording or has no such
+/// Summary of the NIS of EST between two times; nothing if EST is not a recording or lacks this
 /// topic.
 [[nodiscard]] std::optional<NisSummary> read_nis(const std::string& path, SensorTime from, SensorTime to,
                                                  const JobControl& control = {});
 
-/// How many poses of EST stand on the topic of mere guesses, between two times.
+/// Number of poses of EST on the topic of uncertain estimates, between two times.
 [[nodiscard]] std::size_t count_uncertain(const std::string& path, SensorTime from, SensorTime to,
                                           const JobControl& control = {});
 
-/// What an estimate is held against.
+/// Reference with which an estimate is compared.
 struct Reference {
-  Trajectory timed{};  ///< empty when only the path is known
+  Trajectory timed{};  ///< empty if only the path is known
   FloorPath path{};
 };
 
@@ -51,7 +51,7 @@ struct Motion {
   std::vector<ImuSample> imu{};
 };
 
-/// The odometry and the gyro of a recording. Fails when it has no odometry.
+/// The odometry and the gyro of a recording. Fails if it has no odometry.
 [[nodiscard]] Result<Motion> read_motion(const std::string& path, const JobControl& control = {});
 
 }  // namespace waymark

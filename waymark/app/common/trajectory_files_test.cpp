@@ -118,7 +118,7 @@ TEST_F(TrajectoryFiles, FilesThatAreNoReferenceSayWhy) {
     return read ? Error{} : read.error();
   };
   EXPECT_THAT(error("x,y\n1,2\n3,4\n").message, HasSubstr("x_m"));
-  EXPECT_THAT(error("x_m,y_m\n1,2\n").message, HasSubstr("two corners"));
+  EXPECT_THAT(error("x_m,y_m\n1,2\n").message, HasSubstr("two points"));
   EXPECT_EQ(error("x_m,y_m\n1,2\n3,four\n").place.line, 3);
   EXPECT_FALSE(error("1 2 3\n").message.empty());
   EXPECT_FALSE(error("").message.empty());

@@ -35,8 +35,8 @@ Result<std::uint64_t> moment(const std::string& text, std::uint64_t start_ns, co
   constexpr double kMost = 1e10;
   const bool sound = used > 0 && used == text.size() - (absolute ? 1 : 0) && seconds >= 0 && seconds < kMost;
   if (!sound)
-    return fail(ErrorCode::InvalidArgument, fmt::format("'{}' is no moment", text), {.key = field},
-                "Give seconds after the start (12.5), or of the recording's clock (@1713214583.5).");
+    return fail(ErrorCode::InvalidArgument, fmt::format("invalid time '{}'", text), {.key = field},
+                "Give seconds after the start (12.5), or on the recording's clock (@1713214583.5).");
   return (absolute ? 0 : start_ns) + static_cast<std::uint64_t>(std::llround(seconds * 1e9));
 }
 
@@ -64,9 +64,9 @@ Result<ExportOptions> export_options(const ConvertJob& job, MessageLog& log) {
   const LogSelection& chosen = options.selection;
   const auto end = log.summary().end;
   if (chosen.to <= chosen.from || (end && chosen.from > *end))
-    return fail(
-        ErrorCode::InvalidArgument, "no time is left between `from` and `to`, or the recording ended before",
-        {.source = job.inputs.front(), .key = "`from`"}, "`waymark info` shows when it begins and ends.");
+    return fail(ErrorCode::InvalidArgument, "`from` is not before `to`, or the recording ends before `from`",
+                {.source = job.inputs.front(), .key = "`from`"},
+                "`waymark info` shows the start and the duration of the recording.");
   return options;
 }
 
@@ -83,20 +83,20 @@ Result<Output> output_of(const ConvertJob& job, const std::string& format) {
   std::error_code ignored;
   if (fs::is_directory(out.path, ignored))
     return format == "rosbag2"
-               ? fail(ErrorCode::Unwritable, "this folder exists already", {.source = job.output},
-                      "A bag is a new folder: choose another name or remove it.")
-               : fail(ErrorCode::Unwritable, "this is a folder", {.source = job.output},
-                      "Give the name of a file.");
+               ? fail(ErrorCode::Unwritable, "this folder already exists", {.source = job.output},
+                      "A bag needs a new folder: choose another name, or remove the folder.")
+               : fail(ErrorCode::Unwritable, "the output is a folder", {.source = job.output},
+                      "Give a file name.");
   if (fs::exists(out.path, ignored) && !fs::is_regular_file(out.path, ignored))
-    return fail(ErrorCode::Unwritable, "this is a device or a pipe, and the output needs a file of its own",
-                {.source = job.output}, "Give the name of a file.");
+    return fail(ErrorCode::Unwritable, "the output is a device or a pipe, not a regular file",
+                {.source = job.output}, "Give a file name.");
   const fs::path folder = out.path.parent_path();
   if (format == "rosbag2" && !folder.empty() && fs::exists(folder / "metadata.yaml", ignored))
-    return fail(ErrorCode::Unwritable, "the folder that the bag would stand in is a bag itself",
-                {.source = job.output}, "Choose a name beside it.");
+    return fail(ErrorCode::Unwritable, "the parent folder of the output is a bag itself",
+                {.source = job.output}, "Choose a name outside this folder.");
   if (fs::exists(out.path, ignored))
-    return fail(ErrorCode::Unwritable, "this file exists already", {.source = job.output},
-                "A recording is never overwritten: choose another name or remove it.");
+    return fail(ErrorCode::Unwritable, "this file already exists", {.source = job.output},
+                "Recordings are never overwritten: choose another name or remove the file.");
   return out;
 }
 
@@ -104,17 +104,17 @@ Result<std::string> format_of(const ConvertJob& job) {
   const std::string name = job.format.empty() ? fs::path(job.output).extension().string() : "." + job.format;
   if (name == ".mcap" || name == ".rosbag2" || name == ".tum" || name == ".csv") return name.substr(1);
   return fail(ErrorCode::InvalidArgument,
-              name.size() < 2 ? "the name of the output says no format"
-                              : fmt::format("no format is called '{}'", name.substr(1)),
+              name.size() < 2 ? "the name of the output has no extension"
+                              : fmt::format("unknown format '{}'", name.substr(1)),
               {.source = job.output, .key = "`output`"},
-              "End the name in .mcap, .tum or .csv, or give `format`; `format=rosbag2` makes a folder.");
+              "Use the extension .mcap, .tum or .csv, or set `format`; `format=rosbag2` writes a folder.");
 }
 
 /// A table holds one kind of samples, everything else all of them.
 Status check_kind(const ConvertJob& job, const std::string& format) {
   if (job.kind.empty() || format == "csv") return {};
   return fail(ErrorCode::InvalidArgument, fmt::format("'{}' has no effect on {}", job.kind, format),
-              {.key = "kind"}, "It needs an output that ends in .csv; `topics` chooses for the others.");
+              {.key = "kind"}, "It requires an output that ends in .csv; use `topics` for other formats.");
 }
 
 /// The layout of a bag; an option of bags without one is an error.
@@ -123,12 +123,12 @@ Result<BagFormat> bag_format_of(const ConvertJob& job, const std::string& format
   const std::string& unused = job.ros_distro.empty() ? job.storage : job.ros_distro;
   if (format != "rosbag2" && !unused.empty())
     return fail(ErrorCode::InvalidArgument, fmt::format("'{}' has no effect on a .{}", unused, format),
-                {.key = job.ros_distro.empty() ? "storage" : "ros_distro"}, "It needs `format=rosbag2`.");
+                {.key = job.ros_distro.empty() ? "storage" : "ros_distro"}, "It requires `format=rosbag2`.");
   if (!job.ros_distro.empty() && job.ros_distro != "humble" && job.ros_distro != "jazzy")
-    return fail(ErrorCode::InvalidArgument, fmt::format("no layout of '{}' is known", job.ros_distro),
-                {.key = "ros_distro"}, "humble serves up to Iron, jazzy from there on.");
+    return fail(ErrorCode::InvalidArgument, fmt::format("unknown ROS distribution '{}'", job.ros_distro),
+                {.key = "ros_distro"}, "Use humble up to Iron, jazzy for later releases.");
   if (!job.storage.empty() && job.storage != "sqlite3" && job.storage != "mcap")
-    return fail(ErrorCode::InvalidArgument, fmt::format("no storage is called '{}'", job.storage),
+    return fail(ErrorCode::InvalidArgument, fmt::format("unknown storage '{}'", job.storage),
                 {.key = "storage"}, "Known: sqlite3, mcap.");
   if (job.ros_distro == "humble") bag = {BagRelease::Humble, BagStorage::Sqlite};
   if (!job.storage.empty()) bag.storage = job.storage == "mcap" ? BagStorage::Mcap : BagStorage::Sqlite;
@@ -177,8 +177,8 @@ Status add_robot(const ConvertJob& job, const std::string& format, const Message
   if ((format != "mcap" && format != "rosbag2") || !gives_samples(log.format()))
     return fail(
         ErrorCode::InvalidArgument,
-        "a robot's camera is added where tables or LCM logs become MCAP; what ROS recorded passes as it is",
-        {.key = "robot"}, "Leave it out, and give it to `waymark map` or `waymark localize`.");
+        "a robot's camera is added only to tables and LCM logs written as MCAP, not to ROS recordings",
+        {.key = "robot"}, "Omit `robot`, and set it for `waymark map` or `waymark localize`.");
   RecordingSetup setup;
   std::vector<std::string> ignored;
   if (Status status = take_robot(job.robot, setup, ignored); !status) return status;
@@ -198,7 +198,7 @@ Error about_files(Error error) {
 Status check_no_recording(const GivenFields& given) {
   FieldRefusals refused(given);
   refused.fields(true, {"format", "topics", "from", "to", "kind", "robot", "tag_latency_s"},
-                 "this is about recordings, and the input is none", "Leave it out.");
+                 "this option applies to recordings, but the input is not a recording", "Omit this option.");
   return refused.status();
 }
 
@@ -250,7 +250,7 @@ struct ConvertProblem {
 
 ReportFields fields(const ConvertProblem& listed) {
   const LogProblem& problem = listed.problem;
-  return {{"kind", "Recordings: damage, or trap (sound data that do not mean what they seem to)",
+  return {{"kind", "Recordings: damage, or trap (intact data that are easily misinterpreted)",
            problem.kind == LogProblem::Kind::Damage ? "damage" : "trap"},
           {"key", "Stable name of the problem", problem.key},
           {"count", "Number of occurrences", problem.count},

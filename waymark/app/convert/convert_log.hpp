@@ -21,46 +21,45 @@ struct ConvertJob {
   std::vector<std::string> topics{};  ///< only these; empty: all
   std::string from{};  ///< seconds after the start, or @ seconds of the recording's clock; empty: all
   std::string to{};
-  std::string kind{};            ///< what a .csv holds: detections, odometry, imu, range-bearing
+  std::string kind{};            ///< content of a .csv: detections, odometry, imu, range-bearing
   std::string robot{};           ///< file or name with a camera, for tables and LCM logs that become MCAP
-  double tag_latency_s = 0.065;  ///< how long before its stamp an MBot's picture was taken
+  double tag_latency_s = 0.065;  ///< camera latency of an MBot: from exposure to stamp
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.format,
-          JobField("format NAME",
-                   "Format of the output: mcap, rosbag2, tum or csv. Unless given: by the ending of OUT"));
+    visit(
+        self.format,
+        JobField("format NAME",
+                 "Format of the output: mcap, rosbag2, tum or csv. Unless given: from the extension of OUT"));
     visit(self.ros_distro,
           JobField("ros_distro NAME",
                    "Release of ROS 2 whose layout `format=rosbag2` writes: humble or jazzy (jazzy)"));
     visit(self.storage,
           JobField("storage NAME",
                    "Storage of `format=rosbag2`: sqlite3 (usual in Humble) or mcap (usual in Jazzy)"));
-    visit(self.topics, JobField("topics A,B", "Only these topics, with commas between them")
-                           .also("topic")
-                           .comma_separated());
+    visit(self.topics,
+          JobField("topics A,B", "Only these topics, comma-separated").also("topic").comma_separated());
     visit(
         self.from,
-        JobField("from T", "Begin of the interval [s]: after the start, or with @ on the recording's clock"));
+        JobField("from T", "Start of the interval [s]: after the start, or with @ on the recording's clock"));
     visit(self.to,
           JobField("to T", "End of the interval [s]: after the start, or with @ on the recording's clock"));
     visit(self.kind,
           JobField("kind NAME", "Content of a .csv file: detections, odometry, imu or range-bearing")
               .one_of("detections,odometry,imu,range-bearing"));
-    visit(
-        self.robot,
-        JobField(
-            "robot FILE",
-            "Camera and its mounting for tables and LCM logs that become .mcap: a robot's file, or a name"));
+    visit(self.robot,
+          JobField(
+              "robot FILE",
+              "Camera and its mounting for tables and LCM logs that become .mcap: a robot file, or a name"));
     visit(
         self.tag_latency_s,
         JobField("tag_latency_s S",
-                 "Camera latency of an MBot: time from the exposure to the stamp of a picture [s] (LCM logs)",
+                 "Camera latency of an MBot: time from the exposure to the stamp of an image [s] (LCM logs)",
                  0.0, 10.0));
   }
 };
 
-/// What a user says of a conversion: several recordings, and then the output.
+/// User options of a conversion: several recordings, then the output.
 struct ConvertWords {
   std::string first{};
   std::vector<std::string> rest{};  ///< further inputs, then the output
@@ -75,8 +74,8 @@ struct ConvertWords {
                           .required());
     visit(self.rest,
           JobField("rest OUT",
-                   "New file: .mcap, .tum or .csv; new folder for `format=rosbag2`. Before it further "
-                   "recordings of the same drive, which are merged in the order of their stamps")
+                   "New file: .mcap, .tum or .csv; new folder for `format=rosbag2`. Before it, further "
+                   "recordings of the same drive, which are merged by stamp")
               .input()
               .required());
     ConvertJob::fields(self.job, visit);
@@ -85,7 +84,7 @@ struct ConvertWords {
 /// The job with inputs and output.
 [[nodiscard]] ConvertJob described_convert(const ConvertWords& words);
 
-/// Fails on flags about recordings, where the input is none.
+/// Fails on options for recordings if the input is not a recording.
 [[nodiscard]] Status check_no_recording(const GivenFields& given);
 
 struct ConvertReport {
@@ -97,7 +96,7 @@ struct ConvertReport {
   ExportReport exported{};
 };
 
-/// The output appears when it is whole. InvalidArgument: the job makes no sense; any other code: a file.
+/// The output appears only when it is complete. InvalidArgument: invalid job; any other code: a file.
 [[nodiscard]] Result<ConvertReport> convert_log(const ConvertJob& job, const JobControl& control);
 /// What was written: messages by topic.
 [[nodiscard]] std::string to_text(const ConvertReport& report);

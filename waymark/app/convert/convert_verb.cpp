@@ -50,15 +50,15 @@ class ConvertVideoFlags {
 ConvertVideoFlags::ConvertVideoFlags(CLI::App& verb)
     : app_(verb), settings_(verb), poses_(verb), detector_(settings_, kMoreGroup) {
   add_option(verb, "--pictures NAME", pictures_,
-             "Format in which the pictures of a video or a camera are kept: jpeg or raw",
+             "Format in which images of a video or a camera are recorded: jpeg or raw",
              one_of({"jpeg", "raw"}));
-  add_option(verb, "--duration-s FLOAT", duration_s_,
-             "Time for which a live camera is recorded; 0: until Ctrl-C", between(0.0, 1e7));
+  add_option(verb, "--duration-s FLOAT", duration_s_, "Recording time of a live camera; 0: until Ctrl-C",
+             between(0.0, 1e7));
 }
 
 Status ConvertVideoFlags::check_unused() const {
   const char* why = "cameras, tag sizes, detectors and --pictures have no effect on recordings";
-  const char* hint = "Leave it out, or give one video.";
+  const char* hint = "Omit this option, or give one video.";
   Refusals refused(app_);
   refused.fields(true, {"--pictures"}, why, hint);
   refused.fields(true, {"--duration-s"}, "this is about live cameras", "Leave it out.");
@@ -146,19 +146,20 @@ ExitCode convert(const ConvertArgs& args, Console& console) {
 Verb convert_verb() {
   return {
       .name = "convert",
-      .sentence = "Write a recording of any format as MCAP, rosbag2, TUM or CSV",
+      .sentence = "Convert a recording of any format to MCAP, rosbag2, TUM or CSV",
       .help =
           R"(Reads MCAP, rosbag2 (.db3 or a bag folder, split or not), ROS 1 bags, LCM event logs of an MBot and CSV tables, each
-also packed with bzip2, gzip or zstd. What a file is, its content tells. Damage and traps (units, orders, stamps) are
-handled and said (docs/formats/importing.md). OUT appears only when it is whole.
+also compressed by bzip2, gzip or zstd. The format is detected from the content. Damage and traps (units, orders, stamps)
+are handled and reported (docs/formats/importing.md). OUT is written completely or not at all.
 
-  .mcap   ROS 2 messages pass as they are; those of ROS 1 are rewritten; LCM and CSV become our messages
+  .mcap   ROS 2 messages are copied; ROS 1 messages are rewritten; LCM and CSV become Waymark's messages
   .tum    poses of one topic: timestamp [s] tx ty tz [m] qx qy qz qw
-  .csv    detections, odometry, imu or range-bearing, units in the names of the columns
-  folder  of a bag for `ros2 bag play`, with --format rosbag2
+  .csv    detections, odometry, imu or range-bearing, with units in the column names
+  folder  a bag for `ros2 bag play`, with --format rosbag2
 
-Of a video (mp4, mkv, webm, avi) or a live camera (v4l2:/dev/video0) the tags of every picture are found and written to .mcap, with
-times since its first picture or since 1970; with --camera and --tag-size-m also the calibration and the size, with --pictures the pictures.
+For a video (mp4, mkv, webm, avi) or a live camera (v4l2:/dev/video0), the tags of every image are detected and written to
+.mcap, with times since the first image or since 1970; with --camera and --tag-size-m also the calibration and the tag
+size, with --pictures the images.
 
 Exit code: 0 written, 1 not readable or not writable, 2 wrong usage, 130 stopped by Ctrl-C.
 

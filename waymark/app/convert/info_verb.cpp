@@ -9,7 +9,7 @@ struct InfoArgs : JobArgs<InfoJob> {
 };
 
 std::string words_of(const LogProblem& problem) {
-  return (problem.kind == LogProblem::Kind::Trap ? "mind: " : "") + to_string(problem);
+  return (problem.kind == LogProblem::Kind::Trap ? "note: " : "") + to_string(problem);
 }
 
 ExitCode info(const InfoArgs& args, Console& console) {
@@ -18,13 +18,13 @@ ExitCode info(const InfoArgs& args, Console& console) {
   console.print(args.json ? json_line(fields(*found)) : to_text(*found));
   if (!found->summary.complete)
     console.say(
-        "the file has no usable summary: it was cut, damaged or is still being written. What stands in "
-        "it was counted.");
+        "the file has no usable summary: it was truncated, damaged or is still being written. Its "
+        "messages were counted.");
   std::vector<std::string> problems;
   for (const LogProblem& problem : found->problems) problems.push_back(words_of(problem));
   console.say_first(problems, "--json gives all");
   if (!interrupted()) return ExitCode::Ok;
-  console.say("stopped: only what was read is counted");
+  console.say("stopped: the counts cover only the part that was read");
   return ExitCode::Interrupted;
 }
 
@@ -35,10 +35,10 @@ Verb info_verb() {
       .name = "info",
       .sentence = "Summarise a recording: contents, defects and the verbs that can use it",
       .help =
-          R"(Who wrote it, when, how long; its topics with type, number of messages and rate; messages that are missing,
-stamps that are zero, twice or out of order, clocks that jumped; metadata; attachments; what misleads in
-files of its kind; and which verbs take it next. The format is told by the content, whatever the name.
-A file that was cut, or is still being written, has no summary: it is read front to back, and that is said.
+          R"(Prints writer, time and duration; topics with type, number of messages and rate; missing messages;
+zero, duplicate and unordered stamps; clock jumps; metadata; attachments; known traps of such files;
+and the verbs that can use the recording. The format is detected from the content, not the name.
+A file that was truncated, or is still being written, has no summary: it is read completely, with a warning.
 
 Exit code: 0 read, 1 not a recording or not readable, 2 wrong usage, 130 stopped by Ctrl-C.
 

@@ -192,7 +192,7 @@ struct SampleFields {
   }
   ReportFields operator()(const LaserScan& s) const {
     return {{"angle_min_rad", "scans: direction of the first ray", s.angle_min_rad},
-            {"angle_increment_rad", "scans: angle from ray to ray", s.angle_increment_rad},
+            {"angle_increment_rad", "scans: angle between consecutive rays", s.angle_increment_rad},
             {"ranges_m", "scans: distances; null if not a finite number", s.ranges_m}};
   }
   ReportFields operator()(const GamepadState& s) const {
@@ -301,7 +301,7 @@ Result<LogSelection> select_part(MessageLog& log, const LogPart& part) {
   }
   if (!(part.from_s >= 0 && part.to_s > part.from_s))
     return fail(ErrorCode::InvalidArgument,
-                fmt::format("from {} s to {} s is no time", part.from_s, part.to_s), {.key = "from"},
+                fmt::format("invalid interval from {} s to {} s", part.from_s, part.to_s), {.key = "from"},
                 "Give seconds from the first message, for example `from=10` `to=20`.");
   const std::uint64_t start = recording_start_ns(log);
   if (const LogSummary& all = log.summary(); all.complete && all.end) {
@@ -339,12 +339,12 @@ Status play_log(MessageLog& log, const LogSelection& selection, const PlayOption
 
 Status check_effects(const PlayWords& words, const GivenFields& given) {
   if (!(words.options.speed >= 0 && words.options.speed <= 1e6))
-    return fail(ErrorCode::InvalidArgument, fmt::format("{} is no speed", words.options.speed),
-                {.key = "speed"}, "1 is as it was, 0 as fast as possible.");
+    return fail(ErrorCode::InvalidArgument, fmt::format("invalid playback rate {}", words.options.speed),
+                {.key = "speed"}, "Use 1 for the recorded rate, 0 for as fast as possible.");
   FieldRefusals refused(given);
-  refused.fields(words.ros2, {"messages", "json"}, "nothing is printed with `ros2`", "Leave it out.");
+  refused.fields(words.ros2, {"messages", "json"}, "nothing is printed with `ros2`", "Omit this option.");
   refused.fields(!words.ros2, {"commands"}, "nothing is published without `ros2`",
-                 "Add `ros2`, or leave it out.");
+                 "Add `ros2`, or omit this option.");
   return refused.status();
 }
 

@@ -12,7 +12,7 @@
 #include "waymark/recording/message_log.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
-/// Samples as a person or a program reads them, one a line.
+/// Samples as text or JSON, one per line.
 namespace waymark {
 
 /// "odometry", "tags", …: the kinds of `waymark info`.
@@ -25,7 +25,7 @@ namespace waymark {
 /// non-finite number is null.
 [[nodiscard]] ReportFields fields(const Sample& sample);
 
-/// A message as it is in the file, without its data.
+/// A message of the file, without its data.
 struct PlayedMessage {
   std::string topic{};
   std::string type{};
@@ -43,17 +43,17 @@ struct LogPart {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.topics,
-          JobField("topics TOPIC,…", "Only these topics, with commas between them. Unless given: all")
-              .comma_separated());
+    visit(self.topics, JobField("topics TOPIC,…", "Only these topics, comma-separated. Unless given: all")
+                           .comma_separated());
     visit(self.from_s,
-          JobField("from SECONDS", "Begin this many seconds after the first message").usually("0"));
+          JobField("from SECONDS", "Start this many seconds after the first message").usually("0"));
     visit(self.to_s,
-          JobField("to SECONDS", "End this many seconds after the first message. Unless given: with the file")
+          JobField("to SECONDS",
+                   "Stop this many seconds after the first message. Unless given: at the end of the file")
               .without_default());
   }
 };
-/// Fails on a topic that the recording does not have (with the nearest that it has) and on times that make no
+/// Fails on an unknown topic (with the most similar one) and on times that make no
 /// sense or lie behind its end.
 [[nodiscard]] Result<LogSelection> select_part(MessageLog& log, const LogPart& part);
 
@@ -63,7 +63,7 @@ struct PlayOptions {
   bool json = false;      ///< one object a line instead of words
 };
 
-/// What a user says of a recording that is played.
+/// User options for playing a recording.
 struct PlayWords {
   std::string file{};
   LogPart part{};
@@ -76,32 +76,26 @@ struct PlayWords {
     LogPart::fields(self.part, visit);
     visit(self.file,
           JobField("file FILE",
-                   "Recording of any kind: MCAP, rosbag2, ROS 1 bag, LCM event log, CSV; also packed")
+                   "Recording of any kind: MCAP, rosbag2, ROS 1 bag, LCM event log, CSV; also compressed")
               .input()
               .required());
     visit(self.options.speed,
           JobField("speed NUMBER", "Playback rate: 1 as recorded, 2 twice as fast, 0 without waiting"));
-    visit(
-        self.options.messages,
-        JobField("messages", "All messages as they lie in the file (topic, type, size) instead of samples"));
-    visit(
-        self.ros2,
-        JobField(
-            "ros2",
-            "Publish the messages on the network of ROS 2 instead of printing them (ROS_DOMAIN_ID counts)"));
-    visit(
-        self.commands,
-        JobField(
-            "commands",
-            "With `ros2`: also publish recorded velocity commands, which move a robot that listens to them"));
-    visit(self.options.json, JobField("json", "One JSON object a line instead of words"));
+    visit(self.options.messages,
+          JobField("messages", "Print all messages of the file (topic, type, size) instead of samples"));
+    visit(self.ros2,
+          JobField("ros2", "Publish the messages on ROS 2 instead of printing them (uses ROS_DOMAIN_ID)"));
+    visit(self.commands,
+          JobField("commands",
+                   "With `ros2`: also publish recorded velocity commands, which move a subscribed robot"));
+    visit(self.options.json, JobField("json", "Print one JSON object per line instead of text"));
   }
 };
 
-/// Fails on a speed that is none, and on flags that have no effect.
+/// Fails on an invalid playback rate, and on options without effect.
 [[nodiscard]] Status check_effects(const PlayWords& words, const GivenFields& given);
 
-/// Gives a line a sample, or a message, of what is selected, each when it is due. `on_line` returns false to
+/// Passes one line per selected sample or message when it is due. `on_line` returns false to
 /// end it, and `cancelled` is asked while it waits; then it fails (LimitExceeded).
 [[nodiscard]] Status play_log(MessageLog& log, const LogSelection& selection, const PlayOptions& options,
                               const std::function<bool(const std::string&)>& on_line,

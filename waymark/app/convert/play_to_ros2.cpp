@@ -16,10 +16,11 @@ namespace {
 
 void note_rest(const LogPublisher& publisher, const JobControl& control) {
   for (const std::string& topic : publisher.left_out())
-    control.note(topic +
-                 " was left out: velocity commands move a robot that listens. `commands` publishes them");
+    control.note(
+        topic +
+        " is not published: velocity commands move a subscribed robot. Set `commands` to publish them");
   for (const std::string& topic : publisher.passed_over())
-    control.note(topic + " was passed over: not of ROS");
+    control.note(topic + " was skipped: not a ROS topic");
 }
 
 }  // namespace

@@ -17,9 +17,9 @@ struct Ros2Played {
   std::uint64_t published = 0;  ///< messages, also where it failed
 };
 
-/// Publishes what is selected of a recording on the network of ROS 2 that the environment names, each message
-/// when it is due, and notes what was left out and what nobody gets. Fails where another program publishes
-/// one of the topics.
+/// Publishes the selected part of a recording on ROS 2 (configured by the environment), each message
+/// when it is due, with notes on omitted topics and topics without subscribers. Fails if another program
+/// publishes one of the topics.
 [[nodiscard]] Ros2Played play_to_ros2(MessageLog& log, const LogSelection& selection,
                                       const Ros2PlayOptions& options, const JobControl& control);
 

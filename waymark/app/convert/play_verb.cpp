@@ -52,15 +52,15 @@ ExitCode play(const PlayArgs& args, Console& console) {
 Verb play_verb() {
   return {
       .name = "play",
-      .sentence = "Print the samples of a recording at their times",
+      .sentence = "Print the samples of a recording in real time",
       .help =
-          R"(One line a sample: when, what kind, its numbers; poses and corners of tags, odometry, wheels, IMU, scans,
-commands, pictures by their size. Units are those of the house: metres, seconds, radians (degrees in words).
-With --ros2, velocity commands (Twist, TwistStamped) are left out unless --commands is given, and zero follows them at
-the end, by a second process also where this one is killed; they go out as the one of both types that is subscribed. A
-topic that another program publishes is refused.
+          R"(Prints one line per sample: time, kind and values; tag poses and corners, odometry, wheels, IMU, scans,
+commands, and the size of images. Units are metres, seconds and radians (degrees in text).
+With --ros2, velocity commands (Twist, TwistStamped) are omitted unless --commands is given. After them zero is sent, by
+a second process even if this one is killed; of the two types the subscribed one is used. A topic that another
+program publishes is refused.
 
-Exit code: 0 played to the end, 1 not a recording, not readable or damaged (what is sound is played), 2 wrong usage,
+Exit code: 0 played to the end, 1 not a recording, not readable or damaged (intact parts are played), 2 wrong usage,
 130 stopped by Ctrl-C.
 
 Examples:

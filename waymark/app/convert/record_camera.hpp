@@ -15,7 +15,7 @@ struct RecordCameraReport {
   CameraWatchEnd end{};
 };
 
-/// `waymark convert v4l2:… lap.mcap`: writes the tags of a live camera, and pictures that are asked for, to
+/// `waymark convert v4l2:… lap.mcap`: writes the tags of a live camera, and its images if requested, to
 /// the job's output until the time is over (0: never) or the control cancels it. Errors: as convert_video().
 [[nodiscard]] Result<RecordCameraReport> record_camera(const ConvertVideoJob& job, double duration_s,
                                                        const TagFinder& finder, const JobControl& control);

@@ -89,7 +89,7 @@ ReportFields fields(const InfoTopic& listed) {
       {"periodic", "Four fifths of the intervals are near the median; not with `quick`",
        unless_quick(stamps.periodic())},
       {"gaps", "Number of intervals of more than 1.5 medians; not with `quick`", unless_quick(stamps.gaps())},
-      {"dropped", "Approximate number of messages that are missing in the gaps; not with `quick`",
+      {"dropped", "Approximate number of messages missing in the gaps; not with `quick`",
        unless_quick(stamps.dropped())},
       {"longest_interval_s", "Longest interval between two messages; not with `quick`",
        unless_quick(static_cast<double>(stamps.longest_ns()) * 1e-9)},
@@ -98,7 +98,7 @@ ReportFields fields(const InfoTopic& listed) {
       {"zero_stamps", "Number of stamps of 0; not with `quick`", unless_quick(stamps.zero())},
       {"backward_stamps", "Number of stamps earlier than the one before; not with `quick`",
        unless_quick(stamps.backward())},
-      {"clock_jumps", "Stamps that moved against the times of recording by more than 0.5 s; not with `quick`",
+      {"clock_jumps", "Stamps that jumped relative to the log times by more than 0.5 s; not with `quick`",
        unless_quick(topic.clock_jumps)},
       {"largest_clock_jump_s", "Largest of these jumps; not with `quick`",
        unless_quick(topic.largest_jump_s)}};
@@ -138,7 +138,7 @@ ReportFields metadata_fields(const RecordingInfo& info) {
 }  // namespace
 
 ReportFields fields(const NextStep& step) {
-  return {{"sentence", "What can be done", step.sentence},
+  return {{"sentence", "Possible next step", step.sentence},
           {"command", "Command line; empty if there is none", step.command}};
 }
 
@@ -160,7 +160,8 @@ ReportFields fields(const RecordingInfo& info) {
       {"size_bytes", "Size of its files", info.summary.size_bytes},
       {"library", "MCAP: program that wrote the file", info.summary.library},
       {"profile", "MCAP: profile; ros2 in recordings by Waymark", info.summary.profile},
-      {"complete", "The file has its summary; if not, it was cut or is being written, and was read in full",
+      {"complete",
+       "The file has its summary; if not, it was truncated or is being written, and was read in full",
        info.summary.complete},
       {"start_ns", "Log time of the first message", info.report.start_ns},
       {"duration_s", "Time from the first message to the last", info.report.duration_s},
@@ -170,11 +171,11 @@ ReportFields fields(const RecordingInfo& info) {
       {"contents",
        "Kinds of samples in the recording (with `quick`: in its first 10 s), as `waymark play` names them",
        info.contents},
-      {"metadata", "Blocks of metadata by name, each with its texts by key", metadata_fields(info)},
+      {"metadata", "Metadata blocks by name, each with its values by key", metadata_fields(info)},
       {"attachments", "Files in the recording", attachments},
       {"problems", "Messages about damage", problems},
-      {"traps", "Sound data that do not mean what they seem to", traps},
-      {"next", "What can be done with the recording", next_steps(info)}};
+      {"traps", "Intact data that are easily misinterpreted", traps},
+      {"next", "Possible next steps with the recording", next_steps(info)}};
 }
 
 // What can be done next.
@@ -198,10 +199,10 @@ MapNeeds map_needs(const RecordingInfo& info) {
   if (!says(info, "tag_size_m")) needs.flags.emplace_back("--tag-size-m 0.16");
   if (!info.setup.camera || !info.setup.base_T_cam) needs.flags.emplace_back("--robot robot.yaml");
   if (info.setup.chosen.ambiguous) needs.flags.emplace_back("--camera-topic TOPIC");
-  if (!info.setup.camera) needs.missing.emplace_back("a calibration of its camera (sensor_msgs/CameraInfo)");
+  if (!info.setup.camera) needs.missing.emplace_back("the camera calibration (sensor_msgs/CameraInfo)");
   if (!info.setup.base_T_cam)
     needs.missing.emplace_back(
-        "where the camera sits (/tf_static, from the base to the camera's optical frame)");
+        "the camera mounting (/tf_static, from the base to the camera's optical frame)");
   return needs;
 }
 
@@ -209,11 +210,11 @@ NextStep map_step(const RecordingInfo& info) {
   const MapNeeds needs = map_needs(info);
   const bool detects = !info.contents.contains("tags");
   if (!needs.missing.empty()) {
-    return {fmt::format("Make a map of the tags: the robot's file says what the recording lacks, {}.",
+    return {fmt::format("Make a tag map: the robot file supplies what the recording lacks, {}.",
                         fmt::join(needs.missing, " and ")),
             fmt::format("waymark map {} {} -o map", shell_word(info.file), fmt::join(needs.flags, " "))};
   }
-  return {detects ? "Find the tags in its pictures and make a map of them." : "Make a map of the tags.",
+  return {detects ? "Detect the tags in its images and make a map of them." : "Make a tag map.",
           fmt::format("waymark map {}{}{} -o map", shell_word(info.file), needs.flags.empty() ? "" : " ",
                       fmt::join(needs.flags, " "))};
 }
@@ -236,12 +237,12 @@ std::vector<NextStep> next_steps(const RecordingInfo& info) {
   std::vector<NextStep> steps;
   const auto has = [&](const char* kind) { return info.contents.contains(kind); };
   if (info.format == LogFormat::Mcap && !info.summary.complete)
-    steps.push_back({"Give it the index it lost.", recover_command(info)});
+    steps.push_back({"Restore the missing index.", recover_command(info)});
   if (info.format != LogFormat::Mcap && !info.contents.empty())
-    steps.push_back({"Make an MCAP recording of it, which opens quickly and in every tool.",
+    steps.push_back({"Convert it to MCAP, which opens quickly and in every tool.",
                      fmt::format("waymark convert {} {}", shell_word(info.file), here(info, ".mcap"))});
   if (has("pictures"))
-    steps.push_back({"Find the tags in its pictures.", "waymark detect " + shell_word(info.file)});
+    steps.push_back({"Detect the tags in its images.", "waymark detect " + shell_word(info.file)});
   const bool moves = has("odometry");
   const bool corners = has("tags") || has("pictures");
   if (corners && moves) {
@@ -249,15 +250,15 @@ std::vector<NextStep> next_steps(const RecordingInfo& info) {
   } else if (corners) {
     const std::vector<std::string> missing = map_needs(info).missing;
     steps.push_back(
-        {fmt::format("A map of a lap needs odometry too: give it as a further file.{}",
+        {fmt::format("Mapping a lap also requires odometry: give it as a further file.{}",
                      missing.empty() ? ""
-                                     : fmt::format(" The robot's file says what it lacks besides, {}.",
+                                     : fmt::format(" The robot file supplies what else is missing, {}.",
                                                    fmt::join(missing, " and "))),
          fmt::format("waymark map {} odometry.csv --robot robot.yaml --tag-size-m 0.16 --anchor "
                      "tag36h11:0 -o map",
                      shell_word(info.file))});
   } else if (moves && has("tag_poses")) {
-    steps.push_back({"Make a map of the tags from the poses its robot gave them.",
+    steps.push_back({"Make a tag map from the tag poses in it.",
                      fmt::format("waymark map {}{} -o map", shell_word(info.file),
                                  says(info, "tag_size_m")        ? ""
                                  : info.format == LogFormat::Lcm ? " --tag-size-m 0.054"  // an MBot's
@@ -265,16 +266,16 @@ std::vector<NextStep> next_steps(const RecordingInfo& info) {
   }
   const char* robot = corners && !(info.setup.camera && info.setup.base_T_cam) ? " --robot robot.yaml" : "";
   if (moves && (corners || has("tag_poses") || has("range_bearing"))) {
-    steps.push_back({"Localise it in a map of what it saw.",
+    steps.push_back({"Localise it in a map of the same place.",
                      fmt::format("waymark localize {} --map map{}", shell_word(info.file), robot)});
   } else if (has("odometry") || has("imu")) {
-    steps.push_back({"Localise with it: give what was seen on the same drive as a further file.",
+    steps.push_back({"Localise with it: give the observations of the same drive as a further file.",
                      fmt::format("waymark localize {} detections.csv --map map", shell_word(info.file))});
   }
   if (!info.contents.empty())
-    steps.push_back({"Watch what it says, as it was said.", "waymark play " + shell_word(info.file)});
+    steps.push_back({"Print its samples in real time.", "waymark play " + shell_word(info.file)});
   if (info.contents.empty() && info.report.messages > 0)
-    steps.push_back({"None of its messages are of a kind that Waymark uses.",
+    steps.push_back({"List its messages: Waymark uses none of their types.",
                      "waymark play --messages " + shell_word(info.file)});
   return steps;
 }
@@ -332,12 +333,12 @@ std::string stamps_text(const TopicReport& topic) {
   const auto count = [&](std::uint64_t n, const char* what) {
     if (n > 0) words.push_back(fmt::format("{} {}", n, what));
   };
-  count(stamps.zero(), "stamps of zero");
-  count(stamps.duplicate(), "stamps twice");
-  count(stamps.backward(), "stamps before the one before");
+  count(stamps.zero(), "zero stamps");
+  count(stamps.duplicate(), "duplicate stamps");
+  count(stamps.backward(), "stamps out of order");
   if (topic.clock_jumps > 0)
-    words.push_back(fmt::format("the clock jumped {}, at most by {:.2f} s",
-                                counted(topic.clock_jumps, "time"), topic.largest_jump_s));
+    words.push_back(
+        fmt::format("{}, by up to {:.2f} s", counted(topic.clock_jumps, "clock jump"), topic.largest_jump_s));
   return words.empty() ? "" : fmt::format("  {}: {}\n", topic.topic, fmt::join(words, "; "));
 }
 

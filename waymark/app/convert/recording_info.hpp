@@ -9,13 +9,13 @@
 #include "waymark/base/fields.hpp"
 #include "waymark/recording/log_report.hpp"
 
-/// What `waymark info` says of a recording.
+/// Summary of a recording by `waymark info`.
 namespace waymark {
 
-/// What can be done with a recording next.
+/// A possible next step with a recording.
 struct NextStep {
   std::string sentence{};
-  std::string command{};  ///< empty where nothing can be done about it
+  std::string command{};  ///< empty if there is no command
 };
 
 struct RecordingInfo {
@@ -24,7 +24,7 @@ struct RecordingInfo {
   std::string description{};
   LogSummary summary{};
   LogReport report{};
-  bool quick = false;  ///< stamps were not looked at
+  bool quick = false;  ///< stamps were not analysed
   LogContents contents{};
   RecordingSetup setup{};
   std::vector<LogAttachment> attachments{};
@@ -33,30 +33,30 @@ struct RecordingInfo {
 
 struct InfoJob {
   std::string file{};
-  bool quick = false;  ///< the index alone
+  bool quick = false;  ///< only the index is read
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.file,
           JobField("file FILE",
-                   "Recording of any kind: MCAP, rosbag2, ROS 1 bag, LCM event log, CSV; also packed")
+                   "Recording of any kind: MCAP, rosbag2, ROS 1 bag, LCM event log, CSV; also compressed")
               .input()
               .required());
-    visit(self.quick, JobField("quick", "Read the index only: no gaps, no clocks"));
+    visit(self.quick, JobField("quick", "Read only the index, so gaps and clock jumps are not reported"));
   }
 };
 
-/// Reads what is to be told; all messages unless `quick`. Cancelling ends the
-/// counting: what was read until then is told.
+/// Reads the recording; all messages unless `quick`. Cancelling ends the
+/// counting: the summary covers the part that was read.
 [[nodiscard]] Result<RecordingInfo> look_at(const std::string& file, bool quick, const JobControl& control);
 
-/// Which verbs take this recording, and what it lacks for the others.
+/// The verbs that can use this recording, and what it lacks for the others.
 [[nodiscard]] std::vector<NextStep> next_steps(const RecordingInfo& info);
 [[nodiscard]] ReportFields fields(const NextStep& step);
 
 [[nodiscard]] ReportFields fields(const RecordingInfo& info);
 
-/// What `waymark info` prints: head, topics, stamps, metadata, attachments, what can be done next.
+/// The output of `waymark info`: head, topics, stamps, metadata, attachments, next steps.
 [[nodiscard]] std::string to_text(const RecordingInfo& info);
 
 }  // namespace waymark

@@ -35,19 +35,19 @@ ReportFields fields(const RecoverReport& report) {
   for (const Error& problem : recovery.problems) problems.push_back(to_string(problem));
   return {{"file", "Recording that was read", report.file},
           {"output", "Recording that was written", report.output},
-          {"was_whole", "Nothing was missing or damaged, the summary included", recovery.was_whole},
+          {"was_whole", "Nothing was missing or damaged, including the summary", recovery.was_whole},
           {"messages", "Messages in the new recording", recovery.messages},
           {"chunks", "Chunks in the new recording", recovery.chunks},
-          {"kept_bytes", "Size of what was copied of the data section", recovery.kept_bytes},
-          {"lost_bytes", "Size of damaged records and of what follows the last whole record",
+          {"kept_bytes", "Size of the copied part of the data section", recovery.kept_bytes},
+          {"lost_bytes", "Size of damaged records and of the data after the last intact record",
            recovery.lost_bytes},
-          {"problems", "Error messages about the file as it was", problems}};
+          {"problems", "Error messages about the original file", problems}};
 }
 
 std::string to_text(const RecoverReport& report) {
   const mcap::Recovery& recovery = report.recovery;
   if (recovery.was_whole)
-    return fmt::format("{} was whole: {} is the same, {} messages\n", report.file, report.output,
+    return fmt::format("{} was intact: {} has the same {} messages\n", report.file, report.output,
                        recovery.messages);
   return fmt::format("{}: {} messages in {} chunks; {} bytes of {} are lost\n", report.output,
                      recovery.messages, recovery.chunks, recovery.lost_bytes, report.file);

@@ -6,7 +6,7 @@
 #include "waymark/base/fields.hpp"
 #include "waymark/recording/mcap/recover.hpp"
 
-/// `waymark recover`: what is whole of a damaged recording, in a new one.
+/// `waymark recover`: copies the intact part of a damaged recording to a new one.
 namespace waymark {
 
 struct RecoverJob {
@@ -15,12 +15,12 @@ struct RecoverJob {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.file, JobField("file FILE", "Recording (.mcap) that was cut, damaged or never finished")
+    visit(self.file, JobField("file FILE", "Recording (.mcap) that was truncated, damaged or never finished")
                          .input()
                          .required());
     visit(self.output,
           JobField("output FILE",
-                   "The file to write; must not exist. Unless given: lap.recovered.mcap beside lap.mcap"));
+                   "File to write; must not exist. Unless given: lap.recovered.mcap beside lap.mcap"));
   }
 };
 

@@ -25,13 +25,13 @@ ExitCode recover(const RecoverArgs& args, Console& console) {
 Verb recover_verb() {
   return {
       .name = "recover",
-      .sentence = "Restore the index of a recording that was cut off",
+      .sentence = "Restore the index of a truncated recording",
       .help =
-          R"(Copies every whole record, by any writer of MCAP, and writes the indexes and the summary that a finished
-recording ends with. Chunks and attachments whose checksum is wrong, records whose length or type is
-damaged, and what is left of the last record, are left out and said. FILE is only read; the new file appears
-whole or not at all. All verbs read a recording that was cut as far as it goes; a recovered one opens
-quickly, and in every tool.
+          R"(Copies every intact record, by any MCAP writer, and writes the indexes and the summary of a finished
+recording. Chunks and attachments with a wrong checksum, records with an invalid length or type, and an
+incomplete last record are omitted and reported. FILE is only read; the new file is written completely or
+not at all. All verbs read a truncated recording up to its end; a recovered one opens quickly, and in every
+tool.
 
 Exit code: 0 written, 1 not a recording, or not writable, 2 wrong usage.
 

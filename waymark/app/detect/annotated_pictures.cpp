@@ -56,8 +56,8 @@ Result<AnnotatedVideo> AnnotatedVideo::create(const std::string& path, const std
   for (const Input& input : inputs) {
     std::error_code ignored;
     if (std::filesystem::equivalent(input.path, path, ignored))
-      return fail(ErrorCode::InvalidArgument, "this is a video that is read", {.source = path},
-                  "Give `annotate` another name.");
+      return fail(ErrorCode::InvalidArgument, "the output is also an input video", {.source = path},
+                  "Set `annotate` to another name.");
     if (known || input.error || kind_of(input.path) != FileKind::Video) continue;
     const Result<VideoReader> reader = VideoReader::open(input.path);
     if (!reader) continue;  // said when it is read

@@ -32,7 +32,7 @@ class AnnotatedVideo {
   VideoWriterOptions options_{};
   std::optional<VideoWriter> writer_{};
   std::optional<SensorTime> last_{};  ///< in the video that is written
-  Duration shift_{};                  ///< of the stamps, where a further input begins anew
+  Duration shift_{};                  ///< of the stamps, if a further input restarts at zero
 };
 
 }  // namespace waymark

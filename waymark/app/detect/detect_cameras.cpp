@@ -111,10 +111,11 @@ Result<bool> is_camera_input(const std::vector<std::string>& sources, const Give
   if (!live) return live;
   FieldRefusals refused(given);
   refused.fields(*live && sources.size() > 1, {"view", "camera"},
-                 "this is about one camera, and several are named", "Run the program once for each camera.");
-  refused.fields(!*live, {"view", "duration_s"}, "this is about live cameras", "Leave it out.");
-  refused.fields(*live, {"annotate", "recursive"}, "this is about files, and the input is a live camera",
-                 "Leave it out; `waymark convert` records the camera.");
+                 "this option takes one camera, but several are given", "Run the program once per camera.");
+  refused.fields(!*live, {"view", "duration_s"}, "this option applies to live cameras", "Omit this option.");
+  refused.fields(*live, {"annotate", "recursive"},
+                 "this option applies to files, but the input is a live camera",
+                 "Omit this option; `waymark convert` records the camera.");
   if (!refused.status()) return tl::unexpected(refused.status().error());
   return live;
 }

@@ -12,7 +12,7 @@
 #include "waymark/app/live/viewers.hpp"
 #include "waymark/base/fields.hpp"
 
-/// `waymark detect v4l2:…`: what is found in the pictures of live cameras.
+/// `waymark detect v4l2:…`: tags in the images of live cameras.
 namespace waymark {
 
 struct DetectCamerasJob {
@@ -23,7 +23,7 @@ struct DetectCamerasJob {
   std::function<void(const PictureReport&, const PoseList&, Duration age)> on_picture{};
 };
 
-/// What a user says of pictures in which tags are found, but the detector and the camera.
+/// User options of detection, without detector and camera.
 struct DetectWords {
   DetectJob job{};
   bool view = false;  ///< of one live camera
@@ -37,13 +37,13 @@ struct DetectWords {
     visit(self.view, JobField("view", "Show one live camera in the browser, with its controls"));
     PageOptions::fields_of_view(self.page, visit);
     DetectJob::fields(self.job, visit);
-    visit(self.json, JobField("json", "One JSON object a line for each picture instead of tables"));
+    visit(self.json, JobField("json", "Print one JSON object per image instead of tables"));
     visit(self.covariance,
           JobField("covariance", "With `json`: the 8 x 8 covariance of the corners of each tag as well"));
     visit(self.job.annotate_folder,
           JobField(
               "annotate PATH",
-              "Write each picture with its tags drawn in: to this folder, as PNG, or to a video (a name that "
+              "Write each image with its tags drawn in: to this folder, as PNG, or to a video (a name that "
               "ends in .mp4, .mkv, .webm or .avi); x axis red, y axis green, dot on the first corner"));
     visit(self.duration_s,
           JobField("duration_s FLOAT", "Time after which a live camera is closed; 0: never", 0.0, 1e7));
@@ -53,7 +53,7 @@ struct DetectWords {
 /// Whether the inputs are live cameras; fails on flags that do not go with what they are.
 [[nodiscard]] Result<bool> is_camera_input(const std::vector<std::string>& sources, const GivenFields& given);
 
-/// What became of one camera; an error ended it alone.
+/// Result for one camera; an error ends only this camera.
 struct DetectedCamera {
   std::string address{};
   Result<CameraWatchEnd> end{};

@@ -53,8 +53,8 @@ Result<Annotations> prepare_annotations(const std::string& folder, const std::ve
     std::error_code ignored;
     if (!input.error && fs::equivalent(parent.empty() ? "." : parent, folder, ignored)) {
       return fail(
-          ErrorCode::InvalidArgument, "this folder holds the pictures themselves", {.key = folder},
-          "Give `annotate` another folder, for example " + (fs::path(folder) / "annotated").string() + ".");
+          ErrorCode::InvalidArgument, "this folder contains the input images", {.key = folder},
+          "Set `annotate` to another folder, for example " + (fs::path(folder) / "annotated").string() + ".");
     }
   }
   annotations.names = annotation_names(paths);
@@ -65,9 +65,9 @@ Result<Annotations> prepare_annotations(const std::string& folder, const std::ve
   if (annotations.failed) {
     const std::string why = error ? error.message() : "is not a folder";
     control.note(to_string(Error{ErrorCode::Unwritable,
-                                 "cannot make the folder for annotated pictures: " + why,
+                                 "cannot create the folder for annotated images: " + why,
                                  {.source = folder},
-                                 "Tags are reported, but no pictures written."}));
+                                 "Tags are reported, but no images are written."}));
   }
   return annotations;
 }

@@ -10,7 +10,7 @@
 #include "waymark/app/common/detect_all.hpp"
 #include "waymark/base/fields.hpp"
 
-/// `waymark detect`: the tags in pictures, with poses and annotated pictures where they are asked for.
+/// `waymark detect`: the tags in images, with optional poses and annotated images.
 namespace waymark {
 
 struct DetectJob {
@@ -24,11 +24,11 @@ struct DetectJob {
   static void fields(Self& self, Visitor&& visit) {
     visit(self.sources,
           JobField("sources SOURCE",
-                   "Pictures (JPEG, PNG, PNM), folders of pictures, videos, recordings with pictures, quoted "
+                   "Images (JPEG, PNG, PNM), folders of images, videos, recordings with images, quoted "
                    "patterns such as 'lap/*.png', or live cameras such as v4l2:/dev/video0")
               .input()
               .required());
-    visit(self.recursive, JobField("recursive", "Search folders for pictures recursively"));
+    visit(self.recursive, JobField("recursive", "Search folders for images recursively"));
   }
 };
 
@@ -45,7 +45,7 @@ using EachDetected = std::function<bool(const PictureReport& report, const PoseL
 /// report.
 [[nodiscard]] PoseList poses_for(PictureReport& report, const PoseSetup& setup);
 
-/// What was seen in one picture, as a table for people; ends with an end of line. Requires report.detected.
+/// The detections in one image as a text table; ends with an end of line. Requires report.detected.
 [[nodiscard]] std::string to_text(const PictureReport& report);
 
 /// The poses of one picture's tags: position and distance with standard deviations, both solutions; ends with

@@ -484,7 +484,7 @@ TEST_F(TagVideo, BecomesARecordingOfTagsAndPictures) {
   EXPECT_EQ(setup->metadata.at("waymark").at("tag_size_m"), "0.165");
   const auto again = convert_video(job, finder_, {});
   ASSERT_FALSE(again);
-  EXPECT_THAT(again.error().message, HasSubstr("exists already"));
+  EXPECT_THAT(again.error().message, HasSubstr("already exists"));
 }
 
 TEST_F(TagVideo, ACameraOfAnotherSizeIsRefused) {

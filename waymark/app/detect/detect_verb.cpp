@@ -57,7 +57,7 @@ ExitCode detect(const DetectArgs& args, Console& console) {
   const CLI::App& app = args.settings.app();
   Refusals refused(app);
   refused.fields(!args.json, {"--covariance"}, "tables do not show covariances",
-                 "Add --json, or leave it out.");
+                 "Add --json, or omit --covariance.");
   if (!refused.status()) return fail_usage(refused.status().error(), console);
   const auto finder = args.detector.make();
   if (!finder) return fail_usage(finder.error(), console);
@@ -91,15 +91,14 @@ ExitCode detect(const DetectArgs& args, Console& console) {
 }  // namespace
 
 Verb detect_verb() {
-  return {
-      .name = "detect",
-      .sentence = "Find tags in pictures, with sub-pixel corners",
-      .help =
-          R"(Results go to standard output, words and progress to standard error. Corners are those where the
+  return {.name = "detect",
+          .sentence = "Detect tags in images, with sub-pixel corners",
+          .help =
+              R"(Results go to standard output, messages and progress to standard error. Corners are where the
 black border meets the white one: top left, top right, bottom right, bottom left of the printed tag.
-Pixel (i, j) covers [i, i+1) x [j, j+1). A folder's pictures are taken in the order of their names.
-Pictures of a recording or a video are called after their stamp: lap.mcap#12.345000000; that of a video is the
-presentation time since its first picture. Videos are read as they are stored: a rotation flag turns no corners.
+Pixel (i, j) covers [i, i+1) x [j, j+1). Images of a folder are processed in the order of their names.
+Images of a recording or a video are named by their stamp: lap.mcap#12.345000000; that of a video is the
+presentation time since its first image. The rotation flag of a video is ignored.
 
 Exit code: 0 all inputs processed (with or without tags), 1 some failed (the others are processed),
 2 wrong usage, 130 stopped by Ctrl-C.
@@ -113,13 +112,13 @@ Examples:
   waymark detect v4l2:/dev/video0,size=1280x720 --view --camera camera.yaml --tag-size-m 0.16
   waymark detect v4l2:/dev/video0 v4l2:/dev/video2 --json
 
-With --camera and --tag-size-m corners are refined with the lens of the camera, and each tag gets its pose in the
-camera (x right, y down, z forward) with standard deviations. A tag seen nearly from the front has two poses that
-fit almost equally: both are printed, the better first, and the ratio of their errors says how sure that is (near 1:
-not at all).
+With --camera and --tag-size-m corners are refined with the lens model of the camera, and the pose of each tag in the
+camera frame (x right, y down, z forward) is printed with standard deviations. A tag seen nearly from the front has
+two poses that fit almost equally well: both are printed, the better first, with the ratio of their errors (near 1:
+ambiguous).
 )",
-      .prepare = prepared(detect),
-      .report = report_of<PictureLine>};
+          .prepare = prepared(detect),
+          .report = report_of<PictureLine>};
 }
 
 }  // namespace waymark::cli

@@ -50,22 +50,24 @@ Result<std::vector<ImageDetections>> join(std::vector<PictureReport> reports, co
     const auto name = find_image(truth, report.image);
     if (!name) ++without_truth;
     if (name && !seen.emplace(*name, report.image).second) {
-      return fail(ErrorCode::InvalidArgument,
-                  fmt::format("'{}' and '{}' are both '{}' of the truth", seen[*name], report.image, *name),
-                  {}, "Name the folder in the truth's image column too.");
+      return fail(
+          ErrorCode::InvalidArgument,
+          fmt::format("'{}' and '{}' both match '{}' of the ground truth", seen[*name], report.image, *name),
+          {}, "Add the folder to the image column of the ground truth.");
     }
     images.push_back({std::move(report.detections), name ? truth.at(*name) : std::vector<TrueTag>()});
   }
   if (seen.empty()) {
-    return fail(ErrorCode::NotFound, "none of the pictures is in the truth", {},
-                truth.empty() ? "The truth has no rows."
-                              : fmt::format("The truth names '{}', for example.", truth.begin()->first));
+    return fail(ErrorCode::NotFound, "none of the images is in the ground truth", {},
+                truth.empty()
+                    ? "The ground truth has no rows."
+                    : fmt::format("The ground truth contains, for example, '{}'.", truth.begin()->first));
   }
   if (without_truth > 0) {
-    control.note("not in the truth, taken as holding no tag: " + counted(without_truth, "picture"));
+    control.note("not in the ground truth, assumed to contain no tag: " + counted(without_truth, "picture"));
   }
   if (seen.size() < truth.size()) {
-    control.note("of the truth, but not given: " + counted(truth.size() - seen.size(), "picture"));
+    control.note("in the ground truth, but not given: " + counted(truth.size() - seen.size(), "picture"));
   }
   return images;
 }
@@ -85,7 +87,7 @@ Result<EvaluateDetectionsReport> evaluate_detections(const EvaluateDetectionsJob
   if (all->reports.empty() && (report.failed > 0 || report.stopped)) return report;
   const auto failed = static_cast<std::size_t>(std::ranges::count_if(
       all->reports, [](const PictureReport& picture) { return picture.error.has_value(); }));
-  if (failed > 0) control.note("failed and left out: " + counted(failed, "picture"));
+  if (failed > 0) control.note("failed and skipped: " + counted(failed, "picture"));
   report.failed = std::max(report.failed, failed);
   const auto images = join(std::move(all->reports), *truth, control);
   if (images)
@@ -118,13 +120,13 @@ ReportFields fields(const CornerConsistency& consistency) {
 namespace {
 
 ReportFields fields_of_class(const ClassScores& scores, const char* unit) {
-  return {
-      {fmt::format("min_{}", unit), "Lower edge of the class, included", scores.low},
-      {fmt::format("max_{}", unit), "Upper edge of the class, included in the last one only", scores.high},
-      {"truth", "Number of true tags", scores.truth},
-      {"found", "Number of true tags that were detected correctly", scores.found},
-      {"recall", "found / truth; null without true tags", scores.recall()},
-      {"corners", "Corner errors, with the keys of all tags; null if none was found", scores.corners}};
+  return {{fmt::format("min_{}", unit), "Lower edge of the class, inclusive", scores.low},
+          {fmt::format("max_{}", unit), "Upper edge of the class, inclusive for the last class only",
+           scores.high},
+          {"truth", "Number of true tags", scores.truth},
+          {"found", "Number of true tags that were detected correctly", scores.found},
+          {"recall", "found / truth; null without true tags", scores.recall()},
+          {"corners", "Corner errors, with the keys of all tags; null if none was found", scores.corners}};
 }
 
 struct SizeClass {
@@ -147,32 +149,32 @@ ReportFields fields(const DetectionScores& scores) {
   const std::vector<SizeClass> by_size(scores.by_size.begin(), scores.by_size.end());
   std::vector<std::vector<TiltClass>> grid;
   for (const auto& row : scores.by_size_and_tilt) grid.push_back(tilt_classes(row));
-  return {{"images", "Number of images that were scored", scores.images},
-          {"truth", "Number of true tags", scores.truth},
-          {"detections", "Number of detections: correct + wrong_ids + false_positives", scores.detections},
-          {"correct", "Detections with the right family, id, corner order and place", scores.correct},
-          {"recall", "correct / truth; null without true tags", scores.recall()},
-          {"wrong_ids", "Detections on a true tag that nothing else found, with another id or rotation",
-           scores.wrong_ids},
-          {"false_positives", "All other detections, second ones of the same tag included",
-           scores.false_positives},
-          {"corners", "Corner errors, detected - true; null if no detection is correct", scores.corners},
-          {"consistency", "Consistency of the covariances; null without covariances", scores.consistency},
-          {"unusable_covariances", "Number of covariances that are not positive definite",
-           scores.unusable_covariances},
-          {"by_size", "Scores by size of the tag", by_size},
-          {"by_tilt", "Scores by angle between the line of sight and the normal of the tag",
-           tilt_classes(scores.by_tilt)},
-          {"by_size_and_tilt", "For each class of by_size a list of classes by tilt", grid}};
+  return {
+      {"images", "Number of images that were scored", scores.images},
+      {"truth", "Number of true tags", scores.truth},
+      {"detections", "Number of detections: correct + wrong_ids + false_positives", scores.detections},
+      {"correct", "Detections with correct family, id, corner order and position", scores.correct},
+      {"recall", "correct / truth; null without true tags", scores.recall()},
+      {"wrong_ids", "Detections with another id or rotation on a true tag that was not detected correctly",
+       scores.wrong_ids},
+      {"false_positives", "All other detections, including duplicates of a tag", scores.false_positives},
+      {"corners", "Corner errors, detected - true; null if no detection is correct", scores.corners},
+      {"consistency", "Consistency of the covariances; null without covariances", scores.consistency},
+      {"unusable_covariances", "Number of covariances that are not positive definite",
+       scores.unusable_covariances},
+      {"by_size", "Scores by size of the tag", by_size},
+      {"by_tilt", "Scores by angle between the line of sight and the normal of the tag",
+       tilt_classes(scores.by_tilt)},
+      {"by_size_and_tilt", "For each class of by_size a list of classes by tilt", grid}};
 }
 
 Status check_effects(const EvaluateDetectionsJob& job, const GivenFields& given) {
   if (Status usable = check_edges(job.edges); !usable) return usable;
   if (job.sources.empty() == job.detections.empty())
-    return fail(ErrorCode::InvalidArgument,
-                "give either pictures to detect in, or `detections` with what was detected");
+    return fail(ErrorCode::InvalidArgument, "give either images or `detections`");
   FieldRefusals refused(given);
-  refused.fields(!job.detections.empty(), {"recursive"}, kNothingDetected, "Leave it out, or give pictures.");
+  refused.fields(!job.detections.empty(), {"recursive"}, kNothingDetected,
+                 "Omit this option, or give images.");
   return refused.status();
 }
 
@@ -245,7 +247,7 @@ void put_sums(Text& text, const DetectionScores& scores) {
   }
   if (const auto& n = scores.consistency) {
     put(text,
-        "covariance:   mean normalised error squared {:.2f} a corner (consistent: 2), {:.2f} a tag "
+        "covariance:   mean normalised error squared {:.2f} per corner (consistent: 2), {:.2f} per tag "
         "(consistent: 8), "
         "{} tags\n",
         n->mean_nes_corner, n->mean_nes_tag, n->tags);

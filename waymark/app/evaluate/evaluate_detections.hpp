@@ -10,7 +10,7 @@
 #include "waymark/base/fields.hpp"
 #include "waymark/evaluation/detections.hpp"
 
-/// `waymark evaluate detections`: detected tags against the true corners.
+/// `waymark evaluate detections`: compares detected tags with the true corners.
 namespace waymark {
 
 struct EvaluateDetectionsJob {
@@ -23,20 +23,19 @@ struct EvaluateDetectionsJob {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.sources,
-          JobField("sources SOURCE", "Pictures to detect in: files, folders, or quoted patterns").input());
+    visit(self.sources, JobField("sources SOURCE", "Images: files, folders, or quoted patterns").input());
     visit(self.truth, JobField("truth FILE",
-                               "CSV with the columns image, id, x0, y0, x1, y1, x2, y2, x3, y3 and, where "
+                               "CSV with the columns image, id, x0, y0, x1, y1, x2, y2, x3, y3 and, if "
                                "known, size_px, tilt_deg, family")
                           .required());
     visit(self.detections, JobField("detections FILE",
                                     "Score this output of `waymark detect json=true` instead of running the "
                                     "detector; - is standard input"));
-    visit(self.recursive, JobField("recursive", "Search folders for pictures recursively"));
+    visit(self.recursive, JobField("recursive", "Search folders for images recursively"));
   }
 };
 
-/// Fails unless pictures are given or what was detected, on edges that make no sense, and on flags that have
+/// Fails unless images or detections are given, on invalid class edges, and on options that have
 /// no effect.
 [[nodiscard]] Status check_effects(const EvaluateDetectionsJob& job, const GivenFields& given);
 inline constexpr const char* kNothingDetected = "with `detections` nothing is detected";
@@ -44,12 +43,12 @@ inline constexpr const char* kNothingDetected = "with `detections` nothing is de
 struct EvaluateDetectionsReport {
   std::optional<DetectionScores> scores{};  ///< nothing: see error
   std::optional<Error> error{};
-  std::size_t failed = 0;  ///< pictures that were left out, or given up
-  bool stopped = false;    ///< cancelled: what was seen until then is scored
+  std::size_t failed = 0;  ///< images that were skipped or failed
+  bool stopped = false;    ///< cancelled: the images so far are scored
 };
 
-/// Fails when the truth or the detections cannot be read. What is left out is said by notes. `finder` looks
-/// for the tags when pictures are given.
+/// Fails if the ground truth or the detections cannot be read. Skipped images are reported as notes. `finder`
+/// detects the tags if images are given.
 [[nodiscard]] Result<EvaluateDetectionsReport> evaluate_detections(const EvaluateDetectionsJob& job,
                                                                    const TagFinder& finder,
                                                                    const JobControl& control);
@@ -58,8 +57,8 @@ struct EvaluateDetectionsReport {
 [[nodiscard]] ReportFields fields(const CornerScores& corners);
 [[nodiscard]] ReportFields fields(const CornerConsistency& consistency);
 
-/// The scores as tables for people: recall by size and tilt, corner error and bias by size and by tilt, the
-/// sums.
+/// The scores as text tables: recall by size and tilt, corner error and bias by size and by tilt, the
+/// totals.
 [[nodiscard]] std::string to_text(const DetectionScores& scores);
 
 }  // namespace waymark

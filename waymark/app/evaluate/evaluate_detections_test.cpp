@@ -102,8 +102,8 @@ TEST_F(EvaluateDetections, PicturesOfOneSideAreSaid) {
   const auto report = evaluate({picture("a.png", {square_at(1, 100)}), picture("b.png", {square_at(2, 100)})},
                                truth_row("a.png", square_at(1, 100)) + truth_row("c.png", square_at(3, 100)));
   ASSERT_TRUE(report && report->scores);
-  EXPECT_THAT(notes_, Contains(HasSubstr("not in the truth, taken as holding no tag: 1 picture")));
-  EXPECT_THAT(notes_, Contains(HasSubstr("of the truth, but not given: 1 picture")));
+  EXPECT_THAT(notes_, Contains(HasSubstr("no tag: 1 picture")));
+  EXPECT_THAT(notes_, Contains(HasSubstr("not given: 1 picture")));
   EXPECT_EQ(report->scores->false_positives, 1U) << "a picture without truth holds no tag";
   EXPECT_EQ(report->scores->truth, 1U) << "a picture that was not given is not missed";
   const auto others = evaluate({picture("x.png", {})}, truth_row("a.png", square_at(1, 100)));
@@ -198,7 +198,7 @@ TEST(DetectionsText, ConsistencyIsSaidWithWhatIsExpected) {
   scores.consistency = CornerConsistency{.tags = 5, .mean_nes_corner = 2.5, .mean_nes_tag = 9.75};
   scores.unusable_covariances = 1;
   EXPECT_THAT(to_text(scores),
-              HasSubstr("2.50 a corner (consistent: 2), 9.75 a tag (consistent: 8), 5 tags"));
+              HasSubstr("2.50 per corner (consistent: 2), 9.75 per tag (consistent: 8), 5 tags"));
   EXPECT_THAT(to_text(scores), HasSubstr("1 are not positive definite"));
 }
 

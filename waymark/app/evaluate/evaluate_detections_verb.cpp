@@ -29,7 +29,7 @@ struct EvaluateArgs {
 Result<EvaluateDetectionsJob> job_of(const EvaluateArgs& args) {
   EvaluateDetectionsJob job = args.job;
   Refusals refused(args.settings.app());
-  refused.all(!job.detections.empty(), args.detector, kNothingDetected, "Leave it out, or give pictures.");
+  refused.all(!job.detections.empty(), args.detector, kNothingDetected, "Omit this option, or give images.");
   Status usable = args.matching.apply(job.matching);
   if (usable) usable = check_effects(job, given_on(args.settings.app()));
   if (usable) usable = refused.status();
@@ -63,9 +63,9 @@ Verb evaluate_detections_verb() {
       .name = "detections",
       .sentence = "Score detected tags against the true corners",
       .help =
-          R"(A detection is correct when family, id and corner order are right and its corners lie near the true
-ones. Corner error = detected - true; outward is away from the tag's centre. A picture that is not in
-the truth counts as holding no tag; the truth may leave out folders and suffix (photo for a/photo.png).
+          R"(A detection is correct if family, id and corner order are right and its corners lie near the true
+ones. Corner error = detected - true; outward is away from the tag's centre. An image that is not in
+the ground truth is assumed to contain no tag; the ground truth may omit folders and suffix (photo for a/photo.png).
 
 Exit code: 0 scored, 1 something could not be read, 2 wrong usage, 130 stopped by Ctrl-C.
 

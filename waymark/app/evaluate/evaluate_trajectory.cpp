@@ -59,9 +59,9 @@ void tell_of_frames(const TrajectoryRow& row, const EvaluationInputs& inputs, co
   const auto aligned = score_trajectory(pairs, AlignmentKind::Se2, report.options);
   if (!aligned || aligned->ate_m.rmse > kMostOfIt * row.scores->ate_m.rmse) return;
   control.note(
-      fmt::format("aligned (`alignment=se2`) the ATE is {:.4f} m: where EST and REF stand in different "
-                  "frames, as where a "
-                  "map begins where its lap did, that is the error",
+      fmt::format("aligned (`alignment=se2`) the ATE is {:.4f} m: if EST and REF have different "
+                  "frames, as when the "
+                  "map frame is the start of the lap, that is the error",
                   aligned->ate_m.rmse));
 }
 
@@ -96,8 +96,8 @@ Status add_dead_reckoning(const EvaluationInputs& inputs, TrajectoryReport& repo
   if (wheels.empty()) return {};
   const std::optional<StampedPose> start = common_start(estimate, wheels);
   if (!start)
-    return fail(ErrorCode::NotFound, "the odometry does not cover the time at which EST begins", {},
-                "Give a recording of the same drive, on the same clock.");
+    return fail(ErrorCode::NotFound, "the odometry does not cover the start of EST", {},
+                "Use a recording of the same drive, on the same clock.");
   for (const auto& [name, trajectory] :
        {std::pair("odometry", &wheels), std::pair("odometry with gyro", &gyro)}) {
     EstimatedTrajectory placed = within(placed_at(*trajectory, *start), start->stamp, estimate.back().stamp);
@@ -151,11 +151,11 @@ Result<EvaluationInputs> read_evaluation(const EvaluateTrajectoryJob& job, const
 Status check_effects(const EvaluateTrajectoryJob& job, const Reference* reference, const GivenFields& given) {
   const bool known = reference != nullptr;
   FieldRefusals refused(given);
-  refused.fields(job.figures.empty(), {"map"}, "no figure is drawn", "Add `figures`, or leave it out.");
+  refused.fields(job.figures.empty(), {"map"}, "no figure is drawn", "Add `figures`, or omit this option.");
   refused.fields(known && reference->timed.empty(), {"alignment", "time_offset_s"},
-                 "of REF only the path is known, and no times", "Leave it out.");
+                 "REF contains only a path, without times", "Omit this option.");
   refused.fields(known && !reference->timed.empty(), {"closed"},
-                 "REF says when the robot was where: a loop needs no closing", "Leave it out.");
+                 "REF contains times, so its path is not closed", "Omit this option.");
   return refused.status();
 }
 
@@ -163,8 +163,8 @@ Result<TrajectoryReport> evaluate_trajectory(const EvaluateTrajectoryJob& job, c
                                              const JobControl& control) {
   const std::optional<AlignmentKind> alignment = alignment_kind(job.alignment);
   if (!alignment)
-    return fail(ErrorCode::InvalidArgument, fmt::format("'{}' is no alignment", job.alignment),
-                {.key = "alignment"}, "There are none, se2, se3 and sim3.");
+    return fail(ErrorCode::InvalidArgument, fmt::format("unknown alignment '{}'", job.alignment),
+                {.key = "alignment"}, "Use none, se2, se3 or sim3.");
   TrajectoryReport report{
       .estimate = job.estimate, .reference = job.reference, .alignment = *alignment, .options = job.scoring};
   const SensorTime begin = inputs.estimate.front().stamp;
@@ -172,7 +172,7 @@ Result<TrajectoryReport> evaluate_trajectory(const EvaluateTrajectoryJob& job, c
       within(inputs.estimate, begin + duration_of(job.from_s), begin + duration_of(job.to_s));
   if (chosen.empty())
     return fail(ErrorCode::NotFound, "no estimate between `from` and `to`", {.source = job.estimate},
-                fmt::format("It lasts {:.1f} s.", to_seconds(inputs.estimate.back().stamp - begin)));
+                fmt::format("EST lasts {:.1f} s.", to_seconds(inputs.estimate.back().stamp - begin)));
   if (const auto when = knowable(inputs)) {
     const SensorTime from = std::max(when->first, job.from_s > 0 ? chosen.front().stamp : when->first);
     const SensorTime to = std::min(when->second, begin + duration_of(job.to_s));
@@ -250,11 +250,11 @@ ReportFields fields_of_row(const TrajectoryRow& row, const TrajectoryScoreOption
   const auto& s = row.scores;
   const auto relative = part(s, &TrajectoryScores::relative);
   ReportFields all = {
-      {"name", "`estimate`, or what stands beside it: `odometry`, `odometry with gyro`", row.name},
+      {"name", "`estimate`, or what is compared with it: `odometry`, `odometry with gyro`", row.name},
       {"poses", "Poses of the trajectory", row.poses.size()},
-      {"paired", "Poses at a time that REF knows", row.pairs},
+      {"paired", "Poses at times covered by REF", row.pairs},
       {"duration_s", "From the first pose to the last", seconds_of(row.poses)},
-      {"scale", "What the estimate was multiplied with (`sim3`)",
+      {"scale", "Scale factor applied to the estimate (`sim3`)",
        part(part(s, &TrajectoryScores::alignment), &Alignment::scale)}};
   add_statistics(all, "ate", "m", "Distance at the same time, after alignment",
                  part(s, &TrajectoryScores::ate_m));
@@ -278,16 +278,15 @@ ReportFields fields_of_row(const TrajectoryRow& row, const TrajectoryScoreOption
                  part(row.path, &PathScores::distance_m));
   all.insert(
       all.end(),
-      {{"side_rmse_m", "Signed distance from the side of REF that points as the robot does; left is positive",
+      {{"side_rmse_m", "Signed distance from the part of REF with the robot's direction; left is positive",
         part(part(sides, &PathScores::side_m), &ErrorStatistics::rmse)},
        {"side_mean_m", "Its mean", part(sides, &PathScores::side_mean_m)},
        {"end_to_start_m", "From the first pose to the last", end_to_start_m(row.poses)},
        {"end_to_start_deg", "From the first orientation to the last", end_to_start_deg(row.poses)},
-       {"nees_mean",
-        "Normalised estimation error squared in x, y and yaw; 3 where the covariance is consistent",
+       {"nees_mean", "Normalised estimation error squared in x, y and yaw; 3 if the covariance is consistent",
         part(doubts, &Consistency::nees_mean)},
        {"nees_median", "Its median", part(doubts, &Consistency::nees_median)},
-       {"inside_95", "Share of the poses within their 95 % ellipsoids",
+       {"inside_95", "Fraction of the poses within their 95 % ellipsoids",
         part(doubts, &Consistency::inside_95)},
        {"jumps",
         "Steps that differ from those of REF, or of the odometry, by more than `jump_m` or `jump_deg`",
@@ -328,11 +327,11 @@ ReportFields fields(const TrajectoryReport& report) {
   all.insert(all.end(), of_estimate.begin(), of_estimate.end());
   all.insert(
       all.end(),
-      {{"nis_mean", "Normalised innovation squared of an observation; 1 where the filter is consistent",
+      {{"nis_mean", "Normalised innovation squared of an observation; 1 if the filter is consistent",
         part(nis, &NisSummary::mean)},
-       {"observations", "Observations in that mean", part(report.nis, &NisSummary::observations)},
-       {"uncertain", "Estimates that were called uncertain, which are not judged", report.uncertain},
-       {"coverage", "Share of the time of REF, or of the odometry, with an estimate within `max_gap_s`",
+       {"observations", "Observations in this mean", part(report.nis, &NisSummary::observations)},
+       {"uncertain", "Estimates marked uncertain, which are not evaluated", report.uncertain},
+       {"coverage", "Fraction of the time of REF, or of the odometry, with an estimate within `max_gap_s`",
         report.coverage},
        {"time_to_first_fix_s", "From the first pose of REF, or of the odometry, to the first estimate",
         report.time_to_first_fix_s},
@@ -395,14 +394,14 @@ std::vector<std::string> doubts_about(const TrajectoryReport& report, const Refe
   const TrajectoryRow& estimate = report.rows.front();
   if (estimate.scores && 2 * estimate.pairs < estimate.poses.size())
     all.push_back(
-        fmt::format("only {} of {} poses of EST are at times that REF covers: are both of the same drive, on "
+        fmt::format("REF covers the times of only {} of {} poses of EST: are both of the same drive, on "
                     "the same clock?",
                     estimate.pairs, estimate.poses.size()));
   if (other_drive(report.estimate, report.reference, control))
     all.emplace_back(
-        "EST and REF are of two drives: at the same times their odometry says something else. The figures "
+        "EST and REF are of two drives: their odometry differs at the same times. The errors show "
         "say "
-        "how far apart the drives were, not how good EST is");
+        "the distance between the drives, not the accuracy of EST");
   double rmse_m = 0;
   if (estimate.scores) {
     rmse_m = estimate.scores->ate_m.rmse;
@@ -448,7 +447,7 @@ std::string doubt_text(const Consistency& c) {
   return fmt::format(
       "consistency: NEES {:.2f} on average ({} should be 3), {:.1f} % within 95 % ellipsoids: {}{}\n",
       c.nees_mean, "x, y, yaw:", 100 * c.inside_95, verdict,
-      c.refused > 0 ? fmt::format("; {} covariances are none", c.refused) : "");
+      c.refused > 0 ? fmt::format("; {} covariances are invalid", c.refused) : "");
 }
 
 std::string nis_text(const NisSummary& nis) {
@@ -479,12 +478,12 @@ std::string to_text(const TrajectoryReport& report) {
   if (estimate.scores && estimate.scores->consistency) text += doubt_text(*estimate.scores->consistency);
   if (report.nis) text += nis_text(*report.nis);
   if (report.uncertain > 0)
-    text += fmt::format("not judged: {} estimates that were called uncertain\n", report.uncertain);
+    text += fmt::format("not evaluated: {} estimates marked uncertain\n", report.uncertain);
   if (estimate.jumps) text += fmt::format("jumps: {}\n", *estimate.jumps);
-  if (report.coverage) text += fmt::format("cover: {:.1f} % of the time\n", 100 * *report.coverage);
+  if (report.coverage) text += fmt::format("coverage: {:.1f} % of the time\n", 100 * *report.coverage);
   if (report.time_to_first_fix_s)
     text += fmt::format("first fix: after {:.2f} s\n", *report.time_to_first_fix_s);
-  text += fmt::format("end: {:.3f} m and {:.1f} deg from where it began\n", end_to_start_m(estimate.poses),
+  text += fmt::format("end: {:.3f} m and {:.1f} deg from the start\n", end_to_start_m(estimate.poses),
                       end_to_start_deg(estimate.poses));
   return text;
 }

@@ -11,15 +11,15 @@
 #include "waymark/evaluation/trajectory_scores.hpp"
 #include "waymark/samples/tag_map.hpp"
 
-/// `waymark evaluate`: a trajectory against where the robot really was.
+/// `waymark evaluate`: compares a trajectory with the true one.
 namespace waymark {
 
 struct EvaluateTrajectoryJob {
-  std::string estimate{};   ///< what is judged: a recording with poses, or a TUM file
-  std::string reference{};  ///< what is right: see read_reference()
+  std::string estimate{};   ///< estimate: a recording with poses, or a TUM file
+  std::string reference{};  ///< reference: see read_reference()
   std::string estimate_topic{};
   std::string reference_topic{};
-  std::string odometry{};          ///< recording whose odometry is judged beside it; empty: none
+  std::string odometry{};          ///< recording whose odometry is evaluated as well; empty: none
   std::string figures{};           ///< folder to draw into; empty: none
   std::string map{};               ///< whose tags the figure shows; empty: none
   std::string alignment = "none";  ///< an alignment_kind()
@@ -32,10 +32,10 @@ struct EvaluateTrajectoryJob {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.estimate,
-          JobField("estimate EST", "What is judged: a recording with poses, or a TUM file").input());
+          JobField("estimate EST", "Estimate to evaluate: a recording with poses, or a TUM file").input());
     visit(self.reference, JobField("reference REF",
-                                   "What is right: a recording with /truth/pose, a TUM file, a route.yaml, "
-                                   "or a CSV of corners (x_m,y_m), of which only the path is known")
+                                   "Reference: a recording with /truth/pose, a TUM file, a route.yaml, "
+                                   "or a CSV of points (x_m,y_m), which defines only a path")
                               .input());
     visit(self.estimate_topic, JobField("est_topic TOPIC", "Topic of EST's poses; usually /waymark/pose"));
     visit(self.reference_topic, JobField("ref_topic TOPIC", "Topic of REF's poses; usually /truth/pose"));
@@ -45,30 +45,28 @@ struct EvaluateTrajectoryJob {
             "alignment KIND",
             "Alignment before errors are computed: none (the map's own frame), se2, se3 or sim3 (with scale)")
             .one_of("none,se2,se3,sim3"));
-    visit(self.closed,
-          JobField("closed", "Compare a closed loop: the corners of REF return to the first one"));
+    visit(self.closed, JobField("closed", "Close the loop: the points of REF return to the first one"));
     visit(self.odometry, JobField("odometry LOG",
                                   "Evaluate the wheel odometry, and wheels with gyro, of this recording "
                                   "beside EST, started at the same pose"));
     visit(self.from_s,
-          JobField("from S", "Begin of the evaluated interval, in seconds from the start of EST"));
+          JobField("from S", "Start of the evaluated interval, in seconds from the start of EST"));
     visit(self.to_s, JobField("to S", "End of the evaluated interval, in seconds from the start of EST")
                          .without_default());
     visit(self.time_offset_s,
-          JobField("time_offset_s NUMBER", "Clock offset that is added to the stamps of REF").usually("0"));
-    visit(self.figures,
-          JobField("figures FOLDER", "Folder for figures: paths from above, error along the way"));
-    visit(self.map, JobField("map FILE", "Map whose tags the figure shows"));
+          JobField("time_offset_s NUMBER", "Clock offset added to the stamps of REF").usually("0"));
+    visit(self.figures, JobField("figures FOLDER", "Folder for figures: paths from above, error over time"));
+    visit(self.map, JobField("map FILE", "Map whose tags are drawn in the figure"));
   }
 };
 
-/// What there is to say about one trajectory.
+/// Evaluation of one trajectory.
 struct TrajectoryRow {
   std::string name{};  ///< "estimate", "odometry", "odometry with gyro"
   EstimatedTrajectory poses{};
   std::optional<TrajectoryScores> scores{};  ///< nothing without a reference that has times
   std::optional<PathScores> path{};
-  std::size_t pairs = 0;               ///< poses at a time the reference knows
+  std::size_t pairs = 0;               ///< poses at times covered by the reference
   std::optional<std::size_t> jumps{};  ///< against the reference, else against odometry
 };
 
@@ -80,11 +78,11 @@ struct TrajectoryReport {
   std::vector<TrajectoryRow> rows{};  ///< the estimate first
   std::optional<double> coverage{};
   std::optional<NisSummary> nis{};
-  std::size_t uncertain = 0;  ///< mere guesses, which are not judged
+  std::size_t uncertain = 0;  ///< uncertain estimates, which are not evaluated
   std::optional<double> time_to_first_fix_s{};
 };
 
-/// Everything that was read.
+/// All inputs.
 struct EvaluationInputs {
   EstimatedTrajectory estimate{};
   Reference reference{};
@@ -97,29 +95,29 @@ struct EvaluationInputs {
 [[nodiscard]] Result<TrajectoryReport> evaluate_trajectory(const EvaluateTrajectoryJob& job,
                                                            const EvaluationInputs& inputs,
                                                            const JobControl& control);
-/// Figures of what was compared, into a folder; the files that were written.
+/// Writes figures of the comparison into a folder; returns the files.
 [[nodiscard]] Result<std::vector<std::string>> write_evaluation_figures(const EvaluationInputs& inputs,
                                                                         const TrajectoryReport& report,
                                                                         const std::string& folder);
-/// From the first pose to the last, for a robot that came back to where it began; 0 without poses.
+/// From the first pose to the last, for a robot that returned to its start; 0 without poses.
 [[nodiscard]] double end_to_start_m(const EstimatedTrajectory& poses);
 [[nodiscard]] double end_to_start_deg(const EstimatedTrajectory& poses);
 
-/// What is not known is null.
+/// Unknown values are null.
 [[nodiscard]] ReportFields fields(const TrajectoryReport& report);
 
-/// Fails on flags that have no effect on what is compared; `reference`: once it is known.
+/// Fails on options without effect on the comparison; `reference`: once it is read.
 [[nodiscard]] Status check_effects(const EvaluateTrajectoryJob& job, const Reference* reference,
                                    const GivenFields& given);
 
-/// What makes a comparison doubtful, in words: hardly a moment in common, two drives (both recordings say how
-/// the wheels turned, and not the same), two places. Empty when there is nothing to say. Reads the odometry
-/// of both files again where they are recordings.
+/// Warnings about a comparison: few common times, two drives (both recordings contain
+/// wheel odometry, which differs), two places. Empty without warnings. Reads the odometry
+/// of both files again if they are recordings.
 [[nodiscard]] std::vector<std::string> doubts_about(const TrajectoryReport& report,
                                                     const Reference& reference,
                                                     const JobControl& control = {});
 
-/// A table: a row a trajectory, then words about consistency, jumps and cover.
+/// A table with one row per trajectory, then text about consistency, jumps and coverage.
 [[nodiscard]] std::string to_text(const TrajectoryReport& report);
 
 }  // namespace waymark

@@ -316,8 +316,7 @@ TEST(TrajectoryText, ATableWithARowATrajectoryAndAVerdict) {
                {.stamp = SensorTime(std::chrono::milliseconds(100)), .map_T_base = SE3({}, {0.3, 0.4, 0})}};
   report.rows = {row, {.name = "odometry"}};
   std::string text = to_text(report);
-  EXPECT_THAT(text,
-              AllOf(HasSubstr("estimate "), HasSubstr("odometry "), HasSubstr("end: 0.500 m and 0.0 deg")));
+  EXPECT_THAT(text, AllOf(HasSubstr("estimate "), HasSubstr("odometry "), HasSubstr("0.500 m and 0.0 deg")));
   EXPECT_THAT(text, Not(HasSubstr("alignment"))) << "without a reference nothing was aligned";
   TrajectoryScores scores;
   scores.ate_m.rmse = 0.0123;
@@ -329,8 +328,8 @@ TEST(TrajectoryText, ATableWithARowATrajectoryAndAVerdict) {
   report.time_to_first_fix_s = 2;
   text = to_text(report);
   EXPECT_THAT(text, AllOf(HasSubstr("0.0123"), HasSubstr("NEES 9.00 on average"), HasSubstr("overconfident"),
-                          HasSubstr("assume less noise"), HasSubstr("not judged: 3 estimates"),
-                          HasSubstr("cover: 75.0 %"), HasSubstr("after 2.00 s")));
+                          HasSubstr("assume less noise"), HasSubstr(": 3 estimates"), HasSubstr("75.0 %"),
+                          HasSubstr("after 2.00 s")));
   report.rows[0].scores->consistency->nees_mean = 1.5;
   EXPECT_THAT(to_text(report), HasSubstr("conservative"));
   report.rows[0].scores->consistency->nees_mean = 3;

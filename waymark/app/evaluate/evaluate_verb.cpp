@@ -46,16 +46,15 @@ ExitCode evaluate(const TrajectoryArgs& args, Console& console) {
 }  // namespace
 
 Verb evaluate_verb() {
-  return {
-      .name = "evaluate",
-      .sentence = "Compare an estimate with the ground truth",
-      .help =
-          R"(EST REF compares a trajectory with where the robot really was. Errors are measured at the same time (REF is
+  return {.name = "evaluate",
+          .sentence = "Compare an estimate with the ground truth",
+          .help =
+              R"(EST REF compares a trajectory with the true one. Errors are computed at the same time (REF is
 interpolated), in REF's frame: ATE is the distance, RPE the error of a motion of --rpe-delta-s seconds, as evo
-defines them. path is the distance from REF's way whenever the robot was there; side the signed distance from the
-side of REF that points as the robot does. NEES measures whether the estimate's covariance is consistent: 3 on average is,
-more is overconfident; NIS (of the recordings of `waymark localize`) says the same of each observation: 1. Estimates
-that were called uncertain are counted, and not judged.
+defines them. path is the distance from the path of REF, regardless of time; side is the signed distance from the part
+of REF with the robot's direction. NEES tests whether the covariance of the estimate is consistent: 3 on average, more if
+overconfident; NIS (for recordings by `waymark localize`) does the same for observations: 1 on average. Estimates
+marked uncertain are counted, but not evaluated.
 
 Exit code: 0 compared, 1 something could not be read or compared, 2 wrong usage.
 
@@ -64,9 +63,9 @@ Examples:
   waymark evaluate map/trajectory.txt map/truth_trajectory.txt --figures figures
   waymark evaluate detections --truth truth.csv photograph.png
 )",
-      .prepare = prepared(evaluate),
-      .report = report_of<TrajectoryReport>,
-      .verbs = {evaluate_detections_verb()}};
+          .prepare = prepared(evaluate),
+          .report = report_of<TrajectoryReport>,
+          .verbs = {evaluate_detections_verb()}};
 }
 
 }  // namespace waymark::cli

@@ -12,14 +12,14 @@
 namespace waymark {
 namespace {
 
-/// Where the figure goes; whatever stands there is somebody's.
+/// The output file; existing files are not overwritten.
 Status check_figure_output(const PlotJob& job, const std::filesystem::path& output) {
   if (job.figure.empty() && !job.output.empty())
-    return fail(ErrorCode::InvalidArgument, "which figure is to be drawn is not said", {.key = "output"},
-                "Name it with `figure`; without `output` the figures are listed.");
+    return fail(ErrorCode::InvalidArgument, "no figure is named", {.key = "output"},
+                "Set `figure`; without `output` the figures are listed.");
   if (job.figure.empty() && job.force)
     return fail(ErrorCode::InvalidArgument, "nothing is written", {.key = "force"},
-                "Name a figure with `figure`; without it the figures are listed.");
+                "Set `figure`; without it the figures are listed.");
   if (job.figure.empty()) return {};
   return check_new_file(output, job.force);
 }

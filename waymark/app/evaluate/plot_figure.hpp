@@ -7,23 +7,22 @@
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/base/fields.hpp"
 
-/// One figure of a report in a file of its own.
+/// Writes one figure of a report to a file.
 namespace waymark {
 
 struct PlotJob {
-  std::vector<std::string> runs{};  ///< recordings, folders of maps, or the folder of a demo
+  std::vector<std::string> runs{};  ///< recordings, map folders, or the folder of a demo
   std::string figure{};             ///< empty: the figures are listed, and nothing is written
   std::string output{};             ///< .svg, .png or .pdf; empty: FIGURE.svg
-  bool force = false;               ///< replace a file that is there
+  bool force = false;               ///< replace an existing file
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(
-        self.runs,
-        JobField("runs RUN ...", "Recordings, folders of maps, or the folder of a demo").input().required());
+    visit(self.runs,
+          JobField("runs RUN ...", "Recordings, map folders, or the folder of a demo").input().required());
     visit(self.figure, JobField("figure NAME", "Name of the figure. Unless given: the figures are listed"));
     visit(self.output, JobField("output FILE", "File to write: .svg, .png or .pdf (usual: NAME.svg)"));
-    visit(self.force, JobField("force", "Replace a file that is there"));
+    visit(self.force, JobField("force", "Replace an existing file"));
   }
 };
 
@@ -32,11 +31,11 @@ struct PlotReport {
   std::string written{};                                       ///< empty: nothing
 };
 
-/// Draws the figure, or lists the figures of the runs. Fails on a file that is there, and on a figure that
+/// Draws the figure, or lists the figures of the runs. Fails on an existing file, and on a figure that
 /// the runs do not have (NotFound at `figure`, with the nearest name).
 [[nodiscard]] Result<PlotReport> plot_figure(const PlotJob& job, const JobControl& control);
 
-/// A line each.
+/// One line per figure.
 [[nodiscard]] std::string to_text(const PlotReport& report);
 
 }  // namespace waymark

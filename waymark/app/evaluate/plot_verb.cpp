@@ -17,19 +17,20 @@ ExitCode plot_one(const PlotJob& job, Console& console) {
 }  // namespace
 
 Verb plot_verb() {
-  return {.name = "plot",
-          .sentence = "Draw one figure of a report into a file of its own",
-          .help =
-              R"(The figures that `waymark report` shows, one by one, for a paper or a slide.
+  return {
+      .name = "plot",
+      .sentence = "Draw a single figure of a report",
+      .help =
+          R"(Draws a figure of `waymark report` into a file, for a paper or a slide; lists the figures without --figure.
 
-Exit code: 0 written or listed, 1 something could not be read or a file is there already, 2 wrong usage or no
+Exit code: 0 written or listed, 1 an input could not be read or the file already exists, 2 wrong usage or no
 such figure.
 
 Examples:
   waymark plot demo
   waymark plot demo --figure floor -o floor.pdf
 )",
-          .prepare = prepared_job(plot_one)};
+      .prepare = prepared_job(plot_one)};
 }
 
 }  // namespace waymark::cli

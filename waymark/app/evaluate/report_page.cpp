@@ -113,8 +113,8 @@ std::vector<std::string> row_of(const DriveRun& drive) {
 plot::PageTable side_by_side(const Runs& runs) {
   plot::PageTable table{
       .caption =
-          "What each robot sent and detected; no truth is needed. Tags: "
-          "mean number a picture, median side of their squares. Sigma: median",
+          "Data and detections of each robot, without ground truth. Tags: "
+          "mean number per image, median side of their squares. Sigma: median",
       .head = {"drive", "source", "lasts [s]", "driven [m]", "speed [m/s]", "odometry [Hz]", "camera [Hz]",
                "tags", "two or more [%]", "longest without [s]", "side [px]", "sigma [mm]"}};
   for (const DriveRun& drive : runs.drives) table.rows.push_back(row_of(drive));
@@ -123,7 +123,7 @@ plot::PageTable side_by_side(const Runs& runs) {
 
 plot::PageTable sensors_side_by_side(const Runs& runs) {
   plot::PageTable table{
-      .caption = "How sensors and motors behaved, measured in the same way in each recording",
+      .caption = "Behaviour of sensors and motors, measured in the same way in each recording",
       .head = {"quantity"}};
   std::vector<const DriveRun*> measured;
   for (const DriveRun& drive : runs.drives)
@@ -221,8 +221,8 @@ void add_scores(const DriveRun& drive, Rows& rows) {
                                   Duration(static_cast<std::int64_t>(options.max_gap_s * 1e9)));
   const Result<TrajectoryScores> scores = score_trajectory(pairs, AlignmentKind::None, options);
   if (!scores) return;
-  rows.push_back({"estimate from the truth, rmse", fmt::format("{:.4f} m", scores->ate_m.rmse)});
-  rows.push_back({"estimate from the truth, worst", fmt::format("{:.4f} m", scores->ate_m.max)});
+  rows.push_back({"error of the estimate, rmse", fmt::format("{:.4f} m", scores->ate_m.rmse)});
+  rows.push_back({"error of the estimate, max", fmt::format("{:.4f} m", scores->ate_m.max)});
   rows.push_back({"heading, rmse", fmt::format("{:.2f} deg", scores->heading_deg.rmse)});
   rows.push_back({"jumps", std::to_string(scores->jumps)});
   if (scores->consistency && scores->consistency->count > 0)
@@ -246,7 +246,7 @@ plot::PageFigure floor_figure(const DriveRun& drive) {
       {"estimate", thin(drive.estimate), tags_of(drive), plot::kEstimateColor}};
   return {.name = "floor",
           .figure = plot::path_figure("Seen from above", layers),
-          .caption = "Odometry begins where the robot began."};
+          .caption = "The odometry starts at the first pose of the robot."};
 }
 
 }  // namespace
@@ -266,7 +266,7 @@ plot::PageSection drive_section(const DriveRun& drive) {
         {"speed", plot::speed_figure("Speed", drive.lap.odometry), "By wheel odometry."});
   if (!drive.lap.frames.empty())
     section.figures.push_back({"tags_in_view", plot::tags_in_view_figure("Tags in view", drive.lap.frames),
-                               "Below two the position is weakly known."});
+                               "With fewer than two tags the position is uncertain."});
   if (drive.estimate.empty()) return section;
   section.figures.push_back(
       {"error",
@@ -275,7 +275,7 @@ plot::PageSection drive_section(const DriveRun& drive) {
        "The error of a consistent estimate is below twice its standard deviation about 19 times out of 20."});
   if (!drive.lap.truth.empty())
     section.figures.push_back(
-        {"heading", plot::heading_error_figure("Error of the heading", drive.estimate, drive.lap.truth), ""});
+        {"heading", plot::heading_error_figure("Heading error", drive.estimate, drive.lap.truth), ""});
   return section;
 }
 
@@ -372,7 +372,7 @@ void add_before_and_after(const MapRun& run, const DriveRun& drive, const MadeOf
   const bool truth = same_frame(run, made);
   if (truth) {
     section.tables.push_back(
-        {.caption = "Against the truth, anchored, not aligned",
+        {.caption = "Compared with the ground truth, anchored, not aligned",
          .head = {"", "tags, rmse [mm]", "worst [mm]", "rotation [deg]", "way, rmse [mm]", "worst [mm]"},
          .rows = {error_row("before (chain)", made.chain->map, made.chain->trajectory, made, drive.lap.truth),
                   error_row("after", run.map.tags, run.trajectory, made, drive.lap.truth)}});
@@ -382,8 +382,8 @@ void add_before_and_after(const MapRun& run, const DriveRun& drive, const MadeOf
   layers.push_back({"before (chain)", made.chain->trajectory, made.chain->map, plot::kTaughtColor});
   layers.push_back({"after", run.trajectory, run.map.tags, plot::kEstimateColor});
   section.figures.push_back({"before_after", plot::path_figure("Before and after optimisation", layers),
-                             "The chain joins tags seen in one frame; the optimised map explains all "
-                             "corners, wheels and the floor at once."});
+                             "The chain joins tags observed in one frame; the optimised map fits all "
+                             "corners, wheel odometry and the floor jointly."});
 }
 
 }  // namespace
@@ -399,8 +399,7 @@ plot::PageSection map_section(const MapRun& run, const DriveRun* drive, const Jo
   section.tables.push_back(std::move(facts));
   const MadeOf made = drive != nullptr ? look_back(run, *drive, control) : MadeOf{};
   if (drive == nullptr)
-    section.words.emplace_back(
-        "The recording it was made of was not given: no residuals, nothing to compare it with.");
+    section.words.emplace_back("Its recording was not given, so residuals and comparison are missing.");
   if (drive != nullptr) add_before_and_after(run, *drive, made, section);
   section.tables.push_back(tag_table(run, made));
   const std::vector<plot::PathLayer> layers = {{"map", run.trajectory, run.map.tags, plot::kEstimateColor}};
@@ -408,7 +407,8 @@ plot::PageSection map_section(const MapRun& run, const DriveRun* drive, const Jo
   if (drive != nullptr && same_frame(run, made) && !run.trajectory.empty())
     section.figures.push_back(
         {"map_error",
-         plot::trajectory_error_figure("Error of the mapped way", run.trajectory, drive->lap.truth), ""});
+         plot::trajectory_error_figure("Error of the mapped trajectory", run.trajectory, drive->lap.truth),
+         ""});
   return section;
 }
 
@@ -494,14 +494,14 @@ std::optional<plot::PageSection> comparison_section(const Runs& runs) {
          ""});
   }
   if (!table.rows.empty()) {
-    table.caption = "Beside the way of " + name_of(*first, first_way) +
-                    "; by the truth, except where an estimate is named";
+    table.caption = "Compared with the trajectory of " + name_of(*first, first_way) +
+                    "; by the ground truth, unless an estimate is named";
     section.tables.push_back(std::move(table));
   }
   if (layers.size() > 1)
     section.figures.insert(
         section.figures.begin(),
-        plot::PageFigure{"drives", plot::path_figure("Taught and driven again", layers), ""});
+        plot::PageFigure{"drives", plot::path_figure("Taught and repeated trajectories", layers), ""});
   return section;
 }
 
@@ -571,24 +571,25 @@ Status add_folder(const fs::path& folder, Runs& runs, const JobControl& control)
     if (Status status = add_drive(file, runs, control); !status) return status;
   }
   if (runs.drives.size() + runs.maps.size() > before) return {};
-  return fail(ErrorCode::NotFound, "the folder holds neither a recording nor a map",
+  return fail(ErrorCode::NotFound, "the folder contains neither a recording nor a map",
               {.source = folder.string()},
-              "Give a folder that `waymark demo` or `waymark map` wrote, or recordings.");
+              "Give a folder written by `waymark demo` or `waymark map`, or recordings.");
 }
 
 /// A report may be written anew; over a page of somebody else's it is not.
 Status check_output(const fs::path& output, bool force) {
   const std::string suffix = output.extension().string();
   if (suffix != ".html" && suffix != ".htm")
-    return fail(ErrorCode::InvalidArgument, "a report is a page: its name ends with .html",
+    return fail(ErrorCode::InvalidArgument, "the name of a report must end with .html",
                 {.source = output.string(), .key = "`output`"});
   std::error_code ignored;
   if (!force && fs::is_regular_file(output, ignored)) {
     std::string head(4096, '\0');
     std::ifstream(output, std::ios::binary).read(head.data(), static_cast<std::streamsize>(head.size()));
     if (head.find(plot::kPageMark) == std::string::npos)
-      return fail(ErrorCode::Unwritable, "there is a page already that no `waymark report` wrote",
-                  {.source = output.string()}, "Give another name with `output`, or `force` to replace it.");
+      return fail(ErrorCode::Unwritable, "the file already exists and was not written by `waymark report`",
+                  {.source = output.string()},
+                  "Choose another `output`, or set `force` to replace the file.");
   }
   return check_output_file(output);
 }
@@ -632,9 +633,9 @@ Result<plot::Page> report_page(const Runs& runs, const JobControl& control) {
   for (const MapRun& map : runs.maps) page.sections.push_back(map_section(map, drive_of(map, runs), control));
   if (auto section = comparison_section(runs)) page.sections.push_back(std::move(*section));
   if (page.sections.empty())
-    return fail(ErrorCode::NotFound, "nothing in these files can be drawn: no tags, odometry or poses", {},
-                "`waymark info FILE` says what a recording holds.");
-  page.subtitle = fmt::format("{}, {}. Truth green, odometry blue, estimate red.",
+    return fail(ErrorCode::NotFound, "nothing to draw in these files: no tags, odometry or poses", {},
+                "`waymark info FILE` lists the contents of a recording.");
+  page.subtitle = fmt::format("{}, {}. Ground truth green, odometry blue, estimate red.",
                               counted(runs.drives.size(), "drive"), counted(runs.maps.size(), "map"));
   return page;
 }

@@ -13,23 +13,23 @@
 #include "waymark/samples/route.hpp"
 #include "waymark/samples/trajectory.hpp"
 
-/// What a report and its single figures are made of.
+/// Input of a report and its figures.
 namespace waymark {
 
 /// One recording.
 struct DriveRun {
   std::string file{};
   RecordedLap lap{};
-  EstimatedTrajectory estimate{};             ///< empty when the recording holds none
-  std::optional<RecordingProfile> profile{};  ///< nothing where its speeds are not known
+  EstimatedTrajectory estimate{};             ///< empty if the recording contains none
+  std::optional<RecordingProfile> profile{};  ///< nothing if its speeds are unknown
 };
 
-/// One map and what lies beside it.
+/// One map and the other files of its folder.
 struct MapRun {
   std::filesystem::path folder{};
   MapFile map{};
   std::optional<Route> route{};
-  Trajectory trajectory{};  ///< of the lap it was made of; empty when it is not there
+  Trajectory trajectory{};  ///< of its lap; empty if missing
 };
 
 struct Runs {
@@ -38,14 +38,14 @@ struct Runs {
   std::vector<std::string> warnings{};
 };
 
-/// Each path is a recording, the folder of a map, or a folder with recordings (and perhaps a map/), as
-/// `waymark demo` leaves it. Fails on what is neither, and on what cannot be read.
+/// Each path is a recording, a map folder, or a folder with recordings (and perhaps a map/), as
+/// written by `waymark demo`. Fails on other and on unreadable files.
 [[nodiscard]] Result<Runs> read_runs(const std::vector<std::string>& paths, const JobControl& control);
 
-/// The drive a map was made of, when it is among the runs (map.yaml names its recording).
+/// The drive from which a map was made, if it is among the runs (map.yaml names its recording).
 [[nodiscard]] const DriveRun* drive_of(const MapRun& map, const Runs& runs);
 
-/// The whole report: a section for each drive and map, and one that compares the drives. Fails when nothing
+/// The whole report: a section for each drive and map, and one that compares the drives. Fails if nothing
 /// in the runs can be shown.
 [[nodiscard]] Result<plot::Page> report_page(const Runs& runs, const JobControl& control);
 
@@ -57,21 +57,21 @@ struct ReportSummary {
 struct ReportJob {
   std::vector<std::string> runs{};  ///< as read_runs() has them
   std::string output = "report.html";
-  bool force = false;  ///< replaces also what is no report
+  bool force = false;  ///< also replaces files that are not reports
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.runs, JobField("runs RUN ...",
-                              "Recordings, folders of maps, or the folder of a demo; the first drive is what "
-                              "the others are compared with")
+                              "Recordings, map folders, or the folder of a demo; the others are compared "
+                              "with the first drive")
                          .input()
                          .required());
     visit(self.output, JobField("output FILE", "HTML file to write"));
-    visit(self.force, JobField("force", "Replace a page that no report wrote"));
+    visit(self.force, JobField("force", "Replace a file that was not written by `waymark report`"));
   }
 };
 
-/// A page as HTML, its texts as users read them (JobControl::for_users).
+/// A page as HTML, its texts converted by JobControl::for_users.
 [[nodiscard]] Result<std::string> html_of(const plot::Page& page, const JobControl& control);
 
 /// Writes the whole report of these paths to an HTML file. An older report is replaced, any other file only
@@ -88,11 +88,11 @@ struct ReportJob {
 [[nodiscard]] plot::PageSection drive_section(const DriveRun& drive);
 [[nodiscard]] plot::PageSection map_section(const MapRun& map, const DriveRun* drive,
                                             const JobControl& control);
-/// Nothing when there are no two drives whose truth is known.
+/// Nothing unless the ground truth of two drives is known.
 [[nodiscard]] std::optional<plot::PageSection> comparison_section(const Runs& runs);
-/// Each drive in a row, by what needs no truth: how simulation and reality differ.
+/// One row per drive, with data that need no ground truth: differences of simulation and reality.
 [[nodiscard]] plot::PageTable side_by_side(const Runs& runs);
-/// Rates, gaps, latencies and noises of each drive in a column, measured alike; no rows where fewer than two
+/// Rates, gaps, latencies and noises, one column per drive, measured alike; no rows if fewer than two
 /// drives could be measured.
 [[nodiscard]] plot::PageTable sensors_side_by_side(const Runs& runs);
 

@@ -94,7 +94,7 @@ TEST(DriveSection, HoldsWhatTheDriveSays) {
   const plot::PageSection estimate = drive_section(runs.drives[1]);
   EXPECT_THAT(figure_names(estimate), Contains("error"));
   EXPECT_THAT(figure_names(estimate), Contains("heading"));
-  EXPECT_THAT(first_cells(estimate.tables.at(0)), Contains("estimate from the truth, rmse"));
+  EXPECT_THAT(first_cells(estimate.tables.at(0)), Contains("error of the estimate, rmse"));
   EXPECT_TRUE(drive_section(DriveRun{.file = "empty"}).figures.empty());
 }
 
@@ -141,8 +141,7 @@ TEST(Comparison, SensorsStandSideBySideWhereTwoDrivesWereMeasured) {
   };
   EXPECT_EQ(row("duration [s]"), (std::vector<std::string>{"duration [s]", "10", "12"}));
   EXPECT_EQ(row("corner noise [px]"), (std::vector<std::string>{"corner noise [px]", "0.1", "-"}));
-  EXPECT_EQ(row("pictures arrive after [s]"),
-            (std::vector<std::string>{"pictures arrive after [s]", "-", "0.08"}));
+  EXPECT_EQ(row("image latency [s]"), (std::vector<std::string>{"image latency [s]", "-", "0.08"}));
 }
 
 TEST(Comparison, ADriveOfNothingIsARowOfDashes) {

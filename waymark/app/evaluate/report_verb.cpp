@@ -19,18 +19,18 @@ ExitCode report(const ReportJob& args, Console& console) {
 Verb report_verb() {
   return {
       .name = "report",
-      .sentence = "Write one page about drives and maps, with tables and figures",
+      .sentence = "Write a page about drives and maps, with tables and figures",
       .help =
-          R"(One HTML file that holds everything itself: it needs no network and no script, and prints well. For each
-drive: how it was made, its way seen from above (truth green, odometry blue, estimate red), speed, tags in
-view, error and doubt of the estimate. For each map: its tags with doubt and residuals, the map before and
-after optimisation where the recording it was made of is given too. Several drives stand side by side, by what
-needs no truth (a simulated one beside a real one, for example), and are compared with the way of the first: by
-the truth, or by their estimate where there is none.
+          R"(Writes one self-contained HTML file, without network access or scripts, suitable for printing. For each drive it shows
+how it was made, its trajectory from above (ground truth green, odometry blue, estimate red), speed, tags in view, and
+error and standard deviation of the estimate; for each map its tags with standard deviations and residuals, and the map
+before and after optimisation if its recording is given. Several drives are shown side by side with data that need no
+ground truth (a simulated and a real one, for example), and are compared with the trajectory of the first: by ground
+truth, or by their estimates if there is none.
 
-A report is written over an older one; over another file only with --force.
+A report replaces an older report; another file is replaced only with --force.
 
-Exit code: 0 written, 1 something could not be read or written or there was nothing to show, 2 wrong usage.
+Exit code: 0 written, 1 a file could not be read or written or there was nothing to show, 2 wrong usage.
 
 Examples:
   waymark report demo -o report.html

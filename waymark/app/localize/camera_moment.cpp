@@ -166,8 +166,8 @@ CameraMoment camera_moment(const TagFrame& frame, const TagMap& map, const Camer
         frame.detections, [&](const TagDetection& seen) { return map.find(seen.tag) != nullptr; });
     if (!frame.detections.empty())
       moment.why = !known                      ? "none of the tags is in the map"
-                   : pose && pose->ambiguous() ? "the tags fit two poses, or contradict each other"
-                                               : "the tags fit no pose";
+                   : pose && pose->ambiguous() ? "the pose is ambiguous, or the tags are inconsistent"
+                                               : "no pose fits the tags";
     return moment;
   }
   const CameraPoseEstimate& best = pose->estimates.front();
@@ -224,7 +224,7 @@ ros2::PoseWithCovarianceStamped pose_message(const CameraMoment& moment) {
 
 Result<DescribedCamera> read_given_camera(const CameraDescription& camera) {
   if (camera.file.empty())
-    return fail(ErrorCode::InvalidArgument, "the calibration of the camera is not known", {.key = "camera"},
+    return fail(ErrorCode::InvalidArgument, "the camera calibration is not set", {.key = "camera"},
                 "`waymark calibrate camera` makes one.");
   return read_camera(camera);
 }
@@ -232,8 +232,8 @@ Result<DescribedCamera> read_given_camera(const CameraDescription& camera) {
 Status check_tag_poses(const TagMap& map, const std::string& source) {
   if (!map.tags.empty()) return {};
   return fail(ErrorCode::InvalidArgument,
-              "a camera needs a map with poses of tags, and this one has points only", {.source = source},
-              "Give a map that `waymark map` made.");
+              "a camera needs a map with tag poses, but this one contains only points", {.source = source},
+              "Use a map written by `waymark map`.");
 }
 
 Result<TagFinder> tag_finder_for(const TagMap& map) {

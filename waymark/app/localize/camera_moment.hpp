@@ -18,7 +18,7 @@
 /// What corners err by beyond their covariances.
 namespace waymark {
 
-/// The tags of one picture that a pose rests on, and that pose.
+/// The tags of one image used for a pose, and that pose.
 struct PosedTags {
   std::vector<TagDetection> detections{};
   SE3 cam_T_map{};
@@ -35,17 +35,17 @@ struct PosedTags {
 /// The tags of a picture with such an error in their covariances.
 [[nodiscard]] TagFrame with_corner_error(TagFrame frame, double sigma_px);
 
-// Where a camera without a robot was, in a hand or on a stand, in six degrees of freedom.
+// Poses of a camera without a robot, hand-held or on a tripod, in six degrees of freedom.
 
 /// Where a camera was by the tags of one picture. Its body has x forward, y left, z up (body_R_optical()).
 struct CameraMoment {
   SensorTime stamp{};               ///< of a live camera since 1970, of a video since its first picture
   Duration age{};                   ///< of a live camera: CameraPicture::age
-  int tags = 0;                     ///< of the map, that the pose rests on; without a pose: that were found
+  int tags = 0;                     ///< map tags used for the pose; without a pose: detected tags
   std::vector<std::size_t> used{};  ///< those, as indices of the picture's detections, ascending
-  /// Nothing where no tag of the map was found, or the picture does not tell which of two poses is true.
+  /// Nothing if no map tag was detected, or if the pose is ambiguous.
   std::optional<Uncertain<SE3>> map_T_body{};
-  const char* why = "";  ///< there is no pose although tags were found, in words
+  const char* why = "";  ///< reason if there is no pose although tags were detected
 };
 
 /// The pose by the tags of one picture of a global shutter.
@@ -72,7 +72,7 @@ class LiveMoments {
 /// The poses of all pictures of a video.
 struct CameraMoments {
   std::vector<CameraMoment> moments{};  ///< one a picture
-  /// What each corner coordinate errs by beyond what its detector says [px], as the residuals of all
+  /// Error of a corner coordinate beyond the detector's standard deviation [px], from the residuals of all
   /// pictures have it (common_corner_error_px()); it is in the poses' covariances.
   double corner_error_px = 0;
 };

@@ -101,7 +101,7 @@ Result<LocalizeCameraReport> localize_camera(LiveCamera& camera, const CameraMod
 }
 
 std::string to_text(const LocalizeCameraReport& report) {
-  return fmt::format("{} in {:.1f} s, the place known in {}", counted(report.end.pictures, "picture"),
+  return fmt::format("{} in {:.1f} s, {} with a pose", counted(report.end.pictures, "picture"),
                      report.end.seconds, report.known);
 }
 

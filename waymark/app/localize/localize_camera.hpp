@@ -16,7 +16,7 @@ namespace waymark {
 
 class LiveFeed;
 
-/// `waymark localize camera`: where a live camera without a robot is, in a hand or on a stand.
+/// `waymark localize camera`: poses of a live camera without a robot, hand-held or on a tripod.
 struct LocalizeCameraJob {
   std::string source{};  ///< address of the camera: v4l2:/dev/video0
   std::string map{};
@@ -37,7 +37,7 @@ struct LocalizeCameraJob {
     visit(self.camera.file, localize_fields::camera());
     CameraDescription::fields(self.camera, visit);
     visit(self.output, JobField("output FILE",
-                                "Record pictures' tags and poses (.mcap), or write the poses, one a line "
+                                "Record tags and poses (.mcap), or write the poses, one per line "
                                 "(.txt, .tum: TUM)"));
     visit(self.tag_size_m, localize_fields::tag_size_m());
     visit(self.duration_s, localize_fields::duration_s());
@@ -59,7 +59,7 @@ struct LocalizeCameraReport {
                                                            const LocalizeCameraJob& job,
                                                            const JobControl& control);
 
-/// "812 pictures in 27.0 s, the place known in 640"
+/// "812 pictures in 27.0 s, 640 with a pose"
 [[nodiscard]] std::string to_text(const LocalizeCameraReport& report);
 
 }  // namespace waymark

@@ -12,7 +12,7 @@ struct LocalizeCameraArgs {
     add_fields(verb, job);
     add_field(verb, every_s, localize_fields::every_s());
     add_fields(verb, view);
-    verb.add_flag("--json", json, "JSON lines instead of words");
+    verb.add_flag("--json", json, "Print JSON lines instead of text");
   }
 
   LocalizeCameraJob job{};
@@ -45,20 +45,20 @@ ExitCode localize_by_camera(const LocalizeCameraArgs& args, Console& console) {
 Verb localize_camera_verb() {
   return {
       .name = "camera",
-      .sentence = "Print where a live camera without a robot is",
+      .sentence = "Print the pose of a live camera without a robot",
       .help =
-          R"(Finds the tags in the newest picture of the camera, again and again, and computes the camera's pose in six degrees
-of freedom from the tags of that picture alone: there is no filter, no method and no start. Prints once a second where it
-is, until Ctrl-C. The body of the camera has x forward, y left, z up.
+          R"(Repeatedly detects the tags in the newest image of the camera and computes the camera's pose in six degrees
+of freedom from that image alone, without filter or initial pose. Prints the pose once per second until
+Ctrl-C. The camera body has x forward, y left, z up.
 With -o FILE.mcap tags and poses (/waymark/pose) are recorded with stamps since 1970, and with --record-images the
-pictures; with -o FILE.tum each pose is a line. --view shows the camera in the browser. Run the program once for each
+images; with -o FILE.tum each line is a pose. --view shows the camera in the browser. Run the program once per
 camera.
 
-The calibration (--camera) must be of the pictures' size; --camera-size scales one that was made at another size.
+The calibration (--camera) must match the image size; --camera-size scales one that was made at another size.
 `waymark calibrate camera` makes one, `waymark cameras` lists the cameras of this computer.
 
-Exit code: 0 the place was known in some picture, 1 in none, or a file or the camera was unusable, 2 wrong usage,
-130 stopped by Ctrl-C (what was recorded stays).
+Exit code: 0 at least one pose computed, 1 none, or a file or the camera was unusable, 2 wrong usage,
+130 stopped by Ctrl-C (the recording is kept).
 
 Examples:
   waymark localize v4l2:/dev/video0 --camera calibration.yaml --map map --view

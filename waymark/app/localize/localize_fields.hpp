@@ -6,35 +6,33 @@
 namespace waymark::localize_fields {
 
 inline JobField map() {
-  return JobField(
-             "map FILE",
-             "Map of the tags: map.yaml or its folder, apriltags_poses.yaml of the Robotics Academy, CSV "
-             "with id, x, y, or a field layout of WPILib or Limelight")
+  return JobField("map FILE",
+                  "Tag map: map.yaml or its folder, the Robotics Academy's apriltags_poses.yaml, CSV "
+                  "with id, x, y, or a WPILib or Limelight field layout")
       .required();
 }
 inline JobField tag_size_m() {
-  return {"tag_size_m NUMBER", "Tag size where the map has none (0.24 for the Academy's)"};
+  return {"tag_size_m NUMBER", "Tag size if the map has none (0.24 for the Academy's)"};
 }
 inline JobField calibration() { return {"calibration FILE", "Calibration of this robot (calibration.yaml)"}; }
 inline JobField start() {
-  return JobField("start NUMBER", "Initial pose of the robot, if it is known: x y [m], yaw [deg]").parts(3);
+  return JobField("start NUMBER", "Initial pose of the robot, if known: x y [m], yaw [deg]").parts(3);
 }
 inline JobField camera() {
-  return {
-      "camera FILE",
-      "Calibration of the camera (calibration.yaml, ROS camera_info, kalibr YAML or JSON of PhotonVision)"};
+  return {"camera FILE",
+          "Camera calibration (calibration.yaml, ROS camera_info, kalibr YAML or PhotonVision JSON)"};
 }
 /// Of a robot or a live camera.
 inline JobField duration_s() {
-  return {"duration_s NUMBER", "End after so many seconds. Unless given: at Ctrl-C", 0.01, 1e6};
+  return {"duration_s NUMBER", "End after this many seconds. Unless given: at Ctrl-C", 0.01, 1e6};
 }
 inline JobField record_images() {
-  return JobField("record_images HOW", "Record the pictures as well: jpeg, or raw, ten times as large")
+  return JobField("record_images HOW", "Record the images as well: jpeg, or raw, which is ten times as large")
       .one_of("jpeg,raw")
       .less();
 }
 inline JobField every_s() {
-  return JobField("every_s NUMBER", "Time between the lines that are printed", 0.01, 1e6).less();
+  return JobField("every_s NUMBER", "Time between printed lines", 0.01, 1e6).less();
 }
 
 }  // namespace waymark::localize_fields

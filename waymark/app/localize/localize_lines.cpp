@@ -34,13 +34,12 @@ ReportFields fields(const BodyPose& pose) {
 
 std::string estimate_line(double since_s, const std::optional<LocalizationEstimate>& estimate) {
   if (!estimate)
-    return fmt::format("{:8.1f} s: not known: no tags of the map were seen, or the robot is silent\n",
-                       since_s);
+    return fmt::format("{:8.1f} s: unknown: no map tags observed, or no data from the robot\n", since_s);
   const SE2& pose = estimate->map_T_base;
   return fmt::format(
       "{:8.1f} s: x {:.3f} m, y {:.3f} m, heading {:.1f} deg, within {:.3f} m and {:.2f} deg{}\n", since_s,
       pose.x(), pose.y(), to_degrees(pose.yaw()), estimate->position_sigma_m(),
-      to_degrees(std::sqrt(estimate->covariance(2, 2))), estimate->certain ? "" : ", a guess");
+      to_degrees(std::sqrt(estimate->covariance(2, 2))), estimate->certain ? "" : ", uncertain");
 }
 
 ReportFields fields(const LocalizationEstimate& estimate) {
@@ -56,13 +55,13 @@ ReportFields fields(const LocalizationEstimate& estimate) {
 
 ReportFields fields(const EstimateMoment& moment) {
   return {{"now_s", "Time of the line by the robot's clock", to_seconds(moment.now.time_since_epoch())},
-          {"pose", "Where the robot is", moment.estimate}};
+          {"pose", "Pose of the robot", moment.estimate}};
 }
 
 std::string moment_line(double since_s, const CameraMoment& moment) {
   if (!moment.map_T_body)
-    return fmt::format("{:8.1f} s: not known, {}\n", since_s,
-                       moment.tags == 0 ? "no tags were seen" : moment.why);
+    return fmt::format("{:8.1f} s: unknown, {}\n", since_s,
+                       moment.tags == 0 ? "no tags detected" : moment.why);
   const SE3& pose = moment.map_T_body->mean;
   const Eigen::Vector3d& at = pose.translation();
   const Eigen::Vector3d rpy = pose.rotation().rpy();
@@ -77,12 +76,12 @@ ReportFields fields(const CameraMoment& moment) {
   const auto pose = part(moment.map_T_body, [](const Uncertain<SE3>& body) {
     return BodyPose{body.mean.translation(), body.mean.rotation().quaternion(), position_sigma_m(body)};
   });
-  return {{"stamp_s", "Time of the picture: since 1970, or since the first picture of a video",
+  return {{"stamp_s", "Time of the image: since 1970, or since the first image of a video",
            to_seconds(moment.stamp.time_since_epoch())},
-          {"age_ms", "Age of the picture when it was used; 0 for a video", 1e3 * to_seconds(moment.age)},
-          {"tags", "Map tags that the pose rests on; without a pose: tags that were found", moment.tags},
-          {"pose", "Where the camera is", pose},
-          {"why", "Without a pose: the reason; empty if no tags were seen",
+          {"age_ms", "Age of the image when it was used; 0 for a video", 1e3 * to_seconds(moment.age)},
+          {"tags", "Map tags used for the pose; without a pose: detected tags", moment.tags},
+          {"pose", "Pose of the camera", pose},
+          {"why", "Without a pose: the reason; empty if no tags were detected",
            if_any(pose ? std::nullopt : std::optional(std::string(moment.why)))}};
 }
 

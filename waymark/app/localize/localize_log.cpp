@@ -93,8 +93,9 @@ Status read_logs(const LocalizeJob& job, LocalizeInputs& inputs, const JobContro
                                    [](const Sample& s) { return std::holds_alternative<Odometry>(s); });
     if (!moves) continue;
     if (!with_odometry.empty())
-      return fail(ErrorCode::InvalidArgument, "two recordings with odometry, this one and " + with_odometry,
-                  {.source = log}, "Several recordings must be of one drive; localise each drive by itself.");
+      return fail(ErrorCode::InvalidArgument,
+                  "two recordings contain odometry: this one and " + with_odometry, {.source = log},
+                  "Several recordings must be of one drive; localise each drive separately.");
     with_odometry = log;
   }
   return {};
@@ -169,26 +170,25 @@ Status take_asked(const LocalizeJob& job, LocalizeInputs& inputs) {
 Status check_inputs(const LocalizeJob& job, LocalizeInputs& inputs) {
   const auto count = [&](auto is) { return std::ranges::count_if(inputs.samples, is); };
   if (inputs.samples.empty())
-    return fail(ErrorCode::NotFound, "the recording holds nothing to localise with: no tags, no motion",
-                {.source = job.logs.front()}, "`waymark info` shows what it holds.");
+    return fail(ErrorCode::NotFound, "the recording contains neither tags nor motion",
+                {.source = job.logs.front()}, "`waymark info` lists its contents.");
   inputs.observations = static_cast<std::size_t>(count(is_observation));
   if (inputs.observations == 0)
-    return fail(ErrorCode::NotFound, "the recording holds no tags and no landmarks that were seen",
-                {.source = job.logs.front()}, "`waymark info` shows what it holds.");
+    return fail(ErrorCode::NotFound, "the recording contains neither tags nor landmark observations",
+                {.source = job.logs.front()}, "`waymark info` lists its contents.");
   const bool corners = count([](const Sample& s) { return std::holds_alternative<TagFrame>(s); }) > 0;
   if (corners && !inputs.setup.sensor.camera)
-    return fail(ErrorCode::NotFound,
-                "nobody says what the camera is like: not the recording, not the map's folder",
-                {.source = job.logs.front()}, "Give `robot` with a file that has a camera.");
+    return fail(ErrorCode::NotFound, "no camera calibration in the recording or in the map folder",
+                {.source = job.logs.front()}, "Set `robot` to a file that has a camera.");
   if (corners && job.robot.empty() && !inputs.recorded.base_T_cam && inputs.recorded.chosen.mounting_error) {
     Error error = *inputs.recorded.chosen.mounting_error;
-    error.message = "the recording does not say where the camera sits: " + error.message;
+    error.message = "the recording does not specify the camera mounting: " + error.message;
     error.place.source = job.logs.front();
     return tl::unexpected(std::move(error));
   }
   if (corners && inputs.setup.tags.tags.empty())
     return fail(ErrorCode::InvalidArgument,
-                "corners need a map with poses of tags, and this one has points only", {.source = job.map});
+                "corners need a map with tag poses, but this one contains only points", {.source = job.map});
   return {};
 }
 
@@ -196,10 +196,10 @@ Status check_inputs(const LocalizeJob& job, LocalizeInputs& inputs) {
 Result<LocalizeInputs> read_map_of(const LocalizeJob& job) {
   LocalizeInputs inputs;
   if (!std::ranges::all_of(job.start, [](double x) { return std::isfinite(x); }))
-    return fail(ErrorCode::InvalidArgument, "a place is three finite numbers", {.key = "start"},
+    return fail(ErrorCode::InvalidArgument, "a pose must be three finite numbers", {.key = "start"},
                 "Give x y in metres and yaw in degrees.");
   if (!std::ranges::all_of(job.sensor_pose, [](double x) { return std::isfinite(x); }))
-    return fail(ErrorCode::InvalidArgument, "a place is three finite numbers", {.key = "sensor_pose"},
+    return fail(ErrorCode::InvalidArgument, "a pose must be three finite numbers", {.key = "sensor_pose"},
                 "Give x y in metres and yaw in degrees.");
   inputs.setup.filter = job.filter;
   inputs.setup.anchor = job.anchor;
@@ -212,8 +212,7 @@ Result<LocalizeInputs> read_map_of(const LocalizeJob& job) {
   const bool sizes_known = std::ranges::none_of(
       inputs.setup.tags.tags, [&](const auto& tag) { return tag.second.size_m == job.tag_size_m; });
   if (job.tag_size_m && (sizes_known || map->format == "waymark"))
-    inputs.warnings.emplace_back(
-        "`tag_size_m` is not used: the map says itself how large its tags are, or has points only");
+    inputs.warnings.emplace_back("`tag_size_m` is ignored: the map contains its tag sizes, or only points");
   return inputs;
 }
 
@@ -242,18 +241,18 @@ Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, const RobotD
   if (!status) return tl::unexpected(status.error());
   if (inputs->setup.tags.tags.empty())
     return fail(ErrorCode::InvalidArgument,
-                "a camera needs a map with poses of tags, and this one has points only", {.source = job.map},
-                "Give a map that `waymark map` made.");
+                "a camera needs a map with tag poses, but this one contains only points", {.source = job.map},
+                "Use a map written by `waymark map`.");
   return inputs;
 }
 
 Status check_job(const LocalizeJob& job) {
   if (job.logs.empty())
-    return fail(ErrorCode::InvalidArgument, "there is nothing to localise", {},
-                "Name a recording, or a robot that is there: `robot=ros2:limo`.");
+    return fail(ErrorCode::InvalidArgument, "nothing to localise", {},
+                "Name a recording, or a running robot: `robot=ros2:limo`.");
   if (job.no_adapt && job.method == LocalizationKind::Anchor)
-    return fail(ErrorCode::InvalidArgument, "the method anchor has no filter", {.key = "no_adapt"},
-                "Leave it out, or choose another `method`.");
+    return fail(ErrorCode::InvalidArgument, "method anchor has no filter", {.key = "no_adapt"},
+                "Omit `no_adapt`, or choose another `method`.");
   return {};
 }
 
@@ -277,15 +276,15 @@ Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, const JobCon
         SE3(body_R_optical(), inputs.setup.sensor.base_T_sensor.translation());
     inputs.mounting_guessed = true;
     inputs.warnings.emplace_back(
-        "nobody says where the camera sits: taken as above the middle of the base (`robot` says more)");
+        "camera mounting unknown; assumed above the origin of the base (set `robot`)");
   }
   const bool ranges = std::ranges::any_of(
       inputs.samples, [](const Sample& s) { return std::holds_alternative<RangeBearing>(s); });
   if (ranges && job.sensor_pose.empty() && job.robot.empty() && job.calibration.empty()) {
     inputs.mounting_guessed = true;
     inputs.warnings.emplace_back(
-        "nobody says where the sensor sits that measures ranges: taken as the middle of the base "
-        "(`sensor_pose` says more)");
+        "mounting of the range sensor unknown; assumed at the origin of the base "
+        "(set `sensor_pose`)");
   }
   std::ranges::stable_sort(inputs.samples, {}, stamp_of);
   return read;
@@ -412,16 +411,16 @@ bool is_camera_latency(const FirstRun& first) {
 
 std::string words_of_latency(double found_s, double given_s) {
   return fmt::format(
-      "the camera latency is {:.3f} s by the innovations, not {:.3f} s: {:.3f} s is used. Set it with "
-      "`camera_latency_s`, or run `waymark calibrate robot` and give the result with `calibration` "
-      "(`no_adapt` keeps what is given)",
+      "camera latency estimated from innovations: {:.3f} s instead of {:.3f} s; using {:.3f} s. Set it with "
+      "`camera_latency_s`, or run `waymark calibrate robot` and set `calibration` to its result "
+      "(`no_adapt` keeps the given value)",
       found_s, given_s, found_s);
 }
 
 std::string words_of(const NoiseFit& fit) {
   return fmt::format(
-      "noise estimated from the recording: of distances {:.2g} times, of headings {:.2g} times and of "
-      "observations {:.2g} times what is assumed, tags within {:.3g} m (`no_adapt` keeps what is assumed)",
+      "noise estimated from the recording: for distances {:.2g} times, for headings {:.2g} times and for "
+      "observations {:.2g} times the assumed one, tags within {:.3g} m (`no_adapt` keeps the assumed noise)",
       fit.motion_ratio, fit.turn_ratio, fit.sensor_ratio, fit.tag_sigma_m);
 }
 
@@ -486,7 +485,8 @@ Result<LocalizeReport> localize(const LocalizeJob& job, const LocalizeInputs& in
   report->method = job.method;
   report->problems = localizer->method().problems();
   if (first.suspect)
-    report->problems.emplace_back("the stated covariance covers what is wrong by the innovations");
+    report->problems.emplace_back(
+        "the innovations are larger than assumed; the reported covariance accounts for this");
   for (const std::string& words : adapted) report->problems.push_back(words);
   if (const RiekfLocalizer* filter = localizer->filter())
     report->lasting_nis = filter->tracker().lasting_nis();
@@ -522,14 +522,15 @@ ReportFields fields(const LocalizeReport& report) {
       {"observations", "Observations of mapped tags that were compared with an estimate", report.compared},
       {"accepted", "Accepted observations", report.accepted},
       {"nis_mean",
-       "Mean NIS of accepted observations per degree of freedom; 1 when the assumed noise is correct",
+       "Mean NIS of accepted observations per degree of freedom; 1 if the assumed noise is correct",
        report.nis_mean},
-      {"lasting_nis", "NIS of means of thirty residuals of one tag; 1 when lasting errors are modelled",
+      {"lasting_nis", "NIS of means of thirty residuals of one tag; 1 if lasting errors are modelled",
        report.lasting_nis},
       {"duration_s", "Duration of the drive", report.duration_s},
       {"wall_s", "Duration of the run", report.wall_s},
       {"last", "The last estimate", last},
-      {"problems", "Tags that are swapped, moved or of another size, and other problems, one sentence each",
+      {"problems",
+       "Tags that were swapped, moved or have another size, and other problems, one sentence each",
        report.problems}};
 }
 
@@ -547,22 +548,22 @@ std::string to_text(const LocalizeReport& report) {
                         report.last->map_T_base.x(), report.last->map_T_base.y(),
                         to_degrees(report.last->map_T_base.yaw()), report.last->position_sigma_m());
   if (report.lasting_nis)
-    text += fmt::format(
-        "means of 30 observations of one tag: NIS {:.2f} (1 when lasting errors are known to last)\n",
-        *report.lasting_nis);
+    text +=
+        fmt::format("means of 30 observations of one tag: NIS {:.2f} (1 if lasting errors are modelled)\n",
+                    *report.lasting_nis);
   return text;
 }
 
 std::vector<std::string> doubts_about(const LocalizeReport& report) {
   std::vector<std::string> doubts;
-  if (report.certain == 0) doubts.emplace_back("never knew where it is");
+  if (report.certain == 0) doubts.emplace_back("no certain estimate");
   if (report.lasting_nis.value_or(0) > 4)
     doubts.emplace_back(
-        "see `sensor_pose`, `waymark calibrate robot`, `tag_sigma_m` and `mounting_sigma_rad`: what is known "
-        "about the robot and the map, and how well");
+        "check `sensor_pose`, `waymark calibrate robot`, `tag_sigma_m` and `mounting_sigma_rad`: parameters "
+        "of robot and map, and their uncertainty");
   if (report.compared > 0 && 10 * report.accepted < report.compared)
     doubts.emplace_back(
-        "warning: hardly any observation agrees with the map: is it the map of this place, and the camera of "
+        "warning: most observations contradict the map: is it the map of this place, and the camera of "
         "this robot (`robot`, `calibration`)?");
   return doubts;
 }

@@ -17,7 +17,7 @@
 
 namespace waymark {
 
-/// `waymark localize log`: where a robot was, by a recording of a drive and a map of the tags.
+/// `waymark localize log`: poses of a robot from a recording of its drive and a tag map.
 struct LocalizeJob {
   std::vector<std::string> logs{};
   std::string map{};
@@ -43,14 +43,13 @@ struct LocalizeJob {
     visit(self.logs,
           JobField("logs LOG", "Recordings of one drive: MCAP, rosbag2, ROS 1, LCM, CSV tables").input());
     visit(self.map, localize_fields::map());
-    visit(self.robot,
-          JobField("robot NAME",
-                   "Camera of the robot and its mounting: a robot's file, or a name. Unless given: "
-                   "the recording's, or those of robot.yaml beside the map"));
+    visit(self.robot, JobField("robot NAME",
+                               "Camera of the robot and its mounting: a robot file, or a name. Unless given: "
+                               "from the recording, or from robot.yaml beside the map"));
     CameraChoice::fields(self.frames, visit);
     visit(self.calibration, localize_fields::calibration());
     visit(self.output, JobField("output FILE",
-                                "Record the estimates (.mcap), or write the certain ones as poses, one a "
+                                "Record the estimates (.mcap), or write the certain ones as poses, one per "
                                 "line (.txt, .tum: TUM)"));
     visit(self.tag_size_m, localize_fields::tag_size_m());
     visit(self.sensor_pose,
@@ -88,7 +87,7 @@ struct LocalizeInputs {
 /// Lets the localizer start at `start`, if the job has one.
 void start_localizer(const LocalizeJob& job, Localizer& localizer);
 
-/// The numbers of a calibration that the filters are told.
+/// The calibration values used by the filters.
 void take_calibrated(const Calibration& calibration, RiekfOptions& filter);
 
 struct LocalizeReport {
@@ -98,7 +97,7 @@ struct LocalizeReport {
   std::optional<double> first_fix_s{};  ///< after the first sample
   std::size_t compared = 0;             ///< observations of mapped tags that were compared with an estimate
   std::size_t accepted = 0;
-  double nis_mean = 0;  ///< of those accepted, over their degrees of freedom; 1 when all is as assumed
+  double nis_mean = 0;  ///< of those accepted, over their degrees of freedom; 1 if all assumptions hold
   std::optional<double> lasting_nis{};  ///< Tracker::lasting_nis()
   double duration_s = 0;
   double wall_s = 0;
@@ -106,17 +105,17 @@ struct LocalizeReport {
   std::vector<std::string> problems{};
 };
 
-/// Runs the samples through the method and writes the output: the samples of motion and truth as they were,
-/// certain estimates on /waymark/pose, guesses on /waymark/pose_uncertain, each compared observation on
-/// /waymark/nis.
+/// Runs the samples through the method and writes the output: unchanged samples of motion and ground truth,
+/// certain estimates on /waymark/pose, uncertain ones on /waymark/pose_uncertain, each compared observation
+/// on /waymark/nis.
 [[nodiscard]] Result<LocalizeReport> localize(const LocalizeJob& job, const LocalizeInputs& inputs,
                                               const JobControl& control);
-/// What `--json` prints.
+/// The content of `--json`.
 [[nodiscard]] ReportFields fields(const LocalizeReport& report);
 
-/// What is printed: estimates, observations, where the robot was last.
+/// The printed report: estimates, observations, last pose.
 [[nodiscard]] std::string to_text(const LocalizeReport& report);
-/// What the report gives reason to doubt, and what to do about it.
+/// Warnings about the report, with remedies.
 [[nodiscard]] std::vector<std::string> doubts_about(const LocalizeReport& report);
 
 }  // namespace waymark

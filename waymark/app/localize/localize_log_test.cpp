@@ -173,7 +173,7 @@ TEST(LocalizeInputsOf, ASizeThatTheMapKnowsItselfIsNotUsedAndThatIsSaid) {
   job.tag_size_m = 0.5;
   const auto inputs = read_localize_inputs(job, {});
   ASSERT_TRUE(inputs);
-  EXPECT_THAT(inputs->warnings, Contains(HasSubstr("`tag_size_m` is not used")));
+  EXPECT_THAT(inputs->warnings, Contains(HasSubstr("`tag_size_m`")));
 }
 
 TEST(LocalizeLogOutput, WhatItWasMadeWithIsWrittenIntoTheRecording) {

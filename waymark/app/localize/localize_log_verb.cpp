@@ -8,7 +8,7 @@ namespace {
 struct LocalizeLogArgs {
   explicit LocalizeLogArgs(CLI::App& verb) : settings(verb), method(settings) {
     add_fields(verb, job);
-    verb.add_flag("--json", json, "One JSON object instead of words");
+    verb.add_flag("--json", json, "Print one JSON object instead of text");
   }
 
   Settings settings;
@@ -37,19 +37,19 @@ ExitCode localize_log(const LocalizeLogArgs& args, Console& console) {
 Verb localize_log_verb() {
   return {
       .name = "log",
-      .sentence = "Estimate where a robot was, from a recording of a drive",
+      .sentence = "Estimate the trajectory of a robot from a recording of its drive",
       .help =
-          R"(Reads what the robot saw and how it moved, and writes where it was: certain estimates on the topic
-/waymark/pose, mere guesses on /waymark/pose_uncertain, and for each observation of a mapped tag on /waymark/nis how
-well it agreed (normalised innovation squared). Tags that contradict all others are named and not used: swapped,
-moved, of another size. `waymark evaluate` compares the output with a truth.
+          R"(Reads observations and motion, and writes poses: certain estimates on the topic /waymark/pose, uncertain ones on
+/waymark/pose_uncertain, and the normalised innovation squared of each observation of a mapped tag on
+/waymark/nis. Tags that contradict all others (swapped, moved, of another size) are reported and
+ignored. `waymark evaluate` compares the output with ground truth.
 
-Several recordings must be of one drive. Where the recording does not hold the robot's camera and its mounting, --robot
-names the robot's file. Noise and latency are found from the recording where the assumed numbers do not fit it;
---no-adapt, or a filter's option, keeps them. What is printed at the end: how many estimates are certain, how many
-observations were accepted, and where the robot was last.
+Several recordings must be of one drive. If the recording does not contain the robot's camera and its mounting, --robot
+names the robot file. Noise and latency are estimated from the recording if the assumed values do not fit it;
+--no-adapt, or a filter option, keeps them. At the end the program prints the number of certain estimates, the number of
+accepted observations, and the last pose.
 
-Exit code: 0 the place of the robot was known at some time, 1 never, or a file was unusable, 2 wrong usage, 130 stopped
+Exit code: 0 at least one certain estimate, 1 none, or a file was unusable, 2 wrong usage, 130 stopped
 by Ctrl-C (nothing is written then).
 
 Examples:

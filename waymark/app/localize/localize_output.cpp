@@ -51,15 +51,14 @@ Result<SampleRecorder> open_recording(const std::string& path, const LocalizerSe
 Status check_localize_output(const std::string& output) {
   std::error_code ignored;
   if (writes_tum(output) && std::filesystem::is_regular_file(output, ignored))
-    return fail(ErrorCode::Unwritable, "stands there already: not written over", {.source = output},
-                "Give another name, or remove it.");
+    return fail(ErrorCode::Unwritable, "the file already exists and is not overwritten", {.source = output},
+                "Choose another name, or remove the file.");
   if (writes_tum(output)) return check_output_file(output);
   if (output.empty() || ending_of(output) == ".mcap") return {};
-  return fail(
-      ErrorCode::InvalidArgument, "the name of the output says nothing of what it should hold",
-      {.source = output, .key = "`output`"},
-      "End it with .mcap (a recording: poses with covariances, observations, odometry) or with .txt or .tum "
-      "(poses, one a line).");
+  return fail(ErrorCode::InvalidArgument, "the file extension of the output is unknown",
+              {.source = output, .key = "`output`"},
+              "Use .mcap (a recording: poses with covariances, observations, odometry), or .txt or .tum "
+              "(poses, one per line).");
 }
 
 Status check_recorded_images(const std::string& images, const std::string& output) {

@@ -10,7 +10,7 @@
 
 namespace waymark {
 
-/// Where samples come from that are localised, for what is written.
+/// Origin of the localised samples, for the metadata of the output.
 struct LocalizeSource {
   std::string name{};                    ///< in the metadata
   std::string map{};                     ///< file or folder, whose name is in the metadata
@@ -20,28 +20,28 @@ struct LocalizeSource {
   std::vector<MountedCamera> cameras{};  ///< with `live`
 };
 
-/// Fails on an output whose name says nothing of what it should hold, and on poses that would be written over
+/// Fails on an output with an unknown extension, and on poses that would overwrite
 /// a file.
 [[nodiscard]] Status check_localize_output(const std::string& output);
 
-/// Fails on pictures that are to be recorded where nothing is recorded. `images`: raw, jpeg; empty: none.
+/// Fails if images should be recorded without a recording. `images`: raw, jpeg; empty: none.
 [[nodiscard]] Status check_recorded_images(const std::string& images, const std::string& output);
 
-/// The estimates of a run of the localizer, as they are reported and written.
+/// Collects, reports and writes the estimates of a localizer run.
 class LocalizeOutput {
  public:
-  /// Opens the output; an empty one is none. Fails on a name that says nothing of what it should hold,
-  /// and on a file that is there or cannot be written.
+  /// Opens the output; an empty name means no output. Fails on an unknown extension,
+  /// and on a file that exists or cannot be written.
   [[nodiscard]] static Result<LocalizeOutput> open(const std::string& path, const LocalizerSetup& setup,
                                                    const LocalizeSource& source);
 
   Status on_sample(const Sample& sample);
-  /// One with an older stamp than the last is passed over.
+  /// An estimate with an older stamp than the last is skipped.
   Status on_estimate(const LocalizationEstimate& estimate);
   Status on_comparison(const NisRecord& record);
-  /// A certain pose in six degrees of freedom, which counts as no estimate.
+  /// A certain pose in six degrees of freedom, not counted as an estimate.
   Status on_pose(SensorTime stamp, const ros2::PoseWithCovarianceStamped& pose);
-  /// Closes the recording, or writes the poses, unless the run failed. What is known by then: all but
+  /// Closes the recording, or writes the poses, unless the run failed. Returns the report without
   /// `lasting_nis`, `wall_s` and `problems`.
   [[nodiscard]] Result<LocalizeReport> close(bool failed);
 

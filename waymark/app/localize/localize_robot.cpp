@@ -112,8 +112,8 @@ Status check_job(const LocalizeRobotJob& job) {
   if (Status images = check_recorded_images(job.images, job.output); !images) return images;
   if (Status output = check_localize_output(job.output); !output) return output;
   if (job.method != LocalizationKind::Smoother || job.filter.lag_s > 0) return {};
-  return fail(ErrorCode::InvalidArgument, "a smoother of a running robot needs the delay that it may have",
-              {.key = "lag_s"}, "Give `lag_s`, for example 2, or `method=riekf`.");
+  return fail(ErrorCode::InvalidArgument, "a smoother on a running robot needs its maximum delay",
+              {.key = "lag_s"}, "Set `lag_s`, for example to 2, or `method=riekf`.");
 }
 
 /// What is known after the drive, beside what the output counted.
@@ -134,8 +134,8 @@ Result<RobotSetup> load_listening_robot(const LocalizeRobotJob& job) {
   if (!setup) {
     std::vector<std::string> kinds = robot_kind_names(true);
     kinds.erase(kinds.begin());  // a simulated robot, which nobody else drives
-    return fail(ErrorCode::InvalidArgument, fmt::format("there is no robot '{}'", job.robot),
-                {.key = "robot"}, fmt::format("Known: {}.", fmt::join(kinds, ", ")));
+    return fail(ErrorCode::InvalidArgument, fmt::format("unknown robot '{}'", job.robot), {.key = "robot"},
+                fmt::format("Known: {}.", fmt::join(kinds, ", ")));
   }
   if (!*setup) return std::move(*setup);
   if (Status added = add_live_cameras(job.camera_sources, **setup); !added)

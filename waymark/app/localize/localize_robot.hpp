@@ -16,18 +16,18 @@ namespace waymark {
 
 class LiveFeed;
 
-/// `waymark localize robot`: where a robot is that somebody else drives.
+/// `waymark localize robot`: localises a robot that another program drives.
 struct LocalizeRobotJob {
   std::string robot{};  ///< KIND:ADDRESS
   std::string map{};
-  std::string robot_file{};   ///< describes it; empty: robot.yaml beside the map, else as the kind says
+  std::string robot_file{};   ///< robot description; empty: robot.yaml beside the map, else that of the kind
   std::string calibration{};  ///< calibration.yaml; empty: none
   std::string output{};       ///< recording of every sample, or TUM file to write; empty: none
   std::optional<double> tag_size_m{};
   std::vector<double> start{};                ///< x, y [m], yaw [deg]; empty: found out
   std::vector<std::string> camera_sources{};  ///< of this computer, [NAME=]ADDRESS each
   PictureSettings pictures{};
-  double duration_s = 0;  ///< 0: until somebody ends it
+  double duration_s = 0;  ///< 0: until stopped
   double every_s = 1;     ///< between calls of `on_report`
   std::string images{};   ///< how pictures are recorded: raw, jpeg; empty: not at all
   LocalizationKind method = LocalizationKind::Riekf;
@@ -41,19 +41,20 @@ struct LocalizeRobotJob {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.robot, JobField("robot KIND:ADDRESS",
-                               "Robot to localise while somebody else drives it, as `waymark teach` has it "
-                               "(ros2:limo, mbot:)")
-                          .required());
+    visit(self.robot,
+          JobField("robot KIND:ADDRESS",
+                   "Robot to localise while another program drives it, named as for `waymark teach` "
+                   "(ros2:limo, mbot:)")
+              .required());
     visit(self.map, localize_fields::map());
     visit(self.robot_file,
           JobField("robot_file NAME",
                    "Body and camera of the robot: a name that `waymark robots` lists, or the path of a .yaml "
-                   "file. Unless given: robot.yaml beside the map, or as the kind says"));
+                   "file. Unless given: robot.yaml beside the map, or that of the robot kind"));
     visit(self.calibration, localize_fields::calibration());
     visit(self.output, JobField("output FILE",
                                 "Record every sample and the estimates (.mcap), or write the certain "
-                                "estimates as poses, one a line (.txt, .tum: TUM)"));
+                                "estimates as poses, one per line (.txt, .tum: TUM)"));
     visit(self.tag_size_m, localize_fields::tag_size_m());
     visit(self.start, localize_fields::start());
     visit(self.duration_s, localize_fields::duration_s());
@@ -61,8 +62,8 @@ struct LocalizeRobotJob {
     visit(self.images, localize_fields::record_images());
     visit(self.camera_sources,
           JobField("camera_source ADDRESS",
-                   "Camera of this computer that gives the pictures of a robot which sends none: "
-                   "v4l2:/dev/video0, or NAME=ADDRESS where the robot's file names several")
+                   "Camera of this computer that provides images for a robot without its own: "
+                   "v4l2:/dev/video0, or NAME=ADDRESS if the robot file has several")
               .less());
     PictureSettings::fields(self.pictures, visit);
   }
@@ -73,13 +74,13 @@ struct LocalizeRobotReport {
   LocalizeEnd end{};
 };
 
-/// The robot of the job, which is only heard, with its cameras of this computer (add_live_cameras()). Fails
-/// also on a job that makes no sense.
+/// The robot of the job, which receives no commands, with its cameras of this computer (add_live_cameras()).
+/// Fails also on an invalid job.
 [[nodiscard]] Result<RobotSetup> load_listening_robot(const LocalizeRobotJob& job);
 
-/// Localises the robot of the setup until somebody ends it, or the control cancels it. Nothing is sent to the
-/// robot. Fails where the robot waits for its commands (lockstep), as localize() does, and when the robot's
-/// process ends; what was recorded by then is kept.
+/// Localises the robot of the setup until it is stopped or cancelled. Nothing is sent to the
+/// robot. Fails if the robot waits for its commands (lockstep), like localize(), and if the robot's
+/// process ends; the recording so far is kept.
 [[nodiscard]] Result<LocalizeRobotReport> localize_robot(const RobotSetup& setup, const LocalizeRobotJob& job,
                                                          const JobControl& control);
 

@@ -11,7 +11,7 @@ struct LocalizeRobotArgs {
   explicit LocalizeRobotArgs(CLI::App& verb) : settings(verb), method(settings) {
     add_fields(verb, job);
     add_fields(verb, view);
-    verb.add_flag("--json", json, "JSON lines instead of words");
+    verb.add_flag("--json", json, "Print JSON lines instead of text");
   }
 
   Settings settings;
@@ -48,22 +48,22 @@ ExitCode localize_driven(const LocalizeRobotArgs& args, Console& console) {
 Verb localize_robot_verb() {
   return {
       .name = "robot",
-      .sentence = "Localise a robot while somebody else drives it",
+      .sentence = "Localise a robot while another program drives it",
       .help =
-          R"(Connects to the robot, listens, and prints once a second where it is, until Ctrl-C: nothing is sent to it.
-With -o FILE.mcap every sample is recorded with the estimates: certain ones on the topic /waymark/pose, mere guesses on
-/waymark/pose_uncertain. `waymark localize log FILE.mcap --no-adapt` estimates the same from the recording.
+          R"(Connects to the robot, listens, and prints its pose once per second until Ctrl-C; nothing is sent to the robot.
+With -o FILE.mcap every sample is recorded with the estimates: certain ones on the topic /waymark/pose, uncertain ones on
+/waymark/pose_uncertain. `waymark localize log FILE.mcap --no-adapt` reproduces them from the recording.
 --view shows the robot in the browser, --publish-ros2 on the network of ROS 2.
 
-Tags are found in the robot's pictures, unless the robot sends tags; --camera-source gives the pictures of a camera of
-this computer. The robot's file (--robot-file) describes where its cameras sit. A robot that waits for its commands
-(lockstep) cannot be listened to. A recording of a drive is for `waymark localize log`, where --robot NAME is the name of
-a robot's file.
+Tags are detected in the robot's images, unless the robot sends tags; --camera-source selects a camera of
+this computer instead. The robot file (--robot-file) contains the camera mountings. A robot that waits for its commands
+(lockstep) is not supported. For a recording of a drive use `waymark localize log`, where --robot NAME is the name of
+a robot file.
 
-With --json: a line for each estimate, and at the end the report that `waymark localize log` prints.
+With --json: one line per estimate, and at the end the report of `waymark localize log`.
 
-Exit code: 0 the place of the robot was known at some time, 1 never, or a file or the robot was unusable, 2 wrong usage,
-130 stopped by Ctrl-C (what was recorded stays).
+Exit code: 0 at least one certain estimate, 1 none, or a file or the robot was unusable, 2 wrong usage,
+130 stopped by Ctrl-C (the recording is kept).
 
 Examples:
   waymark localize --robot ros2:limo --map map --publish-ros2

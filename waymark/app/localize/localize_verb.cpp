@@ -37,20 +37,20 @@ Verb localize_verb() {
   return {
       .name = "localize",
       .sentence =
-          "Estimate where a robot or a camera is from a map of the tags: of a recording, a video or live",
+          "Estimate the pose of a robot or a camera in a tag map: from a recording, a video or live data",
       .help =
-          R"(`waymark localize log` estimates where a robot was, from a recording of its drive: corners (or poses) of tags, or ranges
+          R"(`waymark localize log` estimates a robot's trajectory from a recording of its drive: tag corners (or poses), or ranges
 and bearings of landmarks, with odometry.
-`waymark localize robot` listens to a robot that somebody else drives.
-`waymark localize camera` is for a live camera without a robot, in a hand or on a stand: a pose a picture.
-`waymark localize video` is the same for a video.
+`waymark localize robot` listens to a robot that another program drives.
+`waymark localize camera` is for a live camera without a robot, hand-held or on a stand: one pose per image.
+`waymark localize video` does the same for a video.
 
-A line may leave out which one is meant: with --robot KIND:ADDRESS it is `robot`; with the address of a camera (v4l2:…,
+The subcommand may be omitted: with --robot KIND:ADDRESS it is `robot`; with the address of a camera (v4l2:…,
 gstreamer:…) `camera`; with a video, or with --camera and the recording of a camera without a robot, `video`; else `log`.
-`waymark localize FILE --help` prints the flags of the one that a line chooses. A file that is called log, robot, camera
-or video is written with its folder: ./log.
+`waymark localize FILE --help` prints the flags of the selected subcommand. Write a file that is called log, robot, camera
+or video with its folder: ./log.
 
-Exit code: 0 the place was known at some time, 1 never, or an input was unusable, 2 wrong usage, 130 stopped by Ctrl-C.
+Exit code: 0 at least one pose estimated, 1 none, or an input was unusable, 2 wrong usage, 130 stopped by Ctrl-C.
 
 Examples:
   waymark localize lap.mcap --map map/map.yaml -o estimate.mcap

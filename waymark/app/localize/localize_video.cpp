@@ -40,7 +40,7 @@ Status write(const LocalizeVideoJob& job, const CameraModel& camera, const std::
 }  // namespace
 
 Result<LocalizeVideoReport> localize_video(const LocalizeVideoJob& job, const JobControl& control) {
-  if (Status camera = check_of_camera(job.video, "`waymark localize log` localises it."); !camera)
+  if (Status camera = check_of_camera(job.video, "Use `waymark localize log`."); !camera)
     return tl::unexpected(camera.error());
   const Result<DescribedCamera> described = read_given_camera(job.camera);
   if (!described) return tl::unexpected(described.error());
@@ -70,7 +70,7 @@ Result<LocalizeVideoReport> localize_video(const LocalizeVideoJob& job, const Jo
 }
 
 std::string to_text(const LocalizeVideoReport& report) {
-  return fmt::format("{}, the place known in {}", counted(report.video.pictures, "picture"), report.known);
+  return fmt::format("{}, {} with a pose", counted(report.video.pictures, "picture"), report.known);
 }
 
 }  // namespace waymark

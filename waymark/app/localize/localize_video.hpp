@@ -12,7 +12,7 @@
 
 namespace waymark {
 
-/// `waymark localize video`: where the camera of a video was, by a map of the tags it saw.
+/// `waymark localize video`: camera poses of a video from a tag map.
 struct LocalizeVideoJob {
   std::string video{};  ///< or a recording of a camera without a robot
   std::string map{};
@@ -31,11 +31,11 @@ struct LocalizeVideoJob {
     visit(self.camera.readout_ms,
           JobField("readout_ms NUMBER",
                    "Time from the first row to the last of the rolling shutter, in milliseconds; negative "
-                   "when rows are read from the bottom. Unless given: that of a calibration.yaml, else 0",
+                   "if rows are read from the bottom. Unless given: that of a calibration.yaml, else 0",
                    -200.0, 200.0)
               .less());
     visit(self.output, JobField("output FILE",
-                                "Record pictures' tags and poses (.mcap), or write the poses, one a line "
+                                "Record tags and poses (.mcap), or write the poses, one per line "
                                 "(.txt, .tum: TUM)"));
     visit(self.tag_size_m, localize_fields::tag_size_m());
   }
@@ -47,12 +47,12 @@ struct LocalizeVideoReport {
   double corner_error_px = 0;  ///< CameraMoments::corner_error_px
 };
 
-/// Finds the tags of every picture, and then the poses. The output appears whole or not at all; a recording
-/// holds the tags, the poses (/waymark/pose) and the camera, with stamps since the first picture.
+/// Detects the tags in every image, then computes the poses. The output is written completely or not at all;
+/// a recording contains tags, poses (/waymark/pose) and the camera, with stamps since the first image.
 [[nodiscard]] Result<LocalizeVideoReport> localize_video(const LocalizeVideoJob& job,
                                                          const JobControl& control);
 
-/// "812 pictures, the place known in 640"
+/// "812 pictures, 640 with a pose"
 [[nodiscard]] std::string to_text(const LocalizeVideoReport& report);
 
 }  // namespace waymark

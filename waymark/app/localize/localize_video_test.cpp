@@ -214,7 +214,8 @@ TEST_F(FilmedWall, OfARecordingThatWasCutIsLocalizedAsFarAsItIsWhole) {
   EXPECT_TRUE(is_of_camera(at("cut.mcap"), true));
   const auto none = localize_video(job_, {});
   ASSERT_FALSE(none);
-  EXPECT_THAT(to_string(none.error()), ::testing::HasSubstr("no picture of this recording is whole"));
+  EXPECT_EQ(none.error().code, ErrorCode::Unreadable);
+  EXPECT_EQ(none.error().place.source, at("cut.mcap"));
 }
 
 TEST_F(FilmedWall, WritesAllOrNothing) {

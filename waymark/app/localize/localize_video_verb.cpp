@@ -9,7 +9,7 @@ struct LocalizeVideoArgs {
   explicit LocalizeVideoArgs(CLI::App& verb) {
     add_fields(verb, job);
     add_field(verb, every_s, localize_fields::every_s());
-    verb.add_flag("--json", json, "JSON lines instead of words");
+    verb.add_flag("--json", json, "Print JSON lines instead of text");
   }
 
   LocalizeVideoJob job{};
@@ -33,21 +33,21 @@ ExitCode localize_by_video(const LocalizeVideoArgs& args, Console& console) {
 Verb localize_video_verb() {
   return {
       .name = "video",
-      .sentence = "Compute where the camera of a video was",
+      .sentence = "Compute the camera poses of a video",
       .help =
-          R"(Finds the tags of every picture and computes the pose of the camera in six degrees of freedom from them: there is
-no robot, no filter and no start. The rows of a rolling shutter (--readout-ms) and an error that all corners share are
-taken into account over the whole video. The body of the camera has x forward, y left, z up. Prints a line a second of
-the video, with the times of the video. With -o FILE.mcap tags, poses (/waymark/pose) and the camera are recorded; with
--o FILE.tum each pose is a line. The output appears whole or not at all.
+          R"(Detects the tags in every image and computes the camera's pose in six degrees of freedom from them, without
+robot, filter or initial pose. Rolling shutter (--readout-ms) and an error common to all corners are
+modelled over the whole video. The camera body has x forward, y left, z up. Prints one line per second of
+video time. With -o FILE.mcap tags, poses (/waymark/pose) and the camera are recorded; with
+-o FILE.tum each line is a pose. The output is written completely or not at all.
 
-VIDEO may also be the recording of a camera without a robot (`waymark convert`), which holds tags or pictures, and neither
-odometry nor an IMU. Run the program once for each video.
+VIDEO may also be the recording of a camera without a robot (`waymark convert`), with tags or images but neither
+odometry nor an IMU. Run the program once per video.
 
-The calibration (--camera) must be of the pictures' size; --camera-size scales one that was made at another size.
+The calibration (--camera) must match the image size; --camera-size scales one that was made at another size.
 `waymark calibrate camera` makes one.
 
-Exit code: 0 the place was known in some picture, 1 in none, or a file was unusable, 2 wrong usage, 130 stopped by
+Exit code: 0 at least one pose computed, 1 none, or a file was unusable, 2 wrong usage, 130 stopped by
 Ctrl-C (nothing is written then).
 
 Examples:

@@ -84,12 +84,11 @@ Result<ReadMap> read_map_transforms(const std::filesystem::path& path, std::opti
   const Result<TagTransforms> found = transforms_of(path, control);
   if (!found) return tl::unexpected(found.error());
   if (found->in_map.empty())
-    return fail(ErrorCode::NotFound, "no transform from the frame map to a tag is in it",
-                {.source = path.string()},
-                "Tags are frames named tag36h11:7, say; make a map of what was seen with `waymark map`.");
+    return fail(ErrorCode::NotFound, "no transform from frame map to a tag", {.source = path.string()},
+                "Tag frames have names such as tag36h11:7; `waymark map` makes a map from observations.");
   Result<ReadMap> map = parse_any_map(yaml_of(*found), path.string(), tag_size_m);
   if (map && !found->elsewhere.empty())
-    map->warnings.push_back(fmt::format("what was seen from other frames than map was passed over: {}",
+    map->warnings.push_back(fmt::format("ignored transforms whose parent frame is not map: {}",
                                         fmt::join(found->elsewhere, ", ")));
   return map;
 }
@@ -123,7 +122,7 @@ Status remove_tags(const ConvertMapJob& job, MapFile& map) {
     map.observations.erase(*tag);
   }
   if (map.tags.tags.empty())
-    return fail(ErrorCode::InvalidArgument, "no tag would be left", {.key = "remove"});
+    return fail(ErrorCode::InvalidArgument, "no tag would remain", {.key = "remove"});
   if (map.tags.find(map.anchor) == nullptr) map.anchor = map.tags.tags.begin()->first;
   return {};
 }
@@ -147,14 +146,15 @@ Result<ConvertMapReport> convert_map(const ConvertMapJob& job, const JobControl&
   if (!text) return tl::unexpected(text.error());
   std::error_code ignored;
   if (!job.force && std::filesystem::exists(job.output, ignored))
-    return fail(ErrorCode::Unwritable, "there is a file already", {.source = job.output},
-                "Give `force` to replace it.");
+    return fail(ErrorCode::Unwritable, "the file already exists", {.source = job.output},
+                "Set `force` to replace the file.");
   const bool as_recording =
       job.form == MapForm::Transforms && std::filesystem::path(job.output).extension() == ".mcap";
   if (!as_recording && is_named_recording(job.output))
-    return fail(ErrorCode::InvalidArgument, fmt::format("a map of form {} is YAML", name_of(job.form)),
+    return fail(ErrorCode::InvalidArgument,
+                fmt::format("a map in format {} is written as YAML", name_of(job.form)),
                 {.source = job.output, .key = "`output`"},
-                "End the name in .yaml, or write transforms with `to=tf`.");
+                "Use a name that ends in .yaml, or `to=tf` for transforms.");
   if (Status wanted = control.go_on(); !wanted) return tl::unexpected(wanted.error());
   const Status status = as_recording                   ? write_map_transforms(job.output, read->map)
                         : job.form == MapForm::Waymark ? write_map(job.output, read->map)
@@ -170,10 +170,10 @@ std::string to_text(const ConvertMapReport& report) {
 
 ReportFields fields(const ConvertMapReport& report) {
   return {{"output", "File that was written", report.output},
-          {"from", "Form of the input", name_of(report.form)},
-          {"to", "Form of the output", name_of(report.to)},
+          {"from", "Format of the input", name_of(report.form)},
+          {"to", "Format of the output", name_of(report.to)},
           {"tags", "Tags in the output", report.map.tags.tags.size()},
-          {"warnings", "What the output does not represent, one sentence each", report.warnings}};
+          {"warnings", "What the output format cannot represent, one sentence each", report.warnings}};
 }
 
 }  // namespace waymark

@@ -9,11 +9,11 @@ namespace {
 struct ConvertMapArgs {
   explicit ConvertMapArgs(CLI::App& app) {
     to = add_option(app, "--to FORM", form,
-                    fmt::format("What to write: {}; unless given, fmap for an OUTPUT that ends in .fmap",
+                    fmt::format("Output format: {}; unless given, fmap for an OUTPUT that ends in .fmap",
                                 fmt::join(map_form_names(), ", ")),
                     kShown);
     add_fields(app, job);
-    add_flag(app, "--json", json, "One JSON object instead of words");
+    add_flag(app, "--json", json, "Print one JSON object instead of text");
   }
 
   ConvertMapJob job{};
@@ -45,11 +45,12 @@ ExitCode convert_one_map(const ConvertMapArgs& args, Console& console) {
 Verb map_convert_verb() {
   return {
       .name = "convert",
-      .sentence = "Turn a map of tags into another program's form, or another's into ours",
+      .sentence = "Convert a tag map between Waymark's format and those of other programs",
       .help =
-          R"(Reads our map.yaml, apriltags_poses.yaml of the Robotics Academy, TagSLAM's tagslam.yaml or poses.yaml, field layouts
-of WPILib (JSON, CSV), field maps of Limelight (FMAP), and transforms of tf as YAML or in a recording (/tf, /tf_static); what a file is, its content tells. What
-a form cannot say is left out and named. With --to tf an OUTPUT that ends in .mcap becomes a recording with /tf_static.
+          R"(Reads Waymark's map.yaml, the Robotics Academy's apriltags_poses.yaml, TagSLAM's tagslam.yaml or poses.yaml, WPILib
+field layouts (JSON, CSV), Limelight field maps (FMAP), and tf transforms as YAML or in a recording (/tf, /tf_static).
+The input format is detected from the content. Information that the output format cannot represent is omitted, with a
+warning. With --to tf an OUTPUT that ends in .mcap becomes a recording with /tf_static.
 Formats: docs/formats/map.md, "Maps of others".
 
 Exit code: 0 written, 1 unreadable or not written, 2 wrong usage.

@@ -46,23 +46,24 @@ Status check_extension(const MapJob& job) {
     return fail(ErrorCode::InvalidArgument, why, {.key = field}, hint);
   };
   if (!job.extend) {
-    const char* give = "Give the map with `extend`.";
+    const char* give = "Set `extend` to the map.";
     if (!job.route_name.empty())
-      return refuse("route_name", "a named route is one more of a map that is there", give);
+      return refuse("route_name", "a named route is added to an existing map", give);
     if (!job.freeze.empty() || !job.remove.empty())
       return refuse(job.freeze.empty() ? "remove" : "freeze",
-                    "`freeze` and `remove` are about the tags of a map", give);
+                    "`freeze` and `remove` apply to the tags of an existing map", give);
     if (job.map_sigma_m)
-      return refuse("map_sigma", "this is about the map that a lap extends", "Give it with `extend`.");
+      return refuse("map_sigma", "this field applies to the map that the lap extends",
+                    "Set `extend` to that map.");
     return {};
   }
   if (job.overrides.anchor || job.overrides.map_T_anchor)
     return refuse(job.overrides.anchor ? "anchor" : "anchor_pose",
-                  "the map that is extended says where its tags stand", "Leave it out.");
+                  "the extended map already defines its frame", "Omit this option.");
   for (const TagId& tag : job.remove) {
     if (job.freeze.contains(tag))
-      return refuse("remove", to_string(tag) + " cannot be removed and stay where it is",
-                    "Name it with `remove` or with `freeze`.");
+      return refuse("remove", to_string(tag) + " is both removed and frozen",
+                    "Name it in either `remove` or `freeze`.");
   }
   return job.route_name.empty() ? Status() : check_route_name(job.route_name, "route_name");
 }
@@ -96,8 +97,8 @@ Status prepare_extension(const MapJob& job, RecordedLap& recorded, SetupOverride
     std::erase_if(frame.detections, [&](const TagDetection& d) { return job.remove.contains(d.tag); });
   const std::map<TagId, int> frames = frames_of(recorded, prior.map);
   if (frames.empty())
-    return fail(ErrorCode::NotFound, "no tag of the map that should be extended is seen in this lap", {},
-                "Drive where at least two of its tags are in view.");
+    return fail(ErrorCode::NotFound, "this lap observes no tag of the map to extend", {},
+                "Drive where at least two map tags are in view.");
   constexpr int kEnough = 10;
   const auto own = frames.find(job.extend->anchor);
   const TagId anchor =

@@ -158,7 +158,7 @@ TEST_F(MapExtension, TheSameRecordingTwiceIsDoubted) {
   const auto report = map_recording(job_, {});
   ASSERT_TRUE(report) << to_string(report.error());
   EXPECT_THAT(report->warnings, Contains(HasSubstr("counts twice")));
-  EXPECT_THAT(report->warnings, Contains(HasSubstr("keep the size")));
+  EXPECT_THAT(report->warnings, Contains(HasSubstr("keep their size")));
 }
 
 TEST_F(MapExtension, WhatChangedSinceAnOlderMapIsSaid) {

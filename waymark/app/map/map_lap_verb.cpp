@@ -46,19 +46,19 @@ struct MapLapArgs {
 MapLapArgs::MapLapArgs(CLI::App& verb)
     : settings(verb),
       bundle(settings, "bundle", "Method bundle"),
-      chain(settings, "chain", "Where the search starts, and method chain"),
-      points(settings, "points", "Recordings with poses of tags and no corners"),
+      chain(settings, "chain", "Initial estimate, and method chain"),
+      points(settings, "points", "Recordings with tag poses but no corners"),
       route(settings, "route", "Route"),
       detector(settings, "Detector") {
   add_fields(verb, job);
   add_option(verb, "--anchor-pose X Y Z ROLL PITCH YAW", anchor_pose,
-             "Where the anchor stands in the map: x y z [m] and roll pitch yaw [deg] of the tag's frame (x "
-             "right, y down, z into the tag). Unless given: that of the recording; for another anchor the "
-             "map's origin is its centre, map z is up, map x goes into the tag",
+             "Pose of the anchor in the map: x y z [m] and roll pitch yaw [deg] of the tag frame (x "
+             "right, y down, z into the tag). Unless given: from the recording; for another anchor the "
+             "map origin is its centre, map z points up, map x into the tag",
              exactly(6));
   add_option(verb, "--tag-size-m SIZE", tag_sizes,
              "Side of the black square of the tags [m]; ID=SIZE for a tag of another size (repeatable). "
-             "Unless given: those of the recording")
+             "Unless given: from the recording")
       ->allow_extra_args(false);
   add_option(verb, "--method NAME", method,
              "Mapping method: bundle (bundle adjustment of all observations and odometry) or chain (tag to "
@@ -67,11 +67,11 @@ MapLapArgs::MapLapArgs(CLI::App& verb)
   add_option(verb, "--world NAME", world, "Ground truth of the tags, where the recording does not hold it");
   add_option(verb, "--prior FILE", prior,
              "Older map of the place (map.yaml, or any that `waymark localize --map` takes) with which the "
-             "new one is compared: tags swapped, moved or resized since are listed");
+             "new one is compared: tags that were swapped, moved or resized since then are listed");
   add_option(
       verb, "--extend MAP", extend,
-      "A map (map.yaml, or its folder) that this lap is to improve: the lap is moved onto it, and both "
-      "are adjusted together; what the lap did not see stays. The older one is kept");
+      "Map (map.yaml, or its folder) that this lap improves: the lap is aligned with it, and both "
+      "are adjusted together; tags that the lap does not observe are kept. The older map is backed up");
   add_option(verb, "--route-name NAME", job.route_name,
              "With --extend: the lap becomes the route of this name (route-NAME.yaml) beside those of the "
              "map, which stay");
@@ -86,13 +86,13 @@ MapLapArgs::MapLapArgs(CLI::App& verb)
              "such as one measured by hand [m]",
              kMore, between(1e-6, 10.0))
       ->default_str(fmt::format("{}", kMapSigma_m));
-  add_flag(verb, "--json", json, "One JSON object instead of words");
+  add_flag(verb, "--json", json, "Print one JSON object instead of text");
 }
 
 Result<MapJob> MapLapArgs::make_job() const {
   MapJob made = job;
   Refusals refused(settings.app());
-  refused.options(method == "chain", bundle, "the method chain does not optimise",
+  refused.options(method == "chain", bundle, "method chain does not optimise",
                   "Leave it out, or --method chain.");
   Status status = refused.status();
   if (status) status = bundle.apply(made.options.bundle);
@@ -161,25 +161,25 @@ ExitCode map_lap(const MapLapArgs& args, Console& console) {
 Verb map_lap_verb() {
   return {
       .name = "lap",
-      .sentence = "Make a map of the tags and a route of a robot's recorded lap",
+      .sentence = "Make a tag map and a route from a robot's recorded lap",
       .help =
-          R"(Writes map.yaml (tags), route.yaml (what to drive), trajectory.txt (where the base was, TUM format),
+          R"(Writes map.yaml (tags), route.yaml (the path to repeat), trajectory.txt (poses of the base, TUM format),
 summary.json (what --json prints) and figures into the folder; robot.yaml and truth_trajectory.txt where
-the recording holds them; trajectory_covariance.csv with method bundle. What stands in the folder under these
-names moves aside (map.1.yaml, error.1.svg, ...); a run writes all of its files or none. Formats: docs/formats/map.md.
-A recording that was cut is used as far as it goes. Where it holds pictures instead of tags, their tags are found first;
-the detector's flags say how, and that the pictures count also where the recording holds tags.
-Where the truth is known, errors are printed: in the frame the anchor gives, without any alignment.
-A recording brings its camera along: give --robot for one without a calibration.
+the recording contains them; trajectory_covariance.csv with method bundle. Existing files with these names are kept as
+backups (map.1.yaml, error.1.svg, ...); a run writes all of its files or none. Formats: docs/formats/map.md.
+A truncated recording is used up to where it ends. If it contains images instead of tags, tags are detected first. If
+a detector flag is given, tags are detected in the images even if the recording already contains tags.
+If the ground truth is known, errors are printed in the anchor's frame, without alignment.
+The camera is read from the recording: give --robot if the recording has no calibration.
 
-With --extend MAP a lap improves a map that is there: what both know is weighed by their covariances, tags that
-are not where the map has them are named and get their new place, tags the lap did not see stay. The map has an
-anchor, so --anchor and --anchor-pose do not go with it. With --route-name NAME the lap is one more route of that map:
+With --extend MAP a lap improves an existing map: both are weighted by their covariances. Tags that have moved are
+reported and get their new pose; tags that the lap does not observe are kept. The map has an
+anchor, so --anchor and --anchor-pose do not go with it. With --route-name NAME the lap becomes a further route of that map:
 `waymark replay MAP --route NAME` drives it.
-A recording that holds poses of tags and no corners (an LCM log of an MBot) is mapped with its odometry, in the
-frame of the base where it begins.
+A recording with tag poses but no corners (an LCM log of an MBot) is mapped with its odometry, in the
+frame of the base at its start.
 
-Exit code: 0 a map was made (doubts are warnings), 1 none could be made or written, 2 wrong usage, 130 Ctrl-C.
+Exit code: 0 map written (possibly with warnings), 1 no map could be made or written, 2 wrong usage, 130 Ctrl-C.
 
 Examples:
   waymark map lap.mcap -o map

@@ -51,8 +51,8 @@ std::vector<Odometry> best_odometry(const RecordedLap& recorded) {
 Result<MapFile> map_poses(const RecordedLap& recorded, const MapJob& job, MapReport& report) {
   if (job.overrides.anchor || job.overrides.map_T_anchor || job.extend)
     return fail(ErrorCode::Unsupported,
-                "this recording holds poses of tags and no corners: its map stands where the lap began", {},
-                "Leave out `anchor`, `anchor_pose` and `extend`.");
+                "this recording contains tag poses but no corners: its map frame is the start of the lap", {},
+                "Omit `anchor`, `anchor_pose` and `extend`.");
   PoseLap lap{.frames = recorded.tag_poses, .odometry = best_odometry(recorded)};
   auto sizes = tag_sizes_of(recorded, job.overrides);
   if (!sizes) return tl::unexpected(sizes.error());
@@ -61,15 +61,15 @@ Result<MapFile> map_poses(const RecordedLap& recorded, const MapJob& job, MapRep
   if (const auto facts = recorded.setup.metadata.find(lap_facts::kMetadata);
       facts != recorded.setup.metadata.end() && facts->second.contains(lap_facts::kAnchor))
     report.warnings.push_back(
-        fmt::format("the map stands where the lap began, not on the anchor {} that the recording names: it "
-                    "holds poses of tags and no corners",
+        fmt::format("the map frame is the start of the lap, not the anchor {} of the recording: it "
+                    "contains tag poses but no corners",
                     facts->second.at(lap_facts::kAnchor)));
   if (recorded.setup.base_T_cam) {
     lap.base_T_cam = *recorded.setup.base_T_cam;
   } else {
     lap.base_T_cam = SE3(body_R_optical(), Eigen::Vector3d::Zero());
     report.warnings.emplace_back(
-        "nobody says where the camera sits: it starts above the middle of the base, looking ahead");
+        "camera mounting unknown; initialised above the origin of the base, looking ahead");
   }
   Result<MappedPoseLap> mapped = map_pose_lap(lap, {.points = job.points, .route = job.options.route});
   if (!mapped) return tl::unexpected(mapped.error());
@@ -129,8 +129,8 @@ void tell_of_orphaned_routes(const MapJob& job, int number, MapReport& report) {
   const std::vector<std::string> names = orphaned_routes(job);
   if (names.empty()) return;
   report.warnings.push_back(
-      fmt::format("the routes of the older map ({}) are none of this one: they were set aside as "
-                  "route-NAME.{}.yaml. A lap becomes a further route of a map that stays with `extend={}` "
+      fmt::format("the routes of the older map ({}) do not belong to the new one and were renamed to "
+                  "route-NAME.{}.yaml. To add a lap as a further route of a map, set `extend={}` "
                   "`route_name=NAME`",
                   fmt::join(names, ", "), number, job.folder.string()));
 }
@@ -142,7 +142,7 @@ void tell_of_stations(const MapJob& job, MapReport& report) {
   std::string names;
   for (const Station& station : older->stations) names += (names.empty() ? "" : ", ") + station.name;
   report.warnings.push_back(
-      fmt::format("the stations of the older route ({}) are not on the new one: put them there again with "
+      fmt::format("the stations of the older route ({}) are not on the new one: place them again with "
                   "`waymark routes {}`",
                   names, shell_word(job.folder.string())));
 }
@@ -164,7 +164,7 @@ Status take_routes_along(const MapJob& job, const fs::path& folder) {
     }
   }
   if (!error) return {};
-  return fail(ErrorCode::Unwritable, "cannot take the map's other routes along: " + error.message(),
+  return fail(ErrorCode::Unwritable, "cannot copy the other routes of the map: " + error.message(),
               {.source = job.folder.string()});
 }
 
@@ -289,7 +289,7 @@ Status write_figures(const RecordedLap& recorded, const MapJob& job, const fs::p
                       plot::tags_in_view_figure("Tags in view", recorded.frames), svg, report.files);
 }
 
-/// Everything a map's folder holds, all of it or nothing. What stands there moves aside.
+/// Writes all files of a map folder, or none. Existing files become backups.
 Status write_map_folder(const RecordedLap& recorded, const MapJob& job, const MapFile& map,
                         const Stopwatch& watch, MapReport& report) {
   Result<StagedFolder> staged = StagedFolder::open(job.folder);
@@ -337,7 +337,7 @@ void compare_aligned(const RecordedLap& recorded, MapReport& report) {
   Result<Trajectory> aligned = aligned_to(report.lap.trajectory, recorded.truth);
   if (!aligned) {
     report.warnings.push_back(
-        fmt::format("the true trajectory is not compared: {}", aligned.error().message));
+        fmt::format("not compared with the true trajectory: {}", aligned.error().message));
     return;
   }
   report.true_path = std::move(*aligned);
@@ -358,11 +358,11 @@ Status compare_with_truth(const RecordedLap& recorded, const MapJob& job, const 
   const MappedTag* true_anchor = world ? world->tags.find(setup.anchor) : nullptr;
   if (world && true_anchor == nullptr) {
     report.warnings.push_back(
-        fmt::format("{} is not in the world: not compared with it", to_string(setup.anchor)));
+        fmt::format("not compared with the world: {} is not in it", to_string(setup.anchor)));
     return {};
   }
   if (true_anchor != nullptr && !in_frame_of_truth(setup.map_T_anchor, true_anchor->map_T_tag)) {
-    report.warnings.emplace_back("the anchor does not stand where the truth has it: not compared");
+    report.warnings.emplace_back("not compared with the ground truth: the anchor pose differs from it");
     return {};
   }
   if (world) {
@@ -420,8 +420,8 @@ void doubt_repetition(const MapJob& job, MapReport& report) {
         (", " + words + ",").find(", " + name + ",") == std::string::npos)
       continue;
     report.warnings.push_back(
-        fmt::format("the map that is extended was made of a {} already: if it is the same recording, what it "
-                    "says counts twice, and the map calls itself surer than it is",
+        fmt::format("the extended map was already made from a {}: if it is the same recording, its "
+                    "observations count twice, and the covariance of the map becomes too small",
                     name));
     return;
   }
@@ -439,8 +439,8 @@ void tell_of_size(const MapJob& job, MapReport& report) {
   }
   if (others == 0) return;
   report.warnings.push_back(
-      fmt::format("`tag_size_m={}` is taken for tags that the map does not have: {} of it keep the size it "
-                  "says ({} m). Where that is wrong, correct size_m in the map, or map the lap anew",
+      fmt::format("`tag_size_m={}` applies to tags that are not in the map: {} of the map keep their "
+                  "size ({} m). If that is wrong, correct size_m in the map, or map the lap from scratch",
                   asked, others, known));
 }
 
@@ -524,7 +524,7 @@ struct MountingOffset {
 ReportFields fields(const MountingOffset& offset) {
   return {{"off", "Estimate minus the value of the robot's file", offset.off},
           {"sigma", "Standard deviation of the estimate", offset.sigma},
-          {"observable", "Whether the lap determines this number", offset.observable}};
+          {"observable", "Whether the lap determines this value", offset.observable}};
 }
 
 struct MountingOffsets {
@@ -560,7 +560,7 @@ std::optional<MountingOffsets> mounting_offsets(const std::optional<BundleFigure
 
 ReportFields fields(const LoopClosure& loop) {
   return {{"tag", "The tag", to_string(loop.tag)},
-          {"away_s", "Time out of sight", loop.away_s},
+          {"away_s", "Time out of view", loop.away_s},
           {"way_m", "Distance driven meanwhile", loop.way_m},
           {"before_m", "Position error of the wheel odometry alone over this distance", loop.before_m},
           {"before_deg", "Heading error of the wheel odometry alone over this distance",
@@ -604,8 +604,7 @@ ReportFields fields(const MapReport& report) {
        part(bundle, &BundleFigures::noise_ratio)},
       {"correlated_pictures", "Successive pictures that weigh as one, as errors of corners last",
        part(bundle, &BundleFigures::correlated_frames)},
-      {"observations_rejected", "Observations that contradict the others",
-       part(bundle, &BundleFigures::rejected)},
+      {"observations_rejected", "Observations rejected as outliers", part(bundle, &BundleFigures::rejected)},
       {"observations_rejected_by_tag",
        "By tag: used, elsewhere, other_pose, inexact_corners, no_pose (counts, of tags that lost some)",
        part(bundle, [&](const BundleFigures& b) { return rejected_by_tag(b, lap.observations); })},
@@ -614,22 +613,22 @@ ReportFields fields(const MapReport& report) {
        part(scales, &OdometryScales::distance)},
       {"odometry_yaw_scale", "Factor that corrects turns of the wheel odometry",
        part(scales, &OdometryScales::yaw)},
-      {"turns_by_gyro", "Turns are the gyro's, as those of the wheels agree clearly worse with the tags",
+      {"turns_by_gyro", "Yaw rates are the gyro's, as those of the wheels fit the tags clearly worse",
        part(bundle, &BundleFigures::turns_by_gyro)},
-      {"without_gyro_fraction", "Share of the lap without gyro; 1 without any",
+      {"without_gyro_fraction", "Fraction of the lap without gyro data; 1 without a gyro",
        part(bundle, &BundleFigures::without_gyro_share)},
       {"wall_s", "Duration of the run", report.wall_s},
       {"peak_rss_mib", "Peak memory of the process so far", report.peak_rss_mib},
-      {"warnings", "What is doubtful about the map, one sentence each", report.warnings},
-      {"loop_closure", "The tag that was out of sight for the longest distance and then seen again, if any",
+      {"warnings", "Warnings about the map, one sentence each", report.warnings},
+      {"loop_closure", "Tag that was out of view for the longest distance and then observed again, if any",
        if_any(bundle ? bundle->loop : std::nullopt)},
-      {"camera_mounting", "Mounting of the camera as the lap shows it, relative to the robot's file",
+      {"camera_mounting", "Camera mounting estimated from the lap, relative to the robot file",
        if_any(mounting_offsets(bundle))},
-      {"prior_tags_agreeing", "With `prior`: tags that are where the older map has them",
+      {"prior_tags_agreeing", "With `prior`: tags whose position is consistent with the older map",
        if_any(report.prior_agreeing)},
       {"prior_rms_m", "With `prior`: distance of these tags from there after alignment, root mean square",
        if_any(part(report.prior_agreeing, [&](int) { return report.prior_rms_m; }))},
-      {"extended_tags_agreeing", "With `extend`: tags that are where the extended map has them",
+      {"extended_tags_agreeing", "With `extend`: tags whose position is consistent with the extended map",
        if_any(report.extends ? part(bundle, &BundleFigures::prior_agreeing) : std::nullopt)},
       {"camera_off_m", "Recordings of tag poses only: x and y of the camera relative to the assumed place",
        if_any(part(camera_off,
@@ -649,9 +648,9 @@ namespace {
 std::string gyro_in_words(const BundleFigures& b) {
   constexpr double kWorthSaying = 0.005;
   if (b.without_gyro_share < kWorthSaying || b.without_gyro_share == 1) return {};
-  const char* what = b.turns_by_gyro ? "turns there are those of the wheels, with a scale of their own"
-                                     : "turns are those of the odometry all along";
-  return fmt::format("the gyro is missing from {:.0f} % of the lap: {}\n", 100 * b.without_gyro_share, what);
+  const char* what = b.turns_by_gyro ? "yaw rates there are those of the wheels, with a separate scale"
+                                     : "yaw rates are those of the odometry throughout";
+  return fmt::format("no gyro data in {:.0f} % of the lap: {}\n", 100 * b.without_gyro_share, what);
 }
 
 /// How much of the lap the route does not hold, if that is more than the usual overlap.
@@ -672,25 +671,25 @@ std::string to_text(const MapReport& report, const std::string& folder) {
   if (report.tag_errors) {
     const TagMapErrors& e = *report.tag_errors;
     text += fmt::format(
-        "against the truth, anchored, not aligned:\n"
+        "compared with the ground truth, anchored, not aligned:\n"
         "  tags        {:.3f} m rmse, {:.3f} m worst, {:.2f} deg rmse ({} of {})\n",
         e.rmse_m, e.max_m, e.orientation_rmse_deg, e.tags, e.tags + e.missing.size());
   }
   if (report.trajectory_errors && !report.tag_errors)
     text += report.truth_aligned
-                ? "against the true trajectory, after alignment (where the anchor stands was not told):\n"
-                : "against the true trajectory, not aligned:\n";
+                ? "compared with the true trajectory, after alignment (pose of the anchor unknown):\n"
+                : "compared with the true trajectory, not aligned:\n";
   if (report.trajectory_errors)
     text += fmt::format("  trajectory  {:.3f} m rmse, {:.3f} m worst\n", report.trajectory_errors->rmse_m,
                         report.trajectory_errors->max_m);
   if (lap.bundle) {
     const BundleFigures& b = *lap.bundle;
     text += fmt::format(
-        "corners within {:.2f} px (rms); the farthest tag moved {:.3f} m from where the chain had it\n",
-        b.rms_px, b.moved_m);
+        "reprojection error {:.2f} px (rms); tags moved up to {:.3f} m from the initial estimate\n", b.rms_px,
+        b.moved_m);
     if (b.odometry_scales_sigma.distance > 0)
       text += fmt::format(
-          "what the wheels say must be multiplied by {:.4f} +- {:.4f} (distances) and {:.3f} +- {:.3f} "
+          "scale of the wheel odometry: {:.4f} +- {:.4f} (distances) and {:.3f} +- {:.3f} "
           "(turns)\n",
           b.odometry_scales.distance, b.odometry_scales_sigma.distance, b.odometry_scales.yaw,
           b.odometry_scales_sigma.yaw);
@@ -699,28 +698,26 @@ std::string to_text(const MapReport& report, const std::string& folder) {
   if (lap.bundle && lap.bundle->loop) {
     const LoopClosure& loop = *lap.bundle->loop;
     text += fmt::format(
-        "the way closes at {} after {:.1f} m: the wheels alone would be {:.3f} m and {:.1f} deg off there, "
-        "adjusted its observations agree within {:.3f} m\n",
+        "loop closed at {} after {:.1f} m: error of wheel odometry alone {:.3f} m and {:.1f} deg; "
+        "after adjustment its observations agree within {:.3f} m\n",
         to_string(loop.tag), loop.way_m, loop.before_m, to_degrees(loop.before_rad), loop.after_m);
   }
   if (report.poses) {
     const PoseLapFigures& p = *report.poses;
     text += fmt::format(
-        "observations within {:.3f} m (rms); wheels to be multiplied by {:.4f} +- {:.4f} (distances) and "
+        "residual {:.3f} m (rms); scale of the wheel odometry {:.4f} +- {:.4f} (distances) and "
         "{:.3f} "
         "+- "
         "{:.3f} (turns)\n",
         p.rms_m, p.scales.distance, p.scales_sigma.distance, p.scales.yaw, p.scales_sigma.yaw);
   }
   if (report.prior_agreeing)
-    text +=
-        fmt::format("{} tags stand where the prior map has them, within {:.3f} m (rms, after alignment)\n",
-                    *report.prior_agreeing, report.prior_rms_m);
+    text += fmt::format("{} tags are consistent with the prior map, within {:.3f} m (rms, after alignment)\n",
+                        *report.prior_agreeing, report.prior_rms_m);
   if (lap.bundle && report.extends)
-    text += fmt::format("{} tags agree with the map that is extended\n", lap.bundle->prior_agreeing);
+    text += fmt::format("{} tags are consistent with the extended map\n", lap.bundle->prior_agreeing);
   if (!report.set_aside.empty())
-    text += fmt::format("what stood there before has a number in its name now: {}\n",
-                        fmt::join(report.set_aside, ", "));
+    text += fmt::format("existing files were renamed: {}\n", fmt::join(report.set_aside, ", "));
   return text;
 }
 

@@ -20,16 +20,16 @@ std::string what_is_mapped(const std::vector<std::string>& words) {
 Verb map_verb() {
   return {
       .name = "map",
-      .sentence = "Make a map of the tags, and a route, of a recorded lap, a video or a scene",
+      .sentence = "Make a tag map, and a route, from a recorded lap, a video or a scene",
       .help =
-          R"(`waymark map lap` maps the lap of a robot: corners (or poses) of tags and odometry become a map, a route and figures.
-`waymark map video` maps the video of a camera that is carried by hand: no robot, no odometry, six degrees of freedom.
-`waymark map scene` maps cameras and bodies that TagSLAM's files describe: any cameras on any bodies, no floor.
-`waymark map convert` turns a map into another program's form, or another's into ours.
+          R"(`waymark map lap` maps a robot's lap: tag corners (or poses) and odometry become a map, a route and figures.
+`waymark map video` maps the video of a hand-held camera: no robot, no odometry, six degrees of freedom.
+`waymark map scene` maps cameras and bodies described by TagSLAM's files: any cameras on any bodies, no floor.
+`waymark map convert` converts a map between Waymark's format and those of other programs.
 
-A line may leave out which one is meant: with --tagslam it is `scene`; with --camera, or where a file is a video,
-`video`; else `lap`. `waymark map FILE --help` prints the flags of the one that a line chooses. A file or folder that
-is called lap, video, scene or convert is written with its folder: ./lap.
+The subcommand may be omitted: with --tagslam it is `scene`; with --camera, or if a file is a video,
+`video`; else `lap`. `waymark map FILE --help` prints the flags of the selected subcommand. Write a file or folder that
+is called lap, video, scene or convert with its folder: ./lap.
 
 Examples:
   waymark map lap.mcap -o map

@@ -147,24 +147,23 @@ void warn(MapSceneReport& report) {
     });  // said by scene_warnings
     if (tied) continue;
     report.warnings.push_back(
-        fmt::format("tag{} {} {} never seen together with one that leads to the map: left out",
+        fmt::format("tag{} {} {} never observed together with a tag connected to the map: omitted",
                     group.size() > 1 ? "s" : "", words_of(group), group.size() > 1 ? "were" : "was"));
   }
   for (std::string& words : scene_warnings(map)) report.warnings.push_back(std::move(words));
   if (!map.rejected_tags.empty())
-    report.warnings.push_back(
-        fmt::format("ids on no list that were hardly seen or contradict themselves, left out: {}",
-                    words_of(map.rejected_tags)));
+    report.warnings.push_back(fmt::format("omitted unlisted ids with few or inconsistent observations: {}",
+                                          words_of(map.rejected_tags)));
   const std::vector<TagId> foreign = foreign_tags(map);
   if (!foreign.empty())
     report.warnings.push_back(
-        fmt::format("{} ids belong to no body and were passed over: {}", foreign.size(), words_of(foreign)));
+        fmt::format("ignored {} ids that belong to no body: {}", foreign.size(), words_of(foreign)));
   if (!map.rejected.empty())
-    report.warnings.push_back(fmt::format("{} of {} observations contradict the others and were left out",
-                                          map.rejected.size(), map.observations.seen.size()));
+    report.warnings.push_back(fmt::format("rejected {} of {} observations as outliers", map.rejected.size(),
+                                          map.observations.seen.size()));
   for (std::size_t c = 0; c < map.scene.cameras.size(); ++c) {
     if (map.placed[map.problem.cameras[c]] == 0)
-      report.warnings.push_back(map.scene.cameras[c].name + " never saw anything that says where it is");
+      report.warnings.push_back(map.scene.cameras[c].name + " has no observation that determines its pose");
   }
 }
 
@@ -214,8 +213,8 @@ Result<SceneModel> parse_scene_model(const std::string& name) {
 
 Status check(const MapSceneJob& job) {
   if (!job.options.free_intrinsics || job.options.model != SceneModel::Tagslam) return {};
-  return fail(ErrorCode::InvalidArgument, "TagSLAM's model takes the cameras as given",
-              {.key = "free_intrinsics"}, "Leave it out, or leave out `model=tagslam`.");
+  return fail(ErrorCode::InvalidArgument, "TagSLAM's model keeps the cameras fixed",
+              {.key = "free_intrinsics"}, "Omit `free_intrinsics` or `model=tagslam`.");
 }
 
 Result<MapSceneReport> map_scene_recording(const MapSceneJob& job, const JobControl& control) {
@@ -266,7 +265,7 @@ ReportFields fields(const SceneCut& cut) {
 ReportFields fields(const CostAtValues& cost) {
   return {
       {"cost", "Cost of the other solution in TagSLAM's model", cost.cost},
-      {"free_poses", "Poses that it does not hold, which are where the cost is least", cost.free_poses},
+      {"free_poses", "Poses that the other solution lacks; chosen to minimise the cost", cost.free_poses},
       {"reprojection_mean_px", "Mean reprojection error of the corners", cost.reprojection_mean_px},
       {"reprojection_median_px", "Median reprojection error of the corners", cost.reprojection_median_px}};
 }
@@ -276,19 +275,19 @@ ReportFields fields(const MapSceneReport& report) {
   std::vector<std::vector<int>> unconnected;
   for (const std::vector<TagId>& group : map.unconnected) unconnected.push_back(numbers_of(group));
   return {{"frames", "Frames of the recording", report.frames},
-          {"frames_without_pose", "Frames without a pose, of the moving body that has most of them",
+          {"frames_without_pose", "Largest number of frames without a pose over the moving bodies",
            report.frames_without_pose},
           {"observations", "Observations of tags", map.observations.seen.size()},
           {"tags", "Tags in the map", tags_in_map(map)},
-          {"rejected_observations", "Observations that contradict the others", map.rejected.size()},
+          {"rejected_observations", "Observations rejected as outliers", map.rejected.size()},
           {"foreign_ids", "Ids that are on no body", numbers_of(foreign_tags(map))},
-          {"rejected_tag_ids", "Ids on no list that were hardly seen or contradict themselves",
+          {"rejected_tag_ids", "Unlisted ids with few or inconsistent observations",
            numbers_of(map.rejected_tags)},
-          {"unconnected_ids", "Groups of ids that nothing connects to the map", unconnected},
-          {"undetermined_ids", "Ids whose pose nothing determines; covariance as of an unknown pose",
+          {"unconnected_ids", "Groups of ids without a connection to the map", unconnected},
+          {"undetermined_ids", "Ids whose pose is undetermined; their covariance is that of an unknown pose",
            numbers_of(map.undetermined)},
           {"thin_cuts", "Parts of the map that depend on few observations, the largest first", map.thin_cuts},
-          {"left_out_cuts", "Unconnected parts: nothing confirms the observations that would connect them",
+          {"left_out_cuts", "Unconnected parts: the observations that would connect them are unconfirmed",
            map.left_out_cuts},
           {"size_scale", "Size of all tags relative to the given one; 1 without distances", map.size_scale},
           {"noise_px", "Standard deviation of a corner coordinate", map.noise_px},
@@ -300,7 +299,7 @@ ReportFields fields(const MapSceneReport& report) {
           {"files", "Files that were written", report.files},
           {"wall_s", "Duration of the run", report.wall_s},
           {"peak_rss_mib", "Peak memory of the process so far", report.peak_rss_mib},
-          {"warnings", "What is doubtful about the map, one sentence each", report.warnings},
+          {"warnings", "Warnings about the map, one sentence each", report.warnings},
           {"intrinsics", "With `free_intrinsics`: by camera and parameter value, sigma and given",
            if_any(intrinsics_fields(map))},
           {"against", "With `against`: the other solution", if_any(report.against)}};
@@ -309,7 +308,7 @@ ReportFields fields(const MapSceneReport& report) {
 std::string to_text(const MapSceneReport& report, const std::string& folder) {
   std::string text = fmt::format("{}: {} tags from {} observations in {} frames\n", folder,
                                  tags_in_map(report.map), report.map.observations.seen.size(), report.frames);
-  text += fmt::format("corners within {:.3f} px (mean; median {:.3f}), noise {:.3f} px, cost {:.2f}\n",
+  text += fmt::format("reprojection error {:.3f} px (mean; median {:.3f}), noise {:.3f} px, cost {:.2f}\n",
                       report.map.reprojection_mean_px, report.map.reprojection_median_px, report.map.noise_px,
                       report.map.cost);
   if (report.against)

@@ -10,7 +10,7 @@
 #include "waymark/base/fields.hpp"
 #include "waymark/mapping/scene/scene_values.hpp"
 
-/// `waymark map scene`: scenes of cameras and bodies that TagSLAM's files describe.
+/// `waymark map scene`: scenes of cameras and bodies described by TagSLAM's files.
 namespace waymark {
 
 struct MapSceneJob {
@@ -22,32 +22,30 @@ struct MapSceneJob {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.recording,
-          JobField("recording RECORDING", "Recording of tags, and odometry where there is any: a bag or MCAP")
-              .input()
-              .required());
+    visit(self.recording, JobField("recording RECORDING",
+                                   "Recording (bag or MCAP) with tag detections and, if available, odometry")
+                              .input()
+                              .required());
     visit(self.tagslam,
           JobField("tagslam FOLDER",
                    "A folder with TagSLAM's tagslam.yaml, cameras.yaml and camera_poses.yaml (or a "
-                   "config.json): cameras and bodies are as they say")
+                   "config.json), which describe cameras and bodies")
               .required());
     visit(self.folder, JobField("output FOLDER", "Folder for the map and the trajectories").required());
     visit(self.options.free_intrinsics,
           JobField("free_intrinsics",
-                   "Cameras are adjusted too: focal lengths and principal point within 1 % (standard "
-                   "deviation) of what is given, distortion k within 0.05 and p within 0.005"));
-    visit(
-        self.against,
-        JobField(
-            "against FOLDER",
-            "Folder of another solution (ref_static.csv, ref_trajectory.csv): both are about its frames and "
-            "tags, and its cost is printed"));
+                   "Estimate the intrinsics as well: focal lengths and principal point within 1 % (standard "
+                   "deviation) of the given ones, distortion k within 0.05 and p within 0.005"));
+    visit(self.against,
+          JobField("against FOLDER",
+                   "Folder of another solution (ref_static.csv, ref_trajectory.csv): both use its frames and "
+                   "tags, and its cost is printed"));
   }
 };
 
 /// "waymark", "tagslam"; errors name the field `model`.
 [[nodiscard]] Result<SceneModel> parse_scene_model(const std::string& name);
-/// Fails where fields contradict each other.
+/// Fails if fields contradict each other.
 [[nodiscard]] Status check(const MapSceneJob& job);
 
 struct MapSceneReport {
@@ -61,15 +59,15 @@ struct MapSceneReport {
   double peak_rss_mib = 0;
 };
 
-/// Maps and writes map.yaml (tags of bodies that stand still), poses.yaml and camera_poses.yaml (as
-/// TagSLAM's), trajectory_BODY.txt of each body that moves, and summary.json. Nothing is written when no map
+/// Maps and writes map.yaml (tags on static bodies), poses.yaml and camera_poses.yaml (as
+/// TagSLAM's), trajectory_BODY.txt of each moving body, and summary.json. Writes nothing if no map
 /// can be made.
 [[nodiscard]] Result<MapSceneReport> map_scene_recording(const MapSceneJob& job, const JobControl& control);
-/// What `--json` prints and summary.json holds.
+/// The content of `--json` and summary.json.
 [[nodiscard]] ReportFields fields(const MapSceneReport& report);
 [[nodiscard]] ReportFields fields(const SceneCut& cut);
 [[nodiscard]] ReportFields fields(const CostAtValues& cost);
-/// What the verb `map` prints of a map that it wrote into this folder.
+/// The output of the verb `map` for a map in this folder.
 [[nodiscard]] std::string to_text(const MapSceneReport& report, const std::string& folder);
 
 }  // namespace waymark

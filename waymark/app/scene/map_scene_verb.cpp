@@ -16,7 +16,7 @@ struct MapSceneArgs {
                "Cost model: waymark, or tagslam (TagSLAM's noise of every observation and of the cameras' "
                "poses)",
                kShown);
-    add_flag(verb, "--json", json, "One JSON object instead of words");
+    add_flag(verb, "--json", json, "Print one JSON object instead of text");
   }
 
   MapSceneJob job{};
@@ -47,16 +47,16 @@ ExitCode map_scene(const MapSceneArgs& args, Console& console) {
 Verb map_scene_verb() {
   return {
       .name = "scene",
-      .sentence = "Make a map of cameras and bodies with tags that TagSLAM's files describe",
+      .sentence = "Map cameras and tagged bodies described by TagSLAM's files",
       .help =
-          R"(The recording is of any cameras on any bodies that look at tags on any bodies, as TagSLAM's files in the folder of
---tagslam say; no floor, wheels or route are needed. Sizes of tags, the anchor (a body that stands still) and cameras
-are those of the files, which is why this verb has no flags for them. It writes map.yaml (tags of bodies that
-stand still), trajectory_BODY.txt of each body that moves, poses.yaml and camera_poses.yaml as TagSLAM reads them, and
-summary.json (docs/formats/tagslam.md). The recording is a bag or an MCAP file of detections; pictures are not searched
-for tags.
+          R"(The recording has any cameras on any bodies that observe tags on any bodies, as described by TagSLAM's files in
+--tagslam; no floor, wheels or route are needed. Tag sizes, the anchor (a static body) and cameras
+are read from these files, so this verb has no flags for them. It writes map.yaml (tags on static
+bodies), trajectory_BODY.txt of each moving body, poses.yaml and camera_poses.yaml in TagSLAM's format, and
+summary.json (docs/formats/tagslam.md). The recording is a bag or an MCAP file of detections; tags are not detected
+in images.
 
-Exit code: 0 a map was made (doubts are warnings), 1 none could be made or written, 2 wrong usage, 130 Ctrl-C.
+Exit code: 0 map written (possibly with warnings), 1 no map could be made or written, 2 wrong usage, 130 Ctrl-C.
 
 Examples:
   waymark map tags.bag --tagslam config -o scene

@@ -47,10 +47,9 @@ Result<std::map<std::string, std::size_t>> cameras_by_topic(const MessageLog& lo
       cameras[topics.front()] = c;
     } else {
       return fail(ErrorCode::NotFound,
-                  fmt::format("there are no detections of {} on topic '{}'", scene.cameras[c].name, wanted),
-                  {},
-                  topics.empty() ? "No topic of this recording holds tags with corners."
-                                 : fmt::format("Topics that hold tags: {}.", fmt::join(topics, ", ")));
+                  fmt::format("no detections of {} on topic '{}'", scene.cameras[c].name, wanted), {},
+                  topics.empty() ? "No topic of this recording contains tags with corners."
+                                 : fmt::format("Topics with tags: {}.", fmt::join(topics, ", ")));
     }
   }
   return cameras;
@@ -83,7 +82,7 @@ class Reader {
     const ros2::Pose& pose = message->pose.pose;
     const Eigen::Vector4d q(pose.orientation.x, pose.orientation.y, pose.orientation.z, pose.orientation.w);
     if (!(q.norm() > 0.5 && q.norm() < 2))
-      return fail(ErrorCode::Unreadable, "odometry whose quaternion is none");
+      return fail(ErrorCode::Unreadable, "odometry with an invalid quaternion");
     odometry_.push_back({ros2::from_ros(message->header.stamp), it->second, ros2::from_ros(pose)});
     return {};
   }
@@ -109,7 +108,7 @@ Result<SceneRecording> read_scene_recording(const std::filesystem::path& path, c
   const auto log = open_recording(path, control);
   if (!log) return tl::unexpected(log.error());
   if ((*log)->format() == LogFormat::Csv)
-    return fail(ErrorCode::InvalidArgument, "a CSV table does not say which camera saw its detections when",
+    return fail(ErrorCode::InvalidArgument, "a CSV table has no camera name and stamp per detection",
                 {.source = path.string()},
                 "Scenes of `tagslam` are mapped from a bag or an MCAP file of detections.");
   const auto cameras = cameras_by_topic(**log, scene);
@@ -144,7 +143,8 @@ Result<SceneRecording> read_scene_recording(const std::filesystem::path& path, c
   for (const LogProblem& problem : (*log)->problems()) problems.push_back(to_string(problem.error));
   SceneRecording recording = reader.finish();
   if (recording.frames.empty())
-    return fail(ErrorCode::NotFound, "there is no frame of these cameras in it", {.source = path.string()});
+    return fail(ErrorCode::NotFound, "the recording contains no frame of these cameras",
+                {.source = path.string()});
   return recording;
 }
 

@@ -10,9 +10,9 @@
 
 namespace waymark {
 
-/// What cameras and odometry of a scene say in a recording of any format: cameras by the topic of their
+/// Reads detections and odometry of a scene from a recording of any format: cameras by the topic of their
 /// detections (or the only topic of detections, for the only camera), odometry by its child frame. `problems`
-/// is called with what is damaged. Fails when a camera's topic is not there: the error names those that are.
+/// receives damage. Fails if a camera's topic is missing; the error names the existing ones.
 [[nodiscard]] Result<SceneRecording> read_scene_recording(const std::filesystem::path& path,
                                                           const TagScene& scene, const JobControl& control,
                                                           std::vector<std::string>& problems);

@@ -49,8 +49,9 @@ Status check_videos_differ(const std::vector<std::string>& videos) {
     for (std::size_t k = 0; k < i; ++k) {
       std::error_code ignored;  // of a file that is not there, which reading names
       if (videos[i] == videos[k] || std::filesystem::equivalent(videos[i], videos[k], ignored))
-        return fail(ErrorCode::InvalidArgument, "this video is given twice", {.source = videos[i]},
-                    "Give each video once: its pictures would count as independent measurements.");
+        return fail(
+            ErrorCode::InvalidArgument, "this video is given twice", {.source = videos[i]},
+            "Give each video once; otherwise its images would count twice as independent measurements.");
     }
   return {};
 }
@@ -71,22 +72,22 @@ Result<std::vector<SceneFrame>> film(const MapVideoJob& job, const TagFinder& fi
     offset = frames.back().stamp.time_since_epoch() + std::chrono::seconds(1);
   }
   if (count_tags(frames).empty())
-    return fail(ErrorCode::NotFound, "no tag was found in any picture", {.source = job.videos.front()},
-                "Give the family of the tags with `family`; `waymark detect` shows what is found.");
+    return fail(ErrorCode::NotFound, "no tag was detected in any image", {.source = job.videos.front()},
+                "Set the tag family with `family`; `waymark detect` shows the detections.");
   return frames;
 }
 
 /// Why a map without a tag is none.
 Error no_tag_left(const MapVideoJob& job, const SceneMap& map) {
-  std::string message = "no tag is left in the map";
+  std::string message = "no tag remains in the map";
   if (!map.rejected.empty())
-    message += fmt::format(": {} of {} observations contradict the others", map.rejected.size(),
+    message += fmt::format(": rejected {} of {} observations as outliers", map.rejected.size(),
                            map.observations.seen.size());
   const char* distances = job.distances.empty() ? "" : "the distances measured between tags (`distance`), ";
   return {ErrorCode::NotFound,
           message,
           {},
-          fmt::format("Check {}the size of the tags and the calibration of the camera.", distances)};
+          fmt::format("Check {}the tag size and the camera calibration.", distances)};
 }
 
 /// The tags that came out; one of which nothing determines where it is did not.
@@ -150,7 +151,7 @@ void list_distances(const MapVideoJob& job, MapVideoReport& report) {
     const MappedTag* b = report.file.tags.find(d.b);
     if (a == nullptr || b == nullptr) {
       report.warnings.push_back(
-          fmt::format("the distance between {} and {} says nothing: not both are in the map", to_string(d.a),
+          fmt::format("ignored the distance between {} and {}: not both tags are in the map", to_string(d.a),
                       to_string(d.b)));
       continue;
     }
@@ -164,35 +165,35 @@ void warn_of(const VideoAnchors& anchors, MapVideoReport& report) {
   const SceneMap& map = report.map;
   if (anchors.assumed && anchors.exact.contains(anchors.first))
     report.warnings.push_back(
-        fmt::format("{} is taken to hang upright at the origin of the map; `anchor` and `anchor_pose` place "
+        fmt::format("{} is assumed upright at the map origin; `anchor` and `anchor_pose` place "
                     "a tag, `upright` "
-                    "and `floor` say which tags tell the level",
+                    "and `floor` name the tags that level the map",
                     to_string(anchors.first)));
   for (const std::vector<TagId>& group : map.unconnected) {
     std::string names;
     for (const TagId& tag : group) names += (names.empty() ? "" : ", ") + std::to_string(tag.number);
-    report.warnings.push_back("never in one picture with a tag that leads to the map, left out: " + names);
+    report.warnings.push_back("omitted, never in one image with a tag connected to the map: " + names);
   }
   if (report.corner_chi2_per_dof > kDoubtfulChi2)
     report.warnings.push_back(fmt::format(
-        "the corners lie {:.1f} times as far from this map as the detector's covariances say: is it the "
+        "the residuals are {:.1f} times as large as the detector's covariances predict. Is it the "
         "calibration of this camera at this resolution and focus, are the tags flat and of this size, and is "
-        "the video neither stabilised nor strongly compressed? The standard deviations of the map are by the "
-        "residuals, and hold no error that is the same in all pictures",
+        "the video neither stabilised nor strongly compressed? The map's standard deviations follow from the "
+        "residuals and exclude errors common to all images",
         std::sqrt(report.corner_chi2_per_dof)));
   for (const FoundIntrinsics& lens : map.intrinsics)
     for (Eigen::Index i = 0; i < lens.found.size(); ++i)
       if (std::abs(lens.found[i] - lens.given[i]) > 3 * lens.prior_sigma[i])
-        report.warnings.push_back(
-            fmt::format("the video says {} is {:.5g}, {:.1f} standard deviations from the calibration's "
-                        "{:.5g}: calibrate "
-                        "the camera again, at this resolution and focus",
-                        lens.names[static_cast<std::size_t>(i)], lens.found[i],
-                        std::abs(lens.found[i] - lens.given[i]) / lens.prior_sigma[i], lens.given[i]));
+        report.warnings.push_back(fmt::format(
+            "the video's estimate of {} is {:.5g}, {:.1f} standard deviations from the calibration's "
+            "{:.5g}; calibrate "
+            "the camera again, at this resolution and focus",
+            lens.names[static_cast<std::size_t>(i)], lens.found[i],
+            std::abs(lens.found[i] - lens.given[i]) / lens.prior_sigma[i], lens.given[i]));
   for (std::string& words : scene_warnings(map)) report.warnings.push_back(std::move(words));
   if (!map.rejected.empty())
-    report.warnings.push_back(fmt::format("{} of {} observations contradict the others and were left out",
-                                          map.rejected.size(), map.observations.seen.size()));
+    report.warnings.push_back(fmt::format("rejected {} of {} observations as outliers", map.rejected.size(),
+                                          map.observations.seen.size()));
 }
 
 Status write_all(const MapVideoJob& job, const Stopwatch& watch, MapVideoReport& report) {
@@ -244,9 +245,9 @@ Result<MeasuredDistance> parse_distance(const std::string& text) {
     begin = end + 1;
   }
   const auto wrong = [&] {
-    return fail(ErrorCode::InvalidArgument, fmt::format("'{}' is no distance between two tags", text),
+    return fail(ErrorCode::InvalidArgument, fmt::format("invalid tag distance '{}'", text),
                 {.key = "distance"},
-                "Two ids and metres: 3,7,2.41, with a standard deviation 3,7,2.41,0.002.");
+                "Give two ids and metres: 3,7,2.41, or with a standard deviation 3,7,2.41,0.002.");
   };
   if (parts.size() != 3 && parts.size() != 4) return wrong();
   const Result<TagId> a = tag_named(parts[0]);
@@ -278,32 +279,33 @@ Status check(const MapVideoJob& job) {
   };
   for (const std::string& video : job.videos)
     if (Status film = check_of_camera(
-            video, "`waymark map lap` maps it, without `camera`: its camera is that of the recording.");
+            video, "Map it by `waymark map lap`, without `camera`: the recording contains its camera.");
         !film)
       return film;
   if (!job.camera)
-    return refuse("camera", "a video says nothing about its camera",
-                  "Give its calibration: `camera=calibration.yaml`. `waymark calibrate camera` makes one.");
+    return refuse("camera", "a video contains no camera calibration",
+                  "Set `camera=calibration.yaml`; `waymark calibrate camera` makes this file.");
   if (!job.sizes.default_size_m)
-    return refuse("tag_size_m", "a video does not say how large its tags are",
+    return refuse("tag_size_m", "a video does not specify the tag size",
                   "Measure the side of the black square, for example `tag_size_m=0.165`.");
   const bool prior_in_doubt = job.prior_sigma_m || job.prior_sigma_deg;
   if (prior_in_doubt && job.prior.tags.empty())
     return refuse(job.prior_sigma_m ? "prior_sigma_m" : "prior_sigma_deg",
-                  "this is about the tags of an older map", "Give it with `prior`.");
+                  "this field applies to the tags of an older map", "Set `prior` to that map.");
   if (job.level_sigma_deg && job.upright.empty() && job.floor.empty() && job.planes.empty())
-    return refuse("level_sigma_deg", "no tag is said to be level",
-                  "Give it with `upright`, `floor` or `plane`.");
+    return refuse("level_sigma_deg", "no tag is declared level",
+                  "Combine it with `upright`, `floor` or `plane`.");
   if (job.map_T_anchor && (job.anchors.size() > 1 || prior_in_doubt))
-    return refuse("anchor_pose", "the tags of `prior` hold this map",
-                  "Leave it out, or give one `anchor` and neither `prior_sigma_m` nor `prior_sigma_deg`.");
+    return refuse(
+        "anchor_pose", "the tags of `prior` already define the map frame",
+        "Omit `anchor_pose`, or give one `anchor` and neither `prior_sigma_m` nor `prior_sigma_deg`.");
   for (const TagId& tag : job.floor)
     if (std::ranges::find(job.upright, tag) != job.upright.end())
       return refuse("upright",
-                    fmt::format("{} is also given with `floor`, and a tag cannot both lie on the floor and "
+                    fmt::format("{} is also in `floor`, but a tag cannot both lie on the floor and "
                                 "hang upright on a wall",
                                 to_string(tag)),
-                    "Leave it out of one of the two.");
+                    "Remove the tag from one of the two.");
   return {};
 }
 
@@ -312,7 +314,7 @@ Result<MapVideoReport> map_views(const MapVideoJob& job, std::vector<SceneFrame>
   if (Status sound = check(job); !sound) return tl::unexpected(sound.error());
   MapVideoReport report{.pictures = frames.size()};
   const std::map<TagId, int> count = count_tags(frames);
-  if (count.empty()) return fail(ErrorCode::NotFound, "there are no tags");
+  if (count.empty()) return fail(ErrorCode::NotFound, "the map contains no tags");
   const Result<VideoAnchors> anchors = internal::video_anchors(job, count);
   if (!anchors) return tl::unexpected(anchors.error());
   const Result<TagScene> scene = internal::video_scene(job, count, *anchors);
@@ -411,14 +413,14 @@ ReportFields fields(const MeasuredResidual& distance) {
 }
 
 ReportFields fields(const MapVideoReport& report) {
-  return {{"pictures", "Pictures of the videos", report.pictures},
-          {"pictures_with_pose", "Pictures with a pose of the camera", report.trajectory.size()},
+  return {{"pictures", "Images of the videos", report.pictures},
+          {"pictures_with_pose", "Images with a camera pose", report.trajectory.size()},
           {"anchor", "Anchor tag", to_string(report.file.anchor)},
           {"tags", "One entry per tag of the map", tags_of(report.file)},
           {"beside_prior", "With `prior`: one entry per tag of both maps that is not an exact anchor",
            report.beside},
           {"observations", "Observations of tags", report.map.observations.seen.size()},
-          {"rejected_observations", "Observations that contradict the others", report.map.rejected.size()},
+          {"rejected_observations", "Observations rejected as outliers", report.map.rejected.size()},
           {"noise_px", "Standard deviation of a corner coordinate", report.map.noise_px},
           {"reprojection_mean_px", "Mean reprojection error of the corners in use",
            report.map.reprojection_mean_px},
@@ -436,7 +438,7 @@ ReportFields fields(const MapVideoReport& report) {
            intrinsics_fields(report.map.intrinsics)},
           {"files", "Files that were written", report.files},
           {"wall_s", "Duration of the run", report.wall_s},
-          {"warnings", "What is doubtful about the map, one sentence each", report.warnings}};
+          {"warnings", "Warnings about the map, one sentence each", report.warnings}};
 }
 
 std::string to_text(const MapVideoReport& report, const std::string& folder) {
@@ -444,13 +446,13 @@ std::string to_text(const MapVideoReport& report, const std::string& folder) {
       fmt::format("{}: {} from {} ({} with a pose)\n", folder, counted(report.file.tags.tags.size(), "tag"),
                   counted(report.pictures, "picture"), report.trajectory.size());
   text += fmt::format(
-      "corners within {:.2f} px (mean), noise {:.2f} px; {:.1f} successive pictures count as one\n",
+      "reprojection error {:.2f} px (mean), noise {:.2f} px; {:.1f} successive images count as one\n",
       report.map.reprojection_mean_px, report.map.noise_px, report.map.correlated_frames);
   for (const FoundIntrinsics& lens : report.map.intrinsics)
     text += fmt::format("focal length {:.1f} +- {:.1f} px (given {:.1f} +- {:.1f})\n", lens.found[0],
                         lens.sigma[0], lens.given[0], lens.prior_sigma[0]);
   if (!report.measured.empty())
-    text += fmt::format("tags are {:.4f} +- {:.4f} times as large as given\n", report.map.size_scale,
+    text += fmt::format("estimated tag size: {:.4f} +- {:.4f} times the given one\n", report.map.size_scale,
                         report.map.size_sigma);
   for (const MeasuredResidual& d : report.measured)
     text += fmt::format("{} to {}: {:.4f} m in the map, measured {:.4f} m, {:+.1f} sigma\n",
@@ -466,7 +468,7 @@ std::string to_text(const MapVideoReport& report, const std::string& folder) {
   }
   for (const TagBesidePrior& tag : report.beside)
     text += fmt::format(
-        "{} stands {:+.4f} {:+.4f} {:+.4f} m (x y z) from where the prior map has it, turned {:.1f} deg\n",
+        "{} is {:+.4f} {:+.4f} {:+.4f} m (x y z) from its pose in the prior map, rotated {:.1f} deg\n",
         to_string(tag.tag), tag.off_m.x(), tag.off_m.y(), tag.off_m.z(), to_degrees(tag.turned_rad));
   return text;
 }

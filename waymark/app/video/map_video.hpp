@@ -17,7 +17,7 @@
 #include "waymark/samples/trajectory.hpp"
 #include "waymark/tags/tag_finder.hpp"
 
-/// `waymark map video`: tags in six degrees of freedom from the video of a camera that is carried by hand.
+/// `waymark map video`: tags in six degrees of freedom from the video of a hand-held camera.
 namespace waymark {
 
 /// A distance between the centres of two tags, measured with this standard deviation.
@@ -36,8 +36,8 @@ struct MapVideoJob {
 
   std::vector<std::string> videos{};  ///< of one camera and one place; or recordings of a camera alone
   std::optional<CameraModel> camera{};
-  /// Standard deviations of the camera's numbers (intrinsics_of), by its calibration: it is adjusted within
-  /// them, and they are part of every covariance. Empty: exact.
+  /// Standard deviations of the intrinsics (intrinsics_of) in its calibration: they are adjusted within
+  /// these, which are part of every covariance. Empty: exact.
   Eigen::VectorXd intrinsics_sigma{};
   double readout_s = 0;  ///< of a rolling shutter, first row to last, negative from the bottom; 0: global
   TagSizes sizes{};
@@ -45,17 +45,17 @@ struct MapVideoJob {
   /// printer.
   double tag_size_sigma_m = 0.0005;
   /// Unless given: where prior_sigma_m or prior_sigma_deg is, all seen tags of `prior`; else the tag that is
-  /// seen most, among those of `prior` if there is one. Several stand where `prior` has them.
+  /// observed most, among those of `prior` if there is one. Several have their poses in `prior`.
   std::vector<TagId> anchors{};
   std::optional<SE3> map_T_anchor{};  ///< of one anchor; unless given: as `prior` has it, else upright at the
                                       ///< origin
   TagMap prior{};                     ///< with which the map is compared; empty: none
   std::optional<FieldSize> field{};   ///< that the layouts state; unless given: the box of the tags
-  /// How well places and directions of `prior` are known, beside its own covariances. Neither given: exactly;
-  /// only places: directions within kUsualPriorSigma_deg.
+  /// Standard deviations of positions and orientations in `prior`, besides its own covariances. Neither
+  /// given: exact; only places: directions within kUsualPriorSigma_deg.
   std::optional<double> prior_sigma_m{}, prior_sigma_deg{};
   std::vector<MeasuredDistance> distances{};
-  std::vector<TagId> upright{};              ///< hang on a vertical wall and are not turned in it
+  std::vector<TagId> upright{};              ///< upright on a vertical wall
   std::vector<TagId> floor{};                ///< lie on the floor, z = 0
   std::vector<std::vector<TagId>> planes{};  ///< each: tags in one plane, wherever it is
   /// Standard deviation of the directions of all these; unless given: kUsualLevelSigma_deg.
@@ -68,10 +68,10 @@ struct MapVideoJob {
     visit(self.videos,
           JobField("videos VIDEO ...",
                    "Videos of one camera and one place, or recordings of a camera alone: its tags "
-                   "or pictures, without odometry")
+                   "or images, without odometry")
               .input()
               .required());
-    visit(self.folder, JobField("output FOLDER", "Folder for the map and the trajectory").required());
+    visit(self.folder, JobField("output FOLDER", "Folder for map and trajectory").required());
     visit(self.tag_size_sigma_m,
           JobField("tag_size_sigma_m NUMBER",
                    "Standard deviation of the size of the tags, the same error for all "
@@ -80,18 +80,18 @@ struct MapVideoJob {
               .less());
     visit(self.prior_sigma_m,
           JobField("prior_sigma_m NUMBER",
-                   "Standard deviation of the places of the older map: its tags then hold "
-                   "the map, each within it [m]",
+                   "Standard deviation of the tag positions of the older map, which then all "
+                   "define the map frame [m]",
                    1e-6, 10.0)
               .less());
     visit(self.prior_sigma_deg, JobField("prior_sigma_deg NUMBER",
-                                         "Standard deviation of the directions of the tags of the older map, "
-                                         "in degrees. Unless given, where that of its places is: 2",
+                                         "Standard deviation of the tag orientations of the older map, "
+                                         "in degrees. Unless given, if that of the positions is: 2",
                                          1e-4, 180.0)
                                     .less());
     visit(self.level_sigma_deg,
           JobField("level_sigma_deg NUMBER",
-                   "Standard deviation of the directions of tags that are upright, on the floor or on one "
+                   "Standard deviation of the orientations of tags that are upright, on the floor or on one "
                    "plane, in degrees",
                    1e-3, 45.0)
               .usually("1")
@@ -101,11 +101,11 @@ struct MapVideoJob {
 
 /// Reads the older map of the place, of any form, and the field that its layout states.
 [[nodiscard]] Status read_prior_map(const std::string& file, MapVideoJob& job);
-/// Fails where fields contradict each other or are about what is not given; map_video() and map_views() check
-/// it as well.
+/// Fails if fields contradict each other or lack their prerequisites; map_video() and map_views() check
+/// this as well.
 [[nodiscard]] Status check(const MapVideoJob& job);
 
-/// A tag beside the place that the prior map gives it.
+/// Deviation of a tag from its pose in the prior map.
 struct TagBesidePrior {
   TagId tag{};
   Eigen::Vector3d off_m = Eigen::Vector3d::Zero();    ///< found minus prior, in the map
@@ -139,17 +139,17 @@ struct MapVideoReport {
 /// nothing.
 [[nodiscard]] Result<MapVideoReport> map_video(const MapVideoJob& job, const TagFinder& finder,
                                                const JobControl& control);
-/// The same of tags that were found already, of one camera and one view a frame; reads no video and writes
+/// The same for given detections, of one camera and one view per frame; reads no video and writes
 /// nothing.
 [[nodiscard]] Result<MapVideoReport> map_views(const MapVideoJob& job, std::vector<SceneFrame> frames,
                                                const JobControl& control);
 /// Standard deviations of a tag's centre along the axes of the map; zero where they are not known.
 [[nodiscard]] Eigen::Vector3d position_sigma_m(const MappedTag& tag);
-/// What `--json` prints and summary.json holds.
+/// The content of `--json` and summary.json.
 [[nodiscard]] ReportFields fields(const MapVideoReport& report);
 [[nodiscard]] ReportFields fields(const TagBesidePrior& tag);
 [[nodiscard]] ReportFields fields(const MeasuredResidual& distance);
-/// What the verb `map` prints of a map that it wrote into this folder.
+/// The output of the verb `map` for a map in this folder.
 [[nodiscard]] std::string to_text(const MapVideoReport& report, const std::string& folder);
 
 }  // namespace waymark

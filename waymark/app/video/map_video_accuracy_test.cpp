@@ -336,7 +336,7 @@ TEST(FieldVideo, ItsCovarianceHoldsTheErrorOfTheCalibration) {
   EXPECT_LT(found.sigma_m, 0.1);
   EXPECT_GT(report->corner_chi2_per_dof, 16);
   EXPECT_THAT(report->warnings,
-              ::testing::Contains(::testing::HasSubstr("is it the calibration of this camera")));
+              ::testing::Contains(::testing::HasSubstr("Is it the calibration of this camera")));
 }
 
 TEST(FieldVideo, ThatTheWallIsFlatTellsOfTheFocalLength) {

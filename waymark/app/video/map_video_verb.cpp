@@ -44,29 +44,29 @@ MapVideoArgs::MapVideoArgs(CLI::App& verb)
   add_fields(verb, job);
   add_option(verb, "--camera FILE", camera.file,
              "Calibration of the camera (calibration.yaml, ROS camera_info, kalibr YAML or JSON of "
-             "PhotonVision), needed; the standard deviations of a calibration.yaml become part of the map's");
+             "PhotonVision), required; standard deviations of a calibration.yaml become part of the map's");
   CameraDescription::fields(camera,
                             [&](auto& value, const JobField& field) { add_field(verb, value, field); });
   add_option(verb, "--readout-ms NUMBER", camera.readout_ms,
              "Time from the first row to the last of the camera's rolling shutter, in milliseconds; negative "
-             "when rows are read from the bottom. Unless given: that of a calibration.yaml, else 0",
+             "if rows are read from the bottom. Unless given: that of a calibration.yaml, else 0",
              between(-200.0, 200.0));
   add_option(verb, "--tag-size-m SIZE", tag_sizes,
-             "Side of the black square of the tags [m], needed; ID=SIZE for a tag of another size "
+             "Side of the black square of the tags [m], required; ID=SIZE for a tag of another size "
              "(repeatable)")
       ->allow_extra_args(false);
   add_option(verb, "--anchor TAGS", anchor,
              "Anchor tag, which sets the origin of the map, for example tag36h11:0; with --prior several "
-             "(3,7,9). Unless given: the tag that is seen most");
+             "(3,7,9). Unless given: the tag with most observations");
   add_option(verb, "--anchor-pose X Y Z ROLL PITCH YAW", anchor_pose,
-             "Where the anchor stands in the map: x y z [m] and roll pitch yaw [deg] of the tag's frame (x "
-             "right, y down, z into the tag). Unless given: as --prior has it, else the map's origin is its "
-             "centre, map z is up, map x goes into the tag",
+             "Pose of the anchor in the map: x y z [m] and roll pitch yaw [deg] of the tag frame (x "
+             "right, y down, z into the tag). Unless given: from --prior, else the map origin is its "
+             "centre, map z points up, map x into the tag",
              exactly(6));
   add_option(
       verb, "--prior FILE", prior,
-      "Older map of the place (map.yaml, or any that `waymark localize --map` takes), where the anchor "
-      "stands and with which the new one is compared");
+      "Older map of the place (map.yaml, or any that `waymark localize --map` takes), which defines the "
+      "anchor pose and with which the new map is compared");
   add_option(verb, "--distance TAG,TAG,METRES", distances,
              "A measured distance between the centres of two tags, which gives the scale: ids, metres and, "
              "unless it is 0.005 m, its standard deviation, such as 3,7,2.41 or 3,7,2.41,0.002. May be "
@@ -77,7 +77,7 @@ MapVideoArgs::MapVideoArgs(CLI::App& verb)
              kByCommas);
   add_option(verb, "--plane TAGS", planes,
              "Tags that are on one plane, such as one wall, wherever it is: 3,4,7. May be repeated");
-  add_flag(verb, "--json", json, "One JSON object instead of words");
+  add_flag(verb, "--json", json, "Print one JSON object instead of text");
 }
 
 Status MapVideoArgs::read_place(MapVideoJob& made) const {
@@ -144,17 +144,17 @@ ExitCode map_video_tags(const MapVideoArgs& args, Console& console) {
 Verb map_video_verb() {
   return {
       .name = "video",
-      .sentence = "Make a map of the tags in the video of a camera that is carried by hand",
+      .sentence = "Make a tag map from the video of a hand-held camera",
       .help =
-          R"(A video (mp4, mkv, webm, avi), or the recording of a camera alone, is mapped without robot, odometry and floor, in six
-degrees of freedom; --camera and --tag-size-m are needed. Tags must be in one picture with tags that lead to the anchor.
+          R"(Maps a video (mp4, mkv, webm, avi), or the recording of a camera alone, without robot, odometry and floor, in six
+degrees of freedom; --camera and --tag-size-m are required. Each tag must share an image with a tag linked to the anchor.
 It writes map.yaml, layout.json (WPILib, PhotonVision), layout.fmap (Limelight), poses.yaml (TagSLAM), trajectory.txt
-(of the camera) and summary.json. With --prior the anchor stands where that map has it, and each tag is held against it;
-with --prior-sigma-m all its tags hold the map. Scale: --tag-size-m, or measured distances (--distance); level: the
-anchor, or tags known to hang upright or to lie on the floor (--upright, --floor). docs/howto/video.md says more.
-A recording with odometry is the lap of a robot: `waymark map lap` maps it, and makes a route as well.
+(of the camera) and summary.json. With --prior that map defines the anchor pose, and all tags are compared with it;
+with --prior-sigma-m all its tags define the map frame. Scale: --tag-size-m, or measured distances (--distance); level:
+the anchor, or tags known to hang upright or to lie on the floor (--upright, --floor). See docs/howto/video.md.
+A recording with odometry is a robot's lap: `waymark map lap` maps it, and makes a route as well.
 
-Exit code: 0 a map was made (doubts are warnings), 1 none could be made or written, 2 wrong usage, 130 Ctrl-C.
+Exit code: 0 map written (possibly with warnings), 1 no map could be made or written, 2 wrong usage, 130 Ctrl-C.
 
 Examples:
   waymark map walk.mp4 --camera calibration.yaml --tag-size-m 0.165 -o map

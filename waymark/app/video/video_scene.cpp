@@ -81,7 +81,7 @@ Result<VideoAnchors> several(const MapVideoJob& job, const std::vector<TagId>& t
   for (const TagId& tag : tags) {
     const MappedTag* known = job.prior.find(tag);
     if (known == nullptr)
-      return fail(ErrorCode::NotFound, "nothing says where " + to_string(tag) + " stands", {.key = "anchor"},
+      return fail(ErrorCode::NotFound, "no known pose of " + to_string(tag), {.key = "anchor"},
                   "Of several anchors the places are those of `prior`.");
     anchors.tags[tag] = as_mapped(job, *known);
     if (!job.prior_sigma_m && !job.prior_sigma_deg && !known->covariance) anchors.exact.insert(tag);

@@ -58,7 +58,7 @@ std::string to_text(const ExportWorldReport& report, const std::filesystem::path
       "Start Gazebo Fortress with it: ign gazebo -r {}\n",
       folder.string(), report.tags, shell_word((folder / "world.sdf").string()));
   if (report.anchor.empty())
-    return text + "Drive in it:                   not taught: it has no tag to be the anchor\n";
+    return text + "Drive in it:                   not possible: the world has no tag as anchor\n";
   return text + fmt::format(
                     "Drive in it:                   waymark teach --robot gazebo:{} --driver keyboard "
                     "--anchor {} --tag-size-m {:g} -o lap.mcap\n",
@@ -68,7 +68,7 @@ std::string to_text(const ExportWorldReport& report, const std::filesystem::path
 ReportFields fields(const ExportWorldReport& report) {
   return {{"tags", "Number of tags", report.tags},
           {"files", "Files that were written, in the folder", report.files},
-          {"notes", "What looks different in Gazebo", report.notes}};
+          {"notes", "Differences from Gazebo", report.notes}};
 }
 
 }  // namespace waymark

@@ -14,7 +14,7 @@
 /// `waymark world export`: a simulated place and robot for Gazebo Fortress.
 namespace waymark {
 
-/// What a user says of an export.
+/// User options of an export.
 struct ExportWorldWords {
   std::string world{};
   std::string folder{};  ///< ExportWorldJob::folder
@@ -23,8 +23,7 @@ struct ExportWorldWords {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.world, JobField("world WORLD", kWorldNames).input().required());
-    visit(self.folder,
-          JobField("sdf FOLDER", "Folder to write world.sdf into, not there yet or empty").required());
+    visit(self.folder, JobField("sdf FOLDER", "New or empty folder for world.sdf").required());
     visit(
         self.robot_file,
         JobField(
@@ -37,14 +36,14 @@ struct ExportWorldJob {
   World world{};
   RobotDescription robot;
   std::string robot_yaml{};        ///< text of the robot's file
-  std::filesystem::path folder{};  ///< to write; not there yet, or empty
+  std::filesystem::path folder{};  ///< output; new or empty
 };
 
 struct ExportWorldReport {
   std::vector<std::string> files{};
-  std::vector<std::string> notes{};  ///< what Gazebo shows otherwise
+  std::vector<std::string> notes{};  ///< differences in Gazebo
   std::size_t tags = 0;
-  std::string anchor{};   ///< what teaching in it has to be told; empty: the world has no tag
+  std::string anchor{};   ///< anchor for teaching in it; empty: the world has no tag
   double tag_size_m = 0;  ///< of the anchor
 };
 

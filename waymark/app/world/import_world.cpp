@@ -153,7 +153,7 @@ class TextureSearch {
     constexpr double kSquare = 0.02;
     if (!(painted.placed.size_m > kSmallest_m) || !(painted.error < kSquare)) return;
     if (quad.mirrored) {
-      found_.warnings.push_back(fmt::format("{}: {} is mirrored there", visual.name, to_string(tag.tag)));
+      found_.warnings.push_back(fmt::format("{}: {} is mirrored", visual.name, to_string(tag.tag)));
       return;
     }
     painted.visual = index;
@@ -206,7 +206,7 @@ void take_tags(const std::vector<PaintedTag>& painted, World& world, std::vector
   double margin_cells = 1e9;
   for (const PaintedTag& tag : painted) {
     if (tag.tag.family != family) {
-      warnings.push_back(fmt::format("{} is left out: a world has tags of one family", to_string(tag.tag)));
+      warnings.push_back(fmt::format("{} is omitted: a world has tags of one family", to_string(tag.tag)));
       continue;
     }
     MappedTag placed = tag.placed;
@@ -218,8 +218,7 @@ void take_tags(const std::vector<PaintedTag>& painted, World& world, std::vector
     if (const auto board_m = board_between(known->second, placed))
       boards_m.push_back(*board_m);
     else
-      warnings.push_back(
-          fmt::format("{} is there more than once; the first place counts", to_string(tag.tag)));
+      warnings.push_back(fmt::format("{} is a duplicate; using its first pose", to_string(tag.tag)));
   }
   world.anchor = world.tags.tags.begin()->first;
   world.tag_margin_cells = std::max(0.0, rounded(margin_cells, 0.05));
@@ -227,9 +226,8 @@ void take_tags(const std::vector<PaintedTag>& painted, World& world, std::vector
   std::ranges::nth_element(boards_m, boards_m.begin() + static_cast<std::ptrdiff_t>(boards_m.size() / 2));
   world.tag_board_m = rounded(boards_m[boards_m.size() / 2], 1e-4);
   if (boards_m.size() < world.tags.tags.size())
-    warnings.push_back(
-        fmt::format("{} of {} tags are on the back of their boards as well; all are taken as such",
-                    boards_m.size(), world.tags.tags.size()));
+    warnings.push_back(fmt::format("{} of {} tags are also on the back of their boards; assumed for all tags",
+                                   boards_m.size(), world.tags.tags.size()));
 }
 
 /// The box with a vertical axis: the shape's own, turned about z; else the one along the axes around it.
@@ -279,8 +277,8 @@ void take_scenery(const SdfScene& scene, World& world, std::vector<std::string>&
     bool exact = false;
     Occluder box = upright_box(visual, exact);
     if (box.size_m.minCoeff() < kLeast_m || box.size_m.maxCoeff() > kMost_m) {
-      warnings.push_back(fmt::format(
-          "{} is left out: its shape is not known, or its size is not between 1 mm and 1 km", visual.name));
+      warnings.push_back(
+          fmt::format("{} is omitted: unknown shape, or size not between 1 mm and 1 km", visual.name));
       continue;
     }
     if (box.centre_m.z() + box.size_m.z() / 2 < 0.01) continue;  // a part of the floor
@@ -289,9 +287,9 @@ void take_scenery(const SdfScene& scene, World& world, std::vector<std::string>&
   }
   if (around > 0)
     warnings.push_back(
-        fmt::format("{} shapes that are no upright boxes count as the boxes around them", around));
+        fmt::format("{} shapes that are not upright boxes are replaced by their bounding boxes", around));
   for (const std::string& model : moving)
-    warnings.push_back(fmt::format("{} is left out: it is not static", model));
+    warnings.push_back(fmt::format("{} is omitted: it is not static", model));
 }
 
 }  // namespace
@@ -304,10 +302,10 @@ Result<World> world_of(const SdfScene& scene, const std::vector<std::string>& fa
   if (painted->tags.empty())
     return fail(
         ErrorCode::NotFound,
-        fmt::format("no texture shows a tag that can be read ({} of {} visuals have a texture)",
+        fmt::format("no readable tag in any texture ({} of {} visuals have a texture)",
                     std::ranges::count_if(scene.visuals, [](const auto& v) { return !v.texture.empty(); }),
                     scene.visuals.size()),
-        {}, "Name the families of the tags with `family`, and folders of models with `models`.");
+        {}, "Set the tag families with `family`, and model folders with `models`.");
   World world{.name = scene.name};
   take_tags(painted->tags, world, warnings);
   take_scenery(scene, world, warnings);
@@ -324,8 +322,8 @@ Status short_line(const SdfScene& scene, const std::string& start, ImportWorldRe
   if (!start.empty() && !there) {
     std::string names;
     for (const SdfModelPose& known : scene.models) names += (names.empty() ? "" : ", ") + known.name;
-    return fail(ErrorCode::NotFound, fmt::format("there is no model '{}'", start), {.key = "start"},
-                fmt::format("There are {}.", names));
+    return fail(ErrorCode::NotFound, fmt::format("unknown model '{}'", start), {.key = "start"},
+                fmt::format("Known: {}.", names));
   }
   const SE3 from = there ? model->world_T_model : SE3();
   const Eigen::Vector2d begin = from.translation().head<2>();
@@ -334,7 +332,7 @@ Status short_line(const SdfScene& scene, const std::string& start, ImportWorldRe
   for (const double way_m : {0.0, 0.5, 1.0})
     report.world.path_m.emplace_back(begin + way_m * ahead.normalized());
   report.warnings.push_back(fmt::format(
-      "the line to drive is a metre ahead of {}: `path` has another, and `driver=keyboard` needs none",
+      "the line to drive is one metre ahead of {}: set `path` for another; `driver=keyboard` needs none",
       there ? model->name : "the origin"));
   return {};
 }
@@ -368,7 +366,7 @@ Result<ImportWorldReport> import_world(const ImportWorldJob& job, const JobContr
   if (const auto again = parse_world(yaml, job.output.string()); !again) return tl::unexpected(again.error());
   const auto earlier = move_aside(job.output, yaml);
   if (!earlier) return tl::unexpected(earlier.error());
-  if (!earlier->empty()) control.note("the earlier file is kept: " + *earlier);
+  if (!earlier->empty()) control.note("the existing file was renamed to " + *earlier);
   if (Status status = write_text_file(job.output, yaml); !status) return tl::unexpected(status.error());
   return report;
 }
@@ -379,10 +377,10 @@ std::string to_text(const ImportWorldReport& report) {
                                  world.tags.tags.size(), to_string(world.tags.tags.begin()->first),
                                  to_string(world.tags.tags.rbegin()->first), world.occluders.size());
   if (world.tag_board_m > 0)
-    text += fmt::format("tags on both sides of boards of {:.1f} mm\n", 1e3 * world.tag_board_m);
+    text += fmt::format("tags on both sides of boards {:.1f} mm thick\n", 1e3 * world.tag_board_m);
   for (const std::string& light : report.lights)
-    text += fmt::format("light {} (not kept: the light is that of `set=camera.…`)\n", light);
-  return text + fmt::format("Look at it: waymark world check {}\n", shell_word(report.file));
+    text += fmt::format("light {} (ignored: set lighting by `set=camera.…`)\n", light);
+  return text + fmt::format("Check it: waymark world check {}\n", shell_word(report.file));
 }
 
 ReportFields fields(const ImportWorldReport& report) {
@@ -391,7 +389,7 @@ ReportFields fields(const ImportWorldReport& report) {
           {"furniture", "Number of pieces of furniture", report.world.occluders.size()},
           {"two_sided_board_m", "Thickness of the boards with tags on both sides; 0 without such boards",
            report.world.tag_board_m},
-          {"lights", "Lights of the file, which are not kept", report.lights},
+          {"lights", "Lights of the file, which are ignored", report.lights},
           {"warnings", "What was skipped or simplified", report.warnings}};
 }
 

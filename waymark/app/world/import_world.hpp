@@ -11,13 +11,13 @@
 #include "waymark/sdf/read_sdf.hpp"
 #include "waymark/simulation/world/world.hpp"
 
-/// `waymark world import`: a world of Gazebo as one of ours.
+/// `waymark world import`: converts a Gazebo world to a Waymark world.
 namespace waymark {
 
 struct ImportWorldJob {
   std::filesystem::path file{};                  ///< .sdf, .world
   std::filesystem::path output{};                ///< world.yaml to write
-  std::vector<std::filesystem::path> folders{};  ///< where models and textures are looked for first
+  std::vector<std::filesystem::path> folders{};  ///< searched first for models and textures
   std::vector<std::string> families = {"tag36h11"};
   std::string path{};   ///< table with columns x and y, or a recording: the line to drive; empty: a metre
                         ///< ahead of `start`
@@ -29,10 +29,9 @@ struct ImportWorldJob {
     visit(self.file, JobField("file FILE", "World or model in SDF (.sdf, .world)").input().required());
     visit(self.output, JobField("output FILE", "World to write (.yaml)").required());
     visit(self.folders, JobField("models FOLDER",
-                                 "Folder in which model:// and pictures are looked for first (repeatable). "
+                                 "Folder that is searched first for model:// and images (repeatable). "
                                  "Then: beside the file, models/ there, IGN_GAZEBO_RESOURCE_PATH, SDF_PATH"));
-    visit(self.families,
-          JobField("family NAME", "Tag families to look for in the pictures").comma_separated());
+    visit(self.families, JobField("family NAME", "Tag families to detect in the textures").comma_separated());
     visit(self.path,
           JobField("path FILE",
                    "Line to drive: a .csv file with columns x and y in metres, or a recording of a drive"));
@@ -46,18 +45,18 @@ struct ImportWorldJob {
 struct ImportWorldReport {
   std::string file{};  ///< that was written
   World world{};
-  std::vector<std::string> lights{};    ///< in words; the renderer of Waymark has a light of its own
-  std::vector<std::string> warnings{};  ///< what is not as the file has it, or left out
+  std::vector<std::string> lights{};    ///< as text; Waymark's renderer has its own light
+  std::vector<std::string> warnings{};  ///< simplifications and omissions
 };
 
 /// Tags (of one family: that of most of them) where their textures are, boxes and cylinders that stand
-/// upright as furniture, other shapes as the box around them. What a board shows on its back as well counts
-/// as a two-sided board. Fails on a world without a tag that can be read.
+/// upright as furniture, other shapes as their bounding boxes. A board with tags on its back as well counts
+/// as a two-sided board. Fails on a world without a readable tag.
 [[nodiscard]] Result<World> world_of(const SdfScene& scene, const std::vector<std::string>& families,
                                      std::vector<std::string>& warnings);
 
-/// Reads a world in SDF and writes it as world.yaml. Fails where the module for SDF is not installed, no tag
-/// can be read, or the result would be no world.
+/// Reads a world in SDF and writes it as world.yaml. Fails if the module for SDF is not installed, no tag
+/// can be read, or the result is invalid.
 [[nodiscard]] Result<ImportWorldReport> import_world(const ImportWorldJob& job, const JobControl& control);
 [[nodiscard]] std::string to_text(const ImportWorldReport& report);
 [[nodiscard]] ReportFields fields(const ImportWorldReport& report);

@@ -75,7 +75,7 @@ TEST(WorldOfSdf, AnIdThatIsThereTwiceCountsOnce) {
   std::vector<std::string> warnings;
   const auto world = world_of(painted.scene, {"tag36h11"}, warnings);
   ASSERT_TRUE(world);
-  EXPECT_THAT(warnings, ElementsAre(HasSubstr("tag36h11:3 is there more than once")));
+  EXPECT_THAT(warnings, ElementsAre(HasSubstr("tag36h11:3 is a duplicate")));
   EXPECT_NEAR(world->tags.tags.at({FamilyId::Tag36h11, 3}).map_T_tag.translation().y(), 0, 0.005);
 }
 
@@ -96,9 +96,9 @@ TEST(WorldOfSdf, ShapesBecomeUprightFurniture) {
   EXPECT_NEAR(world->occluders[0].yaw_rad, 0.5, 1e-9);
   EXPECT_LT((world->occluders[0].size_m - Eigen::Vector3d(1, 2, 3)).norm(), 1e-9);
   EXPECT_GT(world->occluders[2].size_m.z(), 0.5) << "the box around a ramp";
-  EXPECT_THAT(warnings, Contains(HasSubstr("2 shapes that are no upright boxes")));
-  EXPECT_THAT(warnings, Contains(HasSubstr("dust is left out")));
-  EXPECT_THAT(warnings, Contains(HasSubstr("cart is left out: it is not static")));
+  EXPECT_THAT(warnings, Contains(HasSubstr("2 shapes")));
+  EXPECT_THAT(warnings, Contains(HasSubstr("dust is omitted")));
+  EXPECT_THAT(warnings, Contains(HasSubstr("cart is omitted")));
 }
 
 TEST(WorldOfSdf, WithoutATagThereIsNoWorld) {

@@ -28,8 +28,7 @@ std::vector<std::string> overlaps_in_words(const WorldCheck& check) {
       words.push_back(fmt::format("{} more pairs of tags overlap", check.overlapping.size() - kMost));
       break;
     }
-    words.push_back(
-        fmt::format("{} and {} overlap: one covers the other; move one of them", to_string(a), to_string(b)));
+    words.push_back(fmt::format("{} and {} overlap; move one of them", to_string(a), to_string(b)));
   }
   return words;
 }
@@ -39,9 +38,9 @@ std::vector<std::string> doubts_about(const World& world, const WorldCheck& chec
   for (const auto& [id, tag] : world.tags.tags) {
     const double size = tag.size_m;
     if (size >= kSmallestTagMetres && size <= kLargestTagMetres) continue;
-    return {fmt::format("{} is {:g} m large: {}", to_string(id), size,
-                        size > kLargestTagMetres ? "were millimetres meant? Sizes are in metres"
-                                                 : "no camera reads that; sizes are in metres")};
+    return {fmt::format("the size of {} is {:g} m: {}", to_string(id), size,
+                        size > kLargestTagMetres ? "sizes are in metres, not millimetres"
+                                                 : "too small for any camera; sizes are in metres")};
   }
   return overlaps_in_words(check);
 }
@@ -72,10 +71,10 @@ std::string hidden_in_words(std::vector<HiddenTag> hidden) {
   std::ranges::stable_sort(hidden, std::ranges::greater{}, &HiddenTag::from_m);
   std::string words;
   for (std::size_t i = 0; i < std::min(hidden.size(), kMost); ++i)
-    words += fmt::format("hidden                     {} behind {}, from {:.2f} m of the way\n",
+    words += fmt::format("hidden                     {} behind {}, from {:.2f} m of the line\n",
                          to_string(hidden[i].tag), to_string(hidden[i].by), hidden[i].from_m);
   if (hidden.size() > kMost)
-    words += fmt::format("                           and {} pairs more\n", hidden.size() - kMost);
+    words += fmt::format("                           and {} more pairs\n", hidden.size() - kMost);
   return words;
 }
 
@@ -119,20 +118,20 @@ ReportFields fields(const WorldVerdict& verdict) {
           {"min_clearance_m", "Smallest distance in space from the hull to a tag; null without tags",
            c.min_clearance_m},
           {"nearest_tag", "Name of that tag, or no tag", nearest_tag(c)},
-          {"two_tags_fraction", "Share of the line from which the camera sees two tags or more",
+          {"two_tags_fraction", "Fraction of the line from which the camera sees two or more tags",
            c.two_tags_fraction},
           {"fewest_tags", "Smallest number of tags in view anywhere on the line", c.fewest_tags},
           {"sharpest_left_1_m", "Largest curvature to the left", c.sharpest_left_1_m},
           {"sharpest_right_1_m", "Largest curvature to the right", c.sharpest_right_1_m},
           {"overlapping_tags", "Pairs of tags that overlap", overlapping},
-          {"hidden_tags", "Tags that other tags hide from a part of the line", hidden},
-          {"warnings", "Warnings: a size that no tag has, tags that overlap", verdict.doubts},
+          {"hidden_tags", "Tags hidden by other tags on a part of the line", hidden},
+          {"warnings", "Warnings: invalid tag sizes, overlapping tags", verdict.doubts},
           {"good", "The world allows a good lap", verdict.good}};
 }
 
 Status write_orbit(const std::string& path, const World& world, const OrbitReport& report) {
   plot::Figure figure =
-      plot::path_figure("A camera on a circle about the tags",
+      plot::path_figure("Camera on a circle around the tags",
                         {{"as placed", as_trajectory(report.map_T_cam), world.tags, plot::kTruthColor},
                          {"composed, with noise", as_trajectory(report.map_T_cam_composed),
                           report.tags_composed, plot::kEstimateColor}});
@@ -150,13 +149,13 @@ ReportFields fields(const WorldOrbit& report) {
       {"world", "Name of the world", report.world},
       {"steps", "Number of poses on the circle", r.map_T_cam.size()},
       {"radius_m", "Radius of the circle", r.radius_m},
-      {"closure", "Without noise: largest |log| of what should be the identity", r.closure},
+      {"closure", "Without noise: largest |log| of compositions that should be the identity", r.closure},
       {"jump_m", "With noise: largest translation of a composed frame in one step, beyond the nominal one",
        r.jump_m},
-      {"jump_limit_m", "Six standard deviations of what the noise explains", r.jump_limit_m},
+      {"jump_limit_m", "Six standard deviations of the jump due to noise", r.jump_limit_m},
       {"jump_deg", "With noise: largest rotation of a composed frame in one step, beyond the nominal one",
        r.jump_deg},
-      {"jump_limit_deg", "Six standard deviations of what the noise explains", r.jump_limit_deg},
+      {"jump_limit_deg", "Six standard deviations of the jump due to noise", r.jump_limit_deg},
       {"smallest_axis_cosine", "With noise: between an axis of a composed frame and the nominal one",
        r.smallest_axis_cosine},
       {"good", "Compositions close, no frame jumps, no axis is inverted",
@@ -167,8 +166,8 @@ std::string to_text(const WorldVerdict& verdict, const World& world, const Robot
   const WorldCheck& c = verdict.check;
   return fmt::format(
       "{}: {} tags, {} of {:.2f} m, driven by a {} exactly on its line\n"
-      "hull to the nearest tag    {:.3f} m ({} from x {:.2f} m, y {:.2f} m; a good lap keeps {} m)\n"
-      "two tags or more in view   {:.1f} % of the way (a good lap: {:.0f} %); never fewer than {}\n"
+      "hull to the nearest tag    {:.3f} m ({} from x {:.2f} m, y {:.2f} m; a good lap: {} m)\n"
+      "two or more tags in view   {:.1f} % of the line (a good lap: {:.0f} %); at least {} everywhere\n"
       "sharpest curves            {:.2f} 1/m to the left, {:.2f} 1/m to the right\n{}",
       world.name, world.tags.tags.size(), world.path_closed ? "a lap" : "a way", c.lap_m, robot.name,
       c.min_clearance_m, nearest_tag(c), c.nearest_place_m.x(), c.nearest_place_m.y(), kGoodLapClearance_m,
@@ -181,7 +180,7 @@ std::string to_text(const OrbitReport& r, const World& world) {
   return fmt::format(
       "{}: {} steps on a circle of {:.2f} m about {} tags\n"
       "without noise  compositions close to {:.1e} (below 1e-12: {})\n"
-      "with noise     largest jump {:.3f} m of {:.3f} m that the noise explains, {:.2f} of {:.2f} deg (no "
+      "with noise     largest jump {:.3f} m (limit from noise: {:.3f} m), {:.2f} deg (limit {:.2f} deg; no "
       "discontinuity: {})\n"
       "               smallest cosine of an axis with its nominal one {:.4f} (no inversion: {})\n",
       world.name, r.map_T_cam.size(), r.radius_m, world.tags.tags.size(), r.closure, verdict(r.closes()),

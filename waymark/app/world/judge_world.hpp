@@ -9,13 +9,13 @@
 #include "waymark/config/share.hpp"
 #include "waymark/simulation/world/world_check.hpp"
 
-/// `waymark world check` and `waymark world orbit`: whether a world is one to drive in.
+/// `waymark world check` and `waymark world orbit`: whether a robot can drive in a world.
 namespace waymark {
 
-/// What a user says of a world that is judged.
+/// User options of a world check.
 struct CheckWorldWords {
   std::string world{};
-  std::string robot_file{};  ///< empty: as the world says
+  std::string robot_file{};  ///< empty: that of the world
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -27,7 +27,7 @@ struct CheckWorldWords {
   }
 };
 
-/// What a good lap keeps.
+/// Limits of a good lap.
 inline constexpr double kGoodLapClearance_m = 0.35;
 inline constexpr double kGoodLapTwoTags = 0.98;
 
@@ -36,8 +36,8 @@ struct WorldVerdict {
   std::string robot{};   ///< name
   std::size_t tags = 0;  ///< of the world
   WorldCheck check{};
-  std::vector<std::string> doubts{};  ///< what may be meant, but hardly is
-  bool good = false;                  ///< no doubts, and the line makes a good lap
+  std::vector<std::string> doubts{};  ///< warnings about probable mistakes
+  bool good = false;                  ///< no warnings, and the line allows a good lap
 };
 
 /// Drives the world's line exactly, without noise.
@@ -52,7 +52,7 @@ struct WorldVerdict {
 [[nodiscard]] Status write_orbit(const std::string& path, const World& world, const OrbitReport& report);
 [[nodiscard]] std::string to_text(const OrbitReport& report, const World& world);
 
-/// What `waymark world orbit` reports.
+/// Report of `waymark world orbit`.
 struct WorldOrbit {
   std::string world{};  ///< name
   OrbitReport orbit{};

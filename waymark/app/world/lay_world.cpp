@@ -70,7 +70,7 @@ Result<std::vector<Eigen::Vector2d>> points_of_table(const std::string& path) {
     const auto at_x = number(cells, x);
     const auto at_y = number(cells, y);
     if (!at_x || !at_y)
-      return fail(ErrorCode::Unreadable, "this line holds no point", {.source = path, .line = line_number},
+      return fail(ErrorCode::Unreadable, "this line contains no point", {.source = path, .line = line_number},
                   "Write x,y in metres, or name the columns x and y in the first line.");
     points.emplace_back(*at_x, *at_y);
   }
@@ -140,14 +140,14 @@ Result<World> read_line(const std::string& path, const JobControl& control) {
     return !((point - points->front()).cwiseAbs().maxCoeff() < kLargest_m);
   });
   if (too_large)
-    return fail(ErrorCode::LimitExceeded, "the line goes farther than 500 m from its start", {.source = path},
+    return fail(ErrorCode::LimitExceeded, "the line extends more than 500 m from its start", {.source = path},
                 "Coordinates are in metres: are these millimetres?");
   LaidLine line = line_of(name, *points);
   if (line.world.path_m.size() < 3)
-    return fail(ErrorCode::InvalidArgument, "no line of three points or more that are 0.15 m apart",
+    return fail(ErrorCode::InvalidArgument, "the line has fewer than three points at least 0.15 m apart",
                 {.source = path});
   if (line.repeated_m > kUsualOverlap_m)
-    control.note(fmt::format("{}: the last {:.2f} m of the line repeat its loop and are left out", path,
+    control.note(fmt::format("{}: the last {:.2f} m of the line repeat its loop and are omitted", path,
                              line.repeated_m));
   return std::move(line.world);
 }
@@ -155,8 +155,8 @@ Result<World> read_line(const std::string& path, const JobControl& control) {
 Status check_new_world(const std::string& output) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(output, ignored)) return check_output_file(output);
-  return fail(ErrorCode::InvalidArgument, "the file exists", {.source = output},
-              "Choose another name, or remove it.");
+  return fail(ErrorCode::InvalidArgument, "the file already exists", {.source = output},
+              "Choose another name, or remove the file.");
 }
 
 Result<LayWorldJob> described_lay_world(const LayWorldWords& words, const TagLayoutOptions& layout) {
@@ -181,7 +181,7 @@ Result<LayWorldReport> lay_world(const LayWorldJob& job, const JobControl& contr
   const std::string yaml = to_yaml(*world);
   const auto earlier = move_aside(job.output, yaml);
   if (!earlier) return tl::unexpected(earlier.error());
-  if (!earlier->empty()) control.note("the earlier file is kept: " + *earlier);
+  if (!earlier->empty()) control.note("the existing file was renamed to " + *earlier);
   if (Status status = write_text_file(job.output, yaml); !status) return tl::unexpected(status.error());
   return LayWorldReport{.file = job.output, .world = std::move(*world), .check = *check};
 }
@@ -192,9 +192,9 @@ ReportFields fields(const LayWorldReport& report) {
           {"tags", "Number of tags", report.world.tags.tags.size()},
           {"closed", "The line is a lap", report.world.path_closed},
           {"lap_m", "Length of the line", check.lap_m},
-          {"two_tags_fraction", "Share of the line from which the camera sees two tags or more",
+          {"two_tags_fraction", "Fraction of the line from which the camera sees two or more tags",
            check.two_tags_fraction},
-          {"one_tag_fraction", "Share of the line from which the camera sees one tag or more",
+          {"one_tag_fraction", "Fraction of the line from which the camera sees one or more tags",
            check.one_tag_fraction},
           {"min_clearance_m", "Smallest distance in space from the hull to a tag", check.min_clearance_m}};
 }
@@ -203,7 +203,7 @@ std::string to_text(const LayWorldReport& report) {
   const WorldCheck& check = report.check;
   return fmt::format(
       "{}: {} tags along {} of {:.2f} m\n"
-      "two tags or more in view   {:.1f} % of the way, one or more {:.1f} %\n"
+      "two or more tags in view   {:.1f} % of the line, one or more {:.1f} %\n"
       "hull to the nearest tag    {:.3f} m ({})\n",
       report.file, report.world.tags.tags.size(), report.world.path_closed ? "a lap" : "a way", check.lap_m,
       100 * check.two_tags_fraction, 100 * check.one_tag_fraction, check.min_clearance_m,

@@ -9,17 +9,17 @@
 #include "waymark/simulation/world/tag_layout.hpp"
 #include "waymark/simulation/world/world_check.hpp"
 
-/// `waymark world new`: a world with tags laid along a line that was drawn or driven.
+/// `waymark world new`: a world with tags placed along a drawn or driven line.
 namespace waymark {
 
 struct LayWorldJob {
   std::string path{};      ///< the line: a .csv or .txt with columns x and y [m], or a recording of a drive
   std::string output{};    ///< world to write
-  RobotDescription robot;  ///< that is to see the tags
+  RobotDescription robot;  ///< that observes the tags
   TagLayoutOptions layout{};
 };
 
-/// What a user says of a world that is laid.
+/// User options of a new world.
 struct LayWorldWords {
   std::string path{};
   std::string output{};
@@ -36,11 +36,11 @@ struct LayWorldWords {
           JobField("robot_file NAME", "Body and camera of the robot: a name, or a .yaml file"));
   }
 };
-/// Reads the robot's file; fails also where check_new_world() does.
+/// Reads the robot file; fails also if check_new_world() does.
 [[nodiscard]] Result<LayWorldJob> described_lay_world(const LayWorldWords& words,
                                                       const TagLayoutOptions& layout);
 
-/// Fails where a file stands already under the name of the world, or none can be written.
+/// Fails if the world file already exists or cannot be written.
 [[nodiscard]] Status check_new_world(const std::string& output);
 
 struct LayWorldReport {
@@ -53,7 +53,7 @@ struct LayWorldReport {
 /// is cut off, with a note.
 [[nodiscard]] Result<World> read_line(const std::string& path, const JobControl& control);
 
-/// A line that comes back to its beginning is a lap, unless it goes on elsewhere (points_of_first_loop()).
+/// A line that returns to its start is a lap, unless it continues elsewhere (points_of_first_loop()).
 [[nodiscard]] Result<LayWorldReport> lay_world(const LayWorldJob& job, const JobControl& control);
 [[nodiscard]] std::string to_text(const LayWorldReport& report);
 [[nodiscard]] ReportFields fields(const LayWorldReport& report);

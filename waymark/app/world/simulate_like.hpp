@@ -15,19 +15,19 @@ struct SimulateLikeJob {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(
-        self.like,
-        JobField(
-            "like RECORDING",
-            "Recording whose rates, gaps, noise and speeds are imitated: anything that `waymark info` reads")
-            .required());
+    visit(self.like,
+          JobField(
+              "like RECORDING",
+              "Recording whose rates, gaps, noise and speeds are imitated, in any format of `waymark info`")
+              .required());
     visit(self.output,
-          JobField("output FILE", "Recording to write (.mcap); never written over another").required());
+          JobField("output FILE", "Recording to write (.mcap); existing files are never overwritten")
+              .required());
   }
 };
 
-/// Lets the simulated robot of the setup drive along its world's line as fast as a recording did, for as
-/// long, and records it. Gives the profile of what was recorded.
+/// Drives the simulated robot of the setup along its world's line at the speeds of a recording, for as
+/// long, and records it. Returns the profile of the new recording.
 [[nodiscard]] Result<RecordingProfile> simulate_like(const RobotSetup& setup, const RecordingProfile& like,
                                                      const SimulateLikeJob& job, const JobControl& control);
 

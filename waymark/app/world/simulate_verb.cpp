@@ -11,7 +11,7 @@ struct SimulateArgs {
       : settings(app), setup(app, "circuit24"), pictures(settings, Reach::Flags) {
     add_fields(app, job);
     app.get_option("--output")->transform(recording_name());
-    app.add_flag("--json", json, "One JSON object instead of words");
+    app.add_flag("--json", json, "Print one JSON object instead of text");
   }
 
   Settings settings;
@@ -41,12 +41,11 @@ Verb simulate_verb() {
       .name = "simulate",
       .sentence = "Simulate a recording with the rates, gaps, noise and speeds of a real one",
       .help =
-          R"(Measures a recording: how often each sensor speaks and where it falls silent, the noise of corners, gyro and
-accelerometer, how many tags are missed, how late pictures arrive, how late speeds follow commands, and how
-fast the robot drove. Then lets the simulated robot drive a world's line with all of that, for as long, and
-prints both side by side, measured in the same way. What a recording does not hold stays as the robot's file
-says. The simulated robot has one camera: of several it takes after the one that says most. It follows a
-line, and so does not turn on the spot.
+          R"(Measures a recording: rates and gaps of each sensor, noise of corners, gyro and accelerometer, share of missed
+tags, image latency, command delay, and speeds of the robot. Then simulates a robot with these properties on the
+line of a world, for the same duration, and prints both side by side, measured in the same way. Properties that the
+recording does not determine are taken from the robot file. The simulated robot has one camera: of several, the one
+with most data is imitated. It follows a line, and so does not turn on the spot.
 
 Exit code: 0 a recording was written, 1 one could not be read or written, 2 wrong usage.
 

@@ -24,11 +24,11 @@ ExitCode check(const CheckArgs& args, Console& console) {
 Verb world_check_verb() {
   return {
       .name = "check",
-      .sentence = "Whether a robot can drive a good lap in a world",
+      .sentence = "Check whether a robot can drive a good lap in a world",
       .help =
-          R"(Drives the world's line exactly, without noise, and looks: how near the hull comes to a tag, and from how
-much of the way the camera sees two tags or more. Names tags that overlap, and tags that hide each other from
-a part of the way.
+          R"(Drives the world's line exactly, without noise, and computes the smallest distance from the hull to a tag and the
+fraction of the line from which the camera sees two or more tags. Lists overlapping tags, and tags hidden by others
+on a part of the line.
 
 Exit code: 0 a good lap is possible, 1 it is not, or a file cannot be read, 2 wrong usage.
 

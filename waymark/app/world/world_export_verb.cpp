@@ -29,9 +29,9 @@ Verb world_export_verb() {
       .help =
           R"(Writes world.sdf (SDF 1.9: tags as textured planes, boards, walls, furniture, light, and the robot with its
 diff-drive plugin, camera, IMU and lidar), the bitmaps of the tags, robot.yaml, and gazebo.yaml, the profile by which
-Waymark drives the robot in it. docs/howto/gazebo.md goes through it.
+Waymark drives the robot in it. See docs/howto/gazebo.md.
 
-Exit code: 0 written, 1 a file cannot be read, or the folder not be written, 2 wrong usage.
+Exit code: 0 written, 1 a file cannot be read, or the folder cannot be written, 2 wrong usage.
 
 Examples:
   waymark world export circuit24 --sdf circuit

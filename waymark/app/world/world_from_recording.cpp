@@ -45,8 +45,8 @@ Result<RobotDescription> robot_of(const MapFolder& place, const WorldFromRecordi
     return path ? or_wrong_kind(read_robot(*path), *path, FileUse::Robot) : tl::unexpected(path.error());
   }
   if (place.robot) return *place.robot;
-  return fail(ErrorCode::NotFound, "the map's folder has no robot.yaml", {.source = job.map.string()},
-              "Name the robot: `robot=NAME` or a .yaml file. `waymark robots` lists names.");
+  return fail(ErrorCode::NotFound, "the map folder contains no robot.yaml", {.source = job.map.string()},
+              "Set `robot` to a name or a .yaml file. `waymark robots` lists names.");
 }
 
 /// How far the middles of tags were seen from where the map and its trajectory have them [px].
@@ -74,7 +74,7 @@ std::vector<double> observation_errors_px(const MappedDrive& drive) {
 /// by where the tags were seen. Poses of tags have no pixels: of those by the time alone.
 Status check_place(const MappedDrive& drive, const WorldFromRecordingJob& job) {
   const auto refused = [&](const char* why) {
-    return fail(ErrorCode::InvalidArgument, fmt::format("the map is not of this recording: {}", why),
+    return fail(ErrorCode::InvalidArgument, fmt::format("the map was not made from this recording: {}", why),
                 {.source = job.recording},
                 fmt::format("Make one: waymark map {} -o map", shell_word(job.recording)));
   };
@@ -84,11 +84,11 @@ Status check_place(const MappedDrive& drive, const WorldFromRecordingJob& job) {
   };
   if (std::ranges::none_of(drive.lap.frames, of_the_map) &&
       std::ranges::none_of(drive.lap.tag_poses, of_the_map))
-    return refused("its trajectory is of another time");
+    return refused("its trajectory covers another time");
   std::vector<double> errors_px = observation_errors_px(drive);
   const double most_px = 0.05 * drive.robot.camera.width_px();
   if (!errors_px.empty() && !(median(std::move(errors_px)) < most_px))
-    return refused("its tags are not where they were seen");
+    return refused("its tags contradict the observations");
   return {};
 }
 
@@ -117,7 +117,8 @@ Result<World> world_of(const MappedDrive& drive, const std::string& name) {
     if (id.family != world.anchor.family)
       return fail(
           ErrorCode::Unsupported,
-          fmt::format("{} is of another family than the anchor; a simulated world has one", to_string(id)),
+          fmt::format("{} is of another family than the anchor; a simulated world has only one family",
+                      to_string(id)),
           {.source = drive.place.path.string()});
     world.tags.tags[id] = {.map_T_tag = floor_T_map * tag.map_T_tag, .size_m = tag.size_m};
   }
@@ -215,7 +216,7 @@ void take_behaviour(const MappedDrive& drive, const Remaining& rest, SimulatedRo
 
 std::string camera_settings(const BlurFit& fit) {
   return fmt::format(
-      "# Of the blur of {} edges of tags. For --config of teach, replay and demo.\n"
+      "# From the blur of {} tag edges. For --config of teach, replay and demo.\n"
       "camera: {{exposure_ms: {:.2f}, lens_sigma_px: {:.2f}}}\n",
       fit.edges, 1e3 * fit.exposure_s, fit.still_sigma_px);
 }
@@ -252,7 +253,7 @@ Result<WorldFromRecordingReport> world_from_recording(const WorldFromRecordingJo
   for (const Error& problem : drive->lap.setup.problems) report.warnings.push_back(to_string(problem));
   take_behaviour(*drive, *rest, robot.simulation, report);
   const std::optional<BlurFit> blur = fit_exposure(rest->edges);
-  report.quantities.push_back({"camera.exposure_ms", "exposure, by the blur of tags [ms]",
+  report.quantities.push_back({"camera.exposure_ms", "exposure, from the blur of tags [ms]",
                                blur ? std::optional(1e3 * blur->exposure_s) : std::nullopt});
   report.quantities.push_back({"camera.lens_sigma_px", "blur of the lens [px]",
                                blur ? std::optional(blur->still_sigma_px) : std::nullopt});

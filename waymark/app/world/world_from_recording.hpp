@@ -15,31 +15,31 @@
 namespace waymark {
 
 struct WorldFromRecordingJob {
-  std::string recording{};         ///< of the drive the map was made of
+  std::string recording{};         ///< of the drive from which the map was made
   std::filesystem::path map{};     ///< folder that `waymark map` wrote
-  std::filesystem::path folder{};  ///< of world.yaml, robot.yaml, camera.yaml; not there yet, or empty
+  std::filesystem::path folder{};  ///< of world.yaml, robot.yaml, camera.yaml; new or empty
   std::string robot{};             ///< file or name, for a map without robot.yaml
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.recording,
-          JobField("recording RECORDING", "Recorded drive: anything that `waymark info` reads")
-              .input()
-              .required());
-    visit(self.map, JobField("map FOLDER", "Folder that `waymark map` made of this recording").required());
-    visit(self.folder, JobField("output FOLDER", "Folder to write, not there yet or empty").required());
-    visit(self.robot, JobField("robot NAME",
-                               "Robot whose body and behaviour are the start, by name or .yaml file. Unless "
-                               "given: robot.yaml of the map"));
+    visit(self.recording, JobField("recording RECORDING", "Recorded drive, in any format of `waymark info`")
+                              .input()
+                              .required());
+    visit(self.map, JobField("map FOLDER", "Folder written by `waymark map` from this recording").required());
+    visit(self.folder, JobField("output FOLDER", "New or empty folder to write").required());
+    visit(self.robot,
+          JobField("robot NAME",
+                   "Robot that provides body and initial behaviour, by name or .yaml file. Unless "
+                   "given: robot.yaml of the map"));
   }
 };
 
-/// One number that the recording told, and the key of the file it went into.
+/// One value estimated from the recording, and its key in the output file.
 struct RecordedQuantity {
   std::string
       key{};  ///< "simulation.tag_camera.max_range_m" of robot.yaml, "camera.exposure_ms" of camera.yaml
-  std::string words{};            ///< what it is, with its unit
-  std::optional<double> value{};  ///< nothing: the recording does not tell it
+  std::string words{};            ///< description, with its unit
+  std::optional<double> value{};  ///< nothing: not determined by the recording
 };
 
 struct WorldFromRecordingReport {
@@ -53,9 +53,9 @@ struct WorldFromRecordingReport {
 /// z = 0), the robot (its file, with the rates, noises, scales, latency, detection range and turn response of
 /// the recording in `simulation`; where the map knows what the odometry lacks, also that), and, where the
 /// recording holds pictures whose blur tells them, exposure and lens (camera.yaml, options of the simulated
-/// camera). What the recording does not tell stays as the robot's file says. Fails on a map without a
-/// trajectory, of several families, or of another recording (of another time, or whose tags were seen
-/// elsewhere), and on a folder that holds something.
+/// camera). Values that the recording does not determine keep those of the robot file. Fails on a map without
+/// a trajectory, of several families, or of another recording (of another time, or with tags observed
+/// elsewhere), and on a non-empty folder.
 [[nodiscard]] Result<WorldFromRecordingReport> world_from_recording(const WorldFromRecordingJob& job,
                                                                     const JobControl& control);
 [[nodiscard]] std::string to_text(const WorldFromRecordingReport& report,

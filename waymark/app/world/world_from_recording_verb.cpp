@@ -21,14 +21,14 @@ Verb world_from_recording_verb() {
       .name = "from-recording",
       .sentence = "Make a world and a robot with the statistics of a recorded drive",
       .help =
-          R"(Measures a drive against the map that was made of it, and writes world.yaml (tags and route of the map), robot.yaml
+          R"(Measures a drive by means of its map, and writes world.yaml (tags and route of the map), robot.yaml
 (rates, latency, noise of corners, gyro and accelerometer, share of missed tags, detection range, errors of the
-odometry, response to commands) and, where the recording holds pictures that move, camera.yaml (exposure and blur
-of the lens, for --config). What the recording does not tell stays as the robot's file says, and is listed as
-"not determined". Walls and furniture are not known. Afterwards `waymark report` sets a simulated drive beside the
+odometry, response to commands) and, if the recording contains images taken in motion, camera.yaml (exposure and lens
+blur, for --config). Values that the recording does not determine are taken from the robot file and listed as
+"not determined". Walls and furniture are unknown. `waymark report` then compares a simulated drive with the
 real one.
 
-Exit code: 0 written, 1 recording or map could not be read or do not belong together, 2 wrong usage.
+Exit code: 0 written, 1 recording or map is unreadable, or they do not match, 2 wrong usage.
 
 Examples:
   waymark world from-recording lap.mcap --map map -o twin

@@ -19,12 +19,12 @@ ExitCode import_sdf(const ImportArgs& args, Console& console) {
 Verb world_import_verb() {
   return {
       .name = "import",
-      .sentence = "Make a world of one in SDF (Gazebo)",
+      .sentence = "Convert an SDF world (Gazebo) to a Waymark world",
       .help =
-          R"(Reads a world of Gazebo (SDF, parsed by SDFormat 12), finds the tags in its textures with the detector, whatever
-their files are called, and places them by how the texture lies on box, plane or mesh. Upright boxes and cylinders
-become furniture. Robots and other models that are not static are left out, lights are listed. What is left out, or
-taken for something simpler, is a warning.
+          R"(Reads a Gazebo world (SDF, parsed by SDFormat 12), detects the tags in its textures, regardless of file names,
+and places them according to the texture coordinates on box, plane or mesh. Upright boxes and cylinders
+become furniture. Robots and other models that are not static are omitted, lights are listed. Omissions and
+simplifications are reported as warnings.
 
 Exit code: 0 written, 1 no tag was found, or the file could not be read, 2 wrong usage.
 

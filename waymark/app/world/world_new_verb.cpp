@@ -7,7 +7,7 @@ namespace {
 struct NewArgs : LayWorldWords {
   explicit NewArgs(CLI::App& app) : settings(app), layout(settings, "layout", kFirstGroup) {
     add_fields(app, static_cast<LayWorldWords&>(*this));
-    app.add_flag("--json", json, "One JSON object instead of words");
+    app.add_flag("--json", json, "Print one JSON object instead of text");
   }
 
   Settings settings;
@@ -31,11 +31,11 @@ ExitCode make_world(const NewArgs& args, Console& console) {
 Verb world_new_verb() {
   return {
       .name = "new",
-      .sentence = "A world with tags laid along a line that was drawn or driven",
+      .sentence = "Make a world with tags along a drawn or driven line",
       .help =
-          R"(Puts upright tags beside the line, as few as it takes for the camera to see two of them from everywhere, none
-nearer to the hull than --clearance-m (measured in space), and says how well that went. A line that comes back
-to its beginning is a lap, and what repeats it is cut off; if it goes on elsewhere, it is kept whole.
+          R"(Places upright tags beside the line, as few as needed for the camera to see two of them everywhere, none
+nearer to the hull than --clearance-m (measured in space), and prints the result. A line that returns to
+its start is a lap, and a repeated part is cut off; if it continues elsewhere, it is kept whole.
 
 Exit code: 0 a world was written, 1 the line could not be read or no tag placed, 2 wrong usage.
 

@@ -9,8 +9,8 @@ namespace {
 struct OrbitArgs {
   explicit OrbitArgs(CLI::App& app) : settings(app), options(settings, "orbit", kFirstGroup) {
     add_option(app, "WORLD", world, std::string(kWorldNames), kRequired);
-    add_option(app, "-o,--output FILE", output, "Figure to draw of the result (.svg, .png or .pdf)");
-    app.add_flag("--json", json, "One JSON object instead of words");
+    add_option(app, "-o,--output FILE", output, "Figure of the result (.svg, .png or .pdf)");
+    app.add_flag("--json", json, "Print one JSON object instead of text");
   }
 
   Settings settings;
@@ -44,14 +44,14 @@ ExitCode go_round(const OrbitArgs& args, Console& console) {
 Verb world_orbit_verb() {
   return {
       .name = "orbit",
-      .sentence = "Validate frames and axes with a camera that goes round the tags",
+      .sentence = "Validate frames and axes with a camera on a circle around the tags",
       .help =
           R"(After Martins and Ramos, "AprilTag-based Trajectory Tracking for the LIMOS Robot", section 3.1. A nominal
-camera goes round all tags on a circle and looks at their middle. Without noise the camera through the
-anchor (equation 3.1), every tag through the camera, and every way round must close; with noise on camera
-and tags the composed frames may neither jump nor turn an axis over.
+camera moves around all tags on a circle and points at their centre. Without noise the camera pose via the
+anchor (equation 3.1), every tag pose via the camera, and every loop of transforms must close; with noise on
+camera and tags the composed frames may neither jump nor invert an axis.
 
-Exit code: 0 all of it holds, 1 it does not, or the file cannot be read, 2 wrong usage.
+Exit code: 0 all checks pass, 1 a check fails, or the file cannot be read, 2 wrong usage.
 
 Examples:
   waymark world orbit circuit24
