@@ -28,7 +28,7 @@ struct CalibrateRobotJob {
 };
 
 /// User input of a calibration, without options.
-struct CalibrateRobotWords {
+struct CalibrateRobotRequest {
   CalibrateRobotJob job{};
   std::string by{};  ///< lap, innovations; empty: either
 

@@ -4,9 +4,9 @@
 namespace waymark::cli {
 namespace {
 
-struct CalibrateRobotArgs : CalibrateRobotWords {
+struct CalibrateRobotArgs : CalibrateRobotRequest {
   explicit CalibrateRobotArgs(CLI::App& verb) : settings(verb), filter(settings, "filter", "Filter") {
-    add_fields(verb, static_cast<CalibrateRobotWords&>(*this));
+    add_fields(verb, static_cast<CalibrateRobotRequest&>(*this));
     verb.get_option("--output")->check(yaml_name());
     verb.add_flag("--json", json, "One JSON object instead of a table");
   }

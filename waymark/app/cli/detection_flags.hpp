@@ -54,7 +54,7 @@ class PoseFlags {
 
  private:
   const CLI::App& app_;
-  PoseWords words_{};
+  PoseRequest words_{};
 };
 
 }  // namespace waymark::cli

@@ -58,7 +58,7 @@ struct CameraDescription {
 };
 
 /// User options for tag poses.
-struct PoseWords {
+struct PoseRequest {
   CameraDescription camera{};
   std::vector<std::string> sizes{};  ///< as parse_tag_sizes() has them
 

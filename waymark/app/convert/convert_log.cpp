@@ -202,7 +202,7 @@ Status check_no_recording(const GivenFields& given) {
   return refused.status();
 }
 
-ConvertJob described_convert(const ConvertWords& words) {
+ConvertJob described_convert(const ConvertRequest& words) {
   ConvertJob job = words.job;
   job.inputs = {words.first};
   job.inputs.insert(job.inputs.end(), words.rest.begin(), words.rest.end() - 1);

@@ -60,7 +60,7 @@ struct ConvertJob {
 };
 
 /// User options of a conversion: several recordings, then the output.
-struct ConvertWords {
+struct ConvertRequest {
   std::string first{};
   std::vector<std::string> rest{};  ///< further inputs, then the output
   ConvertJob job{};                 ///< but inputs and output
@@ -82,7 +82,7 @@ struct ConvertWords {
   }
 };
 /// The job with inputs and output.
-[[nodiscard]] ConvertJob described_convert(const ConvertWords& words);
+[[nodiscard]] ConvertJob described_convert(const ConvertRequest& words);
 
 /// Fails on options for recordings if the input is not a recording.
 [[nodiscard]] Status check_no_recording(const GivenFields& given);

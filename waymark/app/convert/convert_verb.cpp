@@ -108,9 +108,9 @@ ExitCode ConvertVideoFlags::record(const std::string& address, const std::string
   return report->end.stopped ? ExitCode::Interrupted : ExitCode::Ok;
 }
 
-struct ConvertArgs : ConvertWords {
+struct ConvertArgs : ConvertRequest {
   explicit ConvertArgs(CLI::App& app) : video(app) {
-    add_fields(app, static_cast<ConvertWords&>(*this));
+    add_fields(app, static_cast<ConvertRequest&>(*this));
     add_flag(app, "--json", json, "One JSON object instead of words");
   }
 

@@ -337,7 +337,7 @@ Status play_log(MessageLog& log, const LogSelection& selection, const PlayOption
   });
 }
 
-Status check_effects(const PlayWords& words, const GivenFields& given) {
+Status check_effects(const PlayRequest& words, const GivenFields& given) {
   if (!(words.options.speed >= 0 && words.options.speed <= 1e6))
     return fail(ErrorCode::InvalidArgument, fmt::format("invalid playback rate {}", words.options.speed),
                 {.key = "speed"}, "Use 1 for the recorded rate, 0 for as fast as possible.");

@@ -64,7 +64,7 @@ struct PlayOptions {
 };
 
 /// User options for playing a recording.
-struct PlayWords {
+struct PlayRequest {
   std::string file{};
   LogPart part{};
   PlayOptions options{};
@@ -93,7 +93,7 @@ struct PlayWords {
 };
 
 /// Fails on an invalid playback rate, and on options without effect.
-[[nodiscard]] Status check_effects(const PlayWords& words, const GivenFields& given);
+[[nodiscard]] Status check_effects(const PlayRequest& words, const GivenFields& given);
 
 /// Passes one line per selected sample or message when it is due. `on_line` returns false to
 /// end it, and `cancelled` is asked while it waits; then it fails (LimitExceeded).

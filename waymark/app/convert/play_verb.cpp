@@ -8,8 +8,8 @@
 namespace waymark::cli {
 namespace {
 
-struct PlayArgs : PlayWords {
-  explicit PlayArgs(CLI::App& verb) : app(verb) { add_fields(verb, static_cast<PlayWords&>(*this)); }
+struct PlayArgs : PlayRequest {
+  explicit PlayArgs(CLI::App& verb) : app(verb) { add_fields(verb, static_cast<PlayRequest&>(*this)); }
 
   const CLI::App& app;
 };

@@ -24,7 +24,7 @@ struct DetectCamerasJob {
 };
 
 /// User options of detection, without detector and camera.
-struct DetectWords {
+struct DetectRequest {
   DetectJob job{};
   bool view = false;  ///< of one live camera
   PageOptions page{};

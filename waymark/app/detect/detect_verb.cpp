@@ -43,9 +43,9 @@ ExitCode detect_live(DetectCamerasJob job, bool json, bool covariance, const Tag
   return fail_by_kind(cameras.error(), console);
 }
 
-struct DetectArgs : DetectWords {
+struct DetectArgs : DetectRequest {
   explicit DetectArgs(CLI::App& verb) : settings(verb), detector(settings, kFirstGroup), poses(verb) {
-    add_fields(verb, static_cast<DetectWords&>(*this));
+    add_fields(verb, static_cast<DetectRequest&>(*this));
   }
 
   Settings settings;

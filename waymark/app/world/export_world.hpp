@@ -15,7 +15,7 @@
 namespace waymark {
 
 /// User options of an export.
-struct ExportWorldWords {
+struct ExportWorldRequest {
   std::string world{};
   std::string folder{};  ///< ExportWorldJob::folder
   std::string robot_file = "limo-gazebo";

@@ -13,7 +13,7 @@
 namespace waymark {
 
 /// User options of a world check.
-struct CheckWorldWords {
+struct CheckWorldRequest {
   std::string world{};
   std::string robot_file{};  ///< empty: that of the world
 

@@ -159,7 +159,7 @@ Status check_new_world(const std::string& output) {
               "Choose another name, or remove the file.");
 }
 
-Result<LayWorldJob> described_lay_world(const LayWorldWords& words, const TagLayoutOptions& layout) {
+Result<LayWorldJob> described_lay_world(const LayWorldRequest& words, const TagLayoutOptions& layout) {
   auto robot = read_named_robot(words.robot_file);
   if (!robot) return tl::unexpected(robot.error());
   if (Status fresh = check_new_world(words.output); !fresh) return tl::unexpected(fresh.error());

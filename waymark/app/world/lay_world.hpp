@@ -20,7 +20,7 @@ struct LayWorldJob {
 };
 
 /// User options of a new world.
-struct LayWorldWords {
+struct LayWorldRequest {
   std::string path{};
   std::string output{};
   std::string robot_file = "limo";
@@ -37,7 +37,7 @@ struct LayWorldWords {
   }
 };
 /// Reads the robot file; fails also if check_new_world() does.
-[[nodiscard]] Result<LayWorldJob> described_lay_world(const LayWorldWords& words,
+[[nodiscard]] Result<LayWorldJob> described_lay_world(const LayWorldRequest& words,
                                                       const TagLayoutOptions& layout);
 
 /// Fails if the world file already exists or cannot be written.

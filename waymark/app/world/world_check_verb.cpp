@@ -5,7 +5,7 @@
 namespace waymark::cli {
 namespace {
 
-using CheckArgs = JobArgs<CheckWorldWords>;
+using CheckArgs = JobArgs<CheckWorldRequest>;
 
 ExitCode check(const CheckArgs& args, Console& console) {
   const Result<RobotSetup> setup = load_setup(args.job.world, args.job.robot_file, 1);

@@ -5,7 +5,7 @@
 namespace waymark::cli {
 namespace {
 
-using ExportArgs = JobArgs<ExportWorldWords>;
+using ExportArgs = JobArgs<ExportWorldRequest>;
 
 ExitCode export_as_sdf(const ExportArgs& args, Console& console) {
   const Result<RobotSetup> setup = load_setup(args.job.world, args.job.robot_file, 1);

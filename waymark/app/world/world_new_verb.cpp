@@ -4,9 +4,9 @@
 namespace waymark::cli {
 namespace {
 
-struct NewArgs : LayWorldWords {
+struct NewArgs : LayWorldRequest {
   explicit NewArgs(CLI::App& app) : settings(app), layout(settings, "layout", kFirstGroup) {
-    add_fields(app, static_cast<LayWorldWords&>(*this));
+    add_fields(app, static_cast<LayWorldRequest&>(*this));
     app.add_flag("--json", json, "Print one JSON object instead of text");
   }
 
