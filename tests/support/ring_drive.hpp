@@ -11,20 +11,20 @@
 #include "waymark/samples/mounted_camera.hpp"
 #include "waymark/samples/visibility.hpp"
 
-/// A robot that drives around in a ring of tags at known positions, and its true map.
+/// A robot that drives around a ring of tags with known poses, and a map with true poses.
 namespace waymark::test {
 
 struct RingShape {
   int tags = 12;
-  double radius_m = 1;  ///< radius of the path; tags are 1.6 m outside of it
+  double radius_m = 1;  ///< of the path; tags are 1.6 m outside of it
   double loops = 1.1;
-  double frame_m = 0.05;          ///< distance from frame to frame, 0.1 s
-  double stated_sigma_px = 0.05;  ///< in the covariance of the corners
+  double frame_m = 0.05;          ///< distance driven between frames, 0.1 s
+  double stated_sigma_px = 0.05;  ///< of the covariance of the corners
   double noise_px = 0;            ///< noise added to the corners
-  double told_distance = 1;       ///< measured over true distance of the wheels
-  double told_yaw = 1;
+  double odometry_distance = 1;   ///< ratio of odometry to true motion
+  double odometry_yaw = 1;
   double odometry_sigma_m = 0, odometry_sigma_rad = 0;  ///< random, per frame
-  bool rear = false;                                    ///< a second camera that points backwards
+  bool rear = false;                                    ///< a second camera that looks back
   double tag_m = 0.16;
   std::uint64_t seed = 1;
 };
@@ -32,8 +32,8 @@ struct RingShape {
 struct RingDrive {
   LapInput lap;
   TagMap tags{};
-  Trajectory truth{};      ///< of each frame of the first camera
-  std::vector<SE2> way{};  ///< the trajectory in the plane
+  Trajectory truth{};      ///< by frame of the first camera
+  std::vector<SE2> way{};  ///< the same in the plane
 };
 
 inline TagId ring_tag(int number) { return {FamilyId::Tag36h11, number}; }
@@ -42,7 +42,7 @@ inline CameraModel ring_camera() {
   return CameraModel::make(PinholeRadtan{.fx = 440, .fy = 440, .cx = 320, .cy = 240}, 640, 480).value();
 }
 
-/// Tags whose z axis points outwards: visible from inside.
+/// Tag z points outwards: the tags are visible from inside.
 inline TagMap ring_tags(const RingShape& shape) {
   TagMap map;
   for (int i = 0; i < shape.tags; ++i) {
@@ -55,7 +55,7 @@ inline TagMap ring_tags(const RingShape& shape) {
   return map;
 }
 
-/// Detections of a camera at a pose.
+/// Tags in view of a camera at this base pose.
 inline TagFrame ring_frame(const RingDrive& drive, const RingShape& shape, const MountedCamera& camera,
                            const StampedPose& base, Random& random) {
   TagFrame frame{.stamp = base.stamp, .camera = camera.name};
@@ -95,7 +95,7 @@ inline RingDrive drive_ring(const RingShape& shape = {}) {
     const SensorTime stamp{std::chrono::milliseconds(100 * i)};
     if (i > 0) {
       at = at * SE2::exp(step);
-      SE2::Tangent measured(shape.told_distance * step[0], 0, shape.told_yaw * step[2]);
+      SE2::Tangent measured(shape.odometry_distance * step[0], 0, shape.odometry_yaw * step[2]);
       measured[0] += shape.odometry_sigma_m * random.normal();
       measured[1] += shape.odometry_sigma_m * random.normal();
       measured[2] += shape.odometry_sigma_rad * random.normal();
@@ -112,14 +112,14 @@ inline RingDrive drive_ring(const RingShape& shape = {}) {
   return drive;
 }
 
-/// The frames of the lap, one by one, in the form of the mapper.
+/// The frames of the lap in order, as the mapper uses them.
 inline std::vector<ObservedFrame> observed_frames(const LapInput& lap) {
   std::vector<ObservedFrame> observed;
   for (const TagFrame& frame : lap.frames) observed.push_back(observe(frame, lap));
   return observed;
 }
 
-/// The true map, with every observation in use.
+/// A map with true poses and all observations in use.
 inline BundleMap true_map(const RingDrive& drive) {
   BundleMap map{.map = drive.tags, .trajectory = drive.truth};
   for (auto& [id, tag] : map.map.tags) {
@@ -133,12 +133,12 @@ inline BundleMap true_map(const RingDrive& drive) {
   return map;
 }
 
-/// The true map as a start value.
+/// A start of the search with true poses.
 inline ChainResult true_start(const RingDrive& drive) {
   return {.map = drive.tags, .trajectory = drive.truth};
 }
 
-/// Rejects the observations of a tag between two frames, like a map that contradicts them.
+/// Rejects the observations of a tag in the frames [from, to).
 inline void reject(const RingDrive& drive, const TagId& tag, std::size_t from, std::size_t to,
                    BundleMap& map) {
   for (std::size_t f = from; f < to && f < drive.lap.frames.size(); ++f) {
