@@ -93,7 +93,7 @@ def _wrong(value, kind):
     """What is wrong about a value; empty where nothing is seen."""
     if _inside(kind)[0] == "int" and hasattr(value, "__index__") and not -(2**63) <= value.__index__() < 2**63:
         return "is too large a whole number"
-    return "" if _fits(value, kind) else f"is {_given(value)}: needed is {_needed(kind)}"
+    return "" if _fits(value, kind) else f"is {_given(value)}: expected {_needed(kind)}"
 
 
 class _Signature:
@@ -135,7 +135,7 @@ class _Signature:
             return 2, f"argument '{wrong[0][0]}' {wrong[0][1]}"
         for name, kind, _ in self.parameters:
             if _inside(kind)[0] == "int" and name in values and values[name] < 0:
-                return 2, f"argument '{name}' is {values[name]}: needed is a whole number of 0 or more"
+                return 2, f"argument '{name}' is {values[name]}: expected a whole number of 0 or more"
         return 2, f"its arguments do not fit. It takes {', '.join(f'{name}: {_needed(kind)}' for name, kind, _ in self.parameters if name != 'self')}"
 
 
