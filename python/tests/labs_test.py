@@ -182,7 +182,7 @@ class Labs(unittest.TestCase):
     def test_a_python_without_numpy_is_told_so(self):
         blocked = "import sys, importlib.util as u; real = u.find_spec; u.find_spec = lambda name, *rest: None if name == 'numpy' else real(name, *rest)\nimport waymark"
         done = subprocess.run([sys.executable, "-c", blocked], check=False, capture_output=True, text=True)
-        self.assertIn(f"waymark needs NumPy, and {sys.executable} has none", done.stderr)
+        self.assertIn(f"waymark needs NumPy, and {sys.executable} does not have it", done.stderr)
 
     def test_notebooks_that_cannot_be_written_are_named(self):
         for folder, words in (("/dev/null", "/dev/null: "), ("/proc/course", "/proc/course: ")):

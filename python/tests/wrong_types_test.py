@@ -63,10 +63,10 @@ class Types(unittest.TestCase):
         lens = camera.pinhole(64, 48, 50, 50, 32, 24)
         for call, words in ((lambda: geometry.SE2("a", 0, 0), "SE2(): argument 'x' is 'a' (str): expected a number"),
                             (lambda: geometry.SE2(1, 2), "SE2(): lacks the argument 'yaw'. It takes x, y, yaw"),
-                            (lambda: geometry.SE2(1, 2, 3, 4), "SE2(): takes 3 arguments (x, y, yaw), given are 4"),
-                            (lambda: geometry.SO3(np.eye(3)), "SO3(): takes 0 arguments (), given are 1. Other ways: SO3.from_matrix(), SO3.from_quaternion(), SO3.from_rpy()"),
+                            (lambda: geometry.SE2(1, 2, 3, 4), "SE2(): takes 3 arguments (x, y, yaw), but 4 were given"),
+                            (lambda: geometry.SO3(np.eye(3)), "SO3(): takes 0 arguments (), but 1 were given. Other ways: SO3.from_matrix(), SO3.from_quaternion(), SO3.from_rpy()"),
                             (lambda: geometry.SE3(np.eye(4)), "Other ways: SE3.from_matrix()"),
-                            (lambda: samples.Odometry(1, 2), "Odometry(): is made by keywords: stamp_ns, odom_T_base, speed_m_s, yaw_rate_rad_s"),
+                            (lambda: samples.Odometry(1, 2), "Odometry(): takes keyword arguments only: stamp_ns, odom_T_base, speed_m_s, yaw_rate_rad_s"),
                             (lambda: families.turned("tag16h5", -1, 1), "turned(): argument 'code' is -1: expected a whole number of 0 or more"),
                             (lambda: simulation.Simulator(WORLD, ROBOT, seed=-1), "Simulator(): argument 'seed' is -1: expected a whole number of 0 or more"),
                             (lambda: geometry.SE2(x=1, y=2, jaw=3), "SE2(): has no argument 'jaw'. Known: x, y, yaw"),
@@ -190,7 +190,7 @@ class Drives(unittest.TestCase):
         self.refused(TypeError, r"step\(\) returned None: expected a list of samples", self.robot(lambda _: None)())
         self.refused(TypeError, r"step\(\) returned 3: expected a list of samples", self.robot(lambda _: 3)())
         self.refused(TypeError, "an? int is not a sample", self.robot(lambda _: [3])())
-        self.refused(TypeError, "robot is the class Robot: expected an object of it", self.robot(lambda _: []))
+        self.refused(TypeError, "robot is the class Robot: expected an instance", self.robot(lambda _: []))
         self.refused(TypeError, r"on_step is 3: expected a function", self.robot(lambda _: [])(), on_step=3)
 
     def test_pictures_need_a_detector_and_the_size_of_the_camera(self):
