@@ -236,9 +236,9 @@ class Labs(unittest.TestCase):
                 self.assertNotIn("it raised", printed, f"{lab.name}: {what}")
                 said = re.sub(r"^WRONG \d+/\d+ ", "", said, flags=re.M)
                 shown = set(shows(said, right_numbers)) - set(shows(said, given | own))
-                self.assertEqual(shown, set(), f"{lab.name}: {what} is told what is right:\n{said}")
+                self.assertEqual(shown, set(), f"{lab.name}: {what} reveals the right answer:\n{said}")
 
-    def test_numbers_that_are_told_are_found(self):
+    def test_numbers_in_messages_are_found(self):
         self.assertEqual(shows("it is 0.60 s, and it says 0.4", [0.6, 2.0]), ["0.60"])
         self.assertEqual(list(numbers_in([(1, [2.5, True]), None, "3"], 6)), [1, 2.5])
 
@@ -260,7 +260,7 @@ class Labs(unittest.TestCase):
         with contextlib.redirect_stdout(io.StringIO()) as printed:
             lab = labs.check(1, {})
         self.assertEqual(lab.points, 0)
-        self.assertIn("inverse: inverse is not there: run the cells from the top", printed.getvalue())
+        self.assertIn("inverse: inverse is not defined: run the cells from the top", printed.getvalue())
 
     @unittest.skipUnless("WAYMARK_FULL" in os.environ, "takes long: WAYMARK_FULL")
     def test_notebooks_run(self):
