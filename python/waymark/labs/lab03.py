@@ -38,7 +38,7 @@ def family_distance(mine):
     if whole(mine.family_distance(all_codes)) != families.minimum_distance(FAMILY):
         return "not the smallest distance of the family: which pairs, and which turns, are not compared?"
     if whole(mine.family_distance([all_codes[0], families.turned(FAMILY, all_codes[0], 1)])) != 0:
-        return "wrong for a code together with its own quarter turn: can a reader distinguish them if it does not know which side is up?"
+        return "wrong for a code together with its own quarter turn: can a reader that cannot see which side is up distinguish them?"
     if whole(mine.family_distance([0xFFFF, all_codes[0]])) != 0:
         return "wrong for a family with a code that looks the same after a turn: how far is it from its own turns?"
 
