@@ -1,5 +1,5 @@
 # The page of `waymark view` as bytes of the program: build/viewer/dist/*.gz, made by tools/build_viewer.sh. Without them the program
-# builds all the same, and `waymark view` says how to get the page.
+# still builds, and `waymark view` prints how to get the page.
 set(WAYMARK_VIEWER_DIST ${PROJECT_SOURCE_DIR}/build/viewer/dist CACHE PATH "Where tools/build_viewer.sh put the page")
 
 function(waymark_embed_viewer output)

@@ -70,7 +70,7 @@ set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "Library of Waymark: detect tags, ma
 Headers, static libraries and the CMake package Waymark: geometry, cameras,
 tags, pose, mapping, localisation, recordings and replay.")
 
-if(TARGET waymark_dds_module)  # apart, so that nobody without ROS 2 installs Fast DDS
+if(TARGET waymark_dds_module)  # a separate package, so that Fast DDS is only installed for ROS 2
   list(APPEND CPACK_COMPONENTS_ALL ros2)
   set(CPACK_DEBIAN_ROS2_PACKAGE_NAME waymark-ros2)
   set(CPACK_DEBIAN_ROS2_PACKAGE_SECTION science)
@@ -108,7 +108,7 @@ The module by which `waymark` drives robots in Gazebo Fortress, by its topics.")
   waymark_package_documents(gazebo waymark-gazebo)
 endif()
 
-if(TARGET waymark_boards_module)  # apart, so that nobody without a chessboard installs OpenCV
+if(TARGET waymark_boards_module)  # a separate package, so that OpenCV is only installed for chessboards
   list(APPEND CPACK_COMPONENTS_ALL boards)
   set(CPACK_DEBIAN_BOARDS_PACKAGE_NAME waymark-boards)
   set(CPACK_DEBIAN_BOARDS_PACKAGE_SECTION science)

@@ -21,8 +21,8 @@ function(waymark_size_of_room target room)
   endif()
 endfunction()
 
-# waymark_size_of_program(TARGET): a template that a quick and a small room have in common (of Eigen, of the standard library) is taken from
-# whoever comes first, so the quick rooms do.
+# waymark_size_of_program(TARGET): the linker takes a template that a quick and a small room share (Eigen, standard library) from the
+# first object that has it, so the quick rooms come first.
 function(waymark_size_of_program target)
   if(NOT WAYMARK_FOR_SIZE)
     return()

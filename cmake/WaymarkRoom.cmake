@@ -1,7 +1,7 @@
 # waymark_room(NAME [INTERNAL] USES room... [PUBLIC lib...] [PRIVATE lib...])
 #
-# One folder = one target = one layer. Sources, headers and tests stand side by side in waymark/NAME; tests are the
-# files called *_test.cpp. USES is held against cmake/rooms.txt: an edge the table does not allow stops the configure.
+# One folder = one target = one layer. Sources, headers and tests are side by side in waymark/NAME; tests are the
+# files called *_test.cpp. USES is checked against cmake/rooms.txt: an edge that is not in the table stops the configure.
 # WAYMARK_ROOM_TESTS is then the program with the room's tests (cmake/TestPrograms.cmake), or empty.
 # An INTERNAL room is the inside of a program and is not installed; of the others the headers in cmake/public_headers.txt are.
 file(STRINGS ${CMAKE_CURRENT_LIST_DIR}/rooms.txt _waymark_rows REGEX "^[a-z0-9_/]+ *\\|")
@@ -49,7 +49,7 @@ function(waymark_library target)
     set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
     waymark_compile_together(${target})
     waymark_size_of_room(${target} ${LIBRARY_ROOMS})
-    if(NOT target STREQUAL "waymark_base")  # which knows no Eigen
+    if(NOT target STREQUAL "waymark_base")  # which does not use Eigen
       waymark_precompile(${target} waymark_precompiled)
     endif()
     target_link_libraries(${target} PRIVATE ${LIBRARY_PRIVATE} $<BUILD_INTERFACE:waymark_warnings>)

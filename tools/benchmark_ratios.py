@@ -5,7 +5,7 @@ usage: tools/benchmark_ratios.py FOLDER [--filter REGEX] [--repetitions N]
 
 FOLDER holds the programs (*_benchmark), e.g. build/release/benchmarks. Benchmarks are called TOPIC/ours/CASE and
 TOPIC/peer:NAME/CASE; their repetitions are interleaved, and the fastest of each (CPU time) counts, so that other load on
-the machine does little. A ratio below 1 says that ours is faster. LIMITS says what must hold; exit code 1 when it does not.
+the machine does little. A ratio below 1 means that ours is faster. LIMITS contains the limits; exit code 1 if one is exceeded.
 """
 import argparse
 import json

@@ -3,9 +3,9 @@
 
 usage: tools/build_site.py OUTPUT_FOLDER [--without-interactive]
 
-The pages of web/ are built (tools/build_web.sh) and put in where emscripten is installed; without it, or with --without-interactive, the page says so.
+The pages of web/ are built (tools/build_web.sh) and put in where emscripten is installed; without it, or with --without-interactive, the page has a note.
 What the documents link to outside docs/ (examples, READMEs of the rooms) comes with them in the folder source/; a link to a folder becomes plain text.
-Search works without a network. The headers for other programs become pages of Doxygen where it is installed; without it the page of the reference says so.
+Search works without a network. The headers for other programs become pages of Doxygen where it is installed; without it the reference page has a note.
 """
 import importlib
 import importlib.util
@@ -60,7 +60,7 @@ nav:
 
 
 def staged_name(path):
-    """Where a file of the repository stands on the site."""
+    """The path of a repository file on the site."""
     if path == ROOT / "README.md":
         return pathlib.Path("index.md")
     inside = path.relative_to(ROOT)

@@ -12,7 +12,7 @@ jobs=$(nproc)
   cmake -S web -B build/web/host -G Ninja -DCMAKE_BUILD_TYPE=None
   cmake --build build/web/host -j "$jobs" -- --quiet
   build/web/host/write_family_tables >build/web/family_tables.new
-  # Only a changed table compiles anew.
+  # Only a changed table is compiled again.
   cmp -s build/web/family_tables.new build/web/family_tables.hpp || mv build/web/family_tables.new build/web/family_tables.hpp
   emcmake cmake -S web -B build/web/wasm -G Ninja -DCMAKE_BUILD_TYPE=None -DWAYMARK_FAMILY_TABLES="$PWD/build/web"
   cmake --build build/web/wasm -j "$jobs" -- --quiet

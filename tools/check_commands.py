@@ -10,7 +10,7 @@ photograph.png, truth.csv and the folder photos/ (tests/cli/pictures.py). Comman
 A block below "<!-- file: NAME -->" is written into the scratch folder under this name before the commands of the document run.
 A document with "<!-- camera: NAME.png -->" has a camera /dev/video0 that shows the picture (tests/fake_v4l2).
 A command that is meant to fail ends with "# exit N". `waymark view` and what has --view serve until Ctrl-C: they get one once
-they have said their address.
+they have printed their address.
 
 usage: tools/check_commands.py PROGRAM [FILE.md ...]     PROGRAM: the built waymark
 """
@@ -60,16 +60,16 @@ def commands(text):
             pending = ""
 
 
-def said_in(output):
+def text_of(output):
     return pathlib.Path(output.name).read_text(encoding="utf-8", errors="replace")
 
 
 def wait_for_address(process, output):
-    """Until a program that serves says where, and one second more; or until it ends."""
+    """Waits until a server prints its address and one second more, or until it ends."""
     for _ in range(10 * SECONDS):
         if process.poll() is not None:
             return
-        if "http://" in said_in(output):
+        if "http://" in text_of(output):
             time.sleep(1)
             return
         time.sleep(0.1)
@@ -104,10 +104,10 @@ def run(command, scratch, program, variables):
         except subprocess.TimeoutExpired:
             process.kill()
             return f"took more than {SECONDS} s"
-        said = said_in(output)
-    if serves and "http://" not in said:
-        return f"said no address to look at\n{said[-2000:]}"
-    return None if process.returncode == expected else f"exit {process.returncode}, expected {expected}\n{said[-4000:]}"
+        printed = text_of(output)
+    if serves and "http://" not in printed:
+        return f"printed no address\n{printed[-2000:]}"
+    return None if process.returncode == expected else f"exit {process.returncode}, expected {expected}\n{printed[-4000:]}"
 
 
 def camera_in(scratch, program):

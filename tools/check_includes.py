@@ -2,7 +2,7 @@
 """What the linker cannot see: headers of rooms that were not linked, and third-party headers where they do not belong.
 
 Reads the table cmake/rooms.txt. Debian puts yaml-cpp, Ceres and others straight into /usr/include, where any file can
-include them unlinked; and all rooms share one include root. So every #include under waymark/ is held against the table.
+include them unlinked; and all rooms share one include root. So every #include under waymark/ is checked against the table.
 
 usage: tools/check_includes.py [ROOT]     prints one line a violation, exit code 1 if there is any
 """
@@ -12,7 +12,7 @@ import sys
 
 INCLUDE = re.compile(r'^[ \t]*#\s*include\s*([<"])([^>"]+)[>"]', re.M)
 TEST_HEADERS = {"gtest", "gmock", "rapidcheck", "opencv2", "nlohmann", "Eigen", "fmt", "tests"}
-# C library headers that stand at the top like the standard ones.
+# C library headers that are included like the standard ones.
 TOP_LEVEL_THIRD_PARTY = {"zstd.h": "zstd", "lz4.h": "lz4", "lz4frame.h": "lz4", "libdeflate.h": "libdeflate", "bzlib.h": "bzlib", "sqlite3.h": "sqlite3",
                          "jpeglib.h": "jpeglib", "jerror.h": "jpeglib", "turbojpeg.h": "turbojpeg", "png.h": "png",
                          "cairo.h": "cairo", "cairo-svg.h": "cairo", "cairo-pdf.h": "cairo"}
@@ -36,7 +36,7 @@ def read_table(path):
 
 
 def linked_rooms(cmake_lists):
-    """The rooms a room says it uses; what those use comes with them."""
+    """The rooms that a room lists as used, and the rooms that those use."""
     match = re.search(r"waymark_room\(\s*[\w/]+([^)]*)\)", cmake_lists.read_text(), re.S)
     words = match.group(1).split() if match else []
     uses, taking = set(), False

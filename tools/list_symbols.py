@@ -22,19 +22,19 @@ def public_text():
 
 
 def called(text):
-    """Names that stand before an opening bracket."""
+    """Names before an opening bracket."""
     return set(re.findall(r"(~?\w+)\s*\(", text)) | set(re.findall(r"operator\S+?(?=\()", text))
 
 
-def is_public(signature, words, functions, members):
+def is_public(signature, known_names, functions, members):
     """Whether the headers declare a function, or a member of its class, of its name, and name every type of ours among its arguments."""
     head = re.sub(r"\[abi:\w+\]", "", re.split(r"[(<]", signature, maxsplit=1)[0]).split("::")
     types = set(re.findall(r"waymark::((?:\w+::)*\w+)", signature[len("::".join(head)):]))
-    if "internal" in head or any(part not in words for name in types for part in name.split("::")):
+    if "internal" in head or any(part not in known_names for name in types for part in name.split("::")):
         return False
     classes = [name for name in head[1:-1] if name[:1].isupper()]
     declared = members.get(classes[0], set()) if classes else functions
-    return head[-1] in declared and all(name.lstrip("~") in words for name in head)
+    return head[-1] in declared and all(name.lstrip("~") in known_names for name in head)
 
 
 def symbols(build):
@@ -44,10 +44,10 @@ def symbols(build):
         sys.exit(f"{build}: holds no library: build it first")
     listed = subprocess.run(["nm", "--defined-only", "--extern-only", "--demangle", *libraries], capture_output=True, text=True, check=True).stdout
     text = public_text()
-    words, functions = set(re.findall(r"\w+", text)), called(text)
+    known_names, functions = set(re.findall(r"\w+", text)), called(text)
     classes = re.findall(r"^(?:class|struct) +(\w+)[^;(){]*\{(.*?)^\};", text, re.S | re.M)
     members = {name: called(body) for name, body in classes}
-    return sorted({signature for signature in SYMBOL.findall(listed) if is_public(signature, words, functions, members)})
+    return sorted({signature for signature in SYMBOL.findall(listed) if is_public(signature, known_names, functions, members)})
 
 
 def main():

@@ -61,8 +61,8 @@ def mbot(program, folder, data):
         lines.append(f"| {beside['name']} | {metres(beside['path_rmse_m'])} | {metres(beside['path_max_m'])} | {metres(lap1['side_rmse_m'])} |")
     for name, later, first, _ in rows:
         lines.append(f"| {name} | {metres(later['path_rmse_m'])} | {metres(later['path_max_m'])} | {metres(first['side_rmse_m'])} |")
-    said = [line.split(": ", 1)[1] for line in words.splitlines() if "swapped" in line]
-    return lines + ["", f"Said of the map: {'; '.join(said) or 'nothing'}."]
+    warnings = [line.split(": ", 1)[1] for line in words.splitlines() if "swapped" in line]
+    return lines + ["", f"Warnings about the map: {'; '.join(warnings) or 'nothing'}."]
 
 
 def aer1513(program, folder, data):
@@ -124,7 +124,7 @@ def pictures(program, folder, laps):
 
 
 def map_of_world(world):
-    """A map.yaml of the tags that stand in a world's file."""
+    """Writes a map.yaml with the tags of a world file."""
     size = re.search(r"^tag_size_m: (\S+)", world, re.M).group(1)
     text = 'format: waymark-map-1\nanchor: "tag36h11:5"\ntags:\n'
     for tag in re.finditer(r"id: (\d+), x_m: (\S+), y_m: (\S+), z_m: (\S+), facing_deg: ([-\d.]+)", world):
@@ -196,7 +196,7 @@ def mean(scores, key):
 
 
 def geometric(program):
-    """Fifty robots each, and what nobody can do better than: the tests that stand beside the program."""
+    """Fifty robots each, and the lower bound: runs the tests next to the program."""
     tests = pathlib.Path(program).parents[1] / "tests/waymark_localization_tests"
     done = subprocess.run([tests, "--gtest_filter=LocalizationInSimulation.*"], env={**os.environ, "WAYMARK_FULL": "1"}, capture_output=True,
                           text=True, check=False)

@@ -3,7 +3,7 @@
 
 usage: tools/make_notebooks.py OUTPUT_FOLDER [--solved]     --solved: with the solution before the check. Needs python3-nbformat.
 
-A notebook that stands there already stays as it is. Beside them it writes plant/, the log of a simulated robot that shares nothing with Waymark's
+An existing notebook stays as it is. Beside them it writes plant/, the log of a simulated robot that shares nothing with Waymark's
 simulator (tests/plant/generate_log.py).
 """
 import importlib.util
@@ -54,7 +54,7 @@ def main():
 
 
 def write_whole(path, text):
-    """Writes a file of which nothing stands there where it could not be written whole."""
+    """Writes a file completely or not at all."""
     part = path.with_name(path.name + ".part")
     try:
         part.write_text(text)
@@ -70,8 +70,8 @@ def write_course(output):
     for lab in sorted(LABS.glob("[0-9]*.py")):
         solution = LABS / "solutions" / lab.name if "--solved" in sys.argv else None
         book = output / f"{lab.stem}.ipynb"
-        if book.exists():  # somebody's answers
-            print(f"{book} stands there already, and stays as it is")
+        if book.exists():  # may contain answers
+            print(f"{book} exists already, and stays as it is")
             continue
         write_whole(book, notebook_of(lab, solution))
         print(book)

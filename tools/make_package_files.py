@@ -15,9 +15,9 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BLOCK = re.compile(r"<!-- help: (waymark ?[a-z -]*?) -->\n```text\n(.*?)^```\n", re.S | re.M)
 EXIT_ROW = re.compile(r"^\| (\d+) \| (.*) \|$", re.M)
-WATCHDOG = ("waymark-watchdog", "Stops a robot whose program has ended, hangs or is silent",
-            "waymark starts this program between itself and the robot; nobody starts it by hand.\n"
-            "When no command has come for a quarter of a second it commands the robot to stand.")
+WATCHDOG = ("waymark-watchdog", "Stops a robot whose program has ended, is frozen or silent",
+            "waymark starts this program between itself and the robot; it is not meant to be started by hand.\n"
+            "When no command has come for a quarter of a second it commands the robot to stop.")
 
 
 def escaped(text):

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Measures the page of `waymark view` on this machine: what docs/results/page.md says of it.
+"""Measures the page of `waymark view` on this machine for docs/results/page.md.
 
 usage: measure_page.py PROGRAM BENCHMARKS_FOLDER [RUNS]     both of the release preset; needs what the tests of the page need (tests/viewer)
 """
@@ -18,7 +18,7 @@ VIEWER = ROOT / "build/viewer"
 
 
 def node_json(script, *words):
-    """What a script of viewer/test says."""
+    """The output of a script in viewer/test."""
     node, environment = tools
     done = subprocess.run([node, ROOT / "viewer/test" / script, *map(str, words)], check=True, capture_output=True, text=True, env={**os.environ, **environment})
     return json.loads(done.stdout)

@@ -20,10 +20,10 @@ WAYMARK_TEST_PACKAGES=(libsdl2-dev libgtest-dev libgmock-dev librapidcheck-dev l
   gstreamer1.0-plugins-base ffmpeg cyclonedds-dev cyclonedds-tools openssl libxml2-utils g++-aarch64-linux-gnu qemu-user googletest
   libignition-transport-dev libignition-msgs-dev ignition-transport-cli libsdformat-dev libassimp-dev zstd)
 # The pages that work in the browser (test.sh --full=site, tools/build_web.sh).
-# shellcheck disable=SC2034  # whoever sources this
+# shellcheck disable=SC2034  # used by scripts that source this file
 WAYMARK_WEB_PACKAGES=(emscripten)
 # A machine that has cameras and gamepads (test.sh --full=devices).
-# shellcheck disable=SC2034  # whoever sources this
+# shellcheck disable=SC2034  # used by scripts that source this file
 WAYMARK_DEVICE_PACKAGES=(qemu-system-x86 busybox-static cpio kmod v4l-utils)
 
 # waymark_apt LOG WORD...: apt-get as root, its output in the file LOG. Another program may hold a lock of apt or dpkg (an update in the
@@ -62,7 +62,7 @@ waymark_unpack() {
   fi
 }
 
-# waymark_install PACKAGE...: says what is missing, asks before sudo (not as root, not in CI), installs it.
+# waymark_install PACKAGE...: prints what is missing, asks before sudo (not as root, not in CI), installs it.
 waymark_install() {
   if ! command -v dpkg-query >/dev/null; then
     echo "This is not a Debian or Ubuntu system: install the equivalents of" >&2

@@ -17,7 +17,7 @@ version=$(sed -n 's/^project(Waymark VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt)
 out=${1:-build/release-$version}
 notes=$(awk -v start="## $version:" '/^## /{inside = index($0, start) == 1} inside' CHANGELOG.md)
 [ -n "$notes" ] || fail "CHANGELOG.md has no section '## $version: …'"
-! grep -q '^Not released yet' <<<"$notes" || fail "CHANGELOG.md says of $version 'Not released yet': put the date there"
+! grep -q '^Not released yet' <<<"$notes" || fail "CHANGELOG.md marks $version as 'Not released yet': replace it by the date"
 for file in lap.mcap map/map.yaml symbols.txt; do
   [ -s "tests/golden/$version/$file" ] || fail "tests/golden/$version/$file is missing: later versions are held to it (tests/golden/README.md)"
 done

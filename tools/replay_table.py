@@ -180,7 +180,7 @@ FAULTS = {
 
 
 def faults(bench, args):
-    lines = ["", "| fault | completed | largest cross-track, cm: median / worst | what it said at the end, 5 s after it stopped |", "|---|---|---|---|"]
+    lines = ["", "| fault | completed | largest cross-track, cm: median / worst | last message, 5 s after it stopped |", "|---|---|---|---|"]
     for name, script in FAULTS.items():
         file = bench.folder / f"{name.replace(' ', '-')}.yaml"
         file.write_text(f"faults: [{script}]\n")

@@ -76,7 +76,7 @@ def commands_of_table():
     known = set()
     for command in found:
         if command.name in known or not known.issuperset(command.inputs):
-            refuse(f"same_bytes_commands.py: {command.name} is a duplicate, or stands before one of its inputs")
+            refuse(f"same_bytes_commands.py: {command.name} is a duplicate, or precedes one of its inputs")
         known.add(command.name)
     lines = list(filter(None, table.WRONG.splitlines()))
     return found + [Command(f"wrong.{number:02}", words, [], None) for number, words in enumerate(lines, 1)]

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Maps TagSLAM's own tests (berndpfrommer/tagslam_test) with `waymark map --tagslam` and prints how we stand beside it.
+"""Maps TagSLAM's own tests (berndpfrommer/tagslam_test) with `waymark map --tagslam` and prints a comparison.
 
     tools/tagslam_table.py WAYMARK DATA [--tests 1,2,10] [--write docs/results/mapping.md]
 

@@ -19,7 +19,7 @@ SIGNATURE = re.compile(r"^(?:\d+\. )?(\w+)\((.*)\) -> (.+)$")
 HEAD = """# The Python package
 
 Written by `tools/update_python_reference.py` from the docstrings, which `help(waymark.geometry.SE2)` shows too. Frames, units and pixels: [conventions](../conventions.md);
-how to begin: [in Python](../howto/python.md). Options by keyword are those of the [flags](cli.md). The exceptions of `waymark.errors` stand at the end.
+how to begin: [in Python](../howto/python.md). Options by keyword are those of the [flags](cli.md). The exceptions of `waymark.errors` are at the end.
 """
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Writes the type stubs python/waymark/*.pyi from what the extension module says of itself.
+"""Writes the type stubs python/waymark/*.pyi from the docstrings of the extension module.
 
 usage: tools/update_python_stubs.py [--check]     PYTHONPATH names the built package; --check: exit code 1 where a stub is old
 """
@@ -27,7 +27,7 @@ GENERIC = {"List": "list", "Dict": "dict", "Tuple": "tuple", "Set": "set"}
 
 
 def split(text):
-    """The parts between commas that stand in no brackets or quotes."""
+    """Splits at commas outside of brackets and quotes."""
     parts, depth, start, quoted = [], 0, 0, False
     for i, letter in enumerate(text):
         quoted ^= letter == "'"
@@ -56,7 +56,7 @@ def type_of(text, room, used):
 
     text = re.sub(r"waymark(?:\._waymark)?\.(\w+)\.(\w+)", own, text)
     if "::" in text:
-        raise SystemExit(f"{room}: a type that Python does not know: {text}")
+        raise SystemExit(f"{room}: a type that is not bound: {text}")
     return text
 
 

@@ -31,21 +31,21 @@ def command(speed_m_s, arc, gain, most_rad_s):
 
 
 WRONG = {
-    "a point behind": ("far = np.flatnonzero(away[near:] >= ahead_m)", "near, far = 0, np.flatnonzero(away >= ahead_m)", "that point lies behind the robot"),
-    "the beginning at the end of the line": ("else line[-1]", "else line[0]", "wrong near the end of the line, where no point is so far"),
+    "a point behind": ("far = np.flatnonzero(away[near:] >= ahead_m)", "near, far = 0, np.flatnonzero(away >= ahead_m)", "that point is behind the robot"),
+    "the beginning at the end of the line": ("else line[-1]", "else line[0]", "wrong near the end of the line, where no point is that far"),
     "the nearest point": ("return line[near + far[0]] if len(far) else line[-1]", "return line[near]", "not the first point so far away from the robot, along the"),
-    "the map's frame": ("-np.sin(heading) * dx + np.cos(heading) * dy", "dy", "it depends on where the robot stands and looks: is the"),
-    "heading the wrong way": ("-np.sin(heading) * dx", "np.sin(heading) * dx", "it depends on where the robot stands and looks: is the"),
+    "the map's frame": ("-np.sin(heading) * dx + np.cos(heading) * dy", "dy", "it depends on the pose of the robot: is the"),
+    "heading the wrong way": ("-np.sin(heading) * dx", "np.sin(heading) * dx", "it depends on the pose of the robot: is the"),
     "half the curvature": ("2 * left", "left", "is too straight: it does not go through the point"),
     "moved in the map's frame": ("pose @ geometry.SE2.exp([v * period_s, 0, w * period_s])", "geometry.SE2.exp([v * period_s, 0, w * period_s]) @ pose", "a robot that is commanded straight ahead moves sideways: in"),
     "no period": ("[v * period_s, 0, w * period_s]", "[v, 0, w]", "s moves the robot by"),
-    "yaw rate of the command, not the true one": ("0, w * period_s]", "0, TURN_GAIN * w * period_s]", "which yaw rate do the commands under way hold, by the text?"),
+    "yaw rate of the command, not the true one": ("0, w * period_s]", "0, TURN_GAIN * w * period_s]", "which yaw rate do the pending commands contain, according to the text?"),
     "turns left out": ("0, w * period_s]", "0, 0]", "does not turn the robot"),
     "turned to the other side": ("0, w * period_s]", "0, -w * period_s]", "the robot turns to the other side"),
     "driven, then turned": ("pose @ geometry.SE2.exp([v * period_s, 0, w * period_s])", "pose @ geometry.SE2(v * period_s, 0, w * period_s)", "ends with the right heading in the wrong place"),
-    "only the newest": ("in under_way:", "in under_way[-1:]:", "two alike are not: does each act"),
+    "only the newest": ("in under_way:", "in under_way[-1:]:", "two equal ones are not: does each act"),
     "newest first": ("in under_way:", "in reversed(under_way):", "one command is right, several are not: which acts first?"),
-    "commanded over measured": ("(commanded @ measured) / (commanded @ commanded)", "(commanded @ measured) / (measured @ measured)", "and the sum of squares is not the least there"),
+    "commanded over measured": ("(commanded @ measured) / (commanded @ commanded)", "(commanded @ measured) / (measured @ measured)", "where the sum of squares is not minimal"),
     "gain multiplied": ("speed_m_s * arc / gain", "speed_m_s * arc * gain", "does not drive the curvature"),
     "turn cut, speed kept": ("slower * speed_m_s, slower * yaw_rate", "speed_m_s, slower * yaw_rate", "does not drive the curvature"),
 }

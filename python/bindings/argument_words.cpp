@@ -9,10 +9,10 @@ namespace {
 
 namespace py = pybind11;
 
-/// The dispatcher that all functions of pybind11 share.
+/// The dispatcher shared by all pybind11 functions.
 PyCFunctionWithKeywords original = nullptr;
 
-/// The attribute of a setter, by the capsule of its function: pybind11 gives setters no name.
+/// Attribute name of each setter, keyed by the capsule of its function; pybind11 setters have no name.
 std::unordered_map<PyObject*, std::string>& setters() {
   static auto* const names = new std::unordered_map<PyObject*, std::string>();  // outlives the interpreter
   return *names;
@@ -23,7 +23,7 @@ std::string setter_of(PyObject* self) {
   return found == setters().end() ? "" : found->second;
 }
 
-/// Replaces the error that is set by one in words, where pybind11 found no signature that fits.
+/// Replaces the current TypeError by a readable one if pybind11 found no matching signature.
 void explain(PyObject* self, PyObject* args, PyObject* kwargs) {
   PyObject *type = nullptr, *value = nullptr, *trace = nullptr;
   PyErr_Fetch(&type, &value, &trace);
@@ -52,7 +52,7 @@ PyCFunction as_function(PyCFunctionWithKeywords call) {
   return reinterpret_cast<PyCFunction>(reinterpret_cast<void (*)()>(call));
 }
 
-/// Puts dispatch() before the dispatcher of a function of pybind11; anything else is left alone.
+/// Installs dispatch() in front of the dispatcher of a pybind11 function; other objects are unchanged.
 void wrap(PyObject* function, const std::string& setter = {}) {
   if (function == nullptr) return;
   if (PyInstanceMethod_Check(function)) function = PyInstanceMethod_GET_FUNCTION(function);

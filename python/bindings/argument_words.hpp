@@ -4,9 +4,9 @@
 
 namespace waymark::python {
 
-/// Lets every function, method and attribute of a room that is given an argument of a wrong type raise a
-/// TypeError with the name of the argument, what is needed and what was given (waymark/_arguments.py), where
-/// pybind11 lists signatures.
+/// Makes every function, method and attribute of a module report an argument of the wrong type by a TypeError
+/// with the argument's name, the expected type and the given type (waymark/_arguments.py), instead of
+/// pybind11's list of signatures.
 void explain_arguments(const pybind11::module_& room);
 
 }  // namespace waymark::python

@@ -34,18 +34,18 @@ std::string type_text(const py::handle& value) {
   return py::str(py::type::handle_of(value).attr("__name__"));
 }
 
-/// Any array of real numbers; what Python cannot make one of is refused.
+/// Converts any array of real numbers; refuses values that NumPy cannot convert to one.
 py::array real_array(const py::handle& value, const char* name) {
   const py::array array = py::array::ensure(value);
   if (!array) {
     PyErr_Clear();
     refuse(name, fmt::format("a {} is not an array of numbers", type_text(value)),
-           "Give a NumPy array of float64.");
+           "Pass a NumPy array of float64.");
   }
   const char kind = array.dtype().kind();
   if (kind != 'f' && kind != 'i' && kind != 'u')
-    refuse(name, fmt::format("numbers of dtype {} are not real numbers", std::string(py::str(array.dtype()))),
-           "Give a NumPy array of float64.");
+    refuse(name, fmt::format("values of dtype {} are not real numbers", std::string(py::str(array.dtype()))),
+           "Pass a NumPy array of float64.");
   return array;
 }
 
@@ -55,39 +55,40 @@ Doubles doubles(const py::handle& value, const char* name, const std::vector<py:
                 Numbers numbers) {
   const py::array array = real_array(value, name);
   if (!fits(shape_of(array), shape))
-    refuse(name, fmt::format("shape {} where {} is needed", shape_text(shape_of(array)), shape_text(shape)));
+    refuse(name, fmt::format("the shape is {}, expected {}", shape_text(shape_of(array)), shape_text(shape)));
   const Doubles converted(array);
   for (py::ssize_t i = 0; numbers == Numbers::Finite && i < converted.size(); ++i)
-    if (!std::isfinite(converted.data()[i])) refuse(name, "a number is not finite");
+    if (!std::isfinite(converted.data()[i])) refuse(name, "a value is not finite");
   return converted;
 }
 
 double finite(double number, const char* name) {
-  if (!std::isfinite(number)) refuse(name, "not a finite number", "Leave out what was not measured.");
+  if (!std::isfinite(number)) refuse(name, "not a finite number", "Omit values that were not measured.");
   return number;
 }
 
 ImageView image_view(const py::handle& value, const char* name) {
   if (!py::isinstance<py::array>(value))
-    refuse(name, fmt::format("a {} is not a picture", type_text(value)),
-           "Give a NumPy array (height, width) of uint8.");
+    refuse(name, fmt::format("a {} is not an image", type_text(value)),
+           "Pass a NumPy array (height, width) of uint8.");
   const auto array = py::reinterpret_borrow<py::array>(value);
   if (!array.dtype().is(py::dtype::of<std::uint8_t>()) &&
       !(array.dtype().kind() == 'u' && array.itemsize() == 1))
-    refuse(name, fmt::format("pixels of dtype {} where uint8 is needed", std::string(py::str(array.dtype()))),
+    refuse(name, fmt::format("the pixels have dtype {}, expected uint8", std::string(py::str(array.dtype()))),
            "Scale to 0 … 255 and convert with .astype(numpy.uint8).");
   if (array.ndim() != 2)
-    refuse(name, fmt::format("shape {} where (height, width) is needed", shape_text(shape_of(array))),
-           "waymark.image.read() gives grey pictures; of an array, picture.mean(axis=2).astype(numpy.uint8) "
+    refuse(name, fmt::format("the shape is {}, expected (height, width)", shape_text(shape_of(array))),
+           "waymark.image.read() returns grey images; convert an array with "
+           "image.mean(axis=2).astype(numpy.uint8) "
            "does.");
   const py::ssize_t height = array.shape(0);
   const py::ssize_t width = array.shape(1);
   constexpr py::ssize_t kMaxSize = std::numeric_limits<int>::max();
-  if (height > kMaxSize || width > kMaxSize) refuse(name, "a side of the picture is too long");
+  if (height > kMaxSize || width > kMaxSize) refuse(name, "a side of the image is too long");
   if (height == 0 || width == 0) return {};
   const bool rows_in_order = height == 1 || (array.strides(0) >= width && array.strides(0) <= kMaxSize);
   if ((width > 1 && array.strides(1) != 1) || !rows_in_order)
-    refuse(name, "the pixels of a row do not lie side by side, or rows overlap or run backwards",
+    refuse(name, "the pixels of a row are not contiguous, or rows overlap or have a negative stride",
            "Copy it with numpy.ascontiguousarray().");
   const auto stride = static_cast<int>(height == 1 ? width : array.strides(0));
   return {static_cast<const std::uint8_t*>(array.data()), static_cast<int>(width), static_cast<int>(height),

@@ -13,28 +13,28 @@ namespace waymark::python {
 
 namespace py = pybind11;
 
-/// Numbers in rows, float64 without gaps: the caller's own memory where it is that already.
+/// Row-major contiguous float64; refers to the caller's memory if that already has this layout.
 using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
-/// Which numbers an array may hold.
+/// Which values an array may hold.
 enum class Numbers { Finite, Any };
 
-/// An argument as float64 of this shape (-1: any length). Raises InvalidArgument, which names the argument,
-/// for what is no array of real numbers, for another shape, and for NaN or infinity unless Any.
+/// An argument as float64 of this shape (-1: any length). Raises InvalidArgument with the name of
+/// the argument if it is not an array of real numbers, has another shape, or, unless Any, is not finite.
 [[nodiscard]] Doubles doubles(const py::handle& value, const char* name,
                               const std::vector<py::ssize_t>& shape, Numbers numbers = Numbers::Finite);
 
-/// A number of an argument or attribute, which must be finite; else raises InvalidArgument.
+/// The number of an argument or attribute; raises InvalidArgument if it is not finite.
 double finite(double number, const char* name);
 
-/// A grey picture of Python, shape (height, width), uint8, where it lies: rows may have gaps, pixels of a row
-/// may not. The array must be kept meanwhile. Raises InvalidArgument for anything else, with what to do.
+/// A view of a grey image, shape (height, width), uint8. Rows may be padded, the pixels of a row must be
+/// contiguous. The array must outlive the view. Raises InvalidArgument with a hint for anything else.
 [[nodiscard]] ImageView image_view(const py::handle& value, const char* name = "image");
 
-/// The picture as a NumPy array (height, width) of uint8 that owns it: nothing is copied.
+/// A NumPy array (height, width) of uint8 that takes ownership of the image without a copy.
 [[nodiscard]] py::array_t<std::uint8_t> to_array(Image image);
 
-/// A matrix from an argument of that very shape, finite numbers.
+/// A matrix of finite values from an argument of exactly that shape.
 template <int Rows, int Columns>
 [[nodiscard]] Eigen::Matrix<double, Rows, Columns> matrix_of(const py::handle& value, const char* name) {
   using RowMajor = Eigen::Matrix<double, Rows, Columns, Columns == 1 ? Eigen::ColMajor : Eigen::RowMajor>;
@@ -42,7 +42,7 @@ template <int Rows, int Columns>
   return Eigen::Map<const RowMajor>(numbers.data());
 }
 
-/// A copy as NumPy array: (n,) of a vector, (rows, columns) of a matrix.
+/// A copy as a NumPy array: (n,) for a vector, (rows, columns) for a matrix.
 template <class Derived>
 [[nodiscard]] py::array_t<double> to_array(const Eigen::MatrixBase<Derived>& matrix) {
   std::vector<py::ssize_t> shape{matrix.rows()};
@@ -53,15 +53,15 @@ template <class Derived>
   return array;
 }
 
-/// The same, always (rows, columns): also of one number.
+/// Like to_array(), but always (rows, columns), even for one element.
 template <class Derived>
 [[nodiscard]] py::array_t<double> to_table(const Eigen::MatrixBase<Derived>& matrix) {
   const py::array_t<double> array = to_array(matrix);
   return array.ndim() == 2 ? array : py::array_t<double>(array.attr("reshape")(matrix.rows(), matrix.cols()));
 }
 
-/// Applies a function to a vector (n,) or to each row of (rows, n): `call(in, out)` has pointers to n and
-/// `width` numbers. Gives (width,) or (rows, width).
+/// Applies a function to a vector (n,) or to each row of (rows, n). `call(in, out)` gets pointers to n and
+/// `width` doubles. Returns (width,) or (rows, width).
 template <class Call>
 [[nodiscard]] py::array_t<double> each_row(const py::handle& value, const char* name, py::ssize_t n,
                                            py::ssize_t width, Call&& call) {

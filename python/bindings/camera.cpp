@@ -22,7 +22,7 @@ template <std::size_t N>
 std::array<double, N> coefficients_of(const std::vector<double>& given) {
   std::array<double, N> k{};
   if (given.size() > N)
-    refuse("distortion", fmt::format("{} coefficients where {} are the most", given.size(), N));
+    refuse("distortion", fmt::format("{} coefficients, at most {} are allowed", given.size(), N));
   std::copy(given.begin(), given.end(), k.begin());
   return k;
 }
@@ -82,52 +82,53 @@ void bind_camera(py::module_& m) {
       "in OpenCV and ROS. Camera frame: x right, y down, z forward [m].";
   py::class_<CameraModel> camera(
       m, "CameraModel",
-      "A lens and an image size, which cannot be changed. Made by pinhole(), fisheye(), read_camera().");
-  camera.def_property_readonly("width_px", &CameraModel::width_px, "Width of the picture [px].");
-  camera.def_property_readonly("height_px", &CameraModel::height_px, "Height of the picture [px].");
+      "A lens model and an image size; immutable. Created by pinhole(), fisheye() or read_camera().");
+  camera.def_property_readonly("width_px", &CameraModel::width_px, "Image width [px].");
+  camera.def_property_readonly("height_px", &CameraModel::height_px, "Image height [px].");
   camera.def_property_readonly("max_angle_rad", &CameraModel::max_angle_rad,
-                               "Half the opening of the cone that is seen [rad].");
+                               "Half angle of the cone of view [rad].");
   camera.def_property_readonly(
       "intrinsics", [](const CameraModel& c) { return to_array(intrinsics_of(c)); },
       "fx, fy, cx, cy [px], then the distortion coefficients in use, shape (n,).");
   camera.def_property_readonly(
       "intrinsics_names", [](const CameraModel& c) { return intrinsics_names(c); },
-      "Names of the numbers of `intrinsics`, in their order: fx, fy, cx, cy, k1 …");
+      "Names of the entries of `intrinsics`, in the same order: fx, fy, cx, cy, k1 …");
   camera.def_property_readonly(
       "matrix",
       [](const CameraModel& c) {
         const Eigen::VectorXd k = intrinsics_of(c);
         return to_array((Eigen::Matrix3d() << k[0], 0, k[2], 0, k[1], k[3], 0, 0, 1).finished());
       },
-      "The camera matrix K (3, 3), centres of pixels at + 1/2.");
+      "The camera matrix K (3, 3), pixel centres at + 1/2.");
   camera.def(
       "scaled",
       [](const CameraModel& c, int width_px, int height_px) {
         return value_of(scaled_camera(c, width_px, height_px));
       },
       py::arg("width_px"), py::arg("height_px"),
-      "The camera whose pictures are scaled to another size, which shows the same field of view; ValueError "
-      "where the sides are not in the same ratio (1 %).");
+      "The camera for images scaled to another size, with the same field of view. Raises ValueError if the "
+      "aspect ratio differs by more than 1 %.");
   camera.def("project", &project, py::arg("cam_p"),
-             "Pixels (2,) or (rows, 2) of points (3,) or (rows, 3) [m] in the camera frame; NaN for a point "
-             "that the lens does not see.");
-  camera.def("unproject", &unproject, py::arg("px"),
-             "Unit bearings (3,) or (rows, 3) of pixels (2,) or (rows, 2); NaN where no point projects.");
+             "Pixels (2,) or (rows, 2) of points (3,) or (rows, 3) [m] in the camera frame; NaN for points "
+             "outside the field of view of the lens.");
+  camera.def(
+      "unproject", &unproject, py::arg("px"),
+      "Unit bearings (3,) or (rows, 3) of pixels (2,) or (rows, 2); NaN if no point projects to the pixel.");
   camera.def("project_jacobian", &project_jacobian, py::arg("cam_p"),
-             "Derivative (2, 3) [px/m] of the pixel with respect to one point (3,); None where it does not "
+             "Derivative (2, 3) [px/m] of the pixel with respect to one point (3,); None if it does not "
              "project.");
   camera.def(
       "contains",
       [](const CameraModel& c, const py::object& px) { return c.contains(matrix_of<2, 1>(px, "px")); },
-      py::arg("px"), "Whether the pixel (2,) lies in the image.");
+      py::arg("px"), "Whether the pixel (2,) is inside the image.");
   camera.def(
       "with_intrinsics",
       [](const CameraModel& c, const py::object& numbers) {
         const Doubles given = doubles(numbers, "intrinsics", {intrinsics_of(c).size()});
         return value_of(with_intrinsics(c, Eigen::Map<const Eigen::VectorXd>(given.data(), given.size())));
       },
-      py::arg("intrinsics"), "The same kind of camera with other numbers, in the order of `intrinsics`.");
-  camera.def("to_yaml", &yaml_of, "As ROS camera_info YAML, which has centres of pixels at integers.");
+      py::arg("intrinsics"), "The same camera model with other parameters, in the order of `intrinsics`.");
+  camera.def("to_yaml", &yaml_of, "ROS camera_info YAML, in which pixel centres are at integers.");
   camera.def(
       "__eq__", [](const CameraModel& a, const CameraModel& b) { return a == b; }, py::is_operator());
   camera.def("__repr__", &repr_of);
@@ -136,11 +137,11 @@ void bind_camera(py::module_& m) {
                           return value_of(parse_camera(py::cast<std::string>(state[0]), "pickle")).camera;
                         }));
 
-  const char* const kArguments = "fx, fy, cx, cy in pixels, centres of pixels at + 1/2. ";
+  const char* const kArguments = "fx, fy, cx, cy in pixels, pixel centres at + 1/2. ";
   m.def("pinhole", &pinhole, py::arg("width_px"), py::arg("height_px"), py::arg("fx"), py::arg("fy"),
         py::arg("cx"), py::arg("cy"), py::arg("distortion") = std::vector<double>{},
         (std::string("Pinhole; ") + kArguments +
-         "distortion: none, or k1 k2 p1 p2 [k3 [k4 k5 k6]] as OpenCV orders them.")
+         "distortion: empty, or k1 k2 p1 p2 [k3 [k4 k5 k6]] in the order of OpenCV.")
             .c_str());
   m.def("fisheye", &fisheye, py::arg("width_px"), py::arg("height_px"), py::arg("fx"), py::arg("fy"),
         py::arg("cx"), py::arg("cy"), py::arg("distortion") = std::vector<double>{0, 0, 0, 0},
@@ -154,13 +155,13 @@ void bind_camera(py::module_& m) {
       },
       py::arg("path"), py::arg("name") = "",
       "A camera from a file: ROS camera_info, kalibr camchain, robot.yaml, calibration.yaml, PhotonVision. "
-      "Of several, name one.");
+      "If it has several cameras, pass the `name` of one.");
   m.def(
       "parse_camera",
       [](const std::string& text, const std::string& source) {
         return value_of(parse_camera(text, source)).camera;
       },
-      py::arg("text"), py::arg("source") = "text", "The same from text.");
+      py::arg("text"), py::arg("source") = "text", "Like read_camera(), from the text of such a file.");
 }
 
 }  // namespace waymark::python

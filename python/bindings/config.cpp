@@ -48,9 +48,9 @@ RobotDescription robot_named(const Path& name) {
 }
 
 void bind_descriptions(py::module_& m) {
-  py::class_<World> world(m, "World", "A place with tags and a line to drive.");
-  world.def_readonly("name", &World::name, "Name of the world: circuit24.");
-  world.def_readwrite("tags", &World::tags, "TagMap; a copy: assign one to change it.");
+  py::class_<World> world(m, "World", "Tags and a path to drive.");
+  world.def_readonly("name", &World::name, "Name of the world, such as circuit24.");
+  world.def_readwrite("tags", &World::tags, "TagMap (a copy; assign to change it).");
   world.def_property_readonly(
       "path_m",
       [](const World& w) {
@@ -59,16 +59,16 @@ void bind_descriptions(py::module_& m) {
           Eigen::Map<Eigen::Vector2d>{array.mutable_data(static_cast<py::ssize_t>(i), 0)} = w.path_m[i];
         return array;
       },
-      "The line a driver follows, (n, 2) [m].");
+      "The path to drive, (n, 2) [m].");
   world.def_readonly("path_closed", &World::path_closed,
-                     "Whether the first point of the path follows the last.");
+                     "Whether the path is closed: its last point connects to its first.");
   def_packed(world);
   py::class_<RobotDescription> robot(m, "RobotDescription", "A robot's body, camera, mounting and limits.");
   robot.def(
       "to_yaml", [](const RobotDescription& r) { return to_yaml(r); },
-      "As a robot's file (docs/formats/robot.md).");
+      "The text of its robot file (docs/formats/robot.md).");
   robot.def_property_readonly(
-      "name", [](const RobotDescription& r) { return r.model.name; }, "Name of the robot: limo.");
+      "name", [](const RobotDescription& r) { return r.model.name; }, "Name of the robot, such as limo.");
   robot.def_readwrite("camera", &RobotDescription::camera, "CameraModel");
   robot.def_property(
       "base_T_cam", [](const RobotDescription& r) { return r.model.base_T_cam; },
@@ -76,13 +76,13 @@ void bind_descriptions(py::module_& m) {
       "SE3; base: x forward, y left, z up, on the floor; optical frame: x right, y down, z forward.");
   robot.def_property_readonly(
       "speed_m_s", [](const RobotDescription& r) { return r.model.limits.speed_m_s; },
-      "Largest speed [m/s].");
+      "Maximum speed [m/s].");
   robot.def_property_readonly(
       "yaw_rate_rad_s", [](const RobotDescription& r) { return r.model.limits.yaw_rate_rad_s; },
-      "Largest yaw rate [rad/s].");
+      "Maximum yaw rate [rad/s].");
   robot.def_property_readonly(
       "track_m", [](const RobotDescription& r) { return r.model.track_m; },
-      "Distance of left and right wheels [m].");
+      "Distance between left and right wheels [m].");
   robot.def_property_readonly(
       "wheel_radius_m", [](const RobotDescription& r) { return r.model.wheel_radius_m; }, "[m]");
   def_packed(robot);
@@ -91,24 +91,24 @@ void bind_descriptions(py::module_& m) {
 }  // namespace
 
 void bind_image(py::module_& m) {
-  m.doc() = "Grey pictures as NumPy arrays (height, width) of uint8.";
+  m.doc() = "Grey images as NumPy arrays (height, width) of uint8.";
   m.def("read", &read_grey, py::arg("path"),
-        "A picture of any format that the program reads, as grey levels; the array owns it, nothing is "
+        "Reads an image of any supported format as grey levels. The array owns the pixels; nothing is "
         "copied.");
   m.def("write", &write_grey, py::arg("path"), py::arg("image"),
-        "Writes a grey picture; the suffix says how: .png, .jpg, .pgm.");
+        "Writes a grey image; the suffix selects the format: .png, .jpg or .pgm.");
 }
 
 void bind_config(py::module_& m) {
   m.doc() = "Files of worlds, robots, maps, routes and trajectories.";
   bind_descriptions(m);
   m.def("read_world", &world_named, py::arg("name"),
-        "A world from a file, or one that comes with Waymark by its name, such as 'circuit24'.");
+        "A world from a file, or a built-in world by its name, such as 'circuit24'.");
   m.def("read_robot", &robot_named, py::arg("name"),
-        "A robot from a file, or one that comes with Waymark by its name, such as 'limo'.");
+        "A robot from a file, or a built-in robot by its name, such as 'limo'.");
   m.def(
       "read_map", [](const Path& path) { return value_of(read_map(path)).tags; }, py::arg("path"),
-      "The TagMap of map.yaml.");
+      "Reads the TagMap from map.yaml.");
   m.def(
       "write_map",
       [](const Path& path, const TagMap& tags, const std::string& method) {
@@ -118,16 +118,16 @@ void bind_config(py::module_& m) {
             path, {.tags = tags, .anchor = tags.tags.begin()->first, .provenance = {{"method", method}}}));
       },
       py::arg("path"), py::arg("tags"), py::arg("method") = "python",
-      "Writes a TagMap as map.yaml; the first tag is its anchor.");
+      "Writes a TagMap as map.yaml; the first tag becomes the anchor.");
   m.def(
       "read_route", [](const Path& path) { return value_of(read_route(path)); }, py::arg("path"),
-      "The Route of route.yaml.");
+      "Reads the Route from route.yaml.");
   m.def(
       "read_trajectory", [](const Path& path) { return listed(value_of(read_trajectory(path))); },
-      py::arg("path"), "A Trajectory from TUM text.");
+      py::arg("path"), "Reads a Trajectory from a file in TUM format.");
   m.def(
       "to_tum", [](const PoseList& list) { return to_tum(plain(list)); }, py::arg("trajectory"),
-      "The trajectory as TUM text.");
+      "The trajectory as text in TUM format.");
 }
 
 }  // namespace waymark::python

@@ -6,7 +6,7 @@
 
 namespace waymark::python {
 
-/// A tag finder and the keywords it was made of.
+/// A tag finder and the keyword arguments it was created with.
 struct PythonDetector {
   TagFinder finder;
   pybind11::dict keywords;

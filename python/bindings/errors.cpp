@@ -10,7 +10,7 @@
 namespace waymark::python {
 namespace {
 
-/// The class of waymark.errors for a code.
+/// Name of the class in waymark.errors for an error code.
 const char* class_of(ErrorCode code) {
   switch (code) {
     case ErrorCode::InvalidArgument:
@@ -29,8 +29,8 @@ const char* class_of(ErrorCode code) {
   return "Error";
 }
 
-/// Texts name fields between backticks: `tag_size_m` is a keyword of Python as it is. In a command of the
-/// program they are flags: `waymark map LAP extend=MAP` is `waymark map LAP --extend MAP`.
+/// Messages put field names between backticks: `tag_size_m` is a Python keyword as it is. In a command of the
+/// program fields become flags: `waymark map LAP extend=MAP` becomes `waymark map LAP --extend MAP`.
 std::string with_keywords(const std::string& text) {
   static const std::regex kCommand("`waymark [^`]*`");
   static const std::regex kField("`([a-z][a-z0-9_]*(=[^`]*)?)`");
@@ -87,7 +87,7 @@ void bind_errors() {
     } catch (const Raised& raised) {
       try {
         raise(raised.error());
-      } catch (py::error_already_set& other) {  // the interpreter is shutting down, say
+      } catch (py::error_already_set& other) {  // for example because the interpreter is shutting down
         other.restore();
       }
     }

@@ -11,7 +11,7 @@ namespace waymark::python {
 
 namespace py = pybind11;
 
-/// An Error on its way to Python, where it becomes an exception of waymark.errors.
+/// Carries an Error to Python, where it becomes an exception of waymark.errors.
 class Raised final : public std::exception {
  public:
   explicit Raised(Error error) : error_(std::move(error)) {}
@@ -22,14 +22,14 @@ class Raised final : public std::exception {
   Error error_;
 };
 
-/// The value of a Result; raises its error.
+/// The value of a Result; raises its error if it has none.
 template <class T>
 [[nodiscard]] T value_of(Result<T> result) {
   if (!result) throw Raised(std::move(result.error()));
   return std::move(*result);
 }
 
-/// The same, of what an argument of Python names, which has another name than the flag of the program.
+/// Like value_of(), for an argument whose Python name differs from the program's flag.
 template <class T>
 [[nodiscard]] T value_of(Result<T> result, const char* argument) {
   if (!result) result.error().place.key = argument;
@@ -39,16 +39,16 @@ template <class T>
 /// Raises the error of a Status.
 void check(const Status& status);
 
-/// Raises InvalidArgument: `message` of the argument `key`, and how to mend it.
+/// Raises InvalidArgument with `message` about the argument `key` and a hint.
 [[noreturn]] void refuse(const std::string& key, const std::string& message, const std::string& hint = {});
 
-/// Lets Raised arrive in Python.
+/// Registers the translation of Raised to Python exceptions.
 void bind_errors();
 
-/// An exception that Python raised in a callback travels through C++ as an Error, and goes on afterwards.
+/// Carries a Python exception of a callback through C++ code as an Error and re-raises it afterwards.
 class PendingException {
  public:
-  /// Runs `call`, which may raise; the Error then ends whatever called it.
+  /// Runs `call`; if it raises, the returned Error ends the calling job.
   template <class Call>
   auto guard(Call&& call) -> decltype(call()) {
     try {
@@ -58,7 +58,7 @@ class PendingException {
       return fail(ErrorCode::InvalidArgument, "a Python callback raised an exception");
     }
   }
-  /// Raises what a callback raised. Needs the GIL.
+  /// Re-raises the exception of a callback, if any. Needs the GIL.
   void rethrow() {
     if (pending_) std::rethrow_exception(std::exchange(pending_, nullptr));
   }

@@ -42,7 +42,7 @@ py::dict score(const PoseList& estimate, const PoseList& reference, const std::s
                const py::kwargs& given) {
   const auto options = options_of<TrajectoryScoreOptions>(given);
   const auto kind = alignment_kind(alignment);
-  if (!kind) refuse("alignment", "unknown alignment '" + alignment + "'", "Known: none, se2, se3, sim3.");
+  if (!kind) refuse("alignment", "unknown alignment '" + alignment + "'", "Pass none, se2, se3 or sim3.");
   const auto pairs = pair_by_time(estimate.poses, plain(reference), seconds(options.max_gap_s));
   const TrajectoryScores scores = value_of(score_trajectory(pairs, *kind, options));
   py::dict answer;
@@ -63,7 +63,7 @@ py::dict score(const PoseList& estimate, const PoseList& reference, const std::s
 py::dict compare_maps(const TagMap& estimated, const TagMap& truth) {
   const TagMapErrors errors = tag_map_errors(estimated, truth);
   if (errors.tags == 0)
-    refuse("estimated", "no tag of it is in the truth", "Compare maps with tags of the same family and ids.");
+    refuse("estimated", "no tag is in both maps", "Compare maps with tags of the same family and ids.");
   py::dict answer;
   answer["tags"] = errors.tags;
   answer["rmse_m"] = errors.rmse_m;
@@ -80,19 +80,20 @@ py::object pose_between(const PoseList& list, std::int64_t stamp_ns, double max_
 }  // namespace
 
 void bind_evaluation(py::module_& m) {
-  m.doc() = "Comparison of estimates with the ground truth.";
+  m.doc() = "Comparison of estimates with ground truth.";
   m.def("score_trajectory", &score, py::arg("estimate"), py::arg("reference"), py::arg("alignment") = "none",
-        ("Absolute and relative errors, jumps and consistency (NEES, 3 expected) of a Trajectory against "
-         "another, as a dictionary. "
+        ("Absolute and relative errors, jumps and consistency (NEES, expected value 3) of a Trajectory "
+         "compared "
+         "with another, as a dictionary. "
          "alignment: none, se2, se3, sim3. Options by keyword:\n\n" +
          options_help<TrajectoryScoreOptions>())
             .c_str());
-  m.def(
-      "map_errors", &compare_maps, py::arg("estimated"), py::arg("truth"),
-      "Errors of the tags that are in both maps, without alignment, as a dictionary; raises InvalidArgument "
-      "where there are none.");
+  m.def("map_errors", &compare_maps, py::arg("estimated"), py::arg("truth"),
+        "Errors of the tags common to both maps, without alignment, as a dictionary. Raises InvalidArgument "
+        "if the maps have no common tag.");
   m.def("pose_at", &pose_between, py::arg("trajectory"), py::arg("stamp_ns"), py::arg("max_gap_s") = 0.5,
-        "The pose (SE3) between the two about a time; None outside the trajectory or in a gap.");
+        "The pose (SE3) interpolated at a time; None outside the trajectory or in a gap longer than "
+        "max_gap_s.");
 }
 
 }  // namespace waymark::python

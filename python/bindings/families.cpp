@@ -15,7 +15,7 @@
 namespace waymark::python {
 namespace {
 
-/// A code of a family; raises InvalidArgument where it has more bits than the family.
+/// A code of a family; raises InvalidArgument if it has more bits than the family.
 std::uint64_t code_of(const Family& family, std::uint64_t code, const char* name) {
   const std::size_t bits = family.bits.size();
   if (bits < 64 && (code >> bits) != 0)
@@ -57,9 +57,8 @@ std::vector<std::string> family_names() {
 }  // namespace
 
 void bind_families(py::module_& m) {
-  m.doc() =
-      "Tag families of AprilTag 3: layout of the bits, codes, bitmaps, Hamming distances under rotation.";
-  m.def("names", &family_names, "The nine families.");
+  m.doc() = "Tag families of AprilTag 3: bit layout, codes, bitmaps and Hamming distances under rotation.";
+  m.def("names", &family_names, "Names of the nine families.");
   m.def("family", &layout, py::arg("name"),
         "Layout and codes of a family as a dictionary: width_at_border and total_width [cells], bits [(x, y) "
         "of each data bit, most "
@@ -68,7 +67,7 @@ void bind_families(py::module_& m) {
         "The printed tag, such as 'tag36h11:7': (cells, cells) uint8, 0 black, 255 white, 128 not part of "
         "the tag.");
   m.def("hamming_distance", &hamming_distance, py::arg("a"), py::arg("b"),
-        "Number of bits in which two codes differ.");
+        "Number of differing bits of two codes.");
   m.def(
       "turned",
       [](const std::string& name, std::uint64_t code, int quarter_turns) {
@@ -76,7 +75,7 @@ void bind_families(py::module_& m) {
         return CodeRotation(found).turned(code_of(found, code, "code"), quarter_turns);
       },
       py::arg("family"), py::arg("code"), py::arg("quarter_turns"),
-      "The code as it is read after the print was turned clockwise by quarter_turns * 90 degrees.");
+      "The code read from a print that is rotated clockwise by quarter_turns * 90 degrees.");
   m.def(
       "min_rotational_distance",
       [](const std::string& name, std::uint64_t a, std::uint64_t b) {
@@ -84,7 +83,7 @@ void bind_families(py::module_& m) {
         return CodeRotation(found).min_rotational_distance(code_of(found, a, "a"), code_of(found, b, "b"));
       },
       py::arg("family"), py::arg("a"), py::arg("b"),
-      "Smallest Hamming distance between `a` and the four turns of `b`.");
+      "Smallest Hamming distance between `a` and the four rotations of `b`.");
   m.def(
       "minimum_distance",
       [](const std::string& name) {
@@ -99,7 +98,8 @@ void bind_families(py::module_& m) {
         return distance;
       },
       py::arg("family"),
-      "Smallest distance between two codes of the family in any turn; seconds for the largest families.");
+      "Smallest Hamming distance between two codes of the family over all rotations; takes seconds for "
+      "the largest families.");
 }
 
 }  // namespace waymark::python

@@ -8,8 +8,8 @@
 
 namespace waymark::python {
 
-// The name of the first attribute of a sample that is not finite; nothing where all are. What other samples
-// hold (pictures, ranges of a lidar) may be anything.
+// The name of the first non-finite attribute of a sample; empty if all are finite. Other samples (images,
+// lidar ranges) are not checked.
 
 [[nodiscard]] inline const char* not_finite(const Odometry& s) {
   if (!s.odom_T_base.matrix().allFinite()) return "odom_T_base";

@@ -20,26 +20,26 @@ typename G::Tangent tangent_of(const py::handle& xi) {
   return matrix_of<G::kDof, 1>(xi, "xi");
 }
 
-/// exp(xi); raises InvalidArgument where the numbers are too large for it.
+/// exp(xi); raises InvalidArgument if the result is not finite.
 template <class G>
 G exp_of(const py::object& xi) {
   const G X = G::exp(tangent_of<G>(xi));
-  if (!X.matrix().allFinite()) refuse("xi", "numbers so large that exp() of them is not finite");
+  if (!X.matrix().allFinite()) refuse("xi", "the values are so large that exp() is not finite");
   return X;
 }
 
-/// exp(), log() and what belongs to it, of one group.
+/// Binds exp(), log() and the related operations of one group.
 template <class G>
 void def_lie(py::class_<G>& cls) {
   cls.def(py::init<>(), "The identity.");
-  cls.def_static("identity", &G::identity, "The element that changes nothing.");
+  cls.def_static("identity", &G::identity, "The identity element.");
   cls.def_static(
       "exp", &exp_of<G>, py::arg("xi"),
-      "Of a tangent (n,): translation [m] first, then rotation [rad], in the parent frame; exp(xi) X is X "
-      "moved by xi.");
+      "The element of a tangent (n,): translation [m], then rotation [rad], in the parent frame. exp(xi) X "
+      "is X moved by xi.");
   cls.def(
       "log", [](const G& X) { return to_array(X.log()); },
-      "The tangent (n,): translation [m] first, then rotation [rad], of length pi at most.");
+      "The tangent (n,): translation [m], then rotation [rad] with a norm of at most pi.");
   cls.def("inverse", &G::inverse, "b_T_a of a_T_b.");
   cls.def(
       "__matmul__", [](const G& a, const G& b) { return a * b; }, py::arg("b_T_c"), py::is_operator());
@@ -61,7 +61,7 @@ void def_lie(py::class_<G>& cls) {
       "(n, n): X exp(xi) inverse(X) = exp(adjoint(X) xi).");
   cls.def_static(
       "hat", [](const py::object& xi) { return to_array(G::hat(tangent_of<G>(xi))); }, py::arg("xi"),
-      "The matrix of the Lie algebra of a tangent.");
+      "The Lie algebra matrix of a tangent.");
   cls.def_static(
       "vee",
       [](const py::object& m) { return to_array(G::vee(matrix_of<G::kMatrixSize, G::kMatrixSize>(m, "m"))); },
@@ -74,18 +74,18 @@ void def_lie(py::class_<G>& cls) {
       py::arg("xi"), "(n, n): exp(xi + d) = exp(xi) exp(right_jacobian(xi) d) to first order in d.");
 }
 
-/// An element of a group would be taken for the rows of its matrix.
+/// Refuses group elements, which NumPy would convert to the rows of their matrix.
 void refuse_elements(const py::object& points, const char* group) {
   if (py::isinstance<SO2>(points) || py::isinstance<SO3>(points) || py::isinstance<SE2>(points) ||
       py::isinstance<SE3>(points) || py::isinstance<SE23>(points))
     throw py::type_error(
-        fmt::format("points: {} times {} is not a product within one group. SE2.lift() gives an SE3, "
+        fmt::format("points: {} and {} are not of the same group. SE2.lift() returns an SE3, "
                     "SE3.project_to_plane() an "
-                    "SE2, SE3(R, [0, 0, 0]) the motion of a rotation R",
+                    "SE2, SE3(R, [0, 0, 0]) the rigid motion of a rotation R",
                     group, std::string(py::str(py::type::of(points).attr("__name__")))));
 }
 
-/// Points of the group's space, one (n,) or many (rows, n).
+/// Transforms one point (n,) or many (rows, n).
 template <class G>
 void def_act(py::class_<G>& cls) {
   constexpr int kPoint = G::kPointSize;
@@ -97,7 +97,8 @@ void def_act(py::class_<G>& cls) {
       result = X * Point(Eigen::Map<const Point>(in));
     });
   };
-  cls.def("act", act, py::arg("points"), "Points of b, shape (n,) or (rows, n) [m], as points of a.");
+  cls.def("act", act, py::arg("points"),
+          "Transforms points from frame b, shape (n,) or (rows, n) [m], to frame a.");
   cls.def("__matmul__", act, py::arg("points"), py::is_operator());
   cls.def("__mul__", act, py::arg("points"), py::is_operator());
 }
@@ -140,7 +141,7 @@ SO3 from_quaternion(const py::object& xyzw) {
 }
 
 void bind_rotations(py::module_& m) {
-  py::class_<SO2> so2(m, "SO2", "A rotation of the plane, a_R_b. Tangent: the angle [rad], shape (1,).");
+  py::class_<SO2> so2(m, "SO2", "A rotation in the plane, a_R_b. Tangent: the angle [rad], shape (1,).");
   so2.def(py::init([](double angle) { return SO2(finite(angle, "angle_rad")); }), py::arg("angle_rad"));
   so2.def_property_readonly("angle", &SO2::angle, "In (-pi, pi] [rad].");
   so2.def("__repr__", [](const SO2& R) { return fmt::format("SO2({:.6g})", R.angle()); });
@@ -148,13 +149,13 @@ void bind_rotations(py::module_& m) {
   def_act(so2);
 
   py::class_<SO3> so3(
-      m, "SO3", "A rotation of space, a_R_b. Tangent: the rotation vector (3,) [rad] in the parent frame.");
+      m, "SO3", "A rotation in space, a_R_b. Tangent: the rotation vector (3,) [rad] in the parent frame.");
   so3.def_static(
       "from_matrix",
       [](const py::object& a) { return value_of(SO3::try_from_matrix(matrix_of<3, 3>(a, "matrix"))); },
-      py::arg("matrix"), "Of a rotation matrix (3, 3); raises InvalidArgument for another matrix.");
+      py::arg("matrix"), "From a rotation matrix (3, 3); raises InvalidArgument for any other matrix.");
   so3.def_static("from_quaternion", &from_quaternion, py::arg("xyzw"),
-                 "Of a quaternion (4,) in the order x, y, z, w, of length 1.");
+                 "From a unit quaternion (4,) in the order x, y, z, w.");
   so3.def_static(
       "from_rpy",
       [](double roll, double pitch, double yaw) {
@@ -165,7 +166,7 @@ void bind_rotations(py::module_& m) {
       "rpy", [](const SO3& R) { return to_array(R.rpy()); }, "Roll, pitch, yaw (3,) [rad].");
   so3.def(
       "quaternion", [](const SO3& R) { return to_array(R.quaternion().coeffs()); },
-      "(4,) in the order x, y, z, w; w >= 0.");
+      "Unit quaternion (4,) in the order x, y, z, w, with w >= 0.");
   so3.def("angle", &SO3::angle, "Rotation angle in [0, pi] [rad].");
   so3.def("__repr__", [](const SO3& R) { return "SO3(log=[" + text_of(R.log()) + "])"; });
   def_common(so3);
@@ -174,7 +175,7 @@ void bind_rotations(py::module_& m) {
 
 void bind_motions(py::module_& m) {
   py::class_<SE2> se2(m, "SE2",
-                      "A rigid motion of the plane, a_T_b: the pose of b in a. Tangent (3,): x, y [m], yaw "
+                      "A rigid motion in the plane, a_T_b: the pose of b in a. Tangent (3,): x, y [m], yaw "
                       "[rad] in the parent frame.");
   se2.def(py::init([](double x, double y, double yaw) {
             return SE2(finite(x, "x"), finite(y, "y"), finite(yaw, "yaw"));
@@ -193,7 +194,7 @@ void bind_motions(py::module_& m) {
   def_act(se2);
 
   py::class_<SE3> se3(m, "SE3",
-                      "A rigid motion of space, a_T_b: the pose of b in a. Tangent (6,): translation [m], "
+                      "A rigid motion in space, a_T_b: the pose of b in a. Tangent (6,): translation [m], "
                       "then rotation vector [rad], in the parent frame.");
   se3.def(
       py::init([](const SO3& R, const py::object& t) { return SE3(R, matrix_of<3, 1>(t, "translation")); }),
@@ -202,7 +203,7 @@ void bind_motions(py::module_& m) {
       "from_matrix",
       [](const py::object& a) { return value_of(SE3::try_from_matrix(matrix_of<4, 4>(a, "matrix"))); },
       py::arg("matrix"),
-      "Of a homogeneous matrix (4, 4); raises InvalidArgument for one that is not a rigid motion.");
+      "From a homogeneous matrix (4, 4); raises InvalidArgument if it is not a rigid motion.");
   se3.def_property_readonly(
       "rotation", [](const SE3& T) { return T.rotation(); }, "The rotation a_R_b, an SO3.");
   se3.def_property_readonly(
@@ -211,7 +212,7 @@ void bind_motions(py::module_& m) {
       "project_to_plane", [](const SE3& T) { return project_to_plane(T); },
       "x, y and heading in the plane z = 0.");
   se2.def(
-      "lift", [](const SE2& T) { return lift(T); }, "The same motion in the plane z = 0 of space.");
+      "lift", [](const SE2& T) { return lift(T); }, "The same motion as an SE3 in the plane z = 0.");
   se3.def("__repr__", [](const SE3& T) {
     return "SE3(translation=[" + text_of(T.translation()) + "], rotation=[" + text_of(T.rotation().log()) +
            "])";
@@ -232,7 +233,7 @@ void bind_geometry(py::module_& m) {
   m.doc() =
       "Rotations and rigid motions with their Lie group operations (docs/concepts/geometry.md). a_T_b @ "
       "b_T_c is a_T_c; "
-      "a_T_b @ points takes points of b to a.";
+      "a_T_b @ points transforms points from b to a.";
   bind_rotations(m);
   bind_motions(m);
   m.def(

@@ -9,7 +9,7 @@
 
 namespace waymark::python {
 
-/// A job that runs without the GIL, tells Python how far it is, and ends on Ctrl-C or when Python raises.
+/// Runs a job without the GIL, reports its progress to Python, and ends on Ctrl-C or if the callback raises.
 class PythonJob {
  public:
   explicit PythonJob(py::object progress) : progress_(std::move(progress)) {}
@@ -18,15 +18,15 @@ class PythonJob {
 
   [[nodiscard]] JobControl control() {
     JobControl control;
-    control.progress = [this](const JobProgress& now) { tell(now); };
+    control.progress = [this](const JobProgress& now) { report(now); };
     control.cancelled = [this] { return cancelled(); };
     return control;
   }
-  /// Raises what the callback raised, or KeyboardInterrupt.
+  /// Re-raises the exception of the callback, or raises KeyboardInterrupt.
   void rethrow() { pending_.rethrow(); }
 
  private:
-  void tell(const JobProgress& now) {
+  void report(const JobProgress& now) {
     if (failed_) return;
     const py::gil_scoped_acquire acquire;
     if (progress_.is_none()) return;

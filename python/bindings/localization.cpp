@@ -23,7 +23,7 @@
 namespace waymark::python {
 namespace {
 
-/// What a method is given by keyword: its own fields.
+/// Keyword options of a method: its own fields.
 void take_options(LocalizationKind method, const py::dict& given, RiekfOptions& filter,
                   AnchorOptions& anchor) {
   if (method == LocalizationKind::Anchor) {
@@ -48,7 +48,7 @@ std::unique_ptr<Localizer> make(const TagMap& map, const RobotDescription& robot
   return std::make_unique<Localizer>(value_of(Localizer::make(localizer_setup(map, robot, method, given))));
 }
 
-/// Samples that a localizer looks at one by one, or a list of them.
+/// Feeds a localizer with samples one by one or from a list.
 void add_all(Localizer& localizer, const py::iterable& samples) {
   for (const py::handle& sample : samples) localizer.add(sample_of(sample));
 }
@@ -60,7 +60,7 @@ PoseList listed(const std::vector<LocalizationEstimate>& estimates) {
   return list;
 }
 
-/// A run over samples: certain estimates after each frame of tags, or the run in hindsight.
+/// Localizes over samples: the confident estimate after each tag frame, or the smoothed trajectory.
 class Run {
  public:
   explicit Run(const LocalizerSetup& setup)
@@ -86,7 +86,8 @@ class Run {
   std::vector<LocalizationEstimate> estimates_{};
 };
 
-/// Of samples that Python holds. They are taken over by so many, and filtered without the GIL.
+/// Localizes over samples held by Python. They are copied in blocks of this size and filtered without the
+/// GIL.
 PoseList localize(const py::iterable& samples, const TagMap& map, const RobotDescription& robot,
                   const std::string& method, const py::kwargs& given) {
   constexpr std::size_t kTogether = 256;
@@ -123,7 +124,7 @@ PoseList localize_recording(const std::filesystem::path& recording, const std::f
 
 void bind_localization(py::module_& m) {
   m.doc() =
-      "Pose of the robot from tags of a known map and from odometry, with covariance "
+      "Pose of the robot from mapped tags and odometry, with covariance "
       "(docs/concepts/localization.md).";
   py::class_<LocalizationEstimate> estimate(m, "LocalizationEstimate", "Estimated pose of the robot.");
   estimate.def_property_readonly(
@@ -133,37 +134,37 @@ void bind_localization(py::module_& m) {
       "covariance", [](const LocalizationEstimate& e) { return to_array(e.covariance); },
       "(3, 3) of x, y [m] and yaw [rad] in map coordinates.");
   estimate.def_readonly("certain", &LocalizationEstimate::certain,
-                        "False: a guess; nothing should drive by it.");
+                        "False: low confidence; do not drive on this estimate.");
   estimate.def_property_readonly("position_sigma_m", &LocalizationEstimate::position_sigma_m,
                                  "The larger standard deviation of the position [m].");
 
   def_state(estimate);
 
-  py::class_<Localizer> localizer(m, "Localizer",
-                                  "Samples in, in order of time; where the robot is comes out at any time.");
+  py::class_<Localizer> localizer(
+      m, "Localizer", "Takes samples in order of time; the current estimate is available at any time.");
   localizer.def(py::init(&make), py::arg("map"), py::arg("robot"), py::arg("method") = "riekf",
                 ("`method`: riekf (right-invariant extended Kalman filter), ekf, anchor (nearest tag and "
-                 "odometry), smoother. Options by "
-                 "keyword, of the filters:\n\n" +
+                 "odometry), smoother. Options of the filters "
+                 "by keyword:\n\n" +
                  options_help<RiekfOptions>() + "\nof anchor:\n\n" + options_help<AnchorOptions>())
                     .c_str());
   localizer.def("add", &Localizer::add, py::arg("sample"),
-                "One sample; commands, scans, pictures and the truth are passed over.");
-  localizer.def("add_all", &add_all, py::arg("samples"), "All samples of an iterable.");
-  localizer.def("estimate", &Localizer::estimate, "The newest estimate; None before the first.");
+                "Adds one sample; commands, scans, images and ground truth are ignored.");
+  localizer.def("add_all", &add_all, py::arg("samples"), "Adds all samples of an iterable.");
+  localizer.def("estimate", &Localizer::estimate, "The latest estimate; None before the first.");
   localizer.def(
       "smoothed", [](const Localizer& l) { return listed(l.smoothed()); },
-      "The run in hindsight as Trajectory, when the method is smoother; else empty.");
+      "The smoothed Trajectory if the method is smoother; otherwise empty.");
   refuse_pickle(localizer, "it holds the state of a running filter; pickle its estimate()");
-  m.def("methods", &localization_methods, "The names of the methods.");
+  m.def("methods", &localization_methods, "Names of the methods.");
   m.def("localize", &localize, py::arg("samples"), py::arg("map"), py::arg("robot"),
         py::arg("method") = "riekf",
-        "Trajectory of the certain estimates, one after each picture, of an iterable of samples in order of "
-        "time. Options by keyword as for Localizer, which is for samples that come one by one.");
+        "Localizes over an iterable of samples in order of time. Returns the Trajectory of the confident "
+        "estimates, one per image. Options by keyword as for Localizer, which takes samples one by one.");
   m.def("localize_recording", &localize_recording, py::arg("recording"), py::arg("map"),
         py::arg("method") = "riekf",
-        "Trajectory of the certain estimates, one after each picture, of a recording of any format with the "
-        "map of a folder. Options by "
+        "Localizes a recording of any format in the map of a folder. Returns the Trajectory of the confident "
+        "estimates, one per image. Options by "
         "keyword as for Localizer.");
 }
 

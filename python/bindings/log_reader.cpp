@@ -16,7 +16,7 @@
 
 namespace waymark::python {
 
-/// A message as the iterator gives it. Not in the anonymous namespace: GCC warns of LogReader::Queue
+/// A message as the iterator returns it. Not in the anonymous namespace: GCC warns of LogReader::Queue
 /// otherwise.
 struct RawMessage {
   std::string topic;
@@ -36,12 +36,13 @@ py::object to_python(LogItem item) {
   return py::make_tuple(message.topic, message.type, message.log_time, py::bytes(message.data));
 }
 
-/// The word with which whoever asked ends the reading; nobody sees it.
+/// The error with which the consumer ends the reading; it is never shown.
 Status stop() { return fail(ErrorCode::Unreadable, "closed"); }
 
 }  // namespace
 
-/// What the thread and whoever asks have in common. The thread keeps it alive and is detached: nobody waits.
+/// State shared by the reading thread and the consumer. The detached thread keeps it alive, so closing never
+/// waits.
 class LogReader::Queue {
  public:
   Status push(LogItem item) {
@@ -63,7 +64,7 @@ class LogReader::Queue {
     items_.clear();
     changed_.notify_all();
   }
-  /// Nothing at the end.
+  /// Empty at the end.
   Result<std::optional<LogItem>> pop() {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [&] { return closed_ || end_ || !items_.empty(); });
@@ -123,7 +124,7 @@ std::unique_ptr<LogReader> LogReader::messages(const std::string& path, LogSelec
 }
 
 LogReader::~LogReader() {
-  // In a child after fork() the mutex may be held by a thread that does not exist: it is left alone.
+  // In a child after fork() the mutex may be held by a thread that no longer exists, so it is not locked.
   if (queue_ && process_ == getpid()) queue_->close();
 }
 
@@ -134,7 +135,7 @@ void LogReader::close() {
 py::object LogReader::next() {
   if (process_ != getpid())
     throw std::runtime_error(
-        "an iterator over a recording does not survive fork(): open the recording anew in the child");
+        "an iterator over a recording does not survive fork(): open the recording again in the child");
   if (queue_->closed()) throw py::value_error("the iterator is closed");
   Result<std::optional<LogItem>> item;
   {

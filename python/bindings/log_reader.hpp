@@ -13,14 +13,14 @@
 
 namespace waymark::python {
 
-/// What the last reader that came to its end passed over, in words.
+/// Problems that the last finished reader skipped, as text.
 struct ReadProblems {
   std::mutex mutex{};
   std::vector<std::string> words{};
 };
 
-/// Turns a recording that calls back into one that is asked: a thread reads ahead, by a few dozen items.
-/// After fork() the child cannot go on with its parent's reader, and is told so.
+/// Turns the callbacks of a recording into an iterator. A thread reads ahead by a few dozen items.
+/// In a child process after fork(), next() raises RuntimeError: the parent's reader cannot be continued.
 class LogReader {
  public:
   static std::unique_ptr<LogReader> samples(const std::string& path, LogSelection selection,

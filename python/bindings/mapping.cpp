@@ -19,16 +19,16 @@
 namespace waymark::python {
 namespace {
 
-/// Options in a dictionary of their own: `chain={...}`.
+/// Reads the options of one dictionary, such as `chain={...}`.
 template <class Options>
 void take_section(py::dict& given, const char* name, Options& options) {
   const py::object section = take(given, name);
   if (section.is_none()) return;
-  if (!PyDict_Check(section.ptr())) refuse(name, "options are a dictionary", "Write {'key': value}.");
+  if (!PyDict_Check(section.ptr())) refuse(name, "the options are not a dictionary", "Write {'key': value}.");
   update_options(options, section);
 }
 
-/// A keyword's value; TypeError where it is of another type.
+/// The value of a keyword; raises TypeError if it has another type.
 template <class T>
 T keyword_as(const py::object& value, const std::string& name, const std::string& needed) {
   try {
@@ -77,9 +77,9 @@ MapReport map_file(const std::filesystem::path& recording, const std::filesystem
 
 void bind_mapping(py::module_& m) {
   m.doc() =
-      "A recorded lap becomes a map of the tags, the way the robot went, and a route "
+      "Turns a recorded lap into a map of the tags, the trajectory of the robot, and a route "
       "(docs/concepts/mapping.md).";
-  py::class_<MapReport> report(m, "MapReport", "What a lap became.");
+  py::class_<MapReport> report(m, "MapReport", "Result of mapping a lap.");
   report.def_property_readonly(
       "map", [](const MapReport& r) { return r.lap.map; }, "TagMap");
   report.def_property_readonly(
@@ -87,21 +87,21 @@ void bind_mapping(py::module_& m) {
       [](const MapReport& r) -> std::optional<TagMap> {
         return r.lap.bundle ? std::optional(r.lap.bundle->start_map) : std::nullopt;
       },
-      "TagMap by the chain, before anything was optimised; None where nothing was.");
+      "TagMap of the chain method before the optimisation; None if nothing was optimised.");
   report.def_property_readonly(
       "true_map", [](const MapReport& r) { return r.true_tags; },
-      "TagMap of the recording's truth; empty when it is not known.");
+      "TagMap of the recorded ground truth; empty if unknown.");
   report.def_property_readonly(
       "route", [](const MapReport& r) { return r.lap.route; }, "Route");
   report.def_property_readonly(
       "trajectory", [](const MapReport& r) { return listed(r.lap.trajectory); }, "Trajectory of the base.");
   report.def_property_readonly(
       "true_trajectory", [](const MapReport& r) { return listed(r.true_path); },
-      "The recorded true poses of the base (Trajectory); empty where the recording has none.");
+      "Recorded ground truth poses of the base (Trajectory); empty if the recording has none.");
   report.def_property_readonly(
-      "warnings", [](const MapReport& r) { return r.warnings; }, "What is doubtful about the map, in words.");
+      "warnings", [](const MapReport& r) { return r.warnings; }, "Warnings about the map, as text.");
   report.def_property_readonly(
-      "files", [](const MapReport& r) { return r.files; }, "What was written.");
+      "files", [](const MapReport& r) { return r.files; }, "The written files.");
   report.def_readonly("backed_up", &MapReport::set_aside,
                       "Names of the files of an earlier map in the folder, of which there are backups now "
                       "(map.1.yaml): list of "
@@ -112,14 +112,14 @@ void bind_mapping(py::module_& m) {
   });
   report.def_property_readonly(
       "summary", [](const MapReport& r) { return to_python(fields(r)); },
-      "summary.json as a dictionary; each of its keys is an attribute as well, None where it is missing.");
+      "summary.json as a dictionary. Each key is an attribute as well; None if it is missing.");
   def_report_attributes(report);
   def_packed(report);
   m.def("map_recording", &map_file, py::arg("recording"), py::arg("folder"), py::arg("progress") = py::none(),
         ("Maps a recorded lap of any format and writes map.yaml, route.yaml, … into the folder, as `waymark "
-         "map` does; those of an earlier map there stay as backups (map.1.yaml; "
-         "MapReport.backed_up). progress(words, "
-         "done, all) is called meanwhile; an exception in it, or Ctrl-C, leaves the folder as it was. "
+         "map` does; the files of an earlier map there are kept as backups (map.1.yaml; "
+         "MapReport.backed_up). progress(text, "
+         "done, all) is called during the work; an exception in it, or Ctrl-C, leaves the folder unchanged. "
          "Keywords: method ('bundle', 'chain'), "
          "anchor, map_T_anchor (SE3), tag_size_m, and dictionaries of options:\n\nchain:\n" +
          options_help<ChainOptions>() + "bundle:\n" + options_help<BundleMapOptions>() + "route:\n" +

@@ -22,13 +22,13 @@ PoseList poses_of(const py::object& stamps, const py::object& matrices, const py
   const auto ns = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>::ensure(stamps);
   if (!ns || ns.ndim() != 1) {
     PyErr_Clear();
-    refuse("stamps_ns", "not a list of whole numbers", "Give an array (n,) of int64 nanoseconds.");
+    refuse("stamps_ns", "not an array of integers", "Pass an array (n,) of int64 nanoseconds.");
   }
   const py::ssize_t n = ns.shape(0);
   const Doubles poses = doubles(matrices, "map_T_base", {n, 4, 4});
   PoseList list;
   for (py::ssize_t i = 0; i < n; ++i) {
-    if (i > 0 && ns.at(i) <= ns.at(i - 1)) refuse("stamps_ns", "stamps do not grow");
+    if (i > 0 && ns.at(i) <= ns.at(i - 1)) refuse("stamps_ns", "the stamps do not increase strictly");
     const Eigen::Matrix4d pose =
         Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(poses.data(i));
     list.poses.push_back({SensorTime(Duration(ns.at(i))), value_of(SE3::try_from_matrix(pose)), {}});
@@ -60,7 +60,7 @@ PoseList from_poses_state(const py::list& state) {
   return list;
 }
 
-/// One row a pose: `fill(pose, row)` writes `width` numbers.
+/// One row per pose: `fill(pose, row)` writes `width` values.
 template <class Fill>
 py::array_t<double> rows_of(const PoseList& list, const std::vector<py::ssize_t>& shape, Fill&& fill) {
   std::vector<py::ssize_t> all{static_cast<py::ssize_t>(list.poses.size())};
@@ -84,10 +84,10 @@ py::object covariances_of(const PoseList& list) {
 }
 
 void bind_trajectory(py::module_& m) {
-  py::class_<PoseList> cls(m, "Trajectory", "Where the base was, in order of time.");
+  py::class_<PoseList> cls(m, "Trajectory", "Poses of the base in order of time.");
   cls.def(py::init(&poses_of), py::arg("stamps_ns"), py::arg("map_T_base"),
           py::arg("covariance") = py::none(),
-          "Of stamps (n,) [ns] that grow, poses (n, 4, 4), and where known covariances (n, 3, 3) of x, y [m] "
+          "From increasing stamps (n,) [ns], poses (n, 4, 4) and optional covariances (n, 3, 3) of x, y [m] "
           "and yaw [rad] in map coordinates.");
   cls.def("__len__", [](const PoseList& list) { return list.poses.size(); });
   cls.def_property_readonly(
@@ -119,7 +119,7 @@ void bind_trajectory(py::module_& m) {
       "x, y [m] and yaw [rad], (n, 3).");
   cls.def_property_readonly(
       "covariance", &covariances_of,
-      "Of x, y [m] and yaw [rad] in map coordinates, (n, 3, 3); None when one is not known.");
+      "Covariances of x, y [m] and yaw [rad] in map coordinates, (n, 3, 3); None if one is unknown.");
   cls.def("__repr__",
           [](const PoseList& list) { return fmt::format("Trajectory({} poses)", list.poses.size()); });
   cls.def(py::pickle(&poses_state, &from_poses_state));
@@ -133,10 +133,10 @@ void bind_tag_map(py::module_& m) {
   tag.def_property(
       "size_m", [](const MappedTag& t) { return t.size_m; },
       [](MappedTag& t, double size_m) {
-        if (finite(size_m, "size_m") < 0) refuse("size_m", "a tag has no negative size");
+        if (finite(size_m, "size_m") < 0) refuse("size_m", "the size is negative");
         t.size_m = size_m;
       },
-      "Side of the square where black border meets white border [m].");
+      "Side of the square at the outer edge of the black border [m].");
   tag.def_property(
       "covariance",
       [](const MappedTag& t) -> py::object {
@@ -146,12 +146,12 @@ void bind_tag_map(py::module_& m) {
         t.covariance.reset();
         if (!P.is_none()) t.covariance = matrix_of<6, 6>(P, "covariance");
       },
-      "(6, 6) in the left tangent in the map frame (translation, rotation) [m, rad]; None when not known.");
+      "(6, 6) in the left tangent in the map frame (translation, rotation) [m, rad]; None if unknown.");
   finish_value(tag, {"map_T_tag", "size_m", "covariance"});
   def_keyword_init(tag);
 
-  py::class_<TagMap> map(
-      m, "TagMap", "Where the tags are: a mapping of names ('tag36h11:7') to MappedTag, in order of id.");
+  py::class_<TagMap> map(m, "TagMap",
+                         "Poses of tags: a mapping of names ('tag36h11:7') to MappedTag, in order of id.");
   map.def(py::init<>());
   map.def("__len__", [](const TagMap& tags) { return tags.tags.size(); });
   map.def(
@@ -171,7 +171,7 @@ void bind_tag_map(py::module_& m) {
       [](TagMap& tags, const py::object& name, const MappedTag& tag_there) {
         const TagId id = tag_of(name);
         if (!(tag_there.size_m > 0))
-          refuse("size_m", to_string(id) + " has no size", "Give MappedTag(map_T_tag=..., size_m=0.16).");
+          refuse("size_m", to_string(id) + " has no size", "Pass MappedTag(map_T_tag=..., size_m=0.16).");
         tags.tags[id] = tag_there;
       },
       py::arg("tag"), py::arg("mapped"));
@@ -197,7 +197,7 @@ void bind_tag_map(py::module_& m) {
 
 void bind_route(py::module_& m) {
   py::class_<Route> route(m, "Route", "A path to drive.");
-  route.def_readonly("closed", &Route::closed, "Whether the first point follows the last.");
+  route.def_readonly("closed", &Route::closed, "Whether the last point connects to the first.");
   route.def_readonly("length_m", &Route::length_m, "[m]");
   route.def("__len__", [](const Route& r) { return r.points.size(); });
   route.def_property_readonly(
@@ -232,7 +232,7 @@ void bind_maps(py::module_& m) {
         return py::array_t<double>({4, 2}, (*px)[0].data());
       },
       py::arg("camera"), py::arg("cam_T_tag"), py::arg("size_m"),
-      "Corners TL, TR, BR, BL in the picture, (4, 2) [px]; None for a tag that a detector would not find "
+      "Corners TL, TR, BR, BL in the image, (4, 2) [px]; None for a tag that a detector would not find "
       "from there.");
 }
 

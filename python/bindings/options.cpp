@@ -11,7 +11,7 @@ std::string type_of(const py::handle& value) { return py::str(py::type::handle_o
 
 YamlNode scalar(std::string text) { return {.kind = YamlNode::Kind::Scalar, .text = std::move(text)}; }
 
-/// repr() of a float reads back as the same bits.
+/// repr() of a float round-trips exactly.
 YamlNode number(const py::handle& value) {
   const double read = PyFloat_AsDouble(value.ptr());
   if (read == -1 && PyErr_Occurred() != nullptr) throw py::error_already_set();
@@ -22,7 +22,7 @@ YamlNode map_of(const py::handle& value, const std::string& key) {
   YamlNode node{.kind = YamlNode::Kind::Map};
   for (const auto& [name, item] : py::reinterpret_borrow<py::dict>(value)) {
     if (!py::isinstance<py::str>(name))
-      refuse(key, fmt::format("a key is a {} and no string", type_of(name)));
+      refuse(key, fmt::format("a key is a {}, not a string", type_of(name)));
     node.keys.push_back(py::cast<std::string>(name));
     node.key_lines.push_back(1);
     node.items.push_back(tree_of(item, (key.empty() ? "" : key + ".") + node.keys.back()));
@@ -49,7 +49,7 @@ YamlNode tree_of(const py::handle& value, const std::string& key) {
   }
   if (py::hasattr(value, "__float__")) return number(value);
   refuse(key, fmt::format("a {} is not the value of an option", type_of(value)),
-         "Give a number, a string, True or False, a list, or a dictionary.");
+         "Pass a number, a string, True or False, a list, or a dictionary.");
 }
 
 Error without_file(Error error) {

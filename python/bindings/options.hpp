@@ -10,15 +10,15 @@
 
 namespace waymark::python {
 
-/// Keyword arguments as the tree that a YAML file with the same keys gives: None, bool, numbers, strings,
+/// Converts keyword arguments to the tree of a YAML file with the same keys: None, bool, numbers, strings,
 /// lists and dictionaries, whose keys are strings. Raises InvalidArgument for anything else.
 [[nodiscard]] YamlNode tree_of(const py::handle& value, const std::string& key = {});
 
-/// The error of a reader of YAML, for somebody who gave keyword arguments: only the key says where.
+/// The error of a YAML reader for keyword arguments, where only the key locates it.
 [[nodiscard]] Error without_file(Error error);
 
 /// Options by keyword, from the same table of fields as YAML and flags: an unknown keyword, a wrong type and
-/// a number out of range raise InvalidArgument. Options in options are dictionaries.
+/// a number out of range raise InvalidArgument. Nested options are dictionaries.
 template <HasFields Options>
 void update_options(Options& options, const py::dict& given) {
   const YamlNode tree = tree_of(given);
@@ -36,7 +36,7 @@ template <HasFields Options>
 /// One line of help: "  name: sentence (default)".
 void add_option_line(std::string& text, int indent, const Field& field, const std::string& usual);
 
-/// The fields of options for a docstring, one a line, with their defaults and ranges.
+/// The fields of options for a docstring, one per line, with their defaults and ranges.
 template <HasFields Options>
 [[nodiscard]] std::string options_help(int indent = 2) {
   std::string text;
@@ -53,7 +53,7 @@ template <HasFields Options>
   return text;
 }
 
-/// Takes one keyword out of the dictionary; nothing when it is not there or None.
+/// Removes one keyword from the dictionary and returns it; None if it is missing or None.
 [[nodiscard]] py::object take(py::dict& given, const char* name);
 
 }  // namespace waymark::python

@@ -56,8 +56,8 @@ concept IsMatrix = std::derived_from<T, Eigen::MatrixBase<T>>;
 
 }  // namespace internal
 
-/// A value for pickle, to the last bit: tuples of the parts of a struct and of the elements of a container,
-/// numbers, strings, arrays, and objects of the classes that Python knows.
+/// An exact representation of a value for pickle: tuples of struct fields and container elements, numbers,
+/// strings, arrays, and objects of bound classes.
 template <class T>
 [[nodiscard]] py::object packed(const T& value) {
   if constexpr (HasParts<T>) {
@@ -87,7 +87,7 @@ template <class T>
   }
 }
 
-/// What packed() gave, into `value`. Raises TypeError for anything else.
+/// Restores `value` from the result of packed(). Raises TypeError for anything else.
 template <class T>
 void unpack(const py::handle& state, T& value);
 
@@ -163,7 +163,7 @@ void unpack(const py::handle& state, T& value) {
   }
 }
 
-/// Gives a class without keyword constructor its pickle, copy and ==, by its parts.
+/// Adds pickle, copy and == by its parts to a class without keyword constructor.
 template <class T>
 void def_packed(py::class_<T>& cls) {
   cls.def(py::pickle([](const T& value) { return py::tuple(packed(value)); },

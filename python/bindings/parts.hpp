@@ -10,8 +10,8 @@
 #include "waymark/pose/multi_tag_pose.hpp"
 #include "waymark/simulation/world/world.hpp"
 
-/// What structs are made of, for pickle: `parts(value, apply)` calls `apply` with all fields in their order.
-/// A field that is added to a struct does not compile before it is named here.
+/// The fields of structs, for pickle: `parts(value, apply)` calls `apply` with all fields in their order.
+/// A field that is added to a struct must be added here, or the code does not compile.
 namespace waymark::python {
 
 /// T or const T.
@@ -154,7 +154,7 @@ void parts(Like<ReplayStep> auto& value, auto&& apply) {
   apply(state, command, reason, lasting, station, estimate, compared, progress, driven_m, turn_gain);
 }
 
-// What a lap becomes.
+// Results of mapping a lap.
 void parts(Like<OdometryScales> auto& value, auto&& apply) {
   auto& [distance, yaw, slip_s, camera_latency_s, turn_lead_s, yaw_bias_rad_s] = value;
   apply(distance, yaw, slip_s, camera_latency_s, turn_lead_s, yaw_bias_rad_s);
@@ -206,7 +206,7 @@ void parts(Like<MapReport> auto& value, auto&& apply) {
         prior_rms_m, extends, poses, warnings, files, set_aside, wall_s, peak_rss_mib);
 }
 
-/// Whether T is a struct of the above.
+/// Whether parts() has an overload for T.
 template <class T>
 concept HasParts = requires(const T& value) { parts(value, [](const auto&...) {}); };
 
@@ -214,7 +214,7 @@ constexpr FaultKind last_of(FaultKind) { return FaultKind::BatterySag; }
 constexpr RejectReason last_of(RejectReason) { return RejectReason::Outlier; }
 constexpr ReplayState last_of(ReplayState) { return ReplayState::Incomplete; }
 
-/// A value to be filled: with defaults, where there is no camera without one.
+/// A value to fill: default-constructed, or with a placeholder camera for types that need one.
 template <class T>
 [[nodiscard]] T blank() {
   if constexpr (std::is_default_constructible_v<T>) {

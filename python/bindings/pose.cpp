@@ -25,7 +25,7 @@ TagPose one_tag(const TagDetection& detection, double size_m, const CameraModel&
 MultiTagPose camera_pose(const std::vector<TagDetection>& detections, const TagMap& map,
                          const CameraModel& camera, const py::kwargs& given) {
   const auto options = options_of<MultiTagOptions>(given);
-  const TagMap unchanging = map;  // another thread may change it meanwhile
+  const TagMap unchanging = map;  // another thread may change the original during the call
   Result<MultiTagPose> found;
   {
     const py::gil_scoped_release release;
@@ -39,7 +39,8 @@ py::list closed_form(const py::object& bearings, double size_m) {
   std::array<Eigen::Vector3d, 4> rays;
   for (int i = 0; i < 4; ++i) rays[static_cast<std::size_t>(i)] = given.row(i).transpose().normalized();
   if (!(size_m > 0 && size_m < 1e9))
-    refuse("size_m", fmt::format("a tag of {} m", size_m), "Give the side in metres, above 0.");
+    refuse("size_m", fmt::format("the size {} m is not positive", size_m),
+           "Pass the side of the tag in metres.");
   const SquarePoses poses = square_poses(rays, size_m);
   py::list answer;
   if (poses.defect != QuadDefect::None) refuse("cam_bearings", to_string(poses.defect));
@@ -52,34 +53,35 @@ void bind_results(py::module_& m) {
       m, "TagPoseSolution", "One pose that explains the corners: a minimum of the reprojection error.");
   solution.def_readonly("cam_T_tag", &TagPoseSolution::cam_T_tag, "SE3");
   solution.def_readonly("chi2", &TagPoseSolution::chi2,
-                        "Squared residuals over their variance; 2 degrees of freedom.");
+                        "Sum of squared residuals divided by their variance; 2 degrees of freedom.");
   solution.def_readonly("rms_px", &TagPoseSolution::rms_px, "Root mean square distance of the corners [px].");
   solution.def_property_readonly(
       "covariance", [](const TagPoseSolution& s) { return to_array(s.covariance); },
       "(6, 6) in the camera frame's left tangent (translation, rotation) [m, rad].");
   def_state(solution);
-  py::class_<TagPose> pose(m, "TagPose", "Both poses of a flat square: noise decides which fits better.");
-  pose.def_readonly("best", &TagPose::best, "The smaller chi2; not certainly the true one.");
-  pose.def_readonly("other", &TagPose::other, "The larger chi2; None when there is no second minimum.");
+  py::class_<TagPose> pose(m, "TagPose",
+                           "Both pose candidates of a planar square. With noise, either may fit better.");
+  pose.def_readonly("best", &TagPose::best, "The pose with the smaller chi2; not necessarily the true one.");
+  pose.def_readonly("other", &TagPose::other,
+                    "The pose with the larger chi2; None if there is no second minimum.");
   pose.def_property_readonly("ambiguity_ratio", &TagPose::ambiguity_ratio,
-                             "best.rms_px / other.rms_px, 0 to 1: near 1 nothing tells them apart.");
+                             "best.rms_px / other.rms_px, 0 to 1; near 1 the poses cannot be distinguished.");
   pose.def_property_readonly("likelihood_ratio", &TagPose::likelihood_ratio,
-                             "Likelihood of `other` over that of `best`, 0 to 1.");
+                             "Likelihood ratio of `other` to `best`, 0 to 1.");
   def_state(pose);
   py::class_<CameraPoseEstimate> estimate(m, "CameraPoseEstimate",
-                                          "One pose of the camera that explains a set of tags.");
+                                          "A pose of the camera that fits a set of tags.");
   estimate.def_readonly("map_T_cam", &CameraPoseEstimate::map_T_cam, "SE3");
   estimate.def_property_readonly(
       "covariance", [](const CameraPoseEstimate& e) { return to_array(e.covariance); },
       "(6, 6) in the map frame's left tangent (translation, rotation) [m, rad].");
-  estimate.def_readonly("chi2", &CameraPoseEstimate::chi2, "8 residuals a tag, 6 unknowns.");
+  estimate.def_readonly("chi2", &CameraPoseEstimate::chi2, "8 residuals per tag, 6 unknowns.");
   estimate.def_readonly("rms_px", &CameraPoseEstimate::rms_px, "[px]");
-  estimate.def_readonly("detections", &CameraPoseEstimate::detections,
-                        "Indices of the detections it rests on.");
+  estimate.def_readonly("detections", &CameraPoseEstimate::detections, "Indices of the detections used.");
   def_state(estimate);
-  py::class_<MultiTagPose> multi(m, "MultiTagPose", "What one picture says about where the camera is.");
+  py::class_<MultiTagPose> multi(m, "MultiTagPose", "Camera pose estimates from one image.");
   multi.def_readonly("estimates", &MultiTagPose::estimates,
-                     "Best first; more than one: the picture does not tell which is true.");
+                     "Best first. More than one: the image does not determine which is true.");
   multi.def_property_readonly(
       "rejected",
       [](const MultiTagPose& p) {
@@ -88,25 +90,25 @@ void bind_results(py::module_& m) {
           rejected.append(py::make_tuple(tag.detection, to_string(tag.reason)));
         return rejected;
       },
-      "(index of the detection, reason in words) of each detection that was not used.");
+      "(index of the detection, reason as text) for each detection that was not used.");
   multi.def_property_readonly("usable", &MultiTagPose::usable, "Whether there is an estimate.");
   multi.def_property_readonly("ambiguous", &MultiTagPose::ambiguous,
-                              "Whether a second estimate explains the corners nearly as well.");
+                              "Whether a second estimate fits the corners nearly as well.");
   def_packed(multi);
 }
 
 }  // namespace
 
 void bind_pose(py::module_& m) {
-  m.doc() = "Pose of the camera from the corners of tags, with covariance (docs/concepts/pose.md).";
+  m.doc() = "Pose of the camera from tag corners, with covariance (docs/concepts/pose.md).";
   bind_results(m);
   m.def("estimate_tag_pose", &one_tag, py::arg("detection"), py::arg("size_m"), py::arg("camera"),
-        ("Both poses of one tag. size_m: side of the square where black border meets white border. Options "
+        ("Both poses of one tag. size_m: side of the square at the outer edge of the black border. Options "
          "by keyword:\n\n" +
          options_help<TagPoseOptions>())
             .c_str());
   m.def("estimate_camera_pose", &camera_pose, py::arg("detections"), py::arg("map"), py::arg("camera"),
-        ("The pose of the camera in the map from all tags of one picture. Options by keyword:\n\n" +
+        ("The pose of the camera in the map from all tags of one image. Options by keyword:\n\n" +
          options_help<MultiTagOptions>())
             .c_str());
   m.def("square_poses", &closed_form, py::arg("cam_bearings"), py::arg("size_m"),

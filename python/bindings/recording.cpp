@@ -46,11 +46,11 @@ LogSelection selection_of(const MessageLog& log, const std::optional<std::set<st
   return selection;
 }
 
-/// A recording as Python has it: facts, and readers of their own for each iteration.
+/// The Python view of a recording: its summary, and a separate reader for each iteration.
 struct Recording {
   std::string path;
   std::unique_ptr<MessageLog> log{};
-  std::shared_ptr<ReadProblems> read = std::make_shared<ReadProblems>();  ///< by iterators
+  std::shared_ptr<ReadProblems> read = std::make_shared<ReadProblems>();  ///< found by iterators
 };
 
 std::unique_ptr<Recording> open_recording(const std::filesystem::path& path) {
@@ -113,7 +113,7 @@ std::vector<std::string> problems_of(const Recording& recording) {
   return words;
 }
 
-/// A recorder that knows when it is closed.
+/// A recorder that checks whether it is closed.
 class Writer {
  public:
   explicit Writer(const std::filesystem::path& path)
@@ -127,7 +127,7 @@ class Writer {
       leave();
       return;
     }
-    const py::error_scope kept;  // of an exception on its way
+    const py::error_scope kept;  // keeps an exception in flight
     warn();
     try {
       close();
@@ -141,7 +141,7 @@ class Writer {
 
   void add(const Sample& sample) {
     if (const char* name = not_finite(sample))
-      refuse(name, "a sample with a number that is not finite", "Leave out what was not measured.");
+      refuse(name, "the value is not finite", "Omit values that were not measured.");
     check(open().add(sample));
   }
   void add_camera(std::int64_t stamp_ns, const CameraModel& camera, const SE3& base_T_cam,
@@ -164,12 +164,14 @@ class Writer {
  private:
   SampleRecorder& open() {
     if (!recorder_)
-      throw py::value_error("the recording '" + path_ + "' is closed: make another Writer for another file");
+      throw py::value_error("the recording '" + path_ +
+                            "' is closed; create another Writer for another file");
     if (!is_own())
-      throw std::runtime_error("a Writer does not survive fork(): write a file of its own in the child");
+      throw std::runtime_error("a Writer does not survive fork(): write a separate file in the child");
     return *recorder_;
   }
-  /// In a child after fork() the file belongs to the parent, who ends it: there the recorder is left alone.
+  /// After fork() the file belongs to the parent, which finishes it; in the child the recorder is not
+  /// touched.
   [[nodiscard]] bool is_own() const { return process_ == getpid(); }
   void leave() { static_cast<void>(recorder_.release()); }
   void warn() const {
@@ -186,27 +188,27 @@ void bind_writer(py::module_& m) {
   py::class_<Writer> writer(
       m, "Writer",
       "Writes samples as ROS 2 messages into a new MCAP file "
-      "(docs/formats/recording.md). Use it in a with statement: one that is given up without close() "
-      "ends its file and warns. In a child after fork() it refuses to write.");
+      "(docs/formats/recording.md). Use it in a with statement. A Writer that is deleted without "
+      "close() finishes its file and warns. In a child after fork() it refuses to write.");
   writer.def(py::init<const std::filesystem::path&>(), py::arg("path"),
-             "A new file; raises Unwritable where one stands already.");
+             "Creates a new file; raises Unwritable if it exists already.");
   writer.def("add", &Writer::add, py::arg("sample"),
-             "A sample; its stamp is the log time. One with a number that is not finite is refused.");
+             "Adds a sample; its stamp becomes the log time. Non-finite values are refused.");
   writer.def("add_camera", &Writer::add_camera, py::arg("stamp_ns"), py::arg("camera"), py::arg("base_T_cam"),
              py::arg("name") = "cam",
-             "The lens and the mounting (SE3) of a camera; before its first picture.");
+             "Adds the lens and mounting (SE3) of a camera. Call it before its first image.");
   writer.def("add_metadata", &Writer::add_metadata, py::arg("name"), py::arg("values"),
-             "Facts about the recording, words by words.");
+             "Adds metadata as a dictionary of strings.");
   writer.def("add_attachment", &Writer::add_attachment, py::arg("name"), py::arg("media_type"),
-             py::arg("data"), "A file inside the recording.");
-  writer.def("close", &Writer::close, "Ends the file with its summary. Again: nothing happens.");
+             py::arg("data"), "Attaches a file to the recording.");
+  writer.def("close", &Writer::close, "Writes the summary and closes the file. Further calls do nothing.");
   writer.def("__enter__", [](const py::object& self) { return self; });
   writer.def("__exit__", [](Writer& self, const py::args& raised) {
     try {
       self.close();
     } catch (const Raised&) {
       if (raised.empty() || raised[0].is_none())
-        throw;  // else the error that is on its way says why, such as a full disk
+        throw;  // otherwise keep the error in flight, for example a full disk
     }
   });
   refuse_pickle(writer, "it writes an open file");
@@ -215,49 +217,48 @@ void bind_writer(py::module_& m) {
 }  // namespace
 
 void bind_recording(py::module_& m) {
-  m.doc() = "Recordings: MCAP, rosbag2, ROS 1 bags, LCM logs and CSV tables read, MCAP written.";
-  py::class_<LogReader> iterator(
-      m, "Iterator", "Messages or samples of a recording, read ahead by a thread as they are asked for.");
+  m.doc() = "Reads MCAP, rosbag2, ROS 1 bags, LCM logs and CSV tables; writes MCAP.";
+  py::class_<LogReader> iterator(m, "Iterator",
+                                 "Messages or samples of a recording, read ahead by a thread.");
   iterator.def("__iter__", [](const py::object& self) { return self; });
   iterator.def("__next__", &LogReader::next);
-  iterator.def("close", &LogReader::close, "Ends the reading. Again: nothing happens.");
+  iterator.def("close", &LogReader::close, "Stops reading. Further calls do nothing.");
   refuse_pickle(iterator, "it reads an open file; open the recording again");
   const auto topics = py::arg("topics") = py::none();
   const auto from = py::arg("from_ns") = py::none();
   const auto to = py::arg("to_ns") = py::none();
   py::class_<Recording> recording(m, "Recording",
-                                  "A recording of any format. Iterating over it gives its samples.");
+                                  "A recording of any supported format. Iteration yields its samples.");
   recording.def(py::init(&open_recording), py::arg("path"),
-                "Recognised by its first bytes; raises NotFound or Unreadable.");
+                "The format is detected from the first bytes. Raises NotFound or Unreadable.");
   recording.def("__repr__", [](const Recording& r) {
     return fmt::format("Recording('{}', {})", r.path, to_string(r.log->format()));
   });
   recording.def_readonly("path", &Recording::path, "Path of the file or folder.");
   recording.def_property_readonly(
-      "channels", &channels_of,
-      "A dictionary of topic, type, encoding and number of messages for each channel.");
+      "channels", &channels_of, "A dictionary of topic, type, encoding and message count for each channel.");
   recording.def_property_readonly("summary", &recording_summary, "Format, times [ns] and size.");
   recording.def_property_readonly(
       "setup", &recording_setup,
-      "camera (CameraModel), base_T_cam (SE3) and metadata, None where it does not know them.");
-  recording.def_property_readonly("attachments", &attachments_of, "The files inside it, bytes by name.");
+      "camera (CameraModel), base_T_cam (SE3) and metadata; None if not recorded.");
+  recording.def_property_readonly("attachments", &attachments_of, "The attached files: bytes by name.");
   recording.def_property_readonly(
       "problems", &problems_of,
-      "Damage and traps, in words: found when it was opened, then what an iterator that ended passed over.");
+      "Problems as text: those found on opening, then data skipped by the last finished iterator.");
   recording.def(
       "samples",
       [](const Recording& r, const std::optional<std::set<std::string>>& names,
          std::optional<std::uint64_t> first, std::optional<std::uint64_t> last) {
         return LogReader::samples(r.path, selection_of(*r.log, names, first, last), r.read);
       },
-      topics, from, to, "Iterator of the samples, in order of time; log times in [from_ns, to_ns).");
+      topics, from, to, "Iterator over the samples in order of time, with log times in [from_ns, to_ns).");
   recording.def(
       "messages",
       [](const Recording& r, const std::optional<std::set<std::string>>& names,
          std::optional<std::uint64_t> first, std::optional<std::uint64_t> last) {
         return LogReader::messages(r.path, selection_of(*r.log, names, first, last), r.read);
       },
-      topics, from, to, "Iterator of (topic, type, log time [ns], bytes as they lie in the file).");
+      topics, from, to, "Iterator over (topic, type, log time [ns], raw bytes of the message).");
   recording.def("__iter__", [](const Recording& r) { return LogReader::samples(r.path, {}, r.read); });
   refuse_pickle(recording, "it holds an open file; pickle its path and open it again");
   bind_writer(m);

@@ -43,14 +43,14 @@ const char* word_of(ReplayState state) {
   return "unknown";
 }
 
-/// A replay of the route of a map's folder, which drives once.
+/// A replay of a route in a map folder; drives once.
 struct PythonSession {
   MapFolder folder{};
   std::unique_ptr<Replayer> replayer{};
   bool has_driven = false;
 };
 
-/// What drive() is given.
+/// Arguments of drive().
 struct Drive {
   PythonSession& session;
   double timeout_s = 600;
@@ -63,13 +63,13 @@ ReplayerSetup replay_setup_of(py::dict given, double laps, const std::string& me
   ReplayerSetup setup;
   setup.replay.laps = laps;
   if (!(laps > 0 && laps <= 1000))
-    refuse("laps", fmt::format("{} is outside (0, 1000]", laps), "Give a number of laps, such as 1.");
+    refuse("laps", fmt::format("{} is outside (0, 1000]", laps), "Pass a number of laps, such as 1.");
   setup.method = value_of(parse_localization_method(method), "method");
   setup.replay.controller = value_of(parse_controller(controller), "controller");
   const auto section = [&](const char* name, auto& options) {
     const py::object found = take(given, name);
     if (found.is_none()) return;
-    if (!PyDict_Check(found.ptr())) refuse(name, "options are a dictionary", "Write {'key': value}.");
+    if (!PyDict_Check(found.ptr())) refuse(name, "the options are not a dictionary", "Write {'key': value}.");
     update_options(options, found);
   };
   section("filter", setup.filter);
@@ -84,23 +84,24 @@ ReplayerSetup replay_setup_of(py::dict given, double laps, const std::string& me
   return setup;
 }
 
-/// Raises TypeError for a picture that nobody would look at, or that is not of its camera's size.
+/// Raises TypeError for an image without a detector, or with a size other than that of its camera.
 void check_picture(const CameraFrame& frame, const Drive& drive) {
   const RobotDescription& robot = *drive.session.folder.robot;
   if (drive.detector == nullptr)
     throw py::type_error(
-        "step() gave a CameraFrame, and no detector is given: call drive(..., "
+        "step() returned a CameraFrame, but no detector is given: call drive(..., "
         "detector=waymark.tags.Detector())");
-  if (frame.camera != robot.camera_name) return;  // the loop names cameras that the robot does not have
+  if (frame.camera != robot.camera_name) return;  // the loop reports unknown cameras
   if (frame.image.width() != robot.camera.width_px() || frame.image.height() != robot.camera.height_px())
-    throw py::value_error(fmt::format(
-        "step() gave a picture of {} x {}, and the camera '{}' of the map has {} x {}", frame.image.width(),
-        frame.image.height(), robot.camera_name, robot.camera.width_px(), robot.camera.height_px()));
+    throw py::value_error(
+        fmt::format("step() returned an image of {} x {}, but the camera '{}' of the map has {} x {}",
+                    frame.image.width(), frame.image.height(), robot.camera_name, robot.camera.width_px(),
+                    robot.camera.height_px()));
 }
 
 std::vector<Sample> samples_of(const py::object& given, const Drive& drive) {
   if (!py::hasattr(given, "__iter__"))
-    throw py::type_error(fmt::format("step() gave {}: needed is a list of samples, which may be empty",
+    throw py::type_error(fmt::format("step() returned {}: expected a list of samples, which may be empty",
                                      std::string(py::repr(given))));
   std::vector<Sample> list;
   for (const py::handle& one : py::iter(given)) {
@@ -110,7 +111,7 @@ std::vector<Sample> samples_of(const py::object& given, const Drive& drive) {
   return list;
 }
 
-/// Asks the Python robot for what its sensors measured in one period.
+/// Gets the sensor samples of one period from the Python robot.
 StepRobot::Step step_of(const py::object& robot, const Drive& drive, PendingException& pending) {
   return [&](const VelocityCommand& command, SensorTime now) -> Result<std::vector<Sample>> {
     const py::gil_scoped_acquire acquire;
@@ -179,12 +180,12 @@ std::unique_ptr<PythonSession> make_session(const std::filesystem::path& map, co
 
 void check_callables(const py::object& robot, const py::object& on_step) {
   if (PyType_Check(robot.ptr()))
-    throw py::type_error(fmt::format("robot is the class {0}: needed is an object of it, {0}(...)",
+    throw py::type_error(fmt::format("robot is the class {0}: expected an instance, {0}(...)",
                                      std::string(py::str(robot.attr("__name__")))));
   if (!py::hasattr(robot, "step"))
-    throw py::type_error("a robot has a method step(speed_m_s, yaw_rate_rad_s, now_ns)");
+    throw py::type_error("the robot has no method step(speed_m_s, yaw_rate_rad_s, now_ns)");
   if (!on_step.is_none() && PyCallable_Check(on_step.ptr()) == 0)
-    throw py::type_error(fmt::format("on_step is {}: needed is a function on_step(now_ns, step), or None",
+    throw py::type_error(fmt::format("on_step is {}: expected a function on_step(now_ns, step), or None",
                                      std::string(py::repr(on_step))));
 }
 
@@ -193,10 +194,10 @@ py::dict drive_session(PythonSession& session, const py::object& robot, double t
   check_callables(robot, on_step);
   if (!(period_s >= 0.001 && period_s <= 1)) refuse("period_s", "not a period from 0.001 to 1 s");
   if (!(timeout_s > 0))
-    refuse("timeout_s", fmt::format("{} s is not a time to drive", timeout_s),
-           "Give seconds above 0, or inf.");
+    refuse("timeout_s", fmt::format("{} s is not a positive duration", timeout_s),
+           "Pass seconds above 0, or inf.");
   if (session.has_driven)
-    throw py::value_error("this session has driven: make another ReplaySession for the next drive");
+    throw py::value_error("this session has already driven: create another ReplaySession for the next drive");
   session.has_driven = true;
   const Drive drive{.session = session, .timeout_s = timeout_s, .period_s = period_s, .detector = detector};
   PendingException pending;
@@ -218,11 +219,12 @@ py::dict drive_robot(const std::filesystem::path& map, const py::object& robot, 
 }
 
 constexpr const char* kDriving =
-    "robot.step(speed_m_s, yaw_rate_rad_s, now_ns) obeys the command for one period and returns the samples "
-    "that its sensors measured until now_ns (TagFrame, or CameraFrame where a detector is given; Odometry; "
-    "ImuSample; LaserScan). on_step(now_ns, ReplayStep) sees every decision. However the drive ends, the "
+    "robot.step(speed_m_s, yaw_rate_rad_s, now_ns) applies the command for one period and returns the "
+    "samples "
+    "that its sensors measured until now_ns (TagFrame, or CameraFrame if a detector is given; Odometry; "
+    "ImuSample; LaserScan). on_step(now_ns, ReplayStep) gets every decision. However the drive ends, the "
     "last "
-    "command is zero; an exception of the robot or of on_step ends it and is raised again. Gives a "
+    "command is zero; an exception of the robot or of on_step ends it and is raised again. Returns a "
     "dictionary: finished, state, reason, driven_m, stops, frames, lap_s.";
 
 std::string replay_options_help() {
@@ -233,24 +235,25 @@ std::string replay_options_help() {
 }
 
 void bind_session(py::module_& m) {
-  py::class_<PythonSession> session(m, "ReplaySession",
-                                    "A replay of the route of a map's folder by a robot of one's own, which "
-                                    "is a Python object with a method "
-                                    "step(). It drives once.");
+  py::class_<PythonSession> session(
+      m, "ReplaySession",
+      "Replays a route of a map folder with a custom robot: a Python object with "
+      "a method step(). "
+      "It drives once.");
   session.def(py::init(&make_session), py::arg("map"), py::arg("route") = "", py::arg("laps") = 1.0,
               py::arg("method") = "riekf", py::arg("controller") = "follower",
-              ("Reads the folder. " + replay_options_help()).c_str());
+              ("Reads the map folder. " + replay_options_help()).c_str());
   session.def("drive", &drive_session, py::arg("robot"), py::arg("timeout_s") = 600.0,
               py::arg("period_s") = 0.05, py::arg("detector") = static_cast<const PythonDetector*>(nullptr),
               py::arg("on_step") = py::none(), kDriving);
-  refuse_pickle(session, "it drives a robot; make it again from the map's folder");
+  refuse_pickle(session, "it drives a robot; create it again from the map folder");
 }
 
 }  // namespace
 
 void bind_replay(py::module_& m) {
-  m.doc() = "Drives a robot of one's own along a route (docs/concepts/replay.md).";
-  py::class_<ReplayStep> step(m, "ReplayStep", "What is sent to the robot, and why.");
+  m.doc() = "Drives a custom robot along a route (docs/concepts/replay.md).";
+  py::class_<ReplayStep> step(m, "ReplayStep", "The command sent to the robot, with the state and reason.");
   step.def_property_readonly(
       "state", [](const ReplayStep& s) { return word_of(s.state); },
       "waiting, refused, driving, at_station, stopped, finished or incomplete.");
@@ -258,9 +261,11 @@ void bind_replay(py::module_& m) {
       "speed_m_s", [](const ReplayStep& s) { return s.command.speed_m_s; }, "[m/s]");
   step.def_property_readonly(
       "yaw_rate_rad_s", [](const ReplayStep& s) { return s.command.yaw_rate_rad_s; }, "[rad/s]");
-  step.def_readonly("reason", &ReplayStep::reason, "Of a refusal, a stop, or a pause; else None.");
+  step.def_readonly("reason", &ReplayStep::reason,
+                    "Reason for a refusal, a stop, or a pause; otherwise None.");
   step.def_readonly("estimate", &ReplayStep::estimate, "LocalizationEstimate; None before the first.");
-  step.def_readonly("driven_m", &ReplayStep::driven_m, "Along the route since the start [m].");
+  step.def_readonly("driven_m", &ReplayStep::driven_m,
+                    "Distance driven along the route since the start [m].");
   step.def("__repr__", [](const ReplayStep& s) {
     return fmt::format("ReplayStep({}, {:.3f} m/s, {:.3f} rad/s, {:.2f} m driven)", word_of(s.state),
                        s.command.speed_m_s, s.command.yaw_rate_rad_s, s.driven_m);

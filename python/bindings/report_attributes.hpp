@@ -10,16 +10,16 @@ namespace waymark::python {
 
 namespace py = pybind11;
 
-/// A value of a report as json.loads() gives it: None (also for numbers that are not finite), bool, int,
+/// A report value as json.loads() returns it: None (also for non-finite numbers), bool, int,
 /// float, str, list or dict.
 [[nodiscard]] py::object to_python(const ReportValue& value);
-/// A dictionary with the keys that `--json` prints, in their order.
+/// A dictionary with the keys that `--json` prints, in the same order.
 [[nodiscard]] py::dict to_python(const ReportFields& fields);
-/// The value of one key; None where the report does not have it.
+/// The value of one key; None if the report does not have it.
 [[nodiscard]] py::object value_of_key(const ReportFields& fields, const std::string& key);
 
-/// Gives the class of a report a read-only attribute for each key of `--json` for which it has no attribute.
-/// Call it after those that the class defines itself.
+/// Adds a read-only attribute for each key of `--json` that the report class does not define.
+/// Call it after defining the attributes of the class.
 template <IsReport Report>
 void def_report_attributes(py::class_<Report>& cls) {
   for (const ReportField& field : fields(Report{})) {

@@ -4,7 +4,7 @@
 
 namespace waymark::python {
 
-/// One function a room: adds its classes and functions to the module of the same name.
+/// One function per room: adds its classes and functions to the submodule of the same name.
 void bind_geometry(pybind11::module_& m);
 void bind_camera(pybind11::module_& m);
 void bind_families(pybind11::module_& m);

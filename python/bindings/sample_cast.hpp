@@ -16,7 +16,7 @@ namespace waymark::python {
 
 namespace py = pybind11;
 
-/// The value inside an object whose Python type is exactly that of T; raises TypeError where it was never
+/// The value inside an object whose Python type is exactly that of T; raises TypeError if it was never
 /// initialised.
 template <typename T>
 [[nodiscard]] const T& value_inside(const py::handle& object) {
@@ -25,8 +25,8 @@ template <typename T>
   return *held.value_ptr<T>();
 }
 
-/// The sample of an object whose type is exactly one of those of Sample, found by comparing types; the
-/// general way tries one after another, 0.1 us each. Call it with the GIL.
+/// The sample of an object whose type is exactly one of those of Sample, found by comparing types;
+/// pybind11's variant caster tries one type after another, 0.1 us each. Needs the GIL.
 template <std::size_t... kIndex>
 [[nodiscard]] std::optional<Sample> exact_sample(const py::handle& object, std::index_sequence<kIndex...>) {
   static const std::array<PyObject*, sizeof...(kIndex)> types{
@@ -43,14 +43,14 @@ template <std::size_t... kIndex>
   return sample;
 }
 
-/// The sample that a Python object is; raises TypeError where it is none.
+/// The sample of a Python object; raises TypeError if it is not a sample.
 [[nodiscard]] inline Sample sample_of(const py::handle& object) {
   if (auto sample = exact_sample(object, std::make_index_sequence<std::variant_size_v<Sample>>{}))
     return std::move(*sample);
   py::detail::make_caster<Sample> caster;
   if (!caster.load(object, true))
     throw py::type_error("a " + std::string(py::str(py::type::handle_of(object).attr("__name__"))) +
-                         " is not a sample: give objects of waymark.samples");
+                         " is not a sample: pass objects of waymark.samples");
   return py::detail::cast_op<Sample&&>(std::move(caster));
 }
 

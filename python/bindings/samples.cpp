@@ -16,7 +16,7 @@
 namespace waymark::python {
 namespace {
 
-/// The corners where they lie in the detection, (4, 2).
+/// A view of the corners inside the detection, (4, 2).
 py::array_t<double> corners_view(const py::object& self) {
   auto& detection = py::cast<TagDetection&>(self);
   return py::array_t<double>({4, 2}, detection.corners_px[0].data(), self);
@@ -43,7 +43,7 @@ void def_tag(py::class_<T>& cls) {
   cls.def_property(
       "tag", [](const T& value) { return to_string(value.tag); },
       [](T& value, const py::object& tag) { value.tag = tag_of(tag); },
-      "Name of the tag, such as 'tag36h11:7'; a number means that of tag36h11.");
+      "Name of the tag, such as 'tag36h11:7'; a plain number is an id of tag36h11.");
 }
 
 void bind_detection(py::module_& m) {
@@ -51,34 +51,34 @@ void bind_detection(py::module_& m) {
   def_tag(cls);
   cls.def_property_readonly(
       "id", [](const TagDetection& d) { return d.tag.number; }, "Number of the tag in its family.");
-  cls.def_readwrite("hamming", &TagDetection::hamming, "Bits corrected.");
+  cls.def_readwrite("hamming", &TagDetection::hamming, "Number of corrected bits.");
   def_number(cls, "decision_margin", &TagDetection::decision_margin,
-             "Mean distance of the data bits from the threshold of black and white [grey levels].");
+             "Mean distance of the data bits from the black/white threshold [grey levels].");
   cls.def_property("corners_px", &corners_view, &set_corners,
-                   "TL, TR, BR, BL of the printed tag, (4, 2) [px], centres of pixels at + 1/2; the "
-                   "detection's own memory.");
+                   "TL, TR, BR, BL of the printed tag, (4, 2) [px], pixel centres at + 1/2; a view "
+                   "into the detection.");
   cls.def_property("corner_covariance_px2", &corner_covariance, &set_corner_covariance,
-                   "(8, 8) of x0 y0 x1 y1 … [px^2]; None when it is not known.");
+                   "(8, 8) of x0 y0 x1 y1 … [px^2]; None if unknown.");
   cls.def_property_readonly(
       "center_px", [](const TagDetection& d) { return to_array(center_px(d.corners_px)); },
-      "Where the diagonals cross, (2,) [px].");
+      "Intersection of the diagonals, (2,) [px].");
   cls.def_property_readonly(
-      "side_px", [](const TagDetection& d) { return mean_side_px(d.corners_px); },
-      "Mean length of the sides [px].");
+      "side_px", [](const TagDetection& d) { return mean_side_px(d.corners_px); }, "Mean side length [px].");
   finish_value(cls, {"tag", "hamming", "decision_margin", "corners_px", "corner_covariance_px2"});
   def_keyword_init(cls);
 }
 
 void bind_camera_samples(py::module_& m) {
-  py::class_<TagFrame> tags(m, "TagFrame", "The tags of one picture; an empty list: none was seen.");
+  py::class_<TagFrame> tags(m, "TagFrame",
+                            "Tags detected in one image; the list is empty if none was found.");
   def_stamp(tags);
   tags.def_readwrite("camera", &TagFrame::camera, "Name of the camera.");
   tags.def_readwrite("detections", &TagFrame::detections,
-                     "List of TagDetection; a copy: assign a list to change it.");
+                     "List of TagDetection (a copy; assign a list to change it).");
   finish_value(tags, {"stamp_ns", "camera", "detections"});
   def_keyword_init(tags);
 
-  py::class_<CameraFrame> picture(m, "CameraFrame", "A grey picture.");
+  py::class_<CameraFrame> picture(m, "CameraFrame", "A grey image.");
   def_stamp(picture);
   picture.def_readwrite("camera", &CameraFrame::camera, "Name of the camera.");
   picture.def_property_readonly(
@@ -89,7 +89,7 @@ void bind_camera_samples(py::module_& m) {
         return py::array_t<std::uint8_t>({frame.image.height(), frame.image.width()}, frame.image.row(0),
                                          self);
       },
-      "(height, width) uint8; the frame's own memory.");
+      "(height, width) uint8; a view into the frame.");
   picture.def(py::init([](std::int64_t stamp_ns, const py::object& image, std::string camera) {
                 const ImageView view = image_view(image);
                 CameraFrame frame{.stamp = SensorTime(Duration(stamp_ns)),
@@ -100,28 +100,27 @@ void bind_camera_samples(py::module_& m) {
                 return frame;
               }),
               py::arg("stamp_ns"), py::arg("image"), py::arg("camera") = "cam",
-              "Copies a picture (height, width) of uint8.");
+              "Copies an image (height, width) of uint8.");
   finish_value(picture, {"stamp_ns", "camera", "image"});
 
   py::class_<SeenTagPose> seen(m, "SeenTagPose",
-                               "A tag as a robot's own software placed it before the camera.");
+                               "A tag pose in the camera frame, estimated by the robot's own software.");
   def_tag(seen);
   seen.def_readwrite("cam_T_tag", &SeenTagPose::cam_T_tag,
                      "SE3; tag frame: centre, x right, y down, z into the tag.");
   finish_value(seen, {"tag", "cam_T_tag"});
   def_keyword_init(seen);
-  py::class_<TagPoseFrame> poses(m, "TagPoseFrame", "The poses of the tags of one picture.");
+  py::class_<TagPoseFrame> poses(m, "TagPoseFrame", "Tag poses from one image.");
   def_stamp(poses);
   poses.def_readwrite("camera", &TagPoseFrame::camera, "Name of the camera.");
   poses.def_readwrite("tags", &TagPoseFrame::tags,
-                      "List of SeenTagPose; a copy: assign a list to change it.");
+                      "List of SeenTagPose (a copy; assign a list to change it).");
   finish_value(poses, {"stamp_ns", "camera", "tags"});
   def_keyword_init(poses);
 }
 
 void bind_motion_samples(py::module_& m) {
-  py::class_<Odometry> odometry(m, "Odometry",
-                                "Where the wheels say the robot went since it was switched on.");
+  py::class_<Odometry> odometry(m, "Odometry", "Pose from wheel odometry since the robot was switched on.");
   def_stamp(odometry);
   odometry.def_readwrite("odom_T_base", &Odometry::odom_T_base, "SE2 [m, rad].");
   def_number(odometry, "speed_m_s", &Odometry::speed_m_s, "Along base x [m/s].");
@@ -130,7 +129,7 @@ void bind_motion_samples(py::module_& m) {
   def_keyword_init(odometry);
 
   py::class_<WheelTicks> wheels(m, "WheelTicks",
-                                "How far each side's wheels have turned since the robot was switched on.");
+                                "Wheel angles of each side since the robot was switched on.");
   def_stamp(wheels);
   def_number(wheels, "left_rad", &WheelTicks::left_rad, "[rad]");
   def_number(wheels, "right_rad", &WheelTicks::right_rad, "[rad]");
@@ -154,7 +153,7 @@ void bind_motion_samples(py::module_& m) {
   finish_value(imu, {"stamp_ns", "angular_velocity_rad_s", "linear_acceleration_m_s2"});
   def_keyword_init(imu);
 
-  py::class_<StampedCommand> command(m, "StampedCommand", "A command as it was given.");
+  py::class_<StampedCommand> command(m, "StampedCommand", "A command with its stamp.");
   def_stamp(command);
   command.def_property(
       "speed_m_s", [](const StampedCommand& c) { return c.command.speed_m_s; },
@@ -165,7 +164,8 @@ void bind_motion_samples(py::module_& m) {
   finish_value(command, {"stamp_ns", "speed_m_s", "yaw_rate_rad_s"});
   def_keyword_init(command);
 
-  py::class_<TruthPose> truth(m, "TruthPose", "What only a simulator or a motion capture system knows.");
+  py::class_<TruthPose> truth(m, "TruthPose",
+                              "Ground truth pose from a simulator or a motion capture system.");
   def_stamp(truth);
   truth.def_readwrite("map_T_base", &TruthPose::map_T_base, "SE3 [m, rad].");
   finish_value(truth, {"stamp_ns", "map_T_base"});
@@ -173,7 +173,7 @@ void bind_motion_samples(py::module_& m) {
 }
 
 void bind_other_samples(py::module_& m) {
-  py::class_<RangeBearing> range(m, "RangeBearing", "Distance and direction of a landmark with a number.");
+  py::class_<RangeBearing> range(m, "RangeBearing", "Range and bearing of a numbered landmark.");
   def_stamp(range);
   range.def_readwrite("landmark", &RangeBearing::landmark, "Number of the landmark.");
   def_number(range, "range_m", &RangeBearing::range_m, "[m]");
@@ -182,19 +182,19 @@ void bind_other_samples(py::module_& m) {
   finish_value(range, {"stamp_ns", "landmark", "range_m", "bearing_rad"});
   def_keyword_init(range);
 
-  py::class_<LaserScan> scan(m, "LaserScan", "One turn of a planar lidar.");
+  py::class_<LaserScan> scan(m, "LaserScan", "One scan of a planar lidar.");
   def_stamp(scan);
   def_number(scan, "angle_min_rad", &LaserScan::angle_min_rad, "Direction of the first ray [rad].");
-  def_number(scan, "angle_increment_rad", &LaserScan::angle_increment_rad, "From ray to ray [rad].");
-  def_number(scan, "time_increment_s", &LaserScan::time_increment_s, "From ray to ray [s].");
+  def_number(scan, "angle_increment_rad", &LaserScan::angle_increment_rad, "Angle between rays [rad].");
+  def_number(scan, "time_increment_s", &LaserScan::time_increment_s, "Time between rays [s].");
   def_number(scan, "range_min_m", &LaserScan::range_min_m, "[m]");
   scan.def_property(
       "range_max_m", [](const LaserScan& s) { return s.range_max_m; },
       [](LaserScan& s, double range_m) {
-        if (std::isnan(range_m)) refuse("range_max_m", "not a number", "Give metres, or inf.");
+        if (std::isnan(range_m)) refuse("range_max_m", "not a number", "Pass metres, or inf.");
         s.range_max_m = static_cast<decltype(s.range_max_m)>(range_m);
       },
-      "[m]; infinite where it is not known.");
+      "[m]; infinite if unknown.");
   scan.def_property(
       "ranges_m",
       [](const LaserScan& s) {
@@ -206,15 +206,15 @@ void bind_other_samples(py::module_& m) {
         std::transform(given.data(), given.data() + given.size(), s.ranges_m.begin(),
                        [](double r) { return static_cast<float>(r); });
       },
-      "(rays,) float32 [m]; infinite where nothing was in range.");
+      "(rays,) float32 [m]; infinite if nothing is in range.");
   finish_value(scan, {"stamp_ns", "angle_min_rad", "angle_increment_rad", "time_increment_s", "range_min_m",
                       "range_max_m", "ranges_m"});
   def_keyword_init(scan);
 
   py::class_<GamepadState> pad(m, "GamepadState", "Sticks and buttons of a gamepad.");
   def_stamp(pad);
-  pad.def_readwrite("axes", &GamepadState::axes, "-1 to 1; a copy.");
-  pad.def_readwrite("buttons", &GamepadState::buttons, "1 pressed; a copy.");
+  pad.def_readwrite("axes", &GamepadState::axes, "-1 to 1 (a copy).");
+  pad.def_readwrite("buttons", &GamepadState::buttons, "1 if pressed (a copy).");
   finish_value(pad, {"stamp_ns", "axes", "buttons"});
   def_keyword_init(pad);
 }
@@ -223,9 +223,9 @@ void bind_other_samples(py::module_& m) {
 
 void bind_samples(py::module_& m) {
   m.doc() =
-      "What robots send: plain values with a stamp in nanoseconds on the clock of the sensor. All are made "
-      "by keywords, compare, "
-      "copy and pickle.";
+      "Sensor samples: plain values with a stamp in nanoseconds on the clock of the sensor. All are "
+      "constructed by keywords and can be "
+      "compared, copied and pickled.";
   bind_detection(m);
   bind_camera_samples(m);
   bind_motion_samples(m);

@@ -14,7 +14,7 @@ constexpr double kMaxAdvance_s = 3600;
 SE2 start_of(const World& world, const std::optional<SE2>& start) {
   if (start) return *start;
   const auto path = sample_path(world.path_m, world.path_closed, kPathStep_m);
-  if (path.empty()) refuse("start", "the world has no line to start on", "Give start=SE2(x, y, yaw).");
+  if (path.empty()) refuse("start", "the world has no path to start on", "Pass start=SE2(x, y, yaw).");
   return path.front().map_T_path;
 }
 
@@ -58,8 +58,7 @@ std::vector<Sample> Simulator::advance(double seconds) {
 }
 
 void Simulator::command(double speed_m_s, double yaw_rate_rad_s) {
-  if (!std::isfinite(speed_m_s) || !std::isfinite(yaw_rate_rad_s))
-    refuse("command", "a number is not finite");
+  if (!std::isfinite(speed_m_s) || !std::isfinite(yaw_rate_rad_s)) refuse("command", "a value is not finite");
   const std::scoped_lock lock(mutex_);
   check(robot_->command({speed_m_s, yaw_rate_rad_s}));
 }

@@ -12,8 +12,8 @@
 
 namespace waymark::python {
 
-/// A simulated robot that Python asks for its samples. Of several threads one at a time: the GIL is released
-/// while the robot moves.
+/// A simulated robot polled from Python. A mutex serialises threads; the GIL is released while the robot
+/// moves.
 class Simulator {
  public:
   Simulator(const World& world, const RobotDescription& robot, const SimulatedRobotOptions& options,
@@ -26,7 +26,7 @@ class Simulator {
   [[nodiscard]] SE2 truth() const;
 
  private:
-  mutable std::mutex mutex_;  ///< whoever has it never waits for the GIL
+  mutable std::mutex mutex_;  ///< its holder never waits for the GIL
   std::unique_ptr<SimulatedRobot> robot_;
   std::unique_ptr<DetectingCamera> camera_;
 };

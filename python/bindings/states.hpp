@@ -11,7 +11,7 @@
 
 namespace waymark::python {
 
-/// Everything that a value holds, to the last bit, as a tuple for pickle and ==; and back.
+/// The exact state of a value as a tuple for pickle and ==, and the inverse.
 [[nodiscard]] py::tuple state_of(const TagMap& map);
 void from_state(const py::tuple& state, TagMap& map);
 [[nodiscard]] py::tuple state_of(const Route& route);
@@ -25,7 +25,7 @@ void from_state(const py::tuple& state, CameraPoseEstimate& estimate);
 [[nodiscard]] py::tuple state_of(const LocalizationEstimate& estimate);
 void from_state(const py::tuple& state, LocalizationEstimate& estimate);
 
-/// Gives a class without keyword constructor its pickle, copy and ==, by state_of() and from_state().
+/// Adds pickle, copy and ==, by state_of() and from_state(), to a class without keyword constructor.
 template <class T>
 void def_state(py::class_<T>& cls) {
   cls.def(py::pickle([](const T& value) { return state_of(value); },

@@ -9,12 +9,12 @@
 
 namespace waymark::python {
 
-/// A tag as Python names it: "tag36h11:7", or a number of tag36h11.
+/// Parses a tag name from Python: "tag36h11:7", or a number of tag36h11.
 [[nodiscard]] inline TagId tag_of(const py::handle& tag) {
   if (PyUnicode_Check(tag.ptr())) return value_of(parse_tag_id(py::cast<std::string>(tag)));
   if (PyIndex_Check(tag.ptr()) && !PyBool_Check(tag.ptr()))
     return value_of(parse_tag_id("tag36h11:" + std::string(py::str(tag))));
-  refuse("tag", "a tag is named by a string or a number", "Write 'tag36h11:7', or 7 for that of tag36h11.");
+  refuse("tag", "the tag is neither a string nor a number", "Write 'tag36h11:7', or 7 for tag36h11:7.");
 }
 
 }  // namespace waymark::python

@@ -24,7 +24,8 @@ std::unique_ptr<PythonDetector> make(const py::kwargs& given) {
   const auto options = options_of<DetectorOptions>(rest);
   RefinementOptions refining;
   if (!refinement.is_none()) {
-    if (!PyDict_Check(refinement.ptr())) refuse("refinement", "options of the refinement are a dictionary");
+    if (!PyDict_Check(refinement.ptr()))
+      refuse("refinement", "the options of the refinement are not a dictionary");
     update_options(refining, refinement);
   }
   auto made = std::make_unique<PythonDetector>();
@@ -49,9 +50,9 @@ std::vector<TagDetection> detect(const PythonDetector& self, const py::object& i
   const ImageView view = image_view(image);
   if (camera != nullptr && (view.width != camera->width_px() || view.height != camera->height_px()))
     refuse("camera",
-           fmt::format("a camera of {} x {} pixels and a picture of {} x {}", camera->width_px(),
+           fmt::format("the camera has {} x {} pixels, the image {} x {}", camera->width_px(),
                        camera->height_px(), view.width, view.height),
-           "Give the calibration of this size.");
+           "Pass a calibration for this image size.");
   Result<FoundTags> found;
   {
     const py::gil_scoped_release release;
@@ -68,19 +69,20 @@ py::object rebuild(const PythonDetector& self) {
 }  // namespace
 
 void bind_tags(py::module_& m) {
-  m.doc() = "Detection of tags in grey pictures and refinement of their corners.";
+  m.doc() = "Detection of tags in grey images and refinement of their corners.";
   const std::string help =
       "A detector with options by keyword:\n\n" + options_help<DetectorOptions>() +
       "  refine: Refine the corners to a fraction of a pixel, with their covariance. [true]\n"
-      "  refinement: A dictionary of the options of the refinement:\n" +
+      "  refinement: A dictionary of refinement options:\n" +
       options_help<RefinementOptions>(4);
   py::class_<PythonDetector> cls(
-      m, "Detector", "Finds tags in pictures. Threads may share one; the GIL is released meanwhile.");
+      m, "Detector",
+      "Finds tags in images. Threads may share a detector; the GIL is released during detection.");
   cls.def(py::init(&make), help.c_str());
   cls.def("detect", &detect, py::arg("image"), py::arg("camera") = static_cast<const CameraModel*>(nullptr),
-          "The tags of a grey picture (height, width) of uint8, which is not copied; rows may have gaps. "
-          "With `camera`, edges are "
-          "bent as its lens bends straight lines. Gives a list of TagDetection, sorted by id and place.");
+          "Detects tags in a grey image (height, width) of uint8 without a copy; rows may be padded. "
+          "With `camera`, edges follow "
+          "its lens distortion. Returns a list of TagDetection, sorted by id and position.");
   cls.def("__reduce__", &rebuild);
 }
 

@@ -4,7 +4,7 @@
 
 namespace waymark::python {
 
-/// A trajectory as Python has it: with covariances where they are known.
+/// The trajectory type of Python, with optional covariances.
 struct PoseList {
   EstimatedTrajectory poses{};
 };

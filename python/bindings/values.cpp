@@ -7,11 +7,12 @@
 namespace waymark::python {
 namespace {
 
-/// pybind11 asks this for memory where an argument is an object without a value, and would read what is
-/// there.
+/// pybind11 calls this for memory if an argument is an object without a value, and would read uninitialised
+/// memory.
 void* refuse_memory(std::size_t /*size*/) {
   throw py::type_error(
-      "an object without a value: its __init__() was not called. Make objects by their class, such as SE3()");
+      "an object without a value: its __init__() was not called. Create objects by their class, such as "
+      "SE3()");
 }
 
 }  // namespace

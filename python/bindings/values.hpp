@@ -14,26 +14,26 @@ namespace waymark::python {
 
 namespace py = pybind11;
 
-/// Gives a class of plain values its repr(), ==, copy and pickle from the names of its attributes, in order.
+/// Adds repr(), ==, copy and pickle to a class of plain values, from its attribute names in order.
 void finish_value(const py::object& cls, const std::vector<std::string>& names);
 
-/// Gives a class whose pickle is its state == by that state, and no hash.
+/// Adds == by pickled state, and no hash, to a class.
 void finish_state(const py::object& cls);
 
-/// Lets pickle and copy refuse a class, with the reason: "it holds an open file".
+/// Makes pickle and copy refuse a class with a reason such as "it holds an open file".
 void refuse_pickle(const py::object& cls, const std::string& reason);
 
-/// Lets the classes of a room be pickled by protocols 0 and 1, too, as protocol 2 does: those two would make
-/// an object without its value.
+/// Makes pickle protocols 0 and 1 work like protocol 2 for the classes of a module; they would create an
+/// object without its value otherwise.
 void pickle_by_protocol_2(const py::module_& room);
 
-/// Lets every use of an object of the room's classes whose __init__() was not called raise TypeError.
+/// Makes every use of an object whose __init__() was not called raise TypeError.
 void refuse_uninitialised(const py::module_& room);
 
-/// Sets the attributes that the keywords name; TypeError for one that is not among `names`.
+/// Sets attributes from keywords; raises TypeError for a keyword that is not in `names`.
 void set_attributes(const py::object& self, const py::object& cls, const py::kwargs& given);
 
-/// `Class(name=value, …)` for a struct with a default for everything.
+/// Defines `Class(name=value, …)` for a struct whose fields all have defaults.
 template <class T, class... Extra>
 void def_keyword_init(py::class_<T, Extra...>& cls) {
   cls.def(py::init([cls_ptr = cls.ptr()](const py::kwargs& given) {
@@ -41,12 +41,12 @@ void def_keyword_init(py::class_<T, Extra...>& cls) {
     {
       const py::object self = py::cast(value.get(), py::return_value_policy::reference);
       set_attributes(self, py::reinterpret_borrow<py::object>(cls_ptr), given);
-    }  // the reference is gone before the value gets its owner
+    }  // the reference ends before the value gets its owner
     return value;
   }));
 }
 
-/// An attribute that is a finite number.
+/// Defines an attribute that accepts only finite numbers.
 template <class T, class Number, class... Extra>
 void def_number(py::class_<T, Extra...>& cls, const char* name, Number T::*member, const char* doc) {
   cls.def_property(
@@ -55,13 +55,13 @@ void def_number(py::class_<T, Extra...>& cls, const char* name, Number T::*membe
       doc);
 }
 
-/// The attribute stamp_ns of a struct with a `stamp`: nanoseconds on the clock of the sensor.
+/// Defines the attribute stamp_ns for a struct with a `stamp`: nanoseconds on the sensor clock.
 template <class T, class... Extra>
 void def_stamp(py::class_<T, Extra...>& cls) {
   cls.def_property(
       "stamp_ns", [](const T& value) { return value.stamp.time_since_epoch().count(); },
       [](T& value, std::int64_t ns) { value.stamp = SensorTime(Duration(ns)); },
-      "Time of the measurement on the clock of the sensor [ns]; of a camera the middle of the exposure.");
+      "Measurement time on the sensor clock [ns]; for a camera, the middle of the exposure.");
 }
 
 }  // namespace waymark::python

@@ -73,7 +73,7 @@ class Exercise(unittest.TestCase):
         count = "import Frequency, HAL, time\nfor _ in range(5):\n    {ask}Frequency.tick({rate})\nassert abs(time.time() - {s}) < 0.21, time.time()\n"
         for ask, rate, s in (("", "2", 2.2), ("HAL.getImage(); ", "2", 2.2), ("HAL.getImage(); ", "", 1.0), ("", "ideal_rate=1000", 1.0)):  # pictures are 0.2 s apart
             self.assertIsNone(scored(count.format(ask=ask, rate=rate, s=s), 5)["error"], (ask, rate))
-        for rate, word in (("0", "a rate above 0"), ("'fast'", "a number is needed"), ("-1", "a rate above 0")):
+        for rate, word in (("0", "a rate above 0"), ("'fast'", "expected a number"), ("-1", "a rate above 0")):
             self.assertIn(word, scored(f"import Frequency\nFrequency.tick({rate})\n", 1)["error"])
 
     def test_same_file_same_score(self):
@@ -95,14 +95,14 @@ class Exercise(unittest.TestCase):
             self.assertIn(word, result["error"])
             self.assertEqual(result["points"], 0)
 
-    def test_whatever_asks_no_sensor_is_ended(self):
+    def test_a_solution_that_reads_no_sensor_is_ended(self):
         asked = "import HAL, threading\nHAL.setV(0.2)\nHAL.getImage()\n"
         for body in ("while True:\n    pass\n",
                      "while True:\n    try:\n        1 + 1\n    except:\n        pass\n",
                      "sum(range(10**12))\n",  # a call of C that holds the interpreter
                      "threading.Event().wait()\n"):
             result = scored(asked + body, stall_s=1.0)
-            self.assertIn("asked no sensor for 1 s", result["error"], body)
+            self.assertIn("read no sensor for 1 s", result["error"], body)
             self.assertRegex(result["error"], r"\(line [4-8]\)", body)
             self.assertIn("the robot was stopped", result["error"])
             self.assertGreater(result["pictures"], 0)
@@ -134,14 +134,14 @@ class Exercise(unittest.TestCase):
             self.assertIn(word, result["error"])
             self.assertEqual(result["estimates"], 1)
 
-    def test_a_solution_finds_what_stands_beside_it(self):
+    def test_a_solution_can_import_files_from_its_folder(self):
         with tempfile.TemporaryDirectory() as folder:
             (pathlib.Path(folder) / "beside_it.py").write_text("ANSWER = 42\n")
             path = pathlib.Path(folder) / "solution.py"
             path.write_text("import sys, beside_it\nassert beside_it.ANSWER == 42 and sys.argv == [__file__] and __name__ == '__main__'\n")
             self.assertIsNone(academy.run_file(str(path), seconds=1)["error"])
 
-    def test_ctrl_c_scores_what_was_driven(self):
+    def test_ctrl_c_scores_the_drive_so_far(self):
         with tempfile.TemporaryDirectory() as folder:
             path = pathlib.Path(folder) / "solution.py"
             for caught in ("", "    except BaseException:\n        pass\n"):
@@ -151,8 +151,8 @@ class Exercise(unittest.TestCase):
                 self.assertEqual(process.stdout.readline(), "runs\n")
                 time.sleep(0.3)
                 process.send_signal(signal.SIGINT)
-                said, _ = process.communicate(timeout=30)
-                result = json.loads(said)
+                printed, _ = process.communicate(timeout=30)
+                result = json.loads(printed)
                 self.assertEqual(result["error"], "stopped by Ctrl-C")
                 self.assertGreater(result["pictures"], 0)
 
@@ -162,26 +162,26 @@ class Exercise(unittest.TestCase):
             path.write_text("import HAL\nHAL.getImage()\n")
             for flags, word in ((("--seed", "-1"), "seed is -1"), (("--seed", str(2**64)), "seed is"), (("--seconds", "nan"), "seconds is nan"),
                                 (("--stall-s", "0"), "stall_s is 0")):
-                code, _, said = command(str(path), *flags)
-                self.assertEqual((code, "Traceback" in said), (2, False), said)
-                self.assertIn(word, said)
+                code, _, printed = command(str(path), *flags)
+                self.assertEqual((code, "Traceback" in printed), (2, False), printed)
+                self.assertIn(word, printed)
             for file, word in (("/dev/zero", "no file"), (folder, "no file"), (folder + "/none.py", "none.py does not exist")):
-                code, _, said = command(file)
-                self.assertEqual((code, "Traceback" in said), (2, False), said)
-                self.assertIn(word, said)
+                code, _, printed = command(file)
+                self.assertEqual((code, "Traceback" in printed), (2, False), printed)
+                self.assertIn(word, printed)
             path.write_text("while True print")
             self.assertEqual(command(str(path))[0], 1)
 
-    def test_json_holds_no_infinity(self):
+    def test_json_contains_no_infinity(self):
         with tempfile.TemporaryDirectory() as folder:
             path = pathlib.Path(folder) / "solution.py"
             path.write_text("import HAL, WebGUI\nHAL.setV(1e300)\nwhile True:\n    HAL.getImage()\n    WebGUI.showEstimatedPose((1e308, -1e308, 1e300))\n")
-            code, said, _ = command(str(path), "--seconds", "1", "--json")
-        result = json.loads(said, parse_constant=self.fail)
+            code, printed, _ = command(str(path), "--seconds", "1", "--json")
+        result = json.loads(printed, parse_constant=self.fail)
         self.assertEqual((code, result["points"], result["error"]), (0, 0, None))
         self.assertLess(result["driven_m"], 2)
 
-    def test_what_is_no_pose_and_no_picture_is_named(self):
+    def test_invalid_poses_and_images_are_named(self):
         for call, shown in (("showEstimatedPose('abc')", "'abc' (a str)"), ("showEstimatedPose(None)", "None"), ("showEstimatedPose((10**400, 0, 0))", "tuple"),
                             ("showImage(None)", "None"), ("showImage('x.png')", "'x.png' (a str)")):
             error = scored(f"import WebGUI\nWebGUI.{call}\n", 1)["error"]
@@ -194,40 +194,40 @@ class Exercise(unittest.TestCase):
         self.assertGreater(result["estimates_not_finite"], 2)
         self.assertIn("NaN", " ".join(result["notes"]))
 
-    def test_a_file_without_a_loop_is_told_so(self):
+    def test_a_file_without_a_loop_gets_a_note(self):
         once = "import HAL, WebGUI\nHAL.getImage()\nfor x in range(4):\n    WebGUI.showEstimatedPose((x, 0, 0))\n"
         for text in (once, once + "import sys\nsys.exit()\n"):
             self.assertIn("does it have a loop", " ".join(scored(text, 2)["notes"]))
         self.assertEqual(scored("import HAL\nwhile True:\n    HAL.getImage()\n", 0.5)["notes"], ["no estimate was shown: WebGUI.showEstimatedPose((x, y, yaw))"])
 
-    def test_an_early_end_by_an_exception_is_told_so(self):
+    def test_an_early_end_by_an_exception_gets_a_note(self):
         looks = "import HAL\nfor _ in range(5):\n    HAL.getImage()\n"
         for end, error in (("raise RuntimeError", "RuntimeError"), ("import os\nos._exit(3)", "exit code 3")):
             result = scored(looks + end, 3)
             self.assertIn(error, result["error"])
-            self.assertRegex(result["notes"][0], r"the file ended after \d\.\d s of simulated time, and what is left counts as without an estimate$")
+            self.assertRegex(result["notes"][0], r"the file ended after \d\.\d s of simulated time; the remaining time counts as without an estimate$")
         late = scored("import HAL\ntry:\n    while True:\n        HAL.getImage()\nexcept BaseException:\n    raise RuntimeError\n", 0.5)
         self.assertIn("RuntimeError", late["error"])
         self.assertNotIn("the file ended", " ".join(late["notes"]))
 
-    def test_calls_that_are_refused_are_told_so_where_the_solution_catches_them(self):
+    def test_refused_calls_get_a_note_even_if_the_solution_catches_them(self):
         tried = ("import HAL, WebGUI, os\nwhile True:\n    HAL.getImage()\n"
                  "    try:\n        WebGUI.showEstimatedPose('bad')\n    except Exception:\n        pass\n")
         notes = " ".join(scored(tried, 1)["notes"])
-        self.assertRegex(notes, r"[3-9] calls were refused and had no effect; the first: WebGUI.showEstimatedPose was given 'bad' \(a str\): one argument")
+        self.assertRegex(notes, r"[3-9] calls were refused and had no effect; the first: WebGUI.showEstimatedPose was given 'bad' \(a str\): expected one argument")
         killed = scored(tried + "    os._exit(0)\n", 1)  # its process writes no end
         self.assertIn("1 call was refused", " ".join(killed["notes"]))
         for letter in ("\\U0001F600", "\\\\", "\\x00"):  # as long as it gets
             self.assertIn("calls were refused", " ".join(scored(tried.replace("bad", letter * 400), 1)["notes"]))
         for call in ("HAL.setV('fast')", "WebGUI.showEstimatedPose('a' * 400)"):
-            self.assertNotIn("refused", " ".join(scored(f"import HAL, WebGUI\n{call}\n", 1)["notes"]))  # the error says it
+            self.assertNotIn("refused", " ".join(scored(f"import HAL, WebGUI\n{call}\n", 1)["notes"]))  # the error reports it
 
     def test_other_numbers_of_arguments_are_named(self):
         for call, word in (("WebGUI.showEstimatedPose(0, 0, 0)", "3 arguments"), ("WebGUI.showEstimatedPose(x=1, y=2, yaw=3)", r"3 arguments \(x, y, yaw\)"),
                            ("WebGUI.showEstimatedPose()", "0 arguments")):
             error = scored(f"import WebGUI\n{call}\n", 1)["error"]
-            self.assertRegex(error, rf"was given {word}: WebGUI.showEstimatedPose\(pose\) is needed, pose is a sequence \(x, y, yaw\) in metres and radians")
-        self.assertIn("HAL.setV was given 2 arguments: HAL.setV(speed_m_s) is needed", scored("import HAL\nHAL.setV(1, 2)\n", 1)["error"])
+            self.assertRegex(error, rf"was given {word}: expected WebGUI.showEstimatedPose\(pose\), pose is a sequence \(x, y, yaw\) in metres and radians")
+        self.assertIn("HAL.setV was given 2 arguments: expected HAL.setV(speed_m_s)", scored("import HAL\nHAL.setV(1, 2)\n", 1)["error"])
 
     def test_help_shows_the_calls(self):
         calls = {"HAL": ("getImage()", "getOdom()", "getLaserData()", "setV(speed_m_s)", "setW(yaw_rate_rad_s)", "[m/s]", "[rad/s]", "the frame in which"),
@@ -236,16 +236,16 @@ class Exercise(unittest.TestCase):
             text = f"import {module}, pydoc\ntext = pydoc.plain(pydoc.render_doc({module}))\nfor word in {words}:\n    assert word in text, text\n"
             self.assertIsNone(scored(text, 1)["error"])
 
-    def test_pictures_after_an_early_end_count(self):
+    def test_images_after_an_early_end_count(self):
         right = academy.Picture(0, (0, 0, 0), (0, 0, 0), (0, 0, 0))
         self.assertEqual(academy.score([right], 3)["points"], 25)
 
-    def test_commands_that_are_no_numbers_are_named(self):
+    def test_non_numeric_commands_are_named(self):
         for call in ("HAL.setV('fast')", "HAL.setW(None)", "HAL.setV([1])"):
             result = scored(f"import HAL\n{call}\n", 1)
-            self.assertRegex(result["error"], rf"TypeError: {call[:8]} was given .*: a number is needed")
+            self.assertRegex(result["error"], rf"TypeError: {call[:8]} was given .*: expected a number")
 
-    def test_the_first_laser_data_are_not_empty(self):
+    def test_the_first_scan_is_not_empty(self):
         result = scored("import HAL\nlaser = HAL.getLaserData()\nassert len(laser.values) > 10 and laser.maxAngle > laser.minAngle\nHAL.getImage()\n", 1)
         self.assertIsNone(result["error"])
 

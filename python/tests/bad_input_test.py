@@ -39,7 +39,7 @@ class Arrays(unittest.TestCase):
         for word in words:
             self.assertIn(word, str(raised.exception))
 
-    def test_pictures_that_are_none(self):
+    def test_invalid_images(self):
         grey = np.zeros((40, 60), np.uint8)
         self.refused(grey.astype(float), "float64", "uint8")
         self.refused(np.zeros((40, 60, 3), np.uint8), "(40, 60, 3)", "grey")
@@ -51,11 +51,11 @@ class Arrays(unittest.TestCase):
         self.refused(None, "NoneType")
         self.refused(np.array("text"), "uint8")
 
-    def test_empty_and_tiny_pictures_hold_no_tag(self):
+    def test_empty_and_tiny_images_contain_no_tag(self):
         for shape in ((0, 0), (0, 5), (1, 1), (3, 2), (1, 1000)):
             self.assertEqual(tags.Detector().detect(np.zeros(shape, np.uint8)), [])
 
-    def test_numbers_that_are_none(self):
+    def test_invalid_numbers(self):
         for matrix, word in ((np.full((4, 4), np.nan), "not finite"), (np.eye(3), "(3, 3)"), (np.eye(4) * 2, ""),
                              (np.eye(4, dtype=complex), "complex"), ("text", ""), (np.array([object()] * 16).reshape(4, 4), "object"),
                              (np.diag([1.0, 1, -1, 1]), "")):
@@ -81,7 +81,7 @@ class Arrays(unittest.TestCase):
 
 
 class Groups(unittest.TestCase):
-    def test_numbers_that_are_not_finite_are_refused(self):
+    def test_non_finite_numbers_are_refused(self):
         for bad in (float("nan"), float("inf"), -float("inf")):
             for call, name in ((lambda: geometry.SO2(bad), "angle_rad"), (lambda: geometry.SE2(bad, 0, 0), "x"), (lambda: geometry.SE2(0, bad, 0), "y"),
                                (lambda: geometry.SE2(0, 0, bad), "yaw"), (lambda: geometry.SO3.from_rpy(bad, 0, 0), "roll"),
@@ -96,7 +96,7 @@ class Groups(unittest.TestCase):
                     kind.exp([large] * size)
         self.assertTrue(np.isfinite(geometry.SO3.exp([1e100, 0, 0]).matrix()).all())
 
-    def test_elements_of_two_groups_have_no_product(self):
+    def test_products_of_different_groups_are_refused(self):
         elements = [geometry.SO2(0.1), geometry.SO3(), geometry.SE2(1, 2, 3), geometry.SE3(), geometry.SE23()]
         for a in elements:
             for b in elements:
@@ -170,7 +170,7 @@ class Closed(unittest.TestCase):
                 writer.add(samples.Odometry(stamp_ns=i * 20_000_000))
         self.writer = writer
 
-    def test_used_after_close(self):
+    def test_use_after_close(self):
         self.writer.close()
         with self.assertRaisesRegex(ValueError, "closed"):
             self.writer.add(samples.Odometry())
@@ -183,7 +183,7 @@ class Closed(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "closed"):
             next(iterator)
 
-    def test_iterators_that_nobody_ends(self):
+    def test_iterators_that_are_not_closed(self):
         for _ in range(50):
             next(recording.Recording(self.path).samples())
         self.assertEqual(len(list(recording.Recording(self.path))), 500)
@@ -197,7 +197,7 @@ class Closed(unittest.TestCase):
         self.assertFalse(damaged.summary["complete"])
         self.assertTrue(damaged.problems)
 
-    def test_what_an_iterator_passed_over_is_said(self):
+    def test_data_skipped_by_an_iterator_is_reported(self):
         self.writer.close()
         data = bytearray(pathlib.Path(self.path).read_bytes())
         packing = next(name for name in (b"zstd", b"lz4") if name in data)
@@ -297,7 +297,7 @@ class Callbacks(unittest.TestCase):
         record_lap(cls.lap)
         mapping.map_recording(cls.lap, str(cls.map), **ANCHORED)
 
-    def test_a_robot_of_python_repeats_the_lap(self):
+    def test_a_python_robot_repeats_the_lap(self):
         robot = Robot(self.map)
         states = set()
         end = replay.drive(str(self.map), robot, on_step=lambda now, step: states.add(step.state))
@@ -314,7 +314,7 @@ class Callbacks(unittest.TestCase):
             with self.assertRaisesRegex(errors.InvalidArgument, "timeout_s"):
                 replay.drive(str(self.map), Robot(self.map), timeout_s=timeout_s)
         self.assertEqual(session.drive(Robot(self.map)), replay.drive(str(self.map), Robot(self.map)))
-        with self.assertRaisesRegex(ValueError, "has driven"):
+        with self.assertRaisesRegex(ValueError, "already driven"):
             session.drive(Robot(self.map))
         with self.assertRaisesRegex(TypeError, "pickled"):
             pickle.dumps(session)
@@ -375,7 +375,7 @@ class Callbacks(unittest.TestCase):
             self.assertGreater(robot.commands[-2][0], 0)
             self.assertEqual(robot.commands[-1], (0, 0))
 
-    def test_a_job_that_is_interrupted_leaves_nothing(self):
+    def test_an_interrupted_job_leaves_no_files(self):
         folder = pathlib.Path(self.folder.name) / "other"
 
         def stop(words, done, count):

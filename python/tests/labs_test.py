@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """Each lab gives nothing for an empty answer, all points for its solution, and fewer for each of at least five wrong answers; neither a notebook nor
-what is said of a wrong answer shows the right one.
+the message for a wrong answer shows the right one.
 
 usage: labs_test.py SOURCE DATA [NN]     (PYTHONPATH names the package). DATA: a folder with samples/ (`waymark samples`), where plant/ is written.
 NN: only this lab. With WAYMARK_FULL the notebooks are executed by nbclient as well.
@@ -31,7 +31,7 @@ os.environ["WAYMARK_LAB_DATA"] = str(DATA)
 
 @functools.cache
 def prepared(lab, before):
-    """What stands before the check, run once for all answers."""
+    """The cells before the check, run once for all answers."""
     names = {}
     exec(compile(before, lab.name, "exec"), names)  # noqa: S102
     return names
@@ -60,15 +60,15 @@ def recorded(function, given, results, most):
     return noting
 
 
-def told(words):
-    """(digits after the point, number as written) of the numbers in some words."""
+def numbers_of(words):
+    """(digits after the point, number as written) of the numbers in a text."""
     for text in re.findall(r"(?<![\w.])-?\d+(?:\.\d+)?(?![\w.]*\d)", words):
         yield len(text.partition(".")[2]), text
 
 
 def shows(words, numbers):
-    """Which of the numbers the words hold, as far as they are written out."""
-    return [text for digits, text in told(words) if any(f"{number:.{digits}f}" == text for number in numbers)]
+    """Which of the numbers the text contains, at its printed precision."""
+    return [text for digits, text in numbers_of(words) if any(f"{number:.{digits}f}" == text for number in numbers)]
 
 
 def points_of(lab, answer="", notes=None):
@@ -94,13 +94,13 @@ class Labs(unittest.TestCase):
     def test_there_are_labs(self):
         self.assertGreaterEqual(len(LABS), 1)
 
-    def test_data_that_is_missing_says_how_to_make_it(self):
+    def test_missing_data_names_the_command_that_creates_it(self):
         with self.assertRaisesRegex(FileNotFoundError, "waymark samples samples"):
             labs.data("samples/none.mcap")
         with self.assertRaisesRegex(FileNotFoundError, "make_notebooks.py"):
             labs.data("plant/none.csv")
 
-    def test_notebooks_with_answers_are_not_written_over(self):
+    def test_notebooks_with_answers_are_not_overwritten(self):
         with tempfile.TemporaryDirectory() as folder:
             mine = pathlib.Path(folder) / f"{LABS[0].stem}.ipynb"
             mine.write_text("my answers")
@@ -116,7 +116,7 @@ class Labs(unittest.TestCase):
             labs.Lab("x").check("division", 1, lambda: names["answer"]())
         self.assertIn("ZeroDivisionError: division by zero (line 3 of answer)", printed.getvalue())
 
-    def test_an_answer_that_ends_the_program_is_told_so(self):
+    def test_an_answer_that_ends_the_program_is_reported(self):
         lab = labs.Lab("x")
         with contextlib.redirect_stdout(io.StringIO()) as printed:
             lab.check("first", 1, lambda: sys.exit(0))
@@ -134,7 +134,7 @@ class Labs(unittest.TestCase):
             lab.check("first", 1, raises)
         self.assertIn("it raised GeneratorExit", printed.getvalue())
 
-    def test_a_lab_that_is_not_there_is_named(self):
+    def test_an_unknown_lab_is_named(self):
         for number in ("1", 0, 13, None, True, 1.5):
             with self.assertRaisesRegex(ValueError, "the labs are 1 to 12"):
                 labs.check(number, {})
@@ -146,7 +146,7 @@ class Labs(unittest.TestCase):
         done = subprocess.run([SOURCE / "tools" / "make_notebooks.py", ""], capture_output=True, text=True)
         self.assertEqual((done.returncode, done.stderr.startswith("Turns labs")), (2, True))
 
-    def test_lab_7_calibrates_on_a_recording_of_ones_own(self):
+    def test_lab_7_calibrates_on_the_student_s_own_recording(self):
         lab = next((lab for lab in LABS if lab.name.startswith("07")), None)
         if lab is None:
             self.skipTest("another lab was asked for")
@@ -162,7 +162,7 @@ class Labs(unittest.TestCase):
         finally:
             own.unlink(missing_ok=True)
 
-    def test_lab_10_lets_values_be_tried_without_a_loss(self):
+    def test_lab_10_allows_other_values_without_losing_points(self):
         lab = next((lab for lab in LABS if lab.name.startswith("10")), None)
         if lab is None:
             self.skipTest("another lab was asked for")
@@ -173,16 +173,16 @@ class Labs(unittest.TestCase):
         self.assertIn("looking 0.4 m ahead", printed)
         self.assertIn("looking 1.2 m ahead", printed)
 
-    def test_a_figure_without_matplotlib_says_so_once(self):
+    def test_a_figure_without_matplotlib_prints_one_message(self):
         script = ("import sys, importlib.util as u; real = u.find_spec; u.find_spec = lambda name, *rest: None if name == 'matplotlib' else real(name, *rest)\n"
                   "from waymark import labs\nfor _ in range(2): labs.figure('t', 'x', 'y', curve=[(0, 1)])")
         done = subprocess.run([sys.executable, "-c", script], check=True, capture_output=True, text=True)
         self.assertEqual(done.stdout, "No figure: Matplotlib is not installed (Debian: python3-matplotlib).\n")
 
-    def test_a_python_without_numpy_is_told_so(self):
+    def test_a_python_without_numpy_is_reported(self):
         blocked = "import sys, importlib.util as u; real = u.find_spec; u.find_spec = lambda name, *rest: None if name == 'numpy' else real(name, *rest)\nimport waymark"
         done = subprocess.run([sys.executable, "-c", blocked], check=False, capture_output=True, text=True)
-        self.assertIn(f"waymark needs NumPy, and {sys.executable} has none", done.stderr)
+        self.assertIn(f"waymark needs NumPy, and {sys.executable} does not have it", done.stderr)
 
     def test_notebooks_that_cannot_be_written_are_named(self):
         for folder, words in (("/dev/null", "/dev/null: "), ("/proc/course", "/proc/course: ")):
@@ -198,13 +198,13 @@ class Labs(unittest.TestCase):
             self.assertNotIn("Traceback", done.stderr)
             self.assertFalse((pathlib.Path(folder) / f"{LABS[0].stem}.ipynb").exists())
 
-    def test_empty_answers_get_nothing(self):
+    def test_empty_answers_get_no_points(self):
         for lab in LABS:
             points, possible, printed = points_of(lab)
             self.assertEqual((lab.name, points, possible), (lab.name, 0, 10), printed)
             self.assertIn("not done yet", printed)
 
-    def test_answers_of_another_kind_are_named_and_get_nothing(self):
+    def test_answers_of_the_wrong_type_are_named_and_get_no_points(self):
         for lab in LABS:
             stubs = STUB.findall(lab.read_text().split(CHECK)[0])
             self.assertGreaterEqual(len(stubs), 3, lab.name)
@@ -213,7 +213,7 @@ class Labs(unittest.TestCase):
                 self.assertLessEqual(points, 1, f"{lab.name}, {answer}:\n{printed}")
                 self.assertNotIn("it raised", printed, f"{lab.name}, {answer}")
 
-    def test_solutions_get_everything(self):
+    def test_solutions_get_all_points(self):
         for lab in LABS:
             points, possible, printed = points_of(lab, (SOURCE / "labs" / "solutions" / lab.name).read_text())
             self.assertEqual((lab.name, points), (lab.name, possible), printed)
@@ -230,16 +230,16 @@ class Labs(unittest.TestCase):
                 self.assertEqual(answer.count(right), 1, f"{lab.name}: {what}")
                 given, own = set(), set()
                 points, possible, printed = points_of(lab, answer.replace(right, mistake), (given, own, 50))
-                said = "\n".join(line for line in printed.splitlines() if line.startswith("WRONG"))
+                printed_mistakes = "\n".join(line for line in printed.splitlines() if line.startswith("WRONG"))
                 self.assertLess(points, possible, f"{lab.name}: {what}\n{printed}")
-                self.assertIn(words, said, f"{lab.name}: {what}")
+                self.assertIn(words, printed_mistakes, f"{lab.name}: {what}")
                 self.assertNotIn("it raised", printed, f"{lab.name}: {what}")
-                said = re.sub(r"^WRONG \d+/\d+ ", "", said, flags=re.M)
-                shown = set(shows(said, right_numbers)) - set(shows(said, given | own))
-                self.assertEqual(shown, set(), f"{lab.name}: {what} is told what is right:\n{said}")
+                printed_mistakes = re.sub(r"^WRONG \d+/\d+ ", "", printed_mistakes, flags=re.M)
+                shown = set(shows(printed_mistakes, right_numbers)) - set(shows(printed_mistakes, given | own))
+                self.assertEqual(shown, set(), f"{lab.name}: {what} reveals the right answer:\n{printed_mistakes}")
 
-    def test_numbers_that_are_told_are_found(self):
-        self.assertEqual(shows("it is 0.60 s, and it says 0.4", [0.6, 2.0]), ["0.60"])
+    def test_numbers_in_messages_are_found(self):
+        self.assertEqual(shows("it is 0.60 s, and it returns 0.4", [0.6, 2.0]), ["0.60"])
         self.assertEqual(list(numbers_in([(1, [2.5, True]), None, "3"], 6)), [1, 2.5])
 
     def test_notebooks_show_no_answer(self):
@@ -260,7 +260,7 @@ class Labs(unittest.TestCase):
         with contextlib.redirect_stdout(io.StringIO()) as printed:
             lab = labs.check(1, {})
         self.assertEqual(lab.points, 0)
-        self.assertIn("inverse: inverse is not there: run the cells from the top", printed.getvalue())
+        self.assertIn("inverse: inverse is not defined: run the cells from the top", printed.getvalue())
 
     @unittest.skipUnless("WAYMARK_FULL" in os.environ, "takes long: WAYMARK_FULL")
     def test_notebooks_run(self):

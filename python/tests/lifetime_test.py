@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Memory that Python and the library share: views outlive what gave them, buffers end where they end, threads and forks keep apart.
 
-usage: lifetime_test.py     (PYTHONPATH names the package). Says most under the address sanitizer (preset asan-python).
+usage: lifetime_test.py     (PYTHONPATH names the package). Most effective under the address sanitizer (preset asan-python).
 """
 import gc
 import os
@@ -32,13 +32,13 @@ class Views(unittest.TestCase):
         corners += 1
         self.assertEqual(corners.tolist(), (np.arange(8.0) + 1).reshape(4, 2).tolist())
 
-    def test_corners_of_a_list_that_is_gone(self):
+    def test_corners_outlive_a_deleted_list(self):
         kept = [detection.corners_px for detection in tags.Detector().detect(photograph())]
         gc.collect()
         self.assertEqual(len(kept), 1)
         self.assertTrue(np.isfinite(kept[0]).all())
 
-    def test_pictures_outlive_their_frame(self):
+    def test_images_outlive_their_frame(self):
         taken = samples.CameraFrame(1, photograph())
         picture = taken.image
         part = picture[10:20, 30:40]
@@ -147,7 +147,7 @@ class Threads(unittest.TestCase):
             thread.join()
         self.assertEqual(raised, [])
 
-    def test_a_picture_that_is_given_up_meanwhile(self):
+    def test_an_image_that_is_deleted_during_detection(self):
         detector = tags.Detector()
 
         def search():
@@ -157,7 +157,7 @@ class Threads(unittest.TestCase):
 
         self.in_threads(search, search, search)
 
-    def test_a_picture_that_changes_meanwhile(self):
+    def test_an_image_that_changes_during_detection(self):
         picture, busy = photograph(), [True]
         random = np.random.default_rng(1)
 
@@ -176,7 +176,7 @@ class Threads(unittest.TestCase):
 
         self.in_threads(change, search)
 
-    def test_a_map_that_changes_meanwhile(self):
+    def test_a_map_that_changes_during_use(self):
         corners = samples.visible_corners(LENS, SEEN[0][1], 0.2)
         seen, busy = [samples.TagDetection(tag=5, corners_px=corners)], [True]
         tag_map = samples.TagMap()

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The interpreter runs under the address sanitizer, and the module was compiled for it: else the other tests under it say nothing.
+"""The interpreter runs under the address sanitizer, and the module was compiled for it: otherwise the other tests under it prove nothing.
 
 usage: sanitized_test.py MODULE     (PYTHONPATH names the package)
 """

@@ -28,7 +28,7 @@ WRONG = {
 
 
 def mypy(**sources):
-    """What mypy says of some files, in one run: reading NumPy's stubs takes most of it."""
+    """The output of mypy for some files, in one run, because reading NumPy's stubs takes most of the time."""
     with tempfile.TemporaryDirectory() as folder:
         paths = [pathlib.Path(folder) / f"{name}.py" for name in sources]
         for path, source in zip(paths, sources.values()):
@@ -46,7 +46,7 @@ def main():
         without = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
         run = subprocess.run([sys.executable, "-I", root / "tools" / tool, "--check"], check=False, capture_output=True, text=True, env=without)
         if "Traceback" in run.stderr or (run.returncode == 1 and "PYTHONPATH=build/check/python" not in run.stderr):
-            print(f"{tool} without the package says: {run.stderr}")
+            print(f"{tool} without the package printed: {run.stderr}")
             return 1
     if any(run.returncode != 0 for run in done):
         return 1

@@ -30,8 +30,8 @@ def classes():
                   key=lambda cls: cls.__name__)
 
 
-def said(call, *arguments):
-    """What a call with values of too little raises, in words; empty where it raises nothing."""
+def error_of(call, *arguments):
+    """The error of a call with incomplete values as text; empty if it raises nothing."""
     try:
         call(*arguments)
     except (TypeError, ValueError, IndexError, KeyError, AttributeError, RuntimeError, errors.WaymarkError) as error:
@@ -40,14 +40,14 @@ def said(call, *arguments):
 
 
 def attempts(call, first):
-    """What is said of this argument among any number of others of no use, before and behind it."""
+    """The errors for this argument among any number of unused arguments before and after it."""
     for count in range(MOST_ARGUMENTS):
         for at in range(count + 1):
-            yield said(call, *[None] * at, first, *[None] * (count - at))
+            yield error_of(call, *[None] * at, first, *[None] * (count - at))
 
 
 class Uninitialised(unittest.TestCase):
-    def test_all_classes_are_looked_at(self):
+    def test_all_classes_are_covered(self):
         names = {cls.__name__ for cls in classes()}
         self.assertGreater(len(names), 30)
         for name in ("SE3", "CameraModel", "TagFrame", "Detector", "World", "Recording", "Iterator", "Writer", "Localizer", "Simulator", "ReplayStep"):
@@ -70,7 +70,7 @@ class Uninitialised(unittest.TestCase):
                 method = inspect.getattr_static(cls, name)
                 if isinstance(method, (property, staticmethod)) or not callable(method) or (cls.__name__, name) in HARMLESS:
                     continue
-                words = [said(getattr(cls.__new__(cls), name), *[other] * count)
+                words = [error_of(getattr(cls.__new__(cls), name), *[other] * count)
                          for count in range(MOST_ARGUMENTS) for other in (None, cls.__new__(cls))]
                 refused = [word for word in words if word.startswith("TypeError") and
                            ("__init__() was not called" in word or "can be neither pickled nor copied" in word)]
@@ -83,7 +83,7 @@ class Uninitialised(unittest.TestCase):
                 with self.assertRaises(TypeError, msg=f"{call.__name__} of {cls.__name__}"):
                     call(empty)
             for call in (repr, str, lambda x: x == x, lambda x: x != cls.__new__(cls), hash, list, len, bool, dir):
-                said(call, empty)
+                error_of(call, empty)
             self.assertIsInstance(empty, cls)
 
     def test_as_arguments(self):
@@ -95,7 +95,7 @@ class Uninitialised(unittest.TestCase):
         refused = 0
         for function in functions + classes():
             for empty in empties:
-                refused += sum("__init__() was not called" in words for words in attempts(function, empty))
+                refused += sum("__init__() was not called" in text for text in attempts(function, empty))
         self.assertGreater(refused, 30)
 
     def test_within_others(self):
@@ -114,10 +114,10 @@ class Uninitialised(unittest.TestCase):
         with self.assertRaisesRegex(TypeError, "__init__"):
             list(recording.Recording.__new__(recording.Recording))
 
-    def test_classes_of_ones_own(self):
+    def test_derived_classes(self):
         class Late(samples.Odometry):
             def __init__(self):
-                self.early = said(lambda: self.speed_m_s)
+                self.early = error_of(lambda: self.speed_m_s)
                 super().__init__(speed_m_s=2)
 
         class Never(geometry.SE3):
@@ -134,7 +134,7 @@ class Uninitialised(unittest.TestCase):
 
     def test_initialised_afterwards(self):
         pose = geometry.SE2.__new__(geometry.SE2)
-        self.assertIn("__init__", said(pose.log))
+        self.assertIn("__init__", error_of(pose.log))
         pose.__init__(1, 2, 0.5)
         self.assertEqual((pose.x, pose.y), (1, 2))
         pose.__init__(3, 4, 0.5)

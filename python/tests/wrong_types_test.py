@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Wrong arguments are named in words; numbers that are not finite, unknown sizes and sessions that are over are refused; every public name is explained.
+"""Wrong arguments are named; non-finite numbers, unknown sizes and finished sessions are refused; every public name has a docstring.
 
 usage: wrong_types_test.py     (PYTHONPATH names the package)
 """
@@ -30,7 +30,7 @@ def is_explained(doc):
 
 
 class Docstrings(unittest.TestCase):
-    def test_every_public_name_is_explained(self):
+    def test_every_public_name_has_a_docstring(self):
         silent = []
         for room in (getattr(waymark, name) for name in waymark.__all__ if inspect.ismodule(getattr(waymark, name))):
             for name, value in vars(room).items():
@@ -43,7 +43,7 @@ class Docstrings(unittest.TestCase):
                         silent.append(f"{room.__name__}.{name}.{member}")
         self.assertEqual(silent, [])
 
-    def test_academy_and_labs_are_explained(self):
+    def test_academy_and_labs_have_docstrings(self):
         folder = pathlib.Path(waymark.__file__).parent
         files = [*(folder / "academy").glob("*.py"), folder / "labs/__init__.py", folder / "labs/loops.py"]  # labNN: each check has its sentence in CHECKS
         self.assertGreater(len(files), 8)
@@ -59,27 +59,27 @@ class Docstrings(unittest.TestCase):
 
 
 class Types(unittest.TestCase):
-    def test_an_argument_of_a_wrong_type_is_named_with_what_is_needed_and_given(self):
+    def test_errors_name_the_argument_the_expected_type_and_the_given_value(self):
         lens = camera.pinhole(64, 48, 50, 50, 32, 24)
-        for call, words in ((lambda: geometry.SE2("a", 0, 0), "SE2(): argument 'x' is 'a' (str): needed is a number"),
+        for call, words in ((lambda: geometry.SE2("a", 0, 0), "SE2(): argument 'x' is 'a' (str): expected a number"),
                             (lambda: geometry.SE2(1, 2), "SE2(): lacks the argument 'yaw'. It takes x, y, yaw"),
-                            (lambda: geometry.SE2(1, 2, 3, 4), "SE2(): takes 3 arguments (x, y, yaw), given are 4"),
-                            (lambda: geometry.SO3(np.eye(3)), "SO3(): takes 0 arguments (), given are 1. Other ways: SO3.from_matrix(), SO3.from_quaternion(), SO3.from_rpy()"),
+                            (lambda: geometry.SE2(1, 2, 3, 4), "SE2(): takes 3 arguments (x, y, yaw), but 4 were given"),
+                            (lambda: geometry.SO3(np.eye(3)), "SO3(): takes 0 arguments (), but 1 were given. Other ways: SO3.from_matrix(), SO3.from_quaternion(), SO3.from_rpy()"),
                             (lambda: geometry.SE3(np.eye(4)), "Other ways: SE3.from_matrix()"),
-                            (lambda: samples.Odometry(1, 2), "Odometry(): is made by keywords: stamp_ns, odom_T_base, speed_m_s, yaw_rate_rad_s"),
-                            (lambda: families.turned("tag16h5", -1, 1), "turned(): argument 'code' is -1: needed is a whole number of 0 or more"),
-                            (lambda: simulation.Simulator(WORLD, ROBOT, seed=-1), "Simulator(): argument 'seed' is -1: needed is a whole number of 0 or more"),
+                            (lambda: samples.Odometry(1, 2), "Odometry(): takes keyword arguments only: stamp_ns, odom_T_base, speed_m_s, yaw_rate_rad_s"),
+                            (lambda: families.turned("tag16h5", -1, 1), "turned(): argument 'code' is -1: expected a whole number of 0 or more"),
+                            (lambda: simulation.Simulator(WORLD, ROBOT, seed=-1), "Simulator(): argument 'seed' is -1: expected a whole number of 0 or more"),
                             (lambda: geometry.SE2(x=1, y=2, jaw=3), "SE2(): has no argument 'jaw'. Known: x, y, yaw"),
-                            (lambda: geometry.SE3(geometry.SE3(), [0, 0, 0]), "SE3(): argument 'rotation' is a SE3: needed is a waymark.geometry.SO3"),
-                            (lambda: camera.pinhole(64.5, 48, 50, 50, 32, 24), "pinhole(): argument 'width_px' is 64.5 (float): needed is a whole number"),
-                            (lambda: camera.pinhole(64, 48, 50, 50, 32, 24, distortion="k1"), "argument 'distortion' is 'k1' (str): needed is a list of a number"),
+                            (lambda: geometry.SE3(geometry.SE3(), [0, 0, 0]), "SE3(): argument 'rotation' is a SE3: expected a waymark.geometry.SO3"),
+                            (lambda: camera.pinhole(64.5, 48, 50, 50, 32, 24), "pinhole(): argument 'width_px' is 64.5 (float): expected a whole number"),
+                            (lambda: camera.pinhole(64, 48, 50, 50, 32, 24, distortion="k1"), "argument 'distortion' is 'k1' (str): expected a list of a number"),
                             (lambda: tags.Detector().detect(np.zeros((48, 64), np.uint8), "lens"), "Detector.detect(): argument 'camera' is 'lens' (str)"),
-                            (lambda: samples.visible_corners(lens, None, 0.1), "visible_corners(): argument 'cam_T_tag' is None: needed is a waymark.geometry.SE3"),
-                            (lambda: samples.Odometry(speed_m_s="fast"), "Odometry.speed_m_s is 'fast' (str): needed is a number"),
+                            (lambda: samples.visible_corners(lens, None, 0.1), "visible_corners(): argument 'cam_T_tag' is None: expected a waymark.geometry.SE3"),
+                            (lambda: samples.Odometry(speed_m_s="fast"), "Odometry.speed_m_s is 'fast' (str): expected a number"),
                             (lambda: samples.Odometry(stamp_ns=2**70), "Odometry.stamp_ns is too large a whole number"),
-                            (lambda: recording.Recording(3), "Recording(): argument 'path' is 3 (int): needed is a path"),
-                            (lambda: families.bitmap(7), "bitmap(): argument 'tag' is 7 (int): needed is a string"),
-                            (lambda: geometry.SO3.from_rpy(0, 0, [1]), "from_rpy(): argument 'yaw' is a list of 1: needed is a number")):
+                            (lambda: recording.Recording(3), "Recording(): argument 'path' is 3 (int): expected a path"),
+                            (lambda: families.bitmap(7), "bitmap(): argument 'tag' is 7 (int): expected a string"),
+                            (lambda: geometry.SO3.from_rpy(0, 0, [1]), "from_rpy(): argument 'yaw' is a list of 1: expected a number")):
             with self.assertRaises(TypeError, msg=words) as raised:
                 call()
             self.assertIn(words, str(raised.exception))
@@ -186,12 +186,12 @@ class Drives(unittest.TestCase):
         with self.assertRaisesRegex(kind, words):
             replay.drive(self.map, robot, timeout_s=5, **options)
 
-    def test_what_a_robot_gives_is_named(self):
-        self.refused(TypeError, r"step\(\) gave None: needed is a list of samples", self.robot(lambda _: None)())
-        self.refused(TypeError, r"step\(\) gave 3: needed is a list of samples", self.robot(lambda _: 3)())
+    def test_invalid_results_of_a_robot_are_named(self):
+        self.refused(TypeError, r"step\(\) returned None: expected a list of samples", self.robot(lambda _: None)())
+        self.refused(TypeError, r"step\(\) returned 3: expected a list of samples", self.robot(lambda _: 3)())
         self.refused(TypeError, "an? int is not a sample", self.robot(lambda _: [3])())
-        self.refused(TypeError, "robot is the class Robot: needed is an object of it", self.robot(lambda _: []))
-        self.refused(TypeError, r"on_step is 3: needed is a function", self.robot(lambda _: [])(), on_step=3)
+        self.refused(TypeError, "robot is the class Robot: expected an instance", self.robot(lambda _: []))
+        self.refused(TypeError, r"on_step is 3: expected a function", self.robot(lambda _: [])(), on_step=3)
 
     def test_pictures_need_a_detector_and_the_size_of_the_camera(self):
         small = self.robot(lambda now_ns: [samples.CameraFrame(now_ns, np.zeros((10, 10), np.uint8))])
@@ -214,7 +214,7 @@ class Writers(unittest.TestCase):
             writer.add(samples.Odometry(stamp_ns=1))
         self.assertEqual(len(list(recording.Recording(self.path))), 1)
 
-    def test_topics_that_are_not_there_are_refused(self):
+    def test_unknown_topics_are_refused(self):
         with recording.Writer(self.path) as writer:
             writer.add(samples.Odometry(stamp_ns=1))
         read = recording.Recording(self.path)
@@ -224,7 +224,7 @@ class Writers(unittest.TestCase):
             with self.assertRaisesRegex(errors.InvalidArgument, f"no topic '/nosuch'.*{topic}"):
                 getattr(read, name)(topics={"/nosuch"})
 
-    def test_files_that_cannot_be_made_or_read_say_what_to_do(self):
+    def test_files_that_cannot_be_created_or_read_have_a_hint(self):
         with self.assertRaises(errors.Unwritable) as raised:
             recording.Writer(self.path + "/none/a.mcap")
         self.assertIn("Create the folder", raised.exception.hint)
@@ -243,11 +243,11 @@ class Writers(unittest.TestCase):
                   "resource.setrlimit(resource.RLIMIT_FSIZE, (100000, resource.RLIM_INFINITY))\n"
                   "try:\n    with recording.Writer(sys.argv[1]) as writer:\n        for i in range(100000): writer.add(samples.Odometry(stamp_ns=i))\n"
                   "except errors.Unwritable as error: print(error.__context__, error)")
-        said = subprocess.run([sys.executable, "-c", script, self.path], capture_output=True, text=True, check=True)
-        self.assertTrue(said.stdout.startswith("None"), said.stdout)
-        self.assertIn("Free some space", said.stdout)
+        run = subprocess.run([sys.executable, "-c", script, self.path], capture_output=True, text=True, check=True)
+        self.assertTrue(run.stdout.startswith("None"), run.stdout)
+        self.assertIn("Free some space", run.stdout)
 
-    def test_a_writer_that_is_given_up_ends_its_file_and_warns(self):
+    def test_a_deleted_writer_finishes_its_file_and_warns(self):
         writer = recording.Writer(self.path)
         for stamp in range(10):
             writer.add(samples.Odometry(stamp_ns=stamp))

@@ -26,7 +26,7 @@ import sys as _sys
 from importlib.util import find_spec as _find_spec
 
 _share = _os.path.join(_os.path.dirname(__file__), "share")
-if _os.path.isdir(_share):  # a wheel brings the worlds and robots with it
+if _os.path.isdir(_share):  # a wheel contains the worlds and robots
     _os.environ.setdefault("WAYMARK_SHARE", _share)
 
 try:
@@ -35,9 +35,9 @@ except ImportError as _error:
     if "_waymark" not in str(_error):
         raise
     raise ImportError(f"waymark: no extension module for {_sys.executable} ({_sys.implementation.cache_tag}) in {_os.path.dirname(__file__)}: it was built for "
-                      "another Python, or not built. Run that one (often /usr/bin/python3), or build again with this one.") from _error
+                      "another Python, or not built. Run that Python (often /usr/bin/python3), or rebuild with this one.") from _error
 if _find_spec("numpy") is None:
-    raise ImportError(f"waymark needs NumPy, and {_sys.executable} has none: install it (Debian: python3-numpy), or run the Python that has it (often /usr/bin/python3).")
+    raise ImportError(f"waymark needs NumPy, and {_sys.executable} does not have it. Install it (Debian: python3-numpy), or run a Python that has it (often /usr/bin/python3).")
 from .errors import WaymarkError  # noqa: E402
 
 for _name in ("camera", "config", "evaluation", "families", "geometry", "image", "localization", "mapping", "pose", "recording",

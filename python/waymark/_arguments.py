@@ -1,4 +1,4 @@
-"""Words for arguments of a wrong type, from the signatures that pybind11 lists: the argument, what is needed, what was given."""
+"""Error messages for arguments of the wrong type, from the signatures that pybind11 lists: argument, expected type, given value."""
 import inspect
 import re
 
@@ -8,7 +8,7 @@ _MANY = {"List": "a list", "Set": "a set", "Dict": "a dictionary", "Tuple": "a t
 
 
 def _split(text):
-    """The parts between commas that stand in no brackets or quotes."""
+    """Splits at commas outside of brackets and quotes."""
     parts, depth, start, quoted = [], 0, 0, False
     for i, letter in enumerate(text):
         quoted ^= letter == "'"
@@ -20,7 +20,7 @@ def _split(text):
 
 
 def _inside(kind):
-    """('List', ['float']) of 'List[float]'; a plain name has no parts."""
+    """('List', ['float']) of 'List[float]'; a plain name has no parameters."""
     head, bracket, rest = kind.partition("[")
     return head.rsplit(".", 1)[-1], _split(rest[:-1]) if bracket else []
 
@@ -33,7 +33,7 @@ def _class(kind):
 
 
 def _needed(kind):
-    """What a type is in words."""
+    """Describes a type in plain English."""
     head, parts = _inside(kind)
     if head == "Optional":
         return f"{_needed(parts[0])} or None"
@@ -50,7 +50,7 @@ def _needed(kind):
 
 
 def _fits(value, kind):
-    """Whether a value may be of a type; True where that cannot be told."""
+    """Whether a value may be of a type; True if that cannot be decided."""
     head, parts = _inside(kind)
     if head == "Optional":
         return value is None or _fits(value, parts[0])
@@ -90,10 +90,10 @@ def _given(value):
 
 
 def _wrong(value, kind):
-    """What is wrong about a value; empty where nothing is seen."""
+    """What is wrong with a value; empty if it fits."""
     if _inside(kind)[0] == "int" and hasattr(value, "__index__") and not -(2**63) <= value.__index__() < 2**63:
         return "is too large a whole number"
-    return "" if _fits(value, kind) else f"is {_given(value)}: needed is {_needed(kind)}"
+    return "" if _fits(value, kind) else f"is {_given(value)}: expected {_needed(kind)}"
 
 
 class _Signature:
@@ -117,12 +117,12 @@ class _Signature:
         return ", ".join(name for name, _, _ in self.parameters if name != "self")
 
     def complaint(self, args, kwargs):
-        """(how near the arguments are, what is wrong with them)"""
+        """(how close the arguments come to this signature, what is wrong with them)"""
         names = [name for name, _, _ in self.parameters]
         if len(args) > len(names) and self.keywords_only:
-            return 1, f"is made by keywords: {', '.join(getattr(_class(self.head), '_fields', ()))}"
+            return 1, f"takes keyword arguments only: {', '.join(getattr(_class(self.head), '_fields', ()))}"
         if len(args) > len(names):
-            return 0, f"takes {len([n for n in names if n != 'self'])} arguments ({self.shown}), given are {len(args) - (names[:1] == ['self'])}"
+            return 0, f"takes {len([n for n in names if n != 'self'])} arguments ({self.shown}), but {len(args) - (names[:1] == ['self'])} were given"
         for name in kwargs:
             if name not in names and not self.any:
                 return 0, f"has no argument '{name}'. Known: {self.shown or 'none'}"
@@ -135,19 +135,19 @@ class _Signature:
             return 2, f"argument '{wrong[0][0]}' {wrong[0][1]}"
         for name, kind, _ in self.parameters:
             if _inside(kind)[0] == "int" and name in values and values[name] < 0:
-                return 2, f"argument '{name}' is {values[name]}: needed is a whole number of 0 or more"
-        return 2, f"its arguments do not fit. It takes {', '.join(f'{name}: {_needed(kind)}' for name, kind, _ in self.parameters if name != 'self')}"
+                return 2, f"argument '{name}' is {values[name]}: expected a whole number of 0 or more"
+        return 2, f"the arguments do not match. It takes {', '.join(f'{name}: {_needed(kind)}' for name, kind, _ in self.parameters if name != 'self')}"
 
 
 def _other_ways(signature):
-    """The static functions of a class that make one of it."""
+    """The static factory functions of a class."""
     cls = _class(signature.head)
     ways = sorted(name for name, value in vars(cls).items() if name.startswith("from_") and isinstance(value, staticmethod)) if cls else []
     return f". Other ways: {', '.join(f'{cls.__name__}.{name}()' for name in ways)}" if ways else ""
 
 
 def words(text, setter, args, kwargs):
-    """The message for pybind11's `text`: setter is the name of an attribute that was assigned, else empty."""
+    """The message that replaces pybind11's `text`. setter: name of the assigned attribute, empty for a call."""
     signatures = [_Signature(line) for line in re.findall(r"^    \d+\. (.*)$", text.partition("\nInvoked with:")[0], re.M)]
     name = text.partition("(): incompatible")[0]
     if not signatures:

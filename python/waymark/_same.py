@@ -1,8 +1,8 @@
-"""What the values of the extension module share: repr(), ==, copy and pickle from the names of their attributes, or == from their state."""
+"""Shared methods of the value types of the extension module: repr(), ==, copy and pickle from attribute names, or == from their state."""
 
 
 def _same(a, b):
-    """Whether two attributes are equal; arrays where all numbers are."""
+    """Whether two attributes are equal; arrays are equal if all elements are."""
     if hasattr(a, "shape"):
         return hasattr(b, "shape") and a.shape == b.shape and bool(((a == b) | ((a != a) & (b != b))).all())
     if isinstance(a, (list, tuple)):
@@ -11,7 +11,7 @@ def _same(a, b):
 
 
 def rebuild(cls, state):
-    """The value that was pickled."""
+    """Restores the pickled value."""
     return cls(**state)
 
 

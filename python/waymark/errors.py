@@ -1,4 +1,4 @@
-"""Exceptions of Waymark: what is wrong, where, and how to mend it.
+"""Exceptions of Waymark: what is wrong, where, and how to fix it.
 
 Each has the attributes message, hint, source (file), line (1-based), byte (0-based offset) and key (argument or
 configuration value); what is not known is None or empty.
@@ -20,11 +20,11 @@ class WaymarkError(Exception):
 
 
 class InvalidArgument(WaymarkError, ValueError):
-    """A value outside its documented range, or values that contradict each other."""
+    """A value outside its documented range, or contradictory values."""
 
 
 class NotFound(WaymarkError, LookupError):
-    """A file, key, tag or topic that is not there."""
+    """A missing file, key, tag or topic."""
 
 
 class Unreadable(WaymarkError, ValueError):
@@ -36,11 +36,11 @@ class Unwritable(WaymarkError, OSError):
 
 
 class Unsupported(WaymarkError, NotImplementedError):
-    """Valid input of a kind that this build does not handle."""
+    """Valid input that this build does not support."""
 
 
 class LimitExceeded(WaymarkError, MemoryError):
-    """Would need more memory, time or pixels than allowed."""
+    """The request exceeds the allowed memory, time or pixels."""
 
 
 def _rebuild(cls, args, attributes):

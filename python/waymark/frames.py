@@ -1,8 +1,8 @@
-"""Recordings as pandas DataFrames, one for each kind of sample. Needs pandas."""
+"""Recordings as pandas DataFrames, one per sample type. Needs pandas."""
 
 
 def _rows_of(sample):
-    """(table, row) of a sample, one row a tag for what the camera saw."""
+    """Yields (table, row) of a sample; a camera frame has one row per tag."""
     from . import samples
 
     stamp = {"stamp_ns": sample.stamp_ns}
@@ -31,8 +31,8 @@ def _rows_of(sample):
 
 
 def read(path, topics=None, from_ns=None, to_ns=None):
-    """The samples of a recording of any format as a dictionary of DataFrames: odometry, wheels, imu, commands, truth, tags,
-    range_bearing; columns carry their units, and stamp_ns is the time of the measurement. Pictures and scans have no table."""
+    """Reads a recording of any format into a dictionary of DataFrames: odometry, wheels, imu, commands, truth, tags,
+    range_bearing; column names include the units, and stamp_ns is the measurement time. Images and scans have no table."""
     import pandas
 
     from . import recording

@@ -137,14 +137,14 @@ class PrintedBoards(InFolder):
         photos.mkdir(exist_ok=True)
         f, cx, cy = photographs(page, metres_across, 8, photos, np.random.default_rng(20261124))
         calibration, outcome = self.calibrated("photos", *target_words, "--lens", "radtan4", "--json")
-        said = json.loads(outcome.out)
+        report = json.loads(outcome.out)
         K, _ = matrices(calibration)
         for name, value, truth in (("fx_px", K[0, 0], f), ("fy_px", K[1, 1], f), ("cx_px", K[0, 2], cx), ("cy_px", K[1, 2], cy)):
-            sigma = said["parameters"][name]["sigma"]
+            sigma = report["parameters"][name]["sigma"]
             self.assertLess(abs(value - truth), 4 * sigma, f"{name} {value} +- {sigma}")
             self.assertLess(sigma, 4)
-        self.assertGreaterEqual(sum(view["corners"] > 0 for view in said["pictures"]), 7)
-        self.assertLess(said["held_out_rms_px"], 0.2)
+        self.assertGreaterEqual(sum(view["corners"] > 0 for view in report["pictures"]), 7)
+        self.assertLess(report["held_out_rms_px"], 0.2)
 
     def test_photographs_of_a_charuco_sheet(self):
         self.check(("--style", "charuco", *self.CHARUCO), ("--target", "charuco", *self.CHARUCO), 0.297)
@@ -157,15 +157,15 @@ class PrintedBoards(InFolder):
         size = ("--cols", 5, "--rows", 6, "--tag-size-m", 0.028)
         self.check(("--style", "aprilgrid", *size), ("--target", "aprilgrid", *size), 0.21)
 
-    def test_wrong_words(self):
-        for words, told in ((("--target", "charuco", "--cols", 8, "--rows", 6, "--square-size-m", 0.03, "--marker-size-m", 0.022,
+    def test_invalid_board_parameters_are_usage_errors(self):
+        for words, expected in ((("--target", "charuco", "--cols", 8, "--rows", 6, "--square-size-m", 0.03, "--marker-size-m", 0.022,
                               "--dictionary", "5x5_99"), "5x5_"),
                             (("--target", "chessboard", "--cols", 9, "--rows", 6, "--tag-size-m", 0.03), "--tag-size-m"),
                             (("--target", "chessboard", "--cols", 9, "--rows", 6), "square"),
                             (("--target", "charuco", "--cols", 8, "--rows", 6, "--square-size-m", 0.03, "--marker-size-m", 0.04), "marker")):
             outcome = self.run_here("calibrate", "camera", ".", *words)
             self.assertEqual(outcome.code, 2, outcome.err)
-            self.assertIn(told, outcome.err)
+            self.assertIn(expected, outcome.err)
 
 
 class Formats(InFolder):
@@ -214,8 +214,8 @@ class Formats(InFolder):
         self.assertEqual(tried["a.yaml"] - tried["b.json"], {"equidistant"})
 
 
-class WrongWords(InFolder):
-    """Photographs of a ChArUco board, and what somebody says of them that is not so."""
+class WrongParameters(InFolder):
+    """Photographs of a ChArUco board, with wrong parameters of the board."""
 
     SIZES = ("--cols", 8, "--rows", 6, "--square-size-m", 0.028)
 
@@ -229,8 +229,8 @@ class WrongWords(InFolder):
     def calibrate(self, *words):
         return self.run_here("calibrate", "camera", "photos", "--lens", "radtan4", *words)
 
-    def test_another_dictionary_or_target_is_named_by_what_the_pictures_show(self):
-        for words, told in ((("--target", "charuco", *self.SIZES, "--marker-size-m", 0.021, "--dictionary", "4x4_50"), "--dictionary 5x5_"),
+    def test_the_dictionary_or_target_in_the_images_is_suggested(self):
+        for words, expected in ((("--target", "charuco", *self.SIZES, "--marker-size-m", 0.021, "--dictionary", "4x4_50"), "--dictionary 5x5_"),
                             (("--target", "aprilgrid", "--cols", 8, "--rows", 6, "--tag-size-m", 0.021), "--target charuco --dictionary 5x5_"),
                             (("--cols", 8, "--rows", 6, "--tag-size-m", 0.021), "--target charuco --dictionary 5x5_")):
             outcome = self.calibrate(*words)
@@ -243,22 +243,22 @@ class WrongWords(InFolder):
         outcome = self.run_here("calibrate", "camera", "blank", "--target", "charuco", *PrintedBoards.CHARUCO)
         self.assertIn("Check --dictionary, --target, --cols and --rows", outcome.err)
 
-    def test_markers_of_another_size_are_noticed(self):
+    def test_a_wrong_marker_size_is_reported(self):
         right = self.calibrate("--target", "charuco", *PrintedBoards.CHARUCO)
         self.assertEqual(right.code, 0, right.err)
         self.assertNotIn("measure both again", right.out)
         wrong = self.calibrate("--target", "charuco", *self.SIZES, "--marker-size-m", 0.019, "--dictionary", "5x5_100", "--json")
         self.assertEqual(wrong.code, 0, wrong.err)
-        advice = [words for words in json.loads(wrong.out)["advice"] if "measure both again" in words]
+        advice = [text for text in json.loads(wrong.out)["advice"] if "measure both again" in text]
         self.assertEqual(len(advice), 1, wrong.out)
-        self.assertIn("say 0.68", advice[0])
+        self.assertIn("0.68", advice[0])
         share = float(advice[0].split("the markers are ")[1].split()[0])
         self.assertLess(abs(share - 0.75), 0.04, advice[0])
         far = self.calibrate("--target", "charuco", *self.SIZES, "--marker-size-m", 0.0235, "--dictionary", "5x5_100")
         self.assertEqual(far.code, 1, far.out)
         self.assertIn("--marker-size-m", far.err)
 
-    def test_files_that_are_there_are_not_replaced(self):
+    def test_existing_files_are_not_overwritten(self):
         words = ("--target", "charuco", *PrintedBoards.CHARUCO)
         for flag, name in (("-o", "found.yaml"), ("-o", "found.json"), ("--camera-info", "camera.yaml")):
             first = self.calibrate(*words, flag, name)
@@ -270,27 +270,27 @@ class WrongWords(InFolder):
             self.assertEqual((self.folder / name).read_bytes(), before)
         self.assertEqual(self.calibrate(*words, "-o", "found.json", "--force").code, 0)
 
-    def test_what_cannot_be_is_refused_before_any_picture_is_read(self):
+    def test_invalid_arguments_are_refused_before_any_image_is_read(self):
         words = ("--target", "charuco", *PrintedBoards.CHARUCO)
-        for more, code, told in ((("--guided",), 1, "photos/00.png: this is an image"),
+        for more, code, expected in ((("--guided",), 1, "photos/00.png: this is an image"),
                            (("--lens", "equidistant", "--format", "photonvision", "-o", "x.json"), 2, "PhotonVision does not support the equidistant lens"),
                            (("--lens", "equidistant", "-o", "x.json"), 2, "(--lens): PhotonVision does not support the equidistant lens")):
             outcome = self.run_here("calibrate", "camera", "photos", *words, *more)
             self.assertEqual((outcome.code, outcome.out), (code, ""), outcome.err)
-            self.assertIn(told, outcome.err)
+            self.assertIn(expected, outcome.err)
         outcome = self.run_here("calibrate", "camera", *words, "--resume", "views")
         self.assertEqual(outcome.code, 2, outcome.err)
         self.assertIn("(--resume): ", outcome.err)
         outcome = self.run_here("calibrate", "camera", "photos", "--target", "charuco", *self.SIZES, "--dictionary", "5x5_100")
         self.assertEqual(outcome.code, 2)
         self.assertIn("the side of a marker is missing", outcome.err)
-        for board, told in ((("--style", "charuco", *self.SIZES, "-o", "b.pdf"), "the side of a marker is missing"),
+        for board, expected in ((("--style", "charuco", *self.SIZES, "-o", "b.pdf"), "the side of a marker is missing"),
                             (("--style", "foo", "-o", "b.pdf"), "Known: aprilgrid, separate, chessboard, charuco."),
                             (("--style", "chessboard", "--cols", 100, "--rows", 100, "--square-size-m", 0.3, "--tiled", "-o", "b.pdf"),
                              "do not fit on 400 pages of A4")):
             outcome = self.run_here("tags", "board", *board)
             self.assertEqual(outcome.code, 2, outcome.err)
-            self.assertIn(told, outcome.err)
+            self.assertIn(expected, outcome.err)
             if "--tiled" in board:
                 self.assertNotIn("--tiled", outcome.err)
 
@@ -347,8 +347,8 @@ class RealBoards(InFolder):
         names = sorted(str(path) for path in frames.iterdir())
         self.assertGreaterEqual(len(names), 5)
         ours, theirs = self.held_out(str(frames), names, words, 0)
-        # Ten views from nearly one place, without a tilt: they hardly tell a lens of five coefficients. Measured 0.5444 px,
-        # OpenCV 0.5425 px: no larger, which is wanted, is missed by 0.3 %.
+        # Ten views from nearly one place, without a tilt, hardly determine a lens of five coefficients. Measured: 0.5444 px,
+        # OpenCV 0.5425 px. The goal, an error no larger than OpenCV's, is missed by 0.3 %.
         self.assertLessEqual(ours, theirs * 1.01)
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""`waymark calibrate camera` with somebody who holds the board: a live camera (tests/fake_v4l2) and a video, against the lens they were made with.
+"""`waymark calibrate camera` with a hand-held board: a live camera (tests/fake_v4l2) and a video, compared with the true lens.
 
 usage: calibrate_guided_test.py PROGRAM [unittest options]
 """
@@ -17,7 +17,7 @@ from fake_camera import FakeCamera
 from harness import PROGRAM, rest_of
 
 VIEWS = 8
-HELD = 26  # pictures that show the board in one place
+HELD = 26  # images of the board at one place
 WORDS = ("--target", "charuco", *map(str, boards.PrintedBoards.CHARUCO), "--lens", "radtan4", "--set", f"guide.views_at_most={VIEWS}",
          "--set", "guide.capture.new_share=0.02")
 
@@ -41,7 +41,7 @@ class Guided(boards.InFolder):
         return found
 
     def camera(self):
-        """Plays the board held still, exactly the same picture for 1.3 s, then elsewhere."""
+        """Plays identical images of the still board for 1.3 s at each place."""
         camera = FakeCamera(self.folder / "fake", PROGRAM)
         height, width = self.pictures[0].shape
         with open(self.folder / "fake/frames", "wb") as file:
@@ -60,24 +60,24 @@ class Guided(boards.InFolder):
         self.assertIn("verdict: known", (self.folder / "calibration.yaml").read_text())
         self.assertRegex(outcome.err, "held from here on: .*exposure_ms")
         self.assertIn("8 views", outcome.err)
-        self.assertNotIn("hangs;", outcome.err, "the board stands still, and so do its pictures")
+        self.assertNotIn("is frozen", outcome.err, "a still board gives identical images")
         self.assertLessEqual(outcome.err.count("identical for a second"), 1, outcome.err)
         again = self.run_here(*words, "--force", env=camera.environment())
         self.assertEqual(again.code, 0, again.err)
         self.assertIn("views: 8 ", again.err)
         self.assertEqual(len(list((self.folder / "views").iterdir())), VIEWS, "enough from before")
 
-    def test_another_board_before_a_live_camera_is_named(self):
+    def test_the_dictionary_of_the_board_at_a_live_camera_is_suggested(self):
         words = [str(word).replace("5x5_100", "6x6_50") for word in WORDS]
         running = subprocess.Popen([PROGRAM, "calibrate", "camera", "v4l2:/dev/video0", *words], cwd=self.folder, text=True,
                                    env=self.camera().environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-        said = []
-        while not said or ("--dictionary" not in said[-1] and said[-1]):
-            said.append(running.stderr.readline())
+        printed = []
+        while not printed or ("--dictionary" not in printed[-1] and printed[-1]):
+            printed.append(running.stderr.readline())
         running.send_signal(signal.SIGINT)
         _, err = rest_of(running)
         self.assertEqual(running.returncode, 130, err)
-        self.assertIn("--dictionary 5x5_", said[-1], "".join(said))
+        self.assertIn("--dictionary 5x5_", printed[-1], "".join(printed))
 
     def test_ctrl_c_ends_a_video_with_the_views_so_far(self):
         height, width = self.pictures[0].shape
@@ -90,17 +90,17 @@ class Guided(boards.InFolder):
         running = subprocess.Popen([PROGRAM, "calibrate", "camera", "board.avi", "--guided", *WORDS, "--set", "guide.views_at_most=1000", "--set", "guide.focal_share=1e-5",
                                     "-o", "calibration.yaml", "--json"],
                                    cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        said = []
-        while not said or "6 views" not in said[-1]:
+        printed = []
+        while not printed or "6 views" not in printed[-1]:
             line = running.stderr.readline()
             if not line:
                 break
-            said.append(line)
+            printed.append(line)
         running.send_signal(signal.SIGINT)
         out, err = rest_of(running)
-        self.assertEqual(running.returncode, 130, "".join(said) + err)
+        self.assertEqual(running.returncode, 130, "".join(printed) + err)
         self.assertGreaterEqual(len(json.loads(out)["pictures"]), 6)
-        self.assertTrue((self.folder / "calibration.yaml").exists(), "what was done is kept")
+        self.assertTrue((self.folder / "calibration.yaml").exists(), "the views so far are used")
 
 
 if __name__ == "__main__":

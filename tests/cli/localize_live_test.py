@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""`waymark localize` of a robot that somebody else drives, and of a camera in a hand.
+"""`waymark localize` of a robot that another program drives, and of a hand-held camera.
 
 usage: localize_live_test.py PROGRAM [unittest options]
 """
@@ -15,7 +15,7 @@ from fake_camera import FakeCamera
 from harness import PROGRAM, InFolder, program, rest_of, unittest
 from laps import LAP_OF_SQUARE, MAP_OF_SQUARE, WithMap, made, put
 
-# A simulated robot that drives a circle whoever asks; what it is told on standard input is kept.
+# A simulated robot that drives a circle regardless of commands; it stores its standard input in received.txt.
 DRIVEN = """
 import subprocess, sys, threading, time
 robot = subprocess.Popen([sys.argv[1], "robot-sim", "--world", "circuit24", "--seed", "3"], stdin=subprocess.PIPE, text=True)
@@ -26,10 +26,10 @@ def drive():
         robot.stdin.flush()
         time.sleep(0.05)
 threading.Thread(target=drive, daemon=True).start()
-with open("told.txt", "w") as told:
+with open("received.txt", "w") as received:
     for line in sys.stdin:
-        told.write(line)
-        told.flush()
+        received.write(line)
+        received.flush()
 over.set()
 robot.stdin.close()
 robot.wait()
@@ -42,18 +42,18 @@ class Driven(WithMap):
         (self.folder / "driven.py").write_text(DRIVEN)
         self.robot = f"process:exec '{sys.executable}' driven.py '{PROGRAM}'"
 
-    def test_is_localised_and_told_nothing_and_gives_the_same_offline(self):
+    def test_a_listening_run_sends_no_commands_and_matches_the_offline_run(self):
         live = self.run_here("localize", "--robot", self.robot, "--map", "map", "--duration-s", "5", "-o", "live.mcap", "--json")
         self.assertEqual(live.code, 0, live.err)
-        told = [json.loads(line) for line in (self.folder / "told.txt").read_text().splitlines()]
-        self.assertEqual([order["type"] for order in told], ["hello", "bye"])
-        self.assertTrue(told[0]["listen_only"])
+        received = [json.loads(line) for line in (self.folder / "received.txt").read_text().splitlines()]
+        self.assertEqual([order["type"] for order in received], ["hello", "bye"])
+        self.assertTrue(received[0]["listen_only"])
         *moments, report = live.records
         self.assertGreaterEqual(len(moments), 4, "one a second")
         self.assertTrue(moments[-1]["pose"]["certain"])
         self.assertLess(moments[-1]["pose"]["position_sigma_m"], 0.1)
         self.assertGreater(report["certain"], 0.5 * report["estimates"])
-        # The recording holds all that was sensed: the same filter ends at the same place to the last digits.
+        # The recording contains all sensor data, so the same filter ends at the same pose to the last digits.
         offline = self.run_here("localize", "live.mcap", "--map", "map", "--robot", "map/robot.yaml", "--no-adapt", "--json")
         self.assertEqual(offline.code, 0, offline.err)
         self.assertEqual(offline.records[0]["observations"], report["observations"])
@@ -83,7 +83,7 @@ class Driven(WithMap):
 
 
 class Refused(InFolder):
-    def test_what_does_not_go_together_is_said(self):
+    def test_invalid_combinations_of_arguments_are_reported(self):
         for words, sentence in (
                 (["--map", "map"], "nothing to localise"),
                 (["lap.mcap", "--map", "map", "--robot", "ros2:limo"], "lap.mcap"),
@@ -104,7 +104,7 @@ class Refused(InFolder):
             self.assertEqual(outcome.code, 2, outcome.err)
             self.assertIn(sentence, outcome.err)
 
-    def test_a_line_chooses_what_is_localised(self):
+    def test_the_arguments_select_the_verb(self):
         (self.folder / "walk.mp4").write_bytes(b"")
         put(self.folder, *LAP_OF_SQUARE)
         (self.folder / "tags.csv").write_text("t_ns,camera,tag,tl_x_px,tl_y_px,tr_x_px,tr_y_px,br_x_px,br_y_px,bl_x_px,bl_y_px\n"
@@ -121,17 +121,17 @@ class Refused(InFolder):
             self.assertEqual(outcome.code, 0, f"{line}: {outcome.err}")
             self.assertIn(f"Usage: waymark localize {verb} ", outcome.out, line)
 
-    def test_a_robot_that_waits_for_its_commands(self):
+    def test_a_lockstep_robot_is_refused(self):
         robot = f"process:exec '{PROGRAM}' robot-sim --world circuit24 --lockstep"
         outcome = self.run_here("localize", "--robot", robot, "--map", made(*MAP_OF_SQUARE) / "map", "-o", "none.mcap")
         self.assertEqual(outcome.code, 1, outcome.err)
         self.assertIn("waits for its commands (lockstep)", outcome.err)
-        self.assertFalse((self.folder / "none.mcap").exists(), "what stays empty does not stand in the way")
+        self.assertFalse((self.folder / "none.mcap").exists(), "an empty recording is removed")
 
 
 class Camera(InFolder):
     def write_map(self):
-        # A map by hand, in the frame of a body that looks along x: where the squares are that were drawn. Pixels f = 300, middle 159.5, 119.5.
+        # The map of the drawn squares, in the frame of a body that looks along x. Focal length 300 px, principal point (159.5, 119.5).
         tags = ""
         for family, number, left, top, cell in pictures.SCENE_TAGS:
             corners = pictures.corners(family, number, left, top, cell)
@@ -142,7 +142,7 @@ class Camera(InFolder):
                      "quaternion_xyzw: [-0.5, 0.5, -0.5, 0.5]}\n")
         (self.folder / "map.yaml").write_text(f'format: waymark-map-1\nanchor: "tag36h11:7"\ntags:\n{tags}')
 
-    def test_of_a_video_is_where_the_tags_of_each_picture_say(self):
+    def test_the_pose_of_a_video_matches_its_tags(self):
         self.write_map()
         pictures.write_pgm(self.folder / "photograph.pgm", pictures.scene(320, 240, pictures.SCENE_TAGS))
         subprocess.run([program("ffmpeg", "ffmpeg"), "-v", "error", "-i", "photograph.pgm", "-pix_fmt", "yuv420p", "-c:v", "mpeg4", "-q:v", "1", "walk.mp4"], cwd=self.folder, check=True)
@@ -164,7 +164,7 @@ class Camera(InFolder):
             self.assertEqual(outcome.code, 1, f"{verb}: the pictures do not go with the calibration: {outcome.err}")
             self.assertIn("--camera-size 320x240", outcome.err)
 
-    def test_is_where_the_tags_of_each_picture_say(self):
+    def test_the_pose_of_a_live_camera_matches_its_tags(self):
         fake = FakeCamera(self.folder / "fake", PROGRAM)
         still = pictures.scene(320, 240, pictures.SCENE_TAGS)
         fake.play([[bytearray(value - 2 * n if value > 100 else value for value in row) for row in still] for n in range(4)], 50, "YUYV")

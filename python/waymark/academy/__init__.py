@@ -4,7 +4,7 @@
 
 runs a student's file unchanged: it imports HAL, WebGUI and Frequency as there, reads the tags' poses from
 /resources/exercises/marker_visual_loc/apriltags_poses.yaml, and may use pyapriltags (where that is not installed, Waymark's
-detector stands in for it) and cv2 (Debian: python3-opencv). Simulated time passes by one picture whenever the file asks the
+detector replaces it) and cv2 (Debian: python3-opencv). Simulated time passes by one picture whenever the file asks the
 same sensor again, so the score does not depend on how fast the computer is: the same file and seed give the same score.
 """
 

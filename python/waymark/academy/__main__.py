@@ -1,4 +1,4 @@
-"""The command python3 -m waymark.academy."""
+"""Entry point of python3 -m waymark.academy."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""The file in which the process of a solution writes down what it showed, one line a picture: it outlives the process."""
+"""The file to which the process of a solution writes the estimates it showed, one line per image. It outlives the process."""
 
 import dataclasses
 import json
@@ -7,9 +7,9 @@ import os
 from .score import Picture
 
 INTERRUPTED = "stopped by Ctrl-C"
-LINE_BYTES = 400  # a line is written again when its picture's estimate changes, so all have one length
-REFUSED_BYTES = 4000  # of the first line, on the calls that were refused …
-REASON_LETTERS = 250  # … which holds so many of the first one's reason, however they are escaped
+LINE_BYTES = 400  # a line is rewritten when the estimate of its image changes, so all lines have the same length
+REFUSED_BYTES = 4000  # length of the first line, which reports refused calls …
+REASON_LETTERS = 250  # … and has room for so many letters of the first reason, even if all are escaped
 
 
 class Journal:
@@ -21,28 +21,28 @@ class Journal:
         self._write_refused()
 
     def picture(self, picture):
-        """The next picture."""
+        """Starts the line of the next image."""
         self._at += 1
         self._picture = picture
         self._write(dataclasses.asdict(picture))
 
     def change(self, **fields):
-        """Other values of the newest picture."""
+        """Replaces the values of the latest image."""
         self._picture = dataclasses.replace(self._picture, **fields)
         self._write(dataclasses.asdict(self._picture))
 
     def not_finite(self):
-        """One more estimate that does not count."""
+        """Counts an estimate that is ignored."""
         self.change(not_finite=self._picture.not_finite + 1)
 
     def refused(self, reason):
-        """One more call of HAL or WebGUI whose arguments were refused."""
+        """Counts a call of HAL or WebGUI with refused arguments."""
         first = self._refused["first"] or (reason if len(reason) <= REASON_LETTERS else reason[:REASON_LETTERS - 1] + "…")
         self._refused = {"refused": self._refused["refused"] + 1, "first": first}
         self._write_refused()
 
     def end(self, error):
-        """How the solution ended: by an exception, with this traceback, or of its own accord (None)."""
+        """Records how the solution ended: the traceback of an exception, or None for a normal end."""
         self._at += 1
         self._write({"error": error})
 
@@ -54,7 +54,7 @@ class Journal:
 
 
 def read(file):
-    """(pictures, how the solution ended as in Journal.end, or None where its process ended first, how many calls were refused and why the first was)."""
+    """Returns (images, end of the solution as in Journal.end or None if its process ended first, number of refused calls and the first reason)."""
     file.seek(0)
     pictures, end, refused = [], None, {"refused": 0, "first": ""}
     for line in file:

@@ -1,5 +1,5 @@
-"""A solution of the exercise "Marker Based Visual Loc", as the file a student hands in: the nearest tag says where the robot is, odometry
-carries on from there ("Marker-Based Visual Localization with AprilTags and Odometry Fusion", sections "Choosing the Best Tag" and
+"""A solution of the exercise "Marker Based Visual Loc", as the file a student hands in: the nearest tag gives the pose of the robot, odometry
+propagates it ("Marker-Based Visual Localization with AprilTags and Odometry Fusion", sections "Choosing the Best Tag" and
 "Odometry Fusion and Outlier Rejection"), and a lidar keeps it off the walls.
 """
 import math
@@ -16,10 +16,10 @@ import yaml
 
 TAG_SIZE_M = 0.24
 HALF_BOARD_M = 0.01
-FIELD_OF_VIEW_RAD = 1.02974  # of the robot's camera; the width of the picture as focal length is 13 % too much
+FIELD_OF_VIEW_RAD = 1.02974  # of the robot's camera; using the image width as focal length is 13 % too large
 FAR_M = 3.0  # beyond this a tag must agree with odometry …
 JUMP_M = 0.4  # … within this
-CUT_PX = 5  # a tag whose corner is so near to the edge of the picture may be cut by it, and its corners then lie elsewhere
+CUT_PX = 5  # a tag with a corner this close to the image edge may be cut off, which displaces its corners
 FREE_M = 0.6
 ROBOT_T_CAM = np.array([[0, 0, 1, 0.069], [-1, 0, 0, -0.047], [0, -1, 0, 0.117], [0, 0, 0, 1]], dtype=float)
 
@@ -28,14 +28,14 @@ detector = pyapriltags.Detector(families="tag36h11")
 
 
 def world_T_tag(tag_id):
-    """Tag frame: x right, y down, z into the tag. The file has the middle of the board, and the heading of a robot that looks straight at it."""
+    """Tag frame: x right, y down, z into the tag. The file contains the centre of the board and the heading of a robot that faces it."""
     x, y, z, yaw = tags[f"tag_{tag_id}"]["position"]
     c, s = math.cos(yaw), math.sin(yaw)
     return np.array([[s, 0, c, x - HALF_BOARD_M * c], [-c, 0, s, y - HALF_BOARD_M * s], [0, -1, 0, z], [0, 0, 0, 1]])
 
 
 def cam_T_tag(corners, K):
-    """The pose of a tag in the camera by its corners [px], 4x4; None where there is none."""
+    """The pose of a tag in the camera frame from its corners [px], 4x4; None if PnP fails."""
     h = TAG_SIZE_M / 2
     points = np.array([[-h, h, 0], [h, h, 0], [h, -h, 0], [-h, -h, 0]])  # bottom left, bottom right, top right, top left
     found, rotation, translation = cv2.solvePnP(points, np.asarray(corners, dtype=float), K, None)
@@ -47,7 +47,7 @@ def cam_T_tag(corners, K):
 
 
 def planar(x, y, yaw):
-    """A pose in the plane, 3x3."""
+    """A planar pose as a 3x3 matrix."""
     c, s = math.cos(yaw), math.sin(yaw)
     return np.array([[c, -s, x], [s, c, y], [0, 0, 1]])
 
@@ -70,7 +70,7 @@ def fix(image):
 
 
 def front_m():
-    """The distance that is free ahead [m]."""
+    """The free distance ahead [m]."""
     laser = HAL.getLaserData()
     if not laser.values:
         return 0.0

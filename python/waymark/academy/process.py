@@ -1,5 +1,5 @@
-"""The process that a solution runs in: python3 -m waymark.academy.process. It ends itself once the solution asks no sensor for too long,
-whatever the solution is doing: also in a call of C, in a thread, or where it catches every exception."""
+"""The process that runs a solution: python3 -m waymark.academy.process. It exits if the solution reads no sensor for too long,
+even during a call of C code, in a thread, or if the solution catches every exception."""
 
 import faulthandler
 import json
@@ -14,11 +14,11 @@ from .journal import INTERRUPTED, Journal
 from .robot import TAG_FILE, Finished, Robot
 from .stand_ins import installed
 
-AFTER_S = 1.0  # for a solution whose time is over
+AFTER_S = 1.0  # for a solution that continues after its time
 
 
 def _own_traceback(failure, path):
-    """From the first line of the solution on."""
+    """Removes the frames before the first line of the solution."""
     begin = failure.__traceback__
     while begin is not None and begin.tb_frame.f_code.co_filename != path:
         begin = begin.tb_next
@@ -31,7 +31,7 @@ def _hide_end_of_threads():
 
 
 def _run(path):
-    """Runs the file as `python3 file` does, which waits for threads."""
+    """Runs the file like `python3 file`, which waits for threads."""
     sys.argv = [path]
     sys.path.insert(0, str(pathlib.Path(path).resolve().parent))
     try:
@@ -45,7 +45,7 @@ def _run(path):
 
 
 def main(arguments):
-    """Runs the task of run_file(), given as JSON, and ends the process."""
+    """Runs the task of run_file(), given as JSON, and exits."""
     task = json.loads(arguments[0])
     for fd in (task["journal"], task["stall"]):
         os.set_inheritable(fd, False)
@@ -62,17 +62,17 @@ def main(arguments):
             _run(task["path"])
         except Finished:
             pass
-        except KeyboardInterrupt:  # what was driven until then is scored
+        except KeyboardInterrupt:  # the drive so far is scored
             error = INTERRUPTED
-        except BaseException as failure:  # whatever a solution does wrong is part of its result
+        except BaseException as failure:  # any error of a solution is part of its result
             error = _own_traceback(failure, task["path"])
     journal.end(error)
     for stream in (sys.stdout, sys.stderr):
         try:
             stream.flush()
-        except (OSError, ValueError):  # nobody reads it any more, or the solution closed it
+        except (OSError, ValueError):  # the reader is gone, or the solution closed it
             pass
-    os._exit(0)  # whatever threads still run
+    os._exit(0)  # even if threads are still running
 
 
 if __name__ == "__main__":

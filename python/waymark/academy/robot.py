@@ -1,4 +1,4 @@
-"""The robot of the exercise: a simulator whose time passes when its sensors are asked again."""
+"""The robot of the exercise: a simulator whose time advances when a sensor is read again."""
 
 import dataclasses
 import functools
@@ -10,17 +10,17 @@ import types
 from .score import Picture
 
 TAG_FILE = "/resources/exercises/marker_visual_loc/apriltags_poses.yaml"
-HALF_BOARD_M = 0.01  # the boards of the world academy-house are 20 mm thick, and carry their tags on their faces
+HALF_BOARD_M = 0.01  # the boards of the world academy-house are 20 mm thick, with the tags on their faces
 POSE = "a sequence (x, y, yaw) in metres and radians"
 
 
 class Finished(BaseException):
-    """The time of the exercise is over. No Exception, so that a student's `except Exception` lets it pass."""
+    """The time of the exercise is over. Not derived from Exception, so that a student's `except Exception` does not catch it."""
 
 
 @dataclasses.dataclass
 class Pose3d:
-    """What HAL.getOdom() gives: metres and radians."""
+    """Return value of HAL.getOdom(), in metres and radians."""
 
     x: float = 0.0
     y: float = 0.0
@@ -33,7 +33,7 @@ class Pose3d:
 
 @dataclasses.dataclass
 class LaserData:
-    """What HAL.getLaserData() gives: metres; infinite where nothing is in range."""
+    """Return value of HAL.getLaserData(), in metres; infinite if nothing is in range."""
 
     values: list = dataclasses.field(default_factory=list)
     minAngle: float = 0.0
@@ -44,8 +44,8 @@ class LaserData:
 
 
 class Robot:
-    """Answers the calls of HAL from the newest samples; a call that was answered since the last picture lets the time pass. What is shown
-    goes to the journal; `passed(finished)` is called whenever time has passed. Its calls may come from any thread."""
+    """Answers calls of HAL from the latest samples. Repeating a call that was answered since the last image advances time. Shown estimates
+    go to the journal; `passed(finished)` is called after each advance of time. All methods are thread-safe."""
 
     def __init__(self, journal, passed, seconds, seed, camera_rate_hz):
         from .. import config, simulation
@@ -71,7 +71,7 @@ class Robot:
         return self._simulator.now_ns * 1e-9
 
     def _pass(self):
-        """Lets the time pass until the next picture; the wheels keep the newest command, as the robot's driver does."""
+        """Advances time to the next image; the wheels keep the latest command, like the driver of the robot."""
         from .. import samples
 
         self._asked.clear()
@@ -83,7 +83,7 @@ class Robot:
             self._simulator.command(*self._command)
             sample = self._simulator.next()
             if isinstance(sample, samples.CameraFrame):
-                picture = sample if self._odometry is not None and self._laser is not None else None  # the first waits for all sensors
+                picture = sample if self._odometry is not None and self._laser is not None else None  # the first one waits for all sensors
             elif isinstance(sample, samples.Odometry):
                 at = sample.odom_T_base
                 self._odometry = Pose3d(at.x, at.y, at.yaw, timeStamp=sample.stamp_ns * 1e-9)
@@ -96,7 +96,7 @@ class Robot:
         self._passed(False)
 
     def _finish(self):
-        """The robot stands from now on."""
+        """Stops the robot."""
         if not self.finished:
             self._simulator.command(0.0, 0.0)
             self._journal.change(finished=True, left=0)
@@ -113,7 +113,7 @@ class Robot:
         self._asked.add(what)
 
     def getImage(self):
-        """The newest picture, an array (height, width, 3) of uint8: blue, green, red. The simulated camera is grey."""
+        """The latest image, an array (height, width, 3) of uint8: blue, green, red. The simulated camera is grey."""
         import numpy
 
         with self._lock:
@@ -121,28 +121,28 @@ class Robot:
             return numpy.repeat(self._image[:, :, None], 3, axis=2)
 
     def getOdom(self):
-        """The newest odometry: x, y [m], yaw [rad, positive to the left] and timeStamp [s], in the frame in which the robot began at 0, 0, 0; it drifts."""
+        """The latest odometry: x, y [m], yaw [rad, positive to the left] and timeStamp [s], relative to the start pose of the robot; it drifts."""
         with self._lock:
             self._ask("odometry")
             return dataclasses.replace(self._odometry)
 
     def getLaserData(self):
-        """The newest scan: values, the ranges [m] of directions in equal steps from minAngle to maxAngle [rad], where 0 is straight ahead and positive is to
-        the left; infinite where nothing is within minRange to maxRange [m]; timeStamp [s]."""
+        """The latest scan: values, the ranges [m] of directions in equal steps from minAngle to maxAngle [rad], where 0 is straight ahead and positive is to
+        the left; infinite if nothing is between minRange and maxRange [m]; timeStamp [s]."""
         with self._lock:
             self._ask("laser")
             return dataclasses.replace(self._laser, values=list(self._laser.values))
 
     def setV(self, speed_m_s):
-        """Drives forward with this speed [m/s] from now on, as far as the robot can."""
+        """Sets the forward speed [m/s], within the limits of the robot."""
         self._command = (_number(speed_m_s, "HAL.setV"), self._command[1])
 
     def setW(self, yaw_rate_rad_s):
-        """Turns left with this rate [rad/s] from now on, as far as the robot can."""
+        """Sets the yaw rate [rad/s], positive to the left, within the limits of the robot."""
         self._command = (self._command[0], _number(yaw_rate_rad_s, "HAL.setW"))
 
     def showEstimatedPose(self, pose):
-        """Shows where the robot is: one argument, (x, y, yaw) in metres and radians in the map, the frame of the poses of tags. The score judges it."""
+        """Shows the estimated pose: one argument, (x, y, yaw) in metres and radians in the map, the frame of the tag poses. It is scored."""
         values = _pose(pose)
         with self._lock:
             if all(map(math.isfinite, values)):
@@ -151,12 +151,12 @@ class Robot:
                 self._journal.not_finite()
 
     def showImage(self, image):
-        """A picture for the page of the exercise, as HAL.getImage() gives it; here nobody looks at it."""
+        """Accepts an image for the exercise page, as returned by HAL.getImage(). It is not displayed here."""
         if len(getattr(image, "shape", ())) not in (2, 3):
-            raise TypeError(f"WebGUI.showImage was given {_shown(image)}: a picture is needed, as HAL.getImage() gives it")
+            raise TypeError(f"WebGUI.showImage was given {_shown(image)}: expected an image, as returned by HAL.getImage()")
 
     def sleep(self, seconds):
-        """Simulated time passes by at least so long."""
+        """Advances simulated time by at least this duration."""
         length_s = _number(seconds, "time.sleep")
         if length_s < 0:
             raise ValueError("sleep length must be non-negative")
@@ -166,20 +166,20 @@ class Robot:
                 self._pass()
 
     def tick(self, ideal_rate=50.0):
-        """Paces a loop: simulated time passes until 1 / ideal_rate [s] after the last call was due, if it has not passed already."""
+        """Paces a loop: advances simulated time until 1 / ideal_rate [s] after the last call was due, if that is still ahead."""
         rate_hz = _number(ideal_rate, "Frequency.tick")
         if rate_hz <= 0:
-            raise ValueError(f"Frequency.tick was given {rate_hz}: a rate above 0 is needed")
+            raise ValueError(f"Frequency.tick was given {rate_hz}: expected a rate above 0")
         with self._lock:
             due_s = self.now_s if self._ticked_s is None else self._ticked_s + 1 / rate_hz
             while self.now_s < due_s:
                 self._pass()
-            late = self.now_s - due_s > 1 / rate_hz  # a slow loop is not made up for
+            late = self.now_s - due_s > 1 / rate_hz  # a slow loop does not catch up
             self._ticked_s = self.now_s if late else due_s
 
     def tags_yaml(self):
-        """The file of the exercise: x, y, z [m] of the middle of each tag's board, and the heading [rad] of a robot that looks straight at the
-        tag, counted from map x."""
+        """The file of the exercise: x, y, z [m] of the centre of each tag's board, and the heading [rad] of a robot that faces the
+        tag, measured from map x."""
         lines = ["tags:"]
         for name in self.world.tags:
             at = self.world.tags[name].map_T_tag
@@ -191,10 +191,10 @@ class Robot:
 
     def modules(self):
         """The modules HAL, WebGUI and Frequency of the exercise."""
-        hal = self._module("HAL", "The robot of the exercise: its sensors and motors. Time passes when a sensor is asked again.",
+        hal = self._module("HAL", "The robot of the exercise: its sensors and motors. Time advances when a sensor is read again.",
                            (self.getImage, self.getOdom, self.getLaserData, self.setV, self.setW))
-        gui = self._module("WebGUI", "The page of the exercise: what the solution shows.", (self.showEstimatedPose, self.showImage))
-        frequency = self._module("Frequency", "The pace of a loop.", (self.tick,))
+        gui = self._module("WebGUI", "The page of the exercise, which shows the results of the solution.", (self.showEstimatedPose, self.showImage))
+        frequency = self._module("Frequency", "Paces a loop.", (self.tick,))
         return {"HAL": hal, "WebGUI": gui, "GUI": gui, "Frequency": frequency}
 
     def _module(self, name, about, methods):
@@ -205,7 +205,7 @@ class Robot:
         return module
 
     def _call(self, module, method):
-        """The method as a function of a module. The journal counts the calls that it refuses."""
+        """Wraps the method as a module function. The journal counts refused calls."""
         signature, name = inspect.signature(method), f"{module}.{method.__name__}"
 
         @functools.wraps(method)
@@ -231,7 +231,7 @@ def _fits(signature, call, arguments, named):
     try:
         signature.bind(*arguments, **named)
     except TypeError:
-        needed = f"{call}{signature} is needed" + (f", pose is {POSE}" if call == "WebGUI.showEstimatedPose" else "")
+        needed = f"expected {call}{signature}" + (f", pose is {POSE}" if call == "WebGUI.showEstimatedPose" else "")
         count, names = len(arguments) + len(named), f" ({', '.join(named)})" if named else ""
         raise TypeError(f"{call} was given {count} argument{'' if count == 1 else 's'}{names}: {needed}") from None
 
@@ -240,18 +240,18 @@ def _number(value, call):
     try:
         number = float(value)
     except (TypeError, ValueError, OverflowError):
-        raise TypeError(f"{call} was given {_shown(value)}: a number is needed") from None
+        raise TypeError(f"{call} was given {_shown(value)}: expected a number") from None
     if not math.isfinite(number):
-        raise ValueError(f"{call} was given {number}: a finite number is needed")
+        raise ValueError(f"{call} was given {number}: expected a finite number")
     return number
 
 
 def _pose(pose):
-    """(x, y, yaw) of a tuple, list or array of three numbers, or of what has these attributes."""
+    """(x, y, yaw) from a tuple, list or array of three numbers, or from an object with these attributes."""
     try:
         values = tuple(map(float, (pose.x, pose.y, pose.yaw) if hasattr(pose, "yaw") else () if isinstance(pose, str) else pose))
     except (TypeError, ValueError, OverflowError, AttributeError):
         values = ()
     if len(values) != 3:
-        raise ValueError(f"WebGUI.showEstimatedPose was given {_shown(pose)}: one argument is needed, {POSE}")
+        raise ValueError(f"WebGUI.showEstimatedPose was given {_shown(pose)}: expected one argument, {POSE}")
     return values

@@ -1,4 +1,4 @@
-"""Runs a solution of the exercise in a process of its own and scores what it showed."""
+"""Runs a solution of the exercise in a separate process and scores its estimates."""
 
 import json
 import math
@@ -17,25 +17,25 @@ LARGEST_BYTES = 10_000_000
 
 
 def _checked(path, seconds, seed, camera_rate_hz, stall_s):
-    """The path of a file that Python can compile, as text; else raises OSError, SyntaxError or ValueError."""
+    """Returns the path of a valid Python file as text; raises OSError, SyntaxError or ValueError otherwise."""
     for name, value, largest in (("seconds", seconds, 3600), ("camera_rate_hz", camera_rate_hz, 1000), ("stall_s", stall_s, 86400)):
         if not (isinstance(value, (int, float)) and 0 < value <= largest):
-            raise ValueError(f"{name} is {value}: a number above 0 and at most {largest} is needed")
+            raise ValueError(f"{name} is {value}: expected a number above 0 and at most {largest}")
     if not (isinstance(seed, int) and 0 <= seed < 2**64):
-        raise ValueError(f"seed is {seed}: a whole number from 0 to 2**64 - 1 is needed")
+        raise ValueError(f"seed is {seed}: expected a whole number from 0 to 2**64 - 1")
     file = pathlib.Path(path)
     if not file.exists():
         raise FileNotFoundError(f"{file} does not exist")
     if not file.is_file():
-        raise ValueError(f"{file} is no file: the Python file of a solution is needed")
+        raise ValueError(f"{file} is not a file: expected the Python file of a solution")
     if file.stat().st_size > LARGEST_BYTES:
-        raise ValueError(f"{file} has {file.stat().st_size} bytes: the Python file of a solution is needed")
+        raise ValueError(f"{file} has {file.stat().st_size} bytes: expected the Python file of a solution")
     compile(file.read_bytes(), str(file), "exec")
     return str(file)
 
 
 def _wait(process):
-    """Until the process ends; True where Ctrl-C ended it."""
+    """Waits for the end of the process; returns True if Ctrl-C ended it."""
     try:
         process.wait()
         return False
@@ -54,37 +54,37 @@ def _wait(process):
 
 
 def _line_in(stack, path):
-    """Of the text that faulthandler writes: where in the solution it was."""
+    """The position in the solution, from the text that faulthandler writes."""
     name = path.encode("ascii", "backslashreplace").decode()
     lines = [line for file, line in re.findall(r'File "(.*)", line (\d+)', stack) if file == name]
     return f"line {lines[0]}" if lines else "a library that it calls"
 
 
 def _ended(process, stack, path, stall_s):
-    """Why a process ended before its solution did."""
+    """Why a process ended before its solution."""
     if stack:
-        return (f"the solution asked no sensor for {stall_s:g} s of real time ({_line_in(stack, path)}): the robot was stopped. "
-                "Ask HAL.getImage(), HAL.getOdom() or HAL.getLaserData() in each turn of a loop")
+        return (f"the solution read no sensor for {stall_s:g} s of real time ({_line_in(stack, path)}): the robot was stopped. "
+                "Call HAL.getImage(), HAL.getOdom() or HAL.getLaserData() in each iteration of the loop")
     if process.returncode < 0:
         return f"the process of the solution was ended by {signal.Signals(-process.returncode).name}"
     return f"the solution ended its process with exit code {process.returncode}"
 
 
 def _notes(pictures, error, refused):
-    """What a student should know about the score. refused: how many calls, why the first."""
+    """Notes for the student about the score. refused: number of refused calls, reason of the first."""
     finished = bool(pictures) and pictures[-1].finished
     if not finished and error != INTERRUPTED:
         s = pictures[-1].s if pictures else 0.0
         loop = ": does it have a loop (while True)?" if error is None else ""
-        yield f"the file ended after {s:.1f} s of simulated time, and what is left counts as without an estimate{loop}"
+        yield f"the file ended after {s:.1f} s of simulated time; the remaining time counts as without an estimate{loop}"
     count, first = refused
-    if count > 1 or (count == 1 and first not in (error or "")):  # else the error says it
+    if count > 1 or (count == 1 and first not in (error or "")):  # otherwise the error reports it
         yield f"{count} {'call was' if count == 1 else 'calls were'} refused and had no effect; the first: {first}"
     not_finite = sum(p.not_finite for p in pictures)
     if not_finite:
-        yield f"{not_finite} estimates held NaN or infinity, and count as not shown"
+        yield f"{not_finite} estimates contained NaN or infinity and count as not shown"
     elif not any(p.estimate for p in pictures):
-        yield "no estimate was shown: WebGUI.showEstimatedPose((x, y, yaw))"
+        yield "no estimate was shown: call WebGUI.showEstimatedPose((x, y, yaw))"
 
 
 def run_file(path, seconds=60.0, seed=1, camera_rate_hz=10.0, stall_s=30.0):
@@ -92,7 +92,7 @@ def run_file(path, seconds=60.0, seed=1, camera_rate_hz=10.0, stall_s=30.0):
     of score(); `error` is the traceback of an exception that ended it, a sentence where something else did, else None; `notes` are
     sentences about the score. A solution that asks no sensor for `stall_s` of real time is ended, whatever it does.
 
-    Raises OSError where the file cannot be read, SyntaxError where it is not Python, ValueError where a number is out of range."""
+    Raises OSError if the file cannot be read, SyntaxError if it is not Python, ValueError if a number is out of range."""
     path = _checked(path, seconds, seed, camera_rate_hz, stall_s)
     with tempfile.TemporaryFile() as journal, tempfile.TemporaryFile() as stall:
         task = {"path": path, "seconds": seconds, "seed": seed, "camera_rate_hz": camera_rate_hz, "stall_s": stall_s,
@@ -123,8 +123,8 @@ def main(arguments=None):
     parser.add_argument("solution", help="Python file of the solution")
     parser.add_argument("--seconds", type=float, default=60, help="simulated time (default 60)")
     parser.add_argument("--seed", type=int, default=1, help="seed of the simulation (default 1)")
-    parser.add_argument("--stall-s", type=float, default=30, help="real time without a question to a sensor that ends the solution [s] (default 30)")
-    parser.add_argument("--json", action="store_true", help="one JSON object instead of words")
+    parser.add_argument("--stall-s", type=float, default=30, help="real time without reading a sensor after which the solution is ended [s] (default 30)")
+    parser.add_argument("--json", action="store_true", help="print one JSON object instead of text")
     chosen = parser.parse_args(arguments)
     try:
         result = run_file(chosen.solution, chosen.seconds, chosen.seed, stall_s=chosen.stall_s)

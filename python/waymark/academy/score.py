@@ -1,22 +1,22 @@
-"""How good the estimates are, against the truth that only the simulator knows."""
+"""Scores the estimates against the ground truth of the simulator."""
 
 import dataclasses
 import math
 
-POSITION_M = 0.25  # an estimate is near enough within this …
+POSITION_M = 0.25  # an estimate is accepted within this …
 HEADING_DEG = 10.0  # … and this
 
 
 @dataclasses.dataclass
 class Picture:
-    """One picture of the simulated camera, and what the solution showed after it and before the next."""
+    """One image of the simulated camera, and the estimate that the solution showed before the next."""
 
     s: float  # simulated time
     truth: tuple  # (x, y, yaw) in metres and radians in the map
-    estimate: tuple = None  # the last that was shown
-    truth_of_estimate: tuple = None  # when it was shown
-    not_finite: int = 0  # estimates with NaN or infinity: as if they were not shown
-    left: int = 0  # pictures that the time that is left would bring
+    estimate: tuple = None  # the last one shown
+    truth_of_estimate: tuple = None  # ground truth when it was shown
+    not_finite: int = 0  # estimates with NaN or infinity, which are ignored
+    left: int = 0  # images that the remaining time would bring
     finished: bool = False  # the time was over then
 
 
@@ -25,8 +25,8 @@ def _rms(values):
 
 
 def score(pictures, left=0):
-    """A dictionary of numbers, NaN where nothing was shown. The points are the share of pictures, in per cent, after which an estimate was
-    shown within 0.25 m and 10 degrees of the truth; `left` more pictures count as without an estimate."""
+    """Returns a dictionary of numbers, NaN if nothing was shown. The points are the percentage of images after which an estimate was
+    shown within 0.25 m and 10 degrees of the truth; `left` additional images count as without an estimate."""
     shown = [(p.estimate, p.truth_of_estimate) for p in pictures if p.estimate is not None]
     position_m = [math.dist(pose[:2], truth[:2]) for pose, truth in shown]
     heading_deg = [math.degrees(abs(math.remainder(pose[2] - truth[2], 2 * math.pi))) for pose, truth in shown]

@@ -1,4 +1,4 @@
-"""What a solution imports that may not be installed, and the clock it sees."""
+"""Replacements for modules that may not be installed, and the simulated clock."""
 
 import builtins
 import contextlib
@@ -20,14 +20,14 @@ class _Detection:
         self.hamming = found.hamming
         self.decision_margin = found.decision_margin
         self.center = found.center_px
-        self.corners = found.corners_px[::-1].copy()  # bottom left, bottom right, top right, top left, as libapriltag has them
+        self.corners = found.corners_px[::-1].copy()  # bottom left, bottom right, top right, top left, the order of libapriltag
 
     def __repr__(self):
         return f"Detection({self.tag_family.decode()}:{self.tag_id})"
 
 
 class Detector:
-    """pyapriltags.Detector by Waymark: families and quad_decimate count, the other arguments are accepted."""
+    """pyapriltags.Detector on Waymark's detector. Uses families and quad_decimate; other arguments are accepted and ignored."""
 
     def __init__(self, searchpath=None, families="tag36h11", nthreads=1, quad_decimate=1.0, **_other):
         from .. import tags
@@ -35,7 +35,7 @@ class Detector:
         self._detector = tags.Detector(detector="apriltag3", families=str(families).split(), quad_decimate=float(quad_decimate), refine=False)
 
     def detect(self, img, estimate_tag_pose=False, camera_params=None, tag_size=None):
-        """The detections of a grey picture, (height, width) uint8."""
+        """Detects tags in a grey image, (height, width) uint8."""
         if estimate_tag_pose:
             raise NotImplementedError("this stand-in for pyapriltags estimates no poses: use cv2.solvePnP on the corners")
         return [_Detection(found) for found in self._detector.detect(img)]
@@ -48,7 +48,7 @@ def _pyapriltags():
 
 
 def _clock(robot):
-    """The module time, by the robot's clock."""
+    """The module time on the robot's clock."""
     module = types.ModuleType("time")
     module.__dict__.update({name: value for name, value in vars(time).items() if not name.startswith("__")})
     for name in ("time", "monotonic", "perf_counter"):
@@ -59,7 +59,7 @@ def _clock(robot):
 
 @contextlib.contextmanager
 def installed(robot, tag_file):
-    """While a solution runs: HAL, WebGUI, Frequency, the clock, the file of tags, and seeds; all is put back afterwards."""
+    """While a solution runs: HAL, WebGUI, Frequency, the clock, the file of tags, and seeds; everything is restored afterwards."""
     modules = {**robot.modules(), "time": _clock(robot)}
     if importlib.util.find_spec("pyapriltags") is None:
         modules["pyapriltags"] = _pyapriltags()

@@ -1,4 +1,4 @@
-"""What the labs share: data, checks that give points and say what is wrong without the answer, figures.
+"""Shared parts of the labs: data, figures, and checks that award points and report mistakes without revealing the answer.
 
 A lab is a file labs/NN_name.py of cells (`# %%` begins code, `# %% [markdown]` text), which tools/make_notebooks.py turns into a
 notebook. Its functions are filled in by the student, and `lab = labs.check(NN, globals())` in its last cell but one gives the points.
@@ -25,68 +25,68 @@ LABS = 12
 
 
 class Wrong(Exception):
-    """What is wrong with an answer, in words for the student."""
+    """Describes a mistake in an answer to the student."""
 
 
 def numbers(answer, shape=None):
-    """The answer as an array of finite numbers, of the shape where one is asked for (None in it: any length); else raises Wrong."""
+    """The answer as an array of finite numbers with the given shape (None: any length); raises Wrong otherwise."""
     import numpy as np
 
     if answer is None:
-        raise Wrong("it gives nothing: is there a `return`?")
+        raise Wrong("it returns nothing: is there a `return`?")
     try:
         array = np.asarray(answer, float)
     except (TypeError, ValueError):
-        raise Wrong(f"it gives {_a(answer)}, not numbers of one shape") from None
+        raise Wrong(f"it returns {_a(answer)}, not an array of numbers") from None
     if shape is not None and (array.ndim != len(shape) or any(s not in (None, n) for s, n in zip(shape, array.shape))):
         asked = "a single number" if shape == () else f"the shape {tuple('n' if s is None else s for s in shape)}"
-        raise Wrong(f"its shape is {array.shape}, asked for is {asked}".replace("'", ""))
+        raise Wrong(f"its shape is {array.shape}, expected {asked}".replace("'", ""))
     if not np.isfinite(array).all():
-        raise Wrong("there is NaN or infinity in what it gives: a division by zero, or a root of a negative number?")
+        raise Wrong("it returns NaN or infinity: a division by zero, or a root of a negative number?")
     return array
 
 
 def number(answer):
-    """The answer as a finite float, else raises Wrong."""
+    """The answer as a finite float; raises Wrong otherwise."""
     return float(numbers(answer, ()))
 
 
 def whole(answer):
-    """The answer as an int, else raises Wrong."""
+    """The answer as an int; raises Wrong otherwise."""
     if answer is None:
-        raise Wrong("it gives nothing: is there a `return`?")
+        raise Wrong("it returns nothing: is there a `return`?")
     try:
         return operator.index(answer)
     except TypeError:
-        raise Wrong(f"it gives {_a(answer)}, asked for is a whole number") from None
+        raise Wrong(f"it returns {_a(answer)}, expected a whole number") from None
 
 
 def instance(answer, kind):
-    """The answer, where it is of a class; else raises Wrong."""
+    """The answer if it is an instance of the class; raises Wrong otherwise."""
     if answer is None:
-        raise Wrong("it gives nothing: is there a `return`?")
+        raise Wrong("it returns nothing: is there a `return`?")
     if not isinstance(answer, kind):
-        raise Wrong(f"it gives {_a(answer)}, asked for is {kind.__name__}")
+        raise Wrong(f"it returns {_a(answer)}, expected {kind.__name__}")
     return answer
 
 
 def several(answer, count):
-    """The parts of an answer that is a tuple or a list of so many things; else raises Wrong."""
+    """The items of an answer that is a tuple or a list of `count` items; raises Wrong otherwise."""
     if answer is None:
-        raise Wrong("it gives nothing: is there a `return`?")
+        raise Wrong("it returns nothing: is there a `return`?")
     if not isinstance(answer, (tuple, list)) and not getattr(answer, "shape", ()):  # NumPy's arrays too
-        raise Wrong(f"it gives {_a(answer)}, asked for are {count} things: `return a, b`")
+        raise Wrong(f"it returns {_a(answer)}, expected {count} values: `return a, b`")
     if len(answer) != count:
-        raise Wrong(f"it gives {len(answer)} things, asked for are {count}: `return a, b`")
+        raise Wrong(f"it returns {len(answer)} values, expected {count}: `return a, b`")
     return answer
 
 
 def truth(answer):
-    """The answer as True or False; else raises Wrong."""
+    """The answer as True or False; raises Wrong otherwise."""
     if answer is None:
-        raise Wrong("it gives nothing: is there a `return`?")
+        raise Wrong("it returns nothing: is there a `return`?")
     if str(answer) not in ("True", "False"):  # NumPy's too
-        raise Wrong(f"it gives {_a(answer)}, asked for is True or False")
+        raise Wrong(f"it returns {_a(answer)}, expected True or False")
     return bool(answer)
 
 
@@ -98,15 +98,15 @@ def _a(answer):
 
 def data(name):
     """The path of a file or folder of the labs' data ("samples/lap.mcap"), beside the notebook or in the folder that the variable
-    WAYMARK_LAB_DATA names; FileNotFoundError, with how to make it, where it is not there."""
+    WAYMARK_LAB_DATA names. Raises FileNotFoundError with the command that creates it if it is missing."""
     path = pathlib.Path(os.environ.get("WAYMARK_LAB_DATA", ".")) / name
     if not path.exists():
-        raise FileNotFoundError(f"{path} is not there. {MAKE.get(pathlib.Path(name).parts[0], '')}".strip())
+        raise FileNotFoundError(f"{path} does not exist. {MAKE.get(pathlib.Path(name).parts[0], '')}".strip())
     return str(path)
 
 
 def own_data(name):
-    """As data(), for what a student may have: None where it is not there."""
+    """Like data(), for optional data: None if it does not exist."""
     try:
         return data(name)
     except FileNotFoundError:
@@ -114,8 +114,8 @@ def own_data(name):
 
 
 def own_seconds(path):
-    """Of a recorded lap of any robot with wheels' angles and tags: its robot, the wheels' angles (51, 2) [rad] of each second, and the motion
-    (geometry.SE2) in it, by the trajectory that the map of the lap gives."""
+    """From a recorded lap of any robot with wheel angles and tags: its robot, the wheel angles (51, 2) [rad] of each second, and the motion
+    (geometry.SE2) in that second, from the trajectory of the lap's map."""
     import tempfile
 
     import numpy as np
@@ -124,7 +124,7 @@ def own_seconds(path):
 
     ticks = {s.stamp_ns: (s.left_rad, s.right_rad) for s in recording.Recording(path).samples() if isinstance(s, samples.WheelTicks)}
     if not ticks:
-        raise ValueError(f"{path} holds no angles of wheels: record them (joint_states, or a LIMO's or MBot's encoders)")
+        raise ValueError(f"{path} contains no wheel angles: record them (joint_states, or a LIMO's or MBot's encoders)")
     with tempfile.TemporaryDirectory() as folder:
         mapped = mapping.map_recording(path, folder).trajectory
         robot = config.read_robot(str(pathlib.Path(folder) / "robot.yaml"))
@@ -148,7 +148,7 @@ def _say_that_matplotlib_is_missing():
 
 
 def figure(title, x_label, y_label, **curves):
-    """Draws curves, each an (n, 2) array by its name, in a notebook; outside of one it does nothing. Says once where Matplotlib is missing."""
+    """Draws named curves, each an (n, 2) array, in a notebook; does nothing outside of one. Prints one message if Matplotlib is missing."""
     if importlib.util.find_spec("matplotlib") is None:
         _say_that_matplotlib_is_missing()
         return
@@ -166,14 +166,14 @@ def figure(title, x_label, y_label, **curves):
 
 
 class Answers:
-    """The names of a notebook as attributes; Wrong where a cell has not been run."""
+    """The names of a notebook as attributes; raises Wrong if a cell has not been run."""
 
     def __init__(self, names):
         self._names = names
 
     def __getattr__(self, name):
         if name not in self._names:
-            raise Wrong(f"{name} is not there: run the cells from the top")
+            raise Wrong(f"{name} is not defined: run the cells from the top")
         return self._names[name]
 
 
@@ -184,7 +184,7 @@ class Lab:
         self.name, self.results, self.answers = name, [], None
 
     def check(self, what, points, test):
-        """Awards `points` where `test()` returns None; else it returns, or raises, what is wrong."""
+        """Awards `points` if `test()` returns None; otherwise `test()` returns or raises a description of the mistake."""
         try:
             wrong = test()
         except NotImplementedError:
@@ -195,7 +195,7 @@ class Lab:
             wrong = "it ended the program (sys.exit, exit or quit): `return` what it found"
         except KeyboardInterrupt:
             raise
-        except BaseException as error:  # noqa: B036  whatever a student's function raises is told
+        except BaseException as error:  # noqa: B036  any exception of a student's function is reported
             wrong = f"it raised {type(error).__name__}: {error}{_place(error)}"
         self.results.append((what, points, wrong))
         print(f"{'ok   ' if wrong is None else 'WRONG'} {points if wrong is None else 0}/{points}  {what}" + ("" if wrong is None else f": {wrong}"))
@@ -216,18 +216,18 @@ class Lab:
 
 
 def check(number, names):
-    """Checks what a notebook holds (`globals()`) against the tasks of a lab, prints the points of each and what is wrong, and returns the Lab.
+    """Checks the names of a notebook (`globals()`) against the tasks of a lab, prints points and mistakes, and returns the Lab.
 
-    Raises ValueError where there is no lab of that number, TypeError where `names` is no dictionary."""
+    Raises ValueError if there is no lab of that number, TypeError if `names` is not a dictionary."""
     if isinstance(number, bool) or number not in range(1, LABS + 1):
         raise ValueError(f"labs.check({number!r}, globals()): the labs are 1 to {LABS}")
     if not isinstance(names, dict):
-        raise TypeError(f"labs.check({number}, globals()) is given the names of the notebook: {_a(names)} is no dictionary")
+        raise TypeError(f"labs.check({number}, globals()) expects the names of the notebook: {_a(names)} is not a dictionary")
     module, lab = importlib.import_module(f"{__name__}.lab{number:02}"), Lab(f"Lab {number}")
     lab.answers = mine = Answers(names)
     for what, points, test in module.CHECKS:
         lab.check(what, points, lambda test=test: test(mine))
-    if hasattr(module, "WHOLE"):  # the experiment that needs all of them
+    if hasattr(module, "WHOLE"):  # the experiment that needs all tasks
         what, points, test = module.WHOLE
         ready = lab.points == lab.possible
         lab.check(what, points, lambda: test(mine) if ready else "first the others")
@@ -236,7 +236,7 @@ def check(number, names):
 
 
 def _place(error):
-    """Where in the student's function an exception came from: in none of this package's files."""
+    """The line of the student's code that raised an exception, outside of this package."""
     place, trace, here = "", error.__traceback__, os.path.dirname(__file__)
     while trace is not None:
         code = trace.tb_frame.f_code

@@ -6,7 +6,7 @@ from . import number, numbers
 
 
 def slope(mine):
-    """The derivative (8, 6) of the corners by differences."""
+    """The derivative (8, 6) of the corners by finite differences."""
     J = np.zeros((8, 6))
     for k, step in enumerate(1e-6 * np.eye(6)):
         ahead, behind = (mine.lens.project(geometry.SE3.exp(s * step) @ mine.cam_corners) for s in (1, -1))
@@ -25,16 +25,16 @@ def pixel(mine):
 def corners(mine):
     found, right = numbers(mine.pose_jacobian(), (8, 6)), slope(mine)
     if not np.allclose(found[:, :3], right[:, :3], atol=1e-3):
-        return "the part of the translation is wrong"
+        return "the translation block is wrong"
     if not np.allclose(found[:, 3:], right[:, 3:], atol=1e-3):
-        return "the rotation has the wrong sign" if np.allclose(found[:, 3:], -right[:, 3:], atol=1e-3) else "the part of the rotation is wrong"
+        return "the rotation has the wrong sign" if np.allclose(found[:, 3:], -right[:, 3:], atol=1e-3) else "the rotation block is wrong"
 
 
 def bound(mine):
     J = slope(mine)
     found, twice = (numbers(mine.bound(J.copy(), sigma), (6, 6)) for sigma in (mine.sigma_px, 2 * mine.sigma_px))
     if np.trace(twice) <= np.trace(found):
-        return "with more noise it does not get larger"
+        return "it does not grow with the noise"
     if not np.allclose(twice, 4 * found):
         return "what must a covariance become when each error is twice as large? Yours becomes something else"
     if not np.allclose(J.T @ J @ found, mine.sigma_px**2 * np.eye(6), rtol=1e-6, atol=1e-6):
@@ -42,7 +42,7 @@ def bound(mine):
 
 
 def errors(mine):
-    """Errors (400, 6) of poses from corners with noise, their bound, and the normalised errors squared."""
+    """Errors (400, 6) of poses from noisy corners, their bound, and the normalised squared errors."""
     random, found, clean = np.random.default_rng(5), [], mine.lens.project(mine.cam_corners)
     for _ in range(400):
         seen = samples.TagDetection(tag=0, corners_px=clean + random.normal(scale=mine.sigma_px, size=(4, 2)))
@@ -61,7 +61,7 @@ def mean_nees(mine):
         return "that is the sum over all errors"
     if np.isclose(found, nees.mean() / E.shape[1], rtol=1e-6):
         return "that is the mean for one coordinate"
-    return f"it says {found:.3g} for 400 errors that are consistent with their covariance: about what should that be?"
+    return f"it returns {found:.3g} for 400 errors that are consistent with their covariance: what is the expected value?"
 
 
 def share_inside(mine):
@@ -73,7 +73,7 @@ def share_inside(mine):
             continue
         if np.isclose(found, 1 - inside, atol=1e-6):
             return "that is the share outside"
-        return f"it says {found:.3f} of 400 errors{' that are twice as large as their covariance says' if scale > 1 else ' that are consistent with their covariance'}"
+        return f"it returns {found:.3f} for 400 errors{' that are twice as large as their standard deviation' if scale > 1 else ' that are consistent with their covariance'}"
 
 
 CHECKS = [("derivative of a pixel", 2, pixel), ("derivative of the corners", 3, corners), ("bound", 2, bound), ("mean NEES", 2, mean_nees),

@@ -26,13 +26,13 @@ def listed(answer):
 def chain(mine):
     found = listed(mine.chain(steps()))
     if len(found) != len(steps()) + 1:
-        return f"{len(found)} poses of {len(steps())} steps: the first pose counts too"
+        return f"{len(found)} poses of {len(steps())} steps: the first pose is counted, too"
     if not np.allclose(found[0].log(), 0, atol=1e-12):
         return "the first pose is not the identity"
     if all(np.allclose((step.inverse() @ after).log(), 0, atol=1e-9) for step, after in zip(steps(), found[1:])):
-        return "those are the steps as they were given, each in the frame of the pose before it"
+        return "those are the given steps, each in the frame of the pose before it"
     if np.allclose([(p.x, p.y) for p in found[1:]], np.cumsum([(s.x, s.y) for s in steps()], axis=0), atol=1e-9):
-        return "x and y of the steps are added up, as if the robot always looked the way it did at first"
+        return "x and y of the steps are added, as if the robot never turned"
     for step, before, after in zip(steps(), found, found[1:]):
         if not np.allclose((step.inverse() @ before.inverse() @ after).log(), 0, atol=1e-9):
             return "each step is given in the frame of the pose before it: on which side does it multiply?"
@@ -42,17 +42,17 @@ def closed(mine):
     before = poses()
     found = listed(mine.closed(poses()))
     if len(found) != len(before) or not np.allclose(found[0].log(), 0, atol=1e-9):
-        return "the first pose must stay where it is"
+        return "the first pose must not change"
     if not np.allclose(found[-1].log(), 0, atol=1e-9):
-        return "the last pose does not come to the first"
+        return "the last pose does not reach the first"
     corrections = [(new @ old.inverse()).log() for old, new in zip(before, found)]
     if not np.allclose(np.diff(corrections, axis=0), corrections[-1] / 40, atol=1e-9):
         return "the error is not spread evenly: each pose is moved a little more than the one before it"
 
 
 def refused(*_given, **_named):
-    """In the place of Waymark's function while the student's is asked."""
-    raise Wrong("evaluation.map_errors is asked for it: write it yourself")
+    """Replaces Waymark's function while the student's is checked."""
+    raise Wrong("it calls evaluation.map_errors: write it yourself")
 
 
 def map_error(mine):
@@ -64,16 +64,16 @@ def map_error(mine):
         if np.isclose(found, np.linalg.norm(apart, axis=1).mean()):
             return "that is the mean distance, in which a large error weighs too little"
         if np.isclose(found, np.sqrt((apart**2).mean())):
-            return "that is the mean over coordinates; a distance has all three"
+            return "that is the mean over coordinates; a distance includes all three"
         if np.isclose(found, np.sqrt((apart[:, :2] ** 2).sum(axis=1).mean())):
-            return "tags may be wrong in height, too"
-        return f"it says {found:.4f} m: square, mean and root, in which order?"
+            return "the height of tags may be wrong, too"
+        return f"it returns {found:.4f} m: square, mean and root, in which order?"
     fewer = config.read_world("circuit24").tags
     del fewer[mine.anchor]
     try:
         mine.map_error(estimated, fewer)
     except (KeyError, IndexError):
-        return "a tag that only one of the maps has is asked for in both"
+        return "it looks up a tag that only one of the maps has in both"
 
 
 def gain(mine):
@@ -81,7 +81,7 @@ def gain(mine):
     found = number(mine.gain(mine.report, mine.world.tags))
     if np.isclose(found, right, rtol=1e-9):
         return None
-    return "an error that became smaller is a factor above one" if np.isclose(found, 1 / right, rtol=1e-9) else f"it says {found:.2f}: is map_error() right, and which maps are compared?"
+    return "a smaller error is a factor above one" if np.isclose(found, 1 / right, rtol=1e-9) else f"it returns {found:.2f}: is map_error() right, and which maps are compared?"
 
 
 CHECKS = [("chain", 3, chain), ("closed loop", 3, closed), ("error of a map", 2, map_error), ("gain", 2, gain)]

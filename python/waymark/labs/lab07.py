@@ -17,7 +17,7 @@ def driven(wheels, radius_m, track_m):
 
 
 def seconds(poses):
-    """The motions of one second each, of poses fifty times a second."""
+    """The motion in each second, from poses at 50 Hz."""
     return [a.inverse() @ b for a, b in zip(poses[:-50:50], poses[50::50])]
 
 
@@ -33,10 +33,10 @@ def step(mine):
         if not np.isclose(found.yaw, true.yaw):
             if np.isclose(found.yaw, -true.yaw):
                 return "it turns the wrong way"
-            return f"wheels at {left} and {right} m turn a robot {'less' if abs(found.yaw) > abs(true.yaw) else 'more'} than it says"
+            return f"wheels at {left} and {right} m turn a robot {'less' if abs(found.yaw) > abs(true.yaw) else 'more'} than it returns"
         if np.isclose(np.hypot(found.x, found.y), (left + right) / 2):
             return f"for {left} and {right} m it drives straight ahead and turns afterwards: a robot does both at once"
-        return f"it turns as it should, but ends elsewhere for {left} and {right} m"
+        return f"the rotation is right, but the position is wrong for {left} and {right} m"
 
 
 def trajectory(mine):
@@ -60,8 +60,8 @@ def gyro_bias(mine):
         rates = bias + 3 * moving[:, 0] + random.normal(scale=0.001, size=len(moving))
         found = number(mine.gyro_bias(np.cumsum(moving, axis=0), rates.copy()))
         if not np.isclose(found, rates[still].mean(), atol=1e-4):
-            return "samples in which the robot drives are averaged too" if np.isclose(found, rates.mean(), atol=2e-3) else \
-                f"it says {found:.4f} for a robot that drives, rests and drives again"
+            return "samples while the robot drives are averaged, too" if np.isclose(found, rates.mean(), atol=2e-3) else \
+                f"it returns {found:.4f} for a robot that drives, rests and drives again"
         spinning = np.cumsum(np.repeat([[0, 0], [-0.1, 0.1], [0, 0.1]], 40, axis=0), axis=0)
         if not np.isclose(number(mine.gyro_bias(spinning, bias + np.repeat([0, 1.0, 0.5], 40))), bias, atol=1e-9):
             return "a robot that turns about a wheel is not at rest"
@@ -76,8 +76,8 @@ def scales(mine):
             if abs(m @ (t - s * m)) < 1e-6 * (m @ m):  # the derivative of the sum of squares
                 continue
             if abs(m @ (t - m / s)) < 0.02 * (m @ m):
-                return f"the scale of the {which} is upside down"
-            return f"{name}.mcap: with the scale {s:.4f} of the {which} the sum of squares is not the least"
+                return f"the scale of the {which} is inverted"
+            return f"{name}.mcap: with the scale {s:.4f} of the {which} the sum of squares is not minimal"
 
 
 CHECKS = [("one step", 2, step), ("the trajectory", 2, trajectory), ("bias of the gyro", 2, gyro_bias), ("scales", 4, scales)]

@@ -20,7 +20,7 @@ def nearest(mine):
         if several(mine.nearest(seen), 2)[0] != min(seen, key=lambda s: np.linalg.norm(s[1].translation))[0]:
             return "a nearer one was seen: how far is a tag that is not straight ahead?"
     if mine.nearest([]) is not None:
-        return "an empty list: what is asked for where nothing is seen?"
+        return "for an empty list: what should it return if nothing is seen?"
 
 
 def fix(mine):
@@ -32,9 +32,9 @@ def fix(mine):
         found = instance(mine.fix(name, cam_T_tag), geometry.SE2)
         if distance(found, there) > 1e-6:
             camera = abs(distance(found, there) - np.linalg.norm(mounting.translation[:2])) < 1e-6
-            return "that is where the camera is, not the robot" if camera else f"{distance(found, there):.2f} m from where the robot is: write the frames in a row"
+            return "that is the pose of the camera, not of the robot" if camera else f"{distance(found, there):.2f} m from the robot: write the frames in a row"
         if abs(wrapped(found.yaw - there.yaw)) > 1e-6:
-            return f"the place is right, the heading off by {np.degrees(abs(wrapped(found.yaw - there.yaw))):.0f} degrees"
+            return f"the position is right, the heading is off by {np.degrees(abs(wrapped(found.yaw - there.yaw))):.0f} degrees"
 
 
 def carried(mine):
@@ -43,7 +43,7 @@ def carried(mine):
         fixed, then, moved = (geometry.SE2(*random.uniform(-2, 2, 3)) for _ in range(3))
         found = instance(mine.carried(fixed, then, then @ moved), geometry.SE2)
         if not np.allclose((fixed.inverse() @ found).log(), moved.log(), atol=1e-9):
-            return "the robot did not move so: first how it moved since, in its own frame; then from the fix on"
+            return "the motion is wrong: first compute the motion since the fix, in the robot's frame; then apply it to the fix"
 
 
 def accepted(mine):
@@ -71,8 +71,8 @@ def update(mine):
         if abs(found[2]) > np.pi + 1e-9:
             return f"a heading of {found[2]:.2f} rad: bring it back to the circle"
         if not np.allclose(left @ information, np.eye(3), atol=1e-9):
-            return "the covariance after the update is wrong: both said something, so it is smaller than P and smaller than R"
+            return "the covariance after the update is wrong: both are measurements, so it is smaller than P and smaller than R"
 
 
-CHECKS = [("the nearest tag", 1, nearest), ("where the robot is", 3, fix), ("between pictures", 2, carried), ("which fix to believe", 1, accepted),
+CHECKS = [("the nearest tag", 1, nearest), ("where the robot is", 3, fix), ("between pictures", 2, carried), ("which fix to accept", 1, accepted),
           ("the weights", 3, update)]

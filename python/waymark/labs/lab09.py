@@ -7,7 +7,7 @@ from .loops import moved, run_filters, seen
 
 
 def slope(function, at, size):
-    """The derivative by differences."""
+    """The derivative by finite differences."""
     J = np.zeros((size, 3))
     for k, d in enumerate(1e-6 * np.eye(3)):
         J[:, k] = (function(at + d) - function(at - d)) / 2e-6
@@ -21,8 +21,8 @@ def prediction(mine):
         found, right = numbers(mine.step_jacobian(state[2], u.copy()), (3, 3)), slope(lambda x: moved(x, u), state, 3)
         if not np.allclose(found, right, atol=1e-6):
             if not np.allclose(found[:, :2], right[:, :2]):
-                return "what happens to the end of the step when its beginning moves by d?"
-            return "the column of the heading is wrong: which way is the robot going in the map, and where does the end move when that is off by a little?"
+                return "how does the end of the step change if its beginning moves by d?"
+            return "the column of the heading is wrong: in which direction does the robot drive in the map, and how does the end move if that is slightly off?"
 
 
 def observation(mine):
@@ -31,16 +31,16 @@ def observation(mine):
         state, m = random.normal(size=3), random.normal(size=2)
         found, right = numbers(mine.seen_jacobian(state.copy(), m.copy()), (2, 3)), slope(lambda x: seen(x, m), state, 2)
         if not np.allclose(found[:, :2], right[:, :2], atol=1e-6):
-            return "the part of the position is wrong: in whose frame does the robot see, and where does a landmark go when the robot comes nearer?"
+            return "the position block is wrong: in which frame are observations, and how does a landmark move in it as the robot approaches?"
         if not np.allclose(found[:, 2], right[:, 2], atol=1e-6):
-            return "the part of the heading has the wrong sign" if np.allclose(found[:, 2], -right[:, 2], atol=1e-6) else "the part of the heading is wrong"
+            return "the heading column has the wrong sign" if np.allclose(found[:, 2], -right[:, 2], atol=1e-6) else "the heading column is wrong"
 
 
 def invariant(mine):
     for m in mine.landmarks:
         found, right = numbers(mine.invariant_jacobian(m.copy()), (2, 3)), slope(lambda xi: geometry.SE2.exp(xi) @ m, np.zeros(3), 2)
         if not np.allclose(found, right, atol=1e-6):
-            return "right but for the turn" if np.allclose(found[:, :2], right[:, :2]) else "by how much does a small xi move the landmark?"
+            return "right except for the rotation" if np.allclose(found[:, :2], right[:, :2]) else "by how much does a small xi move the landmark?"
 
 
 def adjoint(mine):
@@ -51,8 +51,8 @@ def adjoint(mine):
         if np.allclose(found, right, atol=1e-9):
             continue
         if np.allclose(found[:2, :2], right[:2, :2].T, atol=1e-9):
-            return "the rotation is turned round"
-        return "right but for the last column" if np.allclose(found[:, :2], right[:, :2], atol=1e-9) else "Ad w is X w X^-1, as a vector"
+            return "the rotation is inverted"
+        return "right except for the last column" if np.allclose(found[:, :2], right[:, :2], atol=1e-9) else "Ad w is X w X^-1, as a vector"
 
 
 def share_below(mine):
@@ -66,14 +66,14 @@ def share_below(mine):
             continue
         if np.isclose(found, (nees >= limit).mean(), atol=1e-9):
             return "that is the share above"
-        return f"it says {found:.2f} for the limit {limit}, and too {'many' if found > (nees < limit).mean() else 'few'} are counted: is each error set against its own covariance?"
+        return f"it returns {found:.2f} for the limit {limit}, which counts too {'many' if found > (nees < limit).mean() else 'few'}: is each error compared with its own covariance?"
 
 
 def compare(mine):
     mine.shares = shares = {}
     for sights in (0, 1, 4, 16):
         shares[sights] = run_filters(mine, sights)
-        print(f"      after {sights:2d} sights {100 * shares[sights][0]:3.0f} % of the EKF's runs are within their 95 %, {100 * shares[sights][1]:3.0f} % of the invariant filter's")
+        print(f"      after {sights:2d} observations {100 * shares[sights][0]:3.0f} % of the EKF's runs are within their 95 %, {100 * shares[sights][1]:3.0f} % of the invariant filter's")
     if shares[16][1] < 0.85 or any(group < plain + 0.2 for plain, group in shares.values()):
         return "the filters do not differ as they should: ask your teacher"
 

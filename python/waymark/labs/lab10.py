@@ -5,7 +5,7 @@ from .. import geometry
 from . import instance, number, numbers, several
 from .loops import drive_line
 
-LOOK_AHEAD_M = 0.4  # of the drive that is judged
+LOOK_AHEAD_M = 0.4  # of the scored drive
 
 
 def goal(mine):
@@ -19,8 +19,8 @@ def goal(mine):
         if np.allclose(found, line[beyond[0] if len(beyond) else -1]):
             continue
         if len(beyond) == 0:
-            return "wrong near the end of the line, where no point is so far ahead"
-        return "that point lies behind the robot" if np.argmin(np.hypot(*(line - found).T)) < near else \
+            return "wrong near the end of the line, where no point is that far ahead"
+        return "that point is behind the robot" if np.argmin(np.hypot(*(line - found).T)) < near else \
             "not the first point so far away from the robot, along the line from the nearest one"
 
 
@@ -33,17 +33,17 @@ def curvature(mine):
         if np.isclose(found * radius, 1, atol=1e-9):
             continue
         if np.isclose(found * radius, -1):
-            return "right but for its sign: which side is positive?"
+            return "right except for the sign: which side is positive?"
         if np.isclose(abs(found), abs(radius)):
             return "that is the radius"
         ahead = number(mine.curvature(0.0, 0.0, 0.0, geometry.SE2.exp([0.7, 0, 0.7 / radius]) @ np.zeros(2)))
         if np.isclose(ahead, found, atol=1e-9):
             return f"an arc of curvature {found:.2f} is too {'straight' if abs(found * radius) < 1 else 'narrow'}: it does not go through the point"
-        return "it depends on where the robot stands and looks: is the point in the robot's frame?"
+        return "it depends on the pose of the robot: is the point in the robot's frame?"
 
 
 def acts_turning(mine, pose):
-    """What is wrong with the motion by one command that turns, and by two alike."""
+    """Mistakes in the motion by one turning command, and by two equal ones."""
     one = pose.inverse() @ instance(mine.acts_at(pose, [(0.4, 0.8)], 0.1), geometry.SE2)
     right = geometry.SE2.exp([0.04, 0, 0.08])
     if np.isclose(one.yaw, 0, atol=1e-9):
@@ -52,12 +52,12 @@ def acts_turning(mine, pose):
         return "the robot turns to the other side: a positive yaw rate turns to the left"
     if not np.isclose(one.yaw, right.yaw, atol=1e-9):
         how = "too little" if abs(one.yaw) < right.yaw else "too much"
-        return f"a command of 0.4 m/s and 0.8 rad/s that acts for 0.1 s turns the robot {how}: which yaw rate do the commands under way hold, by the text?"
+        return f"a command of 0.4 m/s and 0.8 rad/s that acts for 0.1 s turns the robot {how}: which yaw rate do the pending commands contain, according to the text?"
     if not np.allclose([one.x, one.y], [right.x, right.y], atol=1e-9):
-        return "a robot that drives and turns ends with the right heading in the wrong place: it turns all the time as it drives, neither before nor after"
+        return "a robot that drives and turns ends with the right heading in the wrong place: it turns while it drives, neither before nor after"
     two = pose.inverse() @ instance(mine.acts_at(pose, [(0.4, 0.8), (0.4, 0.8)], 0.1), geometry.SE2)
     if not np.allclose((two.inverse() @ right @ right).log(), 0, atol=1e-9):
-        return "one command is right, two alike are not: does each act, for one period?"
+        return "one command is right, two equal ones are not: does each act for one period?"
     return None
 
 
@@ -67,7 +67,7 @@ def acts_at(mine):
     for v, w in under_way:
         right = right @ geometry.SE2.exp([0.1 * v, 0, 0.1 * w])
     if not np.allclose((pose.inverse() @ instance(mine.acts_at(pose, [], 0.1), geometry.SE2)).log(), 0, atol=1e-12):
-        return "with nothing under way the robot stays where it is"
+        return "without pending commands the robot stays in place"
     one = (pose.inverse() @ instance(mine.acts_at(pose, [(0.4, 0.0)], 0.1), geometry.SE2)).log()
     if not np.isclose(np.linalg.norm(one), 0.04, atol=1e-9):
         return f"a command of 0.4 m/s that acts for 0.1 s moves the robot by {np.linalg.norm(one):.3f} m"
@@ -87,7 +87,7 @@ def turn_gain(mine):
         measured = gain * commanded + random.normal(scale=0.2, size=200)
         found = number(mine.turn_gain(commanded.copy(), measured.copy()))
         if abs(commanded @ (measured - found * commanded)) > 1e-9 * (commanded @ commanded):  # the derivative of the sum of squares
-            return f"it says {found:.3f}, and the sum of squares is not the least there"
+            return f"it returns {found:.3f}, where the sum of squares is not minimal"
 
 
 def command(mine):
@@ -95,24 +95,24 @@ def command(mine):
         with np.errstate(all="ignore"):
             v, w = (number(part) for part in several(mine.command(speed, arc, gain, most), 2))
         if abs(w) > most + 1e-9:
-            return f"{w:.2f} rad/s are more than {most}"
+            return f"{w:.2f} rad/s exceeds {most}"
         if not np.isclose(w * gain, v * arc, atol=1e-9):
             return f"at {v:.2f} m/s and {w:.2f} rad/s a robot of gain {gain} does not drive the curvature {arc}"
         if abs(v) > speed + 1e-9 or v < 0:
-            return f"it drives {v:.3f} m/s where {speed} m/s are asked for"
+            return f"it drives {v:.3f} m/s instead of {speed} m/s"
         if v < speed - 1e-9 and abs(w) < most - 1e-9:
             return f"it drives {v:.3f} m/s, and could drive faster: it commands {abs(w):.2f} of {most} rad/s"
 
 
 def rms_from_line(mine, ahead_m):
-    """The distances from the line [m] by what was written, and without prediction and gain; they are printed."""
-    aware, naive = (np.sqrt(np.mean(drive_line(mine, knows, ahead_m)[0][60:] ** 2)) for knows in (True, False))
-    print(f"      from the line, root mean square, looking {ahead_m:g} m ahead: {aware:.3f} m by what you wrote, {naive:.3f} m without prediction and gain")
+    """Prints and returns the distances from the line [m] with the student's functions, and without prediction and gain."""
+    aware, naive = (np.sqrt(np.mean(drive_line(mine, aware_of_delay, ahead_m)[0][60:] ** 2)) for aware_of_delay in (True, False))
+    print(f"      RMS distance from the line, looking {ahead_m:g} m ahead: {aware:.3f} m with your functions, {naive:.3f} m without prediction and gain")
     return aware, naive
 
 
 def whole_line(mine):
-    """Judged at one look-ahead, so that other values can be tried."""
+    """Scored at a fixed look-ahead, so that students can try other values."""
     aware, naive = rms_from_line(mine, LOOK_AHEAD_M)
     if mine.LOOK_AHEAD_M != LOOK_AHEAD_M:
         rms_from_line(mine, mine.LOOK_AHEAD_M)

@@ -19,10 +19,10 @@ def delay(mine):
         response = late(command, k, 5.0) * 0.5 - 0.3 + random.normal(scale=0.01, size=800)
         found = whole(mine.delay(command.copy(), response, 20))
         if found != k:
-            return f"a delay of {found} samples is too {'long' if found > k else 'short'}: does the correlation take off the means, and is the response moved ahead?"
+            return f"a delay of {found} samples is too {'long' if found > k else 'short'}: does the correlation subtract the means, and is the response shifted forward?"
     command = smooth(random, 800)
     if whole(mine.delay(command, late(command, 11), 5)) > 5:
-        return "only delays up to `most` are asked for"
+        return "only delays up to `most` are expected"
 
 
 def gain_and_bias(mine):
@@ -32,7 +32,7 @@ def gain_and_bias(mine):
         found = [number(part) for part in several(mine.gain_and_bias(command.copy(), gain * late(command, k) + bias, k), 2)]
         wrong = [name for name, a, b in zip(("gain", "bias"), found, (gain, bias)) if not np.isclose(a, b, atol=1e-6)]
         if wrong:
-            return f"{' and '.join(wrong)} wrong for a response {'without delay' if k == 0 else f'{k} samples late'}: it says {found[0]:.3f} and {found[1]:.3f}"
+            return f"{' and '.join(wrong)} wrong for a response {'without delay' if k == 0 else f'{k} samples late'}: it returns {found[0]:.3f} and {found[1]:.3f}"
 
 
 def autocorrelation(mine):
@@ -44,10 +44,10 @@ def autocorrelation(mine):
         if np.allclose(found, right, atol=0.02):
             continue
         if np.allclose(found[1:], right[:-1], atol=0.02):
-            return "it begins with lag 0"
+            return "the first value must be that of lag 0"
         if scale > 1:
-            return "three times as large residuals must give the same"
-        return f"it says {found[0]:.2f} at lag 1 for smooth noise about a mean of 0.7: too {'much' if found[0] > right[0] else 'little'}"
+            return "residuals scaled by three must give the same result"
+        return f"it returns {found[0]:.2f} at lag 1 for smooth noise about a mean of 0.7: too {'much' if found[0] > right[0] else 'little'}"
 
 
 def shares_apart(a, b):
@@ -62,7 +62,7 @@ def apart(mine):
                        (np.array([1.0, 2.0]), np.array([5.0, 6.0, 7.0]), "1, 2 and 5, 6, 7"), (np.array([5.0, 6.0]), np.array([1.0, 2.0]), "5, 6 and 1, 2")):
         found, right = number(mine.apart(a.copy(), b.copy())), shares_apart(a, b)
         if not np.isclose(found, right, atol=1e-9):
-            return f"it says {found:.3f} for {what}, which is too {'much' if found > right else 'little'}: a distance of shares, wherever it is largest, whichever is above"
+            return f"it returns {found:.3f} for {what}, which is too {'much' if found > right else 'little'}: the largest absolute difference of the two cumulative shares"
 
 
 def differ(mine):
@@ -86,7 +86,7 @@ def robots(mine):
     lap, plant = mine.errors(*mine.laps["lap"][2:]), mine.errors(*mine.plant)
     print(f"      plant: distances {100 * plant.mean():+.1f} %, apart from lap by {mine.apart(lap, plant):.2f}")
     if not (abs(found["lap"][0] - 0.85) < 0.08 and abs(found["other"][0] - 0.6) < 0.08 and mine.differ(lap, plant)):
-        return "the robots are not told apart: ask your teacher"
+        return "the robots cannot be distinguished: ask your teacher"
 
 
 CHECKS = [("delay", 2, delay), ("gain and bias", 2, gain_and_bias), ("autocorrelation", 2, autocorrelation), ("distance of two samples", 2, apart), ("the test", 1, differ)]
