@@ -261,7 +261,7 @@ Result<CalibrateCameraReport> calibrate_camera(const CalibrateCameraJob& job, co
 // Its files and JSON.
 namespace {
 
-/// PhotonVision writes JSON, the others YAML; whose YAML it is, the ending does not tell.
+/// PhotonVision uses JSON, the others YAML, which the extension does not distinguish.
 std::string format_of(const CameraFitJob& job) {
   if (!job.format.empty()) return job.format;
   return job.output.ends_with(".json") ? "photonvision" : "waymark";

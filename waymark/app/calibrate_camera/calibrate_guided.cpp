@@ -17,12 +17,12 @@
 namespace waymark {
 namespace {
 
-/// Tells how far the calibration is: each view on a line, and once a second what is missing.
+/// Reports the state of the calibration: one line per view, and the missing views once per second.
 class Teller {
  public:
   Teller(const GuidedCalibration& guided, const JobControl& control) : guided_(guided), control_(control) {}
 
-  /// After each picture; whether something was told.
+  /// Called after each image; returns whether something was reported.
   bool tell(SensorTime stamp, bool is_view) {
     constexpr Duration kPeriod = std::chrono::seconds(1);
     if (!is_view && last_ && stamp >= *last_ && stamp - *last_ < kPeriod) return false;
@@ -40,10 +40,10 @@ class Teller {
   const GuidedCalibration& guided_;
   const JobControl& control_;
   std::optional<SensorTime> last_{};
-  bool absent_ = false;  ///< it was told what to try where the board is not found
+  bool absent_ = false;  ///< advice for a board that is not found was printed
 };
 
-/// What changes by itself would change the lens or the noise between two views: it is held, and told.
+/// Automatic controls would change the lens or the noise between two views: they are fixed, with a note.
 void lock_controls(LiveCamera& camera, const JobControl& control) {
   std::vector<std::string> locked;
   for (const CameraControl& each : camera.controls()) {

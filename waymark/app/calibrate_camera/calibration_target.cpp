@@ -116,7 +116,7 @@ Result<CalibrationTarget> CalibrationTarget::make(const TargetOptions& options) 
   target.finder_ = *std::move(finder);
   target.board_ = *std::move(board);
   target.places_m_ = board_corners(*target.board_);
-  // A dictionary that is none is said before any picture is read.
+  // An unknown dictionary is reported before any image is read.
   if (const auto tried = target.finder_->find(Image(64, 64, 255), *target.board_); !tried)
     return tl::unexpected(tried.error());
   return target;

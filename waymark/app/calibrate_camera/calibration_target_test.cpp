@@ -47,7 +47,7 @@ TEST(CalibrationTarget, AMapIsOneToo) {
   EXPECT_THAT(refusal({.map = "/nowhere/map.yaml"}), HasSubstr("/nowhere/map.yaml"));
 }
 
-TEST(CalibrationTarget, WhatMakesNoneIsSaid) {
+TEST(CalibrationTarget, InvalidTargetsAreRefused) {
   EXPECT_THAT(refusal({}), HasSubstr("`map`"));
   EXPECT_THAT(refusal({.columns = 3, .rows = 2, .tag_size_m = 0.1, .map = "map.yaml"}), HasSubstr("either"));
   EXPECT_THAT(refusal({.columns = 3, .rows = 2}), HasSubstr("`tag_size_m`"));

@@ -179,7 +179,7 @@ TEST(GuidedViews, EndsWithSoManyViewsInAnyCase) {
   EXPECT_FALSE(guided.finish()) << "two views tell no camera";
 }
 
-TEST(GuidedViews, WhereThereIsNoTargetItSaysSoAfterSeconds) {
+TEST(GuidedViews, AMissingTargetIsReportedAfterSeconds) {
   Guide guide;
   GuidedCalibration guided(guide.fit, guide.target, guide.finder, guide.options, "");
   const Image wall(640, 480, 128);

@@ -24,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What a robot's file and an earlier calibration say of the camera counts for more than the recording.
+/// Camera parameters of a robot file and an earlier calibration override the recording.
 Status believe_files(const LocalizeJob& job, RecordingSetup& setup, const JobControl& control) {
   std::vector<std::string> warnings;
   if (Status status = take_robot(job.robot, setup, warnings); !status) return status;
@@ -38,7 +38,7 @@ Status believe_files(const LocalizeJob& job, RecordingSetup& setup, const JobCon
   return {};
 }
 
-/// Where no anchor is named any does: nobody asks where the map stands.
+/// Without a named anchor any tag will do, as the map frame does not matter.
 SetupOverrides overrides_of(const LocalizeJob& job, const RecordedLap& recorded) {
   SetupOverrides overrides{.tag_size_m = job.tag_size_m};
   if (setup_of(recorded, overrides)) return overrides;
@@ -52,7 +52,7 @@ SetupOverrides overrides_of(const LocalizeJob& job, const RecordedLap& recorded)
   return overrides;
 }
 
-/// Another size than the recording's is another calibration, so it is said.
+/// A size other than the recording's changes the calibration, so it is reported.
 void tell_of_size(const RecordedLap& recorded, const SetupOverrides& given, const JobControl& control) {
   const Result<TeachSetup> setup = setup_of(recorded, {.anchor = given.anchor});
   if (!given.tag_size_m || !setup || *setup->sizes.default_size_m == *given.tag_size_m) return;
@@ -60,7 +60,7 @@ void tell_of_size(const RecordedLap& recorded, const SetupOverrides& given, cons
                            *given.tag_size_m, *setup->sizes.default_size_m));
 }
 
-/// A map that is known: its tags stand there as surely as it says, and the lap's anchor becomes one of them.
+/// A known map: its tags are constrained by its covariances, and the lap's anchor becomes one of them.
 Status take_map(const LocalizeJob& job, RecordedLap& recorded, SetupOverrides& overrides,
                 std::optional<LapPrior>& prior) {
   if (job.map.empty()) return {};
@@ -136,10 +136,10 @@ Result<LapCalibration> calibrate_recorded_lap(const LocalizeJob& job, double fro
   return found;
 }
 
-// By the lap or by innovations, and what is said of it.
+// Calibration by the lap or by innovations, and its report.
 namespace {
 
-/// What to drive so that a number can be told, in the order of Calibrated.
+/// What to drive so that a value becomes observable, in the order of Calibrated.
 constexpr std::array<const char*, kCalibrated> kAdvice = {
     "Turn on the spot, both ways, with tags in view.",
     "Turn on the spot, both ways, with tags in view.",
@@ -215,7 +215,7 @@ Status check_job(const CalibrateRobotJob& job) {
   return writable ? check_calibration_place(job.drive.output) : writable;
 }
 
-/// The lap tells tags and numbers together; a map holds the tags as surely as it says.
+/// The lap determines tags and parameters jointly; a map constrains the tags by its covariances.
 Result<CalibrateRobotReport> by_lap(const CalibrateRobotJob& job, const JobControl& control) {
   Result<LapCalibration> found = calibrate_recorded_lap(job.drive, job.from_s, job.to_s, control);
   if (!found) {

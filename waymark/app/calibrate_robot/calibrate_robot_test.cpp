@@ -41,7 +41,7 @@ const CalibrationDrive& calibration_drive() {
   return made;
 }
 
-TEST(CalibrateByLap, AMountingThatIsWrongInTheFileIsFoundWithinItsDoubt) {
+TEST(CalibrateByLap, AWrongMountingIsEstimatedWithinItsStandardDeviation) {
   CalibrateRobotJob job{
       .drive = {.logs = {calibration_drive().lap}, .robot = calibration_drive().wrong_robot}};
   job.by = CalibrateRobotBy::Lap;
@@ -92,7 +92,7 @@ TEST(CalibrateByLap, ItTakesCornersAndOdometry) {
   EXPECT_FALSE(can_calibrate_by_lap(job, {}));
 }
 
-TEST(CalibrateByInnovations, TheNumbersThatPredictBestAreToldAndCancellingEndsThem) {
+TEST(CalibrateByInnovations, MinimisesInnovationsAndCanBeCancelled) {
   CalibrateRobotJob job{.drive = {.logs = {calibration_drive().lap}, .map = calibration_drive().map}};
   job.by = CalibrateRobotBy::Innovations;
   job.to_s = 15;
@@ -168,7 +168,7 @@ TEST(CalibrateRobot, ACancelledJobWritesNothing) {
   EXPECT_FALSE(fs::exists(output));
 }
 
-TEST(CalibrateRobot, WhatTellsNothingIsNotWritten) {
+TEST(CalibrateRobot, AnUnobservableCalibrationIsNotWritten) {
   const fs::path output = calibration_drive().folder / "nothing.yaml";
   const CalibrateRobotJob job{.drive = {.logs = {calibration_drive().lap}, .output = output.string()}};
   CalibrateRobotReport report;

@@ -32,7 +32,7 @@ Result<CalibrateRobotJob> job_of(const CalibrateRobotArgs& args) {
   if (job.by == CalibrateRobotBy::Lap || job.drive.map.empty())
     return fail(ErrorCode::InvalidArgument, "filter flags have no effect on method lap", {.key = "--by"},
                 "Omit them, or give --by innovations and a --map.");
-  job.by = CalibrateRobotBy::Innovations;  // who says how the filter is to be set means the filter
+  job.by = CalibrateRobotBy::Innovations;  // filter options imply the method
   return job;
 }
 

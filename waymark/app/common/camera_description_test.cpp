@@ -113,7 +113,7 @@ class Described : public ::testing::Test {
   CameraDescription said_{.file = (folder_ / "camera.yaml").string()};
 };
 
-TEST_F(Described, IsAsTheFileSays) {
+TEST_F(Described, MatchesTheFile) {
   const auto read = read_camera(said_);
   ASSERT_TRUE(read) << to_string(read.error());
   EXPECT_EQ(read->camera, camera_);

@@ -45,7 +45,7 @@ Image noise(int width, int height) {
   return image;
 }
 
-TEST(ConvertVideo, AFullDiskLeavesNothingAndSaysSo) {
+TEST(ConvertVideo, AFullDiskIsAnErrorAndLeavesNoFile) {
   const fs::path folder = testing::fresh_folder("jobs_convert_video");
   const ConvertVideoJob job{.output = (folder / "lap.mcap").string(), .pictures = "raw"};
   const Image picture = noise(640, 480);

@@ -99,7 +99,7 @@ TEST(DetectionsJson, AllKeysAreKnownWithoutAPicture) {
   EXPECT_THAT(names_in(detections->value.keys()), ::testing::IsSupersetOf({"tag", "refinement", "pose"}));
 }
 
-TEST(DetectionsJson, AFailureSaysWhatAndWhere) {
+TEST(DetectionsJson, AFailureContainsMessageAndPlace) {
   const PictureReport report{
       .image = "x.png",
       .error = Error{ErrorCode::Unreadable, "cut short", {.source = "x.png", .byte = 7}, "Copy again."}};
@@ -118,7 +118,7 @@ TEST(DetectionsJson, AFileNameThatIsNotUtf8IsStillALine) {
               HasSubstr("\xEF\xBF\xBD.png"));
 }
 
-TEST(DetectionsJson, WhatIsBrokenIsSaidWithLineAndKey) {
+TEST(DetectionsJson, ErrorsNameLineAndKey) {
   const auto failure = [](const std::string& text) {
     const auto reports = parse_reports(text, "t.jsonl");
     return reports ? "read" : to_string(reports.error());

@@ -1,4 +1,4 @@
-// The kind of every file that the program writes or reads, and of files that are none.
+// The kind of every file that the program writes or reads, and of unknown files.
 #include "waymark/app/common/file_kind.hpp"
 
 #include <fstream>

@@ -1,4 +1,4 @@
-// What a recorded lap says of its robot, what a caller or a robot's file says instead, and what is missing.
+// Setup from a recorded lap, overrides by the caller or a robot file, and missing data.
 #include "waymark/app/common/lap_input.hpp"
 
 #include <limits>
@@ -21,7 +21,7 @@ using ::testing::IsEmpty;
 
 RobotDescription lap_robot() { return read_robot(WAYMARK_SHARE "/robots/limo.yaml").value(); }
 
-/// A lap whose recording says everything.
+/// A lap whose recording is complete.
 RecordedLap whole_lap() {
   RecordedLap lap;
   lap.setup.camera = lap_robot().camera;
@@ -38,7 +38,7 @@ Error setup_error(const RecordedLap& lap, const SetupOverrides& overrides = {}) 
   return setup ? Error{} : setup.error();
 }
 
-TEST(TagsNamed, SeveralStandInATextOrInSeveral) {
+TEST(TagsNamed, SeveralAreReadFromOneTextOrMore) {
   const auto tags = tags_named({"3,tag25h9:7", "9"}, "floor");
   ASSERT_TRUE(tags) << to_string(tags.error());
   EXPECT_THAT(*tags, ElementsAre(TagId{FamilyId::Tag36h11, 3}, TagId{FamilyId::Tag25h9, 7},
@@ -85,7 +85,7 @@ TEST(AnchorPose, NumbersThatAreNoPlaceAreRefused) {
   EXPECT_TRUE(anchor_pose_of({9999, -9999, 0, 720, 0, 0}));
 }
 
-TEST(SetupOf, WhatTheRecordingSaysIsTaken) {
+TEST(SetupOf, UsesTheRecording) {
   const auto setup = setup_of(whole_lap(), {});
   ASSERT_TRUE(setup) << to_string(setup.error());
   EXPECT_EQ(setup->anchor, (TagId{FamilyId::Tag36h11, 4}));
@@ -94,7 +94,7 @@ TEST(SetupOf, WhatTheRecordingSaysIsTaken) {
   EXPECT_TRUE(setup->anchor_pose_given);
 }
 
-TEST(SetupOf, WhatTheCallerSaysCountsMore) {
+TEST(SetupOf, TheCallerOverridesTheRecording) {
   const SE3 there(SO3::from_rpy(0, 0, 1), {5, 6, 7});
   const auto setup =
       setup_of(whole_lap(), {.anchor = "tag25h9:3", .map_T_anchor = there, .tag_size_m = 0.08});
@@ -104,7 +104,7 @@ TEST(SetupOf, WhatTheCallerSaysCountsMore) {
   EXPECT_EQ(setup->map_T_anchor.translation(), there.translation());
 }
 
-TEST(SetupOf, AnotherAnchorStandsAtTheOriginAndTheFloorPlacesTheMap) {
+TEST(SetupOf, AnotherAnchorIsAtTheOrigin) {
   const auto other = setup_of(whole_lap(), {.anchor = "7"});
   ASSERT_TRUE(other);
   EXPECT_EQ(other->anchor, (TagId{FamilyId::Tag36h11, 7}));
@@ -123,7 +123,7 @@ TEST(SetupOf, AnAnchorAtTheOriginIsUpright) {
       << "into the tag is ahead";
 }
 
-TEST(SetupOf, WhatIsMissingIsSaidWithTheFieldThatHelps) {
+TEST(SetupOf, MissingDataAreErrorsWithAHint) {
   RecordedLap lap = whole_lap();
   lap.setup.metadata[lap_facts::kMetadata].erase(lap_facts::kTagSize);
   EXPECT_THAT(setup_error(lap).hint, HasSubstr("`tag_size_m`"));
@@ -158,7 +158,7 @@ TEST(SetupOf, FactsThatMakeNoSenseAreErrors) {
   EXPECT_FALSE(setup_of(lap, {}));
 }
 
-TEST(SetupOf, TagsOfAnotherSizeAreAsTheRecordingOrTheCallerSays) {
+TEST(SetupOf, TagsOfAnotherSizeComeFromRecordingOrCaller) {
   const TagId small{FamilyId::Tag36h11, 5};
   const TagId large{FamilyId::Tag36h11, 6};
   RecordedLap lap = whole_lap();
@@ -176,7 +176,7 @@ TEST(SetupOf, TagsOfAnotherSizeAreAsTheRecordingOrTheCallerSays) {
 TEST(LapFacts, WorldAndRobotTravelInTheRecording) {
   RecordedLap lap = whole_lap();
   ASSERT_TRUE(true_world(lap));
-  EXPECT_FALSE(*true_world(lap)) << "nobody knew it";
+  EXPECT_FALSE(*true_world(lap)) << "unknown world";
   EXPECT_FALSE(robot_yaml_of(lap));
   lap.attachments[lap_facts::kWorldFile] = test::file_text(WAYMARK_SHARE "/worlds/circuit24.yaml");
   lap.attachments[lap_facts::kRobotFile] = "name: limo\n";
@@ -193,13 +193,13 @@ TEST(TagNamed, ANumberIsOfTheUsualFamily) {
     EXPECT_FALSE(tag_named(none)) << none;
 }
 
-TEST(Disagreements, OnlyWhatIsFarEnoughApartIsSaid) {
+TEST(Disagreements, OnlyLargeDifferencesAreReported) {
   const RobotDescription robot = lap_robot();
   RecordingSetup setup{.camera = robot.camera, .base_T_cam = robot.model.base_T_cam};
   EXPECT_THAT(disagreements(robot, setup), IsEmpty());
-  EXPECT_THAT(disagreements(robot, {}), IsEmpty()) << "a recording that says nothing";
+  EXPECT_THAT(disagreements(robot, {}), IsEmpty()) << "a recording without setup";
   setup.base_T_cam = robot.model.base_T_cam * SE3(SO3(), {0.004, 0, 0});
-  EXPECT_THAT(disagreements(robot, setup), IsEmpty()) << "a few millimetres are what rulers tell";
+  EXPECT_THAT(disagreements(robot, setup), IsEmpty()) << "within the accuracy of a ruler";
   setup.base_T_cam = robot.model.base_T_cam * SE3(SO3(), {0.03, 0, 0});
   ASSERT_EQ(disagreements(robot, setup).size(), 1U);
   EXPECT_THAT(disagreements(robot, setup)[0], HasSubstr("3.0 cm"));
@@ -209,7 +209,7 @@ TEST(Disagreements, OnlyWhatIsFarEnoughApartIsSaid) {
   EXPECT_THAT(disagreements(robot, setup)[1], HasSubstr("320 x 240"));
 }
 
-TEST(TakeRobot, TheFileIsTakenAndWhatDisagreesIsSaid) {
+TEST(TakeRobot, UsesTheFileAndReportsDifferences) {
   RecordingSetup setup;
   setup.base_T_cam = SE3(SO3(), {9, 0, 0});
   std::vector<std::string> warnings;
@@ -242,7 +242,7 @@ TEST(Disagreements, ThereAreNoneOfTheSameRobotNorOfASilentRecording) {
   EXPECT_THAT(disagreements(lap_robot(), {}), IsEmpty());
 }
 
-TEST(Disagreements, ACameraThatSitsElsewhereIsNamedWithHowFar) {
+TEST(Disagreements, ADifferentMountingIsReportedWithDistance) {
   RecordingSetup setup = recorded_by(lap_robot());
   setup.base_T_cam = SE3(SO3::from_rpy(0, 0, to_radians(3)) * setup.base_T_cam->rotation(),
                          setup.base_T_cam->translation() + Eigen::Vector3d(0, 0.12, 0));
@@ -251,7 +251,7 @@ TEST(Disagreements, ACameraThatSitsElsewhereIsNamedWithHowFar) {
       ElementsAre(AllOf(HasSubstr("12.0 cm and 3.0 deg"), HasSubstr("(base_link to camera_optical)"))));
   setup.base_T_cam = SE3(lap_robot().model.base_T_cam.rotation(),
                          lap_robot().model.base_T_cam.translation() + Eigen::Vector3d(0, 0.004, 0));
-  EXPECT_THAT(disagreements(lap_robot(), setup), IsEmpty()) << "4 mm are what people measure";
+  EXPECT_THAT(disagreements(lap_robot(), setup), IsEmpty()) << "4 mm are within the accuracy of a ruler";
 }
 
 TEST(Disagreements, AnotherLensIsNamedByWhatDiffersMost) {

@@ -47,7 +47,7 @@ TEST_F(Staged, NothingStaysOfWhatWasNotPutInPlace) {
   EXPECT_FALSE(fs::exists(folder_)) << "a folder that was made for it goes as well";
 }
 
-TEST_F(Staged, WhatStoodThereIsSetAsideUnderOneNumber) {
+TEST_F(Staged, ExistingFilesAreBackedUpUnderOneNumber) {
   fs::create_directories(folder_);
   write(folder_ / "map.yaml", "old");
   write(folder_ / "route.yaml", "old");
@@ -141,7 +141,7 @@ bool stays(const std::function<void(FreshFile&)>& session) {
   return std::filesystem::exists(path);
 }
 
-TEST(FreshFile, StaysOnceTheRobotSaidSomething) {
+TEST(FreshFile, IsKeptOnceTheRobotSentData) {
   EXPECT_FALSE(stays([](FreshFile&) {})) << "refused before anything was heard";
   EXPECT_FALSE(stays([](FreshFile& file) { file.receive(StampedCommand{}); }))
       << "what was sent is not heard";
@@ -162,7 +162,7 @@ TEST(FreshFile, RemovesNoDeviceAndNothingWithoutAName) {
   EXPECT_TRUE(std::filesystem::exists("/dev/null"));
 }
 
-TEST(FreshFile, ARecordingInWhichTheRobotSaidNothingIsRemoved) {
+TEST(FreshFile, ARecordingWithoutDataIsRemoved) {
   const fs::path folder = testing::fresh_folder("fresh_file_session");
   const fs::path file = folder / "lap.mcap";
   const auto begun = [&](auto&& use) {

@@ -69,14 +69,14 @@ TEST_F(Sources, PatternsAreExpanded) {
   EXPECT_THAT(found({"em*"}), ElementsAre(HasSubstr("only folders match")));
 }
 
-TEST_F(Sources, WhatGivesNothingIsAnErrorAmongTheOthers) {
+TEST_F(Sources, ASourceWithoutImagesIsAnErrorAmongTheOthers) {
   EXPECT_THAT(found({"b.png", "empty", "a.JPG"}), ElementsAre("b.png", HasSubstr("empty"), "a.JPG"));
   EXPECT_THAT(found({"c.png"}), ElementsAre(HasSubstr("b.png'?")));
   EXPECT_THAT(found({"empty/none.png"}), ElementsAre(HasSubstr("no such file or folder")));
   EXPECT_THAT(found({"/dev/video97"}), ElementsAre(HasSubstr("v4l2:/dev/video0")));
 }
 
-TEST_F(Sources, StreamsAndDevicesAreRefusedInWordsAndVideosPass) {
+TEST_F(Sources, StreamsAndDevicesAreRefusedAndVideosPass) {
   EXPECT_THAT(found({"clip.mp4"}), ElementsAre("clip.mp4"));
   EXPECT_THAT(found({"/dev/null"}), ElementsAre(HasSubstr("a device or a socket")));
   const auto stream = find_inputs({"rtsp://camera/1"}, false);

@@ -26,7 +26,7 @@ const ProfileRow* row_of(const std::vector<ProfileRow>& rows, const std::string&
   return found == rows.end() ? nullptr : &*found;
 }
 
-TEST(ProfileTable, MeasuresWhatTheSimulatorWasTold) {
+TEST(ProfileTable, MeasuresTheSimulatorOptions) {
   const auto profile = profile_of(lap(), {});
   ASSERT_TRUE(profile) << to_string(profile.error());
   const SimulatedRobotOptions told;
@@ -90,7 +90,7 @@ TEST(ProfileTable, OptionsTakeWhatWasMeasuredAndKeepTheRest) {
   const SimulatedRobotOptions options = options_like(profile, before);
   EXPECT_EQ(options.camera_rate_hz, 200) << "what the simulator takes at most";
   EXPECT_EQ(options.odometry_rate_hz, 20);
-  EXPECT_EQ(options.imu_rate_hz, before.imu_rate_hz) << "nothing was heard of it";
+  EXPECT_EQ(options.imu_rate_hz, before.imu_rate_hz) << "not measured";
   EXPECT_EQ(options.sensors.gyro_noise_rad_s, 0.123);
   EXPECT_EQ(options.tag_camera.corner_sigma_px, 0.4);
   EXPECT_EQ(options.tag_camera.small_tag_sigma_px, 0) << "the measured noise is the sum";

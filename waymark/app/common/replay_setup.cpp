@@ -26,7 +26,7 @@ Result<std::optional<Calibration>> odometry_in(const fs::path& folder, const std
   return std::optional<Calibration>();
 }
 
-/// What the lap told of the odometry of this robot; a calibration that is given counts more, and so does what
+/// Odometry calibration of this robot from the lap; a given calibration overrides it, and so does what
 /// differs from the default.
 void take_odometry(const std::optional<Calibration>& found, const RobotModel& robot, ReplayerSetup& setup) {
   if (!found) return;

@@ -38,7 +38,7 @@ TEST_F(RouteFiles, NamesOfTheTaughtRouteAndOfOthers) {
   EXPECT_THAT(all, ::testing::Not(Contains("robot.yaml"))) << "the robot's file is not the map's";
 }
 
-TEST_F(RouteFiles, NamedRoutesAreListedInOrderWithoutThoseSetAside) {
+TEST_F(RouteFiles, NamedRoutesAreListedInOrderWithoutBackups) {
   for (const char* name :
        {"route.yaml", "route-b.yaml", "route-a.yaml", "route-a.1.yaml", "route-c.svg", "my-route-d.yaml"})
     touch(name);
@@ -56,7 +56,7 @@ TEST_F(RouteFiles, ANameOfARouteIsPartOfAFileName) {
   }
 }
 
-TEST_F(RouteFiles, AFolderWithoutAMapIsToldApartFromOtherMistakes) {
+TEST_F(RouteFiles, AFolderWithoutAMapHasItsOwnError) {
   const auto hint = [](const fs::path& path) {
     const Status status = check_map_folder(path);
     EXPECT_FALSE(status);

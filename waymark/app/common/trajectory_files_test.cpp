@@ -111,7 +111,7 @@ TEST_F(TrajectoryFiles, APathOfCornersATrajectoryAndARouteAreReferences) {
   EXPECT_FALSE(of_route->path.closed);
 }
 
-TEST_F(TrajectoryFiles, FilesThatAreNoReferenceSayWhy) {
+TEST_F(TrajectoryFiles, InvalidReferencesAreErrors) {
   const auto error = [&](const std::string& words) {
     const auto read = read_reference(text("bad", words), "", false);
     EXPECT_FALSE(read) << words;
@@ -147,7 +147,7 @@ TEST_F(TrajectoryFiles, CancellingEndsTheReading) {
   EXPECT_FALSE(read_reference(file, topics::kOdometry, false, stop));
 }
 
-TEST(EstimateMessage, ComparisonsSayTheirDegreesOfFreedomAndWhetherTheyCounted) {
+TEST(EstimateMessage, ComparisonsContainDegreesOfFreedomAndAcceptance) {
   const auto message =
       nis_message({.stamp = at_second(3), .tag = {FamilyId::Tag36h11, 7}, .nis = 4.5, .rows = 8});
   ASSERT_EQ(message.status.size(), 1U);

@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A moment of a recording: seconds after its first message, or "@…" seconds of its own clock [ns].
+/// A time in a recording: seconds after its first message, or "@…" seconds of its own clock [ns].
 Result<std::uint64_t> moment(const std::string& text, std::uint64_t start_ns, const char* field) {
   const bool absolute = text.starts_with('@');
   std::size_t used = 0;
@@ -163,14 +163,14 @@ Result<ExportReport> write_out(const std::string& format, const BagFormat& bag, 
   if (report && !error) return report;
   std::error_code ignored;
   fs::remove_all(out.beside, ignored);
-  // Nobody asked for the file beside it.
+  // The file beside it was not requested.
   if (!report && report.error().place.source.starts_with(out.beside.string()))
     report.error() = named_output(std::move(report.error()), out.path);
   if (error) return fail(ErrorCode::Unwritable, error.message(), {.source = out.path.string()});
   return report;
 }
 
-/// Tables do not say what the camera is like.
+/// Tables contain no camera calibration.
 Status add_robot(const ConvertJob& job, const std::string& format, const MessageLog& log,
                  ExportOptions& options) {
   if (job.robot.empty()) return {};

@@ -15,7 +15,7 @@ namespace waymark {
 struct ConvertJob {
   std::vector<std::string> inputs{};  ///< of one drive: merged in the order of their stamps
   std::string output{};               ///< new file; of rosbag2 a new folder
-  std::string format{};               ///< mcap, rosbag2, tum or csv; empty: as the output's name ends
+  std::string format{};               ///< mcap, rosbag2, tum or csv; empty: from the extension of the output
   std::string ros_distro{};           ///< of rosbag2: humble or jazzy; empty: jazzy
   std::string storage{};              ///< of rosbag2: sqlite3 or mcap; empty: as the release by itself
   std::vector<std::string> topics{};  ///< only these; empty: all

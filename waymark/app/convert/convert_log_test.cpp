@@ -92,7 +92,7 @@ TEST_F(ConvertLog, ACancelledJobLeavesNothing) {
   EXPECT_EQ(test::names_in(folder_), std::vector<std::string>{});
 }
 
-TEST_F(ConvertLog, MistakesInTheJobAreToldFromUnusableFiles) {
+TEST_F(ConvertLog, InvalidJobsAndUnusableFilesHaveDifferentCodes) {
   const auto code = [&](ConvertJob job) {
     if (job.inputs.empty()) job.inputs = {lap()};
     if (job.output.empty()) job.output = at("out.mcap");
@@ -109,7 +109,7 @@ TEST_F(ConvertLog, MistakesInTheJobAreToldFromUnusableFiles) {
   EXPECT_EQ(code({.inputs = {lap(), lap()}}), ErrorCode::Unreadable) << "two drives are no one recording";
 }
 
-TEST(RecordingInfo, SaysWhatItHoldsAndWhatToDoNext) {
+TEST(RecordingInfo, ListsContentsAndNextSteps) {
   const auto info = look_at(lap(), false, {});
   ASSERT_TRUE(info) << to_string(info.error());
   EXPECT_NEAR(info->report.duration_s, 4, 0.3);

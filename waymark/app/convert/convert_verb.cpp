@@ -24,7 +24,7 @@ class ConvertVideoFlags {
 
   /// Fails where one of them was given: the input is no video.
   [[nodiscard]] Status check_unused() const;
-  /// Writes the tags of a video to a recording, and says what became of it.
+  /// Writes the tags of a video to a recording, and prints the result.
   [[nodiscard]] ExitCode convert(const std::string& input, const std::string& output, bool json,
                                  Console& console) const;
   /// The same of a live camera, until --duration-s is over or Ctrl-C.

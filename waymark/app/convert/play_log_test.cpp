@@ -150,7 +150,7 @@ TEST(SelectPart, TopicsDivideARecordingToo) {
   EXPECT_EQ(sum, messages_of({}));
 }
 
-TEST(SelectPart, RefusesWhatIsNotInTheRecordingAndTimesThatAreNone) {
+TEST(SelectPart, RefusesUnknownTopicsAndInvalidTimes) {
   const auto log = open_lap();
   const auto misspelt = select_part(*log, {.topics = {"/odom", "/odmo"}});
   ASSERT_FALSE(misspelt);

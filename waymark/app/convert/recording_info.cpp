@@ -16,7 +16,7 @@
 namespace waymark {
 namespace {
 
-/// What stands in the way of using its camera.
+/// Problems with its camera.
 void add_doubts(RecordingInfo& info) {
   const ChosenCamera& chosen = info.setup.chosen;
   for (const auto& doubt : {chosen.ambiguous, chosen.camera_error, chosen.mounting_error})
@@ -39,7 +39,7 @@ Result<RecordingInfo> look_at(const std::string& file, bool quick, const JobCont
   if (!contents) return tl::unexpected(contents.error());
   info.problems = log.problems();  // what its messages mean; a visit forgets what the one before noticed
   info.contents = std::move(*contents);
-  // What the recording says of its robot helps; a camera that makes no sense is a problem, not the end.
+  // Uses the recorded robot setup; an invalid camera is a reported problem, not an error.
   Result<RecordingSetup> setup = log.setup();
   if (setup) info.setup = std::move(*setup);
   if (quick) {
@@ -178,10 +178,10 @@ ReportFields fields(const RecordingInfo& info) {
       {"next", "Possible next steps with the recording", next_steps(info)}};
 }
 
-// What can be done next.
+// Next steps.
 namespace {
 
-/// What a map of the tags needs and the recording does not say, as flags or words.
+/// Data required for a tag map but missing from the recording, as flags or text.
 struct MapNeeds {
   std::vector<std::string> flags{};    ///< can be given
   std::vector<std::string> missing{};  ///< cannot
@@ -219,7 +219,7 @@ NextStep map_step(const RecordingInfo& info) {
                       fmt::join(needs.flags, " "))};
 }
 
-/// A new file in the folder one stands in: beside the recording it may not be allowed.
+/// A new file in the working folder: the folder of the recording may be read-only.
 std::string here(const RecordingInfo& info, const char* suffix) {
   return shell_word(std::filesystem::path(info.file).filename().string() + suffix);
 }
@@ -280,7 +280,7 @@ std::vector<NextStep> next_steps(const RecordingInfo& info) {
   return steps;
 }
 
-// In words.
+// Text output.
 namespace {
 
 /// A date where the clock is one of the calendar, else seconds since the robot was switched on.
@@ -322,7 +322,7 @@ std::string topics_text(const RecordingInfo& info) {
   return text;
 }
 
-/// What is wrong with the stamps of a topic; empty when nothing is.
+/// Defects of the stamps of a topic; empty if there are none.
 std::string stamps_text(const TopicReport& topic) {
   std::vector<std::string> words;
   const StampStatistics& stamps = topic.stamps;

@@ -64,7 +64,7 @@ TEST(RecordingInfo, CountsAddUpAndAgreeWithTheQuickLook) {
   EXPECT_LT((*info->setup.camera->project(ahead) - *test::limo().camera.project(ahead)).norm(), 1e-9);
 }
 
-TEST(RecordingInfo, ItsTextAndItsJsonSayTheSame) {
+TEST(RecordingInfo, TextAndJsonHaveTheSameContent) {
   const auto info = look_at(short_lap(), false, {});
   ASSERT_TRUE(info);
   const std::string text = to_text(*info);
@@ -83,14 +83,14 @@ TEST(RecordingInfo, ItsTextAndItsJsonSayTheSame) {
   EXPECT_THAT(text, HasSubstr("s on the robot's clock")) << "a simulated lap begins at its own zero";
 }
 
-TEST(RecordingInfo, AQuickLookSaysNothingOfStamps) {
+TEST(RecordingInfo, QuickModeOmitsStamps) {
   const auto quick = look_at(short_lap(), true, {});
   ASSERT_TRUE(quick);
   EXPECT_FALSE(to_json(fields(*quick))["topics"][0].contains("gaps"));
   EXPECT_THAT(to_text(*quick), Not(HasSubstr("\nstamps\n")));
 }
 
-TEST(RecordingInfo, ACalendarClockIsToldAsADate) {
+TEST(RecordingInfo, ACalendarClockIsPrintedAsADate) {
   RecordingInfo info{.file = "a.mcap"};
   info.report.start_ns = 1'700'000'000'000'000'000;
   EXPECT_THAT(to_text(info), HasSubstr("start       2023-11-14 22:13:20 UTC"));
@@ -98,7 +98,7 @@ TEST(RecordingInfo, ACalendarClockIsToldAsADate) {
   EXPECT_THAT(to_text(info), HasSubstr("start       12.345 s on the robot's clock"));
 }
 
-TEST(RecordingInfo, ProgressIsToldAndCancellingTellsWhatWasCounted) {
+TEST(RecordingInfo, ReportsProgressAndPartialCountsOnCancellation) {
   int told = 0;
   JobControl control;
   control.progress = [&](const JobProgress& now) {
@@ -129,7 +129,7 @@ TEST(RecordingInfo, WhatIsNoRecordingIsAnErrorWithItsPlace) {
   EXPECT_FALSE(look_at(folder.string(), false, {}));
 }
 
-TEST(RecordingInfo, ADamagedFileIsToldAsFarAsItGoes) {
+TEST(RecordingInfo, ADamagedFileIsReadUpToTheDamage) {
   const fs::path folder = testing::fresh_folder("jobs_info_cut");
   const auto info = look_at(cut_lap(folder, 0.6), false, {});
   ASSERT_TRUE(info) << to_string(info.error());
@@ -208,7 +208,7 @@ std::vector<std::string> commands(const RecordingInfo& info) {
   return all;
 }
 
-TEST(NextSteps, ALapThatKnowsItsRobotNeedsNoFlags) {
+TEST(NextSteps, ALapWithItsRobotNeedsNoFlags) {
   EXPECT_THAT(commands(holding({"tags", "odometry"})),
               ElementsAre("waymark map lap.mcap -o map", "waymark localize lap.mcap --map map",
                           "waymark play lap.mcap"));
@@ -297,7 +297,7 @@ TEST_F(LookAt, TheSummaryNamesTopicsAttachmentsAndWhatToDo) {
   EXPECT_EQ(json["next"].size(), next_steps(*info).size());
 }
 
-TEST_F(LookAt, QuickSaysNothingOfStamps) {
+TEST_F(LookAt, QuickOmitsStamps) {
   const auto info = look_at(file_, true, {});
   ASSERT_TRUE(info);
   const auto json = to_json(fields(*info));
@@ -305,7 +305,7 @@ TEST_F(LookAt, QuickSaysNothingOfStamps) {
   for (const auto& topic : json["topics"]) EXPECT_FALSE(topic.contains("gaps"));
 }
 
-TEST_F(LookAt, CancellingEndsTheCountingAndTellsWhatWasRead) {
+TEST_F(LookAt, CancellingReportsThePartThatWasRead) {
   std::string told;
   JobControl control = test::cancelled_after(50);
   control.progress = [&](const JobProgress& now) { told = now.words; };
@@ -315,7 +315,7 @@ TEST_F(LookAt, CancellingEndsTheCountingAndTellsWhatWasRead) {
   EXPECT_THAT(told, StartsWith(file_ + ": "));
 }
 
-TEST_F(LookAt, OfACutFileItSaysSoAndHowToMendIt) {
+TEST_F(LookAt, ATruncatedFileIsReportedWithItsRepair) {
   const std::string cut = file_ + ".cut.mcap";
   std::filesystem::copy_file(file_, cut, std::filesystem::copy_options::overwrite_existing);
   std::filesystem::resize_file(cut, std::filesystem::file_size(cut) / 2);

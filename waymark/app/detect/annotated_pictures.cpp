@@ -60,7 +60,7 @@ Result<AnnotatedVideo> AnnotatedVideo::create(const std::string& path, const std
                   "Set `annotate` to another name.");
     if (known || input.error || kind_of(input.path) != FileKind::Video) continue;
     const Result<VideoReader> reader = VideoReader::open(input.path);
-    if (!reader) continue;  // said when it is read
+    if (!reader) continue;  // reported when it is read
     video.options_.rate_hz = reader->info().mean_rate_hz.value_or(video.options_.rate_hz);
     video.options_.rotation_deg = reader->info().rotation_deg;
     known = true;

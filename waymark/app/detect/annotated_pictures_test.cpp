@@ -18,7 +18,7 @@ TEST(AnnotationNames, AreShortWhereTheyCanBe) {
   EXPECT_THAT(annotation_names({"a/photo.jpg", "b/other.png"}), ElementsAre("photo.png", "other.png"));
 }
 
-TEST(AnnotationNames, SayTheFolderWhereTheyMust) {
+TEST(AnnotationNames, ContainTheFolderIfNeeded) {
   EXPECT_THAT(annotation_names({"left/1.png", "../right/1.png", "/1.jpg", "2.png"}),
               ElementsAre("left__1.png.png", "right__1.png.png", "1.jpg.png", "2.png"));
 }

@@ -294,7 +294,7 @@ TEST(DetectionsText, APictureIsARowATag) {
   EXPECT_EQ(words_of(lines[3])[4], "0.200") << "the root of the mean variance of a coordinate";
 }
 
-TEST(DetectionsText, CornersThatAreNotRefinedAreSaidWithWhy) {
+TEST(DetectionsText, UnrefinedCornersAreReportedWithTheReason) {
   PictureReport report{.image = "a.png", .width_px = 640, .height_px = 480, .detected = true};
   report.detections = {square(3, 50, 40), square(4, 150, 40)};
   report.refinements = {RefinementOutcome::Refined, RefinementOutcome::TooSmall};
@@ -381,7 +381,7 @@ TEST_F(TagVideo, EveryPictureIsReportedWithItsStamp) {
   EXPECT_THAT(notes, ::testing::ElementsAre(::testing::HasSubstr("has a rotation flag")));
 }
 
-TEST_F(TagVideo, ACalibrationOfAnotherSizeIsSaidOnce) {
+TEST_F(TagVideo, ACalibrationOfAnotherSizeIsReportedOnce) {
   const CameraModel camera =
       CameraModel::make(PinholeRadtan{.fx = 300, .fy = 301, .cx = 320, .cy = 240}, 640, 480).value();
   std::vector<std::string> notes;

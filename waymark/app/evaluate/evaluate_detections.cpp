@@ -39,7 +39,7 @@ Result<Reports> read_reports(const EvaluateDetectionsJob& job) {
   return Reports{.reports = std::move(*reports)};
 }
 
-/// The pictures to score, each with its truth. Says what is left out and why.
+/// The images to score, each with its ground truth. Notes which are skipped and why.
 Result<std::vector<ImageDetections>> join(std::vector<PictureReport> reports, const DetectionTruth& truth,
                                           const JobControl& control) {
   std::vector<ImageDetections> images;

@@ -1,4 +1,4 @@
-// Detections of a file held against the truth: what counts, what is left out, and what that is called.
+// Detections of a file compared with ground truth: matches, skipped images, and notes.
 #include "waymark/app/evaluate/evaluate_detections.hpp"
 
 #include <sstream>
@@ -89,7 +89,7 @@ TEST_F(EvaluateDetections, AShiftOfAllCornersIsTheirBias) {
   EXPECT_NEAR(corners["bias_outward_px"].get<double>(), 0, 1e-6);
 }
 
-TEST_F(EvaluateDetections, ANullIsWhatNobodyKnows) {
+TEST_F(EvaluateDetections, UnknownValuesAreNull) {
   const auto report = evaluate({picture("a.png", {})}, truth_row("a.png", square_at(1, 100)));
   ASSERT_TRUE(report && report->scores);
   const auto json = to_json(fields(*report->scores));
@@ -98,7 +98,7 @@ TEST_F(EvaluateDetections, ANullIsWhatNobodyKnows) {
   EXPECT_TRUE(json["consistency"].is_null()) << "without covariances";
 }
 
-TEST_F(EvaluateDetections, PicturesOfOneSideAreSaid) {
+TEST_F(EvaluateDetections, UnmatchedImagesAreReported) {
   const auto report = evaluate({picture("a.png", {square_at(1, 100)}), picture("b.png", {square_at(2, 100)})},
                                truth_row("a.png", square_at(1, 100)) + truth_row("c.png", square_at(3, 100)));
   ASSERT_TRUE(report && report->scores);
@@ -175,7 +175,7 @@ TEST(DetectionsText, ScoresAreSumsAndARowAClass) {
   EXPECT_THAT(lines[1], HasSubstr("RMSE 0.1250 px"));
   const std::string all = to_text(scores_of_two_classes());
   EXPECT_THAT(all, HasSubstr("0 - 20              4     75.0   0.1250  -0.0100"));
-  EXPECT_THAT(all, Not(HasSubstr("20 - 40"))) << "a class without tags says nothing";
+  EXPECT_THAT(all, Not(HasSubstr("20 - 40"))) << "a class without tags is omitted";
   EXPECT_THAT(all, HasSubstr(">= 40")) << "the last class has no upper edge";
   EXPECT_THAT(all, HasSubstr("0.0        -        -        -        -")) << "none of its tags was found";
   EXPECT_THAT(all, Not(HasSubstr("tilt"))) << "no true tag says how it leans";
@@ -192,7 +192,7 @@ TEST(DetectionsText, RecallBySizeAndTiltIsAGrid) {
   EXPECT_THAT(all, HasSubstr("0 - 20             75.0        -"));
 }
 
-TEST(DetectionsText, ConsistencyIsSaidWithWhatIsExpected) {
+TEST(DetectionsText, ConsistencyIsPrintedWithTheExpectedValue) {
   DetectionScores scores = scores_of_two_classes();
   EXPECT_THAT(to_text(scores), Not(HasSubstr("covariance")));
   scores.consistency = CornerConsistency{.tags = 5, .mean_nes_corner = 2.5, .mean_nes_tag = 9.75};

@@ -48,7 +48,7 @@ Result<TrajectoryRow> score_row(const std::string& name, EstimatedTrajectory pos
   return row;
 }
 
-/// Errors without alignment say little where the two trajectories stand in different frames, as where a map
+/// Errors without alignment mean little if the two trajectories have different frames, as when a map
 /// begins where its lap did.
 void tell_of_frames(const TrajectoryRow& row, const EvaluationInputs& inputs, const TrajectoryReport& report,
                     const JobControl& control) {
@@ -339,7 +339,7 @@ ReportFields fields(const TrajectoryReport& report) {
   return all;
 }
 
-// What makes a comparison doubtful.
+// Warnings about invalid comparisons.
 namespace {
 
 std::vector<Odometry> odometry_of(const std::string& path, const JobControl& control) {
@@ -356,7 +356,7 @@ std::vector<Odometry> odometry_of(const std::string& path, const JobControl& con
   return all;
 }
 
-/// The same moments, and the wheels say something else: what one drive cannot.
+/// Wheel odometry differs at the same times, so the recordings are of two drives.
 bool other_drive(const std::string& a, const std::string& b, const JobControl& control) {
   constexpr double kSame = 1e-3;
   const std::vector<Odometry> first = odometry_of(a, control);

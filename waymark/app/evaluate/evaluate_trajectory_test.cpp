@@ -135,7 +135,7 @@ TEST_F(EvaluateTrajectoryFiles, APathHasDistancesAndNoTimes) {
   EXPECT_LE(report->rows.front().path->distance_m.max, 0.1 + 1e-6);
 }
 
-TEST_F(EvaluateTrajectoryFiles, OdometryStandsBesideTheEstimate) {
+TEST_F(EvaluateTrajectoryFiles, OdometryIsComparedWithTheEstimate) {
   const std::string lap = test::record_lap(folder_ / "lap.mcap", 81, {.for_s = 8});
   const EvaluateTrajectoryJob job{
       .estimate = lap, .reference = lap, .estimate_topic = topics::kTruth, .odometry = lap};
@@ -224,7 +224,7 @@ class TrajectoryDoubts : public ::testing::Test {
   fs::path folder_ = testing::fresh_folder("jobs_doubts");
 };
 
-TEST_F(TrajectoryDoubts, NothingIsSaidOfAnErrorThatMayBe) {
+TEST_F(TrajectoryDoubts, APlausibleErrorIsNoWarning) {
   EXPECT_THAT(doubts({.estimate = tum("a.txt", circle(0, 30)), .reference = tum("b.txt", circle(0, 30))}),
               IsEmpty());
   EXPECT_THAT(
@@ -249,7 +249,7 @@ TEST_F(TrajectoryDoubts, AnotherPlaceUnlessItIsAligned) {
   EXPECT_THAT(doubts(job), IsEmpty());
 }
 
-TEST_F(TrajectoryDoubts, TwoDrivesAreToldByTheirOdometry) {
+TEST_F(TrajectoryDoubts, TwoDrivesAreRecognisedByTheirOdometry) {
   const auto lap = [&](const char* name, std::uint64_t seed) {
     return test::record_lap(folder_ / name, seed, {.for_s = 8});
   };
@@ -358,7 +358,7 @@ TEST(Doubts, APlainComparisonHasNone) {
   EXPECT_THAT(doubts_about(report_of(0.1, 90, 100), square_reference(4)), IsEmpty());
 }
 
-TEST(Doubts, HardlyAMomentInCommonIsSaid) {
+TEST(Doubts, FewCommonTimesAreReported) {
   const auto doubts = doubts_about(report_of(0.1, 40, 100), square_reference(4));
   ASSERT_EQ(doubts.size(), 1U);
   EXPECT_THAT(doubts[0], HasSubstr("only 40 of 100"));
@@ -375,7 +375,7 @@ TEST(Doubts, AsFarAsTheReferenceReachesIsAnotherPlace) {
       << "a robot that stood";
 }
 
-TEST(Doubts, OdometryTellsTwoDrivesApart) {
+TEST(Doubts, OdometryDistinguishesTwoDrives) {
   const fs::path folder = testing::fresh_folder("jobs_two_drives");
   TrajectoryReport report = report_of(0.1, 90, 100);
   report.estimate = test::record_lap(folder / "a.mcap", 31, {.for_s = 3});

@@ -74,7 +74,7 @@ std::string number(double value, int digits) {
   return value > 0 ? fmt::format("{:.{}f}", value, digits) : "-";
 }
 
-/// "sim", "process:…", or where else it came from; "-" when it does not say.
+/// Origin of the recording: "sim", "process:…", or another; "-" if unknown.
 std::string source_of(const DriveRun& drive) {
   const auto made = drive.lap.setup.metadata.find("waymark");
   if (made == drive.lap.setup.metadata.end()) return "-";
@@ -230,7 +230,7 @@ void add_scores(const DriveRun& drive, Rows& rows) {
         {"NEES (x, y, yaw: 3 is consistent)", fmt::format("{:.2f}", scores->consistency->nees_mean)});
 }
 
-/// Where dead reckoning would be, had it been told the start.
+/// Dead reckoning from the true start.
 Trajectory placed_odometry(const DriveRun& drive) {
   const Trajectory wheels = wheel_odometry(drive.lap.odometry);
   if (!drive.lap.truth.empty()) return thin(placed_at(wheels, drive.lap.truth.front()));
@@ -291,7 +291,7 @@ std::string sigma_mm(const MappedTag& tag) {
   return millimetres(std::sqrt(std::max(0.0, variance_m2)));
 }
 
-/// What the lap the map was made of says about it.
+/// Data of the map's own lap about the map.
 struct MadeOf {
   std::optional<World> world{};
   std::optional<MappedLap> chain{};  ///< the map before it was optimised
@@ -359,7 +359,7 @@ std::vector<std::string> error_row(const char* name, const TagMap& map, const Tr
           millimetres(way.max_m)};
 }
 
-/// Only where map and world stand in the same place: the anchor tells.
+/// Only if map and world have the same frame, which is checked at the anchor.
 bool same_frame(const MapRun& run, const MadeOf& made) {
   const MappedTag* truth = made.world ? made.world->tags.find(run.map.anchor) : nullptr;
   const MappedTag* mapped = run.map.tags.find(run.map.anchor);
@@ -415,7 +415,7 @@ plot::PageSection map_section(const MapRun& run, const DriveRun* drive, const Jo
 // Drives on the same route.
 namespace {
 
-/// Of the reference drive, for the clearance; a point when the recording does not say.
+/// Hull of the reference drive, for the clearance; a point if unknown.
 Hull hull_of(const DriveRun& drive) {
   const auto yaml = robot_yaml_of(drive.lap);
   if (!yaml) return {};
@@ -428,7 +428,7 @@ TagMap true_tags(const DriveRun& drive) {
   return world && *world ? (*world)->tags : TagMap{};
 }
 
-/// Where it drove: the truth, or the estimate; empty when it does not say.
+/// Driven trajectory: ground truth, or the estimate; empty if unknown.
 struct Way {
   Trajectory poses{};
   bool truth = false;
@@ -576,7 +576,7 @@ Status add_folder(const fs::path& folder, Runs& runs, const JobControl& control)
               "Give a folder written by `waymark demo` or `waymark map`, or recordings.");
 }
 
-/// A report may be written anew; over a page of somebody else's it is not.
+/// A report replaces an older report, but no other page.
 Status check_output(const fs::path& output, bool force) {
   const std::string suffix = output.extension().string();
   if (suffix != ".html" && suffix != ".htm")

@@ -166,7 +166,7 @@ Status take_asked(const LocalizeJob& job, LocalizeInputs& inputs) {
   return job.asked ? job.asked(inputs.setup.filter) : Status();
 }
 
-/// What cannot work is said before anything runs.
+/// Reports invalid input before anything runs.
 Status check_inputs(const LocalizeJob& job, LocalizeInputs& inputs) {
   const auto count = [&](auto is) { return std::ranges::count_if(inputs.samples, is); };
   if (inputs.samples.empty())
@@ -321,7 +321,7 @@ struct FirstRun {
   bool lasting_noise_inconsistent = false;  ///< … or of their means alone
 };
 
-/// NIS of all observations, outliers capped, but for those of the few tags that are not where the map says.
+/// NIS of all observations, outliers capped, without those of the few tags that contradict the map.
 class NisSums {
  public:
   explicit NisSums(const Landmarks& landmarks)
@@ -337,7 +337,7 @@ class NisSums {
     sums.rows += record.rows;
   }
   [[nodiscard]] std::optional<double> per_row(const TagWatch& watch) const {
-    constexpr double kMost = 0.5;  // where more tags contradict it is not the tags
+    constexpr double kMost = 0.5;  // if more tags contradict, the cause is not the tags
     Sums total;
     Sums usable;
     for (std::size_t i = 0; i < all_.size(); ++i) {
@@ -385,7 +385,7 @@ FirstRun first_run(const LocalizerSetup& setup, const std::vector<Sample>& sampl
   return found;
 }
 
-/// A latency that the innovations show to be another than was told is estimated: Gauss-Newton steps, each a
+/// Estimates the latency if the innovations contradict the given one: Gauss-Newton steps, each a
 /// run. Nothing when it does not settle.
 std::optional<double> find_latency(LocalizerSetup setup, const std::vector<Sample>& samples, FirstRun& first,
                                    const JobControl& control) {
@@ -404,7 +404,7 @@ std::optional<double> find_latency(LocalizerSetup setup, const std::vector<Sampl
   return setup.filter.camera_latency_s;
 }
 
-/// Of a camera: coarse ranges hardly tell it from the noise of turning.
+/// Only for cameras: with coarse ranges it cannot be distinguished from yaw noise.
 bool is_camera_latency(const FirstRun& first) {
   return first.suspect && first.suspect->suspect == Suspect::CameraLatency && first.corners;
 }
@@ -424,7 +424,7 @@ std::string words_of(const NoiseFit& fit) {
       fit.motion_ratio, fit.turn_ratio, fit.sensor_ratio, fit.tag_sigma_m);
 }
 
-/// Noise and latency as the recording tells them; what was changed, in words. Noise first where single
+/// Estimates noise and latency from the recording; returns the changes as text. Noise first if single
 /// observations show it to be wrong: all else is judged by it. A number that is wrong makes errors that last,
 /// too.
 std::vector<std::string> adapt(const std::vector<Sample>& samples, LocalizerSetup& setup, FirstRun& first,

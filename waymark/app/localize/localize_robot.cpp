@@ -133,7 +133,7 @@ Result<RobotSetup> load_listening_robot(const LocalizeRobotJob& job) {
   auto setup = load_kind(job.robot, {}, job.robot_file.empty() ? robot_file_in(folder) : job.robot_file, 1);
   if (!setup) {
     std::vector<std::string> kinds = robot_kind_names(true);
-    kinds.erase(kinds.begin());  // a simulated robot, which nobody else drives
+    kinds.erase(kinds.begin());  // a simulated robot, which no other program drives
     return fail(ErrorCode::InvalidArgument, fmt::format("unknown robot '{}'", job.robot), {.key = "robot"},
                 fmt::format("Known: {}.", fmt::join(kinds, ", ")));
   }

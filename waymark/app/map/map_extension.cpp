@@ -68,7 +68,7 @@ Status check_extension(const MapJob& job) {
   return job.route_name.empty() ? Status() : check_route_name(job.route_name, "route_name");
 }
 
-/// A map that says of none of its tags how well it knows it was measured by somebody: each tag is known by
+/// A map without any covariance was measured by hand: each tag has the standard deviation given by
 /// itself.
 void take_as_measured(double sigma_m, TagMap& map) {
   constexpr double kSigma_rad = 0.01;  // of a sheet that was hung by sensor

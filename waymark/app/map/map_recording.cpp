@@ -37,7 +37,7 @@ namespace fs = std::filesystem;
 
 // Laps whose recording holds poses of tags.
 
-/// Wheels turned by the gyro, where there is one: it knows turns better.
+/// Wheel odometry with the gyro's yaw rates, if there is a gyro, which is more accurate in turns.
 std::vector<Odometry> best_odometry(const RecordedLap& recorded) {
   const Trajectory gyro = gyro_odometry(recorded.odometry, recorded.imu);
   if (gyro.size() < 2) return recorded.odometry;
@@ -104,13 +104,13 @@ void compare_with_prior(const MapJob& job, MapReport& report) {
 
 // What is written.
 
-/// Whether the lap becomes one more route of the map that stands where it is written.
+/// Whether the lap becomes a further route of the existing map in the output folder.
 bool adds_a_route(const MapJob& job) {
   std::error_code ignored;
   return !job.route_name.empty() && fs::equivalent(job.extended_folder, job.folder, ignored);
 }
 
-/// The named routes of an older map, which are none of the new one.
+/// The named routes of an older map, which do not belong to the new one.
 std::vector<std::string> orphaned_routes(const MapJob& job) {
   std::vector<std::string> names = adds_a_route(job) ? std::vector<std::string>() : route_names(job.folder);
   std::erase(names, job.route_name);
@@ -135,7 +135,7 @@ void tell_of_orphaned_routes(const MapJob& job, int number, MapReport& report) {
                   fmt::join(names, ", "), number, job.folder.string()));
 }
 
-/// A pause at a place of the older route is none at a place of the new one, whoever drove it.
+/// Stations of the older route are not valid for the new one.
 void tell_of_stations(const MapJob& job, MapReport& report) {
   const Result<Route> older = read_route(job.folder / route_file_name(job.route_name));
   if (!older || older->stations.empty()) return;
@@ -168,7 +168,7 @@ Status take_routes_along(const MapJob& job, const fs::path& folder) {
               {.source = job.folder.string()});
 }
 
-/// The trajectory's covariances, one line a pose: what coordinates and axes say of it, lower triangle by
+/// The trajectory's covariances, one line per pose: coordinates and axes, lower triangle by
 /// rows.
 std::string covariance_csv(const MappedLap& lap) {
   std::string text =
@@ -186,7 +186,7 @@ std::string covariance_csv(const MappedLap& lap) {
   return text;
 }
 
-/// The route with what a replay has to know of its lap and its map.
+/// The route with the data of lap and map that a replay needs.
 Route noted_route(const RecordedLap& recorded, const MapFile& map, const MapReport& report) {
   Route route = with_map(report.lap.route, map.tags);
   if (!recorded.frames.empty())
@@ -194,7 +194,7 @@ Route noted_route(const RecordedLap& recorded, const MapFile& map, const MapRepo
   return route;
 }
 
-/// What the lap tells of the robot's odometry, as a calibration; nothing from a lap without any.
+/// Odometry parameters estimated from the lap, as a calibration; nothing for a lap without odometry.
 std::optional<Calibration> odometry_of(const RecordedLap& recorded, const MappedLap& lap) {
   if (!lap.bundle || !(lap.bundle->odometry_scales_sigma.yaw > 0) || !lap.bundle->turn_noise)
     return std::nullopt;
@@ -317,7 +317,7 @@ Status write_map_folder(const RecordedLap& recorded, const MapJob& job, const Ma
 
 // The job.
 
-/// The true trajectory in the map's frame, where nobody told how the two stand to each other.
+/// The true trajectory in the map frame, if the transform between the two is unknown.
 Result<Trajectory> aligned_to(const Trajectory& estimated, const Trajectory& truth) {
   constexpr Duration kMaxGap = std::chrono::milliseconds(500);
   std::vector<PosePair> pairs;
@@ -332,7 +332,7 @@ Result<Trajectory> aligned_to(const Trajectory& estimated, const Trajectory& tru
   return aligned;
 }
 
-/// Compares the way alone, moved onto the true one: nobody told how the two stand to each other.
+/// Compares only the trajectory, aligned with the true one, as the transform between the two is unknown.
 void compare_aligned(const RecordedLap& recorded, MapReport& report) {
   Result<Trajectory> aligned = aligned_to(report.lap.trajectory, recorded.truth);
   if (!aligned) {
@@ -345,8 +345,8 @@ void compare_aligned(const RecordedLap& recorded, MapReport& report) {
   report.trajectory_errors = trajectory_errors(report.lap.trajectory, report.true_path);
 }
 
-/// Compares with what is known of the truth. Where the anchor's pose was told, nothing is aligned, so the map
-/// must stand where the truth does.
+/// Compares with the known ground truth. If the anchor pose is given, nothing is aligned, so the map
+/// frame must be that of the ground truth.
 Status compare_with_truth(const RecordedLap& recorded, const MapJob& job, const TeachSetup& setup,
                           MapReport& report) {
   std::optional<World> world = job.truth;
@@ -411,7 +411,7 @@ Result<MapFile> map_anything(RecordedLap& recorded, const MapJob& job, const Map
   return map_corners(recorded, job, overrides, options, progress, report);
 }
 
-/// What a lap says counts once. Names are all a map knows of the recordings it was made of.
+/// A lap must be used only once. A map stores only the names of its recordings.
 void doubt_repetition(const MapJob& job, MapReport& report) {
   if (!job.extend) return;
   const std::string name = std::filesystem::path(job.lap).filename().string();
@@ -444,7 +444,7 @@ void tell_of_size(const MapJob& job, MapReport& report) {
                   asked, others, known));
 }
 
-/// What the robot's file says goes before the recording, and into the map's folder.
+/// The robot file overrides the recording, and is copied into the map folder.
 Status use_robot(const MapJob& job, RecordedLap& recorded, MapReport& report) {
   if (job.robot.empty()) return {};
   if (Status status = take_robot(job.robot, recorded.setup, report.warnings); !status) return status;

@@ -85,7 +85,7 @@ Trajectory trajectory_of(const SceneRecording& recording, const SceneMap& map, s
   return trajectory;
 }
 
-/// Into a folder of its own; the report says where it belongs.
+/// Writes into a separate folder; the report contains the final paths.
 Status write_scene(const MapSceneJob& job, const SceneRecording& recording,
                    const std::filesystem::path& folder, MapSceneReport& report) {
   const auto write = [&](const std::string& name, const std::string& text) -> Status {
@@ -144,7 +144,7 @@ void warn(MapSceneReport& report) {
   for (const std::vector<TagId>& group : map.unconnected) {
     const bool tied = std::ranges::any_of(map.left_out_cuts, [&](const SceneCut& cut) {
       return cut.beyond == group;
-    });  // said by scene_warnings
+    });  // reported by scene_warnings
     if (tied) continue;
     report.warnings.push_back(
         fmt::format("tag{} {} {} never observed together with a tag connected to the map: omitted",

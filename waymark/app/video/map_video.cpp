@@ -77,7 +77,7 @@ Result<std::vector<SceneFrame>> film(const MapVideoJob& job, const TagFinder& fi
   return frames;
 }
 
-/// Why a map without a tag is none.
+/// The error for a map without tags.
 Error no_tag_left(const MapVideoJob& job, const SceneMap& map) {
   std::string message = "no tag remains in the map";
   if (!map.rejected.empty())

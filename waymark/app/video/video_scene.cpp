@@ -12,7 +12,7 @@ namespace waymark::internal {
 namespace {
 
 constexpr double kExact = 1e-6;  // [m, rad]
-constexpr double kOpen_m = 10;   // what other measurements tell
+constexpr double kOpen_m = 10;   // determined by other measurements
 constexpr double kOpen_rad = 0.25;
 
 Status must_be_seen(const TagId& tag, const char* field, const std::map<TagId, int>& count) {
@@ -52,7 +52,7 @@ ScenePrior as_mapped(const MapVideoJob& job, const MappedTag& tag) {
   return {.mean = tag.map_T_tag, .sqrt_information = whitening_of(P)};
 }
 
-/// Level, height or both come from tags that are said to hang upright or to lie on the floor.
+/// Level, height or both come from tags declared upright or on the floor.
 Hold single_hold(const MapVideoJob& job) {
   Hold hold;
   if (!job.upright.empty() || !job.floor.empty()) hold.tilt_rad = kOpen_rad;

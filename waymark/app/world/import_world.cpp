@@ -167,7 +167,7 @@ class TextureSearch {
 
 /// The tags in the textures of a scene, found by the detector in the picture itself, whatever its name, and
 /// placed by how the picture lies on the shape. `families` are looked for. A tag that is no square within 2
-/// %, or smaller than 5 mm, is none (the narrow sides of a board). Fails where no family is known.
+/// %, or smaller than 5 mm, is ignored (the narrow sides of a board). Fails if no family is known.
 Result<PaintedTags> find_painted_tags(const SdfScene& scene, const std::vector<std::string>& families) {
   const auto finder = make_tag_finder({.families = families, .max_hamming = 0});
   if (!finder) return tl::unexpected(finder.error());

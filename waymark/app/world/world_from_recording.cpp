@@ -30,7 +30,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A drive, and the place as its map knows it.
+/// A drive and its map.
 struct MappedDrive {
   MapFolder place{};
   RobotDescription robot;
@@ -161,7 +161,7 @@ Result<Remaining> read_remaining(const WorldFromRecordingJob& job, const std::ve
   return rest;
 }
 
-/// Puts each number that the drive told into the robot's simulation, and lists it.
+/// Stores each estimated value in the robot's simulation options, and lists it.
 class Behaviour {
  public:
   explicit Behaviour(WorldFromRecordingReport& report) : report_(report) {}
