@@ -236,7 +236,7 @@ class WrongParameters(InFolder):
             outcome = self.calibrate(*words)
             self.assertEqual(outcome.code, 1, outcome.err)
             self.assertIn("shows the target", outcome.err)
-            self.assertIn(told, outcome.err)
+            self.assertIn(expected, outcome.err)
         blank = self.folder / "blank"
         blank.mkdir()
         cv2.imwrite(str(blank / "0.png"), np.full((480, 640), 200, np.uint8))
