@@ -1,4 +1,4 @@
-"""The robot as its maker describes it, and the file that says so to Waymark. What it is really like, the plants know."""
+"""The nominal robot and its robot file for Waymark. The plants contain the true parameters."""
 import dataclasses
 import math
 import textwrap
@@ -15,7 +15,7 @@ WIDTH_PX, HEIGHT_PX = 640, 480
 
 @dataclasses.dataclass(frozen=True)
 class Camera:
-    """Pinhole with radial distortion; centres of pixels at integers."""
+    """Pinhole with radial distortion; pixel centres at integers."""
     fx_px: float = 431.0
     fy_px: float = 432.5
     cx_px: float = 317.4
@@ -26,7 +26,7 @@ class Camera:
     y_m: float = 0.0
     z_m: float = 0.18
     roll_rad: float = 0.0
-    pitch_rad: float = 0.0  # positive looks down
+    pitch_rad: float = 0.0  # positive tilts down
     yaw_rad: float = 0.0
 
     def base_T_camera(self) -> np.ndarray:
@@ -36,7 +36,7 @@ class Camera:
         return frames.rigid(looks @ optical, (self.x_m, self.y_m, self.z_m))
 
     def project(self, camera_p: np.ndarray) -> np.ndarray:
-        """Points in front of the camera, rows of three, to pixels."""
+        """Projects points in front of the camera (n, 3) to pixels."""
         x, y = camera_p[..., 0] / camera_p[..., 2], camera_p[..., 1] / camera_p[..., 2]
         square = x * x + y * y
         stretch = 1 + square * (self.k1 + square * self.k2)
@@ -54,7 +54,7 @@ class Camera:
 
 
 def camera_info_yaml(camera: Camera) -> str:
-    """As ROS's camera_calibration writes it."""
+    """In the format of ROS camera_calibration."""
     c = camera
     return f"""image_width: {WIDTH_PX}
 image_height: {HEIGHT_PX}
@@ -68,7 +68,7 @@ projection_matrix: {{rows: 3, cols: 4, data: [{c.fx_px}, 0.0, {c.cx_px}, 0.0, 0.
 
 
 def robot_yaml(camera: Camera) -> str:
-    """The robot file that goes to Waymark: give it the camera that is assumed, which need not be the true one."""
+    """The robot file for Waymark, with the assumed camera, which may differ from the true one."""
     c = camera
     return f"""name: plant
 hull: {{front_m: 0.161, rear_m: 0.161, width_m: 0.22, height_m: 0.251}}

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Tags that the border of the picture cuts, drawn by the renderer of the second judge: what is said of their corners must hold.
+"""Tags cut by the image border, rendered by the second judge: their corner covariances must be consistent with the errors.
 
     tests/plant/border_test.py build/check/bin/waymark
 """
@@ -21,17 +21,17 @@ import picture_camera
 from drive import Motion
 
 SIGMAS = 3.0
-LASTING_PX = 0.5  # veil, sharpening and blur set corners of this camera off by so much anywhere in the picture
+LASTING_PX = 0.5  # veil, sharpening and blur displace corners of this camera by this much anywhere in the image
 AHEAD_M = 0.5
 
 
 def motions(roll_rad: float) -> list[Motion]:
-    """The tag ever farther out to the left or right side of a camera that is rolled."""
+    """The tag at increasing distance to the left or right in a rolled camera."""
     return [Motion(y_m=side * out * AHEAD_M, z_m=side * out * AHEAD_M * math.tan(roll_rad)) for side in (-1, 1) for out in np.arange(0.60, 0.78, 0.02)]
 
 
 def detections(program: str, pictures: list[pathlib.Path]) -> list[list[dict[str, object]]]:
-    """What was found in each picture."""
+    """The detections of each image."""
     done = subprocess.run([program, "detect", "--json", *map(str, pictures)], capture_output=True, text=True, check=True)
     found = {pathlib.Path(line["image"]).name: line["detections"] for line in map(json.loads, done.stdout.splitlines()) if "detections" in line}
     return [found[picture.name] for picture in pictures]
@@ -61,7 +61,7 @@ def main() -> int:
     print(f"{sum(map(len, found))} of {len(pictures)} found, {cut} with a corner more than a pixel off; the worst by {worst_px:.1f} px, "
           f"{worst_sigmas:.1f} of its standard deviations")
     if cut < 4:
-        print("too few are cut: this says nothing")
+        print("too few tags are cut for a result")
     return 0 if cut >= 4 and worst_sigmas < SIGMAS else 1
 
 

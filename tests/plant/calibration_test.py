@@ -4,7 +4,7 @@ deviations each number is off, over drives. A consistent number is off by 1 (RMS
 
     tests/plant/calibration_test.py build/check/bin/waymark
 
-WAYMARK_FULL=1 takes 50 drives instead of one (WAYMARK_DRIVES says how many, WAYMARK_FIRST_SEED which), each past tags that are printed anew, as what is
+WAYMARK_FULL=1 takes 50 drives instead of one (WAYMARK_DRIVES sets their number, WAYMARK_FIRST_SEED the first), each past newly printed tags, as what is
 wrong with one set of tags is wrong in all drives past it; and calibrates by innovations, too.
 """
 import collections
@@ -37,12 +37,12 @@ CAMERA_M = {"mounting_x_m": body.Camera().x_m - PIVOT_M, "mounting_y_m": body.Ca
 SMALLEST_RMS, LARGEST_RMS = 0.9, 1.15
 ENOUGH_DRIVES = 10
 LARGEST_OF_ONE = 4.0
-LEAST_TOLD = 0.8  # of the drives; to write nothing is right where what was found does not fit the held-out third better
-MOST_CALLED_MOVED = 0.5  # of 24 tags, none of which was; mean of the drives
+MIN_OBSERVABLE_SHARE = 0.8  # of the drives; to write nothing is right where what was found does not fit the held-out third better
+MAX_CALLED_MOVED = 0.5  # of 24 tags, none of which was; mean of the drives
 
 
 def calibrated(seed: int, by: str, folder: pathlib.Path, *course: str) -> tuple[dict[str, tuple[float, float]], str]:
-    """Error and stated deviation of each number that the drive tells, and what was said beside."""
+    """Error and stated standard deviation of each observable parameter of the drive, and the messages."""
     rng = np.random.default_rng([seed, 11])
     moved = np.clip(rng.standard_normal(3), -2, 2) * 0.01
     turned_deg = np.clip(rng.standard_normal(3), -2, 2) * 1.0
@@ -72,33 +72,33 @@ def length(table: pathlib.Path) -> float:
 
 
 class Numbers(unittest.TestCase):
-    def check(self, by: str, always_told: set[str]) -> None:
+    def check(self, by: str, always_observable: set[str]) -> None:
         scores = collections.defaultdict(list)
-        called_moved = told = 0
+        called_moved = observable = 0
         for seed in range(FIRST_SEED, FIRST_SEED + DRIVES):
             with tempfile.TemporaryDirectory() as folder:
                 found, words = calibrated(seed, by, pathlib.Path(folder))
-            told += 1 if found else 0
+            observable += 1 if found else 0
             called_moved += words.count("it was moved")
             for name, (error, sigma) in found.items():
                 scores[name].append(error / sigma)
                 print(f"{by}, seed {seed}: {name} {error:+.5f} +- {sigma:.5f}", flush=True)
-        print(f"{by}: {told} of {DRIVES} drives told something, {called_moved / DRIVES:.2f} tags a drive called moved", flush=True)
+        print(f"{by}: {observable} of {DRIVES} drives had an observable parameter, {called_moved / DRIVES:.2f} tags per drive called moved", flush=True)
         for name, values in scores.items():
             print(f"{by}: {name}: RMS {rms(values):.2f}, mean {np.mean(values):+.2f} deviations, {len(values)} drives", flush=True)
-        self.assertGreaterEqual(told, LEAST_TOLD * DRIVES)
-        self.assertLess(called_moved, MOST_CALLED_MOVED * DRIVES)
+        self.assertGreaterEqual(observable, MIN_OBSERVABLE_SHARE * DRIVES)
+        self.assertLess(called_moved, MAX_CALLED_MOVED * DRIVES)
         for name, values in scores.items():
             chance = 2 / math.sqrt(2 * len(values))
             enough = len(values) >= ENOUGH_DRIVES
             with self.subTest(name):
                 self.assertLess(rms(values), LARGEST_RMS + chance if enough else LARGEST_OF_ONE)
-                if enough and name in always_told:
+                if enough and name in always_observable:
                     self.assertGreater(rms(values), SMALLEST_RMS - chance)
-        self.assertLessEqual(always_told, set(scores))
+        self.assertLessEqual(always_observable, set(scores))
 
-    def test_the_turning_scale_of_one_sided_bends_is_as_good_as_it_says(self) -> None:
-        """A constant error of the gyro's rate and a wrong scale are nearly the same thing there, and the error wanders."""
+    def test_the_turning_scale_of_one_sided_bends_is_consistent(self) -> None:
+        """A constant gyro bias and a wrong scale are nearly indistinguishable there, and the bias wanders."""
         scores = []
         for seed in range(FIRST_SEED, FIRST_SEED + ONE_SIDED_DRIVES):
             with tempfile.TemporaryDirectory() as folder:
@@ -108,14 +108,14 @@ class Numbers(unittest.TestCase):
                 scores.append(error / sigma)
                 print(f"one-sided, seed {seed}: yaw_gain {error:+.5f} +- {sigma:.5f}", flush=True)
         if scores:
-            print(f"one-sided: yaw_gain: RMS {rms(scores):.2f}, {len(scores)} of {ONE_SIDED_DRIVES} drives tell it", flush=True)
+            print(f"one-sided: yaw_gain: RMS {rms(scores):.2f}, {len(scores)} of {ONE_SIDED_DRIVES} drives observe it", flush=True)
             self.assertLess(rms(scores), LARGEST_RMS + 2 / math.sqrt(2 * len(scores)))
 
-    def test_by_lap_are_as_good_as_they_say(self) -> None:
+    def test_parameters_by_lap_are_consistent(self) -> None:
         self.check("lap", {"mounting_x_m", "mounting_yaw_rad", "mounting_pitch_rad", "mounting_roll_rad", "focal_scale", "yaw_gain"})
 
     @unittest.skipUnless(FULL, "takes minutes")
-    def test_by_innovations_are_as_good_as_they_say(self) -> None:
+    def test_parameters_by_innovations_are_consistent(self) -> None:
         self.check("innovations", {"mounting_pitch_rad", "mounting_roll_rad", "camera_latency_s", "focal_scale"})
 
 

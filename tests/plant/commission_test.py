@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""First drives of the plant: as it should be it passes, and each sign, axis and unit that is swapped is named.
+"""First drives of the plant: the correct robot passes, and each swapped sign, axis and unit is named.
 
     tests/plant/commission_test.py build/check/bin/waymark
 """
@@ -47,7 +47,7 @@ def main() -> int:
             right &= check(" ".join(options), run, run.code == 0 and not failures(run) and sees)
         for name in sorted(wrong_wiring.NAMED) if full else SHORT:
             run = first_drive(place, "--wrong", name)
-            named = any(wrong_wiring.NAMED[name] in words for words in failures(run))
+            named = any(wrong_wiring.NAMED[name] in text for text in failures(run))
             blamed = name in wrong_wiring.SENT and any(words.startswith("command.") for words in failures(run))
             right &= check(name, run, run.code == 1 and named and not blamed)
     return 0 if right else 1

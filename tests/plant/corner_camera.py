@@ -1,4 +1,4 @@
-"""The camera without pictures: corners of tags with t-distributed noise and errors of each tag that last."""
+"""A camera without images: tag corners with t-distributed noise and persistent errors of each tag."""
 import dataclasses
 
 import numpy as np
@@ -11,7 +11,7 @@ import course
 class CornerOptions:
     sigma_px: float = 0.12  # scale of Student's t with three degrees of freedom
     lasting_m: float = 0.0003  # of each printed corner in the plane of its tag, the same in all frames
-    printing: int = 0  # which set of printed tags hangs there
+    printing: int = 0  # which set of printed tags is mounted
     miss: float = 0.02
     max_distance_m: float = 3.5
     stated_sigma_px: float = 0.3
@@ -28,7 +28,7 @@ class CornerCamera:
     def __init__(self, camera: body.Camera, tags: tuple[course.Tag, ...], options: CornerOptions, seed: int):
         self._camera, self._tags, self._options = camera, tags, options
         self._rng = np.random.default_rng([seed, 3])
-        # The same tags hang there every day.
+        # The tags are the same on every run.
         printing = np.random.default_rng([len(tags), 99] + ([options.printing] if options.printing else []))
         self._corners = np.array([tag_corners(tag) + options.lasting_m * printing.standard_normal((4, 2)) @ tag.world_T_tag()[:3, :2].T
                                   for tag in tags])
@@ -47,13 +47,13 @@ class CornerCamera:
             if np.dot(normal, p.mean(axis=0)) < 0.3 * np.linalg.norm(normal) * np.linalg.norm(p.mean(axis=0)):
                 continue
             pixels = self._camera.project(p)
-            margin = (pixels[1] - pixels[0])[0] / 8  # the white border must be in the picture
+            margin = (pixels[1] - pixels[0])[0] / 8  # the white border must be in the image
             if pixels.min() < margin or (pixels[:, 0].max() > body.WIDTH_PX - margin) or pixels[:, 1].max() > body.HEIGHT_PX - margin:
                 continue
             if self._rng.random() < self._options.miss:
                 continue
             noise = self._options.sigma_px * self._rng.standard_t(3, (4, 2))
-            corners = pixels + noise + 0.5  # centres of pixels at a half on the wire
+            corners = pixels + noise + 0.5  # on the wire, pixel centres are at half pixels
             seen.append({"tag": f"tag36h11:{tag.number}", "corners_px": np.round(corners, 4).tolist(),
                          "corner_sigma_px": self._options.stated_sigma_px, "hamming": 0, "decision_margin": 60.0})
         return seen

@@ -1,4 +1,4 @@
-"""The course: a closed lap of 16.2 m with curves of both hands (or an oval), 24 tags, and a gate of 0.84 m; or a recorded line of other people's,
+"""The course: a closed lap of 16.2 m with curves of both hands (or an oval), 24 tags, and a gate of 0.84 m; or a recorded public line,
 with as many tags. Frame world: floor z = 0, z up."""
 import argparse
 import contextlib
@@ -41,7 +41,7 @@ _one_sided = False  # the lap is an oval
 
 
 def use_oval() -> None:
-    """From now on the lap bends to the left only."""
+    """Makes the lap bend to the left only."""
     global _one_sided
     _one_sided = True
     _own_lap.cache_clear()
@@ -49,8 +49,8 @@ def use_oval() -> None:
 
 
 def use_recorded(file: pathlib.Path, most_curvature: float = 3.8) -> None:
-    """From now on the course is a line of a file of s, x, y, theta, curvature. Bends that are tighter go through the same angle on a wider arc;
-    then the noise of single points is smoothed. No gate; the tags stand around it."""
+    """Makes the course a line of a file of s, x, y, theta, curvature. Tighter bends turn by the same angle on a wider arc;
+    then the noise of single points is smoothed. No gate; the tags surround it."""
     global _recorded
     with open(file, encoding="utf-8") as lines:
         s, _, _, heading, curvature = np.array([[float(v) for v in row] for row in csv.reader(line for line in lines if line[0] in "-0123456789")]).T
@@ -69,7 +69,7 @@ def use_recorded(file: pathlib.Path, most_curvature: float = 3.8) -> None:
 
 @contextlib.contextmanager
 def recorded(file: pathlib.Path):
-    """The recorded line for a while."""
+    """Uses the recorded line temporarily."""
     global _recorded
     use_recorded(file)
     try:
@@ -127,8 +127,8 @@ def _seen_from(tag: Tag) -> np.ndarray:
 
 @functools.lru_cache
 def _standing() -> tuple[Tag, ...]:
-    """Two tags make the gate, if there is one; then, one by one, whichever of many places lets most of the lap see three."""
-    half = GATE_M / 2 + TAG_SIZE_M * 10 / 8 / 2  # the gap is between the papers
+    """Two tags form the gate, if there is one. Each further tag goes where it lets most of the lap see three tags."""
+    half = GATE_M / 2 + TAG_SIZE_M * 10 / 8 / 2  # the gap is between the sheets of paper
     gate = [_beside(8.0, half, 0.25, TAGS - 2, -0.15), _beside(8.0, -half, 0.25, TAGS - 1, 0.15)] if closed() else []
     rng = np.random.default_rng(24)
     places = [_beside(rng.uniform(0, length_m()), rng.uniform(-1.3, 1.3), rng.uniform(0.16, 0.34), -1, rng.uniform(-0.5, 0.5))
@@ -140,7 +140,7 @@ def _standing() -> tuple[Tag, ...]:
     for number in range(TAGS - len(gate)):
         apart = [min((math.hypot(tag.x_m - other.x_m, tag.y_m - other.y_m) for other in gate + chosen), default=math.inf) > 0.45 for tag in places]
         gain = (views * np.where(count < 3, 4.0 ** -count, 0)).sum(axis=1) * np.array(apart)
-        if number == ANCHOR:  # in view where the lap begins, and where one that is closed ends
+        if number == ANCHOR:  # in view at the start of the lap, and at the end of a closed one
             gain = gain * (views[:, 0] & views[:, 5] & (views[:, -5] | (not closed())))
         if not gain.any():  # three tags in view everywhere
             break
@@ -163,7 +163,7 @@ def _distance_to_lap(tag: Tag) -> float:
 
 
 def world_yaml(count: int = TAGS) -> str:
-    """The same as a world file of Waymark's: what a lap that is taught fast is given."""
+    """The course as a Waymark world file, for a lap that is taught fast."""
     lines = ["name: plant", "tag_family: tag36h11", f"tag_size_m: {TAG_SIZE_M}", f"anchor_id: {ANCHOR}", "tags:"]
     lines += [f"  - {{id: {tag.number}, x_m: {tag.x_m:.5f}, y_m: {tag.y_m:.5f}, z_m: {tag.z_m:.5f}, "
               f"facing_deg: {math.degrees(tag.facing_rad):.4f}}}" for tag in tags(count=count)]

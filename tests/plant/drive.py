@@ -1,4 +1,4 @@
-"""What both plants share with each other: the way of a command to the wheels, and what a plant says of itself."""
+"""Shared by both plants: the path of a command to the wheels, and the plant interface."""
 import collections
 import dataclasses
 import math
@@ -11,17 +11,17 @@ import body
 class DriveOptions:
     delay_s: float = 0.06  # from a command to the motors
     lag_s: float = 0.12  # time constant of the motors' controller
-    dead_zone_m_s: float = 0.02  # a wheel that is asked for less does not turn
-    sag: float = 0.10  # share of the speed that is lost while the battery empties
+    dead_zone_m_s: float = 0.02  # a wheel with a lower setpoint does not turn
+    sag: float = 0.10  # share of the speed lost while the battery empties
     sag_time_s: float = 120.0  # how long that takes
 
 
 @dataclasses.dataclass
 class Disturbance:
-    """What a fault does to the plant in this moment."""
+    """The current effect of a fault on the plant."""
     held: bool = False  # the robot is held, its wheels turn
     blocked: bool = False  # the wheels do not turn
-    grip: float = 1.0  # share of friction that is left
+    grip: float = 1.0  # remaining share of friction
     gain_factor: float = 1.0  # another floor
 
 
@@ -46,7 +46,7 @@ class Plant(typing.Protocol):
 
 
 class MotorSetpoints:
-    """Delay, lag, dead zone and sag between a velocity command and the speeds that the wheels of each side are asked for."""
+    """Delay, lag, dead zone and sag between a velocity command and the speed setpoints of each side's wheels."""
 
     def __init__(self, options: DriveOptions):
         self._options = options

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Random faults while a route is repeated on a plant, and whether there was motion that should not have been.
+"""Random faults while a route is repeated on a plant, and whether there was unwanted motion.
 
     tests/plant/faults.py build/release/bin/waymark --scripts 300 --seed 1
 
@@ -25,7 +25,7 @@ from table import replace_table
 from waymark_runs import Place
 
 CONTRADICTIONS = ("stuck_feed", "held", "blocked", "spinning", "carried_slowly", "carried", "encoder_stuck", "gyro_stuck")
-MOVES_ON = ("latency", "gain_step", "clock_jump")  # may go on when it stays on its way
+MOVES_ON = ("latency", "gain_step", "clock_jump")  # may continue if it stays on its path
 WINDOW_S, WITHIN_S, FARTHER_M, DARK_M, OFF_ROUTE_M = 1.0, 1.5, 0.15, 0.6, 0.3
 
 
@@ -34,15 +34,15 @@ class Verdict:
     fault: str
     kind: str
     right: bool
-    onset_s: float | None  # none: it never contradicted, or the robot stood already
-    zero_after_s: float | None  # the last order to move, after the onset
-    travel_m: float | None  # true way after the onset
+    onset_s: float | None  # None: no contradiction, or the robot was stationary already
+    zero_after_s: float | None  # last nonzero command, after the onset
+    travel_m: float | None  # true distance after the onset
     off_route_m: float
     words: str
 
 
 def onset_s(truth: np.ndarray, fault: fault_script.Fault) -> float | None:
-    """When the fault begins to show: sources that differ by 5 cm or 5 degrees within a second."""
+    """The onset of the fault: sources differ by 5 cm or 5 degrees within a second."""
     after = truth[truth[:, 0] >= fault.start_s]
     if fault.kind == "carried_slowly":
         return fault.start_s + 0.05 / 0.03
@@ -55,24 +55,24 @@ def onset_s(truth: np.ndarray, fault: fault_script.Fault) -> float | None:
     return float(after[differs[0] + rows, 0]) if len(differs) else None
 
 
-def stood_already(truth: np.ndarray, fault: fault_script.Fault) -> bool:
-    """Nothing was commanded when the fault began: a stop without a reason."""
+def was_stationary(truth: np.ndarray, fault: fault_script.Fault) -> bool:
+    """The robot was not commanded to move when the fault began: a stop without a reason."""
     after = truth[truth[:, 0] >= fault.start_s]
     return len(after) == 0 or bool(np.all(np.abs(after[:5, 4]) < 1e-6))
 
 
 def own_motion(truth: np.ndarray, fault: fault_script.Fault) -> np.ndarray:
-    """x and y without what the hand that carries the robot did."""
+    """x and y without the motion by hand."""
     carried = np.array([fault_script.carried([fault], t) for t in truth[:, 0]])
     return truth[:, 1:3] - carried
 
 
 def judge_run(taught: np.ndarray, truth: np.ndarray, fault: fault_script.Fault, words: str, text: str) -> Verdict:
-    stood = stood_already(truth, fault)
-    onset = None if stood else onset_s(truth, fault)
+    stationary = was_stationary(truth, fault)
+    onset = None if stationary else onset_s(truth, fault)
     free = own_motion(truth, fault)
     off_route = judge.tracking(taught, np.column_stack([truth[:, 0], free, truth[:, 3:]])).max_m
-    verdict = Verdict(text, fault.kind, off_route <= OFF_ROUTE_M and not stood, onset, None, None, off_route, words)
+    verdict = Verdict(text, fault.kind, off_route <= OFF_ROUTE_M and not stationary, onset, None, None, off_route, words)
     if onset is None:
         return verdict
     ordered = np.flatnonzero((truth[:, 4:6] != 0).any(axis=1) & (truth[:, 0] > onset))
@@ -111,9 +111,9 @@ def main() -> int:
     parser.add_argument("--jobs", type=int, default=1, help="scripts at a time")
     parser.add_argument("--test", action="store_true", help="as ctest runs it: a stuck feed and an unplugged camera on the kinematic plant; with "
                         "WAYMARK_FULL 300 scripts on MuJoCo, as many at a time as there are processors")
-    parser.add_argument("--folder", type=pathlib.Path, help="keep the files here; a map that is there is used again")
+    parser.add_argument("--folder", type=pathlib.Path, help="keep the files here; an existing map is used again")
     parser.add_argument("--write", type=pathlib.Path, help="replace the table of this plant in this file")
-    parser.add_argument("--may-fail", action="store_true", help="exit 0 whatever was found")
+    parser.add_argument("--may-fail", action="store_true", help="exit 0 regardless of the result")
     args = parser.parse_args()
     if args.test and os.environ.get("WAYMARK_FULL"):
         args.plant, args.scripts, args.jobs = "mujoco", 300, os.cpu_count() or 1

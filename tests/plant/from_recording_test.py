@@ -1,9 +1,9 @@
 #!/usr/bin/python3
-"""`waymark world from-recording` on a drive of the MuJoCo rover: numbers that only the plant knows are found within a fifth.
+"""`waymark world from-recording` on a drive of the MuJoCo rover: the true parameters of the plant are estimated within a fifth.
 
     tests/plant/from_recording_test.py build/check/bin/waymark
 
-WAYMARK_FULL=1 also records pictures, whose blur tells the exposure.
+WAYMARK_FULL=1 also records pictures, whose blur makes the exposure observable.
 """
 import json
 import os
@@ -36,7 +36,7 @@ def corner_noise_px() -> float:
 
 class FromRecording(unittest.TestCase):
     def quantities(self, camera: str) -> dict[str, float | None]:
-        """What a replay tells, and of the world and the robot that were made of it, that they can be driven."""
+        """The estimates from a replay, and a check that the estimated world and robot can be driven."""
         with tempfile.TemporaryDirectory() as folder:
             place = Place(PROGRAM, pathlib.Path(folder))
             self.assertEqual(place.teach_fast(["--plant", "mujoco", "--camera", "corners", "--seed", "1"]).code, 0)

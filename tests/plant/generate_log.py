@@ -31,26 +31,26 @@ def arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=pathlib.Path)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--clean", action="store_true", help="Gaussian corners, nothing that lasts, wanders, bursts or jitters")
+    parser.add_argument("--clean", action="store_true", help="Gaussian corners, no persistent errors, drift, bursts or jitter")
     parser.add_argument("--yaw-gain", type=float, default=0.6)
     parser.add_argument("--odometry", choices=["gyro", "wheels"], default="gyro")
     parser.add_argument("--mounting", type=float, nargs=6, default=[0.0] * 6, metavar=("X", "Y", "Z", "ROLL", "PITCH", "YAW"),
-                        help="true camera minus what robot.yaml says [m, deg]")
+                        help="true camera minus that of robot.yaml [m, deg]")
     parser.add_argument("--focal-scale", type=float, default=1.0, help="true focal length over that of robot.yaml")
-    parser.add_argument("--latency-s", type=float, default=0.0, help="pictures are stamped so late")
+    parser.add_argument("--latency-s", type=float, default=0.0, help="delay of the image stamps")
     parser.add_argument("--tag-off", type=float, nargs=2, action="append", default=[], metavar=("NUMBER", "M"),
-                        help="the map has this tag so far from where it is")
+                        help="displacement of this tag in the map")
     parser.add_argument("--moved", type=float, nargs=2, metavar=("COUNT", "M"), default=[0, 0.0],
                         help="the map has so many tags, spread over the lap, so far from where they are, each in another direction")
     parser.add_argument("--moved-alike", action="store_true", help="with --moved: all of them in the same direction")
     parser.add_argument("--map-sigma-m", type=float, default=0.001, help="errors of the map's tags, which map.yaml states unless --no-covariance")
     parser.add_argument("--map-sigma-rad", type=float, default=0.002)
-    parser.add_argument("--printing", type=int, default=0, help="which set of printed tags hangs there; each is printed aside in its own way")
-    parser.add_argument("--no-covariance", action="store_true", help="map.yaml does not say how good it is")
-    parser.add_argument("--coarse", action="store_true", help="ranges and bearings with noise that is not told, instead of corners")
+    parser.add_argument("--printing", type=int, default=0, help="which set of printed tags is used; each has its own printing errors")
+    parser.add_argument("--no-covariance", action="store_true", help="map.yaml contains no covariances")
+    parser.add_argument("--coarse", action="store_true", help="ranges and bearings with unknown noise instead of corners")
     parser.add_argument("--encoder-stuck", type=float, nargs=2, action="append", default=[], metavar=("AT_S", "FOR_S"),
-                        help="the encoders stand still meanwhile")
-    parser.add_argument("--jitter-s", type=float, default=0.0, help="each picture is stamped so much too early or too late at most, evenly spread")
+                        help="interval in which the encoders report no motion")
+    parser.add_argument("--jitter-s", type=float, default=0.0, help="maximum error of the image stamps, uniformly distributed")
     parser.add_argument("--second", type=int, nargs=2, action="append", default=[], metavar=("NUMBER", "AS"),
                         help="the tag of this number carries the other one, which another tag has, too")
     parser.add_argument("--one-sided", action="store_true", help="the lap is an oval, driven to the left")
@@ -77,7 +77,7 @@ class SlipBursts:
 
 
 class Stamps:
-    """When a picture is said to have been taken."""
+    """The recorded stamp of an image."""
 
     def __init__(self, seed: int, latency_s: float, jitter_s: float, on: bool):
         self._rng, self._latency_s, self._on, self._wander = np.random.default_rng([seed, 7]), latency_s, on, 0.0

@@ -29,20 +29,20 @@ CASES: dict[str, tuple[list[str], list[str]]] = {  # of the generator, of locali
     "focal length + 1 %": (["--focal-scale", "1.01"], []),
     "focal length + 3 %": (["--focal-scale", "1.03"], []),
     "mounting 2 cm, 3 cm, 2 deg off": (["--mounting", "0.02", "0.03", "0", "0", "0", "2"], []),
-    "latency 60 ms, untold": (["--latency-s", "0.06"], []),
-    "latency 60 ms, told": (["--latency-s", "0.06"], ["--camera-latency-s", "0.06"]),
+    "latency 60 ms, not configured": (["--latency-s", "0.06"], []),
+    "latency 60 ms, configured": (["--latency-s", "0.06"], ["--camera-latency-s", "0.06"]),
     "encoders stuck twice for 3 s": (["--encoder-stuck", "15", "3", "--encoder-stuck", "35", "3"], []),
     "five tags 0.4 m off": (["--moved", "5", "0.4"], []),
     "five tags 0.4 m off, all the same way": (["--moved", "5", "0.4", "--moved-alike"], []),
     "stamps up to 30 ms too early or too late": (["--jitter-s", "0.03"], []),
     "wheels only, slip bursts": (["--odometry", "wheels", "--no-imu"], []),
     "a number that two tags carry": (["--second", "11", "5"], []),
-    "ranges and bearings, noise untold": (["--coarse"], []),
+    "ranges and bearings, noise not configured": (["--coarse"], []),
 }
 
 
 def run(program: str, folder: pathlib.Path, case: tuple[list[str], list[str]], seed: int) -> tuple[judge.TrajectoryErrors, list[str]]:
-    """Errors, and what is said of it."""
+    """Errors and reported problems."""
     generate, words = case
     subprocess.run(["/usr/bin/python3", str(GENERATE), str(folder), "--seed", str(seed), *generate], check=True)
     coarse = "--coarse" in generate
@@ -58,8 +58,8 @@ def run(program: str, folder: pathlib.Path, case: tuple[list[str], list[str]], s
     late = estimate[:, 0] > estimate[0, 0] + json.loads(done.stdout.splitlines()[0])["first_fix_s"] + 1.0
     truth = np.loadtxt(folder / "truth.csv", delimiter=",", skiprows=1)
     truth[:, 0] *= 1e-9
-    said = json.loads(done.stdout.splitlines()[0])["problems"]
-    return judge.trajectory_errors(truth[:, :4], estimate[late], covariance[late]), said
+    problems = json.loads(done.stdout.splitlines()[0])["problems"]
+    return judge.trajectory_errors(truth[:, :4], estimate[late], covariance[late]), problems
 
 
 def main() -> None:
@@ -76,9 +76,9 @@ def main() -> None:
         found = []
         for seed in range(1, args.seeds + 1):
             with tempfile.TemporaryDirectory() as folder:
-                errors, said = run(args.program, pathlib.Path(folder), case, seed)
+                errors, problems = run(args.program, pathlib.Path(folder), case, seed)
             found.append(errors)
-            print(json.dumps({"case": name, "seed": seed, "rmse_m": errors.ate.rmse_m, "nees": errors.nees, "said": said}),
+            print(json.dumps({"case": name, "seed": seed, "rmse_m": errors.ate.rmse_m, "nees": errors.nees, "problems": problems}),
                   file=sys.stderr, flush=True)
         rmse = math.sqrt(np.mean([errors.ate.rmse_m ** 2 for errors in found]))
         lines.append(f"| {name} | {rmse:.4f} | {max(errors.ate.max_m for errors in found):.3f} | "

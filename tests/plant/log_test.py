@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""`waymark localize` on generated logs knows when its numbers are wrong, and is silent when they are not: judged by the second judge.
+"""`waymark localize` on generated logs reports wrong parameters and is silent about right ones, checked by the second judge.
 
     tests/plant/log_test.py build/check/bin/waymark
 
@@ -45,9 +45,9 @@ class Numbers(unittest.TestCase):
         self.named("mounting 2 cm, 3 cm, 2 deg off", "wrong sensor mounting", "waymark calibrate robot", 8)
 
     def test_a_latency_is_found_and_used(self) -> None:
-        self.named("latency 60 ms, untold", "camera latency is 0.0", "--camera-latency-s", 6)
+        self.named("latency 60 ms, not configured", "camera latency is 0.0", "--camera-latency-s", 6)
 
-    def test_encoders_that_stand_still_are_not_believed(self) -> None:
+    def test_frozen_encoders_are_rejected(self) -> None:
         for seed in range(1, 7 if FULL else 2):
             errors, _ = localised("encoders stuck twice for 3 s", seed)
             self.assertLessEqual(errors.nees, 6)
@@ -67,9 +67,9 @@ class Numbers(unittest.TestCase):
         self.named("focal length + 3 %", "wrong focal length", "waymark calibrate camera", 8)
 
     @unittest.skipUnless(FULL, "long")
-    def test_noise_that_nobody_told_is_estimated(self) -> None:
+    def test_unknown_noise_is_estimated(self) -> None:
         for seed in range(1, 6):
-            errors, _ = localised("ranges and bearings, noise untold", seed)
+            errors, _ = localised("ranges and bearings, noise not configured", seed)
             self.assertLessEqual(errors.nees, 6)
             self.assertLessEqual(errors.ate.rmse_m, 0.06)
 

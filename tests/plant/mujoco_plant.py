@@ -9,7 +9,7 @@ import body
 import native
 from drive import Disturbance, DriveOptions, Motion, MotorSetpoints
 
-RIDE_HEIGHT_M = 0.0406  # of the base of the model over the floor, at rest on its springs
+RIDE_HEIGHT_M = 0.0406  # of the base of the model over the floor, with its springs at rest
 
 
 class MujocoPlant:

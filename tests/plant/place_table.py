@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""The table "A place that is not as it is taken to be" of docs/results-second-judge.md: a leaning anchor, a camera that sits elsewhere than its
-file says, wheels that do not tell turns, few tags. Taught as by a person, so that nothing but the anchor's number is given.
+"""The table "A place that is not as it is taken to be" of docs/results-second-judge.md: a leaning anchor, a camera mounting that differs
+from its file, wheels without turn information, few tags. Taught as by a person: only the anchor's number is given.
 
     tests/plant/place_table.py build/release/bin/waymark --write docs/results-second-judge.md
 """
@@ -34,10 +34,10 @@ ROWS = [
     Row("the anchor upright"),
     *(Row(f"it leans by {lean} degrees", ("--lean-deg", str(lean))) for lean in (0.3, 1, 3, 6, 15, 30)),
     Row("MuJoCo, it leans by 3 degrees", ("--plant", "mujoco", "--lean-deg", "3")),
-    Row("camera 1 cm forward, 0.5 cm up, 1.15 degrees down, untold", mounting(*SMALL)),
-    Row("camera 2 cm forward, 2 degrees down, untold", mounting(*LARGE)),
-    Row("camera 2 cm forward, 2 degrees to the left, untold", mounting(0.02, 0, 0, 0, 0, 2)),
-    Row("MuJoCo, camera 2 cm forward, 2 degrees down, untold", ("--plant", "mujoco", *mounting(*LARGE))),
+    Row("camera 1 cm forward, 0.5 cm up, 1.15 degrees down, not configured", mounting(*SMALL)),
+    Row("camera 2 cm forward, 2 degrees down, not configured", mounting(*LARGE)),
+    Row("camera 2 cm forward, 2 degrees to the left, not configured", mounting(0.02, 0, 0, 0, 0, 2)),
+    Row("MuJoCo, camera 2 cm forward, 2 degrees down, not configured", ("--plant", "mujoco", *mounting(*LARGE))),
     *(Row(f"wheels only, gain {gain}", ("--yaw-gain", str(gain), *WHEELS)) for gain in (0.2, 0.3, 1.2)),
     *(Row(f"wheels only, gain 0.3, {tags} tags", ("--yaw-gain", "0.3", "--tags", str(tags), *WHEELS)) for tags in (15, 12)),
     Row("the same with an IMU", ("--yaw-gain", "0.3", "--tags", "12", "--odometry", "wheels")),

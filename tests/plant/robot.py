@@ -2,7 +2,7 @@
 """A robot that shares nothing with Waymark's simulator: for `waymark teach|replay --robot "process:tests/plant/robot.py ..."`.
 
 Speaks the protocol of docs/formats/robot-process.md in lockstep. With --teach it drives a lap by itself and passes over the commands that
-come; with --send-commands it says by which commands of its own, so that these are recorded. Where it truly was goes to --truth (CSV), and over the wire only with --send-truth."""
+come; with --send-commands it also sends its own commands, so that these are recorded. Its true pose goes to --truth (CSV), and over the wire only with --send-truth."""
 import argparse
 import collections
 import json
@@ -42,19 +42,19 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--gain-step", metavar="FACTOR@T_S", help="kinematic plant: multiply the yaw gain by FACTOR from then on")
     parser.add_argument("--latency-s", type=float, default=0.05, help="pictures come so long after their exposure")
     parser.add_argument("--late-stamps-s", type=float, default=0.0, help="pictures are stamped so long after their exposure")
-    parser.add_argument("--tags", type=int, default=course.TAGS, metavar="COUNT", help="how many tags stand on the course, from 3 to 24")
+    parser.add_argument("--tags", type=int, default=course.TAGS, metavar="COUNT", help="number of tags on the course, from 3 to 24")
     parser.add_argument("--line", type=pathlib.Path, metavar="FILE", help="the course is a recorded line (s, x, y, theta, curvature) with tags around")
     parser.add_argument("--lean-deg", type=float, default=0.0, help="how far the anchor leans back")
     parser.add_argument("--mounting", type=float, nargs=6, default=[0.0] * 6, metavar=("X", "Y", "Z", "ROLL", "PITCH", "YAW"),
-                        help="true camera minus what the robot file says [m, deg]")
-    parser.add_argument("--focal-scale", type=float, default=1.0, help="true focal length over what the robot file says")
+                        help="true camera minus that of the robot file [m, deg]")
+    parser.add_argument("--focal-scale", type=float, default=1.0, help="true focal length over that of the robot file")
     parser.add_argument("--start", type=float, nargs=3, default=[0.0] * 3, metavar=("AHEAD_M", "LEFT_M", "TURN_DEG"),
-                        help="where it stands, seen from the beginning of the lap")
+                        help="start pose relative to the beginning of the lap")
     parser.add_argument("--fault", type=fault_script.parse, action="append", default=[], help="KIND@START[:DURATION], may be repeated: "
                         + "; ".join(f"{kind}: {what}" for kind, what in fault_script.KINDS.items()))
     parser.add_argument("--wrong", choices=sorted(wrong_wiring.NAMED), help="a sign, an axis or a unit is swapped")
     parser.add_argument("--teach", type=float, metavar="M_S", help="drive the lap at this speed, whatever is commanded")
-    parser.add_argument("--teach-after", type=pathlib.Path, metavar="FILE", help="stand until this file is there")
+    parser.add_argument("--teach-after", type=pathlib.Path, metavar="FILE", help="wait until this file exists")
     parser.add_argument("--send-commands", action="store_true", help="with --teach: also send command lines, what the teacher decided")
     parser.add_argument("--send-truth", action="store_true", help="also send truth lines, which a scripted driver of Waymark's needs")
     parser.add_argument("--truth", type=pathlib.Path, help="CSV of the true poses and the commands; FILE.done appears when a taught lap is over")
@@ -92,7 +92,7 @@ class Robot:
     def active(self, kind: str) -> bool:
         return any(fault.kind == kind and fault.active(self.time_s) for fault in self.faults)
 
-    def say(self, kind: str, stamp_s: float, **values: object) -> None:
+    def send(self, kind: str, stamp_s: float, **values: object) -> None:
         jump = 0.5 if self.active("clock_jump") else 0.0
         values = wrong_wiring.sent(self.args.wrong, kind, values)
         sys.stdout.write(json.dumps({"type": kind, "stamp_ns": round((stamp_s + jump + 100.0) * 1e9), **values}) + "\n")
@@ -109,13 +109,13 @@ class Robot:
         motion.x_m, motion.y_m = motion.x_m + x, motion.y_m + y
         self.history.append((self.time_s, motion))
         if self.ticks % TICKS_IMU == 0 and not self.args.no_imu:
-            self.say("imu", self.time_s, **self.sensors.imu(motion))
+            self.send("imu", self.time_s, **self.sensors.imu(motion))
         if self.ticks % TICKS_ODOMETRY == 0:
             left, right = self.sensors.wheels(motion)
-            self.say("wheels", self.time_s, left_rad=left, right_rad=right)
-            self.say("odometry", self.time_s, **self.sensors.odometry(motion, TICKS_ODOMETRY * TICK_S))
+            self.send("wheels", self.time_s, left_rad=left, right_rad=right)
+            self.send("odometry", self.time_s, **self.sensors.odometry(motion, TICKS_ODOMETRY * TICK_S))
             if self.args.send_truth:
-                self.say("truth", self.time_s, x_m=motion.x_m, y_m=motion.y_m, yaw_rad=frames.wrap(motion.yaw_rad))
+                self.send("truth", self.time_s, x_m=motion.x_m, y_m=motion.y_m, yaw_rad=frames.wrap(motion.yaw_rad))
             if self.truth:
                 self.truth.write(f"{self.time_s:.3f},{motion.x_m:.6f},{motion.y_m:.6f},{motion.yaw_rad:.6f},"
                                  f"{self.command[0]:.4f},{self.command[1]:.4f}\n")
@@ -138,7 +138,7 @@ class Robot:
                 self.frozen = None
             motions = self.frozen or self.around(exposed_s)
             line = self.camera.message(motions, stamp_s, self.active("dark"))
-            self.say(line.kind, line.stamp_s, **line.values)
+            self.send(line.kind, line.stamp_s, **line.values)
 
     def around(self, time_s: float) -> list[Motion]:
         """The motions of the ticks about a moment, while a picture is exposed and read out."""
@@ -150,7 +150,7 @@ class Robot:
             return
         self.command = self.taught() if not self.args.teach_after or self.args.teach_after.exists() else (0.0, 0.0)
         if self.args.send_commands:
-            self.say("command", self.time_s, speed_m_s=self.command[0], yaw_rate_rad_s=self.command[1])
+            self.send("command", self.time_s, speed_m_s=self.command[0], yaw_rate_rad_s=self.command[1])
 
     def taught(self) -> tuple[float, float]:
         """What the teacher decides now."""
@@ -161,7 +161,7 @@ class Robot:
         return command
 
 
-class SayingCorners:
+class CornerSource:
     """The corner camera as the robot uses it: one moment, one message."""
     half_window_s = 0.0
 
@@ -203,7 +203,7 @@ def make_camera(args: argparse.Namespace, model: body.Camera, tags: tuple[course
     if args.camera == "pictures":
         import picture_camera
         return picture_camera.PictureCamera(model, tags, args.seed)
-    return SayingCorners(corner_camera.CornerCamera(model, tags, corner_camera.CornerOptions(), args.seed), model.base_T_camera())
+    return CornerSource(corner_camera.CornerCamera(model, tags, corner_camera.CornerOptions(), args.seed), model.base_T_camera())
 
 
 def await_order(step: int) -> tuple[float, float] | None:
@@ -227,7 +227,7 @@ def main() -> None:
         for _ in range(TICKS_ODOMETRY):
             robot.tick()
         step += 1
-        robot.say("step", robot.time_s, step=step)
+        robot.send("step", robot.time_s, step=step)
         sys.stdout.flush()
         ordered = await_order(step)
         if ordered is None:
@@ -237,5 +237,5 @@ def main() -> None:
 
 try:
     main()
-except BrokenPipeError:  # nobody reads any more: the robot stops
+except BrokenPipeError:  # the reader is gone: the robot stops
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -47,7 +47,7 @@ class RecordedCommands(unittest.TestCase):
             self.assertEqual(taught.code, 0, taught.err)
             truth = judge.read_truth(place.folder / "lap.csv")
             commands = mcap_poses.commands(place.folder / "lap.mcap")
-        self.assertGreater(float(np.abs(commands[:, 2]).max()), 0.3, "the robot was told to turn")
+        self.assertGreater(float(np.abs(commands[:, 2]).max()), 0.3, "the robot was commanded to turn")
         again = driven_by(commands, truth[-1, 0])
         off = np.hypot(*(again[:, 1:3] - truth[:len(again), 1:3]).T)
         print(f"{len(commands)} commands recorded; the plant they drive is {1e6 * off.max():.1f} um off at most", flush=True)

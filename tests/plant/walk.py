@@ -27,7 +27,7 @@ class HungTag(course.Tag):
 
 
 def tags(rng: np.random.Generator) -> tuple[HungTag, ...]:
-    """Six on each wall, between 1.1 and 1.7 m. Tag 0 hangs straight."""
+    """Six on each wall, between 1.1 and 1.7 m. Tag 0 is mounted straight."""
     hung = []
     for number in range(TAGS):
         wall, place = divmod(number, 6)

@@ -29,7 +29,7 @@ SHORT_S = 8.0
 SHORT_TAGS = 8
 TAGS_M = 0.015  # RMSE of a walk's tags, its anchor laid onto the true one; aimed at: 0.010, measured: 0.0077 to 0.0121
 POSES_M = 0.012  # measured: 0.0054 to 0.0082
-NEES = (3.0, 8.0)  # 6 where poses are consistent; the errors of a walk's pictures hang together
+NEES = (3.0, 8.0)  # 6 where poses are consistent; the errors of a walk's images are correlated
 UNKNOWN = 0.05  # share of the pictures without a pose: rejected, as their tags contradict each other; measured: 0.012 to 0.033
 
 

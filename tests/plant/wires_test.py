@@ -54,8 +54,8 @@ class Wires(unittest.TestCase):
         try:
             yield sim.stdout.readline().strip() if "--limo" in wire else ""
             sim.send_signal(signal.SIGINT)
-            _, said = sim.communicate(timeout=30)
-            self.assertEqual(sim.returncode, 0, said)
+            _, output = sim.communicate(timeout=30)
+            self.assertEqual(sim.returncode, 0, output)
         finally:
             sim.kill()
             sim.communicate()
@@ -125,13 +125,13 @@ class Wires(unittest.TestCase):
         self.assertEqual(done.returncode, code, done.stderr)
         return done.stderr
 
-    def test_a_plant_that_sends_no_pictures_is_none_for_gazebo(self):
-        said = self.refused(self.simulator(["--gazebo", "limo"], [], "t.csv"), 1)
-        self.assertIn("(odometry, wheels, detections, imu)", said)
+    def test_a_plant_without_images_is_refused_for_gazebo(self):
+        output = self.refused(self.simulator(["--gazebo", "limo"], [], "t.csv"), 1)
+        self.assertIn("(odometry, wheels, detections, imu)", output)
 
     def test_a_plant_that_ends_ends_the_robot_with_words(self):
-        said = self.refused(self.simulator(["--limo"], ["--limit-s", "0.2"], "t.csv"), 1)
-        self.assertIn("the robot's process ended", said)
+        output = self.refused(self.simulator(["--limo"], ["--limit-s", "0.2"], "t.csv"), 1)
+        self.assertIn("the robot's process ended", output)
 
     def test_a_plant_without_a_wire_or_with_what_only_the_simulator_does_is_refused(self):
         self.assertIn("--plant", self.refused(self.simulator([], [], "t.csv"), 2))

@@ -114,7 +114,7 @@ TEST(PrintedAprilGrid, IsNotReadByAprilTag) {
   EXPECT_EQ(waymark::testing::find_tags(printed(layout, 150), FamilyId::Tag36h11).size(), 0U);
 }
 
-TEST(PrintedBoard, SaysWhatItIs) {
+TEST(PrintedBoard, PrintsItsParameters) {
   const Drawing page = draw_board(layout_board(board(BoardStyle::AprilGrid, 0.024, 0.3)).value());
   const std::string text = waymark::testing::text_of_pdf(render_pdf({&page, 1}).value());
   for (const char* words : {"size 24 mm", "tag36h11 numbers 0 to 35", "gap 7.2 mm (spacing 0.3)",

@@ -240,7 +240,7 @@ TEST(PrintedRuler, MeasuresWhatItsWordsClaim) {
   EXPECT_EQ(lengths, (std::set{40, 60, 100}));
 }
 
-TEST(PrintedWords, SayTagSizeAndHowToPrint) {
+TEST(PrintedText, ContainsTagSizeAndPrintScale) {
   const SheetLayout layout = small_sheet(FamilyId::TagStandard41h12);
   const std::string text = waymark::testing::text_of_pdf(render_pdf(draw_sheet(layout)).value());
   for (const char* words :
