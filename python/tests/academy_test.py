@@ -111,7 +111,7 @@ class Exercise(unittest.TestCase):
         for caught in ("    try:\n        HAL.getImage()\n    except:\n        pass\n", "    try:\n        HAL.getImage()\n    finally:\n        continue\n"):
             result = scored("import HAL\nwhile True:\n" + caught, 0.5, stall_s=5)
             self.assertIsNone(result["error"])
-            self.assertEqual(result["notes"], ["no estimate was shown: WebGUI.showEstimatedPose((x, y, yaw))"])
+            self.assertEqual(result["notes"], ["no estimate was shown: call WebGUI.showEstimatedPose((x, y, yaw))"])
 
     def test_threads_run_as_in_python(self):
         thread = "import threading, HAL, WebGUI\ndef work():\n    while True:\n        HAL.getImage()\n        WebGUI.showEstimatedPose((0, 0, 0))\n"
@@ -165,7 +165,7 @@ class Exercise(unittest.TestCase):
                 code, _, printed = command(str(path), *flags)
                 self.assertEqual((code, "Traceback" in printed), (2, False), printed)
                 self.assertIn(word, printed)
-            for file, word in (("/dev/zero", "no file"), (folder, "no file"), (folder + "/none.py", "none.py does not exist")):
+            for file, word in (("/dev/zero", "not a file"), (folder, "not a file"), (folder + "/none.py", "none.py does not exist")):
                 code, _, printed = command(file)
                 self.assertEqual((code, "Traceback" in printed), (2, False), printed)
                 self.assertIn(word, printed)
@@ -198,7 +198,7 @@ class Exercise(unittest.TestCase):
         once = "import HAL, WebGUI\nHAL.getImage()\nfor x in range(4):\n    WebGUI.showEstimatedPose((x, 0, 0))\n"
         for text in (once, once + "import sys\nsys.exit()\n"):
             self.assertIn("does it have a loop", " ".join(scored(text, 2)["notes"]))
-        self.assertEqual(scored("import HAL\nwhile True:\n    HAL.getImage()\n", 0.5)["notes"], ["no estimate was shown: WebGUI.showEstimatedPose((x, y, yaw))"])
+        self.assertEqual(scored("import HAL\nwhile True:\n    HAL.getImage()\n", 0.5)["notes"], ["no estimate was shown: call WebGUI.showEstimatedPose((x, y, yaw))"])
 
     def test_an_early_end_by_an_exception_gets_a_note(self):
         looks = "import HAL\nfor _ in range(5):\n    HAL.getImage()\n"
@@ -230,7 +230,7 @@ class Exercise(unittest.TestCase):
         self.assertIn("HAL.setV was given 2 arguments: expected HAL.setV(speed_m_s)", scored("import HAL\nHAL.setV(1, 2)\n", 1)["error"])
 
     def test_help_shows_the_calls(self):
-        calls = {"HAL": ("getImage()", "getOdom()", "getLaserData()", "setV(speed_m_s)", "setW(yaw_rate_rad_s)", "[m/s]", "[rad/s]", "the frame in which"),
+        calls = {"HAL": ("getImage()", "getOdom()", "getLaserData()", "setV(speed_m_s)", "setW(yaw_rate_rad_s)", "[m/s]", "[rad/s]", "relative to the start pose"),
                  "WebGUI": ("showEstimatedPose(pose)", "showImage(image)", "in metres and radians in the map")}
         for module, words in calls.items():
             text = f"import {module}, pydoc\ntext = pydoc.plain(pydoc.render_doc({module}))\nfor word in {words}:\n    assert word in text, text\n"

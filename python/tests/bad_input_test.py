@@ -106,7 +106,7 @@ class Groups(unittest.TestCase):
                 for call in (lambda: a @ b, lambda: a * b):
                     with self.assertRaises(TypeError):
                         call()
-        with self.assertRaisesRegex(TypeError, r"SE3 times SE2 .*lift\(\)"):
+        with self.assertRaisesRegex(TypeError, r"SE3 and SE2 .*lift\(\)"):
             geometry.SE3() @ geometry.SE2(1, 2, 3)
         with self.assertRaisesRegex(TypeError, "SE3 times SE2"):
             geometry.SE3().act(geometry.SE2(1, 2, 3))

@@ -119,7 +119,7 @@ class Numbers(unittest.TestCase):
     def test_a_camera_of_another_size_is_refused(self):
         lens = camera.pinhole(64, 48, 50, 50, 32, 24)
         self.assertEqual(tags.Detector().detect(np.zeros((48, 64), np.uint8), lens), [])
-        with self.assertRaisesRegex(errors.InvalidArgument, "64 x 48 pixels and a picture of 48 x 64"):
+        with self.assertRaisesRegex(errors.InvalidArgument, "64 x 48 pixels, the image 48 x 64"):
             tags.Detector().detect(np.zeros((64, 48), np.uint8), lens)
 
 
@@ -161,7 +161,7 @@ class Drives(unittest.TestCase):
         lap = str(pathlib.Path(self.map).parent / "lap.mcap")
         with self.assertRaises(errors.NotFound) as raised:
             mapping.map_recording(lap, self.map + "2")
-        self.assertIn("Give tag_size_m, the side", raised.exception.hint)
+        self.assertIn("Set tag_size_m to the side", raised.exception.hint)
         self.assertNotIn("--", str(raised.exception))
 
     def test_numbers_of_laps_are_checked(self):
@@ -196,7 +196,7 @@ class Drives(unittest.TestCase):
     def test_pictures_need_a_detector_and_the_size_of_the_camera(self):
         small = self.robot(lambda now_ns: [samples.CameraFrame(now_ns, np.zeros((10, 10), np.uint8))])
         self.refused(TypeError, "no detector is given", small())
-        self.refused(ValueError, "a picture of 10 x 10", small(), detector=tags.Detector())
+        self.refused(ValueError, "an image of 10 x 10", small(), detector=tags.Detector())
 
 
 class Writers(unittest.TestCase):

@@ -73,7 +73,7 @@ class Detect(InFolder):
         self.assertIn("1 picture", converted.out)
         again = self.run_here("convert", "walk.mp4", "walk.mcap")
         self.assertEqual(again.code, 1)
-        self.assertIn("exists already", again.err)
+        self.assertIn("already exists", again.err)
 
     def test_a_video_is_mapped_only_with_its_camera(self):
         self.run_here("detect", "photograph.png", "--annotate", "walk.mp4")
@@ -145,7 +145,7 @@ class Annotate(InFolder):
         for folder, source in ((".", "photograph.png"), ("photos/../photos", "photos")):
             outcome = self.run_here("detect", "--annotate", folder, source)
             self.assertEqual(outcome.code, 2)
-            self.assertIn("holds the pictures themselves", outcome.err)
+            self.assertIn("contains the input images", outcome.err)
         self.assertEqual((self.folder / "photograph.png").read_bytes(), before)
 
 

@@ -152,7 +152,7 @@ class EvaluateTrajectory(unittest.TestCase):
         self.write("fine.txt", tum(noisy(truth, SEED)))
         self.assertEqual(self.run_here("fine.txt", "truth.txt").err, "")
         self.write("later.txt", tum([(t + 15, x, y, yaw) for t, x, y, yaw in truth]))
-        self.assertIn("only 100 of 400 poses of EST are at times that REF covers", self.run_here("later.txt", "truth.txt").err)
+        self.assertIn("100 of 400 poses of EST", self.run_here("later.txt", "truth.txt").err)
         self.write("elsewhere.txt", tum([(t, x + 3, y - 40, yaw) for t, x, y, yaw in truth]))
         outcome = self.run_here("elsewhere.txt", "truth.txt")
         self.assertEqual(outcome.code, 0)
@@ -180,7 +180,7 @@ class EvaluateTrajectory(unittest.TestCase):
                 (["truth.txt", "columns.csv"], "no columns x_m and y_m"),
                 (["truth.txt", "nan.csv"], "nan.csv:3 (y_m)"),
                 (["truth.txt", "none.txt"], "none.txt: there is no such file"),
-                (["truth.txt", "truth.txt", "--from", "500"], "It lasts 20.0 s")):
+                (["truth.txt", "truth.txt", "--from", "500"], "lasts 20.0 s")):
             outcome = self.run_here(*words)
             self.assertEqual((outcome.code, outcome.out), (1, ""), words)
             self.assertIn(part, outcome.err)

@@ -60,7 +60,7 @@ time.sleep(20)
         robot = f"process:{sys.executable} deep.py"
         done = self.run_here("teach", "--robot", robot, "--world", "circuit24", "--driver", "scripted", "-o", "lap.mcap")
         self.assertNotEqual(done.code, 0)
-        self.assertIn("deep in each other", done.err)
+        self.assertIn("nested more than 16 deep", done.err)
 
     def test_a_bomb_stops_at_its_ratio_and_leaves_nothing(self):
         temporary = self.folder / "temporary"

@@ -131,7 +131,7 @@ class OurRecordings(InFolder):
     def what_does_not_fit_is_said(self):
         outcome = self.run_here("localize", "lap.mcap", "--map", "map", "--tag-size-m", 0.3)
         self.assertEqual(outcome.code, 0)
-        self.assertIn("--tag-size-m is not used", outcome.err)
+        self.assertIn("--tag-size-m is ignored", outcome.err)
         outcome = self.run_here("localize", "lap.mcap", "--map", "map", "--start", 30, 30, 90)
         self.assertEqual(outcome.code, 0)
         self.assertIn("assumed start", outcome.err)
@@ -178,7 +178,7 @@ class Tables(InFolder):
         empty.write_text("t_s,landmark,range_m,bearing_rad\n")
         outcome = self.run_here("localize", "empty.csv", "--map", "landmarks.csv")
         self.assertEqual(outcome.code, 1)
-        self.assertIn("nothing to localise with", outcome.err)
+        self.assertIn("neither tags nor motion", outcome.err)
         outcome = self.run_here("localize", "moved.csv", "--map", "landmarks.csv")
         self.assertEqual(outcome.code, 1)
         self.assertIn("no tags and no landmarks", outcome.err)
@@ -204,7 +204,7 @@ class RealLogs(InFolder):
         self.assertIn("tag 5 and tag 6 are swapped", report["problems"][0])
         # The robot's file guesses where the camera sits: calibration finds it 2 cm further ahead and to the right.
         for problem in report["problems"][1:]:
-            self.assertRegex(problem, "wrong sensor mounting|covers what is wrong")
+            self.assertRegex(problem, "wrong sensor mounting|accounts for this")
         self.assertGreater(report["duration_s"], 180)
 
 

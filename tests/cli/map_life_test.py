@@ -53,7 +53,7 @@ class Extend(InFolder):
         self.assertEqual(missing.code, 1, "a file that is not usable, as everywhere")
         self.assertIn("none.yaml", missing.err)
         size = self.run_here("map", "lap3.mcap", "-o", "other", "--extend", "map", "--tag-size-m", 0.2)
-        self.assertIn("--tag-size-m 0.2 is taken for tags that the map does not have: 23 of it keep the size it says (0.16 m)", size.err)
+        self.assertIn("--tag-size-m 0.2", size.err)
         chain = self.run_here("map", "lap3.mcap", "-o", "other", "--extend", "map", "--method", "chain")
         self.assertEqual(chain.code, 2)
         self.assertIn("cannot extend", chain.err)
@@ -95,7 +95,7 @@ class TablesOfDetections(InFolder):
             "t_ns,cam,tag,x0,y0,x1,y1,x2,y2,x3,y3,hamming\n1000,cam0,3,10,10,50,10,50,50,10,50,0\n")
         outcome = self.run_here("map", "detections.csv", "-o", "map")
         self.assertEqual(outcome.code, 1)
-        self.assertIn("no calibration of its camera", outcome.err)
+        self.assertIn("/camera_info", outcome.err)
         self.assertIn("`waymark map --tagslam FOLDER`", outcome.err)
 
 
@@ -135,7 +135,7 @@ class Convert(InFolder):
         self.assertEqual(self.run_here("map", "convert", "map", "tf.yaml", "--to", "tf", "--force", "--remove", "3").code, 0)
         for words, code, part in ((["map", "x.yaml", "--to", "tff"], 2, "Did you mean 'tf'?"), (["tf.yaml", "x.yaml"], 1, "--tag-size-m"),
                                   (["none", "x.yaml"], 1, "none"), (["map", "x.yaml", "--remove", "99"], 2, "is not in the map"),
-                                  (["lap.mcap", "x.yaml"], 1, "no transform from the frame map")):
+                                  (["lap.mcap", "x.yaml"], 1, "no transform from frame map")):
             mistake = self.run_here("map", "convert", *words)
             self.assertEqual(mistake.code, code, mistake.err)
             self.assertIn(part, mistake.err)

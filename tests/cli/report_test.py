@@ -138,14 +138,14 @@ class Report(unittest.TestCase):
             run("plot", self.demo, "--figure", "drives", "-o", file)
             self.assertTrue(file.read_bytes().startswith(begin))
         self.assertIn("Did you mean", run("plot", self.demo, "--figure", "flor", code=2).err)
-        self.assertIn(".svg", run("plot", self.demo, "--figure", "floor", "-o", self.folder / "a.bmp", code=1).err)
-        self.assertIn("Name it with --figure", run("plot", self.demo, "-o", self.folder / "b.svg", code=2).err)
+        self.assertIn(".svg", run("plot", self.demo, "--figure", "floor", "-o", self.folder / "a.bmp", code=2).err)
+        self.assertIn("Set --figure", run("plot", self.demo, "-o", self.folder / "b.svg", code=2).err)
 
     def test_files_of_others_stay(self):
         page, figure = self.folder / "mine.html", self.folder / "mine.svg"
         for file in (page, figure):
             file.write_text("mine")
-        self.assertIn("that no `waymark report` wrote", run("report", self.demo, "-o", page, code=1).err)
+        self.assertIn("was not written by `waymark report`", run("report", self.demo, "-o", page, code=1).err)
         self.assertIn("--force", run("plot", self.demo, "--figure", "floor", "-o", figure, code=1).err)
         self.assertEqual((page.read_text(), figure.read_text()), ("mine", "mine"))
         run("plot", self.demo, "--figure", "floor", "-o", figure, "--force")

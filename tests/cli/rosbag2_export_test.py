@@ -122,7 +122,7 @@ class Export(InFolder):
             self.assertEqual((self.folder / f"bag.{kind}.csv").read_bytes(), (self.folder / f"lap.mcap.{kind}.csv").read_bytes())
         mapped = self.run_here("map", "bag", "-o", "map", "--tag-size-m", "0.054", "--anchor", "tagCustom48h12:1")
         self.assertEqual(mapped.code, 0, mapped.err)
-        self.assertIn("against the true trajectory, after alignment", mapped.out)
+        self.assertIn("the true trajectory, after alignment", mapped.out)
         summary = json.loads((self.folder / "map/summary.json").read_text())
         self.assertTrue(summary["truth_aligned"])
         self.assertLess(summary["trajectory_rmse_m"], 0.02)  # the bag does not say where the anchor stands in the frame of its truth
@@ -159,14 +159,14 @@ class Export(InFolder):
         (self.folder / "there").mkdir()
         self.export("lap.mcap", "bag")
         for words, code, said in (
-                ("lap.mcap there --format rosbag2", 1, "the folder exists already"),
+                ("lap.mcap there --format rosbag2", 1, "this folder already exists"),
                 ("lap.mcap new --format rosbag2 --ros-distro dashing", 2, "'dashing'"),
                 ("lap.mcap new --format rosbag2 --storage tape", 2, "'tape'"),
                 ("lap.mcap new.mcap --ros-distro humble", 2, "--format rosbag2"),
                 ("lap.mcap new.mcap --storage mcap", 2, "--format rosbag2"),
                 ("lap.mcap new --format rosbag2 --kind imu", 2, "'imu' has no effect on rosbag2"),
                 ("lap.mcap new.mcap --kind imu", 2, "'imu' has no effect on mcap"),
-                ("lap.mcap new", 2, "new: "),
+                ("lap.mcap new", 2, "new (-o): "),
                 ("lap.mcap bag/new --format rosbag2", 1, "bag/new: "),
                 ("lap.mcap nowhere/new --format rosbag2", 1, "nowhere")):
             with self.subTest(words):

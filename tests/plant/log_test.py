@@ -45,7 +45,7 @@ class Numbers(unittest.TestCase):
         self.named("mounting 2 cm, 3 cm, 2 deg off", "wrong sensor mounting", "waymark calibrate robot", 8)
 
     def test_a_latency_is_found_and_used(self) -> None:
-        self.named("latency 60 ms, not configured", "camera latency is 0.0", "--camera-latency-s", 6)
+        self.named("latency 60 ms, not configured", "camera latency estimated", "--camera-latency-s", 6)
 
     def test_frozen_encoders_are_rejected(self) -> None:
         for seed in range(1, 7 if FULL else 2):

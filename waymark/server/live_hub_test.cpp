@@ -371,7 +371,7 @@ TEST_F(Hub, LightsHaveTexts) {
     return Json();
   };
   EXPECT_EQ(light("odometry")["level"], "good");
-  EXPECT_EQ(light("odometry")["words"], "50 a second");
+  EXPECT_EQ(light("odometry")["words"], "50 per second");
   EXPECT_EQ(light("camera")["level"], "unknown");
   EXPECT_EQ(light("localisation")["level"], "doubtful");
   EXPECT_EQ(light("drive")["words"], "obstacle ahead");

@@ -129,8 +129,8 @@ TEST_F(Described, PosesNeedItAndTheSizeOfTheTags) {
   EXPECT_EQ((*poses)->camera, camera_);
   EXPECT_EQ((*poses)->sizes.default_size_m, 0.16);
   EXPECT_FALSE(described_poses({}, {}).value()) << "no pose was asked for";
-  EXPECT_THAT(to_string(described_poses(said_, {}).error()), HasSubstr("(tag_size_m): poses need both"));
-  EXPECT_THAT(to_string(described_poses({}, {"0.16"}).error()), HasSubstr("(camera): poses need both"));
+  EXPECT_THAT(to_string(described_poses(said_, {}).error()), HasSubstr("(tag_size_m): poses require both"));
+  EXPECT_THAT(to_string(described_poses({}, {"0.16"}).error()), HasSubstr("(camera): poses require both"));
   EXPECT_THAT(to_string(described_poses({.name = "left"}, {"0.16"}).error()), HasSubstr("(camera_name)"));
 }
 

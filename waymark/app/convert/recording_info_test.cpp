@@ -166,7 +166,7 @@ TEST(RecoverLog, AWholeFileIsTheSame) {
   ASSERT_TRUE(report) << to_string(report.error());
   EXPECT_TRUE(report->recovery.was_whole);
   EXPECT_EQ(report->recovery.messages, look_at(short_lap(), true, {})->report.messages);
-  EXPECT_THAT(to_text(*report), HasSubstr("was whole"));
+  EXPECT_THAT(to_text(*report), HasSubstr("was intact"));
 }
 
 TEST(RecoverLog, NothingIsWrittenOverAndNothingIsLeftOfAFailure) {

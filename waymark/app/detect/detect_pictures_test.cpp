@@ -168,7 +168,7 @@ TEST_F(DetectPictures, OriginalsAreNotWrittenOver) {
   const auto summary =
       detect_pictures(job, finder_, {}, [](const PictureReport&, const PoseList&) { return true; });
   ASSERT_FALSE(summary);
-  EXPECT_EQ(summary.error().place.source, folder_.string());
+  EXPECT_EQ(summary.error().place.key, folder_.string());
 }
 
 TEST_F(DetectPictures, CancellingAndEnoughEndBetweenTwoPictures) {

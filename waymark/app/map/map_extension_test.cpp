@@ -157,7 +157,7 @@ TEST_F(MapExtension, TheSameRecordingTwiceIsDoubted) {
   job_.overrides.tag_size_m = 0.3;
   const auto report = map_recording(job_, {});
   ASSERT_TRUE(report) << to_string(report.error());
-  EXPECT_THAT(report->warnings, Contains(HasSubstr("counts twice")));
+  EXPECT_THAT(report->warnings, Contains(HasSubstr("count twice")));
   EXPECT_THAT(report->warnings, Contains(HasSubstr("keep their size")));
 }
 

@@ -717,7 +717,8 @@ std::string to_text(const MapReport& report, const std::string& folder) {
   if (lap.bundle && report.extends)
     text += fmt::format("{} tags are consistent with the extended map\n", lap.bundle->prior_agreeing);
   if (!report.set_aside.empty())
-    text += fmt::format("existing files were renamed: {}\n", fmt::join(report.set_aside, ", "));
+    text += fmt::format("existing files were renamed as map.yaml to map.1.yaml: {}\n",
+                        fmt::join(report.set_aside, ", "));
   return text;
 }
 

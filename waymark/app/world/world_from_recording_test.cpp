@@ -187,7 +187,7 @@ TEST(WorldFromRecording, WhatIsMissingIsNamedAndCancellingLeavesNothing) {
   const auto no_robot =
       world_from_recording({.recording = mapped_drive().lap, .map = bare, .folder = folder}, {});
   ASSERT_FALSE(no_robot);
-  EXPECT_THAT(no_robot.error().hint, HasSubstr("`robot=NAME`"));
+  EXPECT_THAT(no_robot.error().hint, HasSubstr("`robot`"));
   for (const int questions : {0, 5, 200}) {
     EXPECT_FALSE(
         world_from_recording({.recording = mapped_drive().lap, .map = mapped_drive().map, .folder = folder},
