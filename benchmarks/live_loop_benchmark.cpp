@@ -69,7 +69,7 @@ class Viewer {
 
  private:
   void send(const std::string& text) {
-    if (send(socket_, text.data(), text.size(), MSG_NOSIGNAL) != static_cast<ssize_t>(text.size()))
+    if (::send(socket_, text.data(), text.size(), MSG_NOSIGNAL) != static_cast<ssize_t>(text.size()))
       std::abort();
   }
   /// Masked with zeros: a client must mask.

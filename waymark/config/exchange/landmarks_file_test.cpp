@@ -57,7 +57,7 @@ TEST(LandmarksFile, ReportsThePlaceOfErrors) {
   };
   expect_error("id,x,y\n1,2\n", "m:2");
   expect_error("id,x,y\n1,2,nan\n", "m:2");
-  expect_error("id,x,y\n1,2,3\n1,2,3\n", "twice");
+  expect_error("id,x,y\n1,2,3\n1,2,3\n", "duplicate landmark 1");
   expect_error("a,b\n1,2\n", "m:1");
   expect_error("hello: world\n", "not a map");
   expect_error("# a route: x, y\nformat: waymark-route\n", "not a map");
