@@ -1,7 +1,7 @@
 # %% [markdown]
 # # Lab 1: frames and SE(3)
-# A pose is a rotation and a translation. `a_T_b` takes coordinates of frame `b` to frame `a`: `a_p = a_T_b b_p`. Read the subscripts as dominoes:
-# in `map_T_base base_T_cam` the inner two match. 40 minutes. You write three functions with NumPy alone; `waymark.geometry` checks them.
+# A pose is a rotation and a translation. `a_T_b` transforms coordinates of frame `b` to frame `a`: `a_p = a_T_b b_p`. Neighbouring subscripts must match:
+# in `map_T_base base_T_cam` the inner two are equal. 40 minutes. You write three functions with NumPy alone; `waymark.geometry` checks them.
 
 # %%
 import numpy as np
@@ -21,7 +21,7 @@ def inverse(T):
 
 # %% [markdown]
 # ## 2. Where is the tag?
-# The robot knows `map_T_base`, the camera sits at `base_T_cam`, and the picture gave `cam_T_tag`. Where is the tag in the map?
+# Given are `map_T_base`, the camera mounting `base_T_cam`, and `cam_T_tag` from the image. Where is the tag in the map?
 #
 # <details><summary>Hint</summary>Write the names in a row so that neighbours match.</details>
 
@@ -32,7 +32,7 @@ def tag_in_map(map_T_base, base_T_cam, cam_T_tag):
 
 # %% [markdown]
 # ## 3. The exponential of a rotation
-# Write Rodrigues' formula: the rotation matrix of the rotation vector `w` (axis times angle [rad]). It must be right for tiny angles too.
+# Write Rodrigues' formula: the rotation matrix of the rotation vector `w` (axis times angle [rad]). It must be accurate for tiny angles too.
 #
 # **Question:** which function of the angle has 0 / 0 at zero, and what is its limit?
 #

@@ -1,7 +1,7 @@
 # %% [markdown]
 # # Lab 2: pixels, pinhole, distortion and half a pixel
-# A camera turns a point (x right, y down, z forward) into a pixel. You write that map and its inverse, and meet the half pixel on which
-# libraries disagree. 45 minutes.
+# A camera maps a point (x right, y down, z forward) to a pixel. You write that map and its inverse, and handle the half pixel by which
+# the conventions of libraries differ. 45 minutes.
 
 # %%
 import numpy as np
@@ -13,11 +13,11 @@ k1, k2, p1, p2 = -0.2, 0.05, 1e-3, -5e-4
 
 # %% [markdown]
 # ## 1. Pinhole
-# <details><summary>Hint</summary>Divide by depth first. What should become of a point behind the camera?</details>
+# <details><summary>Hint</summary>Divide by depth first. What should the result be for a point behind the camera?</details>
 
 # %%
 def pinhole(p):
-    """(3,) -> pixel (2,), or None for a point that the camera cannot see because it is not in front of it"""
+    """(3,) -> pixel (2,), or None for a point that is not in front of the camera"""
     raise NotImplementedError
 
 # %% [markdown]
@@ -25,7 +25,7 @@ def pinhole(p):
 # Brown's model moves the normalised point (x, y): radial `1 + k1 r² + k2 r⁴`, tangential `2 p1 x y + p2 (r² + 2 x²)` for x and
 # `p1 (r² + 2 y²) + 2 p2 x y` for y.
 #
-# **Question:** do straight lines bend inwards or outwards for k1 < 0?
+# **Question:** do straight lines curve inwards or outwards for k1 < 0?
 
 # %%
 def distort(x, y):
@@ -33,8 +33,8 @@ def distort(x, y):
     raise NotImplementedError
 
 # %% [markdown]
-# ## 3. Back again
-# There is no closed form: iterate. Start at the distorted point, and move by what is missing.
+# ## 3. The inverse
+# There is no closed form: iterate. Start at the distorted point, and move by the remaining difference.
 #
 # <details><summary>Hint</summary>x ← x + (x_distorted − distort(x)). How many steps are enough? Measure.</details>
 
@@ -45,7 +45,7 @@ def undistort(x_distorted, y_distorted):
 
 # %% [markdown]
 # ## 4. Half a pixel
-# OpenCV and ROS say that the centre of the first pixel is (0, 0), here it is (1/2, 1/2). Convert a principal point from their files to ours.
+# In OpenCV and ROS the centre of the first pixel is (0, 0), here it is (1/2, 1/2). Convert a principal point from their files to this convention.
 
 # %%
 def from_opencv(cx_opencv, cy_opencv):

@@ -1,7 +1,7 @@
 # %% [markdown]
 # # Lab 3: tag families and Hamming distance under rotation
-# A tag is a code of bits in a square. A reader does not know which way up it hangs, and some bits may be read wrong. How many may be wrong before one
-# tag passes for another? 40 minutes. Source: Martins and Ramos, "AprilTag-based Trajectory Tracking for the LIMOS Robot", section 2.3.
+# A tag is a code of bits in a square. The orientation of the tag is unknown to the reader, and some bits may be misread. How many may be wrong before one
+# tag is mistaken for another? 40 minutes. Source: Martins and Ramos, "AprilTag-based Trajectory Tracking for the LIMOS Robot", section 2.3.
 
 # %%
 import numpy as np
@@ -26,8 +26,8 @@ def distance(a, b):
 
 # %% [markdown]
 # ## 2. A quarter turn
-# The print is turned clockwise by 90 degrees. Which code does a reader see then? Work with cells: the bit in cell (x, y) comes to another cell.
-# <details><summary>Hint</summary>Seen by the reader the top left cell comes to the top right. Where does (x, y) go in a square of `width` cells?</details>
+# The print is rotated clockwise by 90 degrees. Which code is read then? Work with cells: the bit in cell (x, y) moves to another cell.
+# <details><summary>Hint</summary>As seen by the reader, the top left cell moves to the top right. Where does (x, y) move in a square of `width` cells?</details>
 
 # %%
 def turned(code):
@@ -36,9 +36,9 @@ def turned(code):
 
 # %% [markdown]
 # ## 3. The distance of a family
-# The smallest distance between two codes in any of their four relative turns, and between a code and its own turns by 90, 180 and 270 degrees.
+# The smallest distance between two codes in any of their four relative rotations, and between a code and its own rotations by 90, 180 and 270 degrees.
 #
-# **Question:** why do the turns of a code with itself count?
+# **Question:** why do the rotations of a code itself count?
 
 # %%
 def family_distance(codes):
@@ -47,7 +47,7 @@ def family_distance(codes):
 
 # %% [markdown]
 # ## 4. How many bits may be corrected?
-# With smallest distance d, how many wrong bits can be put right so that no tag passes for another?
+# With smallest distance d, how many wrong bits can be corrected so that no tag is mistaken for another?
 
 # %%
 def correctable(d):

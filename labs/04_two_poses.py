@@ -1,7 +1,7 @@
 # %% [markdown]
 # # Lab 4: PnP and its two solutions
 # Four corners of a square give its pose, but seen nearly without perspective two poses fit almost equally well, and noise decides which fits better
-# (Collins and Bartoli, "Infinitesimal Plane-Based Pose Estimation", IJCV 109, 2014). You see it happen and choose. 50 minutes.
+# (Collins and Bartoli, "Infinitesimal Plane-Based Pose Estimation", IJCV 109, 2014). You observe this ambiguity and resolve it. 50 minutes.
 
 # %%
 import numpy as np
@@ -12,7 +12,7 @@ lens = camera.pinhole(640, 480, 500, 500, 320, 240)
 size_m = 0.16  # tag frame: centre, x right, y down, z into the tag
 
 # %% [markdown]
-# ## 1. Corners in the picture
+# ## 1. Corners in the image
 # Top left, top right, bottom right, bottom left of the tag. Use `lens.project(points)` with points (4, 3) in the camera frame.
 
 # %%
@@ -33,7 +33,7 @@ def rms(cam_T_tag, seen_px):
 # %% [markdown]
 # ## 3. The other pose
 # To first order the second solution has the tag's normal mirrored about the line of sight. Write it.
-# <details><summary>Hint</summary>Mirror n about the unit vector v: keep the part along v, turn round the rest.</details>
+# <details><summary>Hint</summary>Mirror n about the unit vector v: keep the component along v, negate the rest.</details>
 #
 # **Question:** at which position of the tag do both solutions agree?
 
@@ -44,7 +44,7 @@ def other_normal(normal, position):
 
 # %% [markdown]
 # ## 4. Choose
-# The camera is level (its y axis points down), and the tag hangs on a wall. Choose between the two poses by that, not by the error.
+# The camera is level (its y axis points down), and the tag hangs upright on a wall. Choose between the two poses by that, not by the error.
 
 # %%
 def choose(best, other):

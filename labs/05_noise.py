@@ -1,6 +1,6 @@
 # %% [markdown]
-# # Lab 5: noise, covariance and the bound of Cramér and Rao
-# How well can a pose be known from corners with noise? No unbiased estimator does better than the inverse of Fisher's information. You compute it, and test
+# # Lab 5: noise, covariance and the Cramér-Rao bound
+# How accurately can a pose be estimated from corners with noise? No unbiased estimator has a smaller covariance than the inverse Fisher information. You compute it, and test
 # whether the covariance of an estimator is consistent with its errors (Bar-Shalom, Li and Kirubarajan, "Estimation with Applications to Tracking and Navigation", section 5.4). 60 minutes.
 
 # %%
@@ -15,7 +15,7 @@ h = size_m / 2
 cam_corners = cam_T_tag @ np.array([[-h, -h, 0], [h, -h, 0], [h, h, 0], [-h, h, 0]])  # (4, 3)
 
 # %% [markdown]
-# ## 1. How a pixel moves with its point
+# ## 1. Derivative of a pixel with respect to its point
 # The derivative (2, 3) of the pixel (fx x/z + cx, fy y/z + cy), fx = fy = 500.
 
 # %%
@@ -24,7 +24,7 @@ def pixel_jacobian(p):
     raise NotImplementedError
 
 # %% [markdown]
-# ## 2. How the corners move with the pose
+# ## 2. Derivative of the corners with respect to the pose
 # A small motion xi = (translation, rotation), in the camera frame and on the left, moves a point p by `translation + rotation x p`. Stack the four corners.
 # <details><summary>Hint</summary>d(rotation x p)/d(rotation) is minus the matrix of the cross product with p.</details>
 
@@ -37,7 +37,7 @@ def pose_jacobian():
 # ## 3. The bound
 # With independent noise of standard deviation sigma on each coordinate, the information is J^T J / sigma². Its inverse bounds the covariance.
 #
-# **Question:** how does the bound change when the noise doubles? When the tag is twice as far?
+# **Question:** how does the bound change if the noise doubles? If the tag is twice as far?
 
 # %%
 def bound(J, sigma):
@@ -54,8 +54,8 @@ def mean_nees(errors, P):
     raise NotImplementedError
 
 # %% [markdown]
-# ## 5. How often inside?
-# The share of errors inside the ellipsoid that 95 % should be in. The 0.95 quantile of chi-square with 6 degrees of freedom is 12.592.
+# ## 5. Fraction inside the ellipsoid
+# The fraction of errors inside the ellipsoid that should contain 95 % of them. The 0.95 quantile of chi-square with 6 degrees of freedom is 12.592.
 
 # %%
 def share_inside(errors, P):

@@ -1,6 +1,6 @@
 # %% [markdown]
-# # Lab 6: a chain of poses against bundle adjustment
-# A lap past 24 tags. Relative poses, one after another, make a chain whose error grows with the way; bundle adjustment uses all observations at once. 45 minutes.
+# # Lab 6: a chain of poses compared with bundle adjustment
+# A lap past 24 tags. Consecutive relative poses form a chain whose error grows with the distance; bundle adjustment uses all observations at once. 45 minutes.
 
 # %%
 import tempfile
@@ -20,7 +20,7 @@ report = mapping.map_recording(folder + "/lap.mcap", folder + "/map", anchor=anc
 
 # %% [markdown]
 # ## 1. A chain
-# Relative poses `a_T_b` of a robot on a floor from step to step; give all poses in the frame of the first.
+# Given are the relative poses `a_T_b` of a robot on a floor from step to step; return all poses in the frame of the first.
 
 # %%
 def chain(steps):
@@ -29,8 +29,8 @@ def chain(steps):
 
 # %% [markdown]
 # ## 2. Closing the loop
-# The robot came back to where it began, but the chain does not. Spread the error `log` of what is missing evenly over the n steps: the first pose, number 0, stays;
-# pose number i gets the share i/n, the last all of it.
+# The robot returned to its start, but the chain does not. Distribute the `log` of the missing transform evenly over the n steps: the first pose, number 0, stays;
+# pose number i gets the fraction i/n, the last all of it.
 # <details><summary>Hint</summary>missing @ last = start. Multiply pose number i on the left by exp(i/n log(missing)); there are n + 1 poses.</details>
 
 # %%
@@ -39,8 +39,8 @@ def closed(poses):
     raise NotImplementedError
 
 # %% [markdown]
-# ## 3. How wrong is a map?
-# The root mean square distance [m] of the centres of the tags that both maps have. Write it yourself, with NumPy and without `waymark.evaluation`, which has such a function.
+# ## 3. Error of a map
+# The root mean square distance [m] of the centres of the tags that both maps contain. Write it yourself, with NumPy and without `waymark.evaluation`, which has such a function.
 
 # %%
 def map_error(estimated, truth):
@@ -48,7 +48,7 @@ def map_error(estimated, truth):
     raise NotImplementedError
 
 # %% [markdown]
-# ## 4. What did optimising gain?
+# ## 4. Gain by optimisation
 # `report.start_map` is the chain's map, `report.map` the optimised one, `world.tags` the truth. By which factor is the error smaller?
 #
 # **Question:** what would happen to both without the last metres, in which the robot sees the first tags again?

@@ -1,8 +1,8 @@
 # %% [markdown]
 # # Lab 7: odometry and calibration
-# Wheels tell how far a robot drove, wrongly: tyres have another radius than the drawing, and a robot that skids turns less than its wheels say. You write the
+# Wheel odometry has systematic errors: tyres have another radius than in the drawing, and a robot that skids turns less than its wheels indicate. You write the
 # odometry of a differential drive and calibrate it on a recorded lap (Borenstein and Feng, "Measurement and Correction of Systematic Odometry Errors in Mobile
-# Robots", IEEE Transactions on Robotics and Automation 12, 1996). A last look is at a log of another simulator. 50 minutes.
+# Robots", IEEE Transactions on Robotics and Automation 12, 1996). The last part uses a log of another simulator. 50 minutes.
 
 # %%
 import csv
@@ -15,7 +15,7 @@ robot = config.read_robot("limo")
 
 
 def read_lap(name):
-    """Wheel angles (n, 2) [rad], the gyro's yaw rate (n,) [rad/s] and the true poses (list of geometry.SE2) of a recording, 50 times a second."""
+    """Wheel angles (n, 2) [rad], the gyro's yaw rate (n,) [rad/s] and the true poses (list of geometry.SE2) of a recording, at 50 Hz."""
     wheels, gyro, truth = {}, {}, {}
     for sample in recording.Recording(labs.data(name)):
         if isinstance(sample, samples.WheelTicks):
@@ -30,24 +30,24 @@ def read_lap(name):
 
 
 def read_table(name):
-    """The poses (list of geometry.SE2), 50 times a second, of a table of another simulator."""
+    """The poses (list of geometry.SE2), at 50 Hz, of a table of another simulator."""
     with open(labs.data(name), encoding="utf-8") as file:
         return [geometry.SE2(*(float(row[k]) for k in ("x_m", "y_m", "theta_rad"))) for row in csv.DictReader(file)]
 
 
 def by_seconds(poses):
-    """The motions of one second each."""
+    """The motion of each second."""
     return [a.inverse() @ b for a, b in zip(poses[:-50:50], poses[50::50])]
 
 
 laps = {name: read_lap(f"samples/{name}.mcap") for name in ("lap", "other")}
-print(f"{len(laps['lap'][0])} samples; radius {robot.wheel_radius_m} m, track {robot.track_m} m by the robot's file")
+print(f"{len(laps['lap'][0])} samples; radius {robot.wheel_radius_m} m, track {robot.track_m} m in the robot file")
 
 # %% [markdown]
 # ## 1. One step
 # The left wheel rolled `left_m`, the right one `right_m`, the wheels are `track_m` apart. On an arc the middle drives their mean, and the robot turns by their
-# difference over the track. Give the motion `before_T_after`, exactly, not with the heading at the beginning of the step.
-# <details><summary>Hint</summary>A constant velocity for a unit of time is what geometry.SE2.exp computes: what are its three numbers?</details>
+# difference over the track. Return the motion `before_T_after`, exactly, without using only the heading at the beginning of the step.
+# <details><summary>Hint</summary>geometry.SE2.exp computes the motion by a constant velocity for a unit of time: what are its three components?</details>
 
 # %%
 def step(left_m, right_m, track_m):
@@ -56,7 +56,7 @@ def step(left_m, right_m, track_m):
 
 # %% [markdown]
 # ## 2. The trajectory
-# `wheels` are angles since the robot was switched on. The first pose is the identity; each step moves the robot from where it is.
+# `wheels` are angles since the robot was switched on. The first pose is the identity; each step moves the robot from its current pose.
 
 # %%
 def trajectory(wheels, radius_m, track_m):
@@ -65,10 +65,10 @@ def trajectory(wheels, radius_m, track_m):
 
 # %% [markdown]
 # ## 3. The gyro's bias
-# While neither wheel moves, the robot does not turn, and what the gyro says is its bias and noise. Average over the samples at which both angles are those of the
-# sample before.
+# While neither wheel moves, the robot does not turn, and the gyro measures only its bias and noise. Average over the samples at which both angles equal those of the
+# previous sample.
 #
-# **Question:** the bias wanders. For how long would you trust the number?
+# **Question:** the bias drifts. For how long would you trust the value?
 
 # %%
 def gyro_bias(wheels, rates):
@@ -77,11 +77,11 @@ def gyro_bias(wheels, rates):
 
 # %% [markdown]
 # ## 4. Calibration
-# `measured` and `true` are motions over the same second each. Find the two scales that make the measured distances and turns fit best, by least squares: true =
+# `measured` and `true` are motions over the same second each. Find the two scales that fit the measured distances and turns best, by least squares: true =
 # scale · measured. `log()` of a motion is (along, across, turned).
 #
 # **Question:** one track that replaces `track_m` would do the same as the scale of the turns. Which one?
-# <details><summary>Hint</summary>The s that makes the sum of (t - s m)² least is sum(t m) / sum(m²).</details>
+# <details><summary>Hint</summary>The s that minimises the sum of (t - s m)² is sum(t m) / sum(m²).</details>
 
 # %%
 def scales(measured, true):
@@ -95,7 +95,7 @@ lab = labs.check(7, globals())
 
 # %% [markdown]
 # ## Figure
-# The trajectory by the wheels of the file, calibrated, and the truth. What is left after calibration, and which of it could a third number take away?
+# The trajectory with the radius and track of the file, the calibrated one, and the truth. Which errors remain after calibration, and which of them could a third parameter remove?
 # %%
 if lab.points == 10:
     _wheels, _, _truth = laps["other"]
@@ -108,9 +108,9 @@ if lab.points == 10:
                 **{name: [((_truth[0] @ p).x, (_truth[0] @ p).y) for p in poses] for name, poses in _drawn.items()})
 
 # %% [markdown]
-# ## A robot of your own
-# Record a lap of your robot with its wheels' angles and tags (`waymark teach`), put it beside the notebook as own.mcap, and run this cell. In the place of the truth,
-# which a real robot does not have, stands the trajectory that `waymark map` finds from the tags; radius and track are those of the robot's file in the recording.
+# ## Your own robot
+# Record a lap of your robot with its wheel angles and tags (`waymark teach`), store it beside the notebook as own.mcap, and run this cell. A real robot has no ground
+# truth: the cell uses the trajectory that `waymark map` estimates from the tags; radius and track are those of the robot file in the recording.
 #
 # **Question:** how far are its two scales from those of the simulated robots, and by how much do they differ between two laps of it?
 # %%
@@ -118,4 +118,4 @@ _own = labs.own_data("own.mcap")
 if _own and lab.points == 10:
     _robot, _wheels, _motions = labs.own_seconds(_own)
     _distance, _turn = scales([trajectory(w, _robot.wheel_radius_m, _robot.track_m)[-1] for w in _wheels], _motions)
-    print(f"own.mcap: distances x {_distance:.4f}, turns x {_turn:.4f}, in {len(_motions)} seconds between two pictures with tags")
+    print(f"own.mcap: distances x {_distance:.4f}, turns x {_turn:.4f}, in {len(_motions)} seconds between images with tags")

@@ -1,8 +1,8 @@
 # %% [markdown]
-# # Lab 8: the nearest tag against a Kalman filter
-# Where is the robot, if it sees tags of a known map? The first answer is that of the exercise "Marker Based Visual Loc" of the Robotics Academy: the nearest tag
-# says it, and odometry carries on from there. The second weighs both by how well they are known (Kalman, "A New Approach to Linear Filtering and Prediction
-# Problems", 1960). You write both and let them drive the same lap. 60 minutes.
+# # Lab 8: the nearest tag compared with a Kalman filter
+# Where is the robot, if it sees tags of a known map? The first method is that of the exercise "Marker Based Visual Loc" of the Robotics Academy: the nearest tag
+# determines the pose, and odometry continues from there. The second weighs both by their uncertainties (Kalman, "A New Approach to Linear Filtering and Prediction
+# Problems", 1960). You write both and run them on the same lap. 60 minutes.
 
 # %%
 import numpy as np
@@ -20,11 +20,11 @@ for sample in recording.Recording(labs.data("samples/lap.mcap")).samples(to_ns=2
     elif isinstance(sample, samples.TruthPose):
         T = sample.map_T_base.matrix()
         events.append(("truth", geometry.SE2(T[0, 3], T[1, 3], np.arctan2(T[1, 0], T[0, 0]))))
-print(sum(kind == "tags" for kind, _ in events), "pictures")
+print(sum(kind == "tags" for kind, _ in events), "images")
 
 # %% [markdown]
 # ## 1. The nearest tag
-# `seen` holds pairs of a tag's name and its pose in the camera frame. Which is nearest to the camera? None, if none is seen.
+# `seen` contains pairs of a tag's name and its pose in the camera frame. Which is nearest to the camera? None, if there are no tags.
 
 # %%
 def nearest(seen):
@@ -33,7 +33,7 @@ def nearest(seen):
 
 # %% [markdown]
 # ## 2. Where must the robot be?
-# The map says `tag_map[name].map_T_tag`, the robot's file `robot.base_T_cam`. Give x, y and heading of the robot.
+# The map contains `tag_map[name].map_T_tag`, the robot file `robot.base_T_cam`. Return x, y and heading of the robot.
 # <details><summary>Hint</summary>map_T_tag tag_T_cam cam_T_base, and the heading of a matrix is atan2 of the first column.</details>
 
 # %%
@@ -42,8 +42,8 @@ def fix(name, cam_T_tag):
     raise NotImplementedError
 
 # %% [markdown]
-# ## 3. Between two pictures
-# When the last fix was taken odometry said `odom_then`, now it says `odom_now`. Odometry has a frame of its own.
+# ## 3. Between two images
+# The odometry was `odom_then` at the last fix, and is `odom_now` now. Odometry has its own frame.
 
 # %%
 def carried(fixed, odom_then, odom_now):
@@ -51,10 +51,10 @@ def carried(fixed, odom_then, odom_now):
     raise NotImplementedError
 
 # %% [markdown]
-# ## 4. Is the fix to be believed?
-# A tag that is nearer than FAR_M always is. One beyond must not say that the robot is JUMP_M or farther from where odometry carried it.
+# ## 4. Accept or reject a fix
+# Accept a tag nearer than FAR_M always. Reject a farther one if its fix is JUMP_M or more from the pose predicted by odometry.
 #
-# **Question:** a robot is lifted and set down elsewhere. What becomes of this rule?
+# **Question:** a robot is lifted and put down elsewhere. How does this rule behave?
 
 # %%
 def accepted(distance_m, jump_m):
@@ -62,8 +62,8 @@ def accepted(distance_m, jump_m):
     raise NotImplementedError
 
 # %% [markdown]
-# ## 5. Weigh them
-# Prediction `x` with covariance `P`, fix `z` with covariance `R`, all of (x, y, heading). Give the updated x and P. Headings live on a circle.
+# ## 5. Weighted update
+# Prediction `x` with covariance `P`, fix `z` with covariance `R`, all of (x, y, heading). Return the updated x and P. Headings are angles on a circle.
 # <details><summary>Hint</summary>K = P (P + R)^-1. The difference z - x has a heading of at most pi, and so has the result.</details>
 #
 # **Question:** what does the nearest tag alone correspond to, in terms of P and R?
@@ -80,8 +80,8 @@ lab = labs.check(8, globals())
 
 # %% [markdown]
 # ## Figure
-# The errors of both on the lap (`waymark.labs.loops` drives them with your functions). Then compare with Waymark's own on the whole lap: `waymark.localization.localize_recording(recording, map, method=…)` with the methods "anchor", "ekf" and
-# "riekf", judged by `waymark.evaluation.score_trajectory`. The solution of the Academy's exercise that does the same by pictures is the file of `waymark.academy.nearest_tag`.
+# The errors of both on the lap (`waymark.labs.loops` runs them with your functions). Then compare with Waymark's own localization on the whole lap: `waymark.localization.localize_recording(recording, map, method=…)` with the methods "anchor", "ekf" and
+# "riekf", scored by `waymark.evaluation.score_trajectory`. The solution of the Academy's exercise that does the same with images is `waymark.academy.nearest_tag`.
 # %%
 if lab.points == 10:
     from waymark.labs import loops

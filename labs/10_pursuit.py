@@ -1,8 +1,8 @@
 # %% [markdown]
-# # Lab 10: pure pursuit, latency and yaw gain
+# # Lab 10: pure pursuit, latency and turn gain
 # A robot follows a line by steering for a point ahead of it (Coulter, "Implementation of the Pure Pursuit Path Tracking Algorithm", CMU-RI-TR-92-01). That is enough
-# for a robot that obeys at once. Yours obeys 0.4 s late, and it skids: of a commanded turn it makes half. You write pure pursuit and what it needs to stay on the
-# line all the same, and compare with Waymark's controllers on the same robot. 60 minutes.
+# for a robot without latency. Yours executes commands 0.4 s late, and it skids: it turns at half the commanded rate. You write pure pursuit and the compensation that
+# keeps it on the line, and compare with Waymark's controllers on the same robot. 60 minutes.
 
 # %%
 import numpy as np
@@ -16,9 +16,9 @@ line = np.column_stack([s, 0.8 * np.sin(0.9 * s)])  # (n, 2) [m], from its begin
 
 # %% [markdown]
 # ## 1. The point ahead
-# From the point of the line nearest to the robot go on along the line to the first point that is `ahead_m` or more away from the robot. The last point, if there is
+# Starting at the point of the line nearest to the robot, return the first following point that is `ahead_m` or more away from the robot, or the last point if there is
 # none.
-# <details><summary>Hint</summary>np.argmin finds the nearest; look only at what comes after it.</details>
+# <details><summary>Hint</summary>np.argmin finds the nearest; search only after it.</details>
 
 # %%
 def goal(line, x, y, ahead_m):
@@ -27,11 +27,11 @@ def goal(line, x, y, ahead_m):
 
 # %% [markdown]
 # ## 2. The arc to it
-# The circle that leaves the robot straight ahead and goes through the point. Give its curvature (1 / radius, positive to the left).
+# The circle that leaves the robot straight ahead and goes through the point. Return its curvature (1 / radius, positive to the left).
 # <details><summary>Hint</summary>In the robot's frame the centre of the circle lies on the y axis, at (0, 1 / curvature), and the point (gx, gy) is as far from it as the robot.</details>
 #
-# **Question:** what happens when the look-ahead is halved? When it is three times as long? (After the check change `LOOK_AHEAD_M`,
-# and check again: a second line tells of your value. The points are for the drive at 0.4 m.)
+# **Question:** what happens if the look-ahead distance is halved? If it is three times as long? (After the check change `LOOK_AHEAD_M`,
+# and check again: a second line shows the result of your value. The points are for the drive at 0.4 m.)
 
 # %%
 def curvature(x, y, heading, point):
@@ -40,8 +40,8 @@ def curvature(x, y, heading, point):
 
 # %% [markdown]
 # ## 3. Where the command will act
-# `under_way` are the commands (speed, true yaw rate) that were sent and do not act yet, the oldest first; each will act for one period. Where will the robot be when
-# the next one acts?
+# `under_way` are the pending commands (speed, true yaw rate), which were sent and do not act yet, the oldest first; each will act for one period. Where will the robot be
+# when the next command acts?
 # <details><summary>Hint</summary>geometry.SE2.exp of a velocity times a period is the motion of that period, in the robot's frame.</details>
 
 # %%
@@ -51,7 +51,7 @@ def acts_at(pose, under_way, period_s):
 
 # %% [markdown]
 # ## 4. How much does it turn?
-# From yaw rates that were commanded and those that were measured, the gain that fits best by least squares: measured = gain · commanded.
+# From commanded and measured yaw rates, compute the gain that fits best by least squares: measured = gain · commanded.
 
 # %%
 def turn_gain(commanded, measured):
@@ -60,7 +60,7 @@ def turn_gain(commanded, measured):
 
 # %% [markdown]
 # ## 5. The command
-# Drive an arc of this curvature with a robot of this turn gain. Where the yaw rate to be commanded would be above `most_rad_s`, drive more slowly, so that the arc
+# Drive an arc of this curvature with a robot of this turn gain. If the commanded yaw rate would exceed `most_rad_s`, reduce the speed, so that the arc
 # stays the same.
 
 # %%
@@ -75,8 +75,8 @@ lab = labs.check(10, globals())
 
 # %% [markdown]
 # ## Figure, and Waymark's controllers
-# The same robot drives the taught route of the samples with "pursuit", which knows neither delay nor gain, and with "follower", which is told the delay and learns the
-# gain as it drives (docs/concepts/replay.md). **Question:** what does the follower do in the first curve that it does not in the second?
+# The same robot drives the taught route of the samples with "pursuit", which compensates neither delay nor gain, and with "follower", which is given the delay and estimates the
+# gain while driving (docs/concepts/replay.md). **Question:** how does the follower behave differently in the first curve than in the second?
 # %%
 if lab.points == 10:
     from waymark import config, replay, samples
@@ -85,7 +85,7 @@ if lab.points == 10:
     labs.figure("the line and both drives", "x [m]", "y [m]", line=line, aware=loops.drive_line(lab.answers, True)[1], naive=loops.drive_line(lab.answers, False)[1])
 
     class Skidding:
-        """It sees the corners of tags without noise and obeys late and half."""
+        """Observes tag corners without noise, and executes commands late and with half the turn."""
 
         def __init__(self):
             self.robot, self.map = config.read_robot("limo"), config.read_map(labs.data("samples/map/map.yaml"))
@@ -103,7 +103,7 @@ if lab.points == 10:
             tags = [samples.TagDetection(tag=tag, corners_px=corners) for tag, corners in seen if corners is not None]
             return [samples.Odometry(stamp_ns=now_ns, odom_T_base=self.at, speed_m_s=v, yaw_rate_rad_s=TURN_GAIN * w), samples.TagFrame(stamp_ns=now_ns, detections=tags)]
 
-    for _controller, _told in (("pursuit", {}), ("follower", {"actuators": {"command_delay_s": DELAY_S, "speed_lag_s": 0.0, "yaw_rate_lag_s": 0.0}})):
+    for _controller, _options in (("pursuit", {}), ("follower", {"actuators": {"command_delay_s": DELAY_S, "speed_lag_s": 0.0, "yaw_rate_lag_s": 0.0}})):
         _robot = Skidding()
-        _end = replay.drive(labs.data("samples/map"), _robot, controller=_controller, **_told)
+        _end = replay.drive(labs.data("samples/map"), _robot, controller=_controller, **_options)
         print(f"{_controller}: {_end['state']} {_end['reason'] or ''} after {_end['driven_m']:.1f} m, {np.sqrt(np.mean(np.square(_robot.off))):.3f} m from the line (root mean square)")

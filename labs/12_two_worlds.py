@@ -1,9 +1,9 @@
 # %% [markdown]
-# # Lab 12: simulation against reality
-# A simulator is right about what its authors thought of. You compare three robots: that of samples/lap.mcap, a second one in the same simulator that is not what its
-# file says (samples/other.mcap), and one of another simulator with other physics and other noise (plant/). You identify delay, gain and bias from commands and a gyro,
-# and test whether two robots err alike (Kolmogorov and Smirnov's test of two samples; Ljung, "System Identification", chapters 6 and 16). If you have a recording of a
-# real robot, put it in the place of other.mcap. 60 minutes.
+# # Lab 12: simulation and reality
+# A simulator models only the effects that its authors considered. You compare three robots: that of samples/lap.mcap, a second one in the same simulator that differs from
+# its file (samples/other.mcap), and one of another simulator with other physics and other noise (plant/). You identify delay, gain and bias from commands and a gyro,
+# and test whether two robots have the same error distribution (two-sample Kolmogorov-Smirnov test; Ljung, "System Identification", chapters 6 and 16). If you have a recording of a
+# real robot, use it in place of other.mcap. 60 minutes.
 
 # %%
 import csv
@@ -16,7 +16,7 @@ PERIOD_S = 0.02
 
 
 def read_lap(name):
-    """Commanded and measured yaw rate (n,) [rad/s], fifty times a second; motions by odometry and by the truth over the same seconds, lists of geometry.SE2."""
+    """Commanded and measured yaw rate (n,) [rad/s], at 50 Hz; motions by odometry and truth over the same seconds, lists of geometry.SE2."""
     sent, gyro, odometry, truth = {0: 0.0}, {}, {}, {}
     for sample in recording.Recording(labs.data(name)):
         if isinstance(sample, samples.StampedCommand):
@@ -49,14 +49,14 @@ plant = read_table("plant/odometry.csv"), read_table("plant/truth.csv")
 
 
 def errors(measured, true):
-    """By how much the distance of each second is wrong, relative to it, where the robot drove."""
+    """Relative distance error of each second in which the robot drove."""
     return np.array([m.log()[0] / t.log()[0] - 1 for m, t in zip(measured, true) if abs(t.log()[0]) > 0.1])
 
 
 # %% [markdown]
 # ## 1. The delay
-# By how many samples, 0 to `most`, must `response` be moved ahead so that it fits `command` best? Judge by the correlation coefficient of what overlaps.
-# <details><summary>Hint</summary>For each k compare command[:n - k] with response[k:]. Correlation takes off the means.</details>
+# By how many samples, 0 to `most`, must `response` be shifted forward to fit `command` best? Use the correlation coefficient of the overlapping part.
+# <details><summary>Hint</summary>For each k compare command[:n - k] with response[k:]. Correlation subtracts the means.</details>
 
 # %%
 def delay(command, response, most):
@@ -65,7 +65,7 @@ def delay(command, response, most):
 
 # %% [markdown]
 # ## 2. Gain and bias
-# With the delay known: response = gain · command + bias, by least squares.
+# For a known delay: response = gain · command + bias, by least squares.
 
 # %%
 def gain_and_bias(command, response, delayed):
@@ -73,11 +73,11 @@ def gain_and_bias(command, response, delayed):
     raise NotImplementedError
 
 # %% [markdown]
-# ## 3. What is left
-# If delay, gain and bias were all, the residuals would be white noise. Give their autocorrelation at lags 1 to `lags`: the mean of r[i] r[i + k] over
-# the variance, where r are the residuals less their mean.
+# ## 3. Residuals
+# If the model consisted of delay, gain and bias only, the residuals would be white noise. Return their autocorrelation at lags 1 to `lags`: the mean of r[i] r[i + k]
+# divided by the variance, where r are the residuals minus their mean.
 #
-# **Question:** what do the residuals of the laps tell you about the motors?
+# **Question:** what do the residuals of the laps show about the motors?
 
 # %%
 def autocorrelation(residuals, lags):
@@ -85,9 +85,9 @@ def autocorrelation(residuals, lags):
     raise NotImplementedError
 
 # %% [markdown]
-# ## 4. Are two robots alike?
-# The statistic of Kolmogorov and Smirnov: the largest distance between the shares of `a` and of `b` that are at most x, over all x.
-# <details><summary>Hint</summary>It suffices to look at the values of both. np.searchsorted(sorted, x, "right") counts those up to x.</details>
+# ## 4. Are two robots equal?
+# The Kolmogorov-Smirnov statistic: the largest difference between the fractions of `a` and of `b` that are at most x, over all x.
+# <details><summary>Hint</summary>It suffices to consider the values of both. np.searchsorted(sorted, x, "right") counts those up to x.</details>
 
 # %%
 def apart(a, b):
@@ -95,8 +95,8 @@ def apart(a, b):
     raise NotImplementedError
 
 # %% [markdown]
-# ## 5. Is that much?
-# Two samples of the same distribution are farther apart than 1.358 sqrt((n + m) / (n m)) in one case of twenty. Do `a` and `b` differ at that level?
+# ## 5. Is the difference significant?
+# Two samples of the same distribution have a larger statistic than 1.358 sqrt((n + m) / (n m)) in one case of twenty. Do `a` and `b` differ at this level?
 #
 # **Question:** your simulator and your robot do not differ by this test. What does that prove, with 20 seconds of data? With 20 hours?
 
@@ -112,9 +112,9 @@ lab = labs.check(12, globals())
 
 # %% [markdown]
 # ## Figure
-# **Questions:** which of the numbers above would you have got wrong from the robot's file? Which of them would spoil a replay that does not learn them (lab 10)?
+# **Questions:** which of the parameters above are wrong in the robot file? Which of them would degrade a replay that does not estimate them (lab 10)?
 # %%
 if lab.points == 10:
     _robots_errors = {"lap": errors(*laps["lap"][2:]), "other": errors(*laps["other"][2:]), "plant": errors(*plant)}
-    labs.figure("errors of the distances of seconds", "relative error", "share up to it",
+    labs.figure("errors of the distances per second", "relative error", "cumulative fraction",
                 **{name: list(zip(np.sort(e), np.arange(1, len(e) + 1) / len(e))) for name, e in _robots_errors.items()})

@@ -32,10 +32,10 @@ def correctable(d):
 
 WRONG = {
     "bits in common": ("a ^ b", "a & b", "wrong for 0000000000000001 and 0000000000000010"),
-    "turned the other way": ("(width - 1 - y, x)", "(y, width - 1 - x)", "it turns counter-clockwise"),
-    "mirrored": ("(width - 1 - y, x)", "(y, x)", "some bits move to the wrong cells"),
-    "least significant bit first": ("(len(bits) - 1 - i)", "i", "some bits move to the wrong cells"),
+    "turned the other way": ("(width - 1 - y, x)", "(y, width - 1 - x)", "it rotates counter-clockwise"),
+    "mirrored": ("(width - 1 - y, x)", "(y, x)", "some bits are in the wrong cells"),
+    "least significant bit first": ("(len(bits) - 1 - i)", "i", "some bits are in the wrong cells"),
     "no turns between codes": ("range(4)", "range(1)", "wrong for a code together with its own quarter turn: can a"),
-    "no turns of a code itself": ("range(3)", "range(0)", "wrong for a family with a code that looks the same after a"),
+    "no turns of a code itself": ("range(3)", "range(0)", "wrong for a family with a code that equals its own"),
     "half the distance": ("(d - 1) // 2", "d // 2", "too many for a distance of"),
 }

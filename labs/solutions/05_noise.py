@@ -32,9 +32,9 @@ WRONG = {
     "depth forgotten": ("-500 * x / z**2", "0", "the first two columns are right, the third is not"),
     "depth not squared": ("-500 * y / z**2", "-500 * y / z", "the first two columns are right, the third is not"),
     "sign of the rotation": ("np.eye(3), -cross", "np.eye(3), cross", "the rotation has the wrong sign"),
-    "rotation before translation": ("[np.eye(3), -cross]", "[-cross, np.eye(3)]", "the translation block is wrong"),
-    "sigma not squared": ("/ sigma**2", "/ sigma", "what must a covariance become when each error is twice as"),
+    "rotation before translation": ("[np.eye(3), -cross]", "[-cross, np.eye(3)]", "the translation part is wrong"),
+    "sigma not squared": ("/ sigma**2", "/ sigma", "how must a covariance change if each error is twice as"),
     "information instead of its inverse": ("return np.linalg.inv(J.T @ J / sigma**2)", "return J.T @ J / sigma**2", "it does not grow with the noise"),
-    "covariance not inverted": ("    inverse = np.linalg.inv(P)\n    return np.mean([e @ inverse @ e for", "    inverse = P\n    return np.mean([e @ inverse @ e for", "errors that are consistent with their covariance: what"),
+    "covariance not inverted": ("    inverse = np.linalg.inv(P)\n    return np.mean([e @ inverse @ e for", "    inverse = P\n    return np.mean([e @ inverse @ e for", "errors that are consistent with their covariance: which"),
     "quantile of another number of coordinates": ("12.592", "7.815", "errors that are consistent with their covariance"),
 }

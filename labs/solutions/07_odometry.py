@@ -23,13 +23,13 @@ def scales(measured, true):
 
 
 WRONG = {
-    "turned the other way": ("(right_m - left_m) / track_m", "(left_m - right_m) / track_m", "it turns the wrong way"),
+    "turned the other way": ("(right_m - left_m) / track_m", "(left_m - right_m) / track_m", "it turns in the wrong direction"),
     "half the track": ("(right_m - left_m) / track_m", "(right_m - left_m) / (track_m / 2)", "m turn a robot less than it returns"),
     "straight with the heading at the beginning": ("geometry.SE2.exp([(left_m + right_m) / 2, 0, (right_m - left_m) / track_m])", "geometry.SE2((left_m + right_m) / 2, 0, (right_m - left_m) / track_m)", "m it drives straight ahead and turns afterwards: a robot"),
     "steps in the frame of the first pose": ("poses[-1] @ step(left, right, track_m)", "step(left, right, track_m) @ poses[-1]", "is wrong: in whose frame is a step?"),
-    "radius forgotten": ("np.diff(wheels, axis=0) * radius_m", "np.diff(wheels, axis=0)", "is wrong: how far did the wheels roll since the pose"),
-    "angles taken for steps": ("np.diff(wheels, axis=0) * radius_m:", "wheels[1:] * radius_m:", "is wrong: how far did the wheels roll since the pose"),
-    "moving samples averaged too": ("rates[1:][still].mean()", "rates.mean()", "samples while the robot drives are averaged, too"),
+    "radius forgotten": ("np.diff(wheels, axis=0) * radius_m", "np.diff(wheels, axis=0)", "is wrong: how far did the wheels roll since the previous"),
+    "angles taken for steps": ("np.diff(wheels, axis=0) * radius_m:", "wheels[1:] * radius_m:", "is wrong: how far did the wheels roll since the previous"),
+    "moving samples averaged too": ("rates[1:][still].mean()", "rates.mean()", "samples in which the robot drives are averaged too"),
     "one wheel at rest is enough": ("== 0).all(axis=1)", "== 0).any(axis=1)", "a robot that turns about a wheel is not at rest"),
     "upside down": ("(m[:, i] @ t[:, i]) / (m[:, i] @ m[:, i])", "(m[:, i] @ m[:, i]) / (m[:, i] @ t[:, i])", "the scale of the distances is inverted"),
     "mean of ratios": ("(m[:, i] @ t[:, i]) / (m[:, i] @ m[:, i])", "np.mean(t[:, i] / m[:, i])", "of the distances the sum of squares is not minimal"),

@@ -32,15 +32,15 @@ def update(x, P, z, R):
 
 
 WRONG = {
-    "the farthest tag": ("return min(seen, key", "return max(seen, key", "a nearer one was seen: how far is a tag that is not"),
-    "depth alone": ("np.linalg.norm(s[1].translation)", "s[1].translation[2]", "a nearer one was seen: how far is a tag that is not"),
+    "the farthest tag": ("return min(seen, key", "return max(seen, key", "there is a nearer one: what is the distance of a tag that is not"),
+    "depth alone": ("np.linalg.norm(s[1].translation)", "s[1].translation[2]", "there is a nearer one: what is the distance of a tag that is not"),
     "the camera for the robot": (" @ robot.base_T_cam.inverse()", "", "that is the pose of the camera, not of the robot"),
-    "mounting not inverted": ("robot.base_T_cam.inverse()", "robot.base_T_cam", "m from the robot: write the frames in a row"),
-    "heading of the wrong column": ("np.arctan2(T[1, 0], T[0, 0])", "np.arctan2(T[1, 1], T[0, 1])", "the position is right, the heading is off by"),
-    "odometry's frame taken for the map's": ("fixed @ odom_then.inverse() @ odom_now", "odom_now @ odom_then.inverse() @ fixed", "the motion is wrong: first compute the motion since the fix"),
-    "far tags believed": ("distance_m < FAR_M or jump_m < JUMP_M", "True", "3.1 m away that makes the robot jump by 0.50 m"),
+    "mounting not inverted": ("robot.base_T_cam.inverse()", "robot.base_T_cam", "m from the true position: write the frames in a row"),
+    "heading of the wrong column": ("np.arctan2(T[1, 0], T[0, 0])", "np.arctan2(T[1, 1], T[0, 1])", "the position is right, the heading is wrong by"),
+    "odometry's frame taken for the map's": ("fixed @ odom_then.inverse() @ odom_now", "odom_now @ odom_then.inverse() @ fixed", "the robot moved differently: first compute its motion"),
+    "far tags accepted": ("distance_m < FAR_M or jump_m < JUMP_M", "True", "3.1 m away that makes the robot jump by 0.50 m"),
     "both demanded": ("distance_m < FAR_M or jump_m < JUMP_M", "distance_m < FAR_M and jump_m < JUMP_M", "2.9 m away that makes the robot jump by 5.00 m"),
-    "weights changed over": ("P @ np.linalg.inv(P + R)", "R @ np.linalg.inv(P + R)", "the position is drawn to the wrong side, or too much: which"),
+    "weights changed over": ("P @ np.linalg.inv(P + R)", "R @ np.linalg.inv(P + R)", "the position moves in the wrong direction, or too far: which"),
     "heading not wrapped": ("apart[2] = wrapped(apart[2])", "pass", "rad are neighbours"),
-    "covariance left": ("return x, P - K @ P", "return x, P", "the covariance after the update is wrong: both are"),
+    "covariance left": ("return x, P - K @ P", "return x, P", "the covariance after the update is wrong: it combines both"),
 }

@@ -33,15 +33,15 @@ def share_below(errors, covariances, limit):
 
 
 WRONG = {
-    "step in the robot's frame": ("forward = turn(heading) @ u[:2]", "forward = u[:2]", "the column of the heading is wrong: in which direction does"),
-    "heading does not move the end": ("[[1, 0, -forward[1]], [0, 1, forward[0]], [0, 0, 1]]", "[[1, 0, 0], [0, 1, 0], [0, 0, 1]]", "the column of the heading is wrong: in which direction does"),
-    "rotation not transposed": ("np.column_stack([-turn(state[2]).T", "np.column_stack([-turn(state[2])", "the position block is wrong: in which frame are"),
-    "landmark moves with the robot": ("np.column_stack([-turn(state[2]).T", "np.column_stack([turn(state[2]).T", "the position block is wrong: in which frame are"),
-    "sign of the heading": ("[y[1], -y[0]]", "[-y[1], y[0]]", "the heading column has the wrong sign"),
+    "step in the robot's frame": ("forward = turn(heading) @ u[:2]", "forward = u[:2]", "the column of the heading is wrong: in which direction"),
+    "heading does not move the end": ("[[1, 0, -forward[1]], [0, 1, forward[0]], [0, 0, 1]]", "[[1, 0, 0], [0, 1, 0], [0, 0, 1]]", "the column of the heading is wrong: in which direction"),
+    "rotation not transposed": ("np.column_stack([-turn(state[2]).T", "np.column_stack([-turn(state[2])", "the position part is wrong: in whose frame are"),
+    "landmark moves with the robot": ("np.column_stack([-turn(state[2]).T", "np.column_stack([turn(state[2]).T", "the position part is wrong: in whose frame are"),
+    "sign of the heading": ("[y[1], -y[0]]", "[-y[1], y[0]]", "the heading part has the wrong sign"),
     "turn of the landmark the other way": ("[[1, 0, -m[1]], [0, 1, m[0]]]", "[[1, 0, m[1]], [0, 1, -m[0]]]", "right except for the rotation"),
     "turn about the landmark": ("[[1, 0, -m[1]], [0, 1, m[0]]]", "[[1, 0, 0], [0, 1, 0]]", "right except for the rotation"),
     "lever left out": ("    A[:2, 2] = state[1], -state[0]\n", "", "right except for the last column"),
     "adjoint of the inverse": ("A[:2, :2] = turn(state[2])", "A[:2, :2] = turn(-state[2])", "the rotation is inverted"),
-    "covariance not inverted": ("e @ np.linalg.inv(P) @ e", "e @ P @ e", "which counts too few: is each error compared with its own"),
-    "share above": ("< limit", "> limit", "that is the share above"),
+    "covariance not inverted": ("e @ np.linalg.inv(P) @ e", "e @ P @ e", "so too few are counted: is each error compared with its own"),
+    "share above": ("< limit", "> limit", "that is the fraction above"),
 }

@@ -1,9 +1,9 @@
-"""Shared parts of the labs: data, figures, and checks that award points and report mistakes without revealing the answer.
+"""Shared code of the labs: data, figures, and checks that award points and describe errors without giving the answer away.
 
-A lab is a file labs/NN_name.py of cells (`# %%` begins code, `# %% [markdown]` text), which tools/make_notebooks.py turns into a
-notebook. Its functions are filled in by the student, and `lab = labs.check(NN, globals())` in its last cell but one gives the points.
+A lab is a file labs/NN_name.py of cells (`# %%` begins code, `# %% [markdown]` text), which tools/make_notebooks.py converts to a
+notebook. The student writes its functions, and `lab = labs.check(NN, globals())` in its last cell but one awards the points.
 
-The checks of a lab are the module labNN of this package, out of sight of the notebook; the experiments that use what was written are in `loops`.
+The checks of a lab are in the module labNN of this package, so the notebook does not show them; the experiments that use the written functions are in `loops`.
 """
 
 import functools
@@ -16,7 +16,7 @@ import pathlib
 import sys
 
 MAKE = {
-    "samples": "Write it beside the notebook: waymark samples samples",
+    "samples": "Create it beside the notebook: waymark samples samples",
     "plant": "tools/make_notebooks.py FOLDER writes it beside the notebooks.",
 }
 
@@ -25,11 +25,11 @@ LABS = 12
 
 
 class Wrong(Exception):
-    """Describes a mistake in an answer to the student."""
+    """An error in an answer, as a message for the student."""
 
 
 def numbers(answer, shape=None):
-    """The answer as an array of finite numbers with the given shape (None: any length); raises Wrong otherwise."""
+    """The answer as an array of finite numbers, of the given shape if there is one (None in it: any length); otherwise raises Wrong."""
     import numpy as np
 
     if answer is None:
@@ -37,56 +37,56 @@ def numbers(answer, shape=None):
     try:
         array = np.asarray(answer, float)
     except (TypeError, ValueError):
-        raise Wrong(f"it returns {_a(answer)}, not an array of numbers") from None
+        raise Wrong(f"it returns {_a(answer)} instead of an array of numbers") from None
     if shape is not None and (array.ndim != len(shape) or any(s not in (None, n) for s, n in zip(shape, array.shape))):
         asked = "a single number" if shape == () else f"the shape {tuple('n' if s is None else s for s in shape)}"
-        raise Wrong(f"its shape is {array.shape}, expected {asked}".replace("'", ""))
+        raise Wrong(f"its shape is {array.shape}, expected is {asked}".replace("'", ""))
     if not np.isfinite(array).all():
-        raise Wrong("it returns NaN or infinity: a division by zero, or a root of a negative number?")
+        raise Wrong("the result contains NaN or infinity: a division by zero, or a root of a negative number?")
     return array
 
 
 def number(answer):
-    """The answer as a finite float; raises Wrong otherwise."""
+    """The answer as a finite float; otherwise raises Wrong."""
     return float(numbers(answer, ()))
 
 
 def whole(answer):
-    """The answer as an int; raises Wrong otherwise."""
+    """The answer as an int; otherwise raises Wrong."""
     if answer is None:
         raise Wrong("it returns nothing: is there a `return`?")
     try:
         return operator.index(answer)
     except TypeError:
-        raise Wrong(f"it returns {_a(answer)}, expected a whole number") from None
+        raise Wrong(f"it returns {_a(answer)}, expected is a whole number") from None
 
 
 def instance(answer, kind):
-    """The answer if it is an instance of the class; raises Wrong otherwise."""
+    """The answer if it is an instance of the class; otherwise raises Wrong."""
     if answer is None:
         raise Wrong("it returns nothing: is there a `return`?")
     if not isinstance(answer, kind):
-        raise Wrong(f"it returns {_a(answer)}, expected {kind.__name__}")
+        raise Wrong(f"it returns {_a(answer)}, expected is {kind.__name__}")
     return answer
 
 
 def several(answer, count):
-    """The items of an answer that is a tuple or a list of `count` items; raises Wrong otherwise."""
+    """The parts of an answer that is a tuple or a list of `count` values; otherwise raises Wrong."""
     if answer is None:
         raise Wrong("it returns nothing: is there a `return`?")
     if not isinstance(answer, (tuple, list)) and not getattr(answer, "shape", ()):  # NumPy's arrays too
-        raise Wrong(f"it returns {_a(answer)}, expected {count} values: `return a, b`")
+        raise Wrong(f"it returns {_a(answer)}, expected are {count} values: `return a, b`")
     if len(answer) != count:
-        raise Wrong(f"it returns {len(answer)} values, expected {count}: `return a, b`")
+        raise Wrong(f"it returns {len(answer)} values, expected are {count}: `return a, b`")
     return answer
 
 
 def truth(answer):
-    """The answer as True or False; raises Wrong otherwise."""
+    """The answer as True or False; otherwise raises Wrong."""
     if answer is None:
         raise Wrong("it returns nothing: is there a `return`?")
     if str(answer) not in ("True", "False"):  # NumPy's too
-        raise Wrong(f"it returns {_a(answer)}, expected True or False")
+        raise Wrong(f"it returns {_a(answer)}, expected is True or False")
     return bool(answer)
 
 
@@ -97,16 +97,16 @@ def _a(answer):
 
 
 def data(name):
-    """The path of a file or folder of the labs' data ("samples/lap.mcap"), beside the notebook or in the folder that the variable
-    WAYMARK_LAB_DATA names. Raises FileNotFoundError with the command that creates it if it is missing."""
+    """The path of a file or folder of the labs' data ("samples/lap.mcap"), beside the notebook or in the folder of the environment variable
+    WAYMARK_LAB_DATA. Raises FileNotFoundError, with the command that creates it, if it is missing."""
     path = pathlib.Path(os.environ.get("WAYMARK_LAB_DATA", ".")) / name
     if not path.exists():
-        raise FileNotFoundError(f"{path} does not exist. {MAKE.get(pathlib.Path(name).parts[0], '')}".strip())
+        raise FileNotFoundError(f"{path} is missing. {MAKE.get(pathlib.Path(name).parts[0], '')}".strip())
     return str(path)
 
 
 def own_data(name):
-    """Like data(), for optional data: None if it does not exist."""
+    """Like data(), for optional files: None if it is missing."""
     try:
         return data(name)
     except FileNotFoundError:
@@ -115,7 +115,7 @@ def own_data(name):
 
 def own_seconds(path):
     """From a recorded lap of any robot with wheel angles and tags: its robot, the wheel angles (51, 2) [rad] of each second, and the motion
-    (geometry.SE2) in that second, from the trajectory of the lap's map."""
+    (geometry.SE2) in it, from the trajectory of the map made from the lap."""
     import tempfile
 
     import numpy as np
@@ -124,7 +124,7 @@ def own_seconds(path):
 
     ticks = {s.stamp_ns: (s.left_rad, s.right_rad) for s in recording.Recording(path).samples() if isinstance(s, samples.WheelTicks)}
     if not ticks:
-        raise ValueError(f"{path} contains no wheel angles: record them (joint_states, or a LIMO's or MBot's encoders)")
+        raise ValueError(f"{path} has no wheel angles: record them (joint_states, or a LIMO's or MBot's encoders)")
     with tempfile.TemporaryDirectory() as folder:
         mapped = mapping.map_recording(path, folder).trajectory
         robot = config.read_robot(str(pathlib.Path(folder) / "robot.yaml"))
@@ -143,14 +143,14 @@ def own_seconds(path):
 
 
 @functools.cache  # once
-def _say_that_matplotlib_is_missing():
+def _print_that_matplotlib_is_missing():
     print("No figure: Matplotlib is not installed (Debian: python3-matplotlib).")
 
 
 def figure(title, x_label, y_label, **curves):
-    """Draws named curves, each an (n, 2) array, in a notebook; does nothing outside of one. Prints one message if Matplotlib is missing."""
+    """Draws curves, each an (n, 2) array by its name, in a notebook; does nothing elsewhere. Prints a message once if Matplotlib is missing."""
     if importlib.util.find_spec("matplotlib") is None:
-        _say_that_matplotlib_is_missing()
+        _print_that_matplotlib_is_missing()
         return
     if "IPython" not in sys.modules:
         return
@@ -184,7 +184,7 @@ class Lab:
         self.name, self.results, self.answers = name, [], None
 
     def check(self, what, points, test):
-        """Awards `points` if `test()` returns None; otherwise `test()` returns or raises a description of the mistake."""
+        """Awards `points` if `test()` returns None; otherwise it returns, or raises, the error."""
         try:
             wrong = test()
         except NotImplementedError:
@@ -192,10 +192,10 @@ class Lab:
         except Wrong as words:
             wrong = str(words)
         except SystemExit:
-            wrong = "it ended the program (sys.exit, exit or quit): `return` what it found"
+            wrong = "it ended the program (sys.exit, exit or quit): `return` the result"
         except KeyboardInterrupt:
             raise
-        except BaseException as error:  # noqa: B036  any exception of a student's function is reported
+        except BaseException as error:  # noqa: B036  reports anything that a student's function raises
             wrong = f"it raised {type(error).__name__}: {error}{_place(error)}"
         self.results.append((what, points, wrong))
         print(f"{'ok   ' if wrong is None else 'WRONG'} {points if wrong is None else 0}/{points}  {what}" + ("" if wrong is None else f": {wrong}"))
@@ -216,27 +216,27 @@ class Lab:
 
 
 def check(number, names):
-    """Checks the names of a notebook (`globals()`) against the tasks of a lab, prints points and mistakes, and returns the Lab.
+    """Checks the functions of a notebook (`globals()`) against the tasks of a lab, prints the points and errors of each, and returns the Lab.
 
     Raises ValueError if there is no lab of that number, TypeError if `names` is not a dictionary."""
     if isinstance(number, bool) or number not in range(1, LABS + 1):
         raise ValueError(f"labs.check({number!r}, globals()): the labs are 1 to {LABS}")
     if not isinstance(names, dict):
-        raise TypeError(f"labs.check({number}, globals()) expects the names of the notebook: {_a(names)} is not a dictionary")
+        raise TypeError(f"labs.check({number}, globals()) requires the names of the notebook: {_a(names)} is not a dictionary")
     module, lab = importlib.import_module(f"{__name__}.lab{number:02}"), Lab(f"Lab {number}")
     lab.answers = mine = Answers(names)
     for what, points, test in module.CHECKS:
         lab.check(what, points, lambda test=test: test(mine))
-    if hasattr(module, "WHOLE"):  # the experiment that needs all tasks
+    if hasattr(module, "WHOLE"):  # the experiment that requires all of them
         what, points, test = module.WHOLE
         ready = lab.points == lab.possible
-        lab.check(what, points, lambda: test(mine) if ready else "first the others")
+        lab.check(what, points, lambda: test(mine) if ready else "solve the other tasks first")
     lab.finish()
     return lab
 
 
 def _place(error):
-    """The line of the student's code that raised an exception, outside of this package."""
+    """The place in the student's function that raised an exception, outside this package's files."""
     place, trace, here = "", error.__traceback__, os.path.dirname(__file__)
     while trace is not None:
         code = trace.tb_frame.f_code

@@ -1,4 +1,4 @@
-"""The checks of lab 1, frames and SE(3). Do the lab before you read them."""
+"""The checks of lab 1, frames and SE(3). Do the lab before reading them."""
 import numpy as np
 
 from .. import geometry
@@ -14,11 +14,11 @@ def inverse(mine):
     for T in poses(5):
         found = numbers(mine.inverse(T.copy()), (4, 4))
         if not np.allclose(found[3], [0, 0, 0, 1]):
-            return "the last row of a homogeneous matrix is wrong"
+            return "the last row is not that of a homogeneous matrix"
         if not np.allclose(found[:3, :3] @ T[:3, :3], np.eye(3), atol=1e-9):
             return "the rotation part is not the inverse"
         if not np.allclose(found @ T, np.eye(4), atol=1e-9):
-            return "rotation right, translation wrong: put a point through T and back"
+            return "the rotation is right, the translation wrong: transform a point by T and back"
 
 
 def tag_in_map(mine):
@@ -26,11 +26,11 @@ def tag_in_map(mine):
     for place, T in enumerate(poses(3)):
         alone = [T if k == place else still for k in range(3)]
         if not np.allclose(numbers(mine.tag_in_map(*alone), (4, 4)), T, atol=1e-9):
-            return f"with only {names[place]} and identities otherwise, the tag pose is wrong: in which direction does it transform coordinates?"
+            return f"with {names[place]} alone and identities for the others, the tag is at another place: in which direction does it transform coordinates?"
     a, b, c = poses(3)
     found = numbers(mine.tag_in_map(a, b, c), (4, 4))
     if not np.allclose(found @ np.linalg.inv(c), a @ b, atol=1e-9):
-        return "each factor is right, their order is not: which names are neighbours?"
+        return "each alone is right, but not their order: which names are neighbours?"
 
 
 def rotation(mine):
@@ -42,8 +42,8 @@ def rotation(mine):
         if np.allclose(R, geometry.SO3.exp(w).matrix(), atol=1e-8):
             continue
         if np.allclose(R, geometry.SO3.exp(-w).matrix(), atol=1e-8):
-            return "it turns the other way"
-        return f"at an angle of {scale} rad it is {'another rotation' if np.allclose(R.T @ R, np.eye(3)) else 'not a rotation: lengths change'}"
+            return "it rotates in the opposite direction"
+        return f"at an angle of {scale} rad it is {'a different rotation' if np.allclose(R.T @ R, np.eye(3)) else 'not a rotation: lengths change'}"
 
 
 def tiny_rotation(mine):
@@ -53,7 +53,7 @@ def tiny_rotation(mine):
         if isinstance(R, np.ndarray) and R.dtype.kind == "f" and not np.isfinite(R).all():
             return f"not a number at an angle of {angle} rad"
         if abs(numbers(R, (3, 3))[2, 1] - angle) > 1e-15:
-            return f"at an angle of {angle} rad the small part is lost to rounding"
+            return f"at an angle of {angle} rad the small part is lost"
 
 
 CHECKS = [("inverse", 3, inverse), ("tag in the map", 3, tag_in_map), ("rotation", 2, rotation), ("rotation by tiny angles", 2, tiny_rotation)]

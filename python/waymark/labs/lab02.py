@@ -1,4 +1,4 @@
-"""The checks of lab 2, pixels and distortion. Do the lab before you read them."""
+"""The checks of lab 2, pixels and distortion. Do the lab before reading them."""
 import numpy as np
 
 from .. import camera
@@ -26,7 +26,7 @@ def behind(mine):
     for p in ([0.1, 0.1, -1.0], [0.1, 0.1, 0.0]):
         with np.errstate(all="ignore"):
             if mine.pinhole(np.array(p)) is not None:
-                return f"a point at depth {p[2]} gets a pixel"
+                return f"a point at depth {p[2]} has a pixel"
 
 
 def distort(mine):

@@ -1,4 +1,4 @@
-"""The checks of lab 3, tag families and Hamming distance. Do the lab before you read them."""
+"""The checks of lab 3, tag families and Hamming distance. Do the lab before reading them."""
 from .. import families
 from . import whole
 
@@ -21,8 +21,8 @@ def turned(mine):
         if found == families.turned(FAMILY, code, 1):
             continue
         if found == families.turned(FAMILY, code, -1):
-            return "it turns counter-clockwise"
-        return "some bits move to the wrong cells" if bin(found).count("1") == bin(code).count("1") else "bits got lost"
+            return "it rotates counter-clockwise"
+        return "some bits are in the wrong cells" if bin(found).count("1") == bin(code).count("1") else "bits are missing"
 
 
 def four_turns(mine):
@@ -30,7 +30,7 @@ def four_turns(mine):
     for _ in range(4):
         code = whole(mine.turned(code))
     if code != codes()[5]:
-        return "four quarter turns are not a full turn"
+        return "four quarter turns do not return the original code"
 
 
 def family_distance(mine):
@@ -38,16 +38,16 @@ def family_distance(mine):
     if whole(mine.family_distance(all_codes)) != families.minimum_distance(FAMILY):
         return "not the smallest distance of the family: which pairs, and which turns, are not compared?"
     if whole(mine.family_distance([all_codes[0], families.turned(FAMILY, all_codes[0], 1)])) != 0:
-        return "wrong for a code together with its own quarter turn: can a reader that cannot see which side is up distinguish them?"
+        return "wrong for a code together with its own quarter turn: can a reader without a known orientation distinguish them?"
     if whole(mine.family_distance([0xFFFF, all_codes[0]])) != 0:
-        return "wrong for a family with a code that looks the same after a turn: how far is it from its own turns?"
+        return "wrong for a family with a code that equals its own rotation: what is its distance to its own rotations?"
 
 
 def correctable(mine):
     for d in (1, 2, 3, 5, 9, 10, 11):
         found, right = whole(mine.correctable(d)), sum(wrong < d - wrong for wrong in range(1, d))
         if found > right:
-            return f"too many for a distance of {d}: take two such codes and flip bits: when is one as close to the other?"
+            return f"too many for a distance of {d}: take two such codes and flip bits of one: when is it as near to the other?"
         if found < right:
             return f"too few for a distance of {d}: with one more wrong bit the right code would still be the nearest"
 

@@ -1,4 +1,4 @@
-"""The checks of lab 4, PnP and its two solutions. Do the lab before you read them."""
+"""The checks of lab 4, PnP and its two solutions. Do the lab before reading them."""
 import numpy as np
 
 from .. import geometry, pose, samples
@@ -12,7 +12,7 @@ def seen_px(mine, cam_T_tag=VIEW):
 
 
 def solved(mine, random, poses, sigma_px):
-    """(true pose, both solutions) of tags with two solutions and noisy corners."""
+    """(true pose, both solutions) of the tags that have two, with noise on their corners."""
     for T in poses:
         noisy = seen_px(mine, T) + random.normal(scale=sigma_px, size=(4, 2))
         both = pose.estimate_tag_pose(samples.TagDetection(tag=0, corners_px=noisy), mine.size_m, mine.lens, corner_sigma_px=sigma_px)
@@ -25,14 +25,14 @@ def upright(yaw, *position):
 
 
 def walls(mine, count):
-    """Small, distant, upright tags on walls."""
+    """Upright tags on walls, small and far."""
     random = np.random.default_rng(4)
     turns = (random.choice([-1, 1]) * random.uniform(0.25, 0.5) for _ in range(count))
     return solved(mine, random, (upright(turn, random.uniform(-0.5, 0.5), random.uniform(0.9, 1.1), 3.2) for turn in turns), 0.3)
 
 
 def near_walls(mine, count):
-    """Upright tags near, above and below the camera, turned further to either side; the other solution may face the camera more than the true one."""
+    """Upright tags near, above and below the camera, rotated further to either side: they may face the camera less than their other solutions."""
     random = np.random.default_rng(44)
     heights = (random.choice([-1, 1]) * random.uniform(0.25, 0.5) for _ in range(count))
     poses = (upright(random.uniform(-0.8, 0.8), random.uniform(-0.8, 0.8), height, random.uniform(1.5, 2.5)) for height in heights)
@@ -40,21 +40,21 @@ def near_walls(mine, count):
 
 
 def without_pixels(found):
-    """Whether the answer contains NaN, as lens.project() may return."""
+    """Whether it contains NaN, as results of lens.project do."""
     return isinstance(found, np.ndarray) and found.shape == (4, 2) and found.dtype.kind == "f" and np.isnan(found).any()
 
 
 def corners(mine):
     found, right = mine.corners(VIEW), seen_px(mine)
     if without_pixels(found):
-        return "it contains NaN, which lens.project returns for points that are not in front of the camera: in which frame are its input points?"
+        return "the result contains NaN, which lens.project returns for points that are not in front of the camera: in which frame are its arguments?"
     found = numbers(found, (4, 2))
     if np.allclose(found, right, atol=1e-9):
         return None
     if np.allclose(np.sort(found, axis=0), np.sort(right, axis=0), atol=1e-9):
         return "the right corners in another order"
     sides = [np.linalg.norm(np.roll(c, 1, axis=0) - c, axis=1).sum() for c in (found, right)]
-    return "the corners are in the wrong place" + (": is the square as large as the tag?" if not np.isclose(*sides, rtol=0.2) else ": where is the tag's centre, and where do its axes point?")
+    return "the corners are at other positions" + (": is the square as large as the tag?" if not np.isclose(*sides, rtol=0.2) else ": where is the tag's centre, and where do its axes point?")
 
 
 def rms(mine):
@@ -63,10 +63,10 @@ def rms(mine):
     seen = seen_px(mine)
     for shift in ([1, 0], [3, 4]):
         if not np.isclose(number(mine.rms(VIEW, seen + shift)), np.hypot(*shift), atol=1e-9):
-            return f"wrong if all corners are off by the same {shift}: how long is that vector?"
+            return f"wrong if all corners are displaced equally, by {shift}: what is the length of that?"
     seen[0] += [2, 0]
     if not np.isclose(number(mine.rms(VIEW, seen)), 1.0, atol=1e-9):
-        return "right if all corners are off equally, wrong if a single one is off: what is averaged?"
+        return "right if all corners are displaced equally, wrong if a single one is: what is averaged?"
 
 
 def mirror(mine):
@@ -79,9 +79,9 @@ def mirror(mine):
         if not np.isclose(np.linalg.norm(found), 1, atol=1e-6):
             return "the normal is not a unit vector: is the line of sight one?"
         if np.isclose(found @ v, -(n @ v)):
-            return "the component along the line of sight changed its sign: the tag would show its back"
+            return "the component along the line of sight changed its sign: the tag would face away"
         if np.allclose(found, n * [-1, -1, 1], atol=1e-6):
-            return "it is mirrored about the optical axis, but the tag is not on that axis: in which direction is the tag?"
+            return "it is mirrored about the optical axis, but the tag is off that axis: in which direction is the tag?"
         angle = np.degrees(np.arccos(np.clip(found @ b.rotation.matrix()[:, 2], -1, 1)))
         if angle > 12:
             return f"{angle:.0f} degrees from the second solution"
@@ -90,7 +90,7 @@ def mirror(mine):
 
 
 def choices(mine, pairs):
-    """(n, 3): is the tag above the camera, is the second solution the right one, wrong choices for the two orders of each pair."""
+    """(n, 3): is the tag above the camera, is the second solution the right one, number of wrong choices in the two orders of each pair."""
     found = []
     for T, *pair in pairs:
         right = int(np.argmin([np.linalg.norm((p.rotation.inverse() @ T.rotation).log()) for p in pair]))
@@ -103,18 +103,18 @@ def choose(mine):
     far = choices(mine, walls(mine, 60))
     _, misled, wrong = far.sum(axis=0)
     if misled == 0:
-        return "the error was never misleading: ask your teacher"
+        return "the error is never misleading: ask your teacher"
     if wrong > 4:
-        return (f"wrong in {wrong} of {2 * len(far)} choices, of which each pair is asked in both orders; "
+        return (f"wrong in {wrong} of {2 * len(far)} choices, with each pair in both orders; "
                 f"the smaller error alone is wrong for {misled} of {len(far)} pairs")
     near = choices(mine, near_walls(mine, 60))
     above, below = (near[near[:, 0] == side, 2] for side in (1, 0))
     if not near[:, 2].any():
         return None
     if above.all() and not below.any():
-        return "right if the tag is below the camera, wrong if it is above"
-    return (f"right for tags far away and low, wrong in {near[:, 2].sum()} of {2 * len(near)} choices for near ones, high and low and turned to either side: "
-            "does the tag that it chooses hang upright?")
+        return "right for tags below the camera, wrong for tags above it"
+    return (f"right for tags far away and low, wrong in {near[:, 2].sum()} of {2 * len(near)} choices for near ones at various heights and angles: "
+            "is the chosen tag upright?")
 
 
 CHECKS = [("corners", 2, corners), ("reprojection error", 2, rms), ("the other pose", 3, mirror), ("the choice", 3, choose)]

@@ -1,4 +1,4 @@
-"""The checks of lab 5, noise and the bound of Cramer and Rao. Do the lab before you read them."""
+"""The checks of lab 5, noise and the bound of Cramer and Rao. Do the lab before reading them."""
 import numpy as np
 
 from .. import geometry, pose, samples
@@ -25,9 +25,9 @@ def pixel(mine):
 def corners(mine):
     found, right = numbers(mine.pose_jacobian(), (8, 6)), slope(mine)
     if not np.allclose(found[:, :3], right[:, :3], atol=1e-3):
-        return "the translation block is wrong"
+        return "the translation part is wrong"
     if not np.allclose(found[:, 3:], right[:, 3:], atol=1e-3):
-        return "the rotation has the wrong sign" if np.allclose(found[:, 3:], -right[:, 3:], atol=1e-3) else "the rotation block is wrong"
+        return "the rotation has the wrong sign" if np.allclose(found[:, 3:], -right[:, 3:], atol=1e-3) else "the rotation part is wrong"
 
 
 def bound(mine):
@@ -36,13 +36,13 @@ def bound(mine):
     if np.trace(twice) <= np.trace(found):
         return "it does not grow with the noise"
     if not np.allclose(twice, 4 * found):
-        return "what must a covariance become when each error is twice as large? Yours becomes something else"
+        return "how must a covariance change if each error is twice as large? Yours changes differently"
     if not np.allclose(J.T @ J @ found, mine.sigma_px**2 * np.eye(6), rtol=1e-6, atol=1e-6):
         return "it is not the inverse of the information"
 
 
 def errors(mine):
-    """Errors (400, 6) of poses from noisy corners, their bound, and the normalised squared errors."""
+    """Errors (400, 6) of poses from corners with noise, their bound, and the normalised errors squared."""
     random, found, clean = np.random.default_rng(5), [], mine.lens.project(mine.cam_corners)
     for _ in range(400):
         seen = samples.TagDetection(tag=0, corners_px=clean + random.normal(scale=mine.sigma_px, size=(4, 2)))
@@ -61,7 +61,7 @@ def mean_nees(mine):
         return "that is the sum over all errors"
     if np.isclose(found, nees.mean() / E.shape[1], rtol=1e-6):
         return "that is the mean for one coordinate"
-    return f"it returns {found:.3g} for 400 errors that are consistent with their covariance: what is the expected value?"
+    return f"it returns {found:.3g} for 400 errors that are consistent with their covariance: which value do you expect?"
 
 
 def share_inside(mine):
@@ -72,9 +72,9 @@ def share_inside(mine):
         if np.isclose(found, inside, atol=1e-6):
             continue
         if np.isclose(found, 1 - inside, atol=1e-6):
-            return "that is the share outside"
-        return f"it returns {found:.3f} for 400 errors{' that are twice as large as their standard deviation' if scale > 1 else ' that are consistent with their covariance'}"
+            return "that is the fraction outside"
+        return f"it returns {found:.3f} for 400 errors{' that are twice as large as their covariance predicts' if scale > 1 else ' that are consistent with their covariance'}"
 
 
 CHECKS = [("derivative of a pixel", 2, pixel), ("derivative of the corners", 3, corners), ("bound", 2, bound), ("mean NEES", 2, mean_nees),
-          ("share inside", 1, share_inside)]
+          ("fraction inside", 1, share_inside)]

@@ -1,4 +1,4 @@
-"""The checks of lab 7, odometry and calibration. Do the lab before you read them."""
+"""The checks of lab 7, odometry and calibration. Do the lab before reading them."""
 import numpy as np
 
 from .. import geometry
@@ -17,7 +17,7 @@ def driven(wheels, radius_m, track_m):
 
 
 def seconds(poses):
-    """The motion in each second, from poses at 50 Hz."""
+    """The motion of each second, from poses at 50 Hz."""
     return [a.inverse() @ b for a, b in zip(poses[:-50:50], poses[50::50])]
 
 
@@ -32,24 +32,24 @@ def step(mine):
             continue
         if not np.isclose(found.yaw, true.yaw):
             if np.isclose(found.yaw, -true.yaw):
-                return "it turns the wrong way"
+                return "it turns in the wrong direction"
             return f"wheels at {left} and {right} m turn a robot {'less' if abs(found.yaw) > abs(true.yaw) else 'more'} than it returns"
         if np.isclose(np.hypot(found.x, found.y), (left + right) / 2):
-            return f"for {left} and {right} m it drives straight ahead and turns afterwards: a robot does both at once"
-        return f"the rotation is right, but the position is wrong for {left} and {right} m"
+            return f"for {left} and {right} m it drives straight ahead and turns afterwards: a robot does both simultaneously"
+        return f"the turn is right, but the end position is wrong for {left} and {right} m"
 
 
 def trajectory(mine):
     wheels = np.cumsum(np.random.default_rng(7).uniform(-0.2, 1.0, (60, 2)), axis=0)
     found, right = mine.trajectory(wheels.copy(), 0.05, 0.2), driven(wheels, 0.05, 0.2)
     if not isinstance(found, list) or len(found) != len(right):
-        return f"{len(wheels)} samples have as many poses, in a list"
+        return f"{len(wheels)} samples must give as many poses, in a list"
     for n, (a, b) in enumerate(zip(found, right)):
         if close(instance(a, geometry.SE2), b):
             continue
         if n == 0:
             return "the first pose is the identity"
-        return f"pose {n} is wrong: " + ("how far did the wheels roll since the pose before, and is step() right?" if n == 1 else "in whose frame is a step?")
+        return f"pose {n} is wrong: " + ("how far did the wheels roll since the previous pose, and is step() right?" if n == 1 else "in whose frame is a step?")
 
 
 def gyro_bias(mine):
@@ -60,8 +60,8 @@ def gyro_bias(mine):
         rates = bias + 3 * moving[:, 0] + random.normal(scale=0.001, size=len(moving))
         found = number(mine.gyro_bias(np.cumsum(moving, axis=0), rates.copy()))
         if not np.isclose(found, rates[still].mean(), atol=1e-4):
-            return "samples while the robot drives are averaged, too" if np.isclose(found, rates.mean(), atol=2e-3) else \
-                f"it returns {found:.4f} for a robot that drives, rests and drives again"
+            return "samples in which the robot drives are averaged too" if np.isclose(found, rates.mean(), atol=2e-3) else \
+                f"it returns {found:.4f} for a robot that drives, stops and drives again"
         spinning = np.cumsum(np.repeat([[0, 0], [-0.1, 0.1], [0, 0.1]], 40, axis=0), axis=0)
         if not np.isclose(number(mine.gyro_bias(spinning, bias + np.repeat([0, 1.0, 0.5], 40))), bias, atol=1e-9):
             return "a robot that turns about a wheel is not at rest"

@@ -1,4 +1,4 @@
-"""The checks of lab 8, the nearest tag against a Kalman filter. Do the lab before you read them."""
+"""The checks of lab 8, the nearest tag against a Kalman filter. Do the lab before reading them."""
 import numpy as np
 
 from .. import geometry
@@ -18,9 +18,9 @@ def nearest(mine):
     for n in (1, 2, 5, 9, 9, 9):
         seen = [(f"tag36h11:{k}", geometry.SE3(geometry.SO3.from_rpy(*random.normal(size=3)), random.uniform(-1, 1, 3) + [0, 0, 2])) for k in range(n)]
         if several(mine.nearest(seen), 2)[0] != min(seen, key=lambda s: np.linalg.norm(s[1].translation))[0]:
-            return "a nearer one was seen: how far is a tag that is not straight ahead?"
+            return "there is a nearer one: what is the distance of a tag that is not straight ahead?"
     if mine.nearest([]) is not None:
-        return "for an empty list: what should it return if nothing is seen?"
+        return "wrong for an empty list: what is the result without observations?"
 
 
 def fix(mine):
@@ -32,9 +32,9 @@ def fix(mine):
         found = instance(mine.fix(name, cam_T_tag), geometry.SE2)
         if distance(found, there) > 1e-6:
             camera = abs(distance(found, there) - np.linalg.norm(mounting.translation[:2])) < 1e-6
-            return "that is the pose of the camera, not of the robot" if camera else f"{distance(found, there):.2f} m from the robot: write the frames in a row"
+            return "that is the pose of the camera, not of the robot" if camera else f"{distance(found, there):.2f} m from the true position: write the frames in a row"
         if abs(wrapped(found.yaw - there.yaw)) > 1e-6:
-            return f"the position is right, the heading is off by {np.degrees(abs(wrapped(found.yaw - there.yaw))):.0f} degrees"
+            return f"the position is right, the heading is wrong by {np.degrees(abs(wrapped(found.yaw - there.yaw))):.0f} degrees"
 
 
 def carried(mine):
@@ -43,7 +43,7 @@ def carried(mine):
         fixed, then, moved = (geometry.SE2(*random.uniform(-2, 2, 3)) for _ in range(3))
         found = instance(mine.carried(fixed, then, then @ moved), geometry.SE2)
         if not np.allclose((fixed.inverse() @ found).log(), moved.log(), atol=1e-9):
-            return "the motion is wrong: first compute the motion since the fix, in the robot's frame; then apply it to the fix"
+            return "the robot moved differently: first compute its motion since then, in its own frame; then apply it to the fix"
 
 
 def accepted(mine):
@@ -65,14 +65,14 @@ def update(mine):
         apart[2] = wrapped(apart[2])
         off = found - x - np.linalg.solve(information, np.linalg.solve(R, apart))
         if not np.allclose(off[:2], 0, atol=1e-9):
-            return "the position is drawn to the wrong side, or too much: which of the two should a small R favour?"
+            return "the position moves in the wrong direction, or too far: which of the two should a small R favour?"
         if abs(wrapped(off[2])) > 1e-9:
             return "headings of 3.1 and -3.1 rad are neighbours"
         if abs(found[2]) > np.pi + 1e-9:
-            return f"a heading of {found[2]:.2f} rad: bring it back to the circle"
+            return f"a heading of {found[2]:.2f} rad: wrap it"
         if not np.allclose(left @ information, np.eye(3), atol=1e-9):
-            return "the covariance after the update is wrong: both are measurements, so it is smaller than P and smaller than R"
+            return "the covariance after the update is wrong: it combines both, so it is smaller than P and smaller than R"
 
 
-CHECKS = [("the nearest tag", 1, nearest), ("where the robot is", 3, fix), ("between pictures", 2, carried), ("which fix to accept", 1, accepted),
+CHECKS = [("the nearest tag", 1, nearest), ("where the robot is", 3, fix), ("between images", 2, carried), ("which fix to accept", 1, accepted),
           ("the weights", 3, update)]

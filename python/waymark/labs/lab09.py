@@ -1,4 +1,4 @@
-"""The checks of lab 9, EKF against right-invariant EKF. Do the lab before you read them."""
+"""The checks of lab 9, EKF against right-invariant EKF. Do the lab before reading them."""
 import numpy as np
 
 from .. import geometry
@@ -21,8 +21,8 @@ def prediction(mine):
         found, right = numbers(mine.step_jacobian(state[2], u.copy()), (3, 3)), slope(lambda x: moved(x, u), state, 3)
         if not np.allclose(found, right, atol=1e-6):
             if not np.allclose(found[:, :2], right[:, :2]):
-                return "how does the end of the step change if its beginning moves by d?"
-            return "the column of the heading is wrong: in which direction does the robot drive in the map, and how does the end move if that is slightly off?"
+                return "how does the end of the step move if its beginning moves by d?"
+            return "the column of the heading is wrong: in which direction does the robot move in the map, and how does the end move if that direction changes slightly?"
 
 
 def observation(mine):
@@ -31,9 +31,9 @@ def observation(mine):
         state, m = random.normal(size=3), random.normal(size=2)
         found, right = numbers(mine.seen_jacobian(state.copy(), m.copy()), (2, 3)), slope(lambda x: seen(x, m), state, 2)
         if not np.allclose(found[:, :2], right[:, :2], atol=1e-6):
-            return "the position block is wrong: in which frame are observations, and how does a landmark move in it as the robot approaches?"
+            return "the position part is wrong: in whose frame are observations, and how does a landmark move in it when the robot approaches?"
         if not np.allclose(found[:, 2], right[:, 2], atol=1e-6):
-            return "the heading column has the wrong sign" if np.allclose(found[:, 2], -right[:, 2], atol=1e-6) else "the heading column is wrong"
+            return "the heading part has the wrong sign" if np.allclose(found[:, 2], -right[:, 2], atol=1e-6) else "the heading part is wrong"
 
 
 def invariant(mine):
@@ -65,8 +65,8 @@ def share_below(mine):
         if np.isclose(found, (nees < limit).mean(), atol=1e-9):
             continue
         if np.isclose(found, (nees >= limit).mean(), atol=1e-9):
-            return "that is the share above"
-        return f"it returns {found:.2f} for the limit {limit}, which counts too {'many' if found > (nees < limit).mean() else 'few'}: is each error compared with its own covariance?"
+            return "that is the fraction above"
+        return f"it returns {found:.2f} for the limit {limit}, so too {'many' if found > (nees < limit).mean() else 'few'} are counted: is each error compared with its own covariance?"
 
 
 def compare(mine):

@@ -1,11 +1,11 @@
-"""The checks of lab 10, pure pursuit. Do the lab before you read them."""
+"""The checks of lab 10, pure pursuit. Do the lab before reading them."""
 import numpy as np
 
 from .. import geometry
 from . import instance, number, numbers, several
 from .loops import drive_line
 
-LOOK_AHEAD_M = 0.4  # of the scored drive
+LOOK_AHEAD_M = 0.4  # of the drive that gives the points
 
 
 def goal(mine):
@@ -21,7 +21,7 @@ def goal(mine):
         if len(beyond) == 0:
             return "wrong near the end of the line, where no point is that far ahead"
         return "that point is behind the robot" if np.argmin(np.hypot(*(line - found).T)) < near else \
-            "not the first point so far away from the robot, along the line from the nearest one"
+            "not the first point at that distance from the robot, along the line from the nearest one"
 
 
 def curvature(mine):
@@ -33,7 +33,7 @@ def curvature(mine):
         if np.isclose(found * radius, 1, atol=1e-9):
             continue
         if np.isclose(found * radius, -1):
-            return "right except for the sign: which side is positive?"
+            return "right except for its sign: which side is positive?"
         if np.isclose(abs(found), abs(radius)):
             return "that is the radius"
         ahead = number(mine.curvature(0.0, 0.0, 0.0, geometry.SE2.exp([0.7, 0, 0.7 / radius]) @ np.zeros(2)))
@@ -43,21 +43,21 @@ def curvature(mine):
 
 
 def acts_turning(mine, pose):
-    """Mistakes in the motion by one turning command, and by two equal ones."""
+    """The error in the motion by one turning command, and by two equal ones."""
     one = pose.inverse() @ instance(mine.acts_at(pose, [(0.4, 0.8)], 0.1), geometry.SE2)
     right = geometry.SE2.exp([0.04, 0, 0.08])
     if np.isclose(one.yaw, 0, atol=1e-9):
         return "a command of 0.4 m/s and 0.8 rad/s does not turn the robot"
     if np.isclose(one.yaw, -right.yaw, atol=1e-9):
-        return "the robot turns to the other side: a positive yaw rate turns to the left"
+        return "the robot turns to the wrong side: a positive yaw rate turns to the left"
     if not np.isclose(one.yaw, right.yaw, atol=1e-9):
         how = "too little" if abs(one.yaw) < right.yaw else "too much"
         return f"a command of 0.4 m/s and 0.8 rad/s that acts for 0.1 s turns the robot {how}: which yaw rate do the pending commands contain, according to the text?"
     if not np.allclose([one.x, one.y], [right.x, right.y], atol=1e-9):
-        return "a robot that drives and turns ends with the right heading in the wrong place: it turns while it drives, neither before nor after"
+        return "a robot that drives and turns ends with the right heading at the wrong position: it turns continuously while it drives, neither before nor after"
     two = pose.inverse() @ instance(mine.acts_at(pose, [(0.4, 0.8), (0.4, 0.8)], 0.1), geometry.SE2)
     if not np.allclose((two.inverse() @ right @ right).log(), 0, atol=1e-9):
-        return "one command is right, two equal ones are not: does each act for one period?"
+        return "one command is right, two equal ones are not: does each act, for one period?"
     return None
 
 
@@ -67,7 +67,7 @@ def acts_at(mine):
     for v, w in under_way:
         right = right @ geometry.SE2.exp([0.1 * v, 0, 0.1 * w])
     if not np.allclose((pose.inverse() @ instance(mine.acts_at(pose, [], 0.1), geometry.SE2)).log(), 0, atol=1e-12):
-        return "without pending commands the robot stays in place"
+        return "without pending commands the robot does not move"
     one = (pose.inverse() @ instance(mine.acts_at(pose, [(0.4, 0.0)], 0.1), geometry.SE2)).log()
     if not np.isclose(np.linalg.norm(one), 0.04, atol=1e-9):
         return f"a command of 0.4 m/s that acts for 0.1 s moves the robot by {np.linalg.norm(one):.3f} m"
@@ -101,18 +101,18 @@ def command(mine):
         if abs(v) > speed + 1e-9 or v < 0:
             return f"it drives {v:.3f} m/s instead of {speed} m/s"
         if v < speed - 1e-9 and abs(w) < most - 1e-9:
-            return f"it drives {v:.3f} m/s, and could drive faster: it commands {abs(w):.2f} of {most} rad/s"
+            return f"it drives {v:.3f} m/s but could drive faster: it commands {abs(w):.2f} of {most} rad/s"
 
 
 def rms_from_line(mine, ahead_m):
-    """Prints and returns the distances from the line [m] with the student's functions, and without prediction and gain."""
-    aware, naive = (np.sqrt(np.mean(drive_line(mine, aware_of_delay, ahead_m)[0][60:] ** 2)) for aware_of_delay in (True, False))
-    print(f"      RMS distance from the line, looking {ahead_m:g} m ahead: {aware:.3f} m with your functions, {naive:.3f} m without prediction and gain")
+    """Prints and returns the distances from the line [m] with the written functions, and without prediction and gain."""
+    aware, naive = (np.sqrt(np.mean(drive_line(mine, compensates, ahead_m)[0][60:] ** 2)) for compensates in (True, False))
+    print(f"      distance from the line, root mean square, looking {ahead_m:g} m ahead: {aware:.3f} m with your functions, {naive:.3f} m without prediction and gain")
     return aware, naive
 
 
 def whole_line(mine):
-    """Scored at a fixed look-ahead, so that students can try other values."""
+    """Scored at a fixed look-ahead distance, so that other values can be tried."""
     aware, naive = rms_from_line(mine, LOOK_AHEAD_M)
     if mine.LOOK_AHEAD_M != LOOK_AHEAD_M:
         rms_from_line(mine, mine.LOOK_AHEAD_M)

@@ -1,4 +1,4 @@
-"""The checks of lab 11, faults, watchdogs and safety. Do the lab before you read them."""
+"""The checks of lab 11, faults, watchdogs and safety. Do the lab before reading them."""
 import math
 
 import numpy as np
@@ -9,7 +9,7 @@ from . import Wrong, number, several, truth
 def expired(mine):
     for fed, now, right in ((None, 0.0, True), (None, 5.0, True), (1.0, 1.0, False), (1.0, 1.2, False), (1.0, 1.26, True), (1.0, 9.0, True), (0.0, 0.1, False), (5.0, 1.0, True)):
         if truth(mine.expired(fed, now)) != right:
-            return f"a wrong decision for a watchdog that was {'never fed' if fed is None else f'fed at {fed} s'} and is checked at {now} s"
+            return f"a wrong decision for a watchdog that was {'never fed' if fed is None else f'fed at {fed} s'} and is queried at {now} s"
 
 
 def way(speed_m_s, delay_s, brake_m_s2):
@@ -20,7 +20,7 @@ def stopping(mine):
     for v, d, b in ((0.5, 0.0, 1.0), (0.5, 0.3, 1.0), (2.0, 0.1, 4.0), (0.0, 0.3, 1.0)):
         found = number(mine.stopping_m(v, d, b))
         if not np.isclose(found, way(v, d, b)):
-            return f"at {v} m/s, {d} s late, with {b} m/s² it comes {'not as far as' if found > way(v, d, b) else 'farther than'} {found:.3f} m: " + \
+            return f"at {v} m/s, {d} s late, with {b} m/s² it moves {'less far than' if found > way(v, d, b) else 'farther than'} {found:.3f} m: " + \
                 ("how fast is it in the middle of braking?" if d == 0 else "what does it do until it notices?")
 
 
@@ -28,9 +28,9 @@ def fastest(mine):
     for gap, d, b in ((0.5, 0.0, 1.0), (0.5, 0.3, 1.0), (2.0, 0.1, 4.0)):
         v = number(mine.fastest_m_s(gap, d, b))
         if v < 0:
-            return f"{v:.3f} m/s is negative: the equation has another root"
+            return f"{v:.3f} m/s is backwards: the equation has another root"
         if not np.isclose(way(v, d, b), gap):
-            return f"at {v:.3f} m/s the robot {'does not stop' if way(v, d, b) > gap else 'stops long before it must,'} within {gap} m, {d} s late and with {b} m/s²"
+            return f"at {v:.3f} m/s the robot {'does not stop' if way(v, d, b) > gap else 'stops much too early'} within {gap} m, {d} s late and with {b} m/s²"
     for gap in (0.0, -0.2):
         if not np.isclose(number(mine.fastest_m_s(gap, 0.3, 1.0)), 0):
             return f"wrong for a gap of {gap} m"
@@ -48,7 +48,7 @@ def limited(mine):
         found = [number(part) for part in several(mine.limited(v, w, 0.5, 1.0), 2)]
         became = f"({v}, {w}) becomes ({found[0]:.2f}, {found[1]:.2f})"
         if abs(found[0]) > 0.5 + 1e-9 or abs(found[1]) > 1.0 + 1e-9:
-            return f"{became}, which is too much"
+            return f"{became}, which exceeds the limits"
         if not np.isclose(found[0] * w, found[1] * v):
             return f"{became}: that is a different arc"
         if not np.allclose(found, np.array([v, w]) / max(1, abs(v) / 0.5, abs(w))):
@@ -61,13 +61,13 @@ def reaction(mine):
                           (np.full(100, 0.3), None), (np.where((t < 5.55) | (t > 8), 0.3, 0), None), (np.where(t < 5.55, -0.3, 0), 0.6), (np.zeros(100), 0.0)):
         found = mine.reaction_s(t.copy(), speeds.copy(), 5.0)
         if found is None and right is not None:
-            return "it was stationary at the end, but None means that it never stopped"
+            return "the robot is stationary at the end, but None means that it never stopped"
         if found is not None and not np.isfinite(number(found)):
             return "it is not a number"
         if found is not None and right is None:
             return "a robot that drives at the end never stopped"
         if right is not None and not np.isclose(number(found), right):
-            return f"it returns {number(found):.1f} s, but the robot " + ("moved after that: is a pause a stop, is backwards?" if number(found) < right else "was stationary before")
+            return f"it returns {number(found):.1f} s, but the robot " + ("moved after that: is a pause a stop, is backwards?" if number(found) < right else "stopped before that")
     found = mine.reaction_s(mine.driven[:, 0], mine.driven[:, 1], mine.BLIND_S)
     if found is None or not 0 < number(found) < 3:
         return f"Waymark's robot stopped within three seconds, but it returns {found}"

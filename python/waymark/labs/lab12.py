@@ -1,4 +1,4 @@
-"""The checks of lab 12, simulation against reality. Do the lab before you read them."""
+"""The checks of lab 12, simulation against reality. Do the lab before reading them."""
 import numpy as np
 
 from . import number, numbers, several, truth, whole
@@ -22,7 +22,7 @@ def delay(mine):
             return f"a delay of {found} samples is too {'long' if found > k else 'short'}: does the correlation subtract the means, and is the response shifted forward?"
     command = smooth(random, 800)
     if whole(mine.delay(command, late(command, 11), 5)) > 5:
-        return "only delays up to `most` are expected"
+        return "only delays up to `most` are allowed"
 
 
 def gain_and_bias(mine):
@@ -44,9 +44,9 @@ def autocorrelation(mine):
         if np.allclose(found, right, atol=0.02):
             continue
         if np.allclose(found[1:], right[:-1], atol=0.02):
-            return "the first value must be that of lag 0"
+            return "it starts with lag 0"
         if scale > 1:
-            return "residuals scaled by three must give the same result"
+            return "residuals three times as large must give the same result"
         return f"it returns {found[0]:.2f} at lag 1 for smooth noise about a mean of 0.7: too {'much' if found[0] > right[0] else 'little'}"
 
 
@@ -62,7 +62,7 @@ def apart(mine):
                        (np.array([1.0, 2.0]), np.array([5.0, 6.0, 7.0]), "1, 2 and 5, 6, 7"), (np.array([5.0, 6.0]), np.array([1.0, 2.0]), "5, 6 and 1, 2")):
         found, right = number(mine.apart(a.copy(), b.copy())), shares_apart(a, b)
         if not np.isclose(found, right, atol=1e-9):
-            return f"it returns {found:.3f} for {what}, which is too {'much' if found > right else 'little'}: the largest absolute difference of the two cumulative shares"
+            return f"it returns {found:.3f} for {what}, which is too {'much' if found > right else 'little'}: it is the largest distance of the two distributions, in either direction"
 
 
 def differ(mine):
@@ -81,12 +81,12 @@ def robots(mine):
         delayed = mine.delay(command, gyro, 40)
         found[name] = gain, bias = mine.gain_and_bias(command, gyro, delayed)
         residuals = gyro[delayed:] - gain * command[:len(command) - delayed] - bias
-        print(f"      {name}: {1e3 * delayed * mine.PERIOD_S:.0f} ms late (delay and lag), turns {gain:.2f} of what is commanded, "
+        print(f"      {name}: {1e3 * delayed * mine.PERIOD_S:.0f} ms late (delay and lag), turns {gain:.2f} of the commanded rate, "
               f"autocorrelation at lag 1 {mine.autocorrelation(residuals, 5)[0]:.2f}, distances {100 * mine.errors(measured, true).mean():+.1f} %")
     lap, plant = mine.errors(*mine.laps["lap"][2:]), mine.errors(*mine.plant)
-    print(f"      plant: distances {100 * plant.mean():+.1f} %, apart from lap by {mine.apart(lap, plant):.2f}")
+    print(f"      plant: distances {100 * plant.mean():+.1f} %, distance from lap {mine.apart(lap, plant):.2f}")
     if not (abs(found["lap"][0] - 0.85) < 0.08 and abs(found["other"][0] - 0.6) < 0.08 and mine.differ(lap, plant)):
-        return "the robots cannot be distinguished: ask your teacher"
+        return "the robots are not distinguished: ask your teacher"
 
 
 CHECKS = [("delay", 2, delay), ("gain and bias", 2, gain_and_bias), ("autocorrelation", 2, autocorrelation), ("distance of two samples", 2, apart), ("the test", 1, differ)]

@@ -1,11 +1,11 @@
-"""Experiments of labs 8, 9 and 10 with the student's functions: two localisations of a lap, two filters over many runs, a drive along a line."""
+"""Experiments of labs 8, 9 and 10 with the functions written in them: two localisations of a lap, two filters over many runs, a drive along a line."""
 import numpy as np
 
 from .. import geometry
 
 
 def nearest_tag_errors(mine):
-    """Lab 8: position errors [m] along the lap with the nearest tag and odometry."""
+    """Lab 8: position errors [m] along the lap, using the nearest tag and odometry."""
     fixed = then = now = None
     errors = []
     for kind, value in mine.events:
@@ -25,7 +25,7 @@ def nearest_tag_errors(mine):
 
 
 def filter_errors(mine):
-    """Lab 8: position errors [m] along the lap with a Kalman filter that uses the notebook's update."""
+    """Lab 8: position errors [m] along the lap, using a Kalman filter with the notebook's update."""
     x = P = last = None
     errors = []
     for kind, value in mine.events:
@@ -54,13 +54,13 @@ def moved(state, u):
 
 
 def seen(state, m):
-    """A map landmark (2,) in the frame of a robot (x, y, heading)."""
+    """A landmark (2,) of the map in the frame of a robot (x, y, heading)."""
     c, s = np.cos(state[2]), np.sin(state[2])
     return np.array([[c, s], [-s, c]]) @ (m - state[:2])
 
 
 def run_filters(mine, sights, runs=60):
-    """Lab 9: shares of runs within their 95 % bound after 5 m and a number of landmark observations, for the EKF and the right-invariant filter."""
+    """Lab 9: fractions of runs within their 95 %, after 5 m and so many landmark observations: of the EKF, of the right-invariant filter."""
     random = np.random.default_rng([9, sights])
     results = [_run_filters(mine, sights, random) for _ in range(runs)]
     return [mine.share_below(*(np.array(part) for part in zip(*(result[which] for result in results))), 7.815) for which in (0, 1)]
@@ -69,7 +69,7 @@ def run_filters(mine, sights, runs=60):
 def _run_filters(mine, sights, random):
     start = np.diag([0.1, 0.1, np.radians(mine.start_deg)]) ** 2
     true = np.array([0.0, 0.0, 0.5])
-    # Both start with the same estimate and covariance: at p = 0 the two error definitions agree to first order.
+    # Both start with the same estimate and covariance: at p = 0 the two errors are equal to first order.
     estimate = geometry.SE2.exp(random.multivariate_normal(np.zeros(3), start)) @ geometry.SE2(*true)
     plain, P = np.array([estimate.x, estimate.y, estimate.yaw]), start.copy()
     group, S = plain.copy(), start.copy()
@@ -100,8 +100,8 @@ def _run_filters(mine, sights, random):
 
 
 def drive_line(mine, aware, ahead_m=None):
-    """Lab 10: distances from the line [m] and positions of a robot with delay and half the turn response. aware: whether the driver
-    accounts for both. ahead_m: overrides the look-ahead of the notebook."""
+    """Lab 10: distances from the line [m] and positions of a robot with delay and half the turns.
+    aware: whether the driver compensates both. ahead_m: a look-ahead distance other than the notebook's."""
     ahead_m = mine.LOOK_AHEAD_M if ahead_m is None else ahead_m
     pose, way, off = geometry.SE2(0, 0.1, 0.7), [], []
     waiting = [(0.0, 0.0)] * round(mine.DELAY_S / mine.PERIOD_S)
