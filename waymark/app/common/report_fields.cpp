@@ -69,6 +69,8 @@ std::string json_line(const nlohmann::ordered_json& value) {
 
 std::string json_line(const ReportFields& fields) { return json_line(to_json(fields)); }
 
-std::string json_text(const ReportFields& fields) { return to_json(fields).dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n"; }
+std::string json_text(const ReportFields& fields) {
+  return to_json(fields).dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
 
 }  // namespace waymark

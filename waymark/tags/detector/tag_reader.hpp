@@ -218,8 +218,9 @@ class TagReader {
   std::optional<TagDetection> decode_beside(const Quad& quad, const ReadableFamily& family,
                                             std::size_t covered);
   [[nodiscard]] std::uint64_t code_of(const ReadableFamily& family, std::size_t turn) const;
-  [[nodiscard]] bool all_nearly_undecided(const ReadableFamily& family, std::size_t turn, std::uint64_t wrong_bits,
-                                std::uint64_t known_bits, float& margin) const;
+  [[nodiscard]] bool all_nearly_undecided(const ReadableFamily& family, std::size_t turn,
+                                          std::uint64_t wrong_bits, std::uint64_t known_bits,
+                                          float& margin) const;
   [[nodiscard]] float sample(const ImageView& image, float u, float v) const;
   [[nodiscard]] float& cell(const ReadableFamily& family, int x, int y);
 
