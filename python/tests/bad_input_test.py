@@ -108,7 +108,7 @@ class Groups(unittest.TestCase):
                         call()
         with self.assertRaisesRegex(TypeError, r"SE3 and SE2 .*lift\(\)"):
             geometry.SE3() @ geometry.SE2(1, 2, 3)
-        with self.assertRaisesRegex(TypeError, "SE3 times SE2"):
+        with self.assertRaisesRegex(TypeError, "SE3 and SE2"):
             geometry.SE3().act(geometry.SE2(1, 2, 3))
 
 

@@ -73,7 +73,7 @@ class OurRecordings(InFolder):
         self.assertIn("the map is inconsistent", outcome.err)
         points = self.folder / "points.csv"
         points.write_text("id,x,y\n1,2,3\n")
-        self.assertIn("poses of tags", self.run_here("localize", "lap.mcap", "--map", "points.csv").err)
+        self.assertIn("tag poses", self.run_here("localize", "lap.mcap", "--map", "points.csv").err)
 
 
     def name_of_the_output_says_what_it_is(self):
@@ -137,7 +137,7 @@ class OurRecordings(InFolder):
         self.assertIn("assumed start", outcome.err)
         outcome = self.run_here("localize", "lap.mcap", made(*OTHER_LAP) / "lap.mcap", "--map", "map")
         self.assertEqual(outcome.code, 1)
-        self.assertIn("two recordings with odometry", outcome.err)
+        self.assertIn("two recordings contain odometry", outcome.err)
 
 
 class Tables(InFolder):
@@ -181,7 +181,7 @@ class Tables(InFolder):
         self.assertIn("neither tags nor motion", outcome.err)
         outcome = self.run_here("localize", "moved.csv", "--map", "landmarks.csv")
         self.assertEqual(outcome.code, 1)
-        self.assertIn("no tags and no landmarks", outcome.err)
+        self.assertIn("neither tags nor landmark observations", outcome.err)
         self.assertEqual(self.run_here("localize", "seen.csv", "--map", "nowhere.csv").code, 1)
         self.write(landmarks=((7, 3, 1), (8, 3, -1)))
         outcome = self.run_here("localize", "seen.csv", "moved.csv", "--map", "landmarks.csv")
