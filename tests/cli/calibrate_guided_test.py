@@ -58,7 +58,7 @@ class Guided(boards.InFolder):
         self.assertEqual(len(found["pictures"]), VIEWS)
         self.assertEqual(len(list((self.folder / "views").iterdir())), VIEWS)
         self.assertIn("verdict: known", (self.folder / "calibration.yaml").read_text())
-        self.assertRegex(outcome.err, "held from here on: .*exposure_ms")
+        self.assertRegex(outcome.err, "fixed from here on: .*exposure_ms")
         self.assertIn("8 views", outcome.err)
         self.assertNotIn("is frozen", outcome.err, "a still board gives identical images")
         self.assertLessEqual(outcome.err.count("identical for a second"), 1, outcome.err)

@@ -94,7 +94,7 @@ def access(robot):
         assert client.wait_for_op("control")["may"] is may
         client.send(op="order", order="go")
         if not may:
-            assert "watches" in client.wait_for_op("status")["message"]
+            assert "may only watch" in client.wait_for_op("status")["message"]
         else:
             client.wait_for_op("control", yours=True)
             client.send(op="release")

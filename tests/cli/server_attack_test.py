@@ -141,7 +141,7 @@ def anybody_stops(robot):
     with owner.looked_at():
         owner.wait_for_op("control", yours=True)
         watcher.send(op="order", order="go")
-        assert "watches" in watcher.wait_for_op("status")["message"]
+        assert "may only watch" in watcher.wait_for_op("status")["message"]
         watcher.send(op="order", order="stop")
         watcher.wait_for_phase("idle")
     foxglove = Client(robot.url, protocol="foxglove.sdk.v1", target="/")

@@ -209,7 +209,7 @@ class PipesAndSignals(InFolder):
         words = process.stderr.read()
         process.stderr.close()
         self.assertEqual(process.wait(timeout=60), 0, words)
-        self.assertEqual(words, "")
+        self.assertNotIn("cannot write", words)
 
     def test_unwritable_messages_do_not_stop_the_program(self):
         for words, code in ((["nosuch"], 2), (["detect", "nosuch.png"], 1), (["detect", "photograph.png"], 0)):

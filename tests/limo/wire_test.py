@@ -387,7 +387,7 @@ class Doctor(Wire):
         words = doctor.communicate(timeout=20)[1]
         self.assertEqual(doctor.returncode, 130, words)
         self.assertLess(time.monotonic() - pressed, 1)
-        self.assertIn("stopped before all checks were made", words)
+        self.assertIn("stopped before all checks were done", words)
 
     def test_usage_errors_differ_from_failed_checks(self):
         for robot in ("nothing:here", "limo:"):

@@ -221,7 +221,7 @@ class Simulated(Lcm):
     def test_robot_sim_reports_that_it_waits_and_its_first_command(self):
         sim = self.start(PROGRAM, "robot-sim", "mbot", self.url, "--world", "mbot-square", stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
         self.assertIn(f"{self.url} and ", sim.stderr.readline())
-        robot = self.robot()
+        robot = self.start(PROGRAM, "mbot", "robot", self.url, stdin=subprocess.PIPE)
         wire_driver.greet(robot)
         self.assertIn("the first command arrived: a driver is connected", sim.stderr.readline())
         code, _, words = wire_driver.end_of([PROGRAM, "robot-sim", "mbot", self.url, "--world", "mbot-square", "--images"])

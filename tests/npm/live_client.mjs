@@ -83,7 +83,7 @@ async function watches(protocol) {
   check((await studio.first("/tag_detections")).message.detections !== undefined, "tags");
   check((await studio.first("/waymark/state")).message.phase === "idle", "the state");
   studio.publish("/waymark/order", "std_msgs/String", { data: "go" });
-  await studio.until(() => studio.warnings.some((words) => words.includes("watches")), "refusal");
+  await studio.until(() => studio.warnings.some((words) => words.includes("may only watch")), "refusal");
   check(!studio.heard.get("/waymark/state").some(({ message }) => message.phase !== "idle"), "nobody without the token moves the robot");
   studio.client.close();
 }

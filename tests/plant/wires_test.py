@@ -137,7 +137,7 @@ class Wires(unittest.TestCase):
         self.assertIn("--plant", self.refused(self.simulator([], [], "t.csv"), 2))
         self.assertIn("--images", self.refused(self.simulator(["--limo", "--images"], [], "t.csv"), 2))
         words = [PROGRAM, "robot-sim", "--limo", "--world", "world.yaml", "--plant", "robot.py"]
-        self.assertIn("is no process:CMD", self.refused(words, 2))
+        self.assertIn("is not process:CMD", self.refused(words, 2))
 
 
 if __name__ == "__main__":

@@ -46,7 +46,7 @@ try {
   const fitted = await read();
   check(total(fitted.tilts) >= 1 && total(fitted.tilts) <= viewsOf(fitted), `tilts are counted from the fourth view on: ${JSON.stringify(fitted.tilts)}`);
   const missing = fitted.tilts.filter((tilt) => tilt.missing).map(({ name }) => name.split(" ")[0]);
-  const wanted = /tilt the board, its (.*) edge nearer/.exec(fitted.said)?.[1] ?? "";
+  const wanted = /tilt the board so that its (.*) edge is nearer/.exec(fitted.said)?.[1] ?? "";
   check(missing.every((edge) => wanted.includes(edge)), `the message matches the panel: ${fitted.said} ${missing}`);
   if (screenshot) await page.screenshot({ path: screenshot });
   check(troubles.length === 0, troubles.join("; "));
