@@ -73,7 +73,7 @@ class FirstAid(Wire):
     def test_rejects_invalid_flags(self):
         for flags, words in ((("topic", "list", "--interface", "203.0.113.9"), "203.0.113.9"),
                              (("topic", "list", "--interface", "eth99"), "eth99"), (("topic", "list", "--localhost", "--interface", "127.0.0.1"), "--localhost"),
-                             (("topic", "echo", ""), "an input is empty"), (("robot", ""), "no profile given")):
+                             (("topic", "echo", ""), "an input is empty"), (("robot", ""), "an input is empty")):
             refused = self.run_program("ros2", *flags)
             self.assertEqual(refused.returncode, 2, refused.stderr)
             self.assertIn(words, refused.stderr)
