@@ -54,10 +54,13 @@ void write_part(const std::filesystem::path& folder, std::string_view page, cons
 }  // namespace
 
 std::string masked(std::string_view text) {
+  static const std::string kProject = std::filesystem::path(WAYMARK_TEST_PAGES).parent_path().parent_path();
   static const std::regex kTemporary("/tmp/waymark-[^/ ':,]*");
   static const std::regex kNumber(
       R"((^|[^A-Za-z0-9_#])[-+]?[0-9]+(\.[0-9]+)?(e[-+]?[0-9]+)?(?![0-9]*[A-Za-z_]))");
-  const std::string paths = std::regex_replace(std::string(text), kTemporary, "FOLDER");
+  std::string paths = std::regex_replace(std::string(text), kTemporary, "FOLDER");
+  for (std::size_t at = paths.find(kProject); at != std::string::npos; at = paths.find(kProject, at))
+    paths.replace(at, kProject.size(), "PROJECT");
   return std::regex_replace(paths, kNumber, "$1#");
 }
 

@@ -17,7 +17,8 @@ void expect_on_page(std::string_view page, std::string_view text);
 /// The error as the program prints it: message, place and hint.
 void expect_on_page(std::string_view page, const Error& error);
 
-/// The text with each number as "#" ("0.25 m" is "# m"; "tag36h11" stays) and temporary paths as "FOLDER".
+/// The text with each number as "#" ("0.25 m" is "# m"; "tag36h11" stays) temporary paths as "FOLDER",
+/// the folder of the project as "PROJECT".
 [[nodiscard]] std::string masked(std::string_view text);
 
 }  // namespace waymark::testing

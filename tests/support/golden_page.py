@@ -9,6 +9,7 @@ import pathlib
 import re
 
 PAGES = pathlib.Path(__file__).resolve().parent.parent / "pages"
+PROJECT = str(PAGES.parent.parent)
 ENTRY = "=== "
 TEMPORARY = re.compile(r"/tmp/waymark-[^/ ':,]*")
 NUMBER = re.compile(r"(^|[^A-Za-z0-9_#])[-+]?[0-9]+(\.[0-9]+)?(e[-+]?[0-9]+)?(?![0-9]*[A-Za-z_])", re.M)
@@ -16,7 +17,7 @@ CALLS = collections.Counter()
 
 
 def masked(text):
-    return NUMBER.sub(r"\1#", TEMPORARY.sub("FOLDER", text))
+    return NUMBER.sub(r"\1#", TEMPORARY.sub("FOLDER", text).replace(PROJECT, "PROJECT"))
 
 
 def read_page(file):
