@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""`waymark localize` as a user meets it: our recordings, tables, real logs, and files that cannot work.
+"""`waymark localize` on the command line: our recordings, tables, real logs, and unusable files.
 
 usage: localize_test.py PROGRAM [unittest options]
 """
@@ -7,10 +7,12 @@ import math
 import os
 import pathlib
 import re
+import shutil
 import unittest
 
 from harness import InFolder
 from laps import LAP, MAP, OTHER_LAP, made, put
+import golden_page
 
 KEYS = {"method", "estimates", "certain", "first_fix_s", "observations", "accepted", "nis_mean", "duration_s", "wall_s", "last",
         "problems"}
@@ -18,7 +20,7 @@ KEYS = {"method", "estimates", "certain", "first_fix_s", "observations", "accept
 
 class OurRecordings(InFolder):
     def test_a_map_whose_origin_is_the_centre_of_its_anchor(self):
-        """As a robot of one's own has it: the floor is 0.3 m below."""
+        """The usual map of a user's robot: the floor is 0.3 m below the origin."""
         put(self.folder, *LAP)
         for anchor in (["--anchor", "5"], ["--anchor-pose", "0", "0", "0", "-90", "0", "-90"]):
             made = self.run_here("map", "lap.mcap", "-o", "centred", *anchor)
@@ -30,7 +32,7 @@ class OurRecordings(InFolder):
             report = outcome.records[0]
             self.assertGreater(report["certain"], 0.9 * report["estimates"])
 
-    def test_every_method_on_a_mapped_lap_beside_the_truth(self):
+    def test_every_method_is_close_to_the_ground_truth_on_a_mapped_lap(self):
         put(self.folder, *MAP)
         for method in ("riekf", "ekf", "smoother", "anchor"):
             outcome = self.run_here("localize", "lap.mcap", "--map", "map", "--method", method, "-o", method + ".mcap", "--json")
@@ -50,14 +52,15 @@ class OurRecordings(InFolder):
             self.assertEqual(figures["uncertain"], report["estimates"] - report["certain"])
         self.assertIn("NIS ", self.run_here("evaluate", "riekf.mcap", "lap.mcap").out)
         self.assertEqual(self.run_here("localize", "lap.mcap", "--map", "map/map.yaml", "-o", "riekf.mcap").code, 1)
-        self.hindsight_with_a_lag()
-        self.name_of_the_output_says_what_it_is()
-        self.what_does_not_fit_is_said()
-        self.a_tag_that_is_kilometres_off_in_the_map_is_named()
-        self.a_file_of_another_kind_is_named()
+        self.smoothing_with_a_lag_is_more_accurate_than_filtering()
+        self.the_extension_selects_the_format_of_the_output()
+        self.inconsistent_inputs_are_reported()
+        self.a_tag_with_an_error_of_kilometres_in_the_map_is_reported()
+        self.a_file_of_another_kind_is_an_error()
         outcome = self.run_here("localize", "lap.mcap", "--map", "map", "--method", "kalman")
         self.assertEqual(outcome.code, 2)
-        self.assertIn("there is no method", outcome.err)
+        self.assertIn("(--method): ", outcome.err)
+        self.assertIn("'kalman'", outcome.err)
         (self.folder / "clash.yaml").write_text((self.folder / "map/map.yaml").read_text() + """
   - tag: "tag36h11:99"
     size_m: 0.16
@@ -70,13 +73,16 @@ class OurRecordings(InFolder):
 """)
         outcome = self.run_here("localize", "lap.mcap", "--map", "clash.yaml", "--robot", "limo")
         self.assertEqual(outcome.code, 1)
-        self.assertIn("the map is inconsistent", outcome.err)
+        self.assertRegex(outcome.err, "tag36h11:98 .*tag36h11:99 ")
+        golden_page.expect(self, "localize", outcome.err)
         points = self.folder / "points.csv"
         points.write_text("id,x,y\n1,2,3\n")
-        self.assertIn("tag poses", self.run_here("localize", "lap.mcap", "--map", "points.csv").err)
+        outcome = self.run_here("localize", "lap.mcap", "--map", "points.csv")
+        self.assertEqual((outcome.code, outcome.out), (1, ""))
+        self.assertIn("points.csv: ", outcome.err)
+        golden_page.expect(self, "localize", outcome.err)
 
-
-    def name_of_the_output_says_what_it_is(self):
+    def the_extension_selects_the_format_of_the_output(self):
         outcome = self.run_here("localize", "lap.mcap", "--map", "map", "-o", "poses.txt")
         self.assertEqual(outcome.code, 0, outcome.err)
         last = (self.folder / "poses.txt").read_text().splitlines()[-1]
@@ -87,13 +93,13 @@ class OurRecordings(InFolder):
         before = (self.folder / "poses.txt").read_text()
         outcome = self.run_here("localize", "lap.mcap", "--map", "map", "-o", "poses.txt")
         self.assertEqual(outcome.code, 1)
-        self.assertIn("poses.txt: the file already exists", outcome.err)
+        self.assertIn("poses.txt: ", outcome.err)
         self.assertEqual((self.folder / "poses.txt").read_text(), before)
         outcome = self.run_here("localize", "lap.mcap", "--map", "map", "-o", "poses.csv")
         self.assertEqual(outcome.code, 2)
         self.assertIn(".tum", outcome.err)
 
-    def hindsight_with_a_lag(self):
+    def smoothing_with_a_lag_is_more_accurate_than_filtering(self):
         outcome = self.run_here("localize", "lap.mcap", "--map", "map", "--method", "smoother", "--lag-s", 1, "-o", "lagged.mcap", "--json")
         self.assertEqual(outcome.code, 0, outcome.err)
         scores = {}
@@ -103,20 +109,22 @@ class OurRecordings(InFolder):
             self.assertLess(scores[name]["ate_rmse_m"], scores["riekf"]["ate_rmse_m"])
             self.assertGreater(scores[name]["coverage"], 0.97)
 
-    def a_file_of_another_kind_is_named(self):
-        for words, part in (
-                (["localize", "lap.mcap", "--map", "lap.mcap"], "lap.mcap: this is a recording (MCAP), not a tag map. `waymark map lap.mcap`"),
-                (["localize", "lap.mcap", "--map", "map", "--robot", "lap.mcap"], "this is a recording (MCAP), not a robot file"),
-                (["localize", "lap.mcap", "--map", "map", "--calibration", "lap.mcap"], "this is a recording (MCAP), not a calibration.yaml"),
-                (["localize", "map", "--map", "map"], "map: this is a map folder, not a recording"),
-                (["info", "map"], "map: this is a map folder, not a recording"),
-                (["info", "map/map.yaml"], "map.yaml: this is a map, not a recording"),
-                (["localize", "map/map.yaml", "--map", "map"], "map.yaml: this is a map, not a recording")):
+    def a_file_of_another_kind_is_an_error(self):
+        for words, place, hint in (
+                (["localize", "lap.mcap", "--map", "lap.mcap"], "lap.mcap", "`waymark map lap.mcap`"),
+                (["localize", "lap.mcap", "--map", "map", "--robot", "lap.mcap"], "lap.mcap", "robot"),
+                (["localize", "lap.mcap", "--map", "map", "--calibration", "lap.mcap"], "lap.mcap", "calibration"),
+                (["localize", "map", "--map", "map"], "map", "`waymark view map`"),
+                (["info", "map"], "map", "`waymark view map`"),
+                (["info", "map/map.yaml"], "map/map.yaml", "`waymark view map/map.yaml`"),
+                (["localize", "map/map.yaml", "--map", "map"], "map/map.yaml", "`waymark view map/map.yaml`")):
             outcome = self.run_here(*words)
-            self.assertEqual(outcome.code, 1, words)
-            self.assertIn(part, outcome.err, words)
+            self.assertEqual((outcome.code, outcome.out), (1, ""), words)
+            self.assertIn(f"waymark {words[0]}: {place}: ", outcome.err, words)
+            self.assertIn(hint, outcome.err, words)
+            golden_page.expect(self, "localize", outcome.err)
 
-    def a_tag_that_is_kilometres_off_in_the_map_is_named(self):
+    def a_tag_with_an_error_of_kilometres_in_the_map_is_reported(self):
         text = (self.folder / "map/map.yaml").read_text()
         for x_m in (5000.0, -5000.0):
             head, entry = text.split('tag: "tag36h11:7"')
@@ -125,19 +133,23 @@ class OurRecordings(InFolder):
             outcome = self.run_here("localize", "lap.mcap", "--map", "off.yaml", "--robot", "limo", "--json")
             self.assertEqual(outcome.code, 0, outcome.err)
             (problem,) = outcome.records[0]["problems"]
-            self.assertRegex(problem, r"^tag36h11:7 is (499|500)\d\.\d\d m .*correct the map")
+            self.assertRegex(problem, r"^tag36h11:7 .*\b(499|500)\d\.\d\d m ")
             self.assertIn(problem, outcome.err)
 
-    def what_does_not_fit_is_said(self):
+    def inconsistent_inputs_are_reported(self):
         outcome = self.run_here("localize", "lap.mcap", "--map", "map", "--tag-size-m", 0.3)
         self.assertEqual(outcome.code, 0)
-        self.assertIn("--tag-size-m is ignored", outcome.err)
+        self.assertIn("--tag-size-m", outcome.err)
+        golden_page.expect(self, "localize", outcome.err)
         outcome = self.run_here("localize", "lap.mcap", "--map", "map", "--start", 30, 30, 90)
         self.assertEqual(outcome.code, 0)
-        self.assertIn("assumed start", outcome.err)
-        outcome = self.run_here("localize", "lap.mcap", made(*OTHER_LAP) / "lap.mcap", "--map", "map")
+        self.assertIn("start", outcome.err)
+        golden_page.expect(self, "localize", outcome.err)
+        shutil.copy(made(*OTHER_LAP) / "lap.mcap", self.folder / "other.mcap")
+        outcome = self.run_here("localize", "lap.mcap", "other.mcap", "--map", "map")
         self.assertEqual(outcome.code, 1)
-        self.assertIn("two recordings contain odometry", outcome.err)
+        self.assertRegex(outcome.err, r"other\.mcap: .*\blap\.mcap")
+        golden_page.expect(self, "localize", outcome.err)
 
 
 class Tables(InFolder):
@@ -161,7 +173,7 @@ class Tables(InFolder):
         self.assertAlmostEqual(report["last"]["y_m"], 0, delta=0.02)
         self.assertIn("--sensor-pose", outcome.err)
 
-    def test_a_calibration_says_where_the_sensor_sits(self):
+    def test_a_calibration_contains_the_sensor_mounting(self):
         self.write()
         (self.folder / "calibration.yaml").write_text(
             "format: waymark-calibration-1\nvalues:\n  mounting_y_m: {value: 0.3, sigma: 0.002, verdict: known}\n")
@@ -172,25 +184,27 @@ class Tables(InFolder):
         self.assertAlmostEqual(report["last"]["x_m"], 0.02 * 99 - 0.1, delta=0.02)
         self.assertAlmostEqual(report["last"]["y_m"], -0.3, delta=0.02)
 
-    def test_what_cannot_work_is_said(self):
+    def test_unusable_inputs_are_errors(self):
         self.write()
         empty = self.folder / "empty.csv"
         empty.write_text("t_s,landmark,range_m,bearing_rad\n")
         outcome = self.run_here("localize", "empty.csv", "--map", "landmarks.csv")
         self.assertEqual(outcome.code, 1)
-        self.assertIn("neither tags nor motion", outcome.err)
+        self.assertIn("empty.csv: ", outcome.err)
+        golden_page.expect(self, "localize", outcome.err)
         outcome = self.run_here("localize", "moved.csv", "--map", "landmarks.csv")
         self.assertEqual(outcome.code, 1)
-        self.assertIn("neither tags nor landmark observations", outcome.err)
+        self.assertIn("moved.csv: ", outcome.err)
+        golden_page.expect(self, "localize", outcome.err)
         self.assertEqual(self.run_here("localize", "seen.csv", "--map", "nowhere.csv").code, 1)
         self.write(landmarks=((7, 3, 1), (8, 3, -1)))
         outcome = self.run_here("localize", "seen.csv", "moved.csv", "--map", "landmarks.csv")
         self.assertEqual(outcome.code, 1)
-        self.assertIn("none of the observed tags is in the map", outcome.err)
+        golden_page.expect(self, "localize", outcome.err)
         self.write(landmarks=((1, 3, 1), (2, 30, -1), (3, -50, 9)))
         outcome = self.run_here("localize", "seen.csv", "moved.csv", "--map", "landmarks.csv")
         self.assertEqual(outcome.code, 1)
-        self.assertIn("agreed", outcome.err)
+        golden_page.expect(self, "localize", outcome.err)
 
 
 @unittest.skipUnless(os.environ.get("WAYMARK_DATA"), "WAYMARK_DATA is not set")
@@ -201,10 +215,10 @@ class RealLogs(InFolder):
                                 "-o", "mbot.mcap", "--json")
         self.assertEqual(outcome.code, 0, outcome.err)
         (report,) = outcome.records
-        self.assertIn("tag 5 and tag 6 are swapped", report["problems"][0])
-        # The robot's file guesses where the camera sits: calibration finds it 2 cm further ahead and to the right.
+        self.assertRegex(report["problems"][0], r"\b5 .*\b6 .*swapped")
+        # The camera mounting in the robot file is an estimate: calibration finds it 2 cm further ahead and to the right.
         for problem in report["problems"][1:]:
-            self.assertRegex(problem, "wrong sensor mounting|accounts for this")
+            self.assertRegex(problem, "mounting|accounts")
         self.assertGreater(report["duration_s"], 180)
 
 
