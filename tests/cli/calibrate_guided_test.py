@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""`waymark calibrate camera` with a hand-held board: a live camera (tests/fake_v4l2) and a video, compared with the true lens.
+"""`waymark calibrate guided` with a hand-held board: a live camera (tests/fake_v4l2) and a video, compared with the true lens.
 
 usage: calibrate_guided_test.py PROGRAM [unittest options]
 """
@@ -58,10 +58,10 @@ class Guided(boards.InFolder):
         self.assertEqual(len(found["pictures"]), VIEWS)
         self.assertEqual(len(list((self.folder / "views").iterdir())), VIEWS)
         self.assertIn("verdict: known", (self.folder / "calibration.yaml").read_text())
-        self.assertRegex(outcome.err, "fixed from here on: .*exposure_ms")
+        self.assertIn("exposure_ms", outcome.err, "automatic controls are fixed")
         self.assertIn("8 views", outcome.err)
-        self.assertNotIn("is frozen", outcome.err, "a still board gives identical images")
-        self.assertLessEqual(outcome.err.count("identical for a second"), 1, outcome.err)
+        self.assertNotIn("frozen", outcome.err, "a still board gives identical images")
+        self.assertLessEqual(outcome.err.count("identical"), 1, outcome.err)
         again = self.run_here(*words, "--force", env=camera.environment())
         self.assertEqual(again.code, 0, again.err)
         self.assertIn("views: 8 ", again.err)

@@ -1,4 +1,4 @@
-"""`waymark convert` as a user meets it, on a lap of our own and on the real recordings of others."""
+"""`waymark convert` on the command line: our own lap and real recordings of other programs."""
 import bz2
 import csv
 import gzip
@@ -9,6 +9,7 @@ import unittest
 
 from harness import InFolder
 from laps import LAP, put
+import golden_page
 
 
 def real_data(relative):
@@ -36,7 +37,7 @@ class Convert(InFolder):
     def lap(self):
         put(self.folder, *LAP)
 
-    def test_a_lap_of_our_own(self):
+    def test_our_own_lap(self):
         self.lap()
         lap = self.info("lap.mcap")
         all_of_it = json.loads(self.convert("lap.mcap", "again.mcap", "--json").out)
@@ -65,7 +66,7 @@ class Convert(InFolder):
         self.assertIn("--topics", several.err)
         self.assertFalse((self.folder / "some.tum").exists())
 
-    def test_tables_come_back(self):
+    def test_tables_round_trip(self):
         self.lap()
         for kind in ("detections", "odometry", "imu"):
             self.convert("lap.mcap", f"{kind}.csv", "--kind", kind)
@@ -75,7 +76,7 @@ class Convert(InFolder):
             self.assertEqual((len(first), first[0]), (len(second), second[0]))
             for a, b in zip(first[1:], second[1:]):
                 for x, y in zip(a.split(","), b.split(",")):
-                    if x != y:  # headings went through a quaternion, pixels half a pixel away and back
+                    if x != y:  # headings were converted to quaternions, pixels shifted by half a pixel and back
                         self.assertAlmostEqual(float(x), float(y), 9)
         with open(self.folder / "detections.csv", newline="", encoding="utf-8") as table:
             rows = list(csv.DictReader(table))
@@ -83,17 +84,19 @@ class Convert(InFolder):
         self.assertTrue(all(r["tag"].startswith("tag36h11:") and float(r["tl_x_px"]) < float(r["br_x_px"]) + 640 for r in rows))
         self.assertIn("--kind", self.convert("lap.mcap", "what.csv", code=1).err)
 
-    def test_errors_say_what_to_do(self):
+    def test_errors_contain_the_place_and_a_fix(self):
         self.lap()
         (self.folder / "there.mcap").write_text("mine")
-        self.assertIn("exists", self.convert("lap.mcap", "there.mcap", code=1).err)
+        self.assertIn("there.mcap: ", self.convert("lap.mcap", "there.mcap", code=1).err)
         self.assertEqual((self.folder / "there.mcap").read_text(), "mine")
         self.assertIn("--format", self.convert("lap.mcap", "lap.xyz", code=2).err)
         self.assertIn("'/odom'", self.convert("lap.mcap", "out.mcap", "--topics", "/odm", code=1).err)
         self.assertIn("--from", self.convert("lap.mcap", "out.mcap", "--from", "noon", code=2).err)
-        self.assertIn("does not begin like an MCAP file", self.convert("there.mcap", "out.mcap", code=1).err)
-        self.assertIn("open", self.convert("nowhere.mcap", "out.mcap", code=1).err)
-        self.assertIn("cannot create", self.convert("lap.mcap", "no/such/folder/out.mcap", code=1).err)
+        for source, target, place in (("there.mcap", "out.mcap", "there.mcap: "), ("nowhere.mcap", "out.mcap", "nowhere.mcap: "),
+                                      ("lap.mcap", "no/such/folder/out.mcap", "no/such/folder/out.mcap: ")):
+            failed = self.convert(source, target, code=1)
+            self.assertIn(place, failed.err)
+            golden_page.expect(self, "convert", failed.err)
         self.assertFalse((self.folder / "out.mcap").exists())
 
     def test_the_real_lcm_log(self):
@@ -111,7 +114,7 @@ class Convert(InFolder):
         self.assertIn("gravity", words.err)
         self.assertAlmostEqual(len((self.folder / "imu.csv").read_text().splitlines()), 247, delta=4)
 
-    def test_what_was_cut_is_said(self):
+    def test_truncation_is_reported(self):
         cut = self.folder / "cut"
         cut.write_bytes(real_data("lcm/lcmlog-2024-04-15.00").read_bytes()[:100_000])
         done = json.loads(self.convert(cut, "cut.mcap", "--json").out)

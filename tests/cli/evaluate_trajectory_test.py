@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""`waymark evaluate EST REF` as a user meets it; every figure computed a second time here, another way.
+"""`waymark evaluate EST REF` on the command line; every figure is also computed here by another method.
 
 usage: evaluate_trajectory_test.py PROGRAM [unittest options]
 """
@@ -12,6 +12,7 @@ import unittest
 
 from harness import waymark
 from laps import MAP, OTHER_LAP, made, put
+import golden_page
 
 SEED = 5
 
@@ -44,7 +45,7 @@ def noisy(poses, seed):
 
 
 def fitted_plane(estimated, reference):
-    """The turn and shift of least squares in the plane, by complex numbers."""
+    """Estimated positions after least-squares alignment (rotation, translation) in the plane, by complex numbers."""
     e = [complex(x, y) for _, x, y, _ in estimated]
     r = [complex(x, y) for _, x, y, _ in reference]
     me, mr = sum(e) / len(e), sum(r) / len(r)
@@ -72,7 +73,7 @@ class EvaluateTrajectory(unittest.TestCase):
         self.assertEqual(outcome.code, 0, outcome.err)
         return outcome.records[0]
 
-    def test_figures_are_those_computed_by_hand(self):
+    def test_figures_agree_with_an_independent_computation(self):
         truth, estimate = drive(), noisy(drive(), SEED)
         self.write("truth.txt", tum(truth))
         self.write("estimate.txt", tum(estimate))
@@ -121,7 +122,7 @@ class EvaluateTrajectory(unittest.TestCase):
         self.assertAlmostEqual(self.scores("estimate.txt", "tape.csv")["path_max_m"], 0.5, 9)
         self.assertEqual(self.scores("estimate.txt", "tape.csv", "--closed", "--from", "0.5", "--to", "1.5")["poses"], 1)
 
-    def test_recordings_with_odometry_beside_and_figures(self):
+    def test_recordings_compared_with_odometry_and_figures(self):
         put(self.folder, *MAP, "replay map --world circuit24 --seed 12 -o replay.mcap")
         examples = [line.split()[2:] for line in self.run_here("--help").out.splitlines() if line.startswith("  waymark evaluate ")]
         for words in examples[:2]:
@@ -138,7 +139,8 @@ class EvaluateTrajectory(unittest.TestCase):
         (self.folder / "other.csv").write_text("t_s,v_m_s,omega_rad_s\n5000,0,0\n5001,0,0\n")
         other = self.run_here("map/trajectory.txt", "lap.mcap", "--odometry", "other.csv")
         self.assertEqual(other.code, 1)
-        self.assertIn("the same drive", other.err)
+        self.assertIn("other.csv: ", other.err)
+        golden_page.expect(self, "evaluate", other.err)
         self.assertEqual([row["name"] for row in scores["beside"]], ["odometry", "odometry with gyro"])
         self.assertLess(10 * scores["ate_rmse_m"], scores["beside"][0]["ate_rmse_m"])
         against_file = self.scores("map/trajectory.txt", "map/truth_trajectory.txt")
@@ -146,25 +148,31 @@ class EvaluateTrajectory(unittest.TestCase):
         self.assertIsNone(scores["side_rmse_m"])
         self.assertEqual(self.scores("map/trajectory.txt", "map/route.yaml")["ate_rmse_m"], None)
 
-    def test_what_should_not_be_compared_is_said(self):
+    def test_questionable_comparisons_are_reported(self):
         truth = drive()
         self.write("truth.txt", tum(truth))
         self.write("fine.txt", tum(noisy(truth, SEED)))
         self.assertEqual(self.run_here("fine.txt", "truth.txt").err, "")
         self.write("later.txt", tum([(t + 15, x, y, yaw) for t, x, y, yaw in truth]))
-        self.assertIn("100 of 400 poses of EST", self.run_here("later.txt", "truth.txt").err)
+        self.assertIn("100 of 400 ", self.run_here("later.txt", "truth.txt").err)
         self.write("elsewhere.txt", tum([(t, x + 3, y - 40, yaw) for t, x, y, yaw in truth]))
         outcome = self.run_here("elsewhere.txt", "truth.txt")
         self.assertEqual(outcome.code, 0)
-        self.assertIn("EST is 40.1 m from REF", outcome.err)
+        self.assertIn(" 40.1 m ", outcome.err)
+        golden_page.expect(self, "evaluate", outcome.err)
         self.assertEqual(self.run_here("elsewhere.txt", "truth.txt", "--alignment", "se2").err, "")
         self.write("tape.csv", "x_m,y_m\n100,0\n102,0\n102,1\n")
-        self.assertIn("are both of the same place", self.run_here("fine.txt", "tape.csv").err)
+        elsewhere = self.run_here("fine.txt", "tape.csv").err
+        self.assertRegex(elsewhere, r"warning: .* 100\.0 m ")
+        golden_page.expect(self, "evaluate", elsewhere)
         put(self.folder, *MAP, "localize lap.mcap --map map -o estimate.mcap")
         self.assertEqual(self.run_here("estimate.mcap", "lap.mcap").err, "")
-        self.assertIn("EST and REF are of two drives", self.run_here("estimate.mcap", made(*OTHER_LAP) / "lap.mcap").err)
+        shutil.copy(made(*OTHER_LAP) / "lap.mcap", self.folder / "other.mcap")
+        other = self.run_here("estimate.mcap", "other.mcap").err
+        self.assertNotEqual(other, "")
+        golden_page.expect(self, "evaluate", other)
 
-    def test_what_cannot_be_compared_is_said(self):
+    def test_impossible_comparisons_are_errors(self):
         self.write("truth.txt", tum(drive()))
         self.write("late.txt", tum([(t + 1000, x, y, yaw) for t, x, y, yaw in drive()]))
         self.write("two.txt", tum(drive()[:2]))
@@ -173,17 +181,18 @@ class EvaluateTrajectory(unittest.TestCase):
         self.write("columns.csv", "a,b\n1,2\n")
         self.write("nan.csv", "x_m,y_m\n0,0\n1,nan\n")
         for words, part in (
-                (["late.txt", "truth.txt"], "no estimate is within the time of the reference"),
-                (["two.txt", "truth.txt", "--alignment", "se3"], "too few to align"),
+                (["late.txt", "truth.txt"], "clock"),
+                (["two.txt", "truth.txt", "--alignment", "se3"], " 2 poses "),
                 (["bad.txt", "truth.txt"], "bad.txt:1"),
                 (["empty.txt", "truth.txt"], "empty.txt"),
-                (["truth.txt", "columns.csv"], "no columns x_m and y_m"),
+                (["truth.txt", "columns.csv"], "columns.csv:1: "),
                 (["truth.txt", "nan.csv"], "nan.csv:3 (y_m)"),
-                (["truth.txt", "none.txt"], "none.txt: there is no such file"),
-                (["truth.txt", "truth.txt", "--from", "500"], "lasts 20.0 s")):
+                (["truth.txt", "none.txt"], "none.txt: "),
+                (["truth.txt", "truth.txt", "--from", "500"], " 20.0 s")):
             outcome = self.run_here(*words)
             self.assertEqual((outcome.code, outcome.out), (1, ""), words)
             self.assertIn(part, outcome.err)
+            golden_page.expect(self, "evaluate", outcome.err)
         for words in ([], ["truth.txt"], ["truth.txt", "truth.txt", "--alignment", "so3"], ["truth.txt", "truth.txt", "--jmup-m", "1"]):
             self.assertEqual(self.run_here(*words).code, 2)
         self.assertEqual(self.scores("late.txt", "truth.txt", "--time-offset-s", "1000")["ate_rmse_m"], 0)

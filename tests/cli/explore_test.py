@@ -177,7 +177,7 @@ class Keyboard(InFolder):
         press(b"y", "paused. ")
         press(b"y", "replaying. ")
         time.sleep(0.3)
-        press(b"b", "run: stopped by the operator")
+        press(b"b", "operator")
         os.write(keyboard, b"q")
         out = process.stdout.read()
         self.assertEqual(process.wait(60), 1, "the replay was not completed")

@@ -1,4 +1,4 @@
-"""A folder for tests/fake_v4l2: cameras that play pictures, for programs that are started with `environment()`."""
+"""A folder for tests/fake_v4l2: cameras that play images, for programs that are started with `environment()`."""
 import functools
 import os
 import pathlib
@@ -8,12 +8,12 @@ import tempfile
 PRELOAD = "tests/fake_v4l2/libwaymark_fake_v4l2_preload.so"
 
 
-KEPT = []  # folders that live as long as the tests
+KEPT = []  # folders that are removed after all tests
 
 
 @functools.cache
 def preload_of(program):
-    """The library beside a program of the build folder; a copy of it where the folder has a space, at which LD_PRELOAD is split."""
+    """The library in the build folder of a program, or a copy of it if the path has a space, at which LD_PRELOAD is split."""
     library = pathlib.Path(program).resolve().parents[1] / PRELOAD
     if " " not in str(library):
         return library
@@ -32,7 +32,7 @@ class FakeCamera:
         link.symlink_to(f"../../video{number}")
 
     def play(self, pictures, rate_hz=30, fourcc="GREY"):
-        """Grey pictures (lists of rows) as GREY or YUYV."""
+        """Plays grey images (lists of rows) as GREY or YUYV."""
         height, width = len(pictures[0]), len(pictures[0][0])
         name = f"frames{self.number}_{len(self.lines)}"
         with open(self.folder / name, "wb") as file:

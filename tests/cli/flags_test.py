@@ -12,6 +12,7 @@ import unittest
 
 import pictures
 from harness import InFolder, waymark
+import golden_page
 
 FULL = bool(os.environ.get("WAYMARK_FULL"))
 MOST = 20  # flags that --help shows
@@ -233,13 +234,18 @@ def run(verb, *words):
     return waymark(*verb.split(), *NEEDS[verb].split(), *words)
 
 
+def flag_of_another(flag, chosen, owner):
+    """Matches a message with the flag, the verb that was chosen, and the verb that has the flag."""
+    return rf"'{flag}'.*`waymark {chosen}`.*`waymark {owner}`"
+
+
 LEAVES = {}  # (path, the keys there): all options below, which are the same for every verb with these keys
 
 
 @functools.lru_cache(maxsize=None)
 def keys_of(verb, path):
     """All options of a section, including nested structs, from the message about an unknown key."""
-    known = re.search(r"unknown key 'zzzzzzzzzz'. Known: (.*)\. See `", run(verb, "--set", f"{path}.zzzzzzzzzz=1").err)
+    known = re.search(r"'zzzzzzzzzz'\. Known: (.*)\. See `", run(verb, "--set", f"{path}.zzzzzzzzzz=1").err)
     if not known:
         return [path]
     if (path, known[1]) not in LEAVES:
@@ -301,10 +307,11 @@ class Flags(InFolder):
             (self.folder / "options.yaml").write_text(f"# mine\n{section}x:\n  key: 1\n")
             outcome = run(verb, "--config", self.folder / "options.yaml")
             self.assertEqual(outcome.code, 1, verb)
-            self.assertIn(f"options.yaml:2 ({section}x): unknown key '{section}x'. Did you mean '{section}'?", outcome.err)
+            self.assertIn(f"options.yaml:2 ({section}x): ", outcome.err)
+            self.assertIn(f"'{section}'?", outcome.err)
 
     def fill(self):
-        """Files that must be there for a mistake to be found."""
+        """Writes the files without which a mistake would not be reached."""
         (self.folder / "corners.csv").write_text("x_m,y_m\n0,0\n1,0\n1,1\n")
         for name in ("est.txt", "ref.txt"):
             (self.folder / name).write_text("".join(f"{t} {t} 0 0 0 0 0 1\n" for t in range(5)))
@@ -319,6 +326,7 @@ class Flags(InFolder):
         self.assertEqual((outcome.code, outcome.out), (2, ""), f"waymark {verb} {' '.join(words)}\n{outcome.err}")
         for name in named:
             self.assertIn(name, outcome.err, f"waymark {verb} {' '.join(words)}")
+        return outcome
 
     def test_a_flag_without_effect_is_refused(self):
         self.fill()
@@ -331,22 +339,25 @@ class Flags(InFolder):
         for words, flag, meant, owner in OF_ANOTHER_VERB:
             outcome = self.run_here(*words.split())
             self.assertEqual((outcome.code, outcome.out), (2, ""), f"waymark {words}\n{outcome.err}")
-            self.assertIn(f"unknown flag '{flag}' of `waymark {meant}`: it is one of `waymark {owner}`.", outcome.err, words)
+            self.assertRegex(outcome.err, flag_of_another(flag, meant, owner), words)
+        golden_page.expect(self, "cli", outcome.err)  # one message for all
 
-    def test_a_flag_of_another_sub_verb_is_answered_with_it(self):
+    def test_a_flag_of_another_sub_verb_is_refused_and_that_sub_verb_is_named(self):
         self.fill()
         for (verb, flag), (words, chosen, other) in OF_ANOTHER.items():
-            self.refused(verb, words.split(), f"waymark {verb}: unknown flag '{flag.split()[0]}' of `waymark {chosen}`: it is one of `waymark {other}`.")
+            outcome = self.refused(verb, words.split(), f"waymark {verb}: ")
+            self.assertRegex(outcome.err, flag_of_another(flag.split()[0], chosen, other), words)
 
-    def test_a_flag_of_another_mode_is_answered_with_the_verb_that_has_it(self):
+    def test_a_flag_of_another_mode_is_refused_and_its_verb_is_named(self):
         self.fill()
         for line, chosen, flag, value, owner in OF_ANOTHER_MODE:
             verb = chosen.split()[0]
             self.assertIn(flag, flags_of(help_of(owner, "--help-all")))
             self.assertNotIn(flag, flags_of(help_of(chosen, "--help-all")))
-            self.refused(verb, [*line.split(), flag, *value.split()], f"unknown flag '{flag}' of `waymark {chosen}`: it is one of `waymark {owner}`")
+            outcome = self.refused(verb, [*line.split(), flag, *value.split()])
+            self.assertRegex(outcome.err, flag_of_another(flag, chosen, owner), line)
 
-    def test_a_flag_of_videos_without_what_it_is_about_is_refused(self):
+    def test_a_flag_of_videos_without_the_flag_that_it_refers_to_is_refused(self):
         self.fill()
         for words in ("--level-sigma-deg 2", "--prior-sigma-m 0.01", "--prior-sigma-deg 1",
                       "--anchor-pose 0 0 0 0 0 0 --anchor 3,7 --prior map.yaml",
@@ -360,7 +371,7 @@ class Flags(InFolder):
                 self.assertTrue(flag in options or flag in EFFECTIVE or (verb, flag) in WITHOUT_EFFECT,
                                 f"waymark {verb} {flag}: where has it no effect, and is it refused there? Add it to the table.")
 
-    def test_options_of_what_is_not_used_are_refused(self):
+    def test_options_of_unused_parts_are_refused(self):
         self.fill()
         tried = set()
         for verb, section, words, keys in IDLE:

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Input that wants to do harm: names for a shell, packed bombs, pipes, links, journals, damage of one byte, lines of a robot nested without end."""
+"""Hostile input: shell syntax in names, decompression bombs, pipes, links, journals, one changed byte, deeply nested lines of a robot."""
 import contextlib
 import gzip
 import http.client
@@ -21,7 +21,7 @@ MEBIBYTE = gzip.compress(bytes(1 << 20))
 
 
 def open_files(pid):
-    """Names of the files that a process has open; one that is closed while this looks is left out."""
+    """Names of the files that a process has open, without those that it closes meanwhile."""
     names = []
     for link in pathlib.Path(f"/proc/{pid}/fd").iterdir():
         with contextlib.suppress(FileNotFoundError):
@@ -35,7 +35,7 @@ class Hostile(harness.InFolder):
         path.write_bytes(MEBIBYTE * mebibytes)
         return path
 
-    def test_a_name_reaches_no_shell(self):
+    def test_names_are_not_passed_to_a_shell(self):
         world = self.folder / "x'$(touch pwned)'.yaml"
         world.write_text(LINE, encoding="utf-8")
         process = subprocess.Popen([harness.PROGRAM, "run", "--world", world.name, "--driver", "scripted", "-o", "session"], cwd=self.folder,
@@ -50,7 +50,7 @@ class Hostile(harness.InFolder):
         self.assertIn("teaching", words)
         self.assertFalse((self.folder / "pwned").exists())
 
-    def test_a_robot_that_nests_without_end_is_refused_in_words(self):
+    def test_deeply_nested_lines_of_a_robot_are_an_error(self):
         (self.folder / "deep.py").write_text(
             """import time
 print('{"type": "hello", "protocol_version": 1, "name": "deep"}')
@@ -59,18 +59,18 @@ time.sleep(20)
 """)
         robot = f"process:{sys.executable} deep.py"
         done = self.run_here("teach", "--robot", robot, "--world", "circuit24", "--driver", "scripted", "-o", "lap.mcap")
-        self.assertNotEqual(done.code, 0)
-        self.assertIn("nested more than 16 deep", done.err)
+        self.assertEqual(done.code, 1)
+        self.assertRegex(done.err, r":2: .*\b16\b")
 
-    def test_a_bomb_stops_at_its_ratio_and_leaves_nothing(self):
+    def test_unpacking_of_a_bomb_stops_at_the_maximum_ratio(self):
         temporary = self.folder / "temporary"
         temporary.mkdir()
         done = self.run_here("info", self.bomb(1024), env=os.environ | {"TMPDIR": str(temporary)})
         self.assertEqual(done.code, 1)
-        self.assertIn("unpacks to more than 268435456 bytes", done.err)
+        self.assertRegex(done.err, r"bomb\.csv\.gz.* 268435456 ")
         self.assertEqual(list(temporary.iterdir()), [])
 
-    def test_ctrl_c_ends_unpacking_and_a_kill_leaves_nothing(self):
+    def test_no_files_are_left_when_unpacking_is_interrupted_or_killed(self):
         temporary = self.folder / "temporary"
         temporary.mkdir()
         bomb = self.bomb(10240)
@@ -84,7 +84,8 @@ time.sleep(20)
             words = process.communicate(timeout=60)[1]
             self.assertLess(time.monotonic() - start, 2, "one second, and the machine may be busy")
             if ending == signal.SIGINT:
-                self.assertIn("stopped while unpacking", words)
+                self.assertEqual(process.returncode, 130, words)
+                self.assertIn("unpacking", words)
             self.assertEqual(list(temporary.iterdir()), [])
 
     def test_pipes_are_refused_at_once(self):
@@ -103,10 +104,11 @@ time.sleep(20)
             self.addCleanup(process.kill)
             harness.event.until_it_catches(process, ending)
             time.sleep(0.5)  # it opens the pipe
-            self.assertIsNone(process.poll(), "it waits for somebody who writes")
+            self.assertIsNone(process.poll(), "it waits for a writer")
             process.send_signal(ending)
             words = process.communicate(timeout=20)[1]
-            self.assertIn("pipe: reading was interrupted", words)
+            self.assertNotEqual(process.returncode, 0)
+            self.assertRegex(words, "pipe: .*interrupted")
 
     def test_text_is_read_from_a_pipe(self):
         rows = "".join(f"{i} {i} 0 0 0 0 0 1\n" for i in range(5))
@@ -122,10 +124,11 @@ time.sleep(20)
         out = process.communicate(timeout=20)[0]
         self.assertEqual(process.returncode, 0, out)
 
-    def test_bytes_that_are_no_text_are_refused_at_once(self):
+    def test_binary_data_instead_of_text_is_an_error_at_once(self):
         start = time.monotonic()
         done = self.run_here("evaluate", "/dev/zero", "/dev/zero")
-        self.assertIn("this is binary (it contains zero bytes)", done.err)
+        self.assertEqual(done.code, 1)
+        self.assertRegex(done.err, "/dev/zero: .*binary")
         self.assertLess(time.monotonic() - start, 5)
 
     def test_links_out_of_a_folder_are_not_shown(self):
@@ -140,18 +143,19 @@ time.sleep(20)
             (shown / "map" / "map.yaml").unlink()
             (shown / "map" / "map.yaml").symlink_to("/etc/passwd")  # after it was offered
             self.assertEqual(server.ask("/files/0/map.yaml")[0], 404)
-        self.assertEqual(server.words.count(" is a link "), 2)
+        for name in ("robot.yaml", "lap.mcap"):
+            self.assertRegex(server.words, rf"{name}\b.*\blink\b")
 
-    def test_addresses_that_are_printed_work(self):
+    def test_printed_addresses_work(self):
         for flags, host in ((["--listen", "127.0.0.2", "--port", "0"], "127.0.0.2"), (["--listen", "::1", "--port", "0"], "::1"), (["--port", "80"], "127.0.0.1")):
             with Viewer("view", *flags) as server:
                 self.assertEqual(server.url.hostname, host)
                 name = f"[{host}]" if ":" in host else host
-                hosts = [f"{name}:{server.url.port}"] + ([name] if server.url.port == 80 else [])  # browsers leave out the port 80
+                hosts = [f"{name}:{server.url.port}"] + ([name] if server.url.port == 80 else [])  # browsers omit the port 80
                 for one in hosts:
                     self.assertEqual(server.ask("/session.json?" + server.url.query, Host=one)[0], 200, one)
 
-    def test_nothing_is_left_beside_a_bag_whose_recorder_wrote_ahead(self):
+    def test_reading_a_bag_with_a_write_ahead_log_changes_no_files(self):
         bag = self.folder / "bag"
         bag.mkdir()
         file = bag / "bag_0.db3"
@@ -178,7 +182,7 @@ time.sleep(20)
             self.assertEqual(sum(topic["messages"] for topic in done.records[0]["topics"]), 7, waiting)
         writer.close()
 
-    def test_one_changed_byte_of_the_metadata_is_said(self):
+    def test_one_changed_byte_of_the_metadata_is_reported(self):
         (self.folder / "line.yaml").write_text(LINE, encoding="utf-8")
         self.run_here("teach", "--world", "line.yaml", "-o", "lap.mcap")
         data = bytearray((self.folder / "lap.mcap").read_bytes())
@@ -189,8 +193,7 @@ time.sleep(20)
         (self.folder / "changed.mcap").write_bytes(data)
         for words in (["info", "changed.mcap"], ["convert", "changed.mcap", "out.mcap"], ["map", "changed.mcap", "-o", "map"]):
             done = self.run_here(*words)
-            self.assertIn("checksum", done.err + done.out, words)
-            self.assertIn("metadata at byte", done.err + done.out, words)
+            self.assertRegex(done.err + done.out, r"metadata.* byte \d+.*checksum|checksum.*metadata.* byte \d+", words)
 
 
 class Viewer:
@@ -198,9 +201,9 @@ class Viewer:
         self.process = subprocess.Popen([harness.PROGRAM, *map(str, words)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         address = self.process.stdout.readline().strip()
         if not address:
-            said = self.process.stderr.read()
-            if "tools/build_viewer.sh" not in said:
-                raise AssertionError(said)
+            err = self.process.stderr.read()
+            if "tools/build_viewer.sh" not in err:
+                raise AssertionError(err)
             raise unittest.SkipTest("npm has not built the page of the viewer")
         self.url = urllib.parse.urlsplit(address)
         self.words = ""

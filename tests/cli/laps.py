@@ -1,4 +1,4 @@
-"""What the tests of several verbs begin with: a recorded lap, and what their summaries hold."""
+"""A recorded lap for tests of several verbs, and the keys of their summaries."""
 import pathlib
 import shutil
 import sys
@@ -19,12 +19,12 @@ LAP_OF_SQUARE, MAP_OF_SQUARE = support.LAP_OF_SQUARE, support.MAP_OF_SQUARE
 
 
 def made(*verbs):
-    """A folder, only to be read, in which these command lines of the tested program were run."""
+    """A read-only folder in which these command lines of the tested program were run."""
     return support.made(PROGRAM, *verbs)
 
 
 def put(folder, *verbs):
-    """Copies what these command lines write into a folder."""
+    """Copies the files that these command lines write into a folder."""
     shutil.copytree(made(*verbs), folder, dirs_exist_ok=True)
 
 

@@ -3,6 +3,7 @@
 import json
 import math
 import pathlib
+import re
 import signal
 import subprocess
 import sys
@@ -124,7 +125,7 @@ class LiveCamera(InFolder):
         self.camera.unplug()
         words.wait_for("unplugged")
         self.camera.plug_in()
-        words.wait_for("connected again")
+        words.wait_for("connected")
         process.send_signal(signal.SIGINT)
         self.assertEqual(process.wait(20), 130, words.rest())
 
@@ -158,7 +159,7 @@ class LiveCamera(InFolder):
                         "--tag-at-m", str(round(0.94 * away_m, 4)))
         line = next(line for line in seen.records[0]["checks"] if line["check"] == "tag size")
         self.assertEqual(line["level"], "warn", line)
-        self.assertAlmostEqual(float(line["words"].split(" is ")[1].split(" mm")[0]), 0.94 * 160, delta=1.5)
+        self.assertAlmostEqual(float(re.findall(r"(\d+\.?\d*) mm", line["words"])[0]), 0.94 * 160, delta=1.5)
 
     def test_doctor_reports_missed_map_tags(self):
         tags = ""
@@ -171,8 +172,8 @@ class LiveCamera(InFolder):
         seen = self.see("doctor", "--json", "--rate-hz", "5", "--camera", "camera.yaml", "--camera-source", VIDEO, "--map", "map.yaml")
         line = next(line for line in seen.records[0]["checks"] if line["check"] == "map")
         self.assertEqual(line["level"], "warn", line)
-        self.assertIn("1 missed: tag36h11:3 in ", line["words"])
-        self.assertIn(" occluded)", line["words"])
+        self.assertRegex(line["words"], r"\b1 missed.* tag36h11:3 ")
+        self.assertIn("occluded", line["words"])
         none = self.see("doctor", "--json", "--rate-hz", "5", "--camera", "camera.yaml", "--camera-source", VIDEO, "--map", "nowhere")
         line = next(line for line in none.records[0]["checks"] if line["check"] == "map")
         self.assertEqual((line["level"], "nowhere" in line["words"], none.code), ("fail", True, 1), line)
@@ -191,8 +192,8 @@ class LiveCamera(InFolder):
         for record in seen.records:
             self.assert_tags(record, pictures.SCENE_TAGS)
 
-    def test_another_program_sees_the_same_camera(self):
-        """Checks the simulated camera with ffmpeg: the frames are those that were given."""
+    def test_another_program_reads_the_same_camera(self):
+        """Checks the simulated camera with ffmpeg: it reads the frames of the test."""
         read = subprocess.run([program("ffmpeg", "ffmpeg"), "-v", "error", "-f", "v4l2", "-i", "/dev/video0", "-frames:v", "3", "-f", "rawvideo", "-"],
                               env=self.camera.environment(), capture_output=True, timeout=60, check=True)
         rows = pictures.scene(320, 240, pictures.SCENE_TAGS)
@@ -200,7 +201,7 @@ class LiveCamera(InFolder):
         self.assertEqual(len(read.stdout), 3 * 2 * 320 * 240)
 
 
-class BesideARobot(InFolder):
+class WithARobot(InFolder):
     ROBOT = """import json, sys, time
 def send(**line): print(json.dumps(line), flush=True)
 send(type="hello", protocol_version=1, name="blind")
@@ -226,7 +227,7 @@ for i in range(10**6):
         time.sleep(5)
         return process.communicate("quit\n", timeout=60)
 
-    def test_the_family_of_the_anchor_is_found_by_the_detector_that_is_asked_for(self):
+    def test_the_selected_detector_detects_the_family_of_the_anchor(self):
         still = pictures.scene(640, 480, [("tag16h5", 3, 180, 90, 10)])
         frames = [[bytearray(value - 2 * n if value > 100 else value for value in row) for row in still] for n in range(4)]
         words = self.session(frames, "--anchor", "tag16h5:3", "--detector", "waymark")
@@ -234,7 +235,7 @@ for i in range(10**6):
         seen = self.run_here("play", str(lap), "--speed", "0", "--json", "--topics", "/tag_detections")
         self.assertIn("tag16h5:3", seen.out, words)
 
-    def test_pictures_come_from_a_camera_of_this_computer(self):
+    def test_a_camera_of_this_computer_replaces_the_detections_of_the_robot(self):
         words = self.session(moving_pictures(640, 480), "--anchor", "7")
         laps = list((self.folder / "session").glob("*.mcap"))
         self.assertTrue(laps, words)

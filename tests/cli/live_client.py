@@ -1,4 +1,4 @@
-"""A WebSocket client of a page of code (RFC 6455), for tests: no package is needed, and it can misbehave."""
+"""A small WebSocket client (RFC 6455) for tests: it needs no package and can send invalid data."""
 import base64
 import contextlib
 import json
@@ -57,7 +57,7 @@ class Client:
         while len(self.bytes) < count:
             piece = self.socket.recv(65536)
             if not piece:
-                raise ConnectionError("the server hung up")
+                raise ConnectionError("the server closed the connection")
             self.bytes += piece
         taken, self.bytes = self.bytes[:count], self.bytes[count:]
         return taken
@@ -83,7 +83,7 @@ class Client:
                 return message
             elif first & 15 == 2:
                 return payload
-        raise TimeoutError("nothing but pings")
+        raise TimeoutError("only pings arrived")
 
     def wait_for(self, wanted, seconds=20):
         """The first message for which wanted() holds."""
@@ -92,7 +92,7 @@ class Client:
             message = self.next()
             if wanted(message):
                 return message
-        raise TimeoutError("it never came")
+        raise TimeoutError("the message did not arrive")
 
     def wait_for_op(self, op, **fields):
         return self.wait_for(lambda m: isinstance(m, dict) and m.get("op") == op and all(m.get(k) == v for k, v in fields.items()))
@@ -108,7 +108,7 @@ class Client:
 
     @contextlib.contextmanager
     def looked_at(self):
-        """Says that somebody is there, as the page does, until the end of the block."""
+        """Reports the viewer as present, like the page, until the end of the block."""
         over = threading.Event()
 
         def talk():

@@ -1,4 +1,4 @@
-"""Pictures for the tests of the command line: tags upright in whole pixels, so that their true corners are whole numbers."""
+"""Images for tests of the command line: upright tags with cells of whole pixels, so that their true corners are whole numbers."""
 import base64
 import functools
 import pathlib
@@ -48,7 +48,7 @@ CMYK_JPEG = base64.b64decode(
 
 
 def scene(width, height, tags):
-    """Grey rows; tags = [(family, id, x, y, cell)], x and y of the corner TL where black meets white."""
+    """Grey rows; tags = [(family, id, x, y, cell)] with x and y of the top left corner of the black square, all in pixels."""
     rows = [bytearray([WHITE - (x * 7 + y * 3) % 23 for x in range(width)]) for y in range(height)]
     for family, number, x, y, cell in tags:
         for r, line in enumerate(TAGS[family, number].splitlines()):
@@ -135,7 +135,7 @@ def drawn():
 
 
 def fill(folder):
-    """What the commands in the docs expect to find: photograph.png with two tags, truth.csv, and a folder photos/."""
+    """Writes the files that commands in the docs use: photograph.png with two tags, truth.csv, and a folder photos/."""
     for name, data in drawn().items():
         path = pathlib.Path(folder) / name
         path.parent.mkdir(parents=True, exist_ok=True)

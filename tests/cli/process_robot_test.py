@@ -35,14 +35,14 @@ class Loop(InFolder):
         info = self.run_here("info", "replay.mcap", "--json").records[0]
         topics = {topic["topic"] for topic in info["topics"]}
         self.assertLessEqual({"/odom", "/tag_detections", "/cmd_vel", "/waymark/pose", "/truth/pose"}, topics)
-        self.the_plug_of_the_camera_is_pulled()
+        self.an_unplugged_camera_stops_a_replay()
         self.the_space_bar_stops_a_replay()
-        self.waymark_stop_is_named()
+        self.waymark_stop_is_reported()
         # The map contains the anchor and its size.
         session = self.run_here("run", "--map", "map", "--robot", SIM, "--driver", "lines", "-o", "session", input="quit\n")
         self.assertEqual(session.code, 0, session.err)
 
-    def the_plug_of_the_camera_is_pulled(self):
+    def an_unplugged_camera_stops_a_replay(self):
         (self.folder / "unplugged.yaml").write_text("faults: [{fault: camera_lost, at_s: 8}]")
         unplugged = self.run_here("replay", "map", "--robot", SIM + " --seed 7 --faults unplugged.yaml", "--world", "circuit24",
                                   "-o", "unplugged.mcap", "--json")
@@ -68,7 +68,7 @@ class Loop(InFolder):
         self.assertEqual(process.returncode, 1, err)
         self.assertRegex(out + err, r"space bar \d\.\d\d m ")
 
-    def waymark_stop_is_named(self):
+    def waymark_stop_is_reported(self):
         runtime = os.environ | {"XDG_RUNTIME_DIR": str(self.folder)}
         process = subprocess.Popen([PROGRAM, "replay", "map", "--robot", SIM + " --pace 4", "--world", "circuit24", "-o", "ended.mcap"],
                                    cwd=self.folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=runtime)
@@ -106,14 +106,14 @@ class Loop(InFolder):
         truth = [json.loads(line) for line in lines if '"type":"truth"' in line]
         self.assertGreater(abs(truth[-1]["y_m"] - truth[0]["y_m"]), 0.3, "it drove")
 
-    def test_ctrl_c_in_the_middle_of_pictures(self):
+    def test_ctrl_c_while_images_are_sent(self):
         process = subprocess.Popen([PROGRAM, "teach", "--robot", SIM + " --images", "--world", "circuit24", "-o", "lap.mcap"],
                                    cwd=self.folder, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         lap = self.folder / "lap.mcap"
         deadline = time.monotonic() + 60
         while time.monotonic() < deadline and not lap.exists():
             time.sleep(0.05)
-        time.sleep(2)  # some pictures
+        time.sleep(2)  # some images
         process.send_signal(signal.SIGINT)
         out, err = process.communicate(timeout=60)
         self.assertEqual(process.returncode, 130, out + err)
@@ -137,14 +137,14 @@ class Loop(InFolder):
             self.assertLess(time.monotonic() - began, 10)
             golden_page.expect(self, "robots", err)
 
-    def test_a_short_way_on_pictures_over_the_wire(self):
-        """Pictures as base64 JPEG, five a second, and a way of two metres: the detector in the loop of a process."""
+    def test_a_short_path_with_images_over_a_process(self):
+        """Images as base64 JPEG at 5 Hz and a path of two metres: the detector in the loop of a process."""
         world = (ROOT / "share/worlds/circuit24.yaml").read_text().split("path_closed:")[0]
         (self.folder / "short.yaml").write_text(world + "path_closed: false\npath_m: [[2.53, -1.45], [2.89, -0.98], [3.04, -0.4], [3.02, 0.2]]\n")
         robot = (ROOT / "share/robots/limo.yaml").read_text() + "simulation: {camera_rate_hz: 5}\n"
-        (self.folder / "slow-eye.yaml").write_text(robot)
-        sim = f"process:exec '{PROGRAM}' robot-sim --world short.yaml --robot-file slow-eye.yaml --lockstep --images"
-        words = ["--world", "short.yaml", "--robot-file", "slow-eye.yaml"]
+        (self.folder / "slow-camera.yaml").write_text(robot)
+        sim = f"process:exec '{PROGRAM}' robot-sim --world short.yaml --robot-file slow-camera.yaml --lockstep --images"
+        words = ["--world", "short.yaml", "--robot-file", "slow-camera.yaml"]
         taught = self.run_here("teach", "--robot", sim, *words, "-o", "lap.mcap", "--record-images", "jpeg")
         self.assertEqual(taught.code, 0, taught.err)
         self.assertEqual(self.run_here("map", "lap.mcap", "-o", "map").code, 0)
@@ -159,7 +159,7 @@ class Loop(InFolder):
         self.assertLess(report["cross_track_max_m"], 0.05)
 
     @unittest.skipUnless(os.environ.get("WAYMARK_FULL"), "takes minutes")
-    def test_the_loop_on_pictures_over_the_wire(self):
+    def test_the_loop_with_images_over_a_process(self):
         sim = SIM + " --images"
         self.assertEqual(self.run_here("teach", "--robot", sim, "--world", "circuit24", "-o", "lap.mcap").code, 0)
         self.assertEqual(self.run_here("map", "lap.mcap", "-o", "map").code, 0)

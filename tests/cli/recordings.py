@@ -26,7 +26,7 @@ def record(opcode, content):
 
 
 class Cdr:
-    """Plain CDR, little-endian: each number is aligned to its own size, counted from behind the first four bytes."""
+    """Plain CDR, little-endian: each number is aligned to its size, relative to the end of the four-byte header."""
 
     def __init__(self):
         self.body = bytearray()

@@ -1,16 +1,18 @@
 #!/usr/bin/python3
-"""`waymark report` and `waymark plot` as a user meets them: a page of a demo that stands alone.
+"""`waymark report` and `waymark plot` on the command line: the self-contained page of a demo.
 
 usage: report_test.py PROGRAM [unittest options]
 """
 import html.parser
 import pathlib
+import re
 import shutil
 import tempfile
 import unittest
 
 from harness import waymark
 from laps import DEMO, made
+import golden_page
 
 
 def run(*words, code=0):
@@ -20,7 +22,7 @@ def run(*words, code=0):
 
 
 class Reader(html.parser.HTMLParser):
-    """What a browser would see: headings, cells by table, figures, and whatever it would have to fetch."""
+    """The page as a browser reads it: headings, rows of tables, the number of figures, and resources to fetch."""
 
     def __init__(self, text):
         super().__init__()
@@ -59,17 +61,17 @@ class Report(unittest.TestCase):
     def page(self, *arguments):
         file = self.folder / "page.html"
         result = run("report", *arguments, "-o", file)
-        self.assertIn("opens in any browser", result.out)
+        self.assertTrue(result.out.startswith(f"{file}: "), result.out)
         return Reader(file.read_text())
 
-    def test_a_demo_becomes_a_page_that_needs_nothing_else(self):
+    def test_the_page_of_a_demo_needs_no_other_files(self):
         page = self.page(self.demo)
         self.assertEqual(page.fetched, [])
-        self.assertEqual(len(page.headings), 4, page.headings)  # lap, replay, map, compared
+        self.assertEqual(len(page.headings), 4, page.headings)  # lap, replay, map, comparison
         self.assertGreaterEqual(page.figures, 12)
         self.assertNotIn("<script", (self.folder / "page.html").read_text())
 
-    def test_the_map_is_better_after_than_before(self):
+    def test_adjustment_improves_the_map(self):
         page = self.page(self.demo)
         before, after = page.row("before (chain)"), page.row("after")
         self.assertLess(float(after[1]), float(before[1]))
@@ -83,31 +85,32 @@ class Report(unittest.TestCase):
         rows = [row for row in self.page(self.demo).rows if row and row[0] == str(self.demo / "replay.mcap")]
         aside, beside = sorted(rows, key=len, reverse=True)
         self.assertEqual(beside[2], "1")  # laps
-        self.assertLess(float(beside[3]), 60)  # beside the taught way [mm]
+        self.assertLess(float(beside[3]), 60)  # cross-track error [mm]
         self.assertEqual(aside[1], "sim")
-        self.assertGreater(float(aside[7]), 1)  # tags a picture
+        self.assertGreater(float(aside[7]), 1)  # tags per image
 
-    def test_drives_of_different_kinds_stand_side_by_side(self):
+    def test_drives_of_different_kinds_are_compared(self):
         estimate = self.folder / "estimate.mcap"
         run("localize", self.demo / "replay.mcap", "--map", self.demo / "map/map.yaml", "-o", estimate)
         rows = [row for row in self.page(self.demo / "lap.mcap", estimate).rows if row and row[0] == str(estimate)]
         aside = max(rows, key=len)
         self.assertEqual(len(rows), 2)
-        self.assertEqual(aside[6:8], ["-", "-"])  # it holds no tags
-        self.assertLess(float(aside[11]), 20)  # and how sure it is [mm]
-        real = self.folder / "real.mcap"  # as of a real robot: nobody knows the truth
+        self.assertEqual(aside[6:8], ["-", "-"])  # it contains no tags
+        self.assertLess(float(aside[11]), 20)  # position sigma [mm]
+        real = self.folder / "real.mcap"  # as of a real robot: without ground truth
         run("convert", estimate, real, "--topics", "/odom,/waymark/pose")
         beside = self.page(self.demo / "lap.mcap", real).row(f"{real} (its estimate)")
-        self.assertLess(float(beside[3]), 80)  # beside the taught way [mm]
+        self.assertLess(float(beside[3]), 80)  # cross-track error [mm]
 
     def test_one_recording_alone(self):
         page = self.page(self.demo / "lap.mcap")
         self.assertEqual(page.headings, [str(self.demo / "lap.mcap")])
         self.assertEqual(page.row("tags seen")[1], "24")
 
-    def test_a_map_alone_says_what_is_missing(self):
+    def test_the_page_of_a_map_alone_states_what_is_missing(self):
         self.page(self.demo / "map")
-        self.assertIn("was not given", (self.folder / "page.html").read_text())
+        (missing,) = re.findall(r"[^<>]*residuals[^<>]*missing[^<>]*", (self.folder / "page.html").read_text())
+        golden_page.expect(self, "plot", missing)
 
     def test_the_same_runs_give_the_same_bytes(self):
         self.page(self.demo)
@@ -115,10 +118,12 @@ class Report(unittest.TestCase):
         self.page(self.demo)
         self.assertEqual(first, (self.folder / "page.html").read_bytes())
 
-    def test_what_is_no_run_is_refused_in_words(self):
+    def test_unusable_inputs_and_outputs_are_errors(self):
         empty = self.folder / "empty"
         empty.mkdir()
-        self.assertIn("neither a recording nor a map", run("report", empty, code=1).err)
+        refused = run("report", empty, code=1)
+        self.assertIn("empty: ", refused.err)
+        golden_page.expect(self, "plot", refused.err)
         text = self.folder / "text.txt"
         text.write_text("no recording")
         self.assertIn("text.txt", run("report", text, code=1).err)
@@ -137,21 +142,23 @@ class Report(unittest.TestCase):
             file = self.folder / f"figure{suffix}"
             run("plot", self.demo, "--figure", "drives", "-o", file)
             self.assertTrue(file.read_bytes().startswith(begin))
-        self.assertIn("Did you mean", run("plot", self.demo, "--figure", "flor", code=2).err)
+        self.assertIn("'floor'?", run("plot", self.demo, "--figure", "flor", code=2).err)
         self.assertIn(".svg", run("plot", self.demo, "--figure", "floor", "-o", self.folder / "a.bmp", code=2).err)
-        self.assertIn("Set --figure", run("plot", self.demo, "-o", self.folder / "b.svg", code=2).err)
+        self.assertIn("--figure", run("plot", self.demo, "-o", self.folder / "b.svg", code=2).err)
 
-    def test_files_of_others_stay(self):
+    def test_other_files_are_replaced_only_with_force(self):
         page, figure = self.folder / "mine.html", self.folder / "mine.svg"
         for file in (page, figure):
             file.write_text("mine")
-        self.assertIn("was not written by `waymark report`", run("report", self.demo, "-o", page, code=1).err)
+        refused = run("report", self.demo, "-o", page, code=1).err
+        self.assertIn("mine.html: ", refused)
+        self.assertIn("--force", refused)
         self.assertIn("--force", run("plot", self.demo, "--figure", "floor", "-o", figure, code=1).err)
         self.assertEqual((page.read_text(), figure.read_text()), ("mine", "mine"))
         run("plot", self.demo, "--figure", "floor", "-o", figure, "--force")
         run("report", self.demo, "-o", page, "--force")
         self.assertNotEqual((page.read_text(), figure.read_text()), ("mine", "mine"))
-        run("report", self.demo, "-o", page)  # its own
+        run("report", self.demo, "-o", page)  # its own page is replaced without --force
 
 
 if __name__ == "__main__":

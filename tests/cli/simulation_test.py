@@ -42,7 +42,7 @@ class Simulation(InFolder):
         self.assertEqual(topics["/truth/tag_detections"]["messages"], topics["/tag_detections"]["messages"])
         self.assertNotIn("/image_raw", topics)
 
-    def test_pictures_are_recorded(self):
+    def test_images_are_recorded(self):
         for how, topic, kind in (("raw", "/image_raw", "Image"), ("jpeg", "/image_raw/compressed", "CompressedImage")):
             outcome = self.teach(f"{how}.mcap", "--images", "--record-images", how)
             self.assertEqual(outcome.code, 0, outcome.err)
@@ -126,7 +126,7 @@ class Simulation(InFolder):
         self.assertIn("tag36h11:7, tag36h11:8", outcome.err)
         golden_page.expect(self, "teach", outcome.err)
 
-    def test_robots_and_worlds_that_come_with_it(self):
+    def test_installed_robots_and_worlds(self):
         for world, robot in (("limo-walls", ["--robot-file", "limo-ackermann"]), ("mbot-square", []), ("academy-house", [])):
             outcome = self.run_here("teach", "--world", world, *robot, "-o", f"{world}.mcap", "--json")
             self.assertIn(outcome.code, (0, 1), outcome.err)

@@ -1,4 +1,4 @@
-"""A lap that is a folder of tables, and the files of other programs: merged, mapped, calibrated, read."""
+"""A lap stored as tables, and files of other programs: merged, mapped, used for calibration, read."""
 import gzip
 import json
 import os
@@ -7,6 +7,7 @@ import unittest
 
 from harness import InFolder
 from laps import WithLap
+import golden_page
 
 HOW = ["--tag-size-m", 0.16, "--anchor", 0, "--anchor-pose", 0, 0, 0.3, -90, 0, -90]
 DATA = pathlib.Path(os.environ.get("WAYMARK_DATA", "/nonexistent"))
@@ -39,33 +40,33 @@ class Tables(WithLap):
 
     def test_a_lap_in_tables(self):
         self.tables()
-        # Straight from the tables; what they do not say, the robot's file does.
+        # Directly from the tables; the robot file contains the parameters that tables lack.
         self.assertIn("--robot", self.run_here("map", "detections.csv", "odometry.csv", "-o", "none", *HOW).err)
         self.ok("map", "detections.csv.gz", "odometry.csv", "imu.csv", "--robot", self.robot, "-o", "tables", *HOW)
         self.assertTrue((self.folder / "tables/robot.yaml").exists())
-        # Merged into one recording, which then says all itself.
+        # Merged into one recording, which contains everything.
         done = self.ok("convert", "detections.csv.gz", "odometry.csv", "imu.csv", "merged.mcap", "--robot", self.robot, "--json")
         self.assertEqual(done.records[0]["input"], ["detections.csv.gz", "odometry.csv", "imu.csv"])
         stamps = [json.loads(line)["stamp_ns"] for line in self.ok("play", "merged.mcap", "--json", "--speed", 0).out.splitlines()]
         self.assertEqual(stamps, sorted(stamps))
         self.ok("map", "merged.mcap", "-o", "merged", *HOW)
         self.assertLess(self.farthest("tables", "merged"), 1e-6)
-        # Tables keep no covariances of corners: the map is another one, as good.
+        # Tables contain no corner covariances: the map differs, but is as accurate.
         self.assertLess(self.farthest("whole", "tables"), 0.02)
         found = self.ok("calibrate", "robot", "detections.csv", "odometry.csv", "imu.csv", "--robot", self.robot,
                         "--tag-size-m", 0.16, "-o", "calibration.yaml")
         self.assertTrue((self.folder / "calibration.yaml").exists(), found.err)
 
-    def test_two_drives_are_no_single_drive(self):
+    def test_recordings_of_two_drives_are_not_merged(self):
         (self.folder / "again.mcap").write_bytes((self.folder / "lap.mcap").read_bytes())
         for words in (["map", "lap.mcap", "again.mcap", "-o", "none", *HOW], ["convert", "lap.mcap", "again.mcap", "both.mcap"]):
             done = self.run_here(*words)
             self.assertNotEqual(done.code, 0, words)
-            self.assertIn("two drives, or one drive twice", done.err)
             self.assertIn("--extend", done.err)
+            golden_page.expect(self, "recording", done.err)
         self.assertFalse((self.folder / "none").exists() or (self.folder / "both.mcap").exists())
 
-    def test_info_names_what_comes_next(self):
+    def test_info_suggests_the_next_commands(self):
         self.ok("convert", "lap.mcap", "odometry.csv", "--kind", "odometry")
         steps = " ".join(step["command"] for step in json.loads(self.ok("info", "--json", "lap.mcap").out)["next"])
         self.assertIn("waymark map lap.mcap", steps)
@@ -75,12 +76,13 @@ class Tables(WithLap):
 
 
 class OtherPrograms(InFolder):
-    def test_a_pipe_is_no_recording(self):
+    def test_a_pipe_is_not_a_recording(self):
         os.mkfifo(self.folder / "pipe")
         for words in (["info", "pipe"], ["convert", "pipe", "out.mcap"]):
             done = self.run_here(*words)
             self.assertEqual(done.code, 1)
-            self.assertIn("this is a pipe", done.err)
+            self.assertIn("pipe: ", done.err)
+            golden_page.expect(self, "recording", done.err)
 
     def test_calibrations_and_layouts_of_frc(self):
         if not (DATA / "photonvision").exists():

@@ -46,8 +46,8 @@ class InFolder(unittest.TestCase):
 class Sheet(InFolder):
     def test_a_sheet_as_pdf(self):
         done = self.ok("tags sheet --family 36h11 --ids 0-23 --tag-size-m 0.16 --paper A4 -o tags.pdf")
-        for part in ("tags.pdf: 24 pages A4", "tag36h11", "0.16 m"):
-            self.assertIn(part, done.stdout)
+        for part in (r"tags\.pdf: 24 .*A4", "tag36h11", r"0\.16 m"):
+            self.assertRegex(done.stdout, part)
         golden_page.expect(self, "tags", done.stdout + done.stderr)
         info = subprocess.run(["pdfinfo", self.folder / "tags.pdf"], capture_output=True, text=True, check=True).stdout
         self.assertRegex(info, r"Pages: +24")
@@ -149,7 +149,7 @@ class Board(InFolder):
 
     def test_detect_reads_a_separate_board_back_from_the_lower_left_corner(self):
         done = self.ok("tags board --style separate --cols 4 --rows 3 --tag-size-m 0.03 --spacing 0.25 --dpi 100 -o board.png")
-        self.assertIn("4 x 3 tags", done.stdout)
+        self.assertIn("4 x 3", done.stdout)
         (record,) = [json.loads(line) for line in self.ok("detect --json board.png").stdout.splitlines()]
         places = {d["id"]: d["center_px"] for d in record["detections"]}
         self.assertEqual(sorted(places), list(range(12)))

@@ -3,6 +3,7 @@
 
 usage: usage_test.py PROGRAM [unittest options]
 """
+import errno
 import fcntl
 import json
 import os
@@ -209,7 +210,8 @@ class PipesAndSignals(InFolder):
         words = process.stderr.read()
         process.stderr.close()
         self.assertEqual(process.wait(timeout=60), 0, words)
-        self.assertNotIn("cannot write", words)
+        self.assertNotIn(os.strerror(errno.EPIPE), words)
+        self.assertLessEqual(len(words.splitlines()), 1, words)
 
     def test_unwritable_messages_do_not_stop_the_program(self):
         for words, code in ((["nosuch"], 2), (["detect", "nosuch.png"], 1), (["detect", "photograph.png"], 0)):
@@ -221,7 +223,7 @@ class PipesAndSignals(InFolder):
         with open("/dev/full", "w", encoding="ascii") as full:
             outcome = self.run_here("detect", "--json", "photograph.png", stdout=full)
             self.assertEqual(outcome.code, 1)
-            self.assertIn("No space left on device", outcome.err)
+            self.assertIn(os.strerror(errno.ENOSPC), outcome.err)
             golden_page.expect(self, "cli", outcome.err)
             self.assertEqual(self.run_here("--help", stdout=full).code, 1)
 
