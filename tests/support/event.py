@@ -1,4 +1,4 @@
-"""Waiting for what a test needs, with a deadline: a fixed pause is too short on a busy machine, and too long on any other."""
+"""Waits for conditions with a deadline: a fixed pause is too short on a busy machine, and too long on any other."""
 import fcntl
 import pathlib
 import re
@@ -20,7 +20,7 @@ def until(condition, what: str, seconds: float = 30):
 
 
 def until_it_catches(process, number):
-    """Waits until a process handles a signal itself: before, the signal ends it."""
+    """Waits until a process has a handler for a signal; without one the signal ends it."""
     def handled():
         caught = re.search(r"^SigCgt:\s*(\w+)$", pathlib.Path(f"/proc/{process.pid}/status").read_text(), re.M).group(1)
         return int(caught, 16) >> (number - 1) & 1
@@ -28,7 +28,7 @@ def until_it_catches(process, number):
 
 
 def until_taken(process, number):
-    """Waits until a signal that was sent to a process is no longer pending: its handler runs, or the process has ended."""
+    """Waits until a signal sent to a process is no longer pending: its handler runs, or the process has ended."""
     def pending():
         status = pathlib.Path(f"/proc/{process.pid}/status").read_text()
         return any(int(mask, 16) >> (number - 1) & 1 for mask in re.findall(r"^(?:Sig|Shd)Pnd:\s*(\w+)$", status, re.M))
@@ -36,7 +36,7 @@ def until_taken(process, number):
 
 
 def until_full(pipe):
-    """Waits until whoever writes to a pipe that nobody reads has to wait: it is nearly full, and stays as it is for a while."""
+    """Waits until the writer of a pipe without a reader blocks: the pipe is nearly full and does not change for a while."""
     def unread():
         return struct.unpack("i", fcntl.ioctl(pipe, termios.FIONREAD, b"\0" * 4))[0]
 
@@ -48,7 +48,7 @@ def until_full(pipe):
 
 
 class Lines:
-    """What a process writes to a pipe, read as it comes by a thread. Nothing else may read the pipe."""
+    """Collects the output of a process from a pipe in a thread. Nothing else may read the pipe."""
 
     def __init__(self, stream):
         self._lines = []
@@ -60,7 +60,7 @@ class Lines:
         return "".join(self._lines.copy())
 
     def wait_for(self, *texts: str, seconds: float = 30):
-        """Waits until each text was written."""
+        """Waits until all texts were written."""
         until(lambda: all(text in self.text for text in texts), lambda: f"{texts} in: {self.text}", seconds)
 
     def wait_for_number(self, pattern: str, accepts, count: int = 1, seconds: float = 30):
@@ -68,7 +68,7 @@ class Lines:
         until(lambda: sum(map(accepts, map(float, re.findall(pattern, self.text, re.M)))) >= count, lambda: f"{count} of {pattern} in: {self.text}", seconds)
 
     def rest(self, seconds: float = 30) -> str:
-        """All of it, once the process has closed the pipe."""
+        """The whole output, after the process has closed the pipe."""
         self._thread.join(seconds)
         assert not self._thread.is_alive(), "the pipe is still open"
         return self.text
