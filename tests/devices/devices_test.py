@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Cameras of Linux' own driver and gamepads of its uinput, in a virtual machine (machine.py).
+"""Cameras of the Linux driver vivid and gamepads created through uinput, in a virtual machine (machine.py).
 
 usage: devices_test.py PROGRAM FOLDER [TestClass.test]"""
 import json
@@ -13,7 +13,7 @@ import lap_player
 import machine
 
 MAX_S = 900
-MAX_PX = 0.02  # between the corners of a rendered picture and of the same one through the driver
+MAX_PX = 0.02  # between the corners of a rendered image and of the same image through the driver
 MIN_SAME = 0.99
 MAX_RMSE_M = 0.15  # images are 0.06 to 0.12 s late in the driver's queues, which is not measured; the rendered lap itself has 29 mm
 PICTURES_HZ = 60  # of a lap played at half its speed, to a camera with at most this rate
@@ -27,7 +27,7 @@ def tag_frames(program: pathlib.Path, path: pathlib.Path) -> list:
 
 
 def same_picture(frame, rendered: list):
-    """The stamp [ns] of the rendered picture whose tags are the same to MAX_PX; None if there is no such picture."""
+    """The stamp [ns] of the rendered image whose corners agree within MAX_PX, or None."""
     corners = {seen.tag: seen.corners_px for seen in frame.detections}
     for other in rendered:
         theirs = {seen.tag: seen.corners_px for seen in other.detections}
@@ -37,7 +37,7 @@ def same_picture(frame, rendered: list):
 
 
 def judge_lap(program: pathlib.Path, folder: pathlib.Path) -> int:
-    """Checks the lap taught through the driver: tags equal those of the rendered pictures in their order; and its map."""
+    """Checks the lap taught through the driver (its tags are those of the rendered images, in order) and its map."""
     taught = tag_frames(program, folder / "out/lap.mcap")
     rendered = tag_frames(program, folder / "lap/rendered.mcap")
     stamps = [same_picture(frame, rendered) for frame in taught]

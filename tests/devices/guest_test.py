@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""In the machine of machine.py: Linux' own driver of a camera (vivid), and gamepads by uinput. As root.
+"""Runs as root in the virtual machine of machine.py: the Linux camera driver vivid, and gamepads through uinput.
 
 usage: guest_test.py PROGRAM SOURCES LAP [unittest options]
 
@@ -23,7 +23,7 @@ import pictures
 
 CAMERA, OUTPUT = "/dev/video0", "/dev/video1"
 WIDTH, HEIGHT = 640, 480
-SLOWER = 2  # a lap's time in the machine, which is that much slower, over its time
+SLOWER = 2  # playing time of the lap in the machine divided by its duration, because the machine is slower
 TAGS = [("tag36h11", 7, 80, 100, 12), ("tag36h11", 42, 360, 180, 20)]
 DRIVER = pathlib.Path("/sys/bus/platform/drivers/vivid")
 
@@ -58,7 +58,7 @@ class Camera(Devices):
         """Connects the output of vivid to its camera."""
         v4l2("-d", CAMERA, "-i", "3")
         v4l2("-d", OUTPUT, "-o", "1")
-        v4l2("-d", CAMERA, "-c", "loop_video=1,osd_text_mode=2")  # no text over the pictures
+        v4l2("-d", CAMERA, "-c", "loop_video=1,osd_text_mode=2")  # no text over the images
         for device in (OUTPUT, CAMERA):
             v4l2("-d", device, "--set-dv-bt-timings", "index=0")  # 640 x 480
         v4l2("-d", OUTPUT, f"--set-fmt-video-out=width={WIDTH},height={HEIGHT},pixelformat={fourcc}")
@@ -85,7 +85,7 @@ class Camera(Devices):
         self.assertIn("brightness", {control["name"] for control in camera["controls"]})
         print(f"vivid: {len(camera['modes'])} formats and sizes, {len(camera['controls'])} controls", flush=True)
 
-    def test_2_its_pictures_have_stamps(self):
+    def test_2_its_images_have_stamps(self):
         out, err = self.run_here("detect", f"v4l2:{CAMERA},size={WIDTH}x{HEIGHT}", "--json", "--duration-s", "4")
         records = [json.loads(line) for line in out.splitlines()]
         self.assertGreater(len(records), 8, err)
@@ -123,7 +123,7 @@ class Camera(Devices):
         self.run_here("detect", f"v4l2:{CAMERA},brightness={least + 90}", "--duration-s", "0.5")
         self.assertIn(f"brightness: {least + 90}", v4l2("-d", CAMERA, "-C", "brightness"))
         _, err = self.run_here("detect", f"v4l2:{CAMERA},brightness=9000", "--duration-s", "0.5", code=2)
-        self.assertIn(f"from {least} to {least + 255}", err)
+        self.assertRegex(err, rf"brightness.*\b{least}\b.* {least + 255}\b")
 
     def test_5_reports_the_program_that_uses_the_camera(self):
         other = subprocess.Popen(["v4l2-ctl", "-d", CAMERA, "--stream-mmap=3", "--stream-count=10000"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
@@ -131,8 +131,8 @@ class Camera(Devices):
         self.addCleanup(other.kill)
         time.sleep(1)
         _, err = self.run_here("detect", f"v4l2:{CAMERA}", code=1)
-        self.assertIn("v4l2-ctl", err)
-        self.assertIn("uses the camera", err)
+        self.assertRegex(err, rf"{CAMERA}.*v4l2-ctl|v4l2-ctl.*{CAMERA}")
+        self.assertIn(str(other.pid), err)
 
     def test_6_a_lap_is_taught_through_the_driver(self):
         """devices_test.py maps it, which would take minutes here."""
@@ -141,7 +141,7 @@ class Camera(Devices):
         _, words = self.run_here("teach", "--robot", f"process:{player}", "--robot-file", "mbot", "--world", "mbot-square", "--camera-source",
                                  f"v4l2:{CAMERA},size={WIDTH}x{HEIGHT},format=GREY", "-o", "/mnt/lap.mcap")
         print(words, flush=True)
-        self.assertNotIn("clock went back", words)
+        self.assertNotRegex(words, r"clock\b.* back")
 
     def test_7_waits_for_an_unplugged_camera(self):
         process = self.start("detect", f"v4l2:{CAMERA}", "--json")
@@ -153,8 +153,8 @@ class Camera(Devices):
         process.send_signal(signal.SIGINT)
         _, words = process.communicate(timeout=60)
         self.assertEqual(process.returncode, 130, words)
-        self.assertIn("the camera was unplugged", words)
-        self.assertIn("connected again", words)
+        self.assertIn("unplugged", words)
+        self.assertIn("connected", words)
 
 
 class Gamepad(Devices):
@@ -187,8 +187,8 @@ class Gamepad(Devices):
         again.press("y")
         _, words = process.communicate(timeout=120)
         self.assertEqual(process.returncode, 1, "fails only because a straight line is not a lap: " + words)
-        for text in ("hold the left shoulder", "the gamepad was unplugged", "the gamepad is connected again"):
-            self.assertIn(text, words)
+        for pattern in ("left shoulder", "gamepad .*unplugged", "gamepad .*connected"):
+            self.assertRegex(words, pattern)
         speeds = self.speeds("lap.mcap")
         moving = [speed > 0.05 for _, speed in speeds]
         drives = [i for i in range(1, len(moving)) if moving[i] and not any(moving[max(0, i - 20):i])]

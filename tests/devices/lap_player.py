@@ -1,8 +1,8 @@
 #!/usr/bin/python3
-"""A simulated lap, played as a robot whose camera is Linux' own driver vivid: its pictures go in by the driver's output and come out of its camera.
+"""A simulated lap, played as a robot whose camera is the Linux driver vivid: its images are written to the driver's output and captured by its camera.
 
-usage: lap_player.py record PROGRAM FOLDER HZ   drive a lap of mbot-square with HZ pictures a second; store the robot's lines and its pictures as bytes
-       lap_player.py play FOLDER DEVICE SLOWER  play that robot SLOWER times slower, with the pictures on the output DEVICE
+usage: lap_player.py record PROGRAM FOLDER HZ   drive a lap of mbot-square with HZ images per second; store the robot's lines and its images as bytes
+       lap_player.py play FOLDER DEVICE SLOWER  play that robot SLOWER times slower, with the images on the output DEVICE
 """
 import json
 import os

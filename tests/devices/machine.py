@@ -1,5 +1,5 @@
-"""A Debian kernel with drivers of devices that are not there, under QEMU without virtualisation; the root folder of this computer is shared read-only, so
-that what was built here runs there as it is. What the machine writes to /mnt is in the folder "out" afterwards.
+"""A Debian kernel with drivers of virtual devices, under QEMU without virtualisation. The root folder of this computer is shared read-only, so that
+programs built here run there unchanged. Files that the machine writes to /mnt are in the folder "out" afterwards.
 
 Needs Debian's qemu-system-x86, busybox-static, cpio, kmod and, to get the kernel, apt-get download."""
 import pathlib
@@ -7,7 +7,7 @@ import re
 import shutil
 import subprocess
 
-# vivid: a camera by V4L2, and an output whose pictures come back on it; uinput: gamepads.
+# vivid: a V4L2 camera, and an output whose images the camera captures; uinput: gamepads.
 MODULES = ["virtio_pci", "9p", "9pnet_virtio", "vivid", "uinput", "evdev", "joydev"]
 PROGRAMS = {"qemu-system-x86_64": "qemu-system-x86", "busybox": "busybox-static", "cpio": "cpio", "depmod": "kmod", "modprobe": "kmod", "v4l2-ctl": "v4l-utils"}
 
@@ -27,7 +27,7 @@ poweroff -f
 
 
 def missing() -> list[str]:
-    """Debian packages that have to be installed first."""
+    """Debian packages that must be installed first."""
     return sorted({package for program, package in PROGRAMS.items() if shutil.which(program, path="/usr/sbin:/sbin:/usr/bin:/bin") is None})
 
 

@@ -1,4 +1,4 @@
-"""A gamepad by the kernel's uinput: an Xbox 360 pad on USB, as the driver xpad shows it."""
+"""A gamepad through the kernel's uinput: an Xbox 360 pad on USB, as the driver xpad presents it."""
 import fcntl
 import os
 import struct
@@ -13,7 +13,7 @@ FULL = 32767
 
 
 class Pad:
-    """Plugged in while it is open."""
+    """A gamepad that is connected until unplug()."""
 
     def __init__(self):
         self._file = os.open("/dev/uinput", os.O_WRONLY | os.O_NONBLOCK)

@@ -101,7 +101,7 @@ class Bags(dumps.InFolder):
         self.assertIn("rosbag2.no_metadata", log.problems)
         self.assertEqual(sum(m.topic == "/odom" for m in log.messages), 30)
 
-    def test_packed_files_and_messages(self):
+    def test_compressed_files_and_messages(self):
         """rosbag2 compresses a whole file or each message (compression_mode FILE, MESSAGE); any program may gzip a file."""
         times = [10**18 + k * 10**8 for k in range(12)]
         plain = self.make("plain", 3, times)

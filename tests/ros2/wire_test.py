@@ -80,8 +80,8 @@ class Robot(Wire):
         wire_driver.send_hello(first)
         time.sleep(3.5)
         self.start(PROGRAM, "ros2", "relay", stderr=subprocess.DEVNULL)  # publishes zero
-        lines = lines_of(first, lambda all: any("waymark_relay" in line.get("text", "") for line in all))
-        self.assertIn("waymark_relay", " ".join(line.get("text", "") for line in lines), "the other driver is reported by name")
+        lines = lines_of(first, lambda all: any("obeys" in line.get("text", "") for line in all))
+        self.assertIn("obeys", " ".join(line.get("text", "") for line in lines), "the other driver is reported")
 
     def test_a_listening_robot_process_publishes_no_command(self):
         for flags in (["--listen-only"], []):
