@@ -1,6 +1,6 @@
 #pragma once
 
-// A replay in simulation against the simulator's truth, without pictures: what the tests of replay drive.
+// A simulated replay without images, compared with the ground truth, for tests of replay.
 #include <algorithm>
 #include <string>
 #include <vector>
@@ -18,7 +18,7 @@
 
 namespace waymark::replay_course {
 
-/// circuit24 with its true map, and its line as the way that was taught.
+/// circuit24 with its true map; the taught trajectory follows its path.
 struct Course {
   World world{};
   RobotDescription robot;
@@ -38,19 +38,19 @@ inline Course circuit24(const std::string& robot_name = "limo") {
   return course;
 }
 
-/// What came of a replay.
+/// The outcome of a replay.
 struct Outcome {
   ReplayEnd end{};
   ReplayJudgement judged{};
   double turn_gain = 1;
   std::vector<std::string> reasons{};  ///< of all stops, each once
-  double moved_after_stop_m = 0;       ///< true way, later than a second after a lasting stop or the goal
+  double moved_after_stop_m = 0;       ///< true distance, later than 1 s after a lasting stop or the goal
   double fastest_m_s = 0;              ///< command
-  double keep_out_breach_m = 0;        ///< how far the robot drove into the keep-out about the true tags
-  double after_carry_m = 0;            ///< driven since it was carried last
+  double keep_out_breach_m = 0;        ///< largest distance driven into the keep-out around the true tags
+  double after_carry_m = 0;            ///< distance driven since the robot was last moved by hand
   std::vector<StampedCommand> commands{};
-  std::vector<std::string> problems{};  ///< in words, at the end
-  double reaction_m = 0;                ///< what it needs for a standstill at best, from its speed
+  std::vector<std::string> problems{};  ///< messages at the end
+  double reaction_m = 0;                ///< shortest stopping distance at the speed of the replay
 };
 
 struct Trial {
@@ -59,12 +59,12 @@ struct Trial {
   std::vector<Fault> faults{};
   ReplayOptions replay{};
   double timeout_s = 900;
-  std::string odometry{};       ///< of the robot's driver; empty: as its file says
-  double camera_latency_s = 0;  ///< pictures come so much later, and are stamped so much too late
+  std::string odometry{};       ///< kind of the driver's odometry; empty: that of the robot file
+  double camera_latency_s = 0;  ///< additional delay of images and of their stamps
 };
 
-/// What a robot needs from a carry to its standstill at best: a picture after it, its way through the camera
-/// and to the motors, and the brakes.
+/// Shortest time and distance from a motion by hand to standstill: the next image, its latency in the camera
+/// and to the motors, and braking.
 struct Reaction {
   double time_s = 0;
   double way_m = 0;
@@ -79,17 +79,17 @@ inline Reaction reaction(const SimulatedRobotOptions& robot, const SafetyOptions
   return {.time_s = blind_s + brakes_s + 3 * lag_s, .way_m = speed_m_s * (blind_s + brakes_s / 2 + lag_s)};
 }
 
-/// How far a robot came into the keep-out by driving. Whoever carries it may put it down inside, or before a
-/// tag while it drives: then it may still need its reaction, and from then on must come no nearer.
+/// How far a robot drives into the keep-out. A person may place it inside, or in front of a tag while it
+/// drives: then its reaction distance is allowed, and after that it must not come closer.
 class KeepOut {
  public:
   KeepOut(const TagMap& tags, const Hull& hull, double min_clearance_m, const Reaction& reaction)
       : tags_(tags), hull_(hull), reaction_(reaction), min_clearance_m_(min_clearance_m) {}
 
-  /// The truth, so many seconds after the one before.
+  /// Adds a true pose, `dt_s` after the previous one.
   void add(const SE3& map_T_base, double dt_s) {
     constexpr double kCarried_m = 0.1;
-    constexpr double kStands_m = 0.005;
+    constexpr double kStationary_m = 0.005;
     const double clearance = clearance_m(hull_, map_T_base, tags_);
     const double moved = last_ ? (map_T_base.translation() - *last_).norm() : 0;
     after_carry_m_ = moved > kCarried_m ? 0 : after_carry_m_ + moved;
@@ -98,7 +98,7 @@ class KeepOut {
       reacts_s_ = reaction_.time_s;
     } else if (reacts_s_ > 0) {
       reacts_s_ -= dt_s;
-      if (reacts_s_ <= 0) allowed_m_ = std::min(min_clearance_m_, clearance - kStands_m);
+      if (reacts_s_ <= 0) allowed_m_ = std::min(min_clearance_m_, clearance - kStationary_m);
     }
     last_ = map_T_base.translation();
     breach_m_ = std::max(breach_m_, allowed_m_ - clearance);
@@ -139,25 +139,25 @@ inline Outcome drive(const Course& course, const Trial& trial) {
   Outcome outcome;
   KeepOut keep_out(course.world.tags, course.robot.model.hull, trial.replay.safety.min_clearance_m,
                    reaction(setup.robot, trial.replay.safety, trial.replay.profile.speed_m_s));
-  Trajectory way;
-  std::optional<SE2> stood_at;
+  Trajectory driven;
+  std::optional<SE2> stopped_at;
   std::optional<SE2> was_at;
   double lasting_s = 0;
   LapListener listener;
   listener.on_sample = [&](const Sample& sample) {
     const auto* truth = std::get_if<TruthPose>(&sample);
     if (truth == nullptr) return Status();
-    way.push_back({truth->stamp, truth->map_T_base});
+    driven.push_back({truth->stamp, truth->map_T_base});
     keep_out.add(truth->map_T_base, 1 / setup.robot.truth_rate_hz);
     const SE2 here = project_to_plane(truth->map_T_base);
-    constexpr double kByHand_m = 0.1;  // between two truths: somebody carried it, it did not drive
-    if (stood_at && was_at && (here.translation() - was_at->translation()).norm() > kByHand_m)
-      stood_at = here;
+    constexpr double kByHand_m = 0.1;  // between two true poses: moved by hand, not driven
+    if (stopped_at && was_at && (here.translation() - was_at->translation()).norm() > kByHand_m)
+      stopped_at = here;
     was_at = here;
-    if (lasting_s > 1 && !stood_at) stood_at = here;
-    if (stood_at)
+    if (lasting_s > 1 && !stopped_at) stopped_at = here;
+    if (stopped_at)
       outcome.moved_after_stop_m =
-          std::max(outcome.moved_after_stop_m, (here.translation() - stood_at->translation()).norm());
+          std::max(outcome.moved_after_stop_m, (here.translation() - stopped_at->translation()).norm());
     return Status();
   };
   listener.on_step = [&](SensorTime now, const ReplayStep& step) {
@@ -171,8 +171,8 @@ inline Outcome drive(const Course& course, const Trial& trial) {
     return Status();
   };
   outcome.end = drive_replay(setup, replayer, listener, {.timeout_s = trial.timeout_s}).value();
-  // A jump of the clock would have the truth's stamps go back; the judge looks at places alone.
-  const auto judged = judge_replay(way, course.taught, course.world.tags, course.robot.model.hull);
+  // After a clock jump the stamps of the ground truth go back; judge_replay() uses only positions.
+  const auto judged = judge_replay(driven, course.taught, course.world.tags, course.robot.model.hull);
   if (judged) outcome.judged = *judged;
   outcome.problems = replayer.problems();
   outcome.keep_out_breach_m = keep_out.breach_m();

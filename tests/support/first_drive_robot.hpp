@@ -14,20 +14,20 @@
 #include "waymark/runtime/commission_motion.hpp"
 #include "waymark/runtime/step_robot.hpp"
 
-/// A robot of a few lines that may be wired or programmed wrongly, and its first drive.
+/// A minimal robot that may be wired or programmed wrongly, and its first drive.
 namespace waymark::test {
 
 inline constexpr double kRadius_m = 0.045;
 inline constexpr double kTrack_m = 0.172;
 inline constexpr double kDegrees = 180 / M_PI;
 
-/// What is wrong with a robot: with what it obeys, with what it sends.
+/// Faults of a robot: changes of the commands that it obeys and of the samples that it sends.
 struct Wrong {
   std::function<VelocityCommand(VelocityCommand)> obeys = [](VelocityCommand c) { return c; };
   std::function<void(Odometry&)> odometry = [](Odometry&) {};
   std::function<void(WheelTicks&)> wheels = [](WheelTicks&) {};
   std::function<void(ImuSample&)> imu = [](ImuSample&) {};
-  double turns_by = 0.6;  ///< of what is asked: it skids
+  double turns_by = 0.6;  ///< fraction of the commanded yaw rate, because of skidding
   double lag_s = 0.12;
   bool only_odometry = false;
 };
@@ -39,7 +39,7 @@ inline RobotModel model() {
   return made;
 }
 
-/// Two wheels with a lag, a gyro, and an odometry that takes its turning from it.
+/// Two wheels with a lag, a gyro, and odometry with the turns of the gyro.
 class FewLines {
  public:
   explicit FewLines(Wrong wrong, double yaw_rad = 0)
@@ -68,7 +68,7 @@ class FewLines {
   std::optional<int> stop_after{};
   bool interrupted = false;
 
-  /// What reached the robot.
+  /// The commands received by the robot.
   class Commands final : public Robot {
    public:
     explicit Commands(Robot& robot) : robot_(robot) {}

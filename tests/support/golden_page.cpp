@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::string_view kEntry = "=== ";
 
-/// "Suite.Test", from the second call of a test on "Suite.Test 2".
+/// "Suite.Test" for the first call of a test, then "Suite.Test 2" and so on.
 std::string next_entry() {
   static std::map<std::string, int, std::less<>> calls;
   const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
@@ -42,7 +42,7 @@ std::map<std::string, std::string, std::less<>> read_page(const std::filesystem:
   return entries;
 }
 
-/// One entry a file: processes of ctest write at the same time; tools/update_pages.py puts them together.
+/// One file per entry, because ctest runs tests concurrently; tools/update_pages.py merges the files.
 void write_part(const std::filesystem::path& folder, std::string_view page, const std::string& entry,
                 const std::string& text) {
   std::string leaf = std::string(page) + "@" + entry;

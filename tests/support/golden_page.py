@@ -1,8 +1,8 @@
-"""Golden pages: the words of errors, warnings and reports that system tests print (tests/support/golden_page.hpp).
+"""Golden pages: the texts of errors, warnings and reports that system tests print (tests/support/golden_page.hpp).
 
     golden_page.expect(self, "map", outcome.err)
 
-compares a text with its entry on tests/pages/PAGE.txt. tools/update_pages.py writes all pages again."""
+compares a text with its entry on tests/pages/PAGE.txt. tools/update_pages.py regenerates all pages."""
 import collections
 import os
 import pathlib

@@ -1,4 +1,4 @@
-// The mask of golden pages: numbers and temporary paths go, words and names stay.
+// Golden pages mask numbers and temporary paths, but not words and names.
 #include "tests/support/golden_page.hpp"
 
 #include <gtest/gtest.h>

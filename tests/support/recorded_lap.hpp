@@ -18,7 +18,7 @@ namespace waymark::test {
 
 struct RecordedLapOptions {
   double for_s = std::numeric_limits<double>::infinity();  ///< recording ends at this time
-  bool knows_robot = true;                                 ///< records anchor and tag size
+  bool anchor_and_size = true;                             ///< records anchor and tag size
   bool odometry = true;
 };
 
@@ -45,7 +45,7 @@ inline std::string record_lap(const std::filesystem::path& file, std::uint64_t s
   auto recorder = SampleRecorder::open(std::move(*sink));
   EXPECT_TRUE(recorder);
   const MappedTag& anchor = *world.tags.find(world.anchor);
-  if (options.knows_robot) {
+  if (options.anchor_and_size) {
     EXPECT_TRUE(recorder->add_metadata(lap_facts::kMetadata,
                                        {{lap_facts::kAnchor, to_string(world.anchor)},
                                         {lap_facts::kTagSize, fmt::format("{}", anchor.size_m)},

@@ -9,7 +9,7 @@
 
 namespace waymark::test {
 
-/// What the other side of the wire makes of the lines of a robot process, after its hello.
+/// Parses the lines of a robot process like the program at the other end of the pipe, after a hello.
 class RobotLines {
  public:
   Sample read(const std::string& line) {
@@ -25,7 +25,7 @@ class RobotLines {
   bool greeted_ = false;
 };
 
-/// The words that a bridge has to say since it was asked last, in one text.
+/// The reports of a bridge since the last call, as one text.
 template <class Bridge>
 std::string words_of(Bridge& bridge) {
   std::string all;

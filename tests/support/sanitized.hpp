@@ -1,6 +1,6 @@
 #pragma once
 
-/// WAYMARK_SANITIZED: memory is a sanitizer's here. GCC says so by macros, clang by features.
+/// WAYMARK_SANITIZED: a sanitizer replaces the allocator. GCC defines macros for it, clang has features.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define WAYMARK_SANITIZED
 #elif defined(__has_feature)

@@ -16,11 +16,11 @@
 #include "waymark/runtime/robot_loop.hpp"
 #include "waymark/samples/robot.hpp"
 
-/// A robot that is a few lines, a clock that is a number, and a replayer that believes the robot's odometry:
-/// for tests of what runs on the loop.
+/// A minimal robot with a simulated clock, and a replayer that uses the robot's odometry as its pose: for
+/// tests of code that runs on the loop.
 namespace waymark::test {
 
-/// Believes the odometry; knows nothing when it is lost.
+/// The pose is that of the odometry; there is no estimate if it is lost.
 class TrustingMethod final : public LocalizationMethod {
  public:
   explicit TrustingMethod(bool lost) : lost_(lost) {}
@@ -33,7 +33,7 @@ class TrustingMethod final : public LocalizationMethod {
     estimate_->covariance = Eigen::Matrix3d::Identity() * 1e-6;
     estimate_->certain = confirmed_;
   }
-  /// One of many metres of deviation is confirmed by no tag.
+  /// A pose with an uncertainty of metres is not confirmed by tags.
   bool restart_from(const GivenPose& given) override {
     confirmed_ = given.covariance.trace() < 10;
     if (estimate_) estimate_->certain = confirmed_;
@@ -50,14 +50,14 @@ class TrustingMethod final : public LocalizationMethod {
   std::optional<LocalizationEstimate> estimate_{};
 };
 
-/// A sensor that is silent for a while.
+/// An interval in which a sensor sends nothing.
 struct Silence {
   Duration from = std::chrono::hours(1);
   Duration to = std::chrono::hours(1);
   [[nodiscard]] bool at(Duration time) const { return time >= from && time < to; }
 };
 
-/// Goes as it is commanded, sends where it is, two tags, and asks for a command, each 50 ms.
+/// Moves exactly as commanded. Every 50 ms it sends its pose and two tags, and requests a command.
 class TinyRobot final : public Source, public Robot {
  public:
   explicit TinyRobot(const SE2& start = {}) : map_T_base_(start) {}
@@ -80,7 +80,7 @@ class TinyRobot final : public Source, public Robot {
     return lockstep_time([this] { return clock; });
   }
   [[nodiscard]] const VelocityCommand& last() const { return command_; }
-  /// Somebody carries it there.
+  /// Moves the robot to this pose, as by hand.
   void place(const SE2& map_T_base) { map_T_base_ = map_T_base; }
   [[nodiscard]] double x_m() const { return map_T_base_.x(); }
 
@@ -88,8 +88,8 @@ class TinyRobot final : public Source, public Robot {
   double fastest_m_s = 0;
   std::optional<Duration> dies_after{};
   Silence silent{};         ///< all sensors
-  Silence camera_silent{};  ///< the camera alone
-  Silence wheels_silent{};  ///< odometry alone
+  Silence camera_silent{};  ///< only the camera
+  Silence wheels_silent{};  ///< only odometry
   bool sends_truth = false;
   std::function<std::optional<LaserScan>()> scan = [] { return std::nullopt; };
 
@@ -117,7 +117,7 @@ class TinyRobot final : public Source, public Robot {
     if (camera_silent.at(clock)) return;
     TagFrame frame{.stamp = now, .detections = std::vector<TagDetection>(2)};
     for (int i = 0; i < 2; ++i) frame.detections[static_cast<std::size_t>(i)].tag.number = i;
-    frame.detections[0].corners_px[0].x() = to_seconds(clock);  // a camera whose pictures change
+    frame.detections[0].corners_px[0].x() = to_seconds(clock);  // a camera whose images change
     events_.emplace_back(Sample(frame));
   }
 

@@ -85,7 +85,7 @@ TEST_F(MapLap, ProgressIsTold) {
 
 TEST_F(MapLap, WhatTheRecordingDoesNotSayHasToBeGiven) {
   const std::string file = test::record_lap(testing::fresh_folder("jobs_no_facts") / "lap.mcap", 6,
-                                            {.for_s = 12, .knows_robot = false});
+                                            {.for_s = 12, .anchor_and_size = false});
   const auto without = map_recording({.lap = file, .folder = folder_}, {});
   ASSERT_FALSE(without);
   EXPECT_EQ(without.error().code, ErrorCode::NotFound);
