@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The sentence of every flag of every verb stands alone: it is read without the sentences around it.
+"""The sentence of each flag of each verb is understandable without the sentences around it.
 
 usage: help_sentences_test.py PROGRAM [--list]
 """
@@ -7,10 +7,10 @@ import re
 import subprocess
 import sys
 
-# A sentence that begins so needs the one before it, or does not name a quantity.
+# A sentence that begins like this depends on the previous one, or does not name a quantity.
 NEEDS_ANOTHER = re.compile(r"^(Of|The same|It|They|This|That|These|Those|Its|Another|Others?|Further)\b|^(\.\.\.|…)|(\.\.\.|…)$")
-COLUMN = 34  # in which the sentence begins
-FLAG = re.compile(r"^  (-[^ ]+|[a-z_.]+\.[a-z0-9_]+=)")  # also a key that --set takes
+COLUMN = 34  # where sentences begin
+FLAG = re.compile(r"^  (-[^ ]+|[a-z_.]+\.[a-z0-9_]+=)")  # also a key of --set
 
 
 def help_text(program, words):
@@ -23,7 +23,7 @@ def verbs_of(text):
 
 
 def sentences(text):
-    """(flag, sentence) of each flag of a help text; a sentence goes on in the lines indented below it."""
+    """(flag, sentence) of each flag of a help text; a sentence continues in the indented lines below it."""
     found = []
     for line in text.splitlines():
         if FLAG.match(line):
@@ -33,7 +33,7 @@ def sentences(text):
         elif found and line.startswith(" " * 20):
             found[-1][1] = (found[-1][1] + " " + line.strip()).strip()
         elif line and not line.startswith(" "):
-            found.append(["", ""])  # a heading: what follows belongs to no flag before it
+            found.append(["", ""])  # a heading: the following lines belong to no earlier flag
     return [(flag, sentence) for flag, sentence in found if flag]
 
 
@@ -58,8 +58,8 @@ def main():
     for line in bad:
         print(line)
     if count < 300:
-        print(f"only {count} flags were read: the help's layout has changed, and this test with it")
-    print(f"{count} flags, {len(bad)} whose sentence does not stand alone")
+        print(f"only {count} flags were found: the layout of the help has changed, so this test must change")
+    print(f"{count} flags, {len(bad)} whose sentence depends on others")
     return 1 if bad or count < 300 else 0
 
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""The kernels for NEON give what the portable ones give: plane_kernels_test.cpp and components_test.cpp, compiled for 64-bit ARM by
-Debian's cross compiler and run by qemu-user. Only what they test is compiled. Runs where WAYMARK_FULL is set.
+"""The NEON kernels give the same results as the portable ones: plane_kernels_test.cpp and components_test.cpp, compiled for 64-bit ARM by
+Debian's cross compiler and run by qemu-user. Only the tested code is compiled. Runs only with WAYMARK_FULL.
 
 usage: neon_kernels_test.py SOURCE_FOLDER
 """

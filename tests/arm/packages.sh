@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds the Debian packages for 64-bit ARM with Debian's cross compiler, installs them in a clean Debian, runs `waymark demo` there under
-# qemu-user, and removes them again. Compiler and libraries stand in a Debian of their own in build/arm/packaging (made once; needs root).
-# Without the modules for ROS 2, Gazebo, boards and Python, whose libraries cannot stand there for two architectures.
+# qemu-user, and removes them again. Compiler and libraries are installed in a separate Debian in build/arm/packaging (created once; needs root).
+# Without the modules for ROS 2, Gazebo, boards and Python, whose libraries cannot be installed for two architectures at once.
 # usage: tests/arm/packages.sh [OUT_FOLDER]       (default: build/arm/packages)
 set -euo pipefail
 case "${1:-}" in -h|--help) sed -n '2,5s/^# //p' "$0"; exit 0 ;; esac

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The public checks without GitHub: the lines of .github/workflows/ci.yml, one after the other as root in a clean Debian, with the commit in place of
-# the checkout. Needs root (mmdebstrap, chroot), a network, 8 GB in TMPDIR, and as long as README says. usage: tests/ci/test.sh
+# the checkout. Needs root (mmdebstrap, chroot), a network, 8 GB in TMPDIR, and the time given in README. usage: tests/ci/test.sh
 set -euo pipefail
 root="$(cd "$(dirname "$0")/../.." && pwd)"
 # shellcheck source=tools/packages.sh

@@ -25,7 +25,7 @@ class Robot:
 
     def __init__(self, folder, *words):
         words = [str(word) for word in words]
-        world = [] if "--world" in words else ["--world", "circuit24"]
+        world = [] if words.count("--world") else ["--world", "circuit24"]
         self.log = open(pathlib.Path(folder) / "log.txt", "w+", encoding="utf-8")
         self.process = subprocess.Popen([PROGRAM, "run", *world, "-o", str(pathlib.Path(folder) / "session"), "--view", "--port", "0", *words],
                                         stdout=subprocess.DEVNULL, stderr=self.log)

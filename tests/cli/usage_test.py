@@ -107,9 +107,9 @@ class Usage(InFolder):
                 self.assertEqual((outcome.code, outcome.out), (2, ""), f"{words}\n{outcome.err}")
                 self.assertRegex(outcome.err, rf"waymark [a-z0-9 -]+: \(\S+\): .*'{name}'", words)
         for tag in ("tagx:1", "abc", "99999"):
-            for words in (f"map {recording} -o m --anchor {tag}", f"map {recording} -o m --tag-size-m {tag}=0.1", "detect photograph.png --camera camera.yaml --tag-size-m "
-                          f"{tag}=0.1", f"teach --robot ros2:limo --tag-size-m 0.1 -o x --anchor {tag}"):
-                self.check(words.split(), "--anchor" if "--anchor" in words else "--tag-size-m")
+            for line in (f"map {recording} -o m --anchor {tag}", f"map {recording} -o m --tag-size-m {tag}=0.1", "detect photograph.png --camera camera.yaml --tag-size-m "
+                         f"{tag}=0.1", f"teach --robot ros2:limo --tag-size-m 0.1 -o x --anchor {tag}"):
+                self.check(line.split(), "--anchor" if "--anchor" in line else "--tag-size-m")
 
     def test_a_verb_after_flags_and_a_file_of_its_name(self):
         recording = made(*LAP_OF_SQUARE) / "lap.mcap"

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""./demo.sh a first and a second time, in a folder with a space in its name. A stub in place of CMake puts programs of this build where the script
-looks for them, and the first step renders no images: the rest is the script itself. tests/readme/test.sh does the same with a real build.
+"""Runs ./demo.sh twice in a folder with a space in its name. A stub replaces CMake and copies programs of this build to where the script expects
+them, and the first step renders no images; everything else is the script itself. tests/readme/test.sh does the same with a real build.
 
 usage: demo_script_test.py PROGRAM EXAMPLES_FOLDER
 """

@@ -1,8 +1,8 @@
 #!/usr/bin/python3
-"""No result of a test depends on which programs happen to be installed: what tests run is a package of tools/packages.sh, and a missing one fails.
+"""No result of a test depends on which programs happen to be installed: their packages are in tools/packages.sh, and a missing one is a failure.
 
-A test may skip for the reasons below only: it is long (WAYMARK_FULL), its recordings are not there (WAYMARK_DATA, WAYMARK_REQUIRE_DATA), npm could not
-reach its registry, or the kernel refuses what the test needs. Tests of modules that CMake builds where their libraries are found are not left out.
+A test may be skipped only for these reasons: it is long (WAYMARK_FULL), its recordings are missing (WAYMARK_DATA, WAYMARK_REQUIRE_DATA), npm could not
+reach its registry, or the kernel lacks a required feature. Tests of optional modules, which CMake builds if their libraries exist, are not skipped.
 
 usage: requirements_test.py BUILD_FOLDER
 """

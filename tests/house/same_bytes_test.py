@@ -30,7 +30,7 @@ def fields(name, before, after, how=None):
 
 
 def mcap(x, y=2.0, note="as taught", pack=False):
-    """A recording of three messages, in a chunk or not."""
+    """A recording of three messages, with or without a chunk."""
     text, record = recordings.text, recordings.record
     schema = "float64 x  # m\nfloat64[] more\nstring LIMIT=far\nPart part\n" + "=" * 80 + "\nMSG: test_msgs/Part\nuint8 level\nint64 count\nstring words\n"
     out = record(3, struct.pack("<H", 1) + text("test_msgs/msg/Place") + text("ros2msg") + text(schema))
@@ -169,7 +169,7 @@ esac
 
 
 class WholeTool(unittest.TestCase):
-    """With a script for a program."""
+    """The program is a script."""
 
     def setUp(self):
         self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """No variadic function gets an argument narrower than it reads: the upper half of an int on the stack is not set.
 
-The compiler checks printf and its relatives (-Wformat). The rules here are for what it does not check: syscall() is called through
+The compiler checks printf and similar functions (-Wformat). These rules are for calls that it does not check: syscall() is called through
 kernel_call() of tests/fake_v4l2; numbers for prctl() are cast to unsigned long; execl() ends with a null pointer, not with 0 or NULL.
 """
 import pathlib

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""A running robot watched and driven with Foxglove's own client.
+"""A running robot watched and driven with Foxglove's client library.
 
 usage: live_test.py PROGRAM NPM_FOLDER     Exit code 77 (skipped) when tools/install_validators.sh has not been run.
 """

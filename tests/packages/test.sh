@@ -14,7 +14,7 @@ tarball=$(ls "$packages"/waymark-*.tar.xz)
 fail() { echo "tests/packages: $*" >&2; exit 1; }
 
 (cd "$packages" && sha256sum --quiet --check SHA256SUMS) || fail "checksums"
-# no-manual-page… and the like are errors only where we say so; a static library without debug symbols is meant.
+# Tags such as no-manual-page are not errors by default; the static library has no debug symbols on purpose.
 lintian --allow-root --fail-on error --tag-display-limit 0 "$packages"/*.deb
 
 scratch=$(mktemp -d)
@@ -35,7 +35,7 @@ new_system() {  # new_system NAME: a clean Debian in $scratch/NAME
 }
 inside() { local name="$1"; shift; chroot "$scratch/$name" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive "$@"; }
 person() { local name="$1"; shift; chroot --userspec=person:person "$scratch/$name" env -i PATH=/usr/bin:/bin HOME=/home/person LC_ALL=C.UTF-8 "$@"; }
-# Caches, logs, the state of apt and dpkg, and what fontconfig keeps of fonts for whoever draws text, are not ours.
+# Caches, logs, the state of apt and dpkg, and the font caches of fontconfig do not belong to the packages.
 files() { (cd "$scratch/$1" && find . -xdev -path ./proc -prune -o -path ./dev -prune -o -path ./var/cache -prune -o -path ./var/log -prune -o -path ./tmp -prune \
   -o -path ./var/lib/apt -prune -o -path ./var/lib/dpkg -prune -o -path ./etc/ld.so.cache -prune \
   -o -path ./usr/local/share/fonts -prune -o -path ./home/person/.cache/fontconfig -prune -o -print | LC_ALL=C sort); }

@@ -1,11 +1,11 @@
 #!/usr/bin/python3
-"""`waymark calibrate robot` on generated drives whose camera sits elsewhere, has another focal length and a late clock: by how many of its stated
-deviations each number is off, over drives. A consistent number is off by 1 (RMS).
+"""`waymark calibrate robot` on generated drives with a wrong camera mounting, focal length and latency: the error of each parameter over its
+standard deviation, over drives. For consistent standard deviations its RMS is 1.
 
     tests/plant/calibration_test.py build/check/bin/waymark
 
-WAYMARK_FULL=1 takes 50 drives instead of one (WAYMARK_DRIVES sets their number, WAYMARK_FIRST_SEED the first), each past newly printed tags, as what is
-wrong with one set of tags is wrong in all drives past it; and calibrates by innovations, too.
+WAYMARK_FULL=1 uses 50 drives instead of one (WAYMARK_DRIVES sets their number, WAYMARK_FIRST_SEED the first), each with newly printed tags, because
+the errors of one set of tags are the same in all drives past it; and also calibrates by innovations.
 """
 import collections
 import json
@@ -30,14 +30,14 @@ FULL = os.environ.get("WAYMARK_FULL") is not None
 DRIVES = int(os.environ.get("WAYMARK_DRIVES", 50)) if FULL else 1
 FIRST_SEED = int(os.environ.get("WAYMARK_FIRST_SEED", 1))
 ONE_SIDED_DRIVES, ONE_SIDED_RATE_HZ = (20, "15") if FULL else (4, "7.5")
-# Of the place about which the robot turns: the calibrated base.
+# The point about which the robot turns, which is the calibrated base.
 PIVOT_M = kinematic_plant.KinematicOptions().pivot_m
 CAMERA_M = {"mounting_x_m": body.Camera().x_m - PIVOT_M, "mounting_y_m": body.Camera().y_m, "mounting_z_m": body.Camera().z_m}
-# What is aimed at; over n drives the RMS of a number that is right scatters by 1 / sqrt(2 n), of which two are allowed.
+# The goal. Over n drives the RMS of a consistent parameter has a standard deviation of 1 / sqrt(2 n), of which two are allowed.
 SMALLEST_RMS, LARGEST_RMS = 0.9, 1.15
 ENOUGH_DRIVES = 10
 LARGEST_OF_ONE = 4.0
-MIN_OBSERVABLE_SHARE = 0.8  # of the drives; to write nothing is right where what was found does not fit the held-out third better
+MIN_OBSERVABLE_SHARE = 0.8  # of the drives; nothing is written if the estimates do not fit the held-out third better
 MAX_CALLED_MOVED = 0.5  # of 24 tags, none of which was; mean of the drives
 
 
@@ -98,7 +98,7 @@ class Numbers(unittest.TestCase):
         self.assertLessEqual(always_observable, set(scores))
 
     def test_the_turning_scale_of_one_sided_bends_is_consistent(self) -> None:
-        """A constant gyro bias and a wrong scale are nearly indistinguishable there, and the bias wanders."""
+        """A constant gyro bias and a wrong scale are nearly indistinguishable there, and the bias drifts."""
         scores = []
         for seed in range(FIRST_SEED, FIRST_SEED + ONE_SIDED_DRIVES):
             with tempfile.TemporaryDirectory() as folder:

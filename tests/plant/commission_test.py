@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""First drives of the plant: the correct robot passes, and each swapped sign, axis and unit is named.
+"""First drives of the plant: the correct robot passes, and each swapped sign, axis and unit is reported.
 
     tests/plant/commission_test.py build/check/bin/waymark
 """

@@ -1,5 +1,5 @@
-"""The course: a closed lap of 16.2 m with curves of both hands (or an oval), 24 tags, and a gate of 0.84 m; or a recorded public line,
-with as many tags. Frame world: floor z = 0, z up."""
+"""The course: a closed lap of 16.2 m with left and right curves (or an oval), 24 tags, and a gate of 0.84 m; or a recorded public line
+with equally many tags. Frame world: floor z = 0, z up."""
 import argparse
 import contextlib
 import csv
@@ -25,12 +25,12 @@ class Tag:
     x_m: float
     y_m: float
     z_m: float
-    facing_rad: float  # from the tag to its reader
+    facing_rad: float  # from the tag to its viewer
     lean_rad: float = 0.0  # positive: leans back, its face turned up
     size_m: float = TAG_SIZE_M
 
     def world_T_tag(self) -> np.ndarray:
-        """Tag frame: x right, y down, z into the tag, as its reader sees it."""
+        """Tag frame: x right, y down, z into the tag, as seen from its front."""
         c, s = math.cos(self.facing_rad), math.sin(self.facing_rad)
         upright = np.array([[-s, 0.0, -c], [c, 0.0, -s], [0.0, -1.0, 0.0]])
         return frames.rigid(upright @ frames.rotation(0, self.lean_rad), (self.x_m, self.y_m, self.z_m))
@@ -41,7 +41,7 @@ _one_sided = False  # the lap is an oval
 
 
 def use_oval() -> None:
-    """Makes the lap bend to the left only."""
+    """Makes the lap an oval with left curves only."""
     global _one_sided
     _one_sided = True
     _own_lap.cache_clear()
@@ -49,8 +49,8 @@ def use_oval() -> None:
 
 
 def use_recorded(file: pathlib.Path, most_curvature: float = 3.8) -> None:
-    """Makes the course a line of a file of s, x, y, theta, curvature. Tighter bends turn by the same angle on a wider arc;
-    then the noise of single points is smoothed. No gate; the tags surround it."""
+    """Uses the line in a file of s, x, y, theta, curvature as the course. Bends that are too tight turn by the same angle on a wider arc;
+    then the noise of single points is smoothed. There is no gate; the tags surround the line."""
     global _recorded
     with open(file, encoding="utf-8") as lines:
         s, _, _, heading, curvature = np.array([[float(v) for v in row] for row in csv.reader(line for line in lines if line[0] in "-0123456789")]).T
@@ -88,7 +88,7 @@ def length_m() -> float:
 
 
 def lap() -> np.ndarray:
-    """The line: rows of x, y, yaw, curvature, every centimetre."""
+    """The line as rows of x, y, yaw, curvature, one per centimetre."""
     return _own_lap() if _recorded is None else _recorded
 
 
@@ -116,7 +116,7 @@ def _beside(at_m: float, left_m: float, z_m: float, number: int, turn_rad: float
 
 
 def _seen_from(tag: Tag) -> np.ndarray:
-    """At each tenth of a metre of the lap whether a camera that looks ahead has a good view of the tag."""
+    """For each 0.1 m of the lap, whether a camera that looks ahead has a good view of the tag."""
     x, y, yaw = lap()[::10, :3].T
     dx, dy = tag.x_m - x, tag.y_m - y
     ahead, left = np.cos(yaw) * dx + np.sin(yaw) * dy, np.cos(yaw) * dy - np.sin(yaw) * dx
@@ -127,7 +127,7 @@ def _seen_from(tag: Tag) -> np.ndarray:
 
 @functools.lru_cache
 def _standing() -> tuple[Tag, ...]:
-    """Two tags form the gate, if there is one. Each further tag goes where it lets most of the lap see three tags."""
+    """Two tags form the gate, if there is one. Each further tag is placed where it gives three visible tags to most of the lap."""
     half = GATE_M / 2 + TAG_SIZE_M * 10 / 8 / 2  # the gap is between the sheets of paper
     gate = [_beside(8.0, half, 0.25, TAGS - 2, -0.15), _beside(8.0, -half, 0.25, TAGS - 1, 0.15)] if closed() else []
     rng = np.random.default_rng(24)
@@ -151,7 +151,7 @@ def _standing() -> tuple[Tag, ...]:
 
 
 def tags(anchor_lean_rad: float = 0.0, count: int = TAGS) -> tuple[Tag, ...]:
-    """With fewer than all, those stay that show most of the lap, and the gate: of 15 a third of the lap sees one only, of 10 some 7 % none."""
+    """A subset keeps the gate and the tags that are visible from most of the lap. With 15, a third of the lap sees only one; with 10, 7 % see none."""
     standing = _standing()
     if count < len(standing):
         standing = standing[:max(1, count - 2)] + standing[-2:]

@@ -12,8 +12,8 @@ class DriveOptions:
     delay_s: float = 0.06  # from a command to the motors
     lag_s: float = 0.12  # time constant of the motors' controller
     dead_zone_m_s: float = 0.02  # a wheel with a lower setpoint does not turn
-    sag: float = 0.10  # share of the speed lost while the battery empties
-    sag_time_s: float = 120.0  # how long that takes
+    sag: float = 0.10  # fraction of the speed lost while the battery discharges
+    sag_time_s: float = 120.0  # duration of that discharge
 
 
 @dataclasses.dataclass
@@ -27,7 +27,7 @@ class Disturbance:
 
 @dataclasses.dataclass
 class Motion:
-    """Where the robot is and how it moves: world_T_base on the floor, and how far the wheels have turned."""
+    """Pose and motion of the robot: world_T_base on the floor, and the angles of the wheels."""
     x_m: float = 0.0
     y_m: float = 0.0
     z_m: float = 0.0

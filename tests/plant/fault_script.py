@@ -38,7 +38,7 @@ def parse(text: str) -> Fault:
 
 
 def carried(faults: list[Fault], time_s: float) -> tuple[float, float]:
-    """How far robot and the floor under its wheels were moved in the world so far, x and y [m]."""
+    """Total displacement in the world of the robot, or of the floor under its wheels, x and y [m]."""
     x = y = 0.0
     for fault in faults:
         since = min(max(0.0, time_s - fault.start_s), fault.duration_s)

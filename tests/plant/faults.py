@@ -3,8 +3,8 @@
 
     tests/plant/faults.py build/release/bin/waymark --scripts 300 --seed 1
 
-Contradictions of sensors: zero is commanded 1.5 s after the onset, the robot comes no farther than 15 cm after the first second, and does not
-start again. Blindness: without pictures 1.5 s, in the dark 0.6 m. Anything: never more than 0.3 m from the taught way."""
+Contradicting sensors: zero is commanded within 1.5 s of the onset, the robot moves at most 15 cm after the first second, and does not
+start again. Blindness: at most 1.5 s without images, 0.6 m in the dark. Any fault: at most 0.3 m from the taught trajectory."""
 import argparse
 import collections
 import concurrent.futures
@@ -136,7 +136,7 @@ def run_all(args: argparse.Namespace, folder: pathlib.Path) -> list[Verdict]:
 
 
 def drawn(args: argparse.Namespace, number: int) -> tuple[float, str]:
-    """Yaw gain (0: it has none to be set) and script."""
+    """Yaw gain (0: the plant has no such parameter) and script."""
     rng = np.random.default_rng([args.seed, number])
     gain = float(rng.choice([0.3, 0.6, 1.0])) if args.plant == "kinematic" else 0.0
     text = script(rng, [args.kinds[number % len(args.kinds)]] if args.each else args.kinds)

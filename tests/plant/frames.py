@@ -48,7 +48,7 @@ def compose(a_T_b: tuple[float, float, float], b_T_c: tuple[float, float, float]
 
 
 def rotation_vector(matrix: np.ndarray) -> np.ndarray:
-    """The vector whose direction is the axis and whose length the angle."""
+    """The rotation vector: its direction is the axis, its length the angle."""
     skew = np.array([matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0], matrix[1, 0] - matrix[0, 1]]) / 2
     sine, cosine = float(np.linalg.norm(skew)), (float(np.trace(matrix)) - 1) / 2
     if sine > 1e-9:

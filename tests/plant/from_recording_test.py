@@ -3,7 +3,7 @@
 
     tests/plant/from_recording_test.py build/check/bin/waymark
 
-WAYMARK_FULL=1 also records pictures, whose blur makes the exposure observable.
+WAYMARK_FULL=1 also records images, whose blur makes the exposure observable.
 """
 import json
 import os
@@ -27,7 +27,7 @@ TURN_RESPONSE = 0.38  # of the rover in MuJoCo: README.md
 
 
 def corner_noise_px() -> float:
-    """Robust standard deviation of a coordinate, of second differences in time within a tag, as the camera draws its noise."""
+    """Robust standard deviation of the camera's noise per coordinate, from second differences in time of each tag."""
     errors = CornerOptions().sigma_px * np.random.default_rng(7).standard_t(3, (20000, 3, 4))
     bends = (errors[:, 2] - 2 * errors[:, 1] + errors[:, 0]) / np.sqrt(6)
     bends = (bends - bends.mean(axis=1, keepdims=True)) * np.sqrt(4 / 3)

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""A log with noise that no filter assumes, as the CSV tables of docs/formats/importing.md: corners of Student's t with errors of each tag that
-last, slip bursts, a wandering gyro bias, stamps that jitter and a latency that wanders. Beside it truth.csv, map.yaml and robot.yaml.
+"""A log with noise unlike that of any filter, as CSV tables (docs/formats/importing.md): t-distributed corners with persistent errors of
+each tag, slip bursts, a drifting gyro bias, jittering stamps and a drifting latency. Also writes truth.csv, map.yaml and robot.yaml.
 
     tests/plant/generate_log.py log --seed 1 --mounting 0.02 0.03 0 0 0 2
     waymark localize log/detections.csv log/odometry.csv log/imu.csv --map log/map.yaml --robot log/robot.yaml -o log/estimate.mcap"""
@@ -64,7 +64,7 @@ def arguments() -> argparse.Namespace:
 
 
 class SlipBursts:
-    """Now and then the wheels lose half their grip for a moment."""
+    """Occasionally the wheels briefly lose half their grip."""
 
     def __init__(self, seed: int, on: bool):
         self._rng, self._on, self._until, self._now = np.random.default_rng([seed, 6]), on, 0.0, 0.0
@@ -92,7 +92,7 @@ class Stamps:
 
 
 def drive(args: argparse.Namespace) -> dict[str, list[str]]:
-    """The tables, each as its lines."""
+    """The lines of each table."""
     rough = not args.clean
     tags = course.tags()
     x, y, yaw, _ = course.lap()[0]
@@ -146,7 +146,7 @@ def base_pose(motion: Motion) -> np.ndarray:
 
 
 def ranges(motion: Motion, tags: list[course.Tag], now_s: float, rng: np.random.Generator) -> list[str]:
-    """Distance and direction of tags from the base, with 12 cm + 3 % and 4 degrees."""
+    """Range and bearing of tags from the base, with noise of 12 cm + 3 % and 4 degrees."""
     lines = []
     for tag in tags:
         dx, dy = tag.x_m - motion.x_m, tag.y_m - motion.y_m
@@ -161,7 +161,7 @@ def row(time_s: float, *values: object) -> str:
 
 
 def map_yaml(args: argparse.Namespace) -> str:
-    """The tags where the map has them, with the covariance of its errors: 21 numbers of translation and rotation in the map's axes."""
+    """The tags of the map with the covariance of their errors: 21 numbers of translation and rotation in the axes of the map."""
     rng = np.random.default_rng([args.seed, 9])
     off = {int(number): (metres, 0.0) for number, metres in args.tag_off}
     count, metres = int(args.moved[0]), args.moved[1]
@@ -179,7 +179,7 @@ def map_yaml(args: argparse.Namespace) -> str:
         lines += [f'  - tag: "tag36h11:{tag.number}"', f"    size_m: {tag.size_m}", f"    position_m: {assumed[:3, 3].tolist()}",
                   f"    quaternion_xyzw: {quaternion(assumed[:3, :3])}"]
         if not args.no_covariance:
-            # The tangent turns about the map's origin: a turn of the tag there also moves it by the lever to its place.
+            # The tangent rotates about the origin of the map, so a rotation of the tag also moves it by its lever arm.
             lever = np.array([[0, -assumed[2, 3], assumed[1, 3]], [assumed[2, 3], 0, -assumed[0, 3]], [-assumed[1, 3], assumed[0, 3], 0]])
             P = np.zeros((6, 6))
             P[3:, 3:] = args.map_sigma_rad ** 2 * np.eye(3)

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The second judge: distance from the taught way, errors of tags, ATE, RPE and NEES, in numpy and without any code of Waymark's."""
+"""The second judge: cross-track error, tag errors, ATE, RPE and NEES, in numpy without any code of Waymark."""
 import argparse
 import dataclasses
 import json
@@ -36,7 +36,7 @@ def read_truth(file: pathlib.Path) -> np.ndarray:
 
 
 def distance_to_line(points: np.ndarray, line: np.ndarray) -> np.ndarray:
-    """Of each point to the nearest point of a chain of segments."""
+    """Distance of each point from the nearest point of a polyline."""
     start, step = line[:-1], np.diff(line, axis=0)
     square = np.maximum((step ** 2).sum(axis=1), 1e-18)
     found = np.empty(len(points))
@@ -47,25 +47,25 @@ def distance_to_line(points: np.ndarray, line: np.ndarray) -> np.ndarray:
 
 
 def moving(truth: np.ndarray) -> np.ndarray:
-    """Rows between the first and the last order to move."""
+    """Rows between the first and the last moving command."""
     ordered = np.flatnonzero(np.abs(truth[:, 4]) + np.abs(truth[:, 5]) > 1e-6)
     return truth[ordered[0]:ordered[-1] + 1] if len(ordered) else truth[:0]
 
 
 def tracking(taught: np.ndarray, driven: np.ndarray) -> Errors:
-    """Distance of the base from the taught way, both as they truly were."""
+    """True distance of the base from the true taught trajectory."""
     line = moving(taught)[::5, 1:3]
     line = line[np.concatenate([[True], np.hypot(*np.diff(line, axis=0).T) > 1e-4])]
     return errors(distance_to_line(moving(driven)[::5, 1:3], line))
 
 
 def progress_m(driven: np.ndarray) -> float:
-    """How far the base truly drove."""
+    """True distance driven by the base."""
     return float(np.hypot(np.diff(driven[:, 1]), np.diff(driven[:, 2])).sum())
 
 
 def align(model: np.ndarray, data: np.ndarray, scale: bool = False) -> tuple[float, np.ndarray, np.ndarray]:
-    """s, R, t of the least sum of |data - (s R model + t)|^2 over rows (Umeyama, "Least-squares estimation of transformation
+    """s, R, t that minimise the sum of |data - (s R model + t)|^2 over rows (Umeyama, "Least-squares estimation of transformation
     parameters between two point patterns", 1991)."""
     middle, other = model.mean(axis=0), data.mean(axis=0)
     u, sigma, vt = np.linalg.svd((data - other).T @ (model - middle))
@@ -78,7 +78,7 @@ def align(model: np.ndarray, data: np.ndarray, scale: bool = False) -> tuple[flo
 
 
 def read_map(file: pathlib.Path) -> dict[int, np.ndarray]:
-    """map_T_tag by number, of a map.yaml."""
+    """map_T_tag by number, from a map.yaml."""
     found: dict[int, np.ndarray] = {}
     number, position = -1, np.zeros(3)
     for line in file.read_text().splitlines():
@@ -94,7 +94,7 @@ def read_map(file: pathlib.Path) -> dict[int, np.ndarray]:
 
 
 def tag_errors(mapped: dict[int, np.ndarray], tags: tuple[course.Tag, ...], anchored: bool, scale: bool = False) -> Errors:
-    """Of positions: with the anchor of the map laid onto the true one, or after the best rigid alignment (with `scale`: similarity)."""
+    """Errors of positions, with the anchor at its true pose, or after the best rigid alignment (with `scale`: similarity)."""
     common = [tag for tag in tags if tag.number in mapped]
     model = np.array([mapped[tag.number][:3, 3] for tag in common])
     data = np.array([tag.world_T_tag()[:3, 3] for tag in common])
@@ -112,7 +112,7 @@ class TrajectoryErrors:
     ate: Errors
     rpe_m: float
     rpe_deg: float
-    nees: float  # mean of the squared error of x, y, yaw over its covariance: 3 where it is consistent
+    nees: float  # mean normalised error squared of x, y, yaw: 3 if the covariance is consistent
 
 
 def trajectory_errors(truth: np.ndarray, estimate: np.ndarray, covariance: np.ndarray | None = None, step_s: float = 1.0,
@@ -149,7 +149,7 @@ def relative_errors(t_s: np.ndarray, true: np.ndarray, found: np.ndarray, step_s
 
 
 def between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """b seen from a, poses (x, y, yaw)."""
+    """Pose of b in the frame of a, as (x, y, yaw)."""
     c, s = math.cos(a[2]), math.sin(a[2])
     dx, dy = b[0] - a[0], b[1] - a[1]
     return np.array([c * dx + s * dy, -s * dx + c * dy, frames.wrap(b[2] - a[2])])

@@ -28,7 +28,7 @@ class TrajectoryJudge(unittest.TestCase):
         self.assertAlmostEqual(found.ate.rmse_m, 0.005 / math.sqrt(3), 12)
         self.assertAlmostEqual(found.ate.max_m, 0.005, 12)
         self.assertAlmostEqual(found.nees, (9 + 4 + 0 + 1) / 3, 9)
-        # From the first to the second: off by (-3, -4) mm; from the second to the third: turned by 0.1.
+        # From the first to the second pose: error (-3, -4) mm; from the second to the third: 0.1 rad.
         self.assertAlmostEqual(found.rpe_m, math.sqrt((0.005 ** 2 + 0) / 2), 12)
         self.assertAlmostEqual(found.rpe_deg, math.degrees(0.1) / math.sqrt(2), 9)
 

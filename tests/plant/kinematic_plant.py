@@ -1,4 +1,4 @@
-"""Plant B: a skid-steer without forces, for many laps. It turns by a share of what its wheels ask for and slides outwards."""
+"""Plant B: a skid-steered robot without forces, for many laps. It turns by a fraction of its wheel speeds and slides outwards."""
 import dataclasses
 import math
 
@@ -10,13 +10,13 @@ from drive import Disturbance, DriveOptions, Motion, MotorSetpoints
 
 @dataclasses.dataclass
 class KinematicOptions:
-    yaw_gain: float = 0.6  # of what wheels without slip would turn
-    pivot_m: float = 0.012  # it turns about a point so far ahead of the base
-    speed_slip: float = 0.02  # share of the wheels' way that slips
-    slip_noise: float = 0.03  # standard deviation of a slip that comes and goes, share of speed
+    yaw_gain: float = 0.6  # fraction of the turn of wheels without slip
+    pivot_m: float = 0.012  # distance of the point about which it turns, ahead of the base
+    speed_slip: float = 0.02  # fraction of the wheels' distance that slips
+    slip_noise: float = 0.03  # standard deviation of a varying slip, as a fraction of speed
     slip_time_s: float = 0.4
     gain_step: float = 1.0  # the yaw gain is multiplied by this ...
-    gain_step_at_s: float = math.inf  # ... from then on: carpet
+    gain_step_at_s: float = math.inf  # ... from this time on: carpet
 
 
 class KinematicPlant:

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""One lap on a plant that shares nothing with Waymark's simulator: teach, map, replay, judged by the plant's truth.
+"""One lap on a plant that shares no code with Waymark's simulator: teach, map, replay, compared with the ground truth of the plant.
 
     tests/plant/lap_test.py build/check/bin/waymark --plant mujoco --camera pictures
 
@@ -22,7 +22,7 @@ from waymark_runs import Place, Run
 
 @dataclasses.dataclass
 class Lap:
-    """What one lap came to. Nothing where it did not get so far."""
+    """Results of one lap; None for steps that were not reached."""
     map_errors: judge.Errors | None = None
     replay_errors: judge.Errors | None = None
     driven_m: float = 0.0
@@ -36,7 +36,7 @@ class Lap:
 
 def drive(place: Place, options: list[str], speed_m_s: float, seed: int, fast: bool = False, map_words: tuple[str, ...] = (),
           replay_words: tuple[str, ...] = ()) -> Lap:
-    """Teaches with `seed`, replays with the next seed from where the lap began."""
+    """Teaches with `seed`; replays with the next seed from the start of the lap."""
     lap = Lap()
     teach = place.teach_fast if fast else place.teach
     taught = teach([*options, "--seed", str(seed)])
@@ -102,7 +102,7 @@ def line_file(line: str) -> pathlib.Path:
 
 
 def recorded(line: str | None) -> tuple[list[str], tuple[str, ...]]:
-    """Makes a recorded line the course: options of robot.py, and of `map`, which shall not close it."""
+    """Uses a recorded line as the course: options of robot.py, and of `map`, which must not close the route."""
     if not line:
         return [], ()
     course.use_recorded(line_file(line))

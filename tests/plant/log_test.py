@@ -1,9 +1,9 @@
 #!/usr/bin/python3
-"""`waymark localize` on generated logs reports wrong parameters and is silent about right ones, checked by the second judge.
+"""`waymark localize` on generated logs reports wrong parameters and only those, checked by the second judge.
 
     tests/plant/log_test.py build/check/bin/waymark
 
-WAYMARK_FULL=1 takes 40 healthy logs and 20 of each wrong number instead of one of each.
+WAYMARK_FULL=1 uses 40 correct logs and 20 with each wrong parameter instead of one of each.
 """
 import os
 import pathlib

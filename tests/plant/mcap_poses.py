@@ -1,4 +1,4 @@
-"""Poses with covariance out of an MCAP file, read by the format's specification alone (mcap.dev; CDR of ROS 2)."""
+"""Poses with covariance from an MCAP file, read only by the specification of the format (mcap.dev; CDR of ROS 2)."""
 import ctypes
 import math
 import pathlib
@@ -77,7 +77,7 @@ def messages(file: pathlib.Path, topic: str) -> typing.Iterator[tuple[int, bytes
 
 
 def read_in_space(file: pathlib.Path, topic: str = "/waymark/pose") -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Times [s]; 4 x 4 poses in the map; and 6 x 6 covariances of position and of a turn about the axes of the map."""
+    """Times [s]; 4 x 4 poses in the map; and 6 x 6 covariances of position and of a rotation about the axes of the map."""
     found = [in_space(content) for _, content in messages(file, topic)]
     return tuple(np.array([one[place] for one in found]) for place in range(3))  # type: ignore[return-value]
 
@@ -91,7 +91,7 @@ def in_space(cdr: bytes) -> tuple[float, np.ndarray, np.ndarray]:
 
 
 def pose_with_covariance(cdr: bytes) -> tuple[list[float], np.ndarray]:
-    """x, y and yaw of the same."""
+    """x, y and yaw of the same message."""
     time_s, pose, covariance = in_space(cdr)
     keep = [0, 1, 5]
     return [time_s, pose[0, 3], pose[1, 3], math.atan2(pose[1, 0], pose[0, 0])], covariance[np.ix_(keep, keep)]

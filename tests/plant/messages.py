@@ -1,4 +1,4 @@
-"""One line of the protocol of robot processes, before it has its stamp."""
+"""One line of the protocol of robot processes, without its stamp."""
 import typing
 
 

@@ -1,4 +1,4 @@
-"""Plant A: a skid-steer with contact, friction, suspension and limited torque in MuJoCo (Debian's libmujoco-dev)."""
+"""Plant A: a skid-steered robot with contact, friction, suspension and limited torque in MuJoCo (Debian's libmujoco-dev)."""
 import ctypes
 import math
 import pathlib
@@ -40,7 +40,7 @@ class MujocoPlant:
         self._time_s += dt_s
         left, right = self._motors.advance(speed_m_s, yaw_rate_rad_s, dt_s)
         power = 1 - self._options.sag * min(1.0, self._time_s / self._options.sag_time_s)
-        keep = math.exp(-dt_s / 1.0)  # the floor is not the same everywhere
+        keep = math.exp(-dt_s / 1.0)  # the friction of the floor varies
         self._friction = 1 + keep * (self._friction - 1) + 0.08 * math.sqrt(1 - keep * keep) * self._rough.standard_normal()
         grip = max(0.02, self._friction * disturbance.grip / disturbance.gain_factor)
         self._library.rover_advance(self._rover, dt_s, left / body.WHEEL_RADIUS_M, right / body.WHEEL_RADIUS_M, power, grip,

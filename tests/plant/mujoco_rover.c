@@ -1,4 +1,4 @@
-// A rover in MuJoCo, for ctypes: load, steer, look. The speed controllers of its motors are part of the rover.
+// A rover in MuJoCo, for ctypes: load, command, read the state. The speed controllers of its motors are part of the rover.
 #include <mujoco/mujoco.h>
 #include <stdio.h>
 #include <string.h>
@@ -49,12 +49,12 @@ void rover_close(Rover* r) {
   free(r);
 }
 
-// Torques of a proportional-integral speed controller; a weak battery limits them, and the speed at which there is any.
+// Torques of a proportional-integral speed controller; a weak battery limits the torques and the maximum speed.
 static void drive_wheels(Rover* r, const double* wheel_rad_s, double power, int blocked) {
   const double dt = r->model->opt.timestep;
   for (int i = 0; i < kWheels; ++i) {
     if (blocked) {
-      r->data->ctrl[i] = r->integral[i] = 0;  // the driver of the motors has switched off
+      r->data->ctrl[i] = r->integral[i] = 0;  // the motor driver is switched off
       continue;
     }
     const double speed = r->data->qvel[r->dof[i]];
@@ -67,8 +67,8 @@ static void drive_wheels(Rover* r, const double* wheel_rad_s, double power, int 
   }
 }
 
-// A hand that holds the base where it is: a stiff spring with damping, horizontally and about the vertical. Where there is no
-// grip, something soft is in the way: wheels that find none spin.
+// A hand that holds the base: a stiff damped spring, horizontally and about the vertical. Without grip, a soft obstacle holds it, and the
+// wheels spin.
 static void hold(Rover* r, int held, double grip) {
   mjtNum* force = r->data->xfrc_applied + 6 * r->base;
   mju_zero(force, 6);

@@ -1,4 +1,4 @@
-"""Compiles the small C programs of the plant on first use; the result lies in the user's cache under the hash of its source."""
+"""Compiles the small C programs of the plant on first use; the result is stored in the user's cache under the hash of its source."""
 import ctypes
 import hashlib
 import os

@@ -1,5 +1,5 @@
-"""The camera with pictures: perspective with radial distortion, motion blur, rolling shutter, changing exposure, veil, noise, gamma 2.2,
-sharpening. Draws with renderer.c, shows files in /dev/shm."""
+"""The camera with images: perspective with radial distortion, motion blur, rolling shutter, changing exposure, veiling glare, noise, gamma 2.2,
+sharpening. Renders with renderer.c; images are files in /dev/shm."""
 import atexit
 import ctypes
 import dataclasses
@@ -19,7 +19,7 @@ from drive import Motion
 from messages import Line
 
 MOMENTS = 96  # poses from the first row's opening to the last row's closing
-FILES = 64  # the oldest is written over
+FILES = 64  # the oldest is overwritten
 
 
 @dataclasses.dataclass
@@ -27,7 +27,7 @@ class PictureOptions:
     readout_s: float = 0.012
     exposure_s: float = 0.010
     exposure_swing: float = 0.5  # relative, of the shutter
-    gain_swing: float = 0.35  # relative, of what the exposure control leaves
+    gain_swing: float = 0.35  # relative, remaining error of the exposure control
     swing_period_s: float = 11.0
     veil: float = 0.08
     sharpen: float = 0.18
@@ -69,7 +69,7 @@ class PictureCamera:
         o = self._options
         phase = 2 * math.pi * stamp_s / o.swing_period_s
         exposure_s = o.exposure_s * (1 + o.exposure_swing * math.sin(phase))
-        gain = (1 + o.gain_swing * math.sin(2.3 * phase + 1)) if int(stamp_s) % 9 else 1.5  # now and then far too bright
+        gain = (1 + o.gain_swing * math.sin(2.3 * phase + 1)) if int(stamp_s) % 9 else 1.5  # every ninth second strongly overexposed
         look = Look(exposure_s, o.readout_s, gain, o.veil, o.sharpen, o.shot, o.read, int(dark))
         poses = self._poses(motions, exposure_s + o.readout_s)
         out = np.empty((body.HEIGHT_PX, body.WIDTH_PX), np.uint8)
@@ -81,7 +81,7 @@ class PictureCamera:
         return out
 
     def _poses(self, motions: list[Motion], window_s: float) -> np.ndarray:
-        """World poses of the camera over the window about the middle motion; between ticks the base moves evenly."""
+        """World poses of the camera during the exposure, around the middle motion; between ticks the velocity is constant."""
         middle = (len(motions) - 1) / 2
         ticks = middle + np.linspace(-0.5, 0.5, MOMENTS) * window_s / 0.005
         columns = np.array([[m.x_m, m.y_m, m.z_m, m.roll_rad, m.pitch_rad, m.yaw_rad] for m in motions])

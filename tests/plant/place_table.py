@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """The table "A place that is not as it is taken to be" of docs/results-second-judge.md: a leaning anchor, a camera mounting that differs
-from its file, wheels without turn information, few tags. Taught as by a person: only the anchor's number is given.
+from its file, wheels without turn information, few tags. Taught as by a person: only the id of the anchor is given.
 
     tests/plant/place_table.py build/release/bin/waymark --write docs/results-second-judge.md
 """

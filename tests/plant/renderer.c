@@ -1,5 +1,5 @@
-// Pictures of tags in a plain room: rays through a table of the lens, averaged over the pixel and the time of exposure, row by row.
-// All lengths in metres, all colours linear until the very end. For ctypes; nothing is kept between calls.
+// Images of tags in a plain room: rays from a lens table, averaged over the pixel and the exposure, row by row.
+// All lengths are in metres; colours are linear until the last step. For ctypes; no state is kept between calls.
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
@@ -7,10 +7,10 @@
 enum { kWidth = 640, kHeight = 480, kCells = 10, kMostTags = 64, kGrid = 4, kNormals = 4096, kGamma = 4096 };
 
 typedef struct Look {
-  double exposure_s, readout_s;  // of each row; from the first row's to the last one's
+  double exposure_s, readout_s;  // of each row; from the first row to the last
   double gain;                   // of the camera: 1 brings white paper to 0.8
-  double veil;                   // light that the lens spreads over all of the picture
-  double sharpen;                // of what is added from the Laplacian, after gamma
+  double veil;                   // light that the lens spreads over the entire image
+  double sharpen;                // fraction of the Laplacian that is added, after gamma
   double shot, read;             // noise: variance = read^2 + shot * signal
   int dark;
 } Look;
@@ -26,7 +26,7 @@ static float hash(int x, int y, int z) {
   return (float)((h ^ (h >> 16)) & 0xffff) / 65535.f;
 }
 
-// What the room looks like in a direction: floor of planks with grain, walls, ceiling. Camera pose: rows of world_R_camera, then origin.
+// Colour of the room in a direction: a plank floor with grain, walls, ceiling. Camera pose: rows of world_R_camera, then origin.
 static float room(const double* pose, float x, float y) {
   float d[3];
   for (int i = 0; i < 3; ++i) d[i] = (float)(pose[4 * i] * x + pose[4 * i + 1] * y + pose[4 * i + 2]);
@@ -72,7 +72,7 @@ static void plane_of(const double* pose, const double* tag, double size, float* 
   }
 }
 
-// Corners of the paper in pixels, grown by a margin; nothing when it is behind the camera or seen from behind.
+// Corners of the paper in pixels, plus a margin; nothing if it is behind the camera or seen from behind.
 static int box_of(const double* pose, const double* tag, double size, const double* lens, int* box) {
   double low[2] = {1e9, 1e9}, high[2] = {-1e9, -1e9};
   double facing = 0;
@@ -119,7 +119,7 @@ static void draw_tag(float* picture, const double* poses, int n, const double* t
         const float fx = ((s % kGrid) + 0.5f) / kGrid, fy = ((s / kGrid) + 0.5f) / kGrid;
         const float x = (1 - fy) * ((1 - fx) * r00[0] + fx * r00[2]) + fy * ((1 - fx) * r10[0] + fx * r10[2]);
         const float y = (1 - fy) * ((1 - fx) * r00[1] + fx * r00[3]) + fy * ((1 - fx) * r10[1] + fx * r10[3]);
-        const int moment = (7 * s + turn) % (kGrid * kGrid);  // each part of the pixel at another time
+        const int moment = (7 * s + turn) % (kGrid * kGrid);  // each part of the pixel at a different time
         const double t = opens + look->exposure_s * (moment + 0.5) / (kGrid * kGrid);
         const float* h = planes[(int)(t / window * (n - 1) + 0.5)];
         const float w = 1 / (h[6] * x + h[7] * y + h[8]);
@@ -184,7 +184,7 @@ static void develop(const float* picture, const Look* look, uint64_t* random, ui
     }
 }
 
-// poses: n times 12 numbers (three rows of world_T_camera), evenly from the first row's opening to the last row's closing. tags: 12
+// poses: n times 12 numbers (three rows of world_T_camera), evenly spaced from the opening of the first row to the closing of the last. tags: 12
 // numbers each (world_T_tag). rays: (kHeight + 1) x (kWidth + 1) x 2, x / z and y / z of the corners of the pixels.
 void render(const double* poses, int n, const double* tags, const double* sizes, const uint8_t* bitmaps, int tag_count, const double* lens,
             const float* rays, const Look* look, uint64_t seed, uint8_t* out) {

@@ -1,8 +1,9 @@
 #!/usr/bin/python3
-"""A robot that shares nothing with Waymark's simulator: for `waymark teach|replay --robot "process:tests/plant/robot.py ..."`.
+"""A robot that shares no code with Waymark's simulator: for `waymark teach|replay --robot "process:tests/plant/robot.py ..."`.
 
-Speaks the protocol of docs/formats/robot-process.md in lockstep. With --teach it drives a lap by itself and passes over the commands that
-come; with --send-commands it also sends its own commands, so that these are recorded. Its true pose goes to --truth (CSV), and over the wire only with --send-truth."""
+Implements the protocol of docs/formats/robot-process.md in lockstep. With --teach it drives a lap by itself and ignores received commands;
+with --send-commands it also sends its own commands, so that they are recorded. Its true pose is written to --truth (CSV), and sent only with
+--send-truth."""
 import argparse
 import collections
 import json
@@ -78,7 +79,7 @@ class Robot:
         self.teacher = Teacher(args.teach, args.seed) if args.teach else None
         self.command = (0.0, 0.0)
         self.history: collections.deque[tuple[float, Motion]] = collections.deque(maxlen=200)
-        self.pictures: collections.deque[tuple[float, float]] = collections.deque()  # when it comes, middle of exposure
+        self.pictures: collections.deque[tuple[float, float]] = collections.deque()  # time of arrival, middle of the exposure
         self.next_picture_s = 0.1
         self.frozen: list[Motion] | None = None
         self.truth = open(args.truth, "w") if args.truth else None
@@ -122,7 +123,7 @@ class Robot:
         self.look()
 
     def look(self) -> None:
-        """Take a picture when its time has come, and send it when its latency is over."""
+        """Takes an image at its time, and sends it after its latency."""
         if self.time_s >= self.next_picture_s:
             late = self.args.latency_s + (0.3 if self.active("latency") else 0.0)
             self.pictures.append((self.time_s + late, self.time_s))
@@ -141,7 +142,7 @@ class Robot:
             self.send(line.kind, line.stamp_s, **line.values)
 
     def around(self, time_s: float) -> list[Motion]:
-        """The motions of the ticks about a moment, while a picture is exposed and read out."""
+        """The motions of the ticks during the exposure and readout of an image."""
         return [motion for at, motion in self.history if abs(at - time_s) < self.camera.half_window_s + 1e-6]
 
     def decide(self, ordered: tuple[float, float]) -> None:
@@ -153,7 +154,7 @@ class Robot:
             self.send("command", self.time_s, speed_m_s=self.command[0], yaw_rate_rad_s=self.command[1])
 
     def taught(self) -> tuple[float, float]:
-        """What the teacher decides now."""
+        """The current command of the teacher."""
         motion = self.history[-1][1]
         command = self.teacher.command(motion.x_m, motion.y_m, motion.yaw_rad, motion.yaw_rate_rad_s, TICKS_ODOMETRY * TICK_S)
         if self.teacher.done and self.args.truth:
@@ -207,7 +208,7 @@ def make_camera(args: argparse.Namespace, model: body.Camera, tags: tuple[course
 
 
 def await_order(step: int) -> tuple[float, float] | None:
-    """The command for this step; nothing when it is over. Lines of the watchdog have no step and do not count in lockstep."""
+    """The command for this step, or None at the end of the input. Lines of the watchdog have no step and are skipped in lockstep."""
     for line in sys.stdin:
         order = json.loads(line)
         if order["type"] == "bye":

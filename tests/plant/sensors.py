@@ -1,4 +1,4 @@
-"""Encoders, gyro and the odometry that a robot's driver makes of them."""
+"""Encoders, gyro, and the odometry that a robot's driver computes from them."""
 import dataclasses
 import math
 
@@ -11,7 +11,7 @@ from drive import Motion
 @dataclasses.dataclass
 class SensorOptions:
     odometry: str = "gyro"  # or wheels
-    left_scale: float = 1.03  # encoders count so much of the true turn
+    left_scale: float = 1.03  # ratio of the encoder angle to the true angle
     right_scale: float = 1.03
     ticks_per_turn: int = 1560
     gyro_bias_rad_s: float = 0.003
@@ -36,7 +36,7 @@ class Sensors:
         self.gyro_stuck = False
 
     def advance(self, motion: Motion, dt_s: float) -> None:
-        """Once each tick: the gyro turns with the robot."""
+        """Called once per tick: the gyro rotates with the robot."""
         o = self._options
         self._bias += o.gyro_bias_walk * math.sqrt(dt_s) * self._rng.standard_normal()
         if not self.gyro_stuck:
@@ -44,7 +44,7 @@ class Sensors:
         self._turned += self._gyro * dt_s
 
     def wheels(self, motion: Motion) -> tuple[float, float]:
-        """How far the wheels of each side have turned by their encoders."""
+        """Encoder angles of the wheels of each side."""
         o = self._options
         tick = 2 * math.pi / o.ticks_per_turn
         if not self.encoder_stuck:
@@ -64,7 +64,7 @@ class Sensors:
         self._pose[0] += way * math.cos(middle)
         self._pose[1] += way * math.sin(middle)
         self._pose[2] += turn
-        keep = math.exp(-dt_s / 0.05)  # drivers smooth what they count
+        keep = math.exp(-dt_s / 0.05)  # drivers smooth their encoder counts
         self._speeds = (keep * self._speeds[0] + (1 - keep) * way / dt_s, keep * self._speeds[1] + (1 - keep) * turn / dt_s)
         yaw = math.atan2(math.sin(self._pose[2]), math.cos(self._pose[2]))
         return {"x_m": self._pose[0], "y_m": self._pose[1], "yaw_rad": yaw,

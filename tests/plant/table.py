@@ -1,9 +1,9 @@
 #!/usr/bin/python3
-"""The table of docs/results-second-judge.md: plants x odometry x speed, each lap taught, mapped and replayed, judged by the plant's truth.
+"""The table of docs/results-second-judge.md: plants x odometry x speed, each lap taught, mapped and replayed, compared with the ground truth of the plant.
 
     tests/plant/table.py build/release/bin/waymark --write docs/results-second-judge.md
 
-With --line the table of laps on a recorded line with tight bends.
+With --line: the table of laps on a recorded line with tight bends.
 """
 import argparse
 import dataclasses

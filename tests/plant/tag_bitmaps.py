@@ -1,4 +1,4 @@
-"""Bitmaps of tag36h11 as AprilTag's own library draws them."""
+"""Bitmaps of tag36h11 drawn by the AprilTag library."""
 import ctypes
 
 import numpy as np
@@ -12,7 +12,7 @@ class _Image(ctypes.Structure):
 
 
 def tag36h11(ids: list[int]) -> np.ndarray:
-    """Of each id 10 x 10 cells, 0 black and 1 white, first row at the top as a reader sees it."""
+    """For each id 10 x 10 cells, 0 black and 1 white; the first row is at the top as seen from the front."""
     library = ctypes.CDLL("libapriltag.so.3")
     library.tag36h11_create.restype = ctypes.c_void_p
     library.apriltag_to_image.restype = ctypes.POINTER(_Image)

@@ -1,4 +1,4 @@
-"""Drives the lap as a person would who knows the way: looks ahead on the line, wanders, and learns how the robot turns."""
+"""Drives the lap like a practised person: looks ahead on the line, deviates from it, and adapts to the turning of the robot."""
 import math
 
 import numpy as np
@@ -15,7 +15,7 @@ class Teacher:
     def __init__(self, speed_m_s: float, seed: int, wander_m: float = 0.015):
         self._lap, self.speed_m_s = course.lap(), speed_m_s
         self._ahead = AHEAD if course.closed() else AHEAD_OF_RECORDED
-        if not course.closed():  # straight on, to have something to aim at
+        if not course.closed():  # continued straight, so that there is a point to aim at
             x, y, yaw, _ = self._lap[-1]
             beyond = 0.01 * np.arange(1, self._ahead + 1)
             self._lap = np.vstack([self._lap, np.column_stack([x + beyond * math.cos(yaw), y + beyond * math.sin(yaw),
@@ -33,11 +33,11 @@ class Teacher:
         return self._index >= len(self._lap) - 1 - self._ahead
 
     def _place(self, step: int) -> int:
-        """The index so many steps on, round a closed lap and to the ends of an open one."""
+        """The index this many steps ahead, cyclic for a closed lap and limited to the ends of an open one."""
         return (self._index + step) % len(self._lap) if course.closed() else min(max(self._index + step, 0), len(self._lap) - 1)
 
     def command(self, x_m: float, y_m: float, yaw_rad: float, yaw_rate_rad_s: float, dt_s: float) -> tuple[float, float]:
-        """Speed and yaw rate; zero for the first second and when the lap is done."""
+        """Speed and yaw rate; zero in the first second and after the lap."""
         self._now += dt_s
         if self._now < 1.0 or self.done:
             return 0.0, 0.0

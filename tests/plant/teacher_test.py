@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""A taught lap holds the commands that drove the plant: sent through a plant of the same seed they give the same motion.
+"""A taught lap contains the commands that drove the plant: a plant of the same seed moves identically when it receives them.
 
     tests/plant/teacher_test.py build/check/bin/waymark
 """
@@ -25,7 +25,7 @@ CLOCK_S = 100.0  # of the robot when it is switched on
 
 
 def driven_by(commands: np.ndarray, until_s: float) -> np.ndarray:
-    """Rows of t, x, y, yaw of a plant that gets each command in the tick after its stamp."""
+    """Rows of t, x, y, yaw of a plant that receives each command in the tick after its stamp."""
     x, y, yaw, _ = course.lap()[0]
     plant = kinematic_plant.KinematicPlant((x, y, yaw), DriveOptions(), kinematic_plant.KinematicOptions(yaw_gain=GAIN), SEED)
     at_tick = {round((stamp - CLOCK_S) / TICK_S): (speed, turn) for stamp, speed, turn in commands}
@@ -51,7 +51,7 @@ class RecordedCommands(unittest.TestCase):
         again = driven_by(commands, truth[-1, 0])
         off = np.hypot(*(again[:, 1:3] - truth[:len(again), 1:3]).T)
         print(f"{len(commands)} commands recorded; the plant they drive is {1e6 * off.max():.1f} um off at most", flush=True)
-        # The truth is written to the micrometre.
+        # The ground truth is written with a resolution of 1 um.
         self.assertLess(float(off.max()), 5e-6)
 
 

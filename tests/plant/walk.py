@@ -1,4 +1,4 @@
-"""A person walks once round a room with a camera in the hand and films the tags on its walls: 24 tags, six degrees of freedom, a video."""
+"""A person walks once around a room with a hand-held camera and films the tags on its walls: 24 tags, six degrees of freedom, a video."""
 import dataclasses
 import math
 import pathlib
@@ -20,7 +20,7 @@ TAGS = 24
 
 @dataclasses.dataclass(frozen=True)
 class HungTag(course.Tag):
-    turn_rad: float = 0.0  # in its wall, clockwise as its reader sees it
+    turn_rad: float = 0.0  # in the plane of the wall, clockwise as seen from the front
 
     def world_T_tag(self) -> np.ndarray:
         return super().world_T_tag() @ frames.rigid(frames.rotation(2, self.turn_rad), (0.0, 0.0, 0.0))
@@ -40,7 +40,7 @@ def tags(rng: np.random.Generator) -> tuple[HungTag, ...]:
 
 
 class Walk:
-    """Steps, sway and tremor differ from walk to walk."""
+    """Steps, sway and tremor, different for each walk."""
 
     def __init__(self, rng: np.random.Generator, seconds: float):
         self._seconds = seconds
@@ -49,9 +49,9 @@ class Walk:
         self._size = rng.uniform(0.4, 1, (6, 2)) / (1 + self._hz)
 
     def motion(self, time_s: float) -> Motion:
-        """Of a body that looks along its x, at the camera's centre."""
+        """Pose of a body frame at the camera's centre, with x along the optical axis."""
         sway = (self._size * np.sin(2 * math.pi * self._hz * time_s + self._phase)).sum(axis=1)
-        round_rad = 2.1 * math.pi * time_s / self._seconds - 0.6  # tag 0 is in view at first and at last
+        round_rad = 2.1 * math.pi * time_s / self._seconds - 0.6  # tag 0 is in view at the start and at the end
         return Motion(x_m=0.9 * math.cos(round_rad) + 0.04 * sway[0], y_m=0.7 * math.sin(round_rad) + 0.04 * sway[1], z_m=1.4 + 0.05 * sway[2],
                       roll_rad=0.05 * sway[3], pitch_rad=0.05 * sway[4], yaw_rad=round_rad + 0.06 * sway[5])
 
@@ -61,7 +61,7 @@ def world_T_body(motion: Motion) -> np.ndarray:
 
 
 def film(file: pathlib.Path, walk: Walk, seconds: float, eye: picture_camera.PictureCamera) -> np.ndarray:
-    """Writes an H.264 video; world_T_body of each of its pictures at the middle of its middle row."""
+    """Writes an H.264 video; returns world_T_body of each image at the middle of the exposure of its middle row."""
     encoder = subprocess.Popen(["ffmpeg", "-y", "-v", "error", "-f", "rawvideo", "-pix_fmt", "gray", "-s", f"{body.WIDTH_PX}x{body.HEIGHT_PX}", "-r", str(RATE_HZ),
                                 "-i", "-", "-pix_fmt", "yuv420p", "-c:v", "libx264", "-crf", "20", "-preset", "fast", str(file)], stdin=subprocess.PIPE)
     assert encoder.stdin is not None

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""Hand-held walks, drawn by the renderer of the second judge and packed as H.264: `waymark map` of the video alone, and `waymark localize` of it
-by the true map. The calibration is the true one, the shutter is rolling and its readout is given. Without WALKS: the first eight seconds of one
-walk, in which a third of the tags is seen; with WAYMARK_FULL=1: three walks.
+"""Hand-held walks, rendered by the second judge and encoded as H.264: `waymark map` of the video alone, and `waymark localize` of it with the true
+map. Calibration and readout time of the rolling shutter are the true ones. Without WALKS: the first eight seconds of one walk, which show a
+third of the tags; with WAYMARK_FULL=1: three walks.
 
     tests/plant/walk_test.py build/check/bin/waymark [WALKS]
 """
@@ -27,10 +27,10 @@ import walk
 SECONDS = 30.0
 SHORT_S = 8.0
 SHORT_TAGS = 8
-TAGS_M = 0.015  # RMSE of a walk's tags, its anchor laid onto the true one; aimed at: 0.010, measured: 0.0077 to 0.0121
+TAGS_M = 0.015  # RMSE of the tags of a walk, with the anchor at its true pose; goal: 0.010, measured: 0.0077 to 0.0121
 POSES_M = 0.012  # measured: 0.0054 to 0.0082
-NEES = (3.0, 8.0)  # 6 where poses are consistent; the errors of a walk's images are correlated
-UNKNOWN = 0.05  # share of the pictures without a pose: rejected, as their tags contradict each other; measured: 0.012 to 0.033
+NEES = (3.0, 8.0)  # 6 if poses are consistent; the errors of the images of a walk are correlated
+UNKNOWN = 0.05  # fraction of images without a pose, rejected because their tags are inconsistent; measured: 0.012 to 0.033
 
 
 @dataclasses.dataclass
@@ -38,8 +38,8 @@ class Judged:
     tags: judge.Errors
     poses: judge.Errors
     turn_rad: float
-    nees: float  # 6 where it is consistent
-    unknown: int  # pictures without a pose
+    nees: float  # 6 if the covariance is consistent
+    unknown: int  # images without a pose
 
 
 def true_map(tags: tuple[course.Tag, ...]) -> str:

@@ -41,12 +41,12 @@ class Place:
         return Run(done.returncode, first_object(done.stdout), done.stdout, done.stderr)
 
     def teach(self, options: list[str], speed_m_s: float = 0.3, name: str = "lap", timeout_s: float = 900) -> Run:
-        """As a person teaches: the plant drives itself, in real time; a keyboard on which only q is pressed, at the end, stands for the person."""
+        """Teaches as by a person, in real time: the plant drives itself, and a simulated keyboard only presses q at the end."""
         return self.teach_robot(process([*options, "--teach", str(speed_m_s), "--send-commands"], self.folder / f"{name}.csv"), name, timeout_s)
 
     def teach_robot(self, robot: str, name: str = "lap", timeout_s: float = 900, environment: dict | None = None,
                     anchor: str = str(course.ANCHOR)) -> Run:
-        """Any robot that drives itself, and whose truth goes to `name`.csv. FILE.go appears when its samples are recorded."""
+        """Teaches with any robot that drives itself and writes its true poses to `name`.csv. FILE.go is created when its samples are recorded."""
         truth, recording = self.folder / f"{name}.csv", self.folder / f"{name}.mcap"
         words = [self.program, "teach", "--robot", robot, "--robot-file", "robot.yaml", "--anchor", anchor,
                  "--tag-size-m", str(course.TAG_SIZE_M), "--driver", "keyboard", "-o", str(recording), "--json"]
@@ -70,7 +70,7 @@ class Place:
         return Run(child.returncode, first_object(out.decode()), out.decode(), err.decode())
 
     def teach_fast(self, options: list[str], speed_m_s: float = 0.3, name: str = "lap") -> Run:
-        """As fast as the plant thinks: it drives itself all the same, but its recording holds the truth, and the anchor's pose is given."""
+        """Teaches as fast as the plant runs: it also drives itself, but its recording contains the ground truth and the anchor pose is given."""
         count = int(options[options.index("--tags") + 1]) if "--tags" in options else course.TAGS
         (self.folder / "world.yaml").write_text(course.world_yaml(count))
         robot = process([*options, "--teach", str(speed_m_s), "--send-commands", "--send-truth"], self.folder / f"{name}.csv")

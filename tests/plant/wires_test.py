@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""The plant behind each wire: `waymark robot-sim --plant` gives physics and sensors that are not Waymark's to a LIMO on a serial port, a robot
-on ROS 2, an MBot on LCM and a robot in Gazebo. A lap is taught, mapped and replayed over each, judged by the plant's truth; blocked wheels
-and a camera that is unplugged must stop it as in process.
+"""The plant behind each protocol: `waymark robot-sim --plant` combines independent physics and sensors with a LIMO on a serial port, a robot
+on ROS 2, an MBot on LCM and a robot in Gazebo. A lap is taught, mapped and replayed over each and compared with the ground truth of the plant;
+blocked wheels and an unplugged camera must stop it as in one process.
 
     WAYMARK_FULL=1 tests/plant/wires_test.py build/check/bin/waymark [Wires.test_limo]
 
@@ -30,7 +30,7 @@ PLANT = os.environ.get("WAYMARK_PLANT", "mujoco")
 LONG = unittest.skipUnless(os.environ.get("WAYMARK_FULL"), "longer: WAYMARK_FULL=1")
 SPEED_M_S = 0.25
 FAULT_AT_S = 20  # since the plant was switched on
-# The distance from the taught way that a replay of the plant in process keeps to, times 1.2.
+# Cross-track error of a replay with the plant in one process, times 1.2.
 MOST_RMSE_CM, MOST_CM = 1.2 * 1.0, 1.2 * 2.5
 
 
@@ -48,7 +48,7 @@ class Wires(unittest.TestCase):
 
     @contextlib.contextmanager
     def simulated(self, wire: list[str], options: list[str], truth: str):
-        """The simulator; its first line, where the wire has one, is the port."""
+        """Starts the simulator; its first line is the port, if the protocol has one."""
         sim = subprocess.Popen(self.simulator(wire, options, truth), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
                                cwd=self.place.folder, env=self.environment)
         try:
@@ -61,7 +61,7 @@ class Wires(unittest.TestCase):
             sim.communicate()
 
     def lap(self, wire: list[str], robot, camera: str = "corners", anchor: str = str(course.ANCHOR)) -> Lap:
-        """`robot` makes the word of --robot from the port."""
+        """`robot` returns the value of --robot for a port."""
         options, lap = ["--plant", PLANT, "--camera", camera], Lap()
         teach = ["--teach", "0.3", "--teach-after", str(self.place.folder / "lap.go"), "--seed", "1"]
         with self.simulated(wire, options + teach, "lap.csv") as port:
@@ -85,7 +85,7 @@ class Wires(unittest.TestCase):
         return run, judge.read_truth(self.place.folder / truth)
 
     def stops(self, wire: list[str], robot, options: list[str], kind: str):
-        """The rule of faults.py, over the wire."""
+        """The law of faults.py, over each protocol."""
         fault = f"{kind}@{FAULT_AT_S}"
         run, driven = self.replay(wire, robot, [*options, "--seed", "3", "--fault", fault], f"{kind}.csv")
         found = faults.judge_run(judge.read_truth(self.place.folder / "lap.csv"), driven, fault_script.parse(fault), last_words(run), fault)

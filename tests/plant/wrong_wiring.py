@@ -1,4 +1,4 @@
-"""Robots that are wired or programmed wrongly: what they send, and how they obey, with a sign, an axis or a unit swapped."""
+"""Robots that are wired or programmed wrongly: a sign, an axis or a unit is swapped in their samples or in how they obey commands."""
 import collections.abc
 import math
 import typing
@@ -8,7 +8,7 @@ DEGREES = 180 / math.pi
 
 
 def scaled(kind: str, factor: float, *keys: str) -> collections.abc.Callable[[str, Values], Values]:
-    """Lines of this kind with these keys multiplied."""
+    """Multiplies these keys in lines of this kind."""
     def change(line: str, values: Values) -> Values:
         if line != kind:
             return values
@@ -27,7 +27,7 @@ def gyro_about_x(line: str, values: Values) -> Values:
     return values | {"angular_velocity_rad_s": [z, y, x]}
 
 
-# What the messages suffer, and what of the first drive's findings must name it.
+# Changes of the messages, each with the findings of the first drive that must report it.
 SENT = {
     "odometry_reversed": (scaled("odometry", -1, "x_m", "y_m", "speed_m_s"), "odometry.speed_m_s is reversed"),
     "odometry_mm": (scaled("odometry", 1000, "x_m", "y_m", "speed_m_s"), "(odometry.speed_m_s): 10"),
@@ -44,7 +44,7 @@ SENT = {
     "wheels_degrees": (scaled("wheels", DEGREES, "left_rad", "right_rad"), "wheels is in degrees"),
     "left_wheel_reversed": (scaled("wheels", -1, "left_rad"), "wheels.left_rad is reversed"),
 }
-# How commands are obeyed.
+# Changes of obeyed commands.
 OBEYED = {
     "forward_reversed": (lambda speed, turn: (-speed, turn), "command.speed_m_s is reversed"),
     "left_reversed": (lambda speed, turn: (speed, -turn), "command.yaw_rate_rad_s is reversed"),

@@ -1,8 +1,8 @@
 #!/usr/bin/python3
-"""Time from the exposure of an image to the resulting command: pictures of 640 x 480 at 30 Hz of a peer on Cyclone DDS, through the wire, the robot's
-process, the watchdog and the detector, until the decision that follows; all by the robot's clock, out of the recording.
+"""Time from the exposure of an image to the resulting command: images of 640 x 480 at 30 Hz of a peer on Cyclone DDS, over the network, through the robot
+process, the watchdog and the detector, until the next decision; all times are those of the robot's clock, from the recording.
 
-Beside other work it measures that work: `chrt -r 1 latency.py …` goes before it.
+Other programs on the computer increase the result: `chrt -r 1 latency.py …` has priority over them.
 
 usage: latency.py PROGRAM PEER [SECONDS [FLAG ...]]: flags of `waymark run`, for example --detector waymark
 """
@@ -28,7 +28,7 @@ def latencies_ms(file):
             topics[number] = name
         if kind != mcap_poses.OP_MESSAGE:
             continue
-        seconds, nanoseconds = struct.unpack_from("<iI", content, 22 + 4)  # of the header, behind the encapsulation
+        seconds, nanoseconds = struct.unpack_from("<iI", content, 22 + 4)  # of the header, after the encapsulation
         stamp = seconds * 1_000_000_000 + nanoseconds
         topic = topics[struct.unpack_from("<H", content)[0]]
         if topic == "/tag_detections":

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Memory of a localisation over DDS at ten times the usual rates: odometry at 500 Hz, the IMU at 1000 Hz, tf at 500 Hz, of a peer on Cyclone
-DDS. Resident memory of every process once a second; a line through it after the first quarter. Exit code 1: it grows by more than 1 MB an hour
-and by more than three standard deviations of the line.
+DDS. Samples the resident memory of each process once a second and fits a line after the first quarter. Exit code 1: it grows by more than
+1 MB per hour and by more than three standard deviations of the slope.
 
 usage: memory.py PROGRAM PEER [SECONDS]
 """

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """DDS Security in the layout of SROS 2, with certificates that openssl creates here. A program without a certificate, or with one of another authority,
-hears nothing. Both sides are Waymark on Fast DDS: Debian's Cyclone DDS has no security plugins.
+receives nothing. Both sides are Waymark on Fast DDS: Debian's Cyclone DDS has no security plugins.
 
 usage: security_test.py PROGRAM PEER
 """

@@ -1,14 +1,14 @@
-"""Numbers that programs on one machine share (domains of ROS 2, ports): each test claims its own, whatever else runs beside it."""
+"""Numbers shared by programs on one machine (domains of ROS 2, ports): each test claims its own, so that tests can run concurrently."""
 import fcntl
 import os
 import pathlib
 import tempfile
 
-KEPT = []  # locks; they end with the process
+KEPT = []  # locks, released when the process ends
 
 
 def claim(what, first, count):
-    """A number in [first, first + count) that no other process has, until this one ends; not the same twice."""
+    """A number in [first, first + count) that no other process has until this one ends; each call returns another one."""
     for offset in range(count):
         number = first + (os.getpid() + offset) % count
         path = pathlib.Path(tempfile.gettempdir()) / f"waymark-{what}-{number}.lock"
@@ -27,7 +27,7 @@ def claim(what, first, count):
 
 
 def domain():
-    """Of ROS 2."""
+    """A domain of ROS 2."""
     return claim("ros-domain", 1, 199)
 
 

@@ -1,4 +1,4 @@
-"""Programs that tests run. Their packages are listed in tools/packages.sh, which ./test.sh installs: a test fails where one is missing, and never skips."""
+"""Programs that tests run. Their packages are listed in tools/packages.sh, which ./test.sh installs: if one is missing, a test fails and is not skipped."""
 import shutil
 
 

@@ -1,4 +1,4 @@
-"""Folders that command lines of the program made, once for all tests of a build: the same words and seed give the same bytes (map_test.py)."""
+"""Folders written by command lines of the program, once for all tests of a build: the same arguments and seed give the same bytes (map_test.py)."""
 import atexit
 import fcntl
 import functools
@@ -18,7 +18,7 @@ MAP_OF_SQUARE = (*LAP_OF_SQUARE, "map lap.mcap -o map")
 
 
 def state_of(program):
-    """Changes when the program, or a world or robot that it reads, changes."""
+    """A hash that depends on the program and on the worlds and robots that it reads."""
     files = [pathlib.Path(program), *sorted(path for path in (ROOT / "share").rglob("*") if path.is_file())]
     lines = [f"{path} {path.stat().st_size} {path.stat().st_mtime_ns}" for path in files]
     return hashlib.sha256("\n".join([os.environ.get("WAYMARK_SHARE", ""), *lines]).encode()).hexdigest()[:16]
@@ -26,14 +26,14 @@ def state_of(program):
 
 @functools.cache
 def shelf(program):
-    """Where the folders of this program are kept: in its build folder; of an installed program, as long as this test runs."""
+    """The parent of the folders of this program: in its build folder, or temporary for an installed program."""
     build = next((folder for folder in pathlib.Path(program).parents if (folder / "CMakeCache.txt").exists()), None)
     if build is None or not os.access(build, os.W_OK):
         folder = pathlib.Path(tempfile.mkdtemp(prefix="waymark-made-"))
         atexit.register(shutil.rmtree, folder, ignore_errors=True)
         return folder
     kept = build / "made" / state_of(program)
-    for other in kept.parent.glob("*"):  # of a program that is no longer there
+    for other in kept.parent.glob("*"):  # of an earlier build
         if other != kept:
             shutil.rmtree(other, ignore_errors=True)
     return kept
@@ -41,8 +41,8 @@ def shelf(program):
 
 @functools.cache
 def made(program, *verbs):
-    """A folder, only to be read, in which these command lines of the program were run one after the other. Made by the first test that asks;
-    another one that asks meanwhile waits."""
+    """A read-only folder in which these command lines of the program were run one after the other. The first caller creates it; concurrent
+    callers wait."""
     program = os.path.abspath(program)
     folder = shelf(program) / hashlib.sha256("\n".join(verbs).encode()).hexdigest()[:16]
     before = made(program, *verbs[:-1]) if len(verbs) > 1 else None

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""The pages of web/ in a headless Chromium, opened from their folder: tags in a dropped picture as the program finds them, to 1e-3 px; the two poses of a
-tag as OpenCV finds them.
+"""The pages of web/ in a headless Chromium, opened from their folder: tags in a dropped image agree with those of the program to 1e-3 px, the two
+poses of a tag with those of OpenCV.
 
 usage: page_test.py PROGRAM PAGES VIEWER_BUILD_FOLDER
 Runs with WAYMARK_FULL only, after tools/build_web.sh (./test.sh --full=site does both). Exit code 77 (skipped) without WAYMARK_FULL, or where npm could
@@ -21,7 +21,7 @@ sys.path.insert(0, str(HERE.parent / "viewer"))
 from page_test import SKIPPED, browser_tools  # noqa: E402  (tests/viewer)
 
 MOST_DIFFERENCE_PX = 1e-3
-# As web/two_poses.cpp has them.
+# The constants of web/two_poses.cpp.
 CAMERA = numpy.array([[600, 0, 320], [0, 600, 240], [0, 0, 1]], float)
 HALF_M = 0.05
 TAG = numpy.array([[-HALF_M, -HALF_M, 0], [HALF_M, -HALF_M, 0], [HALF_M, HALF_M, 0], [-HALF_M, HALF_M, 0]])
@@ -37,7 +37,7 @@ def pictures(program, folder):
 
 
 def native(program, picture):
-    """Tag to corners, by the program."""
+    """Corners by tag, detected by the program."""
     line = subprocess.run([program, "detect", "--json", "--set", "detector.detector=waymark", picture], check=True, capture_output=True, text=True).stdout
     return {tag["tag"]: numpy.array(tag["corners_px"], float) for tag in json.loads(line)["detections"]}
 
@@ -72,7 +72,7 @@ def minima(observed):
 def check_poses(setting, answer):
     expected = minima(numpy.array(answer["observed_px"], float))
     got = [(s["rms_px"], s["tilt_deg"]) for s in answer["solutions"]]
-    if len(got) == 1:  # both starting points end in one minimum: then OpenCV's do, too
+    if len(got) == 1:  # both starting points converge to one minimum; then OpenCV's do as well
         assert abs(expected[0][1] - expected[1][1]) < 0.1, (setting, expected, got)
         expected = expected[:1]
     for (rms, tilt), (rms_cv, tilt_cv) in zip(got, expected, strict=True):

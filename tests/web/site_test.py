@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The site with the pages that work in the browser, and the words that stand there without them; its search, without a network; 60 s at most.
+"""The site with the pages that run in the browser, and its text without them; its search, without a network; 60 s at most.
 
 usage: site_test.py OUTPUT_FOLDER
 Runs with WAYMARK_FULL only, since it compiles the pages: exit code 77 (skipped) without it, whatever is installed. ./test.sh --full=site sets it and
@@ -20,7 +20,7 @@ sys.path.insert(0, str(ROOT / "tests/viewer"))
 from page_test import browser_tools  # noqa: E402
 
 SKIPPED = 77
-MOST_S = 60  # for a site, its pages of WebAssembly compiled before
+MOST_S = 60  # for a site whose pages of WebAssembly are already compiled
 
 
 class Quiet(http.server.SimpleHTTPRequestHandler):
@@ -28,7 +28,7 @@ class Quiet(http.server.SimpleHTTPRequestHandler):
         pass
 
     def do_GET(self):
-        if self.path == "/favicon.ico":  # a browser asks for it by itself, for the pages of Doxygen, which name none
+        if self.path == "/favicon.ico":  # browsers request it for Doxygen's pages, which specify no icon
             self.send_response(204)
             self.end_headers()
         else:
@@ -36,7 +36,7 @@ class Quiet(http.server.SimpleHTTPRequestHandler):
 
 
 def search(site):
-    """Searches in a headless Chromium; nothing but this server may be asked."""
+    """Searches in a headless Chromium; requests to other servers are errors."""
     tools = browser_tools(ROOT / "build/viewer")
     if tools is None:
         return SKIPPED  # the search only; browser_tools() printed why

@@ -1,9 +1,9 @@
 #!/usr/bin/python3
 """The sources of web/ use nothing that the C++ library of Debian 12's emscripten lacks: clang-16 reads them with Debian's libc++ 14, which lacks the same.
 
-Which sources, and their flags, CMake tells (web/CMakeLists.txt). Function bodies are checked, templates are not instantiated, and nothing is compiled:
-./test.sh --full=site does that. Every source is read as if it were a header to be precompiled, with the headers of all sources precompiled
-before, which takes a fifth of the processor time of reading each alone.
+CMake provides the list of sources and their flags (web/CMakeLists.txt). Function bodies are checked, templates are not instantiated, and nothing is
+compiled: ./test.sh --full=site does that. Each source is parsed like a header to be precompiled, after the precompiled headers of all sources, which
+takes a fifth of the processor time of parsing each alone.
 """
 import concurrent.futures
 import json
