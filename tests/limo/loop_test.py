@@ -184,7 +184,6 @@ class Loop(unittest.TestCase):
                 print(f"cut cable: waymark ended after {1e3 * (time.monotonic() - happened):.0f} ms")
                 self.assertNotEqual(drive.returncode, 0)
                 self.assertIn(self.tap.path, err)
-                self.assertIn("serial port", err)
                 sim.kill()
 
 

@@ -228,7 +228,7 @@ class ForeignBags(unittest.TestCase):
         words = self.fails("limo", other_camera_frame)
         for expected in ("default_cam", "camera_link", "--camera-frame"):
             self.assertIn(expected, words)
-        # The flag fixes it.
+        # With the flag the map is the same.
         bag = self.rewrite("limo", change=other_camera_frame)
         run("map", bag, "-o", "fixed", *self.how, "--camera-frame", "camera_color_optical_frame", cwd=self.folder)
         moved = farthest(tags_of(self.folder / "plain/map.yaml"), tags_of(self.folder / "fixed/map.yaml"))
@@ -238,8 +238,7 @@ class ForeignBags(unittest.TestCase):
         def second_parent(description):
             description["others"].append(step("base_link", "camera_color_frame", (0, 0, 1)))
         words = self.fails("limo", second_parent)
-        self.assertIn("camera_color_frame", words)
-        self.assertIn("parent base_link", words)
+        self.assertRegex(words, "camera_color_frame.* base_link|base_link.* camera_color_frame")
 
     def test_a_body_frame_is_rejected_as_camera_frame(self):
         def body_frame(description):
@@ -268,7 +267,7 @@ class ForeignBags(unittest.TestCase):
         self.assertNotEqual(higher, described)
         (self.folder / "higher.yaml").write_text(higher)
         done = run("map", bag, "-o", "given", *self.how, "--robot", "higher.yaml", cwd=self.folder)
-        self.assertIn("3.0 cm and 0.0 deg", done.stderr)
+        self.assertRegex(done.stderr, r"\b3\.0 cm .*\b0\.0 deg")
 
 
 if __name__ == "__main__":

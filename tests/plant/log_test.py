@@ -18,7 +18,7 @@ import log_table
 
 FULL = os.environ.get("WAYMARK_FULL") is not None
 PROGRAM = ""
-NAMED = 0.95
+REPORTED = 0.95  # of the logs
 
 
 def localised(case: str, seed: int) -> tuple[judge.TrajectoryErrors, list[str]]:
@@ -28,24 +28,24 @@ def localised(case: str, seed: int) -> tuple[judge.TrajectoryErrors, list[str]]:
     return errors, words
 
 
-class Numbers(unittest.TestCase):
-    def named(self, case: str, words: str, command: str, nees: float) -> None:
+class Parameters(unittest.TestCase):
+    def expect_report(self, case: str, parameter: str, command: str, nees: float) -> None:
         seeds = range(1, 21 if FULL else 2)
         runs = [localised(case, seed) for seed in seeds]
-        right = [any(words in line and command in line for line in lines) for _, lines in runs]
-        self.assertGreaterEqual(sum(right), NAMED * len(seeds), f"seeds {[s for s, found in zip(seeds, right) if not found]}")
+        right = [any(parameter in line and command in line for line in lines) for _, lines in runs]
+        self.assertGreaterEqual(sum(right), REPORTED * len(seeds), f"seeds {[s for s, found in zip(seeds, right) if not found]}")
         self.assertLessEqual(statistics.median(errors.nees for errors, _ in runs), nees)
 
-    def test_are_not_blamed_in_healthy_logs(self) -> None:
+    def test_nothing_is_reported_for_correct_logs(self) -> None:
         seeds = range(1, 41 if FULL else 2)
         silent = [not localised("nominal: t corners, lasting errors, slip bursts, wandering bias and latency", seed)[1] for seed in seeds]
-        self.assertGreaterEqual(sum(silent), NAMED * len(seeds), f"seeds {[s for s, quiet in zip(seeds, silent) if not quiet]}")
+        self.assertGreaterEqual(sum(silent), REPORTED * len(seeds), f"seeds {[s for s, quiet in zip(seeds, silent) if not quiet]}")
 
-    def test_a_wrong_mounting_is_named_and_covered(self) -> None:
-        self.named("mounting 2 cm, 3 cm, 2 deg off", "wrong sensor mounting", "waymark calibrate robot", 8)
+    def test_a_wrong_mounting_is_reported_and_the_covariance_is_consistent(self) -> None:
+        self.expect_report("mounting 2 cm, 3 cm, 2 deg off", "mounting", "waymark calibrate robot", 8)
 
-    def test_a_latency_is_found_and_used(self) -> None:
-        self.named("latency 60 ms, not configured", "camera latency estimated", "--camera-latency-s", 6)
+    def test_a_latency_is_estimated_and_used(self) -> None:
+        self.expect_report("latency 60 ms, not configured", "latency", "--camera-latency-s", 6)
 
     def test_frozen_encoders_are_rejected(self) -> None:
         for seed in range(1, 7 if FULL else 2):
@@ -54,7 +54,7 @@ class Numbers(unittest.TestCase):
             self.assertLessEqual(errors.ate.rmse_m, 0.012)
 
     @unittest.skipUnless(FULL, "long")
-    def test_what_is_moved_misnumbered_or_stamped_unevenly_is_covered(self) -> None:
+    def test_the_covariance_is_consistent_for_wrong_tags_stamps_and_slip(self) -> None:
         for case in ("five tags 0.4 m off", "five tags 0.4 m off, all the same way", "stamps up to 30 ms too early or too late",
                      "wheels only, slip bursts", "a number that two tags carry"):
             for seed in range(1, 4):
@@ -63,8 +63,8 @@ class Numbers(unittest.TestCase):
                 self.assertLessEqual(errors.ate.rmse_m, 0.008)
 
     @unittest.skipUnless(FULL, "long")
-    def test_a_wrong_focal_length_is_named_and_covered(self) -> None:
-        self.named("focal length + 3 %", "wrong focal length", "waymark calibrate camera", 8)
+    def test_a_wrong_focal_length_is_reported_and_the_covariance_is_consistent(self) -> None:
+        self.expect_report("focal length + 3 %", "focal", "waymark calibrate camera", 8)
 
     @unittest.skipUnless(FULL, "long")
     def test_unknown_noise_is_estimated(self) -> None:

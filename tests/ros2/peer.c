@@ -285,7 +285,7 @@ static void call(double seconds, const char *service) {
   printf("no reply\n");
 }
 
-static void say_pose(double seconds, char **where) {
+static void publish_pose(double seconds, char **where) {
   dds_entity_t poses = endpoint(1, "rt/initialpose", &geometry_msgs_msg_dds__PoseWithCovarianceStamped__desc, qos(1, 0, 1));
   const int64_t end = dds_time() + (int64_t)(seconds * 1e9);
   dds_publication_matched_status_t out;
@@ -560,7 +560,7 @@ int main(int argc, char **argv) {
   else if (strcmp(argv[1], "view") == 0) view(seconds);
   else if (strcmp(argv[1], "nodes") == 0 && argc > 3) show_nodes(seconds, atoi(argv[3]));
   else if (strcmp(argv[1], "announce") == 0) announce(seconds);
-  else if (strcmp(argv[1], "pose") == 0 && argc > 6) say_pose(seconds, argv + 3);
+  else if (strcmp(argv[1], "pose") == 0 && argc > 6) publish_pose(seconds, argv + 3);
   else if (strcmp(argv[1], "latency") == 0) latency(seconds);
   else return 2;
   dds_delete(participant);
