@@ -3,10 +3,16 @@
 
 usage: tools/check_words.py [--measure] [--list] [PATH ...]
 
-Exit code 1 when a banned word is used where tools/allowed_words.txt (lines "file | word | reason") does not allow it.
---list prints each use; otherwise files with their counts. --measure prints the lengths of sentences instead.
-PATH limits the search to these files and folders.
+Exit code 1 if a banned word is used that tools/allowed_words.txt (lines "file | word | reason") does not allow there, or if a line of that
+file allows a word that is not used. --list prints each use; otherwise files with their counts. PATH limits the search to these files and
+folders.
+
+--measure prints the lengths of sentences and the wide lines of docs instead; exit code 1 if a limit is exceeded. Not measured as sentences:
+tables, headings, code blocks, tests, SQL, usage lines and generated pages. A code span, a formula and the target of a link count as one
+word each. Not measured as wide: tables, headings, code blocks, HTML comments, and lines without a space to break at (a code span or a
+formula is not broken).
 """
+import ast
 import pathlib
 import re
 import subprocess
@@ -17,6 +23,8 @@ BANNED = ROOT / "tools/banned_words.txt"
 ALLOWED = ROOT / "tools/allowed_words.txt"
 READ = (".cpp", ".hpp", ".py", ".pyi", ".md", ".ts", ".js", ".css", ".html", ".sh", ".txt", ".cmake", ".yaml", ".yml", ".in")
 SKIPPED = ("LICENSE", "tools/banned_words.txt", "tools/allowed_words.txt", "tools/check_words.py", "tools/same_bytes_renames.txt")
+GENERATED = ("docs/reference/cli.md", "docs/reference/python.md")
+NOT_PROSE = re.compile(r"\b(CREATE TABLE|INSERT INTO|SELECT )|^usage:|^\s*waymark[ -]")
 MAX_WORDS, MAX_MEAN, MAX_COLUMNS = 30, 18, 120
 
 
@@ -64,45 +72,109 @@ def uses(paths):
                         yield name, number, match.group(0), instead, line.strip()
 
 
+def plain(text):
+    """Text with each code span, formula and link target as one word."""
+    text = re.sub(r"\$`[^`]*`\$|``.+?``|`[^`]*`", "`x`", text, flags=re.S)
+    return re.sub(r"\]\([^)\s]*\)", "]", text)
+
+
+def sentences(text):
+    return re.split(r"(?:(?<=[.!?])|(?<=[.!?][)\"*])|(?<=[.!?]\*\*))\s+(?=[A-Z0-9`*\[(\"])|(?<=[:;])\s+(?=[A-Z])", " ".join(text.split()))
+
+
 def sentences_of_docs(paths):
-    for name in files([path for path in paths or ["README.md", "CONTRIBUTING.md", "docs"]]):
-        if name.endswith(".md"):
+    for name in files(paths or ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs", "labs"]):
+        if name.endswith(".md") and name not in GENERATED:
             text = (ROOT / name).read_text(encoding="utf-8")
-            text = re.sub(r"^```.*?^```[ ]*$", "\n\n", text, flags=re.M | re.S)
-            text = re.sub(r"^\|.*$|^#.*$|<!--.*?-->", "\n\n", text, flags=re.M)
+            text = re.sub(r"^( *)```.*?^\1```[ ]*$", "\n\n", text, flags=re.M | re.S)
+            text = re.sub(r"(?<=\n\n)(?: {4}.*\n)+", "\n", text)
+            text = re.sub(r"^ *\|.*$|^#.*$|<!--.*?-->", "\n\n", text, flags=re.M)
             for part in re.split(r"\n\s*\n|\n\s*[-*] |\n\s*\d+\. ", text):
-                for sentence in re.split(r"(?<=[.!?:;])\s+(?=[A-Z`*\[(])", " ".join(part.split())):
+                for sentence in sentences(plain(part)):
                     yield name, sentence
+
+
+def comments_of(text, sign):
+    """Comments: consecutive lines that hold nothing else are one, and so are lines below the comment of a line of code, in its column."""
+    column, parts = -1, []
+    for line in [*text.split("\n"), ""]:
+        found = re.match(rf"((?:[^\"'/#]|\"(?:[^\"\\]|\\.)*\"|'[^']*'|/(?!/))*?)(?:{sign}) ?(.*)", line)
+        if parts and (not found or found[1].strip() or len(found[1]) != column):
+            yield "\n".join(parts)
+            parts = []
+        if found:
+            column = len(found[1])
+            parts.append("\n" + found[2] + "\n" if re.match(r"\s*[-*] |namespace \S+$", found[2]) else found[2])
+
+
+def strings_of(text):
+    """Adjacent literals of C++ as one string."""
+    for raw in re.findall(r'R"(\w*)\((.*?)\)\1"', text, re.S):
+        yield raw[1]
+    text = re.sub(r'R"(\w*)\(.*?\)\1"', "", text, flags=re.S)
+    text = re.sub(r"^\s*#include.*$|'(?:[^'\\\n]|\\.)'", "", re.sub(r"^\s*//.*$", "", text, flags=re.M), flags=re.M)
+    for match in re.finditer(r'(?:"(?:[^"\\\n]|\\.)*"\s*)+', text):
+        yield "".join(re.findall(r'"((?:[^"\\\n]|\\.)*)"', match[0])).replace("\\n", "\n")
+
+
+def prose_of_python(text):
+    tree = ast.parse(text)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str):
+            yield node.value
+        elif isinstance(node, ast.JoinedStr):
+            yield "".join(part.value if isinstance(part, ast.Constant) else "{}" for part in node.values)
+    yield from comments_of(text, "#")
 
 
 def sentences_of_source(paths):
     for name in files(paths or ["waymark", "python"]):
         if name.endswith((".cpp", ".hpp", ".py")) and "_test." not in name:
             text = (ROOT / name).read_text(encoding="utf-8")
-            comments = re.sub(r"\n\s*//[/!]?<? ?", " ", text)
-            for string in re.findall(r'"((?:[^"\\\n]|\\.)*)"', re.sub(r'"\s*\n\s*"', "", text)):
-                if string.count(" ") >= 3:
-                    yield name, string
-            for comment in re.findall(r"//[/!]?<? ?(.*)", comments):
-                for sentence in re.split(r"(?<=[.!?:;])\s+(?=[A-Z`])", comment):
-                    if sentence.count(" ") >= 3:
-                        yield name, sentence
+            prose = prose_of_python(text) if name.endswith(".py") else [*comments_of(text, "//[/!]?<?"), *strings_of(text)]
+            for part in prose:
+                # A blank, indented, aligned or usage line, an item or a row of a table is not part of the sentence before it.
+                for block in re.split(r"\n\s*\n|\n(?=\s|[-*] |[^\n]*\S {2,}\S)|(?<=[^\n.]{3})\n(?=usage:)", part):
+                    for sentence in sentences(plain(block)):
+                        if sentence.count(" ") >= 3 and not NOT_PROSE.search(sentence):
+                            yield name, sentence
+
+
+def too_wide(line):
+    """Whether a line is longer than the limit though a word before the limit could go to the next line. Headings, tables and comments cannot break."""
+    if len(line) <= MAX_COLUMNS or re.match(r"\s*\||#|<!--", line):
+        return False
+    text = re.sub(r"\$`[^`]*`\$|``.+?``|`[^`]*`", lambda span: span[0].replace(" ", "_"), line)
+    words = re.match(r"\s*(?:[-*]|\d+\.)?\s*", text)
+    return 0 <= text.find(" ", words.end()) <= MAX_COLUMNS
+
+
+def wide_lines(paths):
+    for name in files(paths or ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs", "labs"]):
+        if name.endswith(".md") and name not in GENERATED:
+            text = (ROOT / name).read_text(encoding="utf-8")
+            text = re.sub(r"^( *)```.*?^\1```[ ]*$|(?<=\n\n)(?: {4}.*\n)+", lambda code: "\n" * code[0].count("\n"), text, flags=re.M | re.S)
+            for number, line in enumerate(text.split("\n"), 1):
+                if too_wide(line):
+                    yield f"{name}:{number}"
 
 
 def measure(paths):
-    for what, sentences in (("docs", sentences_of_docs(paths)), ("source", sentences_of_source(paths))):
-        lengths = [(len(sentence.split()), name, sentence) for name, sentence in sentences if len(sentence.split()) > 2]
+    """Prints the lengths of sentences; whether they are within the limits."""
+    good = True
+    for what, measured in (("docs", sentences_of_docs(paths)), ("source", sentences_of_source(paths))):
+        lengths = [(len(sentence.split()), name, sentence) for name, sentence in measured if len(sentence.split()) > 2]
         if not lengths:
             continue
         long = [row for row in lengths if row[0] > MAX_WORDS]
-        print(f"{what}: {len(lengths)} sentences, {sum(row[0] for row in lengths) / len(lengths):.1f} words on average (at most {MAX_MEAN}), "
-              f"{len(long)} longer than {MAX_WORDS}")
-        for words, name, sentence in sorted(long, reverse=True)[:20]:
+        mean = sum(row[0] for row in lengths) / len(lengths)
+        good &= not long and mean <= MAX_MEAN
+        print(f"{what}: {len(lengths)} sentences, {mean:.1f} words on average (at most {MAX_MEAN}), {len(long)} longer than {MAX_WORDS}")
+        for words, name, sentence in sorted(long, reverse=True):
             print(f"  {words} {name}: {sentence[:140]}")
-    wide = [f"{name}:{number}" for name in files(paths or ["README.md", "CONTRIBUTING.md", "docs"]) if name.endswith(".md")
-            for number, line in enumerate((ROOT / name).read_text(encoding="utf-8").splitlines(), 1)
-            if len(line) > MAX_COLUMNS and not line.startswith("|") and "](" not in line and "http" not in line]
-    print(f"docs: {len(wide)} lines of more than {MAX_COLUMNS} columns" + (f", first {wide[0]}" if wide else ""))
+    wide = list(wide_lines(paths))
+    print(f"docs: {len(wide)} lines of more than {MAX_COLUMNS} columns" + "".join(f"\n  {place}" for place in wide))
+    return good and not wide
 
 
 def main():
@@ -112,10 +184,17 @@ def main():
         print(__doc__, file=sys.stderr)
         return 2
     if "--measure" in options:
-        measure(paths)
-        return 0
-    allowed = {(row[0], row[1].lower()) for row in rows_of(ALLOWED)}
-    found = [use for use in uses(paths) if (use[0], use[2].lower()) not in allowed]
+        return 0 if measure(paths) else 1
+    rows = list(rows_of(ALLOWED))
+    without_reason = [row for row in rows if len(row) != 3]
+    for row in without_reason:
+        print(f"tools/allowed_words.txt: '{' | '.join(row)}' is not of the form 'file | word | reason'")
+    allowed = {(row[0], row[1].lower()) for row in rows if len(row) == 3}
+    used = list(uses(paths))
+    unused = set() if paths else allowed - {(use[0], use[2].lower()) for use in used}
+    for name, word in sorted(unused):
+        print(f"tools/allowed_words.txt: {name} does not use '{word}'; delete the line")
+    found = [use for use in used if (use[0], use[2].lower()) not in allowed]
     counts = {}
     for name, number, word, instead, line in found:
         counts[name] = counts.get(name, 0) + 1
@@ -125,7 +204,7 @@ def main():
         for name, count in sorted(counts.items(), key=lambda item: -item[1]):
             print(f"{name}: {count}")
     print(f"{len(found)} banned words in {len(counts)} files" + ("" if not found else "; --list names them, tools/banned_words.txt what to write instead"))
-    return 1 if found else 0
+    return 1 if found or unused or without_reason else 0
 
 
 if __name__ == "__main__":
