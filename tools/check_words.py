@@ -52,7 +52,7 @@ def files(paths):
 
 
 def identifiers_apart(line):
-    """snake_case and CamelCase names as words, so that `observe_standing` is found; include paths stay out."""
+    """snake_case and CamelCase names as words, so that `is_said` is found; include paths stay out."""
     if line.lstrip().startswith("#include"):
         return ""
     line = re.sub(r"(?<=[a-z0-9])_(?=[a-z])", " ", line)
@@ -79,7 +79,7 @@ def plain(text):
 
 
 def sentences(text):
-    return re.split(r"(?:(?<=[.!?])|(?<=[.!?][)\"*])|(?<=[.!?]\*\*))\s+(?=[A-Z0-9`*\[(\"])|(?<=[:;])\s+(?=[A-Z])", " ".join(text.split()))
+    return re.split(r"(?:(?<=[.!?])|(?<=[.!?][)\"*])|(?<=[.!?]\*\*))\s+(?=[A-Z0-9`*<\[(\"])|(?<=[:;])\s+(?=[A-Z])", " ".join(text.split()))
 
 
 def sentences_of_docs(paths):
@@ -104,7 +104,7 @@ def comments_of(text, sign):
             parts = []
         if found:
             column = len(found[1])
-            parts.append("\n" + found[2] + "\n" if re.match(r"\s*[-*] |namespace \S+$", found[2]) else found[2])
+            parts.append("\n" + found[2] + "\n" if re.match(r"\s*[-*|#]+ |%%|namespace \S+$", found[2]) else found[2])
 
 
 def strings_of(text):
