@@ -1,6 +1,6 @@
 # %% [markdown]
 # # Lab 4: PnP and its two solutions
-# Four corners of a square give its pose, but seen nearly without perspective two poses fit almost equally well, and noise decides which fits better
+# Four corners of a square give its pose. If perspective is weak, two poses fit almost equally well, and noise decides which fits better
 # (Collins and Bartoli, "Infinitesimal Plane-Based Pose Estimation", IJCV 109, 2014). You observe this ambiguity and resolve it. 50 minutes.
 
 # %%

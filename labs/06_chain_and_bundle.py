@@ -1,6 +1,7 @@
 # %% [markdown]
 # # Lab 6: a chain of poses compared with bundle adjustment
-# A lap past 24 tags. Consecutive relative poses form a chain whose error grows with the distance; bundle adjustment uses all observations at once. 45 minutes.
+# A robot drives a lap past 24 tags. Consecutive relative poses form a chain whose error grows with the distance. Bundle adjustment uses all observations at
+# once. 45 minutes.
 
 # %%
 import tempfile
@@ -51,7 +52,7 @@ def map_error(estimated, truth):
 # ## 4. Gain by optimisation
 # `report.start_map` is the chain's map, `report.map` the optimised one, `world.tags` the truth. By which factor is the error smaller?
 #
-# **Question:** what would happen to both without the last metres, in which the robot sees the first tags again?
+# **Question:** what would happen to both without the last metres, in which the robot observes the first tags again?
 
 # %%
 def gain(report, truth):

@@ -1,8 +1,8 @@
 # %% [markdown]
 # # Lab 7: odometry and calibration
-# Wheel odometry has systematic errors: tyres have another radius than in the drawing, and a robot that skids turns less than its wheels indicate. You write the
-# odometry of a differential drive and calibrate it on a recorded lap (Borenstein and Feng, "Measurement and Correction of Systematic Odometry Errors in Mobile
-# Robots", IEEE Transactions on Robotics and Automation 12, 1996). The last part uses a log of another simulator. 50 minutes.
+# Wheel odometry has systematic errors: tyres differ in radius from the drawing, and a robot that skids turns less than its wheels indicate. You write the
+# odometry of a differential drive and calibrate it on a recorded lap. The last part uses a log of another simulator. 50 minutes. Source: Borenstein and Feng,
+# "Measurement and Correction of Systematic Odometry Errors in Mobile Robots", IEEE Transactions on Robotics and Automation 12, 1996.
 
 # %%
 import csv
@@ -45,8 +45,8 @@ print(f"{len(laps['lap'][0])} samples; radius {robot.wheel_radius_m} m, track {r
 
 # %% [markdown]
 # ## 1. One step
-# The left wheel rolled `left_m`, the right one `right_m`, the wheels are `track_m` apart. On an arc the middle drives their mean, and the robot turns by their
-# difference over the track. Return the motion `before_T_after`, exactly, without using only the heading at the beginning of the step.
+# The left wheel rolled `left_m`, the right one `right_m`. The wheels are `track_m` apart. On an arc the middle drives their mean, and the robot turns by their
+# difference over the track. Return the exact motion `before_T_after`: the heading changes during the step.
 # <details><summary>Hint</summary>geometry.SE2.exp computes the motion by a constant velocity for a unit of time: what are its three components?</details>
 
 # %%
@@ -112,7 +112,7 @@ if lab.points == 10:
 # Record a lap of your robot with its wheel angles and tags (`waymark teach`), store it beside the notebook as own.mcap, and run this cell. A real robot has no ground
 # truth: the cell uses the trajectory that `waymark map` estimates from the tags; radius and track are those of the robot file in the recording.
 #
-# **Question:** how far are its two scales from those of the simulated robots, and by how much do they differ between two laps of it?
+# **Question:** how far are its two scales from those of the simulated robots? By how much do they differ between two of its laps?
 # %%
 _own = labs.own_data("own.mcap")
 if _own and lab.points == 10:

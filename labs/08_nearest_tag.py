@@ -1,6 +1,6 @@
 # %% [markdown]
 # # Lab 8: the nearest tag compared with a Kalman filter
-# Where is the robot, if it sees tags of a known map? The first method is that of the exercise "Marker Based Visual Loc" of the Robotics Academy: the nearest tag
+# Where is the robot, if it observes tags of a known map? The first method is that of the exercise "Marker Based Visual Loc" of the Robotics Academy: the nearest tag
 # determines the pose, and odometry continues from there. The second weighs both by their uncertainties (Kalman, "A New Approach to Linear Filtering and Prediction
 # Problems", 1960). You write both and run them on the same lap. 60 minutes.
 
@@ -32,7 +32,7 @@ def nearest(seen):
     raise NotImplementedError
 
 # %% [markdown]
-# ## 2. Where must the robot be?
+# ## 2. The pose of the robot
 # The map contains `tag_map[name].map_T_tag`, the robot file `robot.base_T_cam`. Return x, y and heading of the robot.
 # <details><summary>Hint</summary>map_T_tag tag_T_cam cam_T_base, and the heading of a matrix is atan2 of the first column.</details>
 
@@ -52,7 +52,7 @@ def carried(fixed, odom_then, odom_now):
 
 # %% [markdown]
 # ## 4. Accept or reject a fix
-# Accept a tag nearer than FAR_M always. Reject a farther one if its fix is JUMP_M or more from the pose predicted by odometry.
+# Always accept a tag nearer than FAR_M. Reject a farther one if its fix is JUMP_M or more from the pose predicted by odometry.
 #
 # **Question:** a robot is lifted and put down elsewhere. How does this rule behave?
 
@@ -80,8 +80,8 @@ lab = labs.check(8, globals())
 
 # %% [markdown]
 # ## Figure
-# The errors of both on the lap (`waymark.labs.loops` runs them with your functions). Then compare with Waymark's own localization on the whole lap: `waymark.localization.localize_recording(recording, map, method=…)` with the methods "anchor", "ekf" and
-# "riekf", scored by `waymark.evaluation.score_trajectory`. The solution of the Academy's exercise that does the same with images is `waymark.academy.nearest_tag`.
+# The figure shows the errors of both on the lap (`waymark.labs.loops` runs them with your functions). Then compare with Waymark's own localization on the
+# whole lap: `waymark.localization.localize_recording(recording, map, method=…)` with the methods "anchor", "ekf" and "riekf", scored by `waymark.evaluation.score_trajectory`. The solution of the Academy's exercise that does the same with images is `waymark.academy.nearest_tag`.
 # %%
 if lab.points == 10:
     from waymark.labs import loops

@@ -1,9 +1,9 @@
 # %% [markdown]
 # # Lab 9: EKF and right-invariant EKF
 # An overconfident filter is worse than one with a large covariance. The extended Kalman filter linearises at its estimate, and with a large heading
-# error its covariance shrinks in directions without information. The right-invariant filter measures its error on the group, and its derivative of an observation does not
-# depend on the estimate (Barrau and Bonnabel, "The Invariant Extended Kalman Filter as a Stable Observer", IEEE Transactions on Automatic Control 62, 2017).
-# You write the differing parts. Both filters start with a heading error of 30 degrees (one standard deviation), drive 5 m without observations, and then observe landmarks. 60 minutes.
+# error its covariance shrinks in directions without information. The right-invariant filter measures its error on the group. Its derivative of an
+# observation does not depend on the estimate (Barrau and Bonnabel, "The Invariant Extended Kalman Filter as a Stable Observer", IEEE TAC 62, 2017).
+# You write the parts that differ. Both filters start with a heading error of 30 degrees (one standard deviation), drive 5 m without observations, and then observe landmarks. 60 minutes.
 
 # %%
 import numpy as np

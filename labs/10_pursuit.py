@@ -16,8 +16,8 @@ line = np.column_stack([s, 0.8 * np.sin(0.9 * s)])  # (n, 2) [m], from its begin
 
 # %% [markdown]
 # ## 1. The point ahead
-# Starting at the point of the line nearest to the robot, return the first following point that is `ahead_m` or more away from the robot, or the last point if there is
-# none.
+# Start at the point of the line nearest to the robot. Return the first following point that is `ahead_m` or more away from the robot, or the last point if
+# there is none.
 # <details><summary>Hint</summary>np.argmin finds the nearest; search only after it.</details>
 
 # %%
@@ -28,7 +28,7 @@ def goal(line, x, y, ahead_m):
 # %% [markdown]
 # ## 2. The arc to it
 # The circle that leaves the robot straight ahead and goes through the point. Return its curvature (1 / radius, positive to the left).
-# <details><summary>Hint</summary>In the robot's frame the centre of the circle lies on the y axis, at (0, 1 / curvature), and the point (gx, gy) is as far from it as the robot.</details>
+# <details><summary>Hint</summary>In the robot's frame the centre of the circle is at (0, 1 / curvature). The point (gx, gy) is as far from it as the robot.</details>
 #
 # **Question:** what happens if the look-ahead distance is halved? If it is three times as long? (After the check change `LOOK_AHEAD_M`,
 # and check again: a second line shows the result of your value. The points are for the drive at 0.4 m.)
@@ -39,9 +39,9 @@ def curvature(x, y, heading, point):
     raise NotImplementedError
 
 # %% [markdown]
-# ## 3. Where the command will act
-# `under_way` are the pending commands (speed, true yaw rate), which were sent and do not act yet, the oldest first; each will act for one period. Where will the robot be
-# when the next command acts?
+# ## 3. Where the command takes effect
+# `under_way` are the pending commands (speed, true yaw rate): sent but not in effect yet, the oldest first. Each will act for one period. Where will the
+# robot be when the next command takes effect?
 # <details><summary>Hint</summary>geometry.SE2.exp of a velocity times a period is the motion of that period, in the robot's frame.</details>
 
 # %%
@@ -75,8 +75,8 @@ lab = labs.check(10, globals())
 
 # %% [markdown]
 # ## Figure, and Waymark's controllers
-# The same robot drives the taught route of the samples with "pursuit", which compensates neither delay nor gain, and with "follower", which is given the delay and estimates the
-# gain while driving (docs/concepts/replay.md). **Question:** how does the follower behave differently in the first curve than in the second?
+# The same robot drives the taught route of the samples with two controllers (docs/concepts/replay.md). "pursuit" compensates neither delay nor gain.
+# "follower" is given the delay and estimates the gain while driving. **Question:** how does the follower behave differently in the first curve than in the second?
 # %%
 if lab.points == 10:
     from waymark import config, replay, samples

@@ -1,6 +1,6 @@
 # %% [markdown]
 # # Lab 11: faults, watchdogs and safety
-# A robot must stop after any failure: the program blocks, the cable is pulled, the camera goes dark, a value is NaN. You write
+# A robot must stop after any failure, such as a blocked program, a pulled cable, a dark camera or a NaN. You write
 # the last safety functions before the motors, and measure how long a robot continues to drive after its camera fails. (The terms fault, reaction and safe state are those
 # of IEC 61508-4; docs/concepts/replay.md describes Waymark's safety functions.) 50 minutes.
 
@@ -42,8 +42,8 @@ print(f"the drive ended: {end['state']}, {end['reason']}")
 
 # %% [markdown]
 # ## 1. A watchdog
-# The program feeds it with each command; the robot queries whether it may continue. `fed_s` is the time of the last command, None before the first; `now_s` is the robot's
-# clock, which may be set back. It has expired after more than 0.25 s without a command, without any command, or with a command from the future.
+# The program feeds the watchdog with each command; the robot asks whether it may continue. `fed_s` is the time of the last command, None before the first.
+# `now_s` is the robot's clock, which may be set back. The watchdog has expired after more than 0.25 s without a command, without any command, or with a command from the future.
 #
 # **Question:** why must the watchdog not run in the program that drives?
 

@@ -1,7 +1,7 @@
 # %% [markdown]
 # # Lab 12: simulation and reality
-# A simulator models only the effects that its authors considered. You compare three robots: that of samples/lap.mcap, a second one in the same simulator that differs from
-# its file (samples/other.mcap), and one of another simulator with other physics and other noise (plant/). You identify delay, gain and bias from commands and a gyro,
+# A simulator models only the effects that its authors considered. You compare three robots. The first is that of samples/lap.mcap. The second differs from its
+# file, in the same simulator (samples/other.mcap). The third is of another simulator with other physics and other noise (plant/). You identify delay, gain and bias from commands and a gyro,
 # and test whether two robots have the same error distribution (two-sample Kolmogorov-Smirnov test; Ljung, "System Identification", chapters 6 and 16). If you have a recording of a
 # real robot, use it in place of other.mcap. 60 minutes.
 

@@ -105,7 +105,7 @@ def number(value):
 
 def pictures(program, folder, laps):
     """Rendered pictures of circuit24, and the map that is made of the same lap."""
-    lines = ["| circuit24, rendered pictures, map of the same lap | position RMSE, m | worst, m | NEES (3) | NIS (1) | anchor, m |",
+    lines = ["| circuit24, rendered images, map of the same lap | position RMSE, m | worst, m | NEES (3) | NIS (1) | anchor, m |",
              "|---|---|---|---|---|---|"]
     rows = []
     for seed in PICTURES:
@@ -160,7 +160,7 @@ def house_in_pictures(program, folder, laps):
     root = pathlib.Path(__file__).resolve().parents[1]
     robot = (root / "share/robots/turtlebot3-waffle.yaml").read_text(encoding="utf-8")
     (folder / "article.yaml").write_text(robot.replace("1696.8", "1920.0"))
-    lines = ["| academy-house, rendered pictures | riekf, m | NEES (3) | NIS (1) | article, m | article, with the true focal length, m | "
+    lines = ["| academy-house, rendered images | riekf, m | NEES (3) | NIS (1) | article, m | article, with the true focal length, m | "
              "anchor, m | article / riekf | with the true focal length |", "|---|---|---|---|---|---|---|---|---|"]
     rows = []
     for seed in PICTURES:

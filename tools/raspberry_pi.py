@@ -89,7 +89,7 @@ def main():
     parser.add_argument("--laps", type=float, default=0.1)
     parser.add_argument("--write", action="store_true")
     given = parser.parse_args()
-    table = "| detector | pictures | detection, M | refinement, M | localisation, M | replay steps, M | together, M | ms a picture | largest rate, Hz |\n"
+    table = "| detector | images | detection, M | refinement, M | localisation, M | replay steps, M | total, M | ms per image | largest rate, Hz |\n"
     table += "|---" * 9 + "|\n"
     with tempfile.TemporaryDirectory(prefix="waymark-budget-") as name:
         folder = pathlib.Path(name)

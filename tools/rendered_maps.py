@@ -109,7 +109,7 @@ def main():
         folder = pathlib.Path(name)
         laps = given.laps or folder
         laps.mkdir(parents=True, exist_ok=True)
-        text = ("| world | laps | tags, bundle, RMSE / worst lap, m | tags, chain | laps in which the bundle's tags / way are better | bias over sigma (by chance) "
+        text = ("| world | laps | tags, bundle, RMSE / worst lap, m | tags, chain | laps in which the bundle's tags / trajectory are better | bias over sigma (by chance) "
                 "| NEES/3 of tags, mean (of a lap) | corner noise over stated |\n|---|---|---|---|---|---|---|---|\n")
         for world in given.world or ["circuit24"]:
             truth = true_positions(world)

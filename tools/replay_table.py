@@ -108,7 +108,7 @@ def pictures(bench, args):
         for seed in range(1, seeds + 1):
             folder = bench.lap("pictures", "circuit24", seed, "--images")
             outcomes.append(bench.replay(folder, "circuit24", seed, "--images", "--laps", laps, "--speed-m-s", speed, *flags))
-        lines.append(row(f"circuit24, follower, {speed} m/s, {laps} {'lap' if laps == 1 else 'laps'}, rendered pictures{words}", outcomes))
+        lines.append(row(f"circuit24, follower, {speed} m/s, {laps} {'lap' if laps == 1 else 'laps'}, rendered images{words}", outcomes))
     return lines
 
 

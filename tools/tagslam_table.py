@@ -135,7 +135,7 @@ def main():
     parser.add_argument("--write", type=pathlib.Path)
     args = parser.parse_args()
     lines = ["| test | CPU s | TagSLAM less 2 s / ours | MB | TagSLAM / ours | cost, model tagslam | TagSLAM's own | ratio | "
-             "reprojection px, ours, mean / median | noise px | tags | observations left out | ids left out |",
+             "reprojection px, ours, mean / median | noise px | tags | observations rejected | ids rejected |",
              "|" + "---|" * 13]
     print(lines[0], lines[1], sep="\n")
     all_fine = True

@@ -171,7 +171,7 @@ def fault_table(verdicts: list[Verdict]) -> str:
     groups = collections.defaultdict(list)
     for verdict in verdicts:
         groups[verdict.kind].append(verdict)
-    lines = ["| fault | scripts | as it must be | last order to move after s, median / most | way after the onset m, median / most | off the taught way m |",
+    lines = ["| fault | scripts | passed | last nonzero command after s, median / max | distance after the onset m, median / max | distance from the taught path m |",
              "|---|---|---|---|---|---|"]
     for kind, group in sorted(groups.items()):
         times = [v.zero_after_s for v in group if v.zero_after_s is not None]

@@ -22,7 +22,7 @@ GENERATE = pathlib.Path(__file__).resolve().parent / "generate_log.py"
 BEGIN, END = "<!-- log table -->", "<!-- end of log table -->"
 CASES: dict[str, tuple[list[str], list[str]]] = {  # of the generator, of localize
     "clean, Gaussian": (["--clean"], []),
-    "nominal: t corners, lasting errors, slip bursts, wandering bias and latency": ([], []),
+    "nominal: t corners, persistent errors, slip bursts, wandering bias and latency": ([], []),
     "one tag 3 cm off": (["--tag-off", "5", "0.03"], []),
     "one tag 0.5 m off": (["--tag-off", "5", "0.5"], []),
     "map without covariance, 2 mm and 0.2 deg": (["--no-covariance", "--map-sigma-m", "0.002", "--map-sigma-rad", "0.0035"], []),
@@ -36,7 +36,7 @@ CASES: dict[str, tuple[list[str], list[str]]] = {  # of the generator, of locali
     "five tags 0.4 m off, all the same way": (["--moved", "5", "0.4", "--moved-alike"], []),
     "stamps up to 30 ms too early or too late": (["--jitter-s", "0.03"], []),
     "wheels only, slip bursts": (["--odometry", "wheels", "--no-imu"], []),
-    "a number that two tags carry": (["--second", "11", "5"], []),
+    "a duplicate tag id": (["--second", "11", "5"], []),
     "ranges and bearings, noise not configured": (["--coarse"], []),
 }
 

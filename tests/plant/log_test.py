@@ -38,7 +38,7 @@ class Parameters(unittest.TestCase):
 
     def test_nothing_is_reported_for_correct_logs(self) -> None:
         seeds = range(1, 41 if FULL else 2)
-        silent = [not localised("nominal: t corners, lasting errors, slip bursts, wandering bias and latency", seed)[1] for seed in seeds]
+        silent = [not localised("nominal: t corners, persistent errors, slip bursts, wandering bias and latency", seed)[1] for seed in seeds]
         self.assertGreaterEqual(sum(silent), REPORTED * len(seeds), f"seeds {[s for s, quiet in zip(seeds, silent) if not quiet]}")
 
     def test_a_wrong_mounting_is_reported_and_the_covariance_is_consistent(self) -> None:
@@ -56,7 +56,7 @@ class Parameters(unittest.TestCase):
     @unittest.skipUnless(FULL, "long")
     def test_the_covariance_is_consistent_for_wrong_tags_stamps_and_slip(self) -> None:
         for case in ("five tags 0.4 m off", "five tags 0.4 m off, all the same way", "stamps up to 30 ms too early or too late",
-                     "wheels only, slip bursts", "a number that two tags carry"):
+                     "wheels only, slip bursts", "a duplicate tag id"):
             for seed in range(1, 4):
                 errors, _ = localised(case, seed)
                 self.assertLessEqual(errors.nees, 6)

@@ -31,9 +31,9 @@ def mounting(*off: float) -> tuple[str, ...]:
 SMALL, LARGE = (0.01, 0, 0.005, 0, 1.15, 0), (0.02, 0, 0, 0, 2, 0)
 WHEELS = ("--odometry", "wheels", "--no-imu")
 ROWS = [
-    Row("the anchor upright"),
-    *(Row(f"it leans by {lean} degrees", ("--lean-deg", str(lean))) for lean in (0.3, 1, 3, 6, 15, 30)),
-    Row("MuJoCo, it leans by 3 degrees", ("--plant", "mujoco", "--lean-deg", "3")),
+    Row("upright anchor"),
+    *(Row(f"anchor tilted by {lean} degrees", ("--lean-deg", str(lean))) for lean in (0.3, 1, 3, 6, 15, 30)),
+    Row("MuJoCo, anchor tilted by 3 degrees", ("--plant", "mujoco", "--lean-deg", "3")),
     Row("camera 1 cm forward, 0.5 cm up, 1.15 degrees down, not configured", mounting(*SMALL)),
     Row("camera 2 cm forward, 2 degrees down, not configured", mounting(*LARGE)),
     Row("camera 2 cm forward, 2 degrees to the left, not configured", mounting(0.02, 0, 0, 0, 0, 2)),
