@@ -27,7 +27,6 @@ int main(int argc, char** argv) {
         frame.detections.push_back({.tag = id, .corners_px = *px});
     return std::vector<Sample>{Odometry{now, map_T_base, command.speed_m_s, command.yaw_rate_rad_s}, frame};
   });
-  // [quoted by README.md]
   const auto replayer = make_replayer(*folder);
   if (!replayer) return fail(replayer.error());
   ReplaySession session(**replayer, {});

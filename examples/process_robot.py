@@ -19,7 +19,7 @@ def send(kind, **values):
     print(json.dumps({"type": kind, "stamp_s": time.monotonic(), **values}), flush=True)
 
 
-def listen():  # reads every line immediately, so that no order waits in a pipe
+def listen():  # reads every line immediately, so that no command waits in a pipe
     for line in sys.stdin:
         try:
             orders.put(json.loads(line))
@@ -59,7 +59,7 @@ def main():
             if order["type"] == "velocity":
                 speed, turn, last_order = order["speed_m_s"], order["yaw_rate_rad_s"], time.monotonic()
         if time.monotonic() - last_order > 0.5:
-            speed = turn = 0.0  # no order for 0.5 s although the watchdog sends twenty per second
+            speed = turn = 0.0  # no command for 0.5 s, although the watchdog sends twenty per second
         x, y, yaw = x + speed * math.cos(yaw) * 0.02, y + speed * math.sin(yaw) * 0.02, yaw + turn * 0.02  # HARDWARE: wheels
         send("odometry", x_m=x, y_m=y, yaw_rad=yaw, speed_m_s=speed, yaw_rate_rad_s=turn)  # HARDWARE: measured by the wheels
         if tick % 5 == 0:

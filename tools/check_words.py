@@ -134,7 +134,7 @@ def sentences_of_source(paths):
             prose = prose_of_python(text) if name.endswith(".py") else [*comments_of(text, "//[/!]?<?"), *strings_of(text)]
             for part in prose:
                 # A blank, indented, aligned or usage line, an item or a row of a table is not part of the sentence before it.
-                for block in re.split(r"\n\s*\n|\n(?=\s|[-*] |[^\n]*\S {2,}\S)|(?<=[^\n.]{3})\n(?=usage:)", part):
+                for block in re.split(r"\n\s*\n|\n(?=\s|[-*] |\w+: |[^\n]*\S {2,}\S)|(?<=[^\n.]{3})\n(?=usage:)", part):
                     for sentence in sentences(plain(block)):
                         if sentence.count(" ") >= 3 and not NOT_PROSE.search(sentence):
                             yield name, sentence

@@ -1,5 +1,6 @@
-// The two poses of one square tag: a tag on the optical axis, tilted about its vertical axis, its corners
-// with noise; the poses estimated by the room pose, and how often noise makes the wrong pose fit better.
+// The two poses of one square tag on the optical axis, tilted about its vertical axis, from corners with
+// noise. The room pose estimates both. The program also counts how often noise makes the wrong pose fit
+// better.
 #include <array>
 #include <cmath>
 #include <cstdint>

@@ -4,9 +4,9 @@
 
 namespace waymark::python {
 
-/// Makes every function, method and attribute of a module report an argument of the wrong type by a TypeError
-/// with the argument's name, the expected type and the given type (waymark/_arguments.py), instead of
-/// pybind11's list of signatures.
+/// Explains arguments of the wrong type for every function, method and attribute of a module. The TypeError
+/// has the argument's name, the expected type and the given one (waymark/_arguments.py) instead of pybind11's
+/// list of signatures.
 void explain_arguments(const pybind11::module_& room);
 
 }  // namespace waymark::python

@@ -77,9 +77,8 @@ std::string repr_of(const CameraModel& camera) {
 
 void bind_camera(py::module_& m) {
   m.doc() =
-      "Camera models. Pixel (i, j) covers [i, i + 1) x [j, j + 1): its centre is (i + 1/2, j + 1/2), half a "
-      "pixel more than "
-      "in OpenCV and ROS. Camera frame: x right, y down, z forward [m].";
+      "Camera models. Pixel (i, j) covers [i, i + 1) x [j, j + 1). Its centre is (i + 1/2, j + 1/2), half a "
+      "pixel more than in OpenCV and ROS. Camera frame: x right, y down, z forward [m].";
   py::class_<CameraModel> camera(
       m, "CameraModel",
       "A lens model and an image size; immutable. Created by pinhole(), fisheye() or read_camera().");

@@ -117,10 +117,9 @@ void bind_mapping(py::module_& m) {
   def_packed(report);
   m.def("map_recording", &map_file, py::arg("recording"), py::arg("folder"), py::arg("progress") = py::none(),
         ("Maps a recorded lap of any format and writes map.yaml, route.yaml, … into the folder, as `waymark "
-         "map` does; the files of an earlier map there are kept as backups (map.1.yaml; "
-         "MapReport.backed_up). progress(text, "
-         "done, all) is called during the work; an exception in it, or Ctrl-C, leaves the folder unchanged. "
-         "Keywords: method ('bundle', 'chain'), "
+         "map` does. The files of an earlier map there are kept as backups (map.1.yaml; "
+         "MapReport.backed_up). progress(text, done, all) is called during the work; an exception in it, or "
+         "Ctrl-C, leaves the folder unchanged. Keywords: method ('bundle', 'chain'), "
          "anchor, map_T_anchor (SE3), tag_size_m, and dictionaries of options:\n\nchain:\n" +
          options_help<ChainOptions>() + "bundle:\n" + options_help<BundleMapOptions>() + "route:\n" +
          options_help<RouteOptions>())

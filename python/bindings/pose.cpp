@@ -111,10 +111,10 @@ void bind_pose(py::module_& m) {
         ("The pose of the camera in the map from all tags of one image. Options by keyword:\n\n" +
          options_help<MultiTagOptions>())
             .c_str());
-  m.def("square_poses", &closed_form, py::arg("cam_bearings"), py::arg("size_m"),
-        "The two poses (SE3) of a square by infinitesimal plane-based pose estimation (Collins and Bartoli, "
-        "IJCV 109, 2014) from the "
-        "directions (4, 3) to TL, TR, BR, BL in the camera frame.");
+  m.def(
+      "square_poses", &closed_form, py::arg("cam_bearings"), py::arg("size_m"),
+      "The two poses (SE3) of a square from the directions (4, 3) to TL, TR, BR, BL in the camera frame. The "
+      "method is infinitesimal plane-based pose estimation (Collins and Bartoli, IJCV 109, 2014).");
 }
 
 }  // namespace waymark::python

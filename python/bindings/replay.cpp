@@ -220,12 +220,10 @@ py::dict drive_robot(const std::filesystem::path& map, const py::object& robot, 
 
 constexpr const char* kDriving =
     "robot.step(speed_m_s, yaw_rate_rad_s, now_ns) applies the command for one period and returns the "
-    "samples "
-    "that its sensors measured until now_ns (TagFrame, or CameraFrame if a detector is given; Odometry; "
-    "ImuSample; LaserScan). on_step(now_ns, ReplayStep) gets every decision. However the drive ends, the "
-    "last "
-    "command is zero; an exception of the robot or of on_step ends it and is raised again. Returns a "
-    "dictionary: finished, state, reason, driven_m, stops, frames, lap_s.";
+    "samples that its sensors measured until now_ns (TagFrame, or CameraFrame if a detector is given; "
+    "Odometry; ImuSample; LaserScan). on_step(now_ns, ReplayStep) gets every decision. However the drive "
+    "ends, the last command is zero. An exception of the robot or of on_step ends the drive and is raised "
+    "again. Returns a dictionary: finished, state, reason, driven_m, stops, frames, lap_s.";
 
 std::string replay_options_help() {
   return "Dictionaries of options: filter, follower, pursuit, actuators, profile, watch, "

@@ -1,5 +1,5 @@
-"""A solution of the exercise as its students publish it: the nearest tag gives the pose, by PnP and the yaw of the file; while none is seen, odometry since
-the last tag carries it on. The robot drives until the laser sees something, and turns by a random angle.
+"""A solution of the exercise as its students publish it. The nearest tag gives the pose, by PnP and the yaw of the file. Without a tag in view, odometry
+propagates it from the last tag. The robot drives until the laser detects an obstacle, then turns by a random angle.
 """
 import math
 import random

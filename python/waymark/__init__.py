@@ -1,24 +1,24 @@
 """Waymark: teach a robot a route once and repeat it, from AprilTags and one camera.
 
-One module a room, with the names of the C++ library:
+There is one module per room, with the names of the C++ library:
 
     geometry       SO2, SE2, SO3, SE3: exp, log, adjoint, covariance
-    camera         CameraModel: project, unproject; files of calibrations
-    image          grey pictures as NumPy arrays
+    camera         CameraModel: project, unproject; calibration files
+    image          grey images as NumPy arrays
     families       codes, bitmaps and Hamming distances of tag families
-    samples        what robots send, tag maps, routes, trajectories
+    samples        sensor samples, tag maps, routes, trajectories
     tags           Detector
     pose           pose of a camera from tags, with covariance
-    mapping        a recorded lap becomes a map and a route
+    mapping        a map and a route from a recorded lap
     localization   Localizer: riekf, ekf, anchor, smoother
-    evaluation     errors against the truth
+    evaluation     errors against ground truth
     simulation     photographs, a simulated robot, scripted laps
     recording      MCAP and other logs, as iterators and pandas frames
-    replay         drive a robot of one's own along a route
-    config         files of worlds, robots, maps, routes
+    replay         drive a custom robot along a route
+    config         files of worlds, robots, maps and routes
 
-Conventions: a_T_b takes coordinates of b to a; tangents are translation, then rotation, in the parent frame; pixel (i, j) has its
-centre at (i + 1/2, j + 1/2); SI units and radians; stamps are nanoseconds. Errors are exceptions of waymark.errors.
+Conventions: a_T_b transforms coordinates of b to a. Tangents are translation, then rotation, in the parent frame. Pixel (i, j) has
+its centre at (i + 1/2, j + 1/2). Units are SI and radians; stamps are nanoseconds. Errors are exceptions of waymark.errors.
 """
 
 import os as _os

@@ -2,10 +2,10 @@
 
     python3 -m waymark.academy solution.py
 
-runs a student's file unchanged: it imports HAL, WebGUI and Frequency as there, reads the tags' poses from
-/resources/exercises/marker_visual_loc/apriltags_poses.yaml, and may use pyapriltags (where that is not installed, Waymark's
-detector replaces it) and cv2 (Debian: python3-opencv). Simulated time passes by one picture whenever the file asks the
-same sensor again, so the score does not depend on how fast the computer is: the same file and seed give the same score.
+runs a student's file unchanged. The file imports HAL, WebGUI and Frequency as in the Academy, and reads the tag poses from
+/resources/exercises/marker_visual_loc/apriltags_poses.yaml. It may use pyapriltags (replaced by Waymark's detector if it is not
+installed) and cv2 (Debian: python3-opencv). Simulated time advances by one image whenever the file reads the same sensor again.
+The score therefore does not depend on the speed of the computer: the same file and seed give the same score.
 """
 
 from .run import run_file  # noqa: F401

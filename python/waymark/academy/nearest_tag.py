@@ -1,6 +1,6 @@
-"""A solution of the exercise "Marker Based Visual Loc", as the file a student hands in: the nearest tag gives the pose of the robot, odometry
-propagates it ("Marker-Based Visual Localization with AprilTags and Odometry Fusion", sections "Choosing the Best Tag" and
-"Odometry Fusion and Outlier Rejection"), and a lidar keeps it off the walls.
+"""A solution of the exercise "Marker Based Visual Loc", as a student submits it. The nearest tag gives the pose of the robot, and odometry
+propagates it; a lidar keeps the robot away from walls. Source: "Marker-Based Visual Localization with AprilTags and Odometry Fusion",
+sections "Choosing the Best Tag" and "Odometry Fusion and Outlier Rejection".
 """
 import math
 import random

@@ -127,8 +127,8 @@ class Robot:
             return dataclasses.replace(self._odometry)
 
     def getLaserData(self):
-        """The latest scan: values, the ranges [m] of directions in equal steps from minAngle to maxAngle [rad], where 0 is straight ahead and positive is to
-        the left; infinite if nothing is between minRange and maxRange [m]; timeStamp [s]."""
+        """The latest scan: values, the ranges [m] in equal steps of direction from minAngle to maxAngle [rad], and timeStamp [s]. 0 is straight ahead,
+        positive to the left. A range is infinite if nothing is between minRange and maxRange [m]."""
         with self._lock:
             self._ask("laser")
             return dataclasses.replace(self._laser, values=list(self._laser.values))

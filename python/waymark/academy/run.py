@@ -88,9 +88,9 @@ def _notes(pictures, error, refused):
 
 
 def run_file(path, seconds=60.0, seed=1, camera_rate_hz=10.0, stall_s=30.0):
-    """Runs the file of a solution for so many simulated seconds, in a process of its own, and returns its score as a dictionary: the numbers
-    of score(); `error` is the traceback of an exception that ended it, a sentence where something else did, else None; `notes` are
-    sentences about the score. A solution that asks no sensor for `stall_s` of real time is ended, whatever it does.
+    """Runs the file of a solution for `seconds` of simulated time, in its own process, and returns its score as a dictionary. It contains the
+    numbers of score(). `error` is the traceback of the exception or a description of the event that ended the solution, else None. `notes`
+    are sentences about the score. A solution that reads no sensor for `stall_s` of real time is terminated.
 
     Raises OSError if the file cannot be read, SyntaxError if it is not Python, ValueError if a number is out of range."""
     path = _checked(path, seconds, seed, camera_rate_hz, stall_s)

@@ -3,7 +3,7 @@
 A lab is a file labs/NN_name.py of cells (`# %%` begins code, `# %% [markdown]` text), which tools/make_notebooks.py converts to a
 notebook. The student writes its functions, and `lab = labs.check(NN, globals())` in its last cell but one awards the points.
 
-The checks of a lab are in the module labNN of this package, so the notebook does not show them; the experiments that use the written functions are in `loops`.
+The checks of a lab are in the module labNN of this package, so the notebook does not show them. Experiments with the students' functions are in `loops`.
 """
 
 import functools
@@ -40,7 +40,7 @@ def numbers(answer, shape=None):
         raise Wrong(f"it returns {_a(answer)} instead of an array of numbers") from None
     if shape is not None and (array.ndim != len(shape) or any(s not in (None, n) for s, n in zip(shape, array.shape))):
         asked = "a single number" if shape == () else f"the shape {tuple('n' if s is None else s for s in shape)}"
-        raise Wrong(f"its shape is {array.shape}, expected is {asked}".replace("'", ""))
+        raise Wrong(f"its shape is {array.shape}, expected {asked}".replace("'", ""))
     if not np.isfinite(array).all():
         raise Wrong("the result contains NaN or infinity: a division by zero, or a root of a negative number?")
     return array
@@ -58,7 +58,7 @@ def whole(answer):
     try:
         return operator.index(answer)
     except TypeError:
-        raise Wrong(f"it returns {_a(answer)}, expected is a whole number") from None
+        raise Wrong(f"it returns {_a(answer)}, expected a whole number") from None
 
 
 def instance(answer, kind):
@@ -66,7 +66,7 @@ def instance(answer, kind):
     if answer is None:
         raise Wrong("it returns nothing: is there a `return`?")
     if not isinstance(answer, kind):
-        raise Wrong(f"it returns {_a(answer)}, expected is {kind.__name__}")
+        raise Wrong(f"it returns {_a(answer)}, expected {kind.__name__}")
     return answer
 
 
@@ -75,9 +75,9 @@ def several(answer, count):
     if answer is None:
         raise Wrong("it returns nothing: is there a `return`?")
     if not isinstance(answer, (tuple, list)) and not getattr(answer, "shape", ()):  # NumPy's arrays too
-        raise Wrong(f"it returns {_a(answer)}, expected are {count} values: `return a, b`")
+        raise Wrong(f"it returns {_a(answer)}, expected {count} values: `return a, b`")
     if len(answer) != count:
-        raise Wrong(f"it returns {len(answer)} values, expected are {count}: `return a, b`")
+        raise Wrong(f"it returns {len(answer)} values, expected {count}: `return a, b`")
     return answer
 
 
@@ -86,7 +86,7 @@ def truth(answer):
     if answer is None:
         raise Wrong("it returns nothing: is there a `return`?")
     if str(answer) not in ("True", "False"):  # NumPy's too
-        raise Wrong(f"it returns {_a(answer)}, expected is True or False")
+        raise Wrong(f"it returns {_a(answer)}, expected True or False")
     return bool(answer)
 
 
@@ -114,8 +114,8 @@ def own_data(name):
 
 
 def own_seconds(path):
-    """From a recorded lap of any robot with wheel angles and tags: its robot, the wheel angles (51, 2) [rad] of each second, and the motion
-    (geometry.SE2) in it, from the trajectory of the map made from the lap."""
+    """Reads a recorded lap of any robot with wheel angles and tags. Returns its robot, and for each second the wheel angles (51, 2) [rad]
+    and the motion (geometry.SE2), from the trajectory of the map made from the lap."""
     import tempfile
 
     import numpy as np
