@@ -133,7 +133,7 @@ def put_interactive_pages(docs, wanted):
     words = "They are not in this copy of the site, which was built without emscripten.\n"
     if outcome == 0:
         shutil.copytree(ROOT / "build/web/pages", docs / "pages")
-        words = "Open them: [Tags in a picture](pages/detect.html) · [The two poses of a tag](pages/two_poses.html)\n"
+        words = "Open them: [Tags in an image](pages/detect.html) · [The two poses of a tag](pages/two_poses.html)\n"
     page.write_text(page.read_text().replace(INTERACTIVE, words))
 
 

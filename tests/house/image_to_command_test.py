@@ -9,7 +9,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.dont_write_bytecode = True
 
 MOST_FILES_TO_A_COMMAND = 25
-BEGIN, END = "<!-- path of a picture: tests/house/image_to_command_test.py -->\n", "<!-- end of the path -->"
+BEGIN, END = "<!-- path of an image: tests/house/image_to_command_test.py -->\n", "<!-- end of the path -->"
 
 
 def path_rows(page):
