@@ -7,10 +7,11 @@ Exit code 1 if a banned word is used that tools/allowed_words.txt (lines "file |
 file allows a word that is not used. --list prints each use; otherwise files with their counts. PATH limits the search to these files and
 folders.
 
---measure prints the lengths of sentences and the wide lines of docs instead; exit code 1 if a limit is exceeded. Not measured as sentences:
-tables, headings, code blocks, tests, SQL, usage lines and generated pages. A code span, a formula and the target of a link count as one
-word each. Not measured as wide: tables, headings, code blocks, HTML comments, and lines without a space to break at (a code span or a
-formula is not broken).
+--measure prints the lengths of sentences and the wide lines of docs instead; exit code 1 if a limit is exceeded.
+Not measured as sentences: tables, headings, code blocks, tests, SQL, style sheets, message definitions, usage lines and generated pages.
+A code span, a formula and the target of a link count as one word each. A citation in parentheses (a title in quotes and a year) does not
+count. Not measured as wide: tables, headings, code blocks, HTML comments, and lines without a space to break at; a code span or a formula
+is not broken.
 """
 import ast
 import pathlib
@@ -24,7 +25,8 @@ ALLOWED = ROOT / "tools/allowed_words.txt"
 READ = (".cpp", ".hpp", ".py", ".pyi", ".md", ".ts", ".js", ".css", ".html", ".sh", ".txt", ".cmake", ".yaml", ".yml", ".in")
 SKIPPED = ("LICENSE", "tools/banned_words.txt", "tools/allowed_words.txt", "tools/check_words.py", "tools/same_bytes_renames.txt")
 GENERATED = ("docs/reference/cli.md", "docs/reference/python.md")
-NOT_PROSE = re.compile(r"\b(CREATE TABLE|INSERT INTO|SELECT )|^usage:|^\s*waymark[ -]")
+NOT_PROSE = re.compile(r"\b(CREATE TABLE|INSERT INTO|SELECT )|^usage:|^\s*waymark[ -]|u?int\d+ \w+=|[\w-]+: [^;{}]+; [\w-]+: [^;{}]+;")
+CITATION = re.compile(r'\s\((?:[^()"]|\([^()]*\))*"[^"]*"(?:[^()]|\([^()]*\))*(?:19|20)\d\d(?:[^()]|\([^()]*\))*\)')
 MAX_WORDS, MAX_MEAN, MAX_COLUMNS = 30, 18, 120
 
 
@@ -73,9 +75,10 @@ def uses(paths):
 
 
 def plain(text):
-    """Text with each code span, formula and link target as one word."""
+    """Text with each code span, formula and link target as one word, and without citations."""
     text = re.sub(r"\$`[^`]*`\$|``.+?``|`[^`]*`", "`x`", text, flags=re.S)
-    return re.sub(r"\]\([^)\s]*\)", "]", text)
+    text = re.sub(r"\]\([^)\s]*\)", "]", text)
+    return CITATION.sub("", text)
 
 
 def sentences(text):

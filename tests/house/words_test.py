@@ -92,6 +92,13 @@ class Words(unittest.TestCase):
         self.write("waymark/a.cpp", f'const char* a = "CREATE TABLE {4 * words}";\nconst char* b = "usage: program {4 * words}";\n')
         self.assertEqual(self.check("--measure")[0], 0, self.check("--measure")[1])
 
+    def test_a_citation_does_not_count(self):
+        words = "one two three four five six seven eight nine ten "
+        self.write("docs/a.md", f'A tag is {2 * words}\n(Author and Other, "{words}", A Journal 30(2), 2014).\n')
+        self.assertEqual(self.check("--measure")[0], 0, self.check("--measure")[1])
+        self.write("docs/a.md", f"A tag is {2 * words}\n({words}).\n")
+        self.assertEqual(self.check("--measure")[0], 1)
+
     def test_a_wide_line_is_found_unless_it_cannot_break(self):
         link = "[word](" + "x" * 130 + ")"
         self.write("docs/a.md", f"- {link}\n\n| {'a ' * 70}|\n\n`{'a ' * 70}`\n")
