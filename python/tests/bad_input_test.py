@@ -134,8 +134,10 @@ class Words(unittest.TestCase):
         for tag in ("tag36h11:9999", "nothing", -1, 2**70, 1.5, None, True):
             with self.assertRaises(errors.InvalidArgument, msg=str(tag)):
                 samples.TagDetection(tag=tag)
-        with self.assertRaises(errors.InvalidArgument):
-            families.family("tag36h12")
+        for name in ("tag36h12", "36h12"):
+            with self.assertRaises(errors.InvalidArgument, msg=name) as raised:
+                families.family(name)
+            self.assertIn("'tag36h11'", str(raised.exception))
         with self.assertRaises(KeyError):
             samples.TagMap()[3]
 

@@ -36,7 +36,7 @@ class Usage(InFolder):
         self.check(["evaluate", "detection"], "`waymark evaluate detections`?")
         self.check(["detect"], "SOURCE")
         self.check(["detect", "--anotate", "x", "photograph.png"], "'--anotate'", "'--annotate'?")
-        self.check(["detect", "--family", "tag36h12", "photograph.png"], "tag36h12", "tag36h1")
+        self.check(["detect", "--family", "tag36h12", "photograph.png"], "tag36h12", "'tag36h11'")
         self.check(["detect", "--quad-decimate", "0", "photograph.png"], "(--quad-decimate): 0 ")
         self.check(["detect", "--quad-decimate", "much", "photograph.png"], "--quad-decimate")
         self.check(["evaluate", "detections", "photograph.png"], "--truth")

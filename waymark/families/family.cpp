@@ -9,6 +9,7 @@
 #include <optional>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "waymark/base/message_text.hpp"
 #include "waymark/families/apriltag_family.hpp"
@@ -37,6 +38,18 @@ std::string lower(std::string_view text) {
 std::string quoted(std::string_view text) {
   constexpr std::size_t kLongest = 60;
   return fmt::format("'{}{}'", text.substr(0, kLongest), text.size() > kLongest ? "…" : "");
+}
+
+/// The family meant by an unknown name: the one whose number ("36h11") the name contains, as in
+/// "DICT_APRILTAG_36h11", else the one with the most similar name. Among equally similar names tag36h11, the
+/// most common family, comes first. Empty if no name is similar. `text` is in lower case.
+std::string nearest_family(const std::string& text) {
+  for (const std::string_view name : kNames)
+    if (text.find(name.substr(name.find_first_of("0123456789"))) != std::string::npos)
+      return std::string(name);
+  std::vector<std::string> names = {std::string(to_string(FamilyId::Tag36h11))};
+  names.insert(names.end(), kNames.begin(), kNames.end());
+  return nearest_word(text.starts_with("tag") ? text : "tag" + text, names);
 }
 
 /// Row-major index of a cell counted from the corner of the border square.
@@ -80,9 +93,10 @@ Result<FamilyId> parse_family(std::string_view text) {
     const std::string name = lower(to_string(id));
     if (wanted == name || "tag" + wanted == name) return id;
   }
-  return fail(
-      ErrorCode::InvalidArgument, fmt::format("unknown tag family {}", quoted(text)), {},
-      suggestion(wanted.starts_with("tag") ? wanted : "tag" + wanted, {kNames.begin(), kNames.end()}));
+  const std::string nearest = nearest_family(wanted);
+  return fail(ErrorCode::InvalidArgument, fmt::format("unknown tag family {}", quoted(text)), {},
+              nearest.empty() ? fmt::format("Known: {}.", fmt::join(kNames, ", "))
+                              : fmt::format("Did you mean '{}'?", nearest));
 }
 
 Result<TagId> parse_tag_id(std::string_view text) {

@@ -63,7 +63,7 @@ struct Family {
 [[nodiscard]] const Family& family(FamilyId id);
 
 /// "tag36h11"; accepts "36h11", "Standard41h12", any case. The error for an unknown name suggests the nearest
-/// one.
+/// family (tag36h11 among equally near ones) or lists all of them.
 [[nodiscard]] Result<FamilyId> parse_family(std::string_view text);
 [[nodiscard]] std::string_view to_string(FamilyId id);
 

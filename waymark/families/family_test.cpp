@@ -6,6 +6,7 @@
 #include <thread>
 #include <utility>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -99,13 +100,33 @@ TEST_P(EachFamily, TagIdsAreParsedUpToTheLastNumber) {
   EXPECT_TRUE(bitmap({GetParam(), -1}).empty());
 }
 
-TEST(ParseFamily, SuggestsTheNearestName) {
-  const auto wrong = parse_family("tag36h12");
-  ASSERT_FALSE(wrong);
-  EXPECT_EQ(wrong.error().code, ErrorCode::InvalidArgument);
-  EXPECT_THAT(wrong.error().hint, HasSubstr("'tag36h10'"));
-  EXPECT_THAT(parse_family("36h12").error().hint, HasSubstr("'tag36h10'"));
-  testing::expect_on_page("tags", wrong.error());
+TEST(ParseFamily, SuggestsTheNearestFamily) {
+  const std::vector<std::pair<std::string, std::string>> suggested = {{"tag36h12", "tag36h11"},
+                                                                      {"36h12", "tag36h11"},
+                                                                      {"36h1", "tag36h11"},
+                                                                      {"TAG36H12", "tag36h11"},
+                                                                      {"tag35h11", "tag36h11"},
+                                                                      {"apriltag36h11", "tag36h11"},
+                                                                      {"tag_36h10", "tag36h10"},
+                                                                      {"DICT_APRILTAG_16h5", "tag16h5"},
+                                                                      {"tag25h8", "tag25h9"},
+                                                                      {"21h7", "tagCircle21h7"},
+                                                                      {"tag41h12", "tagStandard41h12"},
+                                                                      {"standard52h12", "tagStandard52h13"},
+                                                                      {"custom48h11", "tagCustom48h12"}};
+  for (const auto& [text, name] : suggested) {
+    const auto wrong = parse_family(text);
+    ASSERT_FALSE(wrong) << text;
+    EXPECT_EQ(wrong.error().code, ErrorCode::InvalidArgument);
+    EXPECT_EQ(wrong.error().hint, fmt::format("Did you mean '{}'?", name)) << text;
+  }
+  EXPECT_EQ(parse_tag_id("36h12:7").error().hint, "Did you mean 'tag36h11'?");
+  testing::expect_on_page("tags", parse_family("tag36h12").error());
+}
+
+TEST(ParseFamily, ListsAllFamiliesIfNoneIsNear) {
+  const Error unknown = parse_family("chessboard").error();
+  for (const FamilyId id : kAllFamilies) EXPECT_THAT(unknown.hint, HasSubstr(std::string(to_string(id))));
   EXPECT_FALSE(parse_family(""));
   EXPECT_FALSE(parse_family(std::string(100000, 'x')));
   EXPECT_LT(parse_family(std::string(100000, 'x')).error().message.size(), 200U);

@@ -260,7 +260,10 @@ TagId id_of(MessageFields& fields, const json& tag) {
   const bool named = tag.is_object() && tag.contains("tag") && tag["tag"].is_string();
   const auto id = parse_tag_id(named ? tag["tag"].get<std::string>() : std::string());
   if (id) return *id;
-  fields.wrong("tags", "'tag' is not a tag name such as \"tag36h11:7\"");
+  if (named)
+    fields.wrong("tags", id.error().message, id.error().hint);
+  else
+    fields.wrong("tags", "'tag' is not a tag name such as \"tag36h11:7\"");
   return {};
 }
 
