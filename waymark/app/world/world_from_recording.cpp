@@ -270,11 +270,10 @@ std::string to_text(const WorldFromRecordingReport& report, const fs::path& fold
     text += fmt::format("{:<46}{:>12}\n", quantity.words,
                         quantity.value ? fmt::format("{:.4g}", *quantity.value) : "not determined");
   const bool camera = std::ranges::find(report.files, "camera.yaml") != report.files.end();
-  const std::string path = folder.string();
-  return text +
-         fmt::format(
-             "Drive in it: waymark teach --world {0}/world.yaml --robot-file {0}/robot.yaml{1} -o sim.mcap\n",
-             path, camera ? fmt::format(" --images --config {}/camera.yaml", path) : "");
+  const auto file = [&](const char* name) { return shell_word((folder / name).string()); };
+  return text + fmt::format("Drive in it: waymark teach --world {} --robot-file {}{} -o sim.mcap\n",
+                            file("world.yaml"), file("robot.yaml"),
+                            camera ? " --images --config " + file("camera.yaml") : "");
 }
 
 ReportFields fields(const WorldFromRecordingReport& report) {
