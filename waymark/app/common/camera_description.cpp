@@ -192,7 +192,7 @@ Result<std::optional<PoseSetup>> described_poses(const CameraDescription& camera
 Status check_picture_size(const CameraModel& camera, int width_px, int height_px) {
   Status fits = check_camera_matches_image(camera, width_px, height_px);
   if (fits) return fits;
-  fits.error().code = ErrorCode::Unsupported;  // the pictures, by this calibration
+  fits.error().code = ErrorCode::Unsupported;  // these images with this calibration
   const bool scales = scaled_camera(camera, width_px, height_px).has_value();
   if (scales)
     fits.error().hint = fmt::format(

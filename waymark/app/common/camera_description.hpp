@@ -25,13 +25,13 @@ struct PoseSetup {
 /// "0.16" for all tags, "tag36h11:7=0.08" (or "7=0.08" for tag36h11) for one; several of them.
 [[nodiscard]] Result<TagSizes> parse_tag_sizes(const std::vector<std::string>& words);
 
-/// The pose of each detection, in their order; an error if there is none (size unknown, corners beyond the
-/// lens …).
+/// One pose per detection, in order, or the error of that detection (tag size unknown, corners outside the
+/// range of the lens model …).
 using PoseList = std::vector<Result<TagPose>>;
 
 [[nodiscard]] PoseList poses_of(std::span<const TagDetection> detections, const PoseSetup& setup);
 
-/// "pose" and "other_pose" (null if there is one pose only), or "pose_error"; without a pose none of them.
+/// "pose" and "other_pose" (null if there is only one), or "pose_error"; empty without poses.
 [[nodiscard]] ReportFields pose_fields(const std::optional<Result<TagPose>>& pose);
 
 /// The axes of each tag, half a side long, in image coordinates.
@@ -42,7 +42,7 @@ using PoseList = std::vector<Result<TagPose>>;
 struct CameraDescription {
   std::string
       file{};  ///< calibration.yaml, ROS camera_info, kalibr's YAML, PhotonVision's JSON, OpenCV's YAML
-  std::string name{};  ///< in a file of several
+  std::string name{};  ///< of the camera, if the file has several
   std::string size{};  ///< image size "1280x720" to which the calibration is scaled; empty: unscaled
   std::optional<double> readout_ms{};  ///< of a rolling shutter; overrides the file
 
@@ -60,7 +60,7 @@ struct CameraDescription {
 /// User options for tag poses.
 struct PoseRequest {
   CameraDescription camera{};
-  std::vector<std::string> sizes{};  ///< as parse_tag_sizes() has them
+  std::vector<std::string> sizes{};  ///< in the form of parse_tag_sizes()
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {

@@ -1,4 +1,4 @@
-// A camera as a user names it: file, name, size of its pictures, shutter.
+// A camera as described by a user: file, name, image size, shutter.
 #include "waymark/app/common/camera_description.hpp"
 
 #include <filesystem>
@@ -23,7 +23,7 @@ CameraModel pose_camera() {
   return CameraModel::make(PinholeRadtan{.fx = 500, .fy = 500, .cx = 320, .cy = 240}, 640, 480).value();
 }
 
-/// A tag of 0.2 m, two metres ahead, a little turned.
+/// A tag of 0.2 m, two metres ahead, slightly rotated.
 SE3 true_pose() { return {SO3::from_rpy(0.2, 0.5, 0.1), {0.1, -0.2, 2}}; }
 
 TagDetection seen(int number, double size_m = 0.2) {
@@ -32,7 +32,7 @@ TagDetection seen(int number, double size_m = 0.2) {
   return detection;
 }
 
-TEST(ParseTagSizes, OneForAllOthersById) {
+TEST(ParseTagSizes, ReadsADefaultAndSizesById) {
   const auto sizes = parse_tag_sizes({"0.16", "7=0.08", "tag25h9:3=0.2"});
   ASSERT_TRUE(sizes) << to_string(sizes.error());
   EXPECT_EQ(sizes->size_m({FamilyId::Tag36h11, 1}).value(), 0.16);
@@ -41,11 +41,11 @@ TEST(ParseTagSizes, OneForAllOthersById) {
   const auto some = parse_tag_sizes({"7=0.08"});
   ASSERT_TRUE(some);
   EXPECT_FALSE(some->size_m({FamilyId::Tag36h11, 1})) << "no size for all others";
-  EXPECT_EQ(parse_tag_sizes({"0.1", "0.2"})->default_size_m, 0.2) << "the last one counts";
+  EXPECT_EQ(parse_tag_sizes({"0.1", "0.2"})->default_size_m, 0.2) << "the last one is used";
   EXPECT_TRUE(parse_tag_sizes({}));
 }
 
-TEST(ParseTagSizes, WhatIsNoSizeNamesTheFlagAndTheWord) {
+TEST(ParseTagSizes, AnInvalidSizeIsReportedWithItsFieldAndText) {
   for (const char* word :
        {"", "x", "0", "-0.1", "nan", "inf", "0.16m", "7=", "=0.1", "7=0.1=2", "tag1=0.1"}) {
     const auto sizes = parse_tag_sizes({word});
@@ -57,12 +57,12 @@ TEST(ParseTagSizes, WhatIsNoSizeNamesTheFlagAndTheWord) {
   EXPECT_THAT(error.message, HasSubstr("7=large"));
 }
 
-TEST(PosesOf, EachDetectionHasItsPoseOrAnErrorInItsPlace) {
+TEST(PosesOf, EachDetectionHasAPoseOrAnError) {
   const PoseSetup setup{pose_camera(), parse_tag_sizes({"7=0.2"}).value()};
   const std::vector<TagDetection> detections = {seen(3), seen(7)};
   const PoseList poses = poses_of(detections, setup);
   ASSERT_EQ(poses.size(), 2U);
-  EXPECT_FALSE(poses[0]) << "its size is not known";
+  EXPECT_FALSE(poses[0]) << "its size is unknown";
   ASSERT_TRUE(poses[1]) << to_string(poses[1].error());
   EXPECT_LT((poses[1]->best.cam_T_tag.translation() - true_pose().translation()).norm(), 1e-6);
   const auto axes = axes_of(detections, poses, setup);
@@ -81,7 +81,7 @@ TEST(PosesOf, AWrongSizeScalesTheDistance) {
   EXPECT_NEAR(poses[0]->best.cam_T_tag.translation().norm(), 2 * true_pose().translation().norm(), 1e-6);
 }
 
-TEST(PoseJson, ThePoseOrWhyThereIsNone) {
+TEST(PoseJson, ContainsThePoseOrTheError) {
   const std::vector<TagDetection> detections = {seen(1)};
   const auto known = to_json(pose_fields(poses_of(detections, {pose_camera(), {.default_size_m = 0.2}})[0]));
   EXPECT_NEAR(known["pose"]["cam_t_tag_m"][2].get<double>(), 2, 1e-6);
@@ -123,18 +123,18 @@ TEST_F(Described, MatchesTheFile) {
   EXPECT_DOUBLE_EQ(read_camera(said_)->readout_s, -0.012);
 }
 
-TEST_F(Described, PosesNeedItAndTheSizeOfTheTags) {
+TEST_F(Described, PosesRequireCameraAndTagSize) {
   const auto poses = described_poses(said_, {"0.16"});
   ASSERT_TRUE(poses && *poses);
   EXPECT_EQ((*poses)->camera, camera_);
   EXPECT_EQ((*poses)->sizes.default_size_m, 0.16);
-  EXPECT_FALSE(described_poses({}, {}).value()) << "no pose was asked for";
+  EXPECT_FALSE(described_poses({}, {}).value()) << "no pose requested";
   EXPECT_THAT(to_string(described_poses(said_, {}).error()), HasSubstr("(tag_size_m): poses require both"));
   EXPECT_THAT(to_string(described_poses({}, {"0.16"}).error()), HasSubstr("(camera): poses require both"));
   EXPECT_THAT(to_string(described_poses({.name = "left"}, {"0.16"}).error()), HasSubstr("(camera_name)"));
 }
 
-TEST_F(Described, IsScaledWhenAsked) {
+TEST_F(Described, IsScaledToTheGivenImageSize) {
   said_.size = "1280x960";
   const auto read = read_camera(said_);
   ASSERT_TRUE(read) << to_string(read.error());
@@ -142,7 +142,7 @@ TEST_F(Described, IsScaledWhenAsked) {
   EXPECT_TRUE(intrinsics_of(read->camera).isApprox(2 * intrinsics_of(camera_)));
 }
 
-TEST_F(Described, ItsDeviationsAreScaledToo) {
+TEST_F(Described, StandardDeviationsAreScaledToo) {
   Calibration ours;
   ours.camera = camera_;
   ours.values = {{"fx_px", {.value = 500, .sigma = 2}},
@@ -160,7 +160,7 @@ TEST_F(Described, ItsDeviationsAreScaledToo) {
   EXPECT_TRUE(half->intrinsics_sigma.isApprox(as_it_is->intrinsics_sigma / 2));
 }
 
-TEST_F(Described, ACalibrationHoldsItsShutter) {
+TEST_F(Described, ACalibrationContainsTheReadoutTime) {
   Calibration ours;
   ours.camera = camera_;
   ours.values = {{"fx_px", {.value = 500, .sigma = 2}},
@@ -170,10 +170,10 @@ TEST_F(Described, ACalibrationHoldsItsShutter) {
   ASSERT_TRUE(write_calibration(said_.file, ours));
   EXPECT_DOUBLE_EQ(read_camera(said_)->readout_s, 0.02);
   said_.readout_ms = 5;
-  EXPECT_DOUBLE_EQ(read_camera(said_)->readout_s, 0.005) << "the value of the caller counts more";
+  EXPECT_DOUBLE_EQ(read_camera(said_)->readout_s, 0.005) << "the caller's value overrides the file";
 }
 
-TEST_F(Described, WhatIsNoSizeIsNamed) {
+TEST_F(Described, AnInvalidImageSizeIsReported) {
   for (const char* size : {"1280", "x", "1280x", "1280x-960", "1280x960px", "0x0", "axb", "99999999999x1"}) {
     said_.size = size;
     EXPECT_THAT(refusal(), HasSubstr("(camera_size)")) << size;
@@ -185,7 +185,7 @@ TEST_F(Described, WhatIsNoSizeIsNamed) {
   EXPECT_NE(refusal(), "");
 }
 
-TEST_F(Described, PicturesOfAnotherSizeAreRefusedWithAWayOut) {
+TEST_F(Described, ImagesOfAnotherSizeAreRefusedWithAHint) {
   EXPECT_TRUE(check_picture_size(camera_, 640, 480));
   const Status twice = check_picture_size(camera_, 1280, 960);
   ASSERT_FALSE(twice);

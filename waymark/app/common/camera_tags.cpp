@@ -174,7 +174,7 @@ ReportFields fields(const ConvertedVideo& converted) {
 
 namespace {
 
-/// The tags of one sample, if it is a picture or its tags.
+/// The tags of one sample, if it is an image or its tags.
 class SampleTags {
  public:
   SampleTags(const std::string& path, const TagFinder& finder, const CameraModel& camera, bool has_tags)

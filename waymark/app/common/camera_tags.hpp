@@ -39,8 +39,8 @@ struct ConvertVideoJob {
   std::string output{};  ///< new file
   std::optional<CameraModel>
       camera{};            ///< written as /camera_info, at the origin of the base and straight ahead
-  TagSizes sizes{};        ///< noted in the recording
-  std::string pictures{};  ///< kept as: raw, jpeg; empty: not at all
+  TagSizes sizes{};        ///< stored in the recording
+  std::string pictures{};  ///< recorded as raw or jpeg; empty: not recorded
 };
 
 /// Takes an image and its tags, in order; the view is valid during the call.
@@ -56,7 +56,7 @@ using TakeTagPicture = std::function<Status(const ImageView& picture, const TagF
                                               const JobControl& control);
 [[nodiscard]] std::string to_text(const ConvertVideoJob& job, const VideoTags& found);
 
-/// What `waymark convert` reports of a video.
+/// Report of `waymark convert` on a video.
 struct ConvertedVideo {
   std::string input{};
   std::string output{};
@@ -66,19 +66,18 @@ struct ConvertedVideo {
 
 // Data of a camera without a robot: a video, or the recording of a live camera.
 
-/// Whether a file is of a camera without a robot: a video. If the caller sets a camera calibration,
-/// also a recording with tags or images and neither odometry nor an IMU; and unreadable or
-/// empty files, so that their reader reports the error.
+/// Whether a file is of a camera without a robot. A video is; if the caller sets a camera calibration, so is
+/// a recording with tags or images and neither odometry nor an IMU. Unreadable and empty files also count, so
+/// that their reader reports the error.
 [[nodiscard]] bool is_of_camera(const std::string& path, bool calibrated);
 
-/// Fails on the recording of a robot if a camera is required: not is_of_camera(). `hint`: the verb that takes
-/// it.
+/// Fails unless is_of_camera(), that is on the recording of a robot. `hint` names the verb that takes it.
 [[nodiscard]] Status check_of_camera(const std::string& path, const std::string& hint);
 
 /// Called with the tags of each image, in order.
 using EachTagFrame = std::function<Status(TagFrame& tags)>;
 
-/// The tags of every image of a video, or of such a recording: recorded tags, else those detected in its
+/// The tags of every image of a video or of such a recording: recorded tags, else those detected in its
 /// images with the lens model of `camera`. Errors: as find_video_tags(); a recording of several
 /// cameras.
 [[nodiscard]] Result<VideoTags> find_camera_tags(const std::string& path, const TagFinder& finder,

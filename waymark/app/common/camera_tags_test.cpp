@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Files may not become larger than this while it lives: as on a full disk, writing fails.
+/// Limits the size of files while it lives, so that writing fails as on a full disk.
 class LargestFile {
  public:
   explicit LargestFile(rlim_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
@@ -36,7 +36,7 @@ class LargestFile {
   void (*handler_)(int);
 };
 
-/// What does not get smaller when it is packed.
+/// Noise, which does not compress.
 Image noise(int width, int height) {
   Random random(20261126);
   Image image(width, height);

@@ -24,10 +24,11 @@ namespace {
 
 using nlohmann::json;
 
-/// So many decimals, and -0 as 0: the same bytes wherever only the last bit of the arithmetic differs.
+/// Rounded to this resolution, with -0 as 0, so that results that differ only in the last bit print the same
+/// bytes.
 double rounded_to(double value, double per_unit) {
-  constexpr double kLargest = 1e9;  // beyond it a double has no such decimals
-  return std::abs(value) < kLargest ? std::round(value * per_unit) / per_unit + 0.0 : value;
+  constexpr double kMaxRounded = 1e9;  // larger doubles do not have these decimals
+  return std::abs(value) < kMaxRounded ? std::round(value * per_unit) / per_unit + 0.0 : value;
 }
 
 std::array<double, 2> rounded_point(const Eigen::Vector2d& px) {
@@ -99,7 +100,7 @@ ReportFields fields(const DetectionLine& line) {
   return all;
 }
 
-/// Whether brackets and braces are nested deeper than the other readers of text go.
+/// Whether brackets and braces are nested deeper than YamlLimits allows, as in the other text readers.
 bool is_nested_too_deep(std::string_view json_text) {
   std::size_t depth = 0;
   bool in_string = false;
@@ -196,8 +197,8 @@ Result<TagDetection> read_detection(const json& object, const Place& place, std:
   for (std::size_t i = 0; i < 4; ++i) detection.corners_px[i] = {corners[2 * i], corners[2 * i + 1]};
   if (reader.has("corner_covariance_px2")) {
     const auto numbers = reader.table("corner_covariance_px2", 8, 8);
-    detection.corner_covariance_px2 =
-        Eigen::Map<const CornerCovariance>(numbers.data());  // symmetric: order is no matter
+    detection.corner_covariance_px2 = Eigen::Map<const CornerCovariance>(
+        numbers.data());  // symmetric, so the storage order does not matter
   }
   if (!reader.status()) return tl::unexpected(reader.status().error());
   return detection;
@@ -289,7 +290,7 @@ std::string internal::name_of_picture(const std::string& path, SensorTime stamp)
 
 namespace {
 
-/// Finds the tags of the picture that the report is of. A lens of another picture size is not applied.
+/// Detects the tags in the image of the report. The lens of a camera with another image size is not applied.
 void find_in(const ImageView& image, const TagFinder& finder, const CameraModel* camera,
              PictureReport& report) {
   const bool fits = camera != nullptr && check_picture_size(*camera, image.width, image.height);
@@ -304,7 +305,7 @@ void find_in(const ImageView& image, const TagFinder& finder, const CameraModel*
   report.refinements = std::move(found->refinements);
 }
 
-/// Reads the picture and finds its tags; what fails is in the report.
+/// Reads the image and detects its tags; a failure is stored in the report.
 Image process(const Input& input, const TagFinder& finder, const CameraModel* camera, PictureReport& report) {
   report.image = input.path;
   report.error = input.error;
@@ -320,7 +321,7 @@ Image process(const Input& input, const TagFinder& finder, const CameraModel* ca
   return std::move(*image);
 }
 
-/// Finds the tags of a picture of a recording or a video.
+/// Detects the tags in an image of a recording or a video.
 PictureReport report_on(const std::string& path, SensorTime stamp, const ImageView& image,
                         const TagFinder& finder, const CameraModel* camera) {
   PictureReport report{.image = internal::name_of_picture(path, stamp),
@@ -331,7 +332,7 @@ PictureReport report_on(const std::string& path, SensorTime stamp, const ImageVi
   return report;
 }
 
-/// Counts a picture that was looked at. Its error becomes a note, unless an earlier picture had the same one.
+/// Counts a processed image. Its error becomes a note, unless an earlier image had the same error.
 void count(const PictureReport& report, const JobControl& control, DetectSummary& summary) {
   summary.tags += report.detections.size();
   ++(report.error ? summary.failed : summary.pictures);
@@ -356,7 +357,7 @@ LogSelection pictures_of(const MessageLog& log) {
   return selection;
 }
 
-/// Every picture of one recording; it is input `index`. Returns whether to go on.
+/// Processes every image of a recording, input number `index`. Returns whether to go on.
 bool detect_recording(std::size_t index, const std::string& path, const TagFinder& finder,
                       const CameraModel* camera, const JobControl& control, const EachPicture& each,
                       DetectSummary& summary) {
@@ -404,7 +405,7 @@ void report_problems(const std::string& path, const VideoReader& reader, const J
   }
 }
 
-/// The same of every picture of a video. Damage counts as one failure; other traps of the file are notes.
+/// The same for a video. Damage counts as one failure; other problems of the file become notes.
 bool detect_video(std::size_t index, const std::string& path, const TagFinder& finder,
                   const CameraModel* camera, const JobControl& control, const EachPicture& each,
                   DetectSummary& summary) {

@@ -63,7 +63,7 @@ struct DetectSummary {
 
 /// Called with each report, in the order of the inputs; `image` is empty if it could not be read.
 /// May add an error to the report, which then counts as failed. Returns whether to go on.
-/// The pixels are there only during the call.
+/// The image is valid only during the call.
 using EachPicture = std::function<bool(std::size_t index, PictureReport& report, const ImageView& image)>;
 
 /// Reads each input, all images of a recording or a video, and detects their tags. Corners are refined with
@@ -81,7 +81,7 @@ namespace internal {
 
 }  // namespace internal
 
-/// The finder of tags of these families (empty: those of the options), whose corners are refined or not.
+/// A finder for tags of these families (empty: those of the options), with or without corner refinement.
 [[nodiscard]] Result<TagFinder> described_finder(DetectorOptions options, const RefinementOptions& refinement,
                                                  const std::vector<std::string>& families, bool refined);
 

@@ -1,4 +1,4 @@
-// Pictures inside a recording are searched one by one, and a lap without tags is mapped by them.
+// Detection in the images of a recording, and laps that contain images instead of tags.
 #include "waymark/app/common/detect_all.hpp"
 
 #include <algorithm>
@@ -44,7 +44,7 @@ PictureReport some_report(std::uint64_t seed, bool with_covariance) {
   return report;
 }
 
-TEST(DetectionsJson, ComesBackAsItWas) {
+TEST(DetectionsJson, RoundTrips) {
   rc::check("writing and reading keep everything that matters", [](std::uint64_t seed, bool with_covariance) {
     const PictureReport report = some_report(seed, with_covariance);
     const auto back = parse_reports(json_line(line_of(report, true)), "t.jsonl");
@@ -67,7 +67,7 @@ TEST(DetectionsJson, ComesBackAsItWas) {
   });
 }
 
-TEST(DetectionsJson, KeysAreTheContract) {
+TEST(DetectionsJson, HasTheDocumentedKeys) {
   const PictureReport report = some_report(1, true);
   std::vector<std::string> keys;
   const auto value = line_of(report, false);
@@ -80,13 +80,13 @@ TEST(DetectionsJson, KeysAreTheContract) {
   EXPECT_TRUE(line_of(report, true)["detections"][0].contains("corner_covariance_px2"));
 }
 
-TEST(DetectionsJson, ALineOfALiveCameraHasTheAgeOfItsPicture) {
+TEST(DetectionsJson, ALineOfALiveCameraHasTheAgeOfItsImage) {
   const auto value = to_json(fields(PictureLine{.report = some_report(1, false), .age_ms = 12.5}));
   EXPECT_EQ(value["age_ms"], 12.5);
   EXPECT_FALSE(value["detections"][0].contains("pose"));
 }
 
-TEST(DetectionsJson, AllKeysAreKnownWithoutAPicture) {
+TEST(DetectionsJson, AllKeysAreListedWithoutAnImage) {
   const auto names_in = [](const ReportFields& of) {
     std::vector<std::string> names;
     for (const ReportField& field : of) names.push_back(field.name);
@@ -113,7 +113,7 @@ TEST(DetectionsJson, AFailureContainsMessageAndPlace) {
   EXPECT_TRUE(back->front().error.has_value());
 }
 
-TEST(DetectionsJson, AFileNameThatIsNotUtf8IsStillALine) {
+TEST(DetectionsJson, AFileNameThatIsNotUtf8StaysValidJson) {
   EXPECT_THAT(json_line(line_of(PictureReport{.image = "\xFF.png", .width_px = 1, .height_px = 1}, false)),
               HasSubstr("\xEF\xBF\xBD.png"));
 }
@@ -141,7 +141,7 @@ TEST(DetectionsJson, ErrorsNameLineAndKey) {
       HasSubstr("(detections[0].tag)"));
 }
 
-TEST(DetectionsJson, NestingHasALimitAndTextIsNoNesting) {
+TEST(DetectionsJson, NestingIsLimitedAndBracketsInTextDoNotCount) {
   const auto nested = [](std::size_t depth) {
     return R"({"image":"a","detections":[],"more":)" + std::string(depth, '[') + std::string(depth, ']') +
            "}";
@@ -152,10 +152,10 @@ TEST(DetectionsJson, NestingHasALimitAndTextIsNoNesting) {
   EXPECT_EQ(deep.error().code, ErrorCode::LimitExceeded);
   EXPECT_EQ(deep.error().place.line, 1);
   const std::string brackets = R"({"image":"\"[)" + std::string(500, '[') + R"(","detections":[]})";
-  EXPECT_TRUE(parse_reports(brackets, "t.jsonl")) << "a file may be called so";
+  EXPECT_TRUE(parse_reports(brackets, "t.jsonl")) << "a valid file name";
 }
 
-TEST(DetectionsJson, AnyTextIsReadOrRefused) {
+TEST(DetectionsJson, ArbitraryTextIsReadOrRefused) {
   rc::check("a damaged line does not crash", [](std::uint64_t seed) {
     Random random(seed);
     std::string line = json_line(line_of(some_report(seed, true), true));
@@ -181,7 +181,7 @@ Image painted_picture(double x_px) {
 
 TagFinder plain_finder() { return {.detector = std::move(make_apriltag_detector({}).value())}; }
 
-/// A recording of three pictures, the last without a tag.
+/// A recording of three images, the last without a tag.
 class DetectRecording : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -210,7 +210,7 @@ class DetectRecording : public ::testing::Test {
   std::vector<PictureReport> seen_{};
 };
 
-TEST_F(DetectRecording, EachPictureIsNamedAfterItsStamp) {
+TEST_F(DetectRecording, EachImageIsNamedAfterItsStamp) {
   const DetectSummary summary = detect();
   EXPECT_EQ(summary.pictures, 3U);
   EXPECT_EQ(summary.tags, 2U);
@@ -223,7 +223,7 @@ TEST_F(DetectRecording, EachPictureIsNamedAfterItsStamp) {
   EXPECT_TRUE(seen_[2].detected && seen_[2].detections.empty());
 }
 
-TEST_F(DetectRecording, EnoughAndCancellingEndIt) {
+TEST_F(DetectRecording, EndsWhenTheCallerStopsItOrCancels) {
   EXPECT_EQ(detect({}, 1).pictures, 1U);
   EXPECT_EQ(seen_.size(), 1U);
   JobControl control;
@@ -232,7 +232,7 @@ TEST_F(DetectRecording, EnoughAndCancellingEndIt) {
   EXPECT_EQ(seen_.size(), 2U);
 }
 
-TEST_F(DetectRecording, ARecordingWithoutPicturesOrOfNothingFails) {
+TEST_F(DetectRecording, FailsOnARecordingWithoutImages) {
   std::vector<std::string> notes;
   JobControl control;
   control.note = [&](const std::string& words) { notes.push_back(words); };
@@ -244,7 +244,7 @@ TEST_F(DetectRecording, ARecordingWithoutPicturesOrOfNothingFails) {
   EXPECT_EQ(detect(control).failed, 1U);
 }
 
-TEST_F(DetectRecording, ALapOfPicturesGetsItsTagsWhileItIsRead) {
+TEST_F(DetectRecording, TagsAreDetectedWhileALapOfImagesIsRead) {
   std::vector<std::string> words;
   JobControl control;
   control.progress = [&](const JobProgress& now) { words.push_back(now.words); };
@@ -259,7 +259,7 @@ TEST_F(DetectRecording, ALapOfPicturesGetsItsTagsWhileItIsRead) {
   EXPECT_THAT(stopped.error().message, HasSubstr("stopped"));
 }
 
-TEST_F(DetectRecording, TheFamilyOfTheRecordedAnchorIsLookedForToo) {
+TEST_F(DetectRecording, TheFamilyOfTheRecordedAnchorIsDetectedToo) {
   constexpr TagId kAnchor{FamilyId::TagCustom48h12, 7};
   Image picture = painted_picture(50);
   testing::paint_tag(picture, kAnchor, testing::square_corners({145, 75}, 40, 0));
@@ -276,7 +276,7 @@ TEST_F(DetectRecording, TheFamilyOfTheRecordedAnchorIsLookedForToo) {
   EXPECT_THAT(found, ElementsAre(kPainted, kAnchor));
 }
 
-TEST_F(DetectRecording, TheDetectorThatIsNamedSearchesThePicturesAlsoBesideTags) {
+TEST_F(DetectRecording, AGivenFinderUsesTheImagesEvenIfTagsAreRecorded) {
   const std::string tags_only =
       test::record_lap(testing::fresh_folder("jobs_tags_only") / "lap.mcap", 96, {.for_s = 1});
   EXPECT_TRUE(read_lap_file(tags_only));

@@ -5,7 +5,7 @@
 
 namespace waymark {
 
-/// Topics of a recording of `waymark localize` beside that of its estimates.
+/// Topics of a recording of `waymark localize`, in addition to that of its estimates.
 inline constexpr const char* kUncertainTopic = "/waymark/pose_uncertain";
 inline constexpr const char* kNisTopic = "/waymark/nis";
 

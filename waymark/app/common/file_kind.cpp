@@ -54,7 +54,7 @@ bool is_column(std::string_view word) {
   });
 }
 
-/// The beginning of a file, and its parts that several rows look at.
+/// The beginning of a file, and parts of it that several rows use.
 class FileHead {
  public:
   FileHead(fs::path path, bool folder, std::string_view bytes, std::uint64_t size)
@@ -71,7 +71,7 @@ class FileHead {
   [[nodiscard]] bool folder() const { return folder_; }
   [[nodiscard]] std::optional<LogFormat> log() const { return log_; }
   [[nodiscard]] ByteSpan bytes() const { return as_bytes(bytes_); }
-  [[nodiscard]] std::string_view text() const { return text_; }  ///< empty: this is no text
+  [[nodiscard]] std::string_view text() const { return text_; }  ///< empty: not text
   [[nodiscard]] bool json() const { return json_; }
   [[nodiscard]] bool begins(std::string_view magic) const { return bytes_.starts_with(magic); }
   [[nodiscard]] bool holds(const char* name) const {
@@ -79,7 +79,7 @@ class FileHead {
     return folder_ && fs::exists(path_ / name, ignored);
   }
 
-  /// What follows a key at the outermost level of YAML, or anywhere in JSON, to the end of the head.
+  /// The text after a key, at the top level of YAML or anywhere in JSON, up to the end of the head.
   [[nodiscard]] std::optional<std::string_view> value(std::string_view key) const {
     for (std::size_t at = text_.find(key); at != std::string_view::npos; at = text_.find(key, at + 1)) {
       const std::string_view rest = text_.substr(at + key.size());
@@ -96,12 +96,12 @@ class FileHead {
   [[nodiscard]] bool has_any(std::initializer_list<std::string_view> keys) const {
     return std::ranges::any_of(keys, [&](std::string_view key) { return has(key); });
   }
-  /// Whether the value of the key `format` begins so.
+  /// Whether the value of the key `format` begins with this name.
   [[nodiscard]] bool has_format(std::string_view name) const {
     const auto format = value("format");
     return format && trimmed(format->substr(0, format->find('\n')), " \t\r\"'").starts_with(name);
   }
-  /// Whether a line that is indented begins with the key.
+  /// Whether an indented line begins with the key.
   [[nodiscard]] bool has_below(std::string_view key) const {
     for (std::size_t at = text_.find(key); at != std::string_view::npos; at = text_.find(key, at + 1))
       if (at > 0 && text_[at - 1] == ' ' && text_.substr(at + key.size()).starts_with(':')) return true;
@@ -110,9 +110,9 @@ class FileHead {
 
   /// The words of the first line that is neither blank nor a comment.
   [[nodiscard]] const std::vector<std::string_view>& words() const { return words_; }
-  /// The names of the columns of a table: of that line or, if it holds numbers, of the comment before it.
+  /// Column names of a table: from that line or, if it contains numbers, from the comment before it.
   [[nodiscard]] const std::vector<std::string_view>& columns() const { return columns_; }
-  /// Whether commas separate the words of that line, and as many those of the next one.
+  /// Whether that line contains commas, and the next line as many.
   [[nodiscard]] bool even() const { return even_; }
   [[nodiscard]] bool has_column(std::initializer_list<std::string_view> names) const {
     return std::ranges::any_of(
@@ -267,15 +267,16 @@ struct KindRow {
 constexpr std::string_view kMapLog = "`waymark map {0}` maps it, `waymark info {0}` lists its contents.";
 constexpr std::string_view kConvertMap = "`waymark map convert {0} map.yaml` converts it to map.yaml.";
 
-/// THE table of kinds, in the order in which they are tried: first by bytes, then by keys, tables last, since
-/// many texts begin like a table. A kind may have several rows; the first one counts for all but `is`.
+/// The table of kinds, in the order in which they are tried: first by bytes, then by keys, tables last, since
+/// many texts begin like a table. A kind may have several rows; all columns but `is` are taken from its first
+/// row.
 constexpr std::array kFileKinds = {
     KindRow{FileKind::MapFolder, "a map folder", is::map_folder, kOfMap,
             "`waymark replay {0}` drives its route, `waymark view {0}` shows it."},
     KindRow{FileKind::TagslamFolder, "a TagSLAM folder", is::tagslam_folder, uses_of(Use::TagslamFolder),
             "`waymark map scene RECORDING tagslam={0}` maps a recording with it."},
     KindRow{FileKind::BagFolder, "a folder of recordings", is::bag_folder,
-            kOfLog | uses_of(Use::OwnMap, Use::Map), kMapLog},  // perhaps with a map in a folder of it
+            kOfLog | uses_of(Use::OwnMap, Use::Map), kMapLog},  // a subfolder may contain a map
 
     KindRow{FileKind::Mcap, "a recording (MCAP)", is::log<LogFormat::Mcap>, kOfLog | uses_of(Use::Page),
             kMapLog},

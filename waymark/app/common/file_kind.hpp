@@ -86,7 +86,7 @@ enum class FileUse : std::uint8_t {
 /// The same of content in memory, such as that of a pipe; `path` is its name.
 [[nodiscard]] FileKind kind_of_content(std::string_view content, const std::filesystem::path& path);
 
-/// Whether open_log() reads it and nothing else would: not of CsvLog, since a table may be anything.
+/// Whether open_log() is the only reader of this kind. False for CsvLog, since a table may contain anything.
 [[nodiscard]] bool is_recording(FileKind kind);
 /// Whether it is a table with a header.
 [[nodiscard]] bool is_table_kind(FileKind kind);

@@ -84,7 +84,7 @@ class FileKinds : public ::testing::Test {
   fs::path folder_ = testing::fresh_folder("file_kinds");
 };
 
-TEST_F(FileKinds, WhatTheProgramWritesIsRecognised) {
+TEST_F(FileKinds, FilesWrittenByTheProgramAreRecognised) {
   const Image image(8, 8);
   const auto png = encode_png(image.view());
   const auto jpeg = encode_jpeg(image.view(), 90);
@@ -136,7 +136,7 @@ TEST_F(FileKinds, WhatTheProgramWritesIsRecognised) {
   }
 }
 
-TEST_F(FileKinds, WhatTheProgramReadsIsRecognised) {
+TEST_F(FileKinds, FilesOfOtherProgramsAreRecognised) {
   const std::pair<FileKind, std::string_view> heads[] = {
       {FileKind::Mcap, "\x89MCAP0\r\n"sv},
       {FileKind::Ros1Bag, "#ROSBAG V2.0\n"sv},
@@ -168,7 +168,7 @@ TEST_F(FileKinds, WhatTheProgramReadsIsRecognised) {
   EXPECT_EQ(written("a", shared("gazebo", "limo")), FileKind::TopicProfile);
 }
 
-TEST_F(FileKinds, AFolderIsWhatItHolds) {
+TEST_F(FileKinds, FoldersAreRecognisedByTheirContents) {
   EXPECT_EQ(kind_of(folder_), FileKind::Unknown) << "empty";
   written("map/map.yaml", to_yaml(map_of_two()));
   written("bag/a_0.db3", "SQLite format 3\0"sv);
@@ -190,10 +190,10 @@ TEST_F(FileKinds, VideosAndMapsAreAlsoRecognisedByName) {
   }
   EXPECT_EQ(kind_of(folder_ / "none.mp4"), FileKind::Video);
   EXPECT_EQ(written("map.yaml", "nothing\n"), FileKind::Map);
-  EXPECT_EQ(kind_of(recording("lap.mp4")), FileKind::Mcap) << "the content counts more";
+  EXPECT_EQ(kind_of(recording("lap.mp4")), FileKind::Mcap) << "the content overrides the name";
 }
 
-TEST_F(FileKinds, EmptyCutAndRandomFilesAreUnknown) {
+TEST_F(FileKinds, EmptyTruncatedAndRandomFilesAreUnknown) {
   EXPECT_EQ(written("empty", ""), FileKind::Unknown);
   EXPECT_EQ(kind_of(folder_ / "none"), FileKind::Unknown);
   EXPECT_EQ(kind_of("/dev/zero"), FileKind::Unknown) << "only regular files are read";
@@ -210,15 +210,15 @@ TEST_F(FileKinds, EmptyCutAndRandomFilesAreUnknown) {
   }
 }
 
-/// Nothing may crash or read beyond the end, wherever a known file ends.
-TEST_F(FileKinds, EveryBeginningOfAFileHasAKind) {
+/// No truncation of a known file may crash or read beyond the end.
+TEST_F(FileKinds, EveryTruncationOfAFileHasAKind) {
   for (const std::string& text : {to_yaml(map_of_two()), map_as(MapForm::Academy), map_as(MapForm::Wpilib),
                                   std::string(testing::kCamchain), std::string("t_s,x_m\n1,2\n")})
     for (std::size_t size = 0; size <= text.size(); ++size)
       static_cast<void>(kind_of_content(std::string_view(text).substr(0, size), "cut"));
 }
 
-TEST_F(FileKinds, AWrongFileIsNamedWithTheVerbsThatTakeIt) {
+TEST_F(FileKinds, AFileOfTheWrongKindIsReportedWithTheVerbsThatTakeIt) {
   const std::string lap = recording("lap one");
   written("world", shared("worlds", "circuit24"));
   written("unknown", "words\n");
@@ -227,7 +227,7 @@ TEST_F(FileKinds, AWrongFileIsNamedWithTheVerbsThatTakeIt) {
                 "'` maps it, `waymark info '" + lap + "'` lists its contents.");
   EXPECT_EQ(error("lap one", FileUse::Recording), "");
   EXPECT_EQ(error("unknown", FileUse::Recording), "") << "its reader reports what is wrong";
-  EXPECT_EQ(error("none.mp4", FileUse::Recording), "") << "it is not there";
+  EXPECT_EQ(error("none.mp4", FileUse::Recording), "") << "no such file";
   EXPECT_THAT(described_kind(folder_ / "world"),
               HasSubstr("world is a simulated world. `waymark world check"));
   EXPECT_EQ(described_kind(folder_ / "unknown"), "");

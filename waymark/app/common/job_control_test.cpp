@@ -5,7 +5,7 @@
 namespace waymark {
 namespace {
 
-TEST(Stopwatch, GoesForwardAndMemoryIsUsed) {
+TEST(Stopwatch, MeasuresTimeAndPeakMemory) {
   const Stopwatch watch;
   const double first = watch.seconds();
   EXPECT_GE(first, 0);

@@ -47,7 +47,7 @@ std::optional<std::string> metadata(const RecordingSetup& setup, const std::stri
   return value == block->second.end() ? std::nullopt : std::optional(value->second);
 }
 
-/// tag36h11, and the family of the anchor where the recording names one.
+/// tag36h11, and the family of the anchor if the recording specifies one.
 std::vector<std::string> usual_families(MessageLog& log, const CameraChoice& choice) {
   std::vector<std::string> families = DetectorOptions{}.families;
   const auto setup = log.setup(choice);
@@ -118,8 +118,8 @@ Result<SE3> anchor_pose_of(const std::vector<double>& n) {
                 how_to_write);
   if (!std::ranges::all_of(n, [](double x) { return std::isfinite(x); }))
     return fail(ErrorCode::InvalidArgument, "the numbers must be finite", place);
-  constexpr double kFarthest_m = 1e4;
-  if (std::ranges::any_of(n.begin(), n.begin() + 3, [](double x) { return std::abs(x) > kFarthest_m; }))
+  constexpr double kMaxDistance_m = 1e4;
+  if (std::ranges::any_of(n.begin(), n.begin() + 3, [](double x) { return std::abs(x) > kMaxDistance_m; }))
     return fail(ErrorCode::InvalidArgument, "the anchor is more than 10 km from the map origin", place,
                 how_to_write);
   return SE3(SO3::from_rpy(to_radians(n[3]), to_radians(n[4]), to_radians(n[5])),
@@ -131,22 +131,18 @@ Result<TeachSetup> setup_of(const RecordedLap& lap, const SetupOverrides& overri
     return tl::unexpected(*lap.setup.chosen.camera_error);
   if (!lap.setup.camera) {
     std::string message = "the recording contains no camera calibration (/camera_info)";
-    if (!lap.setup.problems.empty())  // cut too early, perhaps
+    if (!lap.setup.problems.empty())  // the recording may be truncated
       message += fmt::format("; first problem found: {}", to_string(lap.setup.problems.front()));
-    if (lap.odometry.empty() && lap.imu.empty())  // of a camera alone: a robot's file would not help
-      return fail(ErrorCode::NotFound, message + ", and no odometry", {},
-                  "Map the recording of a camera without a robot by `waymark map video` with "
-                  "`camera`, or of "
-                  "several cameras by `waymark map tagslam=FOLDER` if TagSLAM's files describe them and "
-                  "the tags' "
-                  "sizes. `waymark info` lists its contents.");
+    if (lap.odometry.empty() && lap.imu.empty())  // of a camera without a robot: a robot file does not help
+      return fail(
+          ErrorCode::NotFound, message + ", and no odometry", {},
+          "To map the recording of one camera without a robot, use `waymark map video` with `camera`. "
+          "For several cameras described by TagSLAM's files, use `waymark map tagslam=FOLDER`. "
+          "`waymark info` lists the contents of the recording.");
     return fail(ErrorCode::NotFound, std::move(message), {},
-                "Set `robot` to a robot file, or record sensor_msgs/CameraInfo as well; a table or bag "
-                "of detections "
-                "alone can be mapped with `waymark map tagslam=FOLDER` if TagSLAM's files describe the "
-                "cameras and "
-                "the tags' sizes. "
-                "`waymark info` lists its contents.");
+                "Set `robot` to a robot file, or record sensor_msgs/CameraInfo as well. A table or bag of "
+                "detections can be mapped with `waymark map tagslam=FOLDER` if TagSLAM's files describe "
+                "the cameras and the tag sizes. `waymark info` lists the contents of the recording.");
   }
   if (!lap.setup.base_T_cam && lap.setup.chosen.mounting_error) {
     Error error = *lap.setup.chosen.mounting_error;
@@ -256,40 +252,40 @@ Focal focal_of(const CameraModel& camera) {
 }  // namespace
 
 std::vector<std::string> disagreements(const RobotDescription& robot, const RecordingSetup& setup) {
-  constexpr double kFar_m = 0.005;
-  constexpr double kFar_rad = 0.5 * M_PI / 180;
-  constexpr double kFarScale = 0.005;
-  constexpr double kFar_px = 3;
-  std::vector<std::string> words;
+  constexpr double kTolerance_m = 0.005;
+  constexpr double kTolerance_rad = 0.5 * M_PI / 180;
+  constexpr double kFocalTolerance = 0.005;  // relative
+  constexpr double kCenterTolerance_px = 3;
+  std::vector<std::string> differences;
   if (setup.base_T_cam) {
-    const SE3 apart = setup.base_T_cam->inverse() * robot.model.base_T_cam;
-    const double far_m = apart.translation().norm();
-    const double far_rad = apart.rotation().log().norm();
-    if (far_m > kFar_m || far_rad > kFar_rad)
-      words.push_back(
-          fmt::format("the camera mounting in the robot file is {:.1f} cm and {:.1f} deg from that in "
-                      "the recording's transforms "
-                      "({} to {}); using the robot file",
-                      100 * far_m, to_degrees(far_rad), setup.chosen.base_frame, setup.chosen.camera_frame));
+    const SE3 offset = setup.base_T_cam->inverse() * robot.model.base_T_cam;
+    const double offset_m = offset.translation().norm();
+    const double offset_rad = offset.rotation().log().norm();
+    if (offset_m > kTolerance_m || offset_rad > kTolerance_rad)
+      differences.push_back(fmt::format(
+          "the camera mounting in the robot file is {:.1f} cm and {:.1f} deg from that in "
+          "the recording's transforms ({} to {}); using the robot file",
+          100 * offset_m, to_degrees(offset_rad), setup.chosen.base_frame, setup.chosen.camera_frame));
   }
-  if (!setup.camera) return words;
-  const CameraModel& theirs = *setup.camera;
-  const CameraModel& ours = robot.camera;
-  if (theirs.width_px() != ours.width_px() || theirs.height_px() != ours.height_px()) {
-    words.push_back(
+  if (!setup.camera) return differences;
+  const CameraModel& recorded = *setup.camera;
+  const CameraModel& described = robot.camera;
+  if (recorded.width_px() != described.width_px() || recorded.height_px() != described.height_px()) {
+    differences.push_back(
         fmt::format("the image size of the camera is {} x {} in the robot file and {} x {} in the "
                     "recording; using the robot file",
-                    ours.width_px(), ours.height_px(), theirs.width_px(), theirs.height_px()));
-    return words;
+                    described.width_px(), described.height_px(), recorded.width_px(), recorded.height_px()));
+    return differences;
   }
-  const Focal a = focal_of(theirs);
-  const Focal b = focal_of(ours);
-  if (std::abs(b.fx / a.fx - 1) > kFarScale || std::hypot(a.cx - b.cx, a.cy - b.cy) > kFar_px)
-    words.push_back(fmt::format(
+  const Focal a = focal_of(recorded);
+  const Focal b = focal_of(described);
+  if (std::abs(b.fx / a.fx - 1) > kFocalTolerance ||
+      std::hypot(a.cx - b.cx, a.cy - b.cy) > kCenterTolerance_px)
+    differences.push_back(fmt::format(
         "the robot file has a focal length of {:.1f} px and a principal point at ({:.1f}, {:.1f}), "
         "the recording {:.1f} px and ({:.1f}, {:.1f}); using the robot file",
         b.fx, b.cx, b.cy, a.fx, a.cx, a.cy));
-  return words;
+  return differences;
 }
 
 Status take_robot(const std::string& robot, RecordingSetup& setup, std::vector<std::string>& warnings) {
@@ -298,7 +294,8 @@ Status take_robot(const std::string& robot, RecordingSetup& setup, std::vector<s
   if (!path) return tl::unexpected(path.error());
   const auto description = or_wrong_kind(read_robot(*path), *path, FileUse::Robot);
   if (!description) return tl::unexpected(description.error());
-  for (std::string& words : disagreements(*description, setup)) warnings.push_back(std::move(words));
+  for (std::string& difference : disagreements(*description, setup))
+    warnings.push_back(std::move(difference));
   setup.camera = description->camera;
   setup.base_T_cam = description->model.base_T_cam;
   setup.more_cameras = description->more_cameras;

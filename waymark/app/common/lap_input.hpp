@@ -43,17 +43,16 @@ void add_tag_sizes(const TagSizes& sizes, std::map<std::string, std::string>& fa
 
 /// "tag36h11:0", or a number of tag36h11. Errors name the field that holds the text, if there is one.
 [[nodiscard]] Result<TagId> tag_named(const std::string& text, const char* field = nullptr);
-/// The tags of several texts, each with one or more names between commas: "3,tag36h11:7". Errors name this
-/// field.
+/// The tags of several texts, each a comma-separated list: "3,tag36h11:7". Errors name this field.
 [[nodiscard]] Result<std::vector<TagId>> tags_named(const std::vector<std::string>& texts, const char* field);
 
 /// An anchor pose in user units: x, y, z [m], then roll, pitch, yaw [deg] of the tag frame. Fails on
-/// numbers that are not finite, and more than 10 km away.
+/// non-finite numbers and on positions more than 10 km from the origin.
 [[nodiscard]] Result<SE3> anchor_pose_of(const std::vector<double>& numbers);
 
-/// Setup for mapping a recording. Fails, with a hint that names the flag, if neither the recording nor the
-/// overrides contain a value. An anchor other than the recording's is at the map origin: z of the map
-/// against the tag's y, x along the tag's z.
+/// Setup for mapping a recording. Fails, with a hint that names the field, if neither the recording nor the
+/// overrides contain a value. An anchor other than the recording's is at the map origin, with the map's z
+/// opposite to the tag's y and its x along the tag's z.
 [[nodiscard]] Result<TeachSetup> setup_of(const RecordedLap& lap, const SetupOverrides& overrides);
 
 /// The sizes from the overrides, else from the recording; without a default if neither has one. Fails on

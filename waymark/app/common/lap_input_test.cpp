@@ -38,7 +38,7 @@ Error setup_error(const RecordedLap& lap, const SetupOverrides& overrides = {}) 
   return setup ? Error{} : setup.error();
 }
 
-TEST(TagsNamed, SeveralAreReadFromOneTextOrMore) {
+TEST(TagsNamed, ReadsCommaSeparatedLists) {
   const auto tags = tags_named({"3,tag25h9:7", "9"}, "floor");
   ASSERT_TRUE(tags) << to_string(tags.error());
   EXPECT_THAT(*tags, ElementsAre(TagId{FamilyId::Tag36h11, 3}, TagId{FamilyId::Tag25h9, 7},
@@ -52,7 +52,7 @@ TEST(TagsNamed, SeveralAreReadFromOneTextOrMore) {
 }
 
 // Roll, pitch and yaw as in REP 103: about the fixed axes x, y, z in this order.
-TEST(AnchorPose, DegreesAreTurnsAboutFixedAxesOneAfterTheOther) {
+TEST(AnchorPose, AnglesAreRotationsAboutFixedAxes) {
   Random random(20261124);
   for (int trial = 0; trial < 50; ++trial) {
     std::vector<double> n;
@@ -72,7 +72,7 @@ TEST(AnchorPose, DegreesAreTurnsAboutFixedAxesOneAfterTheOther) {
   }
 }
 
-TEST(AnchorPose, NumbersThatAreNoPlaceAreRefused) {
+TEST(AnchorPose, InvalidPosesAreRefused) {
   const double inf = std::numeric_limits<double>::infinity();
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const std::vector<std::vector<double>> poses = {
@@ -104,7 +104,7 @@ TEST(SetupOf, TheCallerOverridesTheRecording) {
   EXPECT_EQ(setup->map_T_anchor.translation(), there.translation());
 }
 
-TEST(SetupOf, AnotherAnchorIsAtTheOrigin) {
+TEST(SetupOf, AnAnchorOtherThanTheRecordedOneIsAtTheOrigin) {
   const auto other = setup_of(whole_lap(), {.anchor = "7"});
   ASSERT_TRUE(other);
   EXPECT_EQ(other->anchor, (TagId{FamilyId::Tag36h11, 7}));
@@ -138,10 +138,10 @@ TEST(SetupOf, MissingDataAreErrorsWithAHint) {
   lap = whole_lap();
   lap.setup.camera.reset();
   lap.setup.problems.push_back({ErrorCode::Unreadable, "cut after 3 bytes", {}, {}});
-  EXPECT_THAT(setup_error(lap).message, HasSubstr("cut after 3 bytes")) << "it may have been cut too early";
+  EXPECT_THAT(setup_error(lap).message, HasSubstr("cut after 3 bytes")) << "it may be truncated";
 }
 
-TEST(SetupOf, FactsThatMakeNoSenseAreErrors) {
+TEST(SetupOf, InvalidMetadataAreErrors) {
   RecordedLap lap = whole_lap();
   auto& facts = lap.setup.metadata[lap_facts::kMetadata];
   for (const char* size : {"0", "-0.1", "nan", "large"}) {
@@ -153,7 +153,7 @@ TEST(SetupOf, FactsThatMakeNoSenseAreErrors) {
     facts[lap_facts::kAnchorPose] = pose;
     EXPECT_FALSE(setup_of(lap, {})) << pose;
   }
-  EXPECT_TRUE(setup_of(lap, {.map_T_anchor = SE3()})) << "a pose that is given makes up for it";
+  EXPECT_TRUE(setup_of(lap, {.map_T_anchor = SE3()})) << "a given pose replaces it";
   facts[lap_facts::kAnchor] = "tag99h1:0";
   EXPECT_FALSE(setup_of(lap, {}));
 }
@@ -165,7 +165,7 @@ TEST(SetupOf, TagsOfAnotherSizeComeFromRecordingOrCaller) {
   auto& facts = lap.setup.metadata[lap_facts::kMetadata];
   const TagSizes sizes{0.2, {{small, 0.12}, {large, 0.3}, {{FamilyId::Tag36h11, 7}, 0.2}}};
   add_tag_sizes(sizes, facts);
-  EXPECT_EQ(facts[lap_facts::kTagSizes], "tag36h11:5=0.12 tag36h11:6=0.3") << "7 is as the others";
+  EXPECT_EQ(facts[lap_facts::kTagSizes], "tag36h11:5=0.12 tag36h11:6=0.3") << "7 has the default size";
   EXPECT_EQ(setup_of(lap, {})->sizes, (TagSizes{0.2, {{small, 0.12}, {large, 0.3}}}));
   EXPECT_EQ(setup_of(lap, {.tag_size_m = 0.25, .size_by_tag_m = {{small, 0.1}}})->sizes,
             (TagSizes{0.25, {{small, 0.1}, {large, 0.3}}}));
@@ -173,7 +173,7 @@ TEST(SetupOf, TagsOfAnotherSizeComeFromRecordingOrCaller) {
   EXPECT_THAT(setup_error(lap).message, HasSubstr("tag_sizes_m"));
 }
 
-TEST(LapFacts, WorldAndRobotTravelInTheRecording) {
+TEST(LapFacts, WorldAndRobotAreAttachmentsOfTheRecording) {
   RecordedLap lap = whole_lap();
   ASSERT_TRUE(true_world(lap));
   EXPECT_FALSE(*true_world(lap)) << "unknown world";
@@ -186,7 +186,7 @@ TEST(LapFacts, WorldAndRobotTravelInTheRecording) {
   EXPECT_FALSE(true_world(lap)) << "a damaged world is an error, not an unknown one";
 }
 
-TEST(TagNamed, ANumberIsOfTheUsualFamily) {
+TEST(TagNamed, ANumberIsOfFamily36h11) {
   EXPECT_EQ(tag_named("7").value(), (TagId{FamilyId::Tag36h11, 7}));
   EXPECT_EQ(tag_named("tag25h9:3").value(), (TagId{FamilyId::Tag25h9, 3}));
   for (const char* none : {"", "x", "-1", "tag36h11:", "tag36h11:9999", "tag36h12:3"})
@@ -214,7 +214,7 @@ TEST(TakeRobot, UsesTheFileAndReportsDifferences) {
   setup.base_T_cam = SE3(SO3(), {9, 0, 0});
   std::vector<std::string> warnings;
   ASSERT_TRUE(take_robot("", setup, warnings));
-  EXPECT_EQ(setup.base_T_cam->translation().x(), 9) << "nothing is named, nothing changes";
+  EXPECT_EQ(setup.base_T_cam->translation().x(), 9) << "unchanged without a file";
   ASSERT_TRUE(take_robot("limo", setup, warnings));
   EXPECT_EQ(warnings.size(), 1U);
   EXPECT_EQ(setup.base_T_cam->translation(), lap_robot().model.base_T_cam.translation());
@@ -237,7 +237,7 @@ CameraModel pinhole(double fx, double cx, double cy, int width = 640, int height
   return CameraModel::make(PinholeRadtan{.fx = fx, .fy = fx, .cx = cx, .cy = cy}, width, height).value();
 }
 
-TEST(Disagreements, ThereAreNoneOfTheSameRobotNorOfASilentRecording) {
+TEST(Disagreements, AreEmptyForTheSameRobotAndForARecordingWithoutSetup) {
   EXPECT_THAT(disagreements(lap_robot(), recorded_by(lap_robot())), IsEmpty());
   EXPECT_THAT(disagreements(lap_robot(), {}), IsEmpty());
 }
@@ -254,7 +254,7 @@ TEST(Disagreements, ADifferentMountingIsReportedWithDistance) {
   EXPECT_THAT(disagreements(lap_robot(), setup), IsEmpty()) << "4 mm are within the accuracy of a ruler";
 }
 
-TEST(Disagreements, AnotherLensIsNamedByWhatDiffersMost) {
+TEST(Disagreements, AnotherLensIsReported) {
   RobotDescription robot = lap_robot();
   robot.camera = pinhole(400, 320, 240);
   RecordingSetup setup = recorded_by(robot);
@@ -264,13 +264,14 @@ TEST(Disagreements, AnotherLensIsNamedByWhatDiffersMost) {
   setup.camera = pinhole(400, 324, 240);
   EXPECT_THAT(disagreements(robot, setup), ElementsAre(HasSubstr("(324.0, 240.0)")));
   setup.camera = pinhole(401, 322, 241);
-  EXPECT_THAT(disagreements(robot, setup), IsEmpty()) << "as two calibrations of one camera differ";
+  EXPECT_THAT(disagreements(robot, setup), IsEmpty())
+      << "within the difference of two calibrations of one camera";
   setup.camera = pinhole(800, 640, 480, 1280, 960);
   EXPECT_THAT(disagreements(robot, setup),
               ElementsAre(AllOf(HasSubstr("640 x 480"), HasSubstr("1280 x 960"))));
 }
 
-TEST(TakeRobot, TheFileCountsAndTheRecordingIsWarnedOf) {
+TEST(TakeRobot, TheFileOverridesTheRecordingWithAWarning) {
   RecordingSetup setup = recorded_by(lap_robot());
   setup.camera = pinhole(300, 320, 240);
   setup.base_T_cam = SE3();
@@ -283,7 +284,7 @@ TEST(TakeRobot, TheFileCountsAndTheRecordingIsWarnedOf) {
   EXPECT_EQ(setup.more_cameras.size(), 1U) << "all cameras of the file";
 }
 
-TEST(TakeRobot, WithoutANameNothingHappensAndAWrongOneIsAnError) {
+TEST(TakeRobot, DoesNothingWithoutANameAndFailsOnAnUnknownOne) {
   RecordingSetup setup;
   std::vector<std::string> warnings;
   ASSERT_TRUE(take_robot("", setup, warnings));
@@ -294,7 +295,7 @@ TEST(TakeRobot, WithoutANameNothingHappensAndAWrongOneIsAnError) {
   const Status missing = take_robot("/nowhere/robot.yaml", setup, warnings);
   ASSERT_FALSE(missing);
   EXPECT_THAT(to_string(missing.error()), HasSubstr("/nowhere/robot.yaml"));
-  EXPECT_FALSE(setup.camera) << "and nothing was taken";
+  EXPECT_FALSE(setup.camera) << "unchanged after an error";
   EXPECT_THAT(warnings, IsEmpty());
 }
 

@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The topmost folder of the path that is not there; empty when it is.
+/// The topmost folder of the path that does not exist; empty if the path exists.
 fs::path first_missing(fs::path folder) {
   fs::path missing;
   std::error_code error;
@@ -28,7 +28,7 @@ fs::path first_missing(fs::path folder) {
   return missing;
 }
 
-/// What was made for the sake of a folder, as long as there is nothing in it.
+/// Removes the folder and its parents up to `made`, as long as they are empty.
 void remove_empty(fs::path folder, const fs::path& made) {
   std::error_code error;
   for (; !made.empty() && !folder.empty() && !error; folder = folder.parent_path()) {
@@ -46,13 +46,13 @@ bool same_bytes(const fs::path& a, const fs::path& b) {
          std::equal(std::istreambuf_iterator<char>(in_a), {}, std::istreambuf_iterator<char>(in_b));
 }
 
-/// A folder with a name of its own in this one; empty when there can be none.
+/// Creates a folder with a unique name in this one; empty if that fails.
 fs::path folder_inside(const fs::path& folder) {
   std::string name = (folder / ".waymark-XXXXXX").string();
   return ::mkdtemp(name.data()) != nullptr ? fs::path(name) : fs::path();
 }
 
-/// Renames that can be taken back.
+/// Renames that can be undone.
 class Renames {
  public:
   bool rename(const fs::path& from, const fs::path& to, std::error_code& error) {
@@ -60,7 +60,7 @@ class Renames {
     if (!error) done_.emplace_back(from, to);
     return !error;
   }
-  void take_back() {
+  void undo() {
     std::error_code ignored;
     for (auto it = done_.rbegin(); it != done_.rend(); ++it) fs::rename(it->second, it->first, ignored);
   }
@@ -69,7 +69,7 @@ class Renames {
   std::vector<std::pair<fs::path, fs::path>> done_;
 };
 
-/// The nearest part of this path that is there, where it is no folder; empty otherwise.
+/// The longest existing part of this path, if it is not a folder; else empty.
 fs::path file_in_the_way(const fs::path& folder) {
   std::error_code error;
   fs::path part = folder;
@@ -233,7 +233,7 @@ Result<std::vector<std::string>> StagedFolder::put_in_place(const std::vector<st
     made_.clear();
     return names;
   }
-  renames.take_back();
+  renames.undo();
   return fail(ErrorCode::Unwritable, "the files cannot be moved to their destination: " + error.message(),
               {.source = folder_.string()});
 }

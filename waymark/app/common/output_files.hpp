@@ -29,9 +29,9 @@ namespace waymark {
 /// this text. Returns the new name; empty if nothing was renamed.
 [[nodiscard]] Result<std::string> move_aside(const std::filesystem::path& file, const std::string& text);
 
-/// Files that are written to a folder together or not at all: they are written beside it and moved when
-/// all are complete. Existing files with their names become backups: NAME.1.yaml, or the next number that is
-/// free.
+/// Files that are written to a folder together or not at all: they are written to a temporary folder and
+/// moved when all are complete. Existing files of the same names become backups: NAME.1.yaml, or the next
+/// free number.
 class StagedFolder {
  public:
   /// Creates the folder if it does not exist.
@@ -47,10 +47,11 @@ class StagedFolder {
   [[nodiscard]] const std::filesystem::path& path() const { return staged_; }
   /// A write error, with the final path of the file.
   [[nodiscard]] tl::unexpected<Error> failed(Error error) const;
-  /// The number that put_in_place() gives to what moves aside.
+  /// The number of the backups that put_in_place() makes.
   [[nodiscard]] int number_for(const std::vector<std::string>& older) const;
-  /// `older` are names that move aside although no new file takes their place. What stays the same to the
-  /// byte and is not among them stays where it is. The names that moved; after an error, none did.
+  /// Moves the files into the folder. `older` names files that become backups even if no new file replaces
+  /// them; other existing files with the same content are not backed up. Returns the names of the files that
+  /// became backups. After an error the folder is unchanged.
   Result<std::vector<std::string>> put_in_place(const std::vector<std::string>& older);
 
  private:
@@ -59,15 +60,15 @@ class StagedFolder {
   [[nodiscard]] std::vector<std::string> moving(const std::vector<std::string>& older) const;
 
   std::filesystem::path folder_{};
-  std::filesystem::path made_{};  ///< the topmost folder that was not there; empty: it was
+  std::filesystem::path made_{};  ///< topmost folder that open() created; empty: none
   std::filesystem::path staged_{};
 };
 
 /// "map.1.yaml" of "map.yaml".
 [[nodiscard]] std::string numbered(const std::string& name, int number);
 
-/// A recording that has just been started: unless the robot sent data, or keep() was called, it is removed
-/// again, so that it does not block the next attempt.
+/// A recording that has just been started. It is removed again unless the robot sent data or keep() was
+/// called, so that it does not block the next attempt.
 class FreshFile {
  public:
   /// Empty: no file.
@@ -80,10 +81,10 @@ class FreshFile {
       std::filesystem::remove(path_, ignored);
   }
 
-  /// What was sent to the robot does not count.
+  /// Commands sent to the robot do not count as data.
   void receive(const Sample& sample) { kept_ = kept_ || !std::holds_alternative<StampedCommand>(sample); }
   void keep() { kept_ = true; }
-  /// Nothing was driven, regardless of data from the robot.
+  /// Removes the file even if the robot sent data: nothing was driven.
   void discard() { kept_ = false; }
 
  private:

@@ -38,13 +38,13 @@ TEST_F(Staged, FilesAppearTogether) {
   EXPECT_EQ(test::file_text(folder_ / "map.yaml"), "new");
 }
 
-TEST_F(Staged, NothingStaysOfWhatWasNotPutInPlace) {
+TEST_F(Staged, NothingRemainsUnlessPutInPlace) {
   {
     auto staged = StagedFolder::open(folder_);
     ASSERT_TRUE(staged);
     write(staged->path() / "map.yaml", "new");
   }
-  EXPECT_FALSE(fs::exists(folder_)) << "a folder that was made for it goes as well";
+  EXPECT_FALSE(fs::exists(folder_)) << "the folder created for it is removed too";
 }
 
 TEST_F(Staged, ExistingFilesAreBackedUpUnderOneNumber) {
@@ -68,7 +68,7 @@ TEST_F(Staged, ExistingFilesAreBackedUpUnderOneNumber) {
   EXPECT_FALSE(fs::exists(folder_ / "route.yaml"));
 }
 
-TEST_F(Staged, WhatIsTheSameToTheByteStaysWhereItIs) {
+TEST_F(Staged, IdenticalFilesAreNotBackedUp) {
   fs::create_directories(folder_);
   write(folder_ / "robot.yaml", "same");
   auto staged = StagedFolder::open(folder_);
@@ -80,7 +80,7 @@ TEST_F(Staged, WhatIsTheSameToTheByteStaysWhereItIs) {
   EXPECT_FALSE(fs::exists(folder_ / "robot.1.yaml"));
 }
 
-TEST_F(Staged, AFileIsNoFolder) {
+TEST_F(Staged, AFileInPlaceOfTheFolderIsAnError) {
   write(folder_, "a file");
   const Status status = check_output_folder(folder_);
   ASSERT_FALSE(status);
@@ -88,7 +88,7 @@ TEST_F(Staged, AFileIsNoFolder) {
   EXPECT_EQ(status.error().place.source, folder_.string());
 }
 
-TEST_F(Staged, ErrorsNameTheFileWhereItBelongs) {
+TEST_F(Staged, ErrorsContainTheFinalPath) {
   auto staged = StagedFolder::open(folder_);
   ASSERT_TRUE(staged);
   const Error error =
@@ -97,7 +97,7 @@ TEST_F(Staged, ErrorsNameTheFileWhereItBelongs) {
   EXPECT_EQ(error.place.source, (folder_ / "map.yaml").string());
 }
 
-TEST_F(Staged, AnOutputFileNeedsItsFolder) {
+TEST_F(Staged, AnOutputFileRequiresItsFolder) {
   const Status missing = check_output_file(folder_ / "deep" / "out.yaml");
   ASSERT_FALSE(missing);
   EXPECT_THAT(missing.error().hint, HasSubstr("mkdir -p"));
@@ -111,15 +111,15 @@ TEST_F(Staged, AnOutputFileNeedsItsFolder) {
     EXPECT_THAT(blocked.error().hint, Not(HasSubstr("mkdir")));
   }
   fs::remove(folder_ / "a");
-  EXPECT_FALSE(check_output_file(folder_)) << "a folder is no file";
-  EXPECT_TRUE(check_output_file("/dev/null")) << "a device is one";
-  EXPECT_THAT(test::names_in(folder_), IsEmpty()) << "looking leaves nothing behind";
+  EXPECT_FALSE(check_output_file(folder_)) << "a folder is not a file";
+  EXPECT_TRUE(check_output_file("/dev/null")) << "a device counts as a file";
+  EXPECT_THAT(test::names_in(folder_), IsEmpty()) << "checking leaves nothing behind";
 }
 
-TEST_F(Staged, AnEarlierFileIsMovedAsideUnderTheNextFreeNumberUnlessItIsTheSame) {
+TEST_F(Staged, AnExistingFileBecomesABackupUnlessItIsIdentical) {
   fs::create_directories(folder_);
   const fs::path file = folder_ / "world.yaml";
-  EXPECT_EQ(move_aside(file, "new"), std::string()) << "nothing is there";
+  EXPECT_EQ(move_aside(file, "new"), std::string()) << "no such file";
   ASSERT_TRUE(write_text_file(file, "first"));
   EXPECT_EQ(move_aside(file, "first"), std::string()) << "the same text";
   EXPECT_EQ(move_aside(file, "new"), (folder_ / "world.1.yaml").string());
@@ -130,7 +130,7 @@ TEST_F(Staged, AnEarlierFileIsMovedAsideUnderTheNextFreeNumberUnlessItIsTheSame)
   EXPECT_FALSE(fs::exists(file));
 }
 
-/// Whether the recording is there after a session in which this happened.
+/// Whether the recording exists after a session in which this happened.
 bool stays(const std::function<void(FreshFile&)>& session) {
   const std::filesystem::path path = testing::fresh_folder("fresh_file") / "lap.mcap";
   EXPECT_TRUE(write_text_file(path, "head"));
@@ -142,21 +142,20 @@ bool stays(const std::function<void(FreshFile&)>& session) {
 }
 
 TEST(FreshFile, IsKeptOnceTheRobotSentData) {
-  EXPECT_FALSE(stays([](FreshFile&) {})) << "refused before anything was heard";
-  EXPECT_FALSE(stays([](FreshFile& file) { file.receive(StampedCommand{}); }))
-      << "what was sent is not heard";
+  EXPECT_FALSE(stays([](FreshFile&) {})) << "refused before any data arrived";
+  EXPECT_FALSE(stays([](FreshFile& file) { file.receive(StampedCommand{}); })) << "commands are not data";
   EXPECT_TRUE(stays([](FreshFile& file) { file.receive(Odometry{}); }));
   EXPECT_TRUE(stays([](FreshFile& file) { file.keep(); }));
 }
 
-TEST(FreshFile, GoesWhereNothingWasDriven) {
+TEST(FreshFile, IsRemovedIfNothingWasDriven) {
   EXPECT_FALSE(stays([](FreshFile& file) {
     file.receive(Odometry{});
     file.discard();
   }));
 }
 
-TEST(FreshFile, RemovesNoDeviceAndNothingWithoutAName) {
+TEST(FreshFile, RemovesNeitherDevicesNorUnnamedFiles) {
   { const FreshFile none(""); }
   { const FreshFile device("/dev/null"); }
   EXPECT_TRUE(std::filesystem::exists("/dev/null"));
@@ -174,12 +173,13 @@ TEST(FreshFile, ARecordingWithoutDataIsRemoved) {
     return fs::exists(file);
   };
   EXPECT_FALSE(begun([](FreshFile&) {}));
-  EXPECT_FALSE(begun([](FreshFile& fresh) { fresh.receive(StampedCommand{}); })) << "sent, not said";
+  EXPECT_FALSE(begun([](FreshFile& fresh) { fresh.receive(StampedCommand{}); }))
+      << "sent by the program, not by the robot";
   EXPECT_TRUE(begun([](FreshFile& fresh) { fresh.receive(Odometry{}); }));
   EXPECT_TRUE(begun([](FreshFile& fresh) {
     fresh.receive(TagFrame{});
     fresh.receive(StampedCommand{});
-  })) << "what was said once counts";
+  })) << "one sample from the robot is enough";
   EXPECT_TRUE(begun([](FreshFile& fresh) { fresh.keep(); }));
   { const FreshFile none(""); }
   { const FreshFile device("/dev/null"); }
@@ -188,7 +188,7 @@ TEST(FreshFile, ARecordingWithoutDataIsRemoved) {
   EXPECT_TRUE(fs::exists(folder));
 }
 
-TEST(WriteFigure, AFigureIsWrittenInEachFormThatIsAskedFor) {
+TEST(WriteFigure, WritesEachRequestedFormat) {
   const fs::path folder = testing::fresh_folder("write_figure");
   plot::Figure figure{.title = "A figure"};
   figure.series.push_back({.name = "line", .x = {0, 1, 2}, .y = {0, 1, 4}});
@@ -206,7 +206,7 @@ TEST(WriteFigure, AFigureIsWrittenInEachFormThatIsAskedFor) {
   EXPECT_FALSE(write_figure(folder / "figure.svg", figure, {".gif"}, files));
   const Status nowhere = write_figure(folder / "none" / "figure.svg", figure, {".svg"}, files);
   ASSERT_FALSE(nowhere);
-  EXPECT_EQ(files.size(), 3U) << "what was not written is not listed";
+  EXPECT_EQ(files.size(), 3U) << "only written files are listed";
 }
 
 }  // namespace

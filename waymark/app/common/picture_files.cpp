@@ -42,7 +42,7 @@ Input no_stream(const std::string& source) {
                 "Record a video file first: ffmpeg -i SOURCE -t 10 walk.mp4");
 }
 
-/// Adds the pictures `iterator` walks over; false when the folder cannot be read.
+/// Adds the images that `iterator` visits; false if the folder cannot be read.
 template <class Iterator>
 bool collect(Iterator iterator, std::error_code& error, std::vector<std::string>& paths) {
   for (; !error && iterator != Iterator(); iterator.increment(error)) {
@@ -59,7 +59,7 @@ std::vector<Input> in_folder(const std::string& folder, bool recursive) {
   std::error_code error;
   const bool read = recursive ? collect(fs::recursive_directory_iterator(folder, error), error, paths)
                               : collect(fs::directory_iterator(folder, error), error, paths);
-  std::vector<Input> inputs;  // what could be found counts even if something else could not be read
+  std::vector<Input> inputs;  // images found before a read error are kept
   if (!read)
     inputs.push_back(failed(folder, ErrorCode::Unreadable, "cannot read the folder: " + error.message()));
   if (read && paths.empty()) {

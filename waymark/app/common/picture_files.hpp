@@ -8,17 +8,18 @@
 
 namespace waymark {
 
-/// One thing to process: the path of a picture, or why a SOURCE gave none.
+/// One input to process: the path of an image, or the error of a SOURCE.
 struct Input {
   std::string path{};
   std::optional<Error> error = {};
 };
 
-/// The pictures behind the SOURCEs of a command line: a file (of any name), a folder (its files called .jpg
-/// .jpeg .png .pgm .ppm .pbm .pnm, any case; those of folders inside it only when `recursive`), or a glob
-/// pattern the shell did not expand. In the order given; those of one folder or pattern sorted by name, byte
-/// by byte. A picture named twice is processed once. What does not exist, holds no picture, or is a
-/// stream is an error of that SOURCE alone; a recording or a video passes as it is.
+/// The images of the SOURCEs on a command line. A SOURCE is a file of any name, a folder (its .jpg .jpeg .png
+/// .pgm .ppm .pbm .pnm files in any case, with `recursive` also those in subfolders), or a glob pattern that
+/// the shell did not expand. SOURCEs keep their order; the images of a folder or pattern are sorted by the
+/// bytes of their names. An image named twice is listed once. A SOURCE that does not exist, contains no image
+/// or is a stream gives an error and does not affect the others. Recordings and videos are listed as they
+/// are.
 [[nodiscard]] std::vector<Input> find_inputs(const std::vector<std::string>& sources, bool recursive);
 
 }  // namespace waymark

@@ -50,26 +50,27 @@ class Sources : public ::testing::Test {
   fs::path folder_;
 };
 
-TEST_F(Sources, AFolderGivesItsPicturesSortedByBytes) {
+TEST_F(Sources, ImagesOfAFolderAreSortedByBytes) {
   EXPECT_THAT(found({""}), ElementsAre("Z.pgm", "a.JPG", "b.png", "odd[1].png"));
   EXPECT_THAT(found({""}, true), ElementsAre("Z.pgm", "a.JPG", "b.png", "inner/c.jpeg", "odd[1].png"));
 }
 
-TEST_F(Sources, FilesKeepTheirOrderAndComeOnce) {
+TEST_F(Sources, FilesKeepTheirOrderWithoutDuplicates) {
   EXPECT_THAT(found({"b.png", "a.JPG", "./b.png"}), ElementsAre("b.png", "a.JPG"));
   EXPECT_THAT(found({"notes.txt"}),
-              ElementsAre("notes.txt"));  // a file named by hand is tried whatever its suffix
+              ElementsAre("notes.txt"));  // a file that is named is tried whatever its suffix
 }
 
 TEST_F(Sources, PatternsAreExpanded) {
   EXPECT_THAT(found({"*/*.jpeg"}), ElementsAre("inner/c.jpeg"));
   EXPECT_THAT(found({"[ab].*"}), ElementsAre("a.JPG", "b.png"));
-  EXPECT_THAT(found({"odd[1].png"}), ElementsAre("odd[1].png"));  // a name before a pattern
+  EXPECT_THAT(found({"odd[1].png"}),
+              ElementsAre("odd[1].png"));  // an existing file is preferred to a pattern
   EXPECT_THAT(found({"*.tiff"}), ElementsAre(HasSubstr("nothing matches this pattern")));
   EXPECT_THAT(found({"em*"}), ElementsAre(HasSubstr("only folders match")));
 }
 
-TEST_F(Sources, ASourceWithoutImagesIsAnErrorAmongTheOthers) {
+TEST_F(Sources, ASourceWithoutImagesIsAnErrorThatDoesNotAffectOthers) {
   EXPECT_THAT(found({"b.png", "empty", "a.JPG"}), ElementsAre("b.png", HasSubstr("empty"), "a.JPG"));
   EXPECT_THAT(found({"c.png"}), ElementsAre(HasSubstr("b.png'?")));
   EXPECT_THAT(found({"empty/none.png"}), ElementsAre(HasSubstr("no such file or folder")));

@@ -19,7 +19,7 @@ bool of_a_camera(const Sample& sample) {
          std::holds_alternative<CameraFrame>(sample);
 }
 
-/// How late each camera sample of a topic was recorded; empty when samples and messages are not one to one.
+/// Time from stamp to recording of each camera sample of a topic; empty unless each message is one sample.
 std::vector<double> delays_of(MessageLog& log, const std::string& topic) {
   LogSelection selection;
   selection.topics.insert(topic);
@@ -39,16 +39,16 @@ std::vector<double> delays_of(MessageLog& log, const std::string& topic) {
 }
 
 std::optional<double> image_latency(MessageLog& log) {
-  constexpr std::size_t kFewest = 20;
-  constexpr double kNone = 1e-6;  // [s] the stamp itself
+  constexpr std::size_t kMinSamples = 20;
+  constexpr double kMinLatency_s = 1e-6;  // below it the log time is the stamp
   std::vector<double> most;
   for (const LogChannel& channel : log.channels()) {
     std::vector<double> delays = delays_of(log, channel.topic);
     if (delays.size() > most.size()) most = std::move(delays);
   }
-  if (most.size() < kFewest) return std::nullopt;
+  if (most.size() < kMinSamples) return std::nullopt;
   const double usual_s = median(std::move(most));
-  return usual_s < kNone ? std::nullopt : std::optional(usual_s);
+  return usual_s < kMinLatency_s ? std::nullopt : std::optional(usual_s);
 }
 
 }  // namespace
@@ -155,16 +155,16 @@ SimulatedRobotOptions options_like(const RecordingProfile& profile, SimulatedRob
   take(profile.miss_probability, options.tag_camera.miss_probability);
   if (profile.corner_sigma_px) {
     options.tag_camera.corner_sigma_px = *profile.corner_sigma_px;
-    options.tag_camera.small_tag_sigma_px = 0;  // what was measured is the sum
+    options.tag_camera.small_tag_sigma_px = 0;  // the measured noise contains both
   }
   take(profile.image_arrival_delay_s, options.camera_latency_s);
   options.camera_latency_s = std::clamp(options.camera_latency_s, 0.0, 10.0);
-  // Speeds follow commands after the delay and the lag of the motors, of which no more than half is lag.
+  // The measured delay is the sum of the command delay and the lag of the motors; at most half of it is lag.
   if (profile.command_delay_s) {
     options.dynamics.speed_lag_s = std::min(options.dynamics.speed_lag_s, *profile.command_delay_s / 2);
     options.dynamics.command_delay_s = *profile.command_delay_s - options.dynamics.speed_lag_s;
   }
-  // From half a period behind the last sample to half a period before the next one.
+  // From half a period after the last sample to half a period before the next one.
   const auto lose = [&](FaultKind kind, const std::vector<Gap>& gaps, double rate_hz) {
     for (const Gap& gap : gaps)
       options.faults.push_back(

@@ -10,17 +10,18 @@
 #include "waymark/evaluation/recording_profile.hpp"
 #include "waymark/simulation/robot/simulated_robot_options.hpp"
 
-/// What `waymark simulate` measures of the recording of `like` and prints.
+/// The profile of a recording that `waymark simulate` imitates (`like`), and its comparison with the
+/// simulation.
 namespace waymark {
 
-/// Measures a recording of any kind. Fails when its speeds are not known.
+/// Measures a recording of any kind. Fails if it has no odometry, so that its speeds are unknown.
 [[nodiscard]] Result<RecordingProfile> profile_of(const std::string& path, const JobControl& control);
 
-/// Time from the stamps of a camera's samples to their recording [s], the median of the topic with most
-/// samples; nothing where the log time is the stamp, or no camera spoke.
+/// Median time from the stamp of a camera sample to its recording [s], of the topic with the most samples;
+/// nothing if the log time is the stamp or there are fewer than 20 samples.
 [[nodiscard]] std::optional<double> image_latency_of(const std::string& path, const JobControl& control);
 
-/// One line of the table: what the recording has, and what the simulation has.
+/// One row of the table: a quantity of the recording and of the simulation.
 struct ProfileRow {
   std::string key{};
   std::string words{};
@@ -34,7 +35,7 @@ struct ProfileRow {
                                                  SimulatedRobotOptions options);
 [[nodiscard]] std::string to_text(const std::vector<ProfileRow>& rows);
 
-/// What `waymark simulate` reports.
+/// Report of `waymark simulate`.
 struct ProfileReport {
   std::string file{};  ///< recording that was written
   std::vector<ProfileRow> rows{};

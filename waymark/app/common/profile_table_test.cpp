@@ -1,5 +1,5 @@
-// What a recording sounds like, as a table and as options of the simulator. The judge of the figures is the
-// simulator that made the recording: its rates and noises are known.
+// The profile of a recording as a table and as simulator options. The reference is the simulator that made
+// the recording, whose rates and noises are known.
 #include "waymark/app/common/profile_table.hpp"
 
 #include <algorithm>
@@ -50,7 +50,7 @@ TEST(ProfileTable, RecordingsWithoutOdometryHaveNoSpeeds) {
   EXPECT_FALSE(profile_of(lap(), test::cancelled_after(10)));
 }
 
-TEST(ProfileTable, ARowHasBothAndARowOfNeitherIsLeftOut) {
+TEST(ProfileTable, RowsWithoutAnyValueAreOmitted) {
   RecordingProfile like{.duration_s = 10};
   like.streams["camera"] = {.samples = 100, .rate_hz = 10, .longest_gap_s = 0.2};
   like.streams["camera left"] = {.samples = 50, .rate_hz = 5, .longest_gap_s = 0.3};
@@ -76,7 +76,7 @@ TEST(ProfileTable, ARowHasBothAndARowOfNeitherIsLeftOut) {
   EXPECT_TRUE(json["quantities"]["corner_sigma_px"]["simulation"].is_null());
 }
 
-TEST(ProfileTable, OptionsTakeWhatWasMeasuredAndKeepTheRest) {
+TEST(ProfileTable, MeasuredOptionsAreSetAndOthersKept) {
   RecordingProfile profile;
   profile.streams["camera"] = {.samples = 100, .rate_hz = 1000};
   profile.streams["odometry"] = {.samples = 100, .rate_hz = 20};
@@ -88,16 +88,16 @@ TEST(ProfileTable, OptionsTakeWhatWasMeasuredAndKeepTheRest) {
   before.sensors.gyro_noise_rad_s = 0.123;
   before.tag_camera.small_tag_sigma_px = 1;
   const SimulatedRobotOptions options = options_like(profile, before);
-  EXPECT_EQ(options.camera_rate_hz, 200) << "what the simulator takes at most";
+  EXPECT_EQ(options.camera_rate_hz, 200) << "the maximum of the simulator";
   EXPECT_EQ(options.odometry_rate_hz, 20);
   EXPECT_EQ(options.imu_rate_hz, before.imu_rate_hz) << "not measured";
   EXPECT_EQ(options.sensors.gyro_noise_rad_s, 0.123);
   EXPECT_EQ(options.tag_camera.corner_sigma_px, 0.4);
-  EXPECT_EQ(options.tag_camera.small_tag_sigma_px, 0) << "the measured noise is the sum";
+  EXPECT_EQ(options.tag_camera.small_tag_sigma_px, 0) << "the measured noise contains both";
   EXPECT_EQ(options.camera_latency_s, 10);
   EXPECT_DOUBLE_EQ(options.dynamics.speed_lag_s + options.dynamics.command_delay_s, 0.3);
   EXPECT_DOUBLE_EQ(options.dynamics.speed_lag_s, 0.1);
-  EXPECT_TRUE(check(options)) << "every value is one that the simulator takes";
+  EXPECT_TRUE(check(options)) << "every value is valid for the simulator";
   const SimulatedRobotOptions unmeasured = options_like({}, before);
   EXPECT_EQ(unmeasured.camera_rate_hz, before.camera_rate_hz) << "nothing was measured";
   EXPECT_TRUE(unmeasured.faults.empty());
@@ -116,7 +116,7 @@ TEST(ProfileTable, GapsBecomeFaultsBetweenTheSamples) {
   EXPECT_EQ(options.faults[1].kind, FaultKind::OdometryLost);
 }
 
-TEST(ProfileTable, NoLatencyIsKnownWhereMessagesWereRecordedAtTheirStamps) {
+TEST(ProfileTable, LatencyIsUnknownIfMessagesWereRecordedAtTheirStamps) {
   EXPECT_EQ(image_latency_of("/nowhere/lap.mcap", {}), std::nullopt);
   EXPECT_EQ(image_latency_of(lap(), {}), std::nullopt) << "recorded at its stamps";
 }

@@ -26,8 +26,8 @@ Result<std::optional<Calibration>> odometry_in(const fs::path& folder, const std
   return std::optional<Calibration>();
 }
 
-/// Odometry calibration of this robot from the lap; a given calibration overrides it, and so does what
-/// differs from the default.
+/// Uses the odometry calibration of the lap if it is of this robot. A given calibration and options that
+/// differ from their default override it.
 void take_odometry(const std::optional<Calibration>& found, const RobotModel& robot, ReplayerSetup& setup) {
   if (!found) return;
   for (const auto& [key, name] : found->provenance) {
@@ -38,7 +38,7 @@ void take_odometry(const std::optional<Calibration>& found, const RobotModel& ro
     for (const auto& [name, value] : setup.calibration->values) odometry.values[name] = value;
   }
   const auto known = [&](const char* name, double& value, double usual) {
-    if (const auto told = odometry.known(name); told && value == usual) value = *told;
+    if (const auto estimated = odometry.known(name); estimated && value == usual) value = *estimated;
   };
   const RiekfOptions usual;
   RiekfOptions& filter = setup.filter;
@@ -49,7 +49,7 @@ void take_odometry(const std::optional<Calibration>& found, const RobotModel& ro
   setup.replay.odometry = odometry_prior(odometry);
 }
 
-/// How far a person puts the robot from the beginning of the route, standard deviations.
+/// Standard deviations of the placement of the robot by hand at the start of the route.
 constexpr double kPlaced_m = 0.25;
 constexpr double kPlaced_rad = 0.25;
 
@@ -122,8 +122,8 @@ Result<std::unique_ptr<Replayer>> make_replayer(const MapFolder& folder, const R
                                                                                  .anchor = setup.anchor,
                                                                                  .live = true});
   if (!method) return tl::unexpected(method.error());
-  // Placed at the start of the route: then one tag determines the pose. Tags that contradict outweigh
-  // the placement.
+  // The robot is placed near the start of the route, so one tag determines the pose. Tags that contradict the
+  // placement outweigh it.
   (*method)->start_from(folder.route.points.front().map_T_base, kPlaced_m, kPlaced_rad);
   Route route = folder.route;
   if (!route.longest_without_tags_m)

@@ -12,15 +12,15 @@
 #include "waymark/samples/calibration.hpp"
 #include "waymark/samples/route.hpp"
 
-/// From the folder that `waymark map` wrote to a Replayer for any robot.
+/// Makes a Replayer for any robot from a folder written by `waymark map`.
 namespace waymark {
 
-/// What a replay needs of a map's folder.
+/// The contents of a map folder that a replay uses.
 struct MapFolder {
   std::filesystem::path path{};
   MapFile map{};
   Route route{};
-  std::optional<RobotDescription> robot{};  ///< of robot.yaml; nothing when the folder holds none
+  std::optional<RobotDescription> robot{};  ///< of robot.yaml; nothing if the folder has none
   std::optional<Calibration> odometry{};    ///< estimated from the lap; nothing in folders of older maps
 };
 
@@ -36,8 +36,8 @@ struct ReplayerSetup {
   LocalizationKind method = LocalizationKind::Riekf;
   RiekfOptions filter{};
   AnchorOptions anchor{};
-  std::optional<Calibration> calibration{};  ///< of camera and mounting; what is in it replaces the robot's
-  ReplayOptions replay{};  ///< laps, controller, limits; the lidar is where the robot has it
+  std::optional<Calibration> calibration{};  ///< of camera and mounting; its values replace the robot's
+  ReplayOptions replay{};                    ///< laps, controller, limits; the lidar mounting is the robot's
 };
 
 /// A replayer of the folder's route for this robot, which is expected to start near the route's first point.

@@ -18,7 +18,7 @@ const RobotDescription& replay_robot() {
   return robot;
 }
 
-/// The route that the scripted driver takes in circuit24.
+/// The route of the scripted driver in circuit24.
 const Route& true_route() {
   static const Route route = build_route(test::drive(3).truth).value();
   return route;
@@ -37,7 +37,7 @@ class ReplaySetup : public ::testing::Test {
   fs::path folder_ = testing::fresh_folder("jobs_replay_setup");
 };
 
-TEST_F(ReplaySetup, TheFolderOfAMapIsAllThatARobotNeedsToDrive) {
+TEST_F(ReplaySetup, AMapFolderSufficesForAReplay) {
   const auto folder = read_map_folder(folder_);
   ASSERT_TRUE(folder) << to_string(folder.error());
   EXPECT_EQ(folder->map.tags.tags.size(), test::circuit().tags.tags.size());
@@ -52,7 +52,7 @@ TEST_F(ReplaySetup, TheFolderOfAMapIsAllThatARobotNeedsToDrive) {
   EXPECT_NEAR(end->driven_m, folder->route.length_m, 0.2);
 }
 
-TEST_F(ReplaySetup, TheOptionsAreThoseOfTheReplayer) {
+TEST_F(ReplaySetup, OptionsArePassedToTheReplayer) {
   const MapFolder folder = read_map_folder(folder_).value();
   ReplayerSetup setup;
   setup.replay.laps = 2;
@@ -73,7 +73,7 @@ TEST_F(ReplaySetup, TheOptionsAreThoseOfTheReplayer) {
   EXPECT_NEAR(fastest_m_s, 0.5, 0.05);
 }
 
-TEST_F(ReplaySetup, ARouteWithoutItsLongestStretchWithoutTagsGetsIt) {
+TEST_F(ReplaySetup, TheLongestSegmentWithoutTagsIsComputedIfMissing) {
   const MapFolder folder = read_map_folder(folder_).value();
   ASSERT_FALSE(folder.route.longest_without_tags_m);
   const auto replayer = make_replayer(folder, replay_robot());
@@ -82,7 +82,7 @@ TEST_F(ReplaySetup, ARouteWithoutItsLongestStretchWithoutTagsGetsIt) {
   EXPECT_LT(*(*replayer)->route().longest_without_tags_m, 2);
 }
 
-TEST_F(ReplaySetup, WithoutItsFileTheRobotMustBeGiven) {
+TEST_F(ReplaySetup, AFolderWithoutRobotFileRequiresARobot) {
   fs::remove(folder_ / "robot.yaml");
   const auto folder = read_map_folder(folder_);
   ASSERT_TRUE(folder) << to_string(folder.error());
@@ -94,17 +94,17 @@ TEST_F(ReplaySetup, WithoutItsFileTheRobotMustBeGiven) {
   EXPECT_TRUE(make_replayer(*folder, replay_robot()));
 }
 
-TEST_F(ReplaySetup, ABrokenFileOfTheRobotIsAnErrorWhereItIsUsed) {
+TEST_F(ReplaySetup, AnInvalidRobotFileIsAnErrorOnlyIfItIsUsed) {
   ASSERT_TRUE(write_text_file(folder_ / "robot.yaml", "name: [limo\n"));
   const auto folder = read_map_folder(folder_);
   ASSERT_FALSE(folder);
   EXPECT_EQ(folder.error().place.source, (folder_ / "robot.yaml").string());
   const auto other = read_map_and_route(folder_);
-  ASSERT_TRUE(other) << "a robot that is described elsewhere does not need it";
+  ASSERT_TRUE(other) << "not read for a robot that is described elsewhere";
   EXPECT_FALSE(other->robot);
 }
 
-TEST_F(ReplaySetup, WhatIsMissingInTheFolderIsNamed) {
+TEST_F(ReplaySetup, MissingFilesAreReported) {
   const auto route = read_map_folder(folder_, "kitchen");
   ASSERT_FALSE(route);
   EXPECT_EQ(route.error().place.key, "`route`");

@@ -55,7 +55,7 @@ class ReportValue {
   ReportValue(const T& given);  // NOLINT(google-explicit-constructor): tables of fields() read as tables
 
   [[nodiscard]] const Content& content() const { return content_; }
-  /// "number", "integer", "text", "bool", "object" or "list"; "value" where nothing is known.
+  /// "number", "integer", "text", "bool", "object" or "list"; "value" if unknown.
   [[nodiscard]] std::string_view type() const { return type_; }
   [[nodiscard]] bool may_be_null() const { return may_be_null_; }
   /// Omitted from the output, as there is no value; the reference lists it.

@@ -14,7 +14,7 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-TEST(ReportFields, AnErrorHasOnlyWhatIsKnownOfItsPlace) {
+TEST(ReportFields, AnErrorContainsOnlyTheKnownPartsOfItsPlace) {
   const auto bare = to_json(fields(Error{ErrorCode::NotFound, "no map"}));
   EXPECT_EQ(bare.dump(), R"({"code":"not_found","message":"no map"})");
   const auto whole =
@@ -55,7 +55,7 @@ ReportFields fields(const Trip& trip) {
           {"corner_px", "Two numbers", std::array<double, 2>{1, 2.5}}};
 }
 
-TEST(ReportFields, WhatIsMissingIsNullOrLeftOut) {
+TEST(ReportFields, MissingValuesAreNullOrOmitted) {
   EXPECT_EQ(to_json(fields(Trip{})).dump(),
             R"({"name":"","speed_m_s":null,"legs":[],"last":null,"last_m":null,"done":false,"seen":0,)"
             R"("corner_px":[1.0,2.5]})");
@@ -75,7 +75,7 @@ TEST(ReportFields, TypesAndKeysAreKnownWithoutValues) {
     EXPECT_EQ(type(4), "object");
     EXPECT_EQ(type(6), "bool");
     EXPECT_TRUE(all.at(1).value.may_be_null());
-    EXPECT_FALSE(all.at(2).value.may_be_null()) << "left out instead";
+    EXPECT_FALSE(all.at(2).value.may_be_null()) << "omitted instead";
     for (const std::size_t of_legs : {3U, 4U}) {
       ASSERT_EQ(all.at(of_legs).value.keys().size(), 1U);
       EXPECT_EQ(all.at(of_legs).value.keys().front().name, "length_m");
@@ -83,7 +83,7 @@ TEST(ReportFields, TypesAndKeysAreKnownWithoutValues) {
   }
 }
 
-TEST(ReportFields, IsOneLineWhateverItHolds) {
+TEST(ReportFields, IsOneLineWhateverItContains) {
   const std::string hostile = std::string("a\nb\"\\\t") + '\xff' + "\xc3\x28" + '\0' + "end";
   const std::string line = json_line(ReportFields{{"name", "", hostile}});
   EXPECT_EQ(std::count(line.begin(), line.end(), '\n'), 1);

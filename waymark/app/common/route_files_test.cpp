@@ -26,7 +26,7 @@ class RouteFiles : public ::testing::Test {
   fs::path folder_ = testing::fresh_folder("jobs_route_files");
 };
 
-TEST_F(RouteFiles, NamesOfTheTaughtRouteAndOfOthers) {
+TEST_F(RouteFiles, AreNamedAfterTheirRoute) {
   EXPECT_EQ(route_file_name(""), "route.yaml");
   EXPECT_EQ(route_file_name("kitchen"), "route-kitchen.yaml");
   EXPECT_EQ(file_name_for_route("trajectory", "kitchen", ".txt"), "trajectory-kitchen.txt");
@@ -46,7 +46,7 @@ TEST_F(RouteFiles, NamedRoutesAreListedInOrderWithoutBackups) {
   EXPECT_THAT(route_names(folder_ / "none"), IsEmpty());
 }
 
-TEST_F(RouteFiles, ANameOfARouteIsPartOfAFileName) {
+TEST_F(RouteFiles, RouteNamesMustBeValidInFileNames) {
   for (const char* good : {"a", "kitchen-2", "A_b"})
     EXPECT_TRUE(check_route_name(good, "route_name")) << good;
   for (const char* bad : {"", "a b", "../x", "a.1", "ü", "a/b"}) {
@@ -56,7 +56,7 @@ TEST_F(RouteFiles, ANameOfARouteIsPartOfAFileName) {
   }
 }
 
-TEST_F(RouteFiles, AFolderWithoutAMapHasItsOwnError) {
+TEST_F(RouteFiles, AFolderWithoutAMapIsReportedWithAHint) {
   const auto hint = [](const fs::path& path) {
     const Status status = check_map_folder(path);
     EXPECT_FALSE(status);
@@ -64,7 +64,7 @@ TEST_F(RouteFiles, AFolderWithoutAMapHasItsOwnError) {
   };
   touch("map/map.yaml");
   EXPECT_TRUE(check_map_folder(folder_ / "map"));
-  EXPECT_THAT(hint(folder_), HasSubstr("Did you mean")) << "the map is in a folder of it";
+  EXPECT_THAT(hint(folder_), HasSubstr("Did you mean")) << "the map is in a subfolder";
   touch("lap.mcap", "\x89MCAP0\r\n");
   EXPECT_THAT(hint(folder_ / "lap.mcap"), HasSubstr("waymark map"));
   touch("words.txt");
@@ -74,7 +74,7 @@ TEST_F(RouteFiles, AFolderWithoutAMapHasItsOwnError) {
   EXPECT_THAT(hint(folder_ / "empty"), HasSubstr("no map.yaml"));
 }
 
-TEST_F(RouteFiles, ARouteThatIsNotThereIsNamedWithThoseThatAre) {
+TEST_F(RouteFiles, AMissingRouteIsReportedWithTheExistingOnes) {
   const auto error = [&](const std::string& route) {
     const Status status = check_route_exists(folder_, route);
     EXPECT_FALSE(status) << route;

@@ -7,7 +7,7 @@
 namespace waymark {
 namespace {
 
-/// What the shell makes of a word.
+/// The word as the shell reads it.
 std::string echoed(const std::string& word) {
   const std::string command = "printf %s " + word;
   std::FILE* pipe = ::popen(command.c_str(), "r");
@@ -18,11 +18,11 @@ std::string echoed(const std::string& word) {
   return text;
 }
 
-TEST(ShellWord, IsWhatTheShellReadsBack) {
+TEST(ShellWord, IsReadBackByTheShell) {
   for (const std::string word : {"lap.mcap", "my lap.mcap", "it's", "a$HOME`ls`", "\"quoted\"", "*?[a]",
                                  "a\\b", "#x", "~", "a;b|c&d", "(x)", "-n", "it's 'two'", "a\nb", "!x"})
     EXPECT_EQ(echoed(shell_word(word)), word);
-  EXPECT_EQ(shell_word("out/lap-1.mcap"), "out/lap-1.mcap") << "plain names stay plain";
+  EXPECT_EQ(shell_word("out/lap-1.mcap"), "out/lap-1.mcap") << "plain names are not quoted";
   EXPECT_EQ(shell_word(""), "''");
 }
 

@@ -216,7 +216,7 @@ Result<Reference> path_of_table(std::string_view text, const std::string& path, 
   return Reference{{}, std::move(*corners)};
 }
 
-/// A folder is opened as a recording, whatever it holds.
+/// A folder is always opened as a recording.
 bool is_log(const std::string& path) {
   std::error_code ignored;
   return std::filesystem::is_directory(path, ignored) || is_recording(kind_of(path));

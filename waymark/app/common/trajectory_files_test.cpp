@@ -1,4 +1,4 @@
-// Trajectories, references and doubts from whatever file has them.
+// Trajectories, references and NIS from files of all formats.
 #include "waymark/app/common/trajectory_files.hpp"
 
 #include <gmock/gmock.h>
@@ -31,7 +31,7 @@ class TrajectoryFiles : public ::testing::Test {
     EXPECT_TRUE(write_text_file(folder_ / name, words));
     return (folder_ / name).string();
   }
-  /// A recording as `waymark localize` leaves it: certain estimates, guesses, comparisons, odometry.
+  /// A recording as written by `waymark localize`: estimates, uncertain estimates, NIS, odometry.
   [[nodiscard]] std::string estimates() const {
     const fs::path file = folder_ / "estimate.mcap";
     auto recorder = SampleRecorder::open(std::move(*create_file(file)));
@@ -52,17 +52,17 @@ class TrajectoryFiles : public ::testing::Test {
   fs::path folder_ = testing::fresh_folder("jobs_trajectory_files");
 };
 
-TEST_F(TrajectoryFiles, AnEstimateOfARecordingHasTheCovarianceItWasWrittenWith) {
+TEST_F(TrajectoryFiles, EstimatesKeepTheirRecordedCovariance) {
   const auto read = read_estimate(estimates(), "");
   ASSERT_TRUE(read) << to_string(read.error());
-  ASSERT_EQ(read->size(), 7U) << "guesses are not estimates";
+  ASSERT_EQ(read->size(), 7U) << "uncertain estimates are not included";
   EXPECT_EQ(read->front().stamp, at_second(3));
   ASSERT_TRUE(read->front().covariance);
   EXPECT_EQ(*read->front().covariance, estimate_at(3, 0).covariance);
   EXPECT_NEAR(project_to_plane(read->front().map_T_base).yaw(), 0.5, 1e-12);
 }
 
-TEST_F(TrajectoryFiles, GuessesAndComparisonsAreCountedInTime) {
+TEST_F(TrajectoryFiles, UncertainEstimatesAndNisAreCountedBetweenTwoTimes) {
   const std::string file = estimates();
   EXPECT_EQ(count_uncertain(file, at_second(0), at_second(100)), 3U);
   EXPECT_EQ(count_uncertain(file, at_second(1), at_second(1)), 1U);
@@ -77,7 +77,7 @@ TEST_F(TrajectoryFiles, GuessesAndComparisonsAreCountedInTime) {
   EXPECT_EQ(count_uncertain(text("poses.txt", "1 0 0 0 0 0 0 1\n"), at_second(0), at_second(9)), 0U);
 }
 
-TEST_F(TrajectoryFiles, ATopicIsChosenWhereItIsTheOnlyOneElseNamed) {
+TEST_F(TrajectoryFiles, TheOnlyTopicIsChosenAndOneOfSeveralMustBeNamed) {
   const std::string file = estimates();
   const auto odometry = read_estimate(file, topics::kOdometry);
   ASSERT_TRUE(odometry);
@@ -86,11 +86,11 @@ TEST_F(TrajectoryFiles, ATopicIsChosenWhereItIsTheOnlyOneElseNamed) {
   ASSERT_FALSE(typo);
   EXPECT_THAT(typo.error().hint, HasSubstr("/odom"));
   const auto several = read_reference(file, "", false);
-  ASSERT_FALSE(several) << "there is no truth in it";
+  ASSERT_FALSE(several) << "it contains no ground truth";
   EXPECT_THAT(several.error().hint, HasSubstr("`ref_topic`"));
 }
 
-TEST_F(TrajectoryFiles, APathOfCornersATrajectoryAndARouteAreReferences) {
+TEST_F(TrajectoryFiles, PathsTrajectoriesAndRoutesAreReferences) {
   const auto corners = read_reference(text("path.csv", "x_m,y_m\n0,0\n2,0\n2,2\n"), "", true);
   ASSERT_TRUE(corners) << to_string(corners.error());
   EXPECT_THAT(corners->timed, IsEmpty());
@@ -127,7 +127,7 @@ TEST_F(TrajectoryFiles, InvalidReferencesAreErrors) {
   EXPECT_FALSE(read_estimate(text("none.txt", "# nothing\n"), ""));
 }
 
-TEST_F(TrajectoryFiles, MotionIsOdometryAndGyroInOrder) {
+TEST_F(TrajectoryFiles, MotionIsOdometryAndGyroInOrderOfTime) {
   const auto motion = read_motion(estimates());
   ASSERT_TRUE(motion) << to_string(motion.error());
   EXPECT_EQ(motion->odometry.size(), 10U);
@@ -147,7 +147,7 @@ TEST_F(TrajectoryFiles, CancellingEndsTheReading) {
   EXPECT_FALSE(read_reference(file, topics::kOdometry, false, stop));
 }
 
-TEST(EstimateMessage, ComparisonsContainDegreesOfFreedomAndAcceptance) {
+TEST(EstimateMessage, NisMessagesContainDegreesOfFreedomAndAcceptance) {
   const auto message =
       nis_message({.stamp = at_second(3), .tag = {FamilyId::Tag36h11, 7}, .nis = 4.5, .rows = 8});
   ASSERT_EQ(message.status.size(), 1U);
