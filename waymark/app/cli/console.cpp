@@ -25,29 +25,29 @@ namespace {
 std::atomic<bool> interrupt_flag{false};
 std::atomic<bool> stop_requested{false};
 std::atomic<int> ending_signal{SIGINT};
-std::atomic<unsigned> seen_signals{0};  ///< a bit each
-std::atomic<Duration::rep> first_seen{0};
+std::atomic<unsigned> received_signals{0};  ///< one bit per signal
+std::atomic<Duration::rep> first_received{0};
 static_assert(std::atomic<Duration::rep>::is_always_lock_free, "a signal handler sets it");
-TerminalSettings terminal;  // keys may be read from it, without echo
+TerminalSettings terminal;  // restored at the end, since reading keys turns the echo off
 
 /// timeout(1) and some shells send a signal to the program and then to its process group: the same key press.
-constexpr Duration kSameKey = std::chrono::milliseconds(200);
+constexpr Duration kSameKeyPress = std::chrono::milliseconds(200);
 
 /// The same signal a second time prints a message and ends the program at once, as without a handler.
 extern "C" void raise_flag(int signal) {
-  constexpr std::string_view kAtOnce =
+  constexpr std::string_view kMessage =
       "\nwaymark: second signal: ended at once; unfinished files are not completed\n";
   const unsigned bit = 1U << static_cast<unsigned>(signal);
   const Duration now = steady_now();
-  if ((seen_signals.fetch_or(bit) & bit) != 0) {
-    if (now - Duration(first_seen) < kSameKey) return;
+  if ((received_signals.fetch_or(bit) & bit) != 0) {
+    if (now - Duration(first_received) < kSameKeyPress) return;
     put_back(terminal);
-    (void)!write(STDERR_FILENO, kAtOnce.data(), kAtOnce.size());
+    (void)!write(STDERR_FILENO, kMessage.data(), kMessage.size());
     std::signal(signal, SIG_DFL);
     std::raise(signal);
     return;
   }
-  first_seen = now.count();
+  first_received = now.count();
   ending_signal = signal;
   interrupt_flag = true;
 }
@@ -101,7 +101,7 @@ std::string kind_of(const std::string& warning) {
 }  // namespace
 
 std::vector<std::string> folded_warnings(const std::vector<std::string>& warnings) {
-  constexpr std::size_t kFirst = 3;
+  constexpr std::size_t kShownOfAKind = 3;
   std::vector<std::vector<const std::string*>> kinds;
   std::map<std::string, std::size_t> at;
   for (const std::string& warning : warnings) {
@@ -112,7 +112,7 @@ std::vector<std::string> folded_warnings(const std::vector<std::string>& warning
   std::vector<std::string> result;
   for (const auto& alike : kinds) {
     // The fourth warning needs no more space than the line that would count it.
-    const std::size_t shown = alike.size() <= kFirst + 1 ? alike.size() : kFirst;
+    const std::size_t shown = alike.size() <= kShownOfAKind + 1 ? alike.size() : kShownOfAKind;
     for (std::size_t i = 0; i < shown; ++i) result.push_back(*alike[i]);
     if (shown < alike.size())
       result.push_back(
@@ -143,7 +143,7 @@ Console::Console(std::string verb, std::FILE* out, std::FILE* err, HasFlag has_f
       has_own_(has_own ? std::move(has_own) : has_flag_),
       out_(out),
       err_(err),
-      watched_(isatty(fileno(err)) == 1) {}
+      on_terminal_(isatty(fileno(err)) == 1) {}
 
 std::string Console::text_for_users(std::string_view text) const {
   return has_flag_ ? with_flags(text, has_flag_) : std::string(text);
@@ -165,9 +165,9 @@ void Console::print_help(std::string_view text) {
   }
 }
 
-void Console::say(std::string_view words) {
+void Console::say(std::string_view message) {
   end_progress();
-  put(err_, fmt::format("{}: {}\n", verb_, text_for_users(words)));
+  put(err_, fmt::format("{}: {}\n", verb_, text_for_users(message)));
 }
 
 void Console::warn(const std::vector<std::string>& warnings) {
@@ -183,7 +183,7 @@ void Console::say_first(const std::vector<std::string>& lines, std::string_view 
 
 bool Console::time_to_redraw() {
   constexpr std::int64_t kRedrawMs = 100;
-  if (!watched_ || now_ms() - last_progress_ms_ < kRedrawMs) return false;
+  if (!on_terminal_ || now_ms() - last_progress_ms_ < kRedrawMs) return false;
   last_progress_ms_ = now_ms();
   progress_shown_ = true;
   return true;
@@ -250,7 +250,7 @@ JobControl control_from(Console& console) {
     else
       console.live(now.words);
   };
-  control.note = [&console](const std::string& words) { console.say(words); };
+  control.note = [&console](const std::string& note) { console.say(note); };
   control.for_users = [&console](std::string_view text) { return console.text_for_users(text); };
   return control;
 }

@@ -15,7 +15,7 @@
 /// The program's side of the terminal: results, messages, progress, exit codes, signals.
 namespace waymark::cli {
 
-/// Installs signal handlers. The first Ctrl-C (or SIGTERM) only sets a flag, so that the current picture is
+/// Installs signal handlers. The first Ctrl-C (or SIGTERM) only sets a flag, so that the current image is
 /// finished and results are kept. The second signal of the same kind prints a message and ends the program at
 /// once. Writing to a closed pipe, or beyond the limit on file size, becomes an error instead of a signal.
 void watch_signals();
@@ -58,8 +58,8 @@ class Console {
   void print(std::string_view text);
   /// The same without replacing fields by flags: help.
   void print_help(std::string_view text);
-  /// Prints one message line: "waymark detect: words".
-  void say(std::string_view words);
+  /// Prints one message line: "waymark detect: message".
+  void say(std::string_view message);
   /// Prints an error, with its field as the flag that sets it (naming_flag()).
   void say(const Error& error) { say(to_string(naming_flag(error, has_own_))); }
   /// Prints the error and returns the code: `return console.failed(error, ExitCode::Usage);`
@@ -97,7 +97,7 @@ class Console {
   HasFlag has_own_;
   std::FILE* out_;
   std::FILE* err_;
-  bool watched_ = false;
+  bool on_terminal_ = false;  ///< standard error is a terminal
   bool progress_shown_ = false;
   std::int64_t last_progress_ms_ = 0;
   Output output_ = Output::Open;

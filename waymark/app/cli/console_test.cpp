@@ -42,7 +42,7 @@ TEST(NamingFlag, WritesTheFieldAsFlag) {
   EXPECT_EQ(named({.key = "--set follower.reach_m=9"}), "--set follower.reach_m=9");
   EXPECT_EQ(naming_flag({ErrorCode::InvalidArgument, "m", {.key = "tag_size_m"}, {}}, {}).place.key,
             "tag_size_m")
-      << "no table of flags was given";
+      << "without a table of flags";
 }
 
 TEST(NamingFlag, KeepsKeysWithoutFlag) {

@@ -23,7 +23,7 @@ struct Args {
 };
 
 struct Parsed {
-  Outer outer{.count = 7};  // as from a robot's file
+  Outer outer{.count = 7};  // as from a robot file
   Inner inner{};
   std::string error{};
   bool outer_given = false;

@@ -1,6 +1,6 @@
 #pragma once
 
-// What nearly every verb is made of.
+// Headers that nearly every verb includes.
 // IWYU pragma: begin_exports
 #include <memory>
 #include <string>

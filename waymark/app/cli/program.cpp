@@ -45,7 +45,7 @@ bool names_word(const std::vector<std::string>& words, std::string_view word) {
   return std::ranges::count(words, word) > 0;
 }
 
-/// Only verbs among the words get their flags: adding all flags takes longer than many verbs run.
+/// Adds flags only to verbs among the words, since adding all flags takes longer than many verbs run.
 Node grow(const Verb& verb, CLI::App& app, const std::vector<std::string>& words) {
   Node node{&verb, &app, {}, {}};
   app.set_help_flag("-h,--help", "Print this and stop");
@@ -122,7 +122,7 @@ std::vector<std::size_t> input_places(const std::vector<std::string>& words, con
 /// The index of the first word after `verb` that is neither a flag nor a value of one, if there is any.
 std::optional<std::size_t> first_input(const Verb& verb, const std::vector<std::string>& words) {
   if (words.empty()) return std::nullopt;
-  if (!words.front().starts_with('-')) return 0;  // spares building the table of flags
+  if (!words.front().starts_with('-')) return 0;  // avoids building the table of flags
   FlagTable flags;
   add_flags(verb, flags);
   const std::vector<std::size_t> places = input_places(words, flags);
@@ -204,7 +204,7 @@ struct Chosen {
   const Node* parent = nullptr;
   std::string name;          ///< "waymark evaluate detections", as the user named it
   std::string full_name;     ///< with the implied verb
-  std::string unknown_verb;  ///< the word that should have been a verb; empty when there is none
+  std::string unknown_verb;  ///< the word in place of a verb that is not one; empty: none
   std::size_t verbs = 0;     ///< number of verbs at the beginning of the words
 };
 
@@ -260,7 +260,7 @@ std::string short_number(const std::string& number) {
   return shorter.ends_with('.') ? shorter.substr(0, shorter.size() - 1) : shorter;
 }
 
-/// Of values between commas the first that is not a number; of one value all of it.
+/// The first of comma-separated values that is not a number; a single value as a whole.
 std::string first_not_number(const std::string& values) {
   for (const std::string& value : CLI::detail::split(values, ',')) {
     double number = 0;
@@ -270,9 +270,8 @@ std::string first_not_number(const std::string& values) {
 }
 
 /// "(--seed): 'abc' is not a number from 0 to 9" for the parser's "--seed: Value abc not in range 0 to 9",
-/// and
-/// "(--laps): '1e' is not a number" for its "Could not convert: --laps = 1e", and
-/// "(--seed): given more than once" for its "--seed: At Most 1 required but received 2".
+/// "(--laps): '1e' is not a number" for its "Could not convert: --laps = 1e", and "(--seed): given more than
+/// once" for its "--seed: At Most 1 required but received 2".
 std::string plain_words(const std::string& words) {
   static const std::regex kRange("(--[a-z0-9-]+): Value (.*) not in range (.*) to (.*)");
   static const std::regex kConversion("Could not convert: (--[a-z0-9-]+) = (.*)");
@@ -423,7 +422,7 @@ ExitCode parse_and_run(const Verb& program, std::vector<std::string> words, std:
       chosen.node->run && !missing.empty())
     return misused(console, chosen.full_name, missing);
   try {
-    std::reverse(words.begin(), words.end());  // CLI11 wants the last word first
+    std::reverse(words.begin(), words.end());  // CLI11 expects the last word first
     app.parse(std::move(words));
   } catch (const CLI::CallForAllHelp&) {
     console.print_help(app.help("", CLI::AppFormatMode::All));

@@ -134,7 +134,7 @@ Outcome run(std::vector<std::string> words, std::FILE* out_or_null = nullptr) {
   return outcome;
 }
 
-TEST(Program, FlagsComeFromTheFieldsAndOverrideWhatWasConfigured) {
+TEST(Program, FlagsAreMadeFromFieldsAndOverrideTheConfiguration) {
   EXPECT_EQ(run({"show"}).out, "0.5 7 true yes\n");
   EXPECT_EQ(run({"show", "--tag-size-m", "0.25", "--count=3", "--no-careful", "--word", "no"}).out,
             "0.25 3 false no\n");
@@ -153,7 +153,8 @@ TEST(Program, ValuesOutsideTheirRangeAreUsageErrors) {
   EXPECT_EQ(run({"show", "--count"}).code, 2);
 }
 
-/// Wrong usage: nothing on standard output, and each part in the message, whose words are on the page.
+/// Expects wrong usage: nothing on standard output and each part in the message; the whole text is on the
+/// golden page.
 void expect_usage(const std::vector<std::string>& words, const std::vector<std::string>& parts) {
   const Outcome outcome = run(words);
   EXPECT_EQ(outcome.code, 2);
@@ -212,7 +213,7 @@ TEST(Program, AMisspeltVerbIsNotTakenForAnInput) {
   EXPECT_THAT(run({"usual", "./coutn"}).err, Not(HasSubstr("`prog usual count`")));
 }
 
-TEST(Program, AFlagWithoutItsValueIsNamed) {
+TEST(Program, AFlagWithoutItsValueIsReported) {
   expect_usage({"show", "--count"}, {"prog show: --count", "(INTEGER)", "`prog show --help`"});
   for (const auto& words : {std::vector<std::string>{"show", "--word", "--count", "3"},
                             {"show", "--word", ""},
@@ -280,7 +281,7 @@ TEST(Program, HelpShowsTheFirstGroupAndCountsTheOthers) {
   }
 }
 
-TEST(Program, OnlyVerbsThatAreNamedGetTheirFlags) {
+TEST(Program, OnlyNamedVerbsGetTheirFlags) {
   std::vector<std::string> prepared;
   const auto noted = [&prepared](const char* name) {
     return [&prepared, name](CLI::App& /*app*/) -> cli::Run {
