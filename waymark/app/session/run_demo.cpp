@@ -82,7 +82,7 @@ Status clear_demo_folder(const std::string& name_of_folder) {
   for (const std::string& name : own_names()) {
     if (!error && fs::exists(folder / name) && !fs::exists(folder / kMark))
       return fail(ErrorCode::InvalidArgument,
-                  fmt::format("this folder contains a '{}' that no demo wrote", name),
+                  fmt::format("this folder contains a '{}' that was not written by `waymark demo`", name),
                   {.source = folder.string()}, "Choose another folder with `output`.");
   }
   if (!error && !write_text_file(folder / kMark, "`waymark demo` overwrites the files in this folder.\n"))
@@ -91,7 +91,8 @@ Status clear_demo_folder(const std::string& name_of_folder) {
     if (!error) fs::remove(folder / name, error);
   }
   if (!error) return {};
-  return fail(ErrorCode::Unwritable, "cannot write here: " + error.message(), {.source = folder.string()});
+  return fail(ErrorCode::Unwritable, "cannot write to the folder: " + error.message(),
+              {.source = folder.string()});
 }
 
 Result<DemoReport> run_demo(const RobotSetup& setup, const DemoJob& job, const JobControl& control) {

@@ -35,8 +35,8 @@ struct DemoReport {
   double wall_s = 0;
 };
 
-/// Prepares the folder and removes the recordings of an earlier demo. Fails, without a change, if the folder
-/// contains a lap or a map that no demo wrote.
+/// Prepares the folder and removes the recordings of an earlier demo. Fails without changing anything if the
+/// folder contains a lap or a map that was not written by a demo.
 [[nodiscard]] Status clear_demo_folder(const std::string& folder);
 /// Runs teach, map and replay, and writes figures and the report. An error names the step that failed.
 [[nodiscard]] Result<DemoReport> run_demo(const RobotSetup& setup, const DemoJob& job,
