@@ -270,8 +270,8 @@ Status FirstDrive::stop_by_key() {
   constexpr int kTries = 3;
   bool pressed = false;
   MotionTiming timing;
-  for (int tried = 0; tried < kTries && (tried == 0 || (pressed && !timing.response_s)); ++tried) {
-    if (tried > 0) control_.note("stops: the space bar was pressed before the robot moved; try again");
+  for (int attempt = 0; attempt < kTries && (attempt == 0 || (pressed && !timing.response_s)); ++attempt) {
+    if (attempt > 0) control_.note("stops: the space bar was pressed before the robot moved; try again");
     pressed = false;
     const auto trace = drive({.command = kFirstForward, .most_s = 10},
                              "stops: press the space bar while the wheels turn", [&] {
@@ -455,8 +455,8 @@ std::string commission_file(const RobotSetup& setup) {
   const fs::path path(setup.robot_path);
   const auto shared = find_shared("robots", path.stem().string());
   std::error_code ignored;
-  const bool ours = shared && fs::equivalent(*shared, path, ignored);
-  return ours ? path.filename().string() : path.string();
+  const bool comes_with_program = shared && fs::equivalent(*shared, path, ignored);
+  return comes_with_program ? path.filename().string() : path.string();
 }
 
 CommissionPerson person_at_terminal(const JobControl& control) {

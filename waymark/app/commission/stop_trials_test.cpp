@@ -62,8 +62,8 @@ TEST(StopTrials, DetectsSilenceByTheAgeOfTheLastOdometry) {
   const auto none = await_silence(*obedient, 0.8, [] { return false; });
   ASSERT_TRUE(none);
   EXPECT_FALSE(*none) << "odometry still arrives";
-  const auto mute = robot("*velocity*) sleep 3;;");
-  const auto silent_s = await_silence(*mute, 3, [] { return false; });
+  const auto silent = robot("*velocity*) sleep 3;;");
+  const auto silent_s = await_silence(*silent, 3, [] { return false; });
   ASSERT_TRUE(silent_s && *silent_s);
   EXPECT_GE(**silent_s, 0.5);
   EXPECT_LT(**silent_s, 2);

@@ -136,7 +136,8 @@ Status check_new_file(const fs::path& file, bool replace) {
 Result<std::string> move_aside(const fs::path& file, const std::string& text) {
   std::error_code error;
   if (!fs::is_regular_file(file, error)) return std::string();
-  if (const auto there = read_text_file(file, text.size() + 1); there && *there == text) return std::string();
+  if (const auto existing = read_text_file(file, text.size() + 1); existing && *existing == text)
+    return std::string();
   int number = 1;
   const auto aside = [&] { return file.parent_path() / numbered(file.filename().string(), number); };
   while (fs::exists(aside(), error)) ++number;

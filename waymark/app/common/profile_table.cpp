@@ -63,7 +63,7 @@ Result<RecordingProfile> profile_of(const std::string& path, const JobControl& c
   if (!log) return tl::unexpected(log.error());
   RecordingProfiler profiler;
   const Status status = (*log)->visit_samples({}, [&](const Sample& sample) -> Status {
-    if (Status wanted = control.go_on(); !wanted) return wanted;
+    if (Status going = control.go_on(); !going) return going;
     profiler.add(sample);
     return {};
   });

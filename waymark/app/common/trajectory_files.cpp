@@ -115,14 +115,14 @@ Result<FloorPath> corners_of(const CsvTable& table, bool closed) {
   return path;
 }
 
-Result<std::string> choose_topic(const MessageLog& log, const std::string& path, const std::string& asked,
+Result<std::string> choose_topic(const MessageLog& log, const std::string& path, const std::string& requested,
                                  const std::string& usual) {
   const std::vector<std::string> topics = pose_topics(log);
   const auto has = [&](const std::string& topic) { return std::ranges::find(topics, topic) != topics.end(); };
-  if (!asked.empty() && has(asked)) return asked;
-  if (!asked.empty())
-    return fail(ErrorCode::NotFound, fmt::format("no poses on topic '{}'", asked), {.source = path},
-                suggestion(asked, topics));
+  if (!requested.empty() && has(requested)) return requested;
+  if (!requested.empty())
+    return fail(ErrorCode::NotFound, fmt::format("no poses on topic '{}'", requested), {.source = path},
+                suggestion(requested, topics));
   if (has(usual)) return usual;
   if (topics.size() == 1) return topics.front();
   if (topics.empty())
@@ -133,11 +133,11 @@ Result<std::string> choose_topic(const MessageLog& log, const std::string& path,
               "Select one with `est_topic` or `ref_topic`.");
 }
 
-Result<EstimatedTrajectory> poses_of_log(const std::string& path, const std::string& asked,
+Result<EstimatedTrajectory> poses_of_log(const std::string& path, const std::string& requested,
                                          const std::string& usual, const JobControl& control) {
   const auto log = open_log(path, control.log_options());
   if (!log) return tl::unexpected(log.error());
-  const Result<std::string> topic = choose_topic(**log, path, asked, usual);
+  const Result<std::string> topic = choose_topic(**log, path, requested, usual);
   if (!topic) return tl::unexpected(topic.error());
   EstimatedTrajectory poses;
   std::vector<LogProblem> problems;

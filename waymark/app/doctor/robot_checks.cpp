@@ -48,14 +48,14 @@ DoctorLine odometry_line(const NetworkTraffic& traffic, const std::string& howto
 
 DoctorLine clock_line(double behind_s) {
   constexpr double kApart_s = 0.1;
-  const bool apart = std::abs(behind_s) > kApart_s;
-  return {"clock", apart ? DoctorLevel::Warn : DoctorLevel::Ok,
-          apart ? fmt::format("the robot's stamps are {:.2f} s {} this computer's clock: images of this "
-                              "computer's cameras cannot be matched to them",
-                              std::abs(behind_s), behind_s > 0 ? "behind" : "ahead of")
-                : fmt::format("the robot's stamps are within {:.0f} ms of this computer's clock",
-                              1e3 * std::abs(behind_s)),
-          apart ? "chronyc tracking, on both computers" : ""};
+  const bool differs = std::abs(behind_s) > kApart_s;
+  return {"clock", differs ? DoctorLevel::Warn : DoctorLevel::Ok,
+          differs ? fmt::format("the robot's stamps are {:.2f} s {} this computer's clock: images of this "
+                                "computer's cameras cannot be matched to them",
+                                std::abs(behind_s), behind_s > 0 ? "behind" : "ahead of")
+                  : fmt::format("the robot's stamps are within {:.0f} ms of this computer's clock",
+                                1e3 * std::abs(behind_s)),
+          differs ? "chronyc tracking, on both computers" : ""};
 }
 
 DoctorLine commands_line(const NetworkTraffic& traffic, const std::string& howto) {

@@ -82,7 +82,7 @@ Result<OptimizerOptions> read_weights(const std::string& path) {
 
 Result<OptimizeReport> optimize_route_of(const OptimizeJob& job) {
   const fs::path folder = job.folder;
-  if (Status there = check_map_folder(folder); !there) return tl::unexpected(there.error());
+  if (Status valid = check_map_folder(folder); !valid) return tl::unexpected(valid.error());
   const auto map = read_map(folder / "map.yaml");
   if (!map) return tl::unexpected(map.error());
   const auto taught = read_route(folder / "route.yaml");
@@ -132,8 +132,8 @@ ReportFields fields(const OptimizeReport& report) {
 
 std::string to_text(const OptimizedRoute& found) {
   std::string text = fmt::format("{:<38}{:>10}{:>12}\n", "", "taught", "optimised");
-  const auto add = [&](const char* what, double taught, double better, int digits) {
-    text += fmt::format("{:<38}{:>10.{}f}{:>12.{}f}\n", what, taught, digits, better, digits);
+  const auto add = [&](const char* what, double taught, double optimised, int digits) {
+    text += fmt::format("{:<38}{:>10.{}f}{:>12.{}f}\n", what, taught, digits, optimised, digits);
   };
   const RouteFigures& a = found.taught;
   const RouteFigures& b = found.optimized;

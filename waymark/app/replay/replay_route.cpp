@@ -270,16 +270,16 @@ ReplayJob slowed(ReplayJob job, double max_speed_m_s) {
 
 std::vector<std::string> speed_warnings(const ReplayJob& job, const Route& route, const RobotModel& robot) {
   const double most = job.replay.safety.max_speed_m_s;
-  double asked = job.replay.profile.speed_m_s;
+  double requested = job.replay.profile.speed_m_s;
   for (const RoutePoint& point : route.points) {
-    if (job.replay.profile.speed_m_s <= 0) asked = std::max(asked, std::abs(point.speed_m_s));
+    if (job.replay.profile.speed_m_s <= 0) requested = std::max(requested, std::abs(point.speed_m_s));
   }
-  if (asked <= std::min(most, robot.limits.speed_m_s)) return {};
+  if (requested <= std::min(most, robot.limits.speed_m_s)) return {};
   if (robot.limits.speed_m_s < most)
     return {fmt::format("requested {:g} m/s, but the limit of {} is {:g} m/s (limits: speed_m_s in its file)",
-                        asked, robot.name, robot.limits.speed_m_s)};
-  return {fmt::format("requested {:g} m/s, but the limiter allows at most {:g} m/s (`max_speed_m_s`)", asked,
-                      most)};
+                        requested, robot.name, robot.limits.speed_m_s)};
+  return {fmt::format("requested {:g} m/s, but the limiter allows at most {:g} m/s (`max_speed_m_s`)",
+                      requested, most)};
 }
 
 namespace {

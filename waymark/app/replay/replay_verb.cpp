@@ -54,8 +54,8 @@ Result<ReplayJob> job_of(const ReplayArgs& args, ReplayJob calibrated) {
 ExitCode replay(const ReplayArgs& args, Console& console) {
   if (const auto usable = job_of(args, args.job); !usable)  // before files are read
     return fail_usage(usable.error(), console);
-  if (const Status there = check_map_folder(args.job.folder); !there && args.setup.lacks_world())
-    return console.failed(there.error(), ExitCode::SomeFailed);  // before asking for a world
+  if (const Status valid = check_map_folder(args.job.folder); !valid && args.setup.lacks_world())
+    return console.failed(valid.error(), ExitCode::SomeFailed);  // before asking for a world
   const Result<RobotSetup> setup = make_setup(args);
   if (!setup) return fail_usage(setup.error(), console);
   ReplayJob calibrated = args.job;

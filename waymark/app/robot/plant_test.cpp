@@ -118,9 +118,9 @@ TEST(ProcessPlant, BehavesLikeTheRobotWithoutAProcess) {
 }
 
 TEST(ProcessPlant, ReportsMissingLinesAndAnEndedProcess) {
-  const auto blind = start_process_plant(kOther, {.sends = {"odometry", "image"}});
-  ASSERT_FALSE(blind);
-  EXPECT_THAT(to_string(blind.error()), HasSubstr("'image'"));
+  const auto incomplete = start_process_plant(kOther, {.sends = {"odometry", "image"}});
+  ASSERT_FALSE(incomplete);
+  EXPECT_THAT(to_string(incomplete.error()), HasSubstr("'image'"));
   EXPECT_THAT(to_string(start_process_plant("exit 3", {}).error()), HasSubstr("exit code 3"));
   const auto short_one = start_process_plant(
       R"(echo '{"type":"hello","protocol_version":1,"name":"x"}'; echo '{"type":"odometry","stamp_s":5,"x_m":0,"y_m":0,"yaw_rad":0,"speed_m_s":0,"yaw_rate_rad_s":0}')",

@@ -107,14 +107,15 @@ void add_profiles(const std::string& kind, const Find& find, const std::string& 
 }  // namespace
 
 std::vector<std::string> ways_to_reach(const std::string& robot) {
-  std::vector<std::string> ways;
+  std::vector<std::string> connections;
   for (const RobotKind& kind : robot_kinds())
     if (kind.name == robot)
-      ways.push_back(fmt::format("`robot={}:{}` ({})", kind.name, kind.address, kind.help));
-  add_profiles("ros2", find_ros2_profile, robot, ways);
-  add_profiles("gazebo", find_gazebo_profile, robot, ways);
-  ways.push_back(fmt::format("`robot=process:CMD` `robot_file={}` (docs/formats/robot-process.md)", robot));
-  return ways;
+      connections.push_back(fmt::format("`robot={}:{}` ({})", kind.name, kind.address, kind.help));
+  add_profiles("ros2", find_ros2_profile, robot, connections);
+  add_profiles("gazebo", find_gazebo_profile, robot, connections);
+  connections.push_back(
+      fmt::format("`robot=process:CMD` `robot_file={}` (docs/formats/robot-process.md)", robot));
+  return connections;
 }
 
 Result<RobotTable> robot_table() {
@@ -137,7 +138,7 @@ Result<std::string> explained_robot(const std::string& name) {
   if (!shown) return tl::unexpected(shown.error());
   std::string text = robot_text(shown->robot, shown->comment);
   text += fmt::format("file: {}\n", path->string());
-  for (const std::string& way : ways_to_reach(shown->robot.model.name)) text += way + "\n";
+  for (const std::string& connection : ways_to_reach(shown->robot.model.name)) text += connection + "\n";
   return text;
 }
 

@@ -22,7 +22,8 @@ ExitCode ros2_robot(const Ros2RobotArgs& args, Console& console) {
   auto options = args.network.options("waymark_robot", profile->ros_distro);
   if (!robot) return fail_usage(robot.error(), console);
   if (!options) return fail_usage(options.error(), console);
-  if (Status there = use_interface_of(*profile, *options); !there) return fail_usage(there.error(), console);
+  if (Status usable = use_interface_of(*profile, *options); !usable)
+    return fail_usage(usable.error(), console);
   const Status status =
       run_ros2_robot(*profile, *robot, *options, standard_wire(console, args.wire.listen_only),
                      {.share_commands = args.wire.shares()});

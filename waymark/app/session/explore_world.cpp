@@ -139,8 +139,8 @@ Result<ExploreReport> explore_world(RobotSetup setup, const ExploreJob& job, con
   auto recorder = recorder_of(setup, job);
   if (!recorder) return tl::unexpected(recorder.error());
   Judge judge(simulated.world, simulated.model.hull);
-  const double most_s = 60 * job.minutes;
-  ExploreSession session(explorer_of(simulated, job.explore), std::move(*localizer), *tags, most_s,
+  const double max_s = 60 * job.minutes;
+  ExploreSession session(explorer_of(simulated, job.explore), std::move(*localizer), *tags, max_s,
                          listener_of(judge, *recorder, control));
   LapListener listener;
   listener.on_sample = [&](const Sample& sample) { return session.receive(sample); };
@@ -148,7 +148,7 @@ Result<ExploreReport> explore_world(RobotSetup setup, const ExploreJob& job, con
   const auto end = drive_lap(
       simulated,
       [&](const SE2& /*map_T_base*/, Duration uptime, SensorTime now) { return session.decide(uptime, now); },
-      listener, most_s + 1);
+      listener, max_s + 1);
   const Status closed = *recorder ? (*recorder)->close() : Status();
   if (!end) return tl::unexpected(end.error());
   if (!closed) return tl::unexpected(closed.error());
