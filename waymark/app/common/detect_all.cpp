@@ -338,7 +338,7 @@ void count(const PictureReport& report, const JobControl& control, DetectSummary
   ++(report.error ? summary.failed : summary.pictures);
   if (!report.error) return;
   const std::string words = to_string(*report.error);
-  if (summary.said.insert(words).second) control.note(words);
+  if (summary.noted.insert(words).second) control.note(words);
 }
 
 /// A failure of the whole file.

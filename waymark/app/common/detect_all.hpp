@@ -58,7 +58,7 @@ struct DetectSummary {
   std::size_t failed = 0;
   bool stopped = false;             ///< cancelled before the end of the list
   bool annotations_failed = false;  ///< their folder could not be created
-  std::set<std::string> said{};     ///< errors already reported as notes: each once
+  std::set<std::string> noted{};    ///< errors already reported as notes; each is reported once
 };
 
 /// Called with each report, in the order of the inputs; `image` is empty if it could not be read.

@@ -77,10 +77,10 @@ Input missing(const std::string& source) {
   const fs::path path(source);
   const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
   std::error_code error;
-  constexpr std::size_t kEnough = 10000;
+  constexpr std::size_t kMaxNames = 10000;
   for (fs::directory_iterator it(folder, error); !error && it != fs::directory_iterator();
        it.increment(error)) {
-    if (names.size() == kEnough) break;
+    if (names.size() == kMaxNames) break;
     names.push_back(it->path().filename().string());
   }
   if (source.starts_with("/dev/video") || source == "v4l2")

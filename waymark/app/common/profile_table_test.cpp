@@ -29,13 +29,14 @@ const ProfileRow* row_of(const std::vector<ProfileRow>& rows, const std::string&
 TEST(ProfileTable, MeasuresTheSimulatorOptions) {
   const auto profile = profile_of(lap(), {});
   ASSERT_TRUE(profile) << to_string(profile.error());
-  const SimulatedRobotOptions told;
+  const SimulatedRobotOptions simulated;
   EXPECT_NEAR(profile->duration_s, 20, 0.2);
-  EXPECT_NEAR(profile->streams.at("camera").rate_hz, told.camera_rate_hz, 0.1);
-  EXPECT_NEAR(profile->streams.at("odometry").rate_hz, told.odometry_rate_hz, 0.1);
-  EXPECT_NEAR(profile->streams.at("imu").rate_hz, told.imu_rate_hz, 0.1);
+  EXPECT_NEAR(profile->streams.at("camera").rate_hz, simulated.camera_rate_hz, 0.1);
+  EXPECT_NEAR(profile->streams.at("odometry").rate_hz, simulated.odometry_rate_hz, 0.1);
+  EXPECT_NEAR(profile->streams.at("imu").rate_hz, simulated.imu_rate_hz, 0.1);
   ASSERT_TRUE(profile->gyro_noise_rad_s);
-  EXPECT_NEAR(*profile->gyro_noise_rad_s, told.sensors.gyro_noise_rad_s, 0.2 * told.sensors.gyro_noise_rad_s);
+  EXPECT_NEAR(*profile->gyro_noise_rad_s, simulated.sensors.gyro_noise_rad_s,
+              0.2 * simulated.sensors.gyro_noise_rad_s);
   EXPECT_TRUE(profile->camera_gaps.empty());
 }
 

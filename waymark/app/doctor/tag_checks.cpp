@@ -69,9 +69,8 @@ DoctorLine check_map_tags(const MapTagTrial& trial, const std::string& view_comm
     return map_failed(fmt::format("no map tag was detected in {}", pictures), view_command);
   if (trial.placed == 0)
     return map_warning(
-        fmt::format("map tags were detected in {} of {}, but the camera pose is ambiguous: move the camera "
-                    "closer, or so that several tags are in view, and check that the calibration is that of "
-                    "this camera",
+        fmt::format("map tags were detected in {} of {}, but the camera pose is ambiguous. Move the camera "
+                    "closer, or so that several tags are in view. Is the calibration that of this camera?",
                     trial.with_tags, pictures),
         view_command);
   std::vector<std::string> missed;
