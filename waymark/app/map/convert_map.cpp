@@ -22,12 +22,12 @@ namespace waymark {
 // Transforms in a recording.
 namespace {
 
-/// The transforms of tags, the last of each.
+/// The last transform of each tag.
 struct TagTransforms {
   std::map<TagId, ros2::TransformStamped> in_map{};
-  std::set<std::string> elsewhere{};  ///< tags that were seen from another frame, and that frame
+  std::set<std::string> elsewhere{};  ///< tags with another parent frame, and that frame
 
-  void take(const ros2::TransformStamped& transform) {
+  void add(const ros2::TransformStamped& transform) {
     const Result<TagId> tag = parse_tag_id(transform.child_frame_id);
     if (!tag) return;
     const std::string& parent = transform.header.frame_id;
@@ -54,14 +54,14 @@ Result<TagTransforms> transforms_of(const std::filesystem::path& path, const Job
         if (!cdr || !cdr->channel->known_layout) return {};
         const auto transforms = cdr::decode<ros2::TFMessage>(cdr->data);
         if (!transforms) return tl::unexpected(transforms.error());
-        for (const ros2::TransformStamped& transform : transforms->transforms) found.take(transform);
+        for (const ros2::TransformStamped& transform : transforms->transforms) found.add(transform);
         return {};
       });
   if (!status) return tl::unexpected(status.error());
   return found;
 }
 
-/// As `tf2_echo` would write it: the form that parse_any_map() reads.
+/// YAML as printed by `tf2_echo`, which parse_any_map() reads.
 std::string yaml_of(const TagTransforms& found) {
   std::string text = "transforms:\n";
   for (const auto& [tag, transform] : found.in_map) {
@@ -107,7 +107,7 @@ Status write_map_transforms(const std::filesystem::path& path, const MapFile& ma
   return status ? recorder->close() : status;
 }
 
-// From one form to another.
+// Conversion between formats.
 namespace {
 
 std::string name_of(MapForm form) { return map_form_names()[static_cast<std::size_t>(form)]; }
@@ -122,7 +122,7 @@ Status remove_tags(const ConvertMapJob& job, MapFile& map) {
     map.observations.erase(*tag);
   }
   if (map.tags.tags.empty())
-    return fail(ErrorCode::InvalidArgument, "no tag would remain", {.key = "remove"});
+    return fail(ErrorCode::InvalidArgument, "no tag would remain in the map", {.key = "remove"});
   if (map.tags.find(map.anchor) == nullptr) map.anchor = map.tags.tags.begin()->first;
   return {};
 }
@@ -173,7 +173,8 @@ ReportFields fields(const ConvertMapReport& report) {
           {"from", "Format of the input", name_of(report.form)},
           {"to", "Format of the output", name_of(report.to)},
           {"tags", "Tags in the output", report.map.tags.tags.size()},
-          {"warnings", "What the output format cannot represent, one sentence each", report.warnings}};
+          {"warnings", "Warnings about data that the output format cannot represent, one sentence each",
+           report.warnings}};
 }
 
 }  // namespace waymark

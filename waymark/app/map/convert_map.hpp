@@ -13,23 +13,23 @@
 /// `waymark map convert`: converts a tag map between Waymark's format and those of other programs.
 namespace waymark {
 
-/// The map in a recording's transforms (any topic of tf2_msgs/TFMessage, such as /tf_static): for each
-/// tag the last one from the frame `map`. Tags with other parent frames only (a camera's) are listed in the
-/// warnings.
+/// Reads a map from the transforms of a recording (any topic of tf2_msgs/TFMessage, such as /tf_static).
+/// The last transform from the frame `map` to a tag counts. Transforms to tags from other frames, such as a
+/// camera's, are ignored with a warning.
 [[nodiscard]] Result<ReadMap> read_map_transforms(const std::filesystem::path& path,
                                                   std::optional<double> tag_size_m,
                                                   const JobControl& control = {});
 
-/// An MCAP file with the map's tags on /tf_static.
+/// Writes the map's tags to /tf_static of a new MCAP file. Fails if the file exists.
 [[nodiscard]] Status write_map_transforms(const std::filesystem::path& path, const MapFile& map);
 
 struct ConvertMapJob {
   std::string input{};   ///< a map in any format, or the folder of a map.yaml
   std::string output{};  ///< file to write
   MapForm form = MapForm::Waymark;
-  std::optional<double> tag_size_m{};  ///< of tags whose size the file does not contain
+  std::optional<double> tag_size_m{};  ///< for tags whose size the file does not contain
   std::vector<std::string> remove{};   ///< tags to omit
-  bool force = false;                  ///< replaces an existing file
+  bool force = false;                  ///< whether an existing file is replaced
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -47,7 +47,7 @@ struct ConvertMapJob {
 
 /// The map without the removed tags, with warnings about data that the format cannot represent.
 struct ConvertMapReport : ReadMap {
-  std::string output{};  ///< file
+  std::string output{};  ///< the written file
   MapForm to = MapForm::Waymark;
 };
 

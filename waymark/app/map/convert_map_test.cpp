@@ -1,5 +1,5 @@
-// Maps that stand as transforms in a recording: written, read again, and what is in the way.
-// Maps in other forms, and what is left out of them.
+// Maps as transforms in a recording: written and read back, and invalid input.
+// Conversion of maps between formats, and removal of tags.
 #include "waymark/app/map/convert_map.hpp"
 
 #include <fstream>
@@ -30,7 +30,7 @@ MapFile map_of_three() {
   return map;
 }
 
-ros2::TransformStamped seen_from(const std::string& parent, const std::string& tag, double x_m) {
+ros2::TransformStamped transform_from(const std::string& parent, const std::string& tag, double x_m) {
   return ros2::to_ros_transform(SensorTime{}, parent, tag, SE3(SO3(), {x_m, 0, 1}));
 }
 
@@ -52,7 +52,7 @@ class MapTransforms : public ::testing::Test {
   fs::path file_ = testing::fresh_folder("jobs_map_transforms") / "tags.mcap";
 };
 
-TEST_F(MapTransforms, WhatIsWrittenIsRead) {
+TEST_F(MapTransforms, RoundTripKeepsTagPoses) {
   const MapFile map = map_of_three();
   ASSERT_TRUE(write_map_transforms(file_, map));
   const auto read = read_map_transforms(file_, 0.16);
@@ -68,7 +68,7 @@ TEST_F(MapTransforms, WhatIsWrittenIsRead) {
   }
 }
 
-TEST_F(MapTransforms, SizesHaveToBeGiven) {
+TEST_F(MapTransforms, RequiresTheTagSize) {
   ASSERT_TRUE(write_map_transforms(file_, map_of_three()));
   const auto read = read_map_transforms(file_, std::nullopt);
   ASSERT_FALSE(read);
@@ -76,9 +76,9 @@ TEST_F(MapTransforms, SizesHaveToBeGiven) {
   EXPECT_THAT(to_string(read.error()), HasSubstr("size"));
 }
 
-TEST_F(MapTransforms, OfEachTagTheLastCounts) {
-  record({seen_from("map", "tag36h11:1", 1), seen_from("map", "tag36h11:2", 2),
-          seen_from("/map", "tag36h11:1", 3)});
+TEST_F(MapTransforms, UsesTheLastTransformOfEachTag) {
+  record({transform_from("map", "tag36h11:1", 1), transform_from("map", "tag36h11:2", 2),
+          transform_from("/map", "tag36h11:1", 3)});
   const auto read = read_map_transforms(file_, 0.16);
   ASSERT_TRUE(read) << to_string(read.error());
   ASSERT_EQ(read->map.tags.tags.size(), 2U);
@@ -86,17 +86,17 @@ TEST_F(MapTransforms, OfEachTagTheLastCounts) {
   EXPECT_EQ(read->map.tags.find({FamilyId::Tag36h11, 2})->map_T_tag.translation().x(), 2);
 }
 
-TEST_F(MapTransforms, WhatOtherFramesSeeIsNamed) {
-  record({seen_from("map", "tag36h11:1", 1), seen_from("camera", "tag36h11:7", 2),
-          seen_from("map", "base_link", 0)});
+TEST_F(MapTransforms, ReportsTagsWithOtherParentFrames) {
+  record({transform_from("map", "tag36h11:1", 1), transform_from("camera", "tag36h11:7", 2),
+          transform_from("map", "base_link", 0)});
   const auto read = read_map_transforms(file_, 0.16);
   ASSERT_TRUE(read) << to_string(read.error());
-  EXPECT_EQ(read->map.tags.tags.size(), 1U) << "a frame that is no tag is none";
+  EXPECT_EQ(read->map.tags.tags.size(), 1U) << "base_link is not a tag";
   EXPECT_THAT(read->warnings, Contains(HasSubstr("tag36h11:7 (from camera)")));
 }
 
-TEST_F(MapTransforms, ARecordingWithoutAMapSaysHowToMakeOne) {
-  record({seen_from("camera", "tag36h11:7", 2)});
+TEST_F(MapTransforms, RejectsARecordingWithoutAMap) {
+  record({transform_from("camera", "tag36h11:7", 2)});
   const auto read = read_map_transforms(file_, 0.16);
   ASSERT_FALSE(read);
   EXPECT_EQ(read.error().code, ErrorCode::NotFound);
@@ -105,12 +105,12 @@ TEST_F(MapTransforms, ARecordingWithoutAMapSaysHowToMakeOne) {
   EXPECT_EQ(read_map_transforms(file_, 0.16).error().code, ErrorCode::NotFound);
 }
 
-TEST_F(MapTransforms, ABagThatEndsBehindItsFirstLineHasNone) {
+TEST_F(MapTransforms, RejectsABagTruncatedAfterItsFirstLine) {
   std::ofstream(file_, std::ios::binary) << "#ROSBAG V2.0\n";
   EXPECT_FALSE(read_map_transforms(file_, 0.16));
 }
 
-TEST_F(MapTransforms, AFolderThatIsNotThereIsAnError) {
+TEST_F(MapTransforms, RejectsAMissingFolder) {
   const Status status = write_map_transforms(file_.parent_path() / "no" / "tags.mcap", map_of_three());
   ASSERT_FALSE(status);
   EXPECT_EQ(status.error().code, ErrorCode::Unwritable);
@@ -143,10 +143,10 @@ class ConvertMap : public ::testing::Test {
   fs::path folder_ = testing::fresh_folder("jobs_convert_map");
 };
 
-TEST_F(ConvertMap, EveryFormComesBackAsTheSamePlaces) {
+TEST_F(ConvertMap, EveryFormatRoundTripsTagPoses) {
   for (std::size_t form = 0; form < map_form_names().size(); ++form) {
     const std::string name = "map." + map_form_names()[form] + (form == 0 ? ".yaml" : ".txt");
-    ConvertMapJob there = job(name, static_cast<MapForm>(form));
+    const ConvertMapJob there = job(name, static_cast<MapForm>(form));
     const auto written = convert_map(there, {});
     ASSERT_TRUE(written) << map_form_names()[form] << ": " << to_string(written.error());
     const auto back = convert_map({.input = there.output,
@@ -158,7 +158,7 @@ TEST_F(ConvertMap, EveryFormComesBackAsTheSamePlaces) {
   }
 }
 
-TEST_F(ConvertMap, OursKeepsWhatItSaysOfItself) {
+TEST_F(ConvertMap, OwnFormatKeepsProvenanceObservationsAndAnchor) {
   ASSERT_TRUE(convert_map(job("copy.yaml"), {}));
   const MapFile copy = read_map(folder_ / "copy.yaml").value();
   EXPECT_EQ(copy.provenance, circuit_map().provenance);
@@ -166,7 +166,7 @@ TEST_F(ConvertMap, OursKeepsWhatItSaysOfItself) {
   EXPECT_EQ(copy.anchor, circuit_map().anchor);
 }
 
-TEST_F(ConvertMap, TheReportHasFileFormsAndTags) {
+TEST_F(ConvertMap, ReportContainsFileFormatsAndTags) {
   const auto done = convert_map(job("copy.yaml"), {});
   ASSERT_TRUE(done) << to_string(done.error());
   EXPECT_EQ(to_json(fields(*done)).dump(),
@@ -174,7 +174,7 @@ TEST_F(ConvertMap, TheReportHasFileFormsAndTags) {
                 R"(","from":"waymark","to":"waymark","tags":24,"warnings":[]})");
 }
 
-TEST_F(ConvertMap, TagsThatAreTakenOutAreGoneWithTheirObservations) {
+TEST_F(ConvertMap, RemovesTagsWithTheirObservations) {
   ConvertMapJob without = job("without.yaml");
   const TagId anchor = circuit_map().anchor;
   without.remove = {to_string(anchor)};
@@ -182,11 +182,11 @@ TEST_F(ConvertMap, TagsThatAreTakenOutAreGoneWithTheirObservations) {
   const MapFile map = read_map(without.output).value();
   EXPECT_EQ(map.tags.tags.size(), 23U);
   EXPECT_FALSE(map.observations.contains(anchor));
-  EXPECT_NE(map.anchor, anchor) << "another tag is the anchor then";
+  EXPECT_NE(map.anchor, anchor) << "another tag becomes the anchor";
   EXPECT_NE(map.tags.find(map.anchor), nullptr);
 }
 
-TEST_F(ConvertMap, MistakesAreToldBeforeAnythingIsWritten) {
+TEST_F(ConvertMap, RejectsInvalidJobsBeforeWriting) {
   const auto error = [&](ConvertMapJob wanted) {
     const auto before = test::names_in(folder_);
     const auto done = convert_map(wanted, {});
@@ -211,16 +211,16 @@ TEST_F(ConvertMap, ACancelledJobWritesNothing) {
   EXPECT_FALSE(fs::exists(folder_ / "copy.yaml"));
 }
 
-TEST_F(ConvertMap, TransformsOfARecordingAreAMap) {
+TEST_F(ConvertMap, ReadsTheTransformsOfARecording) {
   const fs::path file = folder_ / "tags.mcap";
   ASSERT_TRUE(write_map_transforms(file, circuit_map()));
   const auto read = read_map_transforms(file, 0.16);
   ASSERT_TRUE(read) << to_string(read.error());
   EXPECT_LT(farthest(read->map.tags, circuit_map().tags), 1e-9);
-  EXPECT_FALSE(write_map_transforms(file, circuit_map())) << "a recording is not written over";
+  EXPECT_FALSE(write_map_transforms(file, circuit_map())) << "a recording is never overwritten";
 }
 
-TEST_F(ConvertMap, OfEachTagTheLastTransformFromTheMapCounts) {
+TEST_F(ConvertMap, UsesTheLastTransformOfEachTagFromTheMapFrame) {
   const fs::path file = folder_ / "moved.mcap";
   auto recorder = SampleRecorder::open(std::move(*create_file(file)));
   ASSERT_TRUE(recorder);

@@ -19,7 +19,7 @@ Error not_in_the_map(const TagId& tag, const char* field) {
           .place = {.key = field}};
 }
 
-/// How many frames see each tag of the map.
+/// Number of frames in which each map tag is observed.
 std::map<TagId, int> frames_of(const RecordedLap& recorded, const TagMap& map) {
   std::map<TagId, int> frames;
   for (const TagFrame& frame : recorded.frames) {
@@ -46,15 +46,14 @@ Status check_extension(const MapJob& job) {
     return fail(ErrorCode::InvalidArgument, why, {.key = field}, hint);
   };
   if (!job.extend) {
-    const char* give = "Set `extend` to the map.";
+    const char* set_extend = "Set `extend` to the map.";
     if (!job.route_name.empty())
-      return refuse("route_name", "a named route is added to an existing map", give);
+      return refuse("route_name", "a named route requires an existing map", set_extend);
     if (!job.freeze.empty() || !job.remove.empty())
       return refuse(job.freeze.empty() ? "remove" : "freeze",
-                    "`freeze` and `remove` apply to the tags of an existing map", give);
+                    "`freeze` and `remove` apply to the tags of an existing map", set_extend);
     if (job.map_sigma_m)
-      return refuse("map_sigma", "this field applies to the map that the lap extends",
-                    "Set `extend` to that map.");
+      return refuse("map_sigma", "this option applies only to a map that the lap extends", set_extend);
     return {};
   }
   if (job.overrides.anchor || job.overrides.map_T_anchor)
@@ -63,15 +62,15 @@ Status check_extension(const MapJob& job) {
   for (const TagId& tag : job.remove) {
     if (job.freeze.contains(tag))
       return refuse("remove", to_string(tag) + " is both removed and frozen",
-                    "Name it in either `remove` or `freeze`.");
+                    "Name the tag in only one of `remove` and `freeze`.");
   }
   return job.route_name.empty() ? Status() : check_route_name(job.route_name, "route_name");
 }
 
-/// A map without any covariance was measured by hand: each tag has the standard deviation given by
-/// itself.
+/// A map without covariances counts as measured by hand: each tag is assigned this standard deviation,
+/// independent of the other tags.
 void take_as_measured(double sigma_m, TagMap& map) {
-  constexpr double kSigma_rad = 0.01;  // of a sheet that was hung by sensor
+  constexpr double kSigma_rad = 0.01;  // of a sheet hung on a wall by eye
   if (std::ranges::any_of(map.tags, [](const auto& tag) { return tag.second.covariance.has_value(); }))
     return;
   Vector6 variance;
@@ -99,10 +98,10 @@ Status prepare_extension(const MapJob& job, RecordedLap& recorded, SetupOverride
   if (frames.empty())
     return fail(ErrorCode::NotFound, "this lap observes no tag of the map to extend", {},
                 "Drive where at least two map tags are in view.");
-  constexpr int kEnough = 10;
+  constexpr int kMinAnchorFrames = 10;
   const auto own = frames.find(job.extend->anchor);
   const TagId anchor =
-      own != frames.end() && own->second >= kEnough
+      own != frames.end() && own->second >= kMinAnchorFrames
           ? own->first
           : std::ranges::max_element(frames, {}, [](const auto& f) { return f.second; })->first;
   const MappedTag& mapped = prior.map.tags.at(anchor);
@@ -124,11 +123,11 @@ MapFile map_file_of(const MapJob& job, const TagId& anchor, const MappedLap& lap
     if (map.tags.find(tag) != nullptr) map.observations[tag] += count;
   }
   if (map.tags.find(job.extend->anchor) != nullptr) map.anchor = job.extend->anchor;
-  std::string before;
-  for (const auto& [key, words] : job.extend->provenance) {
-    if (key == "recording" || key == "extends") before += (before.empty() ? "" : ", ") + words;
+  std::string recordings;
+  for (const auto& [key, value] : job.extend->provenance) {
+    if (key == "recording" || key == "extends") recordings += (recordings.empty() ? "" : ", ") + value;
   }
-  map.provenance.emplace_back("extends", before.empty() ? "a map" : before);
+  map.provenance.emplace_back("extends", recordings.empty() ? "a map" : recordings);
   return map;
 }
 

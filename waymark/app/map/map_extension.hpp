@@ -7,17 +7,18 @@ namespace waymark {
 
 /// Reads the map, a file or its folder, that the job's lap extends.
 [[nodiscard]] Status read_extended_map(const std::filesystem::path& map, MapJob& job);
-/// Fails if fields of the job about the extended map contradict each other: an anchor, which
-/// that map already has; a route name, tags and a standard deviation without such a map; a tag that is both
-/// removed and frozen.
+/// Checks the fields of the job that concern the extended map. With such a map an anchor is an error, as the
+/// map already has one. Without it a route name, tags to freeze or remove, and a standard deviation are
+/// errors. A tag cannot be both removed and frozen.
 [[nodiscard]] Status check_extension(const MapJob& job);
 
-/// Prepares a lap that extends a map: removed tags are deleted from both, sizes are the map's, and the
-/// lap's anchor becomes a map tag. Fails if the lap observes no map tag, or if a tag that should be
-/// frozen or removed is not in it.
+/// Prepares a lap that extends a map: deletes removed tags from both, takes the tag size from the map, and
+/// makes a map tag the anchor of the lap. Fails if the lap observes no map tag, or if a tag to freeze or
+/// remove is not in the map.
 [[nodiscard]] Status prepare_extension(const MapJob& job, RecordedLap& recorded, SetupOverrides& overrides,
                                        MapLapOptions& options);
-/// The map to write, from a lap, or from a lap and the map that it extends.
+/// The map file of a lap. For an extension it includes the observation counts and the provenance of the
+/// extended map.
 [[nodiscard]] MapFile map_file_of(const MapJob& job, const TagId& anchor, const MappedLap& lap);
 
 }  // namespace waymark

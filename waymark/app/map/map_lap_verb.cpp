@@ -16,13 +16,13 @@
 namespace waymark::cli {
 namespace {
 
-/// The flags of `waymark map lap`. Must stay where it is while the command line is parsed.
+/// The flags of `waymark map lap`. Must not be moved while the command line is parsed.
 struct MapLapArgs {
   explicit MapLapArgs(CLI::App& verb);
 
-  /// Method, options, anchor and sizes, and the world with the truth.
+  /// Builds the job: method, options, anchor, tag sizes and ground truth.
   [[nodiscard]] Result<MapJob> make_job() const;
-  /// Afterwards: the older maps and their tags.
+  /// Reads the prior map and the map to extend into the job of make_job().
   [[nodiscard]] Status read_maps(MapJob& made) const;
 
   MapJob job{};
@@ -54,7 +54,7 @@ MapLapArgs::MapLapArgs(CLI::App& verb)
   add_option(verb, "--anchor-pose X Y Z ROLL PITCH YAW", anchor_pose,
              "Pose of the anchor in the map: x y z [m] and roll pitch yaw [deg] of the tag frame (x "
              "right, y down, z into the tag). Unless given: from the recording; for another anchor the "
-             "map origin is its centre, map z points up, map x into the tag",
+             "map origin is its centre, map z points up and map x into the tag",
              exactly(6));
   add_option(verb, "--tag-size-m SIZE", tag_sizes,
              "Side of the black square of the tags [m]; ID=SIZE for a tag of another size (repeatable). "
@@ -64,26 +64,27 @@ MapLapArgs::MapLapArgs(CLI::App& verb)
              "Mapping method: bundle (bundle adjustment of all observations and odometry) or chain (tag to "
              "tag, without optimisation)",
              kShown);
-  add_option(verb, "--world NAME", world, "Ground truth of the tags, where the recording does not hold it");
+  add_option(verb, "--world NAME", world,
+             "World with the true tag poses, if the recording does not contain it");
   add_option(verb, "--prior FILE", prior,
-             "Older map of the place (map.yaml, or any that `waymark localize --map` takes) with which the "
-             "new one is compared: tags that were swapped, moved or resized since then are listed");
+             "Older map of the place (map.yaml, or any format of `waymark localize --map`) to compare with: "
+             "tags that were swapped, moved or resized since then are listed");
   add_option(
       verb, "--extend MAP", extend,
-      "Map (map.yaml, or its folder) that this lap improves: the lap is aligned with it, and both "
-      "are adjusted together; tags that the lap does not observe are kept. The older map is backed up");
+      "Map (map.yaml or its folder) that this lap improves: both are aligned and adjusted together. Tags "
+      "that the lap does not observe are kept. The older map is backed up");
   add_option(verb, "--route-name NAME", job.route_name,
-             "With --extend: the lap becomes the route of this name (route-NAME.yaml) beside those of the "
-             "map, which stay");
+             "With --extend: the lap becomes a route of this name (route-NAME.yaml); the other routes of "
+             "the map are kept");
   add_option(verb, "--freeze TAGS", freeze,
-             "With --extend: tags that stay exactly where the map has them, such as 3,7 or tag36h11:3",
+             "With --extend: tags that keep exactly their pose in the map, such as 3,7 or tag36h11:3",
              kByCommas, kMore);
   add_option(verb, "--remove TAGS", remove,
              "With --extend: tags that were removed; they are deleted from the map and from the lap",
              kByCommas, kMore);
   add_option(verb, "--map-sigma NUMBER", job.map_sigma_m,
-             "With --extend: standard deviation of the positions of the tags of a map without covariances, "
-             "such as one measured by hand [m]",
+             "With --extend: standard deviation of the tag positions of a map without covariances, such as "
+             "one measured by hand [m]",
              kMore, between(1e-6, 10.0))
       ->default_str(fmt::format("{}", kMapSigma_m));
   add_flag(verb, "--json", json, "Print one JSON object instead of text");
@@ -93,7 +94,7 @@ Result<MapJob> MapLapArgs::make_job() const {
   MapJob made = job;
   Refusals refused(settings.app());
   refused.options(method == "chain", bundle, "method chain does not optimise",
-                  "Leave it out, or --method chain.");
+                  "Omit this option or `--method chain`.");
   Status status = refused.status();
   if (status) status = bundle.apply(made.options.bundle);
   if (status) status = chain.apply(made.options.chain);
@@ -130,11 +131,11 @@ Status MapLapArgs::read_maps(MapJob& made) const {
   }
   if (!extend.empty())
     if (Status read = read_extended_map(extend, made); !read) return read;
-  const auto stay = tags_named(freeze, "freeze");
-  const auto gone = tags_named(remove, "remove");
-  if (!stay || !gone) return tl::unexpected((stay ? gone : stay).error());
-  made.freeze = {stay->begin(), stay->end()};
-  made.remove = {gone->begin(), gone->end()};
+  const auto frozen = tags_named(freeze, "freeze");
+  const auto removed = tags_named(remove, "remove");
+  if (!frozen || !removed) return tl::unexpected((frozen ? removed : frozen).error());
+  made.freeze = {frozen->begin(), frozen->end()};
+  made.remove = {removed->begin(), removed->end()};
   return check(made);
 }
 
@@ -164,20 +165,21 @@ Verb map_lap_verb() {
       .sentence = "Make a tag map and a route from a robot's recorded lap",
       .help =
           R"(Writes map.yaml (tags), route.yaml (the path to repeat), trajectory.txt (poses of the base, TUM format),
-summary.json (what --json prints) and figures into the folder; robot.yaml and truth_trajectory.txt where
-the recording contains them; trajectory_covariance.csv with method bundle. Existing files with these names are kept as
-backups (map.1.yaml, error.1.svg, ...); a run writes all of its files or none. Formats: docs/formats/map.md.
-A truncated recording is used up to where it ends. If it contains images instead of tags, tags are detected first. If
-a detector flag is given, tags are detected in the images even if the recording already contains tags.
-If the ground truth is known, errors are printed in the anchor's frame, without alignment.
-The camera is read from the recording: give --robot if the recording has no calibration.
+summary.json (what --json prints) and figures into the folder. If the recording contains them, it also writes
+robot.yaml and truth_trajectory.txt; with method bundle also trajectory_covariance.csv. Existing files with these
+names are kept as backups (map.1.yaml, error.1.svg, ...). A run writes all of its files or none. Formats:
+docs/formats/map.md.
+A truncated recording is used up to its end. If it contains images instead of tags, tags are detected first. With any
+detector flag tags are detected in the images even if the recording already contains tags.
+If the ground truth is known, errors are printed in the frame of the anchor, without alignment.
+The camera is read from the recording; set --robot if the recording has no calibration.
 
 With --extend MAP a lap improves an existing map: both are weighted by their covariances. Tags that have moved are
-reported and get their new pose; tags that the lap does not observe are kept. The map has an
-anchor, so --anchor and --anchor-pose do not go with it. With --route-name NAME the lap becomes a further route of that map:
+reported and get their new pose; tags that the lap does not observe are kept. The map already has an anchor, so
+--anchor and --anchor-pose are not allowed. With --route-name NAME the lap becomes a further route of that map:
 `waymark replay MAP --route NAME` drives it.
-A recording with tag poses but no corners (an LCM log of an MBot) is mapped with its odometry, in the
-frame of the base at its start.
+A recording with tag poses but no corners (an LCM log of an MBot) is mapped with its odometry, in the frame of the
+base at the start of the lap.
 
 Exit code: 0 map written (possibly with warnings), 1 no map could be made or written, 2 wrong usage, 130 Ctrl-C.
 

@@ -14,6 +14,7 @@
 #include "waymark/app/common/shell_word.hpp"
 #include "waymark/app/map/map_extension.hpp"
 #include "waymark/base/angles.hpp"
+#include "waymark/base/message_text.hpp"
 #include "waymark/config/exchange/trajectory_file.hpp"
 #include "waymark/config/share.hpp"
 #include "waymark/config/text_file.hpp"
@@ -35,9 +36,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Laps whose recording holds poses of tags.
+// Laps whose recording contains tag poses but no corners.
 
-/// Wheel odometry with the gyro's yaw rates, if there is a gyro, which is more accurate in turns.
+/// Wheel odometry. If there is a gyro, the yaw rates are the gyro's, which are more accurate.
 std::vector<Odometry> best_odometry(const RecordedLap& recorded) {
   const Trajectory gyro = gyro_odometry(recorded.odometry, recorded.imu);
   if (gyro.size() < 2) return recorded.odometry;
@@ -51,7 +52,7 @@ std::vector<Odometry> best_odometry(const RecordedLap& recorded) {
 Result<MapFile> map_poses(const RecordedLap& recorded, const MapJob& job, MapReport& report) {
   if (job.overrides.anchor || job.overrides.map_T_anchor || job.extend)
     return fail(ErrorCode::Unsupported,
-                "this recording contains tag poses but no corners: its map frame is the start of the lap", {},
+                "the recording contains tag poses but no corners: its map frame is the start of the lap", {},
                 "Omit `anchor`, `anchor_pose` and `extend`.");
   PoseLap lap{.frames = recorded.tag_poses, .odometry = best_odometry(recorded)};
   auto sizes = tag_sizes_of(recorded, job.overrides);
@@ -61,15 +62,15 @@ Result<MapFile> map_poses(const RecordedLap& recorded, const MapJob& job, MapRep
   if (const auto facts = recorded.setup.metadata.find(lap_facts::kMetadata);
       facts != recorded.setup.metadata.end() && facts->second.contains(lap_facts::kAnchor))
     report.warnings.push_back(
-        fmt::format("the map frame is the start of the lap, not the anchor {} of the recording: it "
-                    "contains tag poses but no corners",
+        fmt::format("the map frame is the start of the lap, not the anchor {}: the recording contains tag "
+                    "poses but no corners",
                     facts->second.at(lap_facts::kAnchor)));
   if (recorded.setup.base_T_cam) {
     lap.base_T_cam = *recorded.setup.base_T_cam;
   } else {
     lap.base_T_cam = SE3(body_R_optical(), Eigen::Vector3d::Zero());
     report.warnings.emplace_back(
-        "camera mounting unknown; initialised above the origin of the base, looking ahead");
+        "camera mounting unknown; initialised above the origin of the base, facing forward (set `robot`)");
   }
   Result<MappedPoseLap> mapped = map_pose_lap(lap, {.points = job.points, .route = job.options.route});
   if (!mapped) return tl::unexpected(mapped.error());
@@ -83,7 +84,7 @@ Result<MapFile> map_poses(const RecordedLap& recorded, const MapJob& job, MapRep
 
 namespace {
 
-/// What changed since the prior map, as warnings.
+/// Adds a warning for each change since the prior map.
 void compare_with_prior(const MapJob& job, MapReport& report) {
   if (!job.prior) return;
   for (const std::string& note : job.prior->notes) report.warnings.push_back("prior map: " + note);
@@ -99,10 +100,10 @@ void compare_with_prior(const MapJob& job, MapReport& report) {
   }
   report.prior_agreeing = comparison->agreeing;
   report.prior_rms_m = comparison->rms_m;
-  for (const std::string& words : describe(*comparison)) report.warnings.push_back(words);
+  for (std::string& change : describe(*comparison)) report.warnings.push_back(std::move(change));
 }
 
-// What is written.
+// Output files.
 
 /// Whether the lap becomes a further route of the existing map in the output folder.
 bool adds_a_route(const MapJob& job) {
@@ -117,38 +118,37 @@ std::vector<std::string> orphaned_routes(const MapJob& job) {
   return names;
 }
 
-/// A further route leaves the files of the others.
-std::vector<std::string> older_files(const MapJob& job) {
+/// Files in the output folder that become backups. Those of other routes of the same map are kept.
+std::vector<std::string> replaced_files(const MapJob& job) {
   std::vector<std::string> routes = orphaned_routes(job);
   routes.push_back(job.route_name);
   if (!job.route_name.empty() && !adds_a_route(job)) routes.emplace_back();
   return files_of_map(routes);
 }
 
-void tell_of_orphaned_routes(const MapJob& job, int number, MapReport& report) {
+void warn_of_orphaned_routes(const MapJob& job, int number, MapReport& report) {
   const std::vector<std::string> names = orphaned_routes(job);
   if (names.empty()) return;
   report.warnings.push_back(
-      fmt::format("the routes of the older map ({}) do not belong to the new one and were renamed to "
-                  "route-NAME.{}.yaml. To add a lap as a further route of a map, set `extend={}` "
-                  "`route_name=NAME`",
+      fmt::format("the routes of the older map ({}) do not apply to the new map and were renamed to "
+                  "route-NAME.{}.yaml; to add a route to a map, set `extend={}` `route_name=NAME`",
                   fmt::join(names, ", "), number, job.folder.string()));
 }
 
 /// Stations of the older route are not valid for the new one.
-void tell_of_stations(const MapJob& job, MapReport& report) {
+void warn_of_stations(const MapJob& job, MapReport& report) {
   const Result<Route> older = read_route(job.folder / route_file_name(job.route_name));
   if (!older || older->stations.empty()) return;
   std::string names;
   for (const Station& station : older->stations) names += (names.empty() ? "" : ", ") + station.name;
   report.warnings.push_back(
-      fmt::format("the stations of the older route ({}) are not on the new one: place them again with "
+      fmt::format("the stations of the older route ({}) are not on the new route; place them again with "
                   "`waymark routes {}`",
                   names, shell_word(job.folder.string())));
 }
 
-/// A lap that becomes one more route of a map elsewhere: the map's other routes come along.
-Status take_routes_along(const MapJob& job, const fs::path& folder) {
+/// Copies the other routes of the extended map, if the lap becomes a further route of it in another folder.
+Status copy_other_routes(const MapJob& job, const fs::path& folder) {
   std::error_code error;
   if (job.route_name.empty() || adds_a_route(job)) return {};
   std::vector<std::string> routes = route_names(job.extended_folder);
@@ -168,8 +168,8 @@ Status take_routes_along(const MapJob& job, const fs::path& folder) {
               {.source = job.folder.string()});
 }
 
-/// The trajectory's covariances, one line per pose: coordinates and axes, lower triangle by
-/// rows.
+/// Covariances of the trajectory, one line per pose: position and rotation about the map axes, lower triangle
+/// by rows.
 std::string covariance_csv(const MappedLap& lap) {
   std::string text =
       "# stamp_s, covariance of x y z [m] and of the rotation about x y z of the map [rad], lower triangle "
@@ -187,7 +187,7 @@ std::string covariance_csv(const MappedLap& lap) {
 }
 
 /// The route with the data of lap and map that a replay needs.
-Route noted_route(const RecordedLap& recorded, const MapFile& map, const MapReport& report) {
+Route route_for_replay(const RecordedLap& recorded, const MapFile& map, const MapReport& report) {
   Route route = with_map(report.lap.route, map.tags);
   if (!recorded.frames.empty())
     route.longest_without_tags_m = longest_without_tags_m(report.lap.trajectory, recorded.frames, map.tags);
@@ -213,8 +213,8 @@ std::optional<Calibration> odometry_of(const RecordedLap& recorded, const Mapped
   return found;
 }
 
-/// The robot's file, with the camera where the lap has it.
-Result<std::string> robot_as_found(const std::string& robot, const MappedLap& lap) {
+/// The robot file, with the camera mounting estimated from the lap if the map uses it.
+Result<std::string> robot_with_mounting(const std::string& robot, const MappedLap& lap) {
   if (!lap.bundle || !lap.bundle->mounting_used) return robot;
   return with_camera_mounting(robot, lap.bundle->mounting->base_T_cam);
 }
@@ -230,13 +230,13 @@ Status write_texts(const RecordedLap& recorded, const MapJob& job, const MapFile
     if (status) report.files.push_back(path.string());
     return status;
   };
-  const auto text = [](const std::string& words) {
-    return [&words](const fs::path& path) { return write_text_file(path, words); };
+  const auto text = [](const std::string& content) {
+    return [&content](const fs::path& path) { return write_text_file(path, content); };
   };
   Status status = keep("map.yaml", [&](const fs::path& path) { return write_map(path, map); });
   if (status)
     status = keep(of_route("route", ".yaml"), [&](const fs::path& path) {
-      return write_route(path, noted_route(recorded, map, report));
+      return write_route(path, route_for_replay(recorded, map, report));
     });
   if (status) status = keep(of_route("trajectory", ".txt"), text(to_tum(report.lap.trajectory)));
   if (status && !report.lap.trajectory_covariance.empty())
@@ -245,7 +245,7 @@ Status write_texts(const RecordedLap& recorded, const MapJob& job, const MapFile
     status = keep(of_route("odometry", ".yaml"),
                   [&](const fs::path& path) { return write_calibration(path, *odometry); });
   if (const auto robot = robot_yaml_of(recorded); status && robot) {
-    const Result<std::string> found = robot_as_found(*robot, report.lap);
+    const Result<std::string> found = robot_with_mounting(*robot, report.lap);
     if (!found) return tl::unexpected(found.error());
     status = keep("robot.yaml", text(*found));
   }
@@ -254,14 +254,14 @@ Status write_texts(const RecordedLap& recorded, const MapJob& job, const MapFile
   return status;
 }
 
-/// What optimising changed: the chain's map and way beside the optimised ones.
+/// Draws map and trajectory before and after the optimisation.
 Status write_before_and_after(const MapJob& job, const fs::path& folder, MapReport& report) {
   const BundleFigures& figures = *report.lap.bundle;
   std::vector<plot::PathLayer> layers;
   if (!report.true_path.empty() || !report.true_tags.tags.empty())
     layers.push_back({"truth", report.true_path, report.true_tags, plot::kTruthColor});
   layers.push_back(
-      {"before: from tag to tag", figures.start_trajectory, figures.start_map, plot::kTaughtColor});
+      {"before: chain of tags", figures.start_trajectory, figures.start_map, plot::kTaughtColor});
   layers.push_back({"after: adjusted", report.lap.trajectory, report.lap.map, plot::kEstimateColor});
   return write_figure(folder / file_name_for_route("before_after", job.route_name, ".svg"),
                       plot::path_figure("Before and after adjustment", layers), {".svg"}, report.files);
@@ -295,29 +295,29 @@ Status write_map_folder(const RecordedLap& recorded, const MapJob& job, const Ma
   Result<StagedFolder> staged = StagedFolder::open(job.folder);
   if (!staged) return tl::unexpected(staged.error());
   const fs::path& folder = staged->path();
-  const std::vector<std::string> older = older_files(job);
-  tell_of_stations(job, report);
-  Status status = take_routes_along(job, folder);
+  const std::vector<std::string> replaced = replaced_files(job);
+  warn_of_stations(job, report);
+  Status status = copy_other_routes(job, folder);
   if (status) status = write_texts(recorded, job, map, folder, report);
   if (status) status = write_figures(recorded, job, folder, report);
   if (!status) return staged->failed(status.error());
-  tell_of_orphaned_routes(job, staged->number_for(older), report);
+  warn_of_orphaned_routes(job, staged->number_for(replaced), report);
   report.wall_s = watch.seconds();
   report.peak_rss_mib = peak_rss_mib();
   const std::string summary = file_name_for_route("summary", job.route_name, ".json");
   status = write_text_file(folder / summary, json_text(fields(report)));
   if (!status) return staged->failed(status.error());
   report.files.push_back((folder / summary).string());
-  Result<std::vector<std::string>> aside = staged->put_in_place(older);
-  if (!aside) return tl::unexpected(aside.error());
-  report.set_aside = std::move(*aside);
+  Result<std::vector<std::string>> backups = staged->put_in_place(replaced);
+  if (!backups) return tl::unexpected(backups.error());
+  report.set_aside = std::move(*backups);
   for (std::string& file : report.files) file = (job.folder / fs::path(file).filename()).string();
   return {};
 }
 
 // The job.
 
-/// The true trajectory in the map frame, if the transform between the two is unknown.
+/// The true trajectory, aligned with the estimated one.
 Result<Trajectory> aligned_to(const Trajectory& estimated, const Trajectory& truth) {
   constexpr Duration kMaxGap = std::chrono::milliseconds(500);
   std::vector<PosePair> pairs;
@@ -332,7 +332,7 @@ Result<Trajectory> aligned_to(const Trajectory& estimated, const Trajectory& tru
   return aligned;
 }
 
-/// Compares only the trajectory, aligned with the true one, as the transform between the two is unknown.
+/// Compares only the trajectories, after alignment, as the transform between their frames is unknown.
 void compare_aligned(const RecordedLap& recorded, MapReport& report) {
   Result<Trajectory> aligned = aligned_to(report.lap.trajectory, recorded.truth);
   if (!aligned) {
@@ -345,8 +345,8 @@ void compare_aligned(const RecordedLap& recorded, MapReport& report) {
   report.trajectory_errors = trajectory_errors(report.lap.trajectory, report.true_path);
 }
 
-/// Compares with the known ground truth. If the anchor pose is given, nothing is aligned, so the map
-/// frame must be that of the ground truth.
+/// Compares with the ground truth, if it is known. The trajectory is aligned only if neither the world nor
+/// the anchor pose is known; otherwise the map frame must be that of the ground truth.
 Status compare_with_truth(const RecordedLap& recorded, const MapJob& job, const TeachSetup& setup,
                           MapReport& report) {
   std::optional<World> world = job.truth;
@@ -358,11 +358,12 @@ Status compare_with_truth(const RecordedLap& recorded, const MapJob& job, const 
   const MappedTag* true_anchor = world ? world->tags.find(setup.anchor) : nullptr;
   if (world && true_anchor == nullptr) {
     report.warnings.push_back(
-        fmt::format("not compared with the world: {} is not in it", to_string(setup.anchor)));
+        fmt::format("not compared with the ground truth: {} is not in the world", to_string(setup.anchor)));
     return {};
   }
   if (true_anchor != nullptr && !in_frame_of_truth(setup.map_T_anchor, true_anchor->map_T_tag)) {
-    report.warnings.emplace_back("not compared with the ground truth: the anchor pose differs from it");
+    report.warnings.emplace_back(
+        "not compared with the ground truth, in which the anchor has a different pose");
     return {};
   }
   if (world) {
@@ -396,9 +397,9 @@ Result<MapFile> map_corners(const RecordedLap& recorded, const MapJob& job, cons
   return map_file_of(job, setup->anchor, report.lap);
 }
 
-/// Poses of tags, where there are no corners.
-Result<MapFile> map_anything(RecordedLap& recorded, const MapJob& job, const MapProgress& progress,
-                             MapReport& report) {
+/// Maps tag corners, or tag poses if there are no corners.
+Result<MapFile> map_corners_or_poses(RecordedLap& recorded, const MapJob& job, const MapProgress& progress,
+                                     MapReport& report) {
   if (recorded.frames.empty() && !recorded.tag_poses.empty()) {
     Result<MapFile> map = map_poses(recorded, job, report);
     if (map && !recorded.truth.empty()) compare_aligned(recorded, report);
@@ -411,24 +412,24 @@ Result<MapFile> map_anything(RecordedLap& recorded, const MapJob& job, const Map
   return map_corners(recorded, job, overrides, options, progress, report);
 }
 
-/// A lap must be used only once. A map stores only the names of its recordings.
-void doubt_repetition(const MapJob& job, MapReport& report) {
+/// Warns if the lap may already be part of the extended map, which stores only the names of its recordings.
+void warn_of_repeated_recording(const MapJob& job, MapReport& report) {
   if (!job.extend) return;
   const std::string name = std::filesystem::path(job.lap).filename().string();
-  for (const auto& [key, words] : job.extend->provenance) {
+  for (const auto& [key, value] : job.extend->provenance) {
     if ((key != "recording" && key != "extends") ||
-        (", " + words + ",").find(", " + name + ",") == std::string::npos)
+        (", " + value + ",").find(", " + name + ",") == std::string::npos)
       continue;
     report.warnings.push_back(
-        fmt::format("the extended map was already made from a {}: if it is the same recording, its "
-                    "observations count twice, and the covariance of the map becomes too small",
+        fmt::format("the extended map already contains a recording named {}: if it is this one, its "
+                    "observations are counted twice and the covariance of the map is too small",
                     name));
     return;
   }
 }
 
-/// The tags of a map that is extended keep the size it gives them.
-void tell_of_size(const MapJob& job, MapReport& report) {
+/// Warns if the given tag size differs from sizes in the extended map, which are kept.
+void warn_of_size(const MapJob& job, MapReport& report) {
   if (!job.extend || !job.overrides.tag_size_m) return;
   const double asked = *job.overrides.tag_size_m;
   int others = 0;
@@ -439,9 +440,9 @@ void tell_of_size(const MapJob& job, MapReport& report) {
   }
   if (others == 0) return;
   report.warnings.push_back(
-      fmt::format("`tag_size_m={}` applies to tags that are not in the map: {} of the map keep their "
-                  "size ({} m). If that is wrong, correct size_m in the map, or map the lap from scratch",
-                  asked, others, known));
+      fmt::format("`tag_size_m={}` applies only to new tags; the size of {} in the map stays {} m. If that "
+                  "size is wrong, correct size_m in the map or map the lap from scratch",
+                  asked, counted(others, "tag"), known));
 }
 
 /// The robot file overrides the recording, and is copied into the map folder.
@@ -450,8 +451,8 @@ Status use_robot(const MapJob& job, RecordedLap& recorded, MapReport& report) {
   if (Status status = take_robot(job.robot, recorded.setup, report.warnings); !status) return status;
   const auto path = find_shared("robots", job.robot, "robot");
   if (!path) return tl::unexpected(path.error());
-  constexpr std::size_t kMostBytes = std::size_t{1} << 20U;
-  const Result<std::string> text = read_text_file(*path, kMostBytes);
+  constexpr std::size_t kMaxFileBytes = std::size_t{1} << 20U;
+  const Result<std::string> text = read_text_file(*path, kMaxFileBytes);
   if (!text) return tl::unexpected(text.error());
   recorded.attachments["robot.yaml"] = *text;
   return {};
@@ -479,27 +480,27 @@ Result<MapReport> map_recording(const MapJob& job, const JobControl& control) {
   if (!recorded) return in_recording(recorded.error());
   MapReport report{.extends = job.extend.has_value()};
   if (Status status = use_robot(job, *recorded, report); !status) return in_recording(status.error());
-  const Result<MapFile> map = map_anything(*recorded, job, progress, report);
+  const Result<MapFile> map = map_corners_or_poses(*recorded, job, progress, report);
   if (control.cancelled())
     return fail(ErrorCode::Unwritable, "stopped before the map was finished: nothing was written",
                 {.source = job.folder.string()});
   if (!map) return in_recording(map.error());
-  std::vector<std::string> words;
-  for (const Error& problem : recorded->setup.problems) words.push_back(to_string(problem));
-  words.insert(words.end(), report.lap.warnings.begin(), report.lap.warnings.end());
-  report.warnings.insert(report.warnings.begin(), words.begin(), words.end());
-  doubt_repetition(job, report);
-  tell_of_size(job, report);
+  std::vector<std::string> warnings;
+  for (const Error& problem : recorded->setup.problems) warnings.push_back(to_string(problem));
+  warnings.insert(warnings.end(), report.lap.warnings.begin(), report.lap.warnings.end());
+  report.warnings.insert(report.warnings.begin(), warnings.begin(), warnings.end());
+  warn_of_repeated_recording(job, report);
+  warn_of_size(job, report);
   compare_with_prior(job, report);
   if (Status status = write_map_folder(*recorded, job, *map, watch, report); !status)
     return tl::unexpected(status.error());
   return report;
 }
 
-// As fields.
+// The report as fields.
 namespace {
 
-/// "tag36h11:7": {"used": 76, "elsewhere": 12, "inexact_corners": 2}, of the tags that lost observations.
+/// "tag36h11:7": {"used": 76, "elsewhere": 12, "inexact_corners": 2}, for tags with rejected observations.
 ReportFields rejected_by_tag(const BundleFigures& bundle, const std::map<TagId, int>& used) {
   ReportFields by_tag;
   for (const auto& [tag, counts] : bundle.left_out) {
@@ -514,7 +515,7 @@ ReportFields rejected_by_tag(const BundleFigures& bundle, const std::map<TagId, 
   return by_tag;
 }
 
-/// One of the six numbers of a camera's mounting.
+/// One of the six coordinates of a camera mounting.
 struct MountingOffset {
   double off = 0;
   double sigma = 0;
@@ -522,14 +523,14 @@ struct MountingOffset {
 };
 
 ReportFields fields(const MountingOffset& offset) {
-  return {{"off", "Estimate minus the value of the robot's file", offset.off},
+  return {{"off", "Estimate minus the value of the robot file", offset.off},
           {"sigma", "Standard deviation of the estimate", offset.sigma},
           {"observable", "Whether the lap determines this value", offset.observable}};
 }
 
 struct MountingOffsets {
   bool used = false;
-  std::array<MountingOffset, 6> offsets{};  ///< along x, y, z of the base and about them
+  std::array<MountingOffset, 6> offsets{};  ///< along and about x, y, z of the base
 };
 
 ReportFields fields(const MountingOffsets& mounting) {
@@ -559,9 +560,9 @@ std::optional<MountingOffsets> mounting_offsets(const std::optional<BundleFigure
 }  // namespace
 
 ReportFields fields(const LoopClosure& loop) {
-  return {{"tag", "The tag", to_string(loop.tag)},
+  return {{"tag", "Family and id", to_string(loop.tag)},
           {"away_s", "Time out of view", loop.away_s},
-          {"way_m", "Distance driven meanwhile", loop.way_m},
+          {"way_m", "Distance driven while the tag was out of view", loop.way_m},
           {"before_m", "Position error of the wheel odometry alone over this distance", loop.before_m},
           {"before_deg", "Heading error of the wheel odometry alone over this distance",
            to_degrees(loop.before_rad)},
@@ -596,24 +597,24 @@ ReportFields fields(const MapReport& report) {
       {"trajectory_max_m", "Largest distance of the base from the true one at the same time",
        part(path, &TrajectoryErrors::max_m)},
       {"truth_aligned",
-       "True trajectory aligned with the lap by least squares: its frame relative to the map is unknown",
+       "Whether the true trajectory was aligned with the lap, as its frame relative to the map is unknown",
        report.truth_aligned},
       {"reprojection_rms_px", "Reprojection error of the corners, root mean square",
        part(bundle, &BundleFigures::rms_px)},
-      {"corner_noise_ratio", "Noise of the corners over that in the detector's covariances",
+      {"corner_noise_ratio", "Noise of the corners relative to that in the detector's covariances",
        part(bundle, &BundleFigures::noise_ratio)},
-      {"correlated_pictures", "Successive pictures that weigh as one, as errors of corners last",
+      {"correlated_pictures", "Successive images that count as one, as corner errors are correlated",
        part(bundle, &BundleFigures::correlated_frames)},
       {"observations_rejected", "Observations rejected as outliers", part(bundle, &BundleFigures::rejected)},
       {"observations_rejected_by_tag",
-       "By tag: used, elsewhere, other_pose, inexact_corners, no_pose (counts, of tags that lost some)",
+       "By tag with rejected observations, counts: used, elsewhere, other_pose, inexact_corners, no_pose",
        part(bundle, [&](const BundleFigures& b) { return rejected_by_tag(b, lap.observations); })},
       {"iterations", "Iterations of the bundle adjustment", part(bundle, &BundleFigures::iterations)},
       {"odometry_distance_scale", "Factor that corrects distances of the wheel odometry",
        part(scales, &OdometryScales::distance)},
       {"odometry_yaw_scale", "Factor that corrects turns of the wheel odometry",
        part(scales, &OdometryScales::yaw)},
-      {"turns_by_gyro", "Yaw rates are the gyro's, as those of the wheels fit the tags clearly worse",
+      {"turns_by_gyro", "Whether yaw rates are the gyro's, as those of the wheels fit the tags clearly worse",
        part(bundle, &BundleFigures::turns_by_gyro)},
       {"without_gyro_fraction", "Fraction of the lap without gyro data; 1 without a gyro",
        part(bundle, &BundleFigures::without_gyro_share)},
@@ -626,35 +627,36 @@ ReportFields fields(const MapReport& report) {
        if_any(mounting_offsets(bundle))},
       {"prior_tags_agreeing", "With `prior`: tags whose position is consistent with the older map",
        if_any(report.prior_agreeing)},
-      {"prior_rms_m", "With `prior`: distance of these tags from there after alignment, root mean square",
+      {"prior_rms_m",
+       "With `prior`: distance of these tags from the older map after alignment, root mean square",
        if_any(part(report.prior_agreeing, [&](int) { return report.prior_rms_m; }))},
       {"extended_tags_agreeing", "With `extend`: tags whose position is consistent with the extended map",
        if_any(report.extends ? part(bundle, &BundleFigures::prior_agreeing) : std::nullopt)},
-      {"camera_off_m", "Recordings of tag poses only: x and y of the camera relative to the assumed place",
+      {"camera_off_m", "Recordings of tag poses only: x and y of the camera relative to the assumed position",
        if_any(part(camera_off,
                    [](const SE2& off) {
                      return std::array{off.x(), off.y()};
                    }))},
-      {"camera_off_deg", "Recordings of tag poses only: yaw of the camera relative to the assumed one",
+      {"camera_off_deg", "Recordings of tag poses only: yaw of the camera relative to the assumed yaw",
        if_any(part(camera_off, [](const SE2& off) { return to_degrees(off.yaw()); }))},
       {"observation_rms_m", "Recordings of tag poses only: residual of an observation, root mean square",
        if_any(part(report.poses, &PoseLapFigures::rms_m))}};
 }
 
-// As text.
+// The report as text.
 namespace {
 
-/// What of the lap a gyro covered, where there is one that is missing somewhere.
-std::string gyro_in_words(const BundleFigures& b) {
-  constexpr double kWorthSaying = 0.005;
-  if (b.without_gyro_share < kWorthSaying || b.without_gyro_share == 1) return {};
+/// Reports the part of the lap without gyro data; empty if there is none, or no gyro.
+std::string gyro_text(const BundleFigures& b) {
+  constexpr double kMinReportedShare = 0.005;
+  if (b.without_gyro_share < kMinReportedShare || b.without_gyro_share == 1) return {};
   const char* what = b.turns_by_gyro ? "yaw rates there are those of the wheels, with a separate scale"
                                      : "yaw rates are those of the odometry throughout";
   return fmt::format("no gyro data in {:.0f} % of the lap: {}\n", 100 * b.without_gyro_share, what);
 }
 
-/// How much of the lap the route does not hold, if that is more than the usual overlap.
-std::string repetition_in_words(const MappedLap& lap) {
+/// Reports the part of the lap that repeats the route, if it is longer than the usual overlap.
+std::string repetition_text(const MappedLap& lap) {
   if (lap.route_repeated_m <= kUsualOverlap_m) return {};
   return fmt::format("the last {:.2f} m of the lap repeat the route and are not part of it\n",
                      lap.route_repeated_m);
@@ -667,7 +669,7 @@ std::string to_text(const MapReport& report, const std::string& folder) {
   std::string text = fmt::format("{}: {} tags from {} frames by method {}; {} route of {:.2f} m\n", folder,
                                  lap.map.tags.size(), lap.frames, report.method,
                                  lap.route.closed ? "closed" : "open", lap.route.length_m);
-  text += repetition_in_words(lap);
+  text += repetition_text(lap);
   if (report.tag_errors) {
     const TagMapErrors& e = *report.tag_errors;
     text += fmt::format(
@@ -693,7 +695,7 @@ std::string to_text(const MapReport& report, const std::string& folder) {
           "(turns)\n",
           b.odometry_scales.distance, b.odometry_scales_sigma.distance, b.odometry_scales.yaw,
           b.odometry_scales_sigma.yaw);
-    text += gyro_in_words(b);
+    text += gyro_text(b);
   }
   if (lap.bundle && lap.bundle->loop) {
     const LoopClosure& loop = *lap.bundle->loop;
@@ -717,7 +719,7 @@ std::string to_text(const MapReport& report, const std::string& folder) {
   if (lap.bundle && report.extends)
     text += fmt::format("{} tags are consistent with the extended map\n", lap.bundle->prior_agreeing);
   if (!report.set_aside.empty())
-    text += fmt::format("existing files were renamed as map.yaml to map.1.yaml: {}\n",
+    text += fmt::format("existing files were kept as backups (map.yaml as map.1.yaml or similar): {}\n",
                         fmt::join(report.set_aside, ", "));
   return text;
 }

@@ -23,23 +23,23 @@ inline constexpr double kMapSigma_m = 0.01;
 struct MapJob {
   std::string lap{};                ///< the recording
   std::vector<std::string> more{};  ///< further files of the same lap, such as tables
-  std::filesystem::path folder{};   ///< of what is written
+  std::filesystem::path folder{};   ///< for the output
   std::string robot{};              ///< file or name: camera and mounting; empty: from the recording
-  CameraChoice frames{};            ///< of a recording that holds several
+  CameraChoice frames{};            ///< if the recording contains several cameras
   SetupOverrides overrides{};
   MapLapOptions options{};
   LandmarkMapOptions points{};   ///< for recordings with tag poses but no corners
-  std::optional<World> truth{};  ///< when given; otherwise what the recording holds
-  const TagFinder* finder =
-      nullptr;  ///< for the pictures of the recording, when its tags are not to be taken
+  std::optional<World> truth{};  ///< unless given: from the recording
+  /// Detects tags in the recorded images, even if the recording contains tags; null: only if it has none.
+  const TagFinder* finder = nullptr;
   std::optional<LandmarksFile> prior{};     ///< an older map of the place, to report changes
   std::optional<MapFile> extend{};          ///< a map that the lap extends
-  std::filesystem::path extended_folder{};  ///< where it came from
-  std::string route_name{};  ///< the lap becomes the route of this name, beside those of the extended map
-  std::set<TagId> freeze{};  ///< tags of the extended map whose pose is fixed
-  std::set<TagId> remove{};  ///< tags of the extended map that were removed
-  /// Standard deviation of the tags of the extended map, if it contains no covariances;
-  /// unless given: kMapSigma_m.
+  std::filesystem::path extended_folder{};  ///< of the extended map
+  std::string route_name{};                 ///< of the lap, which becomes a further route of the extended map
+  std::set<TagId> freeze{};                 ///< tags of the extended map whose pose is fixed
+  std::set<TagId> remove{};                 ///< tags of the extended map that no longer exist
+  /// Standard deviation of tag positions in the extended map, if it contains no covariances; unless given:
+  /// kMapSigma_m.
   std::optional<double> map_sigma_m{};
 
   template <class Self, class Visitor>
@@ -47,7 +47,7 @@ struct MapJob {
     visit(self.lap, JobField("lap LAP", "Recording of a taught lap").input().required());
     visit(self.more,
           JobField("more MORE",
-                   "Further files of the same lap: tables of odometry or of an IMU, parts of a bag")
+                   "Further files of the same lap, such as tables of odometry or IMU data, or parts of a bag")
               .input());
     visit(self.folder, JobField("output FOLDER", "Folder for map, route and figures").required());
     visit(self.robot,
@@ -73,27 +73,27 @@ struct MapReport {
   std::optional<TagMapErrors> tag_errors{};
   std::optional<TrajectoryErrors> trajectory_errors{};
   std::optional<int> prior_agreeing{};  ///< tags consistent with the prior map
-  double prior_rms_m = 0;               ///< how far these are apart
-  bool extends = false;                 ///< another map
+  double prior_rms_m = 0;               ///< distance of these tags after alignment, root mean square
+  bool extends = false;                 ///< whether the lap extends a map
   std::optional<PoseLapFigures> poses{};
-  std::vector<std::string> warnings{};   ///< of the lap and of the file
-  std::vector<std::string> files{};      ///< what was written
+  std::vector<std::string> warnings{};   ///< about lap and recording
+  std::vector<std::string> files{};      ///< written files
   std::vector<std::string> set_aside{};  ///< backups of existing files, with a number in their names
   double wall_s = 0;
   double peak_rss_mib = 0;  ///< of the process so far
 };
 
 /// Makes a map and a route from a recording and writes map.yaml, route.yaml, trajectory.txt, robot.yaml,
-/// truth_trajectory.txt, summary.json and figures into the folder: all of them, or nothing. Existing files
-/// of an older map, or with one of these names, are kept as backups (map.1.yaml, …). Cancelling leaves
-/// the folder unchanged and is an error.
+/// truth_trajectory.txt, summary.json and figures into the folder: all of them or none. Existing files of an
+/// older map, or with one of these names, are kept as backups (map.1.yaml, …). Cancelling is an error and
+/// leaves the folder unchanged.
 [[nodiscard]] Result<MapReport> map_recording(const MapJob& job, const JobControl& control);
-/// The map of a lap whose recording contains tag poses but no corners; writes nothing.
+/// Makes the map of a lap whose recording contains tag poses but no corners; writes no files.
 [[nodiscard]] Result<MapFile> map_poses(const RecordedLap& recorded, const MapJob& job, MapReport& report);
 /// The content of `--json` and summary.json; the errors are null if the ground truth is unknown.
 [[nodiscard]] ReportFields fields(const MapReport& report);
 [[nodiscard]] ReportFields fields(const LoopClosure& loop);
-/// The output of the verb `map` for a map in this folder.
+/// The printed report of a map in this folder.
 [[nodiscard]] std::string to_text(const MapReport& report, const std::string& folder);
 
 }  // namespace waymark

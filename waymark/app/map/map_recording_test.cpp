@@ -21,7 +21,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-/// Twelve seconds of a lap: some tags, enough for a map.
+/// Twelve seconds of a lap, with enough tags for a map.
 const std::string& short_lap() {
   static const std::string file =
       test::record_lap(testing::fresh_folder("jobs_short_lap") / "lap.mcap", 5, {.for_s = 12});
@@ -33,7 +33,7 @@ class MapLap : public ::testing::Test {
   fs::path folder_ = testing::fresh_folder("jobs_map") / "map";
 };
 
-TEST_F(MapLap, TheSummaryIsThatOfTheFilesAndOfTheTruth) {
+TEST_F(MapLap, SummaryMatchesFilesAndGroundTruth) {
   const auto report = map_recording({.lap = short_lap(), .folder = folder_}, {});
   ASSERT_TRUE(report) << to_string(report.error());
   const MapFile map = read_map(folder_ / "map.yaml").value();
@@ -41,7 +41,7 @@ TEST_F(MapLap, TheSummaryIsThatOfTheFilesAndOfTheTruth) {
   EXPECT_GE(map.tags.tags.size(), 3U);
   EXPECT_EQ(map.anchor, test::circuit().anchor);
   EXPECT_NEAR(read_route(folder_ / "route.yaml").value().length_m, report->lap.route.length_m, 1e-3);
-  // Judged here by the world itself: nothing is aligned.
+  // Compared with the world directly, without alignment.
   double squared = 0;
   for (const auto& [tag, mapped] : map.tags.tags)
     squared += (mapped.map_T_tag.translation() - test::circuit().tags.find(tag)->map_T_tag.translation())
@@ -56,7 +56,7 @@ TEST_F(MapLap, TheSummaryIsThatOfTheFilesAndOfTheTruth) {
   for (const std::string& file : report->files) EXPECT_TRUE(fs::exists(file)) << file;
 }
 
-TEST_F(MapLap, AnOlderMapIsSetAside) {
+TEST_F(MapLap, BacksUpAnOlderMap) {
   fs::create_directories(folder_);
   std::ofstream(folder_ / "map.yaml") << "older";
   const auto report = map_recording({.lap = short_lap(), .folder = folder_}, {});
@@ -65,7 +65,7 @@ TEST_F(MapLap, AnOlderMapIsSetAside) {
   EXPECT_EQ(test::file_text(folder_ / "map.1.yaml"), "older");
 }
 
-TEST_F(MapLap, ACancelledJobLeavesTheFolderAsItWas) {
+TEST_F(MapLap, CancellingLeavesTheFolderUnchanged) {
   fs::create_directories(folder_);
   std::ofstream(folder_ / "map.yaml") << "older";
   const auto report = map_recording({.lap = short_lap(), .folder = folder_}, test::cancelled_after(3));
@@ -75,15 +75,15 @@ TEST_F(MapLap, ACancelledJobLeavesTheFolderAsItWas) {
   EXPECT_EQ(test::file_text(folder_ / "map.yaml"), "older");
 }
 
-TEST_F(MapLap, ProgressIsTold) {
-  std::vector<std::string> words;
+TEST_F(MapLap, ReportsProgress) {
+  std::vector<std::string> steps;
   JobControl control;
-  control.progress = [&](const JobProgress& now) { words.push_back(now.words); };
+  control.progress = [&](const JobProgress& now) { steps.push_back(now.words); };
   ASSERT_TRUE(map_recording({.lap = short_lap(), .folder = folder_}, control));
-  EXPECT_THAT(words, Contains(HasSubstr("cost")));
+  EXPECT_THAT(steps, Contains(HasSubstr("cost")));
 }
 
-TEST_F(MapLap, WhatTheRecordingDoesNotSayHasToBeGiven) {
+TEST_F(MapLap, RequiresFactsMissingInTheRecording) {
   const std::string file = test::record_lap(testing::fresh_folder("jobs_no_facts") / "lap.mcap", 6,
                                             {.for_s = 12, .anchor_and_size = false});
   const auto without = map_recording({.lap = file, .folder = folder_}, {});
@@ -91,17 +91,17 @@ TEST_F(MapLap, WhatTheRecordingDoesNotSayHasToBeGiven) {
   EXPECT_EQ(without.error().code, ErrorCode::NotFound);
   EXPECT_EQ(without.error().place.source, file);
   EXPECT_THAT(without.error().hint, HasSubstr("`tag_size_m`"));
-  EXPECT_FALSE(fs::exists(folder_)) << "nothing is left of it";
+  EXPECT_FALSE(fs::exists(folder_)) << "no files are left behind";
   MapJob job{.lap = file, .folder = folder_};
   job.overrides.tag_size_m = 0.16;
-  EXPECT_FALSE(map_recording(job, {})) << "the anchor is not known either";
+  EXPECT_FALSE(map_recording(job, {})) << "the anchor is unknown, too";
   job.overrides.anchor = to_string(test::circuit().anchor);
   const auto with = map_recording(job, {});
   ASSERT_TRUE(with) << to_string(with.error());
-  EXPECT_FALSE(with->tag_errors) << "the map does not stand where the truth does";
+  EXPECT_FALSE(with->tag_errors) << "the map frame is not that of the ground truth";
 }
 
-TEST_F(MapLap, ARecordingOfNothingMakesNoMap) {
+TEST_F(MapLap, RejectsAnEmptyRecording) {
   const std::string file =
       test::record_lap(testing::fresh_folder("jobs_nothing") / "lap.mcap", 7, {.for_s = -1});
   const auto report = map_recording({.lap = file, .folder = folder_}, {});
@@ -110,7 +110,7 @@ TEST_F(MapLap, ARecordingOfNothingMakesNoMap) {
   EXPECT_FALSE(fs::exists(folder_));
 }
 
-TEST_F(MapLap, NoFileAndNoFolderAreErrorsWithTheirPlace) {
+TEST_F(MapLap, ReportsAMissingFileAndAnInvalidFolder) {
   const auto missing = map_recording({.lap = "/nowhere/lap.mcap", .folder = folder_}, {});
   ASSERT_FALSE(missing);
   EXPECT_EQ(missing.error().place.source, "/nowhere/lap.mcap");
@@ -122,14 +122,14 @@ TEST_F(MapLap, NoFileAndNoFolderAreErrorsWithTheirPlace) {
 
 constexpr TagId lap_tag(int number) { return {FamilyId::Tag36h11, number}; }
 
-/// The lap of a robot that keeps poses of tags and no corners.
+/// The lap of a robot that records tag poses but no corners.
 RecordedLap lap_of_poses() {
   RecordedLap lap;
   lap.setup.base_T_cam = SE3(body_R_optical(), {0.1, 0, 0.2});
   for (int i = 0; i <= 120; ++i) {
     const SensorTime stamp(std::chrono::milliseconds(50 * i));
     const SE2 base(0.02 * i, 0.2 * std::sin(0.05 * i),
-                   std::atan(0.5 * std::cos(0.05 * i)));  // along the curve
+                   std::atan(0.5 * std::cos(0.05 * i)));  // tangent to the curve
     lap.odometry.push_back({stamp, SE2(base), 0.4, 0});
     TagPoseFrame frame{.stamp = stamp};
     for (int t = 0; t < 4; ++t) {
@@ -142,7 +142,7 @@ RecordedLap lap_of_poses() {
   return lap;
 }
 
-TEST(MapPoses, TheMapStandsWhereTheLapBegan) {
+TEST(MapPoses, MapFrameIsTheStartOfTheLap) {
   MapReport report;
   MapJob job{.lap = "lap.log"};
   job.overrides.tag_size_m = 0.16;
@@ -157,11 +157,11 @@ TEST(MapPoses, TheMapStandsWhereTheLapBegan) {
                map->tags.find(lap_tag(3))->map_T_tag.translation())
                   .norm(),
               1.8, 0.05)
-      << "distances are those of the place";
+      << "distances between tags are correct";
   EXPECT_THAT(report.warnings, IsEmpty());
 }
 
-TEST(MapPoses, TheTagsAreAsLargeAsTheRecordingSays) {
+TEST(MapPoses, TagSizesAreThoseOfTheRecording) {
   MapReport report;
   RecordedLap lap = lap_of_poses();
   lap.setup.metadata[lap_facts::kMetadata][lap_facts::kTagSize] = "0.054";
@@ -172,10 +172,10 @@ TEST(MapPoses, TheTagsAreAsLargeAsTheRecordingSays) {
   MapJob job{.lap = "lap.log"};
   job.overrides.tag_size_m = 0.08;
   EXPECT_EQ(map_poses(lap, job, report)->tags.tags.begin()->second.size_m, 0.08)
-      << "who says it knows better";
+      << "the given size overrides the recording";
 }
 
-TEST(MapPoses, WhatOnlyCornersCouldDoIsRefused) {
+TEST(MapPoses, RejectsFieldsThatRequireCorners) {
   MapReport report;
   MapJob job{.lap = "lap.log"};
   job.overrides.anchor = "3";
@@ -185,7 +185,7 @@ TEST(MapPoses, WhatOnlyCornersCouldDoIsRefused) {
   EXPECT_THAT(anchored.error().hint, HasSubstr("`anchor`"));
 }
 
-TEST(MapPoses, AMountingThatNobodySaysIsSaid) {
+TEST(MapPoses, WarnsAboutAnUnknownMounting) {
   MapReport report;
   MapJob job{.lap = "lap.log"};
   RecordedLap lap = lap_of_poses();

@@ -7,9 +7,9 @@
 namespace waymark::cli {
 namespace {
 
-/// What a line maps that does not name it: by the flag that brings a scene's files or a camera's calibration,
-/// else by the content of the files.
-std::string what_is_mapped(const std::vector<std::string>& words) {
+/// The subcommand of a command line that does not name one: chosen by --tagslam or --camera, else by the
+/// content of the files.
+std::string implied_subcommand(const std::vector<std::string>& words) {
   if (has_word(words, "--tagslam")) return "scene";
   const auto is_video = [](const std::string& word) { return kind_of(word) == FileKind::Video; };
   return has_word(words, "--camera") || std::ranges::any_of(words, is_video) ? "video" : "lap";
@@ -28,8 +28,8 @@ Verb map_verb() {
 `waymark map convert` converts a map between Waymark's format and those of other programs.
 
 The subcommand may be omitted: with --tagslam it is `scene`; with --camera, or if a file is a video,
-`video`; else `lap`. `waymark map FILE --help` prints the flags of the selected subcommand. Write a file or folder that
-is called lap, video, scene or convert with its folder: ./lap.
+`video`; else `lap`. `waymark map FILE --help` prints the flags of the selected subcommand. A file or folder called
+lap, video, scene or convert needs a path: ./lap.
 
 Examples:
   waymark map lap.mcap -o map
@@ -38,7 +38,7 @@ Examples:
   waymark map convert map layout.json --to wpilib
 )",
       .verbs = {map_lap_verb(), map_video_verb(), map_scene_verb(), map_convert_verb()},
-      .usual_verb = what_is_mapped};
+      .usual_verb = implied_subcommand};
 }
 
 }  // namespace waymark::cli
