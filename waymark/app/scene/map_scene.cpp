@@ -22,19 +22,20 @@
 namespace waymark {
 namespace {
 
-std::string words_of(const std::vector<TagId>& tags) {
-  std::vector<std::string> names;
-  constexpr std::size_t kMost = 12;
-  names.reserve(tags.size());
-  for (const TagId& tag : tags) names.push_back(std::to_string(tag.number));
-  const std::size_t all = names.size();
-  if (all > kMost) names.resize(kMost);
-  return fmt::format("{}{}", fmt::join(names, ", "),
-                     all > kMost ? fmt::format(" and {} more", all - kMost) : "");
+/// "3, 4, 7", with at most twelve numbers.
+std::string number_list(const std::vector<TagId>& tags) {
+  std::vector<std::string> numbers;
+  constexpr std::size_t kMaxListed = 12;
+  numbers.reserve(tags.size());
+  for (const TagId& tag : tags) numbers.push_back(std::to_string(tag.number));
+  const std::size_t all = numbers.size();
+  if (all > kMaxListed) numbers.resize(kMaxListed);
+  return fmt::format("{}{}", fmt::join(numbers, ", "),
+                     all > kMaxListed ? fmt::format(" and {} more", all - kMaxListed) : "");
 }
 
-/// The sum of what is not known of a body and of a tag on it is no more than not knowing: readers refuse
-/// numbers that are out of all proportion.
+/// Limits a covariance to that of an unknown pose. The sum for a body and a tag on it may be larger, and
+/// readers of maps reject implausibly large values.
 Matrix6 at_most_unknown(const Matrix6& P) {
   constexpr double kUnknown = 1e6;
   const double largest = P.diagonal().maxCoeff();
@@ -125,13 +126,13 @@ Status write_scene_folder(const MapSceneJob& job, const SceneRecording& recordin
   report.files.push_back((job.folder / "summary.json").string());
   status = write_text_file(staged->path() / "summary.json", json_text(fields(report)));
   if (!status) return staged->failed(status.error());
-  std::vector<std::string> routes = route_names(job.folder);  // of a map of another kind
+  std::vector<std::string> routes = route_names(job.folder);  // of a lap's map in this folder
   routes.emplace_back();
-  const auto aside = staged->put_in_place(files_of_map(routes));
-  return aside ? Status() : tl::unexpected(aside.error());
+  const auto backups = staged->put_in_place(files_of_map(routes));
+  return backups ? Status() : tl::unexpected(backups.error());
 }
 
-/// Tags that were seen and belong to no body.
+/// Observed tags that belong to no body.
 std::vector<TagId> foreign_tags(const SceneMap& map) {
   std::vector<TagId> foreign;
   foreign.reserve(map.observations.foreign.size());
@@ -147,27 +148,29 @@ void warn(MapSceneReport& report) {
     });  // reported by scene_warnings
     if (tied) continue;
     report.warnings.push_back(
-        fmt::format("tag{} {} {} never observed together with a tag connected to the map: omitted",
-                    group.size() > 1 ? "s" : "", words_of(group), group.size() > 1 ? "were" : "was"));
+        fmt::format("tag{} {} {} never observed together with a tag connected to the map; omitted",
+                    group.size() > 1 ? "s" : "", number_list(group), group.size() > 1 ? "were" : "was"));
   }
-  for (std::string& words : scene_warnings(map)) report.warnings.push_back(std::move(words));
+  for (std::string& warning : scene_warnings(map)) report.warnings.push_back(std::move(warning));
   if (!map.rejected_tags.empty())
     report.warnings.push_back(fmt::format("omitted unlisted ids with few or inconsistent observations: {}",
-                                          words_of(map.rejected_tags)));
+                                          number_list(map.rejected_tags)));
   const std::vector<TagId> foreign = foreign_tags(map);
   if (!foreign.empty())
     report.warnings.push_back(
-        fmt::format("ignored {} ids that belong to no body: {}", foreign.size(), words_of(foreign)));
+        fmt::format("ignored {} ids that belong to no body: {}", foreign.size(), number_list(foreign)));
   if (!map.rejected.empty())
     report.warnings.push_back(fmt::format("rejected {} of {} observations as outliers", map.rejected.size(),
                                           map.observations.seen.size()));
   for (std::size_t c = 0; c < map.scene.cameras.size(); ++c) {
     if (map.placed[map.problem.cameras[c]] == 0)
-      report.warnings.push_back(map.scene.cameras[c].name + " has no observation that determines its pose");
+      report.warnings.push_back(map.scene.cameras[c].name +
+                                ": no observation determines the pose of this camera");
   }
 }
 
-/// By camera and name: as found, its standard deviation, as given; nothing where cameras are not adjusted.
+/// Estimated intrinsics by camera and parameter, with standard deviations and given values; empty if the
+/// intrinsics are fixed.
 std::optional<ReportFields> intrinsics_fields(const SceneMap& map) {
   if (map.intrinsics.empty()) return std::nullopt;
   ReportFields by_camera;
@@ -207,13 +210,13 @@ std::vector<int> numbers_of(const std::vector<TagId>& tags) {
 Result<SceneModel> parse_scene_model(const std::string& name) {
   if (name == "waymark") return SceneModel::Waymark;
   if (name == "tagslam") return SceneModel::Tagslam;
-  return fail(ErrorCode::InvalidArgument, fmt::format("there is no model '{}'", name), {.key = "model"},
+  return fail(ErrorCode::InvalidArgument, fmt::format("unknown model '{}'", name), {.key = "model"},
               suggestion(name, {"waymark", "tagslam"}));
 }
 
 Status check(const MapSceneJob& job) {
   if (!job.options.free_intrinsics || job.options.model != SceneModel::Tagslam) return {};
-  return fail(ErrorCode::InvalidArgument, "TagSLAM's model keeps the cameras fixed",
+  return fail(ErrorCode::InvalidArgument, "TagSLAM's model keeps the intrinsics fixed",
               {.key = "free_intrinsics"}, "Omit `free_intrinsics` or `model=tagslam`.");
 }
 
@@ -258,7 +261,7 @@ Result<MapSceneReport> map_scene_recording(const MapSceneJob& job, const JobCont
 
 ReportFields fields(const SceneCut& cut) {
   return {{"ids", "Tags that only these observations connect", numbers_of(cut.beyond)},
-          {"by_ids", "Tags that are observed", numbers_of(cut.by)},
+          {"by_ids", "Tags whose observations connect them", numbers_of(cut.by)},
           {"observations", "Number of observations", cut.observations}};
 }
 
@@ -275,7 +278,7 @@ ReportFields fields(const MapSceneReport& report) {
   std::vector<std::vector<int>> unconnected;
   for (const std::vector<TagId>& group : map.unconnected) unconnected.push_back(numbers_of(group));
   return {{"frames", "Frames of the recording", report.frames},
-          {"frames_without_pose", "Largest number of frames without a pose over the moving bodies",
+          {"frames_without_pose", "Frames without a pose, of the moving body with the most such frames",
            report.frames_without_pose},
           {"observations", "Observations of tags", map.observations.seen.size()},
           {"tags", "Tags in the map", tags_in_map(map)},
@@ -286,21 +289,22 @@ ReportFields fields(const MapSceneReport& report) {
           {"unconnected_ids", "Groups of ids without a connection to the map", unconnected},
           {"undetermined_ids", "Ids whose pose is undetermined; their covariance is that of an unknown pose",
            numbers_of(map.undetermined)},
-          {"thin_cuts", "Parts of the map that depend on few observations, the largest first", map.thin_cuts},
-          {"left_out_cuts", "Unconnected parts: the observations that would connect them are unconfirmed",
+          {"thin_cuts", "Parts of the map that depend on few observations, largest first", map.thin_cuts},
+          {"left_out_cuts",
+           "Parts without a connection, as the observations that would connect them are unconfirmed",
            map.left_out_cuts},
           {"size_scale", "Size of all tags relative to the given one; 1 without distances", map.size_scale},
           {"noise_px", "Standard deviation of a corner coordinate", map.noise_px},
           {"reprojection_mean_px", "Mean reprojection error of the corners in use", map.reprojection_mean_px},
           {"reprojection_median_px", "Median reprojection error of the corners in use",
            map.reprojection_median_px},
-          {"cost", "Half the sum of squared residuals, by the noise of the model", map.cost},
+          {"cost", "Half the sum of squared residuals, weighted by the noise of the model", map.cost},
           {"iterations", "Iterations of the bundle adjustment", map.summary.iterations},
           {"files", "Files that were written", report.files},
           {"wall_s", "Duration of the run", report.wall_s},
           {"peak_rss_mib", "Peak memory of the process so far", report.peak_rss_mib},
           {"warnings", "Warnings about the map, one sentence each", report.warnings},
-          {"intrinsics", "With `free_intrinsics`: by camera and parameter value, sigma and given",
+          {"intrinsics", "With `free_intrinsics`, by camera and parameter: value, sigma, given",
            if_any(intrinsics_fields(map))},
           {"against", "With `against`: the other solution", if_any(report.against)}};
 }
@@ -313,8 +317,8 @@ std::string to_text(const MapSceneReport& report, const std::string& folder) {
                       report.map.cost);
   if (report.against)
     text += fmt::format(
-        "the other solution costs {:.2f} in TagSLAM's model: ours differs by {:+.2f} % (compare with "
-        "`model=tagslam`)\n",
+        "cost of the other solution {:.2f} in TagSLAM's model; the cost of this map differs by {:+.2f} % "
+        "(compare with `model=tagslam`)\n",
         report.against->cost, 100 * (report.map.cost / report.against->cost - 1));
   return text;
 }

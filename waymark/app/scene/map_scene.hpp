@@ -16,7 +16,7 @@ namespace waymark {
 struct MapSceneJob {
   std::string recording{};
   std::filesystem::path tagslam{};  ///< folder of TagSLAM's files
-  std::filesystem::path folder{};   ///< of what is written
+  std::filesystem::path folder{};   ///< for the output
   std::filesystem::path against{};  ///< folder of another solution; empty: none
   SceneMapOptions options{};
 
@@ -28,7 +28,7 @@ struct MapSceneJob {
                               .required());
     visit(self.tagslam,
           JobField("tagslam FOLDER",
-                   "A folder with TagSLAM's tagslam.yaml, cameras.yaml and camera_poses.yaml (or a "
+                   "Folder with TagSLAM's tagslam.yaml, cameras.yaml and camera_poses.yaml (or a "
                    "config.json), which describe cameras and bodies")
               .required());
     visit(self.folder, JobField("output FOLDER", "Folder for the map and the trajectories").required());
@@ -36,14 +36,15 @@ struct MapSceneJob {
           JobField("free_intrinsics",
                    "Estimate the intrinsics as well: focal lengths and principal point within 1 % (standard "
                    "deviation) of the given ones, distortion k within 0.05 and p within 0.005"));
-    visit(self.against,
-          JobField("against FOLDER",
-                   "Folder of another solution (ref_static.csv, ref_trajectory.csv): both use its frames and "
-                   "tags, and its cost is printed"));
+    visit(
+        self.against,
+        JobField("against FOLDER",
+                 "Folder of another solution (ref_static.csv, ref_trajectory.csv): only its frames and tags "
+                 "are used, and its cost is printed"));
   }
 };
 
-/// "waymark", "tagslam"; errors name the field `model`.
+/// Parses "waymark" or "tagslam". Errors name the field `model`.
 [[nodiscard]] Result<SceneModel> parse_scene_model(const std::string& name);
 /// Fails if fields contradict each other.
 [[nodiscard]] Status check(const MapSceneJob& job);
@@ -59,15 +60,15 @@ struct MapSceneReport {
   double peak_rss_mib = 0;
 };
 
-/// Maps and writes map.yaml (tags on static bodies), poses.yaml and camera_poses.yaml (as
-/// TagSLAM's), trajectory_BODY.txt of each moving body, and summary.json. Writes nothing if no map
-/// can be made.
+/// Maps the recording and writes map.yaml (tags on static bodies), poses.yaml and camera_poses.yaml (in
+/// TagSLAM's format), trajectory_BODY.txt of each moving body, and summary.json. Writes nothing if no map can
+/// be made.
 [[nodiscard]] Result<MapSceneReport> map_scene_recording(const MapSceneJob& job, const JobControl& control);
 /// The content of `--json` and summary.json.
 [[nodiscard]] ReportFields fields(const MapSceneReport& report);
 [[nodiscard]] ReportFields fields(const SceneCut& cut);
 [[nodiscard]] ReportFields fields(const CostAtValues& cost);
-/// The output of the verb `map` for a map in this folder.
+/// The printed report of a map in this folder.
 [[nodiscard]] std::string to_text(const MapSceneReport& report, const std::string& folder);
 
 }  // namespace waymark

@@ -1,4 +1,4 @@
-// A scene that TagSLAM's files describe: a rig with one camera looks at tags on a wall.
+// A scene described by TagSLAM's files: a rig with one camera faces tags on a wall.
 #include "waymark/app/scene/map_scene.hpp"
 
 #include <gmock/gmock.h>
@@ -48,10 +48,10 @@ CameraModel rig_camera() {
   return CameraModel::make(PinholeRadtan{.fx = 400, .fy = 400, .cx = 320, .cy = 240}, 640, 480).value();
 }
 
-/// The lab's z is out of the wall; a reader of a tag has z into it.
+/// The z axis of the lab points out of the wall, that of a tag into it.
 SE3 wall_T_tag(int number) { return {SO3::exp({M_PI, 0, 0}), {0.5 * number, number % 2 == 0 ? 0 : 0.3, 0}}; }
 
-/// The camera moves along the wall, two metres from it, and turns a little.
+/// The camera moves along the wall, two metres away, and rotates slightly.
 SE3 wall_T_cam(int step) {
   const double s = 0.1 * step;
   return {SO3::exp({M_PI, 0, 0}) * SO3::from_rpy(0.1 * std::sin(s), 0.15 * std::cos(2 * s), 0.05 * s),
@@ -60,7 +60,7 @@ SE3 wall_T_cam(int step) {
 
 SensorTime at_step(int step) { return SensorTime(std::chrono::milliseconds(100 * step + 1000)); }
 
-/// Writes the files of TagSLAM and a recording of 40 frames.
+/// TagSLAM's files and a recording of 40 frames.
 struct TagslamScene {
   fs::path folder = testing::fresh_folder("jobs_scene");
   fs::path recording = folder / "tags.mcap";
@@ -104,7 +104,7 @@ class MapScene : public ::testing::Test {
   fs::path out_ = testing::fresh_folder("jobs_scene_map") / "map";
 };
 
-TEST_F(MapScene, TagsAndCameraAreWhereTheyTrulyWere) {
+TEST_F(MapScene, TagAndCameraPosesAreAccurate) {
   const auto report = map_scene_recording(wall_scene().job(out_), {});
   ASSERT_TRUE(report) << to_string(report.error());
   EXPECT_EQ(report->frames, 40);
@@ -128,20 +128,20 @@ TEST_F(MapScene, TagsAndCameraAreWhereTheyTrulyWere) {
   EXPECT_LT(std::sqrt(squared_m2), 0.012) << "0.1 px at 2 m and 400 px";
 }
 
-TEST_F(MapScene, TheSummaryIsThatOfTheFilesAndAllOfThemAreThere) {
+TEST_F(MapScene, SummaryMatchesTheWrittenFiles) {
   const auto report = map_scene_recording(wall_scene().job(out_), {});
   ASSERT_TRUE(report);
   const auto json = nlohmann::json::parse(read_text_file(out_ / "summary.json", 1 << 20).value());
   EXPECT_EQ(json["tags"], 5);
   EXPECT_EQ(json["frames"], 40);
-  EXPECT_NEAR(json["noise_px"].get<double>(), 0.1, 0.02) << "that of the corners";
+  EXPECT_NEAR(json["noise_px"].get<double>(), 0.1, 0.02) << "noise of the simulated corners";
   EXPECT_LE(json["rejected_observations"].get<int>(), 3);
   EXPECT_FALSE(json.contains("against"));
   for (const std::string& file : report->files) EXPECT_TRUE(fs::exists(file)) << file;
   EXPECT_EQ(json["files"].size(), report->files.size());
 }
 
-TEST_F(MapScene, WhatWasFoundCanBeReadAgain) {
+TEST_F(MapScene, AcceptsItsOwnCameraPosesAsInput) {
   ASSERT_TRUE(map_scene_recording(wall_scene().job(out_), {}));
   const fs::path again = testing::fresh_folder("jobs_scene_again");
   for (const char* name : {"tagslam.yaml", "cameras.yaml"})
@@ -158,23 +158,23 @@ TEST_F(MapScene, WhatWasFoundCanBeReadAgain) {
     EXPECT_LT((tag.map_T_tag.translation() - first_map.tags.find(id)->map_T_tag.translation()).norm(), 1e-3);
 }
 
-TEST_F(MapScene, ACancelledJobLeavesNothing) {
+TEST_F(MapScene, CancellingWritesNothing) {
   JobControl control;
-  int asked = 0;
-  control.cancelled = [&] { return ++asked > 2; };
-  std::vector<std::string> words;
-  control.progress = [&](const JobProgress& now) { words.push_back(now.words); };
+  int calls = 0;
+  control.cancelled = [&] { return ++calls > 2; };
+  std::vector<std::string> steps;
+  control.progress = [&](const JobProgress& now) { steps.push_back(now.words); };
   const auto report = map_scene_recording(wall_scene().job(out_), control);
   ASSERT_FALSE(report);
   EXPECT_THAT(to_string(report.error()), HasSubstr("nothing was written"));
   EXPECT_FALSE(fs::exists(out_));
-  EXPECT_THAT(words, Contains(HasSubstr("cost")));
+  EXPECT_THAT(steps, Contains(HasSubstr("cost")));
 }
 
-TEST_F(MapScene, ACovarianceOfNotKnowingCanBeReadBack) {
+TEST_F(MapScene, CovariancesOfUndeterminedPosesAreReadBack) {
   MapSceneJob job = wall_scene().job(out_);
   job.recording = (testing::fresh_folder("jobs_scene_exact") / "exact.mcap").string();
-  TagslamScene::record(job.recording, 0);  // without any noise the normal equations say nothing of it
+  TagslamScene::record(job.recording, 0);  // without noise the normal equations do not determine it
   const auto report = map_scene_recording(job, {});
   ASSERT_TRUE(report) << to_string(report.error());
   EXPECT_THAT(report->warnings, Contains(HasSubstr("not determined")));
@@ -183,7 +183,7 @@ TEST_F(MapScene, ACovarianceOfNotKnowingCanBeReadBack) {
   EXPECT_EQ(map->tags.tags.size(), 5U);
 }
 
-TEST_F(MapScene, AnOlderMapIsKeptBesideTheNewOne) {
+TEST_F(MapScene, BacksUpAnOlderMap) {
   fs::create_directories(out_);
   ASSERT_TRUE(write_text_file(out_ / "map.yaml", "older"));
   ASSERT_TRUE(map_scene_recording(wall_scene().job(out_), {}));
@@ -191,7 +191,7 @@ TEST_F(MapScene, AnOlderMapIsKeptBesideTheNewOne) {
   EXPECT_TRUE(read_map(out_ / "map.yaml"));
 }
 
-TEST_F(MapScene, FilesThatCannotBeUsedAreNamedAndNothingIsWritten) {
+TEST_F(MapScene, ReportsUnusableFilesAndWritesNothing) {
   const auto error = [&](const MapSceneJob& job) {
     const auto report = map_scene_recording(job, {});
     EXPECT_FALSE(report);
@@ -208,10 +208,10 @@ TEST_F(MapScene, FilesThatCannotBeUsedAreNamedAndNothingIsWritten) {
   ASSERT_TRUE(write_text_file(table, "t_ns,cam,tag,x0,y0,x1,y1,x2,y2,x3,y3\n1,cam0,4,1,4,3,4,3,2,1,2\n"));
   job = wall_scene().job(out_);
   job.recording = table.string();
-  EXPECT_EQ(error(job).code, ErrorCode::InvalidArgument) << "a table does not say which camera saw what when";
+  EXPECT_EQ(error(job).code, ErrorCode::InvalidArgument) << "a table has no camera names";
 }
 
-TEST(SceneRecordingOf, TheTopicIsThatOfTheCameraOrTheOnlyOne) {
+TEST(SceneRecordingOf, UsesTheTopicOfTheCameraOrTheOnlyTopic) {
   TagScene scene;
   scene.cameras.push_back({.name = "cam0", .topic = "/somewhere/else", .model = rig_camera()});
   scene.bodies.push_back({.name = "rig"});
@@ -227,7 +227,7 @@ TEST(SceneRecordingOf, TheTopicIsThatOfTheCameraOrTheOnlyOne) {
   EXPECT_EQ(several.error().place.source, wall_scene().recording.string());
 }
 
-TEST(SceneRecordingOf, ARecordingWithoutFramesIsAnError) {
+TEST(SceneRecordingOf, RejectsARecordingWithoutFrames) {
   const fs::path file = testing::fresh_folder("jobs_scene_empty") / "empty.mcap";
   auto recorder = SampleRecorder::open(std::move(*create_file(file)));
   ASSERT_TRUE(recorder);
@@ -241,7 +241,7 @@ TEST(SceneRecordingOf, ARecordingWithoutFramesIsAnError) {
   EXPECT_EQ(none.error().place.source, file.string());
 }
 
-TEST(MapSceneJob, TheModelOfTagslamKeepsTheCamerasFixed) {
+TEST(MapSceneJob, TagslamModelExcludesFreeIntrinsics) {
   MapSceneJob job;
   job.options.free_intrinsics = true;
   job.options.model = parse_scene_model("waymark").value();
@@ -251,8 +251,10 @@ TEST(MapSceneJob, TheModelOfTagslamKeepsTheCamerasFixed) {
   const Error fixed = check(job).error();
   EXPECT_EQ(fixed.place.key, "free_intrinsics");
   EXPECT_NE(fixed.hint.find("`model=tagslam`"), std::string::npos);
-  EXPECT_EQ(to_string(parse_scene_model("tagslm").error()),
-            "(model): there is no model 'tagslm'. Did you mean 'tagslam'?");
+  const Error unknown = parse_scene_model("tagslm").error();
+  EXPECT_EQ(unknown.place.key, "model");
+  EXPECT_THAT(unknown.message, HasSubstr("'tagslm'"));
+  EXPECT_THAT(unknown.hint, HasSubstr("'tagslam'"));
 }
 
 }  // namespace

@@ -21,12 +21,12 @@
 namespace waymark {
 namespace {
 
-bool holds_tags(const LogChannel& channel) {
+bool contains_tags(const LogChannel& channel) {
   std::string type = channel.type;
   return type == ros2::ApriltagArrayStamped::kType || type == ros2::AprilTagDetectionArray::kType;
 }
 
-/// Topics mean the same with and without the first slash.
+/// Topics are compared without a leading slash.
 std::string_view without_slash(std::string_view topic) {
   return topic.starts_with('/') ? topic.substr(1) : topic;
 }
@@ -34,7 +34,7 @@ std::string_view without_slash(std::string_view topic) {
 Result<std::map<std::string, std::size_t>> cameras_by_topic(const MessageLog& log, const TagScene& scene) {
   std::vector<std::string> topics;
   for (const LogChannel& channel : log.channels()) {
-    if (holds_tags(channel)) topics.push_back(channel.topic);
+    if (contains_tags(channel)) topics.push_back(channel.topic);
   }
   std::map<std::string, std::size_t> cameras;
   for (std::size_t c = 0; c < scene.cameras.size(); ++c) {
@@ -63,7 +63,7 @@ class Reader {
     }
   }
 
-  /// Detections of a camera.
+  /// Adds the detections of a camera.
   Status tags(std::size_t camera, const LogChannel& channel, std::uint64_t log_time, ByteSpan cdr) {
     SampleDecoder decoder([&](const Sample& sample) -> Status {
       const auto* frame = std::get_if<TagFrame>(&sample);
@@ -82,7 +82,7 @@ class Reader {
     const ros2::Pose& pose = message->pose.pose;
     const Eigen::Vector4d q(pose.orientation.x, pose.orientation.y, pose.orientation.z, pose.orientation.w);
     if (!(q.norm() > 0.5 && q.norm() < 2))
-      return fail(ErrorCode::Unreadable, "odometry with an invalid quaternion");
+      return fail(ErrorCode::Unreadable, "invalid quaternion in odometry");
     odometry_.push_back({ros2::from_ros(message->header.stamp), it->second, ros2::from_ros(pose)});
     return {};
   }
@@ -109,8 +109,7 @@ Result<SceneRecording> read_scene_recording(const std::filesystem::path& path, c
   if (!log) return tl::unexpected(log.error());
   if ((*log)->format() == LogFormat::Csv)
     return fail(ErrorCode::InvalidArgument, "a CSV table has no camera name and stamp per detection",
-                {.source = path.string()},
-                "Scenes of `tagslam` are mapped from a bag or an MCAP file of detections.");
+                {.source = path.string()}, "Use a bag or an MCAP file of detections with `tagslam`.");
   const auto cameras = cameras_by_topic(**log, scene);
   if (!cameras) {
     Error error = cameras.error();
@@ -152,8 +151,8 @@ namespace {
 
 constexpr std::size_t kMaxBytes = std::size_t{1} << 27U;
 
-/// Of the file, or of the same packed as a whole (.gz, .bz2, .zst).
-Result<std::string> read_perhaps_packed(const std::filesystem::path& path) {
+/// Reads the file or, if it does not exist, its compressed form (.gz, .bz2, .zst).
+Result<std::string> read_maybe_compressed(const std::filesystem::path& path) {
   std::error_code ignored;
   std::filesystem::path found = path;
   for (const char* suffix : {"", ".gz", ".bz2", ".zst"}) {
@@ -173,10 +172,10 @@ Result<std::string> read_perhaps_packed(const std::filesystem::path& path) {
   return tl::unexpected(error);
 }
 
-/// Calls visit with the words of each line but the first.
-Status for_rows(const std::filesystem::path& path, std::size_t words,
+/// Calls visit with the cells of each row after the header; visit returns false for an invalid pose.
+Status for_rows(const std::filesystem::path& path, std::size_t columns,
                 const std::function<bool(const std::vector<std::string>&)>& visit) {
-  const auto text = read_perhaps_packed(path);
+  const auto text = read_maybe_compressed(path);
   if (!text) return tl::unexpected(text.error());
   std::istringstream lines(*text);
   std::string line;
@@ -185,9 +184,12 @@ Status for_rows(const std::filesystem::path& path, std::size_t words,
     std::vector<std::string> row;
     std::istringstream cells(line);
     for (std::string cell; std::getline(cells, cell, ',');) row.push_back(cell);
-    if (row.size() < words || !visit(row))
-      return fail(ErrorCode::Unreadable, "this is not a row of a solution",
-                  {.source = path.string(), .line = number}, "See docs/formats/tagslam.md.");
+    const auto invalid = [&](const std::string& why) {
+      return fail(ErrorCode::Unreadable, why, {.source = path.string(), .line = number},
+                  "See docs/formats/tagslam.md.");
+    };
+    if (row.size() < columns) return invalid(fmt::format("{} columns instead of {}", row.size(), columns));
+    if (!visit(row)) return invalid("columns 3 to 9 are not a position and a unit quaternion");
   }
   return {};
 }

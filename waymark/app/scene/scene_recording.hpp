@@ -10,15 +10,17 @@
 
 namespace waymark {
 
-/// Reads detections and odometry of a scene from a recording of any format: cameras by the topic of their
-/// detections (or the only topic of detections, for the only camera), odometry by its child frame. `problems`
-/// receives damage. Fails if a camera's topic is missing; the error names the existing ones.
+/// Reads detections and odometry of a scene from a recording of any format except CSV. The topic of the
+/// detections identifies the camera; a single camera may also use the only such topic. The child frame of the
+/// odometry identifies the body. Damage of the recording is appended to `problems`. Fails if a camera's topic
+/// is missing; the hint names the existing topics.
 [[nodiscard]] Result<SceneRecording> read_scene_recording(const std::filesystem::path& path,
                                                           const TagScene& scene, const JobControl& control,
                                                           std::vector<std::string>& problems);
 
-/// Another solution (docs/formats/tagslam.md): ref_static.csv `parent,child,px,py,pz,qx,qy,qz,qw` with
-/// TagSLAM's tag frames, and ref_trajectory.csv `t_ns,body,px,…,qw,…`.
+/// Reads another solution (docs/formats/tagslam.md): ref_static.csv `parent,child,px,py,pz,qx,qy,qz,qw` with
+/// TagSLAM's tag frames, and ref_trajectory.csv `t_ns,body,px,…,qw,…`. Either may be compressed (.gz, .bz2,
+/// .zst).
 [[nodiscard]] Result<SceneValues> read_scene_values(const std::filesystem::path& folder,
                                                     const TagScene& scene);
 

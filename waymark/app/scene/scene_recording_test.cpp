@@ -1,4 +1,4 @@
-// Solutions of other programs: rows of poses, plain or packed, and what is no row.
+// Solutions of other programs: rows of poses, plain or compressed, and invalid rows.
 #include "waymark/app/scene/scene_recording.hpp"
 
 #include <fstream>
@@ -42,27 +42,27 @@ class SceneValuesFile : public ::testing::Test {
   TagScene scene_{};
 };
 
-TEST_F(SceneValuesFile, RowsAreBodiesCamerasTagsAndAWay) {
+TEST_F(SceneValuesFile, ReadsBodiesCamerasTagsAndTrajectories) {
   const auto values = read_scene_values(folder_, scene_);
   ASSERT_TRUE(values) << to_string(values.error());
   EXPECT_EQ(values->static_bodies.at("lab").translation(), Eigen::Vector3d(1, 2, 3));
   EXPECT_EQ(values->static_bodies.count("cam0"), 0U);
   EXPECT_NEAR(values->cameras.at("cam0").rotation().log().z(), std::numbers::pi / 2, 1e-9);
-  const auto& way = values->moving_bodies;
-  ASSERT_EQ(way.size(), 1U);
-  EXPECT_EQ(way.begin()->second.translation(), Eigen::Vector3d(4, 5, 6));
+  const auto& trajectory = values->moving_bodies;
+  ASSERT_EQ(trajectory.size(), 1U);
+  EXPECT_EQ(trajectory.begin()->second.translation(), Eigen::Vector3d(4, 5, 6));
 }
 
-TEST_F(SceneValuesFile, TagsStandAsTheProjectHasThem) {
+TEST_F(SceneValuesFile, ConvertsTagsToWaymarkFrames) {
   const auto values = read_scene_values(folder_, scene_);
   ASSERT_TRUE(values);
   const SE3& tag = values->tags.at(7);
   EXPECT_EQ(tag.translation(), Eigen::Vector3d(0, 0, 1));
   const Eigen::Vector3d normal = tag.rotation() * Eigen::Vector3d::UnitZ();
-  EXPECT_NEAR(normal.z(), -1, 1e-12) << "a tag of TagSLAM looks at the viewer, ours away from him";
+  EXPECT_NEAR(normal.z(), -1, 1e-12) << "z of a TagSLAM tag points to the viewer, z of a Waymark tag away";
 }
 
-TEST_F(SceneValuesFile, WhatIsNoRowIsNamedWithItsLine) {
+TEST_F(SceneValuesFile, ReportsInvalidRowsWithTheirLine) {
   for (const char* row :
        {"map,lab,1,2,3,0,0,0", "map,lab,1,2,x,0,0,0,1", "map,lab,1,2,3,0,0,0,0.5", "nonsense"}) {
     write("ref_static.csv", std::string(kHead) + "map,lab,1,2,3,0,0,0,1\n" + row + "\n");
@@ -70,19 +70,19 @@ TEST_F(SceneValuesFile, WhatIsNoRowIsNamedWithItsLine) {
   }
 }
 
-TEST_F(SceneValuesFile, EmptyLinesArePassedOver) {
+TEST_F(SceneValuesFile, IgnoresEmptyLines) {
   write("ref_static.csv", std::string(kHead) + "\nmap,lab,1,2,3,0,0,0,1\n\n");
   EXPECT_EQ(error(), "none");
 }
 
-TEST_F(SceneValuesFile, BothFilesAreNeeded) {
+TEST_F(SceneValuesFile, RequiresBothFiles) {
   fs::remove(folder_ / "ref_trajectory.csv");
   EXPECT_THAT(error(), HasSubstr("ref_trajectory.csv"));
   fs::remove(folder_ / "ref_static.csv");
   EXPECT_THAT(error(), HasSubstr("ref_static.csv"));
 }
 
-TEST_F(SceneValuesFile, APackedFileThatIsCutIsNoSilentHalf) {
+TEST_F(SceneValuesFile, RejectsATruncatedCompressedFile) {
   fs::remove(folder_ / "ref_static.csv");
   write("ref_static.csv.gz", std::string("\x1f\x8b\x08\x00\x00\x00\x00\x00\x00\x03", 10));
   EXPECT_THAT(error(), HasSubstr("ref_static.csv.gz"));
