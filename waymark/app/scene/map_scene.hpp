@@ -36,11 +36,10 @@ struct MapSceneJob {
           JobField("free_intrinsics",
                    "Estimate the intrinsics as well: focal lengths and principal point within 1 % (standard "
                    "deviation) of the given ones, distortion k within 0.05 and p within 0.005"));
-    visit(
-        self.against,
-        JobField("against FOLDER",
-                 "Folder of another solution (ref_static.csv, ref_trajectory.csv): only its frames and tags "
-                 "are used, and its cost is printed"));
+    visit(self.against,
+          JobField("against FOLDER",
+                   "Folder of another solution (ref_static.csv, ref_trajectory.csv): both solutions use only "
+                   "its frames and tags, and its cost is printed"));
   }
 };
 
