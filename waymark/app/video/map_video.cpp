@@ -43,11 +43,11 @@ std::map<TagId, int> count_tags(const std::vector<SceneFrame>& frames) {
   return count;
 }
 
-/// The same pictures twice would count as independent, and the covariances would be too small.
+/// Images given twice would count as independent, and the covariances would be too small.
 Status check_videos_differ(const std::vector<std::string>& videos) {
   for (std::size_t i = 0; i < videos.size(); ++i)
     for (std::size_t k = 0; k < i; ++k) {
-      std::error_code ignored;  // of a file that is not there, which reading names
+      std::error_code ignored;  // a missing file is reported when it is read
       if (videos[i] == videos[k] || std::filesystem::equivalent(videos[i], videos[k], ignored))
         return fail(
             ErrorCode::InvalidArgument, "this video is given twice", {.source = videos[i]},
@@ -56,9 +56,10 @@ Status check_videos_differ(const std::vector<std::string>& videos) {
   return {};
 }
 
-/// The tags of all videos, one after the other in time.
-Result<std::vector<SceneFrame>> film(const MapVideoJob& job, const TagFinder& finder,
-                                     const JobControl& control, std::vector<std::string>& warnings) {
+/// Detects the tags of all videos. The stamps of each video follow one second after those of the previous.
+Result<std::vector<SceneFrame>> detect_in_videos(const MapVideoJob& job, const TagFinder& finder,
+                                                 const JobControl& control,
+                                                 std::vector<std::string>& warnings) {
   std::vector<SceneFrame> frames;
   Duration offset{};
   for (const std::string& video : job.videos) {
@@ -77,7 +78,7 @@ Result<std::vector<SceneFrame>> film(const MapVideoJob& job, const TagFinder& fi
   return frames;
 }
 
-/// The error for a map without tags.
+/// The error for a map from which all tags were rejected.
 Error no_tag_left(const MapVideoJob& job, const SceneMap& map) {
   std::string message = "no tag remains in the map";
   if (!map.rejected.empty())
@@ -90,7 +91,7 @@ Error no_tag_left(const MapVideoJob& job, const SceneMap& map) {
           fmt::format("Check {}the tag size and the camera calibration.", distances)};
 }
 
-/// The tags that came out; one of which nothing determines where it is did not.
+/// The map file with all tags whose pose is determined.
 MapFile video_map_file(const MapVideoJob& job, const VideoAnchors& anchors, const SceneMap& map) {
   MapFile file{.anchor = anchors.first, .provenance = {{"method", "bundle"}}};
   if (!job.videos.empty())
@@ -114,7 +115,7 @@ MapFile video_map_file(const MapVideoJob& job, const VideoAnchors& anchors, cons
   return file;
 }
 
-/// Of all tags together, where it is not exact.
+/// Relative standard deviation of the common tag size; nothing if the size is exact.
 std::optional<double> relative_size_sigma(const MapVideoJob& job) {
   if (!(job.tag_size_sigma_m > 0)) return std::nullopt;
   return job.tag_size_sigma_m / *job.sizes.default_size_m;
@@ -133,7 +134,7 @@ Trajectory camera_path(const std::vector<SceneFrame>& frames, const SceneMap& ma
   return path;
 }
 
-void hold_beside(const TagMap& prior, const VideoAnchors& anchors, MapVideoReport& report) {
+void list_prior_differences(const TagMap& prior, const VideoAnchors& anchors, MapVideoReport& report) {
   for (const auto& [id, tag] : report.file.tags.tags) {
     const MappedTag* known = prior.find(id);
     if (known == nullptr || anchors.exact.contains(id)) continue;
@@ -151,46 +152,44 @@ void list_distances(const MapVideoJob& job, MapVideoReport& report) {
     const MappedTag* b = report.file.tags.find(d.b);
     if (a == nullptr || b == nullptr) {
       report.warnings.push_back(
-          fmt::format("ignored the distance between {} and {}: not both tags are in the map", to_string(d.a),
-                      to_string(d.b)));
+          fmt::format("ignored the distance between {} and {}: at least one of them is not in the map",
+                      to_string(d.a), to_string(d.b)));
       continue;
     }
     report.measured.push_back({d, (a->map_T_tag.translation() - b->map_T_tag.translation()).norm()});
   }
 }
 
-constexpr double kDoubtfulChi2 = 16;  // a compressed video and a true calibration give up to 10
+constexpr double kSuspectChi2 = 16;  // up to 10 with a compressed video and a correct calibration
 
 void warn_of(const VideoAnchors& anchors, MapVideoReport& report) {
   const SceneMap& map = report.map;
   if (anchors.assumed && anchors.exact.contains(anchors.first))
     report.warnings.push_back(
-        fmt::format("{} is assumed upright at the map origin; `anchor` and `anchor_pose` place "
-                    "a tag, `upright` "
-                    "and `floor` name the tags that level the map",
+        fmt::format("{} is assumed upright at the map origin. Set `anchor` and `anchor_pose` to define the "
+                    "map frame, or `upright` and `floor` to level the map",
                     to_string(anchors.first)));
   for (const std::vector<TagId>& group : map.unconnected) {
     std::string names;
     for (const TagId& tag : group) names += (names.empty() ? "" : ", ") + std::to_string(tag.number);
-    report.warnings.push_back("omitted, never in one image with a tag connected to the map: " + names);
+    report.warnings.push_back("omitted tags that share no image with a tag connected to the map: " + names);
   }
-  if (report.corner_chi2_per_dof > kDoubtfulChi2)
+  if (report.corner_chi2_per_dof > kSuspectChi2)
     report.warnings.push_back(fmt::format(
-        "the residuals are {:.1f} times as large as the detector's covariances predict. Is it the "
-        "calibration of this camera at this resolution and focus, are the tags flat and of this size, and is "
-        "the video neither stabilised nor strongly compressed? The map's standard deviations follow from the "
+        "the residuals are {:.1f} times as large as the detector's covariances predict. Check the "
+        "calibration (this camera, resolution and focus), the tags (flat, of the given size) and the video "
+        "(not stabilised, not strongly compressed). The map's standard deviations are derived from the "
         "residuals and exclude errors common to all images",
         std::sqrt(report.corner_chi2_per_dof)));
   for (const FoundIntrinsics& lens : map.intrinsics)
     for (Eigen::Index i = 0; i < lens.found.size(); ++i)
       if (std::abs(lens.found[i] - lens.given[i]) > 3 * lens.prior_sigma[i])
         report.warnings.push_back(fmt::format(
-            "the video's estimate of {} is {:.5g}, {:.1f} standard deviations from the calibration's "
-            "{:.5g}; calibrate "
-            "the camera again, at this resolution and focus",
+            "{} is estimated as {:.5g}, {:.1f} standard deviations from its calibrated value {:.5g}; "
+            "calibrate the camera again, at this resolution and focus",
             lens.names[static_cast<std::size_t>(i)], lens.found[i],
             std::abs(lens.found[i] - lens.given[i]) / lens.prior_sigma[i], lens.given[i]));
-  for (std::string& words : scene_warnings(map)) report.warnings.push_back(std::move(words));
+  for (std::string& warning : scene_warnings(map)) report.warnings.push_back(std::move(warning));
   if (!map.rejected.empty())
     report.warnings.push_back(fmt::format("rejected {} of {} observations as outliers", map.rejected.size(),
                                           map.observations.seen.size()));
@@ -200,7 +199,8 @@ Status write_all(const MapVideoJob& job, const Stopwatch& watch, MapVideoReport&
   Result<StagedFolder> staged = StagedFolder::open(job.folder);
   if (!staged) return tl::unexpected(staged.error());
   const auto named = [&](const char* name) { report.files.push_back((job.folder / name).string()); };
-  const Result<std::string> fmap = to_fmap(report.file.tags, job.field);  // not of every family
+  // Fails for families without an FMAP format.
+  const Result<std::string> fmap = to_fmap(report.file.tags, job.field);
   for (const char* name :
        {"map.yaml", "layout.json", "layout.fmap", "poses.yaml", "trajectory.txt", "summary.json"})
     if (fmap || name != std::string_view("layout.fmap")) named(name);
@@ -215,10 +215,10 @@ Status write_all(const MapVideoJob& job, const Stopwatch& watch, MapVideoReport&
   report.wall_s = watch.seconds();
   write("summary.json", json_text(fields(report)));
   if (!status) return staged->failed(status.error());
-  std::vector<std::string> routes = route_names(job.folder);  // of a map of another kind
+  std::vector<std::string> routes = route_names(job.folder);  // of a lap's map in this folder
   routes.emplace_back();
-  const auto aside = staged->put_in_place(files_of_map(routes));
-  return aside ? Status() : tl::unexpected(aside.error());
+  const auto backups = staged->put_in_place(files_of_map(routes));
+  return backups ? Status() : tl::unexpected(backups.error());
 }
 
 std::optional<double> number_in(const std::string& text) {
@@ -278,24 +278,24 @@ Status check(const MapVideoJob& job) {
     return fail(ErrorCode::InvalidArgument, why, {.key = field}, hint);
   };
   for (const std::string& video : job.videos)
-    if (Status film = check_of_camera(
-            video, "Map it by `waymark map lap`, without `camera`: the recording contains its camera.");
-        !film)
-      return film;
+    if (Status of_camera = check_of_camera(
+            video, "Use `waymark map lap`, without `camera`: the recording contains its camera.");
+        !of_camera)
+      return of_camera;
   if (!job.camera)
     return refuse("camera", "a video contains no camera calibration",
                   "Set `camera=calibration.yaml`; `waymark calibrate camera` makes this file.");
   if (!job.sizes.default_size_m)
     return refuse("tag_size_m", "a video does not specify the tag size",
                   "Measure the side of the black square, for example `tag_size_m=0.165`.");
-  const bool prior_in_doubt = job.prior_sigma_m || job.prior_sigma_deg;
-  if (prior_in_doubt && job.prior.tags.empty())
+  const bool prior_has_sigma = job.prior_sigma_m || job.prior_sigma_deg;
+  if (prior_has_sigma && job.prior.tags.empty())
     return refuse(job.prior_sigma_m ? "prior_sigma_m" : "prior_sigma_deg",
-                  "this field applies to the tags of an older map", "Set `prior` to that map.");
+                  "this option applies to the tags of an older map", "Set `prior` to that map.");
   if (job.level_sigma_deg && job.upright.empty() && job.floor.empty() && job.planes.empty())
-    return refuse("level_sigma_deg", "no tag is declared level",
-                  "Combine it with `upright`, `floor` or `plane`.");
-  if (job.map_T_anchor && (job.anchors.size() > 1 || prior_in_doubt))
+    return refuse("level_sigma_deg", "this option applies to tags of `upright`, `floor` or `plane`",
+                  "Set one of them, or omit `level_sigma_deg`.");
+  if (job.map_T_anchor && (job.anchors.size() > 1 || prior_has_sigma))
     return refuse(
         "anchor_pose", "the tags of `prior` already define the map frame",
         "Omit `anchor_pose`, or give one `anchor` and neither `prior_sigma_m` nor `prior_sigma_deg`.");
@@ -314,7 +314,7 @@ Result<MapVideoReport> map_views(const MapVideoJob& job, std::vector<SceneFrame>
   if (Status sound = check(job); !sound) return tl::unexpected(sound.error());
   MapVideoReport report{.pictures = frames.size()};
   const std::map<TagId, int> count = count_tags(frames);
-  if (count.empty()) return fail(ErrorCode::NotFound, "the map contains no tags");
+  if (count.empty()) return fail(ErrorCode::NotFound, "the frames contain no tag detections");
   const Result<VideoAnchors> anchors = internal::video_anchors(job, count);
   if (!anchors) return tl::unexpected(anchors.error());
   const Result<TagScene> scene = internal::video_scene(job, count, *anchors);
@@ -336,7 +336,7 @@ Result<MapVideoReport> map_views(const MapVideoJob& job, std::vector<SceneFrame>
   report.file = video_map_file(job, *anchors, report.map);
   if (report.file.tags.tags.empty()) return tl::unexpected(no_tag_left(job, report.map));
   report.trajectory = camera_path(recording.frames, report.map);
-  hold_beside(job.prior, *anchors, report);
+  list_prior_differences(job.prior, *anchors, report);
   list_distances(job, report);
   warn_of(*anchors, report);
   return report;
@@ -348,9 +348,9 @@ Result<MapVideoReport> map_video(const MapVideoJob& job, const TagFinder& finder
   if (Status status = check_videos_differ(job.videos); !status) return tl::unexpected(status.error());
   if (Status status = check_output_folder(job.folder); !status) return tl::unexpected(status.error());
   std::vector<std::string> warnings;
-  Result<std::vector<SceneFrame>> filmed = film(job, finder, control, warnings);
-  if (!filmed) return tl::unexpected(filmed.error());
-  Result<MapVideoReport> report = map_views(job, std::move(*filmed), control);
+  Result<std::vector<SceneFrame>> frames = detect_in_videos(job, finder, control, warnings);
+  if (!frames) return tl::unexpected(frames.error());
+  Result<MapVideoReport> report = map_views(job, std::move(*frames), control);
   if (!report) return report;
   report->warnings.insert(report->warnings.begin(), warnings.begin(), warnings.end());
   if (Status status = write_all(job, watch, *report); !status) return tl::unexpected(status.error());
@@ -359,7 +359,7 @@ Result<MapVideoReport> map_video(const MapVideoJob& job, const TagFinder& finder
 
 namespace {
 
-/// A tag of the map, and the pictures that it is used of.
+/// A tag of the map and its number of observations.
 struct VideoTag {
   TagId id{};
   MappedTag tag{};
@@ -408,43 +408,44 @@ ReportFields fields(const MeasuredResidual& distance) {
           {"measured_m", "Measured distance", given.measured_m},
           {"sigma_m", "Standard deviation of the measurement", given.sigma_m},
           {"found_m", "Distance in the map", distance.found_m},
-          {"off_sigma", "Found minus measured, in standard deviations",
+          {"off_sigma", "Distance in the map minus measured distance, in standard deviations",
            (distance.found_m - given.measured_m) / given.sigma_m}};
 }
 
 ReportFields fields(const MapVideoReport& report) {
-  return {{"pictures", "Images of the videos", report.pictures},
-          {"pictures_with_pose", "Images with a camera pose", report.trajectory.size()},
-          {"anchor", "Anchor tag", to_string(report.file.anchor)},
-          {"tags", "One entry per tag of the map", tags_of(report.file)},
-          {"beside_prior", "With `prior`: one entry per tag of both maps that is not an exact anchor",
-           report.beside},
-          {"observations", "Observations of tags", report.map.observations.seen.size()},
-          {"rejected_observations", "Observations rejected as outliers", report.map.rejected.size()},
-          {"noise_px", "Standard deviation of a corner coordinate", report.map.noise_px},
-          {"reprojection_mean_px", "Mean reprojection error of the corners in use",
-           report.map.reprojection_mean_px},
-          {"correlated_pictures", "Successive pictures that weigh as one, as errors of corners last",
-           report.map.correlated_frames},
-          {"corner_chi2_per_dof",
-           "Chi-square of corners per degree of freedom; 1 if the detector's covariances are consistent",
-           report.corner_chi2_per_dof},
-          {"size_scale", "Size of all tags relative to the given one; 1 without distances",
-           report.map.size_scale},
-          {"size_scale_sigma", "Standard deviation of this scale; 0 if it is not estimated",
-           report.map.size_sigma},
-          {"distances", "With `distance`: one entry per measured distance", report.measured},
-          {"intrinsics", "By parameter of an uncertain camera: given, given_sigma, found, sigma",
-           intrinsics_fields(report.map.intrinsics)},
-          {"files", "Files that were written", report.files},
-          {"wall_s", "Duration of the run", report.wall_s},
-          {"warnings", "Warnings about the map, one sentence each", report.warnings}};
+  return {
+      {"pictures", "Images of the videos", report.pictures},
+      {"pictures_with_pose", "Images with a camera pose", report.trajectory.size()},
+      {"anchor", "Anchor tag", to_string(report.file.anchor)},
+      {"tags", "One entry per tag of the map", tags_of(report.file)},
+      {"beside_prior", "With `prior`: one entry per tag in both maps that is not an exact anchor",
+       report.beside},
+      {"observations", "Observations of tags", report.map.observations.seen.size()},
+      {"rejected_observations", "Observations rejected as outliers", report.map.rejected.size()},
+      {"noise_px", "Standard deviation of a corner coordinate", report.map.noise_px},
+      {"reprojection_mean_px", "Mean reprojection error of the corners in use",
+       report.map.reprojection_mean_px},
+      {"correlated_pictures", "Successive images that count as one, as corner errors are correlated",
+       report.map.correlated_frames},
+      {"corner_chi2_per_dof",
+       "Chi-square of corners per degree of freedom; 1 if the detector's covariances are consistent",
+       report.corner_chi2_per_dof},
+      {"size_scale", "Size of all tags relative to the given one; 1 without distances",
+       report.map.size_scale},
+      {"size_scale_sigma", "Standard deviation of this scale; 0 if it is not estimated",
+       report.map.size_sigma},
+      {"distances", "With `distance`: one entry per measured distance", report.measured},
+      {"intrinsics", "By parameter of a camera with standard deviations: given, given_sigma, found, sigma",
+       intrinsics_fields(report.map.intrinsics)},
+      {"files", "Files that were written", report.files},
+      {"wall_s", "Duration of the run", report.wall_s},
+      {"warnings", "Warnings about the map, one sentence each", report.warnings}};
 }
 
 std::string to_text(const MapVideoReport& report, const std::string& folder) {
   std::string text =
       fmt::format("{}: {} from {} ({} with a pose)\n", folder, counted(report.file.tags.tags.size(), "tag"),
-                  counted(report.pictures, "picture"), report.trajectory.size());
+                  counted(report.pictures, "image"), report.trajectory.size());
   text += fmt::format(
       "reprojection error {:.2f} px (mean), noise {:.2f} px; {:.1f} successive images count as one\n",
       report.map.reprojection_mean_px, report.map.noise_px, report.map.correlated_frames);
@@ -458,7 +459,7 @@ std::string to_text(const MapVideoReport& report, const std::string& folder) {
     text += fmt::format("{} to {}: {:.4f} m in the map, measured {:.4f} m, {:+.1f} sigma\n",
                         to_string(d.given.a), to_string(d.given.b), d.found_m, d.given.measured_m,
                         (d.found_m - d.given.measured_m) / d.given.sigma_m);
-  text += "  tag                   x m      y m      z m   sigma x  sigma y  sigma z m  pictures\n";
+  text += "  tag                   x m      y m      z m   sigma x  sigma y  sigma z m    images\n";
   for (const auto& [id, tag] : report.file.tags.tags) {
     const Eigen::Vector3d& p = tag.map_T_tag.translation();
     const Eigen::Vector3d s = position_sigma_m(tag);

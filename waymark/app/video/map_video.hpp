@@ -20,47 +20,49 @@
 /// `waymark map video`: tags in six degrees of freedom from the video of a hand-held camera.
 namespace waymark {
 
-/// A distance between the centres of two tags, measured with this standard deviation.
+/// A measured distance between the centres of two tags.
 struct MeasuredDistance {
   TagId a{}, b{};
   double measured_m = 0, sigma_m = 0.005;
 };
 
-/// "3,7,2.41" (ids, metres), or "3,7,2.41,0.002" with a standard deviation.
+/// Parses "3,7,2.41" (ids, metres), or "3,7,2.41,0.002" with a standard deviation. Errors name the field
+/// `distance`.
 [[nodiscard]] Result<MeasuredDistance> parse_distance(const std::string& text);
 
 struct MapVideoJob {
-  static constexpr double kFlat_m = 0.005;  ///< how flat a floor, a wall is (standard deviation)
+  static constexpr double kFlat_m = 0.005;  ///< flatness of floors and walls (standard deviation)
   static constexpr double kUsualLevelSigma_deg = 1;
   static constexpr double kUsualPriorSigma_deg = 2;
 
   std::vector<std::string> videos{};  ///< of one camera and one place; or recordings of a camera alone
   std::optional<CameraModel> camera{};
-  /// Standard deviations of the intrinsics (intrinsics_of) in its calibration: they are adjusted within
-  /// these, which are part of every covariance. Empty: exact.
+  /// Standard deviations of the calibrated intrinsics, in the order of intrinsics_of(). The intrinsics are
+  /// adjusted within them, and they become part of every covariance. Empty: exact.
   Eigen::VectorXd intrinsics_sigma{};
-  double readout_s = 0;  ///< of a rolling shutter, first row to last, negative from the bottom; 0: global
+  double readout_s = 0;  ///< of a rolling shutter, first row to last; negative from the bottom; 0: global
   TagSizes sizes{};
-  /// Standard deviation of the default size, the same relative error for all tags: they come from one
+  /// Standard deviation of the default size. All tags have the same relative error, as they come from one
   /// printer.
   double tag_size_sigma_m = 0.0005;
-  /// Unless given: where prior_sigma_m or prior_sigma_deg is, all seen tags of `prior`; else the tag that is
-  /// observed most, among those of `prior` if there is one. Several have their poses in `prior`.
+  /// Unless given: all observed tags of `prior` if prior_sigma_m or prior_sigma_deg is set; else the tag with
+  /// the most observations, of those in `prior` if any. Several anchors need poses in `prior`.
   std::vector<TagId> anchors{};
-  std::optional<SE3> map_T_anchor{};  ///< of one anchor; unless given: as `prior` has it, else upright at the
-                                      ///< origin
-  TagMap prior{};                     ///< with which the map is compared; empty: none
-  std::optional<FieldSize> field{};   ///< that the layouts state; unless given: the box of the tags
-  /// Standard deviations of positions and orientations in `prior`, besides its own covariances. Neither
-  /// given: exact; only places: directions within kUsualPriorSigma_deg.
+  /// Pose of a single anchor; unless given: that in `prior`, else upright at the origin.
+  std::optional<SE3> map_T_anchor{};
+  TagMap prior{};                    ///< older map, compared with the new one; empty: none
+  std::optional<FieldSize> field{};  ///< for the layouts; unless given: the bounding box of the tags
+  /// Standard deviations of positions and orientations in `prior`, in addition to its own covariances. If
+  /// neither is given, `prior` is exact; if only that of positions is, orientations have
+  /// kUsualPriorSigma_deg.
   std::optional<double> prior_sigma_m{}, prior_sigma_deg{};
   std::vector<MeasuredDistance> distances{};
   std::vector<TagId> upright{};              ///< upright on a vertical wall
   std::vector<TagId> floor{};                ///< lie on the floor, z = 0
-  std::vector<std::vector<TagId>> planes{};  ///< each: tags in one plane, wherever it is
-  /// Standard deviation of the directions of all these; unless given: kUsualLevelSigma_deg.
+  std::vector<std::vector<TagId>> planes{};  ///< each entry: tags in one plane of unknown pose
+  /// Standard deviation of the orientations of these tags; unless given: kUsualLevelSigma_deg.
   std::optional<double> level_sigma_deg{};
-  std::filesystem::path folder{};  ///< of what is written
+  std::filesystem::path folder{};  ///< for the output
   SearchOptions search{};
 
   template <class Self, class Visitor>
@@ -74,24 +76,24 @@ struct MapVideoJob {
     visit(self.folder, JobField("output FOLDER", "Folder for map and trajectory").required());
     visit(self.tag_size_sigma_m,
           JobField("tag_size_sigma_m NUMBER",
-                   "Standard deviation of the size of the tags, the same error for all "
-                   "of them [m]; it becomes part of the map's covariance",
+                   "Standard deviation of the tag size, an error common to all tags [m]; it becomes part of "
+                   "the map's covariance",
                    0.0, 1.0)
               .less());
     visit(self.prior_sigma_m,
           JobField("prior_sigma_m NUMBER",
-                   "Standard deviation of the tag positions of the older map, which then all "
-                   "define the map frame [m]",
+                   "Standard deviation of the tag positions of the older map, all of which then define the "
+                   "map frame [m]",
                    1e-6, 10.0)
               .less());
     visit(self.prior_sigma_deg, JobField("prior_sigma_deg NUMBER",
                                          "Standard deviation of the tag orientations of the older map, "
-                                         "in degrees. Unless given, if that of the positions is: 2",
+                                         "in degrees. Unless given, if that of the positions is given: 2",
                                          1e-4, 180.0)
                                     .less());
     visit(self.level_sigma_deg,
           JobField("level_sigma_deg NUMBER",
-                   "Standard deviation of the orientations of tags that are upright, on the floor or on one "
+                   "Standard deviation of the orientations of tags that are upright, on the floor or in one "
                    "plane, in degrees",
                    1e-3, 45.0)
               .usually("1")
@@ -99,7 +101,7 @@ struct MapVideoJob {
   }
 };
 
-/// Reads the older map of the place, of any form, and the field that its layout states.
+/// Reads the older map of the place, in any format, and the field size of a layout.
 [[nodiscard]] Status read_prior_map(const std::string& file, MapVideoJob& job);
 /// Fails if fields contradict each other or lack their prerequisites; map_video() and map_views() check
 /// this as well.
@@ -108,8 +110,8 @@ struct MapVideoJob {
 /// Deviation of a tag from its pose in the prior map.
 struct TagBesidePrior {
   TagId tag{};
-  Eigen::Vector3d off_m = Eigen::Vector3d::Zero();    ///< found minus prior, in the map
-  Eigen::Vector3d sigma_m = Eigen::Vector3d::Zero();  ///< of what was found
+  Eigen::Vector3d off_m = Eigen::Vector3d::Zero();    ///< estimate minus prior, in the map frame
+  Eigen::Vector3d sigma_m = Eigen::Vector3d::Zero();  ///< of the estimate
   double turned_rad = 0;
 };
 
@@ -121,35 +123,34 @@ struct MeasuredResidual {
 
 struct MapVideoReport {
   SceneMap map{};
-  MapFile file{};           ///< as it is written
+  MapFile file{};           ///< content of map.yaml
   Trajectory trajectory{};  ///< map_T_camera
   std::size_t pictures = 0;
-  /// Mean of the squared errors of corners over what the detector's own covariances foretell, of pictures
-  /// with several tags and by degree of freedom: 1 when those covariances are true.
+  /// Chi-square of the corner residuals per degree of freedom, with the detector's covariances, over images
+  /// with several tags; 1 if these covariances are consistent.
   double corner_chi2_per_dof = 0;
-  std::vector<MeasuredResidual> measured{};  ///< of the distances
+  std::vector<MeasuredResidual> measured{};  ///< one per distance
   std::vector<TagBesidePrior> beside{};
   std::vector<std::string> warnings{};
   std::vector<std::string> files{};
   double wall_s = 0;
 };
 
-/// Finds the tags of every picture, adjusts all of them together, and writes map.yaml, layout.json (WPILib),
-/// layout.fmap (Limelight), poses.yaml (TagSLAM), trajectory.txt and summary.json into the folder: all, or
-/// nothing.
+/// Detects the tags in every image, adjusts all observations together, and writes map.yaml, layout.json
+/// (WPILib), layout.fmap (Limelight), poses.yaml (TagSLAM), trajectory.txt and summary.json into the folder:
+/// all of them or none. Families without an FMAP format have no layout.fmap.
 [[nodiscard]] Result<MapVideoReport> map_video(const MapVideoJob& job, const TagFinder& finder,
                                                const JobControl& control);
-/// The same for given detections, of one camera and one view per frame; reads no video and writes
-/// nothing.
+/// Maps given detections of one camera, with one view per frame. Reads no video and writes nothing.
 [[nodiscard]] Result<MapVideoReport> map_views(const MapVideoJob& job, std::vector<SceneFrame> frames,
                                                const JobControl& control);
-/// Standard deviations of a tag's centre along the axes of the map; zero where they are not known.
+/// Standard deviations of a tag's centre along the axes of the map; zero if unknown.
 [[nodiscard]] Eigen::Vector3d position_sigma_m(const MappedTag& tag);
 /// The content of `--json` and summary.json.
 [[nodiscard]] ReportFields fields(const MapVideoReport& report);
 [[nodiscard]] ReportFields fields(const TagBesidePrior& tag);
 [[nodiscard]] ReportFields fields(const MeasuredResidual& distance);
-/// The output of the verb `map` for a map in this folder.
+/// The printed report of a map in this folder.
 [[nodiscard]] std::string to_text(const MapVideoReport& report, const std::string& folder);
 
 }  // namespace waymark

@@ -13,7 +13,7 @@
 namespace waymark::cli {
 namespace {
 
-/// The flags of `waymark map video`. Must stay where it is while the command line is parsed.
+/// The flags of `waymark map video`. Must not be moved while the command line is parsed.
 struct MapVideoArgs {
   explicit MapVideoArgs(CLI::App& verb);
 
@@ -44,39 +44,40 @@ MapVideoArgs::MapVideoArgs(CLI::App& verb)
   add_fields(verb, job);
   add_option(verb, "--camera FILE", camera.file,
              "Calibration of the camera (calibration.yaml, ROS camera_info, kalibr YAML or JSON of "
-             "PhotonVision), required; standard deviations of a calibration.yaml become part of the map's");
+             "PhotonVision), required; standard deviations of a calibration.yaml become part of the map's "
+             "covariance");
   CameraDescription::fields(camera,
                             [&](auto& value, const JobField& field) { add_field(verb, value, field); });
   add_option(verb, "--readout-ms NUMBER", camera.readout_ms,
-             "Time from the first row to the last of the camera's rolling shutter, in milliseconds; negative "
-             "if rows are read from the bottom. Unless given: that of a calibration.yaml, else 0",
+             "Readout time of the rolling shutter, first row to last, in milliseconds; negative if rows are "
+             "read from the bottom. Unless given: that of a calibration.yaml, else 0",
              between(-200.0, 200.0));
   add_option(verb, "--tag-size-m SIZE", tag_sizes,
              "Side of the black square of the tags [m], required; ID=SIZE for a tag of another size "
              "(repeatable)")
       ->allow_extra_args(false);
   add_option(verb, "--anchor TAGS", anchor,
-             "Anchor tag, which sets the origin of the map, for example tag36h11:0; with --prior several "
+             "Anchor tag, which defines the map frame, for example tag36h11:0; with --prior also several "
              "(3,7,9). Unless given: the tag with most observations");
   add_option(verb, "--anchor-pose X Y Z ROLL PITCH YAW", anchor_pose,
              "Pose of the anchor in the map: x y z [m] and roll pitch yaw [deg] of the tag frame (x "
              "right, y down, z into the tag). Unless given: from --prior, else the map origin is its "
-             "centre, map z points up, map x into the tag",
+             "centre, map z points up and map x into the tag",
              exactly(6));
   add_option(
       verb, "--prior FILE", prior,
-      "Older map of the place (map.yaml, or any that `waymark localize --map` takes), which defines the "
-      "anchor pose and with which the new map is compared");
+      "Older map of the place (map.yaml, or any format of `waymark localize --map`), which defines the "
+      "anchor pose and is compared with the new map");
   add_option(verb, "--distance TAG,TAG,METRES", distances,
-             "A measured distance between the centres of two tags, which gives the scale: ids, metres and, "
-             "unless it is 0.005 m, its standard deviation, such as 3,7,2.41 or 3,7,2.41,0.002. May be "
-             "repeated");
+             "Measured distance between the centres of two tags, which sets the scale: ids, metres and "
+             "optionally its standard deviation (else 0.005 m), such as 3,7,2.41 or 3,7,2.41,0.002 "
+             "(repeatable)");
   add_option(verb, "--upright TAGS", upright,
-             "Tags that hang upright on vertical walls, such as 3,7: they level the map", kByCommas);
-  add_option(verb, "--floor TAGS", floor, "Tags that lie on the floor: they level the map, and z is 0 there",
+             "Tags that hang upright on vertical walls, such as 3,7; they level the map", kByCommas);
+  add_option(verb, "--floor TAGS", floor, "Tags that lie on the floor; they level the map and define z = 0",
              kByCommas);
   add_option(verb, "--plane TAGS", planes,
-             "Tags that are on one plane, such as one wall, wherever it is: 3,4,7. May be repeated");
+             "Tags in one plane of unknown pose, such as one wall: 3,4,7 (repeatable)");
   add_flag(verb, "--json", json, "Print one JSON object instead of text");
 }
 
@@ -146,13 +147,13 @@ Verb map_video_verb() {
       .name = "video",
       .sentence = "Make a tag map from the video of a hand-held camera",
       .help =
-          R"(Maps a video (mp4, mkv, webm, avi), or the recording of a camera alone, without robot, odometry and floor, in six
-degrees of freedom; --camera and --tag-size-m are required. Each tag must share an image with a tag linked to the anchor.
+          R"(Maps a video (mp4, mkv, webm, avi), or the recording of a camera alone, in six degrees of freedom, without robot,
+odometry or floor. --camera and --tag-size-m are required. Each tag must share an image with a tag linked to the anchor.
 It writes map.yaml, layout.json (WPILib, PhotonVision), layout.fmap (Limelight), poses.yaml (TagSLAM), trajectory.txt
 (of the camera) and summary.json. With --prior that map defines the anchor pose, and all tags are compared with it;
 with --prior-sigma-m all its tags define the map frame. Scale: --tag-size-m, or measured distances (--distance); level:
 the anchor, or tags known to hang upright or to lie on the floor (--upright, --floor). See docs/howto/video.md.
-A recording with odometry is a robot's lap: `waymark map lap` maps it, and makes a route as well.
+A recording with odometry is a robot's lap: `waymark map lap` maps it and makes a route as well.
 
 Exit code: 0 map written (possibly with warnings), 1 no map could be made or written, 2 wrong usage, 130 Ctrl-C.
 

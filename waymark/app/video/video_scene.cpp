@@ -12,34 +12,35 @@ namespace waymark::internal {
 namespace {
 
 constexpr double kExact = 1e-6;  // [m, rad]
-constexpr double kOpen_m = 10;   // determined by other measurements
+constexpr double kOpen_m = 10;   // if other measurements determine the pose
 constexpr double kOpen_rad = 0.25;
 
-Status must_be_seen(const TagId& tag, const char* field, const std::map<TagId, int>& count) {
+Status require_observed(const TagId& tag, const char* field, const std::map<TagId, int>& count) {
   if (count.contains(tag)) return {};
-  return fail(ErrorCode::NotFound, to_string(tag) + " was not seen", {.key = field},
+  return fail(ErrorCode::NotFound, to_string(tag) + " was not observed", {.key = field},
               "`waymark detect` lists the tags of a video.");
 }
 
-/// Standard deviations of a tag that is held: across the map's z axis, along it, and turns about either.
-struct Hold {
+/// Standard deviations of a pose prior: position across and along the map's z axis, and rotation about
+/// horizontal axes and about z.
+struct PriorSigmas {
   double level_m = kExact, height_m = kExact;
   double tilt_rad = kExact, yaw_rad = kExact;
 };
 
-ScenePrior held(const SE3& map_T_tag, const Hold& hold) {
+ScenePrior pose_prior(const SE3& map_T_tag, const PriorSigmas& sigmas) {
   const Eigen::Vector3d up = map_T_tag.rotation().inverse() * Eigen::Vector3d::UnitZ();
   const Eigen::Matrix3d along = up * up.transpose();
   const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - along;
   ScenePrior prior{.mean = map_T_tag};
   prior.sqrt_information.setZero();
-  prior.sqrt_information.topLeftCorner<3, 3>() = across / hold.level_m + along / hold.height_m;
-  prior.sqrt_information.bottomRightCorner<3, 3>() = across / hold.tilt_rad + along / hold.yaw_rad;
+  prior.sqrt_information.topLeftCorner<3, 3>() = across / sigmas.level_m + along / sigmas.height_m;
+  prior.sqrt_information.bottomRightCorner<3, 3>() = across / sigmas.tilt_rad + along / sigmas.yaw_rad;
   return prior;
 }
 
-/// As an older map has the tag, with its covariance there and the one asked for.
-ScenePrior as_mapped(const MapVideoJob& job, const MappedTag& tag) {
+/// Prior of a tag in an older map: its pose there, with its covariance there plus the given deviations.
+ScenePrior prior_of_mapped_tag(const MapVideoJob& job, const MappedTag& tag) {
   Matrix6 P = Matrix6::Zero();
   if (tag.covariance) {
     const Matrix6 Ad = tag.map_T_tag.inverse().adjoint();
@@ -52,15 +53,16 @@ ScenePrior as_mapped(const MapVideoJob& job, const MappedTag& tag) {
   return {.mean = tag.map_T_tag, .sqrt_information = whitening_of(P)};
 }
 
-/// Level, height or both come from tags declared upright or on the floor.
-Hold single_hold(const MapVideoJob& job) {
-  Hold hold;
-  if (!job.upright.empty() || !job.floor.empty()) hold.tilt_rad = kOpen_rad;
-  if (!job.floor.empty()) hold.height_m = kOpen_m;
-  return hold;
+/// Prior of a single anchor: exact, except for the tilt or height that upright and floor tags determine.
+PriorSigmas single_anchor_sigmas(const MapVideoJob& job) {
+  PriorSigmas sigmas;
+  if (!job.upright.empty() || !job.floor.empty()) sigmas.tilt_rad = kOpen_rad;
+  if (!job.floor.empty()) sigmas.height_m = kOpen_m;
+  return sigmas;
 }
 
-TagId seen_most(const MapVideoJob& job, const std::map<TagId, int>& count) {
+/// The tag with the most observations, of those in the prior map if any.
+TagId most_observed(const MapVideoJob& job, const std::map<TagId, int>& count) {
   TagId tag;
   int most = 0;
   for (const bool known : {true, false}) {
@@ -74,16 +76,16 @@ TagId seen_most(const MapVideoJob& job, const std::map<TagId, int>& count) {
   return tag;
 }
 
-Result<VideoAnchors> several(const MapVideoJob& job, const std::vector<TagId>& tags,
-                             const std::map<TagId, int>& count) {
+Result<VideoAnchors> several_anchors(const MapVideoJob& job, const std::vector<TagId>& tags,
+                                     const std::map<TagId, int>& count) {
   VideoAnchors anchors;
   int most = 0;
   for (const TagId& tag : tags) {
     const MappedTag* known = job.prior.find(tag);
     if (known == nullptr)
-      return fail(ErrorCode::NotFound, "no known pose of " + to_string(tag), {.key = "anchor"},
-                  "Of several anchors the places are those of `prior`.");
-    anchors.tags[tag] = as_mapped(job, *known);
+      return fail(ErrorCode::NotFound, "the pose of " + to_string(tag) + " is unknown", {.key = "anchor"},
+                  "Several anchors need poses in the map of `prior`.");
+    anchors.tags[tag] = prior_of_mapped_tag(job, *known);
     if (!job.prior_sigma_m && !job.prior_sigma_deg && !known->covariance) anchors.exact.insert(tag);
     if (count.at(tag) > most) anchors.first = tag;
     most = std::max(most, count.at(tag));
@@ -93,21 +95,21 @@ Result<VideoAnchors> several(const MapVideoJob& job, const std::vector<TagId>& t
 
 Status add_measurements(const MapVideoJob& job, const std::map<TagId, int>& count, TagScene& scene) {
   const double level_rad = to_radians(job.level_sigma_deg.value_or(MapVideoJob::kUsualLevelSigma_deg));
-  const auto direct = [&](const std::vector<TagId>& tags, const char* field,
-                          const Eigen::Vector3d& axis) -> Status {
+  const auto add_directions = [&](const std::vector<TagId>& tags, const char* field,
+                                  const Eigen::Vector3d& axis) -> Status {
     for (const TagId& tag : tags) {
-      if (Status seen = must_be_seen(tag, field, count); !seen) return seen;
+      if (Status seen = require_observed(tag, field, count); !seen) return seen;
       scene.directions.push_back({tag.number, {axis, Eigen::Vector3d::UnitZ(), level_rad}});
     }
     return {};
   };
-  if (Status seen = direct(job.upright, "upright", Eigen::Vector3d::UnitY()); !seen) return seen;
-  if (Status seen = direct(job.floor, "floor", Eigen::Vector3d::UnitZ()); !seen) return seen;
+  if (Status seen = add_directions(job.upright, "upright", Eigen::Vector3d::UnitY()); !seen) return seen;
+  if (Status seen = add_directions(job.floor, "floor", Eigen::Vector3d::UnitZ()); !seen) return seen;
   for (const TagId& tag : job.floor)
     scene.coordinates.push_back({.tag = tag.number, .sigma_m = MapVideoJob::kFlat_m});
   for (const MeasuredDistance& d : job.distances) {
     for (const TagId& tag : {d.a, d.b})
-      if (Status seen = must_be_seen(tag, "distance", count); !seen) return seen;
+      if (Status seen = require_observed(tag, "distance", count); !seen) return seen;
     scene.distances.push_back({.tag_a = d.a.number,
                                .tag_b = d.b.number,
                                .corner_a = -1,
@@ -118,7 +120,7 @@ Status add_measurements(const MapVideoJob& job, const std::map<TagId, int>& coun
   for (const std::vector<TagId>& tags : job.planes) {
     ScenePlane plane{.sigma_m = MapVideoJob::kFlat_m, .sigma_rad = level_rad};
     for (const TagId& tag : tags) {
-      if (Status seen = must_be_seen(tag, "plane", count); !seen) return seen;
+      if (Status seen = require_observed(tag, "plane", count); !seen) return seen;
       plane.tags.push_back(tag.number);
     }
     scene.planes.push_back(std::move(plane));
@@ -130,38 +132,38 @@ Status add_measurements(const MapVideoJob& job, const std::map<TagId, int>& coun
 
 Result<VideoAnchors> video_anchors(const MapVideoJob& job, const std::map<TagId, int>& count) {
   for (const TagId& tag : job.anchors)
-    if (Status seen = must_be_seen(tag, "anchor", count); !seen) return tl::unexpected(seen.error());
+    if (Status seen = require_observed(tag, "anchor", count); !seen) return tl::unexpected(seen.error());
   std::vector<TagId> tags = job.anchors;
   if (tags.empty() && (job.prior_sigma_m || job.prior_sigma_deg)) {
     for (const auto& [tag, seen] : count)
       if (job.prior.find(tag) != nullptr) tags.push_back(tag);
     if (tags.empty())
-      return fail(ErrorCode::NotFound, "no tag of the older map was seen", {.key = "prior"},
+      return fail(ErrorCode::NotFound, "no tag of the older map was observed", {.key = "prior"},
                   "`waymark detect` lists the tags of a video.");
   }
   if (tags.size() > 1 || (!tags.empty() && (job.prior_sigma_m || job.prior_sigma_deg)))
-    return several(job, tags, count);
-  VideoAnchors anchors{.first = tags.empty() ? seen_most(job, count) : tags.front()};
+    return several_anchors(job, tags, count);
+  VideoAnchors anchors{.first = tags.empty() ? most_observed(job, count) : tags.front()};
   const MappedTag* known = job.prior.find(anchors.first);
   anchors.assumed = !job.map_T_anchor && known == nullptr;
-  const SE3 place = job.map_T_anchor   ? *job.map_T_anchor
-                    : known != nullptr ? known->map_T_tag
-                                       : anchor_at_origin();
-  const Hold hold = single_hold(job);
-  anchors.tags[anchors.first] = held(place, hold);
-  if (hold.tilt_rad == kExact) anchors.exact.insert(anchors.first);
+  const SE3 map_T_tag = job.map_T_anchor   ? *job.map_T_anchor
+                        : known != nullptr ? known->map_T_tag
+                                           : anchor_at_origin();
+  const PriorSigmas sigmas = single_anchor_sigmas(job);
+  anchors.tags[anchors.first] = pose_prior(map_T_tag, sigmas);
+  if (sigmas.tilt_rad == kExact) anchors.exact.insert(anchors.first);
   return anchors;
 }
 
 Result<TagScene> video_scene(const MapVideoJob& job, const std::map<TagId, int>& count,
                              const VideoAnchors& anchors) {
   TagScene scene;
-  scene.bodies.push_back({.name = "map", .map_T_body = held(SE3(), {})});
+  scene.bodies.push_back({.name = "map", .map_T_body = pose_prior(SE3(), {})});
   scene.bodies.push_back({.name = "hand", .is_static = false});
   scene.cameras.push_back({.name = "camera",
                            .model = *job.camera,
                            .body = kHand,
-                           .body_T_cam = held(SE3(), {}),
+                           .body_T_cam = pose_prior(SE3(), {}),
                            .readout_s = job.readout_s,
                            .intrinsics_sigma = job.intrinsics_sigma});
   for (const auto& [tag, seen] : count) {

@@ -1,4 +1,4 @@
-// What is known of the place of a video beforehand: which tags hold the map, and what measurements add.
+// Prior knowledge in the scene of a video: anchors and measurements.
 #include "waymark/app/video/video_scene.hpp"
 
 #include <gmock/gmock.h>
@@ -26,7 +26,7 @@ MapVideoJob job() {
 
 const std::map<TagId, int> kSeen = {{tag(3), 10}, {tag(5), 40}, {tag(8), 20}};
 
-/// A map of a tag that is not exactly known.
+/// A map with these tags, at x = id and z = 1 m.
 TagMap prior_with(std::initializer_list<int> numbers) {
   TagMap map;
   for (const int number : numbers)
@@ -36,7 +36,7 @@ TagMap prior_with(std::initializer_list<int> numbers) {
 
 double sigma_of(const ScenePrior& prior, int k) { return std::sqrt(prior.covariance()(k, k)); }
 
-TEST(VideoAnchors, TheTagThatIsSeenMostStandsUprightAtTheOrigin) {
+TEST(VideoAnchors, AssumesTheMostObservedTagUprightAtTheOrigin) {
   const auto anchors = video_anchors(job(), kSeen);
   ASSERT_TRUE(anchors) << to_string(anchors.error());
   EXPECT_EQ(anchors->first, tag(5));
@@ -46,7 +46,7 @@ TEST(VideoAnchors, TheTagThatIsSeenMostStandsUprightAtTheOrigin) {
   EXPECT_TRUE(anchors->exact.contains(tag(5)));
 }
 
-TEST(VideoAnchors, ATagOfAnOlderMapGoesBeforeOneThatIsSeenMore) {
+TEST(VideoAnchors, PrefersATagOfAnOlderMap) {
   MapVideoJob known = job();
   known.prior = prior_with({3, 8});
   const auto anchors = video_anchors(known, kSeen);
@@ -55,10 +55,11 @@ TEST(VideoAnchors, ATagOfAnOlderMapGoesBeforeOneThatIsSeenMore) {
   EXPECT_FALSE(anchors->assumed);
   EXPECT_EQ(anchors->tags.at(tag(8)).mean.translation().x(), 8);
   known.map_T_anchor = SE3({}, {0, 0, 2});
-  EXPECT_EQ(video_anchors(known, kSeen)->tags.at(tag(8)).mean.translation().z(), 2) << "what is said counts";
+  EXPECT_EQ(video_anchors(known, kSeen)->tags.at(tag(8)).mean.translation().z(), 2)
+      << "the given pose overrides the map";
 }
 
-TEST(VideoAnchors, UprightAndFloorTagsFreeWhatTheyTell) {
+TEST(VideoAnchors, UprightAndFloorTagsFreeTiltAndHeightOfTheAnchor) {
   MapVideoJob measured = job();
   measured.anchors = {tag(5)};
   measured.upright = {tag(3)};
@@ -67,27 +68,27 @@ TEST(VideoAnchors, UprightAndFloorTagsFreeWhatTheyTell) {
   const ScenePrior& upright = level->tags.at(tag(5));
   const Eigen::Vector3d up = upright.mean.rotation().inverse() * Eigen::Vector3d::UnitZ();
   const Matrix6 W = upright.sqrt_information;
-  EXPECT_NEAR((W.bottomRightCorner<3, 3>() * up).norm(), 1e6, 1) << "its heading is held";
-  EXPECT_NEAR((W.bottomRightCorner<3, 3>() * up.unitOrthogonal()).norm(), 4, 1e-6) << "its lean is found";
-  EXPECT_NEAR((W.topLeftCorner<3, 3>() * up).norm(), 1e6, 1) << "and so is its height";
+  EXPECT_NEAR((W.bottomRightCorner<3, 3>() * up).norm(), 1e6, 1) << "yaw is fixed";
+  EXPECT_NEAR((W.bottomRightCorner<3, 3>() * up.unitOrthogonal()).norm(), 4, 1e-6) << "tilt is estimated";
+  EXPECT_NEAR((W.topLeftCorner<3, 3>() * up).norm(), 1e6, 1) << "height is fixed";
   EXPECT_THAT(level->exact, IsEmpty());
   measured.upright = {};
   measured.floor = {tag(8)};
   const auto floor = video_anchors(measured, kSeen);
   ASSERT_TRUE(floor);
   EXPECT_NEAR((floor->tags.at(tag(5)).sqrt_information.topLeftCorner<3, 3>() * up).norm(), 0.1, 1e-9)
-      << "the floor tells its height";
+      << "the floor tag determines the height";
 }
 
-TEST(VideoAnchors, SeveralStandWhereTheOlderMapHasThemWithinWhatIsSaid) {
+TEST(VideoAnchors, SeveralHaveThePosesAndDeviationsOfTheOlderMap) {
   MapVideoJob several = job();
   several.prior = prior_with({3, 8, 99});
   several.prior_sigma_m = 0.01;
   several.prior_sigma_deg = to_degrees(0.02);
   const auto anchors = video_anchors(several, kSeen);
   ASSERT_TRUE(anchors);
-  ASSERT_EQ(anchors->tags.size(), 2U) << "99 was not seen";
-  EXPECT_EQ(anchors->first, tag(8)) << "seen more often than 3";
+  ASSERT_EQ(anchors->tags.size(), 2U) << "99 was not observed";
+  EXPECT_EQ(anchors->first, tag(8)) << "observed more often than 3";
   EXPECT_THAT(anchors->exact, IsEmpty());
   const ScenePrior& eight = anchors->tags.at(tag(8));
   const Matrix6 P = (eight.sqrt_information.transpose() * eight.sqrt_information).inverse();
@@ -96,24 +97,25 @@ TEST(VideoAnchors, SeveralStandWhereTheOlderMapHasThemWithinWhatIsSaid) {
     EXPECT_NEAR(std::sqrt(P(k + 3, k + 3)), 0.02, 1e-6);
   }
   several.prior.tags.at(tag(8)).covariance = Matrix6(0.04 * 0.04 * Matrix6::Identity());
-  EXPECT_GT(sigma_of(video_anchors(several, kSeen)->tags.at(tag(8)), 1), 0.04) << "beside its own covariance";
+  EXPECT_GT(sigma_of(video_anchors(several, kSeen)->tags.at(tag(8)), 1), 0.04)
+      << "in addition to its own covariance";
   MapVideoJob exact = job();
   exact.prior = prior_with({3, 8});
   exact.anchors = {tag(3), tag(8)};
   EXPECT_EQ(video_anchors(exact, kSeen)->exact.size(), 2U);
 }
 
-TEST(VideoAnchors, WhatWasNotSeenOrStandsNowhereIsAnErrorWithItsField) {
+TEST(VideoAnchors, RejectsTagsThatAreUnobservedOrWithoutPose) {
   MapVideoJob wrong = job();
   wrong.anchors = {tag(77)};
   const auto unseen = video_anchors(wrong, kSeen);
   ASSERT_FALSE(unseen);
   EXPECT_EQ(unseen.error().place.key, "anchor");
-  EXPECT_THAT(to_string(unseen.error()), HasSubstr("tag36h11:77 was not seen"));
+  EXPECT_THAT(unseen.error().message, HasSubstr("tag36h11:77"));
   wrong.anchors = {tag(3), tag(5)};
-  const auto nowhere = video_anchors(wrong, kSeen);
-  ASSERT_FALSE(nowhere);
-  EXPECT_THAT(to_string(nowhere.error()), HasSubstr("tag36h11:3"));
+  const auto unknown = video_anchors(wrong, kSeen);
+  ASSERT_FALSE(unknown);
+  EXPECT_THAT(unknown.error().message, HasSubstr("tag36h11:3"));
   wrong.anchors = {};
   wrong.prior = prior_with({99});
   wrong.prior_sigma_m = 0.01;
@@ -122,13 +124,13 @@ TEST(VideoAnchors, WhatWasNotSeenOrStandsNowhereIsAnErrorWithItsField) {
   EXPECT_EQ(none.error().place.key, "prior");
 }
 
-Result<TagScene> scene_of(const MapVideoJob& asked) {
-  const auto anchors = video_anchors(asked, kSeen);
+Result<TagScene> scene_of(const MapVideoJob& wanted) {
+  const auto anchors = video_anchors(wanted, kSeen);
   EXPECT_TRUE(anchors);
-  return video_scene(asked, kSeen, *anchors);
+  return video_scene(wanted, kSeen, *anchors);
 }
 
-TEST(VideoScene, TheHandCarriesTheCameraAndTheWallsTheTags) {
+TEST(VideoScene, CameraIsOnTheMovingBodyAndTagsOnTheStaticOne) {
   MapVideoJob asked = job();
   asked.readout_s = 0.02;
   asked.sizes.size_by_tag_m[tag(3)] = 0.1;
@@ -145,7 +147,7 @@ TEST(VideoScene, TheHandCarriesTheCameraAndTheWallsTheTags) {
     EXPECT_EQ(listed.size_m, listed.id == tag(3) ? 0.1 : 0.165);
 }
 
-TEST(VideoScene, EveryMeasurementIsAFactOfTheScene) {
+TEST(VideoScene, ContainsEveryMeasurement) {
   MapVideoJob asked = job();
   asked.upright = {tag(3)};
   asked.floor = {tag(8)};
@@ -169,7 +171,7 @@ TEST(VideoScene, EveryMeasurementIsAFactOfTheScene) {
   EXPECT_EQ(scene->planes[0].tags, (std::vector<int>{3, 5}));
 }
 
-TEST(VideoScene, ATagThatAMeasurementNamesMustBeSeenAndHaveASize) {
+TEST(VideoScene, RejectsTagsThatAreUnobservedOrWithoutSize) {
   const auto key_of = [](const MapVideoJob& asked) {
     const auto scene = scene_of(asked);
     return scene ? std::string("none") : scene.error().place.key;
@@ -189,7 +191,7 @@ TEST(VideoScene, ATagThatAMeasurementNamesMustBeSeenAndHaveASize) {
   asked = job();
   asked.sizes = {};
   asked.sizes.size_by_tag_m[tag(5)] = 0.1;
-  EXPECT_FALSE(scene_of(asked)) << "3 and 8 have none";
+  EXPECT_FALSE(scene_of(asked)) << "3 and 8 have no size";
 }
 
 }  // namespace
