@@ -14,8 +14,8 @@ namespace waymark {
 
 namespace {
 
-/// Of a world that names none, its first tag.
-void name_anchor(const World& world, ExportWorldReport& report) {
+/// Sets the anchor of the report: that of the world, else its first tag.
+void set_anchor(const World& world, ExportWorldReport& report) {
   const auto& tags = world.tags.tags;
   auto anchor = tags.find(world.anchor);
   if (anchor == tags.end()) anchor = tags.begin();
@@ -32,7 +32,7 @@ Result<ExportWorldReport> export_world(const ExportWorldJob& job) {
   Result<StagedFolder> folder = StagedFolder::open(job.folder);
   if (!folder) return tl::unexpected(folder.error());
   ExportWorldReport report{.notes = sdf.notes, .tags = sdf.textures.size()};
-  name_anchor(job.world, report);
+  set_anchor(job.world, report);
   const std::pair<const char*, std::string> texts[] = {
       {"world.sdf", sdf.world},
       {"robot.yaml", job.robot_yaml},
@@ -54,11 +54,11 @@ Result<ExportWorldReport> export_world(const ExportWorldJob& job) {
 
 std::string to_text(const ExportWorldReport& report, const std::filesystem::path& folder) {
   const std::string text = fmt::format(
-      "{}: a world with {} tags, a robot and its profile\n"
+      "{}: world with {} tags, robot and Gazebo profile\n"
       "Start Gazebo Fortress with it: ign gazebo -r {}\n",
       folder.string(), report.tags, shell_word((folder / "world.sdf").string()));
   if (report.anchor.empty())
-    return text + "Drive in it:                   not possible: the world has no tag as anchor\n";
+    return text + "Drive in it:                   not possible: the world has no tag to use as anchor\n";
   return text + fmt::format(
                     "Drive in it:                   waymark teach --robot gazebo:{} --driver keyboard "
                     "--anchor {} --tag-size-m {:g} -o lap.mcap\n",
@@ -67,8 +67,8 @@ std::string to_text(const ExportWorldReport& report, const std::filesystem::path
 
 ReportFields fields(const ExportWorldReport& report) {
   return {{"tags", "Number of tags", report.tags},
-          {"files", "Files that were written, in the folder", report.files},
-          {"notes", "Differences from Gazebo", report.notes}};
+          {"files", "Names of the files in the folder", report.files},
+          {"notes", "Differences between the world and its SDF", report.notes}};
 }
 
 }  // namespace waymark

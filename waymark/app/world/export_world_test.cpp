@@ -26,7 +26,7 @@ ExportWorldReport exported(World world, const std::string& folder) {
   return report.value_or(ExportWorldReport{});
 }
 
-TEST(ExportWorld, SaysHowToTeachInIt) {
+TEST(ExportWorld, PrintsTheTeachCommandWithAnchorAndSize) {
   const World world = read_world(WAYMARK_SHARE "/worlds/circuit24.yaml").value();
   EXPECT_THAT(to_text(exported(world, "named"), "named"), HasSubstr("--anchor tag36h11:0 --tag-size-m 0.16"));
 
@@ -34,7 +34,7 @@ TEST(ExportWorld, SaysHowToTeachInIt) {
   unnamed.anchor = {FamilyId::Tag36h11, 500};
   EXPECT_THAT(to_text(exported(unnamed, "unnamed"), "unnamed"),
               HasSubstr("--anchor tag36h11:0 --tag-size-m 0.16"))
-      << "its first tag";
+      << "the first tag";
 
   World bare = world;
   bare.tags.tags.clear();
@@ -50,7 +50,7 @@ ExportWorldJob export_job(const fs::path& folder) {
           .folder = folder};
 }
 
-TEST(ExportWorld, WritesAWorldItsTagsTheRobotAndItsProfile) {
+TEST(ExportWorld, WritesWorldTagsRobotAndProfile) {
   const fs::path folder = testing::fresh_folder("jobs_export") / "my world";
   const auto report = export_world(export_job(folder));
   ASSERT_TRUE(report) << to_string(report.error());
@@ -59,14 +59,14 @@ TEST(ExportWorld, WritesAWorldItsTagsTheRobotAndItsProfile) {
   EXPECT_NEAR(report->tag_size_m, 0.16, 1e-9);
   EXPECT_EQ(test::names_in(folder).size(), report->files.size());
   for (const std::string& file : report->files) EXPECT_TRUE(fs::exists(folder / file)) << file;
-  EXPECT_TRUE(read_robot(folder / "robot.yaml")) << "as it was given";
+  EXPECT_TRUE(read_robot(folder / "robot.yaml")) << "an unchanged copy";
   const std::string text = to_text(*report, folder);
   EXPECT_THAT(text,
               AllOf(HasSubstr("ign gazebo -r '"), HasSubstr("--tag-size-m 0.16"), HasSubstr("24 tags")));
   EXPECT_EQ(to_json(fields(*report))["files"].size(), report->files.size());
 }
 
-TEST(ExportWorld, AFolderThatHoldsSomethingIsLeftAsItIs) {
+TEST(ExportWorld, RejectsANonEmptyFolder) {
   const fs::path folder = testing::fresh_folder("jobs_export_full");
   std::ofstream(folder / "mine.txt") << "mine";
   const auto report = export_world(export_job(folder));

@@ -31,49 +31,49 @@ namespace {
 
 // Tags in the textures of a scene.
 
-/// A tag that is painted on a visual.
+/// A tag in the texture of a visual.
 struct PaintedTag {
   TagId tag{};
   MappedTag placed{};       ///< pose (frame world) and size
   std::size_t visual = 0;   ///< index in SdfScene::visuals
-  double margin_cells = 0;  ///< white around its total width, to the nearest edge of the picture
-  double error = 0;         ///< largest difference of a side from the mean, as a share of it
+  double margin_cells = 0;  ///< white margin around its total width, to the nearest image edge
+  double error = 0;         ///< relative difference of width and height from their mean
 };
 
 struct PaintedTags {
-  std::vector<PaintedTag> tags{};       ///< in the order of the visuals, faces as triangles_of() has them
-  std::vector<std::string> warnings{};  ///< pictures that cannot be read, tags that are mirrored or stretched
+  std::vector<PaintedTag> tags{};       ///< in the order of the visuals and of triangles_of()
+  std::vector<std::string> warnings{};  ///< unreadable images, mirrored tags
 };
 
-/// Corners of a tag in the texture, and the white around it in cells.
+/// Corners of a tag in the texture, and its white margin in cells.
 struct TextureTag {
   TagId tag{};
   std::array<Eigen::Vector2d, 4> uv{};
   double margin_cells = 0;
 };
 
-/// The picture, enlarged where its cells would be few pixels, in a white frame: a tag may fill the whole of
-/// it.
-struct Framed {
+/// A texture prepared for detection: enlarged, since a cell may have few pixels, and in a white frame, since
+/// a tag may fill the whole image.
+struct FramedImage {
   Image image;
   int enlarged = 1;
   int frame_px = 0;
 };
 
-Framed framed(const Image& picture) {
+FramedImage add_frame(const Image& picture) {
   constexpr int kSide_px = 400;
   const int shorter = std::min(picture.width(), picture.height());
   const int times = std::max(1, (kSide_px + shorter - 1) / shorter);
   const int frame = std::max(picture.width(), picture.height()) * times / 4;
-  Framed made{Image(picture.width() * times + 2 * frame, picture.height() * times + 2 * frame, 255), times,
-              frame};
+  FramedImage made{Image(picture.width() * times + 2 * frame, picture.height() * times + 2 * frame, 255),
+                   times, frame};
   for (int y = 0; y < picture.height() * times; ++y)
     for (int x = 0; x < picture.width() * times; ++x)
       made.image.row(y + frame)[x + frame] = picture.row(y / times)[x / times];
   return made;
 }
 
-double margin_of(const TagDetection& found, const Framed& picture) {
+double margin_of(const TagDetection& found, const FramedImage& picture) {
   const Family& layout = family(found.tag.family);
   const auto side_px = (found.corners_px[1] - found.corners_px[0]).norm();
   double least_px = 1e9;
@@ -90,7 +90,7 @@ double margin_of(const TagDetection& found, const Framed& picture) {
 Result<std::vector<TextureTag>> tags_in(const std::string& file, const TagFinder& finder) {
   const Result<Image> picture = read_image(file);
   if (!picture) return tl::unexpected(picture.error());
-  const Framed large = framed(*picture);
+  const FramedImage large = add_frame(*picture);
   const Result<FoundTags> found = find_tags(large.image, finder, nullptr);
   if (!found) return tl::unexpected(found.error());
   std::vector<TextureTag> tags;
@@ -106,7 +106,7 @@ Result<std::vector<TextureTag>> tags_in(const std::string& file, const TagFinder
   return tags;
 }
 
-/// Pose and size of a tag by its corners TL, TR, BR, BL.
+/// Pose and size of a tag from its corners TL, TR, BR, BL.
 PaintedTag placed(const TextureTag& tag, const PlacedQuad& quad, const SE3& world_T_visual) {
   const auto& p = quad.visual_p;
   const Eigen::Vector3d right = (p[1] - p[0] + p[2] - p[3]) / 2;
@@ -149,9 +149,9 @@ class TextureSearch {
 
   void add(const TextureTag& tag, const PlacedQuad& quad, const SdfVisual& visual, std::size_t index) {
     PaintedTag painted = placed(tag, quad, visual.world_T_visual);
-    constexpr double kSmallest_m = 0.005;
-    constexpr double kSquare = 0.02;
-    if (!(painted.placed.size_m > kSmallest_m) || !(painted.error < kSquare)) return;
+    constexpr double kMinSize_m = 0.005;
+    constexpr double kMaxError = 0.02;
+    if (!(painted.placed.size_m > kMinSize_m) || !(painted.error < kMaxError)) return;
     if (quad.mirrored) {
       found_.warnings.push_back(fmt::format("{}: {} is mirrored", visual.name, to_string(tag.tag)));
       return;
@@ -165,9 +165,9 @@ class TextureSearch {
   std::map<std::string, std::vector<TextureTag>> textures_{};
 };
 
-/// The tags in the textures of a scene, found by the detector in the picture itself, whatever its name, and
-/// placed by how the picture lies on the shape. `families` are looked for. A tag that is no square within 2
-/// %, or smaller than 5 mm, is ignored (the narrow sides of a board). Fails if no family is known.
+/// Tags of `families` in the textures of a scene. The detector finds them in the images, whatever their file
+/// names; the texture coordinates place them on the shape. Tags smaller than 5 mm, or not square within 2 %,
+/// are ignored: they are on the narrow sides of a board. Fails on unknown families.
 Result<PaintedTags> find_painted_tags(const SdfScene& scene, const std::vector<std::string>& families) {
   const auto finder = make_tag_finder({.families = families, .max_hamming = 0});
   if (!finder) return tl::unexpected(finder.error());
@@ -178,17 +178,17 @@ Result<PaintedTags> find_painted_tags(const SdfScene& scene, const std::vector<s
   return found;
 }
 
-// From what a world in SDF shows to a world of ours.
+// Conversion of a scene to a world.
 
 using Vec3 = Eigen::Vector3d;
 
-/// Whether the second is what the first one's board shows on its back.
+/// Thickness of the board [m] if `back` is on the back of the board of `front`.
 std::optional<double> board_between(const MappedTag& front, const MappedTag& back) {
   const SE3 front_T_back = front.map_T_tag.inverse() * back.map_T_tag;
   const Vec3& t = front_T_back.translation();
   const bool opposite = (front_T_back.rotation() * Vec3::UnitZ()).z() < -0.999;
-  constexpr double kThickest_m = 0.1;
-  const bool behind = t.z() > 0 && t.z() < kThickest_m && t.head<2>().norm() < 0.1 * front.size_m;
+  constexpr double kMaxThickness_m = 0.1;
+  const bool behind = t.z() > 0 && t.z() < kMaxThickness_m && t.head<2>().norm() < 0.1 * front.size_m;
   return opposite && behind ? std::optional(t.z()) : std::nullopt;
 }
 
@@ -206,7 +206,8 @@ void take_tags(const std::vector<PaintedTag>& painted, World& world, std::vector
   double margin_cells = 1e9;
   for (const PaintedTag& tag : painted) {
     if (tag.tag.family != family) {
-      warnings.push_back(fmt::format("{} is omitted: a world has tags of one family", to_string(tag.tag)));
+      warnings.push_back(
+          fmt::format("{} is omitted: a world has tags of one family only", to_string(tag.tag)));
       continue;
     }
     MappedTag placed = tag.placed;
@@ -230,7 +231,8 @@ void take_tags(const std::vector<PaintedTag>& painted, World& world, std::vector
                                    boards_m.size(), world.tags.tags.size()));
 }
 
-/// The box with a vertical axis: the shape's own, turned about z; else the one along the axes around it.
+/// The box of a shape: turned about z if one of its axes is vertical, else its bounding box along the axes of
+/// the world. `exact`: the shape is such an upright box itself.
 Occluder upright_box(const SdfVisual& visual, bool& exact) {
   const Eigen::Matrix3d R = visual.world_T_visual.rotation().matrix();
   Occluder box{.centre_m = visual.world_T_visual * visual.visual_t_centre, .reflectance = visual.reflectance};
@@ -249,7 +251,7 @@ Occluder upright_box(const SdfVisual& visual, bool& exact) {
   return box;
 }
 
-/// The board that carries a tag and nothing else.
+/// Whether the visual is a thin board that only carries a tag.
 bool carries_a_tag(const SdfVisual& visual, const World& world) {
   constexpr double kThin_m = 0.05;
   if (visual.size_m.minCoeff() > kThin_m) return false;
@@ -262,7 +264,7 @@ bool carries_a_tag(const SdfVisual& visual, const World& world) {
 
 void take_scenery(const SdfScene& scene, World& world, std::vector<std::string>& warnings) {
   std::set<std::string> moving;
-  int around = 0;
+  int approximated = 0;
   for (const SdfVisual& visual : scene.visuals) {
     if (!visual.fixed) {
       moving.insert(visual.name.substr(0, visual.name.find("::")));
@@ -272,22 +274,22 @@ void take_scenery(const SdfScene& scene, World& world, std::vector<std::string>&
     if (visual.shape == SdfShape::Plane && up.z() > 0.999 && visual.texture.empty())
       world.floor.reflectance = visual.reflectance;
     if (visual.shape == SdfShape::Plane || carries_a_tag(visual, world)) continue;
-    constexpr double kLeast_m = 1e-3;
-    constexpr double kMost_m = 1000;
+    constexpr double kMinSize_m = 1e-3;
+    constexpr double kMaxSize_m = 1000;
     bool exact = false;
     Occluder box = upright_box(visual, exact);
-    if (box.size_m.minCoeff() < kLeast_m || box.size_m.maxCoeff() > kMost_m) {
+    if (box.size_m.minCoeff() < kMinSize_m || box.size_m.maxCoeff() > kMaxSize_m) {
       warnings.push_back(
-          fmt::format("{} is omitted: unknown shape, or size not between 1 mm and 1 km", visual.name));
+          fmt::format("{} is omitted: unknown shape, or size outside 1 mm to 1 km", visual.name));
       continue;
     }
-    if (box.centre_m.z() + box.size_m.z() / 2 < 0.01) continue;  // a part of the floor
-    if (!exact) ++around;
+    if (box.centre_m.z() + box.size_m.z() / 2 < 0.01) continue;  // part of the floor
+    if (!exact) ++approximated;
     world.occluders.push_back(box);
   }
-  if (around > 0)
-    warnings.push_back(
-        fmt::format("{} shapes that are not upright boxes are replaced by their bounding boxes", around));
+  if (approximated > 0)
+    warnings.push_back(fmt::format(
+        "{} shapes that are not upright boxes are replaced by their bounding boxes", approximated));
   for (const std::string& model : moving)
     warnings.push_back(fmt::format("{} is omitted: it is not static", model));
 }
@@ -305,7 +307,7 @@ Result<World> world_of(const SdfScene& scene, const std::vector<std::string>& fa
         fmt::format("no readable tag in any texture ({} of {} visuals have a texture)",
                     std::ranges::count_if(scene.visuals, [](const auto& v) { return !v.texture.empty(); }),
                     scene.visuals.size()),
-        {}, "Set the tag families with `family`, and model folders with `models`.");
+        {}, "Check the tag families (`family`) and the model folders (`models`).");
   World world{.name = scene.name};
   take_tags(painted->tags, world, warnings);
   take_scenery(scene, world, warnings);
@@ -314,26 +316,27 @@ Result<World> world_of(const SdfScene& scene, const std::vector<std::string>& fa
 
 namespace {
 
-/// A metre ahead of a model, or of the origin.
+/// Sets the line to drive: one metre ahead of a model, or of the origin.
 Status short_line(const SdfScene& scene, const std::string& start, ImportWorldReport& report) {
   const auto model = std::ranges::find_if(
       scene.models, [&](const SdfModelPose& m) { return start.empty() ? !m.fixed : m.name == start; });
-  const bool there = model != scene.models.end();
-  if (!start.empty() && !there) {
+  const bool found = model != scene.models.end();
+  if (!start.empty() && !found) {
     std::string names;
     for (const SdfModelPose& known : scene.models) names += (names.empty() ? "" : ", ") + known.name;
     return fail(ErrorCode::NotFound, fmt::format("unknown model '{}'", start), {.key = "start"},
                 fmt::format("Known: {}.", names));
   }
-  const SE3 from = there ? model->world_T_model : SE3();
+  const SE3 from = found ? model->world_T_model : SE3();
   const Eigen::Vector2d begin = from.translation().head<2>();
   const Eigen::Vector2d ahead = (from.rotation() * Eigen::Vector3d::UnitX()).head<2>();
   report.world.path_closed = false;
-  for (const double way_m : {0.0, 0.5, 1.0})
-    report.world.path_m.emplace_back(begin + way_m * ahead.normalized());
-  report.warnings.push_back(fmt::format(
-      "the line to drive is one metre ahead of {}: set `path` for another; `driver=keyboard` needs none",
-      there ? model->name : "the origin"));
+  for (const double distance_m : {0.0, 0.5, 1.0})
+    report.world.path_m.emplace_back(begin + distance_m * ahead.normalized());
+  report.warnings.push_back(
+      fmt::format("the line to drive is one metre ahead of {}; set `path` to choose another "
+                  "(`driver=keyboard` needs no line)",
+                  found ? model->name : "the origin"));
   return {};
 }
 
@@ -346,7 +349,8 @@ Result<ImportWorldReport> import_world(const ImportWorldJob& job, const JobContr
   ImportWorldReport report{.file = job.output.string(), .warnings = scene->warnings};
   auto world = world_of(*scene, job.families, report.warnings);
   if (!world) {
-    for (const std::string& warning : report.warnings) control.note("warning: " + warning);  // why, perhaps
+    for (const std::string& warning : report.warnings)
+      control.note("warning: " + warning);  // may explain the error
     Error error = world.error();
     if (error.place.source.empty()) error.place.source = job.file.string();
     return tl::unexpected(std::move(error));
@@ -379,18 +383,18 @@ std::string to_text(const ImportWorldReport& report) {
   if (world.tag_board_m > 0)
     text += fmt::format("tags on both sides of boards {:.1f} mm thick\n", 1e3 * world.tag_board_m);
   for (const std::string& light : report.lights)
-    text += fmt::format("light {} (ignored: set lighting by `set=camera.…`)\n", light);
+    text += fmt::format("light {} (ignored; set the lighting with `set=camera.…`)\n", light);
   return text + fmt::format("Check it: waymark world check {}\n", shell_word(report.file));
 }
 
 ReportFields fields(const ImportWorldReport& report) {
-  return {{"file", "World that was written", report.file},
+  return {{"file", "World file", report.file},
           {"tags", "Number of tags", report.world.tags.tags.size()},
           {"furniture", "Number of pieces of furniture", report.world.occluders.size()},
           {"two_sided_board_m", "Thickness of the boards with tags on both sides; 0 without such boards",
            report.world.tag_board_m},
-          {"lights", "Lights of the file, which are ignored", report.lights},
-          {"warnings", "What was skipped or simplified", report.warnings}};
+          {"lights", "Lights in the file; ignored", report.lights},
+          {"warnings", "Omissions and simplifications", report.warnings}};
 }
 
 }  // namespace waymark

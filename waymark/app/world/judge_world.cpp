@@ -15,34 +15,34 @@
 namespace waymark {
 namespace {
 
-/// Tags that people print are between these; anything else is a slip of units.
+/// Range of printed tag sizes; other sizes are probably in the wrong unit.
 constexpr double kSmallestTagMetres = 0.01;
 constexpr double kLargestTagMetres = 2;
+constexpr std::size_t kMaxListed = 5;
 
-/// Tags that overlap, the first of them by name.
-std::vector<std::string> overlaps_in_words(const WorldCheck& check) {
-  constexpr std::size_t kMost = 5;
-  std::vector<std::string> words;
+/// One warning per pair of overlapping tags; beyond kMaxListed, only their number.
+std::vector<std::string> overlap_warnings(const WorldCheck& check) {
+  std::vector<std::string> warnings;
   for (const auto& [a, b] : check.overlapping) {
-    if (words.size() == kMost) {
-      words.push_back(fmt::format("{} more pairs of tags overlap", check.overlapping.size() - kMost));
+    if (warnings.size() == kMaxListed) {
+      warnings.push_back(fmt::format("{} more pairs of tags overlap", check.overlapping.size() - kMaxListed));
       break;
     }
-    words.push_back(fmt::format("{} and {} overlap; move one of them", to_string(a), to_string(b)));
+    warnings.push_back(fmt::format("{} and {} overlap; move one of them", to_string(a), to_string(b)));
   }
-  return words;
+  return warnings;
 }
 
-/// What may be meant, but hardly is.
-std::vector<std::string> doubts_about(const World& world, const WorldCheck& check) {
+/// Warnings about probable mistakes.
+std::vector<std::string> warnings_about(const World& world, const WorldCheck& check) {
   for (const auto& [id, tag] : world.tags.tags) {
     const double size = tag.size_m;
     if (size >= kSmallestTagMetres && size <= kLargestTagMetres) continue;
     return {fmt::format("the size of {} is {:g} m: {}", to_string(id), size,
                         size > kLargestTagMetres ? "sizes are in metres, not millimetres"
-                                                 : "too small for any camera; sizes are in metres")};
+                                                 : "too small to detect; sizes are in metres")};
   }
-  return overlaps_in_words(check);
+  return overlap_warnings(check);
 }
 
 Trajectory as_trajectory(const std::vector<SE3>& poses) {
@@ -52,7 +52,7 @@ Trajectory as_trajectory(const std::vector<SE3>& poses) {
   return trajectory;
 }
 
-/// Where the camera looks: its z axis, as a stroke every thirty degrees.
+/// Optical (z) axes of about twelve of the camera poses, as strokes.
 plot::Series view_axes(const std::vector<SE3>& map_T_cam, double length_m, plot::Color color) {
   plot::Series series{.name = "", .color = color};
   for (std::size_t i = 0; i < map_T_cam.size(); i += std::max<std::size_t>(map_T_cam.size() / 12, 1)) {
@@ -65,17 +65,16 @@ plot::Series view_axes(const std::vector<SE3>& map_T_cam, double length_m, plot:
   return series;
 }
 
-/// Tags that hide each other along a part of the line, those that do so longest first.
-std::string hidden_in_words(std::vector<HiddenTag> hidden) {
-  constexpr std::size_t kMost = 5;
+/// The tags that are hidden along the longest parts of the line.
+std::string hidden_to_text(std::vector<HiddenTag> hidden) {
   std::ranges::stable_sort(hidden, std::ranges::greater{}, &HiddenTag::from_m);
-  std::string words;
-  for (std::size_t i = 0; i < std::min(hidden.size(), kMost); ++i)
-    words += fmt::format("hidden                     {} behind {}, from {:.2f} m of the line\n",
-                         to_string(hidden[i].tag), to_string(hidden[i].by), hidden[i].from_m);
-  if (hidden.size() > kMost)
-    words += fmt::format("                           and {} more pairs\n", hidden.size() - kMost);
-  return words;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(hidden.size(), kMaxListed); ++i)
+    text += fmt::format("hidden                     {} behind {}, on {:.2f} m of the line\n",
+                        to_string(hidden[i].tag), to_string(hidden[i].by), hidden[i].from_m);
+  if (hidden.size() > kMaxListed)
+    text += fmt::format("                           and {} more pairs\n", hidden.size() - kMaxListed);
+  return text;
 }
 
 struct HiddenLine {
@@ -85,7 +84,7 @@ struct HiddenLine {
 ReportFields fields(const HiddenLine& line) {
   return {{"tag", "Tag that is hidden", to_string(line.hidden.tag)},
           {"by", "Tag in front of it", to_string(line.hidden.by)},
-          {"from_m", "Length of the part of the line from which it is hidden", line.hidden.from_m}};
+          {"from_m", "Length of the line along which it is hidden", line.hidden.from_m}};
 }
 
 }  // namespace
@@ -98,7 +97,7 @@ Result<WorldVerdict> judge_world(const World& world, const RobotModel& robot, co
                        .robot = robot.name,
                        .tags = world.tags.tags.size(),
                        .check = *check,
-                       .doubts = doubts_about(world, *check)};
+                       .doubts = warnings_about(world, *check)};
   verdict.good = verdict.doubts.empty() && check->min_clearance_m >= kGoodLapClearance_m &&
                  check->two_tags_fraction >= kGoodLapTwoTags;
   return verdict;
@@ -117,16 +116,16 @@ ReportFields fields(const WorldVerdict& verdict) {
           {"lap_m", "Length of the line", c.lap_m},
           {"min_clearance_m", "Smallest distance in space from the hull to a tag; null without tags",
            c.min_clearance_m},
-          {"nearest_tag", "Name of that tag, or no tag", nearest_tag(c)},
+          {"nearest_tag", "Name of that tag, or `no tag`", nearest_tag(c)},
           {"two_tags_fraction", "Fraction of the line from which the camera sees two or more tags",
            c.two_tags_fraction},
-          {"fewest_tags", "Smallest number of tags in view anywhere on the line", c.fewest_tags},
+          {"fewest_tags", "Smallest number of tags in view at any point of the line", c.fewest_tags},
           {"sharpest_left_1_m", "Largest curvature to the left", c.sharpest_left_1_m},
           {"sharpest_right_1_m", "Largest curvature to the right", c.sharpest_right_1_m},
           {"overlapping_tags", "Pairs of tags that overlap", overlapping},
-          {"hidden_tags", "Tags hidden by other tags on a part of the line", hidden},
+          {"hidden_tags", "Tags that other tags hide along a part of the line", hidden},
           {"warnings", "Warnings: invalid tag sizes, overlapping tags", verdict.doubts},
-          {"good", "The world allows a good lap", verdict.good}};
+          {"good", "Whether the world allows a good lap", verdict.good}};
 }
 
 Status write_orbit(const std::string& path, const World& world, const OrbitReport& report) {
@@ -149,40 +148,41 @@ ReportFields fields(const WorldOrbit& report) {
       {"world", "Name of the world", report.world},
       {"steps", "Number of poses on the circle", r.map_T_cam.size()},
       {"radius_m", "Radius of the circle", r.radius_m},
-      {"closure", "Without noise: largest |log| of compositions that should be the identity", r.closure},
-      {"jump_m", "With noise: largest translation of a composed frame in one step, beyond the nominal one",
+      {"closure", "Without noise: largest |log| of transform loops that should be the identity", r.closure},
+      {"jump_m", "With noise: largest translation of a composed frame in one step, less the nominal one",
        r.jump_m},
       {"jump_limit_m", "Six standard deviations of the jump due to noise", r.jump_limit_m},
-      {"jump_deg", "With noise: largest rotation of a composed frame in one step, beyond the nominal one",
+      {"jump_deg", "With noise: largest rotation of a composed frame in one step, less the nominal one",
        r.jump_deg},
       {"jump_limit_deg", "Six standard deviations of the jump due to noise", r.jump_limit_deg},
-      {"smallest_axis_cosine", "With noise: between an axis of a composed frame and the nominal one",
+      {"smallest_axis_cosine",
+       "With noise: smallest cosine between an axis of a composed frame and the nominal axis",
        r.smallest_axis_cosine},
-      {"good", "Compositions close, no frame jumps, no axis is inverted",
+      {"good", "Whether all loops close, no frame jumps and no axis is inverted",
        r.closes() && r.continuous() && r.upright()}};
 }
 
 std::string to_text(const WorldVerdict& verdict, const World& world, const RobotModel& robot) {
   const WorldCheck& c = verdict.check;
   return fmt::format(
-      "{}: {} tags, {} of {:.2f} m, driven by a {} exactly on its line\n"
-      "hull to the nearest tag    {:.3f} m ({} from x {:.2f} m, y {:.2f} m; a good lap: {} m)\n"
-      "two or more tags in view   {:.1f} % of the line (a good lap: {:.0f} %); at least {} everywhere\n"
+      "{}: {} tags, {} of {:.2f} m, driven exactly by the robot {}\n"
+      "hull to the nearest tag    {:.3f} m ({} from x {:.2f} m, y {:.2f} m; required: {} m)\n"
+      "two or more tags in view   {:.1f} % of the line (required: {:.0f} %); never fewer than {}\n"
       "sharpest curves            {:.2f} 1/m to the left, {:.2f} 1/m to the right\n{}",
-      world.name, world.tags.tags.size(), world.path_closed ? "a lap" : "a way", c.lap_m, robot.name,
+      world.name, world.tags.tags.size(), world.path_closed ? "a lap" : "an open line", c.lap_m, robot.name,
       c.min_clearance_m, nearest_tag(c), c.nearest_place_m.x(), c.nearest_place_m.y(), kGoodLapClearance_m,
       100 * c.two_tags_fraction, 100 * kGoodLapTwoTags, c.fewest_tags, c.sharpest_left_1_m,
-      c.sharpest_right_1_m, hidden_in_words(c.hidden));
+      c.sharpest_right_1_m, hidden_to_text(c.hidden));
 }
 
 std::string to_text(const OrbitReport& r, const World& world) {
   const auto verdict = [](bool good) { return good ? "yes" : "NO"; };
   return fmt::format(
-      "{}: {} steps on a circle of {:.2f} m about {} tags\n"
-      "without noise  compositions close to {:.1e} (below 1e-12: {})\n"
+      "{}: {} steps on a circle of radius {:.2f} m around {} tags\n"
+      "without noise  loops close to {:.1e} (below 1e-12: {})\n"
       "with noise     largest jump {:.3f} m (limit from noise: {:.3f} m), {:.2f} deg (limit {:.2f} deg; no "
       "discontinuity: {})\n"
-      "               smallest cosine of an axis with its nominal one {:.4f} (no inversion: {})\n",
+      "               smallest cosine between an axis and its nominal axis {:.4f} (no inversion: {})\n",
       world.name, r.map_T_cam.size(), r.radius_m, world.tags.tags.size(), r.closure, verdict(r.closes()),
       r.jump_m, r.jump_limit_m, r.jump_deg, r.jump_limit_deg, verdict(r.continuous()), r.smallest_axis_cosine,
       verdict(r.upright()));

@@ -9,13 +9,14 @@
 #include "waymark/config/share.hpp"
 #include "waymark/simulation/world/world_check.hpp"
 
-/// `waymark world check` and `waymark world orbit`: whether a robot can drive in a world.
+/// `waymark world check` (can a robot drive a good lap in a world?) and `waymark world orbit` (are its frames
+/// consistent?).
 namespace waymark {
 
 /// User options of a world check.
 struct CheckWorldRequest {
   std::string world{};
-  std::string robot_file{};  ///< empty: that of the world
+  std::string robot_file{};  ///< empty: the robot named in the world file
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -23,7 +24,7 @@ struct CheckWorldRequest {
     visit(self.robot_file,
           JobField("robot_file NAME",
                    "Body and camera of the robot: a name that `waymark robots` lists, or the path of a .yaml "
-                   "file. Unless given: the robot that the world names, or limo"));
+                   "file. Default: the robot named in the world file, or limo"));
   }
 };
 
@@ -34,21 +35,21 @@ inline constexpr double kGoodLapTwoTags = 0.98;
 struct WorldVerdict {
   std::string world{};   ///< name
   std::string robot{};   ///< name
-  std::size_t tags = 0;  ///< of the world
+  std::size_t tags = 0;  ///< number of tags
   WorldCheck check{};
   std::vector<std::string> doubts{};  ///< warnings about probable mistakes
   bool good = false;                  ///< no warnings, and the line allows a good lap
 };
 
-/// Drives the world's line exactly, without noise.
+/// Checks a drive that follows the line of the world exactly, without noise.
 [[nodiscard]] Result<WorldVerdict> judge_world(const World& world, const RobotModel& robot,
                                                const CameraModel& camera, const TagCameraOptions& tag_camera);
-/// The tag nearest to the hull, by name.
+/// Name of the tag nearest to the hull; "no tag" in a world without tags.
 [[nodiscard]] std::string nearest_tag(const WorldCheck& check);
 [[nodiscard]] std::string to_text(const WorldVerdict& verdict, const World& world, const RobotModel& robot);
 [[nodiscard]] ReportFields fields(const WorldVerdict& verdict);
 
-/// Draws the circle of an orbit (.svg, .png or .pdf).
+/// Plots the nominal and the composed camera poses of an orbit (.svg, .png or .pdf).
 [[nodiscard]] Status write_orbit(const std::string& path, const World& world, const OrbitReport& report);
 [[nodiscard]] std::string to_text(const OrbitReport& report, const World& world);
 

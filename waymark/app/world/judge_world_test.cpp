@@ -16,7 +16,7 @@ using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 
-TEST(JudgeWorld, TheCircuitIsGoodAndASlipOfUnitsIsDoubted) {
+TEST(JudgeWorld, AcceptsTheCircuitAndRejectsWrongUnitsAndTooFewTags) {
   const RobotDescription robot = read_robot(WAYMARK_SHARE "/robots/limo.yaml").value();
   const auto good = judge_world(test::circuit(), robot.model, robot.camera, {});
   ASSERT_TRUE(good) << to_string(good.error());
@@ -25,18 +25,18 @@ TEST(JudgeWorld, TheCircuitIsGoodAndASlipOfUnitsIsDoubted) {
   const auto json = to_json(fields(*good));
   EXPECT_EQ(json["tags"], 24);
   EXPECT_GE(json["two_tags_fraction"].get<double>(), kGoodLapTwoTags);
-  World large = test::circuit();
-  large.tags.tags.begin()->second.size_m = 160;
-  const auto doubted = judge_world(large, robot.model, robot.camera, {});
-  ASSERT_TRUE(doubted);
-  EXPECT_FALSE(doubted->good);
-  EXPECT_THAT(doubted->doubts, Contains(HasSubstr("millimetres")));
+  World large_tag = test::circuit();
+  large_tag.tags.tags.begin()->second.size_m = 160;
+  const auto too_large = judge_world(large_tag, robot.model, robot.camera, {});
+  ASSERT_TRUE(too_large);
+  EXPECT_FALSE(too_large->good);
+  EXPECT_THAT(too_large->doubts, Contains(HasSubstr("millimetres")));
   World sparse = test::circuit();
   while (sparse.tags.tags.size() > 2) sparse.tags.tags.erase(std::prev(sparse.tags.tags.end()));
-  EXPECT_FALSE(judge_world(sparse, robot.model, robot.camera, {})->good) << "too few tags are seen";
+  EXPECT_FALSE(judge_world(sparse, robot.model, robot.camera, {})->good) << "too few tags in view";
 }
 
-TEST(JudgeWorld, ASlipOfUnitsIsADoubt) {
+TEST(JudgeWorld, WarnsOnceAboutASizeInMillimetres) {
   World world = test::circuit();
   const RobotDescription robot = test::limo();
   const auto good = judge_world(world, robot.model, robot.camera, {});
@@ -44,14 +44,14 @@ TEST(JudgeWorld, ASlipOfUnitsIsADoubt) {
   EXPECT_TRUE(good->good);
   EXPECT_EQ(to_json(fields(*good))["good"], true);
   world.tags.tags.begin()->second.size_m = 160;
-  const auto slip = judge_world(world, robot.model, robot.camera, {});
-  ASSERT_TRUE(slip);
-  EXPECT_FALSE(slip->good);
-  ASSERT_EQ(slip->doubts.size(), 1U);
-  EXPECT_THAT(slip->doubts.front(), HasSubstr("millimetres"));
+  const auto wrong_unit = judge_world(world, robot.model, robot.camera, {});
+  ASSERT_TRUE(wrong_unit);
+  EXPECT_FALSE(wrong_unit->good);
+  ASSERT_EQ(wrong_unit->doubts.size(), 1U);
+  EXPECT_THAT(wrong_unit->doubts.front(), HasSubstr("millimetres"));
 }
 
-TEST(JudgeWorld, TagsThatOverlapAreNamed) {
+TEST(JudgeWorld, NamesOverlappingTags) {
   World world = test::circuit();
   const RobotDescription robot = test::limo();
   const TagId anchor = world.anchor;
@@ -67,22 +67,22 @@ TEST(JudgeWorld, TagsThatOverlapAreNamed) {
   EXPECT_EQ(to_json(fields(*verdict))["overlapping_tags"][0][1], to_string(second));
 }
 
-/// Tags in view by their corners and by lines of sight past walls to their middles alone.
-std::vector<TagId> in_view_but_for_papers(const World& world, const CameraModel& camera,
+/// Tags with visible corners and a line of sight past walls to their centres; other tags do not hide them.
+std::vector<TagId> in_view_ignoring_paper(const World& world, const CameraModel& camera,
                                           const SE3& map_T_cam) {
   std::vector<TagId> tags;
   for (const TagCopy& tag : readable_tags(world)) {
-    const Eigen::Vector3d& place = tag.placed.map_T_tag.translation();
+    const Eigen::Vector3d& centre = tag.placed.map_T_tag.translation();
     const SE3 cam_T_tag = map_T_cam.inverse() * tag.placed.map_T_tag;
     if (cam_T_tag.translation().norm() <= TagCameraOptions{}.max_range_m &&
         visible_corners(camera, cam_T_tag, tag.placed.size_m) &&
-        line_of_sight(world, map_T_cam.translation(), place))
+        line_of_sight(world, map_T_cam.translation(), centre))
       tags.push_back(tag.tag);
   }
   return tags;
 }
 
-TEST(BuiltInWorlds, AreSeenByTheCornerCameraAsBeforePapersHidTags) {
+TEST(BuiltInWorlds, NoTagHidesAnotherFromTheCornerCamera) {
   const RobotDescription robot = test::limo();
   Random random(3);
   for (const char* name : {"circuit24", "limo-walls", "mbot-square", "academy-house"}) {
@@ -97,7 +97,7 @@ TEST(BuiltInWorlds, AreSeenByTheCornerCameraAsBeforePapersHidTags) {
            see_tags(*world, robot.camera, map_T_cam, SensorTime{}, {.miss_probability = 0}, random)
                .detections)
         tags.push_back(tag.tag);
-      EXPECT_EQ(tags, in_view_but_for_papers(*world, robot.camera, map_T_cam)) << name;
+      EXPECT_EQ(tags, in_view_ignoring_paper(*world, robot.camera, map_T_cam)) << name;
       seen += static_cast<int>(tags.size());
     }
     EXPECT_GT(seen, 20) << name;
@@ -108,7 +108,7 @@ TEST(BuiltInWorlds, AreSeenByTheCornerCameraAsBeforePapersHidTags) {
   }
 }
 
-TEST(Orbit, IsToldAndDrawnAsAsked) {
+TEST(Orbit, ReportsAndPlotsTheResult) {
   const fs::path folder = testing::fresh_folder("jobs_orbit");
   const auto report = orbit(test::circuit(), {.steps = 36});
   ASSERT_TRUE(report);

@@ -21,9 +21,9 @@
 namespace waymark {
 namespace {
 
-constexpr std::size_t kMostBytes = std::size_t{1} << 24U;
-constexpr double kPointEvery_m = 0.15;  // of the line that is kept
-/// A drawn line may begin at a corner of its loop, so its end may come from aside, but not from ahead.
+constexpr std::size_t kMaxTableBytes = std::size_t{1} << 24U;
+constexpr double kPointEvery_m = 0.15;  // along the line that is kept
+/// A drawn loop may begin at a corner, so its end may arrive from the side, but not from ahead.
 constexpr LapClosing kClosing{.distance_m = 0.6, .angle_rad = 2.2};
 
 std::vector<std::string> cells_of(const std::string& line) {
@@ -46,9 +46,9 @@ std::optional<double> number(const std::vector<std::string>& cells, std::size_t 
   return value;
 }
 
-/// The columns x and y of a table with a heading, or the first two of one without.
+/// Points in the columns x and y of a table; without a header line, in its first two columns.
 Result<std::vector<Eigen::Vector2d>> points_of_table(const std::string& path) {
-  const auto text = read_text_file(path, kMostBytes);
+  const auto text = read_text_file(path, kMaxTableBytes);
   if (!text) return tl::unexpected(text.error());
   std::vector<Eigen::Vector2d> points;
   std::size_t x = 0;
@@ -70,14 +70,14 @@ Result<std::vector<Eigen::Vector2d>> points_of_table(const std::string& path) {
     const auto at_x = number(cells, x);
     const auto at_y = number(cells, y);
     if (!at_x || !at_y)
-      return fail(ErrorCode::Unreadable, "this line contains no point", {.source = path, .line = line_number},
+      return fail(ErrorCode::Unreadable, "invalid point", {.source = path, .line = line_number},
                   "Write x,y in metres, or name the columns x and y in the first line.");
     points.emplace_back(*at_x, *at_y);
   }
   return points;
 }
 
-/// Where the robot of a recording went: by truth where it is known, else by odometry.
+/// Positions of the robot in a recording: ground truth if there is any, else odometry.
 Result<std::vector<Eigen::Vector2d>> points_of_recording(const std::string& path, const JobControl& control) {
   const auto log = open_log(path, control.log_options());
   if (!log) return tl::unexpected(log.error());
@@ -96,31 +96,30 @@ Result<std::vector<Eigen::Vector2d>> points_of_recording(const std::string& path
 }
 
 /// Points at least kPointEvery_m apart.
-std::vector<Eigen::Vector2d> thinned(const std::vector<Eigen::Vector2d>& points) {
+std::vector<Eigen::Vector2d> thin_out(const std::vector<Eigen::Vector2d>& points) {
   std::vector<Eigen::Vector2d> kept;
   for (const Eigen::Vector2d& point : points)
     if (kept.empty() || (point - kept.back()).norm() >= kPointEvery_m) kept.push_back(point);
   return kept;
 }
 
-struct LaidLine {
+struct DrivableLine {
   World world{};
-  double repeated_m = 0;  ///< of the line, cut off because it repeats the loop
+  double repeated_m = 0;  ///< length cut off because it repeats the loop
 };
 
-/// A line that a driver can follow, and whether it is a loop. What repeats the loop is cut off, as of a
-/// route.
-LaidLine line_of(const std::string& name, const std::vector<Eigen::Vector2d>& points) {
+/// A line that a driver can follow, open or closed. The part that repeats a loop is cut off, as in routes.
+DrivableLine line_of(const std::string& name, const std::vector<Eigen::Vector2d>& points) {
   constexpr double kStep_m = 0.05;
-  LaidLine line{.world = {.name = name, .path_closed = false}};
+  DrivableLine line{.world = {.name = name, .path_closed = false}};
   std::vector<Eigen::Vector2d>& path_m = line.world.path_m;
-  path_m = thinned(points);
+  path_m = thin_out(points);
   const EvenLine even = even_steps(path_m, kStep_m);
   const auto loop = points_of_first_loop(even.points, kStep_m, kClosing);
   if (!loop) return line;
   line.world.path_closed = true;
   line.repeated_m = kStep_m * static_cast<double>(even.points.size() - *loop);
-  path_m.resize(even.sources[*loop]);  // the closing point lies on the segment to this one, or at it
+  path_m.resize(even.sources[*loop]);  // the closing point lies on the segment that ends here
   if (path_m.size() > 3 && (path_m.back() - path_m.front()).norm() < kPointEvery_m / 2) path_m.pop_back();
   return line;
 }
@@ -130,8 +129,8 @@ LaidLine line_of(const std::string& name, const std::vector<Eigen::Vector2d>& po
 Result<World> read_line(const std::string& path, const JobControl& control) {
   const std::string name = std::filesystem::path(path).stem().string();
   const FileKind kind = kind_of(path);
-  const bool named = path.ends_with(".csv") || path.ends_with(".txt");
-  const bool table = is_table_kind(kind) || (named && !is_recording(kind));
+  const bool text_file = path.ends_with(".csv") || path.ends_with(".txt");
+  const bool table = is_table_kind(kind) || (text_file && !is_recording(kind));
   const auto points =
       or_wrong_kind(table ? points_of_table(path) : points_of_recording(path, control), path, FileUse::Line);
   if (!points) return tl::unexpected(points.error());
@@ -141,8 +140,8 @@ Result<World> read_line(const std::string& path, const JobControl& control) {
   });
   if (too_large)
     return fail(ErrorCode::LimitExceeded, "the line extends more than 500 m from its start", {.source = path},
-                "Coordinates are in metres: are these millimetres?");
-  LaidLine line = line_of(name, *points);
+                "Coordinates must be in metres. Are these millimetres?");
+  DrivableLine line = line_of(name, *points);
   if (line.world.path_m.size() < 3)
     return fail(ErrorCode::InvalidArgument, "the line has fewer than three points at least 0.15 m apart",
                 {.source = path});
@@ -159,12 +158,12 @@ Status check_new_world(const std::string& output) {
               "Choose another name, or remove the file.");
 }
 
-Result<LayWorldJob> described_lay_world(const LayWorldRequest& words, const TagLayoutOptions& layout) {
-  auto robot = read_named_robot(words.robot_file);
+Result<LayWorldJob> described_lay_world(const LayWorldRequest& request, const TagLayoutOptions& layout) {
+  auto robot = read_named_robot(request.robot_file);
   if (!robot) return tl::unexpected(robot.error());
-  if (Status fresh = check_new_world(words.output); !fresh) return tl::unexpected(fresh.error());
+  if (Status fresh = check_new_world(request.output); !fresh) return tl::unexpected(fresh.error());
   return LayWorldJob{
-      .path = words.path, .output = words.output, .robot = std::move(*robot), .layout = layout};
+      .path = request.path, .output = request.output, .robot = std::move(*robot), .layout = layout};
 }
 
 Result<LayWorldReport> lay_world(const LayWorldJob& job, const JobControl& control) {
@@ -188,9 +187,9 @@ Result<LayWorldReport> lay_world(const LayWorldJob& job, const JobControl& contr
 
 ReportFields fields(const LayWorldReport& report) {
   const WorldCheck& check = report.check;
-  return {{"file", "World that was written", report.file},
+  return {{"file", "World file", report.file},
           {"tags", "Number of tags", report.world.tags.tags.size()},
-          {"closed", "The line is a lap", report.world.path_closed},
+          {"closed", "Whether the line is a lap", report.world.path_closed},
           {"lap_m", "Length of the line", check.lap_m},
           {"two_tags_fraction", "Fraction of the line from which the camera sees two or more tags",
            check.two_tags_fraction},
@@ -205,8 +204,8 @@ std::string to_text(const LayWorldReport& report) {
       "{}: {} tags along {} of {:.2f} m\n"
       "two or more tags in view   {:.1f} % of the line, one or more {:.1f} %\n"
       "hull to the nearest tag    {:.3f} m ({})\n",
-      report.file, report.world.tags.tags.size(), report.world.path_closed ? "a lap" : "a way", check.lap_m,
-      100 * check.two_tags_fraction, 100 * check.one_tag_fraction, check.min_clearance_m,
+      report.file, report.world.tags.tags.size(), report.world.path_closed ? "a lap" : "an open line",
+      check.lap_m, 100 * check.two_tags_fraction, 100 * check.one_tag_fraction, check.min_clearance_m,
       check.nearest_tag ? to_string(*check.nearest_tag) : "no tag");
 }
 

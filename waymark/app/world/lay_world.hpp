@@ -15,7 +15,7 @@ namespace waymark {
 struct LayWorldJob {
   std::string path{};      ///< the line: a .csv or .txt with columns x and y [m], or a recording of a drive
   std::string output{};    ///< world to write
-  RobotDescription robot;  ///< that observes the tags
+  RobotDescription robot;  ///< its body and camera determine the layout
   TagLayoutOptions layout{};
 };
 
@@ -36,24 +36,25 @@ struct LayWorldRequest {
           JobField("robot_file NAME", "Body and camera of the robot: a name, or a .yaml file"));
   }
 };
-/// Reads the robot file; fails also if check_new_world() does.
-[[nodiscard]] Result<LayWorldJob> described_lay_world(const LayWorldRequest& words,
+/// Reads the robot file. Fails if it is unreadable, or as check_new_world() does.
+[[nodiscard]] Result<LayWorldJob> described_lay_world(const LayWorldRequest& request,
                                                       const TagLayoutOptions& layout);
 
 /// Fails if the world file already exists or cannot be written.
 [[nodiscard]] Status check_new_world(const std::string& output);
 
 struct LayWorldReport {
-  std::string file{};  ///< that was written
+  std::string file{};  ///< path of the world file
   World world{};
   WorldCheck check{};
 };
 
-/// The line of such a file alone: its points some way apart, and whether it is a loop. What repeats the loop
-/// is cut off, with a note.
+/// Reads only the line of such a file: points at least 0.15 m apart, open or closed. The part that repeats a
+/// loop is cut off, with a note. Fails with fewer than three points, or beyond 500 m from the start.
 [[nodiscard]] Result<World> read_line(const std::string& path, const JobControl& control);
 
-/// A line that returns to its start is a lap, unless it continues elsewhere (points_of_first_loop()).
+/// Places tags along the line and writes the world; an existing file is renamed. A line that returns to its
+/// start is a lap, unless it continues elsewhere (points_of_first_loop()).
 [[nodiscard]] Result<LayWorldReport> lay_world(const LayWorldJob& job, const JobControl& control);
 [[nodiscard]] std::string to_text(const LayWorldReport& report);
 [[nodiscard]] ReportFields fields(const LayWorldReport& report);

@@ -35,7 +35,7 @@ class LayWorld : public ::testing::Test {
   fs::path output_ = folder_ / "world.yaml";
 };
 
-TEST_F(LayWorld, ALineOfATableBecomesAWorldThatCanBeRead) {
+TEST_F(LayWorld, WritesAReadableWorldForALineFromATable) {
   std::string table = "t,y_m,x_m\n";
   for (int i = 0; i < 30; ++i) table += fmt::format("{},0,{}\n", i, 0.2 * i);
   const auto report = laid(table);
@@ -46,7 +46,7 @@ TEST_F(LayWorld, ALineOfATableBecomesAWorldThatCanBeRead) {
   EXPECT_EQ(to_json(fields(*report))["tags"], report->world.tags.tags.size());
 }
 
-TEST_F(LayWorld, AnEarlierWorldIsKeptAndNamed) {
+TEST_F(LayWorld, RenamesAnExistingWorld) {
   ASSERT_TRUE(write_text_file(output_, "mine: 1\n"));
   ASSERT_TRUE(laid("x,y\n0,0\n2,0\n4,0\n"));
   EXPECT_THAT(notes_, ElementsAre(HasSubstr((folder_ / "world.1.yaml").string())));
@@ -54,19 +54,19 @@ TEST_F(LayWorld, AnEarlierWorldIsKeptAndNamed) {
   EXPECT_TRUE(read_world(output_));
 }
 
-TEST_F(LayWorld, WhatIsNoLineIsSaidWithItsPlace) {
-  const auto words = laid("x,y\n0,0\nhere,there\n");
-  ASSERT_FALSE(words);
-  EXPECT_EQ(words.error().place.line, 3);
+TEST_F(LayWorld, RejectsInvalidLines) {
+  const auto no_point = laid("x,y\n0,0\nhere,there\n");
+  ASSERT_FALSE(no_point);
+  EXPECT_EQ(no_point.error().place.line, 3);
   EXPECT_FALSE(laid("0,0\n0.2,0\n")) << "two points";
   const auto millimetres = laid("0,0\n2000,0\n4000,0\n");
   ASSERT_FALSE(millimetres);
+  EXPECT_EQ(millimetres.error().code, ErrorCode::LimitExceeded);
   EXPECT_THAT(millimetres.error().hint, HasSubstr("millimetres"));
-  EXPECT_FALSE(fs::exists(output_)) << "nothing is written then";
+  EXPECT_FALSE(fs::exists(output_));
 }
 
-/// Points 0.1 m apart along a path of unit circles and segments: 'u' leads ahead, 'l' and
-/// 'r' to the left and right.
+/// Points 0.1 m apart along straight segments ('u') and arcs of radius 1 m to the left ('l') and right ('r').
 std::string table_of(const std::vector<std::pair<char, double>>& parts) {
   std::string table = "x,y\n";
   SE2 at;
@@ -92,7 +92,7 @@ double length_of(const World& world) {
   return sample_path(world.path_m, world.path_closed, 0.02).back().arc_length_m;
 }
 
-TEST_F(LayWorld, ALineIsCutOnlyWhereItRepeatsItsLoop) {
+TEST_F(LayWorld, CutsALineOnlyIfItRepeatsItsLoop) {
   const fs::path file = folder_ / "line.csv";
   const double half_m = std::numbers::pi;
   const std::vector<std::pair<char, double>> left{{'u', 4}, {'l', half_m}, {'u', 4}, {'l', half_m}};
@@ -111,7 +111,7 @@ TEST_F(LayWorld, ALineIsCutOnlyWhereItRepeatsItsLoop) {
   line = line_of_table(file, table_of(parts), control);
   EXPECT_TRUE(line.path_closed);
   EXPECT_NEAR(length_of(line), loop_m, 0.3) << "one loop, driven twice";
-  EXPECT_THAT(notes_, ElementsAre(HasSubstr("m of the line repeat its loop")));
+  EXPECT_THAT(notes_, ElementsAre(HasSubstr("repeat")));
 
   line = line_of_table(file, table_of({{'u', 5}, {'l', half_m}, {'u', 7}}));
   EXPECT_FALSE(line.path_closed) << "there and back";
@@ -126,7 +126,7 @@ TEST_F(LayWorld, ADrawnPolygonMayBeginAtACorner) {
       << "there and back";
 }
 
-TEST_F(LayWorld, ADriveThatComesBackIsALap) {
+TEST_F(LayWorld, ADriveThatReturnsToItsStartIsALap) {
   const std::string lap = test::record_lap(folder_ / "lap.mcap", 4);
   const auto report = lay_world({.path = lap, .output = output_.string(), .robot = limo()}, {});
   ASSERT_TRUE(report) << to_string(report.error());
@@ -140,12 +140,14 @@ TEST_F(LayWorld, ADriveThatComesBackIsALap) {
   EXPECT_FALSE(profile_table(*profile, *profile).empty());
 }
 
-TEST(NewWorld, IsNotWrittenOverAFile) {
+TEST(NewWorld, IsRejectedIfTheFileExists) {
   const auto folder = testing::fresh_folder("jobs_new_world");
   EXPECT_TRUE(check_new_world((folder / "a.yaml").string()));
   ASSERT_TRUE(write_text_file(folder / "a.yaml", "x"));
-  EXPECT_THAT(to_string(check_new_world((folder / "a.yaml").string()).error()),
-              HasSubstr("a.yaml: the file already exists"));
+  const Status existing = check_new_world((folder / "a.yaml").string());
+  ASSERT_FALSE(existing);
+  EXPECT_EQ(existing.error().place.source, folder / "a.yaml");
+  EXPECT_THAT(existing.error().message, HasSubstr("exists"));
   EXPECT_FALSE(check_new_world("/nowhere/a.yaml"));
 }
 

@@ -10,7 +10,7 @@
 namespace waymark {
 
 struct SimulateLikeJob {
-  std::string like;    ///< name of the recording that is imitated
+  std::string like;    ///< recording to imitate
   std::string output;  ///< recording to write
 
   template <class Self, class Visitor>
@@ -26,8 +26,8 @@ struct SimulateLikeJob {
   }
 };
 
-/// Drives the simulated robot of the setup along its world's line at the speeds of a recording, for as
-/// long, and records it. Returns the profile of the new recording.
+/// Drives the simulated robot along the line of its world and records the drive. Speeds and duration are
+/// those of the profile `like`. Returns the profile of the new recording.
 [[nodiscard]] Result<RecordingProfile> simulate_like(const RobotSetup& setup, const RecordingProfile& like,
                                                      const SimulateLikeJob& job, const JobControl& control);
 

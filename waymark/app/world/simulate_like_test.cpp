@@ -11,7 +11,7 @@
 namespace waymark {
 namespace {
 
-TEST(SimulateLike, TheImitationLastsAsLongAndIsAsFastAsWhatItImitates) {
+TEST(SimulateLike, MatchesDurationSpeedAndRatesOfTheRecording) {
   const std::filesystem::path folder = testing::fresh_folder("simulate_like");
   const std::string lap = (folder / "lap.mcap").string();
   const RobotSetup setup = load_setup("circuit24", "", 1).value();

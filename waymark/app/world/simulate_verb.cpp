@@ -44,10 +44,10 @@ Verb simulate_verb() {
           R"(Measures a recording: rates and gaps of each sensor, noise of corners, gyro and accelerometer, share of missed
 tags, image latency, command delay, and speeds of the robot. Then simulates a robot with these properties on the
 line of a world, for the same duration, and prints both side by side, measured in the same way. Properties that the
-recording does not determine are taken from the robot file. The simulated robot has one camera: of several, the one
-with most data is imitated. It follows a line, and so does not turn on the spot.
+recording does not determine are taken from the robot file. The simulated robot has one camera. If the recording has
+several, the one with the most data is imitated. The simulated robot follows a line, so it never turns on the spot.
 
-Exit code: 0 a recording was written, 1 one could not be read or written, 2 wrong usage.
+Exit code: 0 a recording was written, 1 a recording could not be read or written, 2 wrong usage.
 
 Example:
   waymark simulate --like lap.mcap --world circuit24 -o like.mcap

@@ -13,7 +13,7 @@ ExitCode check(const CheckArgs& args, Console& console) {
   const SimulatedSetup& s = setup->simulated;
   const Result<WorldVerdict> verdict = judge_world(s.world, s.model, s.camera, s.robot.tag_camera);
   if (!verdict) return fail_with(verdict.error(), console);
-  for (const std::string& doubt : verdict->doubts) console.say("warning: " + doubt);
+  for (const std::string& warning : verdict->doubts) console.say("warning: " + warning);
   console.print(args.json ? json_line(fields(*verdict)) : to_text(*verdict, s.world, s.model));
   if (!verdict->good) console.say("this world does not allow a good lap");
   return verdict->good ? ExitCode::Ok : ExitCode::SomeFailed;
@@ -26,11 +26,11 @@ Verb world_check_verb() {
       .name = "check",
       .sentence = "Check whether a robot can drive a good lap in a world",
       .help =
-          R"(Drives the world's line exactly, without noise, and computes the smallest distance from the hull to a tag and the
-fraction of the line from which the camera sees two or more tags. Lists overlapping tags, and tags hidden by others
-on a part of the line.
+          R"(Follows the line of the world exactly, without noise. Prints the smallest distance from the hull to a tag and the
+fraction of the line from which the camera sees two or more tags. Lists overlapping tags, and tags that other tags
+hide along a part of the line.
 
-Exit code: 0 a good lap is possible, 1 it is not, or a file cannot be read, 2 wrong usage.
+Exit code: 0 a good lap is possible, 1 it is not possible, or a file cannot be read, 2 wrong usage.
 
 Examples:
   waymark world check circuit24

@@ -28,10 +28,10 @@ Verb world_export_verb() {
       .sentence = "Write a world and a robot as SDF, for Gazebo Fortress",
       .help =
           R"(Writes world.sdf (SDF 1.9: tags as textured planes, boards, walls, furniture, light, and the robot with its
-diff-drive plugin, camera, IMU and lidar), the bitmaps of the tags, robot.yaml, and gazebo.yaml, the profile by which
-Waymark drives the robot in it. See docs/howto/gazebo.md.
+diff-drive plugin, camera, IMU and lidar), the bitmaps of the tags, robot.yaml, and gazebo.yaml, the profile with which
+Waymark drives the robot in Gazebo. See docs/howto/gazebo.md.
 
-Exit code: 0 written, 1 a file cannot be read, or the folder cannot be written, 2 wrong usage.
+Exit code: 0 the folder was written, 1 a file cannot be read, or the folder cannot be written, 2 wrong usage.
 
 Examples:
   waymark world export circuit24 --sdf circuit

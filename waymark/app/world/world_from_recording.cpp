@@ -46,15 +46,16 @@ Result<RobotDescription> robot_of(const MapFolder& place, const WorldFromRecordi
   }
   if (place.robot) return *place.robot;
   return fail(ErrorCode::NotFound, "the map folder contains no robot.yaml", {.source = job.map.string()},
-              "Set `robot` to a name or a .yaml file. `waymark robots` lists names.");
+              "Set `robot` to a .yaml file, or to a name that `waymark robots` lists.");
 }
 
-/// How far the middles of tags were seen from where the map and its trajectory have them [px].
+/// Distances between observed tag centres and their projections by map and trajectory [px]; infinite for tags
+/// that are not in the map or do not project.
 std::vector<double> observation_errors_px(const MappedDrive& drive) {
-  constexpr Duration kMostGap = std::chrono::milliseconds(500);
+  constexpr Duration kMaxGap = std::chrono::milliseconds(500);
   std::vector<double> errors_px;
   for (const TagFrame& frame : drive.lap.frames) {
-    const auto map_T_base = pose_at(drive.trajectory, frame.stamp, kMostGap);
+    const auto map_T_base = pose_at(drive.trajectory, frame.stamp, kMaxGap);
     if (!map_T_base) continue;
     const SE3 cam_T_map = (*map_T_base * drive.robot.model.base_T_cam).inverse();
     for (const TagDetection& seen : frame.detections) {
@@ -70,25 +71,25 @@ std::vector<double> observation_errors_px(const MappedDrive& drive) {
   return errors_px;
 }
 
-/// A map or a trajectory of another drive would say nothing of this one: by the time of the trajectory, and
-/// by where the tags were seen. Poses of tags have no pixels: of those by the time alone.
+/// Fails if map and trajectory are of another drive: if the trajectory covers another time, or the observed
+/// tags do not match the map. Recorded tag poses have no pixels, so only their time is checked.
 Status check_place(const MappedDrive& drive, const WorldFromRecordingJob& job) {
-  const auto refused = [&](const char* why) {
+  const auto mismatch = [&](const char* why) {
     return fail(ErrorCode::InvalidArgument, fmt::format("the map was not made from this recording: {}", why),
                 {.source = job.recording},
-                fmt::format("Make one: waymark map {} -o map", shell_word(job.recording)));
+                fmt::format("Make a map: waymark map {} -o map", shell_word(job.recording)));
   };
-  const auto of_the_map = [&](const auto& frame) {
+  const auto within_trajectory = [&](const auto& frame) {
     return !drive.trajectory.empty() && frame.stamp >= drive.trajectory.front().stamp &&
            frame.stamp <= drive.trajectory.back().stamp;
   };
-  if (std::ranges::none_of(drive.lap.frames, of_the_map) &&
-      std::ranges::none_of(drive.lap.tag_poses, of_the_map))
-    return refused("its trajectory covers another time");
+  if (std::ranges::none_of(drive.lap.frames, within_trajectory) &&
+      std::ranges::none_of(drive.lap.tag_poses, within_trajectory))
+    return mismatch("its trajectory covers a different time");
   std::vector<double> errors_px = observation_errors_px(drive);
-  const double most_px = 0.05 * drive.robot.camera.width_px();
-  if (!errors_px.empty() && !(median(std::move(errors_px)) < most_px))
-    return refused("its tags contradict the observations");
+  const double max_error_px = 0.05 * drive.robot.camera.width_px();
+  if (!errors_px.empty() && !(median(std::move(errors_px)) < max_error_px))
+    return mismatch("its tags are inconsistent with the observations");
   return {};
 }
 
@@ -117,7 +118,7 @@ Result<World> world_of(const MappedDrive& drive, const std::string& name) {
     if (id.family != world.anchor.family)
       return fail(
           ErrorCode::Unsupported,
-          fmt::format("{} is of another family than the anchor; a simulated world has only one family",
+          fmt::format("{} is not of the anchor's family; a simulated world has tags of one family only",
                       to_string(id)),
           {.source = drive.place.path.string()});
     world.tags.tags[id] = {.map_T_tag = floor_T_map * tag.map_T_tag, .size_m = tag.size_m};
@@ -134,7 +135,7 @@ Result<World> world_of(const MappedDrive& drive, const std::string& name) {
   return world;
 }
 
-/// What is read of the samples that a lap in memory does not keep.
+/// Data of the recording that RecordedLap does not contain.
 struct Remaining {
   std::vector<StampedCommand> commands{};
   std::vector<EdgeBlur> edges{};
@@ -161,62 +162,62 @@ Result<Remaining> read_remaining(const WorldFromRecordingJob& job, const std::ve
   return rest;
 }
 
-/// Stores each estimated value in the robot's simulation options, and lists it.
-class Behaviour {
+/// Stores estimated values in the simulation options of the robot, and lists them in the report.
+class RobotEstimates {
  public:
-  explicit Behaviour(WorldFromRecordingReport& report) : report_(report) {}
+  explicit RobotEstimates(WorldFromRecordingReport& report) : report_(report) {}
 
-  void take(const std::string& key, const std::string& words, std::optional<double> value, double& into,
-            double low, double high) {
+  void add(const std::string& key, const std::string& description, std::optional<double> value,
+           double& option, double low, double high) {
     if (value) {
       value = std::clamp(*value, low, high);
-      into = *value;
+      option = *value;
     }
-    report_.quantities.push_back({"simulation." + key, words, value});
+    report_.quantities.push_back({"simulation." + key, description, value});
   }
 
  private:
   WorldFromRecordingReport& report_;
 };
 
-/// What an odometry of that kind must be multiplied by to turn as the recorded one did.
+/// Rotation scale with which the simulated odometry turns as the recorded odometry did.
 std::optional<double> rotation_scale(const SimulatedRobotOptions& robot, std::optional<double> yaw_gain) {
   if (!yaw_gain || robot.sensors.odometry == "truth") return std::nullopt;
   return (robot.sensors.odometry == "wheels" ? robot.dynamics.yaw_gain : 1.0) / *yaw_gain;
 }
 
-/// Changes the simulation of `robot`, and lists the measured quantities.
-void take_behaviour(const MappedDrive& drive, const Remaining& rest, SimulatedRobotOptions& robot,
+/// Sets the simulation options of `robot`, and lists the estimated quantities in the report.
+void estimate_robot(const MappedDrive& drive, const Remaining& rest, SimulatedRobotOptions& robot,
                     WorldFromRecordingReport& report) {
-  constexpr double kNearlyAll = 0.995;
+  constexpr double kRangeQuantile = 0.995;
   const RecordingProfile& profile = drive.profile;
   robot = options_like(profile, robot);
   for (const ProfileRow& row : profile_table(profile, profile))
     report.quantities.push_back({row.key, row.words, row.recording});
-  Behaviour behaviour(report);
-  behaviour.take("tag_camera.max_range_m", "detection range [m]",
-                 observation_distance_m(drive.lap.frames, drive.place.map.tags, drive.robot.model.base_T_cam,
-                                        drive.trajectory, kNearlyAll),
-                 robot.tag_camera.max_range_m, 0.1, 1000);
-  behaviour.take("dynamics.yaw_gain", "true over commanded yaw rate",
-                 turn_response(rest.commands, drive.trajectory, profile.command_delay_s.value_or(0)),
-                 robot.dynamics.yaw_gain, 0.05, 2);
+  RobotEstimates estimates(report);
+  estimates.add("tag_camera.max_range_m", "detection range [m]",
+                observation_distance_m(drive.lap.frames, drive.place.map.tags, drive.robot.model.base_T_cam,
+                                       drive.trajectory, kRangeQuantile),
+                robot.tag_camera.max_range_m, 0.1, 1000);
+  estimates.add("dynamics.yaw_gain", "true / commanded yaw rate",
+                turn_response(rest.commands, drive.trajectory, profile.command_delay_s.value_or(0)),
+                robot.dynamics.yaw_gain, 0.05, 2);
   const Calibration odometry = drive.place.odometry.value_or(Calibration{});
   const auto inverse = [](std::optional<double> value) { return value ? std::optional(1 / *value) : value; };
   const auto scale = inverse(odometry.known("odometry_scale"));
-  behaviour.take("sensors.left_wheel_scale", "measured over true distance, left wheels", scale,
-                 robot.sensors.left_wheel_scale, 0.5, 2);
-  behaviour.take("sensors.right_wheel_scale", "measured over true distance, right wheels", scale,
-                 robot.sensors.right_wheel_scale, 0.5, 2);
-  behaviour.take("sensors.rotation_scale", "measured over true rotation of the odometry",
-                 rotation_scale(robot, odometry.known("yaw_gain")), robot.sensors.rotation_scale, 0.1, 10);
-  behaviour.take("dynamics.lateral_slip_s", "lateral velocity per speed and yaw rate [s]",
-                 odometry.known("side_slip_s"), robot.dynamics.lateral_slip_s, -1, 1);
+  estimates.add("sensors.left_wheel_scale", "measured / true distance, left wheels", scale,
+                robot.sensors.left_wheel_scale, 0.5, 2);
+  estimates.add("sensors.right_wheel_scale", "measured / true distance, right wheels", scale,
+                robot.sensors.right_wheel_scale, 0.5, 2);
+  estimates.add("sensors.rotation_scale", "measured / true rotation of the odometry",
+                rotation_scale(robot, odometry.known("yaw_gain")), robot.sensors.rotation_scale, 0.1, 10);
+  estimates.add("dynamics.lateral_slip_s", "lateral velocity per speed and yaw rate [s]",
+                odometry.known("side_slip_s"), robot.dynamics.lateral_slip_s, -1, 1);
 }
 
 std::string camera_settings(const BlurFit& fit) {
   return fmt::format(
-      "# From the blur of {} tag edges. For --config of teach, replay and demo.\n"
+      "# Estimated from the blur of {} tag edges. Use with --config of teach, replay and demo.\n"
       "camera: {{exposure_ms: {:.2f}, lens_sigma_px: {:.2f}}}\n",
       fit.edges, 1e3 * fit.exposure_s, fit.still_sigma_px);
 }
@@ -251,9 +252,9 @@ Result<WorldFromRecordingReport> world_from_recording(const WorldFromRecordingJo
   WorldFromRecordingReport report{.world = std::move(*world)};
   RobotDescription robot = drive->robot;
   for (const Error& problem : drive->lap.setup.problems) report.warnings.push_back(to_string(problem));
-  take_behaviour(*drive, *rest, robot.simulation, report);
+  estimate_robot(*drive, *rest, robot.simulation, report);
   const std::optional<BlurFit> blur = fit_exposure(rest->edges);
-  report.quantities.push_back({"camera.exposure_ms", "exposure, from the blur of tags [ms]",
+  report.quantities.push_back({"camera.exposure_ms", "exposure, from the blur of tag edges [ms]",
                                blur ? std::optional(1e3 * blur->exposure_s) : std::nullopt});
   report.quantities.push_back({"camera.lens_sigma_px", "blur of the lens [px]",
                                blur ? std::optional(blur->still_sigma_px) : std::nullopt});
@@ -281,11 +282,11 @@ ReportFields fields(const WorldFromRecordingReport& report) {
   for (const RecordedQuantity& quantity : report.quantities)
     quantities.push_back({quantity.key, {}, quantity.value});
   return {
-      {"files", "Files that were written, in the folder", report.files},
+      {"files", "Names of the files in the folder", report.files},
       {"tags", "Number of tags", report.world.tags.tags.size()},
-      {"path_closed", "The line is closed", report.world.path_closed},
+      {"path_closed", "Whether the line is closed", report.world.path_closed},
       {"warnings", "Warnings about the recording and the map", report.warnings},
-      {"quantities", "Number or null by key: keys of `waymark simulate`, of robot.yaml and of camera.yaml",
+      {"quantities", "Value by key of `waymark simulate`, robot.yaml or camera.yaml; null if not determined",
        quantities}};
 }
 

@@ -15,10 +15,10 @@
 namespace waymark {
 
 struct WorldFromRecordingJob {
-  std::string recording{};         ///< of the drive from which the map was made
-  std::filesystem::path map{};     ///< folder that `waymark map` wrote
-  std::filesystem::path folder{};  ///< of world.yaml, robot.yaml, camera.yaml; new or empty
-  std::string robot{};             ///< file or name, for a map without robot.yaml
+  std::string recording{};         ///< recording from which the map was made
+  std::filesystem::path map{};     ///< folder written by `waymark map`
+  std::filesystem::path folder{};  ///< for world.yaml, robot.yaml, camera.yaml; new or empty
+  std::string robot{};             ///< name or .yaml file; empty: robot.yaml of the map
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -29,16 +29,16 @@ struct WorldFromRecordingJob {
     visit(self.folder, JobField("output FOLDER", "New or empty folder to write").required());
     visit(self.robot,
           JobField("robot NAME",
-                   "Robot that provides body and initial behaviour, by name or .yaml file. Unless "
-                   "given: robot.yaml of the map"));
+                   "Robot that provides the body and the initial simulation options: a name or a .yaml file. "
+                   "Default: robot.yaml of the map"));
   }
 };
 
 /// One value estimated from the recording, and its key in the output file.
 struct RecordedQuantity {
-  std::string
-      key{};  ///< "simulation.tag_camera.max_range_m" of robot.yaml, "camera.exposure_ms" of camera.yaml
-  std::string words{};            ///< description, with its unit
+  /// "simulation.tag_camera.max_range_m" in robot.yaml, "camera.exposure_ms" in camera.yaml.
+  std::string key{};
+  std::string words{};            ///< description with unit
   std::optional<double> value{};  ///< nothing: not determined by the recording
 };
 
@@ -46,16 +46,17 @@ struct WorldFromRecordingReport {
   World world{};
   std::vector<RecordedQuantity> quantities{};
   std::vector<std::string> warnings{};
-  std::vector<std::string> files{};  ///< what was written
+  std::vector<std::string> files{};  ///< names in the folder
 };
 
-/// Measures the drive against its map and writes the place (tags and route of the map, on a level floor at
-/// z = 0), the robot (its file, with the rates, noises, scales, latency, detection range and turn response of
-/// the recording in `simulation`; where the map knows what the odometry lacks, also that), and, where the
-/// recording holds pictures whose blur tells them, exposure and lens (camera.yaml, options of the simulated
-/// camera). Values that the recording does not determine keep those of the robot file. Fails on a map without
-/// a trajectory, of several families, or of another recording (of another time, or with tags observed
-/// elsewhere), and on a non-empty folder.
+/// Measures a drive by means of its map and writes up to three files:
+/// - world.yaml: tags and route of the map, on a level floor at z = 0;
+/// - robot.yaml: the robot with rates, noises, scales, latency, detection range and turn response of the
+///   recording in `simulation`, and odometry errors if the map contains an odometry calibration;
+/// - camera.yaml: exposure and lens blur of the simulated camera, if blurred images determine them.
+/// Values that the recording does not determine stay those of the robot file. Fails on a non-empty folder and
+/// on a map without a trajectory, with several families, or of another recording (different time, or
+/// inconsistent tags).
 [[nodiscard]] Result<WorldFromRecordingReport> world_from_recording(const WorldFromRecordingJob& job,
                                                                     const JobControl& control);
 [[nodiscard]] std::string to_text(const WorldFromRecordingReport& report,

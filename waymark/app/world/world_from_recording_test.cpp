@@ -1,4 +1,4 @@
-// A robot whose numbers are hidden drives a lap; what the recording and its map tell is put into another one.
+// A robot with hidden simulation options drives a lap. Recording and map determine the options of its twin.
 #include "waymark/app/world/world_from_recording.hpp"
 
 #include <filesystem>
@@ -21,10 +21,10 @@ using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-constexpr double kShare = 0.2;  // of the hidden number
+constexpr double kTolerance = 0.2;  // relative
 
-/// What no file that the job reads says.
-void hide(SimulatedRobotOptions& robot) {
+/// Sets options that are in none of the files that the job reads.
+void set_hidden_values(SimulatedRobotOptions& robot) {
   robot.camera_rate_hz = 12;
   robot.camera_latency_s = 0.07;
   robot.odometry_rate_hz = 30;
@@ -42,7 +42,7 @@ class WorldOfADrivenLap : public ::testing::Test {
  protected:
   void SetUp() override {
     RobotSetup hidden = usual_;
-    hide(hidden.simulated.robot);
+    set_hidden_values(hidden.simulated.robot);
     ASSERT_TRUE(teach_lap(hidden, {.output = lap()}, {}));
     ASSERT_TRUE(map_recording({.lap = lap(), .folder = folder_ / "map"}, {}));
   }
@@ -56,15 +56,15 @@ class WorldOfADrivenLap : public ::testing::Test {
   const RobotSetup usual_ = load_setup("circuit24", "", 1).value();
 };
 
-TEST_F(WorldOfADrivenLap, HiddenNumbersOfTheRobotAreFoundWithinAFifth) {
+TEST_F(WorldOfADrivenLap, EstimatesHiddenRobotOptionsWithinTwentyPercent) {
   const auto report = world_from_recording(job(), {});
   ASSERT_TRUE(report) << to_string(report.error());
   const auto robot = read_robot(folder_ / "twin/robot.yaml");
   ASSERT_TRUE(robot) << to_string(robot.error());
   SimulatedRobotOptions hidden = usual_.simulated.robot;
-  hide(hidden);
+  set_hidden_values(hidden);
   const SimulatedRobotOptions& found = robot->simulation;
-  const std::map<std::string, std::pair<double, double>> numbers = {
+  const std::map<std::string, std::pair<double, double>> expected = {
       {"camera rate", {found.camera_rate_hz, hidden.camera_rate_hz}},
       {"latency", {found.camera_latency_s, hidden.camera_latency_s}},
       {"odometry rate", {found.odometry_rate_hz, hidden.odometry_rate_hz}},
@@ -73,12 +73,12 @@ TEST_F(WorldOfADrivenLap, HiddenNumbersOfTheRobotAreFoundWithinAFifth) {
       {"corner noise", {found.tag_camera.corner_sigma_px, hidden.tag_camera.corner_sigma_px}},
       {"missed tags", {found.tag_camera.miss_probability, hidden.tag_camera.miss_probability}},
       {"range", {found.tag_camera.max_range_m, hidden.tag_camera.max_range_m}}};
-  for (const auto& [name, values] : numbers)
-    EXPECT_NEAR(values.first, values.second, kShare * values.second) << name;
+  for (const auto& [name, values] : expected)
+    EXPECT_NEAR(values.first, values.second, kTolerance * values.second) << name;
   EXPECT_NEAR(found.sensors.left_wheel_scale, hidden.sensors.left_wheel_scale, 0.02);
 }
 
-TEST_F(WorldOfADrivenLap, ThePlaceIsThatOfTheMapAndCanBeDriven) {
+TEST_F(WorldOfADrivenLap, TheWorldMatchesTheMapAndCanBeDriven) {
   ASSERT_TRUE(world_from_recording(job(), {}));
   const auto world = read_world(folder_ / "twin/world.yaml");
   ASSERT_TRUE(world) << to_string(world.error());
@@ -91,15 +91,16 @@ TEST_F(WorldOfADrivenLap, ThePlaceIsThatOfTheMapAndCanBeDriven) {
   EXPECT_TRUE(driven->summary.closed_loop);
 }
 
-TEST_F(WorldOfADrivenLap, AMapOfAnotherPlaceIsRefusedAndNothingIsWritten) {
+TEST_F(WorldOfADrivenLap, RejectsAMapOfAnotherPlaceAndWritesNothing) {
   const std::string lap_there = (folder_ / "other.mcap").string();
   ASSERT_TRUE(teach_lap(load_setup("mbot-square", "limo", 1).value(), {.output = lap_there}, {}));
   ASSERT_TRUE(map_recording({.lap = lap_there, .folder = folder_ / "other"}, {}));
   WorldFromRecordingJob other = job();
-  other.map = folder_ / "other";  // both robots were switched on at the same time of their clocks
+  other.map = folder_ / "other";  // its time matches: both recordings start at the same time
   const auto elsewhere = world_from_recording(other, {});
   ASSERT_FALSE(elsewhere);
-  EXPECT_THAT(elsewhere.error().message, HasSubstr("its tags contradict the observations"));
+  EXPECT_EQ(elsewhere.error().code, ErrorCode::InvalidArgument);
+  EXPECT_THAT(elsewhere.error().message, HasSubstr("tags"));
   other.map = folder_ / "nowhere";
   EXPECT_FALSE(world_from_recording(other, {}));
   other = job();
@@ -110,7 +111,7 @@ TEST_F(WorldOfADrivenLap, AMapOfAnotherPlaceIsRefusedAndNothingIsWritten) {
   EXPECT_FALSE(fs::exists(folder_ / "twin"));
 }
 
-TEST_F(WorldOfADrivenLap, AFolderThatHoldsSomethingStaysAsItIs) {
+TEST_F(WorldOfADrivenLap, RejectsANonEmptyFolder) {
   WorldFromRecordingJob into_map = job();
   into_map.folder = into_map.map;
   const auto refused = world_from_recording(into_map, {});
@@ -120,7 +121,7 @@ TEST_F(WorldOfADrivenLap, AFolderThatHoldsSomethingStaysAsItIs) {
   EXPECT_FALSE(fs::exists(folder_ / "map/robot.1.yaml"));
 }
 
-/// Fifteen seconds of a lap, and the map of them.
+/// The first 15 s of a lap, and their map.
 struct MappedDrive {
   fs::path folder = testing::fresh_folder("jobs_world_from");
   std::string lap = test::record_lap(folder / "lap.mcap", 31, {.for_s = 15});
@@ -133,7 +134,7 @@ const MappedDrive& mapped_drive() {
   return made;
 }
 
-TEST(WorldFromRecording, HoldsTheTagsTheRouteAndHowTheRobotBehaved) {
+TEST(WorldFromRecording, WritesTagsRouteAndRobotBehaviour) {
   const fs::path folder = mapped_drive().folder / "world";
   const auto report = world_from_recording(
       {.recording = mapped_drive().lap, .map = mapped_drive().map, .folder = folder}, {});
@@ -155,13 +156,13 @@ TEST(WorldFromRecording, HoldsTheTagsTheRouteAndHowTheRobotBehaved) {
   const std::string text = to_text(*report, folder);
   EXPECT_THAT(text, AllOf(HasSubstr("waymark teach --world "), HasSubstr("not determined")));
   const auto json = to_json(fields(*report));
-  EXPECT_TRUE(json["quantities"]["camera.exposure_ms"].is_null()) << "there are no pictures";
+  EXPECT_TRUE(json["quantities"]["camera.exposure_ms"].is_null()) << "no images in the recording";
 }
 
-TEST(WorldFromRecording, AMapOfAnotherDriveIsRefused) {
+TEST(WorldFromRecording, RejectsAMapOfAnotherDrive) {
   const std::string other =
       test::record_lap(mapped_drive().folder / "other.mcap", 32, {.for_s = 3, .odometry = true});
-  // The same place at the same times, its tags seen elsewhere: another map's tags are moved.
+  // Same place and time, but the tags in the map are moved.
   const fs::path moved = mapped_drive().folder / "moved";
   fs::copy(mapped_drive().map, moved);
   MapFile map = read_map(moved / "map.yaml").value();
@@ -170,12 +171,13 @@ TEST(WorldFromRecording, AMapOfAnotherDriveIsRefused) {
   const fs::path folder = mapped_drive().folder / "refused";
   const auto report = world_from_recording({.recording = other, .map = moved, .folder = folder}, {});
   ASSERT_FALSE(report);
-  EXPECT_THAT(report.error().message, HasSubstr("its tags contradict the observations"));
+  EXPECT_EQ(report.error().code, ErrorCode::InvalidArgument);
+  EXPECT_THAT(report.error().message, HasSubstr("tags"));
   EXPECT_THAT(report.error().hint, HasSubstr("waymark map "));
-  EXPECT_FALSE(fs::exists(folder)) << "nothing is left of it";
+  EXPECT_FALSE(fs::exists(folder));
 }
 
-TEST(WorldFromRecording, WhatIsMissingIsNamedAndCancellingLeavesNothing) {
+TEST(WorldFromRecording, NamesMissingInputsAndWritesNothingIfCancelled) {
   const fs::path folder = mapped_drive().folder / "none";
   const auto no_map =
       world_from_recording({.recording = mapped_drive().lap, .map = "/nowhere", .folder = folder}, {});
@@ -188,12 +190,12 @@ TEST(WorldFromRecording, WhatIsMissingIsNamedAndCancellingLeavesNothing) {
       world_from_recording({.recording = mapped_drive().lap, .map = bare, .folder = folder}, {});
   ASSERT_FALSE(no_robot);
   EXPECT_THAT(no_robot.error().hint, HasSubstr("`robot`"));
-  for (const int questions : {0, 5, 200}) {
+  for (const int checks : {0, 5, 200}) {
     EXPECT_FALSE(
         world_from_recording({.recording = mapped_drive().lap, .map = mapped_drive().map, .folder = folder},
-                             test::cancelled_after(questions)))
-        << questions;
-    EXPECT_FALSE(fs::exists(folder)) << questions;
+                             test::cancelled_after(checks)))
+        << checks;
+    EXPECT_FALSE(fs::exists(folder)) << checks;
   }
 }
 

@@ -28,7 +28,7 @@ blur, for --config). Values that the recording does not determine are taken from
 "not determined". Walls and furniture are unknown. `waymark report` then compares a simulated drive with the
 real one.
 
-Exit code: 0 written, 1 recording or map is unreadable, or they do not match, 2 wrong usage.
+Exit code: 0 the folder was written, 1 recording or map is unreadable, or they do not match, 2 wrong usage.
 
 Examples:
   waymark world from-recording lap.mcap --map map -o twin

@@ -21,12 +21,12 @@ Verb world_import_verb() {
       .name = "import",
       .sentence = "Convert an SDF world (Gazebo) to a Waymark world",
       .help =
-          R"(Reads a Gazebo world (SDF, parsed by SDFormat 12), detects the tags in its textures, regardless of file names,
-and places them according to the texture coordinates on box, plane or mesh. Upright boxes and cylinders
-become furniture. Robots and other models that are not static are omitted, lights are listed. Omissions and
-simplifications are reported as warnings.
+          R"(Reads a Gazebo world (SDF, parsed by SDFormat 12) and detects the tags in its textures, regardless of file names.
+Texture coordinates on box, plane or mesh determine their poses. Upright boxes and cylinders become furniture. Models
+that are not static, such as robots, are omitted; lights are listed. Omissions and simplifications are reported as
+warnings.
 
-Exit code: 0 written, 1 no tag was found, or the file could not be read, 2 wrong usage.
+Exit code: 0 the world was written, 1 no tag was found, or the file could not be read, 2 wrong usage.
 
 Examples:
   waymark world import walls.sdf -o walls.yaml

@@ -33,11 +33,11 @@ Verb world_new_verb() {
       .name = "new",
       .sentence = "Make a world with tags along a drawn or driven line",
       .help =
-          R"(Places upright tags beside the line, as few as needed for the camera to see two of them everywhere, none
-nearer to the hull than --clearance-m (measured in space), and prints the result. A line that returns to
-its start is a lap, and a repeated part is cut off; if it continues elsewhere, it is kept whole.
+          R"(Places upright tags beside the line: as few as the camera needs to see two of them everywhere, and none closer to
+the hull than --clearance-m (measured in space). A line that returns to its start is a lap; a part that repeats the lap
+is cut off. A line that continues elsewhere is kept whole.
 
-Exit code: 0 a world was written, 1 the line could not be read or no tag placed, 2 wrong usage.
+Exit code: 0 a world was written, 1 the line could not be read, or no tag could be placed, 2 wrong usage.
 
 Example:
   waymark world new --path lap.mcap -o mine.yaml --tag-size-m 0.12

@@ -20,7 +20,7 @@ struct OrbitArgs {
   OptionFlags<OrbitOptions> options;
 };
 
-ExitCode go_round(const OrbitArgs& args, Console& console) {
+ExitCode validate_frames(const OrbitArgs& args, Console& console) {
   OrbitOptions options;
   Status status = args.options.apply(options);
   const Result<RobotSetup> setup = load_setup(args.world, {}, 1);
@@ -47,9 +47,9 @@ Verb world_orbit_verb() {
       .sentence = "Validate frames and axes with a camera on a circle around the tags",
       .help =
           R"(After Martins and Ramos, "AprilTag-based Trajectory Tracking for the LIMOS Robot", section 3.1. A nominal
-camera moves around all tags on a circle and points at their centre. Without noise the camera pose via the
-anchor (equation 3.1), every tag pose via the camera, and every loop of transforms must close; with noise on
-camera and tags the composed frames may neither jump nor invert an axis.
+camera moves around all tags on a circle and points at their centre. Without noise, the camera pose via the
+anchor (equation 3.1), every tag pose via the camera, and every loop of transforms must close. With noise on
+camera and tags, no composed frame may jump or invert an axis.
 
 Exit code: 0 all checks pass, 1 a check fails, or the file cannot be read, 2 wrong usage.
 
@@ -57,7 +57,7 @@ Examples:
   waymark world orbit circuit24
   waymark world orbit circuit24 -o orbit.svg --sigma-m 0.01 --sigma-deg 1
 )",
-      .prepare = prepared(go_round),
+      .prepare = prepared(validate_frames),
       .report = report_of<WorldOrbit>};
 }
 
