@@ -19,16 +19,16 @@
 
 namespace waymark {
 
-// By the lap.
+// Calibration by lap.
 namespace {
 
 namespace fs = std::filesystem;
 
-/// Camera parameters of a robot file and an earlier calibration override the recording.
-Status believe_files(const LocalizeJob& job, RecordingSetup& setup, const JobControl& control) {
+/// Applies the robot file and the given calibration, which take precedence over the recording.
+Status apply_files(const LocalizeJob& job, RecordingSetup& setup, const JobControl& control) {
   std::vector<std::string> warnings;
   if (Status status = take_robot(job.robot, setup, warnings); !status) return status;
-  for (const std::string& words : warnings) control.note("warning: " + words);
+  for (const std::string& warning : warnings) control.note("warning: " + warning);
   if (job.calibration.empty()) return {};
   const auto calibration =
       or_wrong_kind(read_calibration(job.calibration), job.calibration, FileUse::Calibration);
@@ -38,29 +38,32 @@ Status believe_files(const LocalizeJob& job, RecordingSetup& setup, const JobCon
   return {};
 }
 
-/// Without a named anchor any tag will do, as the map frame does not matter.
+/// Tag size and anchor. The map frame does not matter here, so the tag observed most often becomes the anchor
+/// if the recording specifies none.
 SetupOverrides overrides_of(const LocalizeJob& job, const RecordedLap& recorded) {
   SetupOverrides overrides{.tag_size_m = job.tag_size_m};
   if (setup_of(recorded, overrides)) return overrides;
-  std::map<TagId, int> seen;
+  std::map<TagId, int> counts;
   for (const TagFrame& frame : recorded.frames) {
-    for (const TagDetection& detection : frame.detections) ++seen[detection.tag];
+    for (const TagDetection& detection : frame.detections) ++counts[detection.tag];
   }
-  if (seen.empty()) return overrides;
-  const auto most = std::ranges::max_element(seen, {}, [](const auto& entry) { return entry.second; });
-  overrides.anchor = to_string(most->first);
+  if (counts.empty()) return overrides;
+  const auto most_observed =
+      std::ranges::max_element(counts, {}, [](const auto& entry) { return entry.second; });
+  overrides.anchor = to_string(most_observed->first);
   return overrides;
 }
 
-/// A size other than the recording's changes the calibration, so it is reported.
-void tell_of_size(const RecordedLap& recorded, const SetupOverrides& given, const JobControl& control) {
+/// Reports a tag size other than that of the recording, because it changes the calibration.
+void report_size_conflict(const RecordedLap& recorded, const SetupOverrides& given,
+                          const JobControl& control) {
   const Result<TeachSetup> setup = setup_of(recorded, {.anchor = given.anchor});
   if (!given.tag_size_m || !setup || *setup->sizes.default_size_m == *given.tag_size_m) return;
   control.note(fmt::format("note: using tags of {} m (`tag_size_m`) instead of {} m (recording)",
                            *given.tag_size_m, *setup->sizes.default_size_m));
 }
 
-/// A known map: its tags are constrained by its covariances, and the lap's anchor becomes one of them.
+/// Adds the map of the job, if any: its covariances constrain its tags, and one of them becomes the anchor.
 Status take_map(const LocalizeJob& job, RecordedLap& recorded, SetupOverrides& overrides,
                 std::optional<LapPrior>& prior) {
   if (job.map.empty()) return {};
@@ -78,22 +81,22 @@ Status take_map(const LocalizeJob& job, RecordedLap& recorded, SetupOverrides& o
 Result<LapInput> lap_input(const LocalizeJob& job, double from_s, double to_s, const JobControl& control) {
   Result<RecordedLap> recorded = read_lap_files(job.logs, control, nullptr, job.frames);
   if (!recorded) return tl::unexpected(recorded.error());
-  if (Status status = believe_files(job, recorded->setup, control); !status)
+  if (Status status = apply_files(job, recorded->setup, control); !status)
     return tl::unexpected(status.error());
   if (recorded->frames.empty())
     return fail(ErrorCode::NotFound, "the recording contains no tag corners", {.source = job.logs.front()},
-                "Map its tags first, and set `map` to that map.");
+                "Make a map of the tags, and set `map` to it.");
   const SensorTime first = recorded->frames.front().stamp;
   std::erase_if(recorded->frames, [&](const TagFrame& frame) {
     const double at_s = to_seconds(frame.stamp - first);
     return at_s < from_s || at_s > to_s;
   });
   if (recorded->frames.empty())
-    return fail(ErrorCode::InvalidArgument, "no frame with tags between `from` and `to`",
+    return fail(ErrorCode::InvalidArgument, "the recording contains no tags between `from` and `to`",
                 {.source = job.logs.front()}, "`waymark info` shows the duration of the recording.");
   for (const Error& problem : recorded->setup.problems) control.note("warning: " + to_string(problem));
   SetupOverrides overrides = overrides_of(job, *recorded);
-  tell_of_size(*recorded, overrides, control);
+  report_size_conflict(*recorded, overrides, control);
   std::optional<LapPrior> prior;
   if (Status status = take_map(job, *recorded, overrides, prior); !status)
     return tl::unexpected(status.error());
@@ -131,31 +134,31 @@ Result<LapCalibration> calibrate_recorded_lap(const LocalizeJob& job, double fro
   };
   Result<LapCalibration> found = calibrate_by_lap(*lap, {}, progress);
   if (found) {
-    for (const std::string& words : check_map(*lap, found->map)) control.note("warning: " + words);
+    for (const std::string& warning : check_map(*lap, found->map)) control.note("warning: " + warning);
   }
   return found;
 }
 
-// Calibration by the lap or by innovations, and its report.
+// Calibration by innovations, choice of the method, and report.
 namespace {
 
 /// What to drive so that a value becomes observable, in the order of Calibrated.
-constexpr std::array<const char*, kCalibrated> kAdvice = {
-    "Turn on the spot, both ways, with tags in view.",
-    "Turn on the spot, both ways, with tags in view.",
-    "Drive straight ahead for some metres with tags in view.",
-    "Drive some metres straight, past several tags.",
-    "Turn both ways on the spot, several times round.",
-    "Record the gyro, and turn both ways on the spot, several times round.",
-    "Drive at two speeds and turn quickly: at constant speed a late image and a camera further back look "
-    "alike.",
+constexpr std::array<const char*, kCalibrated> kDriveAdvice = {
+    "Turn on the spot in both directions with tags in view.",
+    "Turn on the spot in both directions with tags in view.",
+    "Drive straight ahead for several metres with tags in view.",
+    "Drive straight for several metres past several tags.",
+    "Turn on the spot in both directions, several full turns each.",
+    "Record the gyro, and turn on the spot in both directions, several full turns each.",
+    "Drive at two speeds and turn quickly. At constant speed, image latency and a camera mounted further "
+    "back are indistinguishable.",
     "Observe the same tags from near and far.",
     "Observe the same tags from near and far.",
     "Drive past tags on both sides.",
     "Observe the same tags from near and far.",
     "Observe the same tags from near and far."};
 
-/// The samples between two times after the first.
+/// The samples between two times, counted from the first sample.
 std::vector<Sample> within(const std::vector<Sample>& samples, double from_s, double to_s) {
   std::vector<Sample> kept;
   for (const Sample& sample : samples) {
@@ -180,15 +183,15 @@ Calibration calibration_of(const LocalizeInputs& inputs, const InnovationFit& fi
   value[static_cast<std::size_t>(Calibrated::MountingPitch)] = camera_mounting(base_T_sensor).pitch_rad;
   for (std::size_t i = 0; i < kCalibrated; ++i) {
     const std::string name(to_string(static_cast<Calibrated>(i)));
-    if (fit.sigma[i] == 0) continue;  // was not sought
+    if (fit.sigma[i] == 0) continue;  // not estimated
     CalibratedValue& entry = calibration.values[name];
     entry = {.value = value[i], .sigma = fit.sigma[i]};
     if (fit.known[i]) {
-      if (fit.kept[i]) entry.advice = "As given: consistent with the drive.";
+      if (fit.kept[i]) entry.advice = "Given value kept: it is consistent with the drive.";
       continue;
     }
     entry.verdict = CalibrationVerdict::Unobservable;
-    entry.advice = kAdvice[i];
+    entry.advice = kDriveAdvice[i];
   }
   calibration.provenance = {{"method", "innovations"},
                             {"innovations_before", fmt::format("{:.3f}", fit.cost_before)},
@@ -198,24 +201,24 @@ Calibration calibration_of(const LocalizeInputs& inputs, const InnovationFit& fi
   return calibration;
 }
 
-Error of_the_drive(ErrorCode code, std::string message, const CalibrateRobotJob& job, std::string hint) {
+Error drive_error(ErrorCode code, std::string message, const CalibrateRobotJob& job, std::string hint) {
   return {code, std::move(message), {.source = job.drive.logs.front()}, std::move(hint)};
 }
 
 Status check_job(const CalibrateRobotJob& job) {
   if (job.drive.map.empty() && job.by == CalibrateRobotBy::Innovations)
-    return fail(ErrorCode::InvalidArgument, "innovations require a map of the tags", {.key = "by"},
+    return fail(ErrorCode::InvalidArgument, "method innovations requires a tag map", {.key = "by"},
                 "Set `map`.");
   if (!(job.from_s < job.to_s))
     return fail(ErrorCode::InvalidArgument,
-                fmt::format("empty interval from `from={:g}` s to `to={:g}` s", job.from_s, job.to_s),
-                {.key = "to"}, "`to` must be after `from`; both count from the start of the recording.");
+                fmt::format("empty interval: `from={:g}` s is not before `to={:g}` s", job.from_s, job.to_s),
+                {.key = "to"},
+                "Set `to` to a time after `from`; both count from the start of the recording.");
   if (job.drive.output.empty()) return {};
   Status writable = check_output_file(job.drive.output);
   return writable ? check_calibration_place(job.drive.output) : writable;
 }
 
-/// The lap determines tags and parameters jointly; a map constrains the tags by its covariances.
 Result<CalibrateRobotReport> by_lap(const CalibrateRobotJob& job, const JobControl& control) {
   Result<LapCalibration> found = calibrate_recorded_lap(job.drive, job.from_s, job.to_s, control);
   if (!found) {
@@ -233,14 +236,15 @@ Result<CalibrateRobotReport> by_innovations(const CalibrateRobotJob& job, const 
   if (!inputs) return tl::unexpected(inputs.error());
   const std::vector<Sample> samples = within(inputs->samples, job.from_s, job.to_s);
   if (samples.empty())
-    return tl::unexpected(of_the_drive(ErrorCode::InvalidArgument,
-                                       "the recording contains no data between `from` and `to`", job,
-                                       "`waymark info` shows the duration of the recording."));
+    return tl::unexpected(drive_error(ErrorCode::InvalidArgument,
+                                      "the recording contains no data between `from` and `to`", job,
+                                      "`waymark info` shows the duration of the recording."));
   int runs = 0;
   InnovationFitOptions options;
-  if (inputs->mounting_guessed) options.keep_sigma = 0;  // nothing was given by who knew more
+  if (inputs->mounting_guessed)
+    options.keep_sigma = 0;  // the mounting is only assumed, so keep no given value
   options.keep_going = [&] {
-    control.progress({fmt::format("filter run {} of about twenty over the recording", ++runs)});
+    control.progress({fmt::format("filter run {} of about 20", ++runs)});
     return !control.cancelled();
   };
   Result<InnovationFit> fit = calibrate_by_innovations(samples, inputs->setup.landmarks, inputs->setup.sensor,
@@ -254,7 +258,7 @@ Result<CalibrateRobotReport> by_innovations(const CalibrateRobotJob& job, const 
   return report;
 }
 
-bool tells_nothing(const Calibration& calibration) {
+bool has_no_known_value(const Calibration& calibration) {
   return std::ranges::none_of(calibration.values, [](const auto& entry) {
     return entry.second.verdict == CalibrationVerdict::Known;
   });
@@ -267,25 +271,24 @@ Result<CalibrateRobotReport> calibrate_robot(const CalibrateRobotJob& job, const
   const bool lap = job.by == CalibrateRobotBy::Lap ||
                    (job.by == CalibrateRobotBy::Either && can_calibrate_by_lap(job.drive, control));
   Result<CalibrateRobotReport> report = lap ? by_lap(job, control) : by_innovations(job, control);
-  if (control.cancelled()) return fail(ErrorCode::Unwritable, "stopped: nothing was written");
+  if (control.cancelled()) return fail(ErrorCode::Unwritable, "stopped; nothing was written");
   return report;
 }
 
 Result<std::string> write_robot_calibration(const CalibrateRobotJob& job,
                                             const CalibrateRobotReport& report) {
   if (report.innovations && report.innovations->changed && !report.innovations->improved)
-    return tl::unexpected(of_the_drive(
+    return tl::unexpected(drive_error(
         ErrorCode::NotFound,
         "the estimated values do not fit both the drive and its held-out third better than the given "
-        "ones: nothing was written",
+        "values; nothing was written",
         job,
         "Record a longer drive at two speeds with turns to both sides. `tag_sigma_m` and `point_sigma_m` "
         "set the assumed accuracy of map and observations."));
-  if (tells_nothing(report.calibration))
-    return tl::unexpected(of_the_drive(
-        ErrorCode::NotFound,
-        "this drive determines none of the values: there is no calibration, and nothing was written", job,
-        "The table lists what to drive for each value."));
+  if (has_no_known_value(report.calibration))
+    return tl::unexpected(drive_error(ErrorCode::NotFound,
+                                      "this drive determines none of the values; nothing was written", job,
+                                      "The table lists what to drive for each value."));
   if (job.drive.output.empty()) return std::string();
   if (Status place = check_calibration_place(job.drive.output); !place) return tl::unexpected(place.error());
   auto earlier = move_aside(job.drive.output, to_yaml(report.calibration));
@@ -309,23 +312,23 @@ ReportFields fields(const CalibrateRobotReport& report) {
                                    {"advice", "", v.advice}}});
   }
   const auto& fit = report.innovations;
-  return {{"values", "Values by their names in calibration.yaml, with value, sigma, verdict and advice",
+  return {{"values", "Value, sigma, verdict and advice by name in calibration.yaml",
            if_any(values.empty() ? std::nullopt : std::optional(values))},
-          {"tags", "By lap: mapped tags",
+          {"tags", "By lap: number of mapped tags",
            if_any(part(report.lap, [](const LapCalibration& lap) { return lap.map.map.tags.size(); }))},
           {"corners_rms_px", "By lap: root mean square reprojection error of the corners",
            if_any(part(report.lap, [](const LapCalibration& lap) { return lap.map.rms_px; }))},
-          {"innovations_before", "By innovations: mean square per degree of freedom, with the given values",
+          {"innovations_before", "By innovations: mean NIS per degree of freedom with the given values",
            if_any(part(fit, &InnovationFit::cost_before))},
-          {"innovations_after", "The same with the estimated values",
+          {"innovations_after", "By innovations: mean NIS per degree of freedom with the estimated values",
            if_any(part(fit, &InnovationFit::cost_after))},
-          {"held_out_before", "As innovations_before, of the third of the drive that was not fitted",
+          {"held_out_before", "As innovations_before, for the held-out third of the drive",
            if_any(part(fit, &InnovationFit::held_out_before))},
-          {"held_out_after", "As innovations_after, of the third of the drive that was not fitted",
+          {"held_out_after", "As innovations_after, for the held-out third of the drive",
            if_any(part(fit, &InnovationFit::held_out_after))},
-          {"improved", "The new values fit better, both the fitted and the held-out part of the drive",
+          {"improved", "Whether the estimated values fit better, both on the fitted and on the held-out part",
            if_any(part(fit, &InnovationFit::improved))},
-          {"runs", "Runs of the filter", if_any(part(fit, &InnovationFit::runs))}};
+          {"runs", "Number of filter runs", if_any(part(fit, &InnovationFit::runs))}};
 }
 
 std::string to_text(const CalibrateRobotReport& report) {
@@ -344,8 +347,8 @@ std::string to_text(const CalibrateRobotReport& report) {
                         report.lap->map.map.tags.size(), report.lap->map.rms_px);
   if (const auto& fit = report.innovations)
     text += fmt::format(
-        "NIS per degree of freedom: {:.3f} before, {:.3f} after; of the third of the drive that was held "
-        "out: {:.3f} before, {:.3f} after\n",
+        "NIS per degree of freedom: {:.3f} before, {:.3f} after; on the held-out third of the drive: {:.3f} "
+        "before, {:.3f} after\n",
         fit->cost_before, fit->cost_after, fit->held_out_before, fit->held_out_after);
   return text;
 }

@@ -11,23 +11,23 @@
 #include "waymark/localization/innovation_fits.hpp"
 #include "waymark/mapping/lap/lap_calibration.hpp"
 
-/// `waymark calibrate robot`: camera mounting, scales, gains and latency from a drive past tags.
+/// `waymark calibrate robot`: estimates camera mounting, scales, gains and latency from a drive past tags.
 namespace waymark {
 
 enum class CalibrateRobotBy : std::uint8_t {
-  Either,       ///< the lap, if it contains the required data
+  Either,       ///< Lap if can_calibrate_by_lap(), else Innovations
   Lap,          ///< tags, trajectory and parameters jointly, by bundle adjustment
-  Innovations,  ///< the parameters with the smallest filter innovations; needs a map
+  Innovations,  ///< the parameters with the smallest filter innovations; requires a map
 };
 
 struct CalibrateRobotJob {
   LocalizeJob drive{};  ///< recordings, map, robot, earlier calibration, filter; `output`: calibration.yaml
   CalibrateRobotBy by = CalibrateRobotBy::Either;
-  double from_s = 0;  ///< of the drive, after its first sample
+  double from_s = 0;  ///< start of the used interval, counted from the first sample; to_s: its end
   double to_s = std::numeric_limits<double>::infinity();
 };
 
-/// User input of a calibration, without options.
+/// User options of a calibration.
 struct CalibrateRobotRequest {
   CalibrateRobotJob job{};
   std::string by{};  ///< lap, innovations; empty: either
@@ -37,21 +37,21 @@ struct CalibrateRobotRequest {
     visit(self.job.drive.logs, JobField("logs LOG", "Recordings of one drive past tags").input().required());
     visit(self.job.drive.map, JobField("map FILE",
                                        "Tag map, as for `waymark localize`. Unless given: the tags are "
-                                       "mapped together with the calibration"));
+                                       "estimated together with the calibration"));
     visit(self.by,
           JobField("by HOW",
-                   "Calibration method: lap (bundle adjustment of tags, trajectory and calibration, with the "
-                   "map's covariance) or innovations (likelihood of the filter's innovations). Unless given: "
-                   "lap if there are tag corners and odometry, and no map or one by Waymark")
+                   "Method: lap (bundle adjustment of tags, trajectory and calibration) or innovations "
+                   "(maximum likelihood of the filter's innovations). Unless given: lap if the recording has "
+                   "tag corners and odometry, and the map, if any, is a Waymark map")
               .one_of("lap,innovations"));
     CameraChoice::fields(self.job.drive.frames, visit);
     visit(self.job.drive.robot,
-          JobField("robot FILE", "Camera and its mounting, as far as known: a robot file, or a name"));
+          JobField("robot FILE", "Initial camera and its mounting: a robot file, or a name"));
     visit(self.job.drive.calibration,
-          JobField("calibration FILE", "Known calibration (calibration.yaml), such as the camera's"));
+          JobField("calibration FILE", "Known calibration (calibration.yaml), such as that of the camera"));
     visit(self.job.drive.tag_size_m, JobField("tag_size_m NUMBER", "Tag size if the map has none"));
     visit(self.job.drive.map_sigma_m, JobField("map_sigma NUMBER",
-                                               "Standard deviation of the tags' positions, by lap, of a map "
+                                               "Method lap: standard deviation of the tag positions in a map "
                                                "without covariances, such as one measured by hand [m]",
                                                1e-6, 10.0));
     visit(self.job.drive.sensor_pose,
@@ -66,31 +66,31 @@ struct CalibrateRobotRequest {
 
 struct CalibrateRobotReport {
   Calibration calibration{};
-  std::optional<LapCalibration> lap{};         ///< when it was found by the lap
-  std::optional<InnovationFit> innovations{};  ///< when it was found by innovations
+  std::optional<LapCalibration> lap{};         ///< set by method lap
+  std::optional<InnovationFit> innovations{};  ///< set by method innovations
   std::vector<std::string> warnings{};
 };
 
-/// Whether the recording contains tag corners and odometry, and the map of the job, if it
-/// names one, is a Waymark map.
+/// Whether method lap is possible. With a map: if it is a Waymark map and the recording contains tag corners
+/// and odometry. Without a map: always true, as method innovations requires one; the recording is not read.
 [[nodiscard]] bool can_calibrate_by_lap(const LocalizeJob& job, const JobControl& control);
 
-/// Reads the recording of the job (logs, robot, calibration, tag_size_m, and the map as far as it is known)
-/// between two times after its first frame, and finds map and calibration together.
+/// Reads the recording of the job between two times, counted from its first frame with tags, and estimates
+/// map and calibration jointly. Uses logs, robot, calibration, tag_size_m and, if given, map of the job.
 [[nodiscard]] Result<LapCalibration> calibrate_recorded_lap(const LocalizeJob& job, double from_s,
                                                             double to_s, const JobControl& control);
 
-/// Fails before anything is read if the output cannot be written.
+/// Estimates the calibration; writes nothing. Fails before reading if the output cannot be written.
 [[nodiscard]] Result<CalibrateRobotReport> calibrate_robot(const CalibrateRobotJob& job,
                                                            const JobControl& control);
-/// Writes the calibration to the job's output, if it names one; an existing file becomes a backup, whose name
-/// is returned. Fails, and writes nothing, if the drive
-/// determines no value, or none better than the given ones.
+/// Writes the calibration to the output of the job, if set. An existing file is renamed; returns its new
+/// name, else an empty string. Fails, and writes nothing, if the drive determines no value, or if the
+/// estimated values fit no better than the given ones.
 [[nodiscard]] Result<std::string> write_robot_calibration(const CalibrateRobotJob& job,
                                                           const CalibrateRobotReport& report);
 [[nodiscard]] ReportFields fields(const CalibrateRobotReport& report);
 
-/// One line per value with its standard deviation, or advice on what to drive.
+/// One line per value with its standard deviation, or with advice on what to drive.
 [[nodiscard]] std::string to_text(const CalibrateRobotReport& report);
 
 }  // namespace waymark

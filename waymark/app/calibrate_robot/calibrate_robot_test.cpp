@@ -1,4 +1,4 @@
-// The numbers of a robot from a drive past tags, by the lap and by innovations, and what is done with them.
+// Calibration of a robot from a drive past tags: by lap, by innovations, and its output.
 #include "waymark/app/calibrate_robot/calibrate_robot.hpp"
 
 #include <gmock/gmock.h>
@@ -16,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-/// A whole lap, the true map, and a robot's file that has the camera turned by two degrees.
+/// A complete lap, the true map, and a robot file with the camera turned by two degrees.
 struct CalibrationDrive {
   fs::path folder = testing::fresh_folder("jobs_calibrate");
   std::string lap = test::record_lap(folder / "lap.mcap", 71);
@@ -46,12 +46,12 @@ TEST(CalibrateByLap, AWrongMountingIsEstimatedWithinItsStandardDeviation) {
       .drive = {.logs = {calibration_drive().lap}, .robot = calibration_drive().wrong_robot}};
   job.by = CalibrateRobotBy::Lap;
   job.drive.output = (calibration_drive().folder / "by_lap.yaml").string();
-  std::string told;
+  std::string notes;
   JobControl control;
-  control.note = [&](const std::string& words) { told += words; };
+  control.note = [&](const std::string& note) { notes += note; };
   const auto report = calibrate_robot(job, control);
   ASSERT_TRUE(report) << to_string(report.error());
-  EXPECT_THAT(told, HasSubstr("robot file")) << "where file and recording disagree";
+  EXPECT_THAT(notes, HasSubstr("robot file")) << "warning: robot file and recording differ";
   const auto yaw = report->calibration.values.find("mounting_yaw_rad");
   ASSERT_NE(yaw, report->calibration.values.end());
   const double truth_rad = camera_mounting(calibration_drive().base_T_cam).yaw_rad;
@@ -67,7 +67,7 @@ TEST(CalibrateByLap, AWrongMountingIsEstimatedWithinItsStandardDeviation) {
   EXPECT_LT(json["corners_rms_px"].get<double>(), 2);
 }
 
-TEST(CalibrateByLap, ASpanOfTheDriveIsEnoughAndOneOfNothingIsAnError) {
+TEST(CalibrateByLap, UsesOnlyTheIntervalAndRejectsAnEmptyOne) {
   CalibrateRobotJob job{.drive = {.logs = {calibration_drive().lap}}};
   job.by = CalibrateRobotBy::Lap;
   job.to_s = 12;
@@ -77,12 +77,13 @@ TEST(CalibrateByLap, ASpanOfTheDriveIsEnoughAndOneOfNothingIsAnError) {
   EXPECT_LT(part->lap->map.map.tags.size(), 24U);
   job.from_s = 10'000;
   job.to_s = 10'001;
-  const auto nothing = calibrate_robot(job, {});
-  ASSERT_FALSE(nothing);
-  EXPECT_FALSE(nothing.error().place.source.empty() && nothing.error().place.key.empty());
+  const auto empty = calibrate_robot(job, {});
+  ASSERT_FALSE(empty);
+  EXPECT_EQ(empty.error().code, ErrorCode::InvalidArgument);
+  EXPECT_EQ(empty.error().place.source, calibration_drive().lap);
 }
 
-TEST(CalibrateByLap, ItTakesCornersAndOdometry) {
+TEST(CalibrateByLap, RequiresTagCornersAndOdometry) {
   LocalizeJob job{.logs = {calibration_drive().lap}, .map = calibration_drive().map};
   EXPECT_TRUE(can_calibrate_by_lap(job, {}));
   const fs::path folder = testing::fresh_folder("jobs_no_odometry");
@@ -96,14 +97,14 @@ TEST(CalibrateByInnovations, MinimisesInnovationsAndCanBeCancelled) {
   CalibrateRobotJob job{.drive = {.logs = {calibration_drive().lap}, .map = calibration_drive().map}};
   job.by = CalibrateRobotBy::Innovations;
   job.to_s = 15;
-  std::vector<std::string> words;
+  std::vector<std::string> texts;
   JobControl control;
-  control.progress = [&](const JobProgress& now) { words.push_back(now.words); };
+  control.progress = [&](const JobProgress& now) { texts.push_back(now.words); };
   const auto report = calibrate_robot(job, control);
   ASSERT_TRUE(report) << to_string(report.error());
   ASSERT_TRUE(report->innovations);
   EXPECT_FALSE(report->lap);
-  EXPECT_THAT(words.front(), HasSubstr("run 1 "));
+  EXPECT_THAT(texts.front(), HasSubstr("run 1 "));
   EXPECT_LE(report->innovations->cost_after, report->innovations->cost_before + 1e-9);
   const auto json = to_json(fields(*report));
   EXPECT_EQ(json["runs"], report->innovations->runs);
@@ -115,10 +116,10 @@ TEST(CalibrateByInnovations, MinimisesInnovationsAndCanBeCancelled) {
   const auto stopped = calibrate_robot(job, control);
   ASSERT_FALSE(stopped);
   EXPECT_THAT(stopped.error().message, HasSubstr("nothing was written"));
-  EXPECT_LE(runs, 3) << "it ends after the run it is in";
+  EXPECT_LE(runs, 3) << "ends after the current run";
 }
 
-TEST(TakeCalibrated, OnlyWhatIsKnownReplacesTheNumbersOfTheFilter) {
+TEST(TakeCalibrated, ReplacesOnlyObservableFilterOptions) {
   Calibration calibration;
   calibration.values["odometry_scale"] = {.value = 1.05, .sigma = 0.01};
   calibration.values["yaw_gain"] = {.value = 0.9, .verdict = CalibrationVerdict::Unobservable};
@@ -128,16 +129,16 @@ TEST(TakeCalibrated, OnlyWhatIsKnownReplacesTheNumbersOfTheFilter) {
   take_calibrated(calibration, filter);
   EXPECT_EQ(filter.odometry_scale, 1.05);
   EXPECT_EQ(filter.camera_latency_s, 0.08);
-  EXPECT_EQ(filter.yaw_gain, yaw_gain) << "what the drive did not tell stays as it is";
+  EXPECT_EQ(filter.yaw_gain, yaw_gain) << "unobservable, so unchanged";
 }
 
-TEST(CalibrateRobot, AJobThatMakesNoSenseReadsNothing) {
+TEST(CalibrateRobot, RejectsInvalidJobsBeforeReading) {
   CalibrateRobotJob job{.drive = {.logs = {"/nowhere/lap.mcap"}}};
   job.from_s = 5;
   job.to_s = 5;
-  const auto span = calibrate_robot(job, {});
-  ASSERT_FALSE(span);
-  EXPECT_EQ(span.error().place.key, "to");
+  const auto interval = calibrate_robot(job, {});
+  ASSERT_FALSE(interval);
+  EXPECT_EQ(interval.error().place.key, "to");
   job.to_s = 6;
   job.by = CalibrateRobotBy::Innovations;
   const auto map = calibrate_robot(job, {});
@@ -149,7 +150,7 @@ TEST(CalibrateRobot, AJobThatMakesNoSenseReadsNothing) {
   ASSERT_FALSE(output);
   EXPECT_EQ(output.error().code, ErrorCode::Unwritable);
   job.drive.output = calibration_drive().map;
-  EXPECT_FALSE(calibrate_robot(job, {})) << "a map is not written over";
+  EXPECT_FALSE(calibrate_robot(job, {})) << "a map file is not overwritten";
   job.drive.output.clear();
   const auto missing = calibrate_robot(job, {});
   ASSERT_FALSE(missing);

@@ -22,16 +22,16 @@ Result<CalibrateRobotJob> job_of(const CalibrateRobotArgs& args) {
   if (args.by == "innovations") job.by = CalibrateRobotBy::Innovations;
   Refusals refused(args.settings.app());
   refused.options(true, args.filter, kNoDelay, "Omit this option.", "lag_s");
-  refused.fields(job.drive.map.empty() || job.by == CalibrateRobotBy::Innovations, {"--map-sigma"},
-                 "with method lap this option requires a map", "Give --map, or omit this option.");
+  refused.fields(job.drive.map.empty() || job.by == CalibrateRobotBy::Innovations, {"map_sigma"},
+                 "applies only to method lap with a map", "Set `map` and `by=lap`, or omit `map_sigma`.");
   Status flags = refused.status();
   if (flags) flags = args.filter.apply(job.drive.filter);
   job.drive.asked = [&args](RiekfOptions& filter) { return args.filter.apply(filter); };
   if (!flags) return tl::unexpected(flags.error());
   if (!args.filter.given()) return job;
   if (job.by == CalibrateRobotBy::Lap || job.drive.map.empty())
-    return fail(ErrorCode::InvalidArgument, "filter flags have no effect on method lap", {.key = "--by"},
-                "Omit them, or give --by innovations and a --map.");
+    return fail(ErrorCode::InvalidArgument, "filter options have no effect on method lap", {.key = "by"},
+                "Omit them, or set `by=innovations` and `map`.");
   job.by = CalibrateRobotBy::Innovations;  // filter options imply the method
   return job;
 }
@@ -58,11 +58,13 @@ Verb calibrate_robot_verb() {
       .sentence = "Estimate camera mounting, scales, gains and latency from a drive past tags",
       .help =
           R"(No ground truth is needed. If a recording has tag corners and odometry, tags, trajectory and parameters are estimated
-jointly, with --map starting from the known tag poses. For other recordings (tag poses, ranges and bearings) the
-parameters minimise the filter's innovations, which requires a map. Drive at two speeds and turn to both sides: at one
-speed, slip cannot be told apart from a displaced camera. A parameter that the drive does not determine is reported as
-unobservable, with advice on what to drive. Pass the result to `waymark localize --calibration`; evaluate it on a
-different lap than the one it was made from (--from, --to).
+jointly; with --map, the given tag poses and their covariances constrain them. For other recordings (tag poses, ranges
+and bearings), the parameters minimise the filter's innovations, which requires a map. Drive at two speeds and turn to
+both sides: at one speed, slip and a displaced camera are indistinguishable. A parameter that the drive does not
+determine is reported as unobservable, with advice on what to drive.
+
+Pass the result to `waymark localize --calibration`. Evaluate it on another lap than the one it was made from, or on
+another interval (--from, --to).
 
 Exit code: 0 calibrated, 1 failed (prints the reason), 2 wrong usage, 130 stopped by Ctrl-C.
 
