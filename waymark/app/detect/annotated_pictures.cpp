@@ -21,8 +21,8 @@ std::string lower(std::string text) {
   return text;
 }
 
-/// "a/photo.jpg" as "a__photo.jpg"; "../" and a leading "/" leave no trace.
-std::string flat(const std::string& path) {
+/// "a__photo.jpg" for "a/photo.jpg"; ".." and a leading "/" are dropped.
+std::string flattened(const std::string& path) {
   std::string name;
   for (const auto& part : std::filesystem::path(path).lexically_normal().relative_path()) {
     if (part == ".." || part == ".") continue;
@@ -40,7 +40,7 @@ std::vector<std::string> annotation_names(const std::vector<std::string>& pictur
   std::vector<std::string> names;
   for (const std::string& picture : pictures) {
     const std::string stem = std::filesystem::path(picture).stem().string();
-    const std::string base = uses[lower(stem)] == 1 ? stem : flat(picture);
+    const std::string base = uses[lower(stem)] == 1 ? stem : flattened(picture);
     std::string name = base + ".png";
     for (int number = 2; !taken.insert(lower(name)).second; ++number)
       name = fmt::format("{}-{}.png", base, number);
@@ -52,18 +52,18 @@ std::vector<std::string> annotation_names(const std::vector<std::string>& pictur
 Result<AnnotatedVideo> AnnotatedVideo::create(const std::string& path, const std::vector<Input>& inputs) {
   AnnotatedVideo video;
   video.path_ = path;
-  bool known = false;
+  bool has_rate = false;
   for (const Input& input : inputs) {
     std::error_code ignored;
     if (std::filesystem::equivalent(input.path, path, ignored))
       return fail(ErrorCode::InvalidArgument, "the output is also an input video", {.source = path},
                   "Set `annotate` to another name.");
-    if (known || input.error || kind_of(input.path) != FileKind::Video) continue;
+    if (has_rate || input.error || kind_of(input.path) != FileKind::Video) continue;
     const Result<VideoReader> reader = VideoReader::open(input.path);
     if (!reader) continue;  // reported when it is read
     video.options_.rate_hz = reader->info().mean_rate_hz.value_or(video.options_.rate_hz);
     video.options_.rotation_deg = reader->info().rotation_deg;
-    known = true;
+    has_rate = true;
   }
   return video;
 }

@@ -10,29 +10,29 @@
 
 namespace waymark {
 
-/// A file name in one folder for each picture: "photo.png" for "a/photo.jpg". Where two pictures would get
-/// the same name (compared without case, as some file systems do), each of them is called after its whole
-/// path, "a__photo.jpg.png", and should even that collide, numbered. Depends only on the list.
+/// Unique file names for annotated pictures in one folder: "photo.png" for "a/photo.jpg". If two names would
+/// collide (ignoring case, as some file systems do), both contain the whole path: "a__photo.jpg.png". If
+/// these collide as well, they get numbers. Depends only on the list.
 [[nodiscard]] std::vector<std::string> annotation_names(const std::vector<std::string>& pictures);
 
-/// Annotated pictures as a video: as large as the first, with their stamps; pictures without stamps follow
-/// each other at the nominal rate.
+/// Writes annotated pictures as a video with the size of the first and the stamps of all. Pictures without
+/// stamps follow at the rate of the video.
 class AnnotatedVideo {
  public:
-  /// Refuses to write over one of the inputs. Rate and rotation are those of the first video among them.
+  /// Fails if `path` is one of the inputs. Rate and rotation are those of the first video among them.
   [[nodiscard]] static Result<AnnotatedVideo> create(const std::string& path,
                                                      const std::vector<Input>& inputs);
 
   [[nodiscard]] Status add(const ColorImage& picture, std::optional<SensorTime> stamp);
-  /// Puts the file in its place; without any picture there is none.
+  /// Completes the file; without pictures no file is written.
   [[nodiscard]] Status close();
 
  private:
   std::filesystem::path path_{};
   VideoWriterOptions options_{};
   std::optional<VideoWriter> writer_{};
-  std::optional<SensorTime> last_{};  ///< in the video that is written
-  Duration shift_{};                  ///< of the stamps, if a further input restarts at zero
+  std::optional<SensorTime> last_{};  ///< stamp of the last picture in the output
+  Duration shift_{};                  ///< added to stamps, as each input starts at zero
 };
 
 }  // namespace waymark

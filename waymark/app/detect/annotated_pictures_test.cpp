@@ -14,7 +14,7 @@ namespace {
 
 using ::testing::ElementsAre;
 
-TEST(AnnotationNames, AreShortWhereTheyCanBe) {
+TEST(AnnotationNames, AreShortIfUnique) {
   EXPECT_THAT(annotation_names({"a/photo.jpg", "b/other.png"}), ElementsAre("photo.png", "other.png"));
 }
 
@@ -23,7 +23,7 @@ TEST(AnnotationNames, ContainTheFolderIfNeeded) {
               ElementsAre("left__1.png.png", "right__1.png.png", "1.jpg.png", "2.png"));
 }
 
-TEST(AnnotationNames, AreNumberedAtTheLast) {
+TEST(AnnotationNames, AreNumberedIfPathsCollide) {
   EXPECT_THAT(annotation_names({"a/b.png", "../a/b.png", "A__B.PNG"}),
               ElementsAre("a__b.png.png", "a__b.png-2.png", "A__B.png"));
 }
@@ -38,11 +38,11 @@ TEST(AnnotationNames, NeverCollideAndStayInTheFolder) {
       return joined;
     });
     const auto paths = *rc::gen::container<std::vector<std::string>>(path);
-    std::set<std::string> seen;
+    std::set<std::string> names;
     for (std::string name : annotation_names(paths)) {
       RC_ASSERT(name.find('/') == std::string::npos);
       std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
-      RC_ASSERT(seen.insert(name).second);
+      RC_ASSERT(names.insert(name).second);
     }
   });
 }

@@ -14,7 +14,7 @@
 namespace waymark {
 namespace {
 
-/// One camera, on the thread of its own where there are several.
+/// Detection in one camera; each of several cameras has its own thread.
 class CameraDetection {
  public:
   CameraDetection(const DetectCamerasJob& job, const JobControl& control, std::mutex& mutex,
@@ -28,7 +28,7 @@ class CameraDetection {
     if (job_.duration_s > 0) watch.duration_s = job_.duration_s;
     if (job_.poses) watch.camera = &job_.poses->camera;
     watch.on_picture = [&](CameraPicture& seen) { return take(seen); };
-    watch.on_words = [&](const std::string& words) { say(words); };
+    watch.on_words = [&](const std::string& text) { report_text(text); };
     watch.should_stop = [&] {
       const std::lock_guard lock(mutex_);
       return control_.cancelled();
@@ -37,7 +37,7 @@ class CameraDetection {
     if (page_ == nullptr) return end;
     const auto recorded = page_->close();
     if (!recorded) return end ? tl::unexpected(recorded.error()) : end;
-    if (!recorded->empty()) say("recorded " + *recorded);
+    if (!recorded->empty()) report_text("recorded " + *recorded);
     return end;
   }
 
@@ -57,10 +57,10 @@ class CameraDetection {
     return {};
   }
 
-  void say(const std::string& words) {
-    if (page_ != nullptr) page_->say(words);
+  void report_text(const std::string& text) {
+    if (page_ != nullptr) page_->say(text);
     const std::lock_guard lock(mutex_);
-    control_.note(job_.addresses.size() > 1 ? address_ + ": " + words : words);
+    control_.note(job_.addresses.size() > 1 ? address_ + ": " + text : text);
   }
 
   const DetectCamerasJob& job_;
@@ -75,8 +75,8 @@ class CameraDetection {
 
 std::string to_text(const DetectedCamera& camera, bool several) {
   const CameraWatchEnd& end = *camera.end;
-  return fmt::format("{}{} in {:.1f} s, {}; {} dropped for newer ones, {} lost by the driver, {} damaged",
-                     several ? camera.address + ": " : "", counted(end.pictures, "picture"), end.seconds,
+  return fmt::format("{}{} in {:.1f} s, {}; {} skipped for newer ones, {} lost by the driver, {} damaged",
+                     several ? camera.address + ": " : "", counted(end.pictures, "image"), end.seconds,
                      counted(end.tags, "tag"), end.counts.dropped, end.counts.lost, end.counts.damaged);
 }
 

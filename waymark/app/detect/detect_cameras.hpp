@@ -12,24 +12,24 @@
 #include "waymark/app/live/viewers.hpp"
 #include "waymark/base/fields.hpp"
 
-/// `waymark detect v4l2:…`: tags in the images of live cameras.
+/// `waymark detect v4l2:…`: detects tags in the images of live cameras.
 namespace waymark {
 
 struct DetectCamerasJob {
   std::vector<std::string> addresses{};
   std::optional<PoseSetup> poses{};
   double duration_s = 0;              ///< 0: until the control cancels it
-  std::optional<PageOptions> page{};  ///< of one camera
+  std::optional<PageOptions> page{};  ///< page that shows the camera; requires a single camera
   std::function<void(const PictureReport&, const PoseList&, Duration age)> on_picture{};
 };
 
-/// User options of detection, without detector and camera.
+/// User options of detection, except for detector and camera.
 struct DetectRequest {
   DetectJob job{};
-  bool view = false;  ///< of one live camera
+  bool view = false;  ///< show the page of one live camera
   PageOptions page{};
   bool json = false;
-  bool covariance = false;  ///< in the lines of json
+  bool covariance = false;  ///< in JSON lines
   double duration_s = 0;    ///< DetectCamerasJob::duration_s
 
   template <class Self, class Visitor>
@@ -39,18 +39,18 @@ struct DetectRequest {
     DetectJob::fields(self.job, visit);
     visit(self.json, JobField("json", "Print one JSON object per image instead of tables"));
     visit(self.covariance,
-          JobField("covariance", "With `json`: the 8 x 8 covariance of the corners of each tag as well"));
+          JobField("covariance", "With `json`: also print the 8 x 8 covariance of the corners of each tag"));
     visit(self.job.annotate_folder,
           JobField(
               "annotate PATH",
-              "Write each image with its tags drawn in: to this folder, as PNG, or to a video (a name that "
-              "ends in .mp4, .mkv, .webm or .avi); x axis red, y axis green, dot on the first corner"));
+              "Folder for annotated PNG images, or a video to write (.mp4, .mkv, .webm, .avi). Axes: x red, "
+              "y green; a dot marks the first corner"));
     visit(self.duration_s,
-          JobField("duration_s FLOAT", "Time after which a live camera is closed; 0: never", 0.0, 1e7));
+          JobField("duration_s FLOAT", "Time after which live cameras are closed; 0: never", 0.0, 1e7));
   }
 };
 
-/// Whether the inputs are live cameras; fails on flags that do not go with what they are.
+/// Whether the inputs are live cameras. Fails on fields that have no effect on these inputs.
 [[nodiscard]] Result<bool> is_camera_input(const std::vector<std::string>& sources, const GivenFields& given);
 
 /// Result for one camera; an error ends only this camera.
@@ -59,12 +59,13 @@ struct DetectedCamera {
   Result<CameraWatchEnd> end{};
 };
 
-/// Pictures, tags and what was lost, in a sentence; the address of one of `several` goes before. Of a camera
-/// that did not fail.
+/// One line with the numbers of images, tags and lost images, preceded by the address if there are several
+/// cameras. Requires a camera that did not fail.
 [[nodiscard]] std::string to_text(const DetectedCamera& camera, bool several);
 
-/// Finds the tags of all cameras until each has ended. Several have a thread each; what they call (on_picture
-/// and the control) is called by one after the other. Fails where one of them, or the page, cannot be opened.
+/// Detects tags in the images of all cameras until each has ended. Each of several cameras has its own
+/// thread; calls of on_picture and of the control are serialised. Fails if a camera or the page cannot be
+/// opened.
 [[nodiscard]] Result<std::vector<DetectedCamera>> detect_cameras(const DetectCamerasJob& job,
                                                                  const TagFinder& finder,
                                                                  const JobControl& control);

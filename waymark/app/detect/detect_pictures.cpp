@@ -26,16 +26,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Where annotated pictures go, once that is known to work.
+/// Output of annotated pictures.
 struct Annotations {
-  fs::path folder;                      ///< empty when there is none
+  fs::path folder;                      ///< empty: none
   std::optional<AnnotatedVideo> video;  ///< instead of a folder
   std::vector<std::string> names;
-  bool failed = false;  ///< wanted, but the folder cannot be made
+  bool failed = false;  ///< the folder cannot be created
 };
 
-/// Makes the folder, or begins the video. Refuses a folder that holds pictures to be read: annotations must
-/// not overwrite what they were made from.
+/// Creates the folder, or prepares the video. Fails if the folder contains input images, as annotations could
+/// overwrite them.
 Result<Annotations> prepare_annotations(const std::string& folder, const std::vector<Input>& inputs,
                                         const JobControl& control) {
   Annotations annotations;
@@ -63,16 +63,16 @@ Result<Annotations> prepare_annotations(const std::string& folder, const std::ve
   annotations.failed = error || !fs::is_directory(folder, error);
   if (!annotations.failed) annotations.folder = folder;
   if (annotations.failed) {
-    const std::string why = error ? error.message() : "is not a folder";
+    const std::string reason = error ? error.message() : "it is not a folder";
     control.note(to_string(Error{ErrorCode::Unwritable,
-                                 "cannot create the folder for annotated images: " + why,
+                                 "cannot create the folder for annotated images: " + reason,
                                  {.source = folder},
-                                 "Tags are reported, but no images are written."}));
+                                 "Tags are reported, but no annotated images are written."}));
   }
   return annotations;
 }
 
-/// The name of a picture's own; of a recording's, its stamp behind that of the file: "lap_12.345000000.png".
+/// `name` for an image file; with its stamp for an image of a recording: "lap_12.345000000.png".
 std::string annotation_name(const std::string& name, const PictureReport& report, const Input& input) {
   if (report.image == input.path) return name;
   const std::size_t stamp = report.image.rfind('#');
@@ -129,14 +129,13 @@ Result<DetectSummary> detect_pictures(const DetectJob& job, const TagFinder& fin
 
 namespace {
 
-/// Standard deviation of a corner coordinate, root mean square over the tag; nothing when the detector does
-/// not know.
+/// Standard deviation of a corner coordinate, root mean square over the tag; nothing without a covariance.
 std::optional<double> sigma_px(const TagDetection& detection) {
   if (!detection.corner_covariance_px2) return std::nullopt;
   return std::sqrt(std::max(0.0, detection.corner_covariance_px2->trace() / 8));
 }
 
-/// Between the line of sight and the tag's normal.
+/// Angle between the line of sight and the normal of the tag.
 double incidence_deg(const SE3& cam_T_tag) {
   const Eigen::Vector3d normal = cam_T_tag.rotation() * Eigen::Vector3d::UnitZ();
   return to_degrees(std::acos(std::clamp(normal.dot(cam_T_tag.translation().normalized()), -1.0, 1.0)));
@@ -177,8 +176,8 @@ std::string to_text(const PictureReport& report) {
 std::string to_text(std::span<const TagDetection> detections, const PoseList& poses) {
   if (poses.empty()) return {};
   std::string text =
-      fmt::format("  {:<22}{:>9}{:>9}{:>9}{:>9}{:>9}{:>9}{:>9}{:>8}{:>8}\n", "pose in the camera", "x m",
-                  "y m", "z m", "±x mm", "±y mm", "±z mm", "±rot °", "tilt °", "rms px");
+      fmt::format("  {:<22}{:>9}{:>9}{:>9}{:>9}{:>9}{:>9}{:>9}{:>8}{:>8}\n", "pose in camera", "x m", "y m",
+                  "z m", "±x mm", "±y mm", "±z mm", "±rot °", "tilt °", "rms px");
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const std::string name = to_string(detections[i].tag);
     if (!poses[i]) {

@@ -10,14 +10,14 @@
 #include "waymark/app/common/detect_all.hpp"
 #include "waymark/base/fields.hpp"
 
-/// `waymark detect`: the tags in images, with optional poses and annotated images.
+/// `waymark detect`: detects tags in images, with optional poses and annotated images.
 namespace waymark {
 
 struct DetectJob {
   std::vector<std::string> sources{};  ///< files, folders, patterns, recordings, videos
-  bool recursive = false;              ///< also pictures of the folders in a folder
+  bool recursive = false;              ///< search folders recursively
   std::optional<PoseSetup> poses{};
-  /// For pictures with their tags drawn in: a folder, or a video that is written (by its name); empty: none.
+  /// Output of annotated pictures: a folder, or a video if the name has a video extension; empty: none.
   std::string annotate_folder{};
 
   template <class Self, class Visitor>
@@ -32,24 +32,24 @@ struct DetectJob {
   }
 };
 
-/// Called with each picture, in order; `poses` has one entry a detection, or is empty. Returns whether to go
-/// on.
+/// Called with each picture, in order; `poses` has one entry per detection, or is empty. Returns whether to
+/// continue.
 using EachDetected = std::function<bool(const PictureReport& report, const PoseList& poses)>;
 
-/// Pictures that fail are notes, are counted and have an error in their report; the others are processed.
-/// Fails as a whole when the annotated pictures would be written over their originals.
+/// A picture that fails is counted, noted, and has an error in its report; the others are processed. Fails as
+/// a whole if annotated pictures would overwrite inputs.
 [[nodiscard]] Result<DetectSummary> detect_pictures(const DetectJob& job, const TagFinder& finder,
                                                     const JobControl& control, const EachDetected& each);
 
-/// The poses of a picture's tags. A calibration of another picture size gives none, and an error in the
-/// report.
+/// Poses of the tags in a picture. Empty, with an error in the report, if the calibration is for another
+/// image size.
 [[nodiscard]] PoseList poses_for(PictureReport& report, const PoseSetup& setup);
 
 /// The detections in one image as a text table; ends with an end of line. Requires report.detected.
 [[nodiscard]] std::string to_text(const PictureReport& report);
 
-/// The poses of one picture's tags: position and distance with standard deviations, both solutions; ends with
-/// an end of line. Empty when there are none.
+/// Poses of the tags in one image as a text table: both solutions, with standard deviations; ends with an end
+/// of line. Empty without poses.
 [[nodiscard]] std::string to_text(std::span<const TagDetection> detections, const PoseList& poses);
 
 }  // namespace waymark

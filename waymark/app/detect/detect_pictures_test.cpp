@@ -1,5 +1,5 @@
-// The tables of detections and their scores: each figure in its column, and nothing where nothing is known.
-// Videos of painted tags: found in every picture, at their stamps; annotated; converted to a recording.
+// Detection in images and in videos of painted tags: tables, scores, annotated output, conversion to a
+// recording.
 #include "waymark/app/detect/detect_pictures.hpp"
 
 #include <filesystem>
@@ -36,7 +36,7 @@ using ::testing::Not;
 
 constexpr TagId kTag{FamilyId::Tag36h11, 7};
 
-TagFinder usual_finder() {
+TagFinder default_finder() {
   return {.detector = std::move(make_apriltag_detector({}).value()), .refinement = RefinementOptions{}};
 }
 
@@ -54,10 +54,10 @@ class DetectPictures : public ::testing::Test {
 
   testing::TagCorners corners_ = testing::square_corners({150.3, 120.7}, 80, 0.2);
   fs::path folder_ = testing::fresh_folder("jobs_detect");
-  TagFinder finder_ = usual_finder();
+  TagFinder finder_ = default_finder();
 };
 
-TEST_F(DetectPictures, TagsAreWhereTheyWerePaintedAndWhatFailsIsCounted) {
+TEST_F(DetectPictures, FindsPaintedTagsAndCountsFailures) {
   std::vector<PictureReport> seen;
   std::vector<std::string> notes;
   JobControl control;
@@ -81,7 +81,7 @@ TEST_F(DetectPictures, TagsAreWhereTheyWerePaintedAndWhatFailsIsCounted) {
   EXPECT_TRUE(fs::exists(folder_ / "annotated" / "tag.png"));
 }
 
-TEST_F(DetectPictures, ThePoseIsThatOfThePicture) {
+TEST_F(DetectPictures, EstimatesTheDistanceOfATag) {
   const double focal_px = 300;
   const CameraModel camera =
       CameraModel::make(PinholeRadtan{.fx = focal_px, .fy = focal_px, .cx = 160, .cy = 120}, 320, 240)
@@ -97,7 +97,7 @@ TEST_F(DetectPictures, ThePoseIsThatOfThePicture) {
   EXPECT_NEAR(json["detections"][0]["pose"]["cam_t_tag_m"][2].get<double>(), 0.16 * focal_px / 80, 0.01);
 }
 
-/// Tags in a row from the middle of the image to its edge, through a lens with barrel distortion.
+/// A row of tags from the middle of the image to its edge, seen through a lens with barrel distortion.
 class DetectThroughALens : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -117,7 +117,7 @@ class DetectThroughALens : public ::testing::Test {
     truth_ = std::move(picture.tags);
   }
 
-  /// Root mean square distance of the detected corners from the true ones.
+  /// Root mean square error of the detected corners.
   double rms_px(const std::string& name, const std::optional<PoseSetup>& poses) {
     double sum = 0;
     int corners = 0;
@@ -143,27 +143,26 @@ class DetectThroughALens : public ::testing::Test {
           .value();
   PoseSetup poses_{lens_, {.default_size_m = 0.12}};
   fs::path folder_ = testing::fresh_folder("jobs_detect_lens");
-  TagFinder finder_ = usual_finder();
+  TagFinder finder_ = default_finder();
   std::vector<TagTruth> truth_{};
 };
 
-TEST_F(DetectThroughALens, CornersAreRefinedWithTheLensThatIsGiven) {
+TEST_F(DetectThroughALens, RefinesCornersWithTheGivenLens) {
   for (const char* const name : {"tags.png", "tags.mcap"}) {
     const double with_px = rms_px(name, poses_);
     const double without_px = rms_px(name, std::nullopt);
-    std::printf("%s: corners %.4f px from the truth with the lens, %.4f px without\n", name, with_px,
-                without_px);
+    std::printf("%s: corner error %.4f px with the lens, %.4f px without\n", name, with_px, without_px);
     EXPECT_LT(with_px, 0.05) << name;
     EXPECT_LT(3 * with_px, without_px) << name;
   }
 }
 
-TEST_F(DetectThroughALens, ALensOfAnotherImageSizeIsNotApplied) {
+TEST_F(DetectThroughALens, IgnoresALensForAnotherImageSize) {
   const PoseSetup half{scaled_camera(lens_, 640, 360).value(), poses_.sizes};
   EXPECT_EQ(rms_px("tags.png", half), rms_px("tags.png", std::nullopt));
 }
 
-TEST_F(DetectPictures, OriginalsAreNotWrittenOver) {
+TEST_F(DetectPictures, RefusesToOverwriteInputs) {
   const DetectJob job{.sources = {at("tag.png")}, .annotate_folder = folder_.string()};
   const auto summary =
       detect_pictures(job, finder_, {}, [](const PictureReport&, const PoseList&) { return true; });
@@ -171,7 +170,7 @@ TEST_F(DetectPictures, OriginalsAreNotWrittenOver) {
   EXPECT_EQ(summary.error().place.key, folder_.string());
 }
 
-TEST_F(DetectPictures, CancellingAndEnoughEndBetweenTwoPictures) {
+TEST_F(DetectPictures, StopsBetweenTwoPictures) {
   const std::vector<Input> inputs = find_inputs({at("tag.png"), at("broken.png")}, false);
   int pictures = 0;
   const auto count = [&](bool go_on) {
@@ -181,14 +180,14 @@ TEST_F(DetectPictures, CancellingAndEnoughEndBetweenTwoPictures) {
     };
   };
   EXPECT_FALSE(detect_all(inputs, finder_, nullptr, {}, count(false)).stopped);
-  EXPECT_EQ(pictures, 1) << "who has seen enough gets no more";
+  EXPECT_EQ(pictures, 1) << "the callback returned false";
   JobControl control;
   control.cancelled = [&] { return pictures >= 2; };
   EXPECT_TRUE(detect_all(inputs, finder_, nullptr, control, count(true)).stopped);
   EXPECT_EQ(pictures, 2);
 }
 
-TEST_F(DetectPictures, AreScoredAgainstTheTruth) {
+TEST_F(DetectPictures, ScoresDetectionsWithGroundTruth) {
   std::string truth = "image,id,x0,y0,x1,y1,x2,y2,x3,y3\ntag.png,7";
   for (const Eigen::Vector2d& corner : corners_) truth += fmt::format(",{},{}", corner.x(), corner.y());
   ASSERT_TRUE(write_text_file(folder_ / "truth.csv", truth + "\n"));
@@ -208,7 +207,7 @@ TEST_F(DetectPictures, AreScoredAgainstTheTruth) {
   EXPECT_FALSE(evaluate_detections(job, finder_, {}));
 }
 
-/// Six by five tags of 4 cm, projected without noise, as detect writes them as JSON.
+/// JSON of `waymark detect` for a board of 6 x 5 tags of 4 cm, projected without noise.
 std::string board_detections(const CameraModel& camera, int pictures) {
   const TargetOptions board{.columns = 6, .rows = 5, .tag_size_m = 0.04};
   const TagMap tags = CalibrationTarget::make(board)->tags();
@@ -236,7 +235,7 @@ std::string board_detections(const CameraModel& camera, int pictures) {
   return lines;
 }
 
-TEST_F(DetectPictures, ACameraIsCalibratedFromWhatWasDetected) {
+TEST_F(DetectPictures, DetectionsCalibrateACamera) {
   const CameraModel truth =
       CameraModel::make(PinholeRadtan{.fx = 512, .fy = 509, .cx = 326, .cy = 236}, 640, 480).value();
   ASSERT_TRUE(write_text_file(folder_ / "tags.jsonl", board_detections(truth, 10)));
@@ -275,12 +274,12 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
-std::vector<std::string> words_of(const std::string& line) {
+std::vector<std::string> columns_of(const std::string& line) {
   std::istringstream stream(line);
   return {std::istream_iterator<std::string>(stream), {}};
 }
 
-TEST(DetectionsText, APictureIsARowATag) {
+TEST(DetectionsText, HasOneRowPerTag) {
   PictureReport report{.image = "a.png", .width_px = 640, .height_px = 480, .detected = true};
   EXPECT_EQ(to_text(report), "a.png: 0 tags in 640 x 480 px\n");
   report.detections = {square(3, 50, 40)};
@@ -289,9 +288,9 @@ TEST(DetectionsText, APictureIsARowATag) {
   report.detections[1].corner_covariance_px2 = 0.04 * Eigen::Matrix<double, 8, 8>::Identity();
   const auto lines = lines_of(to_text(report));
   ASSERT_EQ(lines.size(), 4U);
-  const auto first = words_of(lines[2]);
+  const auto first = columns_of(lines[2]);
   EXPECT_EQ(first, (std::vector<std::string>{"tag36h11:3", "70.00", "120.00", "40.0", "-", "61.2", "1"}));
-  EXPECT_EQ(words_of(lines[3])[4], "0.200") << "the root of the mean variance of a coordinate";
+  EXPECT_EQ(columns_of(lines[3])[4], "0.200") << "root of the mean variance of a coordinate";
 }
 
 TEST(DetectionsText, UnrefinedCornersAreReportedWithTheReason) {
@@ -304,7 +303,7 @@ TEST(DetectionsText, UnrefinedCornersAreReportedWithTheReason) {
                                   std::string(to_string(RefinementOutcome::TooSmall))));
 }
 
-TEST(DetectionsText, PosesHaveBothSolutionsAndErrorsTheirWords) {
+TEST(DetectionsText, PosesHaveBothSolutionsOrTheErrorMessage) {
   EXPECT_EQ(to_text(std::span<const TagDetection>(), PoseList()), "");
   const std::vector<TagDetection> tags = {square(3, 50, 40), square(4, 150, 40)};
   TagPose pose;
@@ -315,15 +314,15 @@ TEST(DetectionsText, PosesHaveBothSolutionsAndErrorsTheirWords) {
   pose.other->rms_px = 0.4;
   PoseList poses;
   poses.emplace_back(pose);
-  poses.emplace_back(fail(ErrorCode::InvalidArgument, "its size is not known"));
+  poses.emplace_back(fail(ErrorCode::InvalidArgument, "unknown size"));
   const auto lines = lines_of(to_text(tags, poses));
   ASSERT_EQ(lines.size(), 4U);
-  const auto first = words_of(lines[1]);
+  const auto first = columns_of(lines[1]);
   EXPECT_EQ(std::vector<std::string>(first.begin(), first.begin() + 7),
             (std::vector<std::string>{"tag36h11:3", "0.1000", "-0.2000", "2.0000", "2.2", "2.2", "1.0"}))
-      << "1 mm, and 1 mrad about the camera at 2 m";
+      << "1 mm, and 1 mrad of the camera at 2 m";
   EXPECT_THAT(lines[2], HasSubstr("or (ratio "));
-  EXPECT_THAT(lines[3], HasSubstr("its size is not known"));
+  EXPECT_THAT(lines[3], HasSubstr("unknown size"));
 }
 
 constexpr TagId kVideoTag{FamilyId::Tag36h11, 7};
@@ -335,7 +334,7 @@ testing::TagCorners corners_at(int k) {
 
 SensorTime video_stamp(int k) { return SensorTime(std::chrono::milliseconds(33 * k + (k % 3))); }
 
-/// A tag that moves.
+/// A video of a moving tag.
 class TagVideo : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -356,7 +355,7 @@ class TagVideo : public ::testing::Test {
                     .refinement = RefinementOptions{}};
 };
 
-TEST_F(TagVideo, EveryPictureIsReportedWithItsStamp) {
+TEST_F(TagVideo, ReportsEveryImageWithItsStamp) {
   std::vector<PictureReport> seen;
   std::vector<std::string> notes;
   JobControl control;
@@ -378,7 +377,7 @@ TEST_F(TagVideo, EveryPictureIsReportedWithItsStamp) {
     EXPECT_EQ(*report.stamp, video_stamp(k));
   }
   EXPECT_EQ(seen[1].image, at("walk.mp4") + "#0.034000000");
-  EXPECT_THAT(notes, ::testing::ElementsAre(::testing::HasSubstr("has a rotation flag")));
+  EXPECT_THAT(notes, ::testing::ElementsAre(::testing::HasSubstr("rotation")));
 }
 
 TEST_F(TagVideo, ACalibrationOfAnotherSizeIsReportedOnce) {
@@ -396,12 +395,11 @@ TEST_F(TagVideo, ACalibrationOfAnotherSizeIsReportedOnce) {
       });
   ASSERT_TRUE(summary) << to_string(summary.error());
   EXPECT_EQ(summary->failed, static_cast<std::size_t>(kPictures));
-  EXPECT_EQ(errors, static_cast<std::size_t>(kPictures)) << "each report has it";
-  EXPECT_THAT(notes, ::testing::UnorderedElementsAre(HasSubstr("the calibration is for 640x480"),
-                                                     HasSubstr("has a rotation flag")));
+  EXPECT_EQ(errors, static_cast<std::size_t>(kPictures)) << "in every report";
+  EXPECT_THAT(notes, ::testing::UnorderedElementsAre(HasSubstr("640x480"), HasSubstr("rotation")));
 }
 
-TEST_F(TagVideo, AnnotatedPicturesBecomeAVideo) {
+TEST_F(TagVideo, WritesAnAnnotatedVideo) {
   const DetectJob job{.sources = {at("walk.mp4")}, .annotate_folder = at("seen.mp4")};
   const auto summary =
       detect_pictures(job, finder_, {}, [](const PictureReport&, const PoseList&) { return true; });
@@ -418,7 +416,7 @@ TEST_F(TagVideo, AnnotatedPicturesBecomeAVideo) {
   }
 }
 
-TEST_F(TagVideo, WhenItIsCancelledTheAnnotatedVideoEndsThere) {
+TEST_F(TagVideo, CancellingKeepsTheAnnotatedVideoSoFar) {
   int pictures = 0;
   JobControl control;
   control.cancelled = [&] { return pictures >= 4; };
@@ -440,7 +438,7 @@ TEST_F(TagVideo, WhenItIsCancelledTheAnnotatedVideoEndsThere) {
   EXPECT_EQ(written, 4);
 }
 
-TEST_F(TagVideo, TheVideoIsNotWrittenOver) {
+TEST_F(TagVideo, RefusesToOverwriteTheInputVideo) {
   const DetectJob job{.sources = {at("walk.mp4")}, .annotate_folder = at("walk.mp4")};
   const auto summary =
       detect_pictures(job, finder_, {}, [](const PictureReport&, const PoseList&) { return true; });
@@ -448,7 +446,7 @@ TEST_F(TagVideo, TheVideoIsNotWrittenOver) {
   EXPECT_EQ(summary.error().code, ErrorCode::InvalidArgument);
 }
 
-TEST_F(TagVideo, BecomesARecordingOfTagsAndPictures) {
+TEST_F(TagVideo, BecomesARecordingOfTagsAndImages) {
   const CameraModel camera =
       CameraModel::make(PinholeRadtan{.fx = 300, .fy = 301, .cx = 160, .cy = 120}, 320, 240).value();
   const ConvertVideoJob job{.input = at("walk.mp4"),
@@ -484,10 +482,10 @@ TEST_F(TagVideo, BecomesARecordingOfTagsAndPictures) {
   EXPECT_EQ(setup->metadata.at("waymark").at("tag_size_m"), "0.165");
   const auto again = convert_video(job, finder_, {});
   ASSERT_FALSE(again);
-  EXPECT_THAT(again.error().message, HasSubstr("already exists"));
+  EXPECT_THAT(again.error().message, HasSubstr("exists"));
 }
 
-TEST_F(TagVideo, ACameraOfAnotherSizeIsRefused) {
+TEST_F(TagVideo, RejectsACameraOfAnotherSize) {
   const CameraModel camera =
       CameraModel::make(PinholeRadtan{.fx = 300, .fy = 301, .cx = 320, .cy = 240}, 640, 480).value();
   const auto found =

@@ -11,7 +11,7 @@
 namespace waymark::cli {
 namespace {
 
-ExitCode say_ends(const std::vector<DetectedCamera>& cameras, Console& console) {
+ExitCode print_ends(const std::vector<DetectedCamera>& cameras, Console& console) {
   console.end_progress();
   ExitCode code = interrupted() ? ExitCode::Interrupted : ExitCode::Ok;
   for (const DetectedCamera& camera : cameras) {
@@ -23,7 +23,7 @@ ExitCode say_ends(const std::vector<DetectedCamera>& cameras, Console& console) 
   return code;
 }
 
-/// `waymark detect v4l2:…`, until Ctrl-C. The code of a camera that fails is the exit code.
+/// `waymark detect v4l2:…`, until Ctrl-C. If a camera fails, the exit code is that of the failure.
 ExitCode detect_live(DetectCamerasJob job, bool json, bool covariance, const TagFinder& finder,
                      Console& console) {
   job.on_picture = [&](const PictureReport& report, const PoseList& poses, Duration age) {
@@ -39,7 +39,7 @@ ExitCode detect_live(DetectCamerasJob job, bool json, bool covariance, const Tag
   JobControl control = control_from(console);
   control.cancelled = [&console] { return interrupted() || console.output_ended(); };
   const auto cameras = detect_cameras(job, finder, control);
-  if (cameras) return say_ends(*cameras, console);
+  if (cameras) return print_ends(*cameras, console);
   return fail_by_kind(cameras.error(), console);
 }
 
@@ -56,8 +56,8 @@ struct DetectArgs : DetectRequest {
 ExitCode detect(const DetectArgs& args, Console& console) {
   const CLI::App& app = args.settings.app();
   Refusals refused(app);
-  refused.fields(!args.json, {"--covariance"}, "tables do not show covariances",
-                 "Add --json, or omit --covariance.");
+  refused.fields(!args.json, {"covariance"}, "tables do not show covariances",
+                 "Set `json`, or omit `covariance`.");
   if (!refused.status()) return fail_usage(refused.status().error(), console);
   const auto finder = args.detector.make();
   if (!finder) return fail_usage(finder.error(), console);
@@ -82,7 +82,7 @@ ExitCode detect(const DetectArgs& args, Console& console) {
         return !console.output_ended();
       });
   if (!summary) return fail_usage(summary.error(), console);
-  console.say(fmt::format("{}, {}, {} failed", counted(summary->pictures, "picture"),
+  console.say(fmt::format("{}, {}, {} failed", counted(summary->pictures, "image"),
                           counted(summary->tags, "tag"), summary->failed));
   if (summary->stopped) return ExitCode::Interrupted;
   return summary->failed > 0 || summary->annotations_failed ? ExitCode::SomeFailed : ExitCode::Ok;
@@ -91,16 +91,17 @@ ExitCode detect(const DetectArgs& args, Console& console) {
 }  // namespace
 
 Verb detect_verb() {
-  return {.name = "detect",
-          .sentence = "Detect tags in images, with sub-pixel corners",
-          .help =
-              R"(Results go to standard output, messages and progress to standard error. Corners are where the
-black border meets the white one: top left, top right, bottom right, bottom left of the printed tag.
-Pixel (i, j) covers [i, i+1) x [j, j+1). Images of a folder are processed in the order of their names.
-Images of a recording or a video are named by their stamp: lap.mcap#12.345000000; that of a video is the
-presentation time since its first image. The rotation flag of a video is ignored.
+  return {
+      .name = "detect",
+      .sentence = "Detect tags in images, with sub-pixel corners",
+      .help =
+          R"(Results go to standard output, messages and progress to standard error. Corners are where the black border meets the
+white one, in the order top left, top right, bottom right, bottom left of the printed tag. Pixel (i, j) covers
+[i, i+1) x [j, j+1). Images in a folder are processed in the order of their names. Images in a recording or a video are
+named after file and stamp: lap.mcap#12.345000000. The stamp of a video image is its presentation time since the first
+image. The rotation flag of a video is ignored.
 
-Exit code: 0 all inputs processed (with or without tags), 1 some failed (the others are processed),
+Exit code: 0 all inputs processed (with or without tags), 1 some inputs failed (the others are processed),
 2 wrong usage, 130 stopped by Ctrl-C.
 
 Examples:
@@ -112,13 +113,13 @@ Examples:
   waymark detect v4l2:/dev/video0,size=1280x720 --view --camera camera.yaml --tag-size-m 0.16
   waymark detect v4l2:/dev/video0 v4l2:/dev/video2 --json
 
-With --camera and --tag-size-m corners are refined with the lens model of the camera, and the pose of each tag in the
-camera frame (x right, y down, z forward) is printed with standard deviations. A tag seen nearly from the front has
-two poses that fit almost equally well: both are printed, the better first, with the ratio of their errors (near 1:
+With --camera and --tag-size-m, corners are refined with the lens model of the camera, and the pose of each tag in the
+camera frame (x right, y down, z forward) is printed with standard deviations. For a tag viewed almost frontally, two
+poses fit almost equally well. Both are printed, the better one first, with the ratio of their errors (near 1:
 ambiguous).
 )",
-          .prepare = prepared(detect),
-          .report = report_of<PictureLine>};
+      .prepare = prepared(detect),
+      .report = report_of<PictureLine>};
 }
 
 }  // namespace waymark::cli
