@@ -232,8 +232,8 @@ class WrongParameters(InFolder):
 
     def test_the_dictionary_or_target_in_the_images_is_suggested(self):
         for words, expected in ((("--target", "charuco", *self.SIZES, "--marker-size-m", 0.021, "--dictionary", "4x4_50"), "--dictionary 5x5_"),
-                            (("--target", "aprilgrid", "--cols", 8, "--rows", 6, "--tag-size-m", 0.021), "--target charuco --dictionary 5x5_"),
-                            (("--cols", 8, "--rows", 6, "--tag-size-m", 0.021), "--target charuco --dictionary 5x5_")):
+                            (("--target", "aprilgrid", "--cols", 8, "--rows", 6, "--tag-size-m", 0.021), "--target charuco and --dictionary 5x5_"),
+                            (("--cols", 8, "--rows", 6, "--tag-size-m", 0.021), "--target charuco and --dictionary 5x5_")):
             outcome = self.calibrate(*words)
             self.assertEqual((outcome.code, outcome.out), (1, ""), outcome.err)
             self.assertIn(expected, outcome.err)

@@ -17,39 +17,41 @@
 
 namespace waymark {
 
-// Which pictures of a video are views.
+// Selection of views from a video.
 namespace {
 
-constexpr double kFar = std::numeric_limits<double>::infinity();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// The slower of the motions to the picture before and after would hide a start or a stop: the faster counts.
+/// Speeds of the marks: the larger of the speeds from the previous and to the next picture, so that pictures
+/// at a start or a stop count as moving.
 std::vector<double> speeds_px_s(const std::vector<StampedMarks>& pictures) {
   std::vector<double> speeds(pictures.size(), 0);
   for (std::size_t i = 1; i < pictures.size(); ++i) {
     const double dt_s = std::max(to_seconds(pictures[i].stamp - pictures[i - 1].stamp), 1e-6);
     const double apart = apart_px(pictures[i - 1].marks, pictures[i].marks);
-    const double speed = std::isfinite(apart) ? apart / dt_s : kFar;
+    const double speed = std::isfinite(apart) ? apart / dt_s : kInfinity;
     speeds[i] = std::max(speeds[i], speed);
     speeds[i - 1] = std::max(speeds[i - 1], speed);
   }
   return speeds;
 }
 
-/// Of those that are chosen, the one nearest to another goes, until few enough are left.
-void thin_out(std::vector<std::size_t>& chosen, const std::vector<StampedMarks>& pictures, std::size_t most) {
-  while (chosen.size() > most) {
-    std::size_t superfluous = 0;
-    double nearest = kFar;
+/// Removes one of the two most similar views until at most `max_views` are left.
+void keep_most_distinct(std::vector<std::size_t>& chosen, const std::vector<StampedMarks>& pictures,
+                        std::size_t max_views) {
+  while (chosen.size() > max_views) {
+    std::size_t redundant = 0;
+    double nearest = kInfinity;
     for (std::size_t i = 1; i < chosen.size(); ++i) {
       for (std::size_t j = 0; j < i; ++j) {
         const double apart = apart_px(pictures[chosen[i]].marks, pictures[chosen[j]].marks);
         if (apart >= nearest) continue;
         nearest = apart;
-        superfluous = i;
+        redundant = i;
       }
     }
     chosen.erase(chosen.begin() +
-                 static_cast<std::ptrdiff_t>(superfluous == 0 ? chosen.size() - 1 : superfluous));
+                 static_cast<std::ptrdiff_t>(redundant == 0 ? chosen.size() - 1 : redundant));
   }
 }
 
@@ -64,10 +66,11 @@ std::size_t points_of(const TargetPicture& marks) {
 std::vector<std::size_t> choose_views(const std::vector<StampedMarks>& pictures, double diagonal_px,
                                       const VideoViewOptions& options) {
   const std::vector<double> speeds = speeds_px_s(pictures);
-  const std::size_t fewest = 4 * static_cast<std::size_t>(options.fewest_tags);
+  const std::size_t min_points = 4 * static_cast<std::size_t>(options.fewest_tags);
   std::vector<std::size_t> by_speed;
   for (std::size_t i = 0; i < pictures.size(); ++i) {
-    if (points_of(pictures[i].marks) >= fewest && speeds[i] <= options.fastest_px_s) by_speed.push_back(i);
+    if (points_of(pictures[i].marks) >= min_points && speeds[i] <= options.fastest_px_s)
+      by_speed.push_back(i);
   }
   std::ranges::stable_sort(by_speed, {}, [&](std::size_t i) { return speeds[i]; });
   std::vector<std::size_t> chosen;
@@ -78,15 +81,15 @@ std::vector<std::size_t> choose_views(const std::vector<StampedMarks>& pictures,
     if (is_new) chosen.push_back(i);
   }
   std::ranges::sort(chosen);
-  thin_out(chosen, pictures, static_cast<std::size_t>(options.most_views));
+  keep_most_distinct(chosen, pictures, static_cast<std::size_t>(options.most_views));
   return chosen;
 }
 
-// The calibration.
+// Calibration.
 namespace {
 
-/// A picture and what it shows of the target.
-struct SeenPicture {
+/// An image and the target in it.
+struct TargetImage {
   PictureReport report{};
   TargetPicture marks{};
 };
@@ -97,17 +100,17 @@ Image copy_of(const ImageView& image) {
   return copy;
 }
 
-/// The pictures that could be looked at, all of one size.
-struct SeenPictures {
+/// The target in all readable images, which have one size.
+struct TargetImages {
   std::vector<std::string> names{};
   std::vector<std::vector<TagDetection>> detections{};
   std::vector<TargetPicture> marks{};
-  std::vector<double> marker_shares{};  ///< SeenTarget::marker_share, where it is known
+  std::vector<double> marker_shares{};  ///< SeenTarget::marker_share of the images that have it
   int width_px = 0;
   int height_px = 0;
 };
 
-Status add_picture(SeenPicture picture, SeenPictures& seen) {
+Status add_picture(TargetImage picture, TargetImages& seen) {
   const PictureReport& report = picture.report;
   if (report.error || !report.detected) return {};
   if (seen.names.empty()) {
@@ -125,24 +128,24 @@ Status add_picture(SeenPicture picture, SeenPictures& seen) {
   return {};
 }
 
-std::vector<std::size_t> views_of_video(const std::vector<SeenPicture>& filmed,
+std::vector<std::size_t> views_of_video(const std::vector<TargetImage>& images,
                                         const VideoViewOptions& options) {
   std::vector<StampedMarks> pictures;
-  pictures.reserve(filmed.size());
-  for (const SeenPicture& picture : filmed)
+  pictures.reserve(images.size());
+  for (const TargetImage& picture : images)
     pictures.push_back({picture.report.stamp.value_or(SensorTime()), picture.marks});
   const double diagonal_px =
-      filmed.empty() ? 0 : std::hypot(filmed.front().report.width_px, filmed.front().report.height_px);
+      images.empty() ? 0 : std::hypot(images.front().report.width_px, images.front().report.height_px);
   return choose_views(pictures, diagonal_px, options);
 }
 
-/// The pictures of the job in their order; of a video those worth it.
-class PictureChoice {
+/// Reads the images of a job in order, and selects views from videos.
+class ImageReader {
  public:
-  PictureChoice(const CalibrateCameraJob& job, const CalibrationTarget& target, const JobControl& control)
+  ImageReader(const CalibrateCameraJob& job, const CalibrationTarget& target, const JobControl& control)
       : job_(job), target_(target), control_(control) {}
 
-  Result<SeenPictures> read(const TagFinder& finder) {
+  Result<TargetImages> read(const TagFinder& finder) {
     inputs_ = find_inputs(job_.sources, job_.recursive);
     video_ = inputs_.size();
     const DetectSummary summary =
@@ -151,11 +154,11 @@ class PictureChoice {
                      return take(index, report, image);
                    });
     end_video();
-    if (!fits_) return tl::unexpected(fits_.error());
+    if (!status_) return tl::unexpected(status_.error());
     if (summary.stopped) return fail(ErrorCode::InvalidArgument, "stopped");
-    if (!without_.empty() && std::ranges::all_of(seen_.marks, &TargetPicture::empty))
-      return fail(ErrorCode::NotFound, "no image shows the target", {.source = without_name_},
-                  target_.words_of_absence(without_.view()));
+    if (!without_target_.empty() && std::ranges::all_of(seen_.marks, &TargetPicture::empty))
+      return fail(ErrorCode::NotFound, "no image shows the target", {.source = without_target_name_},
+                  target_.words_of_absence(without_target_.view()));
     return std::move(seen_);
   }
 
@@ -163,23 +166,23 @@ class PictureChoice {
   bool take(std::size_t index, const PictureReport& report, const ImageView& image) {
     if (index != video_) end_video();
     video_ = index;
-    SeenPicture picture{.report = report};
+    TargetImage picture{.report = report};
     if (!target_.is_board())
       picture.marks = target_marks(report.detections, target_.tags());
-    else if (report.detected && fits_)
-      fits_ = find_board(image, picture);
-    if (picture.marks.empty() && without_.empty() && !image.empty()) {
-      without_ = copy_of(image);
-      without_name_ = report.image;
+    else if (report.detected && status_)
+      status_ = find_board(image, picture);
+    if (picture.marks.empty() && without_target_.empty() && !image.empty()) {
+      without_target_ = copy_of(image);
+      without_target_name_ = report.image;
     }
     if (report.stamp && kind_of(inputs_[index].path) == FileKind::Video)
-      filmed_.push_back(std::move(picture));
-    else if (fits_)
-      fits_ = add_picture(std::move(picture), seen_);
-    return fits_.has_value();
+      video_images_.push_back(std::move(picture));
+    else if (status_)
+      status_ = add_picture(std::move(picture), seen_);
+    return status_.has_value();
   }
 
-  Status find_board(const ImageView& image, SeenPicture& picture) {
+  Status find_board(const ImageView& image, TargetImage& picture) {
     auto marks = target_.find(image, {});
     if (!marks) return tl::unexpected(marks.error());
     picture.marks = std::move(marks->marks);
@@ -188,38 +191,38 @@ class PictureChoice {
   }
 
   void end_video() {
-    const std::vector<std::size_t> chosen = views_of_video(filmed_, job_.views);
-    const auto shows = [](const SeenPicture& picture) { return !picture.marks.empty(); };
-    if (!filmed_.empty() && std::ranges::none_of(filmed_, shows))
-      control_.note(
-          fmt::format("{}: none of its {} images shows the board", inputs_[video_].path, filmed_.size()));
-    else if (!filmed_.empty())
-      control_.note(fmt::format("{}: {} of {} images are still and add a new view of the board",
-                                inputs_[video_].path, chosen.size(), filmed_.size()));
+    const std::vector<std::size_t> chosen = views_of_video(video_images_, job_.views);
+    const auto shows = [](const TargetImage& picture) { return !picture.marks.empty(); };
+    if (!video_images_.empty() && std::ranges::none_of(video_images_, shows))
+      control_.note(fmt::format("{}: none of the {} images shows the board", inputs_[video_].path,
+                                video_images_.size()));
+    else if (!video_images_.empty())
+      control_.note(fmt::format("{}: {} of {} images are new views of the board at rest",
+                                inputs_[video_].path, chosen.size(), video_images_.size()));
     for (const std::size_t i : chosen)
-      if (fits_) fits_ = add_picture(std::move(filmed_[i]), seen_);
-    filmed_.clear();
+      if (status_) status_ = add_picture(std::move(video_images_[i]), seen_);
+    video_images_.clear();
   }
 
   const CalibrateCameraJob& job_;
   const CalibrationTarget& target_;
   const JobControl& control_;
   std::vector<Input> inputs_{};
-  std::size_t video_ = 0;              ///< that is being read
-  std::vector<SeenPicture> filmed_{};  ///< its pictures so far
-  Image without_{};                    ///< the first picture that does not show the target
-  std::string without_name_{};
-  SeenPictures seen_{};
-  Status fits_{};
+  std::size_t video_ = 0;                    ///< index of the current input
+  std::vector<TargetImage> video_images_{};  ///< its images so far, if it is a video
+  Image without_target_{};                   ///< first image that does not show the target
+  std::string without_target_name_{};
+  TargetImages seen_{};
+  Status status_{};
 };
 
-Result<SeenPictures> from_detections(const std::string& path) {
+Result<TargetImages> from_detections(const std::string& path) {
   const auto text = or_wrong_kind(read_text_file(path == "-" ? "/dev/stdin" : path, kMaxTextBytes), path,
                                   FileUse::Detections);
   if (!text) return tl::unexpected(text.error());
   auto reports = or_wrong_kind(parse_reports(*text, path), path, FileUse::Detections);
   if (!reports) return tl::unexpected(reports.error());
-  SeenPictures seen;
+  TargetImages seen;
   for (PictureReport& report : *reports)
     if (const Status fits = add_picture({.report = std::move(report)}, seen); !fits)
       return tl::unexpected(fits.error());
@@ -230,16 +233,16 @@ Result<SeenPictures> from_detections(const std::string& path) {
 
 Result<CalibrateCameraReport> calibrate_camera(const CalibrateCameraJob& job, const CalibrationTarget& target,
                                                const TagFinder& finder, const JobControl& control) {
-  if (const std::string words = words_of_untried_lenses(job.fit); !words.empty()) control.note(words);
+  if (const std::string note = words_of_untried_lenses(job.fit); !note.empty()) control.note(note);
   const TagFinder reader = no_tags();
-  Result<SeenPictures> seen =
-      job.detections.empty() ? PictureChoice(job, target, control).read(target.is_board() ? reader : finder)
+  Result<TargetImages> seen =
+      job.detections.empty() ? ImageReader(job, target, control).read(target.is_board() ? reader : finder)
                              : from_detections(job.detections);
   if (!seen) return tl::unexpected(seen.error());
   if (seen->names.empty())
-    return fail(ErrorCode::NotFound, "no readable image shows the board", {},
-                "Check the board (`target`, `cols`, `rows`, `dictionary`), and that it is held still now "
-                "and then.");
+    return fail(
+        ErrorCode::NotFound, "no image of the board is readable", {},
+        "Check the board (`target`, `cols`, `rows`, `dictionary`). In a video, hold it still now and then.");
   const auto lens = lens_model(job.fit.lens);  // nothing: auto
   const CameraCalibrationOptions options = fit_options(job.fit);
   Result<CameraCalibration> found =
@@ -247,8 +250,8 @@ Result<CalibrateCameraReport> calibrate_camera(const CalibrateCameraJob& job, co
           ? calibrate_camera(seen->marks, seen->width_px, seen->height_px, lens, options)
           : calibrate_camera(seen->detections, target.tags(), seen->width_px, seen->height_px, lens, options);
   if (!found) return tl::unexpected(found.error());
-  if (auto words = target.words_of_marker_size(std::move(seen->marker_shares)))
-    found->advice.push_back(*std::move(words));
+  if (auto warning = target.words_of_marker_size(std::move(seen->marker_shares)))
+    found->advice.push_back(*std::move(warning));
   if (!target.is_board())
     for (std::size_t i = 0; i < seen->marks.size(); ++i)
       seen->marks[i] = target_marks(seen->detections[i], target.tags());
@@ -258,10 +261,11 @@ Result<CalibrateCameraReport> calibrate_camera(const CalibrateCameraJob& job, co
                                .marks_word = target.marks_word()};
 }
 
-// Its files and JSON.
+// Output files and JSON.
 namespace {
 
-/// PhotonVision uses JSON, the others YAML, which the extension does not distinguish.
+/// By the extension if no format is given: .json is PhotonVision; the YAML formats have one extension, so
+/// .yaml is Waymark's.
 std::string format_of(const CameraFitJob& job) {
   if (!job.format.empty()) return job.format;
   return job.output.ends_with(".json") ? "photonvision" : "waymark";
@@ -302,15 +306,15 @@ Status write_as(const std::string& format, const std::string& path, const NamedC
   return text ? write_text_file(path, *text) : Status(tl::unexpected(text.error()));
 }
 
-Status write_ours(const CameraFitJob& job, const CalibrateCameraReport& report) {
+Status write_calibration_yaml(const CameraFitJob& job, const CalibrateCameraReport& report) {
   Calibration calibration = to_calibration(report.found);
   calibration.provenance.insert(calibration.provenance.begin(),
                                 {"pictures", fmt::format("{}", report.pictures.size())});
   return write_calibration(job.output, calibration);
 }
 
-/// Whether the output can hold the lens: tried on a camera with it.
-Status check_format_holds(const CameraFitJob& job, LensModel lens) {
+/// Whether the output format can represent a lens; tries it with a sample camera.
+Status check_format_supports(const CameraFitJob& job, LensModel lens) {
   if (job.output.empty() || format_of(job) == "waymark") return {};
   constexpr int kSide_px = 100;
   Eigen::VectorXd parameters = Eigen::VectorXd::Zero(std::ssize(parameter_names(lens)));
@@ -323,16 +327,16 @@ Status check_format_holds(const CameraFitJob& job, LensModel lens) {
   return fail(ErrorCode::InvalidArgument, text.error().message, {.key = "lens"}, text.error().hint);
 }
 
-/// The ending of the output must not promise another format.
-Status check_ending(const CameraFitJob& job) {
+/// Fails if the extension of the output belongs to another format.
+Status check_extension(const CameraFitJob& job) {
   const std::filesystem::path output(job.output);
   if (job.output.empty() || is_device(job.output)) return {};
-  const std::string ending = output.extension().string();
-  const bool yaml = ending == ".yaml" || ending == ".yml";
-  const bool json = ending == ".json" && (job.format.empty() || job.format == "photonvision");
+  const std::string extension = output.extension().string();
+  const bool yaml = extension == ".yaml" || extension == ".yml";
+  const bool json = extension == ".json" && (job.format.empty() || job.format == "photonvision");
   if (json || (yaml && job.format != "photonvision")) return {};
   return fail(ErrorCode::InvalidArgument,
-              fmt::format("invalid file name {} for a calibration{}", job.output,
+              fmt::format("invalid file name {} of a calibration{}", job.output,
                           job.format.empty() ? "" : " in format " + job.format),
               {.key = "output"}, "Use the extension .yaml, or .json for PhotonVision.");
 }
@@ -359,7 +363,7 @@ Status check_job(const CalibrateCameraJob& job, const GivenFields& given) {
 }
 
 Status check_outputs(const CameraFitJob& job) {
-  if (const Status fits = check_ending(job); !fits) return fits;
+  if (const Status fits = check_extension(job); !fits) return fits;
   if (const Status free =
           job.output.empty() || format_of(job) != "waymark" ? Status() : check_calibration_place(job.output);
       !free)
@@ -369,13 +373,13 @@ Status check_outputs(const CameraFitJob& job) {
       return writable;
   }
   const auto lens = lens_model(job.lens);
-  return lens ? check_format_holds(job, *lens) : Status();
+  return lens ? check_format_supports(job, *lens) : Status();
 }
 
 CameraCalibrationOptions fit_options(const CameraFitJob& job) {
   CameraCalibrationOptions options = job.options;
   for (const LensModel lens : lens_models())
-    if (check_format_holds(job, lens)) options.lenses.push_back(lens);
+    if (check_format_supports(job, lens)) options.lenses.push_back(lens);
   return options;
 }
 
@@ -383,7 +387,7 @@ std::string words_of_untried_lenses(const CameraFitJob& job) {
   std::vector<std::string_view> untried;
   if (lens_model(job.lens)) return {};
   for (const LensModel lens : lens_models())
-    if (!check_format_holds(job, lens)) untried.push_back(to_string(lens));
+    if (!check_format_supports(job, lens)) untried.push_back(to_string(lens));
   if (untried.empty()) return {};
   return fmt::format("not tried, because format {} cannot represent it: `lens={}`", format_of(job),
                      fmt::join(untried, ", "));
@@ -393,8 +397,8 @@ Status write_camera_calibration(const CameraFitJob& job, const CalibrateCameraRe
   const NamedCamera camera{.name = "cam0", .camera = report.found.camera};
   if (!job.output.empty()) {
     const std::string format = format_of(job);
-    if (Status written =
-            format == "waymark" ? write_ours(job, report) : write_as(format, job.output, camera, report);
+    if (Status written = format == "waymark" ? write_calibration_yaml(job, report)
+                                             : write_as(format, job.output, camera, report);
         !written)
       return written;
   }
@@ -415,24 +419,25 @@ struct TriedLens {
 };
 
 ReportFields fields(const TriedLens& tried) {
-  return {{"lens", "Its name", to_string(tried.trial.lens)},
+  return {{"lens", "Lens model", to_string(tried.trial.lens)},
           {"held_out_rms_px", "Root mean square error in held-out images; null: the fit failed",
            tried.trial.held_out_rms_px}};
 }
 
-struct UsedPicture {
+struct UsedImage {
   std::string picture{};
   std::string marks_word = "tags";
   CalibratedView view{};
 };
 
-ReportFields fields(const UsedPicture& used) {
-  return {{"picture", "Name of the image", used.picture},
-          {used.marks_word, "Tags in the fit; of a board with corners the key is corners", used.view.marks},
-          {"rejected", "Tags or corners rejected as outliers", used.view.rejected},
-          {"rms_px", "Root mean square reprojection error", used.view.rms_px},
-          {"tilt_deg", "Angle between the optical axis and the normal of the target", used.view.tilt_deg},
-          {"distance_m", "From the camera to the middle of the visible marks", used.view.distance_m}};
+ReportFields fields(const UsedImage& used) {
+  return {
+      {"picture", "Name of the image", used.picture},
+      {used.marks_word, "Tags in the fit; for a board with corners the key is `corners`", used.view.marks},
+      {"rejected", "Tags or corners rejected as outliers", used.view.rejected},
+      {"rms_px", "Root mean square reprojection error", used.view.rms_px},
+      {"tilt_deg", "Angle between the optical axis and the normal of the target", used.view.tilt_deg},
+      {"distance_m", "Distance from the camera to the centre of the visible marks", used.view.distance_m}};
 }
 
 struct FittedRegion {
@@ -440,8 +445,8 @@ struct FittedRegion {
 };
 
 ReportFields fields(const FittedRegion& part) {
-  return {{"corners", "Corners in this ninth", part.region.corners},
-          {"rms_px", "Their root mean square reprojection error", part.region.rms_px}};
+  return {{"corners", "Number of corners in this ninth", part.region.corners},
+          {"rms_px", "Root mean square reprojection error of these corners", part.region.rms_px}};
 }
 
 }  // namespace
@@ -455,26 +460,27 @@ ReportFields fields(const CalibrateCameraReport& report) {
                                        {"sigma", "", sigma_of(found, i)}}});
   std::vector<TriedLens> lenses;
   for (const LensTrial& trial : found.trials) lenses.push_back({trial});
-  std::vector<UsedPicture> pictures;
+  std::vector<UsedImage> pictures;
   for (std::size_t i = 0; i < found.views.size(); ++i)
     pictures.push_back({report.pictures[i], report.marks_word, found.views[i]});
   std::vector<FittedRegion> regions;
   for (const ImageRegion& region : found.regions) regions.push_back({region});
-  return {
-      {"lens", "Lens model: none, radtan4, radtan5, rational8 or equidistant", to_string(found.lens)},
-      {"width_px", "Width of the images", found.camera.width_px()},
-      {"height_px", "Height of the images", found.camera.height_px()},
-      {"rms_px", "Root mean square reprojection error of the corners in the fit", found.rms_px},
-      {"held_out_rms_px", "The same for images predicted by a fit without them", found.held_out_rms_px},
-      {"noise_scale", "Residuals over the standard deviations of the detected corners", found.noise_scale},
-      {"parameters", "Name of each parameter, with value and sigma, its standard deviation", parameters},
-      {"lenses", "One entry per lens model that was tried", lenses},
-      {"pictures", "One entry per image", pictures},
-      {"regions", "One entry per ninth of the image, row by row from the top left", regions},
-      {"advice", "Further images to take; empty: nothing is missing", found.advice}};
+  return {{"lens", "Lens model: none, radtan4, radtan5, rational8 or equidistant", to_string(found.lens)},
+          {"width_px", "Width of the images", found.camera.width_px()},
+          {"height_px", "Height of the images", found.camera.height_px()},
+          {"rms_px", "Root mean square reprojection error of the corners in the fit", found.rms_px},
+          {"held_out_rms_px", "Root mean square reprojection error in images held out of the fit",
+           found.held_out_rms_px},
+          {"noise_scale", "Residuals relative to the standard deviations of the detected corners",
+           found.noise_scale},
+          {"parameters", "Value and standard deviation (sigma) by parameter", parameters},
+          {"lenses", "One entry per lens model that was tried", lenses},
+          {"pictures", "One entry per image", pictures},
+          {"regions", "One entry per ninth of the image, row by row from the top left", regions},
+          {"advice", "Missing images and other advice; empty: none", found.advice}};
 }
 
-// Its table.
+// Text tables.
 namespace {
 
 std::string lenses_text(const CameraCalibration& found) {
@@ -489,7 +495,7 @@ std::string lenses_text(const CameraCalibration& found) {
 std::string views_text(const CalibrateCameraReport& report) {
   const CameraCalibration& found = report.found;
   const std::vector<std::string>& pictures = report.pictures;
-  std::string text = fmt::format("{:>7}{:>9}{:>10}{:>10}{:>12}  picture\n", report.marks_word, "left out",
+  std::string text = fmt::format("{:>7}{:>9}{:>10}{:>10}{:>12}  image\n", report.marks_word, "rejected",
                                  "RMS px", "tilt deg", "distance m");
   for (std::size_t i = 0; i < found.views.size(); ++i) {
     const CalibratedView& view = found.views[i];
@@ -525,12 +531,12 @@ std::string to_text(const CalibrateCameraReport& report) {
     text += fmt::format("{:<8}{:>14.6g} +- {:.2g}\n", found.names[i],
                         found.parameters[static_cast<Eigen::Index>(i)], sigma_of(found, i));
   text += fmt::format(
-      "reprojection error {:.4f} px RMS, {:.4f} px in held-out images; {:.2f} times the noise they "
-      "promised\n\n",
+      "reprojection error {:.4f} px RMS, {:.4f} px in held-out images; residuals {:.2f} times the "
+      "corner standard deviations\n\n",
       found.rms_px, found.held_out_rms_px, found.noise_scale);
   if (found.trials.size() > 1) text += lenses_text(found) + "\n";
   text += views_text(report) + "\n" + regions_text(found);
-  for (const std::string& words : found.advice) text += "\n" + words + "\n";
+  for (const std::string& advice : found.advice) text += "\n" + advice + "\n";
   return text;
 }
 

@@ -13,12 +13,12 @@
 #include "waymark/mapping/camera/camera_calibration.hpp"
 #include "waymark/mapping/camera/target_mark.hpp"
 
-/// `waymark calibrate camera`: the intrinsics of a camera from images of a printed board.
+/// `waymark calibrate camera`: estimates the intrinsics of a camera from images of a printed board.
 namespace waymark {
 
 /// Selection of views from a video.
 struct VideoViewOptions {
-  double fastest_px_s = 60;  ///< corners move no faster: their blur and the rolling shutter stay small
+  double fastest_px_s = 60;  ///< limits motion blur and rolling-shutter distortion
   double new_view_share = 0.04;
   int most_views = 60;
   int fewest_tags = 4;
@@ -29,15 +29,15 @@ struct VideoViewOptions {
           Field{"fastest_px_s",
                 "Speed of the corners in the image above which a video image is skipped [px/s].", 1, 1e5});
     visit(self.new_view_share, Field{"new_view_share",
-                                     "Smallest mean distance of the corners from every earlier view at which "
-                                     "a video image is a new view, "
-                                     "as a fraction of the image diagonal.",
+                                     "A video image is a new view if its corners are at least this far, on "
+                                     "average, from those of every earlier view; fraction of the image "
+                                     "diagonal.",
                                      0, 1});
-    visit(self.most_views, Field{"most_views", "Largest number of views taken from a video.", 4, 10000});
+    visit(self.most_views, Field{"most_views", "Maximum number of views from a video.", 4, 10000});
     visit(self.fewest_tags,
           Field{"fewest_tags",
-                "Smallest number of tags in a view taken from a video; for corners of a board four times "
-                "as many.",
+                "Minimum number of tags in a view from a video; for boards with corners, four times as many "
+                "corners.",
                 1, 1000});
   }
 };
@@ -48,21 +48,21 @@ struct StampedMarks {
   TargetPicture marks{};
 };
 
-/// The indices of the still and new views, ascending: pictures in which the corners move slowest against
-/// their neighbours, each far enough from all taken before; where there are more than `most_views`, those
-/// farthest from each other. `diagonal_px` is that of the pictures. O(pictures * views * marks).
+/// Indices of the selected views, ascending. Pictures are taken in order of increasing corner speed, each
+/// only if it differs enough from all taken before. If more than `most_views` result, the most similar ones
+/// are removed. `diagonal_px`: image diagonal. O(pictures * views * marks).
 [[nodiscard]] std::vector<std::size_t> choose_views(const std::vector<StampedMarks>& pictures,
                                                     double diagonal_px, const VideoViewOptions& options = {});
 
-/// Fit of a camera to its views, and the outputs.
+/// Options of the camera fit and its outputs.
 struct CameraFitJob {
   std::string lens = "auto";
   std::string output{};  ///< calibration.yaml; empty: none
-  /// Of the output: waymark (calibration.yaml: each number with its standard deviation), ros, kalibr,
-  /// photonvision, opencv; empty: by its ending.
+  /// Format of `output`: waymark (calibration.yaml, with standard deviations), ros, kalibr, photonvision,
+  /// opencv; empty: by the file extension.
   std::string format{};
-  std::string camera_info{};  ///< the camera as ROS writes it; empty: none
-  bool force = false;         ///< outputs may replace files
+  std::string camera_info{};  ///< output in ROS camera_info format; empty: none
+  bool force = false;         ///< outputs may replace existing files
   CameraCalibrationOptions options{};
 
   template <class Self, class Visitor>
@@ -70,32 +70,32 @@ struct CameraFitJob {
     visit(self.lens,
           JobField(
               "lens NAME",
-              "Distortion model: none, radtan4, radtan5, rational8, equidistant, or auto (the simplest that "
-              "the output format can represent and whose cross-validation error is as low as the best)")
+              "Distortion model: none, radtan4, radtan5, rational8, equidistant, or auto (of the models that "
+              "the output format can represent, the simplest with the lowest cross-validation error)")
               .one_of("auto,none,radtan4,radtan5,rational8,equidistant"));
     visit(self.output, JobField("output FILE",
-                                "Calibration to write: Waymark's (.yaml, with standard deviations), "
-                                "PhotonVision's (.json), or the one set by `format`"));
+                                "Calibration to write: Waymark (.yaml, with standard deviations), "
+                                "PhotonVision (.json), or as set by `format`"));
     visit(self.format, JobField("format NAME",
                                 "Format of `output`: waymark, ros (camera_info), kalibr (camchain), "
                                 "photonvision (JSON, with all corners) or opencv (YAML of FileStorage)")
                            .one_of("waymark,ros,kalibr,photonvision,opencv"));
     visit(self.camera_info,
-          JobField("camera_info FILE", "Calibration file to write in ROS camera_info format").less());
+          JobField("camera_info FILE", "Calibration to write in ROS camera_info format").less());
     visit(self.force, JobField("force", "Replace an existing file").less());
   }
 };
 
-/// Refuses options without effect if there is no output.
+/// Refuses options that have no effect without an output.
 void refuse_without_output(const CameraFitJob& fit, FieldRefusals& refused);
 
 struct CalibrateCameraJob {
-  std::vector<std::string> sources{};  ///< pictures of the board …
+  std::vector<std::string> sources{};  ///< images of the board; or `detections`
   bool recursive = false;
-  std::string detections{};  ///< … or the JSON of detect, with the corners' covariance; -: standard input
+  std::string detections{};  ///< JSON of `waymark detect` with corner covariances; -: standard input
   TargetOptions target{};
   CameraFitJob fit{};
-  VideoViewOptions views{};  ///< which pictures of a video count
+  VideoViewOptions views{};
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -113,27 +113,28 @@ struct CalibrateCameraJob {
   }
 };
 
-/// Fails unless either images or detections are named, and on options without effect.
+/// Fails unless either images or detections are given, and on options without effect.
 [[nodiscard]] Status check_job(const CalibrateCameraJob& job, const GivenFields& given);
 
 struct CalibrateCameraReport {
-  /// A camera of one pixel until it is found.
+  /// Initially a placeholder camera of one pixel.
   CameraCalibration found{
       .camera = CameraModel::make(PinholeRadtan{.fx = 1, .fy = 1, .cx = 0.5, .cy = 0.5}, 1, 1).value()};
-  std::vector<std::string> pictures{};  ///< that were used, as found.views
-  std::vector<TargetPicture> marks{};   ///< of each picture
-  std::string marks_word = "tags";      ///< what a mark of the target is: "tags" or "corners"
+  std::vector<std::string> pictures{};  ///< names, in the order of found.views
+  std::vector<TargetPicture> marks{};   ///< one entry per picture
+  std::string marks_word = "tags";      ///< kind of the marks: "tags" or "corners"
 };
 
-/// Fails if an output cannot be written, or its format cannot represent the lens, before anything is read.
+/// Fails if an output cannot be written, or its format cannot represent the lens. Called before reading
+/// images.
 [[nodiscard]] Status check_outputs(const CameraFitJob& job);
 
-/// Fit options: with the lens "auto" only lenses that the output format can represent.
+/// Fit options; `lenses` are those that the output format can represent.
 [[nodiscard]] CameraCalibrationOptions fit_options(const CameraFitJob& job);
-/// The lenses that "auto" omits because of the format, as text; empty: none.
+/// Note about lenses that "auto" omits because of the output format; empty: none.
 [[nodiscard]] std::string words_of_untried_lenses(const CameraFitJob& job);
 
-/// Detects the target, its tags with the finder, if images are given, and fits the camera.
+/// Detects the target in the images (tags with `finder`) or reads the detections, and fits the camera.
 [[nodiscard]] Result<CalibrateCameraReport> calibrate_camera(const CalibrateCameraJob& job,
                                                              const CalibrationTarget& target,
                                                              const TagFinder& finder,
@@ -143,7 +144,7 @@ struct CalibrateCameraReport {
 [[nodiscard]] double sigma_of(const CameraCalibration& found, std::size_t parameter);
 [[nodiscard]] ReportFields fields(const CalibrateCameraReport& report);
 
-/// Parameters with their standard deviations, lenses tried, images, parts of the image, advice.
+/// Tables of parameters with standard deviations, tried lenses, images and parts of the image; then advice.
 [[nodiscard]] std::string to_text(const CalibrateCameraReport& report);
 
 }  // namespace waymark

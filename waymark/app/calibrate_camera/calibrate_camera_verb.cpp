@@ -11,7 +11,7 @@
 namespace waymark::cli {
 namespace {
 
-/// The flags of `waymark calibrate camera`. Must stay where it is while the command line is parsed.
+/// The flags of `waymark calibrate camera`. Must not move while the command line is parsed.
 struct CalibrateCameraArgs {
   explicit CalibrateCameraArgs(CLI::App& verb)
       : settings(verb),
@@ -31,12 +31,12 @@ struct CalibrateCameraArgs {
 };
 
 Status check(const CalibrateCameraArgs& args) {
-  if (Status sound = check_job(args.job, given_on(args.settings.app())); !sound) return sound;
+  if (Status valid = check_job(args.job, given_on(args.settings.app())); !valid) return valid;
   const bool detected = !args.job.detections.empty();
-  const char* why = "with `detections` nothing is detected";
+  const char* reason = "with `detections` nothing is detected";
   Refusals refused(args.settings.app());
-  refused.options(detected, args.views, why, "Omit this option, or give a video.");
-  refused.all(detected, args.detector, why, "Omit this option, or give images.");
+  refused.options(detected, args.views, reason, "Omit this option, or give a video.");
+  refused.all(detected, args.detector, reason, "Omit this option, or give images.");
   return refused.status();
 }
 
@@ -46,15 +46,15 @@ ExitCode calibrate_by_images(const CalibrateCameraArgs& args, Console& console) 
   if (usable) usable = args.views.apply(job.views);
   const auto finder = usable ? args.detector.make() : Result<TagFinder>(tl::unexpected(usable.error()));
   if (!finder) return fail_usage(finder.error(), console);
-  if (const Status sound = check(args); !sound) return fail_by_kind(sound.error(), console);
+  if (const Status valid = check(args); !valid) return fail_by_kind(valid.error(), console);
   const auto target = usable_target(job.target, job.fit);
   if (!target) return fail_by_kind(target.error(), console);
   return print_and_write(calibrate_camera(job, *target, *finder, control_from(console)), job.fit, args.json,
                          console);
 }
 
-/// A live camera, and what is about taking views, is for the verb beside this one.
-std::string verb_meant_by(const std::vector<std::string>& words) {
+/// "guided" if the words name a live camera or options of guided calibration, else "camera".
+std::string implied_verb(const std::vector<std::string>& words) {
   const bool guided = has_word(words, "--guided") || has_word(words, "--resume") ||
                       std::ranges::any_of(words, is_camera_address);
   return guided ? "guided" : "camera";
@@ -67,15 +67,16 @@ Verb calibrate_camera_verb() {
       .name = "camera",
       .sentence = "Estimate a camera's intrinsics from images of a printed board",
       .help =
-          R"(Print a board (`waymark tags board --style separate`), glue it on something flat, and take fifteen
-images: near and far, in all corners of the image, tilted to the left, right, up and down by 30 degrees.
-Chessboards, ChArUco boards and Kalibr's AprilGrids are supported too (--target; detected by OpenCV, which is loaded
-on demand; fitted like tags).
-From a video, images are used in which the board is still and in a new position.
-Each parameter is printed with its standard deviation; the error in held-out images shows the real accuracy. Missing
-views are listed.
-With a live camera, such as v4l2:/dev/video0, with --guided or with --resume this runs `waymark calibrate
-guided`, which takes the views automatically and lists those that are missing.
+          R"(Print a board (`waymark tags board --style separate`), glue it on a flat plate, and take fifteen images: near and
+far, with the board in all corners of the image, tilted to the left, right, up and down by 30 degrees. Chessboards,
+ChArUco boards and AprilGrids (Kalibr) are supported as well (--target); OpenCV detects them and is loaded on demand.
+From a video, images are used in which the board is at rest and in a new position.
+
+The program prints each parameter with its standard deviation, and lists missing views. The error in held-out images
+shows the real accuracy.
+
+With a live camera, such as v4l2:/dev/video0, with --guided or with --resume, this runs the verb
+`waymark calibrate guided`, which takes the views automatically and lists missing ones.
 
 Exit code: 0 calibrated, 1 failed, or the file already exists (prints the reason), 2 wrong usage, 130 stopped by Ctrl-C.
 
@@ -89,7 +90,7 @@ Examples:
 )",
       .prepare = prepared(calibrate_by_images),
       .report = report_of<CalibrateCameraReport>,
-      .usual_verb = verb_meant_by};
+      .usual_verb = implied_verb};
 }
 
 }  // namespace waymark::cli

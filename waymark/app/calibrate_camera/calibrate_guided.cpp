@@ -18,21 +18,22 @@ namespace waymark {
 namespace {
 
 /// Reports the state of the calibration: one line per view, and the missing views once per second.
-class Teller {
+class StatusReporter {
  public:
-  Teller(const GuidedCalibration& guided, const JobControl& control) : guided_(guided), control_(control) {}
+  StatusReporter(const GuidedCalibration& guided, const JobControl& control)
+      : guided_(guided), control_(control) {}
 
   /// Called after each image; returns whether something was reported.
-  bool tell(SensorTime stamp, bool is_view) {
+  bool report(SensorTime stamp, bool is_view) {
     constexpr Duration kPeriod = std::chrono::seconds(1);
     if (!is_view && last_ && stamp >= *last_ && stamp - *last_ < kPeriod) return false;
     last_ = stamp;
-    const std::string words = to_text(guided_.status());
+    const std::string text = to_text(guided_.status());
     const bool absent = !guided_.status().absence.empty();
     if (is_view || absent != std::exchange(absent_, absent))
-      control_.note(words);
+      control_.note(text);
     else
-      control_.progress({words});
+      control_.progress({text});
     return true;
   }
 
@@ -40,10 +41,10 @@ class Teller {
   const GuidedCalibration& guided_;
   const JobControl& control_;
   std::optional<SensorTime> last_{};
-  bool absent_ = false;  ///< advice for a board that is not found was printed
+  bool absent_ = false;  ///< the last status reported that no image shows the board
 };
 
-/// Automatic controls would change the lens or the noise between two views: they are fixed, with a note.
+/// Fixes automatic controls, with a note: they would change lens or noise between two views.
 void lock_controls(LiveCamera& camera, const JobControl& control) {
   std::vector<std::string> locked;
   for (const CameraControl& each : camera.controls()) {
@@ -52,10 +53,10 @@ void lock_controls(LiveCamera& camera, const JobControl& control) {
     if (set)
       locked.push_back(each.name);
     else
-      control.note(fmt::format("{} stays automatic: {}", each.name, to_string(set.error())));
+      control.note(fmt::format("{} remains automatic: {}", each.name, to_string(set.error())));
   }
   if (!locked.empty())
-    control.note(fmt::format("automatic until now, fixed from here on: {}", fmt::join(locked, ", ")));
+    control.note(fmt::format("automatic controls that are now fixed: {}", fmt::join(locked, ", ")));
 }
 
 Status from_camera(const CalibrateGuidedJob& job, GuidedCalibration& guided, const JobControl& control) {
@@ -69,19 +70,19 @@ Status from_camera(const CalibrateGuidedJob& job, GuidedCalibration& guided, con
   const std::optional<PoseSetup> no_poses;
   std::unique_ptr<CameraPage> page;
   if (*view != nullptr) page = std::make_unique<CameraPage>(**camera, (*view)->feed(), no_poses);
-  Teller teller(guided, control);
+  StatusReporter reporter(guided, control);
   CameraWatch watch;
   watch.on_picture = [&](CameraPicture& seen) -> Status {
     const auto taken = guided.take(seen.frame.stamp, seen.frame.image);
     if (!taken) return tl::unexpected(taken.error());
-    const bool told = teller.tell(seen.frame.stamp, *taken);
+    const bool reported = reporter.report(seen.frame.stamp, *taken);
     if (page == nullptr) return {};
-    if (told) page->say(to_text(guided.status()));
+    if (reported) page->say(to_text(guided.status()));
     page->guide(to_json(fields(guided.status())), *taken);
     page->show(seen, {});
     return {};
   };
-  watch.on_words = [&](const std::string& words) { control.note(words); };
+  watch.on_words = [&](const std::string& text) { control.note(text); };
   watch.should_stop = [&] { return control.cancelled() || guided.status().good_enough; };
   const TagFinder nothing = no_tags();
   const auto end = watch_camera(**camera, nothing, watch);
@@ -92,7 +93,7 @@ Status from_camera(const CalibrateGuidedJob& job, GuidedCalibration& guided, con
 
 Status from_files(const CalibrateGuidedJob& job, GuidedCalibration& guided, const JobControl& control) {
   Status status;
-  Teller teller(guided, control);
+  StatusReporter reporter(guided, control);
   const TagFinder nothing = no_tags();
   const DetectSummary summary = detect_all(
       find_inputs(job.sources, job.recursive), nothing, nullptr, control,
@@ -103,14 +104,15 @@ Status from_files(const CalibrateGuidedJob& job, GuidedCalibration& guided, cons
           status = tl::unexpected(taken.error());
           return false;
         }
-        static_cast<void>(teller.tell(report.stamp.value_or(SensorTime()), *taken));
+        static_cast<void>(reporter.report(report.stamp.value_or(SensorTime()), *taken));
         return !guided.status().good_enough;
       });
   if (status && summary.pictures == 0) return fail(ErrorCode::NotFound, "no image could be read");
   return status;
 }
 
-Status check_pictures_follow(const CalibrateGuidedJob& job) {
+/// Fails on inputs that are not image sequences.
+Status check_sequences(const CalibrateGuidedJob& job) {
   for (const Input& input : find_inputs(job.sources, job.recursive)) {
     if (input.error) continue;
     const FileKind kind = kind_of(input.path);
@@ -118,7 +120,7 @@ Status check_pictures_follow(const CalibrateGuidedJob& job) {
     return or_wrong_kind(
         Status(fail(ErrorCode::InvalidArgument,
                     "a guided calibration takes its views from a live camera, a video or a recording",
-                    {.source = input.path}, "For images use `waymark calibrate camera`.")),
+                    {.source = input.path}, "For single images, use `waymark calibrate camera`.")),
         input.path, FileUse::Video);
   }
   return {};
@@ -136,16 +138,16 @@ Status check_job(const CalibrateGuidedJob& job, const GivenFields& given) {
   if (!refused.status()) return refused.status();
   if (job.sources.empty())
     return fail(
-        ErrorCode::InvalidArgument, "no source of views is given",
+        ErrorCode::InvalidArgument, "no camera, video or recording is given",
         {.key = job.folder.empty() ? "" : "resume"},
         "Give a live camera, such as v4l2:/dev/video0, or a video. To use only the views of an earlier "
         "calibration, pass their folder to `waymark calibrate camera`.");
-  return *live ? Status() : check_pictures_follow(job);
+  return *live ? Status() : check_sequences(job);
 }
 
 Result<CalibrateCameraReport> calibrate_guided(const CalibrateGuidedJob& job, const CalibrationTarget& target,
                                                const TagFinder& finder, const JobControl& control) {
-  if (const std::string words = words_of_untried_lenses(job.fit); !words.empty()) control.note(words);
+  if (const std::string note = words_of_untried_lenses(job.fit); !note.empty()) control.note(note);
   GuidedCalibration guided(job.fit, target, finder, job.guide, job.folder);
   const auto resumed = guided.resume(control);
   if (!resumed) return tl::unexpected(resumed.error());

@@ -14,8 +14,8 @@ namespace waymark {
 struct CalibrateGuidedJob {
   std::vector<std::string> sources{};  ///< a live camera, or videos and recordings
   bool recursive = false;
-  std::string folder{};  ///< of the views; empty: they are not kept
-  bool view = false;     ///< a live camera is shown in the browser
+  std::string folder{};  ///< stores the views; empty: they are not stored
+  bool view = false;     ///< show the live camera in the browser
   PageOptions page{};
   TargetOptions target{};  ///< a board
   CameraFitJob fit{};
@@ -25,13 +25,14 @@ struct CalibrateGuidedJob {
   static void fields(Self& self, Visitor&& visit) {
     visit(
         self.sources,
-        JobField("sources SOURCE",
-                 "Live camera, such as v4l2:/dev/video0; or videos and recordings, whose images are treated "
-                 "like those of a live camera")
+        JobField(
+            "sources SOURCE",
+            "Live camera, such as v4l2:/dev/video0; or videos and recordings, which are treated like a live "
+            "camera")
             .input());
     visit(self.folder, JobField("resume FOLDER",
-                                "Folder in which a guided calibration stores its views as images and from "
-                                "which it continues"));
+                                "Folder that stores the views as images; an earlier calibration continues "
+                                "from them"));
     visit(self.view, JobField("view", "Show a live camera in the browser, with the missing views"));
     PageOptions::fields_of_view(self.page, visit);
     visit(self.recursive,
@@ -41,13 +42,12 @@ struct CalibrateGuidedJob {
   }
 };
 
-/// Fails without a source, on a live camera among other sources, on pictures of their own (a guided
-/// calibration chooses among pictures that follow each other), and on fields that are given and have no
-/// effect.
+/// Fails without a source, on a live camera among other sources, on single images (a guided calibration
+/// selects views from image sequences), and on given fields that have no effect.
 [[nodiscard]] Status check_job(const CalibrateGuidedJob& job, const GivenFields& given);
 
-/// Takes views until the calibration is accurate enough, the source ends, or control cancels; then the
-/// calibration from all of them. Reports its state as progress and notes.
+/// Takes views until the calibration is accurate enough, the source ends, or control cancels; then calibrates
+/// with all views. Reports its state as progress and notes.
 [[nodiscard]] Result<CalibrateCameraReport> calibrate_guided(const CalibrateGuidedJob& job,
                                                              const CalibrationTarget& target,
                                                              const TagFinder& finder,

@@ -8,7 +8,7 @@
 namespace waymark::cli {
 namespace {
 
-/// The flags of `waymark calibrate guided`. Must stay where it is while the command line is parsed.
+/// The flags of `waymark calibrate guided`. Must not move while the command line is parsed.
 struct CalibrateGuidedArgs {
   explicit CalibrateGuidedArgs(CLI::App& verb)
       : settings(verb),
@@ -34,8 +34,8 @@ ExitCode calibrate_by_guide(const CalibrateGuidedArgs& args, Console& console) {
   if (usable) usable = args.guide.apply(job.guide);
   const auto finder = usable ? args.detector.make() : Result<TagFinder>(tl::unexpected(usable.error()));
   if (!finder) return fail_usage(finder.error(), console);
-  if (const Status sound = check_job(job, given_on(args.settings.app())); !sound)
-    return fail_by_kind(sound.error(), console);
+  if (const Status valid = check_job(job, given_on(args.settings.app())); !valid)
+    return fail_by_kind(valid.error(), console);
   const auto target = usable_target(job.target, job.fit);
   if (!target) return fail_by_kind(target.error(), console);
   const auto report = calibrate_guided(job, *target, *finder, control_from(console));
@@ -50,14 +50,15 @@ Verb calibrate_guided_verb() {
       .name = "guided",
       .sentence = "Estimate a camera's intrinsics while you hold a printed board in front of it",
       .help =
-          R"(Print a board (`waymark tags board --style separate`), glue it on something flat, and hold it in front of the camera. A
-view is taken automatically when the board is still, sharp and in a new position; once per second a line lists
-the missing tilts and parts of the image, and with --view the page in the browser shows them. The program ends
-when the calibration is accurate enough; after Ctrl-C the calibration from the views so far is written.
-Automatic exposure and focus are fixed during the calibration.
-With --resume FOLDER the views are stored there as images, and an earlier calibration continues from them; to use
-only these images run `waymark calibrate camera FOLDER`. A video or recording is treated like the images of a live
-camera. The target is a board; for a tag map (--map) or detections use `waymark calibrate camera`.
+          R"(Print a board (`waymark tags board --style separate`), glue it on a flat plate, and hold it in front of the camera. A
+view is taken automatically when the board is at rest, in focus and in a new position. Once per second, a line lists the
+missing tilts and parts of the image; with --view, the page in the browser shows them. The program ends when the
+calibration is accurate enough. After Ctrl-C, it writes the calibration from the views so far. Automatic exposure and
+focus are fixed during the calibration.
+
+With --resume FOLDER, the views are stored there as images, and an earlier calibration continues from them. To use only
+these images, run `waymark calibrate camera FOLDER`. A video or recording is treated like the images of a live camera.
+The target is a board; for a tag map (--map) or detections, use `waymark calibrate camera`.
 
 Exit code: 0 calibrated, 1 failed, or the file already exists (prints the reason), 2 wrong usage, 130 stopped by Ctrl-C.
 

@@ -11,7 +11,7 @@
 namespace waymark::cli {
 namespace {
 
-/// Whether a word names the recording of a drive, also one that is not there.
+/// Whether a word names the recording of a drive; the file need not exist.
 bool is_drive(const std::string& word) {
   const std::string suffix = std::filesystem::path(word).extension().string();
   std::error_code ignored;
@@ -19,9 +19,9 @@ bool is_drive(const std::string& word) {
          suffix == ".csv" || std::filesystem::exists(std::filesystem::path(word) / "metadata.yaml", ignored);
 }
 
-/// Which of `verbs` calibrates what a line is about: a live camera, a robot by its drive, or else a camera by
-/// pictures. Pictures in a recording are of a camera where the line describes a board.
-std::string what_is_calibrated(const std::vector<std::string>& words, const std::vector<Verb>& verbs) {
+/// The verb that a command line implies: guided for a live camera, robot for a recorded drive, else camera. A
+/// recording together with a description of a board implies camera.
+std::string implied_verb(const std::vector<std::string>& words, const std::vector<Verb>& verbs) {
   if (words.empty()) return {};
   const std::vector<std::string> inputs = inputs_of(words, verbs);
   if (has_word(words, "--guided") || has_word(words, "--resume") ||
@@ -44,8 +44,8 @@ Verb calibrate_verb() {
 a live camera; `robot` uses the recording of a drive past tags.
 
 The subcommand may be omitted: with the address of a camera (v4l2:…, gstreamer:…), --guided or --resume it is
-`guided`; with a recording, and without --cols, --rows and --target, `robot`; else `camera`. Write a file or folder that is
-called camera, guided or robot with its folder: ./robot. `waymark calibrate camera v4l2:/dev/video0` runs
+`guided`; with a recording, and without --cols, --rows and --target, `robot`; else `camera`. If a file or folder is named
+camera, guided or robot, write its folder as well: ./robot. `waymark calibrate camera v4l2:/dev/video0` runs
 `waymark calibrate guided v4l2:/dev/video0`.
 
 Examples:
@@ -54,9 +54,7 @@ Examples:
   waymark calibrate lap.mcap --map map/map.yaml -o calibration.yaml
 )",
       .verbs = verbs,
-      .usual_verb = [verbs](const std::vector<std::string>& words) {
-        return what_is_calibrated(words, verbs);
-      }};
+      .usual_verb = [verbs](const std::vector<std::string>& words) { return implied_verb(words, verbs); }};
 }
 
 }  // namespace waymark::cli

@@ -20,9 +20,9 @@
 namespace waymark {
 namespace {
 
-/// The tags of a board as `waymark tags board style=separate` draws it: numbers from the lower left to the
-/// right, then up. Origin in its middle, x right, y down.
-TagMap board_of_tags(const TargetOptions& board) {
+/// Tags of a board as drawn by `waymark tags board style=separate`: numbered from the lower left to the
+/// right, then up. Origin at the centre, x right, y down.
+TagMap tag_board(const TargetOptions& board) {
   const double pitch_m = board.tag_size_m * (1 + board.spacing);
   TagMap tags;
   for (int row = 0; row < board.rows; ++row) {
@@ -36,11 +36,11 @@ TagMap board_of_tags(const TargetOptions& board) {
   return tags;
 }
 
-Result<TagMap> tags_of(const TargetOptions& options) {
+Result<TagMap> tag_target(const TargetOptions& options) {
   const bool board = options.columns > 0 || options.rows > 0 || options.tag_size_m != 0;
   if (board != options.map.empty())
     return fail(ErrorCode::InvalidArgument,
-                "give either the board (`cols`, `rows`, `tag_size_m`) or a map of tags (`map`)");
+                "give either the board (`cols`, `rows`, `tag_size_m`) or a tag map (`map`)");
   if (!options.map.empty())
     return or_wrong_kind(read_map(options.map), options.map, FileUse::OwnMap).map([](const MapFile& map) {
       return map.tags;
@@ -48,21 +48,21 @@ Result<TagMap> tags_of(const TargetOptions& options) {
   if (options.columns < 1 || options.rows < 1 || !is_tag_size(options.tag_size_m))
     return fail(ErrorCode::InvalidArgument,
                 "a board needs `cols` and `rows` of at least 1 and a positive `tag_size_m`", {},
-                "Measure the black square of a tag with a ruler.");
+                "Measure the black square of a printed tag.");
   const auto ids = static_cast<std::int64_t>(family(FamilyId::Tag36h11).codes.size());
   const std::int64_t last = options.first_id + static_cast<std::int64_t>(options.columns) * options.rows - 1;
   if (options.first_id < 0 || last >= ids)
     return fail(ErrorCode::InvalidArgument,
-                fmt::format("the board would have tags {} to {}, but the family has only 0 to {}",
+                fmt::format("the board needs tags {} to {}, but the family has only tags 0 to {}",
                             options.first_id, last, ids - 1),
                 {}, "Check `cols`, `rows` and `first_id`.");
-  return board_of_tags(options);
+  return tag_board(options);
 }
 
 constexpr const char* kTags = "apriltag_36h11";
 
-/// Whether a dictionary ("4x4_100", "DICT_4X4_100") holds the markers of another ("4x4_50").
-bool holds(std::string dictionary, const std::string& other) {
+/// Whether a dictionary ("4x4_100", "DICT_4X4_100") contains the markers of another ("4x4_50").
+bool contains_dictionary(std::string dictionary, const std::string& other) {
   std::ranges::transform(dictionary, dictionary.begin(), [](unsigned char c) { return std::tolower(c); });
   constexpr std::string_view kPrefix = "dict_";
   if (dictionary.starts_with(kPrefix)) dictionary.erase(0, kPrefix.size());
@@ -106,7 +106,7 @@ Result<CalibrationTarget> CalibrationTarget::make(const TargetOptions& options) 
   auto board = board_of(options);
   if (!board) return tl::unexpected(board.error());
   if (!*board) {
-    auto tags = tags_of(options);
+    auto tags = tag_target(options);
     if (!tags) return tl::unexpected(tags.error());
     target.tags_ = *std::move(tags);
     return target;
@@ -135,55 +135,56 @@ Result<SeenTarget> CalibrationTarget::find(const ImageView& image, const TagFind
 
 std::string CalibrationTarget::words_of_absence(const ImageView& image) const {
   const std::string& kind = options_.kind;
-  const std::string words = fmt::format(
-      "Check {}`target`, `cols` and `rows`, and that the whole board is in view, sharp, with white "
-      "around it.",
+  const std::string general = fmt::format(
+      "Check {}`target`, `cols` and `rows`, and that the whole board is in view, in focus and has a white "
+      "margin.",
       kind == "charuco" ? "`dictionary`, " : "");
   const auto finder = finder_ ? Result<BoardFinder>(*finder_) : BoardFinder::load();
   const auto seen = finder ? finder->name_markers(image) : Result<std::string>("");
-  if (!seen || seen->empty()) return words;
+  if (!seen || seen->empty()) return general;
   if (*seen == "aprilgrid")
     return kind == "aprilgrid"
-               ? words
-               : "The image shows tags of 36h11 with a border of two cells: `target=aprilgrid`.";
-  if (kind == "charuco" && holds(options_.dictionary, *seen))
-    return "The image shows the markers, but no corners where `cols`, `rows`, `first_id`, `square_size_m` "
-           "and `marker_size_m` predict them.";
-  if (kind == "tags" && *seen == kTags) return words;
-  if (*seen == kTags && kind != "charuco") return "The image shows tags of 36h11: `target=tags`.";
-  return fmt::format("The image shows markers of {0}: {1}`dictionary={0}`.", *seen,
-                     kind == "charuco" ? "" : "`target=charuco` ");
+               ? general
+               : "The image shows 36h11 tags with a border of two cells: set `target=aprilgrid`.";
+  if (kind == "charuco" && contains_dictionary(options_.dictionary, *seen))
+    return "The image shows the markers, but no corners at the positions predicted from `cols`, `rows`, "
+           "`first_id`, `square_size_m` and `marker_size_m`. Check these values.";
+  if (kind == "tags" && *seen == kTags) return general;
+  if (*seen == kTags && kind != "charuco") return "The image shows 36h11 tags: set `target=tags`.";
+  return fmt::format("The image shows markers of dictionary {0}: set {1}`dictionary={0}`.", *seen,
+                     kind == "charuco" ? "" : "`target=charuco` and ");
 }
 
 std::optional<std::string> CalibrationTarget::words_of_marker_size(std::vector<double> shares) const {
-  constexpr double kMost = 0.05;  // blur moves the edges of small markers by one or two per cent
+  constexpr double kTolerance = 0.05;  // blur changes the apparent size of small markers by 1 to 2 %
   if (!board_ || board_->kind != BoardKind::Charuco || shares.empty()) return std::nullopt;
   const double share = median(std::move(shares));
-  const double said = board_->marker_m / board_->size_m;
-  if (std::abs(share / said - 1) < kMost) return std::nullopt;
+  const double given = board_->marker_m / board_->size_m;
+  if (std::abs(share / given - 1) < kTolerance) return std::nullopt;
   return fmt::format(
-      "the markers are {:.2f} times as large as their squares, but `marker_size_m={:g}` and "
-      "`square_size_m={:g}` give {:.2f}: measure both again",
-      share, board_->marker_m, board_->size_m, said);
+      "The observed ratio of marker to square size is {:.2f}, but `marker_size_m={:g}` and "
+      "`square_size_m={:g}` "
+      "give {:.2f}. Measure both again.",
+      share, board_->marker_m, board_->size_m, given);
 }
 
 void refuse_of_other_targets(const TargetOptions& options, FieldRefusals& refused) {
-  struct FieldOf {
+  struct TargetField {
     const char* name;
     std::vector<std::string> kinds;
   };
-  const std::vector<FieldOf> fields = {{"tag_size_m", {"tags", "aprilgrid"}},
-                                       {"spacing", {"tags", "aprilgrid"}},
-                                       {"square_size_m", {"chessboard", "charuco"}},
-                                       {"marker_size_m", {"charuco"}},
-                                       {"dictionary", {"charuco"}},
-                                       {"legacy_pattern", {"charuco"}},
-                                       {"first_id", {"tags", "aprilgrid", "charuco"}},
-                                       {"detections", {"tags"}}};
-  for (const FieldOf& field : fields)
+  const std::vector<TargetField> fields = {{"tag_size_m", {"tags", "aprilgrid"}},
+                                           {"spacing", {"tags", "aprilgrid"}},
+                                           {"square_size_m", {"chessboard", "charuco"}},
+                                           {"marker_size_m", {"charuco"}},
+                                           {"dictionary", {"charuco"}},
+                                           {"legacy_pattern", {"charuco"}},
+                                           {"first_id", {"tags", "aprilgrid", "charuco"}},
+                                           {"detections", {"tags"}}};
+  for (const TargetField& field : fields)
     refused.fields(std::ranges::find(field.kinds, options.kind) == field.kinds.end(), {field.name},
                    fmt::format("this option has no effect on target {}", options.kind),
-                   fmt::format("Omit this option, or choose `target={}`.", fmt::join(field.kinds, " or ")));
+                   fmt::format("Omit this option, or set `target={}`.", fmt::join(field.kinds, " or ")));
 }
 
 }  // namespace waymark

@@ -15,91 +15,90 @@ namespace waymark {
 /// Description of a calibration target.
 struct TargetOptions {
   std::string kind = "tags";  ///< "tags", or a board_kind()
-  int columns = 0;            ///< tags, or squares of a chessboard
+  int columns = 0;            ///< tags per row; of a chessboard, squares
   int rows = 0;
-  double tag_size_m = 0;  ///< tags and AprilGrids
-  double spacing = 0.3;   ///< gap between two tags, as a share of their size
-  int first_id = 0;       ///< of the lower left tag, or the first marker
+  double tag_size_m = 0;  ///< of tags and AprilGrids
+  double spacing = 0.3;   ///< gap between two tags, as a fraction of their size
+  int first_id = 0;       ///< id of the lower left tag, or of the first marker
   double square_size_m = 0;
   double marker_size_m = 0;
   std::string dictionary = "4x4_50";
   bool legacy_pattern = false;
-  std::string map{};  ///< instead of a board: a file of tags with known poses
+  std::string map{};  ///< map file with known tag poses, instead of a board
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     fields_of_board(self, visit);
-    visit(self.map, JobField("map FILE", "Instead of a board: a map of tags with accurately known poses"));
+    visit(self.map, JobField("map FILE", "Map with accurately known tag poses, to use instead of a board"));
   }
 
-  /// The same but for `map`.
+  /// All fields except `map`.
   template <class Self, class Visitor>
   static void fields_of_board(Self& self, Visitor&& visit) {
     visit(self.kind, JobField("target NAME",
                               "Calibration target: tags (`waymark tags board style=separate`), "
-                              "chessboard, charuco or aprilgrid (Kalibr's)")
+                              "chessboard, charuco or aprilgrid (of Kalibr)")
                          .one_of("tags,chessboard,charuco,aprilgrid"));
     visit(self.columns,
           JobField("cols INTEGER",
-                   "Tags per row of the board; for a chessboard or ChArUco board squares, not corners"));
+                   "Tags per row of the board; for a chessboard or ChArUco board, squares (not corners)"));
     visit(self.rows, JobField("rows INTEGER",
-                              "Tags per column of the board; for a chessboard or ChArUco board squares, "
-                              "not corners"));
+                              "Tags per column of the board; for a chessboard or ChArUco board, squares "
+                              "(not corners)"));
     visit(self.tag_size_m,
           JobField("tag_size_m NUMBER", "Side of the black square of a tag, measured on the print"));
     visit(self.spacing, JobField("spacing NUMBER", "Gap between two tags, as a fraction of their size"));
-    visit(self.first_id, JobField("first_id INTEGER", "Number of the lower left tag, or of the first marker")
-                             .usually("0")
-                             .less());
+    visit(
+        self.first_id,
+        JobField("first_id INTEGER", "Id of the lower left tag, or of the first marker").usually("0").less());
     visit(self.square_size_m,
           JobField("square_size_m NUMBER",
                    "Side of a square of a chessboard or ChArUco board, measured on the print"));
     visit(self.marker_size_m,
           JobField("marker_size_m NUMBER",
-                   "Side of the black square of a ChArUco board's marker, measured on the print"));
+                   "Side of the black square of a ChArUco marker, measured on the print"));
     visit(self.dictionary,
-          JobField(
-              "dictionary NAME",
-              "Markers of a ChArUco board: OpenCV's name of their dictionary, such as 4x4_50 or 5x5_1000"));
+          JobField("dictionary NAME",
+                   "Marker dictionary of a ChArUco board, as named by OpenCV: 4x4_50, 5x5_1000"));
     visit(self.legacy_pattern, JobField("legacy_pattern",
                                         "ChArUco board as drawn by OpenCV before 4.6: with an even number "
-                                        "of rows its upper left square is white")
+                                        "of rows, its upper left square is white")
                                    .less());
   }
 };
 
-/// Refuses fields that are given and have no effect on a target of this kind.
+/// Refuses given fields that have no effect on this kind of target.
 void refuse_of_other_targets(const TargetOptions& options, FieldRefusals& refused);
 
-/// A finder that finds nothing: the pictures are only read, for what finds a board in them.
+/// A finder that detects nothing, for jobs that only read images and detect boards themselves.
 [[nodiscard]] TagFinder no_tags();
 
-/// The board; nothing: tags. InvalidArgument: the options make no board.
+/// The board; nothing for tags. Fails (InvalidArgument) on invalid options.
 [[nodiscard]] Result<std::optional<CalibrationBoard>> board_of(const TargetOptions& options);
 
 /// The target in one image.
 struct SeenTarget {
   TargetPicture marks{};
-  /// Of a ChArUco board: the side of its markers over that of their squares, as the picture shows them.
+  /// ChArUco boards: ratio of marker side to square side, as observed in the image.
   std::optional<double> marker_share{};
 };
 
 /// A calibration target and its detector.
 class CalibrationTarget {
  public:
-  /// Reads a map and loads what finds a board. InvalidArgument: the options make no target.
+  /// Reads the map, or loads the board finder. Fails (InvalidArgument) on invalid options.
   [[nodiscard]] static Result<CalibrationTarget> make(const TargetOptions& options);
 
-  /// Tags whose places are known; empty: a board.
+  /// Tags with known poses; empty for a board.
   [[nodiscard]] const TagMap& tags() const { return tags_; }
   [[nodiscard]] bool is_board() const { return board_.has_value(); }
-  /// What a mark is: "tags" or "corners".
+  /// Kind of the marks: "tags" or "corners".
   [[nodiscard]] const char* marks_word() const { return is_board() ? "corners" : "tags"; }
-  /// The marks in a picture: the corners of the board, or the tags that `finder` finds.
+  /// Marks in an image: corners of the board, or tags detected by `finder`.
   [[nodiscard]] Result<SeenTarget> find(const ImageView& image, const TagFinder& finder) const;
-  /// Advice if no image shows the target, derived from one of them. Slow.
+  /// Advice if no image shows the target, derived from one of the images. Slow.
   [[nodiscard]] std::string words_of_absence(const ImageView& image) const;
-  /// A warning if the marker size of a ChArUco board contradicts the images.
+  /// A warning if the given marker size of a ChArUco board is inconsistent with the images.
   [[nodiscard]] std::optional<std::string> words_of_marker_size(std::vector<double> shares) const;
 
  private:
@@ -109,7 +108,7 @@ class CalibrationTarget {
   TagMap tags_{};
   std::optional<CalibrationBoard> board_{};
   std::optional<BoardFinder> finder_{};
-  std::vector<Eigen::Vector2d> places_m_{};  ///< of the board's corners
+  std::vector<Eigen::Vector2d> places_m_{};  ///< corners of the board
 };
 
 }  // namespace waymark

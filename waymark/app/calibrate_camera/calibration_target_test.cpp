@@ -1,4 +1,4 @@
-// What makes a calibration target and what does not, and the marks that are found on one.
+// Valid and invalid calibration targets.
 #include "waymark/app/calibrate_camera/calibration_target.hpp"
 
 #include <gmock/gmock.h>
@@ -36,7 +36,7 @@ TEST(CalibrationTarget, ABoardOfTagsCountsFromTheLowerLeft) {
   EXPECT_LT((place(13) - Eigen::Vector3d(-0.15, -0.075, 0)).norm(), 1e-12) << "above the first";
 }
 
-TEST(CalibrationTarget, AMapIsOneToo) {
+TEST(CalibrationTarget, CanBeAMap) {
   const auto file = testing::fresh_folder("jobs_target") / "map.yaml";
   MapFile map{.anchor = {FamilyId::Tag25h9, 1}};
   map.tags.tags[map.anchor] = {.map_T_tag = SE3(), .size_m = 0.2};
@@ -47,7 +47,7 @@ TEST(CalibrationTarget, AMapIsOneToo) {
   EXPECT_THAT(refusal({.map = "/nowhere/map.yaml"}), HasSubstr("/nowhere/map.yaml"));
 }
 
-TEST(CalibrationTarget, InvalidTargetsAreRefused) {
+TEST(CalibrationTarget, RejectsInvalidOptions) {
   EXPECT_THAT(refusal({}), HasSubstr("`map`"));
   EXPECT_THAT(refusal({.columns = 3, .rows = 2, .tag_size_m = 0.1, .map = "map.yaml"}), HasSubstr("either"));
   EXPECT_THAT(refusal({.columns = 3, .rows = 2}), HasSubstr("`tag_size_m`"));
@@ -57,10 +57,10 @@ TEST(CalibrationTarget, InvalidTargetsAreRefused) {
               HasSubstr("tags 585 to 588"));
   EXPECT_THAT(refusal({.columns = 2, .rows = 2, .tag_size_m = 0.1, .first_id = -1}), HasSubstr("`first_id`"));
   EXPECT_THAT(refusal({.columns = 100000, .rows = 100000, .tag_size_m = 0.1}), HasSubstr("0 to 586"))
-      << "no overflow, no board of ten thousand million tags";
+      << "no overflow, and no board of 10^10 tags";
 }
 
-TEST(CalibrationTarget, OtherWordsAreOfTags) {
+TEST(CalibrationTarget, MakesABoardByKind) {
   const auto tags = board_of({.kind = "tags", .columns = 3, .rows = 2, .tag_size_m = 0.1});
   ASSERT_TRUE(tags);
   EXPECT_FALSE(tags->has_value());
@@ -71,14 +71,14 @@ TEST(CalibrationTarget, OtherWordsAreOfTags) {
   EXPECT_EQ((*chess)->size_m, 0.03);
   const auto grid = board_of({.kind = "aprilgrid", .columns = 6, .rows = 6, .tag_size_m = 0.088});
   ASSERT_TRUE(grid) << to_string(grid.error());
-  EXPECT_EQ((*grid)->size_m, 0.088) << "of a grid of tags it is the tag's size that counts";
-  EXPECT_FALSE(board_of({.kind = "chessboard", .columns = 8, .rows = 6})) << "its squares have no size";
+  EXPECT_EQ((*grid)->size_m, 0.088) << "for an AprilGrid, the tag size";
+  EXPECT_FALSE(board_of({.kind = "chessboard", .columns = 8, .rows = 6})) << "no square size";
   EXPECT_FALSE(
       board_of({.kind = "charuco", .columns = 8, .rows = 6, .square_size_m = 0.03, .marker_size_m = 0.04}))
-      << "a marker fits into its square";
+      << "the marker is larger than its square";
 }
 
-TEST(CalibrationTarget, AFinderOfNothingFindsNothing) {
+TEST(CalibrationTarget, NoTagsDetectsNothing) {
   const TagFinder finder = no_tags();
   const auto target = CalibrationTarget::make({.columns = 3, .rows = 2, .tag_size_m = 0.1});
   ASSERT_TRUE(target);
@@ -87,7 +87,7 @@ TEST(CalibrationTarget, AFinderOfNothingFindsNothing) {
   EXPECT_TRUE(found->marks.empty());
 }
 
-TEST(CalibrationTarget, ABoardThatCannotBeIsRefused) {
+TEST(CalibrationTarget, RejectsIncompleteOrTooLargeBoards) {
   EXPECT_FALSE(CalibrationTarget::make({}));
   EXPECT_FALSE(CalibrationTarget::make({.columns = 6, .rows = 5}));
   EXPECT_FALSE(CalibrationTarget::make({.columns = 6, .rows = 5, .tag_size_m = 0.04, .map = "map.yaml"}));

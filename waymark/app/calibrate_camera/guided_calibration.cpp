@@ -24,10 +24,10 @@ struct GuidePart {
 };
 
 ReportFields fields(const GuidePart& part) {
-  return {{"part", "Its name, such as top left", part.name},
-          {"corners", "Corners there in all views", part.corners},
-          {"corners_wanted", "Corners needed there", part.corners_wanted},
-          {"corners_in_picture", "Corners there in the last image", part.corners_in_picture}};
+  return {{"part", "Name of the part, such as top left", part.name},
+          {"corners", "Corners in this part in all views", part.corners},
+          {"corners_wanted", "Corners required in this part", part.corners_wanted},
+          {"corners_in_picture", "Corners in this part of the last image", part.corners_in_picture}};
 }
 
 struct GuideTilt {
@@ -39,7 +39,7 @@ struct GuideTilt {
 ReportFields fields(const GuideTilt& tilt) {
   return {{"nearer_edge", "Edge of the board that is nearer to the camera", tilt.nearer_edge},
           {"views", "Views with this tilt", tilt.views},
-          {"views_wanted", "Views needed with this tilt", tilt.views_wanted}};
+          {"views_wanted", "Views required with this tilt", tilt.views_wanted}};
 }
 
 }  // namespace
@@ -51,13 +51,14 @@ std::string to_text(const GuideStatus& status) {
   text += fmt::format("; {}", to_string(status.picture));
   if (status.good_enough) return text + "; good enough";
   if (!status.absence.empty()) return text + "; " + status.absence;
-  constexpr std::size_t kMostWords = 2;
-  const std::size_t told = std::min(kMostWords, status.missing.size());
-  return told == 0 ? text
-                   : text + fmt::format(
-                                "; wanted: {}",
-                                fmt::join(status.missing.begin(),
-                                          status.missing.begin() + static_cast<std::ptrdiff_t>(told), "; "));
+  constexpr std::size_t kMaxListed = 2;
+  const std::size_t listed = std::min(kMaxListed, status.missing.size());
+  return listed == 0
+             ? text
+             : text +
+                   fmt::format("; wanted: {}",
+                               fmt::join(status.missing.begin(),
+                                         status.missing.begin() + static_cast<std::ptrdiff_t>(listed), "; "));
 }
 
 ReportFields fields(const GuideStatus& status) {
@@ -71,18 +72,19 @@ ReportFields fields(const GuideStatus& status) {
     tilts.push_back({edge, status.coverage.tilts.at(static_cast<std::size_t>(tilt)), wanted.views_each_tilt});
   return {
       {"picture", "Result for the last image", to_string(status.picture)},
-      {"views", "Views so far", status.coverage.views},
-      {"views_wanted", "Views needed", wanted.views},
+      {"views", "Number of views so far", status.coverage.views},
+      {"views_wanted", "Number of views required", wanted.views},
       {"held_out_rms_px", "Root mean square error in held-out views, from the fourth view on",
        if_any(status.held_out_rms_px)},
       {"focal_sigma_share", "Relative standard deviation of the focal length, from the fourth view on",
        if_any(status.focal_share)},
-      {"focal_sigma_share_wanted", "Largest sufficient relative standard deviation",
+      {"focal_sigma_share_wanted", "Relative standard deviation at which the calibration is accurate enough",
        status.wanted.focal_share},
       {"parts", "One entry per ninth of the image, row by row from the top left", parts},
       {"tilts", "One entry per direction of tilt", tilts},
       {"missing", "Missing views, most important first", status.missing},
-      {"good_enough", "Nothing is missing, or the largest number of views is reached", status.good_enough}};
+      {"good_enough", "Whether no view is missing, or the maximum number of views is reached",
+       status.good_enough}};
 }
 
 GuidedCalibration::GuidedCalibration(const CameraFitJob& fit, const CalibrationTarget& target,
@@ -153,7 +155,7 @@ Status GuidedCalibration::keep(const ImageView& image, std::string& name) const 
   std::error_code error;
   fs::create_directories(folder_, error);
   if (error)
-    return fail(ErrorCode::Unwritable, "the folder for the views cannot be created", {.source = folder_},
+    return fail(ErrorCode::Unwritable, "cannot create the folder for the views", {.source = folder_},
                 error.message());
   for (std::size_t number = views_.size() + 1;; ++number) {
     name = (fs::path(folder_) / fmt::format("view-{:03}.png", number)).string();
@@ -171,23 +173,23 @@ Status GuidedCalibration::add_view(std::string name, TargetPicture marks, int wi
     return fail(ErrorCode::InvalidArgument,
                 fmt::format("{} x {} pixels, but {} has {} x {}", width_px, height_px, names_.front(),
                             width_px_, height_px_),
-                {.source = name}, "All views of a camera must have one resolution; use another folder.");
+                {.source = name}, "All views must have one resolution. Use another folder.");
   names_.push_back(std::move(name));
   views_.push_back(std::move(marks));
   return {};
 }
 
 void GuidedCalibration::judge() {
-  constexpr std::size_t kFewestViews = 4;
+  constexpr std::size_t kMinViews = 4;
   status_.coverage = {};
   status_.held_out_rms_px.reset();
   status_.focal_share.reset();
   const auto lens = lens_model(fit_.lens).value_or(LensModel::Radtan4);
-  const auto found = views_.size() < kFewestViews
+  const auto found = views_.size() < kMinViews
                          ? Result<CameraCalibration>(fail(ErrorCode::InvalidArgument, "too few views"))
                          : calibrate_camera(views_, width_px_, height_px_, lens, fit_.options);
   for (std::size_t i = 0; i < views_.size(); ++i) {
-    // Before the first fit the tilt of the board is unknown.
+    // The tilt of the board is unknown before the first fit.
     const SE3 target_T_cam = found ? found->views[i].target_T_cam : SE3();
     waymark::add_view(status_.coverage, views_[i], target_T_cam, width_px_, height_px_);
   }
@@ -207,7 +209,8 @@ Result<CalibrateCameraReport> GuidedCalibration::finish() const {
                 status_.absence.empty() ? "Hold the board still and in focus." : status_.absence);
   auto found = calibrate_camera(views_, width_px_, height_px_, lens_model(fit_.lens), fit_options(fit_));
   if (!found) return tl::unexpected(found.error());
-  if (auto words = target_.words_of_marker_size(marker_shares_)) found->advice.push_back(*std::move(words));
+  if (auto warning = target_.words_of_marker_size(marker_shares_))
+    found->advice.push_back(*std::move(warning));
   return CalibrateCameraReport{
       .found = *std::move(found), .pictures = names_, .marks = views_, .marks_word = target_.marks_word()};
 }

@@ -21,27 +21,26 @@ struct GuideOptions {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.focal_share, Field{"focal_share",
-                                  "Relative standard deviation of the focal length at which a "
-                                  "guided calibration ends once "
-                                  "no view is missing.",
+                                  "Relative standard deviation of the focal length at which a guided "
+                                  "calibration ends if no view is missing.",
                                   1e-5, 1});
     visit(self.views_at_most,
-          Field{"views_at_most", "Number of views at which a guided calibration always ends.", 4, 1000});
+          Field{"views_at_most", "Maximum number of views of a guided calibration.", 4, 1000});
     visit(self.capture, Field{"capture", "Selection of images of a live camera."});
-    visit(self.coverage, Field{"coverage", "Views that a guided calibration asks for."});
+    visit(self.coverage, Field{"coverage", "Views that a guided calibration requires."});
   }
 };
 
 /// State of a guided calibration.
 struct GuideStatus {
-  GuideOptions wanted{};     ///< targets
+  GuideOptions wanted{};     ///< required views and accuracy
   CaptureVerdict picture{};  ///< result for the last image
   ViewCoverage coverage{};
   std::array<int, 9> in_picture{};          ///< corners in each ninth of the last picture
   std::vector<std::string> missing{};       ///< missing views as text; empty: none
   std::optional<double> held_out_rms_px{};  ///< of the calibration with the views so far
-  std::optional<double> focal_share{};      ///< standard deviation of its focal length, as a share of it
-  std::string absence{};                    ///< where no picture showed the target for seconds: what to try
+  std::optional<double> focal_share{};      ///< relative standard deviation of its focal length
+  std::string absence{};  ///< advice if no image has shown the target for seconds; else empty
   bool good_enough = false;
 };
 
@@ -55,21 +54,22 @@ struct GuideStatus {
 /// Takes views from the images of a camera until the calibration is accurate enough.
 class GuidedCalibration {
  public:
-  /// `folder`: where the views are kept as pictures, and found again; empty: nowhere. All outlive this.
+  /// `folder`: stores the views as images; empty: they are not stored. All referenced arguments must outlive
+  /// this.
   GuidedCalibration(const CameraFitJob& fit, const CalibrationTarget& target, const TagFinder& finder,
                     const GuideOptions& options, std::string folder);
 
-  /// The views that an earlier calibration kept in the folder; how many. Fails on pictures of different
-  /// sizes.
+  /// Adds the views that an earlier calibration stored in the folder; returns their number. Fails on images
+  /// of different sizes.
   [[nodiscard]] Result<std::size_t> resume(const JobControl& control);
-  /// The next picture. True: it was taken as a view. Fails when it has another size than the views, or cannot
-  /// be kept. A new view costs a fit.
+  /// Processes the next image; returns whether it became a view. Fails if its size differs from that of the
+  /// views, or if it cannot be stored. Each new view costs a fit.
   [[nodiscard]] Result<bool> take(SensorTime stamp, const ImageView& image);
   [[nodiscard]] const GuideStatus& status() const { return status_; }
-  /// The marks in the last picture.
+  /// Marks in the last image.
   [[nodiscard]] const TargetPicture& marks() const { return marks_; }
 
-  /// The calibration by all views, as calibrate_camera() finds it; fails with too few.
+  /// Calibrates with all views, as calibrate_camera(). Fails with too few views.
   [[nodiscard]] Result<CalibrateCameraReport> finish() const;
 
  private:
@@ -89,7 +89,7 @@ class GuidedCalibration {
   std::vector<std::string> names_{};
   std::vector<TargetPicture> views_{};
   std::vector<double> marker_shares_{};
-  bool seen_ = false;  ///< the target was in a picture
+  bool seen_ = false;  ///< an image has shown the target
   std::optional<SensorTime> first_{};
   int width_px_ = 0;
   int height_px_ = 0;

@@ -1,6 +1,5 @@
-// What a guided calibration says of itself: on the terminal, and to the page.
-// A board held before a camera: which pictures are taken, what is asked for, and what is kept for the next
-// time.
+// Guided calibration with a board in front of a camera: status text and JSON, selected and missing views,
+// resuming.
 #include "waymark/app/calibrate_camera/guided_calibration.hpp"
 
 #include <cmath>
@@ -26,7 +25,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-/// Seven views: one tilted to the left, the corners of two parts of the picture not reached.
+/// Seven views: one tilt to the left is missing, and two parts of the image have too few corners.
 GuideStatus some_views(const GuideOptions& options) {
   GuideStatus status{.wanted = options};
   status.picture = CaptureVerdict::Moving;
@@ -46,14 +45,14 @@ TEST(GuidedCalibration, ALineNamesTheTiltsAndThePartsThatAreMissing) {
   testing::expect_on_page("calibrate", text);
 }
 
-TEST(GuidedCalibration, BeforeTheFirstViewALineNamesBoth) {
+TEST(GuidedCalibration, BeforeTheFirstViewTheTextNamesAllTiltsAndParts) {
   GuideStatus status;
   status.missing = missing_views(status.coverage, {});
   EXPECT_THAT(to_text(status), AllOf(HasSubstr("left, right, upper or lower edge"),
                                      HasSubstr("top left, top, top right"), Not(HasSubstr("px"))));
 }
 
-TEST(GuidedCalibration, JsonHasEveryPartAndTiltWithWhatIsWanted) {
+TEST(GuidedCalibration, JsonHasEveryPartAndTiltWithItsTarget) {
   GuideOptions options;
   options.coverage.corners_each_part = 30;
   const auto json = to_json(fields(some_views(options)));
@@ -74,13 +73,13 @@ TEST(GuidedCalibration, JsonHasEveryPartAndTiltWithWhatIsWanted) {
   EXPECT_EQ(json["good_enough"], false);
 }
 
-TEST(GuidedCalibration, JsonHasNoFiguresBeforeTheFirstFit) {
+TEST(GuidedCalibration, JsonHasNoAccuracyBeforeTheFirstFit) {
   const auto json = to_json(fields(GuideStatus()));
   EXPECT_FALSE(json.contains("focal_sigma_share"));
   EXPECT_FALSE(json.contains("held_out_rms_px"));
 }
 
-/// A camera, a board of tags before it, and the calibration of the one by the other.
+/// A camera, a board of tags in front of it, and the inputs of a guided calibration.
 struct Guide {
   CameraFitJob fit{.lens = "none"};
   CalibrationTarget target = CalibrationTarget::make({.columns = 5, .rows = 4, .tag_size_m = 0.04}).value();
@@ -91,7 +90,7 @@ struct Guide {
   Random random{20261125};
   int pictures = 0;
 
-  /// The board as it is held at a stop.
+  /// Image of the board at a stop.
   Image picture_at(double stop, double aside_m = 0) {
     const SO3 tilt = SO3::exp({to_radians(30) * std::cos(2.0 * stop), to_radians(30) * std::sin(2.0 * stop),
                                0.15 * std::sin(stop)});
@@ -104,7 +103,7 @@ struct Guide {
     return photograph(camera, scene, {}, random).value().image;
   }
   SensorTime next() { return SensorTime(std::chrono::milliseconds(33 * pictures++)); }
-  /// Shows a picture so long that it stands still; whether it was taken.
+  /// Repeats an image until the board counts as at rest; returns whether it became a view.
   bool hold(GuidedCalibration& guided, const Image& image) {
     bool taken = false;
     for (int i = 0; i < 3; ++i) {
@@ -116,18 +115,18 @@ struct Guide {
   }
 };
 
-TEST(GuidedViews, TakesEachNewViewOnceKeepsItAndResumesFromTheFolder) {
+TEST(GuidedViews, TakesEachViewOnceStoresItAndResumesFromTheFolder) {
   Guide guide;
   const fs::path folder = testing::fresh_folder("jobs_guided") / "views";
   GuidedCalibration guided(guide.fit, guide.target, guide.finder, guide.options, folder.string());
-  EXPECT_THAT(guided.status().missing, Not(IsEmpty())) << "before anything was seen";
+  EXPECT_THAT(guided.status().missing, Not(IsEmpty())) << "before the first image";
   for (int stop = 0; stop < 4; ++stop) {
     const Image picture = guide.picture_at(stop);
     EXPECT_TRUE(guide.hold(guided, picture)) << stop;
-    EXPECT_FALSE(*guided.take(guide.next(), picture.view())) << "it is there";
+    EXPECT_FALSE(*guided.take(guide.next(), picture.view())) << "duplicate view";
     EXPECT_EQ(guided.status().picture, CaptureVerdict::Known);
     EXPECT_EQ(guided.status().coverage.views, static_cast<std::size_t>(stop + 1));
-    EXPECT_EQ(guided.status().held_out_rms_px.has_value(), stop == 3) << "four views make a fit";
+    EXPECT_EQ(guided.status().held_out_rms_px.has_value(), stop == 3) << "the first fit has four views";
   }
   EXPECT_EQ(guided.marks().size(), 20U);
   EXPECT_EQ(test::names_in(folder).size(), 4U);
@@ -141,19 +140,19 @@ TEST(GuidedViews, TakesEachNewViewOnceKeepsItAndResumesFromTheFolder) {
   std::ofstream(folder / "broken.png") << "no picture";
   std::vector<std::string> notes;
   JobControl control;
-  control.note = [&](const std::string& words) { notes.push_back(words); };
+  control.note = [&](const std::string& note) { notes.push_back(note); };
   GuidedCalibration again(guide.fit, guide.target, guide.finder, guide.options, folder.string());
   const auto resumed = again.resume(control);
   ASSERT_TRUE(resumed) << to_string(resumed.error());
   EXPECT_EQ(*resumed, 4U);
-  EXPECT_EQ(notes.size(), 1U) << "the broken one is named and passed over";
+  EXPECT_EQ(notes.size(), 1U) << "for the broken image";
   EXPECT_NEAR(*again.status().focal_share, *guided.status().focal_share, 0.1 * *guided.status().focal_share);
-  EXPECT_FALSE(guide.hold(again, guide.picture_at(2))) << "that view is there";
+  EXPECT_FALSE(guide.hold(again, guide.picture_at(2))) << "duplicate view";
   EXPECT_TRUE(guide.hold(again, guide.picture_at(0, 0.11)));
-  EXPECT_TRUE(fs::exists(folder / "view-005.png")) << "no file is written over";
+  EXPECT_TRUE(fs::exists(folder / "view-005.png")) << "existing files are not overwritten";
 }
 
-TEST(GuidedViews, PicturesOfAnotherSizeAreRefused) {
+TEST(GuidedViews, RejectsImagesOfAnotherSize) {
   Guide guide;
   GuidedCalibration guided(guide.fit, guide.target, guide.finder, guide.options, "");
   ASSERT_TRUE(guide.hold(guided, guide.picture_at(0)));
@@ -167,7 +166,7 @@ TEST(GuidedViews, PicturesOfAnotherSizeAreRefused) {
   EXPECT_THAT(to_string(last.error()), AllOf(HasSubstr("600 x 480 pixels"), HasSubstr("640 x 480")));
 }
 
-TEST(GuidedViews, EndsWithSoManyViewsInAnyCase) {
+TEST(GuidedViews, EndsAtTheMaximumNumberOfViews) {
   Guide guide;
   guide.options.views_at_most = 2;
   GuidedCalibration guided(guide.fit, guide.target, guide.finder, guide.options, "");
@@ -176,7 +175,7 @@ TEST(GuidedViews, EndsWithSoManyViewsInAnyCase) {
   ASSERT_TRUE(guide.hold(guided, guide.picture_at(1)));
   EXPECT_TRUE(guided.status().good_enough);
   EXPECT_THAT(to_text(guided.status()), HasSubstr("good enough"));
-  EXPECT_FALSE(guided.finish()) << "two views tell no camera";
+  EXPECT_FALSE(guided.finish()) << "two views do not determine a camera";
 }
 
 TEST(GuidedViews, AMissingTargetIsReportedAfterSeconds) {
@@ -196,7 +195,7 @@ TEST(GuidedViews, AMissingTargetIsReportedAfterSeconds) {
   EXPECT_EQ(none.error().hint, guided.status().absence);
 }
 
-TEST(GuidedViews, AFolderThatCannotBeMadeIsAnError) {
+TEST(GuidedViews, FailsIfTheFolderCannotBeCreated) {
   Guide guide;
   const fs::path file = testing::fresh_folder("jobs_guided_file") / "file";
   std::ofstream(file) << "a file";
