@@ -146,8 +146,8 @@ namespace {
 constexpr std::array<const char*, kCalibrated> kDriveAdvice = {
     "Turn on the spot in both directions with tags in view.",
     "Turn on the spot in both directions with tags in view.",
-    "Drive straight ahead for several metres with tags in view.",
-    "Drive straight for several metres past several tags.",
+    "Drive some metres straight ahead with tags in view.",
+    "Drive some metres straight past several tags.",
     "Turn on the spot in both directions, several full turns each.",
     "Record the gyro, and turn on the spot in both directions, several full turns each.",
     "Drive at two speeds and turn quickly. At constant speed, image latency and a camera mounted further "
@@ -242,7 +242,7 @@ Result<CalibrateRobotReport> by_innovations(const CalibrateRobotJob& job, const 
   int runs = 0;
   InnovationFitOptions options;
   if (inputs->mounting_guessed)
-    options.keep_sigma = 0;  // the mounting is only assumed, so keep no given value
+    options.keep_sigma = 0;  // the mounting was only assumed, so no given value is kept
   options.keep_going = [&] {
     control.progress({fmt::format("filter run {} of about 20", ++runs)});
     return !control.cancelled();

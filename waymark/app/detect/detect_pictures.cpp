@@ -176,8 +176,8 @@ std::string to_text(const PictureReport& report) {
 std::string to_text(std::span<const TagDetection> detections, const PoseList& poses) {
   if (poses.empty()) return {};
   std::string text =
-      fmt::format("  {:<22}{:>9}{:>9}{:>9}{:>9}{:>9}{:>9}{:>9}{:>8}{:>8}\n", "pose in camera", "x m", "y m",
-                  "z m", "±x mm", "±y mm", "±z mm", "±rot °", "tilt °", "rms px");
+      fmt::format("  {:<22}{:>9}{:>9}{:>9}{:>9}{:>9}{:>9}{:>9}{:>8}{:>8}\n", "pose in camera frame", "x m",
+                  "y m", "z m", "±x mm", "±y mm", "±z mm", "±rot °", "tilt °", "rms px");
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const std::string name = to_string(detections[i].tag);
     if (!poses[i]) {
