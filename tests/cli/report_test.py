@@ -105,7 +105,7 @@ class Report(unittest.TestCase):
     def test_one_recording_alone(self):
         page = self.page(self.demo / "lap.mcap")
         self.assertEqual(page.headings, [str(self.demo / "lap.mcap")])
-        self.assertEqual(page.row("tags seen")[1], "24")
+        self.assertEqual(page.row("tags observed")[1], "24")
 
     def test_the_page_of_a_map_alone_states_what_is_missing(self):
         self.page(self.demo / "map")

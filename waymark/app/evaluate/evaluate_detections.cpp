@@ -15,7 +15,7 @@
 namespace waymark {
 namespace {
 
-/// What was detected.
+/// Detections of all images, with their counts.
 struct Reports {
   std::vector<PictureReport> reports{};
   DetectSummary summary{};
@@ -43,7 +43,7 @@ Result<Reports> read_reports(const EvaluateDetectionsJob& job) {
 Result<std::vector<ImageDetections>> join(std::vector<PictureReport> reports, const DetectionTruth& truth,
                                           const JobControl& control) {
   std::vector<ImageDetections> images;
-  std::map<std::string, std::string> seen;  // name in the truth, path
+  std::map<std::string, std::string> seen;  // name in the ground truth -> path
   std::size_t without_truth = 0;
   for (PictureReport& report : reports) {
     if (report.error) continue;
@@ -64,10 +64,10 @@ Result<std::vector<ImageDetections>> join(std::vector<PictureReport> reports, co
                     : fmt::format("The ground truth contains, for example, '{}'.", truth.begin()->first));
   }
   if (without_truth > 0) {
-    control.note("not in the ground truth, assumed to contain no tag: " + counted(without_truth, "picture"));
+    control.note("not in the ground truth, assumed to contain no tag: " + counted(without_truth, "image"));
   }
   if (seen.size() < truth.size()) {
-    control.note("in the ground truth, but not given: " + counted(truth.size() - seen.size(), "picture"));
+    control.note("in the ground truth, but not given: " + counted(truth.size() - seen.size(), "image"));
   }
   return images;
 }
@@ -87,7 +87,7 @@ Result<EvaluateDetectionsReport> evaluate_detections(const EvaluateDetectionsJob
   if (all->reports.empty() && (report.failed > 0 || report.stopped)) return report;
   const auto failed = static_cast<std::size_t>(std::ranges::count_if(
       all->reports, [](const PictureReport& picture) { return picture.error.has_value(); }));
-  if (failed > 0) control.note("failed and skipped: " + counted(failed, "picture"));
+  if (failed > 0) control.note("failed and skipped: " + counted(failed, "image"));
   report.failed = std::max(report.failed, failed);
   const auto images = join(std::move(all->reports), *truth, control);
   if (images)
@@ -101,8 +101,8 @@ Result<EvaluateDetectionsReport> evaluate_detections(const EvaluateDetectionsJob
 ReportFields fields(const CornerScores& corners) {
   return {{"tags", "Number of correct detections", corners.tags},
           {"rmse_px", "Root mean square of the Euclidean corner error", corners.rmse_px},
-          {"rmse_x_px", "The same along x", corners.rmse_x_px},
-          {"rmse_y_px", "The same along y", corners.rmse_y_px},
+          {"rmse_x_px", "Root mean square corner error along x", corners.rmse_x_px},
+          {"rmse_y_px", "Root mean square corner error along y", corners.rmse_y_px},
           {"worst_px", "Largest Euclidean corner error", corners.worst_px},
           {"bias_x_px", "Mean error to the right", corners.bias_x_px},
           {"bias_y_px", "Mean error downwards", corners.bias_y_px},
@@ -110,11 +110,11 @@ ReportFields fields(const CornerScores& corners) {
 }
 
 ReportFields fields(const CornerConsistency& consistency) {
-  return {
-      {"tags", "Number of correct detections with a positive definite covariance", consistency.tags},
-      {"mean_nes_corner", "Mean normalised error squared of a corner; 2 if the covariances are consistent",
-       consistency.mean_nes_corner},
-      {"mean_nes_tag", "The same of a tag; 8 if the covariances are consistent", consistency.mean_nes_tag}};
+  return {{"tags", "Number of correct detections with a positive definite covariance", consistency.tags},
+          {"mean_nes_corner", "Mean normalised error squared per corner; 2 if the covariances are consistent",
+           consistency.mean_nes_corner},
+          {"mean_nes_tag", "Mean normalised error squared per tag; 8 if the covariances are consistent",
+           consistency.mean_nes_tag}};
 }
 
 namespace {
@@ -162,10 +162,10 @@ ReportFields fields(const DetectionScores& scores) {
       {"consistency", "Consistency of the covariances; null without covariances", scores.consistency},
       {"unusable_covariances", "Number of covariances that are not positive definite",
        scores.unusable_covariances},
-      {"by_size", "Scores by size of the tag", by_size},
+      {"by_size", "Scores by tag size", by_size},
       {"by_tilt", "Scores by angle between the line of sight and the normal of the tag",
        tilt_classes(scores.by_tilt)},
-      {"by_size_and_tilt", "For each class of by_size a list of classes by tilt", grid}};
+      {"by_size_and_tilt", "For each class of by_size, a list of scores by tilt", grid}};
 }
 
 Status check_effects(const EvaluateDetectionsJob& job, const GivenFields& given) {
@@ -195,16 +195,16 @@ std::string between(const ClassScores& scores) {
                              : fmt::format("{:g} - {:g}", scores.low, scores.high);
 }
 
-/// Rounded to the digits that are shown, and never -0: the mean of errors that cancel has either sign.
-double shown(double value) { return std::round(value * 1e4) / 1e4 + 0.0; }
+/// Rounds to the printed digits and turns -0 into 0: the mean of errors that cancel may have either sign.
+double rounded_to_print(double value) { return std::round(value * 1e4) / 1e4 + 0.0; }
 
 void put_corner_columns(Text& text, const std::optional<CornerScores>& corners) {
   if (!corners) return put(text, "{:>9}{:>9}{:>9}{:>9}", "-", "-", "-", "-");
-  put(text, "{:>9.4f}{:>+9.4f}{:>+9.4f}{:>+9.4f}", corners->rmse_px, shown(corners->bias_x_px),
-      shown(corners->bias_y_px), shown(corners->bias_outward_px));
+  put(text, "{:>9.4f}{:>+9.4f}{:>+9.4f}{:>+9.4f}", corners->rmse_px, rounded_to_print(corners->bias_x_px),
+      rounded_to_print(corners->bias_y_px), rounded(corners->bias_outward_px));
 }
 
-/// One row a class: how many, recall, corner error.
+/// One row per class: number of tags, recall, corner errors.
 void put_classes(Text& text, const char* title, const std::vector<ClassScores>& classes) {
   put(text, "\n{:<14}{:>7}{:>9}{:>9}{:>9}{:>9}{:>9}\n", title, "tags", "recall %", "RMSE px", "bias x",
       "bias y", "outward");
@@ -216,10 +216,10 @@ void put_classes(Text& text, const char* title, const std::vector<ClassScores>& 
   }
 }
 
-/// Recall in percent, a row a size, a column a tilt.
+/// Recall in percent: one row per size, one column per tilt.
 void put_grid(Text& text, const DetectionScores& scores) {
   if (scores.by_tilt.empty()) return;
-  put(text, "\nrecall %, by size across and tilt\n{:<14}", "size px");
+  put(text, "\nrecall %, by size (rows) and tilt (columns)\n{:<14}", "size px");
   for (const ClassScores& tilt : scores.by_tilt) {
     if (tilt.truth > 0) put(text, "{:>9}", fmt::format("{:g}-{:g}°", tilt.low, tilt.high));
   }
@@ -236,14 +236,14 @@ void put_grid(Text& text, const DetectionScores& scores) {
 
 void put_sums(Text& text, const DetectionScores& scores) {
   put(text,
-      "{} pictures, {} true tags, {} reported: {} correct (recall {} %), {} wrong ids, {} false positives\n",
+      "{} images, {} true tags, {} detections: {} correct (recall {} %), {} wrong ids, {} false positives\n",
       scores.images, scores.truth, scores.detections, scores.correct, percent(scores.recall()),
       scores.wrong_ids, scores.false_positives);
   if (const auto& c = scores.corners) {
     put(text, "corner error: RMSE {:.4f} px (x {:.4f}, y {:.4f}), worst {:.3f} px\n", c->rmse_px,
         c->rmse_x_px, c->rmse_y_px, c->worst_px);
-    put(text, "corner bias:  x {:+.4f}, y {:+.4f}, outward {:+.4f} px\n", shown(c->bias_x_px),
-        shown(c->bias_y_px), shown(c->bias_outward_px));
+    put(text, "corner bias:  x {:+.4f}, y {:+.4f}, outward {:+.4f} px\n", rounded_to_print(c->bias_x_px),
+        rounded_to_print(c->bias_y_px), rounded(c->bias_outward_px));
   }
   if (const auto& n = scores.consistency) {
     put(text,
@@ -253,7 +253,7 @@ void put_sums(Text& text, const DetectionScores& scores) {
         n->mean_nes_corner, n->mean_nes_tag, n->tags);
   }
   if (scores.unusable_covariances > 0) {
-    put(text, "covariance:   {} are not positive definite\n", scores.unusable_covariances);
+    put(text, "covariance:   {} invalid (not positive definite)\n", scores.unusable_covariances);
   }
 }
 

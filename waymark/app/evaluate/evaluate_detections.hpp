@@ -15,9 +15,9 @@ namespace waymark {
 
 struct EvaluateDetectionsJob {
   std::string truth{};                 ///< CSV
-  std::vector<std::string> sources{};  ///< pictures to detect in …
+  std::vector<std::string> sources{};  ///< images to run the detector on
   bool recursive = false;
-  std::string detections{};  ///< … or the JSON output of detect; -: standard input
+  std::string detections{};  ///< or JSON output of `waymark detect`; -: standard input
   ClassEdges edges{};
   MatchOptions matching{};
 
@@ -35,20 +35,20 @@ struct EvaluateDetectionsJob {
   }
 };
 
-/// Fails unless images or detections are given, on invalid class edges, and on options that have
-/// no effect.
+/// Fails unless either images or detections are given, on invalid class edges, and on options without
+/// effect.
 [[nodiscard]] Status check_effects(const EvaluateDetectionsJob& job, const GivenFields& given);
-inline constexpr const char* kNothingDetected = "with `detections` nothing is detected";
+inline constexpr const char* kNothingDetected = "the detector does not run if `detections` is given";
 
 struct EvaluateDetectionsReport {
-  std::optional<DetectionScores> scores{};  ///< nothing: see error
+  std::optional<DetectionScores> scores{};  ///< empty: see error
   std::optional<Error> error{};
   std::size_t failed = 0;  ///< images that were skipped or failed
-  bool stopped = false;    ///< cancelled: the images so far are scored
+  bool stopped = false;    ///< cancelled; the images up to then are scored
 };
 
-/// Fails if the ground truth or the detections cannot be read. Skipped images are reported as notes. `finder`
-/// detects the tags if images are given.
+/// Fails if the ground truth or the detections cannot be read. Notes report skipped images. `finder` is used
+/// if images are given.
 [[nodiscard]] Result<EvaluateDetectionsReport> evaluate_detections(const EvaluateDetectionsJob& job,
                                                                    const TagFinder& finder,
                                                                    const JobControl& control);
@@ -57,8 +57,7 @@ struct EvaluateDetectionsReport {
 [[nodiscard]] ReportFields fields(const CornerScores& corners);
 [[nodiscard]] ReportFields fields(const CornerConsistency& consistency);
 
-/// The scores as text tables: recall by size and tilt, corner error and bias by size and by tilt, the
-/// totals.
+/// Text tables: totals; recall, corner error and bias by size and by tilt; recall by both.
 [[nodiscard]] std::string to_text(const DetectionScores& scores);
 
 }  // namespace waymark

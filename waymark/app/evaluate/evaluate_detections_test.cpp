@@ -1,4 +1,4 @@
-// Detections of a file compared with ground truth: matches, skipped images, and notes.
+// Detections compared with ground truth: counts, corner errors, skipped images, and text.
 #include "waymark/app/evaluate/evaluate_detections.hpp"
 
 #include <sstream>
@@ -20,7 +20,7 @@ using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-/// A square of 40 px, moved by so much in x.
+/// A square of 40 px at (`x_px`, 100), shifted by `off_px` in x.
 TagDetection square_at(int number, double x_px, double off_px = 0) {
   TagDetection detection{.tag = {FamilyId::Tag36h11, number}};
   detection.corners_px = {Eigen::Vector2d(x_px + off_px, 100),
@@ -47,7 +47,7 @@ class EvaluateDetections : public ::testing::Test {
     EXPECT_TRUE(write_text_file(folder_ / "truth.csv", "image,id,x0,y0,x1,y1,x2,y2,x3,y3\n" + truth));
     notes_.clear();
     JobControl control;
-    control.note = [this](const std::string& words) { notes_.push_back(words); };
+    control.note = [this](const std::string& text) { notes_.push_back(text); };
     return evaluate_detections(
         {.truth = (folder_ / "truth.csv").string(), .detections = (folder_ / "detections.jsonl").string()},
         TagFinder{}, control);
@@ -63,7 +63,7 @@ class EvaluateDetections : public ::testing::Test {
   std::vector<std::string> notes_{};
 };
 
-TEST_F(EvaluateDetections, FoundMissedWrongAndInvented) {
+TEST_F(EvaluateDetections, CountsCorrectMissedWrongAndFalseDetections) {
   const auto report = evaluate({picture("a.png", {square_at(1, 100), square_at(9, 300), square_at(5, 500)})},
                                truth_row("a.png", square_at(1, 100)) + truth_row("a.png", square_at(2, 200)) +
                                    truth_row("a.png", square_at(3, 300)));
@@ -73,8 +73,8 @@ TEST_F(EvaluateDetections, FoundMissedWrongAndInvented) {
   EXPECT_EQ(json["truth"], 3);
   EXPECT_EQ(json["detections"], 3);
   EXPECT_EQ(json["correct"], 1);
-  EXPECT_EQ(json["wrong_ids"], 1) << "tag 9 where tag 3 is";
-  EXPECT_EQ(json["false_positives"], 1) << "tag 5 where nothing is";
+  EXPECT_EQ(json["wrong_ids"], 1) << "tag 9 at the place of tag 3";
+  EXPECT_EQ(json["false_positives"], 1) << "tag 5 at a place without a tag";
   EXPECT_NEAR(json["recall"].get<double>(), 1.0 / 3, 1e-12);
 }
 
@@ -102,17 +102,18 @@ TEST_F(EvaluateDetections, UnmatchedImagesAreReported) {
   const auto report = evaluate({picture("a.png", {square_at(1, 100)}), picture("b.png", {square_at(2, 100)})},
                                truth_row("a.png", square_at(1, 100)) + truth_row("c.png", square_at(3, 100)));
   ASSERT_TRUE(report && report->scores);
-  EXPECT_THAT(notes_, Contains(HasSubstr("no tag: 1 picture")));
-  EXPECT_THAT(notes_, Contains(HasSubstr("not given: 1 picture")));
-  EXPECT_EQ(report->scores->false_positives, 1U) << "a picture without truth holds no tag";
-  EXPECT_EQ(report->scores->truth, 1U) << "a picture that was not given is not missed";
+  EXPECT_THAT(notes_, Contains(HasSubstr("no tag: 1 image")));
+  EXPECT_THAT(notes_, Contains(HasSubstr("not given: 1 image")));
+  EXPECT_EQ(report->scores->false_positives, 1U)
+      << "an image without ground truth is assumed to contain no tag";
+  EXPECT_EQ(report->scores->truth, 1U) << "tags of images that were not given do not count";
   const auto others = evaluate({picture("x.png", {})}, truth_row("a.png", square_at(1, 100)));
   ASSERT_TRUE(others);
   ASSERT_TRUE(others->error);
   EXPECT_THAT(others->error->hint, HasSubstr("a.png"));
 }
 
-TEST_F(EvaluateDetections, TwoPicturesOfOneNameAreNotMixed) {
+TEST_F(EvaluateDetections, ImagesWithTheSameNameAreRejected) {
   const auto report =
       evaluate({picture("x/a.png", {}), picture("y/a.png", {})}, truth_row("a.png", square_at(1, 100)));
   ASSERT_TRUE(report);
@@ -121,7 +122,7 @@ TEST_F(EvaluateDetections, TwoPicturesOfOneNameAreNotMixed) {
   EXPECT_THAT(report->error->hint, HasSubstr("folder"));
 }
 
-TEST_F(EvaluateDetections, PicturesThatFailedAreLeftOutAndCounted) {
+TEST_F(EvaluateDetections, FailedImagesAreSkippedAndCounted) {
   PictureReport failed = picture("b.png", {});
   failed.detected = false;
   failed.error = Error{ErrorCode::Unreadable, "cut", {}, {}};
@@ -132,7 +133,7 @@ TEST_F(EvaluateDetections, PicturesThatFailedAreLeftOutAndCounted) {
   EXPECT_EQ(report->scores->truth, 1U);
 }
 
-TEST_F(EvaluateDetections, FilesThatCannotBeReadAreErrorsWithTheirLine) {
+TEST_F(EvaluateDetections, UnreadableFilesAreReportedWithTheirPlace) {
   ASSERT_TRUE(evaluate({picture("a.png", {})}, truth_row("a.png", square_at(1, 100))));
   const auto evaluate_again = [&] {
     return evaluate_detections(
@@ -169,16 +170,16 @@ DetectionScores scores_of_two_classes() {
   return scores;
 }
 
-TEST(DetectionsText, ScoresAreSumsAndARowAClass) {
+TEST(DetectionsText, PrintsTotalsAndOneRowPerClass) {
   const auto lines = score_lines(to_text(scores_of_two_classes()));
-  EXPECT_THAT(lines[0], HasSubstr("8 true tags, 7 reported: 6 correct (recall 75.0 %), 1 wrong ids"));
+  EXPECT_THAT(lines[0], HasSubstr("8 true tags, 7 detections: 6 correct (recall 75.0 %), 1 wrong ids"));
   EXPECT_THAT(lines[1], HasSubstr("RMSE 0.1250 px"));
   const std::string all = to_text(scores_of_two_classes());
   EXPECT_THAT(all, HasSubstr("0 - 20              4     75.0   0.1250  -0.0100"));
   EXPECT_THAT(all, Not(HasSubstr("20 - 40"))) << "a class without tags is omitted";
   EXPECT_THAT(all, HasSubstr(">= 40")) << "the last class has no upper edge";
-  EXPECT_THAT(all, HasSubstr("0.0        -        -        -        -")) << "none of its tags was found";
-  EXPECT_THAT(all, Not(HasSubstr("tilt"))) << "no true tag says how it leans";
+  EXPECT_THAT(all, HasSubstr("0.0        -        -        -        -")) << "no tag of this class was found";
+  EXPECT_THAT(all, Not(HasSubstr("tilt"))) << "no true tag has a tilt";
 }
 
 TEST(DetectionsText, RecallBySizeAndTiltIsAGrid) {
@@ -187,7 +188,7 @@ TEST(DetectionsText, RecallBySizeAndTiltIsAGrid) {
   for (const ClassScores& size : scores.by_size)
     scores.by_size_and_tilt.push_back({{.truth = size.truth, .found = size.found}, {}});
   const std::string all = to_text(scores);
-  EXPECT_THAT(all, HasSubstr("recall %, by size across and tilt"));
+  EXPECT_THAT(all, HasSubstr("recall %, by size (rows) and tilt (columns)"));
   EXPECT_THAT(all, HasSubstr("0-45°   45-90°"));
   EXPECT_THAT(all, HasSubstr("0 - 20             75.0        -"));
 }
@@ -199,7 +200,7 @@ TEST(DetectionsText, ConsistencyIsPrintedWithTheExpectedValue) {
   scores.unusable_covariances = 1;
   EXPECT_THAT(to_text(scores),
               HasSubstr("2.50 per corner (consistent: 2), 9.75 per tag (consistent: 8), 5 tags"));
-  EXPECT_THAT(to_text(scores), HasSubstr("1 are not positive definite"));
+  EXPECT_THAT(to_text(scores), HasSubstr("1 invalid"));
 }
 
 }  // namespace

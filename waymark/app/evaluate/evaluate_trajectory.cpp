@@ -38,7 +38,7 @@ Result<TrajectoryRow> score_row(const std::string& name, EstimatedTrajectory pos
   TrajectoryRow row{.name = name, .poses = std::move(poses)};
   row.path = score_path(row.poses, inputs.reference.path);
   if (inputs.reference.timed.empty()) return row;
-  if (row.path) row.path->side_m = {};  // a driven way has no sides
+  if (row.path) row.path->side_m = {};  // undefined for a driven trajectory
   const auto pairs = pair_by_time(row.poses, inputs.reference.timed, duration_of(report.options.max_gap_s));
   const Result<TrajectoryScores> scores = score_trajectory(pairs, report.alignment, report.options);
   if (!scores) return tl::unexpected(scores.error());
@@ -48,25 +48,24 @@ Result<TrajectoryRow> score_row(const std::string& name, EstimatedTrajectory pos
   return row;
 }
 
-/// Errors without alignment mean little if the two trajectories have different frames, as when a map
-/// begins where its lap did.
-void tell_of_frames(const TrajectoryRow& row, const EvaluationInputs& inputs, const TrajectoryReport& report,
-                    const JobControl& control) {
+/// Prints the ATE after alignment if it is much smaller: the frames of the two trajectories may differ, for
+/// example because the map frame is the start of the lap.
+void note_frame_difference(const TrajectoryRow& row, const EvaluationInputs& inputs,
+                           const TrajectoryReport& report, const JobControl& control) {
   constexpr double kLarge_m = 0.05;
-  constexpr double kMostOfIt = 0.25;
+  constexpr double kMaxRatio = 0.25;  // of the ATE after alignment to the one before
   if (!row.scores || report.alignment != AlignmentKind::None || row.scores->ate_m.rmse < kLarge_m) return;
   const auto pairs = pair_by_time(row.poses, inputs.reference.timed, duration_of(report.options.max_gap_s));
   const auto aligned = score_trajectory(pairs, AlignmentKind::Se2, report.options);
-  if (!aligned || aligned->ate_m.rmse > kMostOfIt * row.scores->ate_m.rmse) return;
-  control.note(
-      fmt::format("aligned (`alignment=se2`) the ATE is {:.4f} m: if EST and REF have different "
-                  "frames, as when the "
-                  "map frame is the start of the lap, that is the error",
-                  aligned->ate_m.rmse));
+  if (!aligned || aligned->ate_m.rmse > kMaxRatio * row.scores->ate_m.rmse) return;
+  control.note(fmt::format(
+      "with `alignment=se2` the ATE is {:.4f} m, which is the error if EST and REF have different "
+      "frames, for example because the map frame is the start of the lap",
+      aligned->ate_m.rmse));
 }
 
-/// When something was there to be known: the reference, else the odometry.
-std::optional<std::pair<SensorTime, SensorTime>> knowable(const EvaluationInputs& inputs) {
+/// The interval in which estimates are expected: that of the reference, else of the odometry.
+std::optional<std::pair<SensorTime, SensorTime>> expected_interval(const EvaluationInputs& inputs) {
   if (!inputs.reference.timed.empty())
     return std::pair(inputs.reference.timed.front().stamp, inputs.reference.timed.back().stamp);
   if (!inputs.motion.odometry.empty())
@@ -74,18 +73,18 @@ std::optional<std::pair<SensorTime, SensorTime>> knowable(const EvaluationInputs
   return std::nullopt;
 }
 
-/// The first estimate at whose time there is odometry, of those of the first second: a picture may come
-/// before it.
+/// The first estimate at a time covered by odometry. Only the first second is searched: an image may
+/// precede the first odometry.
 std::optional<StampedPose> common_start(const EstimatedTrajectory& estimate, const Trajectory& wheels) {
-  constexpr Duration kMost = std::chrono::seconds(1);
+  constexpr Duration kMaxDelay = std::chrono::seconds(1);
   for (const EstimatedPose& pose : estimate) {
-    if (pose.stamp - estimate.front().stamp > kMost) break;
+    if (pose.stamp - estimate.front().stamp > kMaxDelay) break;
     if (pose_at(wheels, pose.stamp, Duration::max())) return StampedPose{pose.stamp, pose.map_T_base};
   }
   return std::nullopt;
 }
 
-/// The rows of dead reckoning, from where the estimate begins to where it ends.
+/// Adds the rows of dead reckoning, which start at the first pose of the estimate and end with it.
 Status add_dead_reckoning(const EvaluationInputs& inputs, TrajectoryReport& report) {
   const EstimatedTrajectory estimate = report.rows.front().poses;
   const Trajectory wheels = wheel_odometry(inputs.motion.odometry);
@@ -109,7 +108,7 @@ Status add_dead_reckoning(const EvaluationInputs& inputs, TrajectoryReport& repo
   return {};
 }
 
-Trajectory plain(const EstimatedTrajectory& poses, const Alignment& alignment) {
+Trajectory aligned_path(const EstimatedTrajectory& poses, const Alignment& alignment) {
   Trajectory trajectory;
   for (const EstimatedPose& pose : poses) trajectory.push_back({pose.stamp, alignment(pose.map_T_base)});
   return trajectory;
@@ -173,18 +172,19 @@ Result<TrajectoryReport> evaluate_trajectory(const EvaluateTrajectoryJob& job, c
   if (chosen.empty())
     return fail(ErrorCode::NotFound, "no estimate between `from` and `to`", {.source = job.estimate},
                 fmt::format("EST lasts {:.1f} s.", to_seconds(inputs.estimate.back().stamp - begin)));
-  if (const auto when = knowable(inputs)) {
-    const SensorTime from = std::max(when->first, job.from_s > 0 ? chosen.front().stamp : when->first);
-    const SensorTime to = std::min(when->second, begin + duration_of(job.to_s));
+  if (const auto interval = expected_interval(inputs)) {
+    const SensorTime from =
+        std::max(interval->first, job.from_s > 0 ? chosen.front().stamp : interval->first);
+    const SensorTime to = std::min(interval->second, begin + duration_of(job.to_s));
     report.coverage = covered_share(chosen, from, to, duration_of(report.options.max_gap_s));
-    report.time_to_first_fix_s = to_seconds(begin - when->first);
+    report.time_to_first_fix_s = to_seconds(begin - interval->first);
   }
   report.nis = read_nis(job.estimate, chosen.front().stamp, chosen.back().stamp, control);
   report.uncertain = count_uncertain(job.estimate, job.from_s > 0 ? chosen.front().stamp : SensorTime::min(),
                                      begin + duration_of(job.to_s), control);
   Result<TrajectoryRow> row = score_row("estimate", std::move(chosen), inputs, report);
   if (!row) return tl::unexpected(row.error());
-  tell_of_frames(*row, inputs, report, control);
+  note_frame_difference(*row, inputs, report, control);
   report.rows.push_back(std::move(*row));
   if (Status added = add_dead_reckoning(inputs, report); !added) {
     added.error().place = {.source = job.odometry};
@@ -208,7 +208,7 @@ Result<std::vector<std::string>> write_evaluation_figures(const EvaluationInputs
     const bool estimate = row->name == "estimate";
     const Alignment alignment = row->scores ? row->scores->alignment : Alignment{};
     layers.push_back({.name = row->name,
-                      .path = plain(row->poses, alignment),
+                      .path = aligned_path(row->poses, alignment),
                       .color = estimate                  ? plot::kEstimateColor
                                : row->name == "odometry" ? plot::kOdometryColor
                                                          : plot::kPalette[6]});
@@ -219,7 +219,7 @@ Result<std::vector<std::string>> write_evaluation_figures(const EvaluationInputs
       !status)
     return tl::unexpected(status.error());
   if (inputs.reference.timed.empty()) return files;
-  const plot::Figure errors = plot::trajectory_error_figure("Distance of the estimate from the truth",
+  const plot::Figure errors = plot::trajectory_error_figure("Distance of the estimate from the ground truth",
                                                             layers.back().path, inputs.reference.timed);
   if (Status status = write_figure(folder / "position_error", errors, {".svg", ".png"}, files); !status)
     return tl::unexpected(status.error());
@@ -233,7 +233,7 @@ double seconds_of(const EstimatedTrajectory& poses) {
   return poses.empty() ? 0 : to_seconds(poses.back().stamp - poses.front().stamp);
 }
 
-/// `name` with rmse, mean, median, p95 and max of what the sentence says: "ate_rmse_m".
+/// Adds rmse, mean, median, p95 and max, with keys such as "ate_rmse_m" (`name` "ate", `unit` "m").
 void add_statistics(ReportFields& all, const std::string& name, const std::string& unit,
                     std::string_view sentence, const std::optional<ErrorStatistics>& statistics) {
   const auto add = [&](const char* what, double ErrorStatistics::*member) {
@@ -250,29 +250,29 @@ ReportFields fields_of_row(const TrajectoryRow& row, const TrajectoryScoreOption
   const auto& s = row.scores;
   const auto relative = part(s, &TrajectoryScores::relative);
   ReportFields all = {
-      {"name", "`estimate`, or what is compared with it: `odometry`, `odometry with gyro`", row.name},
-      {"poses", "Poses of the trajectory", row.poses.size()},
-      {"paired", "Poses at times covered by REF", row.pairs},
-      {"duration_s", "From the first pose to the last", seconds_of(row.poses)},
+      {"name", "`estimate`, or dead reckoning for comparison: `odometry`, `odometry with gyro`", row.name},
+      {"poses", "Number of poses", row.poses.size()},
+      {"paired", "Number of poses at times covered by REF", row.pairs},
+      {"duration_s", "Time from the first pose to the last", seconds_of(row.poses)},
       {"scale", "Scale factor applied to the estimate (`sim3`)",
        part(part(s, &TrajectoryScores::alignment), &Alignment::scale)}};
-  add_statistics(all, "ate", "m", "Distance at the same time, after alignment",
+  add_statistics(all, "ate", "m", "Distance between the positions at the same time, after alignment",
                  part(s, &TrajectoryScores::ate_m));
-  add_statistics(all, "rotation", "deg", "Angle between both orientations",
+  add_statistics(all, "rotation", "deg", "Angle between the orientations at the same time",
                  part(s, &TrajectoryScores::rotation_deg));
-  add_statistics(all, "heading", "deg", "Angle between both headings",
+  add_statistics(all, "heading", "deg", "Angle between the headings at the same time",
                  part(s, &TrajectoryScores::heading_deg));
   if (options.rpe_delta_m > 0)
     all.push_back({"rpe_delta_m", "Length of the motions that RPE compares", options.rpe_delta_m});
   else
     all.push_back({"rpe_delta_s", "Duration of the motions that RPE compares", options.rpe_delta_s});
-  add_statistics(all, "rpe", "m", "Error of a motion of that length",
+  add_statistics(all, "rpe", "m", "Relative pose error (RPE), translation",
                  part(relative, &RelativeErrors::translation_m));
-  add_statistics(all, "rpe", "deg", "Error of a motion of that length",
+  add_statistics(all, "rpe", "deg", "Relative pose error (RPE), rotation",
                  part(relative, &RelativeErrors::rotation_deg));
   const auto sides = row.path && row.path->side_m.count > 0 ? row.path : std::nullopt;
   const auto consistency = part(s, &TrajectoryScores::consistency).value_or(std::nullopt);
-  const auto doubts = consistency && consistency->count > 0 ? consistency : std::nullopt;
+  const auto usable = consistency && consistency->count > 0 ? consistency : std::nullopt;
   all.push_back({"end_error_m", "Error of the last pose", part(s, &TrajectoryScores::end_error_m)});
   add_statistics(all, "path", "m", "Distance from the nearest point of the path of REF",
                  part(row.path, &PathScores::distance_m));
@@ -280,21 +280,23 @@ ReportFields fields_of_row(const TrajectoryRow& row, const TrajectoryScoreOption
       all.end(),
       {{"side_rmse_m", "Signed distance from the part of REF with the robot's direction; left is positive",
         part(part(sides, &PathScores::side_m), &ErrorStatistics::rmse)},
-       {"side_mean_m", "Its mean", part(sides, &PathScores::side_mean_m)},
-       {"end_to_start_m", "From the first pose to the last", end_to_start_m(row.poses)},
-       {"end_to_start_deg", "From the first orientation to the last", end_to_start_deg(row.poses)},
+       {"side_mean_m", "Mean signed distance", part(sides, &PathScores::side_mean_m)},
+       {"end_to_start_m", "Distance from the first pose to the last", end_to_start_m(row.poses)},
+       {"end_to_start_deg", "Rotation about the vertical axis from the first pose to the last",
+        end_to_start_deg(row.poses)},
        {"nees_mean", "Normalised estimation error squared in x, y and yaw; 3 if the covariance is consistent",
-        part(doubts, &Consistency::nees_mean)},
-       {"nees_median", "Its median", part(doubts, &Consistency::nees_median)},
+        part(usable, &Consistency::nees_mean)},
+       {"nees_median", "Median of the normalised estimation error squared",
+        part(usable, &Consistency::nees_median)},
        {"inside_95", "Fraction of the poses within their 95 % ellipsoids",
-        part(doubts, &Consistency::inside_95)},
+        part(usable, &Consistency::inside_95)},
        {"jumps",
         "Steps that differ from those of REF, or of the odometry, by more than `jump_m` or `jump_deg`",
         row.jumps}});
   return all;
 }
 
-/// A row beside the estimate.
+/// A row of dead reckoning.
 struct RowBeside {
   TrajectoryRow row{};
   TrajectoryScoreOptions options{};
@@ -329,17 +331,18 @@ ReportFields fields(const TrajectoryReport& report) {
       all.end(),
       {{"nis_mean", "Normalised innovation squared of an observation; 1 if the filter is consistent",
         part(nis, &NisSummary::mean)},
-       {"observations", "Observations in this mean", part(report.nis, &NisSummary::observations)},
-       {"uncertain", "Estimates marked uncertain, which are not evaluated", report.uncertain},
+       {"observations", "Number of observations in nis_mean", part(report.nis, &NisSummary::observations)},
+       {"uncertain", "Number of estimates marked uncertain, which are not evaluated", report.uncertain},
        {"coverage", "Fraction of the time of REF, or of the odometry, with an estimate within `max_gap_s`",
         report.coverage},
-       {"time_to_first_fix_s", "From the first pose of REF, or of the odometry, to the first estimate",
+       {"time_to_first_fix_s", "Time from the first pose of REF, or of the odometry, to the first estimate",
         report.time_to_first_fix_s},
-       {"beside", "With `odometry`: one entry for the odometry, one for wheels with gyro", beside}});
+       {"beside", "With `odometry`: one entry for wheel odometry, one for wheel odometry with gyro",
+        beside}});
   return all;
 }
 
-// Warnings about invalid comparisons.
+// Warnings about questionable comparisons.
 namespace {
 
 std::vector<Odometry> odometry_of(const std::string& path, const JobControl& control) {
@@ -356,34 +359,34 @@ std::vector<Odometry> odometry_of(const std::string& path, const JobControl& con
   return all;
 }
 
-/// Wheel odometry differs at the same times, so the recordings are of two drives.
-bool other_drive(const std::string& a, const std::string& b, const JobControl& control) {
-  constexpr double kSame = 1e-3;
+/// Whether two recordings are of different drives: their wheel odometry differs at the same times.
+bool different_drives(const std::string& a, const std::string& b, const JobControl& control) {
+  constexpr double kTolerance = 1e-3;  // [m], [rad]
   const std::vector<Odometry> first = odometry_of(a, control);
   if (first.empty() || a == b) return false;
   std::size_t common = 0;
-  std::size_t apart = 0;
+  std::size_t different = 0;
   for (const Odometry& odometry : odometry_of(b, control)) {
     const auto at = std::ranges::lower_bound(first, odometry.stamp, {}, &Odometry::stamp);
     if (at == first.end() || at->stamp != odometry.stamp) continue;
     ++common;
-    apart += minus(at->odom_T_base, odometry.odom_T_base).norm() > kSame ? 1U : 0U;
+    different += minus(at->odom_T_base, odometry.odom_T_base).norm() > kTolerance ? 1U : 0U;
   }
-  return 2 * apart > common;
+  return 2 * different > common;
 }
 
-/// How far the places of a reference are from their middle, root mean square [m].
+/// Root mean square distance of the positions of a reference from their mean [m].
 double spread_of(const Reference& reference) {
-  std::vector<Eigen::Vector2d> places = reference.path.corners;
+  std::vector<Eigen::Vector2d> positions = reference.path.corners;
   for (const StampedPose& pose : reference.timed)
-    places.emplace_back(pose.map_T_base.translation().head<2>());
-  if (places.empty()) return 0;
+    positions.emplace_back(pose.map_T_base.translation().head<2>());
+  if (positions.empty()) return 0;
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
-  for (const Eigen::Vector2d& place : places) mean += place;
-  mean /= static_cast<double>(places.size());
+  for (const Eigen::Vector2d& position : positions) mean += position;
+  mean /= static_cast<double>(positions.size());
   double squared = 0;
-  for (const Eigen::Vector2d& place : places) squared += (place - mean).squaredNorm();
-  return std::sqrt(squared / static_cast<double>(places.size()));
+  for (const Eigen::Vector2d& position : positions) squared += (position - mean).squaredNorm();
+  return std::sqrt(squared / static_cast<double>(positions.size()));
 }
 
 }  // namespace
@@ -394,27 +397,27 @@ std::vector<std::string> doubts_about(const TrajectoryReport& report, const Refe
   const TrajectoryRow& estimate = report.rows.front();
   if (estimate.scores && 2 * estimate.pairs < estimate.poses.size())
     all.push_back(
-        fmt::format("REF covers the times of only {} of {} poses of EST: are both of the same drive, on "
+        fmt::format("REF covers the times of only {} of {} poses of EST. Are both of the same drive, on "
                     "the same clock?",
                     estimate.pairs, estimate.poses.size()));
-  if (other_drive(report.estimate, report.reference, control))
+  if (different_drives(report.estimate, report.reference, control))
     all.emplace_back(
-        "EST and REF are of two drives: their odometry differs at the same times. The errors show "
-        "say "
-        "the distance between the drives, not the accuracy of EST");
+        "EST and REF are recordings of different drives: their odometry differs at the same times. "
+        "The errors show the distance between the drives, not the accuracy of EST");
   double rmse_m = 0;
   if (estimate.scores) {
     rmse_m = estimate.scores->ate_m.rmse;
   } else if (estimate.path) {
     rmse_m = estimate.path->distance_m.rmse;
   }
-  constexpr double kLeast = 0.3;  // [m]
-  constexpr double kShare = 0.7;
-  if (report.alignment == AlignmentKind::None && rmse_m > std::max(kLeast, kShare * spread_of(reference)))
-    all.push_back(
-        fmt::format("EST is {:.1f} m from REF, as far as REF itself reaches: are both of the same place, in "
-                    "the same map? `alignment=se2` compares their shapes",
-                    rmse_m));
+  constexpr double kMinDistance_m = 0.3;
+  constexpr double kMinRatio = 0.7;  // of the distance to the extent of REF
+  if (report.alignment == AlignmentKind::None &&
+      rmse_m > std::max(kMinDistance_m, kMinRatio * spread_of(reference)))
+    all.push_back(fmt::format(
+        "EST is {:.1f} m from REF, which is about the extent of REF itself. Are both in the same map "
+        "frame? `alignment=se2` compares their shapes only",
+        rmse_m));
   return all;
 }
 
@@ -439,24 +442,24 @@ std::string row_text(const TrajectoryRow& row) {
                      p && p->side_m.count > 0 ? fmt::format("{:.4f}", p->side_m.rmse) : "-");
 }
 
-std::string doubt_text(const Consistency& c) {
+std::string consistency_text(const Consistency& c) {
   if (c.count == 0) return "consistency: no covariance of the estimate is positive definite\n";
   const char* verdict = c.nees_mean > 4.5   ? "overconfident"
                         : c.nees_mean < 2.0 ? "conservative"
                                             : "consistent";
   return fmt::format(
-      "consistency: NEES {:.2f} on average ({} should be 3), {:.1f} % within 95 % ellipsoids: {}{}\n",
-      c.nees_mean, "x, y, yaw:", 100 * c.inside_95, verdict,
-      c.refused > 0 ? fmt::format("; {} covariances are invalid", c.refused) : "");
+      "consistency: NEES {:.2f} on average ({} expected: 3), {:.1f} % within 95 % ellipsoids: {}{}\n",
+      c.nees_mean, "x, y, yaw;", 100 * c.inside_95, verdict,
+      c.refused > 0 ? fmt::format("; {} invalid covariances", c.refused) : "");
 }
 
 std::string nis_text(const NisSummary& nis) {
   const char* verdict =
-      nis.mean > 1.5   ? "observations are less consistent than assumed: calibrate, or assume more noise"
-      : nis.mean < 0.5 ? "observations are more consistent than assumed: assume less noise"
-                       : "consistent (which does not test errors that all observations share, "
-                         "such as a displaced map)";
-  return fmt::format("observations: NIS {:.2f} per degree of freedom of {} (should be 1), {} rejected: {}\n",
+      nis.mean > 1.5 ? "innovations are larger than assumed: calibrate, or assume more noise"
+      : nis.mean < 0.5
+          ? "innovations are smaller than assumed: assume less noise"
+          : "consistent (errors common to all observations, such as a displaced map, are not tested)";
+  return fmt::format("observations: NIS {:.2f} per degree of freedom of {} (expected: 1), {} rejected: {}\n",
                      nis.mean, nis.observations, nis.rejected, verdict);
 }
 
@@ -475,7 +478,8 @@ std::string to_text(const TrajectoryReport& report) {
                             : "",
                         report.options.rpe_delta_m > 0 ? fmt::format("{} m", report.options.rpe_delta_m)
                                                        : fmt::format("{} s", report.options.rpe_delta_s));
-  if (estimate.scores && estimate.scores->consistency) text += doubt_text(*estimate.scores->consistency);
+  if (estimate.scores && estimate.scores->consistency)
+    text += consistency_text(*estimate.scores->consistency);
   if (report.nis) text += nis_text(*report.nis);
   if (report.uncertain > 0)
     text += fmt::format("not evaluated: {} estimates marked uncertain\n", report.uncertain);

@@ -11,20 +11,20 @@
 #include "waymark/evaluation/trajectory_scores.hpp"
 #include "waymark/samples/tag_map.hpp"
 
-/// `waymark evaluate`: compares a trajectory with the true one.
+/// `waymark evaluate`: compares a trajectory with ground truth.
 namespace waymark {
 
 struct EvaluateTrajectoryJob {
-  std::string estimate{};   ///< estimate: a recording with poses, or a TUM file
-  std::string reference{};  ///< reference: see read_reference()
+  std::string estimate{};   ///< recording with poses, or TUM file
+  std::string reference{};  ///< see read_reference()
   std::string estimate_topic{};
   std::string reference_topic{};
-  std::string odometry{};          ///< recording whose odometry is evaluated as well; empty: none
-  std::string figures{};           ///< folder to draw into; empty: none
-  std::string map{};               ///< whose tags the figure shows; empty: none
-  std::string alignment = "none";  ///< an alignment_kind()
-  bool closed = false;             ///< the corners of the reference go back to the first one
-  double from_s = 0;               ///< after the start of the estimate
+  std::string odometry{};          ///< recording whose odometry is also evaluated; empty: none
+  std::string figures{};           ///< folder for figures; empty: none
+  std::string map{};               ///< map whose tags are drawn; empty: none
+  std::string alignment = "none";  ///< see alignment_kind()
+  bool closed = false;             ///< the path of the reference returns to its first point
+  double from_s = 0;               ///< from the start of the estimate, as to_s
   double to_s = 1e9;
   double time_offset_s = 0;  ///< added to the stamps of the reference
   TrajectoryScoreOptions scoring{};
@@ -45,10 +45,10 @@ struct EvaluateTrajectoryJob {
             "alignment KIND",
             "Alignment before errors are computed: none (the map's own frame), se2, se3 or sim3 (with scale)")
             .one_of("none,se2,se3,sim3"));
-    visit(self.closed, JobField("closed", "Close the loop: the points of REF return to the first one"));
+    visit(self.closed, JobField("closed", "Close the path of REF: it returns to its first point"));
     visit(self.odometry, JobField("odometry LOG",
-                                  "Evaluate the wheel odometry, and wheels with gyro, of this recording "
-                                  "beside EST, started at the same pose"));
+                                  "Recording whose wheel odometry is also evaluated, with and without "
+                                  "gyro, starting at the first pose of EST"));
     visit(self.from_s,
           JobField("from S", "Start of the evaluated interval, in seconds from the start of EST"));
     visit(self.to_s, JobField("to S", "End of the evaluated interval, in seconds from the start of EST")
@@ -64,10 +64,10 @@ struct EvaluateTrajectoryJob {
 struct TrajectoryRow {
   std::string name{};  ///< "estimate", "odometry", "odometry with gyro"
   EstimatedTrajectory poses{};
-  std::optional<TrajectoryScores> scores{};  ///< nothing without a reference that has times
+  std::optional<TrajectoryScores> scores{};  ///< empty if the reference has no times
   std::optional<PathScores> path{};
   std::size_t pairs = 0;               ///< poses at times covered by the reference
-  std::optional<std::size_t> jumps{};  ///< against the reference, else against odometry
+  std::optional<std::size_t> jumps{};  ///< relative to the reference, else to odometry
 };
 
 struct TrajectoryReport {
@@ -82,7 +82,7 @@ struct TrajectoryReport {
   std::optional<double> time_to_first_fix_s{};
 };
 
-/// All inputs.
+/// The contents of the files of a job.
 struct EvaluationInputs {
   EstimatedTrajectory estimate{};
   Reference reference{};
@@ -99,25 +99,26 @@ struct EvaluationInputs {
 [[nodiscard]] Result<std::vector<std::string>> write_evaluation_figures(const EvaluationInputs& inputs,
                                                                         const TrajectoryReport& report,
                                                                         const std::string& folder);
-/// From the first pose to the last, for a robot that returned to its start; 0 without poses.
+/// Distance and heading change from the first pose to the last: the error of a robot that returned to its
+/// start. 0 without poses.
 [[nodiscard]] double end_to_start_m(const EstimatedTrajectory& poses);
 [[nodiscard]] double end_to_start_deg(const EstimatedTrajectory& poses);
 
 /// Unknown values are null.
 [[nodiscard]] ReportFields fields(const TrajectoryReport& report);
 
-/// Fails on options without effect on the comparison; `reference`: once it is read.
+/// Fails on options without effect. `reference`: nullptr before it is read.
 [[nodiscard]] Status check_effects(const EvaluateTrajectoryJob& job, const Reference* reference,
                                    const GivenFields& given);
 
-/// Warnings about a comparison: few common times, two drives (both recordings contain
-/// wheel odometry, which differs), two places. Empty without warnings. Reads the odometry
-/// of both files again if they are recordings.
+/// Warnings about a comparison: few common times; different drives (both recordings contain wheel odometry,
+/// which differs); a distance as large as the reference. Reads the odometry of both files again if they are
+/// recordings.
 [[nodiscard]] std::vector<std::string> doubts_about(const TrajectoryReport& report,
                                                     const Reference& reference,
                                                     const JobControl& control = {});
 
-/// A table with one row per trajectory, then text about consistency, jumps and coverage.
+/// A table with one row per trajectory, then lines about consistency, jumps and coverage.
 [[nodiscard]] std::string to_text(const TrajectoryReport& report);
 
 }  // namespace waymark

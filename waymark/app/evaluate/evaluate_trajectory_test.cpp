@@ -1,6 +1,5 @@
-// A trajectory held against what is right: windows, offsets, alignments, odometry beside it, and what is
-// unknown.
-// When a comparison of two trajectories is doubtful, and when nothing is to be said.
+// Trajectories compared with a reference: intervals, clock offsets, alignments, odometry, unknown values, and
+// warnings about questionable comparisons.
 #include "waymark/app/evaluate/evaluate_trajectory.hpp"
 
 #include <fmt/format.h>
@@ -22,7 +21,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-/// An ellipse, ten poses a second.
+/// A pose on an ellipse, at this time.
 SE3 on_ellipse(double s) {
   const double angle = 0.2 * s;
   return lift(SE2(3 * std::cos(angle), 2 * std::sin(angle), angle));
@@ -53,7 +52,7 @@ class EvaluateTrajectoryFiles : public ::testing::Test {
                              .reference = tum("ref.txt", ellipse(0, 30))};
 };
 
-TEST_F(EvaluateTrajectoryFiles, TheSameIsWithoutErrorAndWhatIsUnknownIsNull) {
+TEST_F(EvaluateTrajectoryFiles, EqualTrajectoriesHaveNoErrorAndUnknownValuesAreEmpty) {
   const auto report = evaluated(job_);
   ASSERT_TRUE(report) << to_string(report.error());
   ASSERT_TRUE(report->rows.front().scores);
@@ -62,18 +61,18 @@ TEST_F(EvaluateTrajectoryFiles, TheSameIsWithoutErrorAndWhatIsUnknownIsNull) {
   EXPECT_EQ(report->rows.front().jumps, 0U);
   const auto json = to_json(fields(*report));
   EXPECT_EQ(json["poses"], 301);
-  EXPECT_FALSE(report->nis) << "a text of poses says nothing of what was seen";
+  EXPECT_FALSE(report->nis) << "a TUM file contains no observations";
 }
 
-TEST_F(EvaluateTrajectoryFiles, OnlyAnAlignmentForgivesAnotherFrame) {
+TEST_F(EvaluateTrajectoryFiles, OnlyAlignmentRemovesADifferenceOfFrames) {
   const SE3 moved = lift(SE2(5, -1, 0.8));
   job_.estimate = tum("moved.txt", ellipse(0, 30, moved));
   std::string notes;
-  const JobControl control{.note = [&](const std::string& words) { notes += words; }};
+  const JobControl control{.note = [&](const std::string& text) { notes += text; }};
   const auto plain = evaluated(job_, control);
   ASSERT_TRUE(plain);
   EXPECT_GT(plain->rows.front().scores->ate_m.rmse, 2);
-  EXPECT_THAT(notes, HasSubstr("aligned (`alignment=se2`) the ATE is 0.0000 m"));
+  EXPECT_THAT(notes, HasSubstr("`alignment=se2` the ATE is 0.0000 m"));
   notes.clear();
   job_.alignment = "se2";
   const auto aligned = evaluated(job_, control);
@@ -87,7 +86,7 @@ TEST_F(EvaluateTrajectoryFiles, OnlyAnAlignmentForgivesAnotherFrame) {
   EXPECT_EQ(unknown.error().place.key, "alignment");
 }
 
-TEST_F(EvaluateTrajectoryFiles, AnOffsetOfTheClocksIsTakenAway) {
+TEST_F(EvaluateTrajectoryFiles, AClockOffsetIsSubtracted) {
   job_.reference = tum("late.txt", ellipse(0, 30, {}, 0.5));
   const double apart_m = evaluated(job_)->rows.front().scores->ate_m.rmse;
   EXPECT_GT(apart_m, 0.1);
@@ -95,7 +94,7 @@ TEST_F(EvaluateTrajectoryFiles, AnOffsetOfTheClocksIsTakenAway) {
   EXPECT_LT(evaluated(job_)->rows.front().scores->ate_m.rmse, 0.01);
 }
 
-TEST_F(EvaluateTrajectoryFiles, OnlyTheSpanThatIsAskedForCounts) {
+TEST_F(EvaluateTrajectoryFiles, OnlyTheRequestedIntervalIsEvaluated) {
   Trajectory path = ellipse(0, 30);
   for (StampedPose& pose : path)
     if (pose.stamp > SensorTime(std::chrono::seconds(20)))
@@ -115,10 +114,10 @@ TEST_F(EvaluateTrajectoryFiles, OnlyTheSpanThatIsAskedForCounts) {
   ASSERT_TRUE(after);
   EXPECT_NEAR(after->rows.front().scores->ate_m.rmse, 0.4, 1e-6);
   job_.from_s = 500;
-  EXPECT_FALSE(evaluated(job_)) << "nothing is left";
+  EXPECT_FALSE(evaluated(job_)) << "the interval contains no estimate";
 }
 
-TEST_F(EvaluateTrajectoryFiles, APathHasDistancesAndNoTimes) {
+TEST_F(EvaluateTrajectoryFiles, AReferenceWithoutTimesHasOnlyDistances) {
   std::string corners = "x_m,y_m\n";
   for (const StampedPose& pose : ellipse(0, 32)) {
     const Eigen::Vector3d p = pose.map_T_base.translation();
@@ -153,7 +152,7 @@ TEST_F(EvaluateTrajectoryFiles, OdometryIsComparedWithTheEstimate) {
   EXPECT_FALSE(evaluated(none));
 }
 
-TEST_F(EvaluateTrajectoryFiles, APictureMayComeBeforeTheFirstOdometry) {
+TEST_F(EvaluateTrajectoryFiles, AnImageMayPrecedeTheFirstOdometry) {
   const std::string lap = test::record_lap(folder_ / "lap.mcap", 81, {.for_s = 8});
   EvaluateTrajectoryJob job{
       .estimate = lap, .reference = lap, .estimate_topic = topics::kTruth, .odometry = lap};
@@ -176,7 +175,7 @@ TEST_F(EvaluateTrajectoryFiles, APictureMayComeBeforeTheFirstOdometry) {
   EXPECT_THAT(apart.error().message, HasSubstr("does not cover"));
 }
 
-TEST_F(EvaluateTrajectoryFiles, ALapThatComesBackEndsWhereItBegan) {
+TEST_F(EvaluateTrajectoryFiles, EndToStartIsTheMotionFromTheFirstPoseToTheLast) {
   EstimatedTrajectory poses;
   EXPECT_EQ(end_to_start_m(poses), 0);
   for (const double x : {0.0, 5.0, 0.3})
@@ -185,7 +184,7 @@ TEST_F(EvaluateTrajectoryFiles, ALapThatComesBackEndsWhereItBegan) {
   EXPECT_NEAR(end_to_start_deg(poses), 0.03 * 180 / M_PI, 1e-9);
 }
 
-TEST_F(EvaluateTrajectoryFiles, FiguresGoIntoAFolderThatIsMade) {
+TEST_F(EvaluateTrajectoryFiles, TheFolderOfFiguresIsCreated) {
   const auto inputs = read_evaluation(job_, {});
   ASSERT_TRUE(inputs);
   const auto report = evaluate_trajectory(job_, *inputs, {});
@@ -195,11 +194,11 @@ TEST_F(EvaluateTrajectoryFiles, FiguresGoIntoAFolderThatIsMade) {
   EXPECT_FALSE(files->empty());
   for (const std::string& file : *files) EXPECT_TRUE(fs::exists(file)) << file;
   const auto blocked = write_evaluation_figures(*inputs, *report, job_.estimate);
-  ASSERT_FALSE(blocked) << "a file is no folder";
+  ASSERT_FALSE(blocked) << "a file is not a folder";
   EXPECT_EQ(blocked.error().code, ErrorCode::Unwritable);
 }
 
-/// A circle of 2 m about a place, ten poses a second.
+/// A circle with a radius of 2 m about (`x_m`, 0), ten poses a second.
 Trajectory circle(double from_s, double to_s, double x_m = 0) {
   Trajectory path;
   for (int i = static_cast<int>(10 * from_s); i <= static_cast<int>(10 * to_s); ++i)
@@ -208,48 +207,48 @@ Trajectory circle(double from_s, double to_s, double x_m = 0) {
   return path;
 }
 
-class TrajectoryDoubts : public ::testing::Test {
+class ComparisonWarnings : public ::testing::Test {
  protected:
   [[nodiscard]] std::string tum(const std::string& name, const Trajectory& path) const {
     EXPECT_TRUE(write_text_file(folder_ / name, to_tum(path)));
     return (folder_ / name).string();
   }
-  static std::vector<std::string> doubts(const EvaluateTrajectoryJob& job) {
+  static std::vector<std::string> warnings(const EvaluateTrajectoryJob& job) {
     const auto inputs = read_evaluation(job, {});
     EXPECT_TRUE(inputs) << to_string(inputs.error());
     const auto report = evaluate_trajectory(job, *inputs, {});
     EXPECT_TRUE(report) << to_string(report.error());
     return doubts_about(*report, inputs->reference);
   }
-  fs::path folder_ = testing::fresh_folder("jobs_doubts");
+  fs::path folder_ = testing::fresh_folder("jobs_comparison_warnings");
 };
 
-TEST_F(TrajectoryDoubts, APlausibleErrorIsNoWarning) {
-  EXPECT_THAT(doubts({.estimate = tum("a.txt", circle(0, 30)), .reference = tum("b.txt", circle(0, 30))}),
+TEST_F(ComparisonWarnings, APlausibleErrorIsNoWarning) {
+  EXPECT_THAT(warnings({.estimate = tum("a.txt", circle(0, 30)), .reference = tum("b.txt", circle(0, 30))}),
               IsEmpty());
   EXPECT_THAT(
-      doubts({.estimate = tum("a.txt", circle(0, 30, 0.25)), .reference = tum("b.txt", circle(0, 30))}),
+      warnings({.estimate = tum("a.txt", circle(0, 30, 0.25)), .reference = tum("b.txt", circle(0, 30))}),
       IsEmpty())
-      << "a quarter of a metre is an error and no other place";
+      << "0.25 m is an error, not another place";
 }
 
-TEST_F(TrajectoryDoubts, HardlyAMomentInCommon) {
+TEST_F(ComparisonWarnings, FewCommonTimes) {
   const std::string reference = tum("b.txt", circle(0, 30));
-  EXPECT_THAT(doubts({.estimate = tum("a.txt", circle(20, 60)), .reference = reference}),
+  EXPECT_THAT(warnings({.estimate = tum("a.txt", circle(20, 60)), .reference = reference}),
               ElementsAre(HasSubstr("only 101 of 401 poses of EST")));
-  EXPECT_THAT(doubts({.estimate = tum("a.txt", circle(10, 40)), .reference = reference}), IsEmpty())
-      << "two thirds are";
+  EXPECT_THAT(warnings({.estimate = tum("a.txt", circle(10, 40)), .reference = reference}), IsEmpty())
+      << "two thirds are common";
 }
 
-TEST_F(TrajectoryDoubts, AnotherPlaceUnlessItIsAligned) {
+TEST_F(ComparisonWarnings, ADistantPlaceUnlessAligned) {
   EvaluateTrajectoryJob job{.estimate = tum("a.txt", circle(0, 30, 5)),
                             .reference = tum("b.txt", circle(0, 30))};
-  EXPECT_THAT(doubts(job), ElementsAre(HasSubstr("EST is 5.0 m from REF")));
+  EXPECT_THAT(warnings(job), ElementsAre(HasSubstr("EST is 5.0 m from REF")));
   job.alignment = "se2";
-  EXPECT_THAT(doubts(job), IsEmpty());
+  EXPECT_THAT(warnings(job), IsEmpty());
 }
 
-TEST_F(TrajectoryDoubts, TwoDrivesAreRecognisedByTheirOdometry) {
+TEST_F(ComparisonWarnings, OdometryRevealsDifferentDrives) {
   const auto lap = [&](const char* name, std::uint64_t seed) {
     return test::record_lap(folder_ / name, seed, {.for_s = 8});
   };
@@ -257,9 +256,9 @@ TEST_F(TrajectoryDoubts, TwoDrivesAreRecognisedByTheirOdometry) {
                             .reference = lap("b.mcap", 2),
                             .estimate_topic = topics::kTruth,
                             .reference_topic = topics::kTruth};
-  EXPECT_THAT(doubts(job), Contains(HasSubstr("EST and REF are of two drives")));
+  EXPECT_THAT(warnings(job), Contains(HasSubstr("different drives")));
   job.reference = lap("c.mcap", 1);
-  EXPECT_THAT(doubts(job), IsEmpty()) << "the same seed drives the same lap";
+  EXPECT_THAT(warnings(job), IsEmpty()) << "the same seed gives the same lap";
 }
 
 /// Ten seconds of a recorded lap.
@@ -273,7 +272,7 @@ const TenSeconds& ten_seconds() {
   return made;
 }
 
-TEST(EvaluateTrajectory, NothingInCommonIsAnError) {
+TEST(EvaluateTrajectory, AnIntervalWithoutEstimatesIsAnError) {
   EvaluateTrajectoryJob job{.estimate = ten_seconds().lap,
                             .reference = ten_seconds().lap,
                             .estimate_topic = topics::kTruth,
@@ -293,7 +292,7 @@ TEST(EvaluateTrajectory, NothingInCommonIsAnError) {
   EXPECT_EQ(unknown.error().code, ErrorCode::NotFound);
 }
 
-TEST(EvaluateTrajectory, AShiftOfTheEstimateIsItsError) {
+TEST(EvaluateTrajectory, AShiftOfTheEstimateIsTheError) {
   const EvaluateTrajectoryJob job{
       .estimate = ten_seconds().lap, .reference = ten_seconds().lap, .estimate_topic = topics::kTruth};
   auto inputs = read_evaluation(job, {});
@@ -309,7 +308,7 @@ TEST(EvaluateTrajectory, AShiftOfTheEstimateIsItsError) {
   for (const std::string& file : *files) EXPECT_TRUE(fs::exists(file)) << file;
 }
 
-TEST(TrajectoryText, ATableWithARowATrajectoryAndAVerdict) {
+TEST(TrajectoryText, PrintsOneRowPerTrajectoryAndAVerdict) {
   TrajectoryReport report;
   TrajectoryRow row{.name = "estimate"};
   row.poses = {{.stamp = SensorTime{}},
@@ -317,7 +316,7 @@ TEST(TrajectoryText, ATableWithARowATrajectoryAndAVerdict) {
   report.rows = {row, {.name = "odometry"}};
   std::string text = to_text(report);
   EXPECT_THAT(text, AllOf(HasSubstr("estimate "), HasSubstr("odometry "), HasSubstr("0.500 m and 0.0 deg")));
-  EXPECT_THAT(text, Not(HasSubstr("alignment"))) << "without a reference nothing was aligned";
+  EXPECT_THAT(text, Not(HasSubstr("alignment"))) << "nothing is aligned without a reference";
   TrajectoryScores scores;
   scores.ate_m.rmse = 0.0123;
   scores.consistency = Consistency{.count = 100, .nees_mean = 9, .inside_95 = 0.5};
@@ -338,7 +337,7 @@ TEST(TrajectoryText, ATableWithARowATrajectoryAndAVerdict) {
   EXPECT_THAT(to_text(report), HasSubstr("no covariance of the estimate is positive definite"));
 }
 
-/// A comparison of poses, which are `shift` beside those of the reference.
+/// A report of an estimate with this error, of whose `poses` the reference covers `pairs`.
 TrajectoryReport report_of(double rmse_m, std::size_t pairs, std::size_t poses) {
   TrajectoryReport report{.estimate = "/none/a", .reference = "/none/b"};
   TrajectoryRow row{
@@ -354,35 +353,35 @@ Reference square_reference(double side_m) {
   return reference;
 }
 
-TEST(Doubts, APlainComparisonHasNone) {
+TEST(WarningsOfReport, ASmallErrorIsNoWarning) {
   EXPECT_THAT(doubts_about(report_of(0.1, 90, 100), square_reference(4)), IsEmpty());
 }
 
-TEST(Doubts, FewCommonTimesAreReported) {
-  const auto doubts = doubts_about(report_of(0.1, 40, 100), square_reference(4));
-  ASSERT_EQ(doubts.size(), 1U);
-  EXPECT_THAT(doubts[0], HasSubstr("only 40 of 100"));
+TEST(WarningsOfReport, FewCommonTimes) {
+  const auto warnings = doubts_about(report_of(0.1, 40, 100), square_reference(4));
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_THAT(warnings[0], HasSubstr("only 40 of 100"));
 }
 
-TEST(Doubts, AsFarAsTheReferenceReachesIsAnotherPlace) {
-  const auto doubts = doubts_about(report_of(5, 90, 100), square_reference(4));
-  ASSERT_EQ(doubts.size(), 1U);
-  EXPECT_THAT(doubts[0], HasSubstr("`alignment=se2`"));
+TEST(WarningsOfReport, ADistanceAsLargeAsTheReference) {
+  const auto warnings = doubts_about(report_of(5, 90, 100), square_reference(4));
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_THAT(warnings[0], HasSubstr("`alignment=se2`"));
   TrajectoryReport aligned = report_of(5, 90, 100);
   aligned.alignment = AlignmentKind::Se2;
-  EXPECT_THAT(doubts_about(aligned, square_reference(4)), IsEmpty()) << "their shapes were compared";
+  EXPECT_THAT(doubts_about(aligned, square_reference(4)), IsEmpty()) << "only shapes are compared";
   EXPECT_THAT(doubts_about(report_of(0.2, 90, 100), square_reference(0.1)), IsEmpty())
-      << "a robot that stood";
+      << "the robot did not move";
 }
 
-TEST(Doubts, OdometryDistinguishesTwoDrives) {
+TEST(WarningsOfReport, OdometryRevealsDifferentDrives) {
   const fs::path folder = testing::fresh_folder("jobs_two_drives");
   TrajectoryReport report = report_of(0.1, 90, 100);
   report.estimate = test::record_lap(folder / "a.mcap", 31, {.for_s = 3});
   report.reference = test::record_lap(folder / "b.mcap", 32, {.for_s = 3});
-  const auto doubts = doubts_about(report, square_reference(4));
-  ASSERT_EQ(doubts.size(), 1U);
-  EXPECT_THAT(doubts[0], HasSubstr("two drives"));
+  const auto warnings = doubts_about(report, square_reference(4));
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_THAT(warnings[0], HasSubstr("different drives"));
   report.reference = report.estimate;
   EXPECT_THAT(doubts_about(report, square_reference(4)), IsEmpty());
 }

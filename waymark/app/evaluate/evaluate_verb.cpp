@@ -34,8 +34,8 @@ ExitCode evaluate(const TrajectoryArgs& args, Console& console) {
   const Result<TrajectoryReport> report = evaluate_trajectory(job, *inputs, control);
   if (!report) return fail_with(report.error(), console);
   console.print(args.json ? json_line(fields(*report)) : to_text(*report));
-  for (const std::string& doubt : doubts_about(*report, inputs->reference, control))
-    console.say("warning: " + doubt);
+  for (const std::string& warning : doubts_about(*report, inputs->reference, control))
+    console.say("warning: " + warning);
   if (job.figures.empty()) return ExitCode::Ok;
   const auto files = write_evaluation_figures(*inputs, *report, job.figures);
   if (!files) return fail_with(files.error(), console);
@@ -46,26 +46,27 @@ ExitCode evaluate(const TrajectoryArgs& args, Console& console) {
 }  // namespace
 
 Verb evaluate_verb() {
-  return {.name = "evaluate",
-          .sentence = "Compare an estimate with the ground truth",
-          .help =
-              R"(EST REF compares a trajectory with the true one. Errors are computed at the same time (REF is
-interpolated), in REF's frame: ATE is the distance, RPE the error of a motion of --rpe-delta-s seconds, as evo
-defines them. path is the distance from the path of REF, regardless of time; side is the signed distance from the part
-of REF with the robot's direction. NEES tests whether the covariance of the estimate is consistent: 3 on average, more if
-overconfident; NIS (for recordings by `waymark localize`) does the same for observations: 1 on average. Estimates
-marked uncertain are counted, but not evaluated.
+  return {
+      .name = "evaluate",
+      .sentence = "Compare an estimate with the ground truth",
+      .help =
+          R"(EST REF compares a trajectory with ground truth, at the same times (REF is interpolated) and in REF's
+frame. ATE is the distance, and RPE the error of a motion of --rpe-delta-s seconds, as evo defines them. path is the
+distance from the path of REF, regardless of time. side is the signed distance from the part of REF with the robot's
+direction. NEES tests whether the covariance of the estimate is consistent: it is 3 on average, and more if overconfident.
+NIS (for recordings by `waymark localize`) tests the observations: it is 1 on average. Estimates marked uncertain are
+counted, but not evaluated.
 
-Exit code: 0 compared, 1 something could not be read or compared, 2 wrong usage.
+Exit code: 0 compared, 1 a file could not be read or compared, 2 wrong usage.
 
 Examples:
   waymark evaluate replay.mcap replay.mcap
   waymark evaluate map/trajectory.txt map/truth_trajectory.txt --figures figures
   waymark evaluate detections --truth truth.csv photograph.png
 )",
-          .prepare = prepared(evaluate),
-          .report = report_of<TrajectoryReport>,
-          .verbs = {evaluate_detections_verb()}};
+      .prepare = prepared(evaluate),
+      .report = report_of<TrajectoryReport>,
+      .verbs = {evaluate_detections_verb()}};
 }
 
 }  // namespace waymark::cli

@@ -12,14 +12,14 @@
 namespace waymark {
 namespace {
 
-/// The output file; existing files are not overwritten.
+/// Fails if the output file exists and `force` is not set, and on options without effect.
 Status check_figure_output(const PlotJob& job, const std::filesystem::path& output) {
   if (job.figure.empty() && !job.output.empty())
-    return fail(ErrorCode::InvalidArgument, "no figure is named", {.key = "output"},
-                "Set `figure`; without `output` the figures are listed.");
+    return fail(ErrorCode::InvalidArgument, "no effect without `figure`", {.key = "output"},
+                "Set `figure`, or omit `output` to list the figures.");
   if (job.figure.empty() && job.force)
-    return fail(ErrorCode::InvalidArgument, "nothing is written", {.key = "force"},
-                "Set `figure`; without it the figures are listed.");
+    return fail(ErrorCode::InvalidArgument, "no effect without `figure`", {.key = "force"},
+                "Set `figure`, or omit `force` to list the figures.");
   if (job.figure.empty()) return {};
   return check_new_file(output, job.force);
 }
@@ -37,7 +37,7 @@ Error no_such_figure(const PlotJob& job, const std::vector<plot::PageFigure>& fi
   names.reserve(figures.size());
   for (const plot::PageFigure& each : figures) names.push_back(each.name);
   return {ErrorCode::NotFound,
-          fmt::format("these runs have no figure '{}'", job.figure),
+          fmt::format("the runs have no figure '{}'", job.figure),
           {.key = "figure"},
           suggestion(job.figure, names)};
 }

@@ -12,7 +12,7 @@ namespace waymark {
 
 struct PlotJob {
   std::vector<std::string> runs{};  ///< recordings, map folders, or the folder of a demo
-  std::string figure{};             ///< empty: the figures are listed, and nothing is written
+  std::string figure{};             ///< empty: list the figures, write nothing
   std::string output{};             ///< .svg, .png or .pdf; empty: FIGURE.svg
   bool force = false;               ///< replace an existing file
 
@@ -20,19 +20,19 @@ struct PlotJob {
   static void fields(Self& self, Visitor&& visit) {
     visit(self.runs,
           JobField("runs RUN ...", "Recordings, map folders, or the folder of a demo").input().required());
-    visit(self.figure, JobField("figure NAME", "Name of the figure. Unless given: the figures are listed"));
+    visit(self.figure, JobField("figure NAME", "Name of the figure. Unless given: all figures are listed"));
     visit(self.output, JobField("output FILE", "File to write: .svg, .png or .pdf (usual: NAME.svg)"));
     visit(self.force, JobField("force", "Replace an existing file"));
   }
 };
 
 struct PlotReport {
-  std::vector<std::pair<std::string, std::string>> figures{};  ///< of the runs: name, title and caption
-  std::string written{};                                       ///< empty: nothing
+  std::vector<std::pair<std::string, std::string>> figures{};  ///< name; title and caption
+  std::string written{};                                       ///< file; empty: none
 };
 
-/// Draws the figure, or lists the figures of the runs. Fails on an existing file, and on a figure that
-/// the runs do not have (NotFound at `figure`, with the nearest name).
+/// Draws the figure, or lists the figures of the runs. Fails on an existing file unless `force` is set, and
+/// on an unknown figure (NotFound at `figure`, with the most similar name as hint).
 [[nodiscard]] Result<PlotReport> plot_figure(const PlotJob& job, const JobControl& control);
 
 /// One line per figure.

@@ -1,4 +1,4 @@
-// One figure of a report in a file of its own.
+// One figure of a report, written to a separate file.
 #include "waymark/app/evaluate/plot_figure.hpp"
 
 #include <algorithm>
@@ -28,7 +28,7 @@ class PlotFigure : public ::testing::Test {
   fs::path folder_ = testing::fresh_folder("jobs_plot");
 };
 
-TEST_F(PlotFigure, EveryFigureThatIsListedCanBeDrawn) {
+TEST_F(PlotFigure, EveryListedFigureCanBeDrawn) {
   const auto list = plot_figure(job_of(""), {});
   ASSERT_TRUE(list) << to_string(list.error());
   EXPECT_EQ(list->written, "");
@@ -43,7 +43,7 @@ TEST_F(PlotFigure, EveryFigureThatIsListedCanBeDrawn) {
   }
 }
 
-TEST_F(PlotFigure, AFileThatIsThereIsReplacedOnlyWhenThatIsAskedFor) {
+TEST_F(PlotFigure, AnExistingFileIsReplacedOnlyWithForce) {
   const std::string name = plot_figure(job_of(""), {})->figures.front().first;
   PlotJob job = job_of(name, "figure.svg");
   ASSERT_TRUE(write_text_file(job.output, "mine"));
@@ -56,17 +56,17 @@ TEST_F(PlotFigure, AFileThatIsThereIsReplacedOnlyWhenThatIsAskedFor) {
   EXPECT_THAT(test::file_text(job.output), HasSubstr("<svg"));
 }
 
-TEST_F(PlotFigure, MistakesAreNamedAndNothingIsWritten) {
+TEST_F(PlotFigure, InvalidJobsAreReportedAndNothingIsWritten) {
   const std::string name = plot_figure(job_of(""), {})->figures.front().first;
   const auto unknown = plot_figure(job_of(name + "x", "figure.svg"), {});
   ASSERT_FALSE(unknown);
   EXPECT_EQ(unknown.error().code, ErrorCode::NotFound);
   EXPECT_EQ(unknown.error().place.key, "figure");
   EXPECT_THAT(unknown.error().hint, HasSubstr(name));
-  EXPECT_FALSE(plot_figure(job_of("", "figure.svg"), {})) << "an output, and no figure";
+  EXPECT_FALSE(plot_figure(job_of("", "figure.svg"), {})) << "an output without a figure";
   PlotJob forced = job_of("");
   forced.force = true;
-  EXPECT_FALSE(plot_figure(forced, {})) << "nothing is written that could be replaced";
+  EXPECT_FALSE(plot_figure(forced, {})) << "`force` has no effect on a list";
   EXPECT_FALSE(plot_figure(job_of(name, "figure.xyz"), {}));
   EXPECT_FALSE(plot_figure({.runs = {(folder_ / "none.mcap").string()}}, {}));
   EXPECT_EQ(test::names_in(folder_), std::vector<std::string>{});

@@ -48,26 +48,26 @@ double rate_hz(const std::vector<Stamped>& samples) {
   return seconds > 0 ? static_cast<double>(samples.size() - 1) / seconds : 0;
 }
 
-/// What the camera made of the place.
-struct Sight {
+/// Detections of a drive, summed up.
+struct DetectionTotals {
   std::size_t tags = 0;
   std::size_t with_two = 0;
-  double longest_blind_s = 0;
+  double longest_gap_s = 0;  ///< without a detection
   std::vector<double> sides_px{};
 };
 
-Sight sight_of(const std::vector<TagFrame>& frames) {
-  Sight sight;
+DetectionTotals detection_totals(const std::vector<TagFrame>& frames) {
+  DetectionTotals totals;
   SensorTime seen = frames.empty() ? SensorTime{} : frames.front().stamp;
   for (const TagFrame& frame : frames) {
-    sight.tags += frame.detections.size();
-    if (frame.detections.size() >= 2) ++sight.with_two;
-    sight.longest_blind_s = std::max(sight.longest_blind_s, to_seconds(frame.stamp - seen));
+    totals.tags += frame.detections.size();
+    if (frame.detections.size() >= 2) ++totals.with_two;
+    totals.longest_gap_s = std::max(totals.longest_gap_s, to_seconds(frame.stamp - seen));
     if (!frame.detections.empty()) seen = frame.stamp;
     for (const TagDetection& tag : frame.detections)
-      sight.sides_px.push_back((tag.corners_px[1] - tag.corners_px[0]).norm());
+      totals.sides_px.push_back((tag.corners_px[1] - tag.corners_px[0]).norm());
   }
-  return sight;
+  return totals;
 }
 
 std::string number(double value, int digits) {
@@ -83,7 +83,7 @@ std::string source_of(const DriveRun& drive) {
 }
 
 std::vector<std::string> row_of(const DriveRun& drive) {
-  const Sight sight = sight_of(drive.lap.frames);
+  const DetectionTotals totals = detection_totals(drive.lap.frames);
   const auto frames = static_cast<double>(drive.lap.frames.size());
   const auto& odometry = drive.lap.odometry;
   double metres = 0;
@@ -101,10 +101,10 @@ std::vector<std::string> row_of(const DriveRun& drive) {
           number(seconds > 0 ? metres / seconds : 0, 2),
           number(rate_hz(odometry), 1),
           number(rate_hz(drive.lap.frames), 1),
-          frames > 0 ? fmt::format("{:.2f}", static_cast<double>(sight.tags) / frames) : "-",
-          frames > 0 ? fmt::format("{:.1f}", 100 * static_cast<double>(sight.with_two) / frames) : "-",
-          frames > 0 ? fmt::format("{:.2f}", sight.longest_blind_s) : "-",
-          number(median(sight.sides_px), 1),
+          frames > 0 ? fmt::format("{:.2f}", static_cast<double>(totals.tags) / frames) : "-",
+          frames > 0 ? fmt::format("{:.1f}", 100 * static_cast<double>(totals.with_two) / frames) : "-",
+          frames > 0 ? fmt::format("{:.2f}", totals.longest_gap_s) : "-",
+          number(median(totals.sides_px), 1),
           number(median(std::move(sigma_mm)), 1)};
 }
 
@@ -113,10 +113,10 @@ std::vector<std::string> row_of(const DriveRun& drive) {
 plot::PageTable side_by_side(const Runs& runs) {
   plot::PageTable table{
       .caption =
-          "Data and detections of each robot, without ground truth. Tags: "
-          "mean number per image, median side of their squares. Sigma: median",
-      .head = {"drive", "source", "lasts [s]", "driven [m]", "speed [m/s]", "odometry [Hz]", "camera [Hz]",
-               "tags", "two or more [%]", "longest without [s]", "side [px]", "sigma [mm]"}};
+          "Data and detections of each robot, without ground truth. Tags: mean number per image. "
+          "Side: median side of the black squares. Sigma: median standard deviation of the position",
+      .head = {"drive", "source", "duration [s]", "distance [m]", "speed [m/s]", "odometry [Hz]",
+               "camera [Hz]", "tags", "two or more [%]", "longest gap [s]", "side [px]", "sigma [mm]"}};
   for (const DriveRun& drive : runs.drives) table.rows.push_back(row_of(drive));
   return table;
 }
@@ -133,7 +133,7 @@ plot::PageTable sensors_side_by_side(const Runs& runs) {
   std::vector<std::vector<ProfileRow>> columns;
   for (const DriveRun* drive : measured)
     columns.push_back(profile_table(*measured.front()->profile, *drive->profile));
-  std::vector<std::string> keys;  // a row that the first drive lacks may be in another's
+  std::vector<std::string> keys;  // the first drive may lack rows of the others
   for (const std::vector<ProfileRow>& column : columns) {
     for (const ProfileRow& row : column) {
       if (std::ranges::find(keys, row.key) != keys.end()) continue;
@@ -144,8 +144,8 @@ plot::PageTable sensors_side_by_side(const Runs& runs) {
   for (const std::vector<ProfileRow>& column : columns) {
     for (std::size_t i = 0; i < keys.size(); ++i) {
       const auto row = std::ranges::find(column, keys[i], &ProfileRow::key);
-      const bool told = row != column.end() && row->simulation;
-      table.rows[i].push_back(told ? fmt::format("{:.4g}", *row->simulation) : "-");
+      const bool has_value = row != column.end() && row->simulation;
+      table.rows[i].push_back(has_value ? fmt::format("{:.4g}", *row->simulation) : "-");
     }
   }
   return table;
@@ -154,18 +154,18 @@ plot::PageTable sensors_side_by_side(const Runs& runs) {
 // One drive.
 namespace {
 
-/// A path on paper needs no more poses.
-constexpr std::size_t kMostPoses = 3000;
+/// More poses would not be visible in a figure.
+constexpr std::size_t kMaxDrawnPoses = 3000;
 
 template <class Pose>
 Trajectory thin(const std::vector<Pose>& poses) {
-  const std::size_t step = poses.size() / kMostPoses + 1;
+  const std::size_t step = poses.size() / kMaxDrawnPoses + 1;
   Trajectory kept;
   for (std::size_t i = 0; i < poses.size(); i += step) kept.push_back({poses[i].stamp, poses[i].map_T_base});
   return kept;
 }
 
-/// The map the robot was driven by, when the recording holds it.
+/// Tags of the map in the recording, which the robot used; empty if there is none.
 TagMap tags_of(const DriveRun& drive) {
   const auto text = drive.lap.attachments.find("map.yaml");
   if (text == drive.lap.attachments.end()) return {};
@@ -195,7 +195,7 @@ void add_motion(const DriveRun& drive, Rows& rows) {
   const double seconds = to_seconds(odometry.back().stamp - odometry.front().stamp);
   const double metres = distance_m(odometry);
   rows.push_back({"duration", fmt::format("{:.1f} s", seconds)});
-  rows.push_back({"driven, by odometry", fmt::format("{:.2f} m", metres)});
+  rows.push_back({"distance, by odometry", fmt::format("{:.2f} m", metres)});
   if (seconds > 0) rows.push_back({"mean speed", fmt::format("{:.2f} m/s", metres / seconds)});
 }
 
@@ -209,9 +209,9 @@ void add_tags(const DriveRun& drive, Rows& rows) {
     for (const TagDetection& detection : frame.detections) seen.insert(detection.tag);
   }
   rows.push_back({"frames", std::to_string(frames.size())});
-  rows.push_back({"tags seen", std::to_string(seen.size())});
+  rows.push_back({"tags observed", std::to_string(seen.size())});
   rows.push_back(
-      {"two tags or more in view",
+      {"frames with two or more tags",
        fmt::format("{:.1f} %", 100 * static_cast<double>(with_two) / static_cast<double>(frames.size()))});
 }
 
@@ -221,16 +221,15 @@ void add_scores(const DriveRun& drive, Rows& rows) {
                                   Duration(static_cast<std::int64_t>(options.max_gap_s * 1e9)));
   const Result<TrajectoryScores> scores = score_trajectory(pairs, AlignmentKind::None, options);
   if (!scores) return;
-  rows.push_back({"error of the estimate, rmse", fmt::format("{:.4f} m", scores->ate_m.rmse)});
-  rows.push_back({"error of the estimate, max", fmt::format("{:.4f} m", scores->ate_m.max)});
-  rows.push_back({"heading, rmse", fmt::format("{:.2f} deg", scores->heading_deg.rmse)});
+  rows.push_back({"position error, RMSE", fmt::format("{:.4f} m", scores->ate_m.rmse)});
+  rows.push_back({"position error, maximum", fmt::format("{:.4f} m", scores->ate_m.max)});
+  rows.push_back({"heading error, RMSE", fmt::format("{:.2f} deg", scores->heading_deg.rmse)});
   rows.push_back({"jumps", std::to_string(scores->jumps)});
   if (scores->consistency && scores->consistency->count > 0)
-    rows.push_back(
-        {"NEES (x, y, yaw: 3 is consistent)", fmt::format("{:.2f}", scores->consistency->nees_mean)});
+    rows.push_back({"NEES (x, y, yaw; expected: 3)", fmt::format("{:.2f}", scores->consistency->nees_mean)});
 }
 
-/// Dead reckoning from the true start.
+/// Dead reckoning from the first pose of the ground truth, else of the estimate, else from the origin.
 Trajectory placed_odometry(const DriveRun& drive) {
   const Trajectory wheels = wheel_odometry(drive.lap.odometry);
   if (!drive.lap.truth.empty()) return thin(placed_at(wheels, drive.lap.truth.front()));
@@ -284,21 +283,21 @@ namespace {
 
 std::string millimetres(double metres) { return fmt::format("{:.1f}", 1000 * metres); }
 
-/// Standard deviation in the direction in which the tag's centre is known worst.
+/// Largest standard deviation of the tag's centre in any direction.
 std::string sigma_mm(const MappedTag& tag) {
   if (!tag.covariance) return "-";
   const double variance_m2 = symmetric_eigenvalues<3>(tag.covariance->topLeftCorner<3, 3>())[2];
   return millimetres(std::sqrt(std::max(0.0, variance_m2)));
 }
 
-/// Data of the map's own lap about the map.
-struct MadeOf {
+/// Data from the lap of a map, to evaluate the map.
+struct LapEvidence {
   std::optional<World> world{};
-  std::optional<MappedLap> chain{};  ///< the map before it was optimised
+  std::optional<MappedLap> chain{};  ///< the map before optimisation
   std::map<TagId, TagReprojection> residuals{};
 };
 
-/// The figure of residuals is one picture: that of the first camera.
+/// Residuals are computed for the first camera only.
 std::vector<TagFrame> frames_of_first_camera(const RecordedLap& lap) {
   std::vector<TagFrame> frames = lap.frames;
   std::erase_if(frames, [&](const TagFrame& frame) {
@@ -308,32 +307,32 @@ std::vector<TagFrame> frames_of_first_camera(const RecordedLap& lap) {
   return frames;
 }
 
-MadeOf look_back(const MapRun& run, const DriveRun& drive, const JobControl& control) {
-  MadeOf made;
-  if (Result<std::optional<World>> world = true_world(drive.lap); world) made.world = std::move(*world);
+LapEvidence evidence_of(const MapRun& run, const DriveRun& drive, const JobControl& control) {
+  LapEvidence evidence;
+  if (Result<std::optional<World>> world = true_world(drive.lap); world) evidence.world = std::move(*world);
   const auto& setup = drive.lap.setup;
   if (setup.camera && setup.base_T_cam)
-    made.residuals = tag_reprojection(frames_of_first_camera(drive.lap), run.map.tags, run.trajectory,
-                                      *setup.camera, *setup.base_T_cam);
+    evidence.residuals = tag_reprojection(frames_of_first_camera(drive.lap), run.map.tags, run.trajectory,
+                                          *setup.camera, *setup.base_T_cam);
   const Result<TeachSetup> teach = setup_of(drive.lap, {});
-  if (!teach) return made;
-  control.progress({"before optimisation: the chain of " + drive.file});
+  if (!teach) return evidence;
+  control.progress({"chaining the tags of " + drive.file});
   Result<MappedLap> chain =
       map_lap({drive.lap.frames, drive.lap.odometry}, *teach, {.method = MapMethod::Chain});
-  if (chain) made.chain = std::move(*chain);
-  return made;
+  if (chain) evidence.chain = std::move(*chain);
+  return evidence;
 }
 
-plot::PageTable tag_table(const MapRun& run, const MadeOf& made) {
+plot::PageTable tag_table(const MapRun& run, const LapEvidence& evidence) {
   plot::PageTable table{.caption = "Tags",
                         .head = {"tag", "x [m]", "y [m]", "z [m]", "size [m]", "observations", "sigma [mm]",
-                                 "residual [px]", "worst [px]", "seen from [m]", "error [mm]"}};
+                                 "residual [px]", "worst [px]", "distances [m]", "error [mm]"}};
   for (const auto& [id, tag] : run.map.tags.tags) {
     const Eigen::Vector3d& p = tag.map_T_tag.translation();
     const auto seen = run.map.observations.find(id);
-    const auto residual = made.residuals.find(id);
-    const bool known = residual != made.residuals.end();
-    const MappedTag* truth = made.world ? made.world->tags.find(id) : nullptr;
+    const auto residual = evidence.residuals.find(id);
+    const bool known = residual != evidence.residuals.end();
+    const MappedTag* truth = evidence.world ? evidence.world->tags.find(id) : nullptr;
     table.rows.push_back(
         {to_string(id), fmt::format("{:.3f}", p.x()), fmt::format("{:.3f}", p.y()),
          fmt::format("{:.3f}", p.z()), fmt::format("{:.3f}", tag.size_m),
@@ -348,38 +347,40 @@ plot::PageTable tag_table(const MapRun& run, const MadeOf& made) {
 }
 
 std::vector<std::string> error_row(const char* name, const TagMap& map, const Trajectory& trajectory,
-                                   const MadeOf& made, const Trajectory& truth) {
-  const TagMapErrors tags = tag_map_errors(map, made.world->tags);
-  const TrajectoryErrors way = trajectory_errors(trajectory, truth);
+                                   const LapEvidence& evidence, const Trajectory& truth) {
+  const TagMapErrors tags = tag_map_errors(map, evidence.world->tags);
+  const TrajectoryErrors of_path = trajectory_errors(trajectory, truth);
   return {name,
           millimetres(tags.rmse_m),
           millimetres(tags.max_m),
           fmt::format("{:.3f}", tags.orientation_rmse_deg),
-          millimetres(way.rmse_m),
-          millimetres(way.max_m)};
+          millimetres(of_path.rmse_m),
+          millimetres(of_path.max_m)};
 }
 
-/// Only if map and world have the same frame, which is checked at the anchor.
-bool same_frame(const MapRun& run, const MadeOf& made) {
-  const MappedTag* truth = made.world ? made.world->tags.find(run.map.anchor) : nullptr;
+/// Whether map and world have the same frame, checked at the anchor.
+bool same_frame(const MapRun& run, const LapEvidence& evidence) {
+  const MappedTag* truth = evidence.world ? evidence.world->tags.find(run.map.anchor) : nullptr;
   const MappedTag* mapped = run.map.tags.find(run.map.anchor);
   return truth != nullptr && mapped != nullptr && in_frame_of_truth(mapped->map_T_tag, truth->map_T_tag);
 }
 
-void add_before_and_after(const MapRun& run, const DriveRun& drive, const MadeOf& made,
+void add_before_and_after(const MapRun& run, const DriveRun& drive, const LapEvidence& evidence,
                           plot::PageSection& section) {
-  if (!made.chain) return;
-  const bool truth = same_frame(run, made);
+  if (!evidence.chain) return;
+  const bool truth = same_frame(run, evidence);
   if (truth) {
     section.tables.push_back(
-        {.caption = "Compared with the ground truth, anchored, not aligned",
-         .head = {"", "tags, rmse [mm]", "worst [mm]", "rotation [deg]", "way, rmse [mm]", "worst [mm]"},
-         .rows = {error_row("before (chain)", made.chain->map, made.chain->trajectory, made, drive.lap.truth),
-                  error_row("after", run.map.tags, run.trajectory, made, drive.lap.truth)}});
+        {.caption = "Errors relative to ground truth, in the frame of the anchor, not aligned",
+         .head = {"", "tags, RMSE [mm]", "worst [mm]", "rotation [deg]", "trajectory, RMSE [mm]",
+                  "worst [mm]"},
+         .rows = {error_row("before (chain)", evidence.chain->map, evidence.chain->trajectory, evidence,
+                            drive.lap.truth),
+                  error_row("after", run.map.tags, run.trajectory, evidence, drive.lap.truth)}});
   }
   std::vector<plot::PathLayer> layers;
-  if (truth) layers.push_back({"truth", drive.lap.truth, made.world->tags, plot::kTruthColor});
-  layers.push_back({"before (chain)", made.chain->trajectory, made.chain->map, plot::kTaughtColor});
+  if (truth) layers.push_back({"truth", drive.lap.truth, evidence.world->tags, plot::kTruthColor});
+  layers.push_back({"before (chain)", evidence.chain->trajectory, evidence.chain->map, plot::kTaughtColor});
   layers.push_back({"after", run.trajectory, run.map.tags, plot::kEstimateColor});
   section.figures.push_back({"before_after", plot::path_figure("Before and after optimisation", layers),
                              "The chain joins tags observed in one frame; the optimised map fits all "
@@ -397,14 +398,15 @@ plot::PageSection map_section(const MapRun& run, const DriveRun* drive, const Jo
     facts.rows.push_back(
         {"route", fmt::format("{:.2f} m, {}", run.route->length_m, run.route->closed ? "closed" : "open")});
   section.tables.push_back(std::move(facts));
-  const MadeOf made = drive != nullptr ? look_back(run, *drive, control) : MadeOf{};
+  const LapEvidence evidence = drive != nullptr ? evidence_of(run, *drive, control) : LapEvidence{};
   if (drive == nullptr)
-    section.words.emplace_back("Its recording was not given, so residuals and comparison are missing.");
-  if (drive != nullptr) add_before_and_after(run, *drive, made, section);
-  section.tables.push_back(tag_table(run, made));
+    section.words.emplace_back(
+        "The recording of this map was not given, so residuals and comparison are missing.");
+  if (drive != nullptr) add_before_and_after(run, *drive, evidence, section);
+  section.tables.push_back(tag_table(run, evidence));
   const std::vector<plot::PathLayer> layers = {{"map", run.trajectory, run.map.tags, plot::kEstimateColor}};
   section.figures.push_back({"map", plot::path_figure("Map", layers), ""});
-  if (drive != nullptr && same_frame(run, made) && !run.trajectory.empty())
+  if (drive != nullptr && same_frame(run, evidence) && !run.trajectory.empty())
     section.figures.push_back(
         {"map_error",
          plot::trajectory_error_figure("Error of the mapped trajectory", run.trajectory, drive->lap.truth),
@@ -415,7 +417,7 @@ plot::PageSection map_section(const MapRun& run, const DriveRun* drive, const Jo
 // Drives on the same route.
 namespace {
 
-/// Hull of the reference drive, for the clearance; a point if unknown.
+/// Hull of the robot of a drive, for the clearance; a point if unknown.
 Hull hull_of(const DriveRun& drive) {
   const auto yaml = robot_yaml_of(drive.lap);
   if (!yaml) return {};
@@ -429,20 +431,20 @@ TagMap true_tags(const DriveRun& drive) {
 }
 
 /// Driven trajectory: ground truth, or the estimate; empty if unknown.
-struct Way {
+struct DrivenTrajectory {
   Trajectory poses{};
   bool truth = false;
 };
 
-Way way_of(const DriveRun& drive) {
+DrivenTrajectory driven_trajectory(const DriveRun& drive) {
   if (!drive.lap.truth.empty()) return {drive.lap.truth, true};
-  Way way;
-  for (const EstimatedPose& pose : drive.estimate) way.poses.push_back({pose.stamp, pose.map_T_base});
-  return way;
+  DrivenTrajectory driven;
+  for (const EstimatedPose& pose : drive.estimate) driven.poses.push_back({pose.stamp, pose.map_T_base});
+  return driven;
 }
 
-std::string name_of(const DriveRun& drive, const Way& way) {
-  return way.truth ? drive.file : drive.file + " (its estimate)";
+std::string name_of(const DriveRun& drive, const DrivenTrajectory& driven) {
+  return driven.truth ? drive.file : drive.file + " (estimate)";
 }
 
 std::vector<std::string> row(const std::string& name, const ReplayJudgement& judged) {
@@ -461,41 +463,43 @@ std::vector<std::string> row(const std::string& name, const ReplayJudgement& jud
 std::optional<plot::PageSection> comparison_section(const Runs& runs) {
   if (runs.drives.size() < 2) return std::nullopt;
   const DriveRun* first = nullptr;
-  Way first_way;
+  DrivenTrajectory first_driven;
   plot::PageSection section{.title = "Drives compared"};
   section.tables.push_back(side_by_side(runs));
   if (plot::PageTable sensors = sensors_side_by_side(runs); !sensors.rows.empty())
     section.tables.push_back(std::move(sensors));
-  plot::PageTable table{.head = {"drive", "driven [m]", "laps", "beside, rmse [mm]", "95 % [mm]",
-                                 "worst [mm]", "heading [deg]", "nearest tag [m]"}};
+  plot::PageTable table{.head = {"drive", "distance [m]", "laps", "cross-track RMSE [mm]", "95 % [mm]",
+                                 "worst [mm]", "heading RMSE [deg]", "tag clearance [m]"}};
   std::vector<plot::PathLayer> layers;
   for (const DriveRun& drive : runs.drives) {
-    Way way = way_of(drive);
-    if (way.poses.empty()) continue;
+    DrivenTrajectory driven = driven_trajectory(drive);
+    if (driven.poses.empty()) continue;
     if (first == nullptr) {
       first = &drive;
-      first_way = std::move(way);
-      layers.push_back({name_of(drive, first_way), first_way.poses, true_tags(drive), plot::kTruthColor});
+      first_driven = std::move(driven);
+      layers.push_back(
+          {name_of(drive, first_driven), first_driven.poses, true_tags(drive), plot::kTruthColor});
       continue;
     }
-    const std::string name = name_of(drive, way);
+    const std::string name = name_of(drive, driven);
     const Result<ReplayJudgement> judged =
-        judge_replay(way.poses, first_way.poses, true_tags(*first), hull_of(*first));
+        judge_replay(driven.poses, first_driven.poses, true_tags(*first), hull_of(*first));
     if (!judged) {
       section.words.push_back(fmt::format("{}: {}", name, to_string(judged.error())));
       continue;
     }
     table.rows.push_back(row(name, *judged));
     const auto color = plot::kPalette[layers.size() % std::size(plot::kPalette)];
-    layers.push_back({name, way.poses, {}, color});
+    layers.push_back({name, driven.poses, {}, color});
     section.figures.push_back(
         {fmt::format("cross_track_{}", layers.size() - 1),
-         plot::cross_track_figure(name + " beside " + name_of(*first, first_way), way.poses, first_way.poses),
+         plot::cross_track_figure(name + " relative to " + name_of(*first, first_driven), driven.poses,
+                                  first_driven.poses),
          ""});
   }
   if (!table.rows.empty()) {
-    table.caption = "Compared with the trajectory of " + name_of(*first, first_way) +
-                    "; by the ground truth, unless an estimate is named";
+    table.caption = "Compared with the trajectory of " + name_of(*first, first_driven) +
+                    ": ground truth, unless marked as an estimate";
     section.tables.push_back(std::move(table));
   }
   if (layers.size() > 1)
@@ -544,7 +548,7 @@ Status add_map(const fs::path& folder, Runs& runs) {
   return {};
 }
 
-/// The recordings that lie in a folder, oldest first: that is the order in which they were made.
+/// The recordings in a folder, oldest first, which is the order in which they were made.
 std::vector<std::string> recordings_in(const fs::path& folder) {
   std::vector<std::pair<fs::file_time_type, std::string>> found;
   std::error_code error;
@@ -580,7 +584,7 @@ Status add_folder(const fs::path& folder, Runs& runs, const JobControl& control)
 Status check_output(const fs::path& output, bool force) {
   const std::string suffix = output.extension().string();
   if (suffix != ".html" && suffix != ".htm")
-    return fail(ErrorCode::InvalidArgument, "the name of a report must end with .html",
+    return fail(ErrorCode::InvalidArgument, "the name of a report must end with .html or .htm",
                 {.source = output.string(), .key = "`output`"});
   std::error_code ignored;
   if (!force && fs::is_regular_file(output, ignored)) {
@@ -633,7 +637,7 @@ Result<plot::Page> report_page(const Runs& runs, const JobControl& control) {
   for (const MapRun& map : runs.maps) page.sections.push_back(map_section(map, drive_of(map, runs), control));
   if (auto section = comparison_section(runs)) page.sections.push_back(std::move(*section));
   if (page.sections.empty())
-    return fail(ErrorCode::NotFound, "nothing to draw in these files: no tags, odometry or poses", {},
+    return fail(ErrorCode::NotFound, "these files contain no tags, odometry or poses to draw", {},
                 "`waymark info FILE` lists the contents of a recording.");
   page.subtitle = fmt::format("{}, {}. Ground truth green, odometry blue, estimate red.",
                               counted(runs.drives.size(), "drive"), counted(runs.maps.size(), "map"));

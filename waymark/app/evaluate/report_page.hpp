@@ -21,7 +21,7 @@ struct DriveRun {
   std::string file{};
   RecordedLap lap{};
   EstimatedTrajectory estimate{};             ///< empty if the recording contains none
-  std::optional<RecordingProfile> profile{};  ///< nothing if its speeds are unknown
+  std::optional<RecordingProfile> profile{};  ///< empty if its speeds are unknown
 };
 
 /// One map and the other files of its folder.
@@ -33,20 +33,20 @@ struct MapRun {
 };
 
 struct Runs {
-  std::vector<DriveRun> drives{};  ///< in order of the files given; of a folder, earliest first
+  std::vector<DriveRun> drives{};  ///< in the given order; in a folder, oldest first
   std::vector<MapRun> maps{};
   std::vector<std::string> warnings{};
 };
 
-/// Each path is a recording, a map folder, or a folder with recordings (and perhaps a map/), as
-/// written by `waymark demo`. Fails on other and on unreadable files.
+/// Each path is a recording, a map folder, or a folder with recordings and optionally a map/, as written by
+/// `waymark demo`. Fails on other and on unreadable files.
 [[nodiscard]] Result<Runs> read_runs(const std::vector<std::string>& paths, const JobControl& control);
 
 /// The drive from which a map was made, if it is among the runs (map.yaml names its recording).
 [[nodiscard]] const DriveRun* drive_of(const MapRun& map, const Runs& runs);
 
-/// The whole report: a section for each drive and map, and one that compares the drives. Fails if nothing
-/// in the runs can be shown.
+/// The report: a section for each drive and map, and one that compares the drives. Fails if the runs contain
+/// nothing to show.
 [[nodiscard]] Result<plot::Page> report_page(const Runs& runs, const JobControl& control);
 
 struct ReportSummary {
@@ -55,15 +55,15 @@ struct ReportSummary {
 };
 
 struct ReportJob {
-  std::vector<std::string> runs{};  ///< as read_runs() has them
+  std::vector<std::string> runs{};  ///< see read_runs()
   std::string output = "report.html";
   bool force = false;  ///< also replaces files that are not reports
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.runs, JobField("runs RUN ...",
-                              "Recordings, map folders, or the folder of a demo; the others are compared "
-                              "with the first drive")
+                              "Recordings, map folders, or the folder of a demo; all drives are compared "
+                              "with the first one")
                          .input()
                          .required());
     visit(self.output, JobField("output FILE", "HTML file to write"));
@@ -71,29 +71,29 @@ struct ReportJob {
   }
 };
 
-/// A page as HTML, its texts converted by JobControl::for_users.
+/// The page as HTML, with texts converted by JobControl::for_users.
 [[nodiscard]] Result<std::string> html_of(const plot::Page& page, const JobControl& control);
 
-/// Writes the whole report of these paths to an HTML file. An older report is replaced, any other file only
-/// with `force`.
+/// Writes the report of these paths to an HTML file. Replaces an older report; any other file only with
+/// `force`.
 [[nodiscard]] Result<ReportSummary> write_report(const std::vector<std::string>& paths,
                                                  const std::filesystem::path& output, bool force,
                                                  const JobControl& control);
 
-/// The figures of a page in order; of the same name, the second is called NAME_2. The caption is the title of
-/// the section.
+/// The figures of a page, in order. A second figure with the same name is called NAME_2. The caption is the
+/// title of the section.
 [[nodiscard]] std::vector<plot::PageFigure> figures_of(const plot::Page& page);
 
 /// The sections of the page.
 [[nodiscard]] plot::PageSection drive_section(const DriveRun& drive);
 [[nodiscard]] plot::PageSection map_section(const MapRun& map, const DriveRun* drive,
                                             const JobControl& control);
-/// Nothing unless the ground truth of two drives is known.
+/// Empty with fewer than two drives.
 [[nodiscard]] std::optional<plot::PageSection> comparison_section(const Runs& runs);
-/// One row per drive, with data that need no ground truth: differences of simulation and reality.
+/// One row per drive, with data that need no ground truth, to compare simulation and reality.
 [[nodiscard]] plot::PageTable side_by_side(const Runs& runs);
-/// Rates, gaps, latencies and noises, one column per drive, measured alike; no rows if fewer than two
-/// drives could be measured.
+/// Rates, gaps, latencies and noise, one column per drive, measured in the same way. No rows if fewer than
+/// two drives could be measured.
 [[nodiscard]] plot::PageTable sensors_side_by_side(const Runs& runs);
 
 }  // namespace waymark

@@ -1,4 +1,5 @@
-// Reports of drives and maps: what is in them, for whatever is known, and what is left behind.
+// Reports of drives and maps: sections, tables and figures for the available data; files after a
+// cancellation.
 #include "waymark/app/evaluate/report_page.hpp"
 
 #include <gmock/gmock.h>
@@ -17,7 +18,7 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::SizeIs;
 
-/// A folder as `waymark demo` leaves it: a lap, its map, and the estimate of the lap in the map.
+/// A folder as written by `waymark demo`: a lap, its map, and the estimate of the lap in the map.
 struct Demo {
   fs::path folder = testing::fresh_folder("jobs_demo");
   std::string lap = test::record_lap(folder / "lap.mcap", 41, {.for_s = 10});
@@ -55,10 +56,10 @@ std::vector<std::string> first_cells(const plot::PageTable& table) {
   return cells;
 }
 
-TEST(ReadRuns, AFolderHoldsItsDrivesAndItsMap) {
+TEST(ReadRuns, AFolderContainsDrivesAndAMap) {
   const Runs runs = runs_of({demo().folder.string()});
   ASSERT_THAT(runs.drives, SizeIs(2));
-  EXPECT_EQ(runs.drives[0].file, demo().lap) << "the older one first";
+  EXPECT_EQ(runs.drives[0].file, demo().lap) << "oldest first";
   EXPECT_TRUE(runs.drives[0].estimate.empty());
   EXPECT_FALSE(runs.drives[1].estimate.empty());
   ASSERT_THAT(runs.maps, SizeIs(1));
@@ -69,7 +70,7 @@ TEST(ReadRuns, AFolderHoldsItsDrivesAndItsMap) {
   EXPECT_THAT(runs_of({(demo().folder / "map" / "map.yaml").string()}).maps, SizeIs(1));
 }
 
-TEST(ReadRuns, WhatIsNeitherIsAnErrorWithItsPlace) {
+TEST(ReadRuns, OtherFilesAreErrorsWithTheirPlace) {
   const auto place = [](const std::string& path) {
     const auto runs = read_runs({path}, {});
     EXPECT_FALSE(runs) << path;
@@ -84,27 +85,27 @@ TEST(ReadRuns, WhatIsNeitherIsAnErrorWithItsPlace) {
   EXPECT_EQ(place(folder.string()), (folder / "map.yaml").string());
 }
 
-TEST(DriveSection, HoldsWhatTheDriveSays) {
+TEST(DriveSection, ContainsWhatTheRecordingContains) {
   const Runs runs = runs_of({demo().lap, demo().estimate});
   const plot::PageSection lap = drive_section(runs.drives[0]);
   EXPECT_EQ(lap.title, demo().lap);
   EXPECT_THAT(figure_names(lap), ::testing::ElementsAre("floor", "speed", "tags_in_view"));
-  EXPECT_THAT(first_cells(lap.tables.at(0)), Contains("two tags or more in view"));
+  EXPECT_THAT(first_cells(lap.tables.at(0)), Contains("frames with two or more tags"));
   EXPECT_THAT(first_cells(lap.tables.at(0)), Not(Contains("jumps")));
   const plot::PageSection estimate = drive_section(runs.drives[1]);
   EXPECT_THAT(figure_names(estimate), Contains("error"));
   EXPECT_THAT(figure_names(estimate), Contains("heading"));
-  EXPECT_THAT(first_cells(estimate.tables.at(0)), Contains("error of the estimate, rmse"));
+  EXPECT_THAT(first_cells(estimate.tables.at(0)), Contains("position error, RMSE"));
   EXPECT_TRUE(drive_section(DriveRun{.file = "empty"}).figures.empty());
 }
 
-TEST(MapSection, ComparesWithTheTruthWhereTheDriveIsKnown) {
+TEST(MapSection, ComparesWithGroundTruthIfTheDriveIsGiven) {
   const Runs runs = runs_of({demo().folder.string()});
   JobControl control;
-  std::string told;
-  control.progress = [&](const JobProgress& now) { told = now.words; };
+  std::string progress;
+  control.progress = [&](const JobProgress& now) { progress = now.words; };
   const plot::PageSection known = map_section(runs.maps[0], &runs.drives[0], control);
-  EXPECT_THAT(told, HasSubstr(demo().lap));
+  EXPECT_THAT(progress, HasSubstr(demo().lap));
   const auto tags = std::ranges::find(known.tables, "Tags", &plot::PageTable::caption);
   ASSERT_NE(tags, known.tables.end());
   EXPECT_EQ(tags->rows.size(), runs.maps[0].map.tags.tags.size());
@@ -114,7 +115,7 @@ TEST(MapSection, ComparesWithTheTruthWhereTheDriveIsKnown) {
   EXPECT_LE(alone.figures.size(), known.figures.size());
 }
 
-TEST(Comparison, TakesTwoDrives) {
+TEST(Comparison, NeedsTwoDrives) {
   EXPECT_FALSE(comparison_section(runs_of({demo().lap})));
   const Runs runs = runs_of({demo().lap, demo().estimate});
   const auto section = comparison_section(runs);
@@ -123,20 +124,20 @@ TEST(Comparison, TakesTwoDrives) {
   const plot::PageTable table = side_by_side(runs);
   ASSERT_THAT(table.rows, SizeIs(2));
   for (const auto& row : table.rows) EXPECT_EQ(row.size(), table.head.size());
-  EXPECT_EQ(table.rows[0].back(), "-") << "a lap that was taught has no doubt";
+  EXPECT_EQ(table.rows[0].back(), "-") << "a taught lap has no estimate";
   EXPECT_NE(table.rows[1].back(), "-");
 }
 
-TEST(Comparison, SensorsStandSideBySideWhereTwoDrivesWereMeasured) {
+TEST(Comparison, SensorsAreComparedIfTwoDrivesWereMeasured) {
   Runs runs;
   runs.drives = {{.file = "sim"}, {.file = "real"}, {.file = "unknown"}};
   runs.drives[0].profile = RecordingProfile{.duration_s = 10, .corner_sigma_px = 0.1};
-  EXPECT_THAT(sensors_side_by_side(runs).rows, SizeIs(0)) << "one alone is beside nothing";
+  EXPECT_THAT(sensors_side_by_side(runs).rows, SizeIs(0)) << "one drive alone is not compared";
   runs.drives[1].profile = RecordingProfile{.duration_s = 12, .image_arrival_delay_s = 0.08};
   const plot::PageTable table = sensors_side_by_side(runs);
   EXPECT_EQ(table.head, (std::vector<std::string>{"quantity", "sim", "real"}));
-  const auto row = [&](const std::string& words) {
-    const auto found = std::ranges::find_if(table.rows, [&](const auto& r) { return r.front() == words; });
+  const auto row = [&](const std::string& quantity) {
+    const auto found = std::ranges::find_if(table.rows, [&](const auto& r) { return r.front() == quantity; });
     return found == table.rows.end() ? std::vector<std::string>{} : *found;
   };
   EXPECT_EQ(row("duration [s]"), (std::vector<std::string>{"duration [s]", "10", "12"}));
@@ -144,7 +145,7 @@ TEST(Comparison, SensorsStandSideBySideWhereTwoDrivesWereMeasured) {
   EXPECT_EQ(row("image latency [s]"), (std::vector<std::string>{"image latency [s]", "-", "0.08"}));
 }
 
-TEST(Comparison, ADriveOfNothingIsARowOfDashes) {
+TEST(Comparison, AnEmptyDriveIsARowOfDashes) {
   Runs runs;
   runs.drives = {{.file = "a"}, {.file = "b"}};
   const plot::PageTable table = side_by_side(runs);
@@ -156,16 +157,16 @@ TEST(Comparison, ADriveOfNothingIsARowOfDashes) {
   EXPECT_TRUE(section->figures.empty());
 }
 
-TEST(ReportPage, EverythingIsOnOnePage) {
+TEST(ReportPage, ContainsDrivesMapsAndComparison) {
   const auto page = report_page(runs_of({demo().folder.string()}), {});
   ASSERT_TRUE(page) << to_string(page.error());
-  EXPECT_THAT(page->sections, SizeIs(4)) << "two drives, a map, and the drives compared";
+  EXPECT_THAT(page->sections, SizeIs(4)) << "two drives, a map, and the comparison";
   EXPECT_THAT(page->subtitle, HasSubstr("2 drives, 1 map."));
   for (const plot::PageFigure& figure : figures_of(*page)) EXPECT_FALSE(figure.caption.empty());
-  EXPECT_FALSE(report_page({}, {})) << "nothing can be shown";
+  EXPECT_FALSE(report_page({}, {})) << "there is nothing to show";
 }
 
-TEST(WriteReport, ACancelledReportLeavesThePageAsItWas) {
+TEST(WriteReport, ACancelledReportLeavesThePageUnchanged) {
   const fs::path folder = testing::fresh_folder("jobs_cancelled_report");
   const fs::path page = folder / "report.html";
   for (const int questions : {0, 1, 2}) {
@@ -181,7 +182,7 @@ TEST(WriteReport, ACancelledReportLeavesThePageAsItWas) {
   EXPECT_EQ(test::names_in(folder), std::vector<std::string>{"report.html"});
 }
 
-TEST(WriteReport, FieldsAreWrittenAsUsersReadThem) {
+TEST(WriteReport, FieldsAreWrittenAsFlags) {
   JobControl control;
   control.for_users = [](std::string_view text) {
     std::string written(text);
@@ -195,7 +196,7 @@ TEST(WriteReport, FieldsAreWrittenAsUsersReadThem) {
   EXPECT_THAT(*html, HasSubstr("give --anchor"));
 }
 
-TEST(WriteReport, WhereItCannotBeWrittenNothingIsRead) {
+TEST(WriteReport, NothingIsReadIfTheOutputCannotBeWritten) {
   int read = 0;
   JobControl control;
   control.cancelled = [&] { return ++read > 0; };

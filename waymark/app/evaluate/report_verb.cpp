@@ -21,12 +21,13 @@ Verb report_verb() {
       .name = "report",
       .sentence = "Write a page about drives and maps, with tables and figures",
       .help =
-          R"(Writes one self-contained HTML file, without network access or scripts, suitable for printing. For each drive it shows
-how it was made, its trajectory from above (ground truth green, odometry blue, estimate red), speed, tags in view, and
-error and standard deviation of the estimate; for each map its tags with standard deviations and residuals, and the map
-before and after optimisation if its recording is given. Several drives are shown side by side with data that need no
-ground truth (a simulated and a real one, for example), and are compared with the trajectory of the first: by ground
-truth, or by their estimates if there is none.
+          R"(Writes one self-contained HTML file for browsers and printers, without scripts and network access.
+
+For each drive it shows how the recording was made, the trajectory from above (ground truth green, odometry blue,
+estimate red), speed, tags in view, and error and standard deviation of the estimate. For each map it shows the tags
+with standard deviations and residuals; if the recording of the map is given, also the map before and after
+optimisation. Several drives, for example a simulated and a real one, are compared in a table that needs no ground
+truth. Their trajectories are compared with the first one: ground truth, or the estimate if there is none.
 
 A report replaces an older report; another file is replaced only with --force.
 
