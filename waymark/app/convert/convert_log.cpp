@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A time in a recording: seconds after its first message, or "@…" seconds of its own clock [ns].
+/// Time in a recording [ns], from seconds after its first message, or from "@…" seconds on its own clock.
 Result<std::uint64_t> moment(const std::string& text, std::uint64_t start_ns, const char* field) {
   const bool absolute = text.starts_with('@');
   std::size_t used = 0;
@@ -32,9 +32,9 @@ Result<std::uint64_t> moment(const std::string& text, std::uint64_t start_ns, co
   } catch (const std::exception&) {
     used = 0;
   }
-  constexpr double kMost = 1e10;
-  const bool sound = used > 0 && used == text.size() - (absolute ? 1 : 0) && seconds >= 0 && seconds < kMost;
-  if (!sound)
+  constexpr double kMax_s = 1e10;
+  const bool valid = used > 0 && used == text.size() - (absolute ? 1 : 0) && seconds >= 0 && seconds < kMax_s;
+  if (!valid)
     return fail(ErrorCode::InvalidArgument, fmt::format("invalid time '{}'", text), {.key = field},
                 "Give seconds after the start (12.5), or on the recording's clock (@1713214583.5).");
   return (absolute ? 0 : start_ns) + static_cast<std::uint64_t>(std::llround(seconds * 1e9));
@@ -70,21 +70,21 @@ Result<ExportOptions> export_options(const ConvertJob& job, MessageLog& log) {
   return options;
 }
 
-/// The file, or the folder of a bag, is written beside its place and put there when it is whole.
+/// The file, or the folder of a bag, is written to a temporary path and renamed when it is complete.
 struct Output {
   fs::path path;
-  fs::path beside;
+  fs::path temporary;
 };
 
 Result<Output> output_of(const ConvertJob& job, const std::string& format) {
   std::string name = job.output;
   while (format == "rosbag2" && name.size() > 1 && name.ends_with('/')) name.pop_back();
-  Output out{.path = name, .beside = fmt::format("{}.{}.part", name, ::getpid())};
+  Output out{.path = name, .temporary = fmt::format("{}.{}.part", name, ::getpid())};
   std::error_code ignored;
   if (fs::is_directory(out.path, ignored))
     return format == "rosbag2"
-               ? fail(ErrorCode::Unwritable, "this folder already exists", {.source = job.output},
-                      "A bag needs a new folder: choose another name, or remove the folder.")
+               ? fail(ErrorCode::Unwritable, "the folder already exists", {.source = job.output},
+                      "A bag needs a new folder. Choose another name, or remove the folder.")
                : fail(ErrorCode::Unwritable, "the output is a folder", {.source = job.output},
                       "Give a file name.");
   if (fs::exists(out.path, ignored) && !fs::is_regular_file(out.path, ignored))
@@ -92,11 +92,11 @@ Result<Output> output_of(const ConvertJob& job, const std::string& format) {
                 {.source = job.output}, "Give a file name.");
   const fs::path folder = out.path.parent_path();
   if (format == "rosbag2" && !folder.empty() && fs::exists(folder / "metadata.yaml", ignored))
-    return fail(ErrorCode::Unwritable, "the parent folder of the output is a bag itself",
-                {.source = job.output}, "Choose a name outside this folder.");
+    return fail(ErrorCode::Unwritable, "the parent folder of the output is a bag", {.source = job.output},
+                "Choose a name outside this folder.");
   if (fs::exists(out.path, ignored))
-    return fail(ErrorCode::Unwritable, "this file already exists", {.source = job.output},
-                "Recordings are never overwritten: choose another name or remove the file.");
+    return fail(ErrorCode::Unwritable, "the file already exists", {.source = job.output},
+                "Recordings are never overwritten. Choose another name, or remove the file.");
   return out;
 }
 
@@ -110,26 +110,27 @@ Result<std::string> format_of(const ConvertJob& job) {
               "Use the extension .mcap, .tum or .csv, or set `format`; `format=rosbag2` writes a folder.");
 }
 
-/// A table holds one kind of samples, everything else all of them.
+/// Fails if `kind` is set for a format that contains all kinds of samples.
 Status check_kind(const ConvertJob& job, const std::string& format) {
   if (job.kind.empty() || format == "csv") return {};
   return fail(ErrorCode::InvalidArgument, fmt::format("'{}' has no effect on {}", job.kind, format),
-              {.key = "kind"}, "It requires an output that ends in .csv; use `topics` for other formats.");
+              {.key = "kind"}, "Use an output that ends in .csv, or `topics` for other formats.");
 }
 
-/// The layout of a bag; an option of bags without one is an error.
+/// The layout of a bag. Fails on options for bags if another format is written.
 Result<BagFormat> bag_format_of(const ConvertJob& job, const std::string& format) {
   BagFormat bag;
   const std::string& unused = job.ros_distro.empty() ? job.storage : job.ros_distro;
   if (format != "rosbag2" && !unused.empty())
     return fail(ErrorCode::InvalidArgument, fmt::format("'{}' has no effect on a .{}", unused, format),
-                {.key = job.ros_distro.empty() ? "storage" : "ros_distro"}, "It requires `format=rosbag2`.");
+                {.key = job.ros_distro.empty() ? "storage" : "ros_distro"},
+                "Set `format=rosbag2`, or omit this option.");
   if (!job.ros_distro.empty() && job.ros_distro != "humble" && job.ros_distro != "jazzy")
     return fail(ErrorCode::InvalidArgument, fmt::format("unknown ROS distribution '{}'", job.ros_distro),
-                {.key = "ros_distro"}, "Use humble up to Iron, jazzy for later releases.");
+                {.key = "ros_distro"}, "Use humble for releases up to Iron, jazzy for later ones.");
   if (!job.storage.empty() && job.storage != "sqlite3" && job.storage != "mcap")
     return fail(ErrorCode::InvalidArgument, fmt::format("unknown storage '{}'", job.storage),
-                {.key = "storage"}, "Known: sqlite3, mcap.");
+                {.key = "storage"}, "Use sqlite3 or mcap.");
   if (job.ros_distro == "humble") bag = {BagRelease::Humble, BagStorage::Sqlite};
   if (!job.storage.empty()) bag.storage = job.storage == "mcap" ? BagStorage::Mcap : BagStorage::Sqlite;
   return bag;
@@ -145,10 +146,11 @@ std::map<std::string, std::string> provenance(const ConvertJob& job, const Messa
           {"source_format", log.description()}};
 }
 
-Result<ExportReport> write_beside(const std::string& format, const BagFormat& bag, MessageLog& log,
-                                  const Output& out, const ExportOptions& options) {
-  if (format == "rosbag2") return export_rosbag2(log, out.beside, out.path.filename().string(), bag, options);
-  Result<std::unique_ptr<ByteSink>> sink = create_file(out.beside);
+Result<ExportReport> write_temporary(const std::string& format, const BagFormat& bag, MessageLog& log,
+                                     const Output& out, const ExportOptions& options) {
+  if (format == "rosbag2")
+    return export_rosbag2(log, out.temporary, out.path.filename().string(), bag, options);
+  Result<std::unique_ptr<ByteSink>> sink = create_file(out.temporary);
   if (!sink) return tl::unexpected(sink.error());
   return format == "mcap"  ? export_mcap(log, std::move(*sink), options)
          : format == "tum" ? export_tum(log, std::move(*sink), options)
@@ -157,20 +159,20 @@ Result<ExportReport> write_beside(const std::string& format, const BagFormat& ba
 
 Result<ExportReport> write_out(const std::string& format, const BagFormat& bag, MessageLog& log,
                                const Output& out, const ExportOptions& options) {
-  Result<ExportReport> report = write_beside(format, bag, log, out, options);
+  Result<ExportReport> report = write_temporary(format, bag, log, out, options);
   std::error_code error;
-  if (report) fs::rename(out.beside, out.path, error);
+  if (report) fs::rename(out.temporary, out.path, error);
   if (report && !error) return report;
   std::error_code ignored;
-  fs::remove_all(out.beside, ignored);
-  // The file beside it was not requested.
-  if (!report && report.error().place.source.starts_with(out.beside.string()))
+  fs::remove_all(out.temporary, ignored);
+  // Errors name the requested path.
+  if (!report && report.error().place.source.starts_with(out.temporary.string()))
     report.error() = named_output(std::move(report.error()), out.path);
   if (error) return fail(ErrorCode::Unwritable, error.message(), {.source = out.path.string()});
   return report;
 }
 
-/// Tables contain no camera calibration.
+/// Adds the camera of a robot to recordings that contain no camera calibration.
 Status add_robot(const ConvertJob& job, const std::string& format, const MessageLog& log,
                  ExportOptions& options) {
   if (job.robot.empty()) return {};
@@ -178,7 +180,7 @@ Status add_robot(const ConvertJob& job, const std::string& format, const Message
     return fail(
         ErrorCode::InvalidArgument,
         "a robot's camera is added only to tables and LCM logs written as MCAP, not to ROS recordings",
-        {.key = "robot"}, "Omit `robot`, and set it for `waymark map` or `waymark localize`.");
+        {.key = "robot"}, "Omit `robot`; set it for `waymark map` or `waymark localize` instead.");
   RecordingSetup setup;
   std::vector<std::string> ignored;
   if (Status status = take_robot(job.robot, setup, ignored); !status) return status;
@@ -187,7 +189,7 @@ Status add_robot(const ConvertJob& job, const std::string& format, const Message
   return {};
 }
 
-/// What cannot be read or written is no mistake in the job.
+/// An unreadable or unwritable file does not make the job invalid.
 Error about_files(Error error) {
   if (error.code == ErrorCode::InvalidArgument) error.code = ErrorCode::Unreadable;
   return error;
@@ -198,15 +200,15 @@ Error about_files(Error error) {
 Status check_no_recording(const GivenFields& given) {
   FieldRefusals refused(given);
   refused.fields(true, {"format", "topics", "from", "to", "kind", "robot", "tag_latency_s"},
-                 "this option applies to recordings, but the input is not a recording", "Omit this option.");
+                 "the input is not a recording", "Omit this option.");
   return refused.status();
 }
 
-ConvertJob described_convert(const ConvertRequest& words) {
-  ConvertJob job = words.job;
-  job.inputs = {words.first};
-  job.inputs.insert(job.inputs.end(), words.rest.begin(), words.rest.end() - 1);
-  job.output = words.rest.back();
+ConvertJob described_convert(const ConvertRequest& request) {
+  ConvertJob job = request.job;
+  job.inputs = {request.first};
+  job.inputs.insert(job.inputs.end(), request.rest.begin(), request.rest.end() - 1);
+  job.output = request.rest.back();
   return job;
 }
 
@@ -266,15 +268,16 @@ ReportFields fields(const ConvertReport& report) {
   for (const auto& [topic, count] : report.exported.by_topic) topics.push_back({topic, {}, count});
   const bool merged = report.inputs.size() > 1;
   const std::string input = report.inputs.empty() ? std::string() : report.inputs.front();
-  return {{"input", "File that was read, or a list of the recordings that were merged",
-           merged ? ReportValue(report.inputs) : ReportValue(input)},
-          {"input_format", "Format by the content: mcap, rosbag2, ros1bag, lcm or csv; video; camera",
-           to_string(report.input_format)},
-          {"output", "File or folder that was written", report.output},
-          {"output_format", "mcap, rosbag2, tum or csv", report.format},
-          {"messages", "Recordings: messages, or lines, that were written", report.exported.messages},
-          {"topics", "Recordings: number of messages by topic of the output", topics},
-          {"problems", "Defects of the input, and messages that could not be written", problems}};
+  return {
+      {"input", "File that was read, or a list of the merged recordings",
+       merged ? ReportValue(report.inputs) : ReportValue(input)},
+      {"input_format", "Format, detected from the content: mcap, rosbag2, ros1bag, lcm, csv, video or camera",
+       to_string(report.input_format)},
+      {"output", "File or folder that was written", report.output},
+      {"output_format", "mcap, rosbag2, tum or csv", report.format},
+      {"messages", "Recordings: number of messages or lines that were written", report.exported.messages},
+      {"topics", "Recordings: number of messages by topic", topics},
+      {"problems", "Defects of the input, and messages that could not be written", problems}};
 }
 
 std::string to_text(const ConvertReport& report) {

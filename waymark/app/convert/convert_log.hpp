@@ -9,21 +9,21 @@
 #include "waymark/base/fields.hpp"
 #include "waymark/recording/export_log.hpp"
 
-/// `waymark convert`: a recording of any format as MCAP, a bag of rosbag2, TUM or CSV.
+/// `waymark convert`: converts a recording of any format to MCAP, rosbag2, TUM or CSV.
 namespace waymark {
 
 struct ConvertJob {
-  std::vector<std::string> inputs{};  ///< of one drive: merged in the order of their stamps
-  std::string output{};               ///< new file; of rosbag2 a new folder
-  std::string format{};               ///< mcap, rosbag2, tum or csv; empty: from the extension of the output
-  std::string ros_distro{};           ///< of rosbag2: humble or jazzy; empty: jazzy
-  std::string storage{};              ///< of rosbag2: sqlite3 or mcap; empty: as the release by itself
+  std::vector<std::string> inputs{};  ///< recordings of one drive, merged by stamp
+  std::string output{};               ///< new file, or new folder for rosbag2
+  std::string format{};               ///< mcap, rosbag2, tum or csv; empty: by the extension of the output
+  std::string ros_distro{};           ///< for rosbag2: humble or jazzy; empty: jazzy
+  std::string storage{};              ///< for rosbag2: sqlite3 or mcap; empty: default of the ROS release
   std::vector<std::string> topics{};  ///< only these; empty: all
-  std::string from{};  ///< seconds after the start, or @ seconds of the recording's clock; empty: all
+  std::string from{};                 ///< [s] after the start, or with @ on the recording's clock; empty: all
   std::string to{};
   std::string kind{};            ///< content of a .csv: detections, odometry, imu, range-bearing
-  std::string robot{};           ///< file or name with a camera, for tables and LCM logs that become MCAP
-  double tag_latency_s = 0.065;  ///< camera latency of an MBot: from exposure to stamp
+  std::string robot{};           ///< robot file or name, whose camera is added to tables and LCM logs
+  double tag_latency_s = 0.065;  ///< camera latency of an MBot, from exposure to stamp
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -33,7 +33,7 @@ struct ConvertJob {
                  "Format of the output: mcap, rosbag2, tum or csv. Unless given: from the extension of OUT"));
     visit(self.ros_distro,
           JobField("ros_distro NAME",
-                   "Release of ROS 2 whose layout `format=rosbag2` writes: humble or jazzy (jazzy)"));
+                   "ROS 2 release whose layout `format=rosbag2` writes: humble or jazzy (usual: jazzy)"));
     visit(self.storage,
           JobField("storage NAME",
                    "Storage of `format=rosbag2`: sqlite3 (usual in Humble) or mcap (usual in Jazzy)"));
@@ -47,23 +47,24 @@ struct ConvertJob {
     visit(self.kind,
           JobField("kind NAME", "Content of a .csv file: detections, odometry, imu or range-bearing")
               .one_of("detections,odometry,imu,range-bearing"));
-    visit(self.robot,
-          JobField(
-              "robot FILE",
-              "Camera and its mounting for tables and LCM logs that become .mcap: a robot file, or a name"));
+    visit(
+        self.robot,
+        JobField(
+            "robot FILE",
+            "Robot file or name whose camera and mounting are added to tables and LCM logs written as MCAP"));
     visit(
         self.tag_latency_s,
         JobField("tag_latency_s S",
-                 "Camera latency of an MBot: time from the exposure to the stamp of an image [s] (LCM logs)",
+                 "Camera latency of an MBot in LCM logs: time from the exposure to the stamp of an image [s]",
                  0.0, 10.0));
   }
 };
 
-/// User options of a conversion: several recordings, then the output.
+/// User options of a conversion: recordings, then the output.
 struct ConvertRequest {
   std::string first{};
   std::vector<std::string> rest{};  ///< further inputs, then the output
-  ConvertJob job{};                 ///< but inputs and output
+  ConvertJob job{};                 ///< without inputs and output
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -74,17 +75,17 @@ struct ConvertRequest {
                           .required());
     visit(self.rest,
           JobField("rest OUT",
-                   "New file: .mcap, .tum or .csv; new folder for `format=rosbag2`. Before it, further "
-                   "recordings of the same drive, which are merged by stamp")
+                   "New file: .mcap, .tum or .csv; new folder for `format=rosbag2`. Recordings of the same "
+                   "drive before it are merged by stamp")
               .input()
               .required());
     ConvertJob::fields(self.job, visit);
   }
 };
 /// The job with inputs and output.
-[[nodiscard]] ConvertJob described_convert(const ConvertRequest& words);
+[[nodiscard]] ConvertJob described_convert(const ConvertRequest& request);
 
-/// Fails on options for recordings if the input is not a recording.
+/// Fails on options for recordings; call it if the input is not a recording.
 [[nodiscard]] Status check_no_recording(const GivenFields& given);
 
 struct ConvertReport {
@@ -96,9 +97,10 @@ struct ConvertReport {
   ExportReport exported{};
 };
 
-/// The output appears only when it is complete. InvalidArgument: invalid job; any other code: a file.
+/// The output appears only when it is complete. The code is InvalidArgument for an invalid job, and another
+/// one for errors of files.
 [[nodiscard]] Result<ConvertReport> convert_log(const ConvertJob& job, const JobControl& control);
-/// What was written: messages by topic.
+/// Number of messages written, by topic.
 [[nodiscard]] std::string to_text(const ConvertReport& report);
 [[nodiscard]] ReportFields fields(const ConvertReport& report);
 

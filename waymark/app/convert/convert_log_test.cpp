@@ -30,7 +30,7 @@ class ConvertLog : public ::testing::Test {
   fs::path folder_ = testing::fresh_folder("jobs_convert");
 };
 
-TEST_F(ConvertLog, ATableHasALineASample) {
+TEST_F(ConvertLog, ATableHasOneLinePerSample) {
   const ConvertJob job{.inputs = {lap()}, .output = at("odometry.csv"), .kind = "odometry"};
   const auto report = convert_log(job, {});
   ASSERT_TRUE(report) << to_string(report.error());
@@ -40,7 +40,7 @@ TEST_F(ConvertLog, ATableHasALineASample) {
   EXPECT_EQ(to_json(fields(*report))["messages"], report->exported.messages);
 }
 
-TEST(ConvertReport, OneInputIsATextAndSeveralAreAList) {
+TEST(ConvertReport, OneInputIsAStringAndSeveralAreAList) {
   ConvertReport report{.inputs = {"a.csv"}, .output = "lap.mcap", .format = "mcap"};
   report.exported.messages = 2;
   report.exported.by_topic = {{"/odom", 2}};
@@ -54,7 +54,7 @@ TEST(ConvertReport, OneInputIsATextAndSeveralAreAList) {
   EXPECT_EQ(to_json(fields(report))["input"].dump(), R"(["a.csv","b.csv"])");
 }
 
-TEST(RecordCameraReport, HoldsWhatBecameOfThePictures) {
+TEST(RecordCameraReport, ContainsTheCountsOfImages) {
   RecordCameraReport report{.input = "v4l2:/dev/video0", .output = "desk.mcap"};
   report.end.pictures = 30;
   report.end.seconds = 2.5;
@@ -65,7 +65,7 @@ TEST(RecordCameraReport, HoldsWhatBecameOfThePictures) {
       R"("output_format":"mcap","pictures":30,"tags":0,"seconds":2.5,"dropped":1,"lost":0,"damaged":0})");
 }
 
-TEST_F(ConvertLog, FromAndToCutInTime) {
+TEST_F(ConvertLog, FromAndToLimitTheInterval) {
   const auto info = look_at(lap(), false, {});
   ASSERT_TRUE(info) << to_string(info.error());
   const auto all = convert_log({.inputs = {lap()}, .output = at("all.mcap")}, {});
@@ -77,7 +77,7 @@ TEST_F(ConvertLog, FromAndToCutInTime) {
   EXPECT_GT(part->exported.messages, all->exported.messages / 8);
 }
 
-TEST_F(ConvertLog, NothingIsWrittenOver) {
+TEST_F(ConvertLog, NothingIsOverwritten) {
   ASSERT_TRUE(convert_log({.inputs = {lap()}, .output = at("path.tum"), .topics = {"/odom"}}, {}));
   const std::string before = test::file_text(at("path.tum"));
   const auto again = convert_log({.inputs = {lap()}, .output = at("path.tum"), .topics = {"/odom"}}, {});
@@ -86,7 +86,7 @@ TEST_F(ConvertLog, NothingIsWrittenOver) {
   EXPECT_EQ(test::file_text(at("path.tum")), before);
 }
 
-TEST_F(ConvertLog, ACancelledJobLeavesNothing) {
+TEST_F(ConvertLog, ACancelledJobLeavesNoFile) {
   const auto report = convert_log({.inputs = {lap()}, .output = at("out.mcap")}, test::cancelled_after(0));
   ASSERT_FALSE(report);
   EXPECT_EQ(test::names_in(folder_), std::vector<std::string>{});
@@ -106,7 +106,7 @@ TEST_F(ConvertLog, InvalidJobsAndUnusableFilesHaveDifferentCodes) {
   EXPECT_EQ(code({.from = "3", .to = "2"}), ErrorCode::InvalidArgument);
   EXPECT_EQ(code({.topics = {"/odomm"}}), ErrorCode::NotFound);
   EXPECT_EQ(code({.inputs = {"/nowhere/lap.mcap"}}), ErrorCode::NotFound);
-  EXPECT_EQ(code({.inputs = {lap(), lap()}}), ErrorCode::Unreadable) << "two drives are no one recording";
+  EXPECT_EQ(code({.inputs = {lap(), lap()}}), ErrorCode::Unreadable) << "two drives cannot be merged";
 }
 
 TEST(RecordingInfo, ListsContentsAndNextSteps) {
@@ -117,14 +117,14 @@ TEST(RecordingInfo, ListsContentsAndNextSteps) {
   bool maps = false;
   for (const NextStep& step : next_steps(*info))
     maps = maps || step.command == "waymark map " + lap() + " -o map";
-  EXPECT_TRUE(maps) << "it knows its anchor, tags and camera, so no flag is needed";
+  EXPECT_TRUE(maps) << "the recording contains anchor, tag size and camera, so no flag is needed";
   const auto quick = look_at(lap(), true, {});
   ASSERT_TRUE(quick);
   EXPECT_EQ(quick->report.messages, info->report.messages);
   EXPECT_FALSE(look_at("/nowhere/lap.mcap", false, {}));
 }
 
-TEST(ReportPage, IsWrittenOverReportsOnly) {
+TEST(ReportPage, ReplacesOnlyReports) {
   const fs::path folder = testing::fresh_folder("jobs_report");
   const fs::path page = folder / "report.html";
   const auto summary = write_report({lap()}, page, false, {});
@@ -132,13 +132,13 @@ TEST(ReportPage, IsWrittenOverReportsOnly) {
   EXPECT_EQ(test::file_text(page).size(), summary->bytes);
   EXPECT_GE(summary->sections, 1U);
   EXPECT_TRUE(write_report({lap()}, page, false, {}));
-  ASSERT_TRUE(write_text_file(page, "a page of somebody else"));
+  ASSERT_TRUE(write_text_file(page, "another page"));
   EXPECT_FALSE(write_report({lap()}, page, false, {}));
-  EXPECT_EQ(test::file_text(page), "a page of somebody else");
+  EXPECT_EQ(test::file_text(page), "another page");
   EXPECT_TRUE(write_report({lap()}, page, true, {}));
 }
 
-TEST(ReportPage, FiguresHaveNamesOfTheirOwn) {
+TEST(ReportPage, FiguresHaveUniqueNames) {
   const auto runs = read_runs({lap(), lap()}, {});
   ASSERT_TRUE(runs) << to_string(runs.error());
   const auto page = report_page(*runs, {});

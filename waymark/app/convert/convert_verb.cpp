@@ -16,23 +16,23 @@
 namespace waymark::cli {
 namespace {
 
-/// The flags of `waymark convert` that are about videos: camera, tag size, detector, --pictures. Must stay
-/// where it is while the command line is parsed.
+/// Flags of `waymark convert` for videos and live cameras: camera, tag size, detector, --pictures,
+/// --duration-s. Must not be moved: the command line is parsed into its members.
 class ConvertVideoFlags {
  public:
   explicit ConvertVideoFlags(CLI::App& verb);
 
-  /// Fails where one of them was given: the input is no video.
+  /// Fails if one of them is given; call it if the input is a recording.
   [[nodiscard]] Status check_unused() const;
-  /// Writes the tags of a video to a recording, and prints the result.
+  /// Writes the tags of a video to a recording and prints the result.
   [[nodiscard]] ExitCode convert(const std::string& input, const std::string& output, bool json,
                                  Console& console) const;
-  /// The same of a live camera, until --duration-s is over or Ctrl-C.
+  /// Writes the tags of a live camera to a recording, until --duration-s has passed or Ctrl-C.
   [[nodiscard]] ExitCode record(const std::string& address, const std::string& output, bool json,
                                 Console& console) const;
 
  private:
-  /// The job by the flags, and the detector.
+  /// Job and detector, from the flags.
   struct Prepared {
     ConvertVideoJob job{};
     TagFinder finder{};
@@ -50,8 +50,7 @@ class ConvertVideoFlags {
 ConvertVideoFlags::ConvertVideoFlags(CLI::App& verb)
     : app_(verb), settings_(verb), poses_(verb), detector_(settings_, kMoreGroup) {
   add_option(verb, "--pictures NAME", pictures_,
-             "Format in which images of a video or a camera are recorded: jpeg or raw",
-             one_of({"jpeg", "raw"}));
+             "Also record the images of a video or a live camera, as jpeg or raw", one_of({"jpeg", "raw"}));
   add_option(verb, "--duration-s FLOAT", duration_s_, "Recording time of a live camera; 0: until Ctrl-C",
              between(0.0, 1e7));
 }
@@ -61,7 +60,7 @@ Status ConvertVideoFlags::check_unused() const {
   const char* hint = "Omit this option, or give one video.";
   Refusals refused(app_);
   refused.fields(true, {"--pictures"}, why, hint);
-  refused.fields(true, {"--duration-s"}, "this is about live cameras", "Leave it out.");
+  refused.fields(true, {"--duration-s"}, "this option applies to live cameras", "Omit this option.");
   refused.all(true, poses_, why, hint);
   refused.all(true, detector_, why, hint);
   return refused.status();
@@ -85,7 +84,7 @@ Result<ConvertVideoFlags::Prepared> ConvertVideoFlags::prepare(const std::string
 ExitCode ConvertVideoFlags::convert(const std::string& input, const std::string& output, bool json,
                                     Console& console) const {
   Refusals refused(app_);
-  refused.fields(true, {"--duration-s"}, "this is about live cameras", "Leave it out.");
+  refused.fields(true, {"--duration-s"}, "this option applies to live cameras", "Omit this option.");
   const auto prepared = refused.status() ? prepare(input, output) : tl::unexpected(refused.status().error());
   if (!prepared) return fail_with(prepared.error(), console);
   const Result<VideoTags> found = convert_video(prepared->job, prepared->finder, control_from(console));
@@ -111,14 +110,14 @@ ExitCode ConvertVideoFlags::record(const std::string& address, const std::string
 struct ConvertArgs : ConvertRequest {
   explicit ConvertArgs(CLI::App& app) : video(app) {
     add_fields(app, static_cast<ConvertRequest&>(*this));
-    add_flag(app, "--json", json, "One JSON object instead of words");
+    add_flag(app, "--json", json, "One JSON object instead of text");
   }
 
   bool json = false;
   ConvertVideoFlags video;
 };
 
-void say_problems(const std::vector<LogProblem>& problems, Console& console) {
+void print_problems(const std::vector<LogProblem>& problems, Console& console) {
   std::vector<std::string> lines;
   for (const LogProblem& problem : problems) {
     const char* kind = problem.kind == LogProblem::Kind::Damage ? "damage" : "note";
@@ -137,7 +136,7 @@ ExitCode convert(const ConvertArgs& args, Console& console) {
   const Result<ConvertReport> report = convert_log(job, control_from(console));
   if (!report) return fail_by_kind(report.error(), console);
   console.print(args.json ? json_line(fields(*report)) : to_text(*report));
-  if (!args.json) say_problems(report->exported.problems, console);
+  if (!args.json) print_problems(report->exported.problems, console);
   return ExitCode::Ok;
 }
 
@@ -148,20 +147,20 @@ Verb convert_verb() {
       .name = "convert",
       .sentence = "Convert a recording of any format to MCAP, rosbag2, TUM or CSV",
       .help =
-          R"(Reads MCAP, rosbag2 (.db3 or a bag folder, split or not), ROS 1 bags, LCM event logs of an MBot and CSV tables, each
-also compressed by bzip2, gzip or zstd. The format is detected from the content. Damage and traps (units, orders, stamps)
-are handled and reported (docs/formats/importing.md). OUT is written completely or not at all.
+          R"(Reads MCAP, rosbag2 (.db3 or a bag folder, split or not), ROS 1 bags, LCM event logs of an MBot and CSV
+tables, also compressed by bzip2, gzip or zstd. The format is detected from the content. Damage and traps (units, order
+of values, stamps) are handled and reported (docs/formats/importing.md). OUT is written completely or not at all.
 
   .mcap   ROS 2 messages are copied; ROS 1 messages are rewritten; LCM and CSV become Waymark's messages
   .tum    poses of one topic: timestamp [s] tx ty tz [m] qx qy qz qw
   .csv    detections, odometry, imu or range-bearing, with units in the column names
   folder  a bag for `ros2 bag play`, with --format rosbag2
 
-For a video (mp4, mkv, webm, avi) or a live camera (v4l2:/dev/video0), the tags of every image are detected and written to
-.mcap, with times since the first image or since 1970; with --camera and --tag-size-m also the calibration and the tag
-size, with --pictures the images.
+For a video (mp4, mkv, webm, avi) or a live camera (v4l2:/dev/video0), the tags of every image are detected and written
+to .mcap. Stamps are times since the first image of a video, or since 1970 for a camera. --camera and --tag-size-m also
+record the calibration and the tag size, --pictures the images.
 
-Exit code: 0 written, 1 not readable or not writable, 2 wrong usage, 130 stopped by Ctrl-C.
+Exit code: 0 written, 1 a file could not be read or written, 2 wrong usage, 130 stopped by Ctrl-C.
 
 Examples:
   waymark convert lap.mcap path.tum --topics /odom

@@ -8,7 +8,7 @@ struct InfoArgs : JobArgs<InfoJob> {
   explicit InfoArgs(CLI::App& app) : JobArgs(app, "One JSON object instead of tables") {}
 };
 
-std::string words_of(const LogProblem& problem) {
+std::string problem_line(const LogProblem& problem) {
   return (problem.kind == LogProblem::Kind::Trap ? "note: " : "") + to_string(problem);
 }
 
@@ -18,10 +18,10 @@ ExitCode info(const InfoArgs& args, Console& console) {
   console.print(args.json ? json_line(fields(*found)) : to_text(*found));
   if (!found->summary.complete)
     console.say(
-        "the file has no usable summary: it was truncated, damaged or is still being written. Its "
-        "messages were counted.");
+        "the file has no usable summary: it is truncated, damaged or still being written. Its messages were "
+        "counted.");
   std::vector<std::string> problems;
-  for (const LogProblem& problem : found->problems) problems.push_back(words_of(problem));
+  for (const LogProblem& problem : found->problems) problems.push_back(problem_line(problem));
   console.say_first(problems, "--json gives all");
   if (!interrupted()) return ExitCode::Ok;
   console.say("stopped: the counts cover only the part that was read");
@@ -38,9 +38,9 @@ Verb info_verb() {
           R"(Prints writer, time and duration; topics with type, number of messages and rate; missing messages;
 zero, duplicate and unordered stamps; clock jumps; metadata; attachments; known traps of such files;
 and the verbs that can use the recording. The format is detected from the content, not the name.
-A file that was truncated, or is still being written, has no summary: it is read completely, with a warning.
+A file that is truncated or still being written has no summary. It is read completely, with a warning.
 
-Exit code: 0 read, 1 not a recording or not readable, 2 wrong usage, 130 stopped by Ctrl-C.
+Exit code: 0 read, 1 the file is not a recording or could not be read, 2 wrong usage, 130 stopped by Ctrl-C.
 
 Examples:
   waymark info lap.mcap

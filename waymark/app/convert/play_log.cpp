@@ -46,7 +46,7 @@ std::size_t echoes(const LaserScan& scan) {
   return n;
 }
 
-struct Words {
+struct SampleText {
   std::string operator()(const TagFrame& s) const {
     std::vector<std::string> tags;
     for (const TagDetection& d : s.detections) tags.push_back(to_string(d.tag));
@@ -119,7 +119,8 @@ struct PlayedTag {
 
 ReportFields fields(const PlayedTag& tag) {
   return {{"tag", "Family and id, such as tag36h11:7", to_string(tag.tag)},
-          {"corners_px", "[x, y] of top left, top right, bottom right, bottom left of the printed tag",
+          {"corners_px",
+           "[x, y] of the top left, top right, bottom right and bottom left corner of the printed tag",
            tag.corners_px}};
 }
 
@@ -132,7 +133,7 @@ ReportFields fields(const PlayedTagPose& tag) {
           {"cam_T_tag", "Pose of the tag in the camera", PlayedPose{tag.seen.cam_T_tag}}};
 }
 
-/// Keys that several kinds have get the same sentence.
+/// A key used by several kinds has the same sentence in all of them.
 struct SampleFields {
   static ReportField camera_field(const std::string& camera) {
     return {"camera", "tags, tag_poses, pictures: name of the camera", camera};
@@ -159,9 +160,8 @@ struct SampleFields {
     return all;
   }
   ReportFields operator()(const WheelTicks& s) const {
-    return {{"left_rad", "wheels: angle that the left wheels have turned since the robot was switched on",
-             s.left_rad},
-            {"right_rad", "wheels: the same of the right wheels", s.right_rad}};
+    return {{"left_rad", "wheels: angle of the left wheels since the robot was switched on", s.left_rad},
+            {"right_rad", "wheels: angle of the right wheels since the robot was switched on", s.right_rad}};
   }
   ReportFields operator()(const ImuSample& s) const {
     return {{"angular_velocity_rad_s", "imu: angular velocity about x, y, z of the base",
@@ -173,7 +173,7 @@ struct SampleFields {
     return speeds(s.command.speed_m_s, s.command.yaw_rate_rad_s);
   }
   ReportFields operator()(const TruthPose& s) const {
-    return {{"map_T_base", "truth: pose of the robot", PlayedPose{s.map_T_base}}};
+    return {{"map_T_base", "truth: true pose of the robot", PlayedPose{s.map_T_base}}};
   }
   ReportFields operator()(const CameraFrame& s) const {
     return {camera_field(s.camera),
@@ -193,7 +193,7 @@ struct SampleFields {
   ReportFields operator()(const LaserScan& s) const {
     return {{"angle_min_rad", "scans: direction of the first ray", s.angle_min_rad},
             {"angle_increment_rad", "scans: angle between consecutive rays", s.angle_increment_rad},
-            {"ranges_m", "scans: distances; null if not a finite number", s.ranges_m}};
+            {"ranges_m", "scans: distances; null if not finite", s.ranges_m}};
   }
   ReportFields operator()(const GamepadState& s) const {
     return {{"axes", "gamepad: sticks, -1 to 1", s.axes}, {"buttons", "gamepad: 1 if pressed", s.buttons}};
@@ -206,7 +206,7 @@ const char* kind_of(const Sample& sample) { return std::visit(Kind{}, sample); }
 
 std::string to_text(const Sample& sample, SensorTime start) {
   return fmt::format("{:>10.3f}  {:<13}  {}\n", to_seconds(stamp_of(sample) - start), kind_of(sample),
-                     std::visit(Words{}, sample));
+                     std::visit(SampleText{}, sample));
 }
 
 ReportFields fields(const Sample& sample) {
@@ -231,12 +231,12 @@ ReportFields fields(const PlayedMessage& message) {
 // Playing.
 namespace {
 
-/// Waits until what is `time` in the recording is due.
+/// Waits until recorded times are due.
 class PlaybackPace {
  public:
   PlaybackPace(double speed, const std::function<bool()>& cancelled) : speed_(speed), cancelled_(cancelled) {}
 
-  /// False when the waiting was cancelled.
+  /// Returns false if cancelled.
   bool wait_for(std::int64_t time_ns) {
     using std::chrono::steady_clock;
     if (!first_ns_) first_ns_ = time_ns;
@@ -244,15 +244,15 @@ class PlaybackPace {
     const double since_s =
         static_cast<double>(std::max<std::int64_t>(0, time_ns - *first_ns_)) * 1e-9 / speed_;
     const auto due = begin_ + std::chrono::duration_cast<steady_clock::duration>(
-                                  std::chrono::duration<double>(std::min(since_s, kLongest_s)));
-    // In slices, so that it can be cancelled.
+                                  std::chrono::duration<double>(std::min(since_s, kMaxWait_s)));
+    // Sleeps in slices, so that cancelling takes effect.
     while (!cancelled_() && steady_clock::now() < due)
       std::this_thread::sleep_for(std::min<steady_clock::duration>(due - steady_clock::now(), kSlice));
     return !cancelled_();
   }
 
  private:
-  static constexpr double kLongest_s = 1e8;
+  static constexpr double kMaxWait_s = 1e8;
   static constexpr std::chrono::milliseconds kSlice{50};
 
   double speed_;
@@ -261,8 +261,8 @@ class PlaybackPace {
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 };
 
-/// How a visit is ended from inside.
-tl::unexpected<Error> enough() { return fail(ErrorCode::LimitExceeded, "stopped"); }
+/// The error by which a visitor ends the visit of a log.
+tl::unexpected<Error> stop_visit() { return fail(ErrorCode::LimitExceeded, "stopped"); }
 
 std::string message_line(const LogChannel& channel, const LogMessage& message, std::uint64_t start,
                          bool json) {
@@ -284,7 +284,7 @@ Status play_messages(MessageLog& log, const LogSelection& selection, double spee
   PlaybackPace pace(speed, cancelled);
   const std::uint64_t start = recording_start_ns(log);
   return log.visit(selection, [&](const LogChannel& channel, const LogMessage& message) -> Status {
-    if (!pace.wait_for(static_cast<std::int64_t>(std::max(start, message.log_time)))) return enough();
+    if (!pace.wait_for(static_cast<std::int64_t>(std::max(start, message.log_time)))) return stop_visit();
     return on_message(channel, message);
   });
 }
@@ -302,19 +302,19 @@ Result<LogSelection> select_part(MessageLog& log, const LogPart& part) {
   if (!(part.from_s >= 0 && part.to_s > part.from_s))
     return fail(ErrorCode::InvalidArgument,
                 fmt::format("invalid interval from {} s to {} s", part.from_s, part.to_s), {.key = "from"},
-                "Give seconds from the first message, for example `from=10` `to=20`.");
+                "Give seconds after the first message, for example `from=10` `to=20`.");
   const std::uint64_t start = recording_start_ns(log);
   if (const LogSummary& all = log.summary(); all.complete && all.end) {
-    const double long_s = static_cast<double>(static_cast<std::int64_t>(*all.end - start)) * 1e-9;
-    if (part.from_s > std::max(0.0, long_s))
+    const double duration_s = static_cast<double>(static_cast<std::int64_t>(*all.end - start)) * 1e-9;
+    if (part.from_s > std::max(0.0, duration_s))
       return fail(ErrorCode::InvalidArgument,
-                  fmt::format("the recording ends {:.3f} s after its first message", long_s), {.key = "from"},
-                  "Give a smaller number of seconds.");
+                  fmt::format("the recording ends {:.3f} s after its first message", duration_s),
+                  {.key = "from"}, "Use a smaller value.");
   }
-  constexpr double kMost_s = 1e9;  // 30 years
+  constexpr double kMax_s = 1e9;  // 30 years
   if (part.from_s > 0)
-    selection.from = start + static_cast<std::uint64_t>(std::min(part.from_s, kMost_s) * 1e9);
-  if (part.to_s < kMost_s) selection.to = start + static_cast<std::uint64_t>(part.to_s * 1e9);
+    selection.from = start + static_cast<std::uint64_t>(std::min(part.from_s, kMax_s) * 1e9);
+  if (part.to_s < kMax_s) selection.to = start + static_cast<std::uint64_t>(part.to_s * 1e9);
   return selection;
 }
 
@@ -324,7 +324,7 @@ Status play_log(MessageLog& log, const LogSelection& selection, const PlayOption
   if (options.messages) {
     const auto on_message = [&, start = recording_start_ns(log)](const LogChannel& channel,
                                                                  const LogMessage& message) -> Status {
-      return on_line(message_line(channel, message, start, options.json)) ? Status() : enough();
+      return on_line(message_line(channel, message, start, options.json)) ? Status() : stop_visit();
     };
     return play_messages(log, selection, options.speed, on_message, cancelled);
   }
@@ -332,18 +332,19 @@ Status play_log(MessageLog& log, const LogSelection& selection, const PlayOption
   std::optional<SensorTime> start;
   return log.visit_samples(selection, [&](const Sample& sample) -> Status {
     if (!start) start = stamp_of(sample);
-    if (!pace.wait_for(stamp_of(sample).time_since_epoch().count())) return enough();
-    return on_line(options.json ? json_line(fields(sample)) : to_text(sample, *start)) ? Status() : enough();
+    if (!pace.wait_for(stamp_of(sample).time_since_epoch().count())) return stop_visit();
+    return on_line(options.json ? json_line(fields(sample)) : to_text(sample, *start)) ? Status()
+                                                                                       : stop_visit();
   });
 }
 
-Status check_effects(const PlayRequest& words, const GivenFields& given) {
-  if (!(words.options.speed >= 0 && words.options.speed <= 1e6))
-    return fail(ErrorCode::InvalidArgument, fmt::format("invalid playback rate {}", words.options.speed),
-                {.key = "speed"}, "Use 1 for the recorded rate, 0 for as fast as possible.");
+Status check_effects(const PlayRequest& request, const GivenFields& given) {
+  if (!(request.options.speed >= 0 && request.options.speed <= 1e6))
+    return fail(ErrorCode::InvalidArgument, fmt::format("invalid playback rate {}", request.options.speed),
+                {.key = "speed"}, "Use 1 for the recorded rate, or 0 for playback without waiting.");
   FieldRefusals refused(given);
-  refused.fields(words.ros2, {"messages", "json"}, "nothing is printed with `ros2`", "Omit this option.");
-  refused.fields(!words.ros2, {"commands"}, "nothing is published without `ros2`",
+  refused.fields(request.ros2, {"messages", "json"}, "nothing is printed with `ros2`", "Omit this option.");
+  refused.fields(!request.ros2, {"commands"}, "nothing is published without `ros2`",
                  "Add `ros2`, or omit this option.");
   return refused.status();
 }

@@ -12,20 +12,20 @@
 #include "waymark/recording/message_log.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
-/// Samples as text or JSON, one per line.
+/// `waymark play`: samples of a recording as text or JSON, one per line.
 namespace waymark {
 
-/// "odometry", "tags", …: the kinds of `waymark info`.
+/// "odometry", "tags", …, as in LogContents.
 [[nodiscard]] const char* kind_of(const Sample& sample);
 
 /// "  12.340  odometry   x 1.200 m, y …"; seconds since `start`.
 [[nodiscard]] std::string to_text(const Sample& sample, SensorTime start);
 
-/// `kind`, `stamp_ns` and the values of that kind. Pictures by their size, not their pixels. In JSON a
-/// non-finite number is null.
+/// `kind`, `stamp_ns` and the values of that kind. Images are given by their size, without pixels. In JSON,
+/// non-finite numbers are null.
 [[nodiscard]] ReportFields fields(const Sample& sample);
 
-/// A message of the file, without its data.
+/// A message of the recording, without its data.
 struct PlayedMessage {
   std::string topic{};
   std::string type{};
@@ -53,14 +53,14 @@ struct LogPart {
               .without_default());
   }
 };
-/// Fails on an unknown topic (with the most similar one) and on times that make no
-/// sense or lie behind its end.
+/// Fails on an unknown topic (the hint contains the most similar one), on an invalid interval, and if the
+/// recording ends before the interval.
 [[nodiscard]] Result<LogSelection> select_part(MessageLog& log, const LogPart& part);
 
 struct PlayOptions {
-  double speed = 1;       ///< as recorded; 0: without waiting
-  bool messages = false;  ///< as they lie in the file, instead of samples
-  bool json = false;      ///< one object a line instead of words
+  double speed = 1;       ///< playback rate; 0: without waiting
+  bool messages = false;  ///< messages as recorded, instead of samples
+  bool json = false;      ///< one JSON object per line instead of text
 };
 
 /// User options for playing a recording.
@@ -68,8 +68,8 @@ struct PlayRequest {
   std::string file{};
   LogPart part{};
   PlayOptions options{};
-  bool ros2 = false;      ///< published on the network of ROS 2, instead of lines ...
-  bool commands = false;  ///< ... also velocity commands
+  bool ros2 = false;      ///< publish on ROS 2 instead of printing
+  bool commands = false;  ///< with `ros2`: also velocity commands
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -82,7 +82,7 @@ struct PlayRequest {
     visit(self.options.speed,
           JobField("speed NUMBER", "Playback rate: 1 as recorded, 2 twice as fast, 0 without waiting"));
     visit(self.options.messages,
-          JobField("messages", "Print all messages of the file (topic, type, size) instead of samples"));
+          JobField("messages", "Print all messages of the recording (topic, type, size) instead of samples"));
     visit(self.ros2,
           JobField("ros2", "Publish the messages on ROS 2 instead of printing them (uses ROS_DOMAIN_ID)"));
     visit(self.commands,
@@ -93,15 +93,15 @@ struct PlayRequest {
 };
 
 /// Fails on an invalid playback rate, and on options without effect.
-[[nodiscard]] Status check_effects(const PlayRequest& words, const GivenFields& given);
+[[nodiscard]] Status check_effects(const PlayRequest& request, const GivenFields& given);
 
-/// Passes one line per selected sample or message when it is due. `on_line` returns false to
-/// end it, and `cancelled` is asked while it waits; then it fails (LimitExceeded).
+/// Passes one line per selected sample or message when it is due. Fails with LimitExceeded if `on_line`
+/// returns false, or `cancelled`, which is also called while waiting, returns true.
 [[nodiscard]] Status play_log(MessageLog& log, const LogSelection& selection, const PlayOptions& options,
                               const std::function<bool(const std::string&)>& on_line,
                               const std::function<bool()>& cancelled);
 
-/// The same with the messages themselves.
+/// As play_log(), but passes the messages themselves; an error of `on_message` ends it.
 [[nodiscard]] Status play_messages(MessageLog& log, const LogSelection& selection, double speed,
                                    const MessageLog::Visitor& on_message,
                                    const std::function<bool()>& cancelled);

@@ -1,4 +1,4 @@
-// Parts of a recording, and its lines as they are played.
+// Selecting a part of a recording, and playing it as lines.
 #include "waymark/app/convert/play_log.hpp"
 
 #include <algorithm>
@@ -48,7 +48,7 @@ std::vector<Sample> all_kinds() {
           GamepadState{second(12), {0.5F, -1}, {0, 1}}};
 }
 
-TEST(SampleWords, EveryKindHasANameOfItsOwnALineAndAnObject) {
+TEST(SampleText, EveryKindHasAUniqueNameOneLineAndAnObject) {
   std::set<std::string> kinds;
   for (const Sample& sample : all_kinds()) {
     kinds.insert(kind_of(sample));
@@ -59,24 +59,25 @@ TEST(SampleWords, EveryKindHasANameOfItsOwnALineAndAnObject) {
     const Json json = to_json(fields(sample));
     EXPECT_EQ(json["kind"], kind_of(sample));
     EXPECT_EQ(json["stamp_ns"], 12'000'000'000);
-    EXPECT_EQ(json_line(Json::parse(json_line(json))), json_line(json)) << "a line is read back as it was";
+    EXPECT_EQ(json_line(Json::parse(json_line(json))), json_line(json))
+        << "a parsed line is written unchanged";
   }
   EXPECT_EQ(kinds.size(), std::variant_size_v<Sample>);
 }
 
-TEST(SampleWords, NumbersCarryTheirUnits) {
+TEST(SampleText, ValuesHaveUnits) {
   const auto text = [](std::size_t kind) { return to_text(all_kinds()[kind], second(0)); };
   EXPECT_THAT(text(0), HasSubstr("tag36h11:7 tag25h9:1"));
   EXPECT_THAT(text(1), HasSubstr("x 1.000 m, y -2.000 m, yaw 90.00 deg, 0.250 m/s, -0.500 rad/s"));
   EXPECT_THAT(text(6), HasSubstr("64 x 48 px"));
   EXPECT_THAT(text(7), HasSubstr("tag36h11:5 at 5.000 m"));
   EXPECT_THAT(text(8), HasSubstr("landmark 9: 2.500 m, 30.00 deg"));
-  EXPECT_THAT(text(9), HasSubstr("3 rays, 1 echoes")) << "beyond the range is no echo";
+  EXPECT_THAT(text(9), HasSubstr("3 rays, 1 echoes")) << "a distance beyond the range is not an echo";
   EXPECT_THAT(to_text(TagFrame{}, second(0)), HasSubstr("none"));
   EXPECT_THAT(to_text(TagPoseFrame{}, second(0)), HasSubstr("none"));
 }
 
-TEST(SampleWords, TheObjectHoldsWhatTheSampleDoes) {
+TEST(SampleText, TheObjectContainsTheValues) {
   const auto json = [](std::size_t kind) { return to_json(fields(all_kinds()[kind])); };
   EXPECT_EQ(json(0)["camera"], "left");
   EXPECT_EQ(json(0)["detections"][0]["corners_px"], Json::parse("[[1.0,2.0],[3.0,4.0],[5.0,6.0],[7.0,8.0]]"));
@@ -90,7 +91,7 @@ TEST(SampleWords, TheObjectHoldsWhatTheSampleDoes) {
   EXPECT_EQ(json(10)["buttons"], Json::parse("[0,1]"));
 }
 
-TEST(SampleWords, WhatIsNoNumberIsNull) {
+TEST(SampleText, NonFiniteNumbersAreNull) {
   const auto line_of = [](const Sample& sample) { return Json::parse(json_line(fields(sample))); };
   const Json odometry = line_of(Odometry{second(1), SE2(kNan, 0, 0), kNan, 0});
   EXPECT_TRUE(odometry["odom_T_base"]["x_m"].is_null());
@@ -108,7 +109,7 @@ std::unique_ptr<MessageLog> open_lap() {
   return std::move(*log);
 }
 
-/// The messages of a part, without waiting.
+/// Number of messages of a part.
 std::size_t messages_of(const LogPart& part) {
   const auto log = open_lap();
   const auto selection = select_part(*log, part);
@@ -133,7 +134,7 @@ std::vector<std::string> lines_of(const PlayOptions& options, const LogPart& par
   return lines;
 }
 
-TEST(SelectPart, TimesDivideARecordingWithoutLossAndWithoutOverlap) {
+TEST(SelectPart, IntervalsDivideARecordingWithoutLossOrOverlap) {
   const std::size_t all = messages_of({});
   ASSERT_GT(all, 100U);
   for (const double cut_s : {0.5, 1.0, 2.25, 3.9}) {
@@ -143,14 +144,14 @@ TEST(SelectPart, TimesDivideARecordingWithoutLossAndWithoutOverlap) {
   }
 }
 
-TEST(SelectPart, TopicsDivideARecordingToo) {
+TEST(SelectPart, TopicsDivideARecording) {
   const auto log = open_lap();
   std::size_t sum = 0;
   for (const LogChannel& channel : log->channels()) sum += messages_of({.topics = {channel.topic}});
   EXPECT_EQ(sum, messages_of({}));
 }
 
-TEST(SelectPart, RefusesUnknownTopicsAndInvalidTimes) {
+TEST(SelectPart, RejectsUnknownTopicsAndInvalidIntervals) {
   const auto log = open_lap();
   const auto misspelt = select_part(*log, {.topics = {"/odom", "/odmo"}});
   ASSERT_FALSE(misspelt);
@@ -163,7 +164,7 @@ TEST(SelectPart, RefusesUnknownTopicsAndInvalidTimes) {
     EXPECT_FALSE(select_part(*log, part)) << part.from_s << " to " << part.to_s;
 }
 
-TEST(PlayLog, EveryLineOfJsonIsAnObjectAndThereIsOneForEachLineOfWords) {
+TEST(PlayLog, JsonHasOneObjectPerLineOfText) {
   const LogPart part{.topics = {"/odom", "/tag_detections"}, .to_s = 1};
   for (const bool messages : {false, true}) {
     const auto json = lines_of({.speed = 0, .messages = messages, .json = true}, part);
@@ -176,17 +177,17 @@ TEST(PlayLog, EveryLineOfJsonIsAnObjectAndThereIsOneForEachLineOfWords) {
   EXPECT_EQ(lines_of({.speed = 0, .messages = true}, part).size(), messages_of(part));
 }
 
-TEST(PlayLog, EndsWhenItsReaderHasEnoughOrItIsCancelled) {
+TEST(PlayLog, EndsIfTheReaderStopsOrIfCancelled) {
   const auto log = open_lap();
   int lines = 0;
-  const Status enough = play_log(
+  const Status stopped = play_log(
       *log, {}, {.speed = 0}, [&](const std::string&) { return ++lines < 3; }, [] { return false; });
-  EXPECT_FALSE(enough);
+  EXPECT_FALSE(stopped);
   EXPECT_EQ(lines, 3);
   const Status cancelled = play_log(
       *log, {}, {.speed = 0}, [&](const std::string&) { return ++lines > 0; }, [] { return true; });
   EXPECT_FALSE(cancelled);
-  EXPECT_EQ(lines, 3) << "nothing after it was cancelled";
+  EXPECT_EQ(lines, 3) << "no line after it is cancelled";
 }
 
 }  // namespace

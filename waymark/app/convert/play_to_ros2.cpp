@@ -14,7 +14,7 @@
 namespace waymark {
 namespace {
 
-void note_rest(const LogPublisher& publisher, const JobControl& control) {
+void note_omitted_topics(const LogPublisher& publisher, const JobControl& control) {
   for (const std::string& topic : publisher.left_out())
     control.note(
         topic +
@@ -28,7 +28,7 @@ void note_rest(const LogPublisher& publisher, const JobControl& control) {
 Ros2Played play_to_ros2(MessageLog& log, const LogSelection& selection, const Ros2PlayOptions& options,
                         const JobControl& control) {
   constexpr Duration kDiscovery = std::chrono::milliseconds(1500);
-  constexpr Duration kLookAgain = std::chrono::seconds(1);
+  constexpr Duration kReportInterval = std::chrono::seconds(1);
   BusOptions network;
   if (Status known = apply_ros_environment(network, process_environment()); !known) return {.status = known};
   std::optional<ZeroGuard> guard;
@@ -47,22 +47,22 @@ Ros2Played play_to_ros2(MessageLog& log, const LogSelection& selection, const Ro
   LogPublisher publisher(**bus, options.commands, [&](const BusTopic& topic) {
     if (guard) guard->guard(topic);
   });
-  const auto say = [&] {
-    for (const std::string& words : publisher.take_reports()) control.note(words);
+  const auto print_reports = [&] {
+    for (const std::string& report : publisher.take_reports()) control.note(report);
   };
-  Duration next_look{};
+  Duration next_report{};
   const auto publish = [&](const LogChannel& channel, const LogMessage& message) {
     Status status = publisher.publish(channel, message);
-    if (steady_now() < next_look) return status;
-    next_look = steady_now() + kLookAgain;
-    say();
+    if (steady_now() < next_report) return status;
+    next_report = steady_now() + kReportInterval;
+    print_reports();
     return status;
   };
   Status status = publisher.publish_kept(log, selection);
   if (status) status = play_messages(log, selection, options.speed, publish, control.cancelled);
   const Status stopped = publisher.stop();
-  say();
-  note_rest(publisher, control);
+  print_reports();
+  note_omitted_topics(publisher, control);
   return {.status = status ? stopped : status, .published = publisher.published()};
 }
 

@@ -8,18 +8,18 @@
 namespace waymark {
 
 struct Ros2PlayOptions {
-  double speed = 1;       ///< as recorded; 0: without waiting
-  bool commands = false;  ///< also velocity commands, which move a robot that listens
+  double speed = 1;       ///< playback rate; 0: without waiting
+  bool commands = false;  ///< also velocity commands, which move a subscribed robot
 };
 
 struct Ros2Played {
   Status status{};
-  std::uint64_t published = 0;  ///< messages, also where it failed
+  std::uint64_t published = 0;  ///< number of messages, also after a failure
 };
 
-/// Publishes the selected part of a recording on ROS 2 (configured by the environment), each message
-/// when it is due, with notes on omitted topics and topics without subscribers. Fails if another program
-/// publishes one of the topics.
+/// Publishes the selected part of a recording on ROS 2, which the environment configures. Each message is
+/// published when it is due. Notes report omitted topics and topics without subscribers. Fails if another
+/// program publishes one of the topics.
 [[nodiscard]] Ros2Played play_to_ros2(MessageLog& log, const LogSelection& selection,
                                       const Ros2PlayOptions& options, const JobControl& control);
 

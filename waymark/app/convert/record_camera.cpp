@@ -32,7 +32,7 @@ Result<RecordCameraReport> record_camera(const ConvertVideoJob& job, double dura
 
 std::string to_text(const RecordCameraReport& report) {
   return fmt::format("{} ({}) to {}: {} in {:.1f} s, {}\n", report.input, report.description, report.output,
-                     counted(report.end.pictures, "picture"), report.end.seconds,
+                     counted(report.end.pictures, "image"), report.end.seconds,
                      counted(report.end.tags, "tag"));
 }
 
@@ -46,7 +46,7 @@ ReportFields fields(const RecordCameraReport& report) {
           {"tags", "Videos and cameras: detections in all images", report.end.tags},
           {"seconds", "Cameras: time from the first image to the last [s]", report.end.seconds},
           {"dropped", "Cameras: images replaced by newer ones before they were read", counts.dropped},
-          {"lost", "Cameras: images that are missing in the sequence numbers of the driver", counts.lost},
+          {"lost", "Cameras: images missing from the sequence numbers of the driver", counts.lost},
           {"damaged", "Cameras: images that were incomplete or could not be decoded", counts.damaged}};
 }
 

@@ -11,12 +11,13 @@ namespace waymark {
 struct RecordCameraReport {
   std::string input{};  ///< address of the camera
   std::string output{};
-  std::string description{};  ///< of the camera
+  std::string description{};  ///< description of the camera
   CameraWatchEnd end{};
 };
 
-/// `waymark convert v4l2:… lap.mcap`: writes the tags of a live camera, and its images if requested, to
-/// the job's output until the time is over (0: never) or the control cancels it. Errors: as convert_video().
+/// `waymark convert v4l2:… lap.mcap`: writes the tags of a live camera, and its images if requested, to the
+/// output of the job until `duration_s` has passed (0: no limit) or the control cancels it. Errors: as
+/// convert_video().
 [[nodiscard]] Result<RecordCameraReport> record_camera(const ConvertVideoJob& job, double duration_s,
                                                        const TagFinder& finder, const JobControl& control);
 [[nodiscard]] std::string to_text(const RecordCameraReport& report);

@@ -16,11 +16,11 @@
 namespace waymark {
 namespace {
 
-/// Problems with its camera.
-void add_doubts(RecordingInfo& info) {
+/// Adds problems with the camera of the recording.
+void add_camera_problems(RecordingInfo& info) {
   const ChosenCamera& chosen = info.setup.chosen;
-  for (const auto& doubt : {chosen.ambiguous, chosen.camera_error, chosen.mounting_error})
-    if (doubt) info.problems.push_back({LogProblem::Kind::Trap, "camera", *doubt});
+  for (const auto& problem : {chosen.ambiguous, chosen.camera_error, chosen.mounting_error})
+    if (problem) info.problems.push_back({LogProblem::Kind::Trap, "camera", *problem});
 }
 
 }  // namespace
@@ -37,7 +37,7 @@ Result<RecordingInfo> look_at(const std::string& file, bool quick, const JobCont
                      .attachments = log.attachments()};
   Result<LogContents> contents = contents_of(log, !quick);
   if (!contents) return tl::unexpected(contents.error());
-  info.problems = log.problems();  // what its messages mean; a visit forgets what the one before noticed
+  info.problems = log.problems();  // of the messages; the next visit clears them
   info.contents = std::move(*contents);
   // Uses the recorded robot setup; an invalid camera is a reported problem, not an error.
   Result<RecordingSetup> setup = log.setup();
@@ -59,7 +59,7 @@ Result<RecordingInfo> look_at(const std::string& file, bool quick, const JobCont
     if (std::ranges::find(info.problems, problem.key, &LogProblem::key) == info.problems.end())
       info.problems.push_back(std::move(problem));
   if (!setup) info.problems.push_back({.key = "setup", .error = setup.error()});
-  add_doubts(info);
+  add_camera_problems(info);
   return info;
 }
 
@@ -79,29 +79,29 @@ ReportFields fields(const InfoTopic& listed) {
   };
   return {
       {"topic", "Name of the topic", topic.topic},
-      {"type", "Type of its messages", topic.type},
-      {"encoding", "Encoding of its messages", topic.encoding},
+      {"type", "Message type", topic.type},
+      {"encoding", "Message encoding", topic.encoding},
       {"messages", "Number of messages", topic.messages},
       {"rate_hz", "Messages per second over the duration of the topic", topic.rate_hz},
       {"stamps",
-       "Stamps analysed: header, or log (times of recording, of types without a stamp); not with `quick`",
+       "Stamps analysed: header, or log (times of recording) for types without a stamp; not with `quick`",
        unless_quick(std::string(topic.has_header ? "header" : "log"))},
-      {"periodic", "Four fifths of the intervals are near the median; not with `quick`",
+      {"periodic", "Whether at least 80 % of the intervals are within 50 % of the median; not with `quick`",
        unless_quick(stamps.periodic())},
       {"gaps", "Number of intervals of more than 1.5 medians; not with `quick`", unless_quick(stamps.gaps())},
       {"dropped", "Approximate number of messages missing in the gaps; not with `quick`",
        unless_quick(stamps.dropped())},
       {"longest_interval_s", "Longest interval between two messages; not with `quick`",
        unless_quick(static_cast<double>(stamps.longest_ns()) * 1e-9)},
-      {"duplicate_stamps", "Number of stamps equal to the one before; not with `quick`",
+      {"duplicate_stamps", "Number of stamps equal to the previous one; not with `quick`",
        unless_quick(stamps.duplicate())},
       {"zero_stamps", "Number of stamps of 0; not with `quick`", unless_quick(stamps.zero())},
-      {"backward_stamps", "Number of stamps earlier than the one before; not with `quick`",
+      {"backward_stamps", "Number of stamps earlier than the previous one; not with `quick`",
        unless_quick(stamps.backward())},
-      {"clock_jumps", "Stamps that jumped relative to the log times by more than 0.5 s; not with `quick`",
+      {"clock_jumps",
+       "Number of jumps of the stamps relative to the log times by more than 0.5 s; not with `quick`",
        unless_quick(topic.clock_jumps)},
-      {"largest_clock_jump_s", "Largest of these jumps; not with `quick`",
-       unless_quick(topic.largest_jump_s)}};
+      {"largest_clock_jump_s", "Largest clock jump; not with `quick`", unless_quick(topic.largest_jump_s)}};
 }
 
 struct InfoAttachment {
@@ -157,11 +157,11 @@ ReportFields fields(const RecordingInfo& info) {
   return {
       {"file", "Recording that was read", info.file},
       {"format", "mcap, rosbag2, ros1bag, lcm or csv, by the content", to_string(info.format)},
-      {"size_bytes", "Size of its files", info.summary.size_bytes},
+      {"size_bytes", "Total size of the files", info.summary.size_bytes},
       {"library", "MCAP: program that wrote the file", info.summary.library},
       {"profile", "MCAP: profile; ros2 in recordings by Waymark", info.summary.profile},
       {"complete",
-       "The file has its summary; if not, it was truncated or is being written, and was read in full",
+       "Whether the file has a summary; if not, it is truncated or being written, and was read in full",
        info.summary.complete},
       {"start_ns", "Log time of the first message", info.report.start_ns},
       {"duration_s", "Time from the first message to the last", info.report.duration_s},
@@ -183,20 +183,20 @@ namespace {
 
 /// Data required for a tag map but missing from the recording, as flags or text.
 struct MapNeeds {
-  std::vector<std::string> flags{};    ///< can be given
-  std::vector<std::string> missing{};  ///< cannot
+  std::vector<std::string> flags{};    ///< that supply it
+  std::vector<std::string> missing{};  ///< descriptions
 };
 
-/// Whether the recording itself names it: "anchor", "tag_size_m".
-bool says(const RecordingInfo& info, const char* key) {
+/// Whether the recording specifies this value: "anchor", "tag_size_m".
+bool is_in_metadata(const RecordingInfo& info, const char* key) {
   const auto block = info.setup.metadata.find("waymark");
   return block != info.setup.metadata.end() && block->second.contains(key);
 }
 
 MapNeeds map_needs(const RecordingInfo& info) {
   MapNeeds needs;
-  if (!says(info, "anchor")) needs.flags.emplace_back("--anchor tag36h11:0");
-  if (!says(info, "tag_size_m")) needs.flags.emplace_back("--tag-size-m 0.16");
+  if (!is_in_metadata(info, "anchor")) needs.flags.emplace_back("--anchor tag36h11:0");
+  if (!is_in_metadata(info, "tag_size_m")) needs.flags.emplace_back("--tag-size-m 0.16");
   if (!info.setup.camera || !info.setup.base_T_cam) needs.flags.emplace_back("--robot robot.yaml");
   if (info.setup.chosen.ambiguous) needs.flags.emplace_back("--camera-topic TOPIC");
   if (!info.setup.camera) needs.missing.emplace_back("the camera calibration (sensor_msgs/CameraInfo)");
@@ -210,17 +210,17 @@ NextStep map_step(const RecordingInfo& info) {
   const MapNeeds needs = map_needs(info);
   const bool detects = !info.contents.contains("tags");
   if (!needs.missing.empty()) {
-    return {fmt::format("Make a tag map: the robot file supplies what the recording lacks, {}.",
+    return {fmt::format("Make a tag map. The robot file supplies what the recording lacks: {}.",
                         fmt::join(needs.missing, " and ")),
             fmt::format("waymark map {} {} -o map", shell_word(info.file), fmt::join(needs.flags, " "))};
   }
-  return {detects ? "Detect the tags in its images and make a map of them." : "Make a tag map.",
+  return {detects ? "Detect the tags in the images and make a tag map." : "Make a tag map.",
           fmt::format("waymark map {}{}{} -o map", shell_word(info.file), needs.flags.empty() ? "" : " ",
                       fmt::join(needs.flags, " "))};
 }
 
-/// A new file in the working folder: the folder of the recording may be read-only.
-std::string here(const RecordingInfo& info, const char* suffix) {
+/// A new file in the working folder, since the folder of the recording may be read-only.
+std::string output_in_working_folder(const RecordingInfo& info, const char* suffix) {
   return shell_word(std::filesystem::path(info.file).filename().string() + suffix);
 }
 
@@ -239,10 +239,11 @@ std::vector<NextStep> next_steps(const RecordingInfo& info) {
   if (info.format == LogFormat::Mcap && !info.summary.complete)
     steps.push_back({"Restore the missing index.", recover_command(info)});
   if (info.format != LogFormat::Mcap && !info.contents.empty())
-    steps.push_back({"Convert it to MCAP, which opens quickly and in every tool.",
-                     fmt::format("waymark convert {} {}", shell_word(info.file), here(info, ".mcap"))});
+    steps.push_back({"Convert the recording to MCAP, which opens quickly and in every tool.",
+                     fmt::format("waymark convert {} {}", shell_word(info.file),
+                                 output_in_working_folder(info, ".mcap"))});
   if (has("pictures"))
-    steps.push_back({"Detect the tags in its images.", "waymark detect " + shell_word(info.file)});
+    steps.push_back({"Detect the tags in the images.", "waymark detect " + shell_word(info.file)});
   const bool moves = has("odometry");
   const bool corners = has("tags") || has("pictures");
   if (corners && moves) {
@@ -250,32 +251,32 @@ std::vector<NextStep> next_steps(const RecordingInfo& info) {
   } else if (corners) {
     const std::vector<std::string> missing = map_needs(info).missing;
     steps.push_back(
-        {fmt::format("Mapping a lap also requires odometry: give it as a further file.{}",
+        {fmt::format("Mapping a lap also requires odometry: pass it as a second file.{}",
                      missing.empty() ? ""
-                                     : fmt::format(" The robot file supplies what else is missing, {}.",
+                                     : fmt::format(" The robot file supplies what else is missing: {}.",
                                                    fmt::join(missing, " and "))),
          fmt::format("waymark map {} odometry.csv --robot robot.yaml --tag-size-m 0.16 --anchor "
                      "tag36h11:0 -o map",
                      shell_word(info.file))});
   } else if (moves && has("tag_poses")) {
-    steps.push_back({"Make a tag map from the tag poses in it.",
+    steps.push_back({"Make a tag map from the recorded tag poses.",
                      fmt::format("waymark map {}{} -o map", shell_word(info.file),
-                                 says(info, "tag_size_m")        ? ""
-                                 : info.format == LogFormat::Lcm ? " --tag-size-m 0.054"  // an MBot's
-                                                                 : " --tag-size-m 0.16")});
+                                 is_in_metadata(info, "tag_size_m") ? ""
+                                 : info.format == LogFormat::Lcm    ? " --tag-size-m 0.054"  // an MBot's
+                                                                    : " --tag-size-m 0.16")});
   }
   const char* robot = corners && !(info.setup.camera && info.setup.base_T_cam) ? " --robot robot.yaml" : "";
   if (moves && (corners || has("tag_poses") || has("range_bearing"))) {
-    steps.push_back({"Localise it in a map of the same place.",
+    steps.push_back({"Localise the robot in a map of the same place.",
                      fmt::format("waymark localize {} --map map{}", shell_word(info.file), robot)});
   } else if (has("odometry") || has("imu")) {
-    steps.push_back({"Localise with it: give the observations of the same drive as a further file.",
+    steps.push_back({"Localise the robot: pass the observations of the same drive as a second file.",
                      fmt::format("waymark localize {} detections.csv --map map", shell_word(info.file))});
   }
   if (!info.contents.empty())
-    steps.push_back({"Print its samples in real time.", "waymark play " + shell_word(info.file)});
+    steps.push_back({"Print the samples in real time.", "waymark play " + shell_word(info.file)});
   if (info.contents.empty() && info.report.messages > 0)
-    steps.push_back({"List its messages: Waymark uses none of their types.",
+    steps.push_back({"List the messages, whose types Waymark does not use.",
                      "waymark play --messages " + shell_word(info.file)});
   return steps;
 }
@@ -283,7 +284,7 @@ std::vector<NextStep> next_steps(const RecordingInfo& info) {
 // Text output.
 namespace {
 
-/// A date where the clock is one of the calendar, else seconds since the robot was switched on.
+/// A date if the clock is a calendar clock, else seconds on the robot's clock.
 std::string start_text(std::uint64_t start_ns) {
   constexpr std::uint64_t kYear2000 = 946'684'800;
   constexpr std::uint64_t kSecond = 1'000'000'000;
@@ -324,22 +325,22 @@ std::string topics_text(const RecordingInfo& info) {
 
 /// Defects of the stamps of a topic; empty if there are none.
 std::string stamps_text(const TopicReport& topic) {
-  std::vector<std::string> words;
+  std::vector<std::string> defects;
   const StampStatistics& stamps = topic.stamps;
   if (stamps.gaps() > 0)
-    words.push_back(fmt::format("about {} missing in {}, the longest {:.2f} s",
-                                counted(stamps.dropped(), "message"), counted(stamps.gaps(), "gap"),
-                                static_cast<double>(stamps.longest_ns()) * 1e-9));
+    defects.push_back(fmt::format("about {} missing in {}, the longest {:.2f} s",
+                                  counted(stamps.dropped(), "message"), counted(stamps.gaps(), "gap"),
+                                  static_cast<double>(stamps.longest_ns()) * 1e-9));
   const auto count = [&](std::uint64_t n, const char* what) {
-    if (n > 0) words.push_back(fmt::format("{} {}", n, what));
+    if (n > 0) defects.push_back(fmt::format("{} {}", n, what));
   };
   count(stamps.zero(), "zero stamps");
   count(stamps.duplicate(), "duplicate stamps");
   count(stamps.backward(), "stamps out of order");
   if (topic.clock_jumps > 0)
-    words.push_back(
+    defects.push_back(
         fmt::format("{}, by up to {:.2f} s", counted(topic.clock_jumps, "clock jump"), topic.largest_jump_s));
-  return words.empty() ? "" : fmt::format("  {}: {}\n", topic.topic, fmt::join(words, "; "));
+  return defects.empty() ? "" : fmt::format("  {}: {}\n", topic.topic, fmt::join(defects, "; "));
 }
 
 }  // namespace

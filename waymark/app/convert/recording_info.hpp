@@ -9,7 +9,7 @@
 #include "waymark/base/fields.hpp"
 #include "waymark/recording/log_report.hpp"
 
-/// Summary of a recording by `waymark info`.
+/// `waymark info`: summarises a recording.
 namespace waymark {
 
 /// A possible next step with a recording.
@@ -24,7 +24,7 @@ struct RecordingInfo {
   std::string description{};
   LogSummary summary{};
   LogReport report{};
-  bool quick = false;  ///< stamps were not analysed
+  bool quick = false;  ///< only the index was read; stamps were not analysed
   LogContents contents{};
   RecordingSetup setup{};
   std::vector<LogAttachment> attachments{};
@@ -33,7 +33,7 @@ struct RecordingInfo {
 
 struct InfoJob {
   std::string file{};
-  bool quick = false;  ///< only the index is read
+  bool quick = false;  ///< read only the index
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -46,17 +46,17 @@ struct InfoJob {
   }
 };
 
-/// Reads the recording; all messages unless `quick`. Cancelling ends the
-/// counting: the summary covers the part that was read.
+/// Reads the recording: all messages, or only the index if `quick`. If cancelled, the summary covers the part
+/// that was read.
 [[nodiscard]] Result<RecordingInfo> look_at(const std::string& file, bool quick, const JobControl& control);
 
-/// The verbs that can use this recording, and what it lacks for the others.
+/// The verbs that can use this recording, and the data that others require in addition.
 [[nodiscard]] std::vector<NextStep> next_steps(const RecordingInfo& info);
 [[nodiscard]] ReportFields fields(const NextStep& step);
 
 [[nodiscard]] ReportFields fields(const RecordingInfo& info);
 
-/// The output of `waymark info`: head, topics, stamps, metadata, attachments, next steps.
+/// The text of `waymark info`: overview, topics, stamps, metadata, attachments, next steps.
 [[nodiscard]] std::string to_text(const RecordingInfo& info);
 
 }  // namespace waymark

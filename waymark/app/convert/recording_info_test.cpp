@@ -1,5 +1,5 @@
-// What is said of a recording, whole or damaged, and what can be recovered of it.
-// What `waymark info` advises: commands that can be copied, for what a recording holds and what it lacks.
+// Summaries of intact and damaged recordings, recovery of damaged ones, and the commands that `waymark info`
+// suggests.
 #include "waymark/app/convert/recording_info.hpp"
 
 #include <fstream>
@@ -37,16 +37,16 @@ std::string bytes_of(const fs::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// The first so many bytes of the lap, in a file of its own.
-std::string cut_lap(const fs::path& folder, double share) {
+/// A file with this fraction of the bytes of the lap.
+std::string cut_lap(const fs::path& folder, double fraction) {
   const std::string bytes = bytes_of(short_lap());
   const fs::path file = folder / "cut.mcap";
   std::ofstream(file, std::ios::binary)
-      << bytes.substr(0, static_cast<std::size_t>(share * static_cast<double>(bytes.size())));
+      << bytes.substr(0, static_cast<std::size_t>(fraction * static_cast<double>(bytes.size())));
   return file.string();
 }
 
-TEST(RecordingInfo, CountsAddUpAndAgreeWithTheQuickLook) {
+TEST(RecordingInfo, CountsAddUpAndAgreeWithQuickMode) {
   const auto info = look_at(short_lap(), false, {});
   const auto quick = look_at(short_lap(), true, {});
   ASSERT_TRUE(info && quick) << to_string(info.error());
@@ -80,7 +80,7 @@ TEST(RecordingInfo, TextAndJsonHaveTheSameContent) {
                           HasSubstr("robot.yaml (application/yaml")));
   EXPECT_THAT(text, HasSubstr("'" + short_lap() + "'")) << "commands quote a name with a space";
   EXPECT_EQ(json["next"].size(), next_steps(*info).size());
-  EXPECT_THAT(text, HasSubstr("s on the robot's clock")) << "a simulated lap begins at its own zero";
+  EXPECT_THAT(text, HasSubstr("s on the robot's clock")) << "the clock of a simulated lap starts at 0";
 }
 
 TEST(RecordingInfo, QuickModeOmitsStamps) {
@@ -99,25 +99,25 @@ TEST(RecordingInfo, ACalendarClockIsPrintedAsADate) {
 }
 
 TEST(RecordingInfo, ReportsProgressAndPartialCountsOnCancellation) {
-  int told = 0;
+  int reports = 0;
   JobControl control;
   control.progress = [&](const JobProgress& now) {
     EXPECT_THAT(now.words, HasSubstr("my lap.mcap: "));
-    ++told;
+    ++reports;
   };
   const auto whole = look_at(short_lap(), false, control);
   ASSERT_TRUE(whole);
-  EXPECT_GT(told, 2);
-  const int all = told;
-  told = 0;
-  control.cancelled = [&] { return told > all / 2; };
+  EXPECT_GT(reports, 2);
+  const int all = reports;
+  reports = 0;
+  control.cancelled = [&] { return reports > all / 2; };
   const auto part = look_at(short_lap(), false, control);
   ASSERT_TRUE(part) << to_string(part.error());
   EXPECT_LT(part->report.messages, whole->report.messages);
   EXPECT_GT(part->report.messages, 0U);
 }
 
-TEST(RecordingInfo, WhatIsNoRecordingIsAnErrorWithItsPlace) {
+TEST(RecordingInfo, OtherFilesAreErrorsWithTheirPlace) {
   const fs::path folder = testing::fresh_folder("jobs_info_none");
   const auto missing = look_at("/nowhere/lap.mcap", false, {});
   ASSERT_FALSE(missing);
@@ -140,7 +140,7 @@ TEST(RecordingInfo, ADamagedFileIsReadUpToTheDamage) {
   EXPECT_FALSE(json["complete"].get<bool>());
 }
 
-TEST(RecoverLog, WhatIsWholeOfACutFileIsARecordingAgain) {
+TEST(RecoverLog, TheIntactPartOfATruncatedFileIsARecording) {
   const fs::path folder = testing::fresh_folder("jobs_recover");
   const std::string cut = cut_lap(folder, 0.6);
   const auto report = recover_log({.file = cut});
@@ -160,7 +160,7 @@ TEST(RecoverLog, WhatIsWholeOfACutFileIsARecordingAgain) {
   EXPECT_FALSE(json["problems"].empty());
 }
 
-TEST(RecoverLog, AWholeFileIsTheSame) {
+TEST(RecoverLog, AnIntactFileKeepsItsMessages) {
   const fs::path folder = testing::fresh_folder("jobs_recover_whole");
   const auto report = recover_log({.file = short_lap(), .output = (folder / "again.mcap").string()});
   ASSERT_TRUE(report) << to_string(report.error());
@@ -169,7 +169,7 @@ TEST(RecoverLog, AWholeFileIsTheSame) {
   EXPECT_THAT(to_text(*report), HasSubstr("was intact"));
 }
 
-TEST(RecoverLog, NothingIsWrittenOverAndNothingIsLeftOfAFailure) {
+TEST(RecoverLog, NothingIsOverwrittenAndAFailureLeavesNoFile) {
   const fs::path folder = testing::fresh_folder("jobs_recover_none");
   const std::string cut = cut_lap(folder, 0.6);
   const std::string before = bytes_of(cut);
@@ -214,7 +214,7 @@ TEST(NextSteps, ALapWithItsRobotNeedsNoFlags) {
                           "waymark play lap.mcap"));
 }
 
-TEST(NextSteps, WhatTheRecordingLacksIsAFlag) {
+TEST(NextSteps, MissingDataAreFlags) {
   RecordingInfo info = holding({"tags", "odometry"});
   info.setup.metadata.clear();
   EXPECT_THAT(commands(info), Contains("waymark map lap.mcap --anchor tag36h11:0 --tag-size-m 0.16 -o map"));
@@ -226,7 +226,7 @@ TEST(NextSteps, WhatTheRecordingLacksIsAFlag) {
   EXPECT_THAT(commands(info), Contains(HasSubstr("--camera-topic")));
 }
 
-TEST(NextSteps, EachKindOfRecordingHasItsVerbs) {
+TEST(NextSteps, VerbsDependOnTheContents) {
   EXPECT_THAT(commands(holding({"pictures", "odometry"})), Contains("waymark detect lap.mcap"));
   EXPECT_THAT(commands(holding({"pictures", "odometry"})), Contains("waymark map lap.mcap -o map"));
   EXPECT_THAT(commands(holding({"tags"})), Contains(HasSubstr("odometry.csv")));
@@ -240,20 +240,20 @@ TEST(NextSteps, EachKindOfRecordingHasItsVerbs) {
   EXPECT_TRUE(commands(nothing).empty());
 }
 
-TEST(NextSteps, ACutRecordingIsRecoveredAndAForeignOneConverted) {
+TEST(NextSteps, ATruncatedRecordingIsRecoveredAndABagIsConverted) {
   RecordingInfo cut = holding({"tags", "odometry"});
   cut.summary.complete = false;
   EXPECT_EQ(commands(cut).front(), "waymark recover lap.mcap");
   cut.file = "/data/laps/lap.mcap";
   EXPECT_EQ(commands(cut).front(), "waymark recover /data/laps/lap.mcap -o lap.recovered.mcap")
-      << "beside the recording one may not be allowed to write";
+      << "the folder of the recording may be read-only";
   RecordingInfo bag = holding({"tags", "odometry"});
   bag.file = "/data/lap.bag";
   bag.format = LogFormat::Ros1Bag;
   EXPECT_EQ(commands(bag).front(), "waymark convert /data/lap.bag lap.bag.mcap");
 }
 
-TEST(NextSteps, NamesThatAShellWouldReadAreQuoted) {
+TEST(NextSteps, NamesWithShellCharactersAreQuoted) {
   RecordingInfo info = holding({"tags", "odometry", "pictures"});
   info.file = "my laps/it's $HOME.mcap";
   info.summary.complete = false;
@@ -262,7 +262,7 @@ TEST(NextSteps, NamesThatAShellWouldReadAreQuoted) {
   EXPECT_THAT(commands(info).front(), HasSubstr(R"(-o 'it'\''s $HOME.recovered.mcap')"));
 }
 
-TEST(ShellWord, OnlyWhatAShellWouldReadIsQuoted) {
+TEST(ShellWord, OnlyWordsWithShellCharactersAreQuoted) {
   EXPECT_EQ(shell_word("lap.2-b_c/d@e.mcap"), "lap.2-b_c/d@e.mcap");
   EXPECT_EQ(shell_word(""), "''");
   EXPECT_EQ(shell_word("a b"), "'a b'");
@@ -273,11 +273,11 @@ TEST(ShellWord, OnlyWhatAShellWouldReadIsQuoted) {
 
 class LookAt : public ::testing::Test {
  protected:
-  // Not once for the suite: CTest runs each test in a process of its own, several at once.
+  // Not shared by the suite: CTest runs each test in its own process, several at once.
   std::string file_ = test::record_lap(testing::fresh_folder("jobs_look_at") / "lap.mcap", 21, {.for_s = 3});
 };
 
-TEST_F(LookAt, TheSummaryNamesTopicsAttachmentsAndWhatToDo) {
+TEST_F(LookAt, TheSummaryContainsTopicsAttachmentsAndNextSteps) {
   const auto info = look_at(file_, false, {});
   ASSERT_TRUE(info) << to_string(info.error());
   const auto json = to_json(fields(*info));
@@ -306,16 +306,16 @@ TEST_F(LookAt, QuickOmitsStamps) {
 }
 
 TEST_F(LookAt, CancellingReportsThePartThatWasRead) {
-  std::string told;
+  std::string progress;
   JobControl control = test::cancelled_after(50);
-  control.progress = [&](const JobProgress& now) { told = now.words; };
+  control.progress = [&](const JobProgress& now) { progress = now.words; };
   const auto some = look_at(file_, false, control);
   ASSERT_TRUE(some) << to_string(some.error());
   EXPECT_LT(some->report.messages, look_at(file_, false, {})->report.messages);
-  EXPECT_THAT(told, StartsWith(file_ + ": "));
+  EXPECT_THAT(progress, StartsWith(file_ + ": "));
 }
 
-TEST_F(LookAt, ATruncatedFileIsReportedWithItsRepair) {
+TEST_F(LookAt, ATruncatedFileIsReportedWithTheCommandToRecoverIt) {
   const std::string cut = file_ + ".cut.mcap";
   std::filesystem::copy_file(file_, cut, std::filesystem::copy_options::overwrite_existing);
   std::filesystem::resize_file(cut, std::filesystem::file_size(cut) / 2);

@@ -11,11 +11,11 @@
 namespace waymark {
 namespace {
 
-/// lap.mcap becomes lap.recovered.mcap, and so does lap.
+/// lap.recovered.mcap, for lap.mcap and for lap.
 std::string recovered_name(const std::string& file) {
   const std::filesystem::path path(file);
-  const bool named = path.extension() == ".mcap" || path.extension() == ".MCAP";
-  const std::string name = (named ? path.stem() : path.filename()).string();
+  const bool has_suffix = path.extension() == ".mcap" || path.extension() == ".MCAP";
+  const std::string name = (has_suffix ? path.stem() : path.filename()).string();
   return (path.parent_path() / (name + ".recovered.mcap")).string();
 }
 
@@ -35,13 +35,14 @@ ReportFields fields(const RecoverReport& report) {
   for (const Error& problem : recovery.problems) problems.push_back(to_string(problem));
   return {{"file", "Recording that was read", report.file},
           {"output", "Recording that was written", report.output},
-          {"was_whole", "Nothing was missing or damaged, including the summary", recovery.was_whole},
-          {"messages", "Messages in the new recording", recovery.messages},
-          {"chunks", "Chunks in the new recording", recovery.chunks},
+          {"was_whole", "Whether the original was complete and undamaged, including the summary",
+           recovery.was_whole},
+          {"messages", "Number of messages in the new recording", recovery.messages},
+          {"chunks", "Number of chunks in the new recording", recovery.chunks},
           {"kept_bytes", "Size of the copied part of the data section", recovery.kept_bytes},
           {"lost_bytes", "Size of damaged records and of the data after the last intact record",
            recovery.lost_bytes},
-          {"problems", "Error messages about the original file", problems}};
+          {"problems", "Error messages about the original recording", problems}};
 }
 
 std::string to_text(const RecoverReport& report) {

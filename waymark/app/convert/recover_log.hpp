@@ -15,12 +15,10 @@ struct RecoverJob {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.file, JobField("file FILE", "Recording (.mcap) that was truncated, damaged or never finished")
+    visit(self.file, JobField("file FILE", "Recording (.mcap) that is truncated, damaged or unfinished")
                          .input()
                          .required());
-    visit(self.output,
-          JobField("output FILE",
-                   "File to write; must not exist. Unless given: lap.recovered.mcap beside lap.mcap"));
+    visit(self.output, JobField("output FILE", "New file. Unless given: lap.recovered.mcap beside lap.mcap"));
   }
 };
 

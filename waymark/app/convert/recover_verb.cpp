@@ -27,13 +27,13 @@ Verb recover_verb() {
       .name = "recover",
       .sentence = "Restore the index of a truncated recording",
       .help =
-          R"(Copies every intact record, by any MCAP writer, and writes the indexes and the summary of a finished
+          R"(Copies every intact record of a file by any MCAP writer, and adds the indexes and the summary of a finished
 recording. Chunks and attachments with a wrong checksum, records with an invalid length or type, and an
-incomplete last record are omitted and reported. FILE is only read; the new file is written completely or
-not at all. All verbs read a truncated recording up to its end; a recovered one opens quickly, and in every
-tool.
+incomplete last record are omitted and reported. FILE is not changed; the new file is written completely or
+not at all. All verbs can read a truncated recording up to its end; a recovered one opens quickly, and in
+every tool.
 
-Exit code: 0 written, 1 not a recording, or not writable, 2 wrong usage.
+Exit code: 0 written, 1 FILE is not a recording, or a file could not be read or written, 2 wrong usage.
 
 Examples:
   waymark recover lap.mcap

@@ -53,9 +53,9 @@ Verb evaluate_verb() {
           R"(EST REF compares a trajectory with ground truth, at the same times (REF is interpolated) and in REF's
 frame. ATE is the distance, and RPE the error of a motion of --rpe-delta-s seconds, as evo defines them. path is the
 distance from the path of REF, regardless of time. side is the signed distance from the part of REF with the robot's
-direction. NEES tests whether the covariance of the estimate is consistent: it is 3 on average, and more if overconfident.
-NIS (for recordings by `waymark localize`) tests the observations: it is 1 on average. Estimates marked uncertain are
-counted, but not evaluated.
+direction. NEES tests whether the covariance of the estimate is consistent: it is 3 on average, and more if
+overconfident. NIS (for recordings by `waymark localize`) tests the observations: it is 1 on average. Estimates marked
+uncertain are counted, but not evaluated.
 
 Exit code: 0 compared, 1 a file could not be read or compared, 2 wrong usage.
 
