@@ -15,18 +15,18 @@
 namespace waymark {
 namespace {
 
-constexpr int kFewest = 20;        // residuals beyond the unknowns
-constexpr double kMost_px = 10;    // no corner that joins a pose errs by more
-constexpr double kStep_px = 1e-4;  // that the answer is known to
+constexpr int kMinRedundancy = 20;   // residuals minus unknowns
+constexpr double kMaxError_px = 10;  // corners with larger errors are not used for a pose
+constexpr double kTolerance_px = 1e-4;
 
 using Vector8 = Eigen::Matrix<double, 8, 1>;
 
 CornerCovariance covariance_of(const TagDetection& detection) {
-  const double usual_px = MultiTagOptions{}.corner_sigma_px;
-  return detection.corner_covariance_px2.value_or(usual_px * usual_px * CornerCovariance::Identity());
+  const double default_px = MultiTagOptions{}.corner_sigma_px;
+  return detection.corner_covariance_px2.value_or(default_px * default_px * CornerCovariance::Identity());
 }
 
-/// Residuals of a tag's corners along the axes of their covariance.
+/// Corner residuals of a tag along the principal axes of their covariance.
 struct Residuals {
   Vector8 squares_px2;
   Vector8 variances_px2;
@@ -41,38 +41,38 @@ std::optional<Residuals> residuals_of(const TagDetection& detection, const SE3& 
   const MappedTag* tag = map.find(detection.tag);
   if (tag == nullptr) return std::nullopt;
   const auto corners = square_corners(tag->size_m);
-  Vector8 off_px;
+  Vector8 residuals_px;
   for (std::size_t k = 0; k < 4; ++k) {
     const auto px = camera.project(cam_T_map * (tag->map_T_tag * corners[k]));
     if (!px) return std::nullopt;
-    off_px.segment<2>(static_cast<Eigen::Index>(2 * k)) = detection.corners_px[k] - *px;
+    residuals_px.segment<2>(static_cast<Eigen::Index>(2 * k)) = detection.corners_px[k] - *px;
   }
   const SymmetricEigen<8> axes = symmetric_eigen<8>(covariance_of(detection));
   if (!axes.converged) return std::nullopt;
-  return Residuals{(axes.vectors.transpose() * off_px).cwiseAbs2(), axes.values.cwiseMax(0)};
+  return Residuals{(axes.vectors.transpose() * residuals_px).cwiseAbs2(), axes.values.cwiseMax(0)};
 }
 
 }  // namespace
 
-double common_corner_error_px(const std::vector<PosedTags>& pictures, const TagMap& map,
+double common_corner_error_px(const std::vector<PosedTags>& images, const TagMap& map,
                               const CameraModel& camera) {
   std::vector<Residuals> all;
-  double left_over = 0;
-  for (const PosedTags& picture : pictures) {
+  double redundancy = 0;
+  for (const PosedTags& image : images) {
     const std::size_t before = all.size();
-    for (const TagDetection& detection : picture.detections)
-      if (const auto one = residuals_of(detection, picture.cam_T_map, map, camera)) all.push_back(*one);
-    if (all.size() > before) left_over += 8.0 * static_cast<double>(all.size() - before) - 6;
+    for (const TagDetection& detection : image.detections)
+      if (const auto one = residuals_of(detection, image.cam_T_map, map, camera)) all.push_back(*one);
+    if (all.size() > before) redundancy += 8.0 * static_cast<double>(all.size() - before) - 6;
   }
-  if (left_over < kFewest) return 0;
+  if (redundancy < kMinRedundancy) return 0;
   const auto too_large = [&](double sigma_px) {
     double chi2 = 0;
     for (const Residuals& one : all) chi2 += one.chi2(sigma_px);
-    return !(chi2 <= left_over);  // also where a covariance is singular
+    return !(chi2 <= redundancy);  // true as well for NaN, from a singular covariance
   };
   if (!too_large(0)) return 0;
-  double low = 0, high = kMost_px;
-  while (high - low > kStep_px) (too_large((low + high) / 2) ? low : high) = (low + high) / 2;
+  double low = 0, high = kMaxError_px;
+  while (high - low > kTolerance_px) (too_large((low + high) / 2) ? low : high) = (low + high) / 2;
   return high;
 }
 
@@ -85,12 +85,12 @@ TagFrame with_corner_error(TagFrame frame, double sigma_px) {
 
 namespace {
 
-constexpr auto kNear = std::chrono::milliseconds(250);  // pictures that show the motion of the one between
-constexpr int kIterations = 8;                          // a pose that none had at first helps its neighbours
-constexpr std::size_t kLast = 100;                      // pictures of a live camera
-constexpr int kUpdateAfter = 5;
-constexpr double kFirst_px = 1;    // so that no picture is refused before the motion is known
-constexpr double kSettled = 0.02;  // relative change of the corners' common error
+constexpr auto kMaxGap = std::chrono::milliseconds(250);  // to images from which the motion is computed
+constexpr int kMaxIterations = 8;                         // a pose found late still helps its neighbours
+constexpr std::size_t kLiveImages = 100;                  // images of a live camera used for the corner error
+constexpr int kImagesPerUpdate = 5;
+constexpr double kInitialError_px = 1;     // large, so that no image is rejected before the motion is known
+constexpr double kConvergedChange = 0.02;  // relative change of the corner error
 
 SE3 map_T_optical(const CameraMoment& moment) {
   return moment.map_T_body->mean * SE3(body_R_optical(), Eigen::Vector3d::Zero());
@@ -98,22 +98,22 @@ SE3 map_T_optical(const CameraMoment& moment) {
 
 struct CameraMotion {
   SE3 cam_T_map{};
-  Vector6 twist{};  ///< left tangent of cam_T_map a second
+  Vector6 twist{};  ///< left tangent of cam_T_map per second
 };
 
-/// The nearest moment with a pose in this direction, else this one; nothing where none has a pose.
+/// The nearest moment with a pose in the direction of `step`, else moment i; null if neither has a pose.
 const CameraMoment* neighbour(const std::vector<CameraMoment>& moments, std::size_t i, int step) {
   const CameraMoment& here = moments[i];
   const auto end = static_cast<std::ptrdiff_t>(moments.size());
   for (auto k = static_cast<std::ptrdiff_t>(i) + step; k >= 0 && k < end; k += step) {
     const CameraMoment& moment = moments[static_cast<std::size_t>(k)];
-    if (moment.stamp < here.stamp - kNear || moment.stamp > here.stamp + kNear) break;
+    if (moment.stamp < here.stamp - kMaxGap || moment.stamp > here.stamp + kMaxGap) break;
     if (moment.map_T_body) return &moment;
   }
   return here.map_T_body ? &here : nullptr;
 }
 
-/// The motion between the poses around a moment, which may have none itself.
+/// The motion at moment i, from the poses before and after it; moment i itself may have none.
 std::optional<CameraMotion> motion_at(const std::vector<CameraMoment>& moments, std::size_t i) {
   const CameraMoment* before = neighbour(moments, i, -1);
   const CameraMoment* after = neighbour(moments, i, +1);
@@ -126,7 +126,7 @@ std::optional<CameraMotion> motion_at(const std::vector<CameraMoment>& moments, 
   return CameraMotion{SE3::exp(since_s * twist) * before_T_map, twist};
 }
 
-/// With the corners as they were at the time of the middle row.
+/// Moves the corners to where they were at the time of the middle row.
 TagFrame at_middle_row(const CameraMotion& motion, const TagMap& map, const CameraModel& camera,
                        double readout_s, TagFrame frame) {
   for (TagDetection& detection : frame.detections) {
@@ -142,18 +142,18 @@ TagFrame at_middle_row(const CameraMotion& motion, const TagMap& map, const Came
   return frame;
 }
 
-/// The moment has a pose.
+/// The tags of an image used for its pose. The moment must have a pose.
 PosedTags posed(const TagFrame& frame, const CameraMoment& moment) {
-  PosedTags picture{.cam_T_map = map_T_optical(moment).inverse()};
-  for (const std::size_t k : moment.used) picture.detections.push_back(frame.detections[k]);
-  return picture;
+  PosedTags image{.cam_T_map = map_T_optical(moment).inverse()};
+  for (const std::size_t k : moment.used) image.detections.push_back(frame.detections[k]);
+  return image;
 }
 
 std::vector<PosedTags> posed(const std::vector<TagFrame>& frames, const std::vector<CameraMoment>& moments) {
-  std::vector<PosedTags> pictures;
+  std::vector<PosedTags> images;
   for (std::size_t i = 0; i < frames.size(); ++i)
-    if (moments[i].map_T_body) pictures.push_back(posed(frames[i], moments[i]));
-  return pictures;
+    if (moments[i].map_T_body) images.push_back(posed(frames[i], moments[i]));
+  return images;
 }
 
 }  // namespace
@@ -173,7 +173,7 @@ CameraMoment camera_moment(const TagFrame& frame, const TagMap& map, const Camer
   const CameraPoseEstimate& best = pose->estimates.front();
   moment.used = best.detections;
   moment.tags = static_cast<int>(moment.used.size());
-  // A turn from the right leaves an error of the parent's side as it is.
+  // A rotation on the right does not change the covariance, which is that of a left perturbation.
   const SE3 cam_T_body(body_R_optical().inverse(), Eigen::Vector3d::Zero());
   moment.map_T_body = Uncertain<SE3>{best.map_T_cam * cam_T_body, best.covariance};
   return moment;
@@ -183,8 +183,8 @@ CameraMoment LiveMoments::of(const TagFrame& frame) {
   CameraMoment moment = camera_moment(with_corner_error(frame, corner_error_px_), *map_, *camera_);
   if (!moment.map_T_body) return moment;
   last_.push_back(posed(frame, moment));
-  if (last_.size() > kLast) last_.pop_front();
-  if (++since_ >= kUpdateAfter) {
+  if (last_.size() > kLiveImages) last_.pop_front();
+  if (++since_ >= kImagesPerUpdate) {
     since_ = 0;
     corner_error_px_ = common_corner_error_px({last_.begin(), last_.end()}, *map_, *camera_);
   }
@@ -193,20 +193,20 @@ CameraMoment LiveMoments::of(const TagFrame& frame) {
 
 CameraMoments camera_moments(const std::vector<TagFrame>& frames, const TagMap& map,
                              const CameraModel& camera, double readout_s) {
-  CameraMoments all{.corner_error_px = kFirst_px};
-  std::vector<TagFrame> at_once = frames;  // the corners as a global shutter would have them
-  for (int k = 0; k < kIterations; ++k) {
+  CameraMoments all{.corner_error_px = kInitialError_px};
+  std::vector<TagFrame> corrected = frames;  // with the corners that a global shutter would produce
+  for (int k = 0; k < kMaxIterations; ++k) {
     const std::vector<CameraMoment> before = std::move(all.moments);
     all.moments.clear();
     for (std::size_t i = 0; i < frames.size(); ++i) {
       const auto motion = k > 0 && readout_s != 0 ? motion_at(before, i) : std::nullopt;
-      if (motion) at_once[i] = at_middle_row(*motion, map, camera, readout_s, frames[i]);
-      all.moments.push_back(camera_moment(with_corner_error(at_once[i], all.corner_error_px), map, camera));
+      if (motion) corrected[i] = at_middle_row(*motion, map, camera, readout_s, frames[i]);
+      all.moments.push_back(camera_moment(with_corner_error(corrected[i], all.corner_error_px), map, camera));
     }
-    const double error_px = common_corner_error_px(posed(at_once, all.moments), map, camera);
-    const bool settled = std::abs(error_px - all.corner_error_px) < kSettled * error_px;
+    const double error_px = common_corner_error_px(posed(corrected, all.moments), map, camera);
+    const bool converged = std::abs(error_px - all.corner_error_px) < kConvergedChange * error_px;
     all.corner_error_px = error_px;
-    if (settled && readout_s == 0) break;
+    if (converged && readout_s == 0) break;
   }
   return all;
 }
@@ -224,8 +224,8 @@ ros2::PoseWithCovarianceStamped pose_message(const CameraMoment& moment) {
 
 Result<DescribedCamera> read_given_camera(const CameraDescription& camera) {
   if (camera.file.empty())
-    return fail(ErrorCode::InvalidArgument, "the camera calibration is not set", {.key = "camera"},
-                "`waymark calibrate camera` makes one.");
+    return fail(ErrorCode::InvalidArgument, "no camera calibration given", {.key = "camera"},
+                "Set `camera` to a calibration file; `waymark calibrate camera` writes one.");
   return read_camera(camera);
 }
 

@@ -15,7 +15,7 @@
 #include "waymark/samples/tag_map.hpp"
 #include "waymark/tags/tag_finder.hpp"
 
-/// What corners err by beyond their covariances.
+/// Poses of a camera without a robot, with a common corner error estimated from residuals.
 namespace waymark {
 
 /// The tags of one image used for a pose, and that pose.
@@ -24,38 +24,37 @@ struct PosedTags {
   SE3 cam_T_map{};
 };
 
-/// A standard deviation that all corner coordinates of these pictures have besides their covariances
-/// [px]: what a video's compression, the lens, the print of the tags and the map do to them, which their
-/// detector cannot see. Taken as independent and alike; such that the sum of the squared normalised residuals
-/// is as large as it should be (method of moments). 0 where it is without it, or where fewer than 20
-/// residuals are left over. O(tags).
-[[nodiscard]] double common_corner_error_px(const std::vector<PosedTags>& pictures, const TagMap& map,
+/// Standard deviation [px] of an error common to all corner coordinates, in addition to their covariances. It
+/// covers what the detector cannot observe: video compression, lens, print of the tags, and map. The errors
+/// are assumed independent with equal variance. The result makes the sum of squared normalised residuals
+/// equal to its expectation (method of moments). 0 if no such error is needed, or with fewer than 20
+/// redundant residuals. O(tags).
+[[nodiscard]] double common_corner_error_px(const std::vector<PosedTags>& images, const TagMap& map,
                                             const CameraModel& camera);
 
-/// The tags of a picture with such an error in their covariances.
+/// Adds such an error to the corner covariances of an image.
 [[nodiscard]] TagFrame with_corner_error(TagFrame frame, double sigma_px);
 
-// Poses of a camera without a robot, hand-held or on a tripod, in six degrees of freedom.
-
-/// Where a camera was by the tags of one picture. Its body has x forward, y left, z up (body_R_optical()).
+/// Pose of a camera from the tags of one image. The camera body has x forward, y left, z up
+/// (body_R_optical()).
 struct CameraMoment {
-  SensorTime stamp{};               ///< of a live camera since 1970, of a video since its first picture
-  Duration age{};                   ///< of a live camera: CameraPicture::age
+  SensorTime stamp{};               ///< live camera: since 1970; video: since its first image
+  Duration age{};                   ///< live camera: CameraPicture::age
   int tags = 0;                     ///< map tags used for the pose; without a pose: detected tags
-  std::vector<std::size_t> used{};  ///< those, as indices of the picture's detections, ascending
+  std::vector<std::size_t> used{};  ///< indices of the tags used, ascending, in the image's detections
   /// Nothing if no map tag was detected, or if the pose is ambiguous.
   std::optional<Uncertain<SE3>> map_T_body{};
-  const char* why = "";  ///< reason if there is no pose although tags were detected
+  const char* why = "";  ///< why there is no pose although tags were detected
 };
 
-/// The pose by the tags of one picture of a global shutter.
+/// Pose from the tags of one global-shutter image.
 [[nodiscard]] CameraMoment camera_moment(const TagFrame& frame, const TagMap& map, const CameraModel& camera);
 
-/// The poses of a live camera's pictures, one after the other, with what corners err by beyond what their
-/// detector says (common_corner_error_px()) as the last hundred pictures with a pose have it. O(1) each.
+/// Poses of a live camera, image by image. The corner error (common_corner_error_px()) is estimated from the
+/// last 100 images with a pose. O(1) per image.
 class LiveMoments {
  public:
-  /// Both outlive it.
+  /// Both arguments must outlive this object.
   LiveMoments(const TagMap& map, const CameraModel& camera) : map_(&map), camera_(&camera) {}
 
   [[nodiscard]] CameraMoment of(const TagFrame& frame);
@@ -65,35 +64,35 @@ class LiveMoments {
   const TagMap* map_;
   const CameraModel* camera_;
   std::deque<PosedTags> last_{};
-  int since_ = 0;  ///< pictures since the last update
+  int since_ = 0;  ///< images since the last update
   double corner_error_px_ = 0;
 };
 
-/// The poses of all pictures of a video.
+/// Poses of all images of a video.
 struct CameraMoments {
-  std::vector<CameraMoment> moments{};  ///< one a picture
-  /// Error of a corner coordinate beyond the detector's standard deviation [px], from the residuals of all
-  /// pictures have it (common_corner_error_px()); it is in the poses' covariances.
+  std::vector<CameraMoment> moments{};  ///< one per image
+  /// Corner error from the residuals of all images [px] (common_corner_error_px()); included in the
+  /// covariances of the poses.
   double corner_error_px = 0;
 };
 
-/// Of pictures with ascending stamps. With a rolling shutter of `readout_s` (first row
-/// to last; negative from the bottom; 0: global) each corner counts at the time of its own row, with the
-/// motion between the poses before and after, within 0.25 s; the covariance of that motion
-/// is not part of the poses'. O(pictures).
+/// Poses of images with ascending stamps. `readout_s` is the readout time of a rolling shutter from the first
+/// row to the last (negative: from the bottom; 0: global shutter). Each corner is used at the time of its
+/// row, with the motion between the previous and the next pose within 0.25 s. The covariance of that motion
+/// is not included in the covariances of the poses. O(images).
 [[nodiscard]] CameraMoments camera_moments(const std::vector<TagFrame>& frames, const TagMap& map,
                                            const CameraModel& camera, double readout_s);
 
-/// As it is recorded and published. The moment has a pose.
+/// The message that is recorded and published. The moment must have a pose.
 [[nodiscard]] ros2::PoseWithCovarianceStamped pose_message(const CameraMoment& moment);
 
-/// The camera of a job without a robot. Fails where no file is given.
+/// The camera of a job without a robot. Fails if no calibration file is given.
 [[nodiscard]] Result<DescribedCamera> read_given_camera(const CameraDescription& camera);
 
-/// Fails on a map that has points only.
+/// Fails on a map that contains only points.
 [[nodiscard]] Status check_tag_poses(const TagMap& map, const std::string& source);
 
-/// A detector of the families that are in the map, which has tags.
+/// A detector for the tag families of the map, which must contain tags.
 [[nodiscard]] Result<TagFinder> tag_finder_for(const TagMap& map);
 
 }  // namespace waymark

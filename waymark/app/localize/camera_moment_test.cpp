@@ -1,4 +1,4 @@
-// What corners err by beyond their covariances is found from their residuals, and makes the poses consistent.
+// The common corner error is estimated from residuals and makes the poses consistent.
 #include "waymark/app/localize/camera_moment.hpp"
 
 #include <cmath>
@@ -20,7 +20,7 @@ CameraModel lens() {
   return CameraModel::make(PinholeRadtan{.fx = 500, .fy = 500, .cx = 320, .cy = 240}, 640, 480).value();
 }
 
-/// Tags on a wall 1.5 m ahead, not quite parallel to it.
+/// Tags 1.5 m ahead, each tilted differently.
 TagMap wall() {
   TagMap map;
   for (int i = 0; i < kTags; ++i)
@@ -32,8 +32,9 @@ TagMap wall() {
 
 SE3 map_T_cam(int k) { return {SO3::exp({0.01 * k, 0, 0}), {0.01 * k - 0.1, 0.005 * k, 0}}; }
 
-/// Pictures whose corners claim kClaimed_px and err by `extra_px` besides.
-std::vector<TagFrame> pictures(double extra_px, int count) {
+/// Images whose corners have standard deviation kClaimed_px in their covariances, and an additional error
+/// with standard deviation `extra_px`.
+std::vector<TagFrame> images(double extra_px, int count) {
   Random random(20261128);
   std::vector<TagFrame> frames;
   const CameraModel camera = lens();
@@ -62,41 +63,41 @@ std::vector<PosedTags> with_true_poses(const std::vector<TagFrame>& frames) {
   return all;
 }
 
-TEST(CornerError, IsFoundFromResidualsAndNothingIsFoundWhereNothingIs) {
-  // True poses leave all residuals, and the estimate counts 6 fewer a picture: 32 of 26.
-  const double all_over_counted = 32.0 / 26.0;
+TEST(CornerError, IsEstimatedFromResiduals) {
+  // True poses leave 32 degrees of freedom per image; the estimate assumes 6 fewer.
+  const double dof_ratio = 32.0 / 26.0;
   for (const double extra_px : {0.05, 0.2, 1.0}) {
-    const double found = common_corner_error_px(with_true_poses(pictures(extra_px, 200)), wall(), lens());
-    const double expected = std::sqrt(all_over_counted * (std::pow(kClaimed_px, 2) + extra_px * extra_px) -
-                                      std::pow(kClaimed_px, 2));
-    EXPECT_NEAR(found, expected, 0.03 * expected) << extra_px;
+    const double estimated = common_corner_error_px(with_true_poses(images(extra_px, 200)), wall(), lens());
+    const double expected =
+        std::sqrt(dof_ratio * (std::pow(kClaimed_px, 2) + extra_px * extra_px) - std::pow(kClaimed_px, 2));
+    EXPECT_NEAR(estimated, expected, 0.03 * expected) << extra_px;
   }
   EXPECT_EQ(common_corner_error_px({}, wall(), lens()), 0);
 }
 
-TEST(CornerError, TooFewResidualsSayNothing) {
-  std::vector<PosedTags> one = with_true_poses(pictures(1, 1));
-  one[0].detections.resize(3);  // 24 - 6
+TEST(CornerError, IsZeroWithTooFewResiduals) {
+  std::vector<PosedTags> one = with_true_poses(images(1, 1));
+  one[0].detections.resize(3);  // redundancy 24 - 6 = 18
   EXPECT_EQ(common_corner_error_px(one, wall(), lens()), 0);
   one[0].detections.push_back({.tag = {FamilyId::Tag16h5, 1}});  // not in the map
   EXPECT_EQ(common_corner_error_px(one, wall(), lens()), 0);
 }
 
-TEST(CornerError, BecomesPartOfTheCovarianceAlsoWhereThatWasNotKnown) {
+TEST(CornerError, IsAddedToGivenAndDefaultCovariances) {
   TagFrame frame{.detections = std::vector<TagDetection>(2)};
   frame.detections[0].corner_covariance_px2 = 0.01 * CornerCovariance::Identity();
   const TagFrame with = with_corner_error(frame, 0.3);
   EXPECT_NEAR((*with.detections[0].corner_covariance_px2)(3, 3), 0.1, 1e-12);
   EXPECT_NEAR((*with.detections[0].corner_covariance_px2)(3, 4), 0, 1e-12);
-  EXPECT_NEAR((*with.detections[1].corner_covariance_px2)(0, 0), 0.04 + 0.09, 1e-12) << "0.2 px unless known";
+  EXPECT_NEAR((*with.detections[1].corner_covariance_px2)(0, 0), 0.04 + 0.09, 1e-12) << "default 0.2 px";
 }
 
-TEST(CornerError, MakesPosesConsistentThatWereRefused) {
+TEST(CornerError, MakesRejectedPosesConsistent) {
   for (const double extra_px : {0.0, 0.3}) {
-    const std::vector<TagFrame> frames = pictures(extra_px, 300);
-    std::size_t refused = 0;
-    for (const TagFrame& frame : frames) refused += camera_moment(frame, wall(), lens()).map_T_body ? 0 : 1;
-    const auto [moments, found_px] = camera_moments(frames, wall(), lens(), 0);
+    const std::vector<TagFrame> frames = images(extra_px, 300);
+    std::size_t rejected = 0;
+    for (const TagFrame& frame : frames) rejected += camera_moment(frame, wall(), lens()).map_T_body ? 0 : 1;
+    const auto [moments, estimated_px] = camera_moments(frames, wall(), lens(), 0);
     double nees = 0;
     std::size_t known = 0;
     for (std::size_t k = 0; k < moments.size(); ++k) {
@@ -108,27 +109,29 @@ TEST(CornerError, MakesPosesConsistentThatWereRefused) {
       ++known;
     }
     nees /= static_cast<double>(known);
-    std::printf("besides %.2f px: found %.3f px, %zu of 300 known (alone %zu refused), NEES %.2f of 6\n",
-                extra_px, found_px, known, refused, nees);
+    std::printf(
+        "additional %.2f px: estimated %.3f px, %zu of 300 with a pose (singly %zu rejected), NEES %.2f of "
+        "6\n",
+        extra_px, estimated_px, known, rejected, nees);
     EXPECT_GE(known, 297U);
     EXPECT_GT(nees, 5);  // 99.9 % interval of 300 poses: 6 +- 0.66
     EXPECT_LT(nees, 7);
-    EXPECT_NEAR(found_px, extra_px, 0.02);
-    if (extra_px > 0) EXPECT_GT(refused, 100U) << "this test says nothing";
+    EXPECT_NEAR(estimated_px, extra_px, 0.02);
+    if (extra_px > 0) EXPECT_GT(rejected, 100U) << "otherwise this test proves nothing";
   }
 }
 
-TEST(CornerError, OfALiveCameraIsThatOfItsLastPictures) {
+TEST(CornerError, OfALiveCameraFollowsItsLastImages) {
   const TagMap map = wall();
   const CameraModel camera = lens();
   LiveMoments live(map, camera);
   std::size_t known = 0;
-  const std::vector<TagFrame> frames = pictures(0.3, 600);
+  const std::vector<TagFrame> frames = images(0.3, 600);
   for (std::size_t k = 0; k < frames.size(); ++k) known += live.of(frames[k]).map_T_body && k >= 300 ? 1 : 0;
   EXPECT_GE(known, 297U);
   EXPECT_NEAR(live.corner_error_px(), 0.3, 0.03);
-  for (const TagFrame& frame : pictures(0, 600)) (void)live.of(frame);
-  EXPECT_LT(live.corner_error_px(), 0.02) << "it becomes less again";
+  for (const TagFrame& frame : images(0, 600)) (void)live.of(frame);
+  EXPECT_LT(live.corner_error_px(), 0.02) << "it decreases again";
 }
 
 }  // namespace

@@ -17,7 +17,7 @@
 namespace waymark {
 namespace {
 
-/// What is shown and recorded of the pictures.
+/// Localises the images of a camera, and shows and records the results.
 class CameraLog {
  public:
   CameraLog(const LocalizeCameraJob& job, const CameraModel& model, const TagMap& map, LocalizeOutput& output)
@@ -64,8 +64,8 @@ class CameraLog {
 }  // namespace
 
 Result<CameraModel> read_camera(const LocalizeCameraJob& job) {
-  if (Status images = check_recorded_images(job.images, job.output); !images)
-    return tl::unexpected(images.error());
+  if (Status valid = check_recorded_images(job.images, job.output); !valid)
+    return tl::unexpected(valid.error());
   const Result<DescribedCamera> described = read_given_camera(job.camera);
   if (!described) return tl::unexpected(described.error());
   return described->camera;
@@ -101,7 +101,7 @@ Result<LocalizeCameraReport> localize_camera(LiveCamera& camera, const CameraMod
 }
 
 std::string to_text(const LocalizeCameraReport& report) {
-  return fmt::format("{} in {:.1f} s, {} with a pose", counted(report.end.pictures, "picture"),
+  return fmt::format("{} in {:.1f} s, {} with a pose", counted(report.end.pictures, "image"),
                      report.end.seconds, report.known);
 }
 

@@ -23,10 +23,10 @@ struct LocalizeCameraJob {
   CameraDescription camera{};
   std::string output{};  ///< recording or TUM file to write; empty: none
   std::optional<double> tag_size_m{};
-  double duration_s = 0;  ///< 0: until the control cancels it
-  std::string images{};   ///< how pictures are recorded: raw, jpeg; empty: not at all
+  double duration_s = 0;  ///< 0: until cancelled
+  std::string images{};   ///< how images are recorded: raw, jpeg; empty: not recorded
   LiveFeed* feed = nullptr;
-  std::function<void(const CameraMoment&)> on_moment = [](const CameraMoment&) {};  ///< of every picture
+  std::function<void(const CameraMoment&)> on_moment = [](const CameraMoment&) {};  ///< for every image
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -47,19 +47,19 @@ struct LocalizeCameraJob {
 
 struct LocalizeCameraReport {
   CameraWatchEnd end{};
-  std::size_t known = 0;  ///< pictures with a pose
+  std::size_t known = 0;  ///< images with a pose
 };
 
-/// The calibration of the job's camera. Fails without one, and on a job that makes no sense.
+/// Calibration of the job's camera. Fails if none is set, and on an invalid job.
 [[nodiscard]] Result<CameraModel> read_camera(const LocalizeCameraJob& job);
 
-/// Localises an opened camera with that calibration until it ends, the time is over, or the control cancels
-/// it. A recording holds tags and poses (/waymark/pose) with stamps since 1970.
+/// Localises an open camera until it ends, `duration_s` has passed, or the control cancels. A recording
+/// contains tags and poses (/waymark/pose) with stamps since 1970.
 [[nodiscard]] Result<LocalizeCameraReport> localize_camera(LiveCamera& camera, const CameraModel& model,
                                                            const LocalizeCameraJob& job,
                                                            const JobControl& control);
 
-/// "812 pictures in 27.0 s, 640 with a pose"
+/// "812 images in 27.0 s, 640 with a pose"
 [[nodiscard]] std::string to_text(const LocalizeCameraReport& report);
 
 }  // namespace waymark

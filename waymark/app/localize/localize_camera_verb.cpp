@@ -50,12 +50,12 @@ Verb localize_camera_verb() {
           R"(Repeatedly detects the tags in the newest image of the camera and computes the camera's pose in six degrees
 of freedom from that image alone, without filter or initial pose. Prints the pose once per second until
 Ctrl-C. The camera body has x forward, y left, z up.
-With -o FILE.mcap tags and poses (/waymark/pose) are recorded with stamps since 1970, and with --record-images the
-images; with -o FILE.tum each line is a pose. --view shows the camera in the browser. Run the program once per
-camera.
+With -o FILE.mcap the program records tags and poses (/waymark/pose) with stamps since 1970, and with --record-images
+the images; with -o FILE.tum it writes one pose per line. --view shows the camera in the browser. For several cameras,
+run the program once per camera.
 
 The calibration (--camera) must match the image size; --camera-size scales one that was made at another size.
-`waymark calibrate camera` makes one, `waymark cameras` lists the cameras of this computer.
+`waymark calibrate camera` writes one, `waymark cameras` lists the cameras of this computer.
 
 Exit code: 0 at least one pose computed, 1 none, or a file or the camera was unusable, 2 wrong usage,
 130 stopped by Ctrl-C (the recording is kept).

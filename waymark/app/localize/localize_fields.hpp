@@ -2,7 +2,7 @@
 
 #include "waymark/base/fields.hpp"
 
-/// Fields that the jobs of `waymark localize` share.
+/// Fields shared by the jobs of `waymark localize`.
 namespace waymark::localize_fields {
 
 inline JobField map() {
@@ -22,12 +22,12 @@ inline JobField camera() {
   return {"camera FILE",
           "Camera calibration (calibration.yaml, ROS camera_info, kalibr YAML or PhotonVision JSON)"};
 }
-/// Of a robot or a live camera.
+/// For a live robot or camera.
 inline JobField duration_s() {
   return {"duration_s NUMBER", "End after this many seconds. Unless given: at Ctrl-C", 0.01, 1e6};
 }
 inline JobField record_images() {
-  return JobField("record_images HOW", "Record the images as well: jpeg, or raw, which is ten times as large")
+  return JobField("record_images HOW", "Record the images as well: jpeg, or raw (ten times as large)")
       .one_of("jpeg,raw")
       .less();
 }

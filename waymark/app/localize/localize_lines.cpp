@@ -16,7 +16,7 @@ double position_sigma_m(const Uncertain<SE3>& pose) {
   return std::sqrt(symmetric_eigen<3>(position).values.maxCoeff());
 }
 
-/// A pose in space as JSON has it.
+/// A pose in six degrees of freedom, for JSON.
 struct BodyPose {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
@@ -25,7 +25,7 @@ struct BodyPose {
 
 ReportFields fields(const BodyPose& pose) {
   return {{"position_m", "Position of the camera in the map: x, y, z", pose.position_m},
-          {"rotation_xyzw", "Orientation of its body (x forward, y left, z up) in the map",
+          {"rotation_xyzw", "Orientation of the camera body (x forward, y left, z up) in the map",
            pose.rotation.coeffs()},
           {"position_sigma_m", "Largest standard deviation of the position", pose.sigma_m}};
 }
@@ -45,8 +45,8 @@ std::string estimate_line(double since_s, const std::optional<LocalizationEstima
 ReportFields fields(const LocalizationEstimate& estimate) {
   const SE2& pose = estimate.map_T_base;
   return {{"stamp_s", "Time of the estimate", to_seconds(estimate.stamp.time_since_epoch())},
-          {"x_m", "Position along x of the map", pose.x()},
-          {"y_m", "Position along y of the map", pose.y()},
+          {"x_m", "Position along the x axis of the map", pose.x()},
+          {"y_m", "Position along the y axis of the map", pose.y()},
           {"yaw_rad", "Heading", pose.yaw()},
           {"position_sigma_m", "Largest standard deviation of the position", estimate.position_sigma_m()},
           {"yaw_sigma_rad", "Standard deviation of the heading", std::sqrt(estimate.covariance(2, 2))},
@@ -54,7 +54,7 @@ ReportFields fields(const LocalizationEstimate& estimate) {
 }
 
 ReportFields fields(const EstimateMoment& moment) {
-  return {{"now_s", "Time of the line by the robot's clock", to_seconds(moment.now.time_since_epoch())},
+  return {{"now_s", "Time of the line on the robot's clock", to_seconds(moment.now.time_since_epoch())},
           {"pose", "Pose of the robot", moment.estimate}};
 }
 
@@ -67,7 +67,7 @@ std::string moment_line(double since_s, const CameraMoment& moment) {
   const Eigen::Vector3d rpy = pose.rotation().rpy();
   return fmt::format(
       "{:8.1f} s: x {:.3f} m, y {:.3f} m, z {:.3f} m, roll {:.1f} deg, pitch {:.1f} deg, yaw {:.1f} deg, "
-      "within {:.3f} m by {} tags\n",
+      "within {:.3f} m, from {} tags\n",
       since_s, at.x(), at.y(), at.z(), to_degrees(rpy.x()), to_degrees(rpy.y()), to_degrees(rpy.z()),
       position_sigma_m(*moment.map_T_body), moment.tags);
 }
@@ -81,7 +81,7 @@ ReportFields fields(const CameraMoment& moment) {
           {"age_ms", "Age of the image when it was used; 0 for a video", 1e3 * to_seconds(moment.age)},
           {"tags", "Map tags used for the pose; without a pose: detected tags", moment.tags},
           {"pose", "Pose of the camera", pose},
-          {"why", "Without a pose: the reason; empty if no tags were detected",
+          {"why", "If there is no pose: the reason; empty if no tags were detected",
            if_any(pose ? std::nullopt : std::optional(std::string(moment.why)))}};
 }
 

@@ -10,25 +10,25 @@
 #include "waymark/base/time.hpp"
 #include "waymark/localization/method.hpp"
 
-/// One line about where a robot or a camera is or was, as text and as JSON; each with its end.
-/// `since_s`: from the first line on.
+/// Printed lines with the pose of a robot or a camera, as text or as JSON, each with its line end.
+/// `since_s`: time since the first line.
 namespace waymark {
 
-/// Where a robot is by now.
+/// The newest estimate at the time of a line.
 struct EstimateMoment {
-  SensorTime now{};  ///< by the robot's clock
+  SensorTime now{};  ///< clock of the robot
   std::optional<LocalizationEstimate> estimate{};
 };
 
 [[nodiscard]] std::string estimate_line(double since_s, const std::optional<LocalizationEstimate>& estimate);
 [[nodiscard]] std::string moment_line(double since_s, const CameraMoment& moment);
 
-// What a line of `--json` holds.
+// Fields of a `--json` line.
 [[nodiscard]] ReportFields fields(const EstimateMoment& moment);
 [[nodiscard]] ReportFields fields(const LocalizationEstimate& estimate);
 [[nodiscard]] ReportFields fields(const CameraMoment& moment);
 
-/// The lines of estimates, all of which are printed.
+/// Prints one line per estimate.
 class EstimateLines {
  public:
   EstimateLines(bool json, std::function<void(const std::string&)> print)
@@ -42,7 +42,7 @@ class EstimateLines {
   std::optional<SensorTime> first_{};
 };
 
-/// The lines of moments that come one after the other, one every so often in their own time.
+/// Prints at most one line per `every_s`, measured by the stamps of the moments.
 class MomentLines {
  public:
   MomentLines(double every_s, bool json, std::function<void(const std::string&)> print)

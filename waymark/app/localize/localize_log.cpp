@@ -22,7 +22,7 @@
 
 namespace waymark {
 
-// What is read.
+// Reading the inputs.
 namespace {
 
 namespace fs = std::filesystem;
@@ -37,9 +37,9 @@ bool is_wanted(const Sample& sample) {
          std::holds_alternative<ImuSample>(sample) || std::holds_alternative<TruthPose>(sample);
 }
 
-/// Tags of pictures, where a recording holds nothing else that was seen.
-Status look_at_pictures(const std::string& path, const CameraChoice& frames, LocalizeInputs& inputs,
-                        const JobControl& control) {
+/// Detects tags in the images of a recording that contains no observations.
+Status detect_tags(const std::string& path, const CameraChoice& frames, LocalizeInputs& inputs,
+                   const JobControl& control) {
   Result<RecordedLap> lap = read_lap_files({path}, control, nullptr, frames);
   if (!lap) return tl::unexpected(lap.error());
   for (TagFrame& frame : lap->frames) inputs.samples.emplace_back(std::move(frame));
@@ -56,13 +56,13 @@ Status read_log(const std::string& path, const CameraChoice& frames, LocalizeInp
     error.place.source = path;
     return tl::unexpected(std::move(error));
   }
-  bool seen = false;
-  bool pictures = false;
+  bool has_observations = false;
+  bool has_images = false;
   const LogSelection used = setup ? (*log)->topics_used(*setup) : LogSelection{};
   const Status status = (*log)->visit_samples(used, [&](Sample sample) -> Status {
     if (control.cancelled()) return fail(ErrorCode::Unreadable, "stopped", {.source = path});
-    seen = seen || is_observation(sample);
-    pictures = pictures || std::holds_alternative<CameraFrame>(sample);
+    has_observations = has_observations || is_observation(sample);
+    has_images = has_images || std::holds_alternative<CameraFrame>(sample);
     if (setup) turn_into_base(sample, setup->chosen);
     if (is_wanted(sample)) inputs.samples.push_back(std::move(sample));
     return {};
@@ -71,8 +71,8 @@ Status read_log(const std::string& path, const CameraChoice& frames, LocalizeInp
   for (const LogProblem& problem : (*log)->problems()) {
     if (problem.kind == LogProblem::Kind::Damage) inputs.warnings.push_back(to_string(problem.error));
   }
-  if (!seen && pictures) {
-    if (Status looked = look_at_pictures(path, frames, inputs, control); !looked) return looked;
+  if (!has_observations && has_images) {
+    if (Status detected = detect_tags(path, frames, inputs, control); !detected) return detected;
   }
   if (!setup) return {};
   for (const std::string& note : setup->chosen.notes) control.note("note: " + note);
@@ -83,7 +83,7 @@ Status read_log(const std::string& path, const CameraChoice& frames, LocalizeInp
   return {};
 }
 
-/// All of one drive: a robot counts its way once.
+/// Recordings of one drive; at most one of them may contain odometry.
 Status read_logs(const LocalizeJob& job, LocalizeInputs& inputs, const JobControl& control) {
   std::string with_odometry;
   for (const std::string& log : job.logs) {
@@ -113,8 +113,8 @@ Status read_robot_of(const LocalizeJob& job, LocalizeInputs& inputs) {
   if (!path) return tl::unexpected(path.error());
   const auto description = or_wrong_kind(read_robot(*path), *path, FileUse::Robot);
   if (!description) return tl::unexpected(description.error());
-  for (std::string& words : disagreements(*description, inputs.recorded))
-    inputs.warnings.push_back(std::move(words));
+  for (std::string& warning : disagreements(*description, inputs.recorded))
+    inputs.warnings.push_back(std::move(warning));
   inputs.setup.sensor = {description->camera, description->model.base_T_cam, description->more_cameras};
   const auto motion = read_robot_motion(*path);
   if (!motion) return tl::unexpected(motion.error());
@@ -161,8 +161,8 @@ Status read_calibration_of(const LocalizeJob& job, LocalizeInputs& inputs) {
   return {};
 }
 
-/// Last: what was asked for goes before the robot's file and the calibration.
-Status take_asked(const LocalizeJob& job, LocalizeInputs& inputs) {
+/// Must run last: options that the caller set override the robot file and the calibration.
+Status apply_requested(const LocalizeJob& job, LocalizeInputs& inputs) {
   return job.asked ? job.asked(inputs.setup.filter) : Status();
 }
 
@@ -192,14 +192,14 @@ Status check_inputs(const LocalizeJob& job, LocalizeInputs& inputs) {
   return {};
 }
 
-/// What does not come from the recording or the robot: options and map.
+/// Inputs that depend neither on the recording nor on the robot: options and map.
 Result<LocalizeInputs> read_map_of(const LocalizeJob& job) {
   LocalizeInputs inputs;
   if (!std::ranges::all_of(job.start, [](double x) { return std::isfinite(x); }))
-    return fail(ErrorCode::InvalidArgument, "a pose must be three finite numbers", {.key = "start"},
+    return fail(ErrorCode::InvalidArgument, "the pose contains a non-finite number", {.key = "start"},
                 "Give x y in metres and yaw in degrees.");
   if (!std::ranges::all_of(job.sensor_pose, [](double x) { return std::isfinite(x); }))
-    return fail(ErrorCode::InvalidArgument, "a pose must be three finite numbers", {.key = "sensor_pose"},
+    return fail(ErrorCode::InvalidArgument, "the pose contains a non-finite number", {.key = "sensor_pose"},
                 "Give x y in metres and yaw in degrees.");
   inputs.setup.filter = job.filter;
   inputs.setup.anchor = job.anchor;
@@ -216,8 +216,8 @@ Result<LocalizeInputs> read_map_of(const LocalizeJob& job) {
   return inputs;
 }
 
-/// Mounting of a sensor in the plane, and the calibration over it.
-Status take_mounting(const LocalizeJob& job, LocalizeInputs& inputs) {
+/// Applies the mounting of a planar sensor, then the calibration, which overrides it.
+Status apply_mounting(const LocalizeJob& job, LocalizeInputs& inputs) {
   if (job.sensor_pose.size() == 3) {
     inputs.planar_sensor = true;
     inputs.setup.sensor.base_T_sensor =
@@ -236,8 +236,8 @@ Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, const RobotD
   const auto motion = parse_robot_motion(robot_yaml, robot.model.name + ".yaml");
   if (!motion) return tl::unexpected(motion.error());
   if (*motion) inputs->setup.filter.motion = **motion;
-  Status status = take_mounting(job, *inputs);
-  if (status) status = take_asked(job, *inputs);
+  Status status = apply_mounting(job, *inputs);
+  if (status) status = apply_requested(job, *inputs);
   if (!status) return tl::unexpected(status.error());
   if (inputs->setup.tags.tags.empty())
     return fail(ErrorCode::InvalidArgument,
@@ -264,33 +264,33 @@ Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, const JobCon
   Status status = read_logs(job, inputs, control);
   if (!status) return tl::unexpected(status.error());
   status = read_robot_of(job, inputs);
-  if (status) status = take_mounting(job, inputs);
-  if (status) status = take_asked(job, inputs);
+  if (status) status = apply_mounting(job, inputs);
+  if (status) status = apply_requested(job, inputs);
   if (status) status = check_inputs(job, inputs);
   if (!status) return tl::unexpected(status.error());
   const bool poses = std::ranges::any_of(
       inputs.samples, [](const Sample& s) { return std::holds_alternative<TagPoseFrame>(s); });
   if (poses && !inputs.planar_sensor && !inputs.setup.sensor.camera && job.robot.empty()) {
-    // The axes of a camera that looks ahead from above the middle of the base: all that can be guessed.
+    // A camera that looks forward from above the origin of the base is the only plausible assumption.
     inputs.setup.sensor.base_T_sensor =
         SE3(body_R_optical(), inputs.setup.sensor.base_T_sensor.translation());
     inputs.mounting_guessed = true;
     inputs.warnings.emplace_back(
-        "camera mounting unknown; assumed above the origin of the base (set `robot`)");
+        "camera mounting unknown; assumed above the origin of base_link (set `robot`)");
   }
   const bool ranges = std::ranges::any_of(
       inputs.samples, [](const Sample& s) { return std::holds_alternative<RangeBearing>(s); });
   if (ranges && job.sensor_pose.empty() && job.robot.empty() && job.calibration.empty()) {
     inputs.mounting_guessed = true;
     inputs.warnings.emplace_back(
-        "mounting of the range sensor unknown; assumed at the origin of the base "
+        "mounting of the range sensor unknown; assumed at the origin of base_link "
         "(set `sensor_pose`)");
   }
   std::ranges::stable_sort(inputs.samples, {}, stamp_of);
   return read;
 }
 
-// The run.
+// Running the localizer.
 namespace {
 
 Status run(Localizer& localizer, const LocalizeInputs& inputs, bool hindsight, const JobControl& control,
@@ -312,16 +312,16 @@ Status run(Localizer& localizer, const LocalizeInputs& inputs, bool hindsight, c
   return {};
 }
 
-/// What a first run over the recording shows of the numbers that the filter is given.
+/// What a first run over the recording reveals about the filter parameters.
 struct FirstRun {
   std::optional<SystematicVerdict> suspect{};
-  double latency_off_s = 0;                 ///< by the innovations
-  bool corners = false;                     ///< of tags were seen
-  bool noise_inconsistent = false;          ///< of single observations …
-  bool lasting_noise_inconsistent = false;  ///< … or of their means alone
+  double latency_off_s = 0;                 ///< correction of the latency, estimated from innovations
+  bool corners = false;                     ///< the recording contains tag corners
+  bool noise_inconsistent = false;          ///< NIS of single observations
+  bool lasting_noise_inconsistent = false;  ///< NIS of means of observations
 };
 
-/// NIS of all observations, outliers capped, without those of the few tags that contradict the map.
+/// NIS of all observations with outliers capped, without tags that contradict the map unless they are many.
 class NisSums {
  public:
   explicit NisSums(const Landmarks& landmarks)
@@ -337,7 +337,7 @@ class NisSums {
     sums.rows += record.rows;
   }
   [[nodiscard]] std::optional<double> per_row(const TagWatch& watch) const {
-    constexpr double kMost = 0.5;  // if more tags contradict, the cause is not the tags
+    constexpr double kMinUsableShare = 0.5;  // if fewer rows are usable, the cause is not the tags
     Sums total;
     Sums usable;
     for (std::size_t i = 0; i < all_.size(); ++i) {
@@ -347,7 +347,7 @@ class NisSums {
       usable.nis += all_[i].nis;
       usable.rows += all_[i].rows;
     }
-    const Sums& counted = usable.rows > kMost * total.rows ? usable : total;
+    const Sums& counted = usable.rows > kMinUsableShare * total.rows ? usable : total;
     return counted.rows > 0 ? std::optional(counted.nis / counted.rows) : std::nullopt;
   }
 
@@ -378,25 +378,25 @@ FirstRun first_run(const LocalizerSetup& setup, const std::vector<Sample>& sampl
   FirstRun found{.suspect = tracker.suspect(),
                  .noise_inconsistent = per_row && noise_is_inconsistent(*per_row, {}),
                  .lasting_noise_inconsistent = noise_is_inconsistent(0, tracker.lasting_nis())};
-  const auto fit = tracker.systematic().fit(SystematicVector::Constant(0.1));  // nothing is known before
+  const auto fit = tracker.systematic().fit(SystematicVector::Constant(0.1));  // a weak prior
   constexpr Eigen::Index kLatency = 7;
   if (fit) found.latency_off_s = fit->value[kLatency];
   found.corners = tracker.sees_corners();
   return found;
 }
 
-/// Estimates the latency if the innovations contradict the given one: Gauss-Newton steps, each a
-/// run. Nothing when it does not settle.
+/// Estimates the latency from innovations by Gauss-Newton steps of one run each. Returns nothing if they do
+/// not converge.
 std::optional<double> find_latency(LocalizerSetup setup, const std::vector<Sample>& samples, FirstRun& first,
                                    const JobControl& control) {
-  constexpr int kRuns = 6;
-  constexpr double kSettled_s = 0.001;
-  constexpr double kFarthest_s = 0.3;
+  constexpr int kMaxRuns = 6;
+  constexpr double kConverged_s = 0.001;
+  constexpr double kMaxChange_s = 0.3;
   const double given_s = setup.filter.camera_latency_s;
   FirstRun last = first;
-  for (int i = 0; i < kRuns && std::abs(last.latency_off_s) > kSettled_s; ++i) {
+  for (int i = 0; i < kMaxRuns && std::abs(last.latency_off_s) > kConverged_s; ++i) {
     setup.filter.camera_latency_s += last.latency_off_s;
-    if (std::abs(setup.filter.camera_latency_s - given_s) > kFarthest_s) return std::nullopt;
+    if (std::abs(setup.filter.camera_latency_s - given_s) > kMaxChange_s) return std::nullopt;
     last = first_run(setup, samples, control);
   }
   if (last.suspect && last.suspect->suspect == Suspect::CameraLatency) return std::nullopt;
@@ -404,47 +404,48 @@ std::optional<double> find_latency(LocalizerSetup setup, const std::vector<Sampl
   return setup.filter.camera_latency_s;
 }
 
-/// Only for cameras: with coarse ranges it cannot be distinguished from yaw noise.
+/// Cameras only: with coarse ranges, latency cannot be distinguished from yaw noise.
 bool is_camera_latency(const FirstRun& first) {
   return first.suspect && first.suspect->suspect == Suspect::CameraLatency && first.corners;
 }
 
-std::string words_of_latency(double found_s, double given_s) {
+std::string latency_message(double found_s, double given_s) {
   return fmt::format(
-      "camera latency estimated from innovations: {:.3f} s instead of {:.3f} s; using {:.3f} s. Set it with "
-      "`camera_latency_s`, or run `waymark calibrate robot` and set `calibration` to its result "
-      "(`no_adapt` keeps the given value)",
+      "camera latency estimated from innovations: {:.3f} s, given: {:.3f} s; using {:.3f} s. Set it with "
+      "`camera_latency_s`, or run `waymark calibrate robot` and set `calibration` to its result. "
+      "`no_adapt` keeps the given value",
       found_s, given_s, found_s);
 }
 
-std::string words_of(const NoiseFit& fit) {
+std::string noise_message(const NoiseFit& fit) {
   return fmt::format(
-      "noise estimated from the recording: for distances {:.2g} times, for headings {:.2g} times and for "
-      "observations {:.2g} times the assumed one, tags within {:.3g} m (`no_adapt` keeps the assumed noise)",
+      "noise estimated from the recording: distances {:.2g}, headings {:.2g} and observations {:.2g} times "
+      "the "
+      "assumed noise. Standard deviation of tag positions: {:.3g} m (`no_adapt` keeps the assumed noise)",
       fit.motion_ratio, fit.turn_ratio, fit.sensor_ratio, fit.tag_sigma_m);
 }
 
-/// Estimates noise and latency from the recording; returns the changes as text. Noise first if single
-/// observations show it to be wrong: all else is judged by it. A number that is wrong makes errors that last,
-/// too.
+/// Estimates noise and latency from the recording; returns one message per change. Inconsistent NIS of single
+/// observations is corrected first, since all other tests depend on the noise. Inconsistent means alone count
+/// only if no parameter is suspect, because a wrong parameter causes lasting errors as well.
 std::vector<std::string> adapt(const std::vector<Sample>& samples, LocalizerSetup& setup, FirstRun& first,
                                const JobControl& control) {
-  std::vector<std::string> words;
+  std::vector<std::string> messages;
   if (first.noise_inconsistent || (first.lasting_noise_inconsistent && !first.suspect)) {
     const NoiseFit noise = adapt_noise(samples, setup.landmarks, setup.sensor, setup.filter,
                                        [&] { return !control.cancelled(); });
     if (noise.adapted) {
       setup.filter = noise.options;
-      words.push_back(words_of(noise));
+      messages.push_back(noise_message(noise));
       first = first_run(setup, samples, control);
     }
   }
-  if (!is_camera_latency(first)) return words;
+  if (!is_camera_latency(first)) return messages;
   if (const auto found_s = find_latency(setup, samples, first, control)) {
-    words.push_back(words_of_latency(*found_s, setup.filter.camera_latency_s));
+    messages.push_back(latency_message(*found_s, setup.filter.camera_latency_s));
     setup.filter.camera_latency_s = *found_s;
   }
-  return words;
+  return messages;
 }
 
 }  // namespace
@@ -476,7 +477,7 @@ Result<LocalizeReport> localize(const LocalizeJob& job, const LocalizeInputs& in
   const Status status = run(*localizer, inputs, hindsight, control, *output);
   Result<LocalizeReport> report = output->close(!status);
   if (!status) {
-    std::error_code ignored;  // the part of a drive would look like all of it
+    std::error_code ignored;  // a part of the drive could be mistaken for all of it
     if (control.cancelled() && std::filesystem::is_regular_file(job.output, ignored))
       std::filesystem::remove(job.output, ignored);
     return tl::unexpected(status.error());
@@ -487,7 +488,7 @@ Result<LocalizeReport> localize(const LocalizeJob& job, const LocalizeInputs& in
   if (first.suspect)
     report->problems.emplace_back(
         "the innovations are larger than assumed; the reported covariance accounts for this");
-  for (const std::string& words : adapted) report->problems.push_back(words);
+  for (const std::string& message : adapted) report->problems.push_back(message);
   if (const RiekfLocalizer* filter = localizer->filter())
     report->lasting_nis = filter->tracker().lasting_nis();
   report->wall_s = watch.seconds();
@@ -496,14 +497,14 @@ Result<LocalizeReport> localize(const LocalizeJob& job, const LocalizeInputs& in
 
 namespace {
 
-struct LastPlace {
+struct LastPose {
   SE2 map_T_base{};
   bool certain = false;
 };
 
-ReportFields fields(const LastPlace& last) {
-  return {{"x_m", "Position along x of the map", last.map_T_base.x()},
-          {"y_m", "Position along y of the map", last.map_T_base.y()},
+ReportFields fields(const LastPose& last) {
+  return {{"x_m", "Position along the x axis of the map", last.map_T_base.x()},
+          {"y_m", "Position along the y axis of the map", last.map_T_base.y()},
           {"yaw_rad", "Heading", last.map_T_base.yaw()},
           {"certain", "Whether the estimate is certain", last.certain}};
 }
@@ -512,26 +513,24 @@ ReportFields fields(const LastPlace& last) {
 
 ReportFields fields(const LocalizeReport& report) {
   const auto last = part(report.last, [](const LocalizationEstimate& estimate) {
-    return LastPlace{estimate.map_T_base, estimate.certain};
+    return LastPose{estimate.map_T_base, estimate.certain};
   });
-  return {
-      {"method", "Localisation method", to_string(report.method)},
-      {"estimates", "Estimates, certain or not", report.estimates},
-      {"certain", "Certain estimates", report.certain},
-      {"first_fix_s", "Time from the first sample to the first certain estimate", report.first_fix_s},
-      {"observations", "Observations of mapped tags that were compared with an estimate", report.compared},
-      {"accepted", "Accepted observations", report.accepted},
-      {"nis_mean",
-       "Mean NIS of accepted observations per degree of freedom; 1 if the assumed noise is correct",
-       report.nis_mean},
-      {"lasting_nis", "NIS of means of thirty residuals of one tag; 1 if lasting errors are modelled",
-       report.lasting_nis},
-      {"duration_s", "Duration of the drive", report.duration_s},
-      {"wall_s", "Duration of the run", report.wall_s},
-      {"last", "The last estimate", last},
-      {"problems",
-       "Tags that were swapped, moved or have another size, and other problems, one sentence each",
-       report.problems}};
+  return {{"method", "Localisation method", to_string(report.method)},
+          {"estimates", "Estimates, certain or not", report.estimates},
+          {"certain", "Certain estimates", report.certain},
+          {"first_fix_s", "Time from the first sample to the first certain estimate", report.first_fix_s},
+          {"observations", "Observations of map tags that were compared with an estimate", report.compared},
+          {"accepted", "Accepted observations", report.accepted},
+          {"nis_mean",
+           "Mean NIS of accepted observations per degree of freedom; 1 if the assumed noise is correct",
+           report.nis_mean},
+          {"lasting_nis", "Mean NIS of means of 30 residuals of one tag; 1 if lasting errors are modelled",
+           report.lasting_nis},
+          {"duration_s", "Duration of the drive", report.duration_s},
+          {"wall_s", "Duration of the run", report.wall_s},
+          {"last", "The last estimate", last},
+          {"problems", "Swapped, moved or wrongly sized tags, and other problems; one sentence each",
+           report.problems}};
 }
 
 std::string to_text(const LocalizeReport& report) {
@@ -555,17 +554,17 @@ std::string to_text(const LocalizeReport& report) {
 }
 
 std::vector<std::string> doubts_about(const LocalizeReport& report) {
-  std::vector<std::string> doubts;
-  if (report.certain == 0) doubts.emplace_back("no certain estimate");
+  std::vector<std::string> warnings;
+  if (report.certain == 0) warnings.emplace_back("no certain estimate");
   if (report.lasting_nis.value_or(0) > 4)
-    doubts.emplace_back(
-        "check `sensor_pose`, `waymark calibrate robot`, `tag_sigma_m` and `mounting_sigma_rad`: parameters "
-        "of robot and map, and their uncertainty");
+    warnings.emplace_back(
+        "errors last longer than modelled, so the covariance is too small: run `waymark calibrate robot`, or "
+        "check `sensor_pose`, `tag_sigma_m` and `mounting_sigma_rad`");
   if (report.compared > 0 && 10 * report.accepted < report.compared)
-    doubts.emplace_back(
-        "warning: most observations contradict the map: is it the map of this place, and the camera of "
-        "this robot (`robot`, `calibration`)?");
-  return doubts;
+    warnings.emplace_back(
+        "warning: most observations contradict the map. Is it the map of this place, and does the camera "
+        "belong to this robot (`robot`, `calibration`)?");
+  return warnings;
 }
 
 }  // namespace waymark

@@ -21,20 +21,21 @@ namespace waymark {
 struct LocalizeJob {
   std::vector<std::string> logs{};
   std::string map{};
-  std::string robot{};        ///< file or name; empty: what the recording or the map's folder has
+  std::string robot{};        ///< file or name; empty: from the recording or the map folder
   std::string calibration{};  ///< calibration.yaml; empty: none
   std::string output{};       ///< recording or TUM file to write; empty: none
   std::optional<double> tag_size_m{};
-  CameraChoice frames{};              ///< of a recording that holds several cameras
-  std::vector<double> sensor_pose{};  ///< x, y [m], yaw [deg] of a sensor in the plane; empty: none
-  std::vector<double> start{};        ///< x, y [m], yaw [deg]; empty: found out
+  CameraChoice frames{};              ///< for a recording with several cameras
+  std::vector<double> sensor_pose{};  ///< x, y [m], yaw [deg] of a planar sensor; empty: not set
+  std::vector<double> start{};        ///< x, y [m], yaw [deg]; empty: unknown
   LocalizationKind method = LocalizationKind::Riekf;
-  double map_sigma_m = 0.01;  ///< of tags of a map without covariances; for a calibration by lap
-  /// Else the noise of motion and observations is found from the recording, where the assumed does not fit.
+  /// Standard deviation of tag positions if the map has no covariances; used only to calibrate from a lap.
+  double map_sigma_m = 0.01;
+  /// False: estimate motion and observation noise from the recording if it does not fit the assumed noise.
   bool no_adapt = false;
   RiekfOptions filter{};
-  /// Writes the options of the filter that the caller chose over those of the robot's file and of the
-  /// calibration, which go before `filter`.
+  /// Applies the filter options that the caller set explicitly. They override the robot file and the
+  /// calibration, which override `filter`.
   std::function<Status(RiekfOptions&)> asked{};
   AnchorOptions anchor{};
 
@@ -65,29 +66,29 @@ struct LocalizeJob {
 /// Fails on a job that names no recording, or whose values contradict each other.
 [[nodiscard]] Status check_job(const LocalizeJob& job);
 
-/// Everything that was read.
+/// Everything that a job reads.
 struct LocalizeInputs {
   LocalizerSetup setup{};
   std::vector<Sample> samples{};  ///< in order of their stamps
   std::vector<std::string> warnings{};
-  RecordingSetup recorded{};  ///< what the recording itself holds about the camera
+  RecordingSetup recorded{};  ///< camera setup contained in the recording
   std::size_t observations = 0;
-  bool mounting_guessed = false;  ///< it is not known where the sensor sits
-  bool planar_sensor = false;     ///< `sensor_pose`: x ahead, y left; else the axes are a camera's
+  bool mounting_guessed = false;  ///< unknown, so it was assumed
+  bool planar_sensor = false;     ///< `sensor_pose` was set: x forward, y left; else optical axes
 };
 
 [[nodiscard]] Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, const JobControl& control);
 
-/// The same of a robot that is there, instead of a recording: there are no samples. `robot_yaml`: the text of
-/// its file. Fails where its camera needs tags with poses and the map has points only.
+/// Inputs of a connected robot instead of a recording, without samples. `robot_yaml`: content of the robot
+/// file. Fails if the map contains only points, because the camera needs tag poses.
 [[nodiscard]] Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job,
                                                           const RobotDescription& robot,
                                                           const std::string& robot_yaml);
 
-/// Lets the localizer start at `start`, if the job has one.
+/// Starts the localizer at `start`, if it is set.
 void start_localizer(const LocalizeJob& job, Localizer& localizer);
 
-/// The calibration values used by the filters.
+/// Copies the calibrated values into the filter options.
 void take_calibrated(const Calibration& calibration, RiekfOptions& filter);
 
 struct LocalizeReport {
@@ -95,9 +96,9 @@ struct LocalizeReport {
   std::size_t estimates = 0;
   std::size_t certain = 0;
   std::optional<double> first_fix_s{};  ///< after the first sample
-  std::size_t compared = 0;             ///< observations of mapped tags that were compared with an estimate
+  std::size_t compared = 0;             ///< observations of map tags that were compared with an estimate
   std::size_t accepted = 0;
-  double nis_mean = 0;  ///< of those accepted, over their degrees of freedom; 1 if all assumptions hold
+  double nis_mean = 0;  ///< of accepted observations, per degree of freedom; 1 if all assumptions hold
   std::optional<double> lasting_nis{};  ///< Tracker::lasting_nis()
   double duration_s = 0;
   double wall_s = 0;
@@ -105,12 +106,11 @@ struct LocalizeReport {
   std::vector<std::string> problems{};
 };
 
-/// Runs the samples through the method and writes the output: unchanged samples of motion and ground truth,
-/// certain estimates on /waymark/pose, uncertain ones on /waymark/pose_uncertain, each compared observation
-/// on /waymark/nis.
+/// Localises the samples and writes the output: odometry and ground truth unchanged, certain estimates on
+/// /waymark/pose, uncertain ones on /waymark/pose_uncertain, and each compared observation on /waymark/nis.
 [[nodiscard]] Result<LocalizeReport> localize(const LocalizeJob& job, const LocalizeInputs& inputs,
                                               const JobControl& control);
-/// The content of `--json`.
+/// Fields of the `--json` object.
 [[nodiscard]] ReportFields fields(const LocalizeReport& report);
 
 /// The printed report: estimates, observations, last pose.

@@ -1,4 +1,4 @@
-// Where camera, mounting and map come from when a recording is localised, and what counts more.
+// Precedence of the sources of camera, mounting and filter options, and localisation of a recording.
 #include "waymark/app/localize/localize_log.hpp"
 
 #include <gmock/gmock.h>
@@ -20,7 +20,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-/// Three seconds of a lap, the map of its world, and robots' files.
+/// Three seconds of a lap, the map of its world, and two robot files with other mountings.
 struct InputFiles {
   fs::path folder = testing::fresh_folder("jobs_inputs");
   std::string lap = test::record_lap(folder / "lap.mcap", 91, {.for_s = 3});
@@ -34,16 +34,16 @@ struct InputFiles {
     robot("ahead.yaml", 0.1);
     robot("map/robot.yaml", 0.2);
   }
-  void robot(const std::string& name, double farther_m) const {
+  void robot(const std::string& name, double ahead_m) const {
     const auto yaml = with_camera_mounting(test::file_text(WAYMARK_SHARE "/robots/limo.yaml"),
-                                           SE3(SO3(), {farther_m, 0, 0}) * base_T_cam);
+                                           SE3(SO3(), {ahead_m, 0, 0}) * base_T_cam);
     EXPECT_TRUE(yaml);
     EXPECT_TRUE(write_text_file(folder / name, *yaml));
   }
   [[nodiscard]] LocalizeJob job() const { return {.logs = {lap}, .map = map_folder.string()}; }
-  /// How far ahead of the true place a job takes the camera to sit.
-  [[nodiscard]] double ahead_m(const LocalizeJob& wanted) const {
-    const auto inputs = read_localize_inputs(wanted, {});
+  /// Distance of the job's camera mounting ahead of the true one.
+  [[nodiscard]] double ahead_m(const LocalizeJob& job) const {
+    const auto inputs = read_localize_inputs(job, {});
     EXPECT_TRUE(inputs) << to_string(inputs.error());
     return inputs ? (inputs->setup.sensor.base_T_sensor.translation() - base_T_cam.translation()).x() : NAN;
   }
@@ -54,16 +54,16 @@ const InputFiles& input_files() {
   return made;
 }
 
-TEST(LocalizeInputsOf, TheRecordingSaysWhereItsCameraSitsUnlessAFileIsNamed) {
+TEST(LocalizeInputsOf, UseTheMountingOfTheRecordingUnlessAFileIsGiven) {
   LocalizeJob job = input_files().job();
   EXPECT_NEAR(input_files().ahead_m(job), 0, 1e-9) << "the recording, not the file beside the map";
   job.robot = (input_files().folder / "ahead.yaml").string();
   EXPECT_NEAR(input_files().ahead_m(job), 0.1, 1e-9);
   const auto inputs = read_localize_inputs(job, {});
-  EXPECT_THAT(inputs->warnings, Contains(HasSubstr("10.0 cm"))) << "where they disagree is said";
+  EXPECT_THAT(inputs->warnings, Contains(HasSubstr("10.0 cm"))) << "the disagreement is reported";
 }
 
-TEST(LocalizeInputsOf, TheFileBesideTheMapHelpsARecordingThatDoesNotKnow) {
+TEST(LocalizeInputsOf, UseTheFileBesideTheMapIfTheRecordingHasNoCamera) {
   const fs::path table = input_files().folder / "tags.csv";
   ASSERT_TRUE(
       write_text_file(table,
@@ -73,16 +73,16 @@ TEST(LocalizeInputsOf, TheFileBesideTheMapHelpsARecordingThatDoesNotKnow) {
   job.logs = {table.string()};
   EXPECT_NEAR(input_files().ahead_m(job), 0.2, 1e-9);
   job.map = (input_files().map_folder / "map.yaml").string();
-  EXPECT_NEAR(input_files().ahead_m(job), 0.2, 1e-9) << "of the folder that the file is in";
+  EXPECT_NEAR(input_files().ahead_m(job), 0.2, 1e-9) << "from the folder of the map file";
   const fs::path alone = input_files().folder / "alone.yaml";
   fs::copy_file(input_files().map_folder / "map.yaml", alone, fs::copy_options::overwrite_existing);
   job.map = alone.string();
-  const auto nobody = read_localize_inputs(job, {});
-  ASSERT_FALSE(nobody);
-  EXPECT_THAT(nobody.error().hint, HasSubstr("`robot`"));
+  const auto unknown = read_localize_inputs(job, {});
+  ASSERT_FALSE(unknown);
+  EXPECT_THAT(unknown.error().hint, HasSubstr("`robot`"));
 }
 
-TEST(LocalizeInputsOf, ACalibrationCountsMoreThanBoth) {
+TEST(LocalizeInputsOf, ACalibrationOverridesRecordingAndRobotFile) {
   Calibration calibration;
   calibration.values["mounting_x_m"] = {.value = input_files().base_T_cam.translation().x() + 0.3,
                                         .sigma = 0.001};
@@ -99,7 +99,7 @@ TEST(LocalizeInputsOf, ACalibrationCountsMoreThanBoth) {
   EXPECT_FALSE(read_localize_inputs(job, {}));
 }
 
-TEST(LocalizeInputsOf, WhatWasAskedForGoesBeforeTheFilesOfARobotAndACalibration) {
+TEST(LocalizeInputsOf, RequestedOptionsOverrideRobotFileAndCalibration) {
   Calibration calibration;
   calibration.values["yaw_gain"] = {.value = 0.95, .sigma = 0.01};
   const fs::path file = input_files().folder / "gain.yaml";
@@ -117,14 +117,14 @@ TEST(LocalizeInputsOf, WhatWasAskedForGoesBeforeTheFilesOfARobotAndACalibration)
   const std::string yaml = test::file_text(WAYMARK_SHARE "/robots/turtlebot3-waffle.yaml");
   const auto live = read_localize_inputs(job, parse_robot(yaml, "waffle.yaml").value(), yaml);
   ASSERT_TRUE(live) << to_string(live.error());
-  EXPECT_EQ(live->setup.filter.motion.crab_share, 1) << "of the robot's file";
+  EXPECT_EQ(live->setup.filter.motion.crab_share, 1) << "from the robot file";
   for (const auto* inputs : {&recorded, &live}) {
     EXPECT_EQ((*inputs)->setup.filter.yaw_gain, 0.9);
     EXPECT_EQ((*inputs)->setup.filter.motion.drift_m_sqrt_s, 0.123);
   }
 }
 
-TEST(LocalizeInputsOf, AnAssumedSizeOfTagsIsReported) {
+TEST(LocalizeInputsOf, ReportAnAssumedTagSize) {
   const fs::path layout = input_files().folder / "layout.json";
   ASSERT_TRUE(write_text_file(layout, R"({"tags":[{"ID":3,"pose":{"translation":{"x":4,"y":1,"z":1},
     "rotation":{"quaternion":{"W":0,"X":0,"Y":0,"Z":1}}}}],"field":{"length":16.5,"width":8.2}})"));
@@ -137,7 +137,7 @@ TEST(LocalizeInputsOf, AnAssumedSizeOfTagsIsReported) {
   EXPECT_THAT(read_localize_inputs(job, {})->warnings, Not(Contains(HasSubstr("assumed"))));
 }
 
-TEST(LocalizeInputsOf, SamplesOfAllFilesAreInOrderAndCounted) {
+TEST(LocalizeInputsOf, SortAndCountTheSamplesOfAllFiles) {
   const fs::path ranges = input_files().folder / "ranges.csv";
   ASSERT_TRUE(write_text_file(ranges, "t_s,landmark,range_m,bearing_rad\n2,3,1,0\n1,4,1,0\n"));
   LocalizeJob job = input_files().job();
@@ -157,7 +157,7 @@ TEST(LocalizeInputsOf, SamplesOfAllFilesAreInOrderAndCounted) {
   EXPECT_NEAR(project_to_plane(placed->setup.sensor.base_T_sensor).yaw(), M_PI / 2, 1e-12);
 }
 
-TEST(LocalizeInputsOf, ARecordingWithoutObservationsIsAnErrorThatNamesIt) {
+TEST(LocalizeInputsOf, RejectARecordingWithoutObservations) {
   const fs::path wheels = input_files().folder / "wheels.csv";
   ASSERT_TRUE(write_text_file(wheels, "t_s,x_m,y_m,theta_rad,speed_m_s,yaw_rate_rad_s\n1,0,0,0,0,0\n"));
   LocalizeJob job = input_files().job();
@@ -168,7 +168,7 @@ TEST(LocalizeInputsOf, ARecordingWithoutObservationsIsAnErrorThatNamesIt) {
   EXPECT_EQ(inputs.error().place.source, wheels.string());
 }
 
-TEST(LocalizeInputsOf, ASizeThatTheMapKnowsItselfIsNotUsedAndThatIsSaid) {
+TEST(LocalizeInputsOf, WarnAboutAnIgnoredTagSize) {
   LocalizeJob job = input_files().job();
   job.tag_size_m = 0.5;
   const auto inputs = read_localize_inputs(job, {});
@@ -176,7 +176,7 @@ TEST(LocalizeInputsOf, ASizeThatTheMapKnowsItselfIsNotUsedAndThatIsSaid) {
   EXPECT_THAT(inputs->warnings, Contains(HasSubstr("`tag_size_m`")));
 }
 
-TEST(LocalizeLogOutput, WhatItWasMadeWithIsWrittenIntoTheRecording) {
+TEST(LocalizeLogOutput, RecordsMethodSourceAndOptions) {
   LocalizeJob job = input_files().job();
   job.output = (input_files().folder / "out.mcap").string();
   job.filter.corner_sigma_px = 0.77;
@@ -190,12 +190,12 @@ TEST(LocalizeLogOutput, WhatItWasMadeWithIsWrittenIntoTheRecording) {
   EXPECT_EQ(lap->setup.metadata.at("waymark").at("method"), "riekf");
   EXPECT_EQ(lap->setup.metadata.at("waymark").at("source"), "lap.mcap");
   EXPECT_THAT(lap->attachments.at("options.yaml"), HasSubstr("corner_sigma_px: 0.77"));
-  EXPECT_FALSE(lap->odometry.empty()) << "the motion comes along";
+  EXPECT_FALSE(lap->odometry.empty()) << "odometry is copied";
   EXPECT_FALSE(lap->truth.empty());
   EXPECT_TRUE(lap->frames.empty());
 }
 
-/// Ten seconds of a lap, and the map of the world it was driven in.
+/// Ten seconds of a lap, and the map of its world.
 struct Scene {
   fs::path folder = testing::fresh_folder("jobs_localize");
   std::string lap = test::record_lap(folder / "lap.mcap", 8, {.for_s = 10});
@@ -218,13 +218,13 @@ Result<LocalizeReport> localized(const LocalizeJob& job, const JobControl& contr
   return localize(job, *inputs, control);
 }
 
-TEST(LocalizeLog, TheRobotIsWhereTheTruthIsAndTheSummarySaysSo) {
+TEST(LocalizeLog, ReportAgreesWithTheEvaluationAgainstGroundTruth) {
   const std::string output = (scene().folder / "estimate.mcap").string();
   const auto report = localized({.logs = {scene().lap}, .map = scene().map, .output = output});
   ASSERT_TRUE(report) << to_string(report.error());
   EXPECT_GT(report->certain, report->estimates / 2);
   EXPECT_NEAR(report->duration_s, 10, 0.5);
-  // Judged by the other job: what was written against the truth of the recording.
+  // Evaluates the written estimates against the ground truth of the recording.
   const EvaluateTrajectoryJob job{.estimate = output, .reference = scene().lap};
   const auto inputs = read_evaluation(job, {});
   ASSERT_TRUE(inputs) << to_string(inputs.error());
@@ -242,22 +242,22 @@ TEST(LocalizeLog, TheRobotIsWhereTheTruthIsAndTheSummarySaysSo) {
   EXPECT_EQ(json["poses"], report->certain);
 }
 
-TEST(LocalizeLog, ACancelledJobLeavesNoFile) {
+TEST(LocalizeLog, LeavesNoFileIfCancelled) {
   const std::string output = (scene().folder / "cancelled.mcap").string();
   const LocalizeJob job{.logs = {scene().lap}, .map = scene().map, .output = output};
   const auto inputs = read_localize_inputs(job, {});
   ASSERT_TRUE(inputs);
   bool stop = false;
   JobControl control;
-  control.cancelled = [&] { return stop || fs::exists(output); };  // in the middle of the run that writes
+  control.cancelled = [&] { return stop || fs::exists(output); };  // during the run that writes
   const auto report = localize(job, *inputs, control);
   ASSERT_FALSE(report);
   stop = true;
   EXPECT_FALSE(fs::exists(output));
-  EXPECT_FALSE(read_localize_inputs(job, control)) << "reading ends as well";
+  EXPECT_FALSE(read_localize_inputs(job, control)) << "reading is cancelled as well";
 }
 
-TEST(LocalizeLog, TheEndingOfTheOutputSaysWhatItHolds) {
+TEST(LocalizeLog, ChoosesTheOutputFormatByTheExtension) {
   const auto unknown =
       localized({.logs = {scene().lap}, .map = scene().map, .output = (scene().folder / "out.xyz").string()});
   ASSERT_FALSE(unknown);
@@ -269,25 +269,25 @@ TEST(LocalizeLog, TheEndingOfTheOutputSaysWhatItHolds) {
   EXPECT_FALSE(read->empty());
   const auto again = localized({.logs = {scene().lap}, .map = scene().map, .output = tum});
   ASSERT_FALSE(again);
-  EXPECT_EQ(again.error().code, ErrorCode::Unwritable) << "poses are not written over";
+  EXPECT_EQ(again.error().code, ErrorCode::Unwritable) << "poses are not overwritten";
 }
 
-TEST(LocalizeLog, WhatCannotWorkIsSaidBeforeAnythingRuns) {
-  const auto twice = localized({.logs = {scene().lap, scene().lap}, .map = scene().map});
-  ASSERT_FALSE(twice);
-  EXPECT_EQ(twice.error().code, ErrorCode::InvalidArgument) << "one drive has one odometry";
+TEST(LocalizeLog, RejectsInvalidJobsBeforeRunning) {
+  const auto two_odometries = localized({.logs = {scene().lap, scene().lap}, .map = scene().map});
+  ASSERT_FALSE(two_odometries);
+  EXPECT_EQ(two_odometries.error().code, ErrorCode::InvalidArgument) << "two recordings with odometry";
   EXPECT_FALSE(localized({.logs = {scene().lap}, .map = "/nowhere/map.yaml"}));
   EXPECT_FALSE(localized({.logs = {"/nowhere/lap.mcap"}, .map = scene().map}));
-  const auto nothing = localized({.map = scene().map});
-  ASSERT_FALSE(nothing);
-  EXPECT_THAT(nothing.error().message, HasSubstr("nothing to localise"));
+  const auto no_recording = localized({.map = scene().map});
+  ASSERT_FALSE(no_recording);
+  EXPECT_EQ(no_recording.error().code, ErrorCode::InvalidArgument);
   const auto unused = localized(
       {.logs = {scene().lap}, .map = scene().map, .method = LocalizationKind::Anchor, .no_adapt = true});
   ASSERT_FALSE(unused);
   EXPECT_EQ(unused.error().place.key, "no_adapt") << "the method anchor has no noise to adapt";
-  LocalizeJob nowhere{.logs = {scene().lap}, .map = scene().map};
-  nowhere.start = {std::nan(""), 0, 0};
-  const auto start = localized(nowhere);
+  LocalizeJob not_finite{.logs = {scene().lap}, .map = scene().map};
+  not_finite.start = {std::nan(""), 0, 0};
+  const auto start = localized(not_finite);
   ASSERT_FALSE(start);
   EXPECT_EQ(start.error().place.key, "start");
 }

@@ -19,11 +19,11 @@ struct LocalizeLogArgs {
 
 ExitCode localize_log(const LocalizeLogArgs& args, Console& console) {
   LocalizeJob job = args.job;
-  Status sound = args.method.apply(job.method, job.filter, job.anchor);
-  if (sound) sound = check_job(job);
-  if (!sound) return fail_usage(sound.error(), console);
+  Status valid = args.method.apply(job.method, job.filter, job.anchor);
+  if (valid) valid = check_job(job);
+  if (!valid) return fail_usage(valid.error(), console);
   job.asked = [&args](RiekfOptions& filter) { return args.method.apply(filter); };
-  job.no_adapt = job.no_adapt || args.method.set_filter();  // what was asked for is kept
+  job.no_adapt = job.no_adapt || args.method.set_filter();  // options set by the caller are not adapted
   const JobControl control = control_from(console);
   Result<LocalizeInputs> inputs = read_localize_inputs(job, control);
   if (!inputs) return fail_with(inputs.error(), console);
@@ -41,10 +41,10 @@ Verb localize_log_verb() {
       .help =
           R"(Reads observations and motion, and writes poses: certain estimates on the topic /waymark/pose, uncertain ones on
 /waymark/pose_uncertain, and the normalised innovation squared of each observation of a mapped tag on
-/waymark/nis. Tags that contradict all others (swapped, moved, of another size) are reported and
+/waymark/nis. Tags that contradict the others (swapped, moved or wrongly sized) are reported and
 ignored. `waymark evaluate` compares the output with ground truth.
 
-Several recordings must be of one drive. If the recording does not contain the robot's camera and its mounting, --robot
+If several recordings are given, they must be of one drive. If the recording does not contain the robot's camera and its mounting, --robot
 names the robot file. Noise and latency are estimated from the recording if the assumed values do not fit it;
 --no-adapt, or a filter option, keeps them. At the end the program prints the number of certain estimates, the number of
 accepted observations, and the last pose.

@@ -19,10 +19,12 @@ namespace {
 
 constexpr const char* kYaml = "application/yaml";
 
-std::string ending_of(const std::string& path) { return std::filesystem::path(path).extension().string(); }
+std::string extension_of(const std::string& path) { return std::filesystem::path(path).extension().string(); }
 
-/// Poses alone, as a text.
-bool writes_tum(const std::string& path) { return ending_of(path) == ".txt" || ending_of(path) == ".tum"; }
+/// Whether the output contains only poses, as text.
+bool writes_tum(const std::string& path) {
+  return extension_of(path) == ".txt" || extension_of(path) == ".tum";
+}
 
 Result<SampleRecorder> open_recording(const std::string& path, const LocalizerSetup& setup,
                                       const LocalizeSource& source) {
@@ -54,17 +56,17 @@ Status check_localize_output(const std::string& output) {
     return fail(ErrorCode::Unwritable, "the file already exists and is not overwritten", {.source = output},
                 "Choose another name, or remove the file.");
   if (writes_tum(output)) return check_output_file(output);
-  if (output.empty() || ending_of(output) == ".mcap") return {};
-  return fail(ErrorCode::InvalidArgument, "the file extension of the output is unknown",
+  if (output.empty() || extension_of(output) == ".mcap") return {};
+  return fail(ErrorCode::InvalidArgument, "unknown file extension of the output",
               {.source = output, .key = "`output`"},
-              "Use .mcap (a recording: poses with covariances, observations, odometry), or .txt or .tum "
-              "(poses, one per line).");
+              "Use .mcap (recording of poses with covariances, observations and odometry), or .txt or .tum "
+              "(one pose per line).");
 }
 
 Status check_recorded_images(const std::string& images, const std::string& output) {
   if (images.empty() || !output.empty()) return {};
-  return fail(ErrorCode::InvalidArgument, "nothing is recorded", {.key = "record_images"},
-              "Add `output=FILE.mcap`.");
+  return fail(ErrorCode::InvalidArgument, "images cannot be recorded without a recording",
+              {.key = "record_images"}, "Add `output=FILE.mcap`.");
 }
 
 Result<LocalizeOutput> LocalizeOutput::open(const std::string& path, const LocalizerSetup& setup,
@@ -82,9 +84,8 @@ Status LocalizeOutput::on_sample(const Sample& sample) {
   newest_ = stamp_of(sample);
   if (!first_) first_ = newest_;
   if (!recorder_) return {};
-  const auto* picture = std::get_if<CameraFrame>(&sample);
-  if (picture != nullptr)
-    return source_.live ? record_picture(*picture, source_.images, *recorder_) : Status();
+  const auto* image = std::get_if<CameraFrame>(&sample);
+  if (image != nullptr) return source_.live ? record_picture(*image, source_.images, *recorder_) : Status();
   const bool kept =
       source_.live || std::holds_alternative<Odometry>(sample) || std::holds_alternative<TruthPose>(sample);
   return kept ? recorder_->add(sample) : Status();

@@ -12,36 +12,35 @@ namespace waymark {
 
 /// Origin of the localised samples, for the metadata of the output.
 struct LocalizeSource {
-  std::string name{};                    ///< in the metadata
-  std::string map{};                     ///< file or folder, whose name is in the metadata
-  bool live = false;                     ///< every sample is recorded, and what the recording is made with
-  std::string images{};                  ///< with `live`: how pictures are recorded (record_picture())
-  std::string robot_yaml{};              ///< with `live`: of the robot
+  std::string name{};
+  std::string map{};                     ///< file or folder; only its name is written
+  bool live = false;                     ///< record every sample, the robot file and the cameras
+  std::string images{};                  ///< with `live`: how images are recorded (record_picture())
+  std::string robot_yaml{};              ///< with `live`: content of the robot file; empty: none
   std::vector<MountedCamera> cameras{};  ///< with `live`
 };
 
-/// Fails on an output with an unknown extension, and on poses that would overwrite
-/// a file.
+/// Fails on an unknown file extension, and on a file of poses that already exists.
 [[nodiscard]] Status check_localize_output(const std::string& output);
 
-/// Fails if images should be recorded without a recording. `images`: raw, jpeg; empty: none.
+/// Fails if images are to be recorded but there is no output. `images`: raw, jpeg; empty: none.
 [[nodiscard]] Status check_recorded_images(const std::string& images, const std::string& output);
 
 /// Collects, reports and writes the estimates of a localizer run.
 class LocalizeOutput {
  public:
-  /// Opens the output; an empty name means no output. Fails on an unknown extension,
-  /// and on a file that exists or cannot be written.
+  /// Opens the output; an empty path means no output. Fails on an unknown extension, and on a file that
+  /// exists or cannot be written.
   [[nodiscard]] static Result<LocalizeOutput> open(const std::string& path, const LocalizerSetup& setup,
                                                    const LocalizeSource& source);
 
   Status on_sample(const Sample& sample);
-  /// An estimate with an older stamp than the last is skipped.
+  /// Skips an estimate whose stamp is not newer than that of the last one.
   Status on_estimate(const LocalizationEstimate& estimate);
   Status on_comparison(const NisRecord& record);
-  /// A certain pose in six degrees of freedom, not counted as an estimate.
+  /// Writes a certain pose in six degrees of freedom, which is not counted as an estimate.
   Status on_pose(SensorTime stamp, const ros2::PoseWithCovarianceStamped& pose);
-  /// Closes the recording, or writes the poses, unless the run failed. Returns the report without
+  /// Closes the recording, or writes the poses unless the run failed. Returns the report without
   /// `lasting_nis`, `wall_s` and `problems`.
   [[nodiscard]] Result<LocalizeReport> close(bool failed);
 

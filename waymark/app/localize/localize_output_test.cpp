@@ -1,4 +1,4 @@
-// What a run of the localizer writes and what is said of it.
+// Files written by a localizer run, and its report.
 #include "waymark/app/localize/localize_output.hpp"
 
 #include <fstream>
@@ -42,7 +42,7 @@ class Output : public ::testing::Test {
   std::string path_{};
 };
 
-TEST_F(Output, CertainPosesAreWrittenAndGuessesAreCounted) {
+TEST_F(Output, WritesCertainPosesAndCountsUncertainOnes) {
   auto output = open("poses.txt");
   ASSERT_TRUE(output) << to_string(output.error());
   EXPECT_TRUE(output->on_sample(Odometry{.stamp = at_ms(1000)}));
@@ -67,7 +67,7 @@ TEST_F(Output, CertainPosesAreWrittenAndGuessesAreCounted) {
   EXPECT_NEAR((*poses)[1].map_T_base.translation().x(), 2, 1e-6);
 }
 
-TEST_F(Output, ARunThatFailedLeavesNoPoses) {
+TEST_F(Output, WritesNoPosesIfTheRunFailed) {
   auto output = open("poses.tum");
   ASSERT_TRUE(output);
   EXPECT_TRUE(output->on_estimate(estimate(100, 1)));
@@ -75,7 +75,7 @@ TEST_F(Output, ARunThatFailedLeavesNoPoses) {
   EXPECT_THAT(test::names_in(folder_), IsEmpty());
 }
 
-TEST_F(Output, ARecordingHoldsEstimatesGuessesAndComparisons) {
+TEST_F(Output, RecordsEstimatesAndComparisons) {
   auto output = open("estimate.mcap");
   ASSERT_TRUE(output) << to_string(output.error());
   EXPECT_TRUE(output->on_sample(Odometry{.stamp = at_ms(1000)}));
@@ -91,7 +91,7 @@ TEST_F(Output, ARecordingHoldsEstimatesGuessesAndComparisons) {
   ASSERT_TRUE(report) << to_string(report.error());
   EXPECT_EQ(report->compared, 2U);
   EXPECT_EQ(report->accepted, 1U);
-  EXPECT_NEAR(report->nis_mean, 0.5, 1e-12) << "of those accepted, over their degrees of freedom";
+  EXPECT_NEAR(report->nis_mean, 0.5, 1e-12) << "accepted observations only, per degree of freedom";
   const auto poses = read_estimate(path_, "");
   ASSERT_TRUE(poses) << to_string(poses.error());
   EXPECT_EQ(poses->size(), 1U);
@@ -102,7 +102,7 @@ TEST_F(Output, ARecordingHoldsEstimatesGuessesAndComparisons) {
   EXPECT_EQ(count_uncertain(path_, at_ms(0), at_ms(9000)), 1U);
 }
 
-TEST_F(Output, WhatCannotBeWrittenIsSaidAtTheStart) {
+TEST_F(Output, FailsAtTheStartIfItCannotBeWritten) {
   std::ofstream(folder_ / "there.txt") << "older";
   const auto there = open("there.txt");
   ASSERT_FALSE(there);
@@ -112,7 +112,7 @@ TEST_F(Output, WhatCannotBeWrittenIsSaidAtTheStart) {
   ASSERT_FALSE(nameless);
   EXPECT_EQ(nameless.error().place.key, "`output`");
   EXPECT_FALSE(check_localize_output("/nowhere/poses.txt"));
-  EXPECT_TRUE(check_localize_output("")) << "no output is asked for";
+  EXPECT_TRUE(check_localize_output("")) << "no output";
   EXPECT_TRUE(open(""));
 }
 
@@ -124,7 +124,7 @@ TEST(RecordedImages, NeedARecording) {
   EXPECT_EQ(refused.error().place.key, "record_images");
 }
 
-TEST(EstimateMessage, DoubtsStandInTheRowsOfXYAndYaw) {
+TEST(EstimateMessage, HasTheCovarianceOfXYAndYaw) {
   const auto message = estimate_message(estimate(1234, 1));
   EXPECT_EQ(message.header.frame_id, "map");
   EXPECT_EQ(message.pose.covariance[0], 1e-4);
@@ -140,7 +140,7 @@ TEST(EstimateMessage, DoubtsStandInTheRowsOfXYAndYaw) {
   EXPECT_EQ(nis.status[0].level, 1);
 }
 
-TEST(LocalizeText, SaysHowManyWhereAndHowSure) {
+TEST(LocalizeText, ContainsCountsPoseAndNis) {
   LocalizeReport report{.estimates = 4, .certain = 3, .first_fix_s = 1.25, .compared = 20, .accepted = 19};
   report.nis_mean = 1.1;
   report.duration_s = 12;
@@ -153,7 +153,7 @@ TEST(LocalizeText, SaysHowManyWhereAndHowSure) {
   EXPECT_THAT(to_text(LocalizeReport{}), AllOf(HasSubstr("no estimate over 0.0 s\n"), Not(HasSubstr("nan"))));
 }
 
-TEST(LocalizeReport, WhatIsUnknownIsNull) {
+TEST(LocalizeReport, UnknownValuesAreNull) {
   LocalizeReport report{.method = LocalizationKind::Ekf, .estimates = 4, .certain = 3};
   EXPECT_EQ(to_json(fields(report)).dump(),
             R"({"method":"ekf","estimates":4,"certain":3,"first_fix_s":null,"observations":0,"accepted":0,)"
@@ -162,11 +162,11 @@ TEST(LocalizeReport, WhatIsUnknownIsNull) {
   EXPECT_EQ(to_json(fields(report))["last"].dump(), R"({"x_m":1.0,"y_m":2.0,"yaw_rad":0.5,"certain":false})");
 }
 
-TEST(LocalizeText, DoubtsNameWhatToLookAt) {
+TEST(LocalizeText, WarningsNameRemedies) {
   LocalizeReport report{.estimates = 4, .certain = 0, .compared = 100, .accepted = 9};
   report.lasting_nis = 5;
   EXPECT_THAT(doubts_about(report), ElementsAre("no certain estimate", HasSubstr("waymark calibrate robot"),
-                                                HasSubstr("is it the map of this place")));
+                                                HasSubstr("`calibration`")));
   report.accepted = 10;
   report.certain = 1;
   report.lasting_nis = 4;

@@ -19,7 +19,7 @@ namespace {
 
 constexpr const char* kPhase = "localizing";
 
-/// What viewers see of the estimates, and what they ask for.
+/// Shows the estimates to viewers, and receives their requests.
 class LocalizeViewers {
  public:
   LocalizeViewers(const RobotSetup& setup, const LocalizeRobotJob& job, const TagMap& tags)
@@ -31,7 +31,7 @@ class LocalizeViewers {
     const std::filesystem::path map = job.map;
     viewers.show_map(std::filesystem::is_directory(map, ignored) ? map : map.parent_path());
     feed_->show_shapes(map_markers(tags, {}));
-    tell();
+    publish_status();
   }
 
   void show(const LocalizationEstimate& estimate) {
@@ -39,7 +39,7 @@ class LocalizeViewers {
     if (estimate.certain) feed_->publish(estimate_message(estimate), host_now_ns());
     if (certain_ == estimate.certain) return;
     certain_ = estimate.certain;
-    tell();
+    publish_status();
   }
   void show(const NisRecord& record) {
     if (feed_ != nullptr) feed_->publish(nis_message(record), host_now_ns());
@@ -60,7 +60,7 @@ class LocalizeViewers {
   }
 
  private:
-  void tell() { feed_->tell({.phase = kPhase, .commands = {"stop"}, .certain = certain_}); }
+  void publish_status() { feed_->tell({.phase = kPhase, .commands = {"stop"}, .certain = certain_}); }
 
   LiveFeed* feed_;
   std::optional<bool> certain_{};
@@ -87,7 +87,7 @@ LocalizeListener listener_of(const LocalizeRobotJob& job, LocalizeOutput& output
           .on_words = control.note};
 }
 
-/// What a calibration, a map and a start are read for, as of a recording.
+/// The job by which calibration, map and start are read, as for a recording.
 LocalizeJob filter_job(const LocalizeRobotJob& job) {
   return {.map = job.map,
           .calibration = job.calibration,
@@ -109,14 +109,14 @@ LocalizeSessionOptions session_options(const LocalizeRobotJob& job) {
 Status check_job(const LocalizeRobotJob& job) {
   if (job.pictures.in_strips && job.pictures.search_every <= 1)
     return fail(ErrorCode::InvalidArgument, kSearchedWholly, {.key = "search_strips"}, kSearchEvery);
-  if (Status images = check_recorded_images(job.images, job.output); !images) return images;
-  if (Status output = check_localize_output(job.output); !output) return output;
+  if (Status valid = check_recorded_images(job.images, job.output); !valid) return valid;
+  if (Status valid = check_localize_output(job.output); !valid) return valid;
   if (job.method != LocalizationKind::Smoother || job.filter.lag_s > 0) return {};
-  return fail(ErrorCode::InvalidArgument, "a smoother on a running robot needs its maximum delay",
+  return fail(ErrorCode::InvalidArgument, "a smoother on a running robot needs a maximum delay",
               {.key = "lag_s"}, "Set `lag_s`, for example to 2, or `method=riekf`.");
 }
 
-/// What is known after the drive, beside what the output counted.
+/// Adds what the output does not count.
 void complete(LocalizeReport& report, LocalizationKind method, Localizer& localizer) {
   report.method = method;
   report.problems = localizer.method().problems();
@@ -126,14 +126,14 @@ void complete(LocalizeReport& report, LocalizationKind method, Localizer& locali
 }  // namespace
 
 Result<RobotSetup> load_listening_robot(const LocalizeRobotJob& job) {
-  if (Status sound = check_job(job); !sound) return tl::unexpected(sound.error());
+  if (Status valid = check_job(job); !valid) return tl::unexpected(valid.error());
   std::error_code ignored;
   const std::filesystem::path map = job.map;
   const auto folder = std::filesystem::is_directory(map, ignored) ? map : map.parent_path();
   auto setup = load_kind(job.robot, {}, job.robot_file.empty() ? robot_file_in(folder) : job.robot_file, 1);
   if (!setup) {
     std::vector<std::string> kinds = robot_kind_names(true);
-    kinds.erase(kinds.begin());  // a simulated robot, which no other program drives
+    kinds.erase(kinds.begin());  // the simulated robot, which no other program can drive
     return fail(ErrorCode::InvalidArgument, fmt::format("unknown robot '{}'", job.robot), {.key = "robot"},
                 fmt::format("Known: {}.", fmt::join(kinds, ", ")));
   }
@@ -150,14 +150,14 @@ Result<LocalizeRobotReport> localize_robot(const RobotSetup& setup, const Locali
                                            const JobControl& control) {
   const Stopwatch watch;
   if (Status status = check_job(job); !status) return tl::unexpected(status.error());
-  const LocalizeJob filtered = filter_job(job);
-  const Result<LocalizeInputs> inputs = read_localize_inputs(filtered, setup.robot(), setup.robot_yaml);
+  const LocalizeJob reading = filter_job(job);
+  const Result<LocalizeInputs> inputs = read_localize_inputs(reading, setup.robot(), setup.robot_yaml);
   if (!inputs) return tl::unexpected(inputs.error());
   for (const std::string& warning : inputs->warnings) control.note("warning: " + warning);
   Result<Localizer> localizer = Localizer::make(inputs->setup);
   if (!localizer) return tl::unexpected(localizer.error());
-  start_localizer(filtered, *localizer);
-  // Before the robot starts: a file that cannot be written should not cost a drive.
+  start_localizer(reading, *localizer);
+  // Opened before the robot starts, so that an unwritable file does not cost a drive.
   Result<LocalizeOutput> output = LocalizeOutput::open(job.output, inputs->setup,
                                                        {.name = "process:" + setup.process.text(),
                                                         .map = job.map,
@@ -181,10 +181,10 @@ Result<LocalizeRobotReport> localize_robot(const RobotSetup& setup, const Locali
   Status status = driven ? Status() : tl::unexpected(driven.error());
   for (const LocalizationEstimate& estimate : session.localizer().smoothed())
     if (status) status = output->on_estimate(estimate);
-  Result<LocalizeReport> report = output->close(!status);  // also of a drive that ended badly
+  Result<LocalizeReport> report = output->close(!status);  // also if the drive failed
   if (!status) return tl::unexpected(status.error());
   if (!report) return tl::unexpected(report.error());
-  if (report->estimates == 0 && !job.output.ends_with(".mcap")) fresh.discard();  // a table of nothing
+  if (report->estimates == 0 && !job.output.ends_with(".mcap")) fresh.discard();  // an empty table
   complete(*report, job.method, session.localizer());
   report->wall_s = watch.seconds();
   return LocalizeRobotReport{std::move(*report), session.end(*driven)};

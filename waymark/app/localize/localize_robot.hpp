@@ -24,18 +24,18 @@ struct LocalizeRobotJob {
   std::string calibration{};  ///< calibration.yaml; empty: none
   std::string output{};       ///< recording of every sample, or TUM file to write; empty: none
   std::optional<double> tag_size_m{};
-  std::vector<double> start{};                ///< x, y [m], yaw [deg]; empty: found out
-  std::vector<std::string> camera_sources{};  ///< of this computer, [NAME=]ADDRESS each
+  std::vector<double> start{};                ///< x, y [m], yaw [deg]; empty: unknown
+  std::vector<std::string> camera_sources{};  ///< cameras of this computer: [NAME=]ADDRESS
   PictureSettings pictures{};
   double duration_s = 0;  ///< 0: until stopped
   double every_s = 1;     ///< between calls of `on_report`
-  std::string images{};   ///< how pictures are recorded: raw, jpeg; empty: not at all
+  std::string images{};   ///< how images are recorded: raw, jpeg; empty: not recorded
   LocalizationKind method = LocalizationKind::Riekf;
   RiekfOptions filter{};
-  std::function<Status(RiekfOptions&)> asked{};  ///< as LocalizeJob::asked
+  std::function<Status(RiekfOptions&)> asked{};  ///< see LocalizeJob::asked
   AnchorOptions anchor{};
-  LiveFeed* feed = nullptr;  ///< of viewers, if there are any
-  /// LocalizeListener::on_report.
+  LiveFeed* feed = nullptr;  ///< null without viewers
+  /// See LocalizeListener::on_report.
   std::function<void(SensorTime, const std::optional<LocalizationEstimate>&)> on_report =
       [](SensorTime, const std::optional<LocalizationEstimate>&) {};
 
@@ -49,8 +49,8 @@ struct LocalizeRobotJob {
     visit(self.map, localize_fields::map());
     visit(self.robot_file,
           JobField("robot_file NAME",
-                   "Body and camera of the robot: a name that `waymark robots` lists, or the path of a .yaml "
-                   "file. Unless given: robot.yaml beside the map, or that of the robot kind"));
+                   "Robot file: a name listed by `waymark robots`, or the path of a .yaml "
+                   "file. Unless given: robot.yaml beside the map, or the file of the robot kind"));
     visit(self.calibration, localize_fields::calibration());
     visit(self.output, JobField("output FILE",
                                 "Record every sample and the estimates (.mcap), or write the certain "
@@ -74,13 +74,13 @@ struct LocalizeRobotReport {
   LocalizeEnd end{};
 };
 
-/// The robot of the job, which receives no commands, with its cameras of this computer (add_live_cameras()).
-/// Fails also on an invalid job.
+/// Loads the robot of the job with the cameras of this computer (add_live_cameras()); the robot receives no
+/// commands. Fails on an unknown robot or an invalid job.
 [[nodiscard]] Result<RobotSetup> load_listening_robot(const LocalizeRobotJob& job);
 
-/// Localises the robot of the setup until it is stopped or cancelled. Nothing is sent to the
-/// robot. Fails if the robot waits for its commands (lockstep), like localize(), and if the robot's
-/// process ends; the recording so far is kept.
+/// Localises the robot of the setup until stopped or cancelled. Nothing is sent to the robot. Fails like
+/// localize(), on a robot that waits for commands (lockstep), and if the process of the robot ends; the
+/// recording so far is kept.
 [[nodiscard]] Result<LocalizeRobotReport> localize_robot(const RobotSetup& setup, const LocalizeRobotJob& job,
                                                          const JobControl& control);
 

@@ -8,22 +8,22 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// The error of a job whose robot is not looked at for it.
+/// The error of a job that is rejected before its robot starts.
 Error refused(const LocalizeRobotJob& job) {
   const auto setup = load_listening_robot(job);
   EXPECT_FALSE(setup);
   return setup ? Error{} : setup.error();
 }
 
-TEST(LocalizeRobot, ValuesThatContradictEachOtherAreRefusedBeforeTheRobotStarts) {
+TEST(LocalizeRobot, RejectsContradictingValuesBeforeTheRobotStarts) {
   EXPECT_EQ(refused({.robot = "process:true", .images = "jpeg"}).place.key, "record_images");
   EXPECT_EQ(refused({.robot = "process:true", .pictures = {.in_strips = true}}).place.key, "search_strips");
   EXPECT_EQ(refused({.robot = "process:true", .output = "estimate.xyz"}).place.key, "`output`");
-  const Error late = refused({.robot = "process:true", .method = LocalizationKind::Smoother});
-  EXPECT_EQ(late.place.key, "lag_s") << "a smoother without a delay would never be done";
+  const Error no_delay = refused({.robot = "process:true", .method = LocalizationKind::Smoother});
+  EXPECT_EQ(no_delay.place.key, "lag_s") << "a smoother without a delay would never finish";
 }
 
-TEST(LocalizeRobot, IsOfAKindThatSomebodyDrives) {
+TEST(LocalizeRobot, RejectsRobotsThatNoOtherProgramDrives) {
   for (const char* robot : {"limo", "sim", ""}) {
     const Error error = refused({.robot = robot});
     EXPECT_EQ(error.place.key, "robot");
@@ -32,7 +32,7 @@ TEST(LocalizeRobot, IsOfAKindThatSomebodyDrives) {
   }
 }
 
-TEST(LocalizeRobot, IsNeverCommanded) {
+TEST(LocalizeRobot, SendsNoCommands) {
   const auto setup = load_listening_robot({.robot = "process:true", .pictures = {.search_every = 8}});
   ASSERT_TRUE(setup) << to_string(setup.error());
   EXPECT_TRUE(setup->process.listen_only);

@@ -23,8 +23,8 @@ struct LocalizeRobotArgs {
 
 ExitCode localize_driven(const LocalizeRobotArgs& args, Console& console) {
   LocalizeRobotJob job = args.job;
-  if (const Status sound = args.method.apply(job.method, job.filter, job.anchor); !sound)
-    return fail_usage(sound.error(), console);
+  if (const Status valid = args.method.apply(job.method, job.filter, job.anchor); !valid)
+    return fail_usage(valid.error(), console);
   job.asked = [&args](RiekfOptions& filter) { return args.method.apply(filter); };
   const Result<RobotSetup> setup = load_listening_robot(job);
   if (!setup) return fail_usage(setup.error(), console);
@@ -51,14 +51,14 @@ Verb localize_robot_verb() {
       .sentence = "Localise a robot while another program drives it",
       .help =
           R"(Connects to the robot, listens, and prints its pose once per second until Ctrl-C; nothing is sent to the robot.
-With -o FILE.mcap every sample is recorded with the estimates: certain ones on the topic /waymark/pose, uncertain ones on
+With -o FILE.mcap every sample and the estimates are recorded: certain ones on the topic /waymark/pose, uncertain ones on
 /waymark/pose_uncertain. `waymark localize log FILE.mcap --no-adapt` reproduces them from the recording.
---view shows the robot in the browser, --publish-ros2 on the network of ROS 2.
+--view shows the robot in the browser; --publish-ros2 publishes it on ROS 2.
 
-Tags are detected in the robot's images, unless the robot sends tags; --camera-source selects a camera of
+Tags are detected in the robot's images, unless the robot sends tags; --camera-source uses a camera of
 this computer instead. The robot file (--robot-file) contains the camera mountings. A robot that waits for its commands
-(lockstep) is not supported. For a recording of a drive use `waymark localize log`, where --robot NAME is the name of
-a robot file.
+(lockstep) is not supported. For a recording use `waymark localize log`, where --robot NAME is the
+name of a robot file.
 
 With --json: one line per estimate, and at the end the report of `waymark localize log`.
 

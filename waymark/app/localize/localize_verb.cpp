@@ -10,7 +10,7 @@
 namespace waymark::cli {
 namespace {
 
-/// The value of a flag, "--robot ros2:limo" or "--robot=ros2:limo"; empty where it is not given.
+/// The value of a flag, "--robot ros2:limo" or "--robot=ros2:limo"; empty if it is not given.
 std::string value_of(const std::vector<std::string>& words, const std::string& flag) {
   for (std::size_t i = 0; i < words.size(); ++i) {
     if (words[i].starts_with(flag + "=")) return words[i].substr(flag.size() + 1);
@@ -19,8 +19,8 @@ std::string value_of(const std::vector<std::string>& words, const std::string& f
   return {};
 }
 
-/// Which of `verbs` localises what a line is about.
-std::string what_is_localised(const std::vector<std::string>& words, const std::vector<Verb>& verbs) {
+/// The subcommand for a command line that omits it.
+std::string implied_subcommand(const std::vector<std::string>& words, const std::vector<Verb>& verbs) {
   if (is_robot_kind(value_of(words, "--robot"))) return "robot";
   const std::vector<std::string> inputs = inputs_of(words, verbs);
   const bool calibrated = has_word(words, "--camera");
@@ -42,13 +42,13 @@ Verb localize_verb() {
           R"(`waymark localize log` estimates a robot's trajectory from a recording of its drive: tag corners (or poses), or ranges
 and bearings of landmarks, with odometry.
 `waymark localize robot` listens to a robot that another program drives.
-`waymark localize camera` is for a live camera without a robot, hand-held or on a stand: one pose per image.
-`waymark localize video` does the same for a video.
+`waymark localize camera` estimates one pose per image of a live camera without a robot, hand-held or on a tripod.
+`waymark localize video` does the same for each image of a video.
 
 The subcommand may be omitted: with --robot KIND:ADDRESS it is `robot`; with the address of a camera (v4l2:…,
 gstreamer:…) `camera`; with a video, or with --camera and the recording of a camera without a robot, `video`; else `log`.
-`waymark localize FILE --help` prints the flags of the selected subcommand. Write a file that is called log, robot, camera
-or video with its folder: ./log.
+`waymark localize FILE --help` prints the flags of the selected subcommand. A file named log, robot, camera
+or video must be given with its folder: ./log.
 
 Exit code: 0 at least one pose estimated, 1 none, or an input was unusable, 2 wrong usage, 130 stopped by Ctrl-C.
 
@@ -60,7 +60,7 @@ Examples:
 )",
       .verbs = verbs,
       .usual_verb = [verbs](const std::vector<std::string>& words) {
-        return what_is_localised(words, verbs);
+        return implied_subcommand(words, verbs);
       }};
 }
 

@@ -32,7 +32,7 @@ Status write(const LocalizeVideoJob& job, const CameraModel& camera, const std::
   }
   const auto closed = output->close(!status);
   if (status && closed) return {};
-  std::error_code ignored;  // the part of a video would look like all of it
+  std::error_code ignored;  // a part of the video could be mistaken for all of it
   if (std::filesystem::is_regular_file(job.output, ignored)) std::filesystem::remove(job.output, ignored);
   return status ? tl::unexpected(closed.error()) : status;
 }
@@ -45,7 +45,7 @@ Result<LocalizeVideoReport> localize_video(const LocalizeVideoJob& job, const Jo
   const Result<DescribedCamera> described = read_given_camera(job.camera);
   if (!described) return tl::unexpected(described.error());
   const CameraModel& camera = described->camera;
-  if (Status sound = check_localize_output(job.output); !sound) return tl::unexpected(sound.error());
+  if (Status valid = check_localize_output(job.output); !valid) return tl::unexpected(valid.error());
   const auto map = or_wrong_kind(read_landmarks(job.map, job.tag_size_m), job.map, FileUse::Map);
   if (!map) return tl::unexpected(map.error());
   if (Status poses = check_tag_poses(map->tags, job.map); !poses) return tl::unexpected(poses.error());
@@ -53,24 +53,24 @@ Result<LocalizeVideoReport> localize_video(const LocalizeVideoJob& job, const Jo
   const Result<TagFinder> finder = tag_finder_for(map->tags);
   if (!finder) return tl::unexpected(finder.error());
   std::vector<TagFrame> frames;
-  Result<VideoTags> found =
-      find_camera_tags(job.video, *finder, camera, control, [&](TagFrame& tags) -> Status {
-        frames.push_back(std::move(tags));
+  Result<VideoTags> tags =
+      find_camera_tags(job.video, *finder, camera, control, [&](TagFrame& frame) -> Status {
+        frames.push_back(std::move(frame));
         return {};
       });
-  if (!found) return tl::unexpected(found.error());
+  if (!tags) return tl::unexpected(tags.error());
   const auto [moments, corner_error_px] = camera_moments(frames, map->tags, camera, described->readout_s);
   if (Status written = write(job, camera, frames, moments); !written) return tl::unexpected(written.error());
   for (const CameraMoment& moment : moments) job.on_moment(moment);
   const auto known = std::ranges::count_if(
       moments, [](const CameraMoment& moment) { return moment.map_T_body.has_value(); });
-  return LocalizeVideoReport{.video = std::move(*found),
+  return LocalizeVideoReport{.video = std::move(*tags),
                              .known = static_cast<std::size_t>(known),
                              .corner_error_px = corner_error_px};
 }
 
 std::string to_text(const LocalizeVideoReport& report) {
-  return fmt::format("{}, {} with a pose", counted(report.video.pictures, "picture"), report.known);
+  return fmt::format("{}, {} with a pose", counted(report.video.pictures, "image"), report.known);
 }
 
 }  // namespace waymark

@@ -14,12 +14,12 @@ namespace waymark {
 
 /// `waymark localize video`: camera poses of a video from a tag map.
 struct LocalizeVideoJob {
-  std::string video{};  ///< or a recording of a camera without a robot
+  std::string video{};  ///< video, or recording of a camera without a robot
   std::string map{};
   CameraDescription camera{};
   std::string output{};  ///< recording or TUM file to write; empty: none
   std::optional<double> tag_size_m{};
-  std::function<void(const CameraMoment&)> on_moment = [](const CameraMoment&) {};  ///< of every picture
+  std::function<void(const CameraMoment&)> on_moment = [](const CameraMoment&) {};  ///< for every image
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -29,10 +29,11 @@ struct LocalizeVideoJob {
     visit(self.camera.file, localize_fields::camera());
     CameraDescription::fields(self.camera, visit);
     visit(self.camera.readout_ms,
-          JobField("readout_ms NUMBER",
-                   "Time from the first row to the last of the rolling shutter, in milliseconds; negative "
-                   "if rows are read from the bottom. Unless given: that of a calibration.yaml, else 0",
-                   -200.0, 200.0)
+          JobField(
+              "readout_ms NUMBER",
+              "Readout time of the rolling shutter from the first row to the last, in milliseconds; negative "
+              "if rows are read from the bottom. Unless given: from calibration.yaml, else 0",
+              -200.0, 200.0)
               .less());
     visit(self.output, JobField("output FILE",
                                 "Record tags and poses (.mcap), or write the poses, one per line "
@@ -43,16 +44,16 @@ struct LocalizeVideoJob {
 
 struct LocalizeVideoReport {
   VideoTags video{};
-  std::size_t known = 0;       ///< pictures with a pose
+  std::size_t known = 0;       ///< images with a pose
   double corner_error_px = 0;  ///< CameraMoments::corner_error_px
 };
 
-/// Detects the tags in every image, then computes the poses. The output is written completely or not at all;
+/// Detects the tags in all images, then computes the poses. The output is written completely or not at all;
 /// a recording contains tags, poses (/waymark/pose) and the camera, with stamps since the first image.
 [[nodiscard]] Result<LocalizeVideoReport> localize_video(const LocalizeVideoJob& job,
                                                          const JobControl& control);
 
-/// "812 pictures, 640 with a pose"
+/// "812 images, 640 with a pose"
 [[nodiscard]] std::string to_text(const LocalizeVideoReport& report);
 
 }  // namespace waymark

@@ -1,5 +1,4 @@
-// Poses of a camera in a hand, picture by picture: from corners with truth, and from a video that is
-// rendered.
+// Poses of a hand-held camera: from simulated corners with ground truth, and from a rendered video.
 #include "waymark/app/localize/localize_video.hpp"
 
 #include <cmath>
@@ -31,7 +30,7 @@ CameraModel phone() {
   return CameraModel::make(PinholeRadtan{.fx = 520, .fy = 521, .cx = 318, .cy = 243}, 640, 480).value();
 }
 
-/// Frames of a walk through a room, as `readout_s` of a rolling shutter shows it, and its truth.
+/// Detections of a walk through a room with a rolling shutter of `readout_s`, and ground truth.
 struct Filmed {
   World world = testing::walk_room(0.165);
   std::vector<TagFrame> frames{};
@@ -54,7 +53,7 @@ Filmed filmed(double readout_s) {
 
 struct Errors {
   double rms_m = 0;
-  double nees = 0;  ///< mean, of 6
+  double nees = 0;  ///< mean; 6 expected
   std::size_t known = 0;
 };
 
@@ -76,14 +75,14 @@ Errors errors_of(const Filmed& filmed, double readout_s) {
   return errors;
 }
 
-TEST(CameraMoments, AreTrueWithinWhatTheyClaim) {
+TEST(CameraMoments, AreConsistent) {
   const Errors errors = errors_of(filmed(0), 0);
   EXPECT_GT(errors.known, 200U);
-  EXPECT_GT(errors.nees, 4.5) << "of 6 when the covariance is true";
+  EXPECT_GT(errors.nees, 4.5) << "6 expected";
   EXPECT_LT(errors.nees, 7.5);
 }
 
-TEST(CameraMoments, CountTheRowsOfARollingShutter) {
+TEST(CameraMoments, ModelARollingShutter) {
   const Filmed room = filmed(0.03);
   const Errors rolling = errors_of(room, 0.03);
   const Errors global = errors_of(room, 0);
@@ -96,18 +95,18 @@ TEST(CameraMoments, CountTheRowsOfARollingShutter) {
   EXPECT_GT(global.nees, 2 * rolling.nees);
 }
 
-TEST(CameraMoments, OfNothingAreNothing) {
+TEST(CameraMoments, HaveNoPoseWithoutMapTags) {
   EXPECT_TRUE(camera_moments({}, testing::walk_room(0.165).tags, phone(), 0.01).moments.empty());
   const auto moments = camera_moments({TagFrame{}, TagFrame{}, TagFrame{}}, {}, phone(), 0.01).moments;
   ASSERT_EQ(moments.size(), 3U);
   EXPECT_FALSE(moments[1].map_T_body);
   EXPECT_EQ(moments[1].tags, 0);
   EXPECT_STREQ(moments[1].why, "");
-  TagDetection stranger{.tag = {FamilyId::Tag16h5, 3}};
-  EXPECT_STREQ(camera_moment({.detections = {stranger}}, {}, phone()).why, "none of the tags is in the map");
+  TagDetection unmapped{.tag = {FamilyId::Tag16h5, 3}};
+  EXPECT_STREQ(camera_moment({.detections = {unmapped}}, {}, phone()).why, "none of the tags is in the map");
 }
 
-TEST(CameraMoments, LookForTheFamiliesOfTheMap) {
+TEST(CameraMoments, NeedAMapWithTags) {
   EXPECT_FALSE(check_tag_poses({}, "points.csv"));
   TagMap map;
   map.tags[{FamilyId::Tag16h5, 3}] = {.size_m = 0.1};
@@ -115,7 +114,7 @@ TEST(CameraMoments, LookForTheFamiliesOfTheMap) {
   EXPECT_TRUE(tag_finder_for(map));
 }
 
-/// Three tags on one wall, filmed by a camera that goes past them.
+/// Video of three tags on a wall, from a camera that moves past them.
 class FilmedWall : public ::testing::Test {
  protected:
   static SE3 camera_at(int k) { return {SO3(), {-0.2 + 0.04 * k, 0.02 * k, -0.01 * k}}; }
@@ -129,14 +128,14 @@ class FilmedWall : public ::testing::Test {
     if (!writer && writer.error().code == ErrorCode::Unsupported) GTEST_SKIP() << to_string(writer.error());
     ASSERT_TRUE(writer) << to_string(writer.error());
     Random random(1);
-    for (int k = 0; k < kPictures; ++k) {
+    for (int k = 0; k < kImages; ++k) {
       PhotographScene scene;
       for (const auto& [id, tag] : map_.tags.tags)
         scene.tags.push_back(
             {.tag = id, .cam_T_tag = camera_at(k).inverse() * tag.map_T_tag, .size_m = tag.size_m});
-      const auto picture = photograph(phone(), scene, {}, random);
-      ASSERT_TRUE(picture) << to_string(picture.error());
-      ASSERT_TRUE(writer->add(picture->image.view(), SensorTime(std::chrono::milliseconds(100 * k))));
+      const auto image = photograph(phone(), scene, {}, random);
+      ASSERT_TRUE(image) << to_string(image.error());
+      ASSERT_TRUE(writer->add(image->image.view(), SensorTime(std::chrono::milliseconds(100 * k))));
     }
     ASSERT_TRUE(writer->close());
     job_.video = at("walk.mp4");
@@ -148,13 +147,13 @@ class FilmedWall : public ::testing::Test {
   }
   [[nodiscard]] std::string at(const std::string& name) const { return (folder_ / name).string(); }
 
-  static constexpr int kPictures = 8;
+  static constexpr int kImages = 8;
   fs::path folder_ = testing::fresh_folder("jobs_localize_video");
   MapFile map_{.anchor = {FamilyId::Tag36h11, 1}};
   LocalizeVideoJob job_{.camera = {.file = at("camera.yaml")}};
 };
 
-TEST_F(FilmedWall, SaysWhereTheCameraWas) {
+TEST_F(FilmedWall, ComputesTheCameraPoses) {
   job_.output = at("poses.tum");
   int moments = 0;
   job_.on_moment = [&](const CameraMoment& moment) {
@@ -163,12 +162,12 @@ TEST_F(FilmedWall, SaysWhereTheCameraWas) {
   };
   const auto report = localize_video(job_, {});
   ASSERT_TRUE(report) << to_string(report.error());
-  EXPECT_EQ(moments, kPictures);
-  EXPECT_EQ(report->known, static_cast<std::size_t>(kPictures));
+  EXPECT_EQ(moments, kImages);
+  EXPECT_EQ(report->known, static_cast<std::size_t>(kImages));
   const auto poses = read_trajectory(at("poses.tum"));
   ASSERT_TRUE(poses) << to_string(poses.error());
-  ASSERT_EQ(poses->size(), static_cast<std::size_t>(kPictures));
-  for (int k = 0; k < kPictures; ++k) {
+  ASSERT_EQ(poses->size(), static_cast<std::size_t>(kImages));
+  for (int k = 0; k < kImages; ++k) {
     const SE3 body = camera_at(k) * SE3(body_R_optical().inverse(), Eigen::Vector3d::Zero());
     const SE3 off = body.inverse() * (*poses)[static_cast<std::size_t>(k)].map_T_base;
     EXPECT_LT(off.translation().norm(), 0.005) << k;
@@ -176,15 +175,15 @@ TEST_F(FilmedWall, SaysWhereTheCameraWas) {
   }
 }
 
-TEST_F(FilmedWall, OfItsRecordingSaysTheSame) {
+TEST_F(FilmedWall, RecordingGivesTheSamePosesAsTheVideo) {
   const TagFinder finder = std::move(*make_tag_finder());
   ASSERT_TRUE(
       convert_video({.input = at("walk.mp4"), .output = at("tags.mcap"), .camera = phone()}, finder, {}));
-  EXPECT_FALSE(is_of_camera(at("tags.mcap"), false)) << "a lap, to which odometry may be given";
+  EXPECT_FALSE(is_of_camera(at("tags.mcap"), false)) << "a lap whose odometry may be in another file";
   EXPECT_TRUE(is_of_camera(at("tags.mcap"), true));
   EXPECT_TRUE(is_of_camera(at("walk.mp4"), false));
   for (const char* unreadable : {"nothing.mp4", "nothing.mcap", "map.yaml"})
-    EXPECT_TRUE(is_of_camera(at(unreadable), true)) << "who opens it says why: " << unreadable;
+    EXPECT_TRUE(is_of_camera(at(unreadable), true)) << "the error is reported on opening: " << unreadable;
   std::vector<SE3> of_video, of_recording;
   for (const auto& [file, poses] : {std::pair("walk.mp4", &of_video), {"tags.mcap", &of_recording}}) {
     job_.video = at(file);
@@ -199,17 +198,17 @@ TEST_F(FilmedWall, OfItsRecordingSaysTheSame) {
     EXPECT_LT((of_video[k].inverse() * of_recording[k]).log().norm(), 1e-6) << k;
 }
 
-TEST_F(FilmedWall, OfARecordingThatWasCutIsLocalizedAsFarAsItIsWhole) {
+TEST_F(FilmedWall, TruncatedRecordingIsLocalisedUpToItsEnd) {
   const TagFinder finder = std::move(*make_tag_finder());
   ASSERT_TRUE(
       convert_video({.input = at("walk.mp4"), .output = at("cut.mcap"), .camera = phone()}, finder, {}));
   const auto whole = fs::file_size(at("cut.mcap"));
   job_.video = at("cut.mcap");
-  fs::resize_file(at("cut.mcap"), whole - 200);  // the summary's end is missing
+  fs::resize_file(at("cut.mcap"), whole - 200);  // the end of the summary is missing
   EXPECT_TRUE(is_of_camera(at("cut.mcap"), true));
   const auto all = localize_video(job_, {});
   ASSERT_TRUE(all) << to_string(all.error());
-  EXPECT_EQ(all->video.pictures, static_cast<std::size_t>(kPictures));
+  EXPECT_EQ(all->video.pictures, static_cast<std::size_t>(kImages));
   fs::resize_file(at("cut.mcap"), 300);
   EXPECT_TRUE(is_of_camera(at("cut.mcap"), true));
   const auto none = localize_video(job_, {});
@@ -221,18 +220,18 @@ TEST_F(FilmedWall, OfARecordingThatWasCutIsLocalizedAsFarAsItIsWhole) {
 TEST_F(FilmedWall, WritesAllOrNothing) {
   job_.output = at("walk.mcap");
   JobControl control;
-  int asked = 0;
-  control.cancelled = [&] { return ++asked > 3; };
+  int calls = 0;
+  control.cancelled = [&] { return ++calls > 3; };
   EXPECT_FALSE(localize_video(job_, control));
   EXPECT_FALSE(fs::exists(at("walk.mcap")));
   ASSERT_TRUE(localize_video(job_, {}));
   EXPECT_TRUE(fs::exists(at("walk.mcap")));
   const auto again = localize_video(job_, {});
   ASSERT_FALSE(again);
-  EXPECT_TRUE(fs::exists(at("walk.mcap"))) << "what stood there stays";
+  EXPECT_TRUE(fs::exists(at("walk.mcap"))) << "the existing file is kept";
 }
 
-TEST_F(FilmedWall, RefusesACalibrationOfAnotherSize) {
+TEST_F(FilmedWall, RejectsACalibrationOfAnotherImageSize) {
   write_camera(
       CameraModel::make(PinholeRadtan{.fx = 260, .fy = 260, .cx = 160, .cy = 120}, 320, 240).value());
   const auto report = localize_video(job_, {});

@@ -38,14 +38,14 @@ Verb localize_video_verb() {
           R"(Detects the tags in every image and computes the camera's pose in six degrees of freedom from them, without
 robot, filter or initial pose. Rolling shutter (--readout-ms) and an error common to all corners are
 modelled over the whole video. The camera body has x forward, y left, z up. Prints one line per second of
-video time. With -o FILE.mcap tags, poses (/waymark/pose) and the camera are recorded; with
--o FILE.tum each line is a pose. The output is written completely or not at all.
+video time. With -o FILE.mcap the program records tags, poses (/waymark/pose) and the camera; with
+-o FILE.tum it writes one pose per line. The output is written completely or not at all.
 
 VIDEO may also be the recording of a camera without a robot (`waymark convert`), with tags or images but neither
-odometry nor an IMU. Run the program once per video.
+odometry nor an IMU. The program processes one video per run.
 
 The calibration (--camera) must match the image size; --camera-size scales one that was made at another size.
-`waymark calibrate camera` makes one.
+`waymark calibrate camera` writes one.
 
 Exit code: 0 at least one pose computed, 1 none, or a file was unusable, 2 wrong usage, 130 stopped by
 Ctrl-C (nothing is written then).
