@@ -419,8 +419,7 @@ std::string latency_message(double found_s, double given_s) {
 
 std::string noise_message(const NoiseFit& fit) {
   return fmt::format(
-      "noise estimated from the recording: distances {:.2g}, headings {:.2g} and observations {:.2g} times "
-      "the "
+      "noise estimated from the recording: distances {:.2g}, headings {:.2g}, observations {:.2g} times the "
       "assumed noise. Standard deviation of tag positions: {:.3g} m (`no_adapt` keeps the assumed noise)",
       fit.motion_ratio, fit.turn_ratio, fit.sensor_ratio, fit.tag_sigma_m);
 }
