@@ -25,7 +25,7 @@ constexpr Duration kControlsPeriod = std::chrono::seconds(2);  // reading a cont
 constexpr double kSmoothing = 0.1;
 constexpr const char* kText = "camera.json";
 
-/// "snapshot-20261123-183201.125".
+/// "snapshot-20261123-183201.125"
 std::string name_at(const char* what, SensorTime stamp) {
   const auto ms = std::chrono::floor<milliseconds>(stamp.time_since_epoch()).count();
   const std::time_t seconds = ms / 1000;
@@ -45,7 +45,7 @@ CameraPage::CameraPage(LiveCamera& camera, LiveFeed& feed, const std::optional<P
 }
 
 void CameraPage::show(const CameraPicture& seen, const PoseList& poses) {
-  // The page then shows the age since the exposure, not since the tags were found.
+  // With this time the page shows the age since the exposure, not since the detection.
   const std::int64_t now_ns = seen.frame.stamp.time_since_epoch().count();
   feed_.publish(seen.frame, now_ns);
   feed_.publish(TagFrame{seen.frame.stamp, seen.frame.camera, seen.found.detections}, now_ns);
@@ -82,7 +82,7 @@ void CameraPage::obey(const ViewerOrder& order, const CameraPicture& seen) {
       return start_or_end_recording(seen);
     case ViewerOrder::Kind::SetControl: {
       const Status set = camera_.set_control(order.control, order.value);
-      say(set ? fmt::format("{} is {:g}", order.control, order.value) : to_string(set.error()));
+      say(set ? fmt::format("{} set to {:g}", order.control, order.value) : to_string(set.error()));
       controls_read_ = {};
       return;
     }

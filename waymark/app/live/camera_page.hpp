@@ -23,7 +23,8 @@ class CameraPage {
 
   /// Shows an image and executes the orders of viewers. The page shows the error of an order that fails.
   void show(const CameraPicture& seen, const PoseList& poses);
-  /// Sets the progress of a guided calibration, shown beside later images; `at_once`: with the next image.
+  /// Sets the progress of a guided calibration, which is shown with later images; `at_once`: with the next
+  /// one.
   void guide(nlohmann::ordered_json status, bool at_once);
   /// Sets the message that viewers see.
   void say(const std::string& words);

@@ -71,7 +71,7 @@ Result<std::unique_ptr<LiveCamera>> open_live_camera(const std::string& address,
 
 namespace {
 
-constexpr std::array<std::string_view, 4> kMain = {"exposure_ms", "gain", "focus", "white_balance_k"};
+constexpr std::array<std::string_view, 4> kMainControls = {"exposure_ms", "gain", "focus", "white_balance_k"};
 
 std::string mode_text(const CameraMode& mode) {
   std::vector<std::string> rates;
@@ -87,9 +87,9 @@ std::string mode_text(const CameraMode& mode) {
 
 std::string control_text(const CameraControl& control) {
   std::string words;
-  const double place = control.value - control.min;  // drivers may report values outside the menu
-  if (place >= 0 && place < static_cast<double>(control.words.size()))
-    words = fmt::format(" ({})", printable(control.words[static_cast<std::size_t>(place)]));
+  const double entry = control.value - control.min;  // drivers may report values outside the menu
+  if (entry >= 0 && entry < static_cast<double>(control.words.size()))
+    words = fmt::format(" ({})", printable(control.words[static_cast<std::size_t>(entry)]));
   return fmt::format("  {} {:g}{}, from {:g} to {:g}{}\n", control.name, control.value, words, control.min,
                      control.max, control.automatic ? ", automatic" : "");
 }
@@ -103,7 +103,8 @@ std::string device_text(const CameraDevice& device, bool all_controls) {
   if (!device.holder.empty()) text += fmt::format("  in use by {}\n", printable(device.holder));
   for (const CameraMode& mode : device.modes) text += mode_text(mode);
   for (const CameraControl& control : device.controls)
-    if (all_controls || std::ranges::find(kMain, control.name) != kMain.end()) text += control_text(control);
+    if (all_controls || std::ranges::find(kMainControls, control.name) != kMainControls.end())
+      text += control_text(control);
   return text;
 }
 
@@ -129,23 +130,24 @@ ReportFields fields(const CameraMode& mode) {
           {"width_px", "Width; the largest one if the device supports any size", mode.width},
           {"height_px", "Height; the largest one if the device supports any size", mode.height},
           {"rates_hz", "Frame rates, highest first; empty: not reported by the driver", mode.rates_hz},
-          {"least_width_px", "Smallest width, only if the device supports any size",
+          {"least_width_px", "Smallest width; only present if the device supports any size",
            if_any(of_largest(mode.min_width))},
-          {"least_height_px", "Smallest height, only if the device supports any size",
+          {"least_height_px", "Smallest height; only present if the device supports any size",
            if_any(of_largest(mode.min_height))}};
 }
 
 ReportFields fields(const CameraControl& control) {
   const auto words = control.words.empty() ? std::nullopt : std::optional(control.words);
-  return {{"name", "Name with the unit, such as exposure_ms, else that of the driver", control.name},
-          {"value", "Current value", control.value},
-          {"min", "Smallest value", control.min},
-          {"max", "Largest value", control.max},
-          {"step", "Step between values", control.step},
-          {"default", "Default of the driver", control.preset},
-          {"automatic", "The camera changes the value by itself", control.automatic},
-          {"writable", "The value can be set now, or once the automatic mode is off", control.writable},
-          {"words", "Names of the values from min on, only of a menu", if_any(words)}};
+  return {
+      {"name", "Name with the unit, such as exposure_ms, else that of the driver", control.name},
+      {"value", "Current value", control.value},
+      {"min", "Smallest value", control.min},
+      {"max", "Largest value", control.max},
+      {"step", "Step between values", control.step},
+      {"default", "Default of the driver", control.preset},
+      {"automatic", "The camera sets the value automatically", control.automatic},
+      {"writable", "The value can be set now, or after the automatic mode is switched off", control.writable},
+      {"words", "Names of the values from min on; only present for a menu", if_any(words)}};
 }
 
 ReportFields fields(const CameraDevice& device) {
@@ -166,7 +168,7 @@ ReportFields fields(const CamerasReport& report) {
 
 namespace {
 
-constexpr Duration kJump = std::chrono::milliseconds(50);  // more than slewing changes a clock per second
+constexpr Duration kMinJump = std::chrono::milliseconds(50);  // slewing changes a clock by less per second
 constexpr int kTries = 5;
 
 }  // namespace
@@ -198,7 +200,7 @@ Duration SystemStamps::measured() const {
 std::optional<std::string> SystemStamps::take_jump() {
   const Duration now = measured();
   const Duration jump = now - std::exchange(latest_, now);
-  if (std::chrono::abs(jump) < kJump) return std::nullopt;
+  if (std::chrono::abs(jump) < kMinJump) return std::nullopt;
   return fmt::format("the clock of this computer was set {} by {:.3f} s; stamps are not affected",
                      jump > Duration(0) ? "forward" : "back", std::abs(to_seconds(jump)));
 }
@@ -217,8 +219,8 @@ class Watcher {
 
   Result<CameraWatchEnd> run() {
     while (!over()) {
-      const Result<bool> went_on = step();
-      if (!went_on) return tl::unexpected(went_on.error());
+      const Result<bool> stepped = step();
+      if (!stepped) return tl::unexpected(stepped.error());
     }
     end_.counts = camera_.counts();
     if (first_) end_.seconds = to_seconds(last_ - *first_);

@@ -22,7 +22,7 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 using ::testing::Not;
 
-TEST(SystemStamps, KeepDistancesWhenTheClockIsSet) {
+TEST(SystemStamps, KeepTimeDifferencesWhenTheClockIsSet) {
   Duration steady = seconds(100);
   Duration system = seconds(1'700'000'000);
   SystemStamps stamps({.steady = [&] { return steady; }, .system = [&] { return system; }});

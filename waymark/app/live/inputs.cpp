@@ -20,7 +20,7 @@
 namespace waymark {
 namespace {
 
-/// The terminal stops a background process that changes its settings (SIGTTOU), and the robot would stop too.
+/// A background process that changes the terminal settings is stopped (SIGTTOU), and the robot with it.
 bool in_foreground() {
   const pid_t group = tcgetpgrp(STDIN_FILENO);
   return group < 0 || group == getpgrp();
@@ -95,8 +95,8 @@ Result<std::unique_ptr<OperatorInput>> make_operator_input(const std::string& na
                                                            const SimulatedSetup& setup,
                                                            const std::optional<ViewerLink>& viewers) {
   if (!viewers && name == "page")
-    return fail(ErrorCode::InvalidArgument, "the driver page needs the page of `view`", {.key = "driver"},
-                "Add `view`, or name another driver.");
+    return fail(ErrorCode::InvalidArgument, "the driver 'page' requires `view`", {.key = "driver"},
+                "Add `view`, or choose another driver.");
   if (!viewers) return make_input(name, speed_m_s, setup, false);
   std::unique_ptr<OperatorInput> other;
   ViewerInput::MakeScript script = [] { return std::unique_ptr<LapDriver>(); };

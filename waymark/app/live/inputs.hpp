@@ -40,8 +40,8 @@ class LiveFeed;
 
 /// The names of operator inputs: gamepad, keyboard, lines, scripted, page.
 [[nodiscard]] std::vector<std::string> operator_inputs();
-/// Makes the buttons and sticks of an operator by name. With viewers the page has the buttons as well, and a
-/// script does not end the session; "page" needs viewers. The setup must outlive the input.
+/// Makes an operator input by name. With viewers the page has the buttons as well, and a script does not end
+/// the session; "page" requires viewers. The setup must outlive the input.
 [[nodiscard]] Result<std::unique_ptr<OperatorInput>> make_operator_input(
     const std::string& name, double speed_m_s, const SimulatedSetup& setup,
     const std::optional<ViewerLink>& viewers = {});

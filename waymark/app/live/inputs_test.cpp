@@ -11,7 +11,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-TEST(Inputs, AnUnknownDriverIsAnErrorThatNamesTheField) {
+TEST(Inputs, RejectsAnUnknownDriver) {
   const SimulatedSetup setup = load_setup("circuit24", "", 1)->simulated;
   for (const auto& error : {make_lap_driver("scriptet", 0.3, setup).error(),
                             make_operator_input("scriptet", 0.3, setup).error()}) {

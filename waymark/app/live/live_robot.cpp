@@ -34,14 +34,13 @@ std::optional<std::string> lacks_commission(const RobotSetup& setup, const Robot
 }
 
 VelocityCommand slowed(const VelocityCommand& command, double max_speed_m_s, const MotionLimits& limits) {
-  double share = 1;
-  const auto bound = [&share](double value, double most) {
-    if (std::abs(value) > most) share = std::min(share, most / std::abs(value));
+  double scale = 1;
+  const auto bound = [&scale](double value, double limit) {
+    if (std::abs(value) > limit) scale = std::min(scale, limit / std::abs(value));
   };
   bound(command.speed_m_s, std::min(max_speed_m_s, limits.speed_m_s));
-
   bound(command.yaw_rate_rad_s, limits.yaw_rate_rad_s);
-  return {share * command.speed_m_s, share * command.yaw_rate_rad_s};
+  return {scale * command.speed_m_s, scale * command.yaw_rate_rad_s};
 }
 
 namespace {
@@ -137,7 +136,7 @@ Result<std::vector<std::unique_ptr<LiveCamera>>> open_cameras(const RobotSetup& 
 Status check_listening(const RobotSetup& setup, const ProcessRobot& robot) {
   if (!setup.process.listen_only || !robot.hello().lockstep) return {};
   return fail(ErrorCode::InvalidArgument,
-              "listening to a robot in lockstep: it waits for commands, and none are sent",
+              "cannot listen to a robot in lockstep: it waits for commands, but none are sent",
               {.source = "process:" + setup.process.text()}, "Run the robot in real time.");
 }
 

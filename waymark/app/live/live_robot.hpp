@@ -42,7 +42,7 @@ inline constexpr double kUncommissionedSpeed_m_s = 0.15;
 /// (corners or poses) are skipped too, because the images contain more information.
 class RobotWithCameras final : public Source {
  public:
-  /// The robot must outlive this; `names`: of the cameras.
+  /// The robot must outlive this; `names`: names of the cameras.
   RobotWithCameras(Source& robot, std::vector<std::unique_ptr<LiveCamera>> cameras,
                    std::set<std::string> names)
       : robot_(robot), cameras_(std::move(cameras)), names_(std::move(names)) {}
@@ -90,8 +90,8 @@ class LiveRobot {
   TagFinder finder_;
   RobotLoop loop_;
   JobControl control_;
-  MotionLimits limits_{};                 ///< from the robot's file
-  std::optional<std::string> limited_{};  ///< why the speed is limited; nothing: it is not
+  MotionLimits limits_{};                 ///< from the robot file
+  std::optional<std::string> limited_{};  ///< why the speed is limited; empty: not limited
 };
 
 }  // namespace waymark

@@ -82,7 +82,7 @@ using std::chrono::milliseconds;
 
 using std::chrono::seconds;
 
-/// A robot whose clock is 1000 s ahead of ours.
+/// A robot whose clock is 1000 s ahead of this computer's.
 class AheadRobot final : public Source {
  public:
   Result<std::optional<RobotEvent>> next(Duration most) override {
@@ -138,7 +138,7 @@ struct Rig {
 TEST(RobotWithCameras, MovesStampsToTheRobotsClock) {
   Rig rig;
   rig.camera->take_picture(steady_now());
-  EXPECT_FALSE(*rig.both->next(milliseconds(10)));  // the robot's clock is not known yet
+  EXPECT_FALSE(*rig.both->next(milliseconds(10)));  // the robot's clock is still unknown
   rig.robot.waiting.emplace_back(Sample(Odometry{}));
   ASSERT_TRUE(*rig.both->next(milliseconds(10)));
   const Duration taken = steady_now() - milliseconds(30);
@@ -147,7 +147,7 @@ TEST(RobotWithCameras, MovesStampsToTheRobotsClock) {
   ASSERT_TRUE(event && *event);
   const SensorTime stamp = stamp_of(std::get<Sample>(**event));
   EXPECT_NEAR(to_seconds(stamp.time_since_epoch() - taken), 1000, 1e-3);
-  rig.camera->take_picture(taken - milliseconds(5));  // not before the one before
+  rig.camera->take_picture(taken - milliseconds(5));  // earlier than the previous image
   const auto second = rig.both->next(milliseconds(10));
   ASSERT_TRUE(second && *second);
   EXPECT_GT(stamp_of(std::get<Sample>(**second)), stamp);
@@ -163,7 +163,7 @@ TEST(RobotWithCameras, SkipsImagesThatWaitedTooLong) {
   EXPECT_TRUE(*rig.both->next(milliseconds(10)));
 }
 
-TEST(RobotWithCameras, ACameraThatAlwaysHasAnImageDoesNotStarveTheRobot) {
+TEST(RobotWithCameras, DoNotStarveTheRobot) {
   Rig rig;
   rig.robot.polled = false;
   rig.robot.waiting.emplace_back(Sample(Odometry{}));

@@ -93,8 +93,9 @@ std::optional<Result<RobotSetup>> load_kind(const std::string& robot, const std:
     if (setup) {
       setup->process = start->process;
       setup->ground = {.robot = robot, .topics = start->topics};
-      const auto usual = kind.start(robot.substr(begin.size()), "");
-      if (usual && usual->robot_file != start->robot_file) setup->usual_robot_file = usual->robot_file;
+      const auto by_default = kind.start(robot.substr(begin.size()), "");
+      if (by_default && by_default->robot_file != start->robot_file)
+        setup->usual_robot_file = by_default->robot_file;
     }
     return setup;
   }
@@ -140,7 +141,7 @@ Status add_live_cameras(const std::vector<std::string>& words, RobotSetup& setup
     }
     if (std::ranges::find(cameras, camera->name, &MountedCamera::name) == cameras.end())
       return fail(ErrorCode::InvalidArgument, fmt::format("the robot has no camera '{}'", camera->name),
-                  {.key = "camera_source"}, "Name one of the cameras of its file.");
+                  {.key = "camera_source"}, "Name one of the cameras in the robot file.");
     setup.live_cameras.push_back(std::move(*camera));
   }
   return {};
@@ -163,11 +164,11 @@ std::vector<std::string> RobotRequest::as_words() const {
 Result<RobotSetup> requested_setup(const RobotRequest& request, bool processes, const std::string& robot_file,
                                    const GivenFields& given) {
   const bool process = processes && is_robot_kind(request.robot);
-  const char* of_a_process = "Omit this option, or use `robot=process:CMD`.";
+  const char* hint = "Omit this option, or use `robot=process:CMD`.";
   FieldRefusals refused(given);
   refused.fields(!process, {"detector", "search_every", "search_strips"},
-                 "has no effect on the detection of a simulated robot", of_a_process);
-  refused.fields(!process, {"camera_source"}, "a simulated robot has simulated cameras", of_a_process);
+                 "has no effect on the detection of a simulated robot", hint);
+  refused.fields(!process, {"camera_source"}, "a simulated robot has simulated cameras", hint);
   refused.fields(process && !given("search_every"), {"search_strips"}, kSearchedWholly, kSearchEvery);
   if (!refused.status()) return tl::unexpected(refused.status().error());
   const std::string& file = request.robot_file.empty() ? robot_file : request.robot_file;

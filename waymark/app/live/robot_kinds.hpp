@@ -33,7 +33,7 @@ struct RobotKind {
 
 /// "sim" and, with `processes`, each kind as KIND:ADDRESS.
 [[nodiscard]] std::vector<std::string> robot_kind_names(bool processes);
-/// The same with the meaning of each address, for the help.
+/// The same names with the meaning of each address, for the help.
 [[nodiscard]] std::string robot_kinds_help(bool processes);
 
 /// Whether a word begins with a kind and a colon.

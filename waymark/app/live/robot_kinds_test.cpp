@@ -20,7 +20,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-TEST(RobotKinds, TheWordBeforeTheColonSelectsHowTheRobotIsStarted) {
+TEST(RobotKinds, TheKindSelectsHowTheRobotIsStarted) {
   const auto process = load_kind("process:my robot", "", "mbot", 1);
   ASSERT_TRUE(process.has_value() && *process);
   EXPECT_EQ((*process)->process.shell, "my robot");

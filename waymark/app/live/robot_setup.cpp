@@ -33,11 +33,11 @@ Result<Found> find(const char* folder, const std::string& name, FileUse use) {
 
 /// The robot named by the user; else that of the world; else the default.
 Result<std::string> name_of_robot(const std::string& robot_file, const Found& world_file) {
-  constexpr const char* kUsual = "limo";
+  constexpr const char* kDefaultRobot = "limo";
   if (!robot_file.empty()) return robot_file;
-  if (world_file.text.empty()) return kUsual;
+  if (world_file.text.empty()) return kDefaultRobot;
   Result<std::string> of_world = robot_of_world(world_file.text, world_file.path);
-  if (of_world && of_world->empty()) return kUsual;
+  if (of_world && of_world->empty()) return kDefaultRobot;
   return of_world;
 }
 
@@ -109,8 +109,7 @@ void refuse_seed(bool when, FieldRefusals& refused) {
 Result<RobotCommand> own_program(std::vector<std::string> words) {
   std::error_code error;
   const std::string self = std::filesystem::read_symlink("/proc/self/exe", error).string();
-  if (error)
-    return fail(ErrorCode::Unsupported, "the path of this program cannot be found: " + error.message());
+  if (error) return fail(ErrorCode::Unsupported, "cannot find the path of this program: " + error.message());
   words.insert(words.begin(), self);
   return RobotCommand(std::move(words));
 }

@@ -51,18 +51,18 @@ struct PictureSettings {
 /// A robot in its world, and the files of both.
 struct RobotSetup {
   SimulatedSetup simulated;
-  std::string world_yaml;  ///< text of the world's file; empty: the world is unknown
+  std::string world_yaml;  ///< text of the world file; empty: the world is unknown
   std::string robot_yaml;
   RobotCommand process{};                          ///< the robot process; empty: the robot is simulated
   std::vector<CameraAddress> live_cameras{};       ///< cameras of this computer for a robot process
   PictureSettings pictures{};                      ///< detection in the images of a robot process
   std::vector<TagId> known_tags{};                 ///< tags of the map for the drive
-  std::string robot_path{};                        ///< path of the robot's file
-  std::optional<CommissionRecord> commissioned{};  ///< from the robot's file
+  std::string robot_path{};                        ///< path of the robot file
+  std::optional<CommissionRecord> commissioned{};  ///< from the robot file
   CommissionGround ground{};                       ///< robot and topics that a commission is valid for
   std::string usual_robot_file{};  ///< default file of this robot if the user named another; else empty
 
-  /// Whether it has images, or may have some: a robot process reports that only in its hello.
+  /// Whether it sends images, or may send some: a robot process reports that only in its hello.
   [[nodiscard]] bool may_have_pictures() const { return simulated.pictures || !process.empty(); }
   [[nodiscard]] RobotDescription robot() const {
     return {simulated.model, simulated.camera, simulated.robot, simulated.camera_name,

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-TEST(LoadSetup, UsesTheNamedRobotElseThatOfTheWorldElseLimo) {
+TEST(LoadSetup, PrefersTheGivenRobotThenThatOfTheWorldThenLimo) {
   const auto circuit = load_setup("circuit24", "", 7);
   ASSERT_TRUE(circuit) << to_string(circuit.error());
   EXPECT_EQ(circuit->simulated.world.name, "circuit24");
@@ -35,7 +35,7 @@ TEST(LoadSetup, UsesTheNamedRobotElseThatOfTheWorldElseLimo) {
   EXPECT_EQ(other->robot().model.name, other->simulated.model.name);
 }
 
-TEST(LoadSetup, WithoutAWorldNothingIsThereAndTheWorldIsUnknown) {
+TEST(LoadSetup, AnUnknownWorldIsEmpty) {
   const auto setup = load_setup("", "", 1);
   ASSERT_TRUE(setup) << to_string(setup.error());
   EXPECT_TRUE(setup->world_yaml.empty());
@@ -43,7 +43,7 @@ TEST(LoadSetup, WithoutAWorldNothingIsThereAndTheWorldIsUnknown) {
   EXPECT_FALSE(setup->robot_yaml.empty());
 }
 
-TEST(LoadSetup, AMisspeltNameIsAnErrorWithTheNearestOne) {
+TEST(LoadSetup, SuggestsTheNearestNameForAMisspeltOne) {
   const auto world = load_setup("circuit42", "", 1);
   ASSERT_FALSE(world);
   EXPECT_THAT(world.error().hint, HasSubstr("circuit24"));
@@ -57,7 +57,7 @@ TEST(LoadSetup, AMisspeltNameIsAnErrorWithTheNearestOne) {
   EXPECT_EQ(broken.error().place.source, file.string());
 }
 
-TEST(OwnRobot, TheProgramIsStartedAgainWithoutAShell) {
+TEST(OwnRobot, StartsThisProgramWithoutAShell) {
   RobotSetup setup = load_setup("", "", 1).value();
   ASSERT_TRUE(become_the_robot(setup, {"--world", "a world; rm"}, {.lockstep = true, .pace = 1.5}));
   const std::string self = fs::read_symlink("/proc/self/exe").string();

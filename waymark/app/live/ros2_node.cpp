@@ -19,7 +19,7 @@
 namespace waymark {
 namespace {
 
-constexpr Duration kPatience = std::chrono::seconds(3);
+constexpr Duration kMaxWait = std::chrono::seconds(3);
 
 /// The first field of messages with images, calibration or tags.
 struct Headed {
@@ -116,7 +116,7 @@ void RobotFrames::robot_started(Duration now) {
 }
 
 bool RobotFrames::settled(Duration now) const {
-  return (!odometry_ && !pictures_) || (since_ && now - *since_ >= kPatience);
+  return (!odometry_ && !pictures_) || (since_ && now - *since_ >= kMaxWait);
 }
 
 std::string RobotFrames::odom() const { return odom_.empty() ? std::string(ros2::kOdomFrame) : odom_; }
@@ -128,7 +128,7 @@ std::string RobotFrames::camera(std::string_view name) const {
 }
 
 std::optional<ros2::TFMessage> RobotFrames::mount(Bus& bus, const std::string& camera, Duration now) {
-  if (!since_ || now - *since_ < kPatience || !checked_cameras_.insert(camera).second) return std::nullopt;
+  if (!since_ || now - *since_ < kMaxWait || !checked_cameras_.insert(camera).second) return std::nullopt;
   end(bus, moving_);
   const MountedCamera* mounted = find_camera(robot_.cameras, camera);
   const std::string frame = this->camera(camera);
@@ -145,7 +145,7 @@ constexpr std::size_t kOdometryKept = 100;
 constexpr std::size_t kMaxPathPoses = 5000;
 constexpr const char* kServices[] = {"start_teach", "map", "replay", "pause", "stop"};
 
-/// In which phases each service acts, and its button.
+/// A phase in which a service acts, and the button that it presses.
 struct Rule {
   std::string_view service;
   std::string_view phase;
@@ -162,16 +162,16 @@ constexpr Rule kRules[] = {
     {"stop", "teaching", OrderKind::Stop},
 };
 
-/// The odometry at a moment: the newest that is not later, else the oldest.
+/// The newest odometry not later than the stamp, else the oldest.
 const Odometry* odometry_at(const std::deque<Odometry>& all, SensorTime stamp) {
   const auto later = std::ranges::find_if(all, [&](const Odometry& one) { return one.stamp > stamp; });
   if (all.empty()) return nullptr;
   return later == all.begin() ? &*later : &*std::prev(later);
 }
 
-/// Whether two statuses are equal, except for values that change continuously during a drive: those wait for
-/// the next second.
-bool is_as_before(LiveStatus now, const LiveStatus& before) {
+/// Whether two statuses are equal, except for values that change continuously during a drive. Those are
+/// published with the next regular status.
+bool is_unchanged(LiveStatus now, const LiveStatus& before) {
   now.driven_m = before.driven_m;
   now.goal_m = before.goal_m;
   now.dropped_pictures = before.dropped_pictures;
@@ -245,7 +245,7 @@ void Ros2Node::receive(const BusMessage& message) {
   const Result<GivenPose> given = read_initial_pose(message.bytes);
   if (given) return feed_.order({.kind = ViewerOrder::Kind::GivePose, .pose = *given});
   ++refused_poses_;
-  status_published_ = {};  // at once
+  status_published_ = {};  // publish the count at once
   feed_.order({.kind = ViewerOrder::Kind::Words,
                .words = fmt::format("initial pose rejected ({} so far): {}", refused_poses_,
                                     to_string(given.error()))});
@@ -260,8 +260,8 @@ void Ros2Node::run() {
 
 std::optional<std::size_t> Ros2Node::publisher_of(const std::string& topic, std::string_view type,
                                                   const TopicQos& qos) {
-  const auto known = publishers_.find(topic);
-  if (known != publishers_.end()) return known->second;
+  const auto found = publishers_.find(topic);
+  if (found != publishers_.end()) return found->second;
   const auto made = bus_->advertise(dds_topic(topic, type), qos);
   if (!made) return std::nullopt;
   publishers_.emplace(topic, *made);
@@ -311,7 +311,7 @@ void Ros2Node::publish_updates() {
   if (updates.shapes && updates.shapes != std::exchange(shapes_, updates.shapes))
     publish("/waymark/markers", *shapes_, true);
   const Duration now = steady_now();
-  if (is_as_before(updates.status, status_) && now - status_published_ < kStatusPeriod) return;
+  if (is_unchanged(updates.status, status_) && now - status_published_ < kStatusPeriod) return;
   if (updates.status.phase != status_.phase) path_.poses.clear();
   status_ = updates.status;
   status_published_ = now;

@@ -26,9 +26,9 @@
 
 namespace waymark {
 
-/// What a Ros2Node needs of the robot.
+/// Robot data for a Ros2Node.
 struct NodeRobot {
-  std::optional<Ros2Profile> profile{};  ///< of a robot with its own ROS 2 nodes
+  std::optional<Ros2Profile> profile{};  ///< if the robot has its own ROS 2 nodes
   std::vector<MountedCamera> cameras{};
   bool own_pictures = true;  ///< the camera "cam" is that of the profile's topics
 };
@@ -41,9 +41,9 @@ class RobotFrames {
   explicit RobotFrames(NodeRobot robot);
 
   Status join(Bus& bus);
-  /// Handles a message of its own subscriptions; false: the message belongs to another.
+  /// Handles a message of its own subscriptions. Returns false for other messages.
   bool take(Bus& bus, const BusMessage& message);
-  /// The robot has sent its first sample: names that do not arrive within three seconds get their defaults.
+  /// Call at the first sample of the robot. Names that do not arrive within three seconds get their defaults.
   void robot_started(Duration now);
   /// Whether all names are final.
   [[nodiscard]] bool settled(Duration now) const;
@@ -51,8 +51,8 @@ class RobotFrames {
   [[nodiscard]] std::string odom() const;
   [[nodiscard]] std::string base() const;
   [[nodiscard]] std::string camera(std::string_view name) const;
-  /// Call for each camera with images or tags. All camera mountings that this program has to publish, because
-  /// no transform on the network connects their frames to the base; nothing if they have not changed.
+  /// Call for each camera with images or tags. Returns all camera mountings that this program must publish,
+  /// because no transform on the network connects their frames to the base; nothing if they are unchanged.
   [[nodiscard]] std::optional<ros2::TFMessage> mount(Bus& bus, const std::string& camera, Duration now);
 
  private:
@@ -120,7 +120,7 @@ class Ros2Node {
   RobotFrames frames_;
   LiveStatus status_{};
   std::deque<double> behind_s_{};         ///< this computer's clock minus odometry stamps
-  std::optional<CameraFrame> picture_{};  ///< the newest
+  std::optional<CameraFrame> picture_{};  ///< newest image
   Duration shown_{};                      ///< when the last image was published
   std::shared_ptr<const ros2::MarkerArray> shapes_{};
   std::deque<Odometry> odometry_{};

@@ -82,19 +82,19 @@ TEST(RobotFramesTest, PublishesTheMountingOfACameraWithoutTransformToTheBase) {
                                       cdr::encode(ros2::TFMessage{{ros2::to_ros_transform(
                                           {}, "r1/base", "camera_optical", SE3())}})));
     const Duration began = std::chrono::seconds(100);
-    EXPECT_FALSE(frames.mount(bus, "cam", began)) << "nothing came from the robot";
+    EXPECT_FALSE(frames.mount(bus, "cam", began)) << "the robot has not started";
     frames.robot_started(began);
     EXPECT_FALSE(frames.mount(bus, "cam", began + std::chrono::milliseconds(2900)))
         << "a transform may still arrive";
     const auto mounted = frames.mount(bus, "cam", began + std::chrono::seconds(3));
     ASSERT_EQ(mounted.has_value(), !in_tf);
     if (!mounted) continue;
-    EXPECT_TRUE(frames.settled(began + std::chrono::seconds(3))) << "no camera_info ever came";
+    EXPECT_TRUE(frames.settled(began + std::chrono::seconds(3))) << "no camera_info has arrived";
     ASSERT_EQ(mounted->transforms.size(), 1U);
     EXPECT_EQ(mounted->transforms[0].header.frame_id, "r1/base");
     EXPECT_EQ(mounted->transforms[0].child_frame_id, "camera_optical");
     EXPECT_EQ(mounted->transforms[0].translation.z, 0.2);
-    EXPECT_FALSE(frames.mount(bus, "cam", began + std::chrono::seconds(4))) << "once";
+    EXPECT_FALSE(frames.mount(bus, "cam", began + std::chrono::seconds(4))) << "published only once";
   }
 }
 
@@ -126,7 +126,7 @@ TEST_F(FramesOfNode, PublishesInTheFramesOfTheRobot) {
 
 using test::Node;
 
-TEST_F(Node, DiagnosticsHaveTheClockAndComeOnceASecondWhileItDrives) {
+TEST_F(Node, PublishesDiagnosticsWithTheClockOncePerSecond) {
   const SensorTime stamp(std::chrono::seconds(100));
   const Duration began = steady_now();
   const std::int64_t behind_ns = 250'000'000;
@@ -136,7 +136,7 @@ TEST_F(Node, DiagnosticsHaveTheClockAndComeOnceASecondWhileItDrives) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
   const auto all = sent("rt/diagnostics", 2);
-  EXPECT_LE(all.size(), 4U) << "the first, the phase, one a second";
+  EXPECT_LE(all.size(), 4U) << "first status, phase change, one per second";
   const auto newest = cdr::decode<ros2::DiagnosticArray>(all.back());
   ASSERT_TRUE(newest);
   const auto& values = newest->status[0].values;
@@ -168,7 +168,7 @@ TEST_F(Node, MapToOdomAndOdometryGiveTheEstimatedPose) {
   EXPECT_EQ(sent("rt/waymark/pose", 1).size(), 1U);
 }
 
-TEST_F(Node, AServiceAnswersAClientOfEitherKindAndPressesTheButton) {
+TEST_F(Node, ServicesAnswerClientsOfBothKindsAndPressButtons) {
   feed_.tell({.phase = "idle"});
   ASSERT_FALSE(sent("rt/diagnostics", 1).empty());
   const std::vector<std::uint8_t> plain = {0, 1, 0, 0, 0};  // rmw_fastrtps: only a padding byte
@@ -188,14 +188,15 @@ TEST_F(Node, AServiceAnswersAClientOfEitherKindAndPressesTheButton) {
   request("rq/waymark/start_teachRequest", headed);
   replies = sent("rr/waymark/start_teachReply", 1);
   ASSERT_EQ(replies.size(), 1U);
-  EXPECT_TRUE(std::equal(headed.begin(), headed.begin() + 20, replies[0].begin())) << "its header comes back";
+  EXPECT_TRUE(std::equal(headed.begin(), headed.begin() + 20, replies[0].begin()))
+      << "the header is returned";
   EXPECT_EQ(replies[0][20], 1) << "success";
   const auto orders = feed_.take_orders();
   ASSERT_EQ(orders.size(), 1U);
   EXPECT_EQ(orders[0].kind, ViewerOrder::Kind::Teach);
 }
 
-TEST_F(Node, AnInitialPoseIsAnOrderAndARejectedOneIsCounted) {
+TEST_F(Node, PassesOnInitialPosesAndCountsRejectedOnes) {
   ros2::PoseWithCovarianceStamped message{.header = {{}, "odom"}};
   message.pose.pose = ros2::to_ros(lift(SE2(1, 2, 0.5)));
   message.pose.covariance[0] = message.pose.covariance[7] = message.pose.covariance[35] = 0.04;
@@ -228,7 +229,7 @@ TEST_F(Node, PublishesImagesWithTagsToSubscribers) {
   const SensorTime stamp(std::chrono::seconds(100));
   feed_.publish(Sample(CameraFrame{.stamp = stamp, .camera = "front", .image = Image(64, 48)}), 0);
   feed_.publish(Sample(TagFrame{.stamp = stamp + std::chrono::seconds(1), .camera = "front"}),
-                0);  // of another
+                0);  // of another image
   TagDetection tag;
   tag.corners_px = {{{10, 10}, {30, 10}, {30, 30}, {10, 30}}};
   feed_.publish(Sample(TagFrame{.stamp = stamp, .camera = "front", .detections = {tag}}), 0);
@@ -239,10 +240,10 @@ TEST_F(Node, PublishesImagesWithTagsToSubscribers) {
   EXPECT_EQ(message->header.frame_id, "front_optical");
   EXPECT_EQ(ros2::from_ros(message->header.stamp), stamp);
   EXPECT_EQ(message->format, "jpeg");
-  const auto picture = decode_image(message->data, "picture");
-  ASSERT_TRUE(picture) << to_string(picture.error());
-  EXPECT_EQ(picture->width(), 64);
-  EXPECT_GT(picture->view().at(20, 10), 20) << "the edge of the tag, on black";
+  const auto image = decode_image(message->data, "image");
+  ASSERT_TRUE(image) << to_string(image.error());
+  EXPECT_EQ(image->width(), 64);
+  EXPECT_GT(image->view().at(20, 10), 20) << "the edge of the tag, on black";
 }
 
 TEST(Ros2Services, StopActsInEveryPhaseAndOtherServicesOnlyInTheirs) {

@@ -38,7 +38,7 @@ void place_lone_anchor(World& world, const TagId& anchor, double tag_size_m) {
 Status place_lone_anchor(RobotSetup& setup, const LoneAnchor& given) {
   if (setup.process.empty() || !setup.world_yaml.empty()) {
     if (given.anchor.empty() && given.tag_size_m == 0) return {};
-    return fail(ErrorCode::InvalidArgument, "the world's file already specifies the tags",
+    return fail(ErrorCode::InvalidArgument, "the world file already specifies the tags",
                 {.key = given.anchor.empty() ? "tag_size_m" : "anchor"},
                 "Omit this option, or omit `world`.");
   }

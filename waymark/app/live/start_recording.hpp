@@ -14,14 +14,14 @@ namespace waymark {
 /// What the teach phase needs of a setup: camera, tag sizes, the anchor and its pose.
 [[nodiscard]] TeachSetup teach_setup(const SimulatedSetup& setup);
 
-/// For a world of which only the anchor is known: its pose is the origin until the lap is mapped.
+/// Sets up a world of which only the anchor is known. The anchor is at the origin until the lap is mapped.
 void place_lone_anchor(World& world, const TagId& anchor, double tag_size_m);
 
-/// The anchor of the map for a robot process without a world file.
-/// Sentence of the field `durable`.
+/// Help of the field `durable`.
 inline constexpr std::string_view kDurableHelp =
     "Sync the recording every second, so that a power cut loses at most one second; needs more disk writes";
 
+/// The anchor of the map for a robot process without a world file.
 struct LoneAnchor {
   std::string anchor{};   ///< "tag36h11:0", or its id; empty: not given
   double tag_size_m = 0;  ///< 0: not given
@@ -39,23 +39,23 @@ struct LoneAnchor {
 /// Sets the anchor of a setup without a known world. Fails if the anchor is missing in this case, or given
 /// for a known world.
 [[nodiscard]] Status place_lone_anchor(RobotSetup& setup, const LoneAnchor& given);
-/// The same with the anchor of an existing map as default. Ignores an unreadable map: the code that loads it
-/// reports the error.
+/// As above; the default is the anchor of an existing map. Ignores an unreadable map, because the code that
+/// loads it reports the error.
 [[nodiscard]] Status place_lone_anchor(RobotSetup& setup, const LoneAnchor& given, const std::string& map);
 
 /// Fails if `images` is set and the robot has no `pictures` to record.
 [[nodiscard]] Status check_recorded_images(bool pictures, const std::string& images);
 
-/// How a recording is made.
+/// Origin and options of a recording.
 struct Making {
-  std::string verb;      ///< of waymark
+  std::string verb;      ///< verb of waymark
   std::string driver;    ///< source of the commands: "scripted", "pursuit"
   std::string options;   ///< its effective options, as YAML
-  bool durable = false;  ///< sync each second, so that a power cut loses no more
+  bool durable = false;  ///< sync every second: a power cut loses at most one second
 };
 
-/// Creates a recording that contains metadata, effective options, the robot's file and, as ground truth, the
-/// world's file. Fails if the file exists.
+/// Creates a recording that contains metadata, effective options, the robot file and, as ground truth, the
+/// world file. Fails if the file exists.
 [[nodiscard]] Result<SampleRecorder> start_recording(const std::string& path, const Making& making,
                                                      const RobotSetup& setup);
 

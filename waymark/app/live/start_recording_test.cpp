@@ -43,7 +43,7 @@ TEST(LoneAnchor, DefaultsToTheAnchorOfAnExistingMap) {
   setup.process = "true";
   const fs::path none = testing::fresh_folder("lone_anchor");
   EXPECT_TRUE(place_lone_anchor(setup, {}, none.string())) << "the code that loads the map reports the error";
-  EXPECT_FALSE(place_lone_anchor(setup, {}, "")) << "no map: it must be given";
+  EXPECT_FALSE(place_lone_anchor(setup, {}, "")) << "without a map the anchor must be given";
   ASSERT_TRUE(place_lone_anchor(setup, {.anchor = "3", .tag_size_m = 0.1}, none.string()));
   EXPECT_EQ(to_string(setup.simulated.world.anchor), "tag36h11:3");
 }
@@ -53,7 +53,7 @@ TEST(StartRecording, NeverOverwritesAFile) {
   const auto at = [&](const char* name) { return (folder / name).string(); };
   const auto setup = load_setup("circuit24", "limo", 1);
   ASSERT_TRUE(setup) << to_string(setup.error());
-  std::ofstream(folder / "lap.mcap") << "of yesterday";
+  std::ofstream(folder / "lap.mcap") << "older";
   const auto recorder = start_recording(at("lap.mcap"), {.verb = "test", .driver = "none"}, *setup);
   ASSERT_FALSE(recorder);
   EXPECT_EQ(recorder.error().place.source, at("lap.mcap"));

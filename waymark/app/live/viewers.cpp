@@ -19,7 +19,7 @@
 #include "waymark/server/access.hpp"
 #include "waymark/server/assets.hpp"
 
-extern char** environ;  // NOLINT(readability-redundant-declaration): POSIX has it in no header
+extern char** environ;  // NOLINT(readability-redundant-declaration): no POSIX header declares it
 
 namespace waymark {
 
@@ -64,11 +64,12 @@ namespace {
 
 Status refuse_in_process(const RobotSetup& setup, const char* key) {
   if (!setup.process.empty()) return {};
-  return fail(ErrorCode::InvalidArgument, "needs a robot process: here a simulated robot is not in real time",
-              {.key = key}, "Use `waymark run view=true`, or `robot=process:CMD`.");
+  return fail(ErrorCode::InvalidArgument,
+              "requires a robot process: this simulated robot does not run in real time", {.key = key},
+              "Use `waymark run view=true`, or `robot=process:CMD`.");
 }
 
-/// The robot of a setup for its node.
+/// The robot of a setup, for its ROS 2 node.
 Result<NodeRobot> node_robot(const RobotSetup& setup) {
   constexpr std::string_view kRos2 = "ros2:";
   NodeRobot robot{.cameras = setup.simulated.cameras(), .own_pictures = setup.live_cameras.empty()};
@@ -134,8 +135,8 @@ Result<std::unique_ptr<LivePage>> LivePage::start(const PageOptions& page, const
 
 namespace {
 
-Result<std::unique_ptr<LivePage>> for_users_of(const JobControl& control,
-                                               Result<std::unique_ptr<LivePage>> started) {
+Result<std::unique_ptr<LivePage>> with_user_messages(const JobControl& control,
+                                                     Result<std::unique_ptr<LivePage>> started) {
   if (started) (*started)->feed().set_for_users(control.for_users);
   return started;
 }
@@ -144,14 +145,14 @@ Result<std::unique_ptr<LivePage>> for_users_of(const JobControl& control,
 
 Result<std::unique_ptr<LivePage>> LivePage::open(const ViewerOptions& viewers, const RobotSetup& setup,
                                                  const JobControl& control) {
-  if (viewers.ros2) return for_users_of(control, start_ros2(setup, viewers.ros_distro));
+  if (viewers.ros2) return with_user_messages(control, start_ros2(setup, viewers.ros_distro));
   if (!viewers.view) return std::unique_ptr<LivePage>();
   return start(viewers.page, setup, control);
 }
 
 Result<std::unique_ptr<LivePage>> LivePage::open(const ViewerOptions& viewers, const std::string& name,
                                                  const JobControl& control) {
-  if (viewers.ros2) return for_users_of(control, start_ros2(viewers.ros_distro));
+  if (viewers.ros2) return with_user_messages(control, start_ros2(viewers.ros_distro));
   if (!viewers.view) return std::unique_ptr<LivePage>();
   return start(viewers.page, name, control);
 }

@@ -25,9 +25,9 @@ namespace waymark {
 
 /// Options of the page's server.
 struct PageOptions {
-  int port = 8642;  ///< any other if it is in use; 0: any
+  int port = 8642;  ///< any free port if it is in use; 0: any
   std::string listen = "127.0.0.1";
-  std::string token = {};  ///< empty: a random one, if one is needed
+  std::string token = {};  ///< empty: a random one if required
   bool open = false;       ///< opens the page in the browser
 
   template <class Self, class Visitor>
@@ -45,7 +45,7 @@ struct PageOptions {
     visit(self.open, JobField("open", "Open the page in the browser"));
   }
 
-  /// The same for a page that is served only with the field `view`.
+  /// The same fields for a page that is served only with the field `view`.
   template <class Self, class Visitor>
   static void fields_of_view(Self& self, Visitor&& visit) {
     fields(self, [&](auto& value, const JobField& field) {
@@ -54,7 +54,7 @@ struct PageOptions {
   }
 };
 
-/// How a running session can be watched.
+/// How viewers can watch a running session.
 struct ViewerOptions {
   bool view = false;         ///< in the browser
   bool ros2 = false;         ///< on the ROS 2 network
@@ -94,8 +94,8 @@ class LivePage {
   /// possible, too fast to watch.
   static Result<std::unique_ptr<LivePage>> start(const PageOptions& page, const RobotSetup& setup,
                                                  const JobControl& control);
-  /// The same as a ROS 2 node instead of a page, configured by the environment variables of ROS 2; in the
-  /// node list of the release `distro`.
+  /// Starts a ROS 2 node instead of a page, configured by the environment variables of ROS 2. It appears in
+  /// the node list of the release `distro`.
   static Result<std::unique_ptr<LivePage>> start_ros2(const RobotSetup& setup, const std::string& distro);
   static Result<std::unique_ptr<LivePage>> start_ros2(const std::string& distro);
   /// The page for another source of the feed, with this name.
@@ -104,7 +104,7 @@ class LivePage {
   /// Page or node, as the options request; nullptr for neither.
   static Result<std::unique_ptr<LivePage>> open(const ViewerOptions& viewers, const RobotSetup& setup,
                                                 const JobControl& control);
-  /// The same for another source of the feed with this name, such as a live camera.
+  /// Page or node for another source of the feed with this name, such as a live camera.
   static Result<std::unique_ptr<LivePage>> open(const ViewerOptions& viewers, const std::string& name,
                                                 const JobControl& control);
   ~LivePage();
@@ -126,7 +126,7 @@ class LivePage {
 /// The system clock in the unit of the feed.
 [[nodiscard]] std::int64_t host_now_ns();
 
-/// The listener with samples passed on to the feed, if there is one, and ended by the control.
+/// A listener that also passes samples to the feed, if there is one, and that the control can end.
 [[nodiscard]] RobotListener watched(RobotListener listener, LiveFeed* feed, const JobControl& control);
 
 /// Shows a session, a taught lap or a replay to viewers. Without a feed the functions do nothing.
@@ -135,7 +135,7 @@ class SessionViewers {
   explicit SessionViewers(LiveFeed* feed) : feed_(feed) {}
 
   void show_camera(const SimulatedSetup& setup);
-  /// Shows the existing ones of map.yaml, route.yaml and robot.yaml in the folder, and the map as shapes.
+  /// Shows map.yaml, route.yaml and robot.yaml of the folder, as far as they exist, and the map as shapes.
   void show_map(const std::filesystem::path& folder);
   void show_status(const Operator& session, const OperatorInput& input);
   void show_status(LiveStatus status);
@@ -151,7 +151,7 @@ class SessionViewers {
   std::string halted_{};
 };
 
-/// One phase of the session by itself, as `waymark teach` and `waymark replay` run it, with its viewers.
+/// Viewers of a single phase, as run by `waymark teach` and `waymark replay`.
 class PhaseViewers {
  public:
   /// `keys_taken`: a driver reads the keys of the terminal itself.
