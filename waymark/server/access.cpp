@@ -46,11 +46,11 @@ bool is_own_origin(const AccessClaim& claim, const AccessPolicy& policy) {
 }  // namespace
 
 bool is_own_host(std::string_view host, const AccessPolicy& policy) {
-  constexpr std::uint16_t kPortOfHttp = 80;
-  const std::string ending = fmt::format(":{}", policy.port);
-  if (host.ends_with(ending))
-    host.remove_suffix(ending.size());
-  else if (policy.port != kPortOfHttp)
+  constexpr std::uint16_t kHttpPort = 80;
+  const std::string port = fmt::format(":{}", policy.port);
+  if (host.ends_with(port))
+    host.remove_suffix(port.size());
+  else if (policy.port != kHttpPort)
     return false;
   return host == "127.0.0.1" || host == "localhost" || host == "[::1]" || host == policy.address;
 }
@@ -100,9 +100,10 @@ Status check_token(std::string_view token) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_';
   });
   if (plain && token.size() >= kMinToken && token.size() <= kMaxToken) return {};
-  return fail(ErrorCode::InvalidArgument,
-              fmt::format("a token must have {} to {} letters, digits, - and _", kMinToken, kMaxToken),
-              {.key = "token"}, "Omit `token` to have one generated.");
+  return fail(
+      ErrorCode::InvalidArgument,
+      fmt::format("a token must have {} to {} characters: letters, digits, - and _", kMinToken, kMaxToken),
+      {.key = "token"}, "Omit `token` to have one generated.");
 }
 
 }  // namespace waymark

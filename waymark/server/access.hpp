@@ -6,7 +6,7 @@
 
 #include "waymark/base/error.hpp"
 
-/// Who may watch and who may command. A page of another site must get no access, even through a browser on
+/// Rights to watch and to command. A page of another site must get no access, even through a browser on
 /// this machine (OWASP, "WebSocket Security Cheat Sheet", sections on Origin and authentication).
 namespace waymark {
 

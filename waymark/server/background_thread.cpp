@@ -24,15 +24,15 @@ void BackgroundThread::begin() {
 }
 
 void BackgroundThread::avoid_robot_processor() {
-  const int robots = robots_.load(std::memory_order_relaxed);
-  if (robots == left_alone_ || robots < 0) return;
+  const int robot = robots_.load(std::memory_order_relaxed);
+  if (robot == left_alone_ || robot < 0) return;
   cpu_set_t others;
   CPU_ZERO(&others);
   for (const int cpu : allowed_) {
-    if (cpu != robots) CPU_SET(static_cast<std::size_t>(cpu), &others);
+    if (cpu != robot) CPU_SET(static_cast<std::size_t>(cpu), &others);
   }
   if (CPU_COUNT(&others) == 0 || sched_setaffinity(0, sizeof others, &others) != 0) return;
-  left_alone_ = robots;
+  left_alone_ = robot;
 }
 
 }  // namespace waymark

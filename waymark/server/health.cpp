@@ -38,8 +38,8 @@ HealthLight drive_light(const LiveStatus& status) {
 }  // namespace
 
 std::string_view to_string(Level level) {
-  constexpr std::array<std::string_view, 4> kWords{"unknown", "good", "doubtful", "bad"};
-  return kWords[static_cast<std::size_t>(level)];
+  constexpr std::array<std::string_view, 4> kLevels{"unknown", "good", "doubtful", "bad"};
+  return kLevels[static_cast<std::size_t>(level)];
 }
 
 void RobotHealth::receive(const Sample& sample, Duration now) {
@@ -51,11 +51,11 @@ void RobotHealth::receive(const Sample& sample, Duration now) {
   if (std::holds_alternative<LaserScan>(sample)) which = kLidar;
   if (which == kStreams) return;
   Stream& stream = streams_[which];
-  constexpr double kShare = 0.1;
+  constexpr double kSmoothing = 0.1;
   const double gap_s = to_seconds(now - stream.last);
   if (stream.first && gap_s > 0) {
     const double mean_s = stream.rate_hz > 0 ? 1 / stream.rate_hz : gap_s;
-    stream.rate_hz = 1 / (mean_s + kShare * (gap_s - mean_s));
+    stream.rate_hz = 1 / (mean_s + kSmoothing * (gap_s - mean_s));
   }
   if (!stream.first) stream.first = now;
   if (gap_s > 0) stream.last = now;

@@ -53,7 +53,7 @@ using Request = http::request<http::empty_body>;
 
 constexpr std::size_t kMaxMessageBytes = 64 * 1024;
 /// A viewer that answers no ping for this long is disconnected (its cable may be unplugged).
-constexpr std::chrono::seconds kIdle{4};
+constexpr std::chrono::seconds kPingTimeout{4};
 
 }  // namespace
 
@@ -87,7 +87,7 @@ class LiveSockets {
   std::map<LiveHub::Id, std::weak_ptr<LiveSocket>> sockets_{};
 };
 
-/// One viewer: reads and writes concurrently, one frame each.
+/// One viewer. Reads and writes one frame at a time each, concurrently.
 class LiveSocket : public std::enable_shared_from_this<LiveSocket> {
  public:
   LiveSocket(beast::tcp_stream stream, LiveSockets& all, std::shared_ptr<void> seat)
@@ -100,7 +100,7 @@ class LiveSocket : public std::enable_shared_from_this<LiveSocket> {
     const auto offered = request[http::field::sec_websocket_protocol];
     const std::string protocol(choose_protocol({offered.data(), offered.size()}));
     beast::get_lowest_layer(stream_).expires_never();
-    stream_.set_option(websocket::stream_base::timeout{std::chrono::seconds(5), kIdle, true});
+    stream_.set_option(websocket::stream_base::timeout{std::chrono::seconds(5), kPingTimeout, true});
     stream_.set_option(websocket::stream_base::decorator([protocol](websocket::response_type& answer) {
       if (!protocol.empty()) answer.set(http::field::sec_websocket_protocol, protocol);
     }));
@@ -236,9 +236,9 @@ struct SharedByConnections {
 namespace {
 
 constexpr std::uint32_t kMaxHeaderBytes = 8192;
-constexpr std::chrono::seconds kPatience{30};
-// The head of a first request arrives in one piece, unless a client wants to occupy a seat.
-constexpr std::chrono::seconds kHeadPatience{5};
+constexpr std::chrono::seconds kTimeout{30};
+// A well-behaved client sends the head of its first request in one piece.
+constexpr std::chrono::seconds kHeadTimeout{5};
 constexpr std::size_t kPieceBytes = std::size_t{256} * 1024;
 
 std::string_view field(const http::request<http::empty_body>& request, http::field name) {
@@ -282,7 +282,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     shared_->hang_up[seat_->id()] = [weak = weak_from_this()] {
       if (const auto self = weak.lock()) self->stream_.close();
     };
-    read(kHeadPatience);
+    read(kHeadTimeout);
   }
 
  private:
@@ -333,14 +333,14 @@ class Connection : public std::enable_shared_from_this<Connection> {
     head_.keep_alive(keep_alive_);
     body_wanted_ = request.method() != http::verb::head;
     writer_.emplace(head_);
-    stream_.expires_after(kPatience);
+    stream_.expires_after(kTimeout);
     http::async_write_header(stream_, *writer_,
                              [self = shared_from_this()](beast::error_code error, std::size_t) {
                                if (!error) self->write_body();
                              });
   }
 
-  /// False if it is not authorised; it then gets a reply like any other request.
+  /// Returns false if the request is not authorised; it then gets a reply like any other request.
   bool upgrade(const http::request<http::empty_body>& request, const AccessRights& rights) {
     if (rights.refusal != AccessRights::Refusal::None) return false;
     shared_->hang_up[seat_->id()] = shared_->live->accept(std::move(stream_), request, rights.token, seat_);
@@ -370,7 +370,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     if (file_.gcount() != static_cast<std::streamsize>(piece_.size()))
       return;  // the file has become shorter: close the connection
     left_ -= piece_.size();
-    stream_.expires_after(kPatience);
+    stream_.expires_after(kTimeout);
     asio::async_write(stream_, asio::buffer(piece_),
                       [self = shared_from_this()](beast::error_code error, std::size_t) {
                         if (!error) self->write_piece();
@@ -378,7 +378,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   }
 
   void next() {
-    if (keep_alive_) return read(kPatience);
+    if (keep_alive_) return read(kTimeout);
     beast::error_code ignored;
     stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
   }
@@ -410,7 +410,7 @@ void serve_connection(tcp::socket socket, std::shared_ptr<SharedByConnections> s
 /// Descriptors reserved for the recording, the robot's pipes and other files of this process.
 constexpr std::uint64_t kKeptDescriptors = 64;
 /// Delay after a failed accept: the connection stays in the system's queue and would fail again at once.
-constexpr std::chrono::milliseconds kBreath{100};
+constexpr std::chrono::milliseconds kAcceptRetryDelay{100};
 
 std::size_t allowed_connections() {
   rlimit limit{};
@@ -451,10 +451,10 @@ struct HttpServer::Inside {
   std::shared_ptr<SharedByConnections> shared = std::make_shared<SharedByConnections>();
   tcp::acceptor acceptor{context};
   asio::steady_timer timer{context};
-  asio::steady_timer breath{context};
+  asio::steady_timer accept_retry{context};
   /// Signalled by the loop of the robot; writing to it never blocks.
-  asio::posix::stream_descriptor bell{context};
-  std::uint64_t rings = 0;
+  asio::posix::stream_descriptor feed_event{context};
+  std::uint64_t feed_events = 0;
   LiveFeed* feed = nullptr;
   BackgroundThread background{};
   asio::ip::address address = asio::ip::address_v4::loopback();
@@ -493,8 +493,8 @@ struct HttpServer::Inside {
 
   Status watch_feed(LiveFeed& live, const std::string& robot_name) {
     const int handle = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
-    if (handle < 0) return fail(ErrorCode::LimitExceeded, "cannot open more files");
-    bell.assign(handle);
+    if (handle < 0) return fail(ErrorCode::LimitExceeded, "cannot create an eventfd: too many open files");
+    feed_event.assign(handle);
     feed = &live;
     feed->set_wake([handle, this] {
       background.note_robot_processor();
@@ -507,13 +507,14 @@ struct HttpServer::Inside {
     return {};
   }
 
-  void hear_bell() {
-    bell.async_read_some(asio::buffer(&rings, sizeof rings), [this](beast::error_code error, std::size_t) {
-      if (error) return;
-      background.avoid_robot_processor();
-      shared->live->tick();
-      hear_bell();
-    });
+  void wait_for_feed() {
+    feed_event.async_read_some(asio::buffer(&feed_events, sizeof feed_events),
+                               [this](beast::error_code error, std::size_t) {
+                                 if (error) return;
+                                 background.avoid_robot_processor();
+                                 shared->live->tick();
+                                 wait_for_feed();
+                               });
   }
 
   void accept() {
@@ -526,8 +527,8 @@ struct HttpServer::Inside {
   }
 
   void accept_later() {
-    breath.expires_after(kBreath);
-    breath.async_wait([this](beast::error_code error) {
+    accept_retry.expires_after(kAcceptRetryDelay);
+    accept_retry.async_wait([this](beast::error_code error) {
       if (!error) accept();
     });
   }
@@ -548,10 +549,10 @@ Result<HttpServer> HttpServer::listen(ServerOptions options) {
   inside->address = asio::ip::make_address(options.address, error);
   if (error)
     return fail(ErrorCode::InvalidArgument, fmt::format("'{}' is not a network address", options.address),
-                {.key = "listen"}, "Use for example 0.0.0.0 for all networks of this machine.");
+                {.key = "listen"}, "For example 0.0.0.0 for all networks of this machine.");
   const bool remote = !inside->address.is_loopback();
   if (remote && options.token.empty())
-    return fail(ErrorCode::InvalidArgument, "a server that is reachable from other machines needs a token",
+    return fail(ErrorCode::InvalidArgument, "a server that other machines can reach requires a token",
                 {.key = "token"});
   error = inside->bind(options.port);
   if (error && options.port != 0) error = inside->bind(0);
@@ -588,7 +589,7 @@ void HttpServer::run(const std::function<bool()>& stop) {
   inside_->watch(stop);
   if (inside_->shared->live) {
     inside_->background.begin();
-    inside_->hear_bell();
+    inside_->wait_for_feed();
   }
   inside_->context.run();
 }

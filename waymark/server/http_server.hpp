@@ -13,11 +13,11 @@
 namespace waymark {
 
 struct ServerOptions {
-  std::uint16_t port = 8642;          ///< if taken or 0, any free port
-  std::string address = "127.0.0.1";  ///< anything but loopback needs a token
+  std::uint16_t port = 8642;          ///< any free port if it is 0 or in use
+  std::string address = "127.0.0.1";  ///< any address except loopback requires a token
   std::string token = {};             ///< empty: no viewer may command
   std::vector<OfferedFile> offered{};
-  LiveFeed* feed = nullptr;  ///< of a running robot; outlives the server
+  LiveFeed* feed = nullptr;  ///< feed of a running robot; must outlive the server
   std::string robot_name = {};
 };
 
@@ -27,7 +27,7 @@ struct ServerOptions {
 /// after 5 s, and any other operation that takes longer than 30 s, is dropped.
 class HttpServer {
  public:
-  /// Fails if no port is free, if the address does not belong to this machine or needs a token, and if the
+  /// Fails if no port is free, if the address does not belong to this machine or requires a token, and if the
   /// program was built without Boost.Beast.
   static Result<HttpServer> listen(ServerOptions options);
 

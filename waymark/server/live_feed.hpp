@@ -22,8 +22,8 @@ namespace waymark {
 
 /// State of the robot's loop, published with its samples.
 struct LiveStatus {
-  std::string phase = {};   ///< of the operator's session: "idle", "teaching", …
-  std::string reason = {};  ///< of the last stop; empty if there is none
+  std::string phase = {};   ///< phase of the session: "idle", "teaching", …
+  std::string reason = {};  ///< reason of the last stop; empty if there is none
   std::vector<std::string> commands =
       {};                            ///< accepted in this phase: "go", "stop", "script", "teach", "quit"
   bool page_drives = false;          ///< while teaching: the keys of the page drive
@@ -50,12 +50,12 @@ struct LiveSample {
 
 /// Queue between the loop of a robot and the server. The loop never blocks: if the server holds the lock, the
 /// loop keeps its samples until the next call, and beyond kMaxWaiting it drops and counts them. Samples are
-/// copied only while a viewer listens. One thread on each side.
+/// copied only while a viewer is connected. One thread on each side.
 class LiveFeed {
  public:
   static constexpr std::size_t kMaxWaiting = 512;
 
-  /// `wake` is called by the robot's side when there is something for the server; it must not block.
+  /// The robot side calls `wake` when the server has something to take; it must not block.
   explicit LiveFeed(std::function<void()> wake = [] {}) : wake_(std::move(wake)) {}
   void set_wake(std::function<void()> wake) { wake_ = std::move(wake); }  ///< call before either side starts
   void set_words(ViewerWords words) { words_ = std::move(words); }        ///< call before either side starts
@@ -109,13 +109,13 @@ class LiveFeed {
   std::atomic<bool> listening_{false};
   std::atomic<Control> control_{Control::Nobody};
   std::atomic<std::uint64_t> dropped_{0};
-  std::vector<LiveSample> waiting_{};  ///< owned by the robot's side
+  std::vector<LiveSample> waiting_{};  ///< owned by the robot side
   std::optional<LiveStatus> status_waiting_{};
   std::shared_ptr<const LiveTexts> texts_waiting_{};
   std::optional<Mounted> camera_waiting_{};
   std::shared_ptr<const ros2::MarkerArray> shapes_waiting_{};
   std::vector<CameraFrame> spare_{};  ///< for reuse
-  LiveTexts texts_{};                 ///< owned by the robot's side
+  LiveTexts texts_{};                 ///< owned by the robot side
   LiveStatus last_status_{};
 
   std::mutex box_;  ///< guards the members below

@@ -137,11 +137,11 @@ void LiveHub::tick(Duration now) {
     messages = channels_.encode(*updates.camera, now.count());
   if (updates.shapes && std::exchange(shapes_, updates.shapes) != updates.shapes)
     std::ranges::move(channels_.encode(*updates.shapes, now.count()), std::back_inserter(messages));
-  const std::set<std::uint32_t> asked = wanted();
+  const std::set<std::uint32_t> subscribed = wanted();
   for (LiveSample& sample : updates.samples) {
     auto* received = std::get_if<Sample>(&sample.value);
     if (received != nullptr) health_.receive(*received, Duration(sample.host_ns));
-    std::ranges::move(channels_.encode(sample, asked), std::back_inserter(messages));
+    std::ranges::move(channels_.encode(sample, subscribed), std::back_inserter(messages));
     auto* picture = received != nullptr ? std::get_if<CameraFrame>(received) : nullptr;
     if (picture != nullptr) feed_.give_back(std::move(*picture));
   }
@@ -172,14 +172,14 @@ void LiveHub::send_state(Duration now) {
 }
 
 void LiveHub::send_control(Id id, Client& client) {
-  std::string words = control_json({.may = client.may_command,
-                                    .yours = holder_ == id,
-                                    .held = holder_.has_value(),
-                                    .viewers = clients_.size(),
-                                    .dropped = client.outbox.dropped()});
-  if (words == client.last_control) return;
-  client.last_control = words;
-  put_text(client, std::move(words), kControlMark);
+  std::string text = control_json({.may = client.may_command,
+                                   .yours = holder_ == id,
+                                   .held = holder_.has_value(),
+                                   .viewers = clients_.size(),
+                                   .dropped = client.outbox.dropped()});
+  if (text == client.last_control) return;
+  client.last_control = text;
+  put_text(client, std::move(text), kControlMark);
 }
 
 void LiveHub::send_texts(Client& client) {
@@ -217,7 +217,7 @@ void LiveHub::pass_order(Id id, Client& client, const ViewerOrder& order) {
 void LiveHub::subscribe(Client& client, const ClientSubscribe& message) {
   for (const auto& [subscription, channel] : message.wanted) {
     if (channel >= channels_.known().size()) {
-      warn(client, fmt::format("no channel {}", channel));
+      warn(client, fmt::format("unknown channel {}", channel));
     } else if (client.channel_of.size() >= kMaxSubscriptions) {
       warn(client, "too many subscriptions");
     } else if (client.channel_of.emplace(subscription, channel).second) {

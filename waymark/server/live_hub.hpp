@@ -73,10 +73,10 @@ class LiveHub {
   /// Maximum number of viewers without the token.
   static constexpr std::size_t kMaxWatchers = 12;
 
-  /// `name`: of the robot, for display.
+  /// `name`: robot name for display.
   LiveHub(LiveFeed& feed, std::string name) : feed_(feed), name_(std::move(name)) {}
 
-  /// Adds a viewer; nothing if there is no room. `may_command`: it has the token.
+  /// Adds a viewer; returns nothing if the limit is reached. `may_command`: it has the token.
   [[nodiscard]] std::optional<Id> join(std::string_view protocol, bool may_command, Duration now);
   /// Removes a viewer; if it held control, the robot is stopped or paused.
   void leave(Id id);

@@ -21,8 +21,8 @@ constexpr double kMaxYawRate_rad_s = 20;
 constexpr double kMaxControl = 1e9;
 constexpr std::size_t kMaxName = 256;
 
-tl::unexpected<Error> invalid_message(std::string words) {
-  return fail(ErrorCode::Unreadable, std::move(words));
+tl::unexpected<Error> invalid_message(std::string text) {
+  return fail(ErrorCode::Unreadable, std::move(text));
 }
 
 std::optional<std::uint32_t> id_of(const Json& value) {
@@ -262,13 +262,13 @@ std::string state_json(const LiveStatus& status, const std::vector<HealthLight>&
                   {"lights", std::move(list)}});
 }
 
-std::string control_json(const ControlState& words) {
+std::string control_json(const ControlState& state) {
   return written({{"op", "control"},
-                  {"may", words.may},
-                  {"yours", words.yours},
-                  {"held", words.held},
-                  {"viewers", words.viewers},
-                  {"dropped", words.dropped}});
+                  {"may", state.may},
+                  {"yours", state.yours},
+                  {"held", state.held},
+                  {"viewers", state.viewers},
+                  {"dropped", state.dropped}});
 }
 
 }  // namespace waymark

@@ -14,7 +14,7 @@
 
 namespace waymark {
 
-// Messages of viewers. Text is a JSON object with "op", as in the Foxglove WebSocket protocol
+// Messages from viewers. Text is a JSON object with "op", as in the Foxglove WebSocket protocol
 // (foxglove/ws-protocol, docs/spec.md, "Messages sent by the client"). The page adds: take, release, alive,
 // order, drive, camera (docs/formats/live.md).
 
@@ -81,7 +81,7 @@ inline constexpr std::string_view kDriveTopic = "/cmd_vel";
 /// Opcode 1, subscription, time [ns]; the message follows. All little endian.
 [[nodiscard]] std::string message_head(std::uint32_t subscription, std::int64_t host_ns);
 
-/// A file of the map, for the page.
+/// A file of the map folder, for the page.
 [[nodiscard]] std::string text_message(std::string_view name, std::string_view text);
 /// The state of the robot, for all viewers: topic /waymark/state.
 [[nodiscard]] std::string state_json(const LiveStatus& status, const std::vector<HealthLight>& lights,
@@ -94,6 +94,6 @@ struct ControlState {
   std::size_t viewers = 0;
   std::uint64_t dropped = 0;  ///< frames dropped because this viewer was too slow
 };
-[[nodiscard]] std::string control_json(const ControlState& words);
+[[nodiscard]] std::string control_json(const ControlState& state);
 
 }  // namespace waymark

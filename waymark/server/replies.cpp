@@ -24,7 +24,7 @@ constexpr std::string_view kNoPage =
     "<p>With npm installed, run <code>tools/build_viewer.sh</code> in the source folder "
     "and build again.</p></html>";
 
-HttpReply words(int status, std::string text) {
+HttpReply text_reply(int status, std::string text) {
   return {status, {{"Content-Type", "text/plain; charset=utf-8"}}, std::move(text) + "\n"};
 }
 
@@ -81,8 +81,8 @@ HttpReply page_file(std::string_view name, bool accepts_gzip) {
   if (assets.empty() && name == "index.html")
     return {200, {{"Content-Type", "text/html; charset=utf-8"}}, kNoPage};
   const auto found = std::ranges::find_if(assets, [&](const Asset& asset) { return asset.name == name; });
-  if (found == assets.end()) return words(404, "There is no such page.");
-  if (!accepts_gzip) return words(406, "The page is compressed with gzip: send Accept-Encoding: gzip.");
+  if (found == assets.end()) return text_reply(404, "This page does not exist.");
+  if (!accepts_gzip) return text_reply(406, "The page is compressed with gzip: send Accept-Encoding: gzip.");
   return {200,
           {{"Content-Type", std::string(media_type(name))}, {"Content-Encoding", "gzip"}},
           std::string_view(reinterpret_cast<const char*>(found->gzip.data()), found->gzip.size())};
@@ -113,17 +113,17 @@ HttpReply session(const OfferedThings& offered) {
 HttpReply offered_file(std::string_view rest, std::string_view range,
                        const std::vector<OfferedFile>& offered) {
   const auto index = number<std::size_t>(rest.substr(0, rest.find('/')));
-  if (!index || *index >= offered.size()) return words(404, "No such file is offered.");
+  if (!index || *index >= offered.size()) return text_reply(404, "No such file is offered.");
   const OfferedFile& file = offered[*index];
   std::error_code error;
   if (!file.within.empty() && !lies_within(file.path, file.within))
-    return words(404, fmt::format("{} is outside its folder.", file.name));
+    return text_reply(404, fmt::format("{} is outside its folder.", file.name));
   const std::uint64_t size = std::filesystem::file_size(file.path, error);
-  if (error) return words(404, fmt::format("cannot read {}: {}", file.name, error.message()));
+  if (error) return text_reply(404, fmt::format("cannot read {}: {}", file.name, error.message()));
   const ByteRange part = parse_range(range, size);
   const std::string type(media_type(file.path.filename().string()));
   if (part.kind == ByteRange::Kind::Unsatisfiable) {
-    HttpReply reply = words(416, "The requested range is outside the file.");
+    HttpReply reply = text_reply(416, "The requested range is outside the file.");
     reply.headers.emplace_back("Content-Range", fmt::format("bytes */{}", size));
     return reply;
   }
@@ -139,9 +139,9 @@ HttpReply offered_file(std::string_view rest, std::string_view range,
 /// `rest` is "FAMILY/ID".
 HttpReply printed_tag(std::string_view rest) {
   const std::size_t slash = rest.find('/');
-  if (slash == std::string_view::npos) return words(404, "The address of a tag is tags/FAMILY/ID.");
+  if (slash == std::string_view::npos) return text_reply(404, "The address of a tag is tags/FAMILY/ID.");
   const auto id = parse_tag_id(fmt::format("{}:{}", rest.substr(0, slash), rest.substr(slash + 1)));
-  if (!id) return words(404, to_string(id.error()));
+  if (!id) return text_reply(404, to_string(id.error()));
   std::string cells;
   for (const std::uint8_t cell : bitmap(*id)) cells += cell == 0 ? '0' : cell == 255 ? '1' : '.';
   const Family& layout = family(id->family);
@@ -153,12 +153,12 @@ HttpReply printed_tag(std::string_view rest) {
 
 HttpReply route(const HttpRequest& request, const OfferedThings& offered) {
   if (request.method != "GET" && request.method != "HEAD") {
-    HttpReply reply = words(405, "Only GET and HEAD are supported.");
+    HttpReply reply = text_reply(405, "Only GET and HEAD are supported.");
     reply.headers.emplace_back("Allow", "GET, HEAD");
     return reply;
   }
   std::string_view path = request.target.substr(0, request.target.find('?'));
-  if (!path.starts_with('/')) return words(400, "The target does not begin with a slash.");
+  if (!path.starts_with('/')) return text_reply(400, "The target does not begin with a slash.");
   path.remove_prefix(1);
   if (path.empty()) return page_file("index.html", request.accepts_gzip);
   if (path == "session.json") return session(offered);
@@ -209,10 +209,10 @@ ByteRange parse_range(std::string_view header, std::uint64_t size) {
 HttpReply refusal_of(AccessRights::Refusal refusal, const AccessPolicy& policy) {
   using Refusal = AccessRights::Refusal;
   if (refusal == Refusal::WrongHost)
-    return words(421, fmt::format("The address of this server is {} or localhost, port {}.", policy.address,
-                                  policy.port));
-  if (refusal == Refusal::ForeignPage) return words(403, "Requests from other pages are refused.");
-  return words(401, "Open the address with the token that the program printed.");
+    return text_reply(421, fmt::format("The address of this server is {} or localhost, port {}.",
+                                       policy.address, policy.port));
+  if (refusal == Refusal::ForeignPage) return text_reply(403, "Requests from other pages are refused.");
+  return text_reply(401, "Open the address with the token that the program printed.");
 }
 
 HttpReply reply_to(const HttpRequest& request, const OfferedThings& offered, const AccessPolicy& policy) {
@@ -223,7 +223,7 @@ HttpReply reply_to(const HttpRequest& request, const OfferedThings& offered, con
   if (rights.refusal != AccessRights::Refusal::None) {
     reply = refusal_of(rights.refusal, policy);
   } else if (rights.by_address && request.method == "GET" && request.target.starts_with("/?")) {
-    reply = words(303, "The page is at /.");
+    reply = text_reply(303, "The page is at /.");
     reply.headers.emplace_back("Location", "/");
     reply.headers.emplace_back("Set-Cookie", token_cookie(policy));
   } else {

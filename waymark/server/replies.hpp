@@ -58,9 +58,9 @@ struct HttpReply {
 };
 
 /// Reply to a request: the page, `session.json` (the offered files), `files/N/NAME` by ranges, or
-/// `tags/FAMILY/ID` (the printed cells of a tag). Requests without the right get an error (access.hpp). A
-/// page opened with the token in the address gets it as a cookie, and a redirect to the address without it.
-/// Never fails; reads at most the size of a file. of a file at most.
+/// `tags/FAMILY/ID` (the printed cells of a tag). Requests without the required rights get an error
+/// (access.hpp). A page opened with the token in the address gets it as a cookie, and a redirect to the
+/// address without it. Never fails; of a file it reads only the size.
 [[nodiscard]] HttpReply reply_to(const HttpRequest& request, const OfferedThings& offered,
                                  const AccessPolicy& policy);
 
@@ -69,11 +69,8 @@ struct HttpReply {
 
 /// First byte and length of "bytes=0-99", "bytes=100-" or "bytes=-50" within `size` bytes.
 struct ByteRange {
-  enum class Kind : std::uint8_t {
-    Whole,
-    Part,
-    Unsatisfiable
-  };  ///< Whole: also if the header is not understood
+  /// Whole: also for an unsupported header.
+  enum class Kind : std::uint8_t { Whole, Part, Unsatisfiable };
   Kind kind = Kind::Whole;
   std::uint64_t first = 0;
   std::uint64_t length = 0;
