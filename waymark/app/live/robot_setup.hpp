@@ -37,8 +37,8 @@ struct PictureSettings {
     visit(self.search_every,
           JobField(
               "search_every N",
-              "Search only one image in N completely and track tags in the others, for less processor time; "
-              "a tag that enters the view is found up to N images later; only for a robot process",
+              "Search only one image in N completely and track tags in the others, for less processor time. "
+              "A tag that enters the view is found up to N images later. Only for a robot process",
               1, 1000)
               .less());
     visit(self.in_strips, JobField("search_strips",
