@@ -15,11 +15,11 @@ import type { LiveMode } from "./live/live_mode";
 const byId = <T extends HTMLElement>(id: string): T => document.getElementById(id) as T;
 const colour = (name: string): string => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
-const sessionAsked = fetch("session.json", { cache: "no-store" }).catch(() => undefined); // requested while the page is set up
-const reader = new Reader(hear);
+const sessionRequest = fetch("session.json", { cache: "no-store" }).catch(() => undefined); // requested while the page is set up
+const reader = new Reader(receive);
 let content = emptyContent();
 let offers: Offer[] = [];
-let offered = false; // the open recording is one of them
+let offered = false; // the server offers the open recording
 let tagsByName = new Map(tagsOf(content).map((tag) => [`${tag.family}:${tag.id}`, tag]));
 const playback = new Playback();
 const map = new MapView(byId<HTMLCanvasElement>("map"));
@@ -35,13 +35,13 @@ function showStatus(words: string, bad = false): void {
 }
 
 let pictureShown = NaN; // recording: time of the last picture shown
-let lookedAt = NaN; // running robot: time shown while looking back
+let shownPast = NaN; // running robot: past time that is shown
 
 /** Updates everything that depends on the time. */
 function update(): void {
   const { t } = playback;
   if (content.info?.hasPictures) reader.picture(t);
-  else if (live && !playback.following && t !== lookedAt) void live.seek((lookedAt = t));
+  else if (live && !playback.following && t !== shownPast) void live.seek((shownPast = t));
   world.moveTo(content, t);
   drawCamera();
   plots.at(t);
@@ -80,8 +80,8 @@ function rebuild(reframe: boolean): void {
     plots.show(figuresOf(scoresOf(tracks, content.route, world.map_T_odom ?? identity)));
     bar.showMarks(marksOf(tracks));
   }
-  const shown = [["truth", "truth", tracks.truth.length], ["odometry", "odometry, aligned at its beginning", tracks.odometry.length],
-                 ["estimate", "estimate, with three sigma", tracks.estimate.length], ["route", "route", content.route ? 1 : 0],
+  const shown = [["truth", "truth", tracks.truth.length], ["odometry", "odometry, aligned at its start", tracks.odometry.length],
+                 ["estimate", "estimate, with 3 sigma", tracks.estimate.length], ["route", "route", content.route ? 1 : 0],
                  ["other", `route ${[...content.otherRoutes.keys()].join(", ")}`, content.otherRoutes.size]] as const;
   byId("legend").replaceChildren(...shown.filter(([, , count]) => count > 0).map(([name, words]) => {
     const item = document.createElement("li");
@@ -112,7 +112,7 @@ function showTagTable(): void {
   }));
 }
 
-function hear(answer: Answer): void {
+function receive(answer: Answer): void {
   switch (answer.type) {
     case "failed": return showStatus(answer.words, true);
     case "picture":
@@ -125,7 +125,7 @@ function hear(answer: Answer): void {
       playback.duration = info.duration;
       showStatus(`${info.name}: ${clockText(info.duration)}, ${info.messages} messages; reading …`);
       rebuild(true);
-      void layOfferedMap();
+      void addOfferedMap();
       return;
     }
     case "tracks": {
@@ -159,14 +159,14 @@ async function openFiles(files: readonly File[]): Promise<void> {
   for (const file of files) {
     if (!/\.(ya?ml|txt)$/.test(file.name)) { openRecording(file); continue; }
     const wrong = takeText(content, file.name, await file.text());
-    showStatus(wrong ?? `${file.name} is open`, wrong !== undefined);
+    showStatus(wrong ?? `${file.name} opened`, wrong !== undefined);
     rebuild(true);
   }
 }
 
 async function openOffered(): Promise<void> {
   const wanted = new URLSearchParams(location.search).get("recording");
-  const answer = await sessionAsked;
+  const answer = await sessionRequest;
   const session = answer?.ok ? ((await answer.json()) as { files: Offer[]; live: boolean }) : { files: [], live: false };
   offers = session.files;
   const recordings = offers.filter((offer) => offer.kind === "recording");
@@ -188,8 +188,8 @@ async function startLive(): Promise<void> {
   live = new LiveMode({ content, playback, world, camera, plots, bar, showStatus, rebuild, refit: () => map.refit(), update, drawCamera, colour });
 }
 
-/** An offered recording without its own map gets the map next to it; recordings from elsewhere do not. */
-async function layOfferedMap(): Promise<void> {
+/** Adds the offered map to an offered recording without its own map. */
+async function addOfferedMap(): Promise<void> {
   if (!offered) return;
   const { info } = content;
   const hasOwn = content.tags.length > 0 || content.route !== undefined;
@@ -207,7 +207,7 @@ async function takeOfferedTexts(): Promise<void> {
     const text = await fetch(offer.url).then((answer) => (answer.ok ? answer.text() : ""));
     wrong = takeText(content, offer.name, text) ?? wrong;
   }
-  if (tagsOf(content).length > 0) showStatus(wrong ?? `A map of ${tagsOf(content).length} tags`, wrong !== undefined);
+  if (tagsOf(content).length > 0) showStatus(wrong ?? `Map with ${tagsOf(content).length} tags`, wrong !== undefined);
   else showStatus(wrong ?? "Open a recording with the button, or drop one here.", wrong !== undefined);
   rebuild(true);
 }

@@ -15,7 +15,7 @@ export interface Content {
   world: World | undefined;
   hull: [number, number, number];
   tagSize: number | undefined; // [m], of a running robot
-  seen: MapTag[]; // placed by odometry before there is a map
+  seen: MapTag[]; // placed by odometry, before there is a map
 }
 
 export const emptyContent = (): Content => ({
@@ -38,7 +38,7 @@ export function takeText(content: Content, name: string, text: string): string |
     else if (base === "truth_trajectory.txt") takeTrajectory(content, "truth", text);
     else if (base === "trajectory.txt") takeTrajectory(content, "estimate", text);
     else if (/^tag_family:/m.test(text)) content.world = parseWorld(text);
-    else return `${name}: not a map and not a route`;
+    else return `${name}: neither a map nor a route`;
   } catch (error) {
     return `${name}: ${(error as Error).message}`;
   }
@@ -66,39 +66,39 @@ export const drawnTagsOf = (content: Content): readonly MapTag[] => (tagsOf(cont
 
 const newWorker = (): Worker => new Worker(new URL("./data/worker.ts", import.meta.url), { type: "module" });
 
-/** The worker. Pictures are requested one at a time; while one is pending only the last request is kept. */
+/** The worker that reads the recording. One picture is requested at a time; of later requests only the last is kept. */
 export class Reader {
   private worker: Worker | undefined;
   private spare: Worker | undefined = newWorker(); // starts together with the page
-  private asked = false;
-  private wish: number | undefined;
+  private pending = false;
+  private nextTime: number | undefined;
 
   constructor(private readonly onAnswer: (answer: Answer) => void) {}
 
   open(source: File | string): void {
     this.worker?.terminate();
-    this.asked = true; // the first picture is sent without a request
-    this.wish = undefined;
+    this.pending = true; // the first picture is sent without a request
+    this.nextTime = undefined;
     this.worker = this.spare ?? newWorker();
     this.spare = undefined;
-    this.worker.onmessage = ({ data }: MessageEvent<Answer>) => this.hear(data);
+    this.worker.onmessage = ({ data }: MessageEvent<Answer>) => this.receive(data);
     this.worker.onerror = (event) => this.onAnswer({ type: "failed", words: event.message || "the reader did not start" });
-    this.ask({ ask: "open", source });
+    this.post({ ask: "open", source });
   }
   picture(t: number): void {
-    if (this.asked) { this.wish = t; return; }
-    this.asked = true;
-    this.ask({ ask: "picture", t });
+    if (this.pending) { this.nextTime = t; return; }
+    this.pending = true;
+    this.post({ ask: "picture", t });
   }
-  private hear(answer: Answer): void {
+  private receive(answer: Answer): void {
     this.onAnswer(answer);
     if (answer.type !== "picture") return;
-    this.asked = false;
-    const { wish } = this;
-    this.wish = undefined;
-    if (wish !== undefined) this.picture(wish);
+    this.pending = false;
+    const { nextTime } = this;
+    this.nextTime = undefined;
+    if (nextTime !== undefined) this.picture(nextTime);
   }
-  private ask(request: Request): void {
+  private post(request: Request): void {
     this.worker?.postMessage(request);
   }
 }

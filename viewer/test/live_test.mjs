@@ -63,7 +63,7 @@ async function onlyWatches() {
   const { page: other } = await openPage(browser, origin);
   await other.goto(origin);
   await other.waitForFunction(() => document.body.dataset.phase === "stopped");
-  check(!(await other.isVisible("#go")) && (await other.textContent("#viewers")).includes("You watch"), "no buttons without the token");
+  check(!(await other.isVisible("#go")) && (await other.textContent("#viewers")).includes("You are watching"), "no buttons without the token");
   await other.close();
 }
 

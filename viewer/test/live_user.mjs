@@ -81,7 +81,7 @@ export class LiveUser {
   async keepControl() {
     if (!this.held) return;
     const [words, phase] = await this.page.evaluate(() => [document.querySelector("#control").textContent, document.body.dataset.phase]);
-    if (words !== "Give control back") {
+    if (words !== "Release control") {
       check((await this.silence()) > 1000, "control was lost by a page that was awake");
       if (Date.now() - this.taken < 3000) return; // perhaps a key has taken it meanwhile, and the press gave it back
       this.taken = Date.now();
@@ -93,7 +93,7 @@ export class LiveUser {
     }
   }
   async takes() {
-    await this.until(async () => (await this.text("#control")) === "Give control back", "control is never held");
+    await this.until(async () => (await this.text("#control")) === "Release control", "control is never held");
     this.held = true;
   }
   /** Scrubs to `t`; returns whether tags are in the picture of that time. */

@@ -2,11 +2,11 @@ import { afterEach, describe, expect, it, vi } from "vitest";
 import { HttpSource } from "./range_source";
 
 /** A server that returns parts of a file; records the requests. */
-function serve(file: Uint8Array<ArrayBuffer>, asked: string[], status = 206): void {
+function serve(file: Uint8Array<ArrayBuffer>, requested: string[], status = 206): void {
   vi.stubGlobal("location", new URL("http://x/worker.js"));
   vi.stubGlobal("fetch", (_url: string, { method, headers }: { method?: string; headers?: Record<string, string> }) => {
     const range = headers?.["range"] ?? "";
-    asked.push(range || method!);
+    requested.push(range || method!);
     if (method === "HEAD") return Promise.resolve(new Response(null, { headers: { "content-length": String(file.length) } }));
     const [, from, to] = /^bytes=(\d*)-(\d*)$/.exec(range)!;
     if (file.length === 0) return Promise.resolve(new Response(null, { status: 416 }));
@@ -20,32 +20,32 @@ afterEach(() => vi.unstubAllGlobals());
 describe("a file at a URL", () => {
   const file = Uint8Array.from({ length: 1_000_000 }, (_, i) => (i * 7919) >> 3);
 
-  it("is read exactly, each end with one request", async () => {
-    const asked: string[] = [];
-    serve(file, asked);
+  it("is read exactly, with one request for each end", async () => {
+    const requested: string[] = [];
+    serve(file, requested);
     const source = new HttpSource("http://x/files/0/a%20lap.mcap");
     expect(source.name).toBe("a lap.mcap");
     const places: [number, number][] = [[0, 8], [8, 100], [65000, 536], [999_000, 1000], [800_000, 5], [65_530, 10], [400_000, 50_000], [700_000, 100_000]];
     for (const [offset, length] of places)
       expect(await source.read(BigInt(offset), BigInt(length)), `${length} from ${offset}`).toEqual(file.slice(offset, offset + length));
     expect(await source.size()).toBe(1_000_000n);
-    expect(asked).toEqual(["bytes=-262144", "bytes=0-65535", "bytes=65530-65539", "bytes=400000-449999", "bytes=700000-799999"]);
+    expect(requested).toEqual(["bytes=-262144", "bytes=0-65535", "bytes=65530-65539", "bytes=400000-449999", "bytes=700000-799999"]);
   });
-  it("on another site has its length requested first", async () => {
-    const asked: string[] = [];
-    serve(file, asked);
+  it("requests the length first on another site", async () => {
+    const requested: string[] = [];
+    serve(file, requested);
     const source = new HttpSource("https://elsewhere/lap.mcap");
     expect(await source.read(999_000n, 1000n)).toEqual(file.slice(999_000));
     expect(await source.size()).toBe(1_000_000n);
-    expect(asked).toEqual(["HEAD", "bytes=737856-999999"]);
+    expect(requested).toEqual(["HEAD", "bytes=737856-999999"]);
   });
   it("may be small, empty or truncated", async () => {
-    const asked: string[] = [];
-    serve(file.slice(0, 100), asked);
+    const requested: string[] = [];
+    serve(file.slice(0, 100), requested);
     const small = new HttpSource("http://x/small.mcap");
     expect(await small.read(10n, 20n)).toEqual(file.slice(10, 30));
     await expect(small.read(90n, 20n)).rejects.toThrow("small.mcap: ends before byte 110");
-    serve(new Uint8Array(), asked);
+    serve(new Uint8Array(), requested);
     expect(await new HttpSource("http://x/empty.mcap").size()).toBe(0n);
   });
   it("needs a server that supports ranges", async () => {

@@ -20,7 +20,7 @@ export class BlobSource implements RangeSource {
 const tailBytes = 256 * 1024; // enough for the index of an hour
 const headBytes = 64 * 1024;
 
-/** Requests the end of the file, which contains its index, and the beginning once: most small reads are there. */
+/** Requests the beginning and the end of the file, which contains its index, only once, because most small reads are there. */
 export class HttpSource implements RangeSource {
   readonly name: string;
   private tail: Promise<{ readonly total: bigint; readonly bytes: Uint8Array }> | undefined;
@@ -48,12 +48,12 @@ export class HttpSource implements RangeSource {
   }
 
   private ending(): Promise<{ readonly total: bigint; readonly bytes: Uint8Array }> {
-    return (this.tail ??= this.isOurs() ? this.ourEnding() : this.foreignEnding());
+    return (this.tail ??= this.isSameOrigin() ? this.localEnding() : this.foreignEnding());
   }
-  private isOurs(): boolean {
+  private isSameOrigin(): boolean {
     return new URL(this.url, location.href).origin === location.origin;
   }
-  private async ourEnding(): Promise<{ readonly total: bigint; readonly bytes: Uint8Array }> {
+  private async localEnding(): Promise<{ readonly total: bigint; readonly bytes: Uint8Array }> {
     const answer = await this.fetchPart(`-${tailBytes}`);
     if (answer.total === undefined) throw new Error(`${this.name}: the server does not send the file size`);
     return { total: answer.total, bytes: answer.bytes };

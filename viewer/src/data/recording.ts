@@ -86,7 +86,7 @@ export class Recording {
 
   /** Reads all small messages into the tracks, in order of log time; yields the progress, from 0 to 1, about every `everyMs`. */
   async *overview(tracks: Tracks, families: FamilyNames, everyMs = 100): AsyncGenerator<number> {
-    // Only the first odometry and the first camera by name: several would be mixed up.
+    // Only the first topic of each kind by name; several would be mixed up.
     const topics = (["truth", "odometry", "estimate", "uncertain", "command", "tags", "nis"] as const)
       .flatMap((kind) => this.names.get(kind)?.slice(0, 1) ?? []);
     if (topics.length === 0) return;
@@ -105,7 +105,7 @@ export class Recording {
     }
   }
 
-  /** The last picture at t [s]: two reads of the file, whatever its length. */
+  /** The last picture not later than t [s]; reads the file twice, independent of its length. */
   async picture(t: number): Promise<Picture | undefined> {
     const topic = this.names.get("image")?.[0];
     if (topic === undefined) return undefined;
@@ -121,10 +121,10 @@ export class Recording {
   private async first<T>(kind: Kind, decode: (message: Record<string, unknown>) => T | undefined): Promise<T | undefined> {
     const topics = this.names.get(kind);
     if (!topics) return undefined;
-    let looked = 0;
+    let tried = 0;
     for await (const message of this.mcap.readMessages({ topics, validateCrcs: false })) {
       const value = decode(this.topics.get(message.channelId)!.reader.readMessage<Record<string, unknown>>(message.data));
-      if (value !== undefined || ++looked > 100) return value;
+      if (value !== undefined || ++tried > 100) return value;
     }
     return undefined;
   }

@@ -79,17 +79,17 @@ export interface Scores {
 
 export function scoresOf(tracks: Tracks, route: Route | undefined, map_T_odom: Pose, apart = 0.05): Scores {
   const degrees = 180 / Math.PI;
-  const across = (series: Series): Curve =>
+  const crossTrack = (series: Series): Curve =>
     route ? sampled(series, apart, (row) => nearestOnRoute(route.xy, route.closed, series.at(row, 1), series.at(row, 2)).crossTrack * 100)
           : { t: [], v: [] };
-  const turned = (series: Series, a_T_frame: Pose): Curve =>
+  const headingError = (series: Series, a_T_frame: Pose): Curve =>
     tracks.truth.length === 0 ? { t: [], v: [] } : sampled(series, apart, (row) => {
       const truth = poseAt(tracks.truth, series.time(row));
       return truth ? wrapAngle(yawOf(compose(a_T_frame, poseOf(series, row)).q) - yawOf(truth.q)) * degrees : NaN;
     });
   return {
-    crossTrackTruth: across(tracks.truth), crossTrackEstimate: across(tracks.estimate),
-    headingEstimate: turned(tracks.estimate, identity), headingOdometry: turned(tracks.odometry, map_T_odom),
+    crossTrackTruth: crossTrack(tracks.truth), crossTrackEstimate: crossTrack(tracks.estimate),
+    headingEstimate: headingError(tracks.estimate, identity), headingOdometry: headingError(tracks.odometry, map_T_odom),
     speed: sampled(tracks.odometry, apart, (row) => tracks.odometry.at(row, 8)),
     commanded: sampled(tracks.command, apart, (row) => tracks.command.at(row, 1)),
     tagsInView: tagCounts(tracks.tags),
@@ -113,18 +113,18 @@ function tagCounts(tags: Series): Curve {
 export function marksOf(tracks: Tracks, blindFrom = 1, stoppedFrom = 0.5): Mark[] {
   const marks: Mark[] = [];
   if (tracks.estimate.length > 0) marks.push({ t: tracks.estimate.time(0), kind: "start", words: "first estimate" });
-  const stillness = stretches(tracks.command, (row) => tracks.command.at(row, 1) === 0 && tracks.command.at(row, 2) === 0, stoppedFrom);
-  for (const [from, to, open] of stillness) {
+  const stops = intervals(tracks.command, (row) => tracks.command.at(row, 1) === 0 && tracks.command.at(row, 2) === 0, stoppedFrom);
+  for (const [from, to, open] of stops) {
     marks.push({ t: from, kind: "stop", words: `stationary for ${(to - from).toFixed(1)} s` });
-    if (!open) marks.push({ t: to, kind: "go", words: "drives on" });
+    if (!open) marks.push({ t: to, kind: "go", words: "moves again" });
   }
-  for (const [from, to] of stretches(tracks.tags, (row) => tracks.tags.at(row, 2) < 0, blindFrom))
+  for (const [from, to] of intervals(tracks.tags, (row) => tracks.tags.at(row, 2) < 0, blindFrom))
     marks.push({ t: from, kind: "blind", words: `no tag for ${(to - from).toFixed(1)} s` });
   return marks.sort((a, b) => a.t - b.t);
 }
 
-/** Intervals in which the condition holds for at least that long: from, to, and whether it lasts to the end. */
-function stretches(series: Series, holds: (row: number) => boolean, atLeast: number): [number, number, boolean][] {
+/** Intervals of at least `atLeast` seconds in which the condition holds: start, end, and whether it holds to the end of the series. */
+function intervals(series: Series, holds: (row: number) => boolean, atLeast: number): [number, number, boolean][] {
   const found: [number, number, boolean][] = [];
   let from: number | undefined;
   for (let row = 0; row <= series.length; ++row) {

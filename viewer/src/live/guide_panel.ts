@@ -54,7 +54,7 @@ export function guideFacts(status: GuideStatus): string {
 
 const byId = (id: string): HTMLElement => document.getElementById(id)!;
 
-/** Shows the parts of the picture and the tilts of the board that a calibration has, and those that are missing. */
+/** Shows which parts of the picture and which tilts of the board are covered, and which are missing. */
 export class GuidePanel {
   show(status: GuideStatus): void {
     document.body.classList.add("guided");

@@ -12,7 +12,7 @@ export interface LivePicture {
 }
 export interface ShownPicture {
   readonly t: number;
-  readonly hostTime: bigint; // [ns] of the server's clock, when the robot's program had it
+  readonly hostTime: bigint; // [ns] of the server's clock, when the robot's program received it
   readonly bitmap: ImageBitmap;
 }
 
@@ -28,6 +28,6 @@ export interface Updates {
   readonly control?: Control;
   readonly texts: readonly { readonly name: string; readonly text: string }[];
   readonly words: readonly string[];
-  readonly pictures: readonly LivePicture[]; // for looking back
+  readonly pictures: readonly LivePicture[]; // kept to look back
   readonly shown?: ShownPicture; // the newest picture with known tags
 }

@@ -5,7 +5,7 @@ import type { Updates, ToLink } from "./link_protocol";
 import { UpdateBox } from "./update_box";
 
 const box = new UpdateBox();
-let asked = false; // the page waits for updates
+let requested = false; // the page waits for updates
 let sending = false;
 
 const link = new LiveLink(box.tracks, box.families, {
@@ -13,7 +13,7 @@ const link = new LiveLink(box.tracks, box.families, {
   closed: () => { box.lost(); void send(); },
   warned: (words) => { box.warn(words); void send(); },
   rows: () => { box.grown(); void send(); },
-  camera: (camera, base_T_cam) => { box.see(camera, base_T_cam); void send(); },
+  camera: (camera, base_T_cam) => { box.setCamera(camera, base_T_cam); void send(); },
   picture: (t, hostTime, data) => { box.picture(t, hostTime, data); void send(); },
   state: (state) => { box.state(state); void send(); },
   control: (control) => { box.controlled(control); void send(); },
@@ -21,12 +21,12 @@ const link = new LiveLink(box.tracks, box.families, {
 });
 
 async function send(): Promise<void> {
-  if (!asked || sending || !box.full) return;
+  if (!requested || sending || !box.full) return;
   sending = true;
   const picture = box.takePicture();
   const bitmap = picture && (await bitmapOf(picture.bytes));
   const updates: Updates = { ...box.take(), ...(picture && bitmap ? { shown: { t: picture.t, hostTime: picture.hostTime, bitmap } } : {}) };
-  asked = sending = false;
+  requested = sending = false;
   self.postMessage(updates, { transfer: bitmap ? [bitmap] : [] });
 }
 
@@ -42,7 +42,7 @@ async function bitmapOf(bytes: Uint8Array<ArrayBuffer>): Promise<ImageBitmap | u
 
 self.onmessage = ({ data }: MessageEvent<ToLink>): void => {
   if ("send" in data) return link.send(data.send);
-  asked = true;
+  requested = true;
   void send();
 };
 link.connect();

@@ -43,8 +43,8 @@ export class LiveLink {
     this.socket = socket;
     socket.binaryType = "arraybuffer";
     socket.onmessage = ({ data }: MessageEvent<string | ArrayBuffer>) => {
-      if (typeof data === "string") this.hearText(JSON.parse(data) as ServerText);
-      else this.hearFrame(parseData(data));
+      if (typeof data === "string") this.receiveText(JSON.parse(data) as ServerText);
+      else this.receiveFrame(parseData(data));
     };
     socket.onclose = () => {
       this.events.closed();
@@ -56,7 +56,7 @@ export class LiveLink {
     if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
   }
 
-  private hearText(message: ServerText): void {
+  private receiveText(message: ServerText): void {
     switch (message.op) {
       case "serverInfo": return this.events.opened(message.name);
       case "advertise": return message.channels.forEach((channel) => this.subscribe(channel));
@@ -66,7 +66,7 @@ export class LiveLink {
     }
   }
 
-  /** Shows one stream of each kind: the first. */
+  /** Subscribes to the first stream of each kind. */
   private subscribe(channel: Channel): void {
     if (channel.topic === "/waymark/state") this.state = channel.id;
     else {
@@ -78,7 +78,7 @@ export class LiveLink {
     this.send({ op: "subscribe", subscriptions: [{ id: channel.id, channelId: channel.id }] });
   }
 
-  private hearFrame(frame: DataFrame | undefined): void {
+  private receiveFrame(frame: DataFrame | undefined): void {
     if (!frame) return;
     if (frame.subscription === this.state) return this.events.state(JSON.parse(new TextDecoder().decode(frame.data)) as RobotState);
     const stream = this.streams.get(frame.subscription);

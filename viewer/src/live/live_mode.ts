@@ -34,7 +34,7 @@ const phaseWords: Readonly<Record<string, string>> = {
   localizing: "localisation",
 };
 
-/** The page of a running robot: new data are shown at once and kept for looking back. */
+/** The page of a running robot: new data are shown at once, and kept to look back. */
 export class LiveMode {
   private readonly link = new Worker(new URL("./link_worker.ts", import.meta.url), { type: "module" });
   private readonly alive: ReturnType<typeof setInterval>;
@@ -57,7 +57,7 @@ export class LiveMode {
     parts.playback.following = true;
     this.page = new LivePage((message) => this.send({ send: message }));
     this.panel = new CameraPanel((message) => this.send({ send: message }));
-    this.link.onmessage = ({ data }: MessageEvent<Updates>) => this.hear(data);
+    this.link.onmessage = ({ data }: MessageEvent<Updates>) => this.receive(data);
     this.link.onerror = (event) => parts.showStatus(event.message || "the connection did not start", true);
     this.alive = setInterval(() => this.send({ send: { op: "alive" } }), 500); // sent from the page, so that a blocked page loses control
     this.send({ next: true });
@@ -67,13 +67,13 @@ export class LiveMode {
     this.link.postMessage(message);
   }
 
-  private hear(updates: Updates): void {
+  private receive(updates: Updates): void {
     this.send({ next: true });
     const { content, showStatus } = this.parts;
     takeRows(content, updates.rows);
     content.families = updates.families;
     if (updates.name !== undefined) { showStatus(`${updates.name}: live`); document.body.dataset["ready"] = "true"; }
-    if (updates.lost) { showStatus("The robot's program does not answer.", true); this.page.lost(); }
+    if (updates.lost) { showStatus("No connection to the robot's program.", true); this.page.lost(); }
     updates.words.forEach((words) => showStatus(words, true));
     if (updates.camera || updates.base_T_cam) this.takeCamera(updates);
     updates.states.forEach((state) => this.takeState(state));
@@ -124,7 +124,7 @@ export class LiveMode {
     return Math.max(...[odometry, tags, estimate, truth].map((s) => (s.length > 0 ? s.time(s.length - 1) : 0)));
   }
 
-  /** Called when another time is shown. */
+  /** Ends the live view. */
   close(): void {
     clearInterval(this.alive);
     this.link.terminate();
@@ -133,7 +133,7 @@ export class LiveMode {
     document.getElementById("live")!.hidden = true;
   }
 
-  /** Looking back: shows the picture of that time, if it is still kept. */
+  /** Shows the picture of a past time, if it is still kept. */
   async seek(t: number): Promise<void> {
     const kept = this.pictures.filter((one) => one.t <= t + 1e-6).at(-1);
     if (!kept) { this.pictureTime = this.pictures.length > 0 ? t : undefined; await this.parts.camera.show(undefined); }
@@ -141,7 +141,7 @@ export class LiveMode {
     this.parts.drawCamera();
   }
 
-  /** Tags are placed in the scene from their first observation; the map replaces them. */
+  /** Draws tags from their first observation on, until a map replaces them. */
   private drawSeenTags(): void {
     const { content, world, rebuild } = this.parts;
     if (tagsOf(content).length > 0 || !this.seen.take(content, world.map_T_odom ?? identity)) return;
@@ -149,7 +149,7 @@ export class LiveMode {
     rebuild(false);
   }
 
-  /** Called before each frame of the screen. */
+  /** Call before each screen frame. */
   tick(now: number): void {
     if (!this.dirty) return;
     this.dirty = false;

@@ -30,7 +30,7 @@ export class LivePage {
     // Registered first, so that a key that stops the robot does not press a button as well.
     window.addEventListener("keydown", (event) => this.key(event, true), true);
     window.addEventListener("keyup", (event) => this.key(event, false), true);
-    window.addEventListener("blur", () => this.letGo());
+    window.addEventListener("blur", () => this.releaseKeys());
     for (const button of byId("pad").querySelectorAll("button")) {
       const key = button.dataset["key"]!;
       button.addEventListener("pointerdown", () => this.press(key));
@@ -40,7 +40,7 @@ export class LivePage {
 
   show(state: RobotState): void {
     this.state = state;
-    if (!this.teaches) this.letGo();
+    if (!this.teaches) this.releaseKeys();
     this.draw();
   }
   showControl(control: Control): void {
@@ -48,7 +48,7 @@ export class LivePage {
     this.draw();
   }
   lost(): void {
-    this.letGo();
+    this.releaseKeys();
     byId("phase").textContent = "Connection lost; reconnecting …";
   }
 
@@ -74,14 +74,14 @@ export class LivePage {
     if (!mine) return;
     event.preventDefault();
     event.stopImmediatePropagation();
-    if (event.key === " ") { if (down && !event.repeat) this.halt(); }
+    if (event.key === " ") { if (down && !event.repeat) this.stopRobot(); }
     else if (down) this.press(event.key);
     else this.release(event.key);
   }
 
   /** Stops the robot: a lap continues when its keys are pressed again, a replay ends. */
-  private halt(): void {
-    this.letGo();
+  private stopRobot(): void {
+    this.releaseKeys();
     if (this.teaches && this.mine) this.send({ op: "drive", speed_m_s: 0, yaw_rate_rad_s: 0 });
     else this.order("stop");
   }
@@ -93,9 +93,9 @@ export class LivePage {
   private release(key: string): void {
     if (!this.held.delete(key)) return;
     this.drive();
-    if (this.held.size === 0) this.letGo();
+    if (this.held.size === 0) this.releaseKeys();
   }
-  private letGo(): void {
+  private releaseKeys(): void {
     const drove = this.driving !== undefined;
     clearInterval(this.driving);
     this.driving = undefined;
@@ -105,8 +105,8 @@ export class LivePage {
   private drive(): void {
     let speed = 0, turn = 0;
     for (const key of this.held) { speed += drives[key]?.[0] ?? 0; turn += drives[key]?.[1] ?? 0; }
-    const most = Number(byId<HTMLSelectElement>("drivespeed").value);
-    this.send({ op: "drive", speed_m_s: Math.sign(speed) * most, yaw_rate_rad_s: Math.sign(turn) * turnRate });
+    const speedLimit = Number(byId<HTMLSelectElement>("drivespeed").value);
+    this.send({ op: "drive", speed_m_s: Math.sign(speed) * speedLimit, yaw_rate_rad_s: Math.sign(turn) * turnRate });
   }
 
   private draw(): void {
@@ -126,15 +126,15 @@ export class LivePage {
       if (element.textContent !== words) element.textContent = words;
     };
     button("go", "go", goWords[state.phase] ?? "Go");
-    button("stop", "stop", state.phase === "teaching" ? "Drop the lap" : state.phase === "localizing" ? "End (the robot keeps driving)" : "Stop (space)");
+    button("stop", "stop", state.phase === "teaching" ? "Discard the lap" : state.phase === "localizing" ? "End (the robot keeps driving)" : "Stop (space)");
     button("script", "script", "Let the script drive");
     button("teach", "teach", "Teach another lap");
     byId("pad").hidden = !this.teaches || !may;
     const take = byId<HTMLButtonElement>("control");
     take.hidden = !control.may;
     take.disabled = !may;
-    setText("control", control.yours ? "Give control back" : "Take control");
-    setText("viewers", (control.yours ? "You hold control" : !control.may ? "You watch, and may stop the robot. Open the address with its token to command" :
+    setText("control", control.yours ? "Release control" : "Take control");
+    setText("viewers", (control.yours ? "You hold control" : !control.may ? "You are watching and may stop the robot. To command it, open the address with the token" :
       control.held ? "Another viewer holds control" : "No viewer holds control") + `; ${control.viewers} ${control.viewers === 1 ? "viewer" : "viewers"}` +
       (control.dropped > 0 ? `; ${control.dropped} frames dropped because this browser is too slow` : ""));
     byId("lights").replaceChildren(...state.lights.map((light) => {

@@ -5,8 +5,8 @@ import type { Pose } from "../math/pose";
 import type { Control, RobotState } from "./frames";
 import type { LivePicture, Updates } from "./link_protocol";
 
-const mostPictures = 300; // ten seconds of history
-const mostWords = 20;
+const maxPictures = 300; // ten seconds of history
+const maxWarnings = 20;
 
 interface Taken extends LivePicture {
   readonly hostTime: bigint;
@@ -19,7 +19,7 @@ export class UpdateBox {
   private readonly sent = new Map<TrackName, number>();
   private name: string | undefined;
   private isLost: boolean | undefined;
-  private eye: { camera?: Camera; base_T_cam?: Pose } = {};
+  private cameraUpdate: { camera?: Camera; base_T_cam?: Pose } = {};
   private states: RobotState[] = [];
   private control: Control | undefined;
   private texts = new Map<string, string>();
@@ -27,14 +27,14 @@ export class UpdateBox {
   private pictures: LivePicture[] = [];
   private waiting: Taken[] = []; // waiting for their tags
   private ready: Taken | undefined;
-  /** There is an update. */
+  /** Whether there is an update. */
   full = false;
 
   opened(name: string): void { this.name = name; this.isLost = false; this.full = true; }
   lost(): void { this.isLost = true; this.full = true; }
-  warn(words: string): void { if (this.words.length < mostWords) this.words.push(words); this.full = true; }
-  see(camera: Camera | undefined, base_T_cam: Pose | undefined): void {
-    this.eye = { ...(camera ? { camera } : {}), ...(base_T_cam ? { base_T_cam } : {}) };
+  warn(words: string): void { if (this.words.length < maxWarnings) this.words.push(words); this.full = true; }
+  setCamera(camera: Camera | undefined, base_T_cam: Pose | undefined): void {
+    this.cameraUpdate = { ...(camera ? { camera } : {}), ...(base_T_cam ? { base_T_cam } : {}) };
     this.full = true;
   }
   state(state: RobotState): void {
@@ -45,18 +45,18 @@ export class UpdateBox {
   controlled(control: Control): void { this.control = control; this.full = true; }
   text(name: string, text: string): void { this.texts.set(name, text); this.full = true; }
 
-  /** The tracks have new rows: new tags show the picture in which they were detected. */
+  /** Call when the tracks have new rows. A picture becomes ready when its tags have arrived. */
   grown(): void {
     this.full = true;
     const { tags } = this.tracks;
-    const known = tags.length > 0 ? tags.time(tags.length - 1) + 1e-6 : -Infinity;
-    while (this.waiting.length > 0 && this.waiting[0]!.t <= known) this.ready = this.waiting.shift();
+    const newest = tags.length > 0 ? tags.time(tags.length - 1) + 1e-6 : -Infinity;
+    while (this.waiting.length > 0 && this.waiting[0]!.t <= newest) this.ready = this.waiting.shift();
   }
   picture(t: number, hostTime: bigint, bytes: Uint8Array<ArrayBuffer>): void {
     this.pictures.push({ t, bytes });
-    if (this.pictures.length > mostPictures) this.pictures.shift();
+    if (this.pictures.length > maxPictures) this.pictures.shift();
     this.waiting.push({ t, hostTime, bytes });
-    if (this.waiting.length > mostPictures) this.waiting.shift();
+    if (this.waiting.length > maxPictures) this.waiting.shift();
     this.grown();
   }
 
@@ -76,13 +76,13 @@ export class UpdateBox {
       this.sent.set(name, this.tracks[name].length);
     }
     const updates = {
-      rows, families: this.families.names, ...this.eye, states: this.states, words: this.words, pictures: this.pictures,
+      rows, families: this.families.names, ...this.cameraUpdate, states: this.states, words: this.words, pictures: this.pictures,
       texts: [...this.texts].map(([name, text]) => ({ name, text })),
       ...(this.name === undefined ? {} : { name: this.name }), ...(this.isLost === undefined ? {} : { lost: this.isLost }),
       ...(this.control ? { control: this.control } : {}),
     };
     this.name = this.isLost = this.control = undefined;
-    this.eye = {};
+    this.cameraUpdate = {};
     this.states = [];
     this.words = [];
     this.pictures = [];

@@ -66,7 +66,7 @@ describe("the camera", () => {
 });
 
 describe("thinned polylines", () => {
-  const way = (count: number, at: (i: number) => number[]): number[] => Array.from({ length: count }, (_, i) => at(i)).flat();
+  const polyline = (count: number, at: (i: number) => number[]): number[] => Array.from({ length: count }, (_, i) => at(i)).flat();
   /** The largest distance of a point from the kept segment around it. */
   const worst = (xyz: number[], kept: number[]): number => {
     let far = 0;
@@ -81,15 +81,15 @@ describe("thinned polylines", () => {
     }
     return far;
   };
-  const ways: Record<string, number[]> = {
-    circle: way(5000, (i) => [Math.cos(i * 0.004), Math.sin(i * 0.004), 0.1]),
-    "there and back": way(400, (i) => [i < 200 ? i * 0.01 : (400 - i) * 0.01, 0, 0]),
-    "stops, drives, stops": way(300, (i) => [Math.min(1, Math.max(0, i - 100) * 0.01), 0.3, 0]),
-    ramp: way(300, (i) => [i * 0.01, 0, Math.max(0, i - 100) * 0.002]),
-    noise: way(500, (i) => [i * 0.01 + 0.01 * Math.sin(i * 1.7), 0.02 * Math.sin(i * 12.3), 0]),
-    jumps: way(20, (i) => [(i * 7) % 5, (i * 3) % 4, 0]),
+  const polylines: Record<string, number[]> = {
+    circle: polyline(5000, (i) => [Math.cos(i * 0.004), Math.sin(i * 0.004), 0.1]),
+    "there and back": polyline(400, (i) => [i < 200 ? i * 0.01 : (400 - i) * 0.01, 0, 0]),
+    "stops, drives, stops": polyline(300, (i) => [Math.min(1, Math.max(0, i - 100) * 0.01), 0.3, 0]),
+    ramp: polyline(300, (i) => [i * 0.01, 0, Math.max(0, i - 100) * 0.002]),
+    noise: polyline(500, (i) => [i * 0.01 + 0.01 * Math.sin(i * 1.7), 0.02 * Math.sin(i * 12.3), 0]),
+    jumps: polyline(20, (i) => [(i * 7) % 5, (i * 3) % 4, 0]),
   };
-  for (const [name, xyz] of Object.entries(ways)) {
+  for (const [name, xyz] of Object.entries(polylines)) {
     it(`stay within 2 mm of the removed points: ${name}`, () => {
       const kept = thinned(xyz, 0.002);
       expect(kept[0]).toBe(0);
@@ -99,8 +99,8 @@ describe("thinned polylines", () => {
     });
   }
   it("need few points", () => {
-    expect(thinned(ways["circle"]!, 0.002).length).toBeLessThan(250);
-    expect(thinned(ways["there and back"]!, 0.002).length).toBeLessThan(6);
+    expect(thinned(polylines["circle"]!, 0.002).length).toBeLessThan(250);
+    expect(thinned(polylines["there and back"]!, 0.002).length).toBeLessThan(6);
     expect(thinned([], 0.002)).toEqual([]);
     expect(thinned([1, 2, 3], 0.002)).toEqual([0]);
   });

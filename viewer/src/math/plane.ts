@@ -8,7 +8,7 @@ export interface Ellipse {
   readonly angle: number;
 }
 
-/** Axes of the one-sigma ellipse of a 2×2 covariance. Negative rounding counts as zero. */
+/** Axes of the one-sigma ellipse of a 2×2 covariance. Negative eigenvalues from rounding count as zero. */
 export function ellipseOf(xx: number, xy: number, yy: number): Ellipse {
   const mean = (xx + yy) / 2;
   const spread = Math.hypot((xx - yy) / 2, xy);
@@ -61,9 +61,9 @@ export function thinned(xyz: ArrayLike<number>, off: number): number[] {
     const dx = xyz[3 * i]! - xyz[3 * anchor]!, dy = xyz[3 * i + 1]! - xyz[3 * anchor + 1]!, dz = xyz[3 * i + 2]! - xyz[3 * anchor + 2]!;
     const distance = Math.hypot(dx, dy);
     if (distance <= off && farthest <= off && Math.abs(dz) <= off) continue;
-    const fresh = low === -Infinity;
-    if (fresh) base = Math.atan2(dy, dx);
-    const turned = fresh ? 0 : wrapAngle(Math.atan2(dy, dx) - base);
+    const first = low === -Infinity;
+    if (first) base = Math.atan2(dy, dx);
+    const turned = first ? 0 : wrapAngle(Math.atan2(dy, dx) - base);
     if (turned < low || turned > high || distance < farthest - off || Math.abs(dz) > off) {
       if (anchor === i - 1) { // no point in between: this one is the next anchor
         kept.push(i);

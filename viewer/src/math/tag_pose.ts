@@ -1,4 +1,4 @@
-// The pose of a tag from its four corners, for drawing only; measurements are made by the program.
+// The pose of a tag from its four corners, for drawing only; the program itself computes more accurate poses.
 import { tagCorners, undistort, type Camera } from "./camera";
 import type { Pose, Vec3 } from "./pose";
 

@@ -31,12 +31,12 @@ export function warningAt(content: Content, t: number, tagsInView: number): stri
   if (tags.length === 0 || tagsInView > 1 || tags.indexAt(t) < 0) return "";
   let row = tags.indexAt(t);
   if (tagsInView === 1) {
-    while (row > 0 && tags.time(row - 1) !== tags.time(row)) --row; // back to a frame with two tags
+    while (row > 0 && tags.time(row - 1) !== tags.time(row)) --row; // back to the last frame with two tags
     const alone = t - tags.time(row);
     return alone < 1 ? "" : `Only one tag in view for ${alone.toFixed(1)} s: the pose is weakly constrained.`;
   }
   while (row >= 0 && tags.at(row, 2) < 0) --row;
   const blind = t - (row >= 0 ? tags.time(row) : tags.time(0));
   if (blind < 0.5) return "";
-  return `No tag for ${blind.toFixed(1)} s: ${estimate.length > 0 ? "the estimate uses odometry only" : "this segment is not located in the map"}.`;
+  return `No tag for ${blind.toFixed(1)} s: ${estimate.length > 0 ? "the estimate uses odometry only" : "the pose is unknown"}.`;
 }

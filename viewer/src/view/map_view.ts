@@ -6,9 +6,9 @@ import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { distanceToFit } from "../math/fit";
 import type { Vec3 } from "../math/pose";
 
-const quick = 25; // [ms] one or two frames of the screen: needs no pause
+const quick = 25; // [ms] one or two screen frames; faster drawing needs no pause
 
-/** Antialiasing only with a graphics card; in software it is too slow. */
+/** Whether a graphics card draws; without one, antialiasing is too slow. */
 function drawnByCard(): boolean {
   const context = document.createElement("canvas").getContext("webgl2");
   const names = context?.getExtension("WEBGL_debug_renderer_info");
@@ -31,7 +31,7 @@ export class MapView {
   private fence: WebGLSync | null = null; // of the frame being drawn
   private begun = 0;
   private rest = 0; // no drawing before this time
-  private readonly asking: (() => void)[] = [];
+  private readonly afterDraw: (() => void)[] = [];
   private followed: Vector3 | undefined;
   private placed = false; // the user moved the view; kept until another scene is framed
   private measuring: ((words: string) => void) | undefined;
@@ -86,7 +86,7 @@ export class MapView {
     this.fit();
   }
 
-  /** Shows content that has grown out of the picture, unless the user moved the view. */
+  /** Fits the view again if content lies outside it, unless the user moved the view. */
   refit(): void {
     if (!this.placed && !this.cornersOf(new Box3().setFromObject(this.content)).every((corner) => this.shows(corner))) this.fit();
   }
@@ -138,7 +138,7 @@ export class MapView {
     this.draw();
   }
 
-  /** Two clicks on the floor give a distance as text; undefined ends it. */
+  /** Measures the distance of two clicks on the floor and passes it as text; undefined ends measuring. */
   measure(show: ((words: string) => void) | undefined): void {
     this.measuring = show;
     this.ends.length = 0;
@@ -191,16 +191,16 @@ export class MapView {
     this.draw();
   }
 
-  /** Draws soon: many changes make one frame. */
+  /** Schedules a frame; several changes share one. */
   draw(): void {
     if (this.waiting) return;
     this.waiting = true;
     requestAnimationFrame(this.render);
   }
-  /** Draws once more in the present state; for tests. */
+  /** Draws the current state once more; for tests. */
   drawn(): Promise<void> {
     this.draw();
-    return new Promise((done) => this.asking.push(done));
+    return new Promise((done) => this.afterDraw.push(done));
   }
 
   private readonly render = (): void => {
@@ -211,7 +211,7 @@ export class MapView {
     const gl = this.renderer.getContext() as WebGL2RenderingContext;
     this.fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
     gl.flush();
-    this.asking.splice(0).forEach((done) => done());
+    this.afterDraw.splice(0).forEach((done) => done());
   };
 
   /** A slow frame would delay the camera picture and the buttons if the next one followed at once. */

@@ -14,7 +14,7 @@ interface Figure {
   readonly title: string;
   readonly unit: string;
   readonly lines: readonly Line[];
-  readonly most?: number; // larger values are drawn there, so that one outlier does not flatten the curve
+  readonly most?: number; // larger values are clipped, so that one outlier does not flatten the curve
 }
 
 export function figuresOf(scores: Scores): Figure[] {
@@ -22,22 +22,22 @@ export function figuresOf(scores: Scores): Figure[] {
     { title: "Distance from the route", unit: "cm", lines: [
       { label: "truth", color: "--truth", curve: scores.crossTrackTruth },
       { label: "estimate", color: "--estimate", curve: scores.crossTrackEstimate, dash: [6, 4] }] },
-    { title: "Heading against the truth", unit: "°", lines: [
+    { title: "Heading error", unit: "°", lines: [
       { label: "odometry", color: "--odometry", curve: scores.headingOdometry, dash: [2, 3] },
       { label: "estimate", color: "--estimate", curve: scores.headingEstimate, dash: [6, 4] }] },
     { title: "Speed", unit: "m/s", lines: [
       { label: "odometry", color: "--odometry", curve: scores.speed },
-      { label: "asked", color: "--route", curve: scores.commanded, dash: [6, 4] }] },
+      { label: "commanded", color: "--route", curve: scores.commanded, dash: [6, 4] }] },
     { title: "Tags in view", unit: "", lines: [{ label: "tags", color: "--text", curve: scores.tagsInView }] },
     { title: "Camera latency", unit: "ms", lines: [{ label: "latency", color: "--odometry", curve: scores.latency }] },
-    { title: "NIS per degree of freedom (at the top: 10 or more)", unit: "", most: 10, lines: [
+    { title: "NIS per degree of freedom (clipped at 10)", unit: "", most: 10, lines: [
       { label: "nis", color: "--estimate", curve: scores.nis, points: true }] },
   ];
   return figures.map((figure) => ({ ...figure, lines: figure.lines.filter((line) => line.curve.t.length > 1) }))
     .filter((figure) => figure.lines.length > 0);
 }
 
-/** Figures below each other with one cursor; a click seeks to that time. */
+/** Stacked figures with one cursor; a click seeks to that time. */
 export class Plots {
   private plots: uPlot[] = [];
   private now = 0;
@@ -128,7 +128,7 @@ function dataOf({ lines, most = Infinity }: Figure): uPlot.AlignedData {
   return joined(lines.map(({ curve: { t, v } }) => ({ t, v: most === Infinity ? v : v.map((value) => Math.min(value, most)) })));
 }
 
-/** uPlot needs one list of times; a curve without a value at a time has a gap. */
+/** Joins curves for uPlot, which needs one list of times; a curve without a value at a time has a gap. */
 export function joined(curves: readonly Curve[]): uPlot.AlignedData {
   const tables = curves.map((curve): uPlot.AlignedData => [curve.t, curve.v]);
   return tables.length === 1 ? tables[0]! : uPlot.join(tables);

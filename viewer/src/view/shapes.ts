@@ -83,7 +83,7 @@ export class PathObject {
     this.rows = thinned(points, 0.002);
     const drawn = Float32Array.from(this.rows.flatMap((row) => [points[3 * row]!, points[3 * row + 1]!, points[3 * row + 2]!]));
     const material = new LineMaterial({ color, linewidth: width, dashed: dash > 0, dashSize: dash, gapSize: dash * 0.6, depthWrite: false });
-    const broad = (positions: ArrayLike<number>): Line2 => {
+    const wideLine = (positions: ArrayLike<number>): Line2 => {
       const line = new Line2(new LineGeometry().setPositions(Float32Array.from(positions)), material);
       line.computeLineDistances();
       line.frustumCulled = false;
@@ -91,8 +91,8 @@ export class PathObject {
       this.object.add(line);
       return line;
     };
-    this.done = broad(this.drawable ? drawn : [0, 0, 0, 0, 0, 0]);
-    this.tip = broad([0, 0, 0, 0, 0, 0]);
+    this.done = wideLine(this.drawable ? drawn : [0, 0, 0, 0, 0, 0]);
+    this.tip = wideLine([0, 0, 0, 0, 0, 0]);
     this.object.add(new Line(geometryOf(drawn), new LineBasicMaterial({ color, transparent: true, opacity: 0.35 })));
   }
   /** Draws up to this row, or to the last row that was known at construction. */

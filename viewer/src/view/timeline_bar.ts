@@ -32,7 +32,7 @@ export class TimelineBar {
     this.moved();
   }
 
-  /** Space plays, arrows step, with shift by five seconds; ignored if the focused element uses the key. */
+  /** Space plays; arrows step, with Shift by five seconds. Ignored if the focused element uses the key. */
   private key(event: KeyboardEvent): void {
     const target = event.target as HTMLElement;
     const own = target.closest("input, select, button, textarea, summary") !== null && target !== this.range;
@@ -61,7 +61,7 @@ export class TimelineBar {
     byId("clock").textContent = clockText(t);
   }
 
-  /** Shows at most a hundred marks: more would merge into a stripe. */
+  /** Shows at most a hundred marks; more would merge into a stripe. */
   showMarks(marks: readonly Mark[]): void {
     const items = marks.slice(0, 100).map((mark) => {
       const item = document.createElement("li");

@@ -12,7 +12,7 @@ const dashes: Record<Name, number> = { truth: 0, odometry: 0.03, estimate: 0.12 
 const widths: Record<Name, number> = { truth: 7, odometry: 3, estimate: 3 }; // the truth is drawn wide below the others
 const heights: Record<Name, number> = { truth: 0.004, odometry: 0.006, estimate: 0.008 };
 
-/** The open content in the map: built once, then moved with the time. */
+/** Draws the open content in the map: built once, then moved with the time. */
 export class WorldView {
   private readonly paths = new Map<Name, PathObject>();
   private readonly robots = new Map<Name, Group>();
@@ -90,7 +90,7 @@ export class WorldView {
     return name === "odometry" && this.map_T_odom ? compose(this.map_T_odom, pose) : pose;
   }
 
-  /** Poses of the robots at t, in the frame map. */
+  /** Poses of the robots at t in the map frame. */
   posesAt(content: Content, t: number): Map<Name, Pose> {
     const poses = new Map<Name, Pose>();
     for (const name of this.robots.keys()) {
