@@ -110,8 +110,7 @@ TEST(CornerError, MakesRejectedPosesConsistent) {
     }
     nees /= static_cast<double>(known);
     std::printf(
-        "additional %.2f px: estimated %.3f px, %zu of 300 with a pose (singly %zu rejected), NEES %.2f of "
-        "6\n",
+        "extra %.2f px: estimated %.3f px, %zu of 300 with a pose (singly %zu rejected), NEES %.2f of 6\n",
         extra_px, estimated_px, known, rejected, nees);
     EXPECT_GE(known, 297U);
     EXPECT_GT(nees, 5);  // 99.9 % interval of 300 poses: 6 +- 0.66

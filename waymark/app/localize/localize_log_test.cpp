@@ -34,9 +34,9 @@ struct InputFiles {
     robot("ahead.yaml", 0.1);
     robot("map/robot.yaml", 0.2);
   }
-  void robot(const std::string& name, double ahead_m) const {
+  void robot(const std::string& name, double shift_m) const {
     const auto yaml = with_camera_mounting(test::file_text(WAYMARK_SHARE "/robots/limo.yaml"),
-                                           SE3(SO3(), {ahead_m, 0, 0}) * base_T_cam);
+                                           SE3(SO3(), {shift_m, 0, 0}) * base_T_cam);
     EXPECT_TRUE(yaml);
     EXPECT_TRUE(write_text_file(folder / name, *yaml));
   }
