@@ -47,8 +47,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       LimoReader again;
       again.add(encode(*frame));
       if (again.next() != frame) std::abort();
-      if (const auto state = decode_state(*frame)) gate.hear(*state, now);
-      if (const auto motion = decode_motion(*frame)) gate.hear(*motion, now);
+      if (const auto state = decode_state(*frame)) gate.receive(*state, now);
+      if (const auto motion = decode_motion(*frame)) gate.receive(*motion, now);
       check_samples(bridge.receive(*frame, gate.drive(), now, (data[at] & 1U) != 0), newest);
       const VelocityCommand passed = gate.pass({0.3, 0.1}, now);
       if (passed.speed_m_s != 0 && !gate.ready()) std::abort();

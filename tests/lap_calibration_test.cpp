@@ -79,7 +79,7 @@ TEST(LapCalibration, TwoSpeedsDetermineTheCameraMounting) {
     tally.check(found->calibration, "mounting_pitch_rad", truth.pitch_rad, 0.2 / kDegrees);
     tally.check(found->calibration, "mounting_roll_rad", truth.roll_rad, 0.2 / kDegrees);
     tally.check(found->calibration, "odometry_scale", 1 / 1.02, 0.002);
-    tally.check(found->calibration, "yaw_gain", 1, 0.005);
+    tally.check(found->calibration, "yaw_scale", 1, 0.005);
     tally.check(found->calibration, "side_slip_s", -0.03, 0.02);
     tally.check(found->calibration, "camera_latency_s", 0, 0.003);
     // The gyro is read every 20 ms, at the end of the 20 ms it represents, and averages over the last 5 ms.

@@ -133,8 +133,8 @@ TEST(LocalizationOfAnMbot, CalibratedOnOneLapItFollowsTheTapeOnTheOthers) {
     if (to_seconds(stamp_of(sample) - stamp_of(samples.front())) < kLap1) lap1.push_back(sample);
   }
   InnovationFitOptions fit;
-  fit.seek[static_cast<std::size_t>(Calibrated::YawGain)] = false;  // the gyro measures the turn
-  fit.keep_sigma = 0;                                               // the given camera mounting is a guess
+  fit.seek[static_cast<std::size_t>(Calibrated::YawScale)] = false;  // the gyro measures the turn
+  fit.keep_sigma = 0;                                                // the given camera mounting is a guess
   const auto calibrated = calibrate_by_innovations(lap1, map->landmarks, camera_ahead(), mbot_options(), fit);
   ASSERT_TRUE(calibrated) << to_string(calibrated.error());
   for (std::size_t i = 0; i < kCalibrated; ++i)

@@ -146,7 +146,7 @@ TEST(Contradictions, CleanLapsHaveNoFalseStop) {
     const double gain = 0.2 + std::fmod(i / 12.0 + i / 200.0, 1.0);
     const Trial trial{
         .seed = static_cast<std::uint64_t>(300 + i),
-        .yaw_gain = gain,
+        .turn_gain = gain,
         .faults = {{.kind = FaultKind::SlipBurst, .at_s = 14 + 0.5 * (i % 20), .yaw_share = 0.7},
                    {.kind = FaultKind::BatterySag, .at_s = 10 + 1.0 * (i % 15), .speed_share = 0.85}},
         .replay = at(i % 3 == 0 ? 0.25 : 0.4),

@@ -55,7 +55,7 @@ struct Outcome {
 
 struct Trial {
   std::uint64_t seed = 1;
-  double yaw_gain = 0.85;
+  double turn_gain = 0.85;
   std::vector<Fault> faults{};
   ReplayOptions replay{};
   double timeout_s = 900;
@@ -126,7 +126,7 @@ inline Outcome drive(const Course& course, const Trial& trial) {
                        .robot = course.robot.simulation};
   setup.robot.seed = trial.seed;
   setup.robot.camera_latency_s = 0.08 + trial.camera_latency_s;
-  setup.robot.dynamics.yaw_gain = trial.yaw_gain;
+  setup.robot.dynamics.turn_gain = trial.turn_gain;
   setup.robot.faults = trial.faults;
   if (!trial.odometry.empty()) setup.robot.sensors.odometry = trial.odometry;
   LocalizerSetup localizer{.landmarks = Landmarks(course.world.tags),

@@ -34,10 +34,10 @@ void print(const char* name, const Outcome& outcome) {
 }
 
 class Gains : public ::testing::TestWithParam<double> {};
-INSTANTIATE_TEST_SUITE_P(YawGain, Gains, ::testing::Values(0.6, 0.8, 1.0));
+INSTANTIATE_TEST_SUITE_P(TurnGain, Gains, ::testing::Values(0.6, 0.8, 1.0));
 
 TEST_P(Gains, TheFollowerTracksTheRouteForAnyTurnGain) {
-  Trial trial{.seed = 3, .yaw_gain = GetParam(), .replay = at_speed(0.4, 2)};
+  Trial trial{.seed = 3, .turn_gain = GetParam(), .replay = at_speed(0.4, 2)};
   const Outcome follower = drive(course(), trial);
   print("follower 0.4 m/s", follower);
   EXPECT_TRUE(follower.end.finished) << follower.end.reason;
@@ -68,7 +68,7 @@ TEST(Controllers, TheBaselinesCompleteTheRoute) {
 
 TEST(Ackermann, ASteeredRobotFollowsWithinItsCurvature) {
   const Course steered = circuit24("limo-ackermann");
-  Trial trial{.seed = 3, .yaw_gain = 1, .replay = at_speed(0.4)};
+  Trial trial{.seed = 3, .turn_gain = 1, .replay = at_speed(0.4)};
   trial.replay.safety.max_curvature_1_m = 2.5;
   const Outcome outcome = drive(steered, trial);
   print("ackermann 0.4 m/s", outcome);
@@ -228,7 +228,7 @@ TEST(Faults, RandomScripts) {
   for (int i = 0; i < count; ++i) {
     const Script script = random_script(random);
     const Trial trial{.seed = static_cast<std::uint64_t>(100 + i),
-                      .yaw_gain = random.uniform(0.6, 1),
+                      .turn_gain = random.uniform(0.6, 1),
                       .faults = script.faults,
                       .replay = at_speed(kScriptSpeed_m_s)};
     if (only != nullptr && std::atoi(only) != i) continue;

@@ -55,7 +55,7 @@ class Bench:
     def robot(self, gain):
         path = self.folder / f"robot-{gain:.1f}.yaml"
         path.write_text((ROOT / "share/robots/limo.yaml").read_text() +
-                        f"simulation:\n  camera_latency_s: {LATENCY_S}\n  dynamics: {{yaw_gain: {gain}}}\n")
+                        f"simulation:\n  camera_latency_s: {LATENCY_S}\n  dynamics: {{turn_gain: {gain}}}\n")
         return path
 
     def lap(self, name, world, seed, *flags, speed=0.3, closed=True):

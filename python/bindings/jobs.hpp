@@ -31,7 +31,7 @@ class PythonJob {
     const py::gil_scoped_acquire acquire;
     if (progress_.is_none()) return;
     failed_ = !pending_.guard([&]() -> Status {
-      progress_(now.words, now.done, now.all);
+      progress_(now.text, now.done, now.all);
       return {};
     });
   }

@@ -102,7 +102,7 @@ void bind_mapping(py::module_& m) {
       "warnings", [](const MapReport& r) { return r.warnings; }, "Warnings about the map, as text.");
   report.def_property_readonly(
       "files", [](const MapReport& r) { return r.files; }, "The written files.");
-  report.def_readonly("backed_up", &MapReport::set_aside,
+  report.def_readonly("backed_up", &MapReport::renamed_files,
                       "Names of the files of an earlier map in the folder, of which there are backups now "
                       "(map.1.yaml): list of "
                       "str.");

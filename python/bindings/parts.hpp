@@ -89,9 +89,9 @@ void parts(Like<Fault> auto& value, auto&& apply) {
         yaw_share);
 }
 void parts(Like<DynamicsOptions> auto& value, auto&& apply) {
-  auto& [speed_lag_s, yaw_rate_lag_s, command_delay_s, yaw_gain, lateral_slip_s, slip_noise_m_s, slip_time_s,
+  auto& [speed_lag_s, yaw_rate_lag_s, command_delay_s, turn_gain, lateral_slip_s, slip_noise_m_s, slip_time_s,
          drive, wheelbase_m, min_radius_m, steering_lag_s, steering_rate_rad_s] = value;
-  apply(speed_lag_s, yaw_rate_lag_s, command_delay_s, yaw_gain, lateral_slip_s, slip_noise_m_s, slip_time_s,
+  apply(speed_lag_s, yaw_rate_lag_s, command_delay_s, turn_gain, lateral_slip_s, slip_noise_m_s, slip_time_s,
         drive, wheelbase_m, min_radius_m, steering_lag_s, steering_rate_rad_s);
 }
 void parts(Like<MotionSensorOptions> auto& value, auto&& apply) {
@@ -156,8 +156,8 @@ void parts(Like<ReplayStep> auto& value, auto&& apply) {
 
 // Results of mapping a lap.
 void parts(Like<OdometryScales> auto& value, auto&& apply) {
-  auto& [distance, yaw, slip_s, camera_latency_s, turn_lead_s, yaw_bias_rad_s] = value;
-  apply(distance, yaw, slip_s, camera_latency_s, turn_lead_s, yaw_bias_rad_s);
+  auto& [distance, yaw, lateral_slip_s, camera_latency_s, turn_lead_s, yaw_bias_rad_s] = value;
+  apply(distance, yaw, lateral_slip_s, camera_latency_s, turn_lead_s, yaw_bias_rad_s);
 }
 void parts(Like<LoopClosure> auto& value, auto&& apply) {
   auto& [tag, away_s, way_m, before_m, before_rad, after_m] = value;
@@ -201,9 +201,9 @@ void parts(Like<PoseLapFigures> auto& value, auto&& apply) {
 }
 void parts(Like<MapReport> auto& value, auto&& apply) {
   auto& [method, lap, true_tags, true_path, truth_aligned, tag_errors, trajectory_errors, prior_agreeing,
-         prior_rms_m, extends, poses, warnings, files, set_aside, wall_s, peak_rss_mib] = value;
+         prior_rms_m, extends, poses, warnings, files, renamed_files, wall_s, peak_rss_mib] = value;
   apply(method, lap, true_tags, true_path, truth_aligned, tag_errors, trajectory_errors, prior_agreeing,
-        prior_rms_m, extends, poses, warnings, files, set_aside, wall_s, peak_rss_mib);
+        prior_rms_m, extends, poses, warnings, files, renamed_files, wall_s, peak_rss_mib);
 }
 
 /// Whether parts() has an overload for T.

@@ -158,7 +158,7 @@ class CalibrateRobot(unittest.TestCase):
         self.assertLess(abs(values["camera_latency_s"]["value"]), 3 * values["camera_latency_s"]["sigma"])
         self.assertLess(abs(values["focal_scale"]["value"] - 1), 0.01, "the mounting is wrong, not the lens")
         self.assertNotIn("sight_scale", values)  # corners determine the focal length instead
-        self.assertNotIn("yaw_gain", values)  # the gyro measures turns
+        self.assertNotIn("yaw_scale", values)  # the gyro measures turns
         right = waymark(*words[:-3], "map/robot.yaml", "--json", cwd=self.folder).records[0]["values"]
         for name, given in (("mounting_x_m", true["x_m"]), ("mounting_y_m", true["y_m"]), ("mounting_yaw_rad", math.radians(true["yaw_deg"]))):
             self.assertAlmostEqual(right[name]["value"], given, places=9, msg="a value consistent with the drive is kept")

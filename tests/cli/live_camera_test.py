@@ -140,7 +140,7 @@ class LiveCamera(InFolder):
         lines = [line for line in good.records[0]["checks"] if line["check"] not in ("serial", "gamepad")]  # of this machine
         self.assertEqual([line["check"] for line in lines], ["camera", "camera", "calibration", "disk", "processor"])
         self.assertEqual([line["level"] for line in lines[:2]], ["ok", "ok"], good.out)
-        self.assertRegex(lines[1]["words"], r" \d+\.\d ")
+        self.assertRegex(lines[1]["message"], r" \d+\.\d ")
         for line in lines:
             self.assertEqual(line["level"] == "ok", line["command"] == "", line)
         denied = self.see("doctor", "--rate-hz", "5", faults="denied")
@@ -159,7 +159,7 @@ class LiveCamera(InFolder):
                         "--tag-at-m", str(round(0.94 * away_m, 4)))
         line = next(line for line in seen.records[0]["checks"] if line["check"] == "tag size")
         self.assertEqual(line["level"], "warn", line)
-        self.assertAlmostEqual(float(re.findall(r"(\d+\.?\d*) mm", line["words"])[0]), 0.94 * 160, delta=1.5)
+        self.assertAlmostEqual(float(re.findall(r"(\d+\.?\d*) mm", line["message"])[0]), 0.94 * 160, delta=1.5)
 
     def test_doctor_reports_missed_map_tags(self):
         tags = ""
@@ -172,11 +172,11 @@ class LiveCamera(InFolder):
         seen = self.see("doctor", "--json", "--rate-hz", "5", "--camera", "camera.yaml", "--camera-source", VIDEO, "--map", "map.yaml")
         line = next(line for line in seen.records[0]["checks"] if line["check"] == "map")
         self.assertEqual(line["level"], "warn", line)
-        self.assertRegex(line["words"], r"\b1 missed.* tag36h11:3 ")
-        self.assertIn("occluded", line["words"])
+        self.assertRegex(line["message"], r"\b1 missed.* tag36h11:3 ")
+        self.assertIn("occluded", line["message"])
         none = self.see("doctor", "--json", "--rate-hz", "5", "--camera", "camera.yaml", "--camera-source", VIDEO, "--map", "nowhere")
         line = next(line for line in none.records[0]["checks"] if line["check"] == "map")
-        self.assertEqual((line["level"], "nowhere" in line["words"], none.code), ("fail", True, 1), line)
+        self.assertEqual((line["level"], "nowhere" in line["message"], none.code), ("fail", True, 1), line)
         none = self.see("doctor", "--json", "--rate-hz", "5", "--camera-source", VIDEO, "--map", "map.yaml")
         line = next(line for line in none.records[0]["checks"] if line["check"] == "map")
         self.assertEqual((line["level"], "--camera FILE" in line["command"], none.code), ("fail", True, 1), line)

@@ -12,7 +12,7 @@ from laps import REPLAY_KEYS, WithMap
 import golden_page
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-CALIBRATION = "format: waymark-calibration-1\nvalues:\n  yaw_gain: {value: 0.6, sigma: 0.01, verdict: known}\n"
+CALIBRATION = "format: waymark-calibration-1\nvalues:\n  yaw_scale: {value: 0.6, sigma: 0.01, verdict: known}\n"
 
 
 class Replay(WithMap):
@@ -186,8 +186,8 @@ class Routes(WithMap):
             laps = 2 if controller == "follower" else 1
             self.assertEqual([s["name"] for s in driven["stations"]], ["shelf", "door"] * laps)
             for visit, pause in zip(driven["stations"], [6, 1.5] * laps):
-                self.assertGreaterEqual(visit["stood_s"], pause)
-                self.assertLess(visit["stood_s"], pause + 1.2)
+                self.assertGreaterEqual(visit["stationary_s"], pause)
+                self.assertLess(visit["stationary_s"], pause + 1.2)
             self.assertRegex(outcome.err, r"'shelf'.* 4\.50 m .* 6 s\n")
             self.assertEqual(outcome.err.count("'door'"), 2 * laps)
         played = self.run_here("play", "--speed", 0, "--messages", "--topics", "/diagnostics", "follower.mcap").out
@@ -259,7 +259,7 @@ class Routes(WithMap):
         self.assertEqual(self.replay("--speed-m-s", 0.8, "--max-speed-m-s", 1).err, "")
 
     def test_a_calibrated_turn_gain_is_the_initial_value(self):
-        (self.folder / "robot.yaml").write_text((ROOT / "share/robots/limo.yaml").read_text() + "simulation:\n  dynamics: {yaw_gain: 0.6}\n")
+        (self.folder / "robot.yaml").write_text((ROOT / "share/robots/limo.yaml").read_text() + "simulation:\n  dynamics: {turn_gain: 0.6}\n")
         (self.folder / "calibration.yaml").write_text(CALIBRATION)
         begins = []
         for flags in ([], ["--calibration", "calibration.yaml"]):

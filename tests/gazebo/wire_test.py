@@ -241,7 +241,7 @@ class Alone(Wire):
         self.until(lambda: lines)
         checks = wire_driver.doctor(PROGRAM, "gazebo:limo", self.environment)
         self.assertEqual([checks[check]["level"] for check in ("robot", "clock", "commands")], ["ok", "ok", "fail"], checks)
-        self.assertIn("at tcp://127.0.0.1:", checks["commands"]["words"])
+        self.assertIn("at tcp://127.0.0.1:", checks["commands"]["message"])
 
 
 class WithoutRobot(Wire):

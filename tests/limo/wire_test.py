@@ -354,13 +354,13 @@ class Doctor(Wire):
         limo = Limo()
         lines, _ = self.lines(limo.path)
         self.assertEqual([lines[check]["level"] for check in ("robot", "battery", "errors", "drive")], ["ok"] * 4, lines)
-        self.assertIn("11.8 V", lines["battery"]["words"])
-        self.assertRegex(lines["robot"]["words"], r"\b(4[5-9]|5\d) Hz")
+        self.assertIn("11.8 V", lines["battery"]["message"])
+        self.assertRegex(lines["robot"]["message"], r"\b(4[5-9]|5\d) Hz")
         self.assertEqual(limo.frames, [], "nothing is sent")
         limo.battery, limo.errors = 101, 1 << 3
         lines, code = self.lines(limo.path)
         self.assertEqual([lines[check]["level"] for check in ("battery", "errors")], ["warn", "fail"])
-        self.assertIn("motor 1", lines["errors"]["words"])
+        self.assertIn("motor 1", lines["errors"]["message"])
         self.assertEqual(code, 1)
 
     def test_the_user_of_a_port_is_the_driver_not_the_simulator(self):
@@ -373,7 +373,7 @@ class Doctor(Wire):
         wire_driver.drain(driver)
         lines, code = self.lines(port)
         self.assertEqual((code, lines["robot"]["level"]), (1, "fail"))
-        self.assertIn(f"waymark (process {driver.pid})", lines["robot"]["words"])
+        self.assertIn(f"waymark (process {driver.pid})", lines["robot"]["message"])
         self.assertNotIn("limo_base", lines["robot"]["command"])
         code, _, words = wire_driver.end_of([PROGRAM, "limo", "robot", port])
         self.assertEqual(code, 1)
@@ -404,10 +404,10 @@ class Doctor(Wire):
         for port, word in (("/dev/ttyNothing", "no such"), (limo.path, "byte")):
             robot = self.lines(port)[0]["robot"]
             self.assertEqual(robot["level"], "fail", robot)
-            self.assertIn(word, robot["words"])
+            self.assertIn(word, robot["message"])
         limo.speaks = True
         driver = self.robot(limo)
-        self.assertIn(f"(process {driver.process.pid})", self.lines(limo.path)[0]["robot"]["words"])
+        self.assertIn(f"(process {driver.process.pid})", self.lines(limo.path)[0]["robot"]["message"])
 
 
 if __name__ == "__main__":

@@ -295,14 +295,14 @@ class Simulated(Lcm):
 
     @LONG
     def test_doctor_only_listens(self):
-        self.assertIn("MBOT_ODOMETRY", wire_driver.doctor(PROGRAM, "mbot:" + self.url)["robot"]["words"])
+        self.assertIn("MBOT_ODOMETRY", wire_driver.doctor(PROGRAM, "mbot:" + self.url)["robot"]["message"])
         self.simulated("--world", "mbot-square")
         first = self.start(PROGRAM, "mbot", "robot", self.url, stdin=subprocess.PIPE)
         wire_driver.greet(first)
         checks = wire_driver.doctor(PROGRAM, "mbot:" + self.url)
         self.assertEqual([checks[check]["level"] for check in ("robot", "clock", "commands")], ["ok", "ok", "fail"], checks)
-        self.assertIn("simulated", checks["robot"]["words"])
-        self.assertIn(f"(process {first.pid} on ", checks["commands"]["words"])
+        self.assertIn("simulated", checks["robot"]["message"])
+        self.assertIn(f"(process {first.pid} on ", checks["commands"]["message"])
 
     def test_a_silent_robot_is_stopped(self):
         """If the robot's programs end while it drives, zero is sent within 0.3 s and reported."""

@@ -60,7 +60,7 @@ def calibrated(seed: int, by: str, folder: pathlib.Path, *course: str) -> tuple[
     truth = {name: CAMERA_M[name] + off for name, off in zip(CAMERA_M, moved)}
     truth |= {f"mounting_{axis}_rad": math.radians(angle) for axis, angle in zip(("roll", "pitch", "yaw"), turned_deg)}
     truth |= {"camera_latency_s": latency_s, "focal_scale": focal, "odometry_scale": length(folder / "truth.csv") / length(folder / "odometry.csv"),
-              "yaw_gain": 1 / sensors.SensorOptions().gyro_scale}
+              "yaw_scale": 1 / sensors.SensorOptions().gyro_scale}
     found = json.loads(done.stdout)["values"]
     return {name: (number["value"] - truth[name], number["sigma"]) for name, number in found.items()
             if name in truth and number.get("verdict", "known") == "known"}, done.stderr
@@ -103,16 +103,16 @@ class Numbers(unittest.TestCase):
         for seed in range(FIRST_SEED, FIRST_SEED + ONE_SIDED_DRIVES):
             with tempfile.TemporaryDirectory() as folder:
                 found, _ = calibrated(seed, "lap", pathlib.Path(folder), "--one-sided", "--picture-rate-hz", ONE_SIDED_RATE_HZ)
-            if "yaw_gain" in found:
-                error, sigma = found["yaw_gain"]
+            if "yaw_scale" in found:
+                error, sigma = found["yaw_scale"]
                 scores.append(error / sigma)
-                print(f"one-sided, seed {seed}: yaw_gain {error:+.5f} +- {sigma:.5f}", flush=True)
+                print(f"one-sided, seed {seed}: yaw_scale {error:+.5f} +- {sigma:.5f}", flush=True)
         if scores:
-            print(f"one-sided: yaw_gain: RMS {rms(scores):.2f}, {len(scores)} of {ONE_SIDED_DRIVES} drives observe it", flush=True)
+            print(f"one-sided: yaw_scale: RMS {rms(scores):.2f}, {len(scores)} of {ONE_SIDED_DRIVES} drives observe it", flush=True)
             self.assertLess(rms(scores), LARGEST_RMS + 2 / math.sqrt(2 * len(scores)))
 
     def test_parameters_by_lap_are_consistent(self) -> None:
-        self.check("lap", {"mounting_x_m", "mounting_yaw_rad", "mounting_pitch_rad", "mounting_roll_rad", "focal_scale", "yaw_gain"})
+        self.check("lap", {"mounting_x_m", "mounting_yaw_rad", "mounting_pitch_rad", "mounting_roll_rad", "focal_scale", "yaw_scale"})
 
     @unittest.skipUnless(FULL, "takes minutes")
     def test_parameters_by_innovations_are_consistent(self) -> None:

@@ -38,7 +38,7 @@ def main() -> int:
         place = Place(sys.argv[1], pathlib.Path(scratch))
         good = [["--plant", "kinematic"]]
         if full:
-            good += [["--plant", "mujoco"], ["--plant", "kinematic", "--odometry", "wheels", "--no-imu"], ["--yaw-gain", "0.3"]]
+            good += [["--plant", "mujoco"], ["--plant", "kinematic", "--odometry", "wheels", "--no-imu"], ["--turn-gain", "0.3"]]
         for options in good:
             run = first_drive(place, *options)
             scales = run.report.get("figures", {})

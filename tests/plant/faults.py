@@ -106,7 +106,7 @@ def main() -> int:
     parser.add_argument("--speed-m-s", type=float, default=0.3)
     parser.add_argument("--kinds", nargs="+", choices=list(fault_script.KINDS), default=list(fault_script.KINDS))
     parser.add_argument("--each", action="store_true", help="each kind in turn instead of at random")
-    parser.add_argument("--yaw-gain", type=float, help="kinematic plant: of all scripts, instead of one of 0.3, 0.6, 1.0 at random")
+    parser.add_argument("--turn-gain", type=float, help="kinematic plant: of all scripts, instead of one of 0.3, 0.6, 1.0 at random")
     parser.add_argument("--only", type=int, nargs="+", metavar="NUMBER", help="of the scripts, to drive one again")
     parser.add_argument("--jobs", type=int, default=1, help="scripts at a time")
     parser.add_argument("--test", action="store_true", help="as ctest runs it: a stuck feed and an unplugged camera on the kinematic plant; with "
@@ -118,7 +118,7 @@ def main() -> int:
     if args.test and os.environ.get("WAYMARK_FULL"):
         args.plant, args.scripts, args.jobs = "mujoco", 300, os.cpu_count() or 1
     elif args.test:
-        args.kinds, args.each, args.scripts, args.yaw_gain, args.jobs = ["stuck_feed", "camera_unplugged"], True, 2, 0.6, 2
+        args.kinds, args.each, args.scripts, args.turn_gain, args.jobs = ["stuck_feed", "camera_unplugged"], True, 2, 0.6, 2
     with tempfile.TemporaryDirectory() as scratch:
         verdicts = run_all(args, args.folder or pathlib.Path(scratch))
     print(fault_table(verdicts))
@@ -140,11 +140,11 @@ def drawn(args: argparse.Namespace, number: int) -> tuple[float, str]:
     rng = np.random.default_rng([args.seed, number])
     gain = float(rng.choice([0.3, 0.6, 1.0])) if args.plant == "kinematic" else 0.0
     text = script(rng, [args.kinds[number % len(args.kinds)]] if args.each else args.kinds)
-    return (args.yaw_gain or gain) if args.plant == "kinematic" else 0.0, text
+    return (args.turn_gain or gain) if args.plant == "kinematic" else 0.0, text
 
 
 def options_of(args: argparse.Namespace, gain: float) -> list[str]:
-    return ["--plant", args.plant, "--camera", "corners", "--odometry", args.odometry] + (["--yaw-gain", str(gain)] if gain else [])
+    return ["--plant", args.plant, "--camera", "corners", "--odometry", args.odometry] + (["--turn-gain", str(gain)] if gain else [])
 
 
 def taught(args: argparse.Namespace, gain: float, folder: pathlib.Path) -> Place:
@@ -163,7 +163,7 @@ def run_one(args: argparse.Namespace, number: int, place: Place, gain: float, te
     words = str(run.report.get("reason", "")) or (run.err.strip().splitlines() or [""])[-1]
     verdict = judge_run(judge.read_truth(place.folder / "lap.csv"), judge.read_truth(place.folder / f"{name}.csv"), fault_script.parse(text),
                         words, text)
-    print(json.dumps({"script": number, "yaw_gain": gain, "exit": run.code, **dataclasses.asdict(verdict)}), file=sys.stderr, flush=True)
+    print(json.dumps({"script": number, "turn_gain": gain, "exit": run.code, **dataclasses.asdict(verdict)}), file=sys.stderr, flush=True)
     return verdict
 
 

@@ -63,7 +63,7 @@ class FromRecording(unittest.TestCase):
         self.near(found["corner_sigma_px"], corner_noise_px(), "corner noise")
         self.near(found["image_latency_s"], LATENCY_S, "latency")
         self.near(found["miss_probability"], CornerOptions().miss, "missed tags")
-        self.near(found["simulation.dynamics.yaw_gain"], TURN_RESPONSE, "response to turns")
+        self.near(found["simulation.dynamics.turn_gain"], TURN_RESPONSE, "response to turns")
 
     @unittest.skipUnless(os.environ.get("WAYMARK_FULL"), "a minute: with WAYMARK_FULL=1")
     def test_pictures(self) -> None:

@@ -32,7 +32,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("folder", type=pathlib.Path)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--clean", action="store_true", help="Gaussian corners, no persistent errors, drift, bursts or jitter")
-    parser.add_argument("--yaw-gain", type=float, default=0.6)
+    parser.add_argument("--turn-gain", type=float, default=0.6)
     parser.add_argument("--odometry", choices=["gyro", "wheels"], default="gyro")
     parser.add_argument("--mounting", type=float, nargs=6, default=[0.0] * 6, metavar=("X", "Y", "Z", "ROLL", "PITCH", "YAW"),
                         help="true camera minus that of robot.yaml [m, deg]")
@@ -96,7 +96,7 @@ def drive(args: argparse.Namespace) -> dict[str, list[str]]:
     rough = not args.clean
     tags = course.tags()
     x, y, yaw, _ = course.lap()[0]
-    motion_options = kinematic_plant.KinematicOptions(yaw_gain=args.yaw_gain, slip_noise=0.03 if rough else 0.0)
+    motion_options = kinematic_plant.KinematicOptions(turn_gain=args.turn_gain, slip_noise=0.03 if rough else 0.0)
     plant = kinematic_plant.KinematicPlant((x, y, yaw), DriveOptions(), motion_options, args.seed)
     sensing = sensors.Sensors(sensors.SensorOptions(odometry=args.odometry, gyro_bias_walk=0.0006 if rough else 0.0), args.seed)
     assumed = body.Camera()

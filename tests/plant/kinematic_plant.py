@@ -10,7 +10,7 @@ from drive import Disturbance, DriveOptions, Motion, MotorSetpoints
 
 @dataclasses.dataclass
 class KinematicOptions:
-    yaw_gain: float = 0.6  # fraction of the turn of wheels without slip
+    turn_gain: float = 0.6  # fraction of the turn of wheels without slip
     pivot_m: float = 0.012  # distance of the point about which it turns, ahead of the base
     speed_slip: float = 0.02  # fraction of the wheels' distance that slips
     slip_noise: float = 0.03  # standard deviation of a varying slip, as a fraction of speed
@@ -45,7 +45,7 @@ class KinematicPlant:
             self._slip[side] = keep * self._slip[side] + o.slip_noise * math.sqrt(1 - keep * keep) * self._rng.standard_normal()
         grip = 0.0 if disturbance.held else min(1.0, disturbance.grip)
         left, right = (grip * wheel * (1 - o.speed_slip + slip) for wheel, slip in zip((left, right), self._slip))
-        gain = o.yaw_gain * disturbance.gain_factor * (o.gain_step if self._time_s >= o.gain_step_at_s else 1.0)
+        gain = o.turn_gain * disturbance.gain_factor * (o.gain_step if self._time_s >= o.gain_step_at_s else 1.0)
         speed, turn = (left + right) / 2, gain * (right - left) / body.TRACK_M
         m.forward_acceleration_m_s2 = (speed - self._speed) / dt_s
         self._speed, m.yaw_rate_rad_s = speed, turn

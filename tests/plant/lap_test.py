@@ -73,7 +73,7 @@ def main() -> int:
     parser.add_argument("--plant", choices=["kinematic", "mujoco"], default="mujoco")
     parser.add_argument("--camera", choices=["corners", "pictures"], default="pictures")
     parser.add_argument("--odometry", choices=["gyro", "wheels"], default="gyro")
-    parser.add_argument("--yaw-gain", type=float, default=0.6, help="of the kinematic plant")
+    parser.add_argument("--turn-gain", type=float, default=0.6, help="of the kinematic plant")
     parser.add_argument("--speed-m-s", type=float, default=0.25, help="of the replay")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--line", metavar="FILE", help="a recorded line (s, x, y, theta, curvature) instead of the lap, or the name of one of "
@@ -84,7 +84,7 @@ def main() -> int:
     parser.add_argument("--rmse-cm", type=float, help="fail when the distance from the taught way is larger")
     parser.add_argument("--max-cm", type=float, help="the same for its largest")
     args, of_robot = parser.parse_known_args()
-    options = ["--plant", args.plant, "--camera", args.camera, "--odometry", args.odometry, "--yaw-gain", str(args.yaw_gain), *of_robot]
+    options = ["--plant", args.plant, "--camera", args.camera, "--odometry", args.odometry, "--turn-gain", str(args.turn_gain), *of_robot]
     if args.line and not line_file(args.line).exists():
         print(f"skipped: {line_file(args.line)} does not exist (WAYMARK_DATA)")
         return 1 if os.environ.get("WAYMARK_REQUIRE_DATA") else 77

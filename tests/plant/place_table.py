@@ -38,9 +38,9 @@ ROWS = [
     Row("camera 2 cm forward, 2 degrees down, not configured", mounting(*LARGE)),
     Row("camera 2 cm forward, 2 degrees to the left, not configured", mounting(0.02, 0, 0, 0, 0, 2)),
     Row("MuJoCo, camera 2 cm forward, 2 degrees down, not configured", ("--plant", "mujoco", *mounting(*LARGE))),
-    *(Row(f"wheels only, gain {gain}", ("--yaw-gain", str(gain), *WHEELS)) for gain in (0.2, 0.3, 1.2)),
-    *(Row(f"wheels only, gain 0.3, {tags} tags", ("--yaw-gain", "0.3", "--tags", str(tags), *WHEELS)) for tags in (15, 12)),
-    Row("the same with an IMU", ("--yaw-gain", "0.3", "--tags", "12", "--odometry", "wheels")),
+    *(Row(f"wheels only, gain {gain}", ("--turn-gain", str(gain), *WHEELS)) for gain in (0.2, 0.3, 1.2)),
+    *(Row(f"wheels only, gain 0.3, {tags} tags", ("--turn-gain", "0.3", "--tags", str(tags), *WHEELS)) for tags in (15, 12)),
+    Row("the same with an IMU", ("--turn-gain", "0.3", "--tags", "12", "--odometry", "wheels")),
     Row("MuJoCo, wheels only, 12 tags", ("--plant", "mujoco", "--tags", "12", *WHEELS)),
 ]
 

@@ -38,7 +38,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--odometry", choices=["gyro", "wheels"], default="gyro", help="what the driver takes turning from")
     parser.add_argument("--no-imu", action="store_true", help="send no imu lines")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--yaw-gain", type=float, default=0.6, help="kinematic plant: share of the asked yaw rate that it turns")
+    parser.add_argument("--turn-gain", type=float, default=0.6, help="kinematic plant: share of the asked yaw rate that it turns")
     parser.add_argument("--sag", type=float, default=0.10, help="share of speed lost as the battery empties")
     parser.add_argument("--gain-step", metavar="FACTOR@T_S", help="kinematic plant: multiply the yaw gain by FACTOR from then on")
     parser.add_argument("--latency-s", type=float, default=0.05, help="pictures come so long after their exposure")
@@ -193,7 +193,7 @@ def make_plant(args: argparse.Namespace) -> Plant:
     if args.plant == "mujoco":
         import mujoco_plant
         return mujoco_plant.MujocoPlant(start, drive, args.seed)
-    options = kinematic_plant.KinematicOptions(yaw_gain=args.yaw_gain)
+    options = kinematic_plant.KinematicOptions(turn_gain=args.turn_gain)
     if args.gain_step:
         factor, _, at = args.gain_step.partition("@")
         options.gain_step, options.gain_step_at_s = float(factor), float(at)

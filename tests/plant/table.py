@@ -26,7 +26,7 @@ class Row:
 
 
 ROWS = [
-    *(Row(f"kinematic, gain {gain}, {odometry}", ("--plant", "kinematic", "--yaw-gain", str(gain), "--odometry", odometry))
+    *(Row(f"kinematic, gain {gain}, {odometry}", ("--plant", "kinematic", "--turn-gain", str(gain), "--odometry", odometry))
       for gain, odometry in ((0.6, "wheels"), (0.3, "gyro"), (1.0, "gyro"), (0.3, "wheels"))),
     *(Row(f"MuJoCo, {odometry}", ("--plant", "mujoco", "--odometry", odometry)) for odometry in ("gyro", "wheels")),
 ]

@@ -27,7 +27,7 @@ CLOCK_S = 100.0  # of the robot when it is switched on
 def driven_by(commands: np.ndarray, until_s: float) -> np.ndarray:
     """Rows of t, x, y, yaw of a plant that receives each command in the tick after its stamp."""
     x, y, yaw, _ = course.lap()[0]
-    plant = kinematic_plant.KinematicPlant((x, y, yaw), DriveOptions(), kinematic_plant.KinematicOptions(yaw_gain=GAIN), SEED)
+    plant = kinematic_plant.KinematicPlant((x, y, yaw), DriveOptions(), kinematic_plant.KinematicOptions(turn_gain=GAIN), SEED)
     at_tick = {round((stamp - CLOCK_S) / TICK_S): (speed, turn) for stamp, speed, turn in commands}
     command, rows = (0.0, 0.0), []
     for tick in range(1, round(until_s / TICK_S) + 1):
@@ -43,7 +43,7 @@ class RecordedCommands(unittest.TestCase):
     def test_move_the_plant_as_it_moved(self) -> None:
         with tempfile.TemporaryDirectory() as folder:
             place = Place(PROGRAM, pathlib.Path(folder))
-            taught = place.teach_fast(["--plant", "kinematic", "--camera", "corners", "--yaw-gain", str(GAIN), "--seed", str(SEED)])
+            taught = place.teach_fast(["--plant", "kinematic", "--camera", "corners", "--turn-gain", str(GAIN), "--seed", str(SEED)])
             self.assertEqual(taught.code, 0, taught.err)
             truth = judge.read_truth(place.folder / "lap.csv")
             commands = mcap_poses.commands(place.folder / "lap.mcap")

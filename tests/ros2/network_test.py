@@ -162,7 +162,7 @@ class Peers(Wire):
         self.assertRegex(words, two)
         found = wire_driver.doctor(PROGRAM, "ros2:limo", self.environment)["robots"]
         self.assertEqual(found["level"], "fail")
-        self.assertRegex(found["words"], two)
+        self.assertRegex(found["message"], two)
 
     @LONG
     def test_drives_one_of_two_robots_with_namespaces(self):

@@ -143,8 +143,8 @@ inline std::string failures(const std::vector<CommissionLine>& lines) {
   std::string all;
   for (const CommissionLine& line : lines) {
     if (line.verdict != CommissionVerdict::Fail) continue;
-    all += line.key + ": " + line.words + "\n";
-    EXPECT_FALSE(line.mend.empty()) << line.key;
+    all += line.key + ": " + line.message + "\n";
+    EXPECT_FALSE(line.remedy.empty()) << line.key;
   }
   return all;
 }

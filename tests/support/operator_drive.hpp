@@ -67,7 +67,7 @@ class FakeTasks final : public OperatorTasks {
     states.emplace_back(to_string(session.state()));
   }
   void on_decision(const Operator& /*session*/, const OperatorInput& /*input*/) override { ++decisions; }
-  void on_words(const std::string& sentence) override { words.push_back(sentence); }
+  void on_message(const std::string& sentence) override { words.push_back(sentence); }
 
   std::string fails{};  ///< the task that fails
   int decisions_to_map = 10;

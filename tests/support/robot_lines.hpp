@@ -27,7 +27,7 @@ class RobotLines {
 
 /// The reports of a bridge since the last call, as one text.
 template <class Bridge>
-std::string words_of(Bridge& bridge) {
+std::string reports_of(Bridge& bridge) {
   std::string all;
   for (const std::string& line : bridge.take_reports()) all += line;
   return all;

@@ -21,7 +21,7 @@ using ScaleJacobian = Eigen::Matrix<double, 3, OdometryScales::kCount>;
 /// The twist that wheels should measure for a motion, and its derivatives.
 SE2::Tangent predicted_twist(const SE2::Tangent& twist, const OdometryFactor& factor,
                              const OdometryScales& scales, Eigen::Matrix3d& J_twist, ScaleJacobian& J) {
-  const double slip = factor.duration_s > 0 ? scales.slip_s / factor.duration_s : 0;
+  const double slip = factor.duration_s > 0 ? scales.lateral_slip_s / factor.duration_s : 0;
   const double across = twist[1] - slip * twist[0] * twist[2];
   const SE2::Tangent predicted(twist[0] / scales.distance, across / scales.distance, twist[2] / scales.yaw);
   J_twist << 1, 0, 0, -slip * twist[2], 1, -slip * twist[0], 0, 0, scales.distance / scales.yaw;
@@ -44,7 +44,7 @@ SE2 scaled_motion(const OdometryFactor& factor, const OdometryScales& scales) {
   twist[2] -= scales.turn_lead_s * factor.rate_change[2] + scales.yaw_bias_rad_s * factor.duration_s;
   const double way = scales.distance * twist[0];
   const double turn = scales.yaw * twist[2];
-  const double slip = factor.duration_s > 0 ? scales.slip_s / factor.duration_s : 0;
+  const double slip = factor.duration_s > 0 ? scales.lateral_slip_s / factor.duration_s : 0;
   return SE2::exp({way, scales.distance * twist[1] + slip * way * turn, turn});
 }
 

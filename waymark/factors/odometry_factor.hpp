@@ -12,7 +12,7 @@ namespace waymark {
 struct OdometryScales {
   double distance = 1;
   double yaw = 1;
-  double slip_s = 0;            ///< lateral speed per speed and yaw rate: negative if outwards in a curve
+  double lateral_slip_s = 0;    ///< lateral speed per speed and yaw rate: negative if outwards in a curve
   double camera_latency_s = 0;  ///< images are this much older than their stamps
   double turn_lead_s = 0;       ///< turning is measured this much before distance, as by a separate gyro
   double yaw_bias_rad_s = 0;    ///< yaw rate measured at rest
@@ -21,7 +21,7 @@ struct OdometryScales {
   using Vector = Eigen::Matrix<double, kCount, 1>;
   /// In the order above, which all Jacobians and covariances use.
   [[nodiscard]] Vector vector() const {
-    return {distance, yaw, slip_s, camera_latency_s, turn_lead_s, yaw_bias_rad_s};
+    return {distance, yaw, lateral_slip_s, camera_latency_s, turn_lead_s, yaw_bias_rad_s};
   }
   [[nodiscard]] static OdometryScales of(const Vector& v) { return {v[0], v[1], v[2], v[3], v[4], v[5]}; }
 };

@@ -39,7 +39,7 @@ std::vector<bool> keep_given(const Eigen::MatrixXd& covariance, double enough_si
 std::string_view to_string(Calibrated what) {
   constexpr std::array<std::string_view, kCalibrated> kNames = {
       "mounting_x_m", "mounting_y_m",      "mounting_yaw_rad",   "odometry_scale",
-      "yaw_gain",     "gyro_gain",         "camera_latency_s",   "sight_scale",
+      "yaw_scale",    "gyro_gain",         "camera_latency_s",   "sight_scale",
       "mounting_z_m", "mounting_roll_rad", "mounting_pitch_rad", "focal_scale"};
   return kNames.at(static_cast<std::size_t>(what));
 }
@@ -65,7 +65,7 @@ MountedSensor calibrated_sensor(const MountedSensor& sensor, const CalibratedNum
 RiekfOptions calibrated_options(const RiekfOptions& options, const CalibratedNumbers& numbers) {
   RiekfOptions out = options;
   out.odometry_scale = numbers[3];
-  out.yaw_gain = numbers[4];
+  out.yaw_scale = numbers[4];
   out.gyro_gain = numbers[5];
   out.camera_latency_s = numbers[6];
   out.sight_scale = numbers[7];
@@ -202,7 +202,7 @@ Places sought(std::span<const Sample> samples, const InnovationFitOptions& fit) 
                 std::nullopt,
                 at(Calibrated::CameraLatency),
                 at(Calibrated::OdometryScale),
-                gyro ? at(Calibrated::GyroGain) : at(Calibrated::YawGain)};
+                gyro ? at(Calibrated::GyroGain) : at(Calibrated::YawScale)};
   if (corners) {
     places[2] = at(Calibrated::MountingZ);
     places[3] = at(Calibrated::MountingRoll);
@@ -415,7 +415,7 @@ Result<InnovationFit> calibrate_by_innovations(std::span<const Sample> samples, 
                                 0,
                                 0,
                                 options.odometry_scale,
-                                options.yaw_gain,
+                                options.yaw_scale,
                                 options.gyro_gain,
                                 options.camera_latency_s,
                                 options.sight_scale,

@@ -27,7 +27,7 @@ enum class Calibrated : std::uint8_t {
   MountingY,      ///< [m]
   MountingYaw,    ///< [rad]
   OdometryScale,  ///< RiekfOptions::odometry_scale
-  YawGain,        ///< RiekfOptions::yaw_gain: of the wheels
+  YawScale,       ///< RiekfOptions::yaw_scale: of the wheels
   GyroGain,       ///< RiekfOptions::gyro_gain
   CameraLatency,  ///< [s] RiekfOptions::camera_latency_s
   SightScale,     ///< RiekfOptions::sight_scale

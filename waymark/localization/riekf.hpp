@@ -121,7 +121,7 @@ struct RiekfOptions {
   double bearing_sigma_rad = 0.026;
   std::string rotation = "auto";
   double odometry_scale = 1;
-  double yaw_gain = 1;
+  double yaw_scale = 1;
   double gyro_gain = 1;
   double gyro_bias_rad_s = 0;
   double sight_scale = 1;
@@ -194,9 +194,9 @@ struct RiekfOptions {
           Field{"odometry_scale", "Odometry scale from calibration: true distance over measured distance.",
                 0.1, 10});
     visit(
-        self.yaw_gain,
-        Field{"yaw_gain", "Yaw scale of the odometry from calibration: true rotation over measured rotation.",
-              0.1, 10});
+        self.yaw_scale,
+        Field{"yaw_scale",
+              "Yaw scale of the odometry from calibration: true rotation over measured rotation.", 0.1, 10});
     visit(self.gyro_gain,
           Field{"gyro_gain", "Scale of the gyro from calibration: true rotation over measured rotation.", 0.1,
                 10});

@@ -34,7 +34,7 @@ MotionInput::MotionInput(const RiekfOptions& options)
       bias_sigma_rad_s_(options.motion.yaw_bias_sigma_rad_s),
       wheel_yaw_rad_sqrt_m_(options.motion.wheel_yaw_rad_sqrt_m),
       odometry_scale_(options.odometry_scale),
-      yaw_gain_(options.yaw_gain),
+      yaw_scale_(options.yaw_scale),
       gyro_gain_(options.gyro_gain),
       gyro_bias_rad_s_(options.gyro_bias_rad_s) {}
 
@@ -110,7 +110,7 @@ MotionStep MotionInput::step_of(const Odometry& a, const Odometry& b) {
   MotionStep step{.dt_s = to_seconds(b.stamp - a.stamp)};
   step.twist = (a.odom_T_base.inverse() * b.odom_T_base).log();
   step.twist.head<2>() *= odometry_scale_;
-  step.twist.z() *= yaw_gain_;
+  step.twist.z() *= yaw_scale_;
   const auto turned_a = gyro_angle(a.stamp);
   const auto turned_b = gyro_angle(b.stamp);
   const double wheel_turn = step.twist.z();

@@ -56,7 +56,7 @@ class MotionInput {
   double bias_sigma_rad_s_;
   double wheel_yaw_rad_sqrt_m_;
   double odometry_scale_;
-  double yaw_gain_;
+  double yaw_scale_;
   double gyro_gain_;
   double gyro_bias_rad_s_;
   std::optional<Odometry> last_{};

@@ -148,7 +148,7 @@ void draw_joins(const SquareBoardLayout& layout, const SquareBoardPage& page, st
   if (page.first_row + page.rows < layout.options.board.rows) join(bottom_left, bottom_right);
 }
 
-std::string words_of(const SquareBoardOptions& options) {
+std::string to_text(const SquareBoardOptions& options) {
   const CalibrationBoard& board = options.board;
   std::string words = fmt::format("{} {} \u00d7 {} squares of {}", to_string(board.kind), board.columns,
                                   board.rows, millimetres(square_mm(options)));
@@ -188,7 +188,7 @@ Result<SquareBoardLayout> layout_square_board(const SquareBoardOptions& options)
 
 std::vector<Drawing> draw_square_board(const SquareBoardLayout& layout) {
   std::vector<Drawing> drawings;
-  const std::string words = words_of(layout.options);
+  const std::string words = to_text(layout.options);
   for (std::size_t i = 0; i < layout.pages.size(); ++i) {
     const SquareBoardPage& page = layout.pages[i];
     Drawing drawing{layout.paper.width_mm, layout.paper.height_mm, "Calibration board, " + words, {}};

@@ -82,8 +82,8 @@ struct RejectedTag {
   std::size_t detection = 0;  ///< index into the detections
   TagId tag{};
   RejectReason reason = RejectReason::Outlier;
-  std::string words;  ///< message with values
-  double chi2 = 0;    ///< Outlier: of its 8 residuals under the first estimate
+  std::string message;  ///< message with values
+  double chi2 = 0;      ///< Outlier: of its 8 residuals under the first estimate
 };
 
 /// Camera poses estimated from one image.

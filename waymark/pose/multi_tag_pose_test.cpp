@@ -138,7 +138,7 @@ TEST(MultiTagPose, OutliersAreRejectedWithAReason) {
         const RejectedTag& rejected = pose.rejected[static_cast<std::size_t>(i)];
         EXPECT_EQ(rejected.tag, id(i));
         EXPECT_TRUE(rejected.reason == RejectReason::Outlier || rejected.reason == RejectReason::NotVisible);
-        EXPECT_THAT(rejected.words, HasSubstr(to_string(id(i))));
+        EXPECT_THAT(rejected.message, HasSubstr(to_string(id(i))));
       }
       EXPECT_LE(pose.rejected.size(), static_cast<std::size_t>(outliers) + 1)
           << "the gate accepts 999 of 1000 good tags";
@@ -216,8 +216,8 @@ TEST(MultiTagPose, TagsThatAreNotInTheMapAreRejected) {
   ASSERT_EQ(pose.rejected.size(), 1U);
   EXPECT_EQ(pose.rejected[0].reason, RejectReason::NotInMap);
   EXPECT_EQ(pose.rejected[0].detection, 1U);
-  EXPECT_THAT(pose.rejected[0].words, HasSubstr("tag36h11:1"));
-  testing::expect_on_page("pose", pose.rejected[0].words);
+  EXPECT_THAT(pose.rejected[0].message, HasSubstr("tag36h11:1"));
+  testing::expect_on_page("pose", pose.rejected[0].message);
   EXPECT_THAT(pose.estimates.at(0).detections, ElementsAre(0, 2, 3));
 }
 
@@ -233,8 +233,8 @@ TEST(MultiTagPose, ContradictoryDuplicatesAreBothRejected) {
   for (const RejectedTag& rejected : pose.rejected) {
     EXPECT_EQ(rejected.tag, id(2));
     EXPECT_EQ(rejected.reason, RejectReason::ContradictoryDuplicate);
-    EXPECT_THAT(rejected.words, HasSubstr("40.0 px"));
-    testing::expect_on_page("pose", rejected.words);
+    EXPECT_THAT(rejected.message, HasSubstr("40.0 px"));
+    testing::expect_on_page("pose", rejected.message);
   }
 }
 
@@ -258,7 +258,7 @@ TEST(MultiTagPose, ATagPredictedBehindTheCameraIsRejected) {
   EXPECT_THAT(pose.estimates.at(0).detections, ElementsAre(1, 2, 3));
   ASSERT_EQ(pose.rejected.size(), 1U);
   EXPECT_EQ(pose.rejected[0].reason, RejectReason::NotVisible);
-  testing::expect_on_page("pose", pose.rejected[0].words);
+  testing::expect_on_page("pose", pose.rejected[0].message);
 }
 
 TEST(MultiTagPose, OneBadCornerRejectsItsTag) {
@@ -288,9 +288,9 @@ TEST(MultiTagPose, BadDetectionsAndMapEntriesAreRejected) {
                                   RejectReason::BadMapEntry,  RejectReason::BadDetection};
   for (std::size_t i = 0; i < 6; ++i) {
     EXPECT_EQ(pose.rejected[i].detection, i);
-    EXPECT_EQ(pose.rejected[i].reason, reasons[i]) << i << ": " << pose.rejected[i].words;
-    EXPECT_FALSE(pose.rejected[i].words.empty());
-    testing::expect_on_page("pose", pose.rejected[i].words);
+    EXPECT_EQ(pose.rejected[i].reason, reasons[i]) << i << ": " << pose.rejected[i].message;
+    EXPECT_FALSE(pose.rejected[i].message.empty());
+    testing::expect_on_page("pose", pose.rejected[i].message);
   }
 }
 

@@ -22,7 +22,7 @@ constexpr Duration kTick = std::chrono::milliseconds(10);
 
 struct Plant {
   SE2 map_T_base{};
-  double yaw_gain = 1;
+  double turn_gain = 1;
   double slip_s = -0.03;
   double centre_m = 0;
   double speed = 0;
@@ -30,7 +30,7 @@ struct Plant {
   void step(const VelocityCommand& command, double dt_s) {
     speed += (command.speed_m_s - speed) * (1 - std::exp(-dt_s / 0.12));
     yaw_rate += (command.yaw_rate_rad_s - yaw_rate) * (1 - std::exp(-dt_s / 0.10));
-    const double turn = yaw_gain * yaw_rate;
+    const double turn = turn_gain * yaw_rate;
     const double aside = slip_s * speed * turn - centre_m * turn;
     map_T_base = map_T_base * SE2::exp(Eigen::Vector3d(speed, aside, turn) * dt_s);
   }
@@ -84,8 +84,8 @@ Drive drive(const Route& route, Plant plant, double way_m, double first_m = 2) {
 
 TEST(PathFollower, FollowsACircleAndLearnsTheTurnGain) {
   for (const double gain : {0.6, 0.8, 1.0}) {
-    const Drive run =
-        drive(shaped_route("circle", 0.4), {.map_T_base = SE2(2.05, 0, kPi / 2 + 0.2), .yaw_gain = gain}, 26);
+    const Drive run = drive(shaped_route("circle", 0.4),
+                            {.map_T_base = SE2(2.05, 0, kPi / 2 + 0.2), .turn_gain = gain}, 26);
     EXPECT_LT(run.worst_m, 0.02) << gain;
     EXPECT_NEAR(run.turning.gain, gain, 0.02);
   }
@@ -95,7 +95,7 @@ TEST(PathFollower, CrossesAFigureOfEightWithoutAJump) {
   for (const double speed : {0.3, -0.3}) {
     const Route route = shaped_route("eight", speed);
     const Drive run =
-        drive(route, {.map_T_base = route.points[0].map_T_base, .yaw_gain = 0.8}, 2 * route.length_m);
+        drive(route, {.map_T_base = route.points[0].map_T_base, .turn_gain = 0.8}, 2 * route.length_m);
     EXPECT_GE(run.driven_m, 2 * route.length_m) << speed;
     EXPECT_LT(run.worst_m, 0.02) << speed;
     EXPECT_LT(run.worst_step_m, 0.05) << "per step at 0.3 m/s and 20 Hz";
@@ -108,7 +108,7 @@ TEST(PathFollower, LearnsTheCentreOfRotation) {
       const Route route = shaped_route("eight", speed);
       const Drive run = drive(
           route,
-          {.map_T_base = route.points[0].map_T_base, .yaw_gain = 0.6, .slip_s = 0, .centre_m = centre_m},
+          {.map_T_base = route.points[0].map_T_base, .turn_gain = 0.6, .slip_s = 0, .centre_m = centre_m},
           2 * route.length_m, route.length_m);
       EXPECT_NEAR(run.turning.centre_m, centre_m, 0.005) << speed;
       EXPECT_LT(run.worst_m, 0.008) << speed << " m/s, " << centre_m << " m";

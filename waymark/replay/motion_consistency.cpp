@@ -527,14 +527,14 @@ OdometryPrior odometry_prior(const Calibration& calibration) {
   constexpr double kLeastShare = 0.02;  // path and load differ from those of the calibration
   OdometryPrior prior;
   const auto take = [&](const char* name, double& scale, double& share) {
-    const auto known = calibration.known(name);
+    const auto known = calibration.observable_value(name);
     if (!known || !(*known > 0)) return;
     scale = *known;
     share = std::min(share, std::max(kLeastShare, kWithin * calibration.values.at(name).sigma / *known));
   };
   take("odometry_scale", prior.distance_scale, prior.distance_share);
-  take("yaw_gain", prior.turn_scale, prior.turn_share);
-  prior.turn_noise_sqrt_m = calibration.known("yaw_noise_rad_sqrt_m").value_or(0);
+  take("yaw_scale", prior.turn_scale, prior.turn_share);
+  prior.turn_noise_sqrt_m = calibration.observable_value("yaw_noise_rad_sqrt_m").value_or(0);
   return prior;
 }
 

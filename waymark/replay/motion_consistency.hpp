@@ -173,7 +173,7 @@ struct OdometryPrior {
   double turn_noise_sqrt_m = 0;  ///< random walk of the heading, rad per square root of a metre
 };
 
-/// From "odometry_scale", "yaw_gain" and "yaw_noise_rad_sqrt_m"; defaults for missing values.
+/// From "odometry_scale", "yaw_scale" and "yaw_noise_rad_sqrt_m"; defaults for missing values.
 [[nodiscard]] OdometryPrior odometry_prior(const Calibration& calibration);
 
 /// Motion sums at an odometry sample.

@@ -191,14 +191,14 @@ TEST(MotionConsistency, TurnsByWheelsHaveTheNoiseOfTheCalibration) {
 TEST(MotionConsistency, TheCalibrationOfTheMapIsThePrior) {
   Calibration found;
   found.values["odometry_scale"] = {.value = 0.97, .sigma = 0.001};
-  found.values["yaw_gain"] = {.value = 0.3, .sigma = 0.006};
+  found.values["yaw_scale"] = {.value = 0.3, .sigma = 0.006};
   found.values["yaw_noise_rad_sqrt_m"] = {.value = 0.03, .sigma = 0.002};
   const OdometryPrior prior = odometry_prior(found);
   EXPECT_DOUBLE_EQ(prior.distance_scale, 0.97);
   EXPECT_DOUBLE_EQ(prior.turn_scale, 0.3);
   EXPECT_NEAR(prior.turn_share, 0.06, 1e-12);
   EXPECT_DOUBLE_EQ(prior.turn_noise_sqrt_m, 0.03);
-  found.values["yaw_gain"].verdict = CalibrationVerdict::Unobservable;
+  found.values["yaw_scale"].verdict = CalibrationVerdict::Unobservable;
   EXPECT_DOUBLE_EQ(odometry_prior(found).turn_scale, 1);
 }
 

@@ -281,15 +281,15 @@ CommissionLine line_of(const MotionReading& reading, const Axis& axis, const Rea
                        bool command_right) {
   const ReadingClass found = classify(reading);
   const std::string measured = fmt::format("{:.3g} {}", reading.measured, axis.unit);
-  CommissionLine line{.key = reading.key, .words = measured};
+  CommissionLine line{.key = reading.key, .message = measured};
   if (all.command_wrong && !command_right) return line;
   if (!found.right()) {
     line.verdict = V::Fail;
-    line.words = fmt::format("{} {}: measured {}, commanded {} {}", reading.key, describe(found), measured,
-                             axis.asked, axis.unit);
-    line.mend = remedy_for(reading);
+    line.message = fmt::format("{} {}: measured {}, commanded {} {}", reading.key, describe(found), measured,
+                               axis.asked, axis.unit);
+    line.remedy = remedy_for(reading);
     if (all.either && !command_right)
-      line.words += fmt::format(
+      line.message += fmt::format(
           "; or {} is wrong, because no other source measured the motion. Check in which direction the robot "
           "moved",
           axis.command);
@@ -300,33 +300,33 @@ CommissionLine line_of(const MotionReading& reading, const Axis& axis, const Rea
   const bool skids = reading.origin == "wheels" && axis.asked != 0 && std::string_view(axis.unit) == "rad/s";
   if (std::abs(off) > kMaxDeviation && !skids) {
     line.verdict = V::Warn;
-    line.words += fmt::format(", {:+.0f} % relative to the other sources", 100 * off);
-    line.mend = reading.origin == "odometry" ? "waymark calibrate robot" : remedy_for(reading);
+    line.message += fmt::format(", {:+.0f} % relative to the other sources", 100 * off);
+    line.remedy = reading.origin == "odometry" ? "waymark calibrate robot" : remedy_for(reading);
   }
   return line;
 }
 
 CommissionLine command_line(const std::vector<MotionReading>& readings, const Axis& axis,
                             const ReadingVerdict& all, Seen seen) {
-  CommissionLine line{.key = axis.command, .words = fmt::format("{} as commanded", axis.does)};
+  CommissionLine line{.key = axis.command, .message = fmt::format("{} as commanded", axis.does)};
   if (readings.empty()) return {axis.command, V::Warn, "not measured", "odometry of the robot's messages"};
   const bool wrong = seen ? !*seen : all.command_wrong;
   if (wrong) {
     const std::string description = describe(classify(readings.front()));
     line.verdict = V::Fail;
-    line.words = fmt::format("{} {}: commanded {} {}, but {}", axis.command,
-                             description.empty() ? "is wrong" : description, axis.asked, axis.unit,
-                             seen ? "a person saw another motion" : "all sources agree on another motion");
-    line.mend = std::string(axis.command) + " in the robot's program";
+    line.message = fmt::format("{} {}: commanded {} {}, but {}", axis.command,
+                               description.empty() ? "is wrong" : description, axis.asked, axis.unit,
+                               seen ? "a person saw another motion" : "all sources agree on another motion");
+    line.remedy = std::string(axis.command) + " in the robot's program";
     return line;
   }
   constexpr double kMaxError = 0.1;
   if (std::abs(all.size - 1) <= kMaxError) return line;
   line.verdict = V::Warn;
-  line.words = fmt::format("{} by {:.2f} of the command", axis.does, all.size);
-  line.mend = std::string(axis.command) + " in the robot's program";
+  line.message = fmt::format("{} by {:.2f} of the command", axis.does, all.size);
+  line.remedy = std::string(axis.command) + " in the robot's program";
   if (std::string_view(axis.command) == "command.yaw_rate_rad_s")
-    line.mend += "; a replay learns this factor";
+    line.remedy += "; a replay learns this factor";
   return line;
 }
 
@@ -348,12 +348,12 @@ void find_swap(const std::vector<MotionReading>& asked, const std::vector<Motion
   };
   if (!asked.empty() && std::ranges::all_of(asked, is_noise) && moved("")) {
     lines.front().verdict = V::Fail;
-    lines.front().words = fmt::format(
+    lines.front().message = fmt::format(
         "command.speed_m_s and command.yaw_rate_rad_s are swapped: {} was commanded, and the robot performed "
         "the "
         "other motion",
         axis.command);
-    lines.front().mend = std::string(axis.command) + " in the robot's program";
+    lines.front().remedy = std::string(axis.command) + " in the robot's program";
     lines.resize(1);  // the lines of the sensors are consequences
     return;
   }
@@ -362,7 +362,7 @@ void find_swap(const std::vector<MotionReading>& asked, const std::vector<Motion
     const char* partner = line.key == "odometry.speed_m_s" ? "odometry.yaw_rate_rad_s" : "odometry.speed_m_s";
     const bool unmoved =
         std::ranges::any_of(asked, [&](const MotionReading& r) { return r.key == line.key && is_noise(r); });
-    if (twist && unmoved && moved(partner)) line.words += fmt::format("; it and {} are swapped", partner);
+    if (twist && unmoved && moved(partner)) line.message += fmt::format("; it and {} are swapped", partner);
   }
 }
 
@@ -467,7 +467,7 @@ std::vector<CommissionLine> judge_turn(const MotionTrace& trace, const RobotMode
   miss_tags(readings, ground, lines);
   for (CommissionLine& line : lines) {
     if (line.key == "wheels" && line.verdict == V::Fail)
-      line.words += "; left and right are swapped, unless both are reversed";
+      line.message += "; left and right are swapped, unless both are reversed";
   }
   lines.insert(lines.end(), later.begin(), later.end());
   return lines;
@@ -488,7 +488,7 @@ double pace_of(const Odometry& odometry) {
 /// Wrong axes of a position: reversed or swapped.
 struct AxesFault {
   Eigen::Matrix2d sent_R_right;
-  const char* words;
+  const char* message;
 };
 
 std::array<AxesFault, 8> axes_faults() {
@@ -523,8 +523,9 @@ std::vector<CommissionLine> judge_axes(const std::vector<OdometryLeg>& legs) {
   if (ways.empty()) return {};
   for (const AxesFault& fault : axes_faults()) {
     if (!std::ranges::all_of(ways, [&](const OdometryLeg& leg) { return explains(fault, leg); })) continue;
-    if (*fault.words == '\0') return {{"odometry.axes", V::Ok, "the position moves along yaw", ""}};
-    return {{"odometry.axes", V::Fail, fault.words, "odometry.x_m and odometry.y_m of the robot's messages"}};
+    if (*fault.message == '\0') return {{"odometry.axes", V::Ok, "the position moves along yaw", ""}};
+    return {
+        {"odometry.axes", V::Fail, fault.message, "odometry.x_m and odometry.y_m of the robot's messages"}};
   }
   return {{"odometry.axes", V::Fail, "the position does not move along yaw",
            "odometry.x_m, odometry.y_m and odometry.yaw_rad of the robot's messages"}};
@@ -541,20 +542,20 @@ std::vector<CommissionLine> judge_standing(const MotionTrace& standing) {
   const auto count = static_cast<double>(standing.imu.size());
   const Eigen::Vector3d force = sum / count;
   constexpr double kGravity = 9.81;
-  constexpr const char* kMend = "imu.linear_acceleration_m_s2 of the robot's messages";
+  constexpr const char* kRemedy = "imu.linear_acceleration_m_s2 of the robot's messages";
   const std::string measured =
       fmt::format("({:.2f}, {:.2f}, {:.2f}) m/s2 at standstill", force.x(), force.y(), force.z());
   std::vector<CommissionLine> lines = {{"imu.linear_acceleration_m_s2", V::Ok, measured, ""}};
   CommissionLine& line = lines.back();
   if (force.norm() < 1e-3) {
-    line = {line.key, V::Warn, "is zero: not sent, or from a simulator without gravity", kMend};
+    line = {line.key, V::Warn, "is zero: not sent, or from a simulator without gravity", kRemedy};
   } else if (std::abs(force.norm() - 1) < 0.2) {
-    line = {line.key, V::Fail, "is in g instead of m/s2: " + measured, kMend};
+    line = {line.key, V::Fail, "is in g instead of m/s2: " + measured, kRemedy};
   } else if (std::abs(force.norm() / kGravity - 1) > 0.2) {
-    line = {line.key, V::Fail, "is not 9.81 m/s2: " + measured, kMend};
+    line = {line.key, V::Fail, "is not 9.81 m/s2: " + measured, kRemedy};
   } else if (force.z() < 0.9 * force.norm()) {
     line = {line.key, V::Fail, "does not point up along z (base axes: x forward, y left, z up): " + measured,
-            kMend};
+            kRemedy};
   }
   constexpr double kMaxBias_rad_s = 0.05;
   if (turning.norm() / count > kMaxBias_rad_s)
@@ -598,18 +599,18 @@ MotionTiming timing_of(const MotionTrace& trace) {
 CommissionLine judge_stop(const std::string& key, const MotionTiming& timing, double allowed_s) {
   constexpr double kWarn_s = 0.6;
   constexpr double kFail_s = 1;
-  constexpr const char* kMend = "the robot's program, which must obey zero at once";
+  constexpr const char* kRemedy = "the robot's program, which must obey zero at once";
   if (!timing.response_s)
     return {key, V::Fail, "cannot be judged: the robot did not move before it",
             "odometry of the robot's messages"};
   if (!timing.stopping_s)
-    return {key, V::Fail, fmt::format("the robot did not stop within {:.2f} s", timing.watched_s), kMend};
+    return {key, V::Fail, fmt::format("the robot did not stop within {:.2f} s", timing.watched_s), kRemedy};
   CommissionLine line{
       key, V::Ok, fmt::format("stopped after {:.2f} s and {:.3f} m", *timing.stopping_s, timing.stopping_m),
       ""};
   if (*timing.stopping_s > kWarn_s + allowed_s) line.verdict = V::Warn;
   if (*timing.stopping_s > kFail_s + allowed_s) line.verdict = V::Fail;
-  if (line.verdict != V::Ok) line.mend = kMend;
+  if (line.verdict != V::Ok) line.remedy = kRemedy;
   return line;
 }
 
@@ -624,7 +625,7 @@ CommissionLine judge_response(const MotionTiming& timing) {
                       ""};
   if (*timing.response_s > kWarn_s) line.verdict = V::Warn;
   if (*timing.response_s > kFail_s) line.verdict = V::Fail;
-  if (line.verdict != V::Ok) line.mend = "the path of a command through the robot's program";
+  if (line.verdict != V::Ok) line.remedy = "the path of a command through the robot's program";
   return line;
 }
 

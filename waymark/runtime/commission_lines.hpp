@@ -50,8 +50,8 @@ enum class CommissionVerdict : std::uint8_t { Ok, Warn, Fail };
 struct CommissionLine {
   std::string key{};  ///< what was checked, a stable key: command.speed_m_s, odometry.yaw_rad, stop.kill
   CommissionVerdict verdict = CommissionVerdict::Ok;
-  std::string words{};
-  std::string mend{};  ///< the key or program to correct; empty if the check passed
+  std::string message{};
+  std::string remedy{};  ///< the key or program to correct; empty if the check passed
 };
 
 /// Whether a motion looked right to a person; none if no person was asked.

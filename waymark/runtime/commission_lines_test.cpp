@@ -29,7 +29,7 @@ TEST(Commission, ACorrectRobotPasses) {
 struct Case {
   const char* name;
   Wrong wrong;
-  const char* words;  ///< expected in the failures
+  const char* message;  ///< expected in the failures
   const char* not_words = "@";
 };
 
@@ -158,7 +158,7 @@ std::vector<Case> cases() {
 TEST(Commission, ReportsEachWrongSignAxisAndUnit) {
   for (const Case& one : cases()) {
     const std::string found = failures(commissioned(one.wrong));
-    EXPECT_NE(found.find(one.words), std::string::npos) << one.name << ": " << found;
+    EXPECT_NE(found.find(one.message), std::string::npos) << one.name << ": " << found;
     EXPECT_EQ(found.find(one.not_words), std::string::npos) << one.name << " reports another key: " << found;
   }
 }
@@ -172,9 +172,9 @@ TEST(Commission, ReportsACommandExecutedWithAnotherSize) {
     const CommissionLine line = command(turns_by);
     EXPECT_EQ(line.key, "command.yaw_rate_rad_s");
     EXPECT_EQ(line.verdict, CommissionVerdict::Warn) << turns_by;
-    EXPECT_NE(line.words.find(turns_by < 1 ? "turns left by 0.8" : "turns left by 1.1"), std::string::npos)
-        << line.words;
-    testing::expect_on_page("commission", line.words + "\n" + line.mend);
+    EXPECT_NE(line.message.find(turns_by < 1 ? "turns left by 0.8" : "turns left by 1.1"), std::string::npos)
+        << line.message;
+    testing::expect_on_page("commission", line.message + "\n" + line.remedy);
   }
   EXPECT_EQ(command(0.95).verdict, CommissionVerdict::Ok);
 }

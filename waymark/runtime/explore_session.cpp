@@ -19,7 +19,7 @@ Status ExploreSession::receive(const Sample& sample) {
 
 Result<DriverDecision> ExploreSession::decide(Duration uptime, SensorTime now) {
   const ExploreStep step = explorer_.step(now);
-  end_.stands = step.reason.value_or("");
+  end_.halt_reason = step.reason.value_or("");
   const auto estimate = localizer_.estimate();
   listener_.on_progress(progress(uptime, estimate && estimate->certain));
   if (Status status = listener_.on_step(now, step, estimate); !status) return tl::unexpected(status.error());

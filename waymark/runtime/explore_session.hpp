@@ -25,10 +25,10 @@ struct ExploreListener {
 
 /// Result of exploration, or its state so far.
 struct ExploreEnd {
-  bool finished = false;     ///< it ran for its full time
-  bool interrupted = false;  ///< it was ended from outside
-  double seconds = 0;        ///< since the robot was switched on
-  std::string stands{};      ///< why the robot was stopped at the end; empty if it moved
+  bool finished = false;      ///< it ran for its full time
+  bool interrupted = false;   ///< it was ended from outside
+  double seconds = 0;         ///< since the robot was switched on
+  std::string halt_reason{};  ///< why the robot was stopped at the end; empty if it moved
   int turns = 0;
   std::map<TagId, int> seen{};  ///< number of frames with each map tag
 };

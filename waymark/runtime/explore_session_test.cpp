@@ -81,7 +81,7 @@ TEST(ExploreSession, RunsForItsTimeAndCountsMapTags) {
   EXPECT_TRUE(end->finished);
   EXPECT_FALSE(end->interrupted);
   EXPECT_NEAR(end->seconds, 5, 0.1);
-  EXPECT_TRUE(end->stands.empty());
+  EXPECT_TRUE(end->halt_reason.empty());
   EXPECT_GT(tour.robot.fastest_m_s, 0.2);
   ASSERT_EQ(end->seen.size(), 1U) << "the other tag is not in the map";
   EXPECT_NEAR(end->seen.begin()->second, 100, 2);
@@ -106,7 +106,7 @@ TEST(ExploreSession, StopsWithoutScansAndReportsWhy) {
   auto end = blind.drive();
   ASSERT_TRUE(end);
   EXPECT_TRUE(end->finished);
-  EXPECT_FALSE(end->stands.empty());
+  EXPECT_FALSE(end->halt_reason.empty());
   EXPECT_EQ(blind.robot.fastest_m_s, 0);
 
   Tour later;
@@ -116,7 +116,7 @@ TEST(ExploreSession, StopsWithoutScansAndReportsWhy) {
   };
   end = later.drive();
   ASSERT_TRUE(end);
-  EXPECT_FALSE(end->stands.empty());
+  EXPECT_FALSE(end->halt_reason.empty());
   EXPECT_LT(later.robot.x_m(), 3 * 0.3) << "stopped when the scans ended";
 }
 

@@ -43,7 +43,7 @@ void LocalizeSession::notice_silence(Stream& stream, Duration uptime) const {
   if (stream.silence_reported || to_seconds(uptime - stream.last) < options_.silence_s) return;
   stream.silence_reported = true;
   const bool camera_missing = &stream == &streams_.front() && !stream.ever_received;
-  listener_.on_words(fmt::format(
+  listener_.on_message(fmt::format(
       "no {} for {:.0f} s. {}", stream.name, options_.silence_s,
       camera_missing ? "Does the robot send them? Select a camera of this computer with `camera_source`"
                      : "Is the robot still running?"));
@@ -58,7 +58,7 @@ void LocalizeSession::notice_foreign_tags(Duration uptime) {
   foreign_tags_reported_ = true;
   std::string names;
   for (const TagId& tag : tags_) names += (names.empty() ? "" : ", ") + to_string(tag);
-  listener_.on_words(fmt::format(
+  listener_.on_message(fmt::format(
       "observed tags ({}) give no pose. Is it the map of this place and of this tag family?", names));
 }
 
@@ -75,7 +75,7 @@ Result<DriverDecision> LocalizeSession::decide(Duration uptime, SensorTime now) 
     listener_.on_report(now, estimate);
   }
   const SessionRequest request = requests_(uptime);
-  for (const std::string& words : request.words) listener_.on_words(words);
+  for (const std::string& words : request.messages) listener_.on_message(words);
   if (request.pose) restart_from(*request.pose);
   finished_ = finished_ || request.end || to_seconds(uptime) >= options_.most_s;
   return DriverDecision{.done = finished_};
@@ -85,9 +85,9 @@ void LocalizeSession::restart_from(const GivenPose& given) {
   const SE2& pose = given.map_T_base;
   const std::string where = fmt::format("pose given: x {:.2f} m, y {:.2f} m, heading {:.0f} deg", pose.x(),
                                         pose.y(), to_degrees(pose.yaw()));
-  listener_.on_words(localizer_.method().restart_from(given)
-                         ? where + "; it is certain as soon as tags agree"
-                         : where + "; ignored, because this method uses tags alone");
+  listener_.on_message(localizer_.method().restart_from(given)
+                           ? where + "; it is certain as soon as tags agree"
+                           : where + "; ignored, because this method uses tags alone");
 }
 
 RobotListener LocalizeSession::listener() {

@@ -27,13 +27,13 @@ struct LocalizeListener {
   /// estimate, or none newer for LocalizeSessionOptions::silence_s.
   std::function<void(SensorTime, const std::optional<LocalizationEstimate>&)> on_report =
       [](SensorTime, const std::optional<LocalizationEstimate>&) {};
-  std::function<void(const std::string&)> on_words = [](const std::string&) {};
+  std::function<void(const std::string&)> on_message = [](const std::string&) {};
 };
 
 struct LocalizeSessionOptions {
   Duration report_every = std::chrono::seconds(1);
   double most_s = std::numeric_limits<double>::infinity();  ///< duration of the session
-  /// Time without odometry, or without tags and images, after which on_words is called, once per silence.
+  /// Time without odometry, or without tags and images, after which on_message is called, once per silence.
   double silence_s = 2;
 };
 

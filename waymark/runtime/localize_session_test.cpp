@@ -49,7 +49,7 @@ struct Drive {
                    reports.push_back(now);
                    if (!estimate) unknown.push_back(now);
                  },
-             .on_words = [this](const std::string& sentence) { words.push_back(sentence); }},
+             .on_message = [this](const std::string& sentence) { words.push_back(sentence); }},
             [this](Duration uptime) {
               SessionRequest request{.end = button_at && uptime >= *button_at};
               if (given_at && uptime >= *given_at) request.pose = std::exchange(given, std::nullopt);

@@ -32,7 +32,7 @@ Result<DriverDecision> OperatorSession::decide(Duration uptime, SensorTime now) 
   Result<OperatorRequest> request = input_.read(uptime, now, operator_.state());
   if (!request) return tl::unexpected(request.error());
   if (stop_pressed_()) request->events.insert(request->events.begin(), E::Stop);
-  for (const std::string& words : request->words) tasks_.on_words(words);
+  for (const std::string& words : request->messages) tasks_.on_message(words);
   Status status = request->pad && lap_open_ ? tasks_.add_to_lap(*request->pad) : Status();
   for (const E event : request->events) {
     if (status) status = handle(event, uptime);
@@ -66,13 +66,14 @@ void OperatorSession::notice_silence(Duration uptime) {
     silence_reported_ = false;
   }
   if (uptime - last_received_ < kSilence || std::exchange(silence_reported_, true)) return;
-  tasks_.on_words(
+  tasks_.on_message(
       fmt::format("no sample of the robot for {:.0f} s. Is it still running?", to_seconds(kSilence)));
 }
 
 void OperatorSession::restart_from(const GivenPose& given) {
-  if (replay_ == nullptr) return tasks_.on_words("the given pose has no effect because no replay is active");
-  tasks_.on_words("the replay is paused because a pose was given");
+  if (replay_ == nullptr)
+    return tasks_.on_message("the given pose has no effect because no replay is active");
+  tasks_.on_message("the replay is paused because a pose was given");
   replay_->restart_from(given);
 }
 
@@ -94,7 +95,7 @@ Status OperatorSession::handle(E event, Duration uptime, std::string reason) {
   const S before = operator_.state();
   const Result<A> action = operator_.handle(event, uptime, std::move(reason));
   if (!action) {
-    if (event != E::StickMoved) tasks_.on_words(action.error().message);
+    if (event != E::StickMoved) tasks_.on_message(action.error().message);
     return {};
   }
   Status status = act(*action);

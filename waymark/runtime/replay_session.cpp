@@ -60,7 +60,7 @@ void ReplaySession::receive_missed(std::vector<MissedTag> missed) {
 
 void ReplaySession::notice_jump(const Odometry& odometry) {
   if (odometry_ && odometry_jumped(*odometry_, odometry))
-    listener_.on_words(
+    listener_.on_message(
         "odometry jumped, as after a restart of the robot or a reset of its odometry. The motion in between "
         "is "
         "estimated from tags alone");
@@ -85,7 +85,7 @@ Result<DriverDecision> ReplaySession::decide(Duration uptime, SensorTime now) {
     ended_by_ = request.reason;
     return DriverDecision{.done = true};
   }
-  for (const std::string& words : request.words) listener_.on_words(words);
+  for (const std::string& words : request.messages) listener_.on_message(words);
   if (request.pause) *request.pause ? pause() : resume();
   if (request.pose) restart_from(*request.pose);
   return follow(uptime, now);

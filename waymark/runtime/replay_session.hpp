@@ -22,7 +22,7 @@ struct ReplayListener {
     return Status();
   };
   /// Messages about requests that have no effect, and about a restart of the robot.
-  std::function<void(const std::string&)> on_words = [](const std::string&) {};
+  std::function<void(const std::string&)> on_message = [](const std::string&) {};
 };
 
 struct ReplaySessionOptions {

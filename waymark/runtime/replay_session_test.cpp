@@ -270,7 +270,7 @@ TEST(ReplaySession, StaysStoppedAfterTheComputerWasSuspended) {
 TEST(ReplaySession, ReportsARestartOfTheRobot) {
   Replayer replayer = test::tiny_replayer();
   std::vector<std::string> words;
-  ReplaySession session(replayer, {.on_words = [&](const std::string& text) { words.push_back(text); }});
+  ReplaySession session(replayer, {.on_message = [&](const std::string& text) { words.push_back(text); }});
   int messages = 0;
   for (const double x_m : {2.0, 2.02, 0.0, 0.02})  // back to the origin of odom
     ASSERT_TRUE(session.receive(

@@ -68,9 +68,9 @@ class PictureQueue {
 /// A driver's decision.
 struct DriverDecision {
   VelocityCommand command{};
-  bool done = false;                  ///< the drive is over; the command is the last one
-  std::optional<GamepadState> pad{};  ///< gamepad state of the driver, recorded like any other sample
-  std::vector<std::string> words{};   ///< messages for the driver, such as that the gamepad was unplugged
+  bool done = false;                    ///< the drive is over; the command is the last one
+  std::optional<GamepadState> pad{};    ///< gamepad state of the driver, recorded like any other sample
+  std::vector<std::string> messages{};  ///< messages for the driver, such as that the gamepad was unplugged
 };
 
 /// Callbacks of RobotLoop.

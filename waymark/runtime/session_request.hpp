@@ -18,7 +18,7 @@ struct SessionRequest {
   std::optional<bool> pause{};  ///< of a replay, if it changed: pause or resume
   /// A given pose of the robot: a replay stays stopped until it is resumed.
   std::optional<GivenPose> pose{};
-  std::vector<std::string> words{};  ///< for the person who runs the program
+  std::vector<std::string> messages{};  ///< for the person who runs the program
 };
 
 /// Called before each decision.

@@ -62,7 +62,7 @@ void TeachSession::notice_silence(Stream& stream, Duration uptime, const char* w
   if (stream.silence_reported || to_seconds(uptime - stream.last) < options_.silence_s) return;
   stream.silence_reported = true;
   const bool camera_missing = &stream == &camera_ && !stream.ever_received;
-  lap_.listener().on_words(fmt::format(
+  lap_.listener().on_message(fmt::format(
       "no {} for {:.0f} s. {}", what, options_.silence_s,
       camera_missing
           ? "Does the robot send images or tags? Select a camera of this computer with `camera_source`"
@@ -74,10 +74,10 @@ Result<DriverDecision> TeachSession::decide(Duration uptime, SensorTime now) {
   notice_silence(camera_, uptime, "camera frame");
   Result<DriverDecision> decision = driver_.drive(uptime, now);
   if (!decision) return decision;
-  for (const std::string& words : decision->words) lap_.listener().on_words(words);
+  for (const std::string& words : decision->messages) lap_.listener().on_message(words);
   const SessionRequest request = requests_(uptime);
-  for (const std::string& words : request.words) lap_.listener().on_words(words);
-  if (request.pose) lap_.listener().on_words("the given pose has no effect while a lap is taught");
+  for (const std::string& words : request.messages) lap_.listener().on_message(words);
+  if (request.pose) lap_.listener().on_message("the given pose has no effect while a lap is taught");
   finished_ = decision->done = decision->done || request.end;
   if (finished_ || request.command_zero) decision->command = {};
   return decision;

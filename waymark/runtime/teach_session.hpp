@@ -19,7 +19,7 @@ struct TeachListener {
   /// Progress and current warnings, after each image that was searched for tags.
   std::function<void(const std::string&)> on_progress = [](const std::string&) {};
   /// A message for the driver.
-  std::function<void(const std::string&)> on_words = [](const std::string&) {};
+  std::function<void(const std::string&)> on_message = [](const std::string&) {};
 };
 
 /// Passes the samples of a lap to teacher and monitor, and to the listener that records them.
@@ -49,7 +49,7 @@ class LapMonitor {
                                                   std::optional<double> exposure_ms = {});
 
 struct TeachSessionOptions {
-  /// Time without odometry or camera frames after which on_words is called. Infinite: never.
+  /// Time without odometry or camera frames after which on_message is called. Infinite: never.
   double silence_s = std::numeric_limits<double>::infinity();
 };
 

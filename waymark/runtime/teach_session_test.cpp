@@ -54,7 +54,7 @@ struct Drive {
               return {};
             },
             .on_progress = [this](const std::string& line) { progress.push_back(line); },
-            .on_words = [this](const std::string& sentence) { words.push_back(sentence); }};
+            .on_message = [this](const std::string& sentence) { words.push_back(sentence); }};
   }
   Result<LapEnd> drive() {
     RobotLoop loop(robot, robot, robot.pacing(), {}, {.timeout_s = 30});
@@ -224,7 +224,7 @@ TEST(TeachSession, ReportsThatAGivenPoseHasNoEffect) {
   run.request = [](Duration uptime) {
     SessionRequest request;
     if (uptime == milliseconds(1001)) request.pose = GivenPose{};
-    if (uptime == milliseconds(1001)) request.words = {"refused"};
+    if (uptime == milliseconds(1001)) request.messages = {"refused"};
     return request;
   };
   ASSERT_TRUE(run.drive());

@@ -32,7 +32,7 @@ void ViewerRequests::apply_order(const ViewerOrder& order, Duration uptime, S st
   if (order.kind == Kind::Teach) request.events.push_back(E::Teach);
   if (order.kind == Kind::Stop) request.events.push_back(E::Stop);
   if (order.kind == Kind::Quit) request.events.push_back(E::Quit);
-  if (order.kind == Kind::Words) request.words.push_back(order.words);
+  if (order.kind == Kind::Message) request.messages.push_back(order.message);
   if (order.kind == Kind::GivePose) {
     request.pose = order.pose;
     pause_ = state == S::Replaying;
@@ -90,7 +90,7 @@ Result<OperatorRequest> ViewerInput::read(Duration uptime, SensorTime now, S sta
     if (decision->done) page.events.push_back(E::Go);
   }
   request->pose = page.pose;
-  request->words.insert(request->words.end(), page.words.begin(), page.words.end());
+  request->messages.insert(request->messages.end(), page.messages.begin(), page.messages.end());
   if (page.drive) request->command = *page.drive;
   if (page.command_zero) request->command = {};
   request->events.insert(request->events.end(), page.events.begin(), page.events.end());
@@ -104,7 +104,7 @@ void ViewerInput::receive(const Sample& sample) {
 }
 
 std::string ViewerInput::usage() const {
-  const ViewerWords& words = requests_.words();
+  const ViewerLabels& words = requests_.words();
   return other_ ? other_->usage() + "; " + words.beside : words.alone;
 }
 
@@ -116,7 +116,7 @@ SessionRequest PhaseRequests::read(Duration uptime) {
   ViewerRequests::Request asked = requests_->read(uptime, phase_);
   request.command_zero = asked.command_zero;
   request.pose = asked.pose;
-  request.words = std::move(asked.words);
+  request.messages = std::move(asked.messages);
   for (const E event : asked.events) {
     const bool go = event == E::Go;
     request.end = request.end || event == E::Stop || event == E::Quit || (go && phase_ == S::Teaching);

@@ -42,10 +42,10 @@ struct ViewerOrder {
 };
 
 /// Whether a viewer holds control, or left without releasing it.
-enum class ViewerControl : std::uint8_t { Nobody, Held, Lost };
+enum class ViewerControl : std::uint8_t { None, Held, Lost };
 
 /// Texts for the operator about the buttons of viewers.
-struct ViewerWords {
+struct ViewerLabels {
   std::string alone = "the page has the buttons";
   std::string beside = "the page has the same buttons";
   std::string stopped = "stopped on the page";
@@ -58,8 +58,8 @@ struct ViewerWords {
 struct ViewerLink {
   /// Orders since the last call, oldest first.
   std::function<std::vector<ViewerOrder>()> take_orders = [] { return std::vector<ViewerOrder>(); };
-  std::function<ViewerControl()> control = [] { return ViewerControl::Nobody; };
-  ViewerWords words{};
+  std::function<ViewerControl()> control = [] { return ViewerControl::None; };
+  ViewerLabels words{};
 };
 
 /// Converts viewers' orders to events and commands. If the viewer in control leaves, a taught robot stops
@@ -74,19 +74,19 @@ class ViewerRequests {
     bool script = false;                     ///< a viewer requested the script
     bool command_zero = false;               ///< zero, regardless of other inputs
     std::optional<GivenPose> pose{};         ///< given by a viewer
-    std::vector<std::string> words{};        ///< for the person who runs the program
+    std::vector<std::string> messages{};     ///< for the person who runs the program
   };
   [[nodiscard]] Request read(Duration uptime, OperatorState state);
   /// A person at the robot pressed a button, so the robot is attended.
   void driver_is_present() { command_zero_ = false; }
-  [[nodiscard]] const ViewerWords& words() const { return link_.words; }
+  [[nodiscard]] const ViewerLabels& words() const { return link_.words; }
 
  private:
   void notice_control(ViewerControl control, Duration uptime, OperatorState state);
   void apply_order(const ViewerOrder& order, Duration uptime, OperatorState state, Request& request);
 
   ViewerLink link_;
-  ViewerControl before_ = ViewerControl::Nobody;
+  ViewerControl before_ = ViewerControl::None;
   VelocityCommand command_{};
   std::optional<Duration> commanded_at_{};
   bool command_zero_ = false;

@@ -28,7 +28,7 @@ struct FakeViewers {
   }
 
   std::vector<ViewerOrder> orders{};
-  Control control = Control::Nobody;
+  Control control = Control::None;
 };
 
 class Orders : public ::testing::Test {
@@ -131,7 +131,7 @@ TEST_F(Orders, OrdersOfALostViewerOnlyStop) {
 TEST_F(Orders, ReleasingControlHasNoEffect) {
   feed_.set_control(Control::Held);
   (void)orders_.read(seconds(1), S::Replaying);
-  feed_.set_control(Control::Nobody);
+  feed_.set_control(Control::None);
   for (double t = 1; t < 3; t += 0.05) {
     const auto act = orders_.read(seconds(t), S::Replaying);
     EXPECT_TRUE(act.events.empty());
@@ -303,19 +303,19 @@ TEST(PhaseRequests, AGivenPoseIsPassedOnWithMessages) {
                        OperatorState::Replaying, [] { return false; });
   orders.push_back(
       {.kind = ViewerOrder::Kind::GivePose, .pose = {SE2(1, 2, 3), Eigen::Matrix3d::Identity()}});
-  orders.push_back({.kind = ViewerOrder::Kind::Words, .words = "refused"});
+  orders.push_back({.kind = ViewerOrder::Kind::Message, .message = "refused"});
   SessionRequest request = replay.read(std::chrono::seconds(1));
   EXPECT_EQ(request.pause, true);
   ASSERT_TRUE(request.pose);
   EXPECT_EQ(request.pose->map_T_base.y(), 2);
-  EXPECT_EQ(request.words, std::vector<std::string>{"refused"});
+  EXPECT_EQ(request.messages, std::vector<std::string>{"refused"});
   EXPECT_EQ(replay.phase(), OperatorState::Paused);
   orders.push_back({.kind = ViewerOrder::Kind::GivePose, .pose = {}});
   request = replay.read(std::chrono::seconds(2));
   EXPECT_TRUE(request.pose);
   EXPECT_FALSE(request.pause) << "already paused, and not resumed by the pose";
   request = replay.read(std::chrono::seconds(3));
-  EXPECT_FALSE(request.pose || request.pause || !request.words.empty());
+  EXPECT_FALSE(request.pose || request.pause || !request.messages.empty());
 }
 
 }  // namespace

@@ -33,13 +33,10 @@ struct Calibration {
   /// "fx_px", "fy_px", "cx_px", "cy_px", "k1" …: of the camera (with their uncertainty; pixel centres at
   /// +1/2);
   /// "mounting_x_m" … "mounting_yaw_rad": the camera body on the base (straight ahead if zero);
-  /// "odometry_scale": true distance = scale * distance of the wheels; "yaw_gain": true turn = gain * turn of
-  /// the wheels;
-  /// "yaw_noise_rad_sqrt_m": noise of that turn, over the distance; "gyro_gain": true turn = gain * turn of
-  /// the gyro;
-  /// "gyro_bias_rad_s": gyro rate at rest; "side_slip_s": lateral speed per speed and yaw rate, outwards if
-  /// negative;
-  /// "camera_latency_s": an image is this much older than its stamp;
+  /// "odometry_scale": true distance = scale * distance of the wheels; "yaw_scale": true turn = gain * turn
+  /// of the wheels; "yaw_noise_rad_sqrt_m": noise of that turn, over the distance; "gyro_gain": true turn =
+  /// gain * turn of the gyro; "gyro_bias_rad_s": gyro rate at rest; "side_slip_s": lateral speed per speed
+  /// and yaw rate, outwards if negative; "camera_latency_s": an image is this much older than its stamp;
   /// "sight_scale": true distance of a tag = scale * measured distance;
   /// "focal_scale": factor by which the focal length of `camera` was multiplied (already applied);
   /// "corner_sigma_px";
@@ -50,7 +47,7 @@ struct Calibration {
   std::vector<std::pair<std::string, std::string>> provenance{};
 
   /// The value of a name if it is observable; nothing if it was not estimated or is not observable.
-  [[nodiscard]] std::optional<double> known(const std::string& name) const {
+  [[nodiscard]] std::optional<double> observable_value(const std::string& name) const {
     const auto found = values.find(name);
     return found != values.end() && found->second.verdict == CalibrationVerdict::Known
                ? std::optional(found->second.value)

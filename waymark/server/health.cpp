@@ -14,23 +14,23 @@ constexpr double kGone_s = 2;
 constexpr std::array<const char*, 4> kNames{"camera", "odometry", "IMU", "lidar"};
 
 HealthLight estimate_light(const LiveStatus& status) {
-  HealthLight light{.name = "localisation", .level = Level::Unknown, .words = "not running"};
+  HealthLight light{.name = "localisation", .level = Level::Unknown, .message = "not running"};
   if (!status.certain) return light;
   light.level = *status.certain ? Level::Good : Level::Uncertain;
-  light.words = *status.certain ? "pose is certain" : "pose is uncertain";
+  light.message = *status.certain ? "pose is certain" : "pose is uncertain";
   return light;
 }
 
 HealthLight drive_light(const LiveStatus& status) {
-  HealthLight light{.name = "drive", .level = Level::Good, .words = "free"};
+  HealthLight light{.name = "drive", .level = Level::Good, .message = "free"};
   if (!status.halted.empty()) {
     light.level = Level::Bad;
-    light.words = status.halted;
+    light.message = status.halted;
   } else if (status.phase == "stopped" && !status.reason.empty()) {
     light.level = Level::Uncertain;
-    light.words = status.reason;
+    light.message = status.reason;
   } else if (status.phase != "teaching" && status.phase != "replaying") {
-    light.words = "stationary";
+    light.message = "stationary";
   }
   return light;
 }
@@ -38,7 +38,7 @@ HealthLight drive_light(const LiveStatus& status) {
 }  // namespace
 
 std::string_view to_string(Level level) {
-  constexpr std::array<std::string_view, 4> kLevels{"unknown", "good", "doubtful", "bad"};
+  constexpr std::array<std::string_view, 4> kLevels{"unknown", "good", "uncertain", "bad"};
   return kLevels[static_cast<std::size_t>(level)];
 }
 
@@ -63,12 +63,12 @@ void RobotHealth::receive(const Sample& sample, Duration now) {
 
 HealthLight RobotHealth::light_of(std::size_t which, Duration now) const {
   const Stream& stream = streams_[which];
-  HealthLight light{.name = kNames[which], .level = Level::Unknown, .words = "no data yet"};
+  HealthLight light{.name = kNames[which], .level = Level::Unknown, .message = "no data yet"};
   if (!stream.first) return light;
   const double age_s = to_seconds(now - stream.last);
   light.level = age_s < kLate_s ? Level::Good : age_s < kGone_s ? Level::Uncertain : Level::Bad;
-  light.words = light.level == Level::Good ? fmt::format("{:.0f} per second", stream.rate_hz)
-                                           : fmt::format("silent for {:.1f} s", age_s);
+  light.message = light.level == Level::Good ? fmt::format("{:.0f} per second", stream.rate_hz)
+                                             : fmt::format("silent for {:.1f} s", age_s);
   return light;
 }
 

@@ -17,7 +17,7 @@ struct HealthLight {
   enum class Level : std::uint8_t { Unknown, Good, Uncertain, Bad };
   std::string name;  ///< "camera"
   Level level = Level::Unknown;
-  std::string words;  ///< "29.8 per second"
+  std::string message;  ///< "29.8 per second"
 };
 [[nodiscard]] std::string_view to_string(HealthLight::Level level);
 

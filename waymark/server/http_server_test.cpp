@@ -83,7 +83,7 @@ TEST(HttpServer, ViewersConnectAndDisconnectDuringTheRobotLoop) {
   int stops = 0;
   for (std::int64_t i = 0; !over; ++i) {
     feed.publish(Sample(Odometry{.stamp = SensorTime(Duration(i))}), i);
-    feed.tell({.phase = i % 50 < 25 ? "teaching" : "idle"});
+    feed.set_status({.phase = i % 50 < 25 ? "teaching" : "idle"});
     for (const ViewerOrder& order : feed.take_orders())
       stops += order.kind == ViewerOrder::Kind::Stop ? 1 : 0;
     (void)feed.control();

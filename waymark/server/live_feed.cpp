@@ -40,7 +40,7 @@ void LiveFeed::add(LiveSample sample) {
   hand_over();
 }
 
-void LiveFeed::tell(const LiveStatus& status) {
+void LiveFeed::set_status(const LiveStatus& status) {
   if (status == last_status_) {
     if (status_waiting_) hand_over();
     return;

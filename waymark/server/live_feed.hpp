@@ -58,17 +58,17 @@ class LiveFeed {
   /// The robot side calls `wake` when the server has something to take; it must not block.
   explicit LiveFeed(std::function<void()> wake = [] {}) : wake_(std::move(wake)) {}
   void set_wake(std::function<void()> wake) { wake_ = std::move(wake); }  ///< call before either side starts
-  void set_words(ViewerWords words) { words_ = std::move(words); }        ///< call before either side starts
-  /// Rewrites the reasons of tell() for viewers; default: unchanged.
+  void set_words(ViewerLabels words) { words_ = std::move(words); }       ///< call before either side starts
+  /// Rewrites the reasons of set_status() for viewers; default: unchanged.
   using ForUsers = std::function<std::string(std::string_view)>;
   void set_for_users(ForUsers write) { for_users_ = std::move(write); }
-  [[nodiscard]] const ViewerWords& words() const { return words_; }
+  [[nodiscard]] const ViewerLabels& words() const { return words_; }
 
   // Robot side.
   void publish(const Sample& sample, std::int64_t host_ns);
   void publish(const ros2::PoseWithCovarianceStamped& estimate, std::int64_t host_ns);
   void publish(const ros2::DiagnosticArray& compared, std::int64_t host_ns);
-  void tell(const LiveStatus& status);
+  void set_status(const LiveStatus& status);
   void show_text(const std::string& name, std::string text);
   void show_camera(const CameraModel& camera, const SE3& base_T_cam);
   /// The map as markers, for viewers that cannot read map.yaml.
@@ -104,10 +104,10 @@ class LiveFeed {
   void hand_over();
 
   std::function<void()> wake_;
-  ViewerWords words_{};
+  ViewerLabels words_{};
   ForUsers for_users_ = [](std::string_view text) { return std::string(text); };
   std::atomic<bool> listening_{false};
-  std::atomic<Control> control_{Control::Nobody};
+  std::atomic<Control> control_{Control::None};
   std::atomic<std::uint64_t> dropped_{0};
   std::vector<LiveSample> waiting_{};  ///< owned by the robot side
   std::optional<LiveStatus> status_waiting_{};

@@ -23,7 +23,7 @@ TEST(LiveFeed, KeepsNoSamplesWithoutViewers) {
 
 TEST(LiveFeed, StateAndTextsAreKeptForLaterViewers) {
   LiveFeed feed;
-  feed.tell({.phase = "ready"});
+  feed.set_status({.phase = "ready"});
   feed.show_text("map.yaml", "tags: []");
   EXPECT_EQ(feed.take().status.phase, "ready");
   EXPECT_EQ(feed.take().texts->by_name.at("map.yaml"), "tags: []");  // and is kept
@@ -34,7 +34,7 @@ TEST(LiveFeed, StateAndTextsAreKeptForLaterViewers) {
 TEST(LiveFeed, RewritesReasonsForUsers) {
   LiveFeed feed;
   feed.set_for_users([](std::string_view text) { return "<" + std::string(text) + ">"; });
-  feed.tell({.phase = "paused", .reason = "a", .halted = "b"});
+  feed.set_status({.phase = "paused", .reason = "a", .halted = "b"});
   const LiveStatus status = feed.take().status;
   EXPECT_EQ(status.phase, "paused");
   EXPECT_EQ(status.reason, "<a>");
@@ -110,7 +110,7 @@ TEST(LiveFeedThreads, EveryLostSampleIsCounted) {
   });
   for (std::int64_t i = 0; i < kSamples; ++i) {
     feed.publish(odometry_at(i), i);
-    feed.tell({.phase = i % 2 == 0 ? "a" : "b"});
+    feed.set_status({.phase = i % 2 == 0 ? "a" : "b"});
   }
   over = true;
   server.join();

@@ -206,7 +206,7 @@ bool LiveHub::take(Id id, Client& client) {
 void LiveHub::release(Id id, bool lost) {
   if (holder_ != id) return;
   holder_.reset();
-  feed_.set_control(lost ? LiveFeed::Control::Lost : LiveFeed::Control::Nobody);
+  feed_.set_control(lost ? LiveFeed::Control::Lost : LiveFeed::Control::None);
 }
 
 void LiveHub::pass_order(Id id, Client& client, const ViewerOrder& order) {

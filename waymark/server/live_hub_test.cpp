@@ -146,7 +146,7 @@ TEST_F(Hub, FoxgloveReceivesItsSubscriptions) {
 }
 
 TEST_F(Hub, LaterViewersReceiveLatchedMessages) {
-  feed_.tell({.phase = "ready"});
+  feed_.set_status({.phase = "ready"});
   feed_.show_text("map.yaml", "tags: []");
   pass(0.01);
   const auto id = join(kPageProtocol);
@@ -207,7 +207,7 @@ TEST_F(Hub, WithoutTheTokenAViewerMayOnlyWatchAndStop) {
       std::string("\x01\x01\x00\x00\x00", 5) + R"({"linear":{"x":1},"angular":{"z":0}})";
   hub_.receive_binary(studio, {reinterpret_cast<const std::uint8_t*>(twist.data()), twist.size()}, now_);
   EXPECT_TRUE(feed_.take_orders().empty());
-  EXPECT_EQ(feed_.control(), Control::Nobody);
+  EXPECT_EQ(feed_.control(), Control::None);
   EXPECT_EQ(output_of(page).of("status").size(), 2u);
   EXPECT_EQ(output_of(studio).of("status").size(), 2u);
 }
@@ -227,7 +227,7 @@ TEST_F(Hub, OnlyOneViewerHoldsControl) {
   send(second, kRelease);  // it does not hold control
   EXPECT_EQ(feed_.control(), Control::Held);
   send(first, kRelease);
-  EXPECT_EQ(feed_.control(), Control::Nobody);
+  EXPECT_EQ(feed_.control(), Control::None);
   send(second, kGo);
   EXPECT_EQ(feed_.take_orders().size(), 1u);
 }
@@ -267,7 +267,7 @@ TEST_F(Hub, FoxglovePublishesWithTheToken) {
   ASSERT_EQ(orders.size(), 1u);
   EXPECT_EQ(orders[0].kind, ViewerOrder::Kind::Stop);
   send(id, R"({"op":"unadvertise","channelIds":[1]})");
-  EXPECT_EQ(feed_.control(), Control::Nobody);
+  EXPECT_EQ(feed_.control(), Control::None);
 }
 
 TEST_F(Hub, EveryViewerCanStopTheRobot) {
@@ -355,7 +355,7 @@ TEST_F(Hub, RejectsViewersAboveTheLimit) {
 
 TEST_F(Hub, LightsHaveTexts) {
   const auto id = join(kPageProtocol);
-  feed_.tell({.phase = "replaying", .certain = false, .halted = "obstacle ahead"});
+  feed_.set_status({.phase = "replaying", .certain = false, .halted = "obstacle ahead"});
   for (int i = 0; i < 50; ++i) {
     odometry(i);
     pass(0.02);
@@ -371,10 +371,10 @@ TEST_F(Hub, LightsHaveTexts) {
     return Json();
   };
   EXPECT_EQ(light("odometry")["level"], "good");
-  EXPECT_EQ(light("odometry")["words"], "50 per second");
+  EXPECT_EQ(light("odometry")["message"], "50 per second");
   EXPECT_EQ(light("camera")["level"], "unknown");
-  EXPECT_EQ(light("localisation")["level"], "doubtful");
-  EXPECT_EQ(light("drive")["words"], "obstacle ahead");
+  EXPECT_EQ(light("localisation")["level"], "uncertain");
+  EXPECT_EQ(light("drive")["message"], "obstacle ahead");
 }
 
 }  // namespace

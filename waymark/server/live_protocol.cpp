@@ -249,7 +249,7 @@ std::string state_json(const LiveStatus& status, const std::vector<HealthLight>&
                        std::uint64_t dropped) {
   auto list = OrderedJson::array();
   for (const HealthLight& light : lights)
-    list.push_back({{"name", light.name}, {"level", to_string(light.level)}, {"words", light.words}});
+    list.push_back({{"name", light.name}, {"level", to_string(light.level)}, {"message", light.message}});
   return written({{"phase", status.phase},
                   {"reason", status.reason},
                   {"commands", status.commands},

@@ -9,7 +9,7 @@ export interface CameraStatus {
   readonly lost?: number;
   readonly damaged?: number;
   readonly recording?: string;
-  readonly said?: string;
+  readonly message?: string;
   readonly tags?: readonly CameraTag[];
   readonly controls?: readonly CameraControl[];
   readonly guide?: GuideStatus;
@@ -80,7 +80,7 @@ export class CameraPanel {
     document.body.classList.add("device");
     byId("device").hidden = false;
     byId("devicefacts").textContent = factsOf(status);
-    if (byId("devicesaid").textContent !== (status.said ?? "")) byId("devicesaid").textContent = status.said ?? "";
+    if (byId("devicemessage").textContent !== (status.message ?? "")) byId("devicemessage").textContent = status.message ?? "";
     const record = byId("record");
     record.setAttribute("aria-pressed", String(Boolean(status.recording)));
     record.textContent = status.recording ? "End the recording" : "Record";

@@ -9,7 +9,7 @@ export interface Channel {
 }
 export interface Light {
   readonly name: string;
-  readonly level: "unknown" | "good" | "doubtful" | "bad";
+  readonly level: "unknown" | "good" | "uncertain" | "bad";
   readonly words: string;
 }
 export interface RobotState {

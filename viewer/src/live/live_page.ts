@@ -1,7 +1,7 @@
 import { goWords, placeInSession, sessionPhases, type Control, type RobotState } from "./frames";
 
 const byId = <T extends HTMLElement>(id: string): T => document.getElementById(id) as T;
-const signs = { unknown: "○", good: "●", doubtful: "◐", bad: "✖" } as const;
+const signs = { unknown: "○", good: "●", uncertain: "◐", bad: "✖" } as const;
 const drives: Readonly<Record<string, readonly [number, number]>> = { // fractions of speed and turn rate
   w: [1, 0], s: [-1, 0], a: [0, 1], d: [0, -1], ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, 1], ArrowRight: [0, -1],
 };
@@ -140,7 +140,7 @@ export class LivePage {
     byId("lights").replaceChildren(...state.lights.map((light) => {
       const item = document.createElement("li");
       item.className = light.level;
-      item.textContent = `${signs[light.level]} ${light.name}: ${light.words}`;
+      item.textContent = `${signs[light.level]} ${light.name}: ${light.message}`;
       return item;
     }));
   }

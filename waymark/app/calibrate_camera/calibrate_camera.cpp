@@ -158,7 +158,7 @@ class ImageReader {
     if (summary.stopped) return fail(ErrorCode::InvalidArgument, "stopped");
     if (!without_target_.empty() && std::ranges::all_of(seen_.marks, &TargetPicture::empty))
       return fail(ErrorCode::NotFound, "no image shows the target", {.source = without_target_name_},
-                  target_.words_of_absence(without_target_.view()));
+                  target_.absence_advice(without_target_.view()));
     return std::move(seen_);
   }
 
@@ -233,7 +233,7 @@ Result<TargetImages> from_detections(const std::string& path) {
 
 Result<CalibrateCameraReport> calibrate_camera(const CalibrateCameraJob& job, const CalibrationTarget& target,
                                                const TagFinder& finder, const JobControl& control) {
-  if (const std::string note = words_of_untried_lenses(job.fit); !note.empty()) control.note(note);
+  if (const std::string note = untried_lenses_note(job.fit); !note.empty()) control.note(note);
   const TagFinder reader = no_tags();
   Result<TargetImages> seen =
       job.detections.empty() ? ImageReader(job, target, control).read(target.is_board() ? reader : finder)
@@ -250,7 +250,7 @@ Result<CalibrateCameraReport> calibrate_camera(const CalibrateCameraJob& job, co
           ? calibrate_camera(seen->marks, seen->width_px, seen->height_px, lens, options)
           : calibrate_camera(seen->detections, target.tags(), seen->width_px, seen->height_px, lens, options);
   if (!found) return tl::unexpected(found.error());
-  if (auto warning = target.words_of_marker_size(std::move(seen->marker_shares)))
+  if (auto warning = target.marker_size_warning(std::move(seen->marker_shares)))
     found->advice.push_back(*std::move(warning));
   if (!target.is_board())
     for (std::size_t i = 0; i < seen->marks.size(); ++i)
@@ -258,7 +258,7 @@ Result<CalibrateCameraReport> calibrate_camera(const CalibrateCameraJob& job, co
   return CalibrateCameraReport{.found = std::move(*found),
                                .pictures = std::move(seen->names),
                                .marks = std::move(seen->marks),
-                               .marks_word = target.marks_word()};
+                               .mark_kind = target.mark_kind()};
 }
 
 // Output files and JSON.
@@ -383,7 +383,7 @@ CameraCalibrationOptions fit_options(const CameraFitJob& job) {
   return options;
 }
 
-std::string words_of_untried_lenses(const CameraFitJob& job) {
+std::string untried_lenses_note(const CameraFitJob& job) {
   std::vector<std::string_view> untried;
   if (lens_model(job.lens)) return {};
   for (const LensModel lens : lens_models())
@@ -426,14 +426,14 @@ ReportFields fields(const TriedLens& tried) {
 
 struct UsedImage {
   std::string picture{};
-  std::string marks_word = "tags";
+  std::string mark_kind = "tags";
   CalibratedView view{};
 };
 
 ReportFields fields(const UsedImage& used) {
   return {
       {"picture", "Name of the image", used.picture},
-      {used.marks_word, "Tags in the fit; for a board with corners the key is `corners`", used.view.marks},
+      {used.mark_kind, "Tags in the fit; for a board with corners the key is `corners`", used.view.marks},
       {"rejected", "Tags or corners rejected as outliers", used.view.rejected},
       {"rms_px", "Root mean square reprojection error", used.view.rms_px},
       {"tilt_deg", "Angle between the optical axis and the normal of the target", used.view.tilt_deg},
@@ -462,7 +462,7 @@ ReportFields fields(const CalibrateCameraReport& report) {
   for (const LensTrial& trial : found.trials) lenses.push_back({trial});
   std::vector<UsedImage> pictures;
   for (std::size_t i = 0; i < found.views.size(); ++i)
-    pictures.push_back({report.pictures[i], report.marks_word, found.views[i]});
+    pictures.push_back({report.pictures[i], report.mark_kind, found.views[i]});
   std::vector<FittedRegion> regions;
   for (const ImageRegion& region : found.regions) regions.push_back({region});
   return {{"lens", "Lens model: none, radtan4, radtan5, rational8 or equidistant", to_string(found.lens)},
@@ -495,7 +495,7 @@ std::string lenses_text(const CameraCalibration& found) {
 std::string views_text(const CalibrateCameraReport& report) {
   const CameraCalibration& found = report.found;
   const std::vector<std::string>& pictures = report.pictures;
-  std::string text = fmt::format("{:>7}{:>9}{:>10}{:>10}{:>12}  image\n", report.marks_word, "rejected",
+  std::string text = fmt::format("{:>7}{:>9}{:>10}{:>10}{:>12}  image\n", report.mark_kind, "rejected",
                                  "RMS px", "tilt deg", "distance m");
   for (std::size_t i = 0; i < found.views.size(); ++i) {
     const CalibratedView& view = found.views[i];

@@ -122,7 +122,7 @@ struct CalibrateCameraReport {
       .camera = CameraModel::make(PinholeRadtan{.fx = 1, .fy = 1, .cx = 0.5, .cy = 0.5}, 1, 1).value()};
   std::vector<std::string> pictures{};  ///< names, in the order of found.views
   std::vector<TargetPicture> marks{};   ///< one entry per picture
-  std::string marks_word = "tags";      ///< kind of the marks: "tags" or "corners"
+  std::string mark_kind = "tags";       ///< kind of the marks: "tags" or "corners"
 };
 
 /// Fails if an output cannot be written, or its format cannot represent the lens. Called before reading
@@ -132,7 +132,7 @@ struct CalibrateCameraReport {
 /// Fit options; `lenses` are those that the output format can represent.
 [[nodiscard]] CameraCalibrationOptions fit_options(const CameraFitJob& job);
 /// Note about lenses that "auto" omits because of the output format; empty: none.
-[[nodiscard]] std::string words_of_untried_lenses(const CameraFitJob& job);
+[[nodiscard]] std::string untried_lenses_note(const CameraFitJob& job);
 
 /// Detects the target in the images (tags with `finder`) or reads the detections, and fits the camera.
 [[nodiscard]] Result<CalibrateCameraReport> calibrate_camera(const CalibrateCameraJob& job,

@@ -43,7 +43,7 @@ StampedMarks board_at(int k, double x_px, int tags = 6) {
 
 TEST(CalibrateCameraReport, NamesParametersAndTheMarksOfItsTarget) {
   EXPECT_EQ(to_json(fields(CalibrateCameraReport{}))["regions"].size(), 9U);
-  CalibrateCameraReport report{.pictures = {"a.png"}, .marks_word = "corners"};
+  CalibrateCameraReport report{.pictures = {"a.png"}, .mark_kind = "corners"};
   report.found.names = {"fx_px"};
   report.found.parameters = Eigen::VectorXd::Constant(1, 440);
   report.found.covariance = Eigen::MatrixXd::Constant(1, 1, 0.25);
@@ -109,12 +109,12 @@ TEST(FitOptions, AutoTriesOnlyLensesThatTheFormatSupports) {
 }
 
 TEST(FitOptions, NamesTheLensesThatAreNotTried) {
-  EXPECT_THAT(words_of_untried_lenses(job_of("a.json")),
+  EXPECT_THAT(untried_lenses_note(job_of("a.json")),
               AllOf(HasSubstr("photonvision"), HasSubstr("`lens=equidistant`")));
-  EXPECT_EQ(words_of_untried_lenses(job_of("a.yaml")), "");
+  EXPECT_EQ(untried_lenses_note(job_of("a.yaml")), "");
   CameraFitJob chosen = job_of("a.json");
   chosen.lens = "radtan5";
-  EXPECT_EQ(words_of_untried_lenses(chosen), "");
+  EXPECT_EQ(untried_lenses_note(chosen), "");
 }
 
 TEST(CheckOutputs, RejectsTheExtensionOfAnotherFormat) {

@@ -77,12 +77,12 @@ Status from_camera(const CalibrateGuidedJob& job, GuidedCalibration& guided, con
     if (!taken) return tl::unexpected(taken.error());
     const bool reported = reporter.report(seen.frame.stamp, *taken);
     if (page == nullptr) return {};
-    if (reported) page->say(to_text(guided.status()));
+    if (reported) page->show_message(to_text(guided.status()));
     page->guide(to_json(fields(guided.status())), *taken);
     page->show(seen, {});
     return {};
   };
-  watch.on_words = [&](const std::string& text) { control.note(text); };
+  watch.on_message = [&](const std::string& text) { control.note(text); };
   watch.should_stop = [&] { return control.cancelled() || guided.status().good_enough; };
   const TagFinder nothing = no_tags();
   const auto end = watch_camera(**camera, nothing, watch);
@@ -147,7 +147,7 @@ Status check_job(const CalibrateGuidedJob& job, const GivenFields& given) {
 
 Result<CalibrateCameraReport> calibrate_guided(const CalibrateGuidedJob& job, const CalibrationTarget& target,
                                                const TagFinder& finder, const JobControl& control) {
-  if (const std::string note = words_of_untried_lenses(job.fit); !note.empty()) control.note(note);
+  if (const std::string note = untried_lenses_note(job.fit); !note.empty()) control.note(note);
   GuidedCalibration guided(job.fit, target, finder, job.guide, job.folder);
   const auto resumed = guided.resume(control);
   if (!resumed) return tl::unexpected(resumed.error());

@@ -133,7 +133,7 @@ Result<SeenTarget> CalibrationTarget::find(const ImageView& image, const TagFind
   return SeenTarget{.marks = target_marks(found->detections, tags_)};
 }
 
-std::string CalibrationTarget::words_of_absence(const ImageView& image) const {
+std::string CalibrationTarget::absence_advice(const ImageView& image) const {
   const std::string& kind = options_.kind;
   const std::string general = fmt::format(
       "Check {}`target`, `cols` and `rows`, and that the whole board is in view, in focus and has a white "
@@ -155,7 +155,7 @@ std::string CalibrationTarget::words_of_absence(const ImageView& image) const {
                      kind == "charuco" ? "" : "`target=charuco` and ");
 }
 
-std::optional<std::string> CalibrationTarget::words_of_marker_size(std::vector<double> shares) const {
+std::optional<std::string> CalibrationTarget::marker_size_warning(std::vector<double> shares) const {
   constexpr double kTolerance = 0.05;  // blur changes the apparent size of small markers by 1 to 2 %
   if (!board_ || board_->kind != BoardKind::Charuco || shares.empty()) return std::nullopt;
   const double share = median(std::move(shares));

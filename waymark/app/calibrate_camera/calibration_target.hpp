@@ -93,13 +93,13 @@ class CalibrationTarget {
   [[nodiscard]] const TagMap& tags() const { return tags_; }
   [[nodiscard]] bool is_board() const { return board_.has_value(); }
   /// Kind of the marks: "tags" or "corners".
-  [[nodiscard]] const char* marks_word() const { return is_board() ? "corners" : "tags"; }
+  [[nodiscard]] const char* mark_kind() const { return is_board() ? "corners" : "tags"; }
   /// Marks in an image: corners of the board, or tags detected by `finder`.
   [[nodiscard]] Result<SeenTarget> find(const ImageView& image, const TagFinder& finder) const;
   /// Advice if no image shows the target, derived from one of the images. Slow.
-  [[nodiscard]] std::string words_of_absence(const ImageView& image) const;
+  [[nodiscard]] std::string absence_advice(const ImageView& image) const;
   /// A warning if the given marker size of a ChArUco board is inconsistent with the images.
-  [[nodiscard]] std::optional<std::string> words_of_marker_size(std::vector<double> shares) const;
+  [[nodiscard]] std::optional<std::string> marker_size_warning(std::vector<double> shares) const;
 
  private:
   CalibrationTarget() = default;

@@ -23,7 +23,7 @@ TEST(CalibrationTarget, ABoardOfTagsCountsFromTheLowerLeft) {
       CalibrationTarget::make({.columns = 3, .rows = 2, .tag_size_m = 0.1, .spacing = 0.5, .first_id = 10});
   ASSERT_TRUE(target) << to_string(target.error());
   EXPECT_FALSE(target->is_board());
-  EXPECT_STREQ(target->marks_word(), "tags");
+  EXPECT_STREQ(target->mark_kind(), "tags");
   ASSERT_EQ(target->tags().tags.size(), 6U);
   const auto place = [&](int number) {
     const MappedTag* tag = target->tags().find({FamilyId::Tag36h11, number});

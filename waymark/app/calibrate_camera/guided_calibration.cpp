@@ -147,7 +147,7 @@ void GuidedCalibration::explain_absence(SensorTime stamp, const ImageView& image
   }
   if (!first_) first_ = stamp;
   if (status_.absence.empty() && stamp - *first_ >= kPatience)
-    status_.absence = target_.words_of_absence(image);
+    status_.absence = target_.absence_advice(image);
 }
 
 Status GuidedCalibration::keep(const ImageView& image, std::string& name) const {
@@ -209,10 +209,10 @@ Result<CalibrateCameraReport> GuidedCalibration::finish() const {
                 status_.absence.empty() ? "Hold the board still and in focus." : status_.absence);
   auto found = calibrate_camera(views_, width_px_, height_px_, lens_model(fit_.lens), fit_options(fit_));
   if (!found) return tl::unexpected(found.error());
-  if (auto warning = target_.words_of_marker_size(marker_shares_))
+  if (auto warning = target_.marker_size_warning(marker_shares_))
     found->advice.push_back(*std::move(warning));
   return CalibrateCameraReport{
-      .found = *std::move(found), .pictures = names_, .marks = views_, .marks_word = target_.marks_word()};
+      .found = *std::move(found), .pictures = names_, .marks = views_, .mark_kind = target_.mark_kind()};
 }
 
 }  // namespace waymark

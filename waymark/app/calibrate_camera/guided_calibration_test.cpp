@@ -134,7 +134,7 @@ TEST(GuidedViews, TakesEachViewOnceStoresItAndResumesFromTheFolder) {
   const auto found = guided.finish();
   ASSERT_TRUE(found) << to_string(found.error());
   EXPECT_NEAR(found->found.parameters[0], 512, 5);
-  EXPECT_EQ(found->marks_word, "tags");
+  EXPECT_EQ(found->mark_kind, "tags");
   EXPECT_THAT(to_text(*found), HasSubstr("fx_px"));
 
   std::ofstream(folder / "broken.png") << "no picture";

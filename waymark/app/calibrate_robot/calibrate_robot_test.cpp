@@ -61,7 +61,7 @@ TEST(CalibrateByLap, AWrongMountingIsEstimatedWithinItsStandardDeviation) {
   const auto written = read_calibration(job.drive.output);
   ASSERT_TRUE(written) << to_string(written.error());
   EXPECT_EQ(written->values.size(), report->calibration.values.size());
-  EXPECT_EQ(written->known("mounting_yaw_rad"), report->calibration.known("mounting_yaw_rad"));
+  EXPECT_EQ(written->known("mounting_yaw_rad"), report->calibration.observable_value("mounting_yaw_rad"));
   const auto json = to_json(fields(*report));
   EXPECT_EQ(json["tags"], 24);
   EXPECT_LT(json["corners_rms_px"].get<double>(), 2);
@@ -99,7 +99,7 @@ TEST(CalibrateByInnovations, MinimisesInnovationsAndCanBeCancelled) {
   job.to_s = 15;
   std::vector<std::string> texts;
   JobControl control;
-  control.progress = [&](const JobProgress& now) { texts.push_back(now.words); };
+  control.progress = [&](const JobProgress& now) { texts.push_back(now.text); };
   const auto report = calibrate_robot(job, control);
   ASSERT_TRUE(report) << to_string(report.error());
   ASSERT_TRUE(report->innovations);
@@ -122,14 +122,14 @@ TEST(CalibrateByInnovations, MinimisesInnovationsAndCanBeCancelled) {
 TEST(TakeCalibrated, ReplacesOnlyObservableFilterOptions) {
   Calibration calibration;
   calibration.values["odometry_scale"] = {.value = 1.05, .sigma = 0.01};
-  calibration.values["yaw_gain"] = {.value = 0.9, .verdict = CalibrationVerdict::Unobservable};
+  calibration.values["yaw_scale"] = {.value = 0.9, .verdict = CalibrationVerdict::Unobservable};
   calibration.values["camera_latency_s"] = {.value = 0.08, .sigma = 0.01};
   RiekfOptions filter;
-  const double yaw_gain = filter.yaw_gain;
+  const double yaw_scale = filter.yaw_scale;
   take_calibrated(calibration, filter);
   EXPECT_EQ(filter.odometry_scale, 1.05);
   EXPECT_EQ(filter.camera_latency_s, 0.08);
-  EXPECT_EQ(filter.yaw_gain, yaw_gain) << "unobservable, so unchanged";
+  EXPECT_EQ(filter.yaw_scale, yaw_scale) << "unobservable, so unchanged";
 }
 
 TEST(CalibrateRobot, RejectsInvalidJobsBeforeReading) {
@@ -173,10 +173,10 @@ TEST(CalibrateRobot, AnUnobservableCalibrationIsNotWritten) {
   const fs::path output = calibration_drive().folder / "nothing.yaml";
   const CalibrateRobotJob job{.drive = {.logs = {calibration_drive().lap}, .output = output.string()}};
   CalibrateRobotReport report;
-  report.calibration.values["yaw_gain"] = {.verdict = CalibrationVerdict::Unobservable};
+  report.calibration.values["yaw_scale"] = {.verdict = CalibrationVerdict::Unobservable};
   EXPECT_FALSE(write_robot_calibration(job, report));
   EXPECT_FALSE(fs::exists(output));
-  report.calibration.values["yaw_gain"] = {.value = 1.02, .sigma = 0.01};
+  report.calibration.values["yaw_scale"] = {.value = 1.02, .sigma = 0.01};
   EXPECT_TRUE(write_robot_calibration(job, report));
   EXPECT_TRUE(fs::exists(output));
   report.innovations = InnovationFit{};
@@ -184,7 +184,7 @@ TEST(CalibrateRobot, AnUnobservableCalibrationIsNotWritten) {
   const auto worse = write_robot_calibration(job, report);
   ASSERT_FALSE(worse);
   EXPECT_THAT(to_string(worse.error()), HasSubstr("nothing was written"));
-  EXPECT_EQ(to_json(fields(report))["values"]["yaw_gain"]["verdict"], "known");
+  EXPECT_EQ(to_json(fields(report))["values"]["yaw_scale"]["verdict"], "known");
 }
 
 }  // namespace

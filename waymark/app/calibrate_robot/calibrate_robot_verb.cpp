@@ -45,8 +45,8 @@ ExitCode calibrate_drive(const CalibrateRobotArgs& args, Console& console) {
   console.warn(report->warnings);
   const auto earlier = write_robot_calibration(*job, *report);
   if (!earlier) return fail_with(earlier.error(), console);
-  if (!earlier->empty()) console.say("the existing file was renamed to " + *earlier);
-  if (!job->drive.output.empty()) console.say("wrote " + job->drive.output);
+  if (!earlier->empty()) console.note("the existing file was renamed to " + *earlier);
+  if (!job->drive.output.empty()) console.note("wrote " + job->drive.output);
   return ExitCode::Ok;
 }
 

@@ -41,7 +41,7 @@ extern "C" void raise_flag(int signal) {
   const Duration now = steady_now();
   if ((received_signals.fetch_or(bit) & bit) != 0) {
     if (now - Duration(first_received) < kSameKeyPress) return;
-    put_back(terminal);
+    restore_terminal(terminal);
     (void)!write(STDERR_FILENO, kMessage.data(), kMessage.size());
     std::signal(signal, SIG_DFL);
     std::raise(signal);
@@ -160,25 +160,25 @@ void Console::print_help(std::string_view text) {
   if (written) return;
   output_ = errno == EPIPE ? Output::ClosedByReader : Output::Failed;
   if (output_ == Output::Failed) {
-    say(fmt::format("cannot write to standard output: {}. The results are incomplete.",
-                    std::strerror(errno)));
+    note(fmt::format("cannot write to standard output: {}. The results are incomplete.",
+                     std::strerror(errno)));
   }
 }
 
-void Console::say(std::string_view message) {
+void Console::note(std::string_view message) {
   end_progress();
   put(err_, fmt::format("{}: {}\n", verb_, text_for_users(message)));
 }
 
 void Console::warn(const std::vector<std::string>& warnings) {
-  for (const std::string& warning : folded_warnings(warnings)) say("warning: " + warning);
+  for (const std::string& warning : folded_warnings(warnings)) note("warning: " + warning);
 }
 
-void Console::say_first(const std::vector<std::string>& lines, std::string_view where_all) {
+void Console::note_first(const std::vector<std::string>& lines, std::string_view where_all) {
   constexpr std::size_t kMaxLines = 12;
   const std::size_t shown = lines.size() > kMaxLines + 1 ? kMaxLines : lines.size();
-  for (std::size_t i = 0; i < shown; ++i) say(lines[i]);
-  if (shown < lines.size()) say(fmt::format("and {} more: {}", lines.size() - shown, where_all));
+  for (std::size_t i = 0; i < shown; ++i) note(lines[i]);
+  if (shown < lines.size()) note(fmt::format("and {} more: {}", lines.size() - shown, where_all));
 }
 
 bool Console::time_to_redraw() {
@@ -246,11 +246,11 @@ JobControl control_from(Console& console) {
   control.cancelled = interrupted;
   control.progress = [&console](const JobProgress& now) {
     if (now.all > 0)
-      console.progress(now.done, now.all, now.words);
+      console.progress(now.done, now.all, now.text);
     else
-      console.live(now.words);
+      console.live(now.text);
   };
-  control.note = [&console](const std::string& note) { console.say(note); };
+  control.note = [&console](const std::string& note) { console.note(note); };
   control.for_users = [&console](std::string_view text) { return console.text_for_users(text); };
   return control;
 }
@@ -260,7 +260,7 @@ std::unique_ptr<StopSocket> listen_for_stop(const std::string& drive, Console& c
   auto socket = folder ? StopSocket::open(*folder, drive, interrupt)
                        : Result<std::unique_ptr<StopSocket>>(tl::unexpected(folder.error()));
   if (socket) return std::move(*socket);
-  console.say("warning: " + to_string(socket.error()));
+  console.note("warning: " + to_string(socket.error()));
   return nullptr;
 }
 

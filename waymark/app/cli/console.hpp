@@ -59,18 +59,18 @@ class Console {
   /// The same without replacing fields by flags: help.
   void print_help(std::string_view text);
   /// Prints one message line: "waymark detect: message".
-  void say(std::string_view message);
+  void note(std::string_view message);
   /// Prints an error, with its field as the flag that sets it (naming_flag()).
-  void say(const Error& error) { say(to_string(naming_flag(error, has_own_))); }
+  void note(const Error& error) { note(to_string(naming_flag(error, has_own_))); }
   /// Prints the error and returns the code: `return console.failed(error, ExitCode::Usage);`
   [[nodiscard]] ExitCode failed(const Error& error, ExitCode code) {
-    say(error);
+    note(error);
     return code;
   }
   /// Prints "warning: ..." for each, folded by folded_warnings().
   void warn(const std::vector<std::string>& warnings);
   /// Prints the first lines, then the number of the remaining ones and `where_all`, where to find them.
-  void say_first(const std::vector<std::string>& lines, std::string_view where_all);
+  void note_first(const std::vector<std::string>& lines, std::string_view where_all);
   /// Redraws the progress line ("12/60 photo.png"), at most ten times a second and only on a terminal.
   void progress(std::size_t done, std::size_t all, std::string_view what);
   /// Replaces the progress line by this text, at the same rate as progress().

@@ -84,8 +84,8 @@ TEST(Console, PrintsTheFieldOfAnErrorAsFlagOfTheVerbAndAnInputByName) {
   std::FILE* err = std::tmpfile();
   ASSERT_NE(err, nullptr);
   Console console("waymark x", stdout, err, has_flag, has_own);
-  console.say(Error{ErrorCode::NotFound, "none", {.key = "world"}, "Give `world`."});
-  console.say(Error{ErrorCode::NotFound, "none", {.key = "map"}, {}});
+  console.note(Error{ErrorCode::NotFound, "none", {.key = "world"}, "Give `world`."});
+  console.note(Error{ErrorCode::NotFound, "none", {.key = "map"}, {}});
   std::rewind(err);
   std::string text(200, '\0');
   text.resize(std::fread(text.data(), 1, text.size(), err));
@@ -98,8 +98,8 @@ TEST(Console, PrintsFieldsAsFlags) {
   std::FILE* err = std::tmpfile();
   ASSERT_NE(err, nullptr);
   Console console("waymark x", stdout, err, has_flag);
-  console.say(Error{ErrorCode::NotFound, "none", {.source = "map", .key = "`route`"}, "Give `map`."});
-  console.say(Error{ErrorCode::NotFound, "none", {.key = "route"}, {}});
+  console.note(Error{ErrorCode::NotFound, "none", {.source = "map", .key = "`route`"}, "Give `map`."});
+  console.note(Error{ErrorCode::NotFound, "none", {.key = "route"}, {}});
   std::rewind(err);
   std::string printed(200, '\0');
   printed.resize(std::fread(printed.data(), 1, printed.size(), err));

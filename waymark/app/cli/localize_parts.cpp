@@ -32,9 +32,9 @@ Status MethodFlags::apply(LocalizationKind& method, RiekfOptions& filter, Anchor
 ExitCode show_localized(const LocalizeReport& report, bool json, const std::vector<std::string>& warnings,
                         Console& console) {
   console.print(json ? json_line(fields(report)) : to_text(report));
-  for (const std::string& warning : warnings) console.say("warning: " + warning);
-  for (const std::string& problem : report.problems) console.say(problem);
-  for (const std::string& warning : doubts_about(report)) console.say(warning);
+  for (const std::string& warning : warnings) console.note("warning: " + warning);
+  for (const std::string& problem : report.problems) console.note(problem);
+  for (const std::string& warning : doubts_about(report)) console.note(warning);
   return report.certain > 0 ? ExitCode::Ok : ExitCode::SomeFailed;
 }
 

@@ -43,8 +43,8 @@ class PaperFlags {
     if (json_) console.print(json_line(fields(Printed<Layout>{layout, written.files})));
     if (!written.status) return fail_writing(written.status.error(), console);
     if (!json_) console.print(to_text(layout, written.files));
-    if (!words.empty()) console.say(words);
-    console.say("Print at 100 % (no \"fit to page\") and measure the ruler on the page.");
+    if (!words.empty()) console.note(words);
+    console.note("Print at 100 % (no \"fit to page\") and measure the ruler on the page.");
     return ExitCode::Ok;
   }
 

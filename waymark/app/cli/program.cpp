@@ -328,8 +328,8 @@ std::string explain(const CLI::ParseError& error, const CLI::App& root, const Ch
 }
 
 ExitCode misused(Console& console, const std::string& name, const std::string& what) {
-  console.say(fmt::format("{}{} See `{} --help`.", what,
-                          what.ends_with('?') || what.ends_with('.') ? "" : ".", name));
+  console.note(fmt::format("{}{} See `{} --help`.", what,
+                           what.ends_with('?') || what.ends_with('.') ? "" : ".", name));
   return ExitCode::Usage;
 }
 
@@ -401,7 +401,7 @@ ExitCode parse_and_run(const Verb& program, std::vector<std::string> words, std:
                     return std::ranges::count(flags_of(*app), flag) > 0;
                   });
   if (no_words) {
-    console.say("no verb given.\n\n" + app.help());
+    console.note("no verb given.\n\n" + app.help());
     return ExitCode::Usage;
   }
   if (!misplaced.empty()) return misused(console, chosen.name, misplaced);

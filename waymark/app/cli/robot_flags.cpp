@@ -118,7 +118,7 @@ RobotWire standard_wire(Console& console, bool listen_only) {
                 return std::fwrite(line.data(), 1, line.size(), stdout) == line.size() &&
                        std::fflush(stdout) == 0;
               },
-          .say = [&console](const std::string& words) { console.say(words); },
+          .note = [&console](const std::string& words) { console.note(words); },
           .should_stop = interrupted,
           .listen_only = listen_only};
 }

@@ -506,8 +506,8 @@ Result<CommissionReport> commission(const RobotSetup& setup, const CommissionJob
 std::string to_text(const CommissionReport& report) {
   std::string text;
   for (const auto& [step, line] : report.findings) {
-    text += fmt::format("{:<5} {:<7} {:<29} {}\n", to_string(line.verdict), step, line.key, line.words);
-    if (!line.mend.empty()) text += fmt::format("{:<44}fix: {}\n", "", line.mend);
+    text += fmt::format("{:<5} {:<7} {:<29} {}\n", to_string(line.verdict), step, line.key, line.message);
+    if (!line.remedy.empty()) text += fmt::format("{:<44}fix: {}\n", "", line.remedy);
   }
   text += report.passed        ? "passed"
           : report.interrupted ? "stopped: the robot is stationary, nothing was written"
@@ -524,8 +524,8 @@ ReportFields fields(const CommissionFinding& finding) {
   return {{"step", "lifted, stops, floor or end", finding.step},
           {"check", "What was checked, such as odometry.yaw_rad or stop.kill", line.key},
           {"level", "ok, warn or fail", to_string(line.verdict)},
-          {"words", "Result as a sentence", line.words},
-          {"mend", "Key or program to correct; empty: nothing to correct", line.mend}};
+          {"message", "Result as a sentence", line.message},
+          {"remedy", "Key or program to correct; empty: nothing to correct", line.remedy}};
 }
 
 namespace {

@@ -19,7 +19,7 @@ TEST(CommissionReport, HasAnEntryPerFindingAndOnlyMeasuredFigures) {
   ASSERT_EQ(json["findings"].size(), 1U);
   EXPECT_EQ(
       json["findings"][0].dump(),
-      R"({"step":"stops","check":"stop.kill","level":"fail","words":"did not stop","mend":"the watchdog"})");
+      R"({"step":"stops","check":"stop.kill","level":"fail","message":"did not stop","remedy":"the watchdog"})");
 }
 
 }  // namespace

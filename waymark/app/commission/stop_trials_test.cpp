@@ -32,7 +32,7 @@ TEST(StopTrials, TheWatchdogStopsARobotWhoseDriverIsKilled) {
   const auto trace = kill_driver(*obedient, {.drives_s = 1});
   ASSERT_TRUE(trace) << to_string(trace.error());
   const CommissionLine line = judge_stop("stop.kill", timing_of(*trace), 0.25);
-  EXPECT_EQ(line.verdict, CommissionVerdict::Ok) << line.words;
+  EXPECT_EQ(line.verdict, CommissionVerdict::Ok) << line.message;
 }
 
 TEST(StopTrials, ARobotThatIgnoresTheWatchdogFails) {

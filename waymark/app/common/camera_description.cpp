@@ -161,7 +161,7 @@ Result<DescribedCamera> read_camera(const CameraDescription& description) {
   DescribedCamera read{.camera = named->camera};
   if (const Result<Calibration> ours = read_calibration(description.file)) {
     read.intrinsics_sigma = intrinsics_sigma(read.camera, *ours);
-    read.readout_s = ours->known("readout_s").value_or(0);
+    read.readout_s = ours->observable_value("readout_s").value_or(0);
   }
   if (description.readout_ms) read.readout_s = *description.readout_ms * 1e-3;
   if (description.size.empty()) return read;

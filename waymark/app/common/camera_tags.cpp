@@ -154,7 +154,7 @@ ReportFields fields(const ListedProblem& listed) {
   return {
       {"key", "Stable name of the problem", listed.problem.key},
       {"count", "Number of occurrences", listed.problem.count},
-      {"words", "Error message, with the place of the first occurrence", to_string(listed.problem.error)}};
+      {"message", "Error message, with the place of the first occurrence", to_string(listed.problem.error)}};
 }
 
 }  // namespace

@@ -247,7 +247,7 @@ TEST_F(DetectRecording, FailsOnARecordingWithoutImages) {
 TEST_F(DetectRecording, TagsAreDetectedWhileALapOfImagesIsRead) {
   std::vector<std::string> words;
   JobControl control;
-  control.progress = [&](const JobProgress& now) { words.push_back(now.words); };
+  control.progress = [&](const JobProgress& now) { words.push_back(now.text); };
   const auto lap = read_lap_file(file_.string(), control);
   ASSERT_TRUE(lap) << to_string(lap.error());
   ASSERT_EQ(lap->frames.size(), 3U);

@@ -26,7 +26,7 @@ class Stopwatch {
 
 /// Progress of a job as text ("finding tags: 12.3 s"), and as a count if known.
 struct JobProgress {
-  std::string words{};
+  std::string text{};
   std::size_t done = 0;
   std::size_t all = 0;  ///< 0: unknown
 };

@@ -181,7 +181,7 @@ std::string to_text(const std::vector<ProfileRow>& rows) {
   };
   std::string text = fmt::format("{:<40}{:>12}{:>12}\n", "", "recording", "simulation");
   for (const ProfileRow& row : rows)
-    text += fmt::format("{:<40}{:>12}{:>12}\n", row.words, cell(row.recording), cell(row.simulation));
+    text += fmt::format("{:<40}{:>12}{:>12}\n", row.text, cell(row.recording), cell(row.simulation));
   return text;
 }
 

@@ -24,7 +24,7 @@ namespace waymark {
 /// One row of the table: a quantity of the recording and of the simulation.
 struct ProfileRow {
   std::string key{};
-  std::string words{};
+  std::string text{};
   std::optional<double> recording{};
   std::optional<double> simulation{};
 };

@@ -38,14 +38,15 @@ void take_odometry(const std::optional<Calibration>& found, const RobotModel& ro
     for (const auto& [name, value] : setup.calibration->values) odometry.values[name] = value;
   }
   const auto known = [&](const char* name, double& value, double usual) {
-    if (const auto estimated = odometry.known(name); estimated && value == usual) value = *estimated;
+    if (const auto estimated = odometry.observable_value(name); estimated && value == usual)
+      value = *estimated;
   };
   const RiekfOptions usual;
   RiekfOptions& filter = setup.filter;
   known("odometry_scale", filter.odometry_scale, usual.odometry_scale);
-  known("yaw_gain", filter.yaw_gain, usual.yaw_gain);
+  known("yaw_scale", filter.yaw_scale, usual.yaw_scale);
   known("yaw_noise_rad_sqrt_m", filter.motion.wheel_yaw_rad_sqrt_m, usual.motion.wheel_yaw_rad_sqrt_m);
-  known("yaw_gain", setup.replay.actuators.turn_gain, ActuatorOptions{}.turn_gain);
+  known("yaw_scale", setup.replay.actuators.turn_gain, ActuatorOptions{}.turn_gain);
   setup.replay.odometry = odometry_prior(odometry);
 }
 

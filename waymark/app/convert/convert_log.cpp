@@ -256,7 +256,7 @@ ReportFields fields(const ConvertProblem& listed) {
            problem.kind == LogProblem::Kind::Damage ? "damage" : "trap"},
           {"key", "Stable name of the problem", problem.key},
           {"count", "Number of occurrences", problem.count},
-          {"words", "Error message, with the place of the first occurrence", to_string(problem.error)}};
+          {"message", "Error message, with the place of the first occurrence", to_string(problem.error)}};
 }
 
 }  // namespace

@@ -90,8 +90,8 @@ ExitCode ConvertVideoFlags::convert(const std::string& input, const std::string&
   const Result<VideoTags> found = convert_video(prepared->job, prepared->finder, control_from(console));
   if (!found) return fail_by_kind(found.error(), console);
   for (const VideoProblem& problem : found->problems)
-    console.say(fmt::format("note: {}{}", to_string(problem.error),
-                            problem.count > 1 ? fmt::format(" ({} times)", problem.count) : ""));
+    console.note(fmt::format("note: {}{}", to_string(problem.error),
+                             problem.count > 1 ? fmt::format(" ({} times)", problem.count) : ""));
   console.print(json ? json_line(fields(ConvertedVideo{input, output, *found}))
                      : to_text(prepared->job, *found));
   return ExitCode::Ok;
@@ -123,7 +123,7 @@ void print_problems(const std::vector<LogProblem>& problems, Console& console) {
     const char* kind = problem.kind == LogProblem::Kind::Damage ? "damage" : "note";
     lines.push_back(fmt::format("{}: {}", kind, to_string(problem)));
   }
-  console.say_first(lines, "--json gives all");
+  console.note_first(lines, "--json gives all");
 }
 
 ExitCode convert(const ConvertArgs& args, Console& console) {

@@ -17,14 +17,14 @@ ExitCode info(const InfoArgs& args, Console& console) {
   if (!found) return fail_with(found.error(), console);
   console.print(args.json ? json_line(fields(*found)) : to_text(*found));
   if (!found->summary.complete)
-    console.say(
+    console.note(
         "the file has no usable summary: it is truncated, damaged or still being written. Its messages were "
         "counted.");
   std::vector<std::string> problems;
   for (const LogProblem& problem : found->problems) problems.push_back(problem_line(problem));
-  console.say_first(problems, "--json gives all");
+  console.note_first(problems, "--json gives all");
   if (!interrupted()) return ExitCode::Ok;
-  console.say("stopped: the counts cover only the part that was read");
+  console.note("stopped: the counts cover only the part that was read");
   return ExitCode::Interrupted;
 }
 

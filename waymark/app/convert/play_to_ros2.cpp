@@ -19,7 +19,7 @@ void note_omitted_topics(const LogPublisher& publisher, const JobControl& contro
     control.note(
         topic +
         " is not published: velocity commands move a subscribed robot. Set `commands` to publish them");
-  for (const std::string& topic : publisher.passed_over())
+  for (const std::string& topic : publisher.skipped_topics())
     control.note(topic + " was skipped: not a ROS topic");
 }
 

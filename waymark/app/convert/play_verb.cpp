@@ -41,7 +41,7 @@ ExitCode play(const PlayArgs& args, Console& console) {
     problems.push_back(to_string(problem.error));
     damaged = damaged || problem.kind == LogProblem::Kind::Damage;
   }
-  console.say_first(problems, "`waymark info --json` gives all");
+  console.note_first(problems, "`waymark info --json` gives all");
   if (interrupted()) return ExitCode::Interrupted;
   if (!status && !console.output_ended()) return fail_with(status.error(), console);
   return damaged ? ExitCode::SomeFailed : ExitCode::Ok;

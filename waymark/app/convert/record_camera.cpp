@@ -13,7 +13,7 @@ Result<RecordCameraReport> record_camera(const ConvertVideoJob& job, double dura
   if (!camera) return tl::unexpected(camera.error());
   CameraWatch watch{.camera = job.camera ? &*job.camera : nullptr,
                     .on_picture = {},
-                    .on_words = control.note,
+                    .on_message = control.note,
                     .should_stop = control.cancelled};
   if (duration_s > 0) watch.duration_s = duration_s;
   Result<CameraWatchEnd> end = CameraWatchEnd();

@@ -122,7 +122,7 @@ struct InfoTrap {
 ReportFields fields(const InfoTrap& trap) {
   return {{"key", "Stable name of the problem", trap.problem.key},
           {"count", "Number of occurrences", trap.problem.count},
-          {"words", "Message, with the place of the first occurrence", to_string(trap.problem.error)}};
+          {"message", "Message, with the place of the first occurrence", to_string(trap.problem.error)}};
 }
 
 ReportFields metadata_fields(const RecordingInfo& info) {

@@ -102,7 +102,7 @@ TEST(RecordingInfo, ReportsProgressAndPartialCountsOnCancellation) {
   int reports = 0;
   JobControl control;
   control.progress = [&](const JobProgress& now) {
-    EXPECT_THAT(now.words, HasSubstr("my lap.mcap: "));
+    EXPECT_THAT(now.text, HasSubstr("my lap.mcap: "));
     ++reports;
   };
   const auto whole = look_at(short_lap(), false, control);
@@ -308,7 +308,7 @@ TEST_F(LookAt, QuickOmitsStamps) {
 TEST_F(LookAt, CancellingReportsThePartThatWasRead) {
   std::string progress;
   JobControl control = test::cancelled_after(50);
-  control.progress = [&](const JobProgress& now) { progress = now.words; };
+  control.progress = [&](const JobProgress& now) { progress = now.text; };
   const auto some = look_at(file_, false, control);
   ASSERT_TRUE(some) << to_string(some.error());
   EXPECT_LT(some->report.messages, look_at(file_, false, {})->report.messages);

@@ -16,7 +16,7 @@ ExitCode recover(const RecoverArgs& args, Console& console) {
   console.print(args.json ? json_line(fields(*report)) : to_text(*report));
   std::vector<std::string> problems;
   for (const Error& problem : report->recovery.problems) problems.push_back(to_string(problem));
-  console.say_first(problems, "--json gives all");
+  console.note_first(problems, "--json gives all");
   return ExitCode::Ok;
 }
 

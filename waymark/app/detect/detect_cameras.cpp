@@ -28,7 +28,7 @@ class CameraDetection {
     if (job_.duration_s > 0) watch.duration_s = job_.duration_s;
     if (job_.poses) watch.camera = &job_.poses->camera;
     watch.on_picture = [&](CameraPicture& seen) { return take(seen); };
-    watch.on_words = [&](const std::string& text) { report_text(text); };
+    watch.on_message = [&](const std::string& text) { report_text(text); };
     watch.should_stop = [&] {
       const std::lock_guard lock(mutex_);
       return control_.cancelled();
@@ -58,7 +58,7 @@ class CameraDetection {
   }
 
   void report_text(const std::string& text) {
-    if (page_ != nullptr) page_->say(text);
+    if (page_ != nullptr) page_->show_message(text);
     const std::lock_guard lock(mutex_);
     control_.note(job_.addresses.size() > 1 ? address_ + ": " + text : text);
   }

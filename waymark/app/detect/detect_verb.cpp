@@ -16,7 +16,7 @@ ExitCode print_ends(const std::vector<DetectedCamera>& cameras, Console& console
   ExitCode code = interrupted() ? ExitCode::Interrupted : ExitCode::Ok;
   for (const DetectedCamera& camera : cameras) {
     if (camera.end)
-      console.say(to_text(camera, cameras.size() > 1));
+      console.note(to_text(camera, cameras.size() > 1));
     else
       code = console.failed(camera.end.error(), ExitCode::SomeFailed);
   }
@@ -82,8 +82,8 @@ ExitCode detect(const DetectArgs& args, Console& console) {
         return !console.output_ended();
       });
   if (!summary) return fail_usage(summary.error(), console);
-  console.say(fmt::format("{}, {}, {} failed", counted(summary->pictures, "image"),
-                          counted(summary->tags, "tag"), summary->failed));
+  console.note(fmt::format("{}, {}, {} failed", counted(summary->pictures, "image"),
+                           counted(summary->tags, "tag"), summary->failed));
   if (summary->stopped) return ExitCode::Interrupted;
   return summary->failed > 0 || summary->annotations_failed ? ExitCode::SomeFailed : ExitCode::Ok;
 }

@@ -43,22 +43,22 @@ constexpr Duration kFirst = std::chrono::seconds(5);  // some cameras need secon
 constexpr const char* kCalibrate = "waymark calibrate camera help=true";
 
 DoctorLine check_device(const CameraDevice& device) {
-  DoctorLine line{.key = "camera", .words = fmt::format("{}: {}", device.path, device.card)};
+  DoctorLine line{.key = "camera", .message = fmt::format("{}: {}", device.path, device.card)};
   const auto readable = std::ranges::count_if(device.modes, &CameraMode::readable);
   if (device.problem) {
     line.level = DoctorLevel::Fail;
-    line.words = fmt::format("{}: {}", device.path, device.problem->message);
+    line.message = fmt::format("{}: {}", device.path, device.problem->message);
     line.command = device.problem->hint;
   } else if (readable == 0) {
     line.level = DoctorLevel::Fail;
-    line.words += " has no supported format";
+    line.message += " has no supported format";
     line.command = fmt::format("gst-launch-1.0 v4l2src device={} ! fakesink", device.path);
   } else if (!device.holder.empty()) {
     line.level = DoctorLevel::Warn;
-    line.words += " is used by " + device.holder;
+    line.message += " is used by " + device.holder;
     line.command = fmt::format("fuser -v {}", device.path);
   } else {
-    line.words += fmt::format(", {} formats and sizes", readable);
+    line.message += fmt::format(", {} formats and sizes", readable);
   }
   return line;
 }
@@ -108,10 +108,10 @@ std::string flat_picture_warning(const ImageView& image) {
 }
 
 DoctorLine check_live_camera(const std::string& address, const DoctorCancelled& cancelled) {
-  DoctorLine line{.key = "camera", .words = address};
+  DoctorLine line{.key = "camera", .message = address};
   const auto failed = [&](const Error& error) {
     line.level = DoctorLevel::Fail;
-    line.words = to_string(error);
+    line.message = to_string(error);
     line.command = "waymark cameras";
     return line;
   };
@@ -142,11 +142,11 @@ DoctorLine check_live_camera(const std::string& address, const DoctorCancelled& 
   if (!silent) messages += flat;
   const bool warns = silent || !messages.empty();
   line.level = silent ? DoctorLevel::Fail : warns ? DoctorLevel::Warn : DoctorLevel::Ok;
-  line.words = (*camera)->description() +
-               (silent ? std::string(" delivers no images")
-                       : fmt::format(" delivers {:.1f} images per second",
-                                     (pictures - 1) / to_seconds(last - first))) +
-               messages;
+  line.message = (*camera)->description() +
+                 (silent ? std::string(" delivers no images")
+                         : fmt::format(" delivers {:.1f} images per second",
+                                       (pictures - 1) / to_seconds(last - first))) +
+                 messages;
   if (warns) line.command = "waymark detect " + shell_word(address) + " view=true";
   return line;
 }
@@ -159,22 +159,22 @@ DoctorLine check_calibration(const std::filesystem::path& path, std::filesystem:
   const auto camera = calibration ? Result<NamedCamera>(fail(ErrorCode::NotFound, "")) : read_camera(path);
   if (error || (!calibration && !camera)) {
     line.level = DoctorLevel::Fail;
-    line.words = to_string(camera ? Error{ErrorCode::NotFound, error.message()} : camera.error());
+    line.message = to_string(camera ? Error{ErrorCode::NotFound, error.message()} : camera.error());
     return line;
   }
   const double days = std::chrono::duration<double>(now - written).count() / 86400;
   const std::string unobservable = calibration ? unobservable_in(*calibration) : std::string();
-  line.words = fmt::format("{}: {:.0f} days old", path.string(), std::max(0.0, days));
+  line.message = fmt::format("{}: {:.0f} days old", path.string(), std::max(0.0, days));
   if (!calibration)
-    line.words += ", without uncertainties";
+    line.message += ", without uncertainties";
   else if (!calibration->camera)
-    line.words += ", without a camera calibration";
+    line.message += ", without a camera calibration";
   else if (!unobservable.empty())
-    line.words += ", not observable: " + unobservable;
+    line.message += ", not observable: " + unobservable;
   else if (days > kOldDays)
-    line.words += ": calibrate again if the lens was touched since then";
+    line.message += ": calibrate again if the lens was touched since then";
   else
-    line = {.key = "calibration", .words = line.words + ", all parameters observable"};
+    line = {.key = "calibration", .message = line.message + ", all parameters observable"};
   return line;
 }
 
@@ -194,7 +194,7 @@ DoctorLine check_disk(const std::filesystem::path& folder) {
 
 DoctorLine check_disk(const std::filesystem::path& folder, std::uint64_t free_bytes) {
   const double gigabytes = static_cast<double>(free_bytes) * 1e-9;
-  DoctorLine line{.key = "disk", .words = fmt::format("{:.1f} GB free at {}", gigabytes, folder.string())};
+  DoctorLine line{.key = "disk", .message = fmt::format("{:.1f} GB free at {}", gigabytes, folder.string())};
   if (free_bytes >= kSome_bytes) return line;
   line.level = free_bytes < kMinFree_bytes ? DoctorLevel::Fail : DoctorLevel::Warn;
   line.command = fmt::format("du -sh {}/* | sort -h | tail", folder.string());
@@ -214,10 +214,10 @@ DoctorLine check_processor(const LoopTrial& trial, const LoopTrialResult& result
   DoctorLine line{
       .key = "processor",
       .level = level_of(result),
-      .words = fmt::format("detection in {} x {} px at {:g} Hz needs {:.0f} % of one core, {:.1f} ms per "
-                           "image; {} of {} images skipped",
-                           trial.width, trial.height, trial.rate_hz, 100 * result.share, result.median_ms,
-                           result.dropped, result.pictures)};
+      .message = fmt::format("detection in {} x {} px at {:g} Hz needs {:.0f} % of one core, {:.1f} ms per "
+                             "image; {} of {} images skipped",
+                             trial.width, trial.height, trial.rate_hz, 100 * result.share, result.median_ms,
+                             result.dropped, result.pictures)};
   if (line.level != DoctorLevel::Ok)
     line.command = fmt::format("waymark doctor rate_hz={:g}", trial.rate_hz / 2);
   return line;

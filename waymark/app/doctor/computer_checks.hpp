@@ -22,7 +22,7 @@ enum class DoctorLevel : std::uint8_t { Ok, Warn, Fail };
 struct DoctorLine {
   std::string key{};  ///< stable name of the check: camera, calibration, map, disk, processor
   DoctorLevel level = DoctorLevel::Ok;
-  std::string words{};
+  std::string message{};
   std::string command{};  ///< command that fixes it, with fields instead of flags; empty: nothing to fix
 };
 

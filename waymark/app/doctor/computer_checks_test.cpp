@@ -38,7 +38,7 @@ TEST(Doctor, ReportsTheProblemOfEachCamera) {
   EXPECT_EQ(lines[0].level, DoctorLevel::Ok);
   EXPECT_TRUE(lines[0].command.empty());
   EXPECT_EQ(lines[1].level, DoctorLevel::Warn);
-  EXPECT_THAT(lines[1].words, HasSubstr("cheese"));
+  EXPECT_THAT(lines[1].message, HasSubstr("cheese"));
   EXPECT_EQ(lines[2].level, DoctorLevel::Fail);
   EXPECT_THAT(lines[2].command, HasSubstr("usermod"));
   EXPECT_EQ(lines[3].level, DoctorLevel::Fail);
@@ -72,15 +72,15 @@ TEST(Doctor, ChecksAgeAndVerdictsOfACalibration) {
   const auto now = fs::file_time_type::clock::now();
   write("  fx_px: {value: 500, sigma: 0.1, verdict: known}\n");
   const DoctorLine fresh = check_calibration(file, now);
-  EXPECT_EQ(fresh.level, DoctorLevel::Ok) << fresh.words;
+  EXPECT_EQ(fresh.level, DoctorLevel::Ok) << fresh.message;
   EXPECT_EQ(check_calibration(file, now + std::chrono::hours(24 * 365)).level, DoctorLevel::Warn);
   write("  fx_px: {value: 500, sigma: 90, verdict: unobservable, advice: tilt it}\n");
   const DoctorLine unobservable = check_calibration(file, now);
   EXPECT_EQ(unobservable.level, DoctorLevel::Warn);
-  EXPECT_THAT(unobservable.words, HasSubstr("fx_px"));
-  testing::expect_on_page("doctor", unobservable.words);
+  EXPECT_THAT(unobservable.message, HasSubstr("fx_px"));
+  testing::expect_on_page("doctor", unobservable.message);
   std::ofstream(file) << kCameraInfo;
-  testing::expect_on_page("doctor", check_calibration(file, now).words);
+  testing::expect_on_page("doctor", check_calibration(file, now).message);
   std::ofstream(file) << "nothing: 1\n";
   EXPECT_EQ(check_calibration(file, now).level, DoctorLevel::Fail);
   fs::remove(file);
@@ -93,7 +93,7 @@ TEST(Doctor, ChecksDiskAndProcessor) {
   EXPECT_EQ(check_disk(".", 1'000'000).level, DoctorLevel::Fail);
   EXPECT_EQ(check_disk("/nowhere").level, DoctorLevel::Fail);
   EXPECT_EQ(check_disk("/dev/null").level, DoctorLevel::Fail);
-  testing::expect_on_page("doctor", check_disk("/dev/null").words);
+  testing::expect_on_page("doctor", check_disk("/dev/null").message);
   EXPECT_EQ(check_processor({}, {.pictures = 60, .dropped = 0, .share = 0.2}).level, DoctorLevel::Ok);
   EXPECT_EQ(check_processor({}, {.pictures = 60, .dropped = 1, .share = 0.7}).level, DoctorLevel::Warn);
   EXPECT_EQ(check_processor({}, {.pictures = 60, .dropped = 20, .share = 0.7}).level, DoctorLevel::Fail);

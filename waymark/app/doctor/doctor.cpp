@@ -102,7 +102,7 @@ bool any_failed(const DoctorReport& report) {
 std::string to_text(const DoctorReport& report) {
   std::string text;
   for (const DoctorLine& line : report.checks) {
-    text += fmt::format("{:<5} {:<12} {}\n", to_string(line.level), line.key, line.words);
+    text += fmt::format("{:<5} {:<12} {}\n", to_string(line.level), line.key, line.message);
     if (!line.command.empty()) text += fmt::format("{:<19}{}\n", "", line.command);
   }
   return text;
@@ -111,7 +111,7 @@ std::string to_text(const DoctorReport& report) {
 ReportFields fields(const DoctorLine& line) {
   return {{"check", "Name of the check: camera, calibration, robot, map, disk, processor, ...", line.key},
           {"level", "ok, warn or fail", to_string(line.level)},
-          {"words", "Result as a sentence", line.words},
+          {"message", "Result as a sentence", line.message},
           {"command", "Command that fixes it or prints more; empty: nothing to fix", line.command}};
 }
 

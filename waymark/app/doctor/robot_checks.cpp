@@ -220,7 +220,7 @@ std::vector<DoctorLine> check_mbot(const std::string& address, const DoctorCance
   const Status status = link ? listener.listen(**link, kListenFor, cancelled) : tl::unexpected(link.error());
   if (!status) return {{"robot", DoctorLevel::Fail, status.error().message, status.error().hint}};
   std::vector<DoctorLine> lines = network_lines(listener.traffic(), kMbotHowTo);
-  if (listener.simulated()) lines.front().words += "; simulated";
+  if (listener.simulated()) lines.front().message += "; simulated";
   return lines;
 }
 

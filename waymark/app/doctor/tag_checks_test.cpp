@@ -78,9 +78,9 @@ const auto kAllPlain = [](int) { return kPlain; };
 
 TEST(DoctorMap, IsOkIfAllExpectedTagsAreDetected) {
   const DoctorLine line = looked_at(kAllPlain, kNothing);
-  EXPECT_EQ(line.level, DoctorLevel::Ok) << line.words;
-  EXPECT_THAT(line.words, AllOf(HasSubstr("4 map tags"), HasSubstr("10 images")));
-  testing::expect_on_page("doctor", line.words);
+  EXPECT_EQ(line.level, DoctorLevel::Ok) << line.message;
+  EXPECT_THAT(line.message, AllOf(HasSubstr("4 map tags"), HasSubstr("10 images")));
+  testing::expect_on_page("doctor", line.message);
   EXPECT_TRUE(line.command.empty());
 }
 
@@ -88,12 +88,12 @@ TEST(DoctorMap, NamesATagThatIsCoveredOrFaint) {
   const DoctorLine covered = looked_at(kAllPlain, [](Image& image, int) { cover(image, 80, 160); });
   EXPECT_EQ(covered.level, DoctorLevel::Warn);
   // With three detected tags the camera pose is ambiguous in some images.
-  EXPECT_THAT(covered.words,
+  EXPECT_THAT(covered.message,
               AllOf(HasSubstr("4 map tags"), HasSubstr("1 missed: tag36h11:0 in "), HasSubstr(" occluded)")));
-  testing::expect_on_page("doctor", covered.words);
+  testing::expect_on_page("doctor", covered.message);
   EXPECT_THAT(covered.command, HasSubstr("view=true"));
   const auto faint = [](int number) { return number == 2 ? Levels{139, 141} : kPlain; };
-  EXPECT_THAT(looked_at(faint, kNothing).words,
+  EXPECT_THAT(looked_at(faint, kNothing).message,
               AllOf(HasSubstr("1 missed: tag36h11:2 in "), HasSubstr(" too faint)")));
 }
 
@@ -108,8 +108,8 @@ TEST(DoctorMap, IgnoresATagThatIsMissedOnce) {
 TEST(DoctorMap, ReportsWhyTagsCannotBeChecked) {
   const DoctorLine empty = looked_at(kAllPlain, [](Image& image, int) { image = Image(640, 480, 90); });
   EXPECT_EQ(empty.level, DoctorLevel::Fail);
-  EXPECT_THAT(empty.words, HasSubstr("10 images"));
-  testing::expect_on_page("doctor", empty.words);
+  EXPECT_THAT(empty.message, HasSubstr("10 images"));
+  testing::expect_on_page("doctor", empty.message);
   // Two exchanged map tags.
   DetectorOptions options;
   const auto finder = make_tag_finder(options).value();
@@ -123,7 +123,7 @@ TEST(DoctorMap, ReportsWhyTagsCannotBeChecked) {
             options.min_white_black_diff);
   const DoctorLine line = check_map_tags(trial, "");
   EXPECT_EQ(line.level, DoctorLevel::Warn);
-  testing::expect_on_page("doctor", line.words);
+  testing::expect_on_page("doctor", line.message);
 }
 
 /// Detections of a tag with this side at this distance, with 0.1 px of noise.
@@ -146,29 +146,29 @@ std::vector<TagDetection> held(double size_m, double distance_m, int number = 5)
 TEST(DoctorTagSize, ReportsATagThatIsPrintedTooSmall) {
   const TagSizeTrial trial{.size_m = 0.16, .distance_m = 1.0};
   const DoctorLine right = check_tag_size(held(0.16, 1.0), kCamera, trial);
-  EXPECT_EQ(right.level, DoctorLevel::Ok) << right.words;
+  EXPECT_EQ(right.level, DoctorLevel::Ok) << right.message;
   EXPECT_TRUE(right.command.empty());
   const DoctorLine small = check_tag_size(held(0.16 * 0.95, 1.0), kCamera, trial);
   EXPECT_EQ(small.level, DoctorLevel::Warn);
-  EXPECT_THAT(small.words, HasSubstr("tag36h11:5 at 1.00 m is 15"));
-  EXPECT_THAT(small.words, HasSubstr("not 160: "));
-  testing::expect_on_page("doctor", small.words);
+  EXPECT_THAT(small.message, HasSubstr("tag36h11:5 at 1.00 m is 15"));
+  EXPECT_THAT(small.message, HasSubstr("not 160: "));
+  testing::expect_on_page("doctor", small.message);
   EXPECT_THAT(small.command, HasSubstr("tag_size_m=0.15"));
   const DoctorLine within_tape = check_tag_size(held(0.16 * 0.985, 1.0), kCamera, trial);
   EXPECT_EQ(within_tape.level, DoctorLevel::Ok)
-      << "1.5 % at 1 m is within the accuracy of a tape: " << within_tape.words;
+      << "1.5 % at 1 m is within the accuracy of a tape: " << within_tape.message;
 }
 
 TEST(DoctorTagSize, ReportsWhyASizeCannotBeMeasured) {
   const TagSizeTrial trial{.size_m = 0.16, .distance_m = 1.0};
   const auto expect_warning = [](const DoctorLine& line) {
     EXPECT_EQ(line.level, DoctorLevel::Warn);
-    testing::expect_on_page("doctor", line.words);
+    testing::expect_on_page("doctor", line.message);
   };
   expect_warning(check_tag_size({}, kCamera, trial));
   std::vector<TagDetection> two = held(0.16, 1.0);
   two.front().tag.number = 9;
-  EXPECT_THAT(check_tag_size(two, kCamera, trial).words, HasSubstr("(tag36h11:5, tag36h11:9)"));
+  EXPECT_THAT(check_tag_size(two, kCamera, trial).message, HasSubstr("(tag36h11:5, tag36h11:9)"));
   expect_warning(check_tag_size(two, kCamera, trial));
   std::vector<TagDetection> point = held(0.16, 1.0);
   for (TagDetection& detection : point) detection.corners_px.fill({320, 240});

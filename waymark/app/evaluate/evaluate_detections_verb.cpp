@@ -51,7 +51,7 @@ ExitCode evaluate_found(const EvaluateArgs& args, Console& console) {
   if (report->scores)
     console.print(args.json ? json_line(fields(*report->scores)) : to_text(*report->scores));
   const bool some_failed = report->failed > 0 || report->error;
-  if (report->error) console.say(*report->error);
+  if (report->error) console.note(*report->error);
   if (report->stopped) return ExitCode::Interrupted;
   return some_failed ? ExitCode::SomeFailed : ExitCode::Ok;
 }

@@ -391,8 +391,8 @@ double spread_of(const Reference& reference) {
 
 }  // namespace
 
-std::vector<std::string> doubts_about(const TrajectoryReport& report, const Reference& reference,
-                                      const JobControl& control) {
+std::vector<std::string> comparison_warnings(const TrajectoryReport& report, const Reference& reference,
+                                             const JobControl& control) {
   std::vector<std::string> all;
   const TrajectoryRow& estimate = report.rows.front();
   if (estimate.scores && 2 * estimate.pairs < estimate.poses.size())

@@ -114,9 +114,9 @@ struct EvaluationInputs {
 /// Warnings about a comparison: few common times; different drives (both recordings contain wheel odometry,
 /// which differs); a distance as large as the reference. Reads the odometry of both files again if they are
 /// recordings.
-[[nodiscard]] std::vector<std::string> doubts_about(const TrajectoryReport& report,
-                                                    const Reference& reference,
-                                                    const JobControl& control = {});
+[[nodiscard]] std::vector<std::string> comparison_warnings(const TrajectoryReport& report,
+                                                           const Reference& reference,
+                                                           const JobControl& control = {});
 
 /// A table with one row per trajectory, then lines about consistency, jumps and coverage.
 [[nodiscard]] std::string to_text(const TrajectoryReport& report);

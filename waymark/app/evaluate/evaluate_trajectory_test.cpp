@@ -218,7 +218,7 @@ class ComparisonWarnings : public ::testing::Test {
     EXPECT_TRUE(inputs) << to_string(inputs.error());
     const auto report = evaluate_trajectory(job, *inputs, {});
     EXPECT_TRUE(report) << to_string(report.error());
-    return doubts_about(*report, inputs->reference);
+    return comparison_warnings(*report, inputs->reference);
   }
   fs::path folder_ = testing::fresh_folder("jobs_comparison_warnings");
 };
@@ -354,23 +354,23 @@ Reference square_reference(double side_m) {
 }
 
 TEST(WarningsOfReport, ASmallErrorIsNoWarning) {
-  EXPECT_THAT(doubts_about(report_of(0.1, 90, 100), square_reference(4)), IsEmpty());
+  EXPECT_THAT(comparison_warnings(report_of(0.1, 90, 100), square_reference(4)), IsEmpty());
 }
 
 TEST(WarningsOfReport, FewCommonTimes) {
-  const auto warnings = doubts_about(report_of(0.1, 40, 100), square_reference(4));
+  const auto warnings = comparison_warnings(report_of(0.1, 40, 100), square_reference(4));
   ASSERT_EQ(warnings.size(), 1U);
   EXPECT_THAT(warnings[0], HasSubstr("only 40 of 100"));
 }
 
 TEST(WarningsOfReport, ADistanceAsLargeAsTheReference) {
-  const auto warnings = doubts_about(report_of(5, 90, 100), square_reference(4));
+  const auto warnings = comparison_warnings(report_of(5, 90, 100), square_reference(4));
   ASSERT_EQ(warnings.size(), 1U);
   EXPECT_THAT(warnings[0], HasSubstr("`alignment=se2`"));
   TrajectoryReport aligned = report_of(5, 90, 100);
   aligned.alignment = AlignmentKind::Se2;
-  EXPECT_THAT(doubts_about(aligned, square_reference(4)), IsEmpty()) << "only shapes are compared";
-  EXPECT_THAT(doubts_about(report_of(0.2, 90, 100), square_reference(0.1)), IsEmpty())
+  EXPECT_THAT(comparison_warnings(aligned, square_reference(4)), IsEmpty()) << "only shapes are compared";
+  EXPECT_THAT(comparison_warnings(report_of(0.2, 90, 100), square_reference(0.1)), IsEmpty())
       << "the robot did not move";
 }
 
@@ -379,11 +379,11 @@ TEST(WarningsOfReport, OdometryRevealsDifferentDrives) {
   TrajectoryReport report = report_of(0.1, 90, 100);
   report.estimate = test::record_lap(folder / "a.mcap", 31, {.for_s = 3});
   report.reference = test::record_lap(folder / "b.mcap", 32, {.for_s = 3});
-  const auto warnings = doubts_about(report, square_reference(4));
+  const auto warnings = comparison_warnings(report, square_reference(4));
   ASSERT_EQ(warnings.size(), 1U);
   EXPECT_THAT(warnings[0], HasSubstr("different drives"));
   report.reference = report.estimate;
-  EXPECT_THAT(doubts_about(report, square_reference(4)), IsEmpty());
+  EXPECT_THAT(comparison_warnings(report, square_reference(4)), IsEmpty());
 }
 
 }  // namespace

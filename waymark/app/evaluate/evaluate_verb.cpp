@@ -19,7 +19,7 @@ struct TrajectoryArgs {
 ExitCode evaluate(const TrajectoryArgs& args, Console& console) {
   EvaluateTrajectoryJob job = args.job;
   if (job.estimate.empty() || job.reference.empty()) {
-    console.say("give two files, EST REF, or the verb 'detections'. See `waymark evaluate --help`.");
+    console.note("give two files, EST REF, or the verb 'detections'. See `waymark evaluate --help`.");
     return ExitCode::Usage;
   }
   const GivenFields given = given_on(args.settings.app());
@@ -34,12 +34,12 @@ ExitCode evaluate(const TrajectoryArgs& args, Console& console) {
   const Result<TrajectoryReport> report = evaluate_trajectory(job, *inputs, control);
   if (!report) return fail_with(report.error(), console);
   console.print(args.json ? json_line(fields(*report)) : to_text(*report));
-  for (const std::string& warning : doubts_about(*report, inputs->reference, control))
-    console.say("warning: " + warning);
+  for (const std::string& warning : comparison_warnings(*report, inputs->reference, control))
+    console.note("warning: " + warning);
   if (job.figures.empty()) return ExitCode::Ok;
   const auto files = write_evaluation_figures(*inputs, *report, job.figures);
   if (!files) return fail_with(files.error(), console);
-  for (const std::string& file : *files) console.say("wrote " + file);
+  for (const std::string& file : *files) console.note("wrote " + file);
   return ExitCode::Ok;
 }
 

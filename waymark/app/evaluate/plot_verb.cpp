@@ -10,7 +10,7 @@ ExitCode plot_one(const PlotJob& job, Console& console) {
   if (report->written.empty())
     console.print(to_text(*report));
   else
-    console.say("wrote " + report->written);
+    console.note("wrote " + report->written);
   return ExitCode::Ok;
 }
 

@@ -138,7 +138,7 @@ plot::PageTable sensors_side_by_side(const Runs& runs) {
     for (const ProfileRow& row : column) {
       if (std::ranges::find(keys, row.key) != keys.end()) continue;
       keys.push_back(row.key);
-      table.rows.push_back({row.words});
+      table.rows.push_back({row.text});
     }
   }
   for (const std::vector<ProfileRow>& column : columns) {

@@ -103,7 +103,7 @@ TEST(MapSection, ComparesWithGroundTruthIfTheDriveIsGiven) {
   const Runs runs = runs_of({demo().folder.string()});
   JobControl control;
   std::string progress;
-  control.progress = [&](const JobProgress& now) { progress = now.words; };
+  control.progress = [&](const JobProgress& now) { progress = now.text; };
   const plot::PageSection known = map_section(runs.maps[0], &runs.drives[0], control);
   EXPECT_THAT(progress, HasSubstr(demo().lap));
   const auto tags = std::ranges::find(known.tables, "Tags", &plot::PageTable::caption);

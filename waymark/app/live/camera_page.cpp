@@ -53,13 +53,13 @@ void CameraPage::show(const CameraPicture& seen, const PoseList& poses) {
   if (recorder_)
     if (const Status recorded = record(seen); !recorded) {
       recorder_.reset();
-      say(to_string(recorded.error()));
+      show_message(to_string(recorded.error()));
     }
   count(seen.frame.stamp);
   publish_text(seen, poses);
 }
 
-void CameraPage::say(const std::string& words) { words_ = words; }
+void CameraPage::show_message(const std::string& words) { words_ = words; }
 
 void CameraPage::guide(ordered_json status, bool at_once) {
   guide_ = std::move(status);
@@ -82,7 +82,7 @@ void CameraPage::obey(const ViewerOrder& order, const CameraPicture& seen) {
       return start_or_end_recording(seen);
     case ViewerOrder::Kind::SetControl: {
       const Status set = camera_.set_control(order.control, order.value);
-      say(set ? fmt::format("{} set to {:g}", order.control, order.value) : to_string(set.error()));
+      show_message(set ? fmt::format("{} set to {:g}", order.control, order.value) : to_string(set.error()));
       controls_read_ = {};
       return;
     }
@@ -94,17 +94,17 @@ void CameraPage::obey(const ViewerOrder& order, const CameraPicture& seen) {
 void CameraPage::take_snapshot(const CameraPicture& seen) {
   const std::string name = name_at("snapshot", seen.frame.stamp) + ".png";
   const Status written = write_image(name, seen.frame.image);
-  say(written ? "saved " + name : to_string(written.error()));
+  show_message(written ? "saved " + name : to_string(written.error()));
 }
 
 void CameraPage::start_or_end_recording(const CameraPicture& seen) {
   if (recorder_) {
     const auto closed = close();
-    return say(closed ? "recorded " + *closed : to_string(closed.error()));
+    return show_message(closed ? "recorded " + *closed : to_string(closed.error()));
   }
   const Status begun = begin_recording(seen);
   if (!begun) recorder_.reset();
-  say(begun ? "recording " + recording_ : to_string(begun.error()));
+  show_message(begun ? "recording " + recording_ : to_string(begun.error()));
 }
 
 Status CameraPage::begin_recording(const CameraPicture& seen) {
@@ -157,7 +157,7 @@ void CameraPage::publish_text(const CameraPicture& seen, const PoseList& poses) 
                     {"lost", counts.lost},
                     {"damaged", counts.damaged},
                     {"recording", recorder_ ? recording_ : std::string()},
-                    {"said", words_},
+                    {"message", words_},
                     {"tags", std::move(tags)},
                     {"controls", controls_}};
   if (!guide_.is_null()) text["guide"] = guide_;

@@ -27,7 +27,7 @@ class CameraPage {
   /// one.
   void guide(nlohmann::ordered_json status, bool at_once);
   /// Sets the message that viewers see.
-  void say(const std::string& words);
+  void show_message(const std::string& words);
   /// Ends the recording, if one is running. Returns its file, or an empty string.
   [[nodiscard]] Result<std::string> close();
 

@@ -239,7 +239,7 @@ class Watcher {
     if (!event) return tl::unexpected(event.error());
     if (!*event) return silent();
     last_event_ = stamps_.now();
-    if (const auto* text = std::get_if<RobotText>(&**event)) watch_.on_words(text->text);
+    if (const auto* text = std::get_if<RobotText>(&**event)) watch_.on_message(text->text);
     auto* sample = std::get_if<Sample>(&**event);
     auto* frame = sample != nullptr ? std::get_if<CameraFrame>(sample) : nullptr;
     if (frame == nullptr) return true;
@@ -272,7 +272,7 @@ class Watcher {
   void check_clock() {
     if (stamps_.now() < next_check_) return;
     next_check_ = stamps_.now() + kClockPeriod;
-    if (const auto jump = stamps_.take_jump()) watch_.on_words(*jump);
+    if (const auto jump = stamps_.take_jump()) watch_.on_message(*jump);
   }
 
   LiveCamera& camera_;

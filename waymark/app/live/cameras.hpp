@@ -107,7 +107,7 @@ struct CameraWatch {
   /// Lens model for tag edges that the lens distorts; its image size must match. nullptr: none.
   const CameraModel* camera = nullptr;
   std::function<Status(CameraPicture&)> on_picture{};  ///< an error ends the watch
-  std::function<void(const std::string&)> on_words = [](const std::string&) {};
+  std::function<void(const std::string&)> on_message = [](const std::string&) {};
   std::function<bool()> should_stop = [] { return false; };
 };
 

@@ -69,7 +69,7 @@ TEST(CameraWatch, DeliversImagesWithTimesSince1970UntilTheDurationIsOver) {
   std::string words;
   std::vector<SensorTime> stamps;
   CameraWatch watch{.duration_s = 0.1};
-  watch.on_words = [&](const std::string& text) { words += text; };
+  watch.on_message = [&](const std::string& text) { words += text; };
   watch.on_picture = [&](CameraPicture& seen) {
     EXPECT_GE(to_seconds(seen.age), 0.005);
     stamps.push_back(seen.frame.stamp);

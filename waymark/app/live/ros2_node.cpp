@@ -180,7 +180,7 @@ bool is_unchanged(LiveStatus now, const LiveStatus& before) {
 
 }  // namespace
 
-ViewerWords service_words() {
+ViewerLabels service_words() {
   const std::string buttons = fmt::format("services of ROS 2: /waymark/{}", fmt::join(kServices, ", "));
   const auto of_state = [](OperatorState state) {
     const OrderKind pressed = state == OperatorState::Idle ? OrderKind::Teach : OrderKind::Go;
@@ -246,7 +246,7 @@ void Ros2Node::receive(const BusMessage& message) {
   if (given) return feed_.order({.kind = ViewerOrder::Kind::GivePose, .pose = *given});
   ++refused_poses_;
   status_published_ = {};  // publish the count at once
-  feed_.order({.kind = ViewerOrder::Kind::Words,
+  feed_.order({.kind = ViewerOrder::Kind::Message,
                .words = fmt::format("initial pose rejected ({} so far): {}", refused_poses_,
                                     to_string(given.error()))});
 }

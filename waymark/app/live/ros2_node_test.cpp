@@ -132,7 +132,7 @@ TEST_F(Node, PublishesDiagnosticsWithTheClockOncePerSecond) {
   const std::int64_t behind_ns = 250'000'000;
   for (int i = 0; steady_now() - began < std::chrono::milliseconds(1500); ++i) {
     feed_.publish(Sample(Odometry{.stamp = stamp}), stamp.time_since_epoch().count() + behind_ns + i);
-    feed_.tell({.phase = "replaying", .driven_m = 0.01 * i});
+    feed_.set_status({.phase = "replaying", .driven_m = 0.01 * i});
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
   const auto all = sent("rt/diagnostics", 2);
@@ -169,7 +169,7 @@ TEST_F(Node, MapToOdomAndOdometryGiveTheEstimatedPose) {
 }
 
 TEST_F(Node, ServicesAnswerClientsOfBothKindsAndPressButtons) {
-  feed_.tell({.phase = "idle"});
+  feed_.set_status({.phase = "idle"});
   ASSERT_FALSE(sent("rt/diagnostics", 1).empty());
   const std::vector<std::uint8_t> plain = {0, 1, 0, 0, 0};  // rmw_fastrtps: only a padding byte
   RequestIdentity client{.sequence = 7};
@@ -210,9 +210,9 @@ TEST_F(Node, PassesOnInitialPosesAndCountsRejectedOnes) {
   const Duration deadline = steady_now() + std::chrono::seconds(10);
   while (orders.empty() && steady_now() < deadline) orders = feed_.take_orders();
   ASSERT_EQ(orders.size(), 1U);
-  EXPECT_EQ(orders[0].kind, ViewerOrder::Kind::Words);
-  EXPECT_NE(orders[0].words.find("'odom'"), std::string::npos);
-  testing::expect_on_page("live", orders[0].words);
+  EXPECT_EQ(orders[0].kind, ViewerOrder::Kind::Message);
+  EXPECT_NE(orders[0].message.find("'odom'"), std::string::npos);
+  testing::expect_on_page("live", orders[0].message);
   while (counted().value == "0" && steady_now() < deadline) {
   }
   EXPECT_EQ(counted().key, "refused_initial_poses");
@@ -264,7 +264,7 @@ TEST(Ros2Services, StopActsInEveryPhaseAndOtherServicesOnlyInTheirs) {
 
 TEST(Ros2Services, MessagesNameTheServiceThatActsInThePhase) {
   using S = OperatorState;
-  const ViewerWords words = service_words();
+  const ViewerLabels words = service_words();
   EXPECT_NE(words.alone.find("/waymark/start_teach, "), std::string::npos) << words.alone;
   const std::pair<S, const char*> buttons[] = {
       {S::Idle, "/waymark/start_teach"}, {S::Teaching, "/waymark/map"},  {S::Ready, "/waymark/replay"},

@@ -214,7 +214,7 @@ void SessionViewers::show_status(LiveStatus status) {
     status.certain = certain_;
     status.halted = halted_;
   }
-  feed_->tell(status);
+  feed_->set_status(status);
 }
 
 std::function<void(const ReplayStep&)> SessionViewers::watch(double goal_m) {

@@ -49,7 +49,7 @@ class CameraLog {
  private:
   void show(const CameraPicture& seen, const TagFrame& tags) {
     if (job_.feed == nullptr) return;
-    job_.feed->tell({.phase = "localizing"});
+    job_.feed->set_status({.phase = "localizing"});
     job_.feed->publish(seen.frame, host_now_ns());
     job_.feed->publish(tags, host_now_ns());
   }
@@ -90,7 +90,7 @@ Result<LocalizeCameraReport> localize_camera(LiveCamera& camera, const CameraMod
   CameraLog log(job, model, map->tags, *output);
   CameraWatch watch{.camera = &model,
                     .on_picture = [&](CameraPicture& seen) { return log.take(seen); },
-                    .on_words = control.note,
+                    .on_message = control.note,
                     .should_stop = control.cancelled};
   if (job.duration_s > 0) watch.duration_s = job.duration_s;
   const auto end = watch_camera(camera, *finder, watch);

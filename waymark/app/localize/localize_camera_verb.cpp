@@ -27,7 +27,7 @@ ExitCode localize_by_camera(const LocalizeCameraArgs& args, Console& console) {
   if (!model) return fail_with(model.error(), console);
   const auto camera = open_live_camera(job.source);
   if (!camera) return fail_with(camera.error(), console);
-  console.say((*camera)->description());
+  console.note((*camera)->description());
   const auto view = LivePage::open(args.view, (*camera)->description(), control_from(console));
   if (!view) return fail_with(view.error(), console);
   if (*view) job.feed = &(*view)->feed();
@@ -35,7 +35,7 @@ ExitCode localize_by_camera(const LocalizeCameraArgs& args, Console& console) {
   job.on_moment = [&lines](const CameraMoment& moment) { lines.take(moment); };
   const auto report = localize_camera(**camera, *model, job, control_of_lines(console));
   if (!report) return fail_with(report.error(), console);
-  console.say(to_text(*report));
+  console.note(to_text(*report));
   if (report->end.stopped && interrupted()) return ExitCode::Interrupted;
   return report->known > 0 ? ExitCode::Ok : ExitCode::SomeFailed;
 }

@@ -126,10 +126,10 @@ Status read_robot_of(const LocalizeJob& job, LocalizeInputs& inputs) {
 
 void take_calibrated(const Calibration& calibration, RiekfOptions& filter) {
   const auto take = [&](const char* name, double& value) {
-    if (const auto known = calibration.known(name)) value = *known;
+    if (const auto known = calibration.observable_value(name)) value = *known;
   };
   take("odometry_scale", filter.odometry_scale);
-  take("yaw_gain", filter.yaw_gain);
+  take("yaw_scale", filter.yaw_scale);
   take("gyro_gain", filter.gyro_gain);
   take("gyro_bias_rad_s", filter.gyro_bias_rad_s);
   take("camera_latency_s", filter.camera_latency_s);
@@ -149,7 +149,7 @@ Status read_calibration_of(const LocalizeJob& job, LocalizeInputs& inputs) {
   SE3& base_T_sensor = inputs.setup.sensor.base_T_sensor;
   if (inputs.planar_sensor) {
     const auto known = [&](const char* name, double given) {
-      return calibration->known(name).value_or(given);
+      return calibration->observable_value(name).value_or(given);
     };
     const SE2 given = project_to_plane(base_T_sensor);
     base_T_sensor = lift(SE2(known("mounting_x_m", given.x()), known("mounting_y_m", given.y()),
@@ -552,7 +552,7 @@ std::string to_text(const LocalizeReport& report) {
   return text;
 }
 
-std::vector<std::string> doubts_about(const LocalizeReport& report) {
+std::vector<std::string> comparison_warnings(const LocalizeReport& report) {
   std::vector<std::string> warnings;
   if (report.certain == 0) warnings.emplace_back("no certain estimate");
   if (report.lasting_nis.value_or(0) > 4)

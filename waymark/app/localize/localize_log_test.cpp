@@ -86,7 +86,7 @@ TEST(LocalizeInputsOf, ACalibrationOverridesRecordingAndRobotFile) {
   Calibration calibration;
   calibration.values["mounting_x_m"] = {.value = input_files().base_T_cam.translation().x() + 0.3,
                                         .sigma = 0.001};
-  calibration.values["yaw_gain"] = {.value = 0.95, .sigma = 0.01};
+  calibration.values["yaw_scale"] = {.value = 0.95, .sigma = 0.01};
   const fs::path file = input_files().folder / "calibration.yaml";
   fs::remove(file);
   ASSERT_TRUE(write_calibration(file, calibration));
@@ -94,21 +94,21 @@ TEST(LocalizeInputsOf, ACalibrationOverridesRecordingAndRobotFile) {
   job.robot = (input_files().folder / "ahead.yaml").string();
   job.calibration = file.string();
   EXPECT_NEAR(input_files().ahead_m(job), 0.3, 1e-9);
-  EXPECT_EQ(read_localize_inputs(job, {})->setup.filter.yaw_gain, 0.95);
+  EXPECT_EQ(read_localize_inputs(job, {})->setup.filter.yaw_scale, 0.95);
   job.calibration = "/nowhere.yaml";
   EXPECT_FALSE(read_localize_inputs(job, {}));
 }
 
 TEST(LocalizeInputsOf, RequestedOptionsOverrideRobotFileAndCalibration) {
   Calibration calibration;
-  calibration.values["yaw_gain"] = {.value = 0.95, .sigma = 0.01};
+  calibration.values["yaw_scale"] = {.value = 0.95, .sigma = 0.01};
   const fs::path file = input_files().folder / "gain.yaml";
   fs::remove(file);
   ASSERT_TRUE(write_calibration(file, calibration));
   LocalizeJob job = input_files().job();
   job.calibration = file.string();
   job.asked = [](RiekfOptions& filter) -> Status {
-    filter.yaw_gain = 0.9;
+    filter.yaw_scale = 0.9;
     filter.motion.drift_m_sqrt_s = 0.123;
     return {};
   };
@@ -119,7 +119,7 @@ TEST(LocalizeInputsOf, RequestedOptionsOverrideRobotFileAndCalibration) {
   ASSERT_TRUE(live) << to_string(live.error());
   EXPECT_EQ(live->setup.filter.motion.crab_share, 1) << "from the robot file";
   for (const auto* inputs : {&recorded, &live}) {
-    EXPECT_EQ((*inputs)->setup.filter.yaw_gain, 0.9);
+    EXPECT_EQ((*inputs)->setup.filter.yaw_scale, 0.9);
     EXPECT_EQ((*inputs)->setup.filter.motion.drift_m_sqrt_s, 0.123);
   }
 }
@@ -237,7 +237,7 @@ TEST(LocalizeLog, ReportAgreesWithTheEvaluationAgainstGroundTruth) {
   ASSERT_TRUE(scores->nis);
   EXPECT_EQ(scores->nis->observations, report->accepted);
   EXPECT_NEAR(scores->nis->mean, report->nis_mean, 1e-3);
-  EXPECT_THAT(doubts_about(*scores, inputs->reference), IsEmpty());
+  EXPECT_THAT(comparison_warnings(*scores, inputs->reference), IsEmpty());
   const auto json = to_json(fields(*scores));
   EXPECT_EQ(json["poses"], report->certain);
 }

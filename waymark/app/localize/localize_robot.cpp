@@ -53,14 +53,14 @@ class LocalizeViewers {
       for (ViewerOrder& order : feed_->take_orders()) {
         request.end = request.end || order.kind == Kind::Stop || order.kind == Kind::Quit;
         if (order.kind == Kind::GivePose) request.pose = order.pose;
-        if (order.kind == Kind::Words) request.words.push_back(std::move(order.words));
+        if (order.kind == Kind::Message) request.messages.push_back(std::move(order.message));
       }
       return request;
     };
   }
 
  private:
-  void publish_status() { feed_->tell({.phase = kPhase, .commands = {"stop"}, .certain = certain_}); }
+  void publish_status() { feed_->set_status({.phase = kPhase, .commands = {"stop"}, .certain = certain_}); }
 
   LiveFeed* feed_;
   std::optional<bool> certain_{};
@@ -84,7 +84,7 @@ LocalizeListener listener_of(const LocalizeRobotJob& job, LocalizeOutput& output
                 return output.on_estimate(estimate);
               },
           .on_report = job.on_report,
-          .on_words = control.note};
+          .on_message = control.note};
 }
 
 /// The job by which calibration, map and start are read, as for a recording.

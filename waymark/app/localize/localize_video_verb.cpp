@@ -23,8 +23,8 @@ ExitCode localize_by_video(const LocalizeVideoArgs& args, Console& console) {
   job.on_moment = [&lines](const CameraMoment& moment) { lines.take(moment); };
   const auto report = localize_video(job, control_from(console));
   if (!report) return fail_with(report.error(), console);
-  for (const VideoProblem& problem : report->video.problems) console.say(to_string(problem.error));
-  console.say(to_text(*report));
+  for (const VideoProblem& problem : report->video.problems) console.note(to_string(problem.error));
+  console.note(to_text(*report));
   return report->known > 0 ? ExitCode::Ok : ExitCode::SomeFailed;
 }
 

@@ -36,7 +36,7 @@ ExitCode convert_one_map(const ConvertMapArgs& args, Console& console) {
   const Result<ConvertMapReport> done = convert_map(job, control_from(console));
   if (!done) return fail_with(done.error(), console);
   console.print(args.json ? json_line(fields(*done)) : to_text(*done));
-  for (const std::string& warning : done->warnings) console.say("warning: " + warning);
+  for (const std::string& warning : done->warnings) console.note("warning: " + warning);
   return ExitCode::Ok;
 }
 

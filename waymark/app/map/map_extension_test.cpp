@@ -128,7 +128,7 @@ TEST_F(MapExtension, AddsTheLapAsAFurtherRoute) {
   EXPECT_EQ(test::file_text(old_ / "route.yaml"), "taught first");
   EXPECT_TRUE(read_route(old_ / "route-kitchen.yaml"));
   EXPECT_TRUE(fs::exists(old_ / "summary-kitchen.json"));
-  EXPECT_THAT(report->set_aside, Contains("map.yaml"));
+  EXPECT_THAT(report->renamed_files, Contains("map.yaml"));
 }
 
 TEST_F(MapExtension, RejectsMapsOfOtherPlacesAndUnknownTags) {

@@ -207,7 +207,7 @@ std::optional<Calibration> odometry_of(const RecordedLap& recorded, const Mapped
       found.provenance.emplace_back("robot", robot->model.name);
   }
   found.values["odometry_scale"] = {.value = scales.distance, .sigma = sigma.distance};
-  found.values["yaw_gain"] = {.value = scales.yaw, .sigma = std::max(sigma.yaw, noise.scale_sigma)};
+  found.values["yaw_scale"] = {.value = scales.yaw, .sigma = std::max(sigma.yaw, noise.scale_sigma)};
   found.values["yaw_noise_rad_sqrt_m"] = {.value = noise.rad_sqrt_m,
                                           .sigma = noise.rad_sqrt_m / std::sqrt(2.0 * noise.stretches)};
   return found;
@@ -310,7 +310,7 @@ Status write_map_folder(const RecordedLap& recorded, const MapJob& job, const Ma
   report.files.push_back((folder / summary).string());
   Result<std::vector<std::string>> backups = staged->put_in_place(replaced);
   if (!backups) return tl::unexpected(backups.error());
-  report.set_aside = std::move(*backups);
+  report.renamed_files = std::move(*backups);
   for (std::string& file : report.files) file = (job.folder / fs::path(file).filename()).string();
   return {};
 }
@@ -718,9 +718,9 @@ std::string to_text(const MapReport& report, const std::string& folder) {
                         *report.prior_agreeing, report.prior_rms_m);
   if (lap.bundle && report.extends)
     text += fmt::format("{} tags are consistent with the extended map\n", lap.bundle->prior_agreeing);
-  if (!report.set_aside.empty())
+  if (!report.renamed_files.empty())
     text += fmt::format("existing files were kept as backups (map.yaml as map.1.yaml or similar): {}\n",
-                        fmt::join(report.set_aside, ", "));
+                        fmt::join(report.renamed_files, ", "));
   return text;
 }
 

@@ -76,9 +76,9 @@ struct MapReport {
   double prior_rms_m = 0;               ///< distance of these tags after alignment, root mean square
   bool extends = false;                 ///< whether the lap extends a map
   std::optional<PoseLapFigures> poses{};
-  std::vector<std::string> warnings{};   ///< about lap and recording
-  std::vector<std::string> files{};      ///< written files
-  std::vector<std::string> set_aside{};  ///< backups of existing files, with a number in their names
+  std::vector<std::string> warnings{};       ///< about lap and recording
+  std::vector<std::string> files{};          ///< written files
+  std::vector<std::string> renamed_files{};  ///< backups of existing files, with a number in their names
   double wall_s = 0;
   double peak_rss_mib = 0;  ///< of the process so far
 };

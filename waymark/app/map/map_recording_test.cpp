@@ -61,7 +61,7 @@ TEST_F(MapLap, BacksUpAnOlderMap) {
   std::ofstream(folder_ / "map.yaml") << "older";
   const auto report = map_recording({.lap = short_lap(), .folder = folder_}, {});
   ASSERT_TRUE(report) << to_string(report.error());
-  EXPECT_THAT(report->set_aside, Contains("map.yaml"));
+  EXPECT_THAT(report->renamed_files, Contains("map.yaml"));
   EXPECT_EQ(test::file_text(folder_ / "map.1.yaml"), "older");
 }
 
@@ -78,7 +78,7 @@ TEST_F(MapLap, CancellingLeavesTheFolderUnchanged) {
 TEST_F(MapLap, ReportsProgress) {
   std::vector<std::string> steps;
   JobControl control;
-  control.progress = [&](const JobProgress& now) { steps.push_back(now.words); };
+  control.progress = [&](const JobProgress& now) { steps.push_back(now.text); };
   ASSERT_TRUE(map_recording({.lap = short_lap(), .folder = folder_}, control));
   EXPECT_THAT(steps, Contains(HasSubstr("cost")));
 }

@@ -43,7 +43,7 @@ ExitCode optimize(const OptimizeArgs& args, Console& console) {
   const auto report = optimize_route_of(job);
   if (!report) return fail_with(report.error(), console);
   if (!report->backups.empty())
-    console.say(
+    console.note(
         fmt::format("the previous files were renamed with a number: {}", fmt::join(report->backups, ", ")));
   console.print(args.json ? json_line(fields(*report)) : to_text(job, *report));
   return ExitCode::Ok;

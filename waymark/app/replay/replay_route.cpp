@@ -202,7 +202,7 @@ Status take_calibration(const std::string& path, ReplayJob& job) {
   take_calibrated(*calibration, job.filter);
   // Both are ratios to the commanded yaw rate: controlled wheels turn as commanded, the robot by the gain
   // less.
-  if (const auto gain = calibration->known("yaw_gain")) job.replay.actuators.turn_gain = *gain;
+  if (const auto gain = calibration->observable_value("yaw_scale")) job.replay.actuators.turn_gain = *gain;
   job.calibration = std::move(*calibration);
   return {};
 }
@@ -353,7 +353,7 @@ Result<std::unique_ptr<LiveReplay>> LiveReplay::make(const RobotSetup& setup, co
     shown(step);
     return log->on_step(now, step);
   };
-  listener.on_words = control.note;
+  listener.on_message = control.note;
   live->session_ = std::make_unique<ReplaySession>(*live->replayer_, std::move(listener),
                                                    ReplaySessionOptions{}, std::move(requests));
   return live;
@@ -506,7 +506,7 @@ ReportFields fields(const StationVisit& visit) {
   return {{"name", "Name of the station", visit.name},
           {"arc_length_m", "Position along the route", visit.arc_length_m},
           {"arrived_s", "Time of arrival by the robot's clock", to_seconds(visit.arrived.time_since_epoch())},
-          {"stood_s", "Time from arrival to departure", visit.dwell_s}};
+          {"stationary_s", "Time from arrival to departure", visit.dwell_s}};
 }
 
 ReportFields fields(const ReplayReport& report) {

@@ -262,7 +262,7 @@ TEST(ReplayReport, HasNoErrorsWithoutGroundTruth) {
       R"("cross_track_p95_m":null,"cross_track_max_m":null,"heading_rmse_deg":null,"min_clearance_m":null,)"
       R"("two_tags_fraction":0.25,"missed_tags":{"outside":0,"too_faint":0,"blurred":2,"occluded":0},)"
       R"("stops":0,"distance_m":null,"lap_s":0.0,"stations":[{"name":"shelf","arc_length_m":4.5,)"
-      R"("arrived_s":2.0,"stood_s":3.0}],"wall_s":0.5,"warnings":[]})");
+      R"("arrived_s":2.0,"stationary_s":3.0}],"wall_s":0.5,"warnings":[]})");
   report.judgement = ReplayJudgement{.cross_track_rmse_m = 0.25, .laps_completed = 2};
   EXPECT_EQ(to_json(fields(report))["laps_completed"], 2);
   EXPECT_EQ(to_json(fields(report))["cross_track_rmse_m"], 0.25);

@@ -71,8 +71,8 @@ ExitCode replay(const ReplayArgs& args, Console& console) {
   const Result<ReplayReport> report = replay_route(*setup, *job, control_from(console));
   if (!report) return fail_with(report.error(), console);
   console.print(args.json ? json_line(fields(*report)) : to_text(*report, interrupted_by()));
-  for (const std::string& warning : report->warnings) console.say("warning: " + warning);
-  if (!succeeded(*report)) console.say(ending(*report, interrupted_by()));
+  for (const std::string& warning : report->warnings) console.note("warning: " + warning);
+  if (!succeeded(*report)) console.note(ending(*report, interrupted_by()));
   if (report->end.interrupted) return ExitCode::Interrupted;
   return succeeded(*report) ? ExitCode::Ok : ExitCode::SomeFailed;
 }

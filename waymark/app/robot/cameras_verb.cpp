@@ -14,7 +14,7 @@ ExitCode list(const CamerasArgs& args, Console& console) {
   if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
   if (args.json) console.print(json_line(fields(*report)));
   if (report->cameras.empty())
-    console.say("this computer has no camera: none of /dev/video* delivers images");
+    console.note("this computer has no camera: none of /dev/video* delivers images");
   else if (!args.json)
     console.print(to_text(*report, args.job.controls));
   return ExitCode::Ok;

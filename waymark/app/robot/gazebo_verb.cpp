@@ -45,7 +45,7 @@ ExitCode gazebo_topics(Console& console) {
   const auto topics = (*link)->topics();
   for (const GazeboTopic& topic : topics) console.print(topic.name + " [" + topic.type + "]\n");
   if (!topics.empty()) return ExitCode::Ok;
-  console.say((*link)->where() + ": no program publishes there");
+  console.note((*link)->where() + ": no program publishes there");
   return ExitCode::SomeFailed;
 }
 

@@ -9,7 +9,7 @@ ExitCode list_all(Console& console) {
   const auto robots = robot_table();
   if (!robots) return fail_with(robots.error(), console);
   console.print(robots->text);
-  for (const Error& error : robots->errors) console.say(error);
+  for (const Error& error : robots->errors) console.note(error);
   return robots->errors.empty() ? ExitCode::Ok : ExitCode::SomeFailed;
 }
 

@@ -68,8 +68,8 @@ Verb topic_verb(const char* name, const char* sentence, const char* help, TopicR
       const Status status = run(*args, **bus, console);
       if (status) return ExitCode::Ok;
       const Error& error = status.error();
-      console.say(error);
-      if (error.code == ErrorCode::NotFound && error.hint.empty()) console.say(searched(*options, **bus));
+      console.note(error);
+      if (error.code == ErrorCode::NotFound && error.hint.empty()) console.note(searched(*options, **bus));
       return error.code == ErrorCode::InvalidArgument ? ExitCode::Usage : ExitCode::SomeFailed;
     };
   };

@@ -61,7 +61,7 @@ ExitCode relay(const RelayArgs& args, Console& console) {
   if (!options) return fail_usage(options.error(), console);
   if (Status possible = check_relay(args.relay); !possible) return fail_usage(possible.error(), console);
   const Status status = run_relay(
-      args.relay, *options, [&](const std::string& words) { console.say(words); }, interrupted);
+      args.relay, *options, [&](const std::string& words) { console.note(words); }, interrupted);
   return status ? ExitCode::Ok : console.failed(status.error(), ExitCode::SomeFailed);
 }
 

@@ -165,7 +165,7 @@ RobotSetup other_physics(RobotSetup setup) {
   robot.dynamics.speed_lag_s = 0.25;
   robot.dynamics.yaw_rate_lag_s = 0.2;
   robot.dynamics.command_delay_s = 0.1;
-  robot.dynamics.yaw_gain = 0.6;
+  robot.dynamics.turn_gain = 0.6;
   robot.dynamics.lateral_slip_s = -0.08;
   robot.dynamics.slip_noise_m_s = 0.03;
   robot.sensors.left_wheel_scale = 0.97;

@@ -163,7 +163,7 @@ TEST_F(MapScene, CancellingWritesNothing) {
   int calls = 0;
   control.cancelled = [&] { return ++calls > 2; };
   std::vector<std::string> steps;
-  control.progress = [&](const JobProgress& now) { steps.push_back(now.words); };
+  control.progress = [&](const JobProgress& now) { steps.push_back(now.text); };
   const auto report = map_scene_recording(wall_scene().job(out_), control);
   ASSERT_FALSE(report);
   EXPECT_THAT(to_string(report.error()), HasSubstr("nothing was written"));

@@ -64,13 +64,13 @@ ExitCode demo(const DemoArgs& args, Console& console) {
     setup->simulated.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1U, 16U));
   const Result<DemoReport> report = run_demo(*setup, job, control_from(console));
   if (interrupted()) {
-    console.say("stopped: the recordings are kept");
+    console.note("stopped: the recordings are kept");
     return ExitCode::Interrupted;
   }
   if (!report) return fail_with(report.error(), console);
   console.print(args.json ? json_line(fields(*report)) : to_text(*report, *setup, job));
   console.warn(report->map.warnings);
-  if (!succeeded(report->replay)) console.say("the replay " + ending(report->replay, interrupted_by()));
+  if (!succeeded(report->replay)) console.note("the replay " + ending(report->replay, interrupted_by()));
   return succeeded(report->replay) ? ExitCode::Ok : ExitCode::SomeFailed;
 }
 

@@ -38,10 +38,10 @@ ExitCode explore(const ExploreArgs& args, Console& console) {
   if (!report) return fail_with(report.error(), console);
   console.print(args.json ? json_line(fields(*report)) : to_text(*report));
   if (report->interrupted) {
-    console.say("stopped: the robot is stationary");
+    console.note("stopped: the robot is stationary");
     return ExitCode::Interrupted;
   }
-  if (!report->halt_reason.empty()) console.say("the robot is stopped: " + report->halt_reason);
+  if (!report->halt_reason.empty()) console.note("the robot is stopped: " + report->halt_reason);
   return report->collisions == 0 && report->halt_reason.empty() ? ExitCode::Ok : ExitCode::SomeFailed;
 }
 

@@ -102,7 +102,7 @@ ExploreListener listener_of(Judge& judge, std::optional<SampleRecorder>& recorde
             if (!recorder || !estimate || !estimate->certain) return {};
             return recorder->add_message(topics::kEstimate, now, estimate_message(*estimate));
           },
-          .on_progress = [&control](const std::string& line) { control.progress({.words = line}); }};
+          .on_progress = [&control](const std::string& line) { control.progress({.text = line}); }};
 }
 
 Explorer explorer_of(const SimulatedSetup& setup, const ExploreOptions& options) {
@@ -154,7 +154,7 @@ Result<ExploreReport> explore_world(RobotSetup setup, const ExploreJob& job, con
   if (!closed) return tl::unexpected(closed.error());
   const ExploreEnd explored = session.end();
   ExploreReport report{.interrupted = end->interrupted,
-                       .halt_reason = explored.stands,
+                       .halt_reason = explored.halt_reason,
                        .seconds = end->lap_s,
                        .turns = explored.turns,
                        .tags = tags->tags.size()};
@@ -198,7 +198,7 @@ ReportFields fields(const ExploreReport& r) {
       {"position_max_m", "Largest of these distances", r.position_max_m},
       {"heading_rmse_deg", "Root mean square heading error of certain estimates, by the ground truth",
        r.heading_rmse_deg},
-      {"stands", "Why the robot was stopped at the end; empty: it was driving", r.halt_reason},
+      {"halt_reason", "Why the robot was stopped at the end; empty: it was driving", r.halt_reason},
       {"wall_s", "Elapsed real time", r.wall_s}};
 }
 

@@ -204,7 +204,7 @@ class SessionTasks final : public OperatorTasks {
   void on_decision(const Operator& session, const OperatorInput& input) override {
     viewers_.show_status(session, input);
   }
-  void on_words(const std::string& words) override { control_.note(words); }
+  void on_message(const std::string& words) override { control_.note(words); }
 
   std::vector<double> mapping_s{};
   std::vector<ReplayReport> replays{};

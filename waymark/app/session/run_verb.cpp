@@ -68,8 +68,8 @@ ExitCode run(const RunArgs& args, Console& console) {
   if (!report) return fail_with(report.error(), console);
   console.print(args.json ? json_line(fields(*report)) : to_text(*report, interrupted_by()));
   if (report->interrupted) {
-    console.say(fmt::format("stopped by {}: the robot is stationary, and the files are complete up to now",
-                            interrupted_by()));
+    console.note(fmt::format("stopped by {}: the robot is stationary, and the files are complete up to now",
+                             interrupted_by()));
     return ExitCode::Interrupted;
   }
   return succeeded(*report) ? ExitCode::Ok : ExitCode::SomeFailed;

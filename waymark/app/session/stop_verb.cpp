@@ -16,9 +16,9 @@ ExitCode stop(Console& console) {
     if (one.answered)
       console.print("stops: " + one.drive + "\n");
     else
-      console.say("no answer from " + one.drive + "; if it does not respond, its watchdog stops the robot");
+      console.note("no answer from " + one.drive + "; if it does not respond, its watchdog stops the robot");
   }
-  if (answers.empty()) console.say("no drive of this user is running");
+  if (answers.empty()) console.note("no drive of this user is running");
   return !answers.empty() && std::ranges::all_of(answers, &StopAnswer::answered) ? ExitCode::Ok
                                                                                  : ExitCode::SomeFailed;
 }

@@ -40,7 +40,7 @@ WrittenPages write_pages(const std::vector<plot::Drawing>& pages, const PageFile
     written.status = control.go_on();
     if (!written.status) return written;
     const std::string file = page_path(to.path, i + 1, files);
-    control.progress({.words = file, .done = i, .all = files});
+    control.progress({.text = file, .done = i, .all = files});
     const auto bytes = format == plot::FileFormat::Pdf   ? plot::render_pdf(pages)
                        : format == plot::FileFormat::Svg ? plot::render_svg(pages[i])
                                                          : plot::render_png(pages[i], to.dpi);

@@ -203,8 +203,8 @@ TeachListener lap_listener(SampleRecorder& recorder, const std::string& images, 
                 const auto* picture = std::get_if<CameraFrame>(&sample);
                 return picture != nullptr ? record_picture(*picture, images, recorder) : recorder.add(sample);
               },
-          .on_progress = [&control](const std::string& line) { control.progress({.words = line}); },
-          .on_words = [&control](const std::string& words) { control.note(words); }};
+          .on_progress = [&control](const std::string& line) { control.progress({.text = line}); },
+          .on_message = [&control](const std::string& words) { control.note(words); }};
 }
 
 LapMonitor lap_of(const SimulatedSetup& setup, TeachListener listener) {

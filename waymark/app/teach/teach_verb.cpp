@@ -55,13 +55,13 @@ ExitCode teach(const TeachArgs& args, Console& console) {
   if (!report) return fail_with(report.error(), console);
   console.print(args.json ? json_line(fields(*report))
                           : to_text(*report, setup->simulated.world.path_closed));
-  for (const std::string& warning : report->summary.warnings) console.say("warning: " + warning);
+  for (const std::string& warning : report->summary.warnings) console.note("warning: " + warning);
   if (report->end.interrupted) {
-    console.say(fmt::format("stopped by {}: the robot is stationary, and the recording is complete up to now",
-                            interrupted_by()));
+    console.note(fmt::format(
+        "stopped by {}: the robot is stationary, and the recording is complete up to now", interrupted_by()));
     return ExitCode::Interrupted;
   }
-  if (!report->end.finished) console.say("the driver did not complete the lap in ten minutes");
+  if (!report->end.finished) console.note("the driver did not complete the lap in ten minutes");
   return report->end.finished && report->summary.mappable ? ExitCode::Ok : ExitCode::SomeFailed;
 }
 

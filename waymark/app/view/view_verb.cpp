@@ -28,7 +28,7 @@ ExitCode view(const ViewArgs& args, Console& console) {
   Result<HttpServer> server = HttpServer::listen(std::move(*options));
   if (!server) return fail_with(server.error(), console);
   announce(*server, args.page, control, [&](const std::string& url) { console.print(url + "\n"); });
-  console.say("open this address in a browser; Ctrl-C ends");
+  console.note("open this address in a browser; Ctrl-C ends");
   server->run([] { return interrupted(); });
   return ExitCode::Ok;
 }

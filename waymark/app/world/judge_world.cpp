@@ -98,7 +98,7 @@ Result<WorldVerdict> judge_world(const World& world, const RobotModel& robot, co
                        .tags = world.tags.tags.size(),
                        .check = *check,
                        .doubts = warnings_about(world, *check)};
-  verdict.good = verdict.doubts.empty() && check->min_clearance_m >= kGoodLapClearance_m &&
+  verdict.good = verdict.warnings.empty() && check->min_clearance_m >= kGoodLapClearance_m &&
                  check->two_tags_fraction >= kGoodLapTwoTags;
   return verdict;
 }
@@ -124,7 +124,7 @@ ReportFields fields(const WorldVerdict& verdict) {
           {"sharpest_right_1_m", "Largest curvature to the right", c.sharpest_right_1_m},
           {"overlapping_tags", "Pairs of tags that overlap", overlapping},
           {"hidden_tags", "Tags that other tags hide along a part of the line", hidden},
-          {"warnings", "Warnings: invalid tag sizes, overlapping tags", verdict.doubts},
+          {"warnings", "Warnings: invalid tag sizes, overlapping tags", verdict.warnings},
           {"good", "Whether the world allows a good lap", verdict.good}};
 }
 

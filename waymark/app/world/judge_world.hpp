@@ -37,8 +37,8 @@ struct WorldVerdict {
   std::string robot{};   ///< name
   std::size_t tags = 0;  ///< number of tags
   WorldCheck check{};
-  std::vector<std::string> doubts{};  ///< warnings about probable mistakes
-  bool good = false;                  ///< no warnings, and the line allows a good lap
+  std::vector<std::string> warnings{};  ///< warnings about probable mistakes
+  bool good = false;                    ///< no warnings, and the line allows a good lap
 };
 
 /// Checks a drive that follows the line of the world exactly, without noise.

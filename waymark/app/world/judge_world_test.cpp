@@ -61,8 +61,8 @@ TEST(JudgeWorld, NamesOverlappingTags) {
   const auto verdict = judge_world(world, robot.model, robot.camera, {});
   ASSERT_TRUE(verdict);
   EXPECT_FALSE(verdict->good);
-  ASSERT_EQ(verdict->doubts.size(), 1U);
-  EXPECT_THAT(verdict->doubts.front(),
+  ASSERT_EQ(verdict->warnings.size(), 1U);
+  EXPECT_THAT(verdict->warnings.front(),
               HasSubstr(to_string(anchor) + " and " + to_string(second) + " overlap"));
   EXPECT_EQ(to_json(fields(*verdict))["overlapping_tags"][0][1], to_string(second));
 }

@@ -42,8 +42,8 @@ Result<RecordingProfile> simulate_like(const RobotSetup& setup, const RecordingP
   listener.on_sample = [&](const Sample& sample) -> Status {
     profiler.add(sample);
     if (const auto* frame = std::get_if<TagFrame>(&sample))
-      control.progress({.words = fmt::format("{:.1f} of {:.1f} s",
-                                             to_seconds(frame->stamp.time_since_epoch()), like.duration_s)});
+      control.progress({.text = fmt::format("{:.1f} of {:.1f} s", to_seconds(frame->stamp.time_since_epoch()),
+                                            like.duration_s)});
     return recorder->add(sample);
   };
   listener.should_stop = control.cancelled;

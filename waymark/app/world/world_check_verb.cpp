@@ -13,9 +13,9 @@ ExitCode check(const CheckArgs& args, Console& console) {
   const SimulatedSetup& s = setup->simulated;
   const Result<WorldVerdict> verdict = judge_world(s.world, s.model, s.camera, s.robot.tag_camera);
   if (!verdict) return fail_with(verdict.error(), console);
-  for (const std::string& warning : verdict->doubts) console.say("warning: " + warning);
+  for (const std::string& warning : verdict->warnings) console.note("warning: " + warning);
   console.print(args.json ? json_line(fields(*verdict)) : to_text(*verdict, s.world, s.model));
-  if (!verdict->good) console.say("this world does not allow a good lap");
+  if (!verdict->good) console.note("this world does not allow a good lap");
   return verdict->good ? ExitCode::Ok : ExitCode::SomeFailed;
 }
 

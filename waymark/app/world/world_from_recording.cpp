@@ -181,9 +181,9 @@ class RobotEstimates {
 };
 
 /// Rotation scale with which the simulated odometry turns as the recorded odometry did.
-std::optional<double> rotation_scale(const SimulatedRobotOptions& robot, std::optional<double> yaw_gain) {
-  if (!yaw_gain || robot.sensors.odometry == "truth") return std::nullopt;
-  return (robot.sensors.odometry == "wheels" ? robot.dynamics.yaw_gain : 1.0) / *yaw_gain;
+std::optional<double> rotation_scale(const SimulatedRobotOptions& robot, std::optional<double> yaw_scale) {
+  if (!yaw_scale || robot.sensors.odometry == "truth") return std::nullopt;
+  return (robot.sensors.odometry == "wheels" ? robot.dynamics.turn_gain : 1.0) / *yaw_scale;
 }
 
 /// Sets the simulation options of `robot`, and lists the estimated quantities in the report.
@@ -193,26 +193,27 @@ void estimate_robot(const MappedDrive& drive, const Remaining& rest, SimulatedRo
   const RecordingProfile& profile = drive.profile;
   robot = options_like(profile, robot);
   for (const ProfileRow& row : profile_table(profile, profile))
-    report.quantities.push_back({row.key, row.words, row.recording});
+    report.quantities.push_back({row.key, row.text, row.recording});
   RobotEstimates estimates(report);
   estimates.add("tag_camera.max_range_m", "detection range [m]",
                 observation_distance_m(drive.lap.frames, drive.place.map.tags, drive.robot.model.base_T_cam,
                                        drive.trajectory, kRangeQuantile),
                 robot.tag_camera.max_range_m, 0.1, 1000);
-  estimates.add("dynamics.yaw_gain", "true / commanded yaw rate",
+  estimates.add("dynamics.turn_gain", "true / commanded yaw rate",
                 turn_response(rest.commands, drive.trajectory, profile.command_delay_s.value_or(0)),
-                robot.dynamics.yaw_gain, 0.05, 2);
+                robot.dynamics.turn_gain, 0.05, 2);
   const Calibration odometry = drive.place.odometry.value_or(Calibration{});
   const auto inverse = [](std::optional<double> value) { return value ? std::optional(1 / *value) : value; };
-  const auto scale = inverse(odometry.known("odometry_scale"));
+  const auto scale = inverse(odometry.observable_value("odometry_scale"));
   estimates.add("sensors.left_wheel_scale", "measured / true distance, left wheels", scale,
                 robot.sensors.left_wheel_scale, 0.5, 2);
   estimates.add("sensors.right_wheel_scale", "measured / true distance, right wheels", scale,
                 robot.sensors.right_wheel_scale, 0.5, 2);
   estimates.add("sensors.rotation_scale", "measured / true rotation of the odometry",
-                rotation_scale(robot, odometry.known("yaw_gain")), robot.sensors.rotation_scale, 0.1, 10);
+                rotation_scale(robot, odometry.observable_value("yaw_scale")), robot.sensors.rotation_scale,
+                0.1, 10);
   estimates.add("dynamics.lateral_slip_s", "lateral velocity per speed and yaw rate [s]",
-                odometry.known("side_slip_s"), robot.dynamics.lateral_slip_s, -1, 1);
+                odometry.observable_value("side_slip_s"), robot.dynamics.lateral_slip_s, -1, 1);
 }
 
 std::string camera_settings(const BlurFit& fit) {
@@ -268,7 +269,7 @@ std::string to_text(const WorldFromRecordingReport& report, const fs::path& fold
       fmt::format("{}: {} tags, {} of {} points\n", folder.string(), report.world.tags.tags.size(),
                   report.world.path_closed ? "a closed line" : "an open line", report.world.path_m.size());
   for (const RecordedQuantity& quantity : report.quantities)
-    text += fmt::format("{:<46}{:>12}\n", quantity.words,
+    text += fmt::format("{:<46}{:>12}\n", quantity.text,
                         quantity.value ? fmt::format("{:.4g}", *quantity.value) : "not determined");
   const bool camera = std::ranges::find(report.files, "camera.yaml") != report.files.end();
   const auto file = [&](const char* name) { return shell_word((folder / name).string()); };

@@ -38,7 +38,7 @@ struct WorldFromRecordingJob {
 struct RecordedQuantity {
   /// "simulation.tag_camera.max_range_m" in robot.yaml, "camera.exposure_ms" in camera.yaml.
   std::string key{};
-  std::string words{};            ///< description with unit
+  std::string text{};             ///< description with unit
   std::optional<double> value{};  ///< nothing: not determined by the recording
 };
 

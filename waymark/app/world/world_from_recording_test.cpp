@@ -28,7 +28,7 @@ void set_hidden_values(SimulatedRobotOptions& robot) {
   robot.camera_rate_hz = 12;
   robot.camera_latency_s = 0.07;
   robot.odometry_rate_hz = 30;
-  robot.dynamics.yaw_gain = 0.6;
+  robot.dynamics.turn_gain = 0.6;
   robot.sensors.left_wheel_scale = 0.95;
   robot.sensors.right_wheel_scale = 0.95;
   robot.sensors.gyro_noise_rad_s = 0.012;
@@ -68,7 +68,7 @@ TEST_F(WorldOfADrivenLap, EstimatesHiddenRobotOptionsWithinTwentyPercent) {
       {"camera rate", {found.camera_rate_hz, hidden.camera_rate_hz}},
       {"latency", {found.camera_latency_s, hidden.camera_latency_s}},
       {"odometry rate", {found.odometry_rate_hz, hidden.odometry_rate_hz}},
-      {"turn response", {found.dynamics.yaw_gain, hidden.dynamics.yaw_gain}},
+      {"turn response", {found.dynamics.turn_gain, hidden.dynamics.turn_gain}},
       {"gyro noise", {found.sensors.gyro_noise_rad_s, hidden.sensors.gyro_noise_rad_s}},
       {"corner noise", {found.tag_camera.corner_sigma_px, hidden.tag_camera.corner_sigma_px}},
       {"missed tags", {found.tag_camera.miss_probability, hidden.tag_camera.miss_probability}},

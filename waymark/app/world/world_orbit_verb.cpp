@@ -32,7 +32,7 @@ ExitCode validate_frames(const OrbitArgs& args, Console& console) {
   console.print(args.json ? json_line(fields(WorldOrbit{world.name, *report})) : to_text(*report, world));
   if (!args.output.empty()) {
     if (status = write_orbit(args.output, world, *report); !status) {
-      console.say(status.error());
+      console.note(status.error());
       return ExitCode::SomeFailed;
     }
   }

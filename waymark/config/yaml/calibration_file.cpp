@@ -105,7 +105,7 @@ const std::vector<std::string>& calibration_names() {
                                                  "mounting_pitch_rad",
                                                  "mounting_yaw_rad",
                                                  "odometry_scale",
-                                                 "yaw_gain",
+                                                 "yaw_scale",
                                                  "yaw_noise_rad_sqrt_m",
                                                  "gyro_gain",
                                                  "gyro_bias_rad_s",
@@ -204,7 +204,7 @@ Eigen::VectorXd intrinsics_sigma(const CameraModel& camera, const Calibration& c
 SE3 calibrated_mounting(const SE3& base_T_cam, const Calibration& calibration) {
   const CameraMounting mounting = camera_mounting(base_T_cam);
   const auto known = [&](const char* name, double otherwise) {
-    return calibration.known(name).value_or(otherwise);
+    return calibration.observable_value(name).value_or(otherwise);
   };
   return base_T_camera({.x_m = known("mounting_x_m", mounting.x_m),
                         .y_m = known("mounting_y_m", mounting.y_m),

@@ -31,9 +31,9 @@ TEST(CalibrationFile, ReadsBackWhatItWrote) {
   EXPECT_EQ(read->values, written.values);
   EXPECT_EQ(read->camera, written.camera);
   EXPECT_EQ(read->provenance, written.provenance);
-  EXPECT_EQ(read->known("mounting_y_m"), -0.027);
-  EXPECT_FALSE(read->known("odometry_scale"));
-  EXPECT_FALSE(read->known("yaw_gain"));
+  EXPECT_EQ(read->observable_value("mounting_y_m"), -0.027);
+  EXPECT_FALSE(read->observable_value("odometry_scale"));
+  EXPECT_FALSE(read->observable_value("yaw_scale"));
   const auto camera = parse_camera(to_yaml(written), "calibration.yaml");
   ASSERT_TRUE(camera) << to_string(camera.error());
   EXPECT_EQ(camera->camera, written.camera);
@@ -47,23 +47,23 @@ TEST(CalibrationFile, ReportsThePlaceOfErrors) {
   const std::string head = "format: waymark-calibration-1\n";
   EXPECT_NE(error("tags: []\n").find("c.yaml"), std::string::npos);
   EXPECT_NE(error("format: waymark-calibration-9\n").find("c.yaml:1 (format)"), std::string::npos);
-  EXPECT_NE(error(head + "values: {yaw_gian: {value: 1, sigma: 1, verdict: known}}\n").find("'yaw_gain'"),
+  EXPECT_NE(error(head + "values: {yaw_sclae: {value: 1, sigma: 1, verdict: known}}\n").find("'yaw_scale'"),
             std::string::npos);
-  EXPECT_NE(error(head + "values: {yaw_gain: {value: 1, sigma: -1, verdict: known}}\n")
-                .find("(values.yaw_gain.sigma)"),
+  EXPECT_NE(error(head + "values: {yaw_scale: {value: 1, sigma: -1, verdict: known}}\n")
+                .find("(values.yaw_scale.sigma)"),
             std::string::npos);
-  EXPECT_NE(error(head + "values: {yaw_gain: {value: 1, verdict: known}}\n").find("sigma"),
+  EXPECT_NE(error(head + "values: {yaw_scale: {value: 1, verdict: known}}\n").find("sigma"),
             std::string::npos);
-  EXPECT_NE(error(head + "values: {yaw_gain: {value: .nan, sigma: 1, verdict: known}}\n").find("finite"),
+  EXPECT_NE(error(head + "values: {yaw_scale: {value: .nan, sigma: 1, verdict: known}}\n").find("finite"),
             std::string::npos);
-  EXPECT_NE(error(head + "values: {yaw_gain: {value: 1, sigma: 1, verdict: maybe}}\n").find("'maybe'"),
+  EXPECT_NE(error(head + "values: {yaw_scale: {value: 1, sigma: 1, verdict: maybe}}\n").find("'maybe'"),
             std::string::npos);
   EXPECT_EQ(error(head), "read");
 }
 
 TEST(CalibrationFile, RejectsNonFiniteNumbers) {
   Calibration calibration;
-  calibration.values["yaw_gain"] = {.value = std::nan("")};
+  calibration.values["yaw_scale"] = {.value = std::nan("")};
   EXPECT_FALSE(write_calibration("/dev/null", calibration));
   calibration.values.clear();
   calibration.values["yaw"] = {.value = 1};

@@ -41,9 +41,10 @@ HeldPad::Poll HeldPad::poll(SensorTime now) {
   auto state = pad_->poll(now);
   found.there = state.has_value();
   if (there_ && !found.there)
-    found.words.emplace_back("the gamepad was unplugged: the robot is stopped until it is plugged in again");
+    found.messages.emplace_back(
+        "the gamepad was unplugged: the robot is stopped until it is plugged in again");
   if (!there_ && found.there) {
-    found.words.emplace_back(
+    found.messages.emplace_back(
         "the gamepad is connected again: release the left shoulder button once, then hold it to drive");
     shown_.reset();
     let_go_ = false;
@@ -96,14 +97,14 @@ Result<DriverDecision> PadLapDriver::drive(Duration /*uptime*/, SensorTime now) 
   return DriverDecision{.command = command.value_or(VelocityCommand{}),
                         .done = !command,
                         .pad = held.there ? std::optional(std::move(held.state)) : std::nullopt,
-                        .words = std::move(held.words)};
+                        .messages = std::move(held.messages)};
 }
 
 Result<OperatorRequest> PadInput::read(Duration uptime, SensorTime now, OperatorState state) {
   constexpr Duration kRepeatPause = std::chrono::milliseconds(400);  // two presses within 0.3 s count as one
   HeldPad::Poll held = pad_.poll(now);
   pad_.show(signal_of(state));
-  OperatorRequest request{.words = std::move(held.words)};
+  OperatorRequest request{.messages = std::move(held.messages)};
   driver_.add(held.state);
   if (const auto event = events_.add(held.state)) request.events.push_back(*event);
   const bool asks = !held.there && state == OperatorState::Replaying;

@@ -72,7 +72,7 @@ class HeldPad {
   struct Poll {
     GamepadState state{};
     bool there = true;
-    std::vector<std::string> words{};  ///< messages about disconnection and reconnection
+    std::vector<std::string> messages{};  ///< messages about disconnection and reconnection
   };
 
   /// `dead_man_button`: its number as in gamepad.hpp.

@@ -153,14 +153,14 @@ TEST_F(Pad, UnpluggingStopsTheRobotUntilTheButtonIsReleasedOnce) {
   EXPECT_EQ(gone->command, VelocityCommand{});
   EXPECT_FALSE(gone->pad);
   EXPECT_FALSE(gone->done);
-  ASSERT_EQ(gone->words.size(), 1U);
-  testing::expect_on_page("inputs", gone->words[0]);
-  EXPECT_TRUE(driver.drive({}, at(100))->words.empty()) << "reported once";
+  ASSERT_EQ(gone->messages.size(), 1U);
+  testing::expect_on_page("inputs", gone->messages[0]);
+  EXPECT_TRUE(driver.drive({}, at(100))->messages.empty()) << "reported once";
 
   state_.buttons = held;  // plugged in with the shoulder button held
   const auto back = driver.drive({}, at(150));
-  ASSERT_EQ(back->words.size(), 1U);
-  testing::expect_on_page("inputs", back->words[0]);
+  ASSERT_EQ(back->messages.size(), 1U);
+  testing::expect_on_page("inputs", back->messages[0]);
   EXPECT_EQ(back->command, VelocityCommand{}) << "the shoulder button was not released yet";
   state_.buttons[kLeftShoulder] = 0;
   (void)driver.drive({}, at(200));
@@ -177,7 +177,7 @@ TEST_F(Pad, UnpluggingPausesAReplay) {
   state_.buttons.clear();
   const OperatorRequest gone = read(50, OperatorState::Replaying);
   EXPECT_EQ(gone.events, std::vector<E>{E::Go}) << "pauses the replay";
-  EXPECT_EQ(gone.words.size(), 1U);
+  EXPECT_EQ(gone.messages.size(), 1U);
   EXPECT_TRUE(read(100, OperatorState::Replaying).events.empty()) << "a second press within 0.3 s is ignored";
   EXPECT_EQ(read(500, OperatorState::Replaying).events, std::vector<E>{E::Go}) << "the replay still drives";
   EXPECT_TRUE(read(1000, OperatorState::Paused).events.empty()) << "the replay does not resume by itself";

@@ -75,9 +75,9 @@ TEST_F(Lines, InvalidLinesAreReportedAndMoveNothing) {
                            "drive 0.3,0", "GO", "go now"}) {
     send(std::string(line) + "\n");
     const auto request = input.read(seconds(1), {}, S::Teaching);
-    ASSERT_EQ(request->words.size(), 1U) << line;
-    EXPECT_NE(request->words[0].find(line), std::string::npos);
-    testing::expect_on_page("inputs", request->words[0]);
+    ASSERT_EQ(request->messages.size(), 1U) << line;
+    EXPECT_NE(request->messages[0].find(line), std::string::npos);
+    testing::expect_on_page("inputs", request->messages[0]);
     EXPECT_EQ(request->command, VelocityCommand{}) << line;
     EXPECT_TRUE(request->events.empty()) << line;
   }

@@ -16,7 +16,7 @@ TerminalSettings terminal_settings(int descriptor) {
   return settings;
 }
 
-void put_back(const TerminalSettings& settings) {
+void restore_terminal(const TerminalSettings& settings) {
   if (settings.is_terminal && tcgetpgrp(settings.descriptor) == getpgrp())
     tcsetattr(settings.descriptor, TCSANOW, &settings.before);
 }

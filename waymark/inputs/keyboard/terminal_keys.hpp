@@ -18,7 +18,7 @@ struct TerminalSettings {
 [[nodiscard]] TerminalSettings terminal_settings(int descriptor);
 
 /// Restores the settings, except for a program in the background. May be called by a signal handler.
-void put_back(const TerminalSettings& settings);
+void restore_terminal(const TerminalSettings& settings);
 
 /// A terminal in raw mode: keys arrive immediately and are not echoed; Ctrl-C works as usual. The destructor
 /// restores the settings.

@@ -54,7 +54,7 @@ std::vector<TargetView> usable_views(const std::vector<TargetView>& views) {
 }
 
 /// Copies fitted views back to their positions.
-void put_back(const std::vector<TargetView>& fitted, std::vector<TargetView>& views) {
+void restore_frames(const std::vector<TargetView>& fitted, std::vector<TargetView>& views) {
   std::size_t next = 0;
   for (TargetView& view : views)
     if (usable(view)) view = fitted[next++];
@@ -115,14 +115,14 @@ Result<IntrinsicsFit> fit_all(Search& search, double gate_sigma) {
   };
   auto fit = fit_in_stages(views, search.parameters, search.fit);
   if (!fit) return failed();
-  put_back(views, search.views);
+  restore_frames(views, search.views);
   auto camera = camera_of(search.fit.lens, fit->parameters, search.fit.width_px, search.fit.height_px);
   if (!camera) return tl::unexpected(camera.error());
   find_better_poses(search, {search.fit.lens, fit->parameters, *camera});
   views = usable_views(search.views);
   fit = fit_intrinsics(views, fit->parameters, search.fit);
   if (!fit) return failed();
-  put_back(views, search.views);
+  restore_frames(views, search.views);
   camera = camera_of(search.fit.lens, fit->parameters, search.fit.width_px, search.fit.height_px);
   if (!camera) return tl::unexpected(camera.error());
   exclude_outliers(search.views, *camera, gate_sigma);
@@ -132,7 +132,7 @@ Result<IntrinsicsFit> fit_all(Search& search, double gate_sigma) {
   if (views.size() < kMinUsableViews) return failed();
   fit = fit_intrinsics(views, fit->parameters, whole);
   if (!fit || fit->information.size() == 0) return failed();
-  put_back(views, search.views);
+  restore_frames(views, search.views);
   search.parameters = fit->parameters;
   return *fit;
 }

@@ -18,7 +18,7 @@ constexpr const char* kUnsteady = "Drive at two speeds, and change speed with ta
 
 /// Standard deviations below which a parameter is usable.
 struct Worth {
-  double metres = 0.01, radians = 0.01, scale = 0.01, slip_s = 0.03, camera_latency_s = 0.01,
+  double metres = 0.01, radians = 0.01, scale = 0.01, lateral_slip_s = 0.03, camera_latency_s = 0.01,
          bias_rad_s = 0.002;
   double focal_share = 0.005;
 };
@@ -60,8 +60,8 @@ Calibration calibration_of(const LapInput& lap, const MountingEstimate& found) {
   values.add("mounting_pitch_rad", camera.pitch_rad, found.sigma[4], worth.radians, kStraight);
   values.add("mounting_yaw_rad", camera.yaw_rad, found.sigma[5], worth.radians, kStraight);
   values.add("odometry_scale", scales.distance, sigma.distance, worth.scale, kStraight);
-  values.add("yaw_gain", scales.yaw, sigma.yaw, worth.scale, kTurns);
-  values.add("side_slip_s", scales.slip_s, sigma.slip_s, worth.slip_s, kSpeeds);
+  values.add("yaw_scale", scales.yaw, sigma.yaw, worth.scale, kTurns);
+  values.add("side_slip_s", scales.lateral_slip_s, sigma.lateral_slip_s, worth.lateral_slip_s, kSpeeds);
   values.add("camera_latency_s", scales.camera_latency_s, sigma.camera_latency_s, worth.camera_latency_s,
              kUnsteady);
   values.add("turn_lead_s", scales.turn_lead_s, sigma.turn_lead_s, worth.camera_latency_s, kTurns);
@@ -70,7 +70,7 @@ Calibration calibration_of(const LapInput& lap, const MountingEstimate& found) {
   if (found.focal_scale_sigma > 0)
     values.add("focal_scale", focal_scale(found.camera, lap.camera), found.focal_scale_sigma,
                worth.focal_share, kStraight);
-  if (calibration.known("focal_scale")) calibration.camera = found.camera;
+  if (calibration.observable_value("focal_scale")) calibration.camera = found.camera;
   return calibration;
 }
 

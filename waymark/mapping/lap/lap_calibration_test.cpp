@@ -31,7 +31,7 @@ TEST(LapCalibration, EveryParameterHasASigmaAndAdviceIfUnobservable) {
   const auto& values = found->calibration.values;
   const std::set<std::string> names = {
       "mounting_x_m",           "mounting_y_m", "mounting_roll_rad", "mounting_pitch_rad", "mounting_yaw_rad",
-      "odometry_scale",         "yaw_gain",     "side_slip_s",       "camera_latency_s",   "turn_lead_s",
+      "odometry_scale",         "yaw_scale",    "side_slip_s",       "camera_latency_s",   "turn_lead_s",
       "odometry_yaw_bias_rad_s"};
   for (const std::string& name : names) ASSERT_TRUE(values.contains(name)) << name;
   EXPECT_EQ(values.size(), names.size());

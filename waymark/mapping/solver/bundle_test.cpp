@@ -230,9 +230,9 @@ TEST(Bundle, TurnNoiseDoesNotBiasScalesTowardsZero) {
   const OdometryScales& found = bundle.odometry_scales[0].value;
   const auto spread = OdometryScales::of(covariance(bundle).scales[0].diagonal().cwiseSqrt());
   EXPECT_NEAR(found.yaw, kYaw, 3 * spread.yaw);
-  EXPECT_NEAR(found.slip_s, kSlip_s, 3 * spread.slip_s);
+  EXPECT_NEAR(found.lateral_slip_s, kSlip_s, 3 * spread.lateral_slip_s);
   EXPECT_LT(spread.yaw, 0.02);
-  EXPECT_LT(spread.slip_s, 0.005);
+  EXPECT_LT(spread.lateral_slip_s, 0.005);
 }
 
 TEST(Bundle, AnEmptyOrStoppedSearchIsNotUsable) {

@@ -29,7 +29,7 @@ class GazeboBridgeTest : public Test {
     return give(GazeboKind::Odometry, Odometry{.stamp = at_ms(ms), .odom_T_base = SE2(x_m, 0, 0)});
   }
   Sample read(const std::string& line) { return lines_.read(line); }
-  std::string words() { return test::words_of(bridge_); }
+  std::string words() { return test::reports_of(bridge_); }
 
   GazeboProfile profile_ = find_gazebo_profile("limo").value();
   RobotDescription robot_ = read_robot(find_shared("robots", "limo-gazebo").value()).value();

@@ -36,7 +36,7 @@ void CommandGate::report_errors(std::uint16_t errors) {
   reported_errors_ = errors;
 }
 
-void CommandGate::hear(const LimoMotion& motion, Duration now) {
+void CommandGate::receive(const LimoMotion& motion, Duration now) {
   constexpr double kMaxStationarySpeed = 0.02;  // m/s and rad/s
   stationary_ = std::abs(motion.speed_m_s) < kMaxStationarySpeed &&
                 std::abs(motion.yaw_rate_rad_s) < kMaxStationarySpeed;
@@ -45,7 +45,7 @@ void CommandGate::hear(const LimoMotion& motion, Duration now) {
   silent_ = false;
 }
 
-void CommandGate::hear(const LimoState& state, Duration /*now*/) {
+void CommandGate::receive(const LimoState& state, Duration /*now*/) {
   // One of 256 damaged frames has the right checksum, so a new state is accepted only after two equal frames.
   const bool accepted = (state_ && same(*state_, state)) || (unconfirmed_ && same(*unconfirmed_, state));
   unconfirmed_ = state;

@@ -21,8 +21,8 @@ class CommandGate {
   /// `file`: the drive of the robot file.
   explicit CommandGate(LimoDrive file) : file_(file) {}
 
-  void hear(const LimoMotion& motion, Duration now);
-  void hear(const LimoState& state, Duration now);
+  void receive(const LimoMotion& motion, Duration now);
+  void receive(const LimoState& state, Duration now);
 
   /// The command to send now: `asked` or zero.
   [[nodiscard]] VelocityCommand pass(const VelocityCommand& asked, Duration now);

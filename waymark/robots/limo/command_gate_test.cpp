@@ -24,8 +24,8 @@ class Gate {
 
   VelocityCommand step(const VelocityCommand& asked) {
     now += milliseconds(20);
-    gate.hear(state, now);
-    if (speaks) gate.hear(LimoMotion{.speed_m_s = speed_m_s}, now);
+    gate.receive(state, now);
+    if (speaks) gate.receive(LimoMotion{.speed_m_s = speed_m_s}, now);
     return gate.pass(asked, now);
   }
   VelocityCommand steps(int count, const VelocityCommand& asked) {

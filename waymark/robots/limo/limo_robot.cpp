@@ -113,9 +113,9 @@ class LimoRobot final : public WireLoop {
       const std::scoped_lock lock(mutex_);
       const auto id = static_cast<LimoId>(frame.id);
       if (id == LimoId::State)
-        if (const auto state = decode_state(frame)) gate_.hear(*state, arrived);
+        if (const auto state = decode_state(frame)) gate_.receive(*state, arrived);
       if (id == LimoId::MotionFeedback)
-        if (const auto motion = decode_motion(frame)) gate_.hear(*motion, arrived);
+        if (const auto motion = decode_motion(frame)) gate_.receive(*motion, arrived);
       drive = gate_.drive();
     }
     for (const Sample& sample : bridge_.receive(frame, drive, arrived, lost))

@@ -45,7 +45,7 @@ class LogPublisher {
   /// Topics of velocity commands that were not published.
   [[nodiscard]] const std::set<std::string>& left_out() const { return omitted_; }
   /// Skipped topics: not of ROS, or damaged.
-  [[nodiscard]] const std::set<std::string>& passed_over() const { return skipped_; }
+  [[nodiscard]] const std::set<std::string>& skipped_topics() const { return skipped_; }
   /// The reports for the user since the last call: commands of another type than recorded, mismatched
   /// subscriptions.
   [[nodiscard]] std::vector<std::string> take_reports();

@@ -35,7 +35,7 @@ class Bridge : public ::testing::Test {
                 milliseconds(ms));
   }
   Sample read(const std::string& line) { return lines_.read(line); }
-  std::string words() { return test::words_of(bridge_); }
+  std::string words() { return test::reports_of(bridge_); }
 
   RobotBridge bridge_{find_ros2_profile("limo").value(), limo()};
   test::RobotLines lines_;
@@ -297,7 +297,7 @@ TEST(BridgeFrames, TakeTheBaseFromOdometryUnlessTheProfileNamesIt) {
   const ros2::TFMessage tf{
       {ros2::to_ros_transform(stamp_ms(0), "r1/base_footprint", "r1/eye", SE3({}, {5, 0, 0}))}};
   send(bridge, "/tf_static", tf);
-  EXPECT_NE(test::words_of(bridge).find(" mm and "), std::string::npos);
+  EXPECT_NE(test::reports_of(bridge).find(" mm and "), std::string::npos);
 }
 
 TEST(BridgeFrames, RejectACycleOfTransforms) {
@@ -311,7 +311,7 @@ TEST(BridgeFrames, RejectACycleOfTransforms) {
   circle.transforms.push_back(
       ros2::to_ros_transform(stamp_ms(0), "camera_color_optical_frame", "base_link", SE3({}, {1, 2, 3})));
   send(bridge, "/tf_static", circle);
-  const std::string reports = test::words_of(bridge);
+  const std::string reports = test::reports_of(bridge);
   EXPECT_EQ(reports.find(" mm and "), std::string::npos) << reports;
   testing::expect_on_page("robots", reports);
 }

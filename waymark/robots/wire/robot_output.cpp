@@ -15,7 +15,7 @@ void RobotOutput::report(const std::string& text) {
   if (greeted_)
     write({to_line(RobotLog{text})});
   else
-    wire_.say(text);
+    wire_.note(text);
 }
 
 void RobotOutput::report_once(const std::string& text) {

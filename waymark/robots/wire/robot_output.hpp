@@ -10,7 +10,7 @@
 namespace waymark {
 
 /// Output of a robot process (docs/formats/robot-process.md): lines, and messages for the user. Messages
-/// before the hello go to `wire.say`, later ones are log lines.
+/// before the hello go to `wire.note`, later ones are log lines.
 class RobotOutput {
  public:
   /// `wire` outlives this.

@@ -22,7 +22,7 @@ TEST(RobotOutput, MessagesGoToTheUserUntilTheHelloAndAreLogLinesAfterIt) {
                              sent.push_back(line);
                              return reads;
                            },
-                       .say = [&](const std::string& text) { shown.push_back(text); }};
+                       .note = [&](const std::string& text) { shown.push_back(text); }};
   RobotOutput output(wire);
   output.report("no odometry yet");
   EXPECT_THAT(shown, ElementsAre("no odometry yet"));

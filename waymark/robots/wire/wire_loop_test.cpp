@@ -52,7 +52,7 @@ struct FakeWire {
                        lines.push_back(line);
                        return reads;
                      },
-                 .say = [this](const std::string& text) { shown.push_back(text); }};
+                 .note = [this](const std::string& text) { shown.push_back(text); }};
 };
 
 /// A robot that sends from `sends_after` on; each turn takes 50 ms of the fake clock.

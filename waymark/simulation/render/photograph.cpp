@@ -12,7 +12,7 @@
 #include "waymark/base/angles.hpp"
 #include "waymark/base/message_text.hpp"
 #include "waymark/samples/visibility.hpp"
-#include "waymark/simulation/render/pattern_light.hpp"
+#include "waymark/simulation/render/pattern_radiance.hpp"
 
 namespace waymark::photo {
 namespace {

@@ -17,7 +17,7 @@ struct DynamicsOptions {
   double speed_lag_s = 0.12;
   double yaw_rate_lag_s = 0.10;
   double command_delay_s = 0.04;
-  double yaw_gain = 0.85;
+  double turn_gain = 0.85;
   double lateral_slip_s = -0.03;
   double slip_noise_m_s = 0.01;
   double slip_time_s = 0.05;
@@ -32,9 +32,9 @@ struct DynamicsOptions {
     visit(self.speed_lag_s, Field{"speed_lag_s", "Time constant of the drive motors.", 0, 10});
     visit(self.yaw_rate_lag_s, Field{"yaw_rate_lag_s", "Time constant of the yaw rate.", 0, 10});
     visit(self.command_delay_s, Field{"command_delay_s", "Delay from a command to the motors.", 0, 2});
-    visit(self.yaw_gain,
-          Field{"yaw_gain", "Turn response gain: true over commanded yaw rate of a skid-steered robot.", 0.05,
-                2});
+    visit(self.turn_gain,
+          Field{"turn_gain", "Turn response gain: true over commanded yaw rate of a skid-steered robot.",
+                0.05, 2});
     visit(self.lateral_slip_s,
           Field{"lateral_slip_s",
                 "Lateral slip: lateral velocity per speed and yaw rate; negative: outwards in a curve.", -1,
@@ -83,7 +83,7 @@ class RobotDynamics {
   [[nodiscard]] double acceleration_m_s2() const { return acceleration_m_s2_; }
   /// Yaw rate of the body, including the turn response gain.
   [[nodiscard]] double yaw_rate_rad_s() const {
-    return grip_.held ? 0.0 : options_.yaw_gain * grip_.yaw_share * wheel_yaw_rate_rad_s_;
+    return grip_.held ? 0.0 : options_.turn_gain * grip_.yaw_share * wheel_yaw_rate_rad_s_;
   }
   /// Angle of the front wheels, positive to the left; 0 without steering.
   [[nodiscard]] double steering_rad() const { return steering_rad_; }

@@ -25,7 +25,7 @@ DynamicsOptions exact() {
   return {.speed_lag_s = 0,
           .yaw_rate_lag_s = 0,
           .command_delay_s = 0,
-          .yaw_gain = 1,
+          .turn_gain = 1,
           .lateral_slip_s = 0,
           .slip_noise_m_s = 0};
 }
@@ -44,7 +44,7 @@ TEST(Dynamics, APerfectRobotDrivesACircle) {
 TEST(Dynamics, CommandsActAfterTheDelayWithTheTurnResponseGain) {
   DynamicsOptions options = exact();
   options.command_delay_s = 0.1;
-  options.yaw_gain = 0.8;
+  options.turn_gain = 0.8;
   RobotDynamics robot(small_robot(), options, SE2(), Random(1));
   for (int i = 0; i < 20; ++i) robot.step({0, 1.0}, kStep);
   EXPECT_EQ(robot.yaw_rate_rad_s(), 0);

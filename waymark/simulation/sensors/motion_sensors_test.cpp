@@ -31,7 +31,7 @@ DynamicsOptions exact() {
   return {.speed_lag_s = 0,
           .yaw_rate_lag_s = 0,
           .command_delay_s = 0,
-          .yaw_gain = 1,
+          .turn_gain = 1,
           .lateral_slip_s = 0,
           .slip_noise_m_s = 0};
 }

@@ -1,4 +1,4 @@
-#include "waymark/simulation/render/pattern_light.hpp"
+#include "waymark/simulation/render/pattern_radiance.hpp"
 
 #include <algorithm>
 #include <array>
