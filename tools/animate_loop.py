@@ -1,10 +1,10 @@
 #!/usr/bin/python3
-"""Draws the animated picture of README.md: a lap taught, mapped and replayed, from the files of one `waymark demo`.
+"""Draws the animation of README.md: a lap taught, mapped and replayed, from the files of one `waymark demo`.
 
 usage: tools/animate_loop.py PROGRAM DEMO_FOLDER OUT.svg      DEMO_FOLDER: has lap.mcap, map/ and replay.mcap
 
 The taught lap is drawn by odometry as the robot drives it, turns into the optimised trajectory, and the replayed lap (ground truth of the
-simulator) is drawn over it. The picture is SVG with SMIL animation and needs no script.
+simulator) is drawn over it. The animation is SVG with SMIL and needs no script.
 """
 import math
 import pathlib
@@ -14,7 +14,7 @@ import sys
 import tempfile
 
 POINTS = 160  # of each drawn path
-TEACH, MAP, REPLAY, REST = 5.0, 1.5, 5.0, 1.5  # seconds of the picture
+TEACH, MAP, REPLAY, REST = 5.0, 1.5, 5.0, 1.5  # seconds of the animation
 TOTAL = TEACH + MAP + REPLAY + REST
 BLUE, ORANGE, GREEN, GREY = "#2a6fdb", "#d9822b", "#1a8f4c", "#8a8f98"
 
@@ -37,13 +37,13 @@ def read_tum(path):
 
 
 def resampled(rows):
-    """POINTS rows, evenly in time."""
+    """POINTS rows, evenly spaced in time."""
     step = (len(rows) - 1) / (POINTS - 1)
     return [rows[round(i * step)] for i in range(POINTS)]
 
 
 def placed(rows, start):
-    """Odometry begins anywhere: rows moved so that the first one is `start`."""
+    """Rows of odometry, which may start at any pose, transformed so that the first one is `start`."""
     _, x0, y0, a0 = rows[0]
     _, x1, y1, a1 = start
     c, s = math.cos(a1 - a0), math.sin(a1 - a0)
@@ -62,7 +62,7 @@ def tags(map_file):
 
 
 class Page:
-    """Metres of the map, x right and y up, to units of the picture."""
+    """Converts metres of the map, x right and y up, to units of the image."""
 
     def __init__(self, points, width=760, margin=34):
         xs, ys = [p[0] for p in points], [p[1] for p in points]
@@ -87,7 +87,7 @@ def animate(attribute, values, seconds):
 
 
 def trail(page, rows, colour, begin, end, more="", dash=""):
-    """A path that is drawn from begin to end and stays."""
+    """A path that is drawn from begin to end and remains visible."""
     d = page.path(rows)
     values, seconds = ([1, 1, 0, 0], [0, begin, end, TOTAL]) if begin > 0 else ([1, 0, 0], [0, end, TOTAL])
     return (f'<path d="{d}" pathLength="1" stroke-dasharray="1" fill="none" stroke="{colour}" stroke-width="3" {dash}>'
@@ -122,7 +122,7 @@ def caption(text, begin, end):
 
 
 def first_near(rows, x, y, reach_m=2.5):
-    """When (0 to 1) a robot on rows first has a place before it and within reach."""
+    """The first time (0 to 1) at which a robot on rows has a place in front of it and within reach."""
     for i, (_, rx, ry, yaw) in enumerate(rows):
         ahead = math.atan2(y - ry, x - rx) - yaw
         if math.hypot(x - rx, y - ry) < reach_m and abs(math.remainder(ahead, 2 * math.pi)) < 0.6:

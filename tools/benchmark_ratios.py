@@ -1,11 +1,11 @@
 #!/usr/bin/python3
-"""Runs the benchmarks of a build and prints how long ours takes relative to each peer, measured in the same run.
+"""Runs the benchmarks of a build and prints the time of our code relative to each peer, measured in the same run.
 
 usage: tools/benchmark_ratios.py FOLDER [--filter REGEX] [--repetitions N]
 
-FOLDER holds the programs (*_benchmark), e.g. build/release/benchmarks. Benchmarks are called TOPIC/ours/CASE and
-TOPIC/peer:NAME/CASE; their repetitions are interleaved, and the fastest of each (CPU time) counts, so that other load on
-the machine does little. A ratio below 1 means that ours is faster. LIMITS contains the limits; exit code 1 if one is exceeded.
+FOLDER contains the programs (*_benchmark), e.g. build/release/benchmarks. Benchmarks are named TOPIC/ours/CASE and
+TOPIC/peer:NAME/CASE; their repetitions are interleaved, and the fastest of each (CPU time) is used, so that other load on
+the machine has little influence. A ratio below 1 means that our code is faster. Exit code 1 if a limit in LIMITS is exceeded.
 """
 import argparse
 import json
@@ -25,7 +25,7 @@ TO_MILLISECONDS = {"ns": 1e-6, "us": 1e-3, "ms": 1.0, "s": 1e3}
 
 
 def run(program, options):
-    """The fastest CPU time in ms of every benchmark of a program, by name."""
+    """The lowest CPU time in ms of each benchmark of a program, by name."""
     with tempfile.NamedTemporaryFile(suffix=".json") as out:
         subprocess.run(
             [program, f"--benchmark_filter={options.filter}", f"--benchmark_repetitions={options.repetitions}",
@@ -43,7 +43,7 @@ def run(program, options):
 
 
 def compare(fastest):
-    """Rows (topic, case, ms, peer, ratio, limit or None); peer and ratio are None where there is no peer."""
+    """Rows (topic, case, ms, peer, ratio, limit or None); peer and ratio are None if there is no peer."""
     for name, ours_ms in sorted(fastest.items()):
         topic, who, case = (name.split("/", 2) + ["", ""])[:3]
         if who != "ours":

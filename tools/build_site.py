@@ -3,9 +3,9 @@
 
 usage: tools/build_site.py OUTPUT_FOLDER [--without-interactive]
 
-The pages of web/ are built (tools/build_web.sh) and put in where emscripten is installed; without it, or with --without-interactive, the page has a note.
-What the documents link to outside docs/ (examples, READMEs of the rooms) comes with them in the folder source/; a link to a folder becomes plain text.
-Search works without a network. The headers for other programs become pages of Doxygen where it is installed; without it the reference page has a note.
+The pages of web/ are built (tools/build_web.sh) and included if emscripten is installed; without it, or with --without-interactive, the page has a note.
+Linked files outside docs/ (examples, READMEs of the rooms) are included in the folder source/; a link to a folder becomes plain text.
+Search works without a network. Doxygen, if installed, writes pages for the public headers; without it the reference page has a note.
 """
 import importlib
 import importlib.util
@@ -17,7 +17,7 @@ import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-MISSING = 77  # the exit code of what could not be done for want of a program
+MISSING = 77  # exit code if a program is missing
 LINK = re.compile(r"(?<!!)\[([^\]\[]*(?:\[[^\]]*\][^\]\[]*)?)\]\(([^)\s#]*)(#[^)\s]*)?\)")
 IMAGE = re.compile(r"!\[([^\]]*)\]\(([^)\s]+)\)")
 FENCE = re.compile(r"(^```.*?^```[ ]*$|^ {4}[^\n]*$)", re.M | re.S)
@@ -125,7 +125,7 @@ def sections():
 
 
 def put_interactive_pages(docs, wanted):
-    """The pages of web/ beside the documents, and in docs/interactive.md the links to them, or why they are not there."""
+    """Adds the pages of web/ to the documents, and to docs/interactive.md the links to them or the reason why they are missing."""
     outcome = subprocess.run([ROOT / "tools/build_web.sh"], check=False, stdout=subprocess.DEVNULL).returncode if wanted else MISSING
     if outcome not in (0, MISSING):
         raise SystemExit("tools/build_web.sh failed")
@@ -144,7 +144,7 @@ def public_headers():
 
 
 def put_cpp_reference(docs):
-    """The public headers as pages of Doxygen in docs/cpp/, and in docs/reference/cpp.md the link to them, or why they are not there."""
+    """Adds Doxygen's pages of the public headers in docs/cpp/, and to docs/reference/cpp.md their link or the reason why they are missing."""
     page, words = docs / "reference/cpp.md", "They are not in this copy of the site, which was built without doxygen.\n"
     if shutil.which("doxygen"):
         headers = " ".join(f'"{ROOT / header}"' for header in public_headers())

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Packs a built Python package as a wheel, by setuptools and without a network.
+"""Packs a built Python package as a wheel, with setuptools and without a network.
 
 usage: tools/build_wheel.py BUILD_FOLDER OUTPUT_FOLDER     e.g. tools/build_wheel.py build/release wheels
 """

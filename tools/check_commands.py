@@ -1,15 +1,15 @@
 #!/usr/bin/python3
-"""Runs every command that README.md and docs/ show, so that none of them goes stale.
+"""Runs every command in README.md and docs/, so that none of them becomes outdated.
 
 Commands are the lines of blocks fenced as ```sh, ```bash or ```console (there: the lines that start with "$ "). A block
-that is not to be run is fenced as ```text. All blocks of one document run in order in one scratch folder, which starts with
+that must not be run is fenced as ```text. All blocks of one document run in order in one scratch folder, which initially contains
 photograph.png, truth.csv and the folder photos/ (tests/cli/pictures.py). Commands may start with
   waymark …             run in the scratch folder
-  ./… or tools/…        run in the repository; ./test.sh and ./demo.sh alone are known: continuous integration runs them itself
+  ./… or tools/…        run in the repository; ./test.sh and ./demo.sh without arguments are skipped: continuous integration runs them
   mkdir ls cat head python3     run in the scratch folder
 A block below "<!-- file: NAME -->" is written into the scratch folder under this name before the commands of the document run.
-A document with "<!-- camera: NAME.png -->" has a camera /dev/video0 that shows the picture (tests/fake_v4l2).
-A command that is meant to fail ends with "# exit N". `waymark view` and what has --view serve until Ctrl-C: they get one once
+A document with "<!-- camera: NAME.png -->" has a camera /dev/video0 that plays the image (tests/fake_v4l2).
+A command that must fail ends with "# exit N". `waymark view` and commands with --view serve until Ctrl-C, which is sent after
 they have printed their address.
 
 usage: tools/check_commands.py PROGRAM [FILE.md ...]     PROGRAM: the built waymark
@@ -38,7 +38,7 @@ SECONDS = 120
 
 
 def commands(text):
-    """(line number, command) for each command; lines joined where they end with a backslash."""
+    """(line number, command) for each command; lines that end with a backslash are joined."""
     for block in FENCE.finditer(text):
         number = text.count("\n", 0, block.start()) + 1
         pending, start = "", 0
@@ -76,7 +76,7 @@ def wait_for_address(process, output):
 
 
 def run(command, scratch, program, variables):
-    """Nothing when the command did what it should, else what went wrong."""
+    """None if the command succeeded, else the error."""
     expected = re.search(r"# exit (\d+)$", command)
     expected = int(expected.group(1)) if expected else 0
     bare = re.sub(r"\s+#.*$", "", command)
@@ -89,7 +89,7 @@ def run(command, scratch, program, variables):
     else:
         return "is not of a kind this check can run; fence the block as ```text"
     if " --view" in bare:
-        expected = 130  # that is how a robot ends that is stopped by Ctrl-C
+        expected = 130  # exit code of a robot that is stopped by Ctrl-C
     path = f"{pathlib.Path(program).resolve().parent}:{os.environ['PATH']}"
     serves = bare.startswith("waymark view") or " --view" in bare
     with tempfile.NamedTemporaryFile() as output:
@@ -111,7 +111,7 @@ def run(command, scratch, program, variables):
 
 
 def camera_in(scratch, program):
-    """The environment in which the picture of the scratch folder is a camera's."""
+    """The environment in which a camera plays the image of the scratch folder."""
     camera = FakeCamera(pathlib.Path(scratch) / ".camera", program)
     camera.play([pictures.scene(320, 240, pictures.SCENE_TAGS)])
     return camera.environment()

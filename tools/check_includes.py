@@ -1,10 +1,10 @@
 #!/usr/bin/python3
-"""What the linker cannot see: headers of rooms that were not linked, and third-party headers where they do not belong.
+"""Finds violations that the linker cannot find: headers of rooms that are not linked, and third-party headers in other rooms.
 
-Reads the table cmake/rooms.txt. Debian puts yaml-cpp, Ceres and others straight into /usr/include, where any file can
-include them unlinked; and all rooms share one include root. So every #include under waymark/ is checked against the table.
+Reads the table cmake/rooms.txt. Debian installs yaml-cpp, Ceres and others in /usr/include, where any file can include them
+without linking; and all rooms share one include root. So every #include under waymark/ is checked against the table.
 
-usage: tools/check_includes.py [ROOT]     prints one line a violation, exit code 1 if there is any
+usage: tools/check_includes.py [ROOT]     prints one line per violation; exit code 1 if there is any
 """
 import pathlib
 import re
@@ -12,7 +12,7 @@ import sys
 
 INCLUDE = re.compile(r'^[ \t]*#\s*include\s*([<"])([^>"]+)[>"]', re.M)
 TEST_HEADERS = {"gtest", "gmock", "rapidcheck", "opencv2", "nlohmann", "Eigen", "fmt", "tests"}
-# C library headers that are included like the standard ones.
+# C library headers that are included like standard headers.
 TOP_LEVEL_THIRD_PARTY = {"zstd.h": "zstd", "lz4.h": "lz4", "lz4frame.h": "lz4", "libdeflate.h": "libdeflate", "bzlib.h": "bzlib", "sqlite3.h": "sqlite3",
                          "jpeglib.h": "jpeglib", "jerror.h": "jpeglib", "turbojpeg.h": "turbojpeg", "png.h": "png",
                          "cairo.h": "cairo", "cairo-svg.h": "cairo", "cairo-pdf.h": "cairo"}
@@ -25,7 +25,7 @@ def read_table(path):
             continue
         name, uses, headers, sources = (part.split() for part in line.split("|"))
         rooms[name[0]] = {"uses": set(uses), "headers": set(headers), "sources": set(headers) | set(sources)}
-    for room in rooms.values():  # rows are in order: what an edge reaches is allowed
+    for room in rooms.values():  # rows are ordered: rooms reached by an edge are allowed
         if "*" in room["uses"]:
             room["reach"] = set(rooms)
             continue
@@ -36,7 +36,7 @@ def read_table(path):
 
 
 def linked_rooms(cmake_lists):
-    """The rooms that a room lists as used, and the rooms that those use."""
+    """The rooms that a room uses, directly or indirectly."""
     match = re.search(r"waymark_room\(\s*[\w/]+([^)]*)\)", cmake_lists.read_text(), re.S)
     words = match.group(1).split() if match else []
     uses, taking = set(), False
@@ -65,7 +65,7 @@ def top_of(header):
 
 
 def room_of(path, rooms):
-    """The room of a file or header, relative to waymark/: its folder, or the one above that is a room."""
+    """The room of a file or header, relative to waymark/: its folder, or the nearest parent that is a room."""
     parts = path.split("/")[:-1]
     while parts and "/".join(parts) not in rooms:
         parts.pop()
@@ -108,12 +108,12 @@ def main():
         name = room_of(path.relative_to(top).as_posix(), rooms)
         if not name:
             continue
-        if name in app and path.name.endswith("_verb.cpp"):  # flags may use all
+        if name in app and path.name.endswith("_verb.cpp"):  # verbs may use all rooms of the program
             name = "app/cli"
         reach = rooms[name]["reach"] if name in app else closure(name, links)
         if name in app and path.name.endswith("_test.cpp"):  # one program
             reach = reach | set().union(*(rooms[other]["reach"] for other in app)) | app
-        brought = set().union(*(rooms[used]["headers"] for used in reach))  # what their headers include comes along
+        brought = set().union(*(rooms[used]["headers"] for used in reach))  # third-party headers that their headers include
         problems.extend(check_file(path, name, rooms, reach, brought))
     print("\n".join(problems) if problems else f"includes of {len(rooms)} rooms are as cmake/rooms.txt allows")
     return 1 if problems else 0

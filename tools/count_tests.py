@@ -6,7 +6,7 @@ import xml.etree.ElementTree
 
 
 def counts(case):
-    """(passed, failed, skipped) of one entry of ctest."""
+    """(passed, failed, skipped) of one ctest entry."""
     output = case.findtext("system-out") or ""
     ran = re.search(r"^\[=+\] (\d+) tests? from .* ran\.", output, re.MULTILINE)
     if case.find("skipped") is not None or case.get("status") in ("notrun", "disabled"):

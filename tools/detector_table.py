@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Writes the tables of docs/results/detection.md from what benchmarks/detector_table.cpp measures.
+"""Writes the tables of docs/results/detection.md from the measurements of benchmarks/detector_table.cpp.
 
 usage: tools/detector_table.py PROGRAM [--data DATA] [--results FILE] [--write docs/results/detection.md]
 
-PROGRAM is the built benchmark detector_table; DATA holds synth-tags/clean and photonvision. It takes minutes. --results keeps what
-it printed, or takes it from there when the file exists. Without --write the tables are printed.
+PROGRAM is the built benchmark detector_table; DATA contains synth-tags/clean and photonvision. It takes minutes. --results stores its
+output, or reads it if the file exists. Without --write the tables are printed.
 """
 import argparse
 import json
@@ -40,7 +40,7 @@ def in_order(rows, key):
 
 
 def recall_table(rows):
-    """Share of the tags found, and below it what was reported that is not there."""
+    """Fraction of the tags that were detected, and below it the number of false positives."""
     rows = [row for row in rows if row["tags"]]
     columns = list(dict.fromkeys((row["set"], row["seed"]) for row in rows))
     named = [name + ("" if seed == SEEDS[0] else f", seed {seed}") for name, seed in columns]
@@ -75,7 +75,7 @@ def time_table(rows):
 
 
 def classes_table(rows, detector):
-    """Tags found in each class of size and tilt of the clean set: this detector's minus AprilTag 3's."""
+    """Tags detected in each class of size and tilt of the clean set, minus those of AprilTag 3."""
     clean = {row["detector"]: row for row in rows if "classes" in row}
     if detector not in clean or BASE not in clean:
         return []

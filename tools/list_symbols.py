@@ -2,7 +2,7 @@
 """Prints the functions that the libraries of a build define for other programs: those declared in the first part of cmake/public_headers.txt.
 
 usage: tools/list_symbols.py BUILD_FOLDER
-One demangled signature a line, sorted, from `nm`. Functions defined in headers are not among them: a program compiles those itself.
+One demangled signature per line, sorted, from `nm`. Functions defined in headers are not included: a program compiles them itself.
 """
 import pathlib
 import re
@@ -22,12 +22,12 @@ def public_text():
 
 
 def called(text):
-    """Names before an opening bracket."""
+    """Names followed by an opening bracket."""
     return set(re.findall(r"(~?\w+)\s*\(", text)) | set(re.findall(r"operator\S+?(?=\()", text))
 
 
 def is_public(signature, known_names, functions, members):
-    """Whether the headers declare a function, or a member of its class, of its name, and name every type of ours among its arguments."""
+    """Whether the headers declare a function or member function of this name, and contain each of our types among its arguments."""
     head = re.sub(r"\[abi:\w+\]", "", re.split(r"[(<]", signature, maxsplit=1)[0]).split("::")
     types = set(re.findall(r"waymark::((?:\w+::)*\w+)", signature[len("::".join(head)):]))
     if "internal" in head or any(part not in known_names for name in types for part in name.split("::")):

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Writes the ctest entries of a GoogleTest program: one for each file with tests, and one more for the tests of a file that have "Threads" in their
-name (label `threads`: what the thread sanitizer has to see).
+name (label `threads`: the tests that run with the thread sanitizer).
 
 An entry is named and labelled after its room: waymark/mapping/lap/chain_test.cpp is `mapping/lap.chain`, label `mapping/lap`; tests/loop_test.cpp is
 `tests.loop`, label `loop`.
@@ -14,7 +14,7 @@ import subprocess
 import sys
 import tempfile
 
-ENVIRONMENT = "RC_PARAMS=seed=20261121"  # rapidcheck prints the seed of a failing property; a fixed one makes every run the same
+ENVIRONMENT = "RC_PARAMS=seed=20261121"  # rapidcheck prints the seed of a failing property; a fixed seed makes runs reproducible
 
 
 def tests_of(command, root, build):

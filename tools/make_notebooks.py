@@ -3,8 +3,8 @@
 
 usage: tools/make_notebooks.py OUTPUT_FOLDER [--solved]     --solved: with the solution before the check. Needs python3-nbformat.
 
-An existing notebook stays as it is. Beside them it writes plant/, the log of a simulated robot that shares nothing with Waymark's
-simulator (tests/plant/generate_log.py).
+An existing notebook is not changed. Also writes plant/, the log of a simulated robot that shares no code with Waymark's simulator
+(tests/plant/generate_log.py).
 """
 import importlib.util
 import pathlib
@@ -65,7 +65,7 @@ def write_whole(path, text):
 
 
 def write_course(output):
-    """The notebooks and the data beside them; gives the exit code."""
+    """Writes the notebooks and their data; returns the exit code."""
     output.mkdir(parents=True, exist_ok=True)
     for lab in sorted(LABS.glob("[0-9]*.py")):
         solution = LABS / "solutions" / lab.name if "--solved" in sys.argv else None

@@ -1,9 +1,9 @@
 #!/usr/bin/python3
-"""Writes what a package holds beside programs: manual pages and changelogs.
+"""Writes the files of a package besides programs: manual pages and changelogs.
 
 usage: tools/make_package_files.py VERSION FOLDER
-FOLDER gets man/waymark.1.gz, man/waymark-VERB.1.gz, man/waymark-watchdog.1.gz from docs/reference/cli.md, which holds what `waymark … --help-all`
-prints; changelog.gz (CHANGELOG.md) and changelog.Debian.gz. The date is that of SOURCE_DATE_EPOCH, and the same input gives the same bytes.
+Writes to FOLDER: man/waymark.1.gz, man/waymark-VERB.1.gz and man/waymark-watchdog.1.gz from docs/reference/cli.md, which contains the output of
+`waymark … --help-all`; changelog.gz (CHANGELOG.md) and changelog.Debian.gz. The date is SOURCE_DATE_EPOCH; the same input gives the same bytes.
 """
 import datetime
 import gzip
@@ -21,12 +21,12 @@ WATCHDOG = ("waymark-watchdog", "Stops a robot whose program has ended, is froze
 
 
 def escaped(text):
-    """Text as roff takes it literally."""
+    """The text escaped for roff."""
     return "\n".join(("\\&" + line if line.startswith((".", "'")) else line) for line in text.replace("\\", "\\e").replace("-", "\\-").split("\n"))
 
 
 def page(name, sentence, body, exit_rows, others, version, date):
-    """One page: `body` is help text in columns, shown as it is."""
+    """One page; `body` is help text in columns, which is not reformatted."""
     title = name.replace(" ", "-")
     parts = [f'.TH {title.upper()} 1 "{date}" "waymark {version}" "User Commands"', ".SH NAME", f"{escaped(title)} \\- {escaped(sentence)}",
              ".SH DESCRIPTION", ".nf", escaped(body.strip("\n")), ".fi"]
@@ -56,7 +56,7 @@ def pages(text, version, date):
 
 
 def debian_changelog(version, when):
-    """The changelog of the package (Debian Policy Manual, section 4.4): one entry that points at the project's."""
+    """The changelog of the package (Debian Policy Manual, section 4.4): one entry that refers to the changelog of the project."""
     date = when.strftime("%a, %d %b %Y %H:%M:%S +0000")
     return (f"waymark ({version}-1) unstable; urgency=medium\n\n  * Release {version}: see changelog.gz.\n\n"
             f" -- The Waymark authors <waymark@example.org>  {date}\n")

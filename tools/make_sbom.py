@@ -2,7 +2,7 @@
 """Prints the bill of materials of programs as SPDX 2.3 JSON: Debian packages linked or compiled in, and npm packages of the page.
 
 usage: tools/make_sbom.py PROGRAM...
-Shared libraries are those that `ldd` lists, each with the Debian package that owns it; what is compiled in from headers is HEADERS below.
+Shared libraries are those listed by `ldd`, each with its Debian package; header-only libraries are in HEADERS below.
 """
 import datetime
 import hashlib
@@ -22,7 +22,7 @@ def printed(*words):
 
 
 def libraries(program):
-    """Paths of the shared libraries that the program starts with."""
+    """Paths of the shared libraries that are loaded when the program starts."""
     return [pathlib.Path(path).resolve() for path in re.findall(r"=> (/\S+)", printed("ldd", program))]
 
 
@@ -44,7 +44,7 @@ def debian(name, linked):
 
 
 def npm():
-    """What the page is made of: the packages of viewer/package-lock.json that are not only tools."""
+    """The packages in the page: those of viewer/package-lock.json that are not development tools."""
     lock = json.loads((ROOT / "viewer/package-lock.json").read_text(encoding="utf-8"))
     for place, entry in sorted(lock["packages"].items()):
         if not place or entry.get("dev"):

@@ -1,9 +1,9 @@
 #!/usr/bin/python3
-"""Packs the programs with all their shared libraries but those of glibc: for distributions other than Debian with glibc 2.36 or newer.
+"""Packs the programs with all their shared libraries except glibc, for distributions other than Debian with glibc 2.36 or newer.
 
-usage: tools/make_tarball.py BUILD_FOLDER OUT_FOLDER      OUT_FOLDER gets waymark-VERSION-linux-ARCH.tar.xz
-Libraries stay shared, beside the program in lib/, so that each may be replaced as its licence (LGPL: cairo, and what it uses) asks; their
-notices are in share/doc/notices. The same build gives the same bytes.
+usage: tools/make_tarball.py BUILD_FOLDER OUT_FOLDER      writes OUT_FOLDER/waymark-VERSION-linux-ARCH.tar.xz
+Libraries remain shared, in lib/ beside the program, so that each can be replaced as its licence requires (LGPL: cairo and its dependencies);
+their notices are in share/doc/notices. The same build gives the same bytes.
 """
 import io
 import lzma
@@ -50,7 +50,7 @@ def stage(build, top):
 
 
 def pack(top, out, epoch):
-    """A tar archive whose bytes depend on its files alone."""
+    """A tar archive whose bytes depend only on its files."""
     raw = io.BytesIO()
     with tarfile.open(fileobj=raw, mode="w", format=tarfile.PAX_FORMAT) as archive:
         for path in sorted(top.parent.rglob("*")):

@@ -56,7 +56,7 @@ def ages(name, measured):
 
 
 def quick_camera(program, benchmarks, world, lap, runs):
-    """Pictures of a lap that was recorded before, thirty a second: two cores that draw a simulated world as well do not reach that."""
+    """Plays the images of a recorded lap at 30 Hz, because two cores cannot also render a simulated world at this rate."""
     subprocess.run([program, "teach", "--world", world, "--images", "--record-images", "jpeg", "-o", lap], check=True, capture_output=True)
     measured = []
     for _ in range(runs):

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""Time of the detector and the filter through Python as a ratio to C++, on rendered pictures of 1280 x 720 with tags; of the filter also over a recording.
+"""Time of detector and filter through Python relative to C++, on rendered images of 1280 x 720 with tags; of the filter also over a recording.
 
-usage: tools/python_ratio.py PEER [RUNS]     PEER: the program waymark_python_peer; PYTHONPATH names the package of the same build
+usage: tools/python_ratio.py PEER [RUNS]     PEER: the program waymark_python_peer; PYTHONPATH contains the package of the same build
 """
 import pathlib
 import subprocess
@@ -44,7 +44,7 @@ def python_times(picture, world, robot):
 
 
 def recording_time(picture, world, robot):
-    """Seconds a frame of the filter over all samples in one call."""
+    """Seconds per frame of the filter over all samples in one call."""
     found = tags.Detector().detect(picture, robot.camera)
     recorded = []
     for i in range(RECORDED):
@@ -65,7 +65,7 @@ def main():
         picture = next(s for s in iter(simulator.next, None) if isinstance(s, samples.CameraFrame)).image
         image.write(str(folder / "picture.png"), picture)
         python, cpp = [], []
-        for _ in range(runs):  # in turn, so that a busy machine hits both
+        for _ in range(runs):  # alternating, so that other load affects both
             python.append((*python_times(picture, world, robot), recording_time(picture, world, robot)))
             done = subprocess.run([peer, folder / "picture.png", SHARE / "worlds" / "circuit24.yaml", robot_file, str(FRAMES), str(RECORDED)], check=True, capture_output=True,
                                   text=True)

@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""Estimates the camera rate that a processor of a Raspberry Pi 4's class holds, from counted instructions: docs/results/raspberry_pi.md.
+"""Estimates the camera rate that a processor like that of a Raspberry Pi 4 can process, from counted instructions: docs/results/raspberry_pi.md.
 
 usage: tools/raspberry_pi.py PROGRAM [--laps SHARE] [--write]
   PROGRAM    a waymark without kernels for AVX2: cmake --preset package -DWAYMARK_AVX2=OFF
-  --laps     share of a simulated lap, with rendered pictures of 640 x 480, that is counted under callgrind (valgrind); 0.1 unless given
+  --laps     fraction of a simulated lap, with rendered images of 640 x 480, that is counted with callgrind (valgrind); default 0.1
   --write    writes the table into docs/results/raspberry_pi.md
 
-An estimate, not a measurement: instructions of the portable build on x86-64, times a stated range of cycles an instruction, at a stated clock.
+This is an estimate, not a measurement: instructions of the portable build on x86-64, times an assumed range of cycles per instruction, at an
+assumed clock rate.
 """
 import argparse
 import datetime
@@ -21,7 +22,7 @@ PAGE = ROOT / "docs/results/raspberry_pi.md"
 BEGIN, END = "<!-- table: tools/raspberry_pi.py -->\n", "<!-- end of the table -->"
 CLOCK_GHZ = 1.5
 CYCLES_AN_INSTRUCTION = (0.7, 1.5)
-# From the grey image to the command, by the functions that are entered from outside; beginnings of their names.
+# From the grey image to the command: prefixes of the names of functions that are called from outside.
 PICTURE, FRAME = "waymark::find_tags(", "waymark::Replayer::add(waymark::TagFrame"
 DETECTION = ("waymark::(anonymous namespace)::WaymarkDetector::detect(waymark::ImageView const&) const",
              "waymark::(anonymous namespace)::AprilTagDetector::detect(waymark::ImageView const&) const")
@@ -54,7 +55,7 @@ def inclusive_costs(path):
 
 
 def of(costs, prefixes):
-    """(calls, instructions) of all functions whose names begin so."""
+    """(calls, instructions) of all functions with these prefixes."""
     found = [cost for name, cost in costs.items() if name.startswith(tuple(prefixes))]
     return sum(calls for calls, _ in found), sum(cost for _, cost in found)
 
@@ -68,7 +69,7 @@ def under_callgrind(folder, *command):
 
 
 def a_picture(costs, unit, stages):
-    """Millions of instructions of each stage for one call of `unit`, and how often that was called."""
+    """Millions of instructions of each stage per call of `unit`, and the number of its calls."""
     count = of(costs, [unit])[0]
     if not count:
         raise SystemExit(f"{unit} was not called")

@@ -1,11 +1,11 @@
 #!/usr/bin/python3
-"""Maps laps photographed in simulation and judges the tags against the world: error, bias and consistency over seeds.
+"""Maps simulated laps with rendered images and compares the tags with the world: error, bias and consistency over seeds.
 
 usage: tools/rendered_maps.py PROGRAM [--world circuit24] [--seeds 24] [--laps FOLDER] [--write docs/results/mapping.md]
 
-A lap is taught with --images, its tags are found in the pictures, and it is mapped by the bundle and by the chain. Nothing is
-aligned: both maps are in the frame of the world by their anchor. --laps keeps the recordings (4 MB each), and uses those that are
-there. Without --write the table is printed.
+A lap is taught with --images, its tags are detected in the images, and it is mapped by the bundle and by the chain. Nothing is
+aligned: the anchor defines the frame of both maps and of the world. --laps keeps the recordings (4 MB each), and reuses existing
+ones. Without --write the table is printed.
 """
 import argparse
 import json
@@ -35,7 +35,7 @@ def true_positions(world):
 
 
 def position_covariance(tag):
-    """Of the position in the map, from that of the pose in its left tangent (translation, rotation)."""
+    """Covariance of the position in the map, from that of the pose in its left tangent (translation, rotation)."""
     pose = np.zeros((6, 6))
     pose[np.triu_indices(6)] = tag["covariance"]
     pose += np.triu(pose, 1).T
@@ -45,7 +45,7 @@ def position_covariance(tag):
 
 
 def errors(path, truth):
-    """Of each tag but the anchor: error of the position and its covariance."""
+    """Position error and covariance of each tag except the anchor."""
     content = yaml.load((path / "map.yaml").read_text(), Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
     found = {}
     for tag in content["tags"]:
@@ -75,7 +75,7 @@ def judge_seed(program, world, seed, laps, folder, truth):
 
 
 def bias(rows):
-    """Mean error of each coordinate of each tag over its stated sigma: root mean square over tags, and what chance alone makes of it."""
+    """RMS over tags and coordinates of the mean error divided by its stated sigma, and the value expected without bias."""
     parts = []
     for number in rows[0]["found"]:
         seen = [row["found"][number] for row in rows if number in row["found"]]

@@ -4,9 +4,9 @@
 usage: tools/replay_table.py PROGRAM [--data DATA] [--seeds 5] [--laps 10] [--images-seeds 1] [--images-laps 1] [--images-fast-seeds 1]
        [--keep FOLDER] [--only circuit,pictures,recorded,faults] [--write docs/results/replay.md]
 
-DATA holds paths/ (laps recorded with a LIMO: s, x, y, theta, kappa); without it their rows are left out. --images-seeds 0 leaves out
-the rows with rendered pictures; these take minutes a lap. With --keep every outcome is kept in FOLDER, by the program's bytes, and a run
-that was stopped goes on where it was. Without --write the section is printed.
+DATA contains paths/ (laps recorded with a LIMO: s, x, y, theta, kappa); without it their rows are omitted. --images-seeds 0 omits the
+rows with rendered images, which take minutes per lap. With --keep every outcome is stored in FOLDER under a hash of the program, and an
+interrupted run continues. Without --write the section is printed.
 """
 import argparse
 import csv
@@ -21,7 +21,7 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BEGIN, END = "<!-- replay table -->\n", "<!-- end of replay table -->\n"
-GAINS = (0.6, 0.7, 0.8, 0.9, 1.0)  # of the seeds, in turn: share of the asked turn that the robot turns
+GAINS = (0.6, 0.7, 0.8, 0.9, 1.0)  # cyclic over the seeds: fraction of the commanded yaw rate
 LATENCY_S = 0.08
 ANOTHER_DAY = 1000  # added to the seed of the teach lap
 RECORDED = ("ref_sim048", "ref_real047", "ref_real022")
@@ -31,7 +31,7 @@ HEAD = ("| what | runs | completed | cross-track RMSE, cm: median / worst | P95,
 
 
 class Bench:
-    """Runs the program in a folder; what came of replays is kept there."""
+    """Runs the program in a folder, which also stores the outcomes of replays."""
     def __init__(self, program, folder):
         self.program, self.folder = program, folder
         self.kept = folder / "outcomes.json"
@@ -62,7 +62,7 @@ class Bench:
         """A taught and mapped lap: the folder of the map."""
         folder = self.folder / f"{name}-{seed}"
         if not (folder / "summary.json").exists():
-            (self.folder / f"{name}-{seed}.mcap").unlink(missing_ok=True)  # of a run that was stopped
+            (self.folder / f"{name}-{seed}.mcap").unlink(missing_ok=True)  # of an interrupted run
             self.run("teach", "--world", world, "--robot-file", self.robot(GAINS[(seed - 1) % len(GAINS)]), "--seed", seed,
                      "--speed-m-s", speed, "-o", f"{name}-{seed}.mcap", *flags)
             self.run("map", f"{name}-{seed}.mcap", "-o", folder, *([] if closed else ["--closing-distance-m", 0]))
@@ -113,21 +113,21 @@ def pictures(bench, args):
 
 
 def drivable(rows):
-    """The points of a line s, x, y, theta, kappa; a bend that is too tight goes through the same angle on a wider arc."""
+    """The points of a line s, x, y, theta, kappa; a bend that is too tight turns by the same angle on a wider arc."""
     x, y = float(rows[0][1]), float(rows[0][2])
     points = [(x, y)]
     for a, b in zip(rows, rows[1:]):
         way = (float(b[0]) - float(a[0])) * max(1.0, abs(float(a[4])) / MOST_CURVATURE)
         x, y = x + way * math.cos(float(a[3])), y + way * math.sin(float(a[3]))
         points.append((x, y))
-    for _ in range(20):  # the noise of single points
+    for _ in range(20):  # smooths the noise of single points
         points = [points[0]] + [tuple((p[k] + 2 * q[k] + r[k]) / 4 for k in (0, 1)) for p, q, r in
                                 zip(points, points[1:], points[2:])] + [points[-1]]
     return points
 
 
 def lay_tags(points, file, closed):
-    """A world with the line and a ring of tags a metre outside of it that look inwards."""
+    """A world with the line and a ring of tags one metre outside of it, facing inwards."""
     xs, ys = [p[0] for p in points], [p[1] for p in points]
     middle = ((min(xs) + max(xs)) / 2, (min(ys) + max(ys)) / 2)
     half = ((max(xs) - min(xs)) / 2 + 1, (max(ys) - min(ys)) / 2 + 1)
@@ -140,7 +140,7 @@ def lay_tags(points, file, closed):
         tags.append((x, y, facing))
     heading = math.atan2(points[5][1] - points[0][1], points[5][0] - points[0][0])
 
-    def ahead(tag):  # angle between the start's heading and the way to the tag
+    def ahead(tag):  # angle between the initial heading and the direction to the tag
         way = math.atan2(tag[1] - points[0][1], tag[0] - points[0][0])
         return abs(math.remainder(way - heading, 2 * math.pi))
     anchor = min(range(count), key=lambda i: ahead(tags[i]))

@@ -1,18 +1,18 @@
 #!/usr/bin/python3
-"""Compares what two builds of waymark print and write, field by field: the net under a change that must not change behaviour.
+"""Compares the outputs and files of two builds of waymark field by field, to check a change that must not alter behaviour.
 
 usage: tools/same_bytes.py reference --program OLD --folder REF
        tools/same_bytes.py compare --program NEW --folder REF [--relative 1e-9] [--only 'map.*,wrong.*']
        tools/same_bytes.py ratios --old OLD --new NEW --folder REF [--repeat 5]
 
 OLD and NEW are built programs (build/release/bin/waymark). `reference` runs the commands of same_bytes_commands.py with the old one, each
-twice: what differs between the two runs is kept as not reproducible, printed, and not compared. `compare` runs the same commands with the new one
-in fresh folders. Inputs of a command are the files kept in REF, so that one difference does not cascade. Text has to be equal; numbers have to be
-equal, or with --relative within that share (zeros within a millionth of it). With --relative a number printed with at most six decimals may be
+twice: fields that differ between the two runs are stored as not reproducible, printed, and not compared. `compare` runs the same commands with the
+new one in fresh folders. Inputs of a command are the files kept in REF, so that one difference does not cascade. Text must be equal; numbers must be
+equal, or with --relative within that fraction (zeros within a millionth of it). With --relative a number printed with at most six decimals may be
 rounded to the neighbouring last digit; these are counted. Wall time and memory are masked. same_bytes_renames.txt lists renames and expected differences.
-`ratios` runs twelve commands with both programs in turn and prints the ratios of their least processor times.
-Real recordings are found through WAYMARK_DATA. Examples, the Python package, labs and type stubs are found in the build and the tree of the program
-(--examples, --package, --source). What is missing is skipped and counted. Exit code 1: a difference that is not expected; 2: wrong usage.
+`ratios` alternately runs twelve commands with both programs and prints the ratios of their lowest processor times.
+Real recordings are read from WAYMARK_DATA. Examples, the Python package, labs and type stubs are found in the build and the tree of the program
+(--examples, --package, --source). Missing ones are skipped and counted. Exit code 1: an unexpected difference; 2: wrong usage.
 """
 import argparse
 import atexit
@@ -66,7 +66,7 @@ class Command:
 
 
 def commands_of_table():
-    """The commands of the table, in an order in which inputs come first."""
+    """The commands of the table, ordered so that inputs are written first."""
     found = []
     for line in filter(None, table.COMMANDS.splitlines()):
         head, words = line.split(" : ", 1)
@@ -83,7 +83,7 @@ def commands_of_table():
 
 
 def help_commands(program):
-    """--help and --help-all of every verb, as the program lists them."""
+    """--help and --help-all of every verb that the program lists."""
     verbs, found = [""], []
     for verb in verbs:
         text = subprocess.run([program, *verb.split(), "--help"], capture_output=True, text=True, check=False).stdout
@@ -108,7 +108,7 @@ class Build:
         self.data = os.environ.get("WAYMARK_DATA")
 
     def missing(self, command):
-        """Why this command cannot be run, or nothing."""
+        """The reason why this command cannot be run, or None."""
         words = shlex.split(command.line)
         files = [word.removeprefix("data/") for word in words if word.startswith("data/")]
         if files and not (self.data and all(pathlib.Path(self.data, name).exists() for name in files)):
@@ -151,7 +151,7 @@ class Build:
             timer.start()
             _, status, usage = os.wait4(process.pid, 0)
             timer.cancel()
-            with contextlib.suppress(ProcessLookupError):  # what the command has started and left behind
+            with contextlib.suppress(ProcessLookupError):  # processes that the command started and did not end
                 os.killpg(process.pid, signal.SIGKILL)
         process.returncode = os.waitstatus_to_exitcode(status)
         shutil.rmtree(home)
@@ -159,7 +159,7 @@ class Build:
 
 
 def source_of(build):
-    """The tree that a build folder belongs to."""
+    """The source tree of a build folder."""
     cache = build / "CMakeCache.txt"
     found = re.search(r"^CMAKE_HOME_DIRECTORY:\w+=(.*)$", cache.read_text(), re.M) if cache.exists() else None
     return pathlib.Path(found[1]) if found else ROOT
@@ -174,7 +174,7 @@ class Net:
         atexit.register(shutil.rmtree, self.scratch, ignore_errors=True)
 
     def prepare(self, here, inputs, data, rename=lambda text: text):
-        """A fresh folder with what a command starts from; returns its files."""
+        """Creates a fresh folder with the inputs of a command; returns its files."""
         shutil.copytree(self.folder / "start", here)
         for name in filter(lambda name: (here / name).exists(), table.START):
             (here / name).write_text(rename((here / name).read_text()))
@@ -185,7 +185,7 @@ class Net:
         return contents(here)
 
     def outcome(self, build, command, line, label, rename=lambda text: text):
-        """Runs a command and returns (what it printed and wrote, {file: bytes}; its folder; processor time)."""
+        """Runs a command and returns (its outputs and files, {file: bytes}; its folder; processor time)."""
         here, output = self.scratch / label / "here", self.scratch / label
         output.mkdir()
         before = self.prepare(here, command.inputs, build.data, rename)
@@ -209,7 +209,7 @@ class Net:
 
 
 def contents(here):
-    """The files below a folder, without what a link leads to."""
+    """The files below a folder, without following links."""
     return {str(path.relative_to(here)): path.read_bytes() for path in sorted(here.rglob("*")) if path.is_file() and "data" != path.relative_to(here).parts[0]}
 
 
@@ -221,7 +221,7 @@ def write_all(folder, outcome):
 
 
 def write_start(folder, program):
-    """What every command finds in its folder: photographs, the text files of the table, a recording and a map by the program."""
+    """The initial files of every command: photographs, the text files of the table, a recording and a map by the program."""
     sys.path.insert(0, str(ROOT / "tests/cli"))
     import pictures
     pictures.fill(folder)
@@ -335,12 +335,12 @@ class Renames:
         return self.lines.get(command.name, self.of(command.name, ("key", "flag", "line"))[0](command.line))
 
     def expects(self, command, place):
-        """Why this difference is expected, or nothing."""
+        """The reason why this difference is expected, or None."""
         return next((why for name, where, why in self.expected if fnmatch.fnmatch(command, name) and fnmatch.fnmatch(place.replace(" ", "_"), where)), None)
 
 
 def volatile(command, place, places):
-    """Whether this place differed between two runs of the reference, or is listed in the table as one that does."""
+    """Whether this place differed between two runs of the reference, or is listed in the table as not reproducible."""
     return place in places or any(fnmatch.fnmatch(place.replace(" ", "_"), where) for where in table.NOT_REPRODUCIBLE.get(command, []))
 
 
@@ -373,7 +373,7 @@ class Judge:
             print(f"{kept['name']}: {shown - SHOWN} more{far}")
 
     def verdict(self, compared_commands, seconds):
-        """Prints the sums; the exit code."""
+        """Prints the totals and returns the exit code."""
         differ, commands = self.counts.pop("differences", 0), self.counts.pop("commands that differ", 0)
         notes = [f"{what}: {count}" for what, count in sorted(self.counts.items())]
         notes += [f"largest relative difference accepted: {self.largest[0]:.1e} ({self.largest[1]})"] if self.largest[0] else []

@@ -1,8 +1,8 @@
-"""The commands that same_bytes.py compares, one a line: NAME [< INPUT ...] : COMMAND LINE [# exit N]
+"""The commands that same_bytes.py compares, one per line: NAME [< INPUT ...] : COMMAND LINE [# exit N]
 
-Each runs in a fresh folder with the files of START, a link data to WAYMARK_DATA, and the files that the commands named behind < have written in the
+Each runs in a fresh folder with the files of START, a link data to WAYMARK_DATA, and the files that the commands after < have written in the
 reference. A command line begins with a verb of waymark, or with @NAME for the example program waymark_NAME, @lab NN for the solution of a lab, @stubs
-for the type stubs of the Python package. What needs data/, an example or the Python package is skipped, and counted, where that is missing.
+for the type stubs of the Python package. A command whose data, example or Python package is missing is skipped and counted.
 """
 
 COMMANDS = """
@@ -271,10 +271,10 @@ explore --map none
 commission --world circuit24 --yes
 """
 
-# A recording and a map that every command finds in its folder.
+# A recording and a map in the folder of every command.
 START_COMMANDS = (("teach", "--world", "mbot-square", "--seed", "1", "-o", "golden.mcap"), ("map", "golden.mcap", "-o", "golden"))
 
-# Text files that every command finds beside them and the photographs of tests/cli/pictures.py.
+# Text files in the folder of every command, in addition to the photographs of tests/cli/pictures.py.
 START = {
     "short.yaml": """name: line
 tag_family: tag36h11
@@ -321,10 +321,10 @@ distortion_coefficients: {rows: 1, cols: 5, data: [0, 0, 0, 0, 0]}
     "folder.yaml/note.txt": "",
 }
 
-# What differs from run to run, by name and by file or stream and field as they are printed, with _ for a space: the clock of a session goes on while
-# the map is made, for as long as that takes, and the replay after it begins where the clock is.
+# Fields that are not reproducible, by name and by printed file or stream and field, with _ for a space: the clock of a session continues while the map
+# is made, which takes a varying time, and the replay starts at the time of the clock.
 NOT_REPRODUCIBLE = {"run": ["files/session/replay.mcap", "stdout_mapping_s*", "stdout_replays*", "stdout_reason*", "stderr*"]}
 
-# Twelve commands whose processor time is compared: the start of the program, each room that calculates, files in and out.
+# Twelve commands whose processor times are compared: the start of the program, each computing room, reading and writing files.
 RATIOS = ["version", "teach.images", "map.1", "map.house", "tagslam.18", "localize.lag", "replay.laps", "synth.evaluate", "calibrate.camera",
           "convert.humble", "aer.evaluate", "report"]

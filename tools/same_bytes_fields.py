@@ -1,6 +1,6 @@
 """Compares two versions of a file or stream field by field: text, CSV, YAML, JSON, SVG, HTML, PDF, PNG, SQLite and MCAP (see same_bytes.py).
 
-A reader turns a file into a tree of dictionaries, lists, strings and numbers; compare() walks two trees. What it cannot read it compares as bytes.
+A reader turns a file into a tree of dictionaries, lists, strings and numbers; compare() walks two trees. Unreadable files are compared as bytes.
 """
 import collections
 import ctypes
@@ -17,7 +17,7 @@ import tempfile
 import zlib
 
 NUMBER = re.compile(r"((?<![\w.])[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![\w.]*\d)|(?<!\w)[-+]?(?:nan|inf|NaN|Infinity)(?!\w))")
-# What measures the run and not the result.
+# Fields that describe the run and not the result.
 MASKS = [
     (re.compile(r'("(?:wall_s|peak_rss_mib)": *)[-+.\deE]+'), r"\g<1>0"),
     (re.compile(r"/CreationDate ?\([^)]*\)"), "/CreationDate ()"),
@@ -26,7 +26,7 @@ MASKS = [
 
 @dataclasses.dataclass
 class Rules:
-    """How far numbers may differ, and which words were renamed. absolute: a rounding error around zero."""
+    """The tolerance of numbers, and renamed words. absolute: a rounding error around zero."""
     relative: float = 0.0
     rename: object = str  # a function of a text; this one changes nothing
     renames: bool = False
@@ -53,14 +53,14 @@ class Difference:
 
 
 class Packed:
-    """Bytes that are only read where they differ."""
+    """Bytes that are parsed only if they differ."""
 
     def __init__(self, data, read):
         self.data, self.read = data, read
 
 
 def masked(text, places=()):
-    """Text without what measures the run, and without the folders it ran in: {folder: word}."""
+    """The text without fields that describe the run and without its folders: {folder: word}."""
     for folder in places:
         text = text.replace(folder, places[folder])
     for pattern, replacement in MASKS:
@@ -69,7 +69,7 @@ def masked(text, places=()):
 
 
 def same_number(before, after, rules, field, printed=False):
-    """Whether two numbers are equal, or near enough; counts and integers have to be equal. printed: may be rounded to few decimals."""
+    """Whether two numbers are equal within the tolerance; counts and integers must be equal. printed: may be rounded to few decimals."""
     if all(re.fullmatch(r"[-+]?\d+", str(value)) for value in (before, after)):
         return int(before) == int(after)
     a, b = float(before), float(after)
@@ -94,7 +94,7 @@ def same_number(before, after, rules, field, printed=False):
 
 
 def same_words(before, after, rules, field):
-    """Whether two pieces of text are equal word by word, numbers within the tolerance, whatever the spaces between."""
+    """Whether two texts are equal word by word, numbers within the tolerance, regardless of spaces."""
     one, other = ([part for part in NUMBER.split(" ".join(text.split())) if part.strip()] for text in (before, after))
     return len(one) == len(other) and all(
         a.strip() == b.strip() or (NUMBER.fullmatch(a) and NUMBER.fullmatch(b) and same_number(a, b, rules, field, printed=True))
@@ -102,7 +102,7 @@ def same_words(before, after, rules, field):
 
 
 def compare_text(field, before, after, rules):
-    """Line by line. Only where numbers may differ, or words were renamed, the spaces between words may differ as well."""
+    """Compares line by line. Spaces may differ only if numbers may differ or words were renamed."""
     old, new = before.split("\n"), after.split("\n")
     same_length = len(old) == len(new)
     if not same_length and len(old) + len(new) > 4000:  # too many to find the lines that correspond
@@ -121,7 +121,7 @@ def compare_text(field, before, after, rules):
 
 
 def joined(blocks):
-    """Blocks of lines that follow each other, as one: words move from line to line when a paragraph is wrapped elsewhere."""
+    """Joins consecutive lines into blocks, because words move between lines when a paragraph is wrapped differently."""
     done = []
     for block in blocks:
         if done and block[1] == done[-1][2] and block[3] == done[-1][4]:
@@ -166,7 +166,7 @@ def shown(value):
 
 
 def differences(name, before, after, rules, places=((), ())):
-    """What differs in a file or stream of this name; empty where the bytes are the same. places: folders of each, which are masked."""
+    """The differences of a file or stream of this name; empty if the bytes are equal. places: the masked folders of each."""
     accepted = sum(rules.accepted.values())
     binary = next((read for suffix, read in BINARY.items() if name.endswith(suffix)), None)
     if binary is None and is_text(before) and is_text(after):
@@ -197,7 +197,7 @@ def as_is(text):
 
 
 def read_text_of(name, *texts):
-    """The reader of a text: JSON also on a stream, one document or one a line; markup is split at its tags."""
+    """The reader of a text: JSON also on a stream, as one document or one per line; markup is split at its tags."""
     for read in (json.loads, json_lines):
         try:
             if all(isinstance(item, dict) for text in texts for item in (read(text) if read is json_lines else [read(text)])):
@@ -224,7 +224,7 @@ def read_any(name, data):
 
 
 def read_png(data):
-    """Size and pixels, however well they are packed."""
+    """Size and pixels, regardless of compression."""
     at, packed, tree = 8, b"", {}
     while at + 12 <= len(data):
         length, kind = struct.unpack_from(">I4s", data, at)
@@ -238,7 +238,7 @@ def read_png(data):
 
 
 def read_pdf(data):
-    """All text of the file, with its streams unpacked; lengths and offsets follow from it."""
+    """All text of the file with decompressed streams; lengths and offsets depend on it and are not compared."""
     parts = re.split(rb"stream\r?\n(.*?)\r?\nendstream", data, flags=re.S)
     for place in range(1, len(parts), 2):
         try:
@@ -263,7 +263,7 @@ def read_sqlite(data):
 
 
 def read_mcap(data):
-    """Channels, messages by topic (decoded where they differ), metadata and attachments; chunks and indexes follow from the rest."""
+    """Channels, messages by topic (decoded if they differ), metadata and attachments; chunks and indexes depend on them."""
     schemas, topics = {}, {}
     tree = {"header": "", "channels": {}, "messages": collections.defaultdict(list), "metadata": {}, "attachments": {}}
     for kind, content in records(data, 8):
@@ -299,7 +299,7 @@ def read_mcap(data):
 
 
 def sized(data, at):
-    """Bytes behind their length, and where the next field begins."""
+    """Length-prefixed bytes, and the start of the next field."""
     length, = struct.unpack_from("<I", data, at)
     return data[at + 4:at + 4 + length], at + 4 + length
 
@@ -342,7 +342,7 @@ FIELD = re.compile(r"^\s*([\w/]+)(?:<=\d+)?(\[(?:<=)?(\d*)\])?\s+(\w+)\s*(?!=)(?
 
 @functools.lru_cache(maxsize=64)
 def definitions(name, text):
-    """{type: [(type, array, size, name)]} of a ros2msg schema; types are called by their last word."""
+    """{type: [(type, array, size, name)]} of a ros2msg schema; types are named by their last word."""
     found = {"Time": [("int32", "", "", "sec"), ("uint32", "", "", "nanosec")], "Duration": [("int32", "", "", "sec"), ("uint32", "", "", "nanosec")]}
     for number, section in enumerate(re.split(r"(?m)^=+\n", text)):
         head, _, rest = section.partition("\n") if number else (f"MSG: {name}", "", section)
@@ -352,7 +352,7 @@ def definitions(name, text):
 
 
 def read_message(schema, content):
-    """Log and publish time and the fields of a message in plain little-endian CDR; bytes where there is no schema."""
+    """Log and publish time and the fields of a message in plain little-endian CDR; bytes if there is no schema."""
     logged, published = struct.unpack_from("<QQ", content)
     times = {"log_time": logged, "publish_time": published}
     try:

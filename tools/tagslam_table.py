@@ -4,9 +4,9 @@
     tools/tagslam_table.py WAYMARK DATA [--tests 1,2,10] [--write docs/results/mapping.md]
 
 WAYMARK is the program, DATA the folder with test_1, test_2, ... Each test is mapped twice: with our own model (time and
-memory are of this run, from load to written map) and with --model tagslam on the frames TagSLAM kept, where its
-published solution is evaluated by the same program. Processor time is the least of three runs, for others on the
-machine take its caches. --write puts the table between the markers in that file.
+memory are of this run, from load to written map) and with --model tagslam on the frames TagSLAM kept, for which its
+published solution is evaluated by the same program. Processor time is the lowest of three runs, because other programs
+on the machine use its caches. --write writes the table between the markers in that file.
 TagSLAM's times and memory were measured once, on one core of the same class of machine.
 """
 import argparse
@@ -28,7 +28,7 @@ START, END = "<!-- tagslam table -->", "<!-- end of tagslam table -->"
 
 
 def waymark(program, arguments):
-    """The summary of one run, with its processor time, which others on the machine do not change (it has one thread)."""
+    """The summary of one run with its processor time, which depends little on other programs (it has one thread)."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     done = subprocess.run([program, "map", *map(str, arguments), "--json"], capture_output=True, text=True, check=False)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -86,7 +86,7 @@ def tags_of_map(path):
 
 
 def measured(test, ours):
-    """Mean error in mm against positions measured by hand, where they are."""
+    """Mean error in mm of the tags whose positions were measured by hand."""
     file = test / "measured_tags.csv"
     if not file.exists() or not ours.exists():
         return None

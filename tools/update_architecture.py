@@ -1,8 +1,8 @@
 #!/usr/bin/python3
-"""Writes the table of rooms in docs/architecture.md: what each holds (the first sentence of its README) and what it may use
+"""Writes the table of rooms in docs/architecture.md: the contents of each (the first sentence of its README) and the rooms that it may use
 (cmake/rooms.txt).
 
-usage: tools/update_architecture.py [--check]     --check: change nothing, exit code 1 when the table is out of date
+usage: tools/update_architecture.py [--check]     --check: change nothing, exit code 1 if the table is out of date
 """
 import pathlib
 import re
@@ -14,7 +14,7 @@ BEGIN, END = "<!-- rooms: tools/update_architecture.py -->\n", "<!-- end of room
 
 
 def rooms():
-    """(name, rooms it may use) of every row of the table, in its order: a room uses only those above it."""
+    """(name, rooms it may use) of every row of the table, in order: a room uses only those above it."""
     for line in (ROOT / "cmake/rooms.txt").read_text(encoding="utf-8").splitlines():
         if line and not line.startswith("#"):
             name, uses = [cell.strip() for cell in line.split("|")[:2]]

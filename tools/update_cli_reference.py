@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""Puts what `waymark … --help-all` prints into docs/reference/cli.md, below each line "<!-- help: waymark … -->".
+"""Writes the output of `waymark … --help-all` into docs/reference/cli.md, below each line "<!-- help: waymark … -->".
 
-usage: tools/update_cli_reference.py PROGRAM [--check]     --check changes nothing; exit code 1 when the page is stale
+usage: tools/update_cli_reference.py PROGRAM [--check]     --check: change nothing, exit code 1 if the page is out of date
 """
 import pathlib
 import re

@@ -1,11 +1,11 @@
 #!/usr/bin/python3
 """Completes cmake/public_headers.txt, the list of headers that are installed.
 
-The first part of the list is kept by hand: the headers that another program is meant to include. This tool writes the second part:
-whatever those include, directly or not. Rooms that are not installed (INTERNAL) can have no public headers, and a program built
-against the installed package (tests/consumer) may include headers of the first part only.
+The first part of the list is maintained by hand: the headers for other programs. This tool writes the second part: headers that
+those include, directly or indirectly. Rooms that are not installed (INTERNAL) cannot have public headers, and a program built
+with the installed package (tests/consumer) may include only headers of the first part.
 
-usage: tools/update_public_headers.py [--check] [ROOT]     --check: change nothing, exit code 1 when the list is not right
+usage: tools/update_public_headers.py [--check] [ROOT]     --check: change nothing, exit code 1 if the list is out of date
 """
 import pathlib
 import re
@@ -20,7 +20,7 @@ def includes_of(path):
 
 
 def closure(root, doors):
-    """Every header the doors include and are not among them, sorted; missing files are left to check()."""
+    """The headers that the doors include and that are not doors, sorted; check() reports missing files."""
     seen, todo = set(doors), list(doors)
     while todo:
         path = root / todo.pop()
@@ -44,7 +44,7 @@ def is_internal(root, header):
 
 
 def consumer_sources(root):
-    """The sources that tests/consumer builds: its own, and the examples it names."""
+    """The sources that tests/consumer builds: its own and some examples."""
     folder = root / "tests/consumer"
     examples = re.search(r"set\(examples ([^)]*)\)", (folder / "CMakeLists.txt").read_text(encoding="utf-8"))
     return [*sorted(folder.glob("*.cpp")), *(root / "examples" / f"{name}.cpp" for name in examples[1].split())]

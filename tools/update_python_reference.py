@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Writes docs/reference/python.md from the docstrings of the package `waymark`.
 
-usage: tools/update_python_reference.py [--check]     PYTHONPATH names the built package; --check: exit code 1 where the page is old
+usage: tools/update_python_reference.py [--check]     PYTHONPATH contains the built package; --check: exit code 1 if the page is out of date
 """
 import inspect
 import pathlib
@@ -43,7 +43,7 @@ def signatures(doc, name):
 
 
 def words_of(text):
-    """A docstring as Markdown: what is indented (options) as a block."""
+    """A docstring as Markdown; indented lines (options) become a block."""
     lines, block = [], []
     for line in [*text.splitlines(), ""]:
         if line.startswith("  "):

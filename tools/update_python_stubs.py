@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Writes the type stubs python/waymark/*.pyi from the docstrings of the extension module.
 
-usage: tools/update_python_stubs.py [--check]     PYTHONPATH names the built package; --check: exit code 1 where a stub is old
+usage: tools/update_python_stubs.py [--check]     PYTHONPATH contains the built package; --check: exit code 1 if a stub is out of date
 """
 import inspect
 import pathlib

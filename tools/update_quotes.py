@@ -1,11 +1,11 @@
 #!/usr/bin/python3
-"""Puts the quoted lines of examples/ into the documents, so that what a document shows is what is built.
+"""Copies the quoted lines of examples/ into the documents, so that documents show the code that is built.
 
 A document marks the place with "<!-- quote: FILE -->" before a fenced block; a file marks its lines with "// [quoted by DOCUMENT]" and
-"// [end]". Several parts of one file have names: "<!-- quote: FILE, PART -->", "// [quoted by DOCUMENT, PART]". Marks inside of a
-quotation are left out of it.
+"// [end]". Several parts of one file have names: "<!-- quote: FILE, PART -->", "// [quoted by DOCUMENT, PART]". Marks inside a quotation
+are omitted from it.
 
-usage: tools/update_quotes.py [--check]     --check: change nothing, exit code 1 when a quotation is out of date
+usage: tools/update_quotes.py [--check]     --check: change nothing, exit code 1 if a quotation is out of date
 """
 import pathlib
 import re
