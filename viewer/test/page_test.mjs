@@ -116,10 +116,17 @@ async function ownFiles() {
   await page.waitForFunction(() => document.querySelector("#status").textContent.startsWith("lap.mcap") && document.body.dataset.ready);
   const legend = (await page.$$eval("#legend li", (items) => items.map((i) => i.className))).join(" ");
   check(legend === "truth odometry", `a recording from elsewhere takes no map or route of the folder: ${legend}`);
-  await page.setInputFiles("#file", { name: "no.mcap", mimeType: "", buffer: Buffer.from("this is no recording") });
-  await page.waitForFunction(() => document.querySelector("#status").textContent.includes("not an MCAP recording"));
-  await page.setInputFiles("#file", { name: "cut.mcap", mimeType: "", buffer: readFileSync(`${folder}/lap.mcap`).subarray(0, 500000) });
-  await page.waitForFunction(() => document.querySelector("#status").textContent.includes("waymark recover"));
+  for (const [name, buffer, words] of [
+    ["no.mcap", Buffer.from("this is no recording"), "waymark convert no.mcap"],
+    ["empty.mcap", Buffer.alloc(0), "empty.mcap: the file is empty"],
+    ["photograph.png", Buffer.from([0x89, 0x50, 0x4e, 0x47, 13, 10, 26, 10]), "waymark detect photograph.png"],
+    ["photograph.jpg", Buffer.from([0xff, 0xd8, 0xff, 0xe0]), "waymark detect photograph.jpg"],
+    ["cut.mcap", readFileSync(`${folder}/lap.mcap`).subarray(0, 500000), "waymark recover cut.mcap"],
+    ["open.yaml", Buffer.from("tags: [1, 2"), "open.yaml"],
+  ]) {
+    await page.setInputFiles("#file", { name, mimeType: "", buffer });
+    await page.waitForFunction((wanted) => document.querySelector("#status").textContent.includes(wanted), words);
+  }
 }
 
 async function phone() {

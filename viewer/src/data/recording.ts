@@ -56,6 +56,9 @@ export class Recording {
   static async open(source: RangeSource): Promise<Recording> {
     const readable = { size: () => source.size(), read: (offset: bigint, size: bigint) => source.read(offset, size) };
     const head = await source.read(0n, (await source.size()) < 8n ? await source.size() : 8n);
+    if (head.length === 0) throw new Error(`${source.name}: the file is empty. Record it again, or copy it again from its source.`);
+    if ((head[0] === 0x89 && head[1] === 0x50) || (head[0] === 0xff && head[1] === 0xd8)) // PNG, JPEG
+      throw new Error(`${source.name}: an image, not a recording. Detect its tags with: waymark detect ${source.name}`);
     if (head.length < 8 || head[0] !== 0x89 || String.fromCharCode(...head.slice(1, 5)) !== "MCAP")
       throw new Error(`${source.name}: not an MCAP recording. Convert other formats with: waymark convert ${source.name} out.mcap`);
     try {
