@@ -39,7 +39,7 @@ py::array real_array(const py::handle& value, const char* name) {
   const py::array array = py::array::ensure(value);
   if (!array) {
     PyErr_Clear();
-    refuse(name, fmt::format("a {} is not an array of numbers", type_text(value)),
+    refuse(name, fmt::format("{} is not an array of numbers", with_article(type_text(value))),
            "Pass a NumPy array of float64.");
   }
   const char kind = array.dtype().kind();
@@ -63,13 +63,13 @@ Doubles doubles(const py::handle& value, const char* name, const std::vector<py:
 }
 
 double finite(double number, const char* name) {
-  if (!std::isfinite(number)) refuse(name, "not a finite number", "Omit values that were not measured.");
+  if (!std::isfinite(number)) refuse(name, fmt::format("{} is not a finite number", number));
   return number;
 }
 
 ImageView image_view(const py::handle& value, const char* name) {
   if (!py::isinstance<py::array>(value))
-    refuse(name, fmt::format("a {} is not an image", type_text(value)),
+    refuse(name, fmt::format("{} is not an image", with_article(type_text(value))),
            "Pass a NumPy array (height, width) of uint8.");
   const auto array = py::reinterpret_borrow<py::array>(value);
   if (!array.dtype().is(py::dtype::of<std::uint8_t>()) &&

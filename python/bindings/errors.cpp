@@ -80,6 +80,11 @@ void refuse(const std::string& key, const std::string& message, const std::strin
   throw Raised({.code = ErrorCode::InvalidArgument, .message = message, .place = {.key = key}, .hint = hint});
 }
 
+std::string with_article(const std::string& type) {
+  const bool vowel = std::string("aeiouAEIOU").find(type.substr(0, 1)) != std::string::npos;
+  return (vowel ? "an " : "a ") + type;
+}
+
 void bind_errors() {
   py::register_exception_translator([](std::exception_ptr exception) {
     try {

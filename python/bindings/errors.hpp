@@ -1,6 +1,7 @@
 #pragma once
 
 #include <exception>
+#include <string>
 #include <utility>
 
 #include <pybind11/pybind11.h>
@@ -41,6 +42,9 @@ void check(const Status& status);
 
 /// Raises InvalidArgument with `message` about the argument `key` and a hint.
 [[noreturn]] void refuse(const std::string& key, const std::string& message, const std::string& hint = {});
+
+/// "an int", "a list": the name of a type with its article.
+[[nodiscard]] std::string with_article(const std::string& type);
 
 /// Registers the translation of Raised to Python exceptions.
 void bind_errors();

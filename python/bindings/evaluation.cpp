@@ -1,5 +1,6 @@
 #include <string>
 
+#include <fmt/format.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
@@ -73,6 +74,7 @@ py::dict compare_maps(const TagMap& estimated, const TagMap& truth) {
 }
 
 py::object pose_between(const PoseList& list, std::int64_t stamp_ns, double max_gap_s) {
+  if (!(max_gap_s >= 0)) refuse("max_gap_s", fmt::format("{} s is not a duration of 0 or more", max_gap_s));
   const auto found = pose_at(plain(list), SensorTime(Duration(stamp_ns)), seconds(max_gap_s));
   return found ? py::cast(*found) : py::object(py::none());
 }

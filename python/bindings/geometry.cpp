@@ -79,7 +79,7 @@ void refuse_elements(const py::object& points, const char* group) {
   if (py::isinstance<SO2>(points) || py::isinstance<SO3>(points) || py::isinstance<SE2>(points) ||
       py::isinstance<SE3>(points) || py::isinstance<SE23>(points))
     throw py::type_error(
-        fmt::format("points: {} and {} are not of the same group. SE2.lift() returns an SE3, "
+        fmt::format("{} and {} are not of the same group. SE2.lift() returns an SE3, "
                     "SE3.project_to_plane() an "
                     "SE2, SE3(R, [0, 0, 0]) the rigid motion of a rotation R",
                     group, std::string(py::str(py::type::of(points).attr("__name__")))));

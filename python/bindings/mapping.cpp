@@ -15,6 +15,8 @@
 #include "python/bindings/tag_ids.hpp"
 #include "python/bindings/trajectories.hpp"
 #include "waymark/app/map/map_recording.hpp"
+#include "waymark/base/message_text.hpp"
+#include "waymark/samples/tag_sizes.hpp"
 
 namespace waymark::python {
 namespace {
@@ -50,13 +52,21 @@ MapJob job_of(const std::filesystem::path& recording, const std::filesystem::pat
     job.overrides.anchor = to_string(tag_of(anchor));
   if (const py::object pose = take(rest, "map_T_anchor"); !pose.is_none())
     job.overrides.map_T_anchor = keyword_as<SE3>(pose, "map_T_anchor", "an SE3");
-  if (const py::object size = take(rest, "tag_size_m"); !size.is_none())
-    job.overrides.tag_size_m = keyword_as<double>(size, "tag_size_m", "a number of metres");
+  if (const py::object size = take(rest, "tag_size_m"); !size.is_none()) {
+    const double size_m = keyword_as<double>(size, "tag_size_m", "a number of metres");
+    if (!is_tag_size(size_m))
+      refuse("tag_size_m", fmt::format("{} m is not a tag size", size_m),
+             "Pass the side of the black square in metres.");
+    job.overrides.tag_size_m = size_m;
+  }
   take_section(rest, "chain", job.options.chain);
   take_section(rest, "bundle", job.options.bundle);
   take_section(rest, "route", job.options.route);
   for (const auto& [name, value] : rest)
-    throw py::type_error("map_recording() has no keyword '" + std::string(py::str(name)) + "'");
+    throw py::type_error(
+        "map_recording() has no keyword '" + std::string(py::str(name)) + "'. " +
+        suggestion(std::string(py::str(name)), {"progress", "method", "anchor", "map_T_anchor", "tag_size_m",
+                                                "chain", "bundle", "route"}));
   return job;
 }
 

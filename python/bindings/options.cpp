@@ -22,7 +22,7 @@ YamlNode map_of(const py::handle& value, const std::string& key) {
   YamlNode node{.kind = YamlNode::Kind::Map};
   for (const auto& [name, item] : py::reinterpret_borrow<py::dict>(value)) {
     if (!py::isinstance<py::str>(name))
-      refuse(key, fmt::format("a key is a {}, not a string", type_of(name)));
+      refuse(key, fmt::format("a key is {}, not a string", with_article(type_of(name))));
     node.keys.push_back(py::cast<std::string>(name));
     node.key_lines.push_back(1);
     node.items.push_back(tree_of(item, (key.empty() ? "" : key + ".") + node.keys.back()));
@@ -48,7 +48,7 @@ YamlNode tree_of(const py::handle& value, const std::string& key) {
     return node;
   }
   if (py::hasattr(value, "__float__")) return number(value);
-  refuse(key, fmt::format("a {} is not the value of an option", type_of(value)),
+  refuse(key, fmt::format("{} is not the value of an option", with_article(type_of(value))),
          "Pass a number, a string, True or False, a list, or a dictionary.");
 }
 

@@ -10,6 +10,7 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include "python/bindings/errors.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
 namespace waymark::python {
@@ -49,7 +50,7 @@ template <std::size_t... kIndex>
     return std::move(*sample);
   py::detail::make_caster<Sample> caster;
   if (!caster.load(object, true))
-    throw py::type_error("a " + std::string(py::str(py::type::handle_of(object).attr("__name__"))) +
+    throw py::type_error(with_article(py::str(py::type::handle_of(object).attr("__name__"))) +
                          " is not a sample: pass objects of waymark.samples");
   return py::detail::cast_op<Sample&&>(std::move(caster));
 }

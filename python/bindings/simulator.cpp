@@ -2,6 +2,9 @@
 
 #include <cmath>
 
+#include <fmt/format.h>
+
+#include "python/bindings/arrays.hpp"
 #include "python/bindings/errors.hpp"
 #include "waymark/simulation/world/world.hpp"
 
@@ -50,7 +53,8 @@ Sample Simulator::next() {
 }
 
 std::vector<Sample> Simulator::advance(double seconds) {
-  if (!(seconds >= 0 && seconds <= kMaxAdvance_s)) refuse("seconds", "not a time from 0 to 3600 s");
+  if (!(seconds >= 0 && seconds <= kMaxAdvance_s))
+    refuse("seconds", fmt::format("{} s is outside [0, {}]", seconds, kMaxAdvance_s));
   const std::int64_t end = now_ns() + std::llround(seconds * 1e9);
   std::vector<Sample> samples;
   while (now_ns() < end) samples.push_back(next());
@@ -58,9 +62,9 @@ std::vector<Sample> Simulator::advance(double seconds) {
 }
 
 void Simulator::command(double speed_m_s, double yaw_rate_rad_s) {
-  if (!std::isfinite(speed_m_s) || !std::isfinite(yaw_rate_rad_s)) refuse("command", "a value is not finite");
+  const VelocityCommand wanted{finite(speed_m_s, "speed_m_s"), finite(yaw_rate_rad_s, "yaw_rate_rad_s")};
   const std::scoped_lock lock(mutex_);
-  check(robot_->command({speed_m_s, yaw_rate_rad_s}));
+  check(robot_->command(wanted));
 }
 
 std::int64_t Simulator::now_ns() const {

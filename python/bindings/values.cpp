@@ -2,6 +2,7 @@
 
 #include <pybind11/stl.h>
 
+#include "python/bindings/errors.hpp"
 #include "waymark/base/message_text.hpp"
 
 namespace waymark::python {
@@ -35,7 +36,7 @@ void refuse_pickle(const py::object& cls, const std::string& reason) {
   py::setattr(cls, "__reduce__",
               py::cpp_function(
                   [reason](const py::object& self) -> py::object {
-                    throw py::type_error("a " + std::string(py::str(py::type::of(self).attr("__name__"))) +
+                    throw py::type_error(with_article(py::str(py::type::of(self).attr("__name__"))) +
                                          " can be neither pickled nor copied: " + reason);
                   },
                   py::is_method(cls), py::name("__reduce__")));

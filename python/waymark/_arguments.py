@@ -76,6 +76,10 @@ def _fits(value, kind):
     return cls is None or isinstance(value, cls)
 
 
+def _with_article(name):
+    return f"{'an' if name[:1] in 'aeiouAEIOU' or name.startswith('nd') else 'a'} {name}"
+
+
 def _given(value):
     if value is None or isinstance(value, bool):
         return str(value)
@@ -83,10 +87,10 @@ def _given(value):
         text = repr(value)
         return f"{text if len(text) <= 40 else text[:37] + '...'} ({type(value).__name__})"
     if type(value) in (list, tuple):
-        return f"a {type(value).__name__} of {len(value)}"
+        return f"{_with_article(type(value).__name__)} of {len(value)}"
     if isinstance(value, type):
         return f"the class {value.__name__}"
-    return f"a {type(value).__name__}"
+    return _with_article(type(value).__name__)
 
 
 def _wrong(value, kind):
