@@ -132,8 +132,15 @@ Result<std::string> read_file(const std::filesystem::path& path, std::size_t max
 }
 
 Status write_text_file(const std::filesystem::path& path, std::string_view text) {
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (std::filesystem::is_directory(status))
+    return fail(ErrorCode::Unwritable, "this is a folder", {.source = path.string()},
+                "Give the name of a file.");
+  // A device or a pipe is written directly: a rename would replace it.
+  const bool direct = std::filesystem::exists(status) && !std::filesystem::is_regular_file(status);
   std::filesystem::path beside = path;
-  beside += ".tmp";
+  if (!direct) beside += ".tmp";
   {
     errno = 0;
     std::ofstream file(beside, std::ios::binary | std::ios::trunc);
@@ -142,13 +149,13 @@ Status write_text_file(const std::filesystem::path& path, std::string_view text)
     if (!file) {
       const std::error_code why(errno, std::generic_category());
       std::error_code ignored;
-      std::filesystem::remove(beside, ignored);
+      if (!direct) std::filesystem::remove(beside, ignored);
       return fail(ErrorCode::Unwritable,
                   why ? "the file cannot be written: " + why.message() : "the file cannot be written",
                   {.source = path.string()}, write_hint(why.value(), path.parent_path().string()));
     }
   }
-  std::error_code error;
+  if (direct) return {};
   std::filesystem::rename(beside, path, error);
   if (!error) return {};
   std::error_code ignored;

@@ -401,7 +401,8 @@ double Numbers::optional(std::string_view key, double fallback) {
 double Numbers::positive(std::string_view key) {
   const double value = (*this)(key);
   if (status_ && !(value > 0))
-    status_ = cursor_.at(key)->fail_here(ErrorCode::InvalidArgument, "must be greater than 0");
+    status_ = cursor_.at(key)->fail_here(ErrorCode::InvalidArgument,
+                                         fmt::format("{:g} is not greater than 0", value));
   return value;
 }
 
@@ -423,7 +424,7 @@ double Numbers::optional_within(std::string_view key, double fallback, double lo
   const double value = optional(key, fallback);
   if (status_ && !(value >= low && value <= high))
     status_ = cursor_.at(key)->fail_here(ErrorCode::InvalidArgument,
-                                         fmt::format("must be from {} to {}", low, high));
+                                         fmt::format("{:g} is outside [{}, {}]", value, low, high));
   return value;
 }
 

@@ -80,7 +80,8 @@ Status read_fiducial(const YamlCursor& entry, TagMap& map) {
   const auto size_mm = entry.read_at("size", &YamlCursor::number);
   if (!size_mm) return tl::unexpected(size_mm.error());
   if (!is_tag_size(kMillimetre * *size_mm))
-    return entry.at("size")->fail_here(ErrorCode::InvalidArgument, "the tag size must be greater than 0");
+    return entry.at("size")->fail_here(ErrorCode::InvalidArgument,
+                                       fmt::format("a tag size of {:g} mm is not greater than 0", *size_mm));
   const auto pose = entry.read_at("transform", pose_of);
   if (!pose) return tl::unexpected(pose.error());
   const TagId tag{*family, static_cast<int>(*id)};

@@ -135,7 +135,9 @@ std::string_view first_line(std::string_view text) {
 Result<LandmarksFile> parse_landmarks(std::string_view text, const std::string& source,
                                       std::optional<double> tag_size_m) {
   if (tag_size_m && !is_tag_size(*tag_size_m))
-    return fail(ErrorCode::InvalidArgument, "the tag size must be greater than 0", {.key = "tag_size_m"});
+    return fail(ErrorCode::InvalidArgument,
+                fmt::format("a tag size of {:g} m is not greater than 0", *tag_size_m), {.key = "tag_size_m"},
+                "Give the side of the black square in metres.");
   if (looks_like_wpilib_layout(text)) {
     const Result<TagMap> layout = parse_wpilib_layout(text, source, tag_size_m);
     if (!layout) return tl::unexpected(layout.error());

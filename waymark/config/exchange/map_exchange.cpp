@@ -49,7 +49,8 @@ Result<double> size_of(const YamlCursor& at, std::string_view key, std::optional
   const Result<double> size = at.read_at(key, &YamlCursor::number);
   if (!size) return size;
   if (!is_tag_size(*size))
-    return found->fail_here(ErrorCode::InvalidArgument, "the tag size must be greater than 0");
+    return found->fail_here(ErrorCode::InvalidArgument,
+                            fmt::format("a tag size of {:g} m is not greater than 0", *size));
   return size;
 }
 
@@ -190,7 +191,9 @@ Result<ReadMap> read_known(std::string_view text, const std::string& source,
 Result<ReadMap> parse_any_map(std::string_view text, const std::string& source,
                               std::optional<double> tag_size_m) {
   if (tag_size_m && !is_tag_size(*tag_size_m))
-    return fail(ErrorCode::InvalidArgument, "the tag size must be greater than 0", {.key = "tag_size_m"});
+    return fail(ErrorCode::InvalidArgument,
+                fmt::format("a tag size of {:g} m is not greater than 0", *tag_size_m), {.key = "tag_size_m"},
+                "Give the side of the black square in metres.");
   Result<ReadMap> read = read_known(text, source, tag_size_m);
   if (!read || read->form == MapForm::Waymark) return read;
   if (read->map.tags.tags.empty())

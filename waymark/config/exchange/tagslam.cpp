@@ -125,7 +125,7 @@ Eigen::Vector3d TagslamReader::vector(const YamlCursor& at, std::string_view key
 
 double TagslamReader::positive(const YamlCursor& at, std::string_view key) {
   const double value = keep(at.read_at(key, &YamlCursor::number), 1.0);
-  if (!(value > 0)) fail_at(*at.find(key), "must be greater than 0");
+  if (!(value > 0)) fail_at(*at.find(key), fmt::format("{:g} is not greater than 0", value));
   return value > 0 ? value : 1;
 }
 

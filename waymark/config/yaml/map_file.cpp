@@ -127,8 +127,10 @@ Status read_tag(const YamlCursor& entry, MapFile& map) {
   mapped.size_m = *size;
   constexpr double kLargestMetres = 1000;
   if (!is_tag_size(mapped.size_m) || mapped.size_m > kLargestMetres)
-    return entry.at("size_m")->fail_here(ErrorCode::InvalidArgument,
-                                         "the tag size must be greater than 0 and less than a kilometre");
+    return entry.at("size_m")->fail_here(
+        ErrorCode::InvalidArgument,
+        fmt::format("a tag size of {:g} m is outside (0, {:g}]", mapped.size_m, kLargestMetres),
+        "Give the side of the black square in metres.");
   const Result<SE3> map_T_tag = read_pose(entry);
   if (!map_T_tag) return tl::unexpected(map_T_tag.error());
   mapped.map_T_tag = *map_T_tag;
@@ -244,6 +246,9 @@ Result<MapFile> parse_map(std::string_view text, const std::string& source) {
     if (status = read_tag(entry, map); !status) return tl::unexpected(status.error());
   }
   if (status = check_ties(*tags, map.tags); !status) return tl::unexpected(status.error());
+  if (map.tags.tags.empty())
+    return tags->fail_here(ErrorCode::InvalidArgument, "the map contains no tags",
+                           "Map a recording in which tags are in view.");
   const Result<TagId> anchor = root.read_at("anchor", read_id);
   if (!anchor) return tl::unexpected(anchor.error());
   map.anchor = *anchor;

@@ -103,7 +103,7 @@ TEST(RobotFile, RejectsInvalidCameraNamesAndLists) {
 TEST(RobotFile, InvalidInputIsReportedWithFileLineAndKey) {
   EXPECT_NE(error_of(replaced(kLimo, "front_m", "frnt_m")).find("r.yaml:4 (hull.frnt_m): unknown key"),
             std::string::npos);
-  EXPECT_NE(error_of(replaced(kLimo, "0.045", "0")).find("(wheels.radius_m): must be greater than 0"),
+  EXPECT_NE(error_of(replaced(kLimo, "0.045", "0")).find("(wheels.radius_m): 0 is not greater than 0"),
             std::string::npos);
   EXPECT_NE(error_of(replaced(kLimo, "0.161", "1e300")).find("out of all proportion"), std::string::npos);
   EXPECT_NE(error_of(replaced(kLimo, "x_m: 0.084", "x_m: front")).find("'front' is not a number"),

@@ -263,7 +263,10 @@ Result<Route> parse_route(std::string_view text, const std::string& source) {
     if (Status status = read_route_point(entry, route, rows); !status) return tl::unexpected(status.error());
   }
   if (route.points.size() < 2)
-    return points->fail_here(ErrorCode::InvalidArgument, "a route needs at least two points");
+    return points->fail_here(
+        ErrorCode::InvalidArgument,
+        fmt::format("a route needs at least two points, but has {}", route.points.size()),
+        "Map the lap again with `waymark map`.");
   Status whole = check_stated(root, route, rows);
   const double last = route.points.back().arc_length_m;
   if (route.closed ? !(route.length_m > last) : std::abs(route.length_m - last) > 1e-6)
