@@ -146,7 +146,8 @@ void RiekfLocalizer::add(const TagFrame& frame) {
                                             tracker_.options(), camera);
     const bool known = tracker_.landmarks().find(detection.tag) >= 0;
     mapped_ += known ? 1 : 0;
-    other_family_ += !known && tracker_.landmarks().find(std::int64_t{detection.tag.number}) >= 0 ? 1 : 0;
+    if (!known && tracker_.landmarks().find(std::int64_t{detection.tag.number}) >= 0)
+      other_family_ = detection.tag.family;
     if (!observation) continue;
     if (slot->count < FrameObservations::kMaxObservations)
       slot->seen[slot->count++] = *observation;
@@ -237,10 +238,14 @@ std::vector<std::string> RiekfLocalizer::problems() const {
   const auto report = [&](int count, const char* thing, const char* text) {
     if (count > 0) all.push_back(fmt::format(fmt::runtime(text), counted(count, thing)));
   };
-  if (frames_ > 0 && observations_ == 0) all.emplace_back("no tag was detected in any image");
+  if (frames_ > 0 && observations_ == 0)
+    all.emplace_back(
+        "no tag was detected in any image. Check that tags were in view and that their family was searched");
   if (observations_ > 0 && mapped_ == 0)
-    all.push_back(other_family_ > 0
-                      ? "the observed tags are of another family than those of the map"
+    all.push_back(other_family_
+                      ? fmt::format("the observed tags are of family {}, those of the map are not. Is it the "
+                                    "map of this place?",
+                                    to_string(*other_family_))
                       : "none of the observed tags is in the map. Is it the map of this place?");
   if (tracker_.state().starts == 0 && mapped_ > 0)
     all.emplace_back(

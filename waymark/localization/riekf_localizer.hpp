@@ -1,7 +1,9 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
+#include "waymark/families/family.hpp"
 #include "waymark/localization/tracker.hpp"
 
 namespace waymark {
@@ -70,7 +72,7 @@ class RiekfLocalizer final : public LocalizationMethod {
   int frames_ = 0;
   int observations_ = 0;
   int mapped_ = 0;
-  int other_family_ = 0;
+  std::optional<FamilyId> other_family_{};  ///< of an observed tag whose number is in the map
   int over_limit_ = 0;
 };
 

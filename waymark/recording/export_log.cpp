@@ -25,6 +25,8 @@
 namespace waymark {
 namespace {
 
+constexpr const char* kContentsHint = "`waymark info` lists the contents of a recording.";
+
 /// Progress of a visit by the log times it meets; calls the caller's function periodically.
 class ExportProgress {
  public:
@@ -484,7 +486,7 @@ Result<ExportReport> export_csv(MessageLog& log, std::unique_ptr<ByteSink> sink,
   if (status) status = lines.flush();
   if (!status) return tl::unexpected(status.error());
   if (report.messages == 0)
-    return fail(ErrorCode::NotFound, fmt::format("the selection contains no {}", wanted));
+    return fail(ErrorCode::NotFound, fmt::format("the selection contains no {}", wanted), {}, kContentsHint);
   report.by_topic[wanted] = report.messages;
   report.problems = log.problems();
   return report;
@@ -513,7 +515,8 @@ class TumExport {
     const Status status = samples ? from_samples() : from_messages();
     if (!status) return tl::unexpected(status.error());
     if (samples) report_.problems = log_.problems();
-    if (report_.messages == 0) return fail(ErrorCode::NotFound, "the selection contains no poses");
+    if (report_.messages == 0)
+      return fail(ErrorCode::NotFound, "the selection contains no poses", {}, kContentsHint);
     if (Status written = sink_->write(as_bytes(text_)); !written) return tl::unexpected(written.error());
     return report_;
   }

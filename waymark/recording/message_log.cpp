@@ -121,7 +121,8 @@ Result<std::unique_ptr<MessageLog>> open_by_format(std::unique_ptr<ByteSource> s
   }
   if (place.source.ends_with(".mcap"))
     return fail(ErrorCode::Unsupported, "this does not begin like an MCAP file", place,
-                "If its beginning is damaged, `waymark recover FILE` saves the rest.");
+                fmt::format("If it is a damaged MCAP file, `waymark recover {}` saves its intact part.",
+                            place.source));
   return fail(ErrorCode::Unsupported, "this is not a recording of a supported format", place,
               fmt::format("Known: {}.", known_formats()));
 }
@@ -236,7 +237,8 @@ Result<std::unique_ptr<MessageLog>> open_log(std::unique_ptr<ByteSource> source,
   head = head_of(*unpacked->source);
   if (!head) return tl::unexpected(head.error());
   if (head->empty() && unpacked->damage) {
-    unpacked->damage->hint = "No data could be unpacked: no block of the compressed file is complete.";
+    unpacked->damage->hint =
+        "No data could be unpacked: no block of the compressed file is complete. Copy it again.";
     return tl::unexpected(*unpacked->damage);
   }
   Result<std::unique_ptr<MessageLog>> log = open_by_format(std::move(unpacked->source), *head, options);

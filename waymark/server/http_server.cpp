@@ -559,7 +559,7 @@ Result<HttpServer> HttpServer::listen(ServerOptions options) {
   if (error)
     return fail(ErrorCode::Unwritable,
                 fmt::format("cannot listen on {}: {}", options.address, error.message()), {},
-                "All ports may be in use, or the address may not belong to this machine.");
+                "Use an address of this machine (`ip address` lists them), or 0.0.0.0 for all its networks.");
   inside->shared->offered = {.files = std::move(options.offered), .live = options.feed != nullptr};
   inside->shared->seats = Seats(allowed_connections());
   inside->shared->policy = {.port = inside->acceptor.local_endpoint().port(),

@@ -228,8 +228,11 @@ std::uint32_t fourcc_of(PixelFormat format) {
 
 Result<CameraDevice> read_capabilities(int device, const std::string& path) {
   v4l2_capability capability{};
-  if (const int error = control_device(device, VIDIOC_QUERYCAP, &capability); error != 0)
-    return tl::unexpected(device_error(path, "not a camera", error));
+  if (const int error = control_device(device, VIDIOC_QUERYCAP, &capability); error != 0) {
+    Error failure = device_error(path, "not a camera", error);
+    if (failure.hint.empty()) failure.hint = "List the cameras of this computer with `waymark cameras`.";
+    return tl::unexpected(failure);
+  }
   const auto text = [](const auto& bytes) { return std::string(reinterpret_cast<const char*>(bytes)); };
   CameraDevice described{.path = path,
                          .by_id = by_id_of(path),

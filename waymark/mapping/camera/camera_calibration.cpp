@@ -107,8 +107,9 @@ Result<IntrinsicsFit> fit_all(Search& search, double gate_sigma) {
   if (views.size() < kMinUsableViews)
     return fail(
         ErrorCode::InvalidArgument,
-        fmt::format("only {} images show two tags of the target or eight corners of a board", views.size()),
-        {}, "Take at least three images, better fifteen from all sides.");
+        fmt::format("{} of {} images show two tags of the target or eight corners of a board; {} are needed",
+                    views.size(), search.views.size(), kMinUsableViews),
+        {}, "Take at least three images of the board, better fifteen from all sides.");
   const auto failed = [] {
     return fail(ErrorCode::InvalidArgument, "no camera fits these images", {},
                 "Check the description of the target: size, spacing, columns, rows, tag numbers, flatness.");

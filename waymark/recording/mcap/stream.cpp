@@ -182,7 +182,11 @@ Result<StreamSummary> read_stream(const ByteSource& source, const ReaderOptions&
   StreamSummary summary{.good_bytes = sizeof(kMagic)};
   if (const Status magic = check_magic(source, *size); !magic) {  // the beginning of the file is lost
     const auto first = known.empty() && search ? find_chunk(source, 0, *size) : first_of(known, *size);
-    if (!first) return tl::unexpected(magic.error());
+    if (!first) {
+      Error none = magic.error();
+      none.hint = "Check that this is the right file.";
+      return tl::unexpected(none);
+    }
     summary.problems.push_back(magic.error());
     summary.skipped_bytes = *first;
     summary.good_bytes = *first;

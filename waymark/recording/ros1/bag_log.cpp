@@ -31,7 +31,8 @@ std::optional<Op> op_of(const Fields& fields) {
 
 tl::unexpected<Error> no_record(const ByteSource& source, std::uint64_t offset) {
   return fail(ErrorCode::Unreadable, "not a ROS bag record",
-              {.source = source.name(), .byte = static_cast<std::int64_t>(offset)});
+              {.source = source.name(), .byte = static_cast<std::int64_t>(offset)},
+              "The file is truncated or damaged. Copy it again from its source.");
 }
 
 }  // namespace

@@ -487,7 +487,7 @@ Result<std::unique_ptr<MessageLog>> open_bag_folder(const fs::path& folder, cons
   if (files.empty())
     return fail(ErrorCode::NotFound,
                 "no bag in the folder: no metadata.yaml with existing files and no .db3 or .mcap file",
-                {.source = folder.string()});
+                {.source = folder.string()}, "Give a recording, or the folder of a rosbag2.");
   std::vector<std::unique_ptr<MessageLog>> parts;
   for (const fs::path& file : files) {
     Result<std::unique_ptr<MessageLog>> part = open_part(file, metadata.packed_messages, options);
