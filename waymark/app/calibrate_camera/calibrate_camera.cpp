@@ -156,6 +156,9 @@ class ImageReader {
     end_video();
     if (!status_) return tl::unexpected(status_.error());
     if (summary.stopped) return fail(ErrorCode::InvalidArgument, "stopped");
+    if (summary.pictures == 0 && summary.failed > 0)
+      return fail(ErrorCode::NotFound, "none of the inputs could be read", {},
+                  "Give images, videos or recordings of the board.");
     if (!without_target_.empty() && std::ranges::all_of(seen_.marks, &TargetPicture::empty))
       return fail(ErrorCode::NotFound, "no image shows the target", {.source = without_target_name_},
                   target_.absence_advice(without_target_.view()));

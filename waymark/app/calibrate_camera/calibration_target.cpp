@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "waymark/app/common/camera_description.hpp"
 #include "waymark/app/common/file_kind.hpp"
 #include "waymark/base/order_statistics.hpp"
 #include "waymark/config/yaml/map_file.hpp"
@@ -42,13 +43,17 @@ Result<TagMap> tag_target(const TargetOptions& options) {
     return fail(ErrorCode::InvalidArgument,
                 "give either the board (`cols`, `rows`, `tag_size_m`) or a tag map (`map`)");
   if (!options.map.empty())
-    return or_wrong_kind(read_map(options.map), options.map, FileUse::OwnMap).map([](const MapFile& map) {
-      return map.tags;
-    });
+    return or_wrong_kind(read_map(map_file_of(options.map)), options.map, FileUse::OwnMap)
+        .map([](const MapFile& map) { return map.tags; });
   if (options.columns < 1 || options.rows < 1 || !is_tag_size(options.tag_size_m))
     return fail(ErrorCode::InvalidArgument,
                 "a board needs `cols` and `rows` of at least 1 and a positive `tag_size_m`", {},
                 "Measure the black square of a printed tag.");
+  if (options.tag_size_m < kMinTagSize_m || options.tag_size_m > kMaxTagSize_m)
+    return fail(ErrorCode::InvalidArgument,
+                fmt::format("{:g} is not a size in metres from {} to {}", options.tag_size_m, kMinTagSize_m,
+                            kMaxTagSize_m),
+                {.key = "tag_size_m"}, "Measure the black square of a printed tag, in metres.");
   const auto ids = static_cast<std::int64_t>(family(FamilyId::Tag36h11).codes.size());
   const std::int64_t last = options.first_id + static_cast<std::int64_t>(options.columns) * options.rows - 1;
   if (options.first_id < 0 || last >= ids)

@@ -83,9 +83,13 @@ Result<LapInput> lap_input(const LocalizeJob& job, double from_s, double to_s, c
   if (!recorded) return tl::unexpected(recorded.error());
   if (Status status = apply_files(job, recorded->setup, control); !status)
     return tl::unexpected(status.error());
-  if (recorded->frames.empty())
-    return fail(ErrorCode::NotFound, "the recording contains no tag corners", {.source = job.logs.front()},
+  if (recorded->frames.empty()) {
+    std::string message = "the recording contains no tag corners";
+    if (!recorded->setup.problems.empty())
+      message += fmt::format("; first problem found: {}", to_string(recorded->setup.problems.front()));
+    return fail(ErrorCode::NotFound, std::move(message), {.source = job.logs.front()},
                 "Make a map of the tags, and set `map` to it.");
+  }
   const SensorTime first = recorded->frames.front().stamp;
   std::erase_if(recorded->frames, [&](const TagFrame& frame) {
     const double at_s = to_seconds(frame.stamp - first);

@@ -271,10 +271,13 @@ std::string first_not_number(const std::string& values) {
 
 /// "(--seed): 'abc' is not a number from 0 to 9" for the parser's "--seed: Value abc not in range 0 to 9",
 /// "(--laps): '1e' is not a number" for its "Could not convert: --laps = 1e", and "(--seed): given more than
-/// once" for its "--seed: At Most 1 required but received 2".
+/// once" for its "--seed: At Most 1 required but received 2", and "(--kind): unknown value 'imus'. Did you
+/// mean 'imu'?" for its "--kind: imus not in {imu,odometry}".
 std::string plain_words(const std::string& words) {
   static const std::regex kRange("(--[a-z0-9-]+): Value (.*) not in range (.*) to (.*)");
   static const std::regex kConversion("Could not convert: (--[a-z0-9-]+) = (.*)");
+  static const std::regex kChoice("(--[a-z0-9-]+): (.*) not in \\{(.*)\\}");
+  static const std::regex kRefused("(--[a-z0-9-]+): ([^0-9].*)");
   static const std::regex kRepeated("(--[a-z0-9-]+): At Most [0-9]+ required but received [0-9]+");
   std::smatch match;
   if (std::regex_match(words, match, kRange))
@@ -284,6 +287,11 @@ std::string plain_words(const std::string& words) {
     return fmt::format("({}): '{}' is not a number", match[1].str(), first_not_number(match[2].str()));
   if (std::regex_match(words, match, kRepeated))
     return fmt::format("({}): given more than once", match[1].str());
+  if (std::regex_match(words, match, kChoice))
+    return fmt::format("({}): unknown value '{}'. {}", match[1].str(), match[2].str(),
+                       suggestion(match[2].str(), CLI::detail::split(match[3].str(), ',')));
+  if (std::regex_match(words, match, kRefused))
+    return fmt::format("({}): {}", match[1].str(), match[2].str());
   return words;
 }
 
@@ -438,10 +446,12 @@ ExitCode parse_and_run(const Verb& program, std::vector<std::string> words, std:
       return misused(console, chosen.full_name, to_string(failed.error));
     return console.finish(console.failed(failed.error, ExitCode::SomeFailed));
   } catch (const CLI::ParseError& error) {
-    return misused(console, chosen.full_name, explain(error, app, chosen));
+    const std::string flag = unknown_flag(app);
+    const std::string owner = flag.empty() ? "" : verb_with(flag, chosen);
+    return misused(console, owner.empty() ? chosen.full_name : owner, explain(error, app, chosen));
   }
   if (const std::string flag = flag_without_number(*chosen.node->app); !flag.empty())
-    return misused(console, chosen.full_name, fmt::format("({}): nan is not a number.", flag));
+    return misused(console, chosen.full_name, fmt::format("({}): 'nan' is not a number.", flag));
   return console.finish(chosen.node->run(console));
 }
 

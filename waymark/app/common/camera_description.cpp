@@ -48,9 +48,13 @@ ReportFields fields(const ReportedPose& reported) {
 Result<double> parse_size_m(const std::string& text, const std::string& whole) {
   double size_m = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), size_m);
-  if (error == std::errc() && end == text.data() + text.size() && is_tag_size(size_m)) return size_m;
+  if (error == std::errc() && end == text.data() + text.size() && size_m >= kMinTagSize_m &&
+      size_m <= kMaxTagSize_m)
+    return size_m;
   return fail(
-      ErrorCode::InvalidArgument, fmt::format("'{}' is not a size in metres", whole), {.key = "tag_size_m"},
+      ErrorCode::InvalidArgument,
+      fmt::format("'{}' is not a size in metres from {} to {}", whole, kMinTagSize_m, kMaxTagSize_m),
+      {.key = "tag_size_m"},
       "Measure the side of the square where black border meets white, for example `tag_size_m=0.16`.");
 }
 

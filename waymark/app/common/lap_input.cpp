@@ -130,12 +130,14 @@ Result<TeachSetup> setup_of(const RecordedLap& lap, const SetupOverrides& overri
   if (!lap.setup.camera && lap.setup.chosen.camera_error)
     return tl::unexpected(*lap.setup.chosen.camera_error);
   if (!lap.setup.camera) {
+    const bool camera_alone = lap.odometry.empty() && lap.imu.empty();
     std::string message = "the recording contains no camera calibration (/camera_info)";
+    if (camera_alone) message += " and no odometry";
     if (!lap.setup.problems.empty())  // the recording may be truncated
       message += fmt::format("; first problem found: {}", to_string(lap.setup.problems.front()));
-    if (lap.odometry.empty() && lap.imu.empty())  // of a camera without a robot: a robot file does not help
+    if (camera_alone)  // of a camera without a robot: a robot file does not help
       return fail(
-          ErrorCode::NotFound, message + ", and no odometry", {},
+          ErrorCode::NotFound, std::move(message), {},
           "To map the recording of one camera without a robot, use `waymark map video` with `camera`. "
           "For several cameras described by TagSLAM's files, use `waymark map tagslam=FOLDER`. "
           "`waymark info` lists the contents of the recording.");

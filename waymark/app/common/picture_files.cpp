@@ -87,8 +87,11 @@ Input missing(const std::string& source) {
     return failed(source, ErrorCode::NotFound, "no such file or folder",
                   "Name a camera with its kind, such as v4l2:/dev/video0; `waymark cameras` lists cameras.");
   const std::string nearest = nearest_word(path.filename().string(), names);
-  const std::string hint =
-      nearest.empty() ? "" : fmt::format("Did you mean '{}'?", (path.parent_path() / nearest).string());
+  std::string hint = "Check the path.";
+  if (!nearest.empty())
+    hint = fmt::format("Did you mean '{}'?", (path.parent_path() / nearest).string());
+  else if (source.find(':') != std::string::npos)
+    hint = "Check the path. The address of a camera begins with its kind, such as v4l2:/dev/video0.";
   return failed(source, ErrorCode::NotFound, "no such file or folder", hint);
 }
 

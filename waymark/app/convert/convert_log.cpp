@@ -235,7 +235,12 @@ Result<ConvertReport> convert_log(const ConvertJob& job, const JobControl& contr
                                : Status{};
   };
   Result<ExportReport> report = write_out(*format, *bag, **log, *out, *options);
-  if (!report) return tl::unexpected(about_files(report.error()));
+  if (!report) {
+    Error failed = about_files(report.error());
+    if (failed.code == ErrorCode::NotFound && failed.place.source.empty())
+      failed.place.source = job.inputs.front();
+    return tl::unexpected(failed);
+  }
   return ConvertReport{.inputs = job.inputs,
                        .output = job.output,
                        .format = *format,

@@ -144,10 +144,10 @@ double incidence_deg(const SE3& cam_T_tag) {
 std::string row(const std::string& name, const TagPoseSolution& solution) {
   const PoseDeviations sigma = standard_deviations(solution.cam_T_tag, solution.covariance);
   const Eigen::Vector3d& t = solution.cam_T_tag.translation();
-  return fmt::format("  {:<22}{:>9.4f}{:>9.4f}{:>9.4f}{:>9.1f}{:>9.1f}{:>9.1f}{:>9.2f}{:>8.1f}{:>8.3f}\n",
-                     name, t.x(), t.y(), t.z(), 1e3 * sigma.position_m.x(), 1e3 * sigma.position_m.y(),
-                     1e3 * sigma.position_m.z(), to_degrees(sigma.rotation_rad.maxCoeff()),
-                     incidence_deg(solution.cam_T_tag), solution.rms_px);
+  return fmt::format(
+      "  {:<21} {:>8.4f} {:>8.4f} {:>8.4f} {:>8.1f} {:>8.1f} {:>8.1f} {:>8.2f} {:>7.1f} {:>7.3f}\n", name,
+      t.x(), t.y(), t.z(), 1e3 * sigma.position_m.x(), 1e3 * sigma.position_m.y(), 1e3 * sigma.position_m.z(),
+      to_degrees(sigma.rotation_rad.maxCoeff()), incidence_deg(solution.cam_T_tag), solution.rms_px);
 }
 
 }  // namespace

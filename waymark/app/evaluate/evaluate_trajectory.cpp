@@ -40,6 +40,16 @@ Result<TrajectoryRow> score_row(const std::string& name, EstimatedTrajectory pos
   if (inputs.reference.timed.empty()) return row;
   if (row.path) row.path->side_m = {};  // undefined for a driven trajectory
   const auto pairs = pair_by_time(row.poses, inputs.reference.timed, duration_of(report.options.max_gap_s));
+  if (pairs.empty() && !row.poses.empty()) {
+    const auto span = [](const auto& timed) {
+      return fmt::format("{:.3f} to {:.3f} s", to_seconds(timed.front().stamp.time_since_epoch()),
+                         to_seconds(timed.back().stamp.time_since_epoch()));
+    };
+    return fail(ErrorCode::NotFound,
+                fmt::format("no estimate is within the time of the reference: {} has {}, the reference {}",
+                            name, span(row.poses), span(inputs.reference.timed)),
+                {}, "Check that both are of the same drive and on the same clock.");
+  }
   const Result<TrajectoryScores> scores = score_trajectory(pairs, report.alignment, report.options);
   if (!scores) return tl::unexpected(scores.error());
   row.pairs = pairs.size();

@@ -69,7 +69,9 @@ Status read_log(const std::string& path, const CameraChoice& frames, LocalizeInp
   });
   if (!status) return status;
   for (const LogProblem& problem : (*log)->problems()) {
-    if (problem.kind == LogProblem::Kind::Damage) inputs.warnings.push_back(to_string(problem.error));
+    if (problem.kind != LogProblem::Kind::Damage) continue;
+    inputs.warnings.push_back(to_string(problem.error));
+    if (inputs.first_damage.empty()) inputs.first_damage = inputs.warnings.back();
   }
   if (!has_observations && has_images) {
     if (Status detected = detect_tags(path, frames, inputs, control); !detected) return detected;
@@ -169,13 +171,15 @@ Status apply_requested(const LocalizeJob& job, LocalizeInputs& inputs) {
 /// Reports invalid input before anything runs.
 Status check_inputs(const LocalizeJob& job, LocalizeInputs& inputs) {
   const auto count = [&](auto is) { return std::ranges::count_if(inputs.samples, is); };
-  if (inputs.samples.empty())
-    return fail(ErrorCode::NotFound, "the recording contains neither tags nor motion",
+  const auto lacks = [&](const std::string& what) {
+    const std::string damage =
+        inputs.first_damage.empty() ? "" : "; first problem found: " + inputs.first_damage;
+    return fail(ErrorCode::NotFound, fmt::format("the recording contains {}{}", what, damage),
                 {.source = job.logs.front()}, "`waymark info` lists its contents.");
+  };
+  if (inputs.samples.empty()) return lacks("neither tags nor motion");
   inputs.observations = static_cast<std::size_t>(count(is_observation));
-  if (inputs.observations == 0)
-    return fail(ErrorCode::NotFound, "the recording contains neither tags nor landmark observations",
-                {.source = job.logs.front()}, "`waymark info` lists its contents.");
+  if (inputs.observations == 0) return lacks("neither tags nor landmark observations");
   const bool corners = count([](const Sample& s) { return std::holds_alternative<TagFrame>(s); }) > 0;
   if (corners && !inputs.setup.sensor.camera)
     return fail(ErrorCode::NotFound, "no camera calibration in the recording or in the map folder",

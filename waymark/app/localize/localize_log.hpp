@@ -71,7 +71,8 @@ struct LocalizeInputs {
   LocalizerSetup setup{};
   std::vector<Sample> samples{};  ///< in order of their stamps
   std::vector<std::string> warnings{};
-  RecordingSetup recorded{};  ///< camera setup contained in the recording
+  RecordingSetup recorded{};   ///< camera setup contained in the recording
+  std::string first_damage{};  ///< of the recordings; empty if they are intact
   std::size_t observations = 0;
   bool mounting_guessed = false;  ///< unknown, so it was assumed
   bool planar_sensor = false;     ///< `sensor_pose` was set: x forward, y left; else optical axes

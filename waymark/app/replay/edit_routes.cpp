@@ -44,7 +44,7 @@ Status remove_station(const std::string& name, Route& route) {
   if (std::erase_if(route.stations, [&](const Station& station) { return station.name == name; }) > 0)
     return {};
   return fail(ErrorCode::NotFound, fmt::format("the route has no station '{}'", name),
-              {.key = "remove_station"}, suggestion(name, names));
+              {.key = "remove_station"}, names.empty() ? "It has no stations." : suggestion(name, names));
 }
 
 Status add_station(const RoutesJob& job, Route& route) {

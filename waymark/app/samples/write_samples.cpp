@@ -215,7 +215,8 @@ Status check_place(const fs::path& folder) {
 }
 
 Status unwritable(const fs::path& folder, const std::error_code& error) {
-  return fail(ErrorCode::Unwritable, "cannot write here: " + error.message(), {.source = folder.string()});
+  return fail(ErrorCode::Unwritable, "cannot write into this folder: " + error.message(),
+              {.source = folder.string()}, "Choose another folder for the samples.");
 }
 
 /// Removes a folder with its content, unless it was renamed.

@@ -92,7 +92,7 @@ Status clear_demo_folder(const std::string& name_of_folder) {
   }
   if (!error) return {};
   return fail(ErrorCode::Unwritable, "cannot write to the folder: " + error.message(),
-              {.source = folder.string()});
+              {.source = folder.string()}, "Choose another folder with `output`.");
 }
 
 Result<DemoReport> run_demo(const RobotSetup& setup, const DemoJob& job, const JobControl& control) {

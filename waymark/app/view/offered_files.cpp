@@ -97,7 +97,7 @@ Result<std::vector<OfferedFile>> offered_by(const std::string& path, const JobCo
         "For example `waymark run world=circuit24 driver=page view=true output=session`, or `waymark demo "
         "view=true`.");
   if (!fs::exists(path, none))
-    return fail(ErrorCode::NotFound, "there is no such file or folder", {.source = path});
+    return fail(ErrorCode::NotFound, "there is no such file or folder", {.source = path}, "Check the path.");
   if (fs::is_directory(path, none)) {
     std::vector<OfferedFile> left_out;
     std::vector<OfferedFile> files = files_of(path, left_out);

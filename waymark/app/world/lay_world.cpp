@@ -12,6 +12,7 @@
 
 #include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/output_files.hpp"
+#include "waymark/base/message_text.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/yaml/robot_file.hpp"
 #include "waymark/config/yaml/world_file.hpp"
@@ -59,6 +60,12 @@ Result<std::vector<Eigen::Vector2d>> points_of_table(const std::string& path) {
     const std::vector<std::string> cells = cells_of(text->substr(begin, end - begin));
     begin = end + 1;
     ++line_number;
+    for (const std::string& axis : {std::string("x"), std::string("y")}) {
+      const auto named = [&](const std::string& cell) { return cell == axis || cell == axis + "_m"; };
+      if (points.empty() && std::ranges::count_if(cells, named) > 1)
+        return fail(ErrorCode::Unreadable, fmt::format("duplicate column '{}'", axis),
+                    {.source = path, .line = line_number}, "Keep one column of each name.");
+    }
     const auto column_x = std::ranges::find_if(cells, [](const auto& c) { return c == "x" || c == "x_m"; });
     const auto column_y = std::ranges::find_if(cells, [](const auto& c) { return c == "y" || c == "y_m"; });
     if (points.empty() && column_x != cells.end() && column_y != cells.end()) {
@@ -143,8 +150,10 @@ Result<World> read_line(const std::string& path, const JobControl& control) {
                 "Coordinates must be in metres. Are these millimetres?");
   DrivableLine line = line_of(name, *points);
   if (line.world.path_m.size() < 3)
-    return fail(ErrorCode::InvalidArgument, "the line has fewer than three points at least 0.15 m apart",
-                {.source = path});
+    return fail(ErrorCode::InvalidArgument,
+                fmt::format("the line has {} at least {} m apart, fewer than three",
+                            counted(line.world.path_m.size(), "point"), kPointEvery_m),
+                {.source = path}, "Add points, in metres and in the order of the drive.");
   if (line.repeated_m > kUsualOverlap_m)
     control.note(fmt::format("{}: the last {:.2f} m of the line repeat its loop and are omitted", path,
                              line.repeated_m));
