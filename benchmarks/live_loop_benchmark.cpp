@@ -153,7 +153,7 @@ void publish(LiveFeed& feed, const Sample& picture, int round) {
     feed.publish(Sample(TagFrame{.stamp = stamp}), now_ns);
   }
   feed.publish(Sample(Odometry{.stamp = stamp}), now_ns);
-  feed.tell({.phase = "replaying", .driven_m = round * 0.001});
+  feed.set_status({.phase = "replaying", .driven_m = round * 0.001});
 }
 
 Rounds rounds_of(LiveFeed& feed, const CameraFrame& picture, double seconds, std::uint64_t& sum) {

@@ -68,7 +68,7 @@ void publish_all(LiveFeed& feed, const std::vector<Seen>& seen, double hz) {
     feed.publish(Sample(now.odometry), now_ns);
     feed.publish(Sample(std::move(now.picture)), now_ns);
     feed.publish(Sample(std::move(now.tags)), now_ns);
-    feed.tell({.phase = "replaying", .driven_m = static_cast<double>(i) / hz});
+    feed.set_status({.phase = "replaying", .driven_m = static_cast<double>(i) / hz});
   }
 }
 

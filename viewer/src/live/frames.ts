@@ -10,7 +10,7 @@ export interface Channel {
 export interface Light {
   readonly name: string;
   readonly level: "unknown" | "good" | "uncertain" | "bad";
-  readonly words: string;
+  readonly message: string;
 }
 export interface RobotState {
   readonly phase: string;

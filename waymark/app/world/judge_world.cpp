@@ -97,7 +97,7 @@ Result<WorldVerdict> judge_world(const World& world, const RobotModel& robot, co
                        .robot = robot.name,
                        .tags = world.tags.tags.size(),
                        .check = *check,
-                       .doubts = warnings_about(world, *check)};
+                       .warnings = warnings_about(world, *check)};
   verdict.good = verdict.warnings.empty() && check->min_clearance_m >= kGoodLapClearance_m &&
                  check->two_tags_fraction >= kGoodLapTwoTags;
   return verdict;

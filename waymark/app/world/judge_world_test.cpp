@@ -30,7 +30,7 @@ TEST(JudgeWorld, AcceptsTheCircuitAndRejectsWrongUnitsAndTooFewTags) {
   const auto too_large = judge_world(large_tag, robot.model, robot.camera, {});
   ASSERT_TRUE(too_large);
   EXPECT_FALSE(too_large->good);
-  EXPECT_THAT(too_large->doubts, Contains(HasSubstr("millimetres")));
+  EXPECT_THAT(too_large->warnings, Contains(HasSubstr("millimetres")));
   World sparse = test::circuit();
   while (sparse.tags.tags.size() > 2) sparse.tags.tags.erase(std::prev(sparse.tags.tags.end()));
   EXPECT_FALSE(judge_world(sparse, robot.model, robot.camera, {})->good) << "too few tags in view";
@@ -47,8 +47,8 @@ TEST(JudgeWorld, WarnsOnceAboutASizeInMillimetres) {
   const auto wrong_unit = judge_world(world, robot.model, robot.camera, {});
   ASSERT_TRUE(wrong_unit);
   EXPECT_FALSE(wrong_unit->good);
-  ASSERT_EQ(wrong_unit->doubts.size(), 1U);
-  EXPECT_THAT(wrong_unit->doubts.front(), HasSubstr("millimetres"));
+  ASSERT_EQ(wrong_unit->warnings.size(), 1U);
+  EXPECT_THAT(wrong_unit->warnings.front(), HasSubstr("millimetres"));
 }
 
 TEST(JudgeWorld, NamesOverlappingTags) {
