@@ -38,7 +38,7 @@ export function takeText(content: Content, name: string, text: string): string |
     else if (base === "truth_trajectory.txt") takeTrajectory(content, "truth", text);
     else if (base === "trajectory.txt") takeTrajectory(content, "estimate", text);
     else if (/^tag_family:/m.test(text)) content.world = parseWorld(text);
-    else return `${name}: neither a map nor a route. Open a recording, or map.yaml and route.yaml of a folder that `waymark map` wrote.`;
+    else return `${name}: neither a map nor a route. Open a recording, or map.yaml and route.yaml of a folder that waymark map wrote.`;
   } catch (error) {
     return `${name}: ${(error as Error).message}`;
   }

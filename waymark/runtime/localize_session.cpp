@@ -75,7 +75,7 @@ Result<DriverDecision> LocalizeSession::decide(Duration uptime, SensorTime now) 
     listener_.on_report(now, estimate);
   }
   const SessionRequest request = requests_(uptime);
-  for (const std::string& words : request.messages) listener_.on_message(words);
+  for (const std::string& message : request.messages) listener_.on_message(message);
   if (request.pose) restart_from(*request.pose);
   finished_ = finished_ || request.end || to_seconds(uptime) >= options_.most_s;
   return DriverDecision{.done = finished_};

@@ -60,7 +60,7 @@ struct OperatorRequest {
   VelocityCommand command{};          ///< of sticks or keys, whether or not the state permits it
   std::optional<GamepadState> pad{};  ///< recorded like any other sample
   std::vector<std::string>
-      words{};  ///< messages for the operator, such as about input that was not understood
+      messages{};  ///< messages for the operator, such as about input that was not understood
   std::optional<GivenPose> pose{};  ///< of SessionRequest
 };
 

@@ -32,7 +32,7 @@ Result<DriverDecision> OperatorSession::decide(Duration uptime, SensorTime now) 
   Result<OperatorRequest> request = input_.read(uptime, now, operator_.state());
   if (!request) return tl::unexpected(request.error());
   if (stop_pressed_()) request->events.insert(request->events.begin(), E::Stop);
-  for (const std::string& words : request->messages) tasks_.on_message(words);
+  for (const std::string& message : request->messages) tasks_.on_message(message);
   Status status = request->pad && lap_open_ ? tasks_.add_to_lap(*request->pad) : Status();
   for (const E event : request->events) {
     if (status) status = handle(event, uptime);

@@ -45,7 +45,7 @@ class OperatorTasks {
   /// Called before each decision, for viewers.
   virtual void on_decision(const Operator& /*session*/, const OperatorInput& /*input*/) {}
   /// A message for the operator.
-  virtual void on_message(const std::string& /*words*/) {}
+  virtual void on_message(const std::string& /*message*/) {}
 
  protected:
   OperatorTasks() = default;

@@ -85,7 +85,7 @@ Result<DriverDecision> ReplaySession::decide(Duration uptime, SensorTime now) {
     ended_by_ = request.reason;
     return DriverDecision{.done = true};
   }
-  for (const std::string& words : request.messages) listener_.on_message(words);
+  for (const std::string& message : request.messages) listener_.on_message(message);
   if (request.pause) *request.pause ? pause() : resume();
   if (request.pose) restart_from(*request.pose);
   return follow(uptime, now);

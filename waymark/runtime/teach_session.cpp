@@ -41,9 +41,9 @@ TeachSummary LapMonitor::summary() const {
 
 std::string LapMonitor::progress(SensorTime stamp, std::size_t tags) {
   if (!began_) began_ = stamp;
-  std::string words = fmt::format("{:.1f} s, {} tags", to_seconds(stamp - *began_), tags);
-  for (const std::string& warning : monitor_.live()) words += "; " + warning;
-  return words + ". Ctrl-C stops the robot.";
+  std::string text = fmt::format("{:.1f} s, {} tags", to_seconds(stamp - *began_), tags);
+  for (const std::string& warning : monitor_.live()) text += "; " + warning;
+  return text + ". Ctrl-C stops the robot.";
 }
 
 Status TeachSession::receive(const Sample& sample) {
@@ -74,9 +74,9 @@ Result<DriverDecision> TeachSession::decide(Duration uptime, SensorTime now) {
   notice_silence(camera_, uptime, "camera frame");
   Result<DriverDecision> decision = driver_.drive(uptime, now);
   if (!decision) return decision;
-  for (const std::string& words : decision->messages) lap_.listener().on_message(words);
+  for (const std::string& message : decision->messages) lap_.listener().on_message(message);
   const SessionRequest request = requests_(uptime);
-  for (const std::string& words : request.messages) lap_.listener().on_message(words);
+  for (const std::string& message : request.messages) lap_.listener().on_message(message);
   if (request.pose) lap_.listener().on_message("the given pose has no effect while a lap is taught");
   finished_ = decision->done = decision->done || request.end;
   if (finished_ || request.command_zero) decision->command = {};

@@ -104,8 +104,8 @@ void ViewerInput::receive(const Sample& sample) {
 }
 
 std::string ViewerInput::usage() const {
-  const ViewerLabels& words = requests_.words();
-  return other_ ? other_->usage() + "; " + words.beside : words.alone;
+  const ViewerLabels& labels = requests_.labels();
+  return other_ ? other_->usage() + "; " + labels.beside : labels.alone;
 }
 
 SessionRequest PhaseRequests::read(Duration uptime) {
@@ -124,7 +124,7 @@ SessionRequest PhaseRequests::read(Duration uptime) {
     request.pause = phase_ == S::Replaying;
     phase_ = *request.pause ? S::Paused : S::Replaying;
   }
-  if (request.end && request.reason.empty()) request.reason = requests_->words().stopped;
+  if (request.end && request.reason.empty()) request.reason = requests_->labels().stopped;
   return request;
 }
 

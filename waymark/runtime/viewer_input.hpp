@@ -18,7 +18,7 @@ namespace waymark {
 
 /// An order of a viewer.
 struct ViewerOrder {
-  /// SetControl, Snapshot and Record are for a camera that is shown without a robot; Words is a message for
+  /// SetControl, Snapshot and Record are for a camera that is shown without a robot; Message is a message for
   /// the person who runs the program.
   enum class Kind : std::uint8_t {
     Go,
@@ -27,7 +27,7 @@ struct ViewerOrder {
     Script,
     Velocity,
     GivePose,
-    Words,
+    Message,
     SetControl,
     Snapshot,
     Record,
@@ -38,7 +38,7 @@ struct ViewerOrder {
   std::string control{};      ///< of SetControl: name of the control, as in CameraControl
   double value = 0;           ///< of SetControl
   GivenPose pose{};           ///< of GivePose
-  std::string words{};        ///< of Words
+  std::string message{};      ///< of Message
 };
 
 /// Whether a viewer holds control, or left without releasing it.
@@ -59,7 +59,7 @@ struct ViewerLink {
   /// Orders since the last call, oldest first.
   std::function<std::vector<ViewerOrder>()> take_orders = [] { return std::vector<ViewerOrder>(); };
   std::function<ViewerControl()> control = [] { return ViewerControl::None; };
-  ViewerLabels words{};
+  ViewerLabels labels{};
 };
 
 /// Converts viewers' orders to events and commands. If the viewer in control leaves, a taught robot stops
@@ -79,7 +79,7 @@ class ViewerRequests {
   [[nodiscard]] Request read(Duration uptime, OperatorState state);
   /// A person at the robot pressed a button, so the robot is attended.
   void driver_is_present() { command_zero_ = false; }
-  [[nodiscard]] const ViewerLabels& words() const { return link_.words; }
+  [[nodiscard]] const ViewerLabels& labels() const { return link_.labels; }
 
  private:
   void notice_control(ViewerControl control, Duration uptime, OperatorState state);
@@ -109,7 +109,7 @@ class ViewerInput final : public OperatorInput {
   void receive(const Sample& sample) override;
   [[nodiscard]] std::string usage() const override;
   [[nodiscard]] OperatorButtons buttons(OperatorState state) const override {
-    return other_ ? other_->buttons(state) : requests_.words().buttons(state);
+    return other_ ? other_->buttons(state) : requests_.labels().buttons(state);
   }
   [[nodiscard]] bool page_drives() const override { return other_ == nullptr; }
   [[nodiscard]] bool has_script() const override {

@@ -58,11 +58,11 @@ class LiveFeed {
   /// The robot side calls `wake` when the server has something to take; it must not block.
   explicit LiveFeed(std::function<void()> wake = [] {}) : wake_(std::move(wake)) {}
   void set_wake(std::function<void()> wake) { wake_ = std::move(wake); }  ///< call before either side starts
-  void set_words(ViewerLabels words) { words_ = std::move(words); }       ///< call before either side starts
+  void set_labels(ViewerLabels labels) { labels_ = std::move(labels); }       ///< call before either side starts
   /// Rewrites the reasons of set_status() for viewers; default: unchanged.
   using ForUsers = std::function<std::string(std::string_view)>;
   void set_for_users(ForUsers write) { for_users_ = std::move(write); }
-  [[nodiscard]] const ViewerLabels& words() const { return words_; }
+  [[nodiscard]] const ViewerLabels& labels() const { return labels_; }
 
   // Robot side.
   void publish(const Sample& sample, std::int64_t host_ns);
@@ -104,7 +104,7 @@ class LiveFeed {
   void hand_over();
 
   std::function<void()> wake_;
-  ViewerLabels words_{};
+  ViewerLabels labels_{};
   ForUsers for_users_ = [](std::string_view text) { return std::string(text); };
   std::atomic<bool> listening_{false};
   std::atomic<Control> control_{Control::None};

@@ -34,7 +34,7 @@ ExitCode show_localized(const LocalizeReport& report, bool json, const std::vect
   console.print(json ? json_line(fields(report)) : to_text(report));
   for (const std::string& warning : warnings) console.note("warning: " + warning);
   for (const std::string& problem : report.problems) console.note(problem);
-  for (const std::string& warning : comparison_warnings(report)) console.note(warning);
+  for (const std::string& warning : localization_warnings(report)) console.note(warning);
   return report.certain > 0 ? ExitCode::Ok : ExitCode::SomeFailed;
 }
 

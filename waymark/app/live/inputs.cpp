@@ -117,7 +117,7 @@ std::optional<ViewerLink> viewer_link(LiveFeed* feed) {
   if (feed == nullptr) return std::nullopt;
   return ViewerLink{.take_orders = [feed] { return feed->take_orders(); },
                     .control = [feed] { return feed->control(); },
-                    .words = feed->words()};
+                    .labels = feed->labels()};
 }
 
 }  // namespace waymark

@@ -180,7 +180,7 @@ bool is_unchanged(LiveStatus now, const LiveStatus& before) {
 
 }  // namespace
 
-ViewerLabels service_words() {
+ViewerLabels service_labels() {
   const std::string buttons = fmt::format("services of ROS 2: /waymark/{}", fmt::join(kServices, ", "));
   const auto of_state = [](OperatorState state) {
     const OrderKind pressed = state == OperatorState::Idle ? OrderKind::Teach : OrderKind::Go;

@@ -140,6 +140,6 @@ struct ServiceButton {
 };
 [[nodiscard]] ServiceButton button_of_service(const std::string& service, const std::string& phase);
 /// Names of the services for the operator's messages.
-[[nodiscard]] ViewerLabels service_words();
+[[nodiscard]] ViewerLabels service_labels();
 
 }  // namespace waymark

@@ -264,7 +264,7 @@ TEST(Ros2Services, StopActsInEveryPhaseAndOtherServicesOnlyInTheirs) {
 
 TEST(Ros2Services, MessagesNameTheServiceThatActsInThePhase) {
   using S = OperatorState;
-  const ViewerLabels words = service_words();
+  const ViewerLabels words = service_labels();
   EXPECT_NE(words.alone.find("/waymark/start_teach, "), std::string::npos) << words.alone;
   const std::pair<S, const char*> buttons[] = {
       {S::Idle, "/waymark/start_teach"}, {S::Teaching, "/waymark/map"},  {S::Ready, "/waymark/replay"},

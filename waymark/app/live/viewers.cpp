@@ -103,7 +103,7 @@ Result<std::unique_ptr<LivePage>> LivePage::start_ros2(NodeRobot robot, const st
   std::unique_ptr<LivePage> view(new LivePage);
   auto bus = open_bus(options);
   if (!bus) return tl::unexpected(bus.error());
-  view->feed_.set_words(service_words());
+  view->feed_.set_labels(service_labels());
   auto node = Ros2Node::start(std::move(*bus), view->feed_, std::move(robot));
   if (!node) return tl::unexpected(node.error());
   view->node_ = std::move(*node);

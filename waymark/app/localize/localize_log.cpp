@@ -556,7 +556,7 @@ std::string to_text(const LocalizeReport& report) {
   return text;
 }
 
-std::vector<std::string> comparison_warnings(const LocalizeReport& report) {
+std::vector<std::string> localization_warnings(const LocalizeReport& report) {
   std::vector<std::string> warnings;
   if (report.certain == 0) warnings.emplace_back("no certain estimate");
   if (report.lasting_nis.value_or(0) > 4)

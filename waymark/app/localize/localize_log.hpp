@@ -117,6 +117,6 @@ struct LocalizeReport {
 /// The printed report: estimates, observations, last pose.
 [[nodiscard]] std::string to_text(const LocalizeReport& report);
 /// Warnings about the report, with remedies.
-[[nodiscard]] std::vector<std::string> comparison_warnings(const LocalizeReport& report);
+[[nodiscard]] std::vector<std::string> localization_warnings(const LocalizeReport& report);
 
 }  // namespace waymark

@@ -149,7 +149,7 @@ TEST(LocalizeText, ContainsCountsPoseAndNis) {
   EXPECT_THAT(
       text, AllOf(HasSubstr("4 estimates over 12.0 s, 75.0 % of them certain, the first after 1.25 s"),
                   HasSubstr("19 of 20 observations accepted, NIS 1.10"), HasSubstr("x 1.000 m, y 2.000 m")));
-  EXPECT_THAT(comparison_warnings(report), IsEmpty());
+  EXPECT_THAT(localization_warnings(report), IsEmpty());
   EXPECT_THAT(to_text(LocalizeReport{}), AllOf(HasSubstr("no estimate over 0.0 s\n"), Not(HasSubstr("nan"))));
 }
 
@@ -166,12 +166,12 @@ TEST(LocalizeText, WarningsNameRemedies) {
   LocalizeReport report{.estimates = 4, .certain = 0, .compared = 100, .accepted = 9};
   report.lasting_nis = 5;
   EXPECT_THAT(
-      comparison_warnings(report),
+      localization_warnings(report),
       ElementsAre("no certain estimate", HasSubstr("waymark calibrate robot"), HasSubstr("`calibration`")));
   report.accepted = 10;
   report.certain = 1;
   report.lasting_nis = 4;
-  EXPECT_THAT(comparison_warnings(report), IsEmpty());
+  EXPECT_THAT(localization_warnings(report), IsEmpty());
 }
 
 }  // namespace
