@@ -8,7 +8,7 @@ usage() {
   cat <<'TXT'
 usage: ./demo.sh [--laps N] [--package FILE.deb] [OUT_DIR]          (default: one lap driven again; out/demo)
 
-Installs the Debian packages it needs (says which; asks before sudo), builds the release preset (and, where there is npm, the page of
+Installs the Debian packages it needs (prints their names; asks before sudo), builds the release preset (and, where there is npm, the page of
 `waymark view`), then
   1. teaches a simulated robot a lap on rendered pictures, makes a map of it, lets the robot drive it again, and compares with the truth,
   2. renders a photograph of tags whose true corners are known,
@@ -46,7 +46,7 @@ fi
 waymark_install "${WAYMARK_BUILD_PACKAGES[@]}"
 export CCACHE_BASEDIR="$PWD" CCACHE_NOHASHDIR=1
 mkdir -p build "$out"
-if command -v npm >/dev/null; then  # the page of `waymark view`; without it the program says how to get it
+if command -v npm >/dev/null; then  # the page of `waymark view`; without it the program explains how to get it
   tools/build_viewer.sh || echo "demo.sh: the page of waymark view is not built"
 fi
 [ -f build/release/build.ninja ] || echo "Building: the first time takes about six minutes on two cores."

@@ -7,7 +7,7 @@ usage() {
   cat <<'TXT'
 usage: ./test.sh [--quick | --only PARTS | --full[=PARTS] [--again]] [--require-data] [--tidy-base REV]
 
-Installs what it needs (Debian packages, said by name), builds, and runs
+Installs what it needs (Debian packages; prints their names), builds, and runs
   1. the house rules: allowed edges, includes, formatting
   2. the build (preset check: warnings are errors; files of a room compiled together) and all unit, system and consumer tests
   3. the tests of what reads foreign bytes under address and undefined behaviour sanitizers

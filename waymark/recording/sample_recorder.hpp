@@ -49,7 +49,7 @@ class SampleRecorder {
   /// Records the camera and its mounting, which readers need before the first frame.
   Status add_camera(SensorTime stamp, const CameraModel& camera, const SE3& base_T_cam,
                     const std::string& name = "cam");
-  /// Records all cameras with the stamp of the first sample, whose clock the caller need not know.
+  /// Records all cameras with the stamp of the first sample: the caller needs no access to its clock.
   void add_cameras_with_first_sample(std::vector<MountedCamera> cameras) { cameras_ = std::move(cameras); }
   /// A message of a Waymark type on any topic.
   template <class Message>

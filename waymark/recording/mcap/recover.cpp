@@ -185,7 +185,7 @@ Result<Recovery> recover_file(const std::filesystem::path& in, const std::filesy
                 "Files are never overwritten: choose another name.");
   }
   const std::filesystem::path part = out.string() + ".part";
-  const auto named = [&](Error error) {  // the caller does not know the .part file
+  const auto named = [&](Error error) {  // errors name the output, not its .part file
     if (error.place.source == part.string()) error = named_output(std::move(error), out);
     return tl::unexpected(std::move(error));
   };
