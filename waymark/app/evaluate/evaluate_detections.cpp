@@ -201,7 +201,7 @@ double rounded_to_print(double value) { return std::round(value * 1e4) / 1e4 + 0
 void put_corner_columns(Text& text, const std::optional<CornerScores>& corners) {
   if (!corners) return put(text, "{:>9}{:>9}{:>9}{:>9}", "-", "-", "-", "-");
   put(text, "{:>9.4f}{:>+9.4f}{:>+9.4f}{:>+9.4f}", corners->rmse_px, rounded_to_print(corners->bias_x_px),
-      rounded_to_print(corners->bias_y_px), rounded(corners->bias_outward_px));
+      rounded_to_print(corners->bias_y_px), rounded_to_print(corners->bias_outward_px));
 }
 
 /// One row per class: number of tags, recall, corner errors.
@@ -243,7 +243,7 @@ void put_sums(Text& text, const DetectionScores& scores) {
     put(text, "corner error: RMSE {:.4f} px (x {:.4f}, y {:.4f}), worst {:.3f} px\n", c->rmse_px,
         c->rmse_x_px, c->rmse_y_px, c->worst_px);
     put(text, "corner bias:  x {:+.4f}, y {:+.4f}, outward {:+.4f} px\n", rounded_to_print(c->bias_x_px),
-        rounded_to_print(c->bias_y_px), rounded(c->bias_outward_px));
+        rounded_to_print(c->bias_y_px), rounded_to_print(c->bias_outward_px));
   }
   if (const auto& n = scores.consistency) {
     put(text,

@@ -247,8 +247,8 @@ void Ros2Node::receive(const BusMessage& message) {
   ++refused_poses_;
   status_published_ = {};  // publish the count at once
   feed_.order({.kind = ViewerOrder::Kind::Message,
-               .words = fmt::format("initial pose rejected ({} so far): {}", refused_poses_,
-                                    to_string(given.error()))});
+               .message = fmt::format("initial pose rejected ({} so far): {}", refused_poses_,
+                                      to_string(given.error()))});
 }
 
 void Ros2Node::run() {

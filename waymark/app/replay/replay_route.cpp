@@ -83,8 +83,8 @@ Status ReplayLog::on_sample(const Sample& sample) {
 Status ReplayLog::on_step(SensorTime now, const ReplayStep& step) {
   if (Status status = notes_.add(now, step, recorder_ ? &*recorder_ : nullptr); !status) return status;
   control_.progress(
-      {.words = fmt::format("{:.1f} of {:.1f} m{}{}. Space or Ctrl-C stops the robot.", step.driven_m,
-                            goal_m_, step.reason ? ", stopped: " : "", step.reason.value_or(""))});
+      {.text = fmt::format("{:.1f} of {:.1f} m{}{}. Space or Ctrl-C stops the robot.", step.driven_m, goal_m_,
+                           step.reason ? ", stopped: " : "", step.reason.value_or(""))});
   if (!recorder_ || !step.estimate) return {};
   return recorder_->add_message(topics::kEstimate, now, estimate_message(*step.estimate));
 }
