@@ -11,15 +11,15 @@
 namespace waymark {
 namespace {
 
-// Bounds that no lens reaches; within them no intermediate result overflows.
+// No lens reaches these bounds, and within them no intermediate result overflows.
 constexpr double kSmallestFocal = 1e-3;
 constexpr double kLargestFocal = 1e7;
 constexpr double kLargestCoefficient = 1e6;
 constexpr int kLargestSide = 1'000'000;
 /// Directions of points nearer than this to the camera centre are undefined [m].
 constexpr double kNearest = 1e-12;
-/// Points nearer than this to the optical axis count as on it: the quotients below would lose digits to
-/// denormal numbers [m].
+/// Points nearer than this to the optical axis count as on it [m]: for them, the quotients below would lose
+/// digits to denormal numbers.
 constexpr double kOnAxis = 1e-200;
 
 auto invalid(std::string message, std::string key, std::string hint) {
@@ -28,27 +28,27 @@ auto invalid(std::string message, std::string key, std::string hint) {
 
 Status check_size(int width_px, int height_px) {
   if (width_px > 0 && height_px > 0 && width_px <= kLargestSide && height_px <= kLargestSide) return {};
-  return invalid(fmt::format("the image size {}x{} is not possible", width_px, height_px), "resolution",
+  return invalid(fmt::format("invalid image size {}x{}", width_px, height_px), "resolution",
                  fmt::format("Give the size of the images in pixels, from 1 to {}.", kLargestSide));
 }
 
 Status check_focal(std::string key, double focal) {
   if (focal >= kSmallestFocal && focal <= kLargestFocal) return {};
-  return invalid(fmt::format("the focal length {} is not possible", focal), std::move(key),
+  return invalid(fmt::format("invalid focal length {}", focal), std::move(key),
                  fmt::format("Give it in pixels, from {} to {:.0f}.", kSmallestFocal, kLargestFocal));
 }
 
 Status check_centre(std::string key, double centre) {
   if (std::abs(centre) <= kLargestFocal) return {};
-  return invalid(fmt::format("the principal point {} is not possible", centre), std::move(key),
-                 "Give it in pixels; it usually lies near the middle of the image.");
+  return invalid(fmt::format("invalid principal point {}", centre), std::move(key),
+                 "Give it in pixels; it is usually near the middle of the image.");
 }
 
 template <class Coefficients>
 Status check_coefficients(const Coefficients& k) {
   for (const double c : k) {
     if (!(std::abs(c) <= kLargestCoefficient)) {
-      return invalid(fmt::format("the distortion coefficient {} is not possible", c), "distortion",
+      return invalid(fmt::format("invalid distortion coefficient {}", c), "distortion",
                      fmt::format("Give a number not larger than {:.0f}.", kLargestCoefficient));
     }
   }
@@ -122,7 +122,8 @@ Result<double> find_domain(const Equidistant& camera, int width_px, int height_p
   const double rim = lens.distort(limit);
   const double edge = nearest_edge(camera, width_px, height_px);
   const double focal = std::min(camera.fx, camera.fy);
-  // A circular fisheye has a full circle inside its image: a field of view beyond 90 degrees is enough.
+  // The image circle of a circular fisheye lies inside the image, so a domain of at least 90 degrees is
+  // enough.
   if (limit < 0.5 * std::numbers::pi && rim < edge) return folds(limit, rim * focal, edge * focal);
   return limit;
 }
@@ -252,7 +253,7 @@ Status check_camera_matches_image(const CameraModel& camera, int width_px, int h
 Result<CameraModel> scaled_camera(const CameraModel& camera, int width_px, int height_px) {
   const double x = static_cast<double>(width_px) / camera.width_px();
   const double y = static_cast<double>(height_px) / camera.height_px();
-  constexpr double kMaxApart = 0.01;  // 1280x720 and 854x480 are apart by 0.0008
+  constexpr double kMaxApart = 0.01;  // 1280x720 and 854x480 differ by 0.0008
   if (width_px > 0 && height_px > 0 && std::abs(x / y - 1) > kMaxApart)
     return fail(ErrorCode::InvalidArgument,
                 fmt::format("a calibration for {}x{} does not scale to {}x{}: the aspect ratios differ, so "

@@ -13,14 +13,13 @@ namespace waymark {
 /// J_px_p: derivative of a projected pixel with respect to the point in the camera frame.
 using Matrix23 = Eigen::Matrix<double, 2, 3>;
 
-/// Pinhole with radial-tangential distortion, OpenCV's order k1 k2 p1 p2 [k3 [k4 k5 k6]] (Brown, "Decentering
-/// distortion of lenses", 1966; OpenCV, "Camera Calibration and 3D Reconstruction"): with k4 k5 k6 the
-/// rational model. fx, fy, cx, cy in pixels, pixel centres at +1/2.
+/// Pinhole with radial-tangential distortion (Brown, "Decentering distortion of lenses", 1966; OpenCV,
+/// "Camera Calibration and 3D Reconstruction"). The coefficients are in OpenCV's order k1 k2 p1 p2 [k3 [k4 k5
+/// k6]]; k4 k5 k6 give the rational model. fx, fy, cx, cy are in pixels, with pixel centres at +1/2.
 struct PinholeRadtan {
   double fx = 0, fy = 0, cx = 0, cy = 0;
   std::array<double, 8> k{};  ///< k1 k2 p1 p2 k3 k4 k5 k6, zero beyond `coefficients`
-  int coefficients =
-      0;  ///< how many are in use: 0, 4, 5 or 8 (kept so that a file is written as it was read)
+  int coefficients = 0;  ///< number in use: 0, 4, 5 or 8 (stored so that a file is written as it was read)
 
   friend bool operator==(const PinholeRadtan&, const PinholeRadtan&) = default;
 };
@@ -42,19 +41,20 @@ class CameraModel {
   using Projection = std::variant<PinholeRadtan, Equidistant>;
 
   /// Determines the domain: the largest cone about the optical axis in which the projection is one to one
-  /// (see Radtan::domain and EquidistantAngle::domain). Fails on non-finite parameters, focal lengths or
-  /// sizes <= 0 or beyond any lens, coefficients beyond their count, and a distortion that folds before the
-  /// nearest image edge (for the fisheye: and before 90 degrees, because a circular one may end inside its
-  /// image). The place of the error names the field.
+  /// (see Radtan::domain and EquidistantAngle::domain). Fails on non-finite parameters, on focal lengths or
+  /// sizes that are <= 0 or larger than those of any lens, and on non-zero coefficients beyond their count.
+  /// Also fails on a distortion that folds before the nearest image edge. The image circle of a fisheye may
+  /// end inside the image, so for a fisheye this is an error only if it also folds before 90 degrees. The
+  /// place of the error names the field.
   static Result<CameraModel> make(const Projection& projection, int width_px, int height_px);
 
   [[nodiscard]] int width_px() const { return width_px_; }
   [[nodiscard]] int height_px() const { return height_px_; }
   [[nodiscard]] const Projection& projection() const { return projection_; }
 
-  /// Half the opening angle of the cone of projectable points: a point at or beyond this angle from the
-  /// optical axis does not project. 90 degrees without distortion, at most 180 (equidistant). The image may
-  /// cover less of the cone, and its corners may lie outside it.
+  /// Half the opening angle of the domain: a point at or beyond this angle from the optical axis does not
+  /// project. 90 degrees without distortion, at most 180 (equidistant). The image may cover less of the cone,
+  /// and its corners may lie outside it.
   [[nodiscard]] double max_angle_rad() const;
 
   /// Pixel of a point in the camera frame (x right, y down, z forward) [m], pixel centres at +1/2. Returns

@@ -52,7 +52,7 @@ Error error_of(const CameraModel::Projection& projection, int width = 640, int h
   return camera ? Error{.message = "no error"} : camera.error();
 }
 
-/// `text` is in the message, which has to quote the invalid value.
+/// Expects an error at `key` whose message contains `text`, the invalid value.
 void expect_rejected(const Error& error, const std::string& key, const std::string& text) {
   EXPECT_EQ(error.code, ErrorCode::InvalidArgument);
   EXPECT_EQ(error.place.key, key);

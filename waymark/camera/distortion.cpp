@@ -81,7 +81,8 @@ namespace {
 
 /// Results stay this far (relatively) inside the domain, so that they project again after rounding.
 constexpr double kInside = 1.0 - 1e-14;
-/// A fold is flat: rounding of its pixel may move a point of the rim this far (relatively) beyond it.
+/// At a fold the map is flat, so rounding of its pixel may move a point of the rim this far (relatively)
+/// beyond it.
 constexpr double kRimSlack = 2e-14;
 
 /// Solves f(x) = target on [low, high] for an increasing f with f(low) <= target <= f(high): Newton, with

@@ -18,17 +18,18 @@ using Polynomial = std::vector<double>;
 [[nodiscard]] Polynomial operator*(const Polynomial& a, const Polynomial& b);
 [[nodiscard]] Polynomial operator*(double factor, const Polynomial& p);
 
-/// The end of the interval from 0 in which a polynomial that is positive at 0 stays positive, within (0,
-/// high]: the largest x at which it is still positive while it is not at the next double. Nothing if it stays
-/// positive. Between two neighbouring zeros of its derivative a polynomial is monotone, so bisection there
-/// misses no crossing. O(degree^2) bisections.
+/// The end of the interval, within (0, high], in which a polynomial that is positive at 0 stays positive. The
+/// polynomial is positive there, but not at the next double. Nothing if it stays positive. Between two
+/// neighbouring zeros of its derivative a polynomial is monotone, so bisection there misses no crossing.
+/// O(degree^2) bisections.
 [[nodiscard]] std::optional<double> last_positive_before_root(const Polynomial& p, double high);
 
 /// The radial-tangential map of normalised image coordinates, k1 k2 p1 p2 k3 k4 k5 k6 as OpenCV orders them
 /// (Brown, "Decentering distortion of lenses", 1966; OpenCV, "Camera Calibration and 3D Reconstruction"):
 ///
-///     x_d = x g(r^2) + 2 p1 x y + p2 (r^2 + 2 x^2)        g(s) = (1 + k1 s + k2 s^2 + k3 s^3) / (1 + k4 s +
-///     k5 s^2 + k6 s^3) y_d = y g(r^2) + p1 (r^2 + 2 y^2) + 2 p2 x y
+///     x_d = x g(r^2) + 2 p1 x y + p2 (r^2 + 2 x^2)
+///     y_d = y g(r^2) + p1 (r^2 + 2 y^2) + 2 p2 x y
+///     g(s) = (1 + k1 s + k2 s^2 + k3 s^3) / (1 + k4 s + k5 s^2 + k6 s^3)
 ///
 /// It is the gradient of a potential, so its Jacobian is symmetric.
 struct Radtan {
@@ -38,17 +39,17 @@ struct Radtan {
   /// Distorted coordinates of undistorted ones; J, if given, is the symmetric 2x2 Jacobian.
   [[nodiscard]] Eigen::Vector2d distort(const Eigen::Vector2d& undistorted,
                                         Eigen::Matrix2d* J = nullptr) const;
-  /// The inverse inside the disk of radius `limit`; nothing if no point of the disk is mapped there. A
-  /// bracketed Newton iteration on the radius, then Newton in the plane for the tangential part.
+  /// The inverse inside the disk of radius `limit`; nothing if no point of the disk is mapped there. Uses
+  /// bracketed Newton iteration on the radius, then Newton's method in the plane for the tangential part.
   [[nodiscard]] std::optional<Eigen::Vector2d> undistort(const Eigen::Vector2d& distorted,
                                                          double limit) const;
   /// Radius of the largest disk about the axis in which the map is provably one to one: infinite without
   /// distortion, else at most kLargestRadius.
   ///
-  /// The radial part has the Jacobian eigenvalues A = d(r g)/dr and B = g, those of the tangential part lie
+  /// The radial part has the Jacobian eigenvalues A = d(r g)/dr and B = g; those of the tangential part lie
   /// within +-6 r |p|. While min(A, B) > 6 r |p| and the denominator is positive, the Jacobian is positive
-  /// definite, and a gradient map with a positive definite Jacobian on a convex set is one to one. The disk
-  /// also ends where A exceeds kLargestStretch: near a pole of g rounding errors become too large.
+  /// definite. A gradient map with a positive definite Jacobian on a convex set is one to one. The disk also
+  /// ends where A exceeds kLargestStretch: near a pole of g rounding errors become too large.
   [[nodiscard]] double domain() const;
   /// Smallest distorted radius of the rim of the disk of radius `limit`, over all directions.
   [[nodiscard]] double distorted_radius(double limit) const;

@@ -49,8 +49,8 @@ TEST(RadtanDomain, OfASingleRadialTermEndsWhereTheSlopeVanishes) {
 
 TEST(RadtanDomain, EndsWhereTheMapStretchesBeyondAnyLens) {
   EXPECT_NEAR((Radtan{{0.3}}.domain()), std::sqrt(99 / 0.9), 1e-12);
-  // g = 1 / (1 - r^2 / 4) increases up to its pole at 2; d(r g)/dr = (1 + s / 4) / (1 - s / 4)^2 is 100
-  // before it.
+  // g = 1 / (1 - r^2 / 4) increases up to its pole at 2; d(r g)/dr = (1 + s / 4) / (1 - s / 4)^2 reaches 100
+  // before the pole.
   const double limit = Radtan{{0, 0, 0, 0, 0, -0.25, 0, 0}}.domain();
   EXPECT_LT(limit, 2.0);
   const double q = limit * limit / 4;
