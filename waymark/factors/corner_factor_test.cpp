@@ -127,7 +127,8 @@ TEST(CornerFactor, ResidualHasUnitVarianceUnderItsOwnNoise) {
       noisy.corners_px[i] += noise.segment<2>(2 * static_cast<Eigen::Index>(i));
     chi2 += corner_residual(noisy, camera, scene.poses)->squaredNorm();
   }
-  EXPECT_NEAR(chi2 / kDraws, 8, 4 * 4 / std::sqrt(kDraws));  // four deviations of a mean of chi-square, 8 dof
+  EXPECT_NEAR(chi2 / kDraws, 8,
+              4 * 4 / std::sqrt(kDraws));  // four standard deviations of a mean of chi-square, 8 dof
 }
 
 TEST(CornerFactor, HasNoResidualBehindTheCamera) {

@@ -7,8 +7,8 @@
 
 namespace waymark {
 
-/// Factors for the wheels' distances and turns (wheel size, tyre wear, tread, skid), and other systematic
-/// errors between wheels and images.
+/// Scale factors of the wheels' distances and turns (wheel size, tyre wear, tread, skid), and other
+/// systematic errors between wheels and images.
 struct OdometryScales {
   double distance = 1;
   double yaw = 1;
@@ -31,7 +31,7 @@ struct OdometryScales {
 struct OdometryFactor {
   SE2 measured{};  ///< a_X_b
   Eigen::Matrix3d whitening = Eigen::Matrix3d::Identity();
-  double duration_s = 0;  ///< from A to B; 0: unknown, then slip and bias are ignored
+  double duration_s = 0;  ///< from A to B; 0: unknown, and slip and bias are ignored
   SE2::Tangent rate_change = SE2::Tangent::Zero();  ///< twist per second at B minus that at A
 };
 
@@ -46,12 +46,12 @@ struct OdometryJacobians {
 [[nodiscard]] SE2 scaled_motion(const OdometryFactor& factor, const OdometryScales& scales);
 
 /// Whitened residual: the twist (x, y [m], heading [rad]) that wheels should measure for the motion from A to
-/// B minus the measured one. Scales and slip are applied to the motion between the poses, because the wheels
-/// have the noise: a factor applied to a measured turn would be biased towards zero by the noise of that turn
-/// (errors in variables; Fuller, "Measurement Error Models", 1987, section 1.1). Wheels do not measure slip
-/// (y += slip dx dyaw / duration). Images with latency show the motion of slightly earlier (minus latency *
-/// rate_change, to first order), and turning measured ahead of distance corresponds to a still earlier time.
-/// Heading is about the z axis of base at A; height and tilts are ignored.
+/// B, minus the measured one. Heading is about the z axis of base at A; height and tilts are ignored. Wheels
+/// do not measure slip (y += slip dx dyaw / duration). Scales and slip are applied to the motion between the
+/// poses, because the wheels have the noise. A scale applied to a measured turn would be biased towards zero
+/// by the noise of that turn (errors in variables; Fuller, "Measurement Error Models", 1987, section 1.1).
+/// Images with latency show the motion of slightly earlier (minus latency * rate_change, to first order).
+/// Turning measured ahead of distance corresponds to a still earlier time.
 [[nodiscard]] Eigen::Vector3d odometry_residual(const OdometryFactor& factor, const OdometryScales& scales,
                                                 const SE3& map_T_a, const SE3& map_T_b,
                                                 OdometryJacobians* J = nullptr);

@@ -22,7 +22,7 @@ struct PlanarPointJacobians {
 };
 
 /// Whitened residual: the point relative to the base minus the measured one, corrected by `mounting` (x, y,
-/// yaw): the true pose of the sensor in its assumed pose.
+/// yaw), the true pose of the sensor relative to its assumed pose.
 [[nodiscard]] Eigen::Vector2d planar_point_residual(const PlanarPointFactor& factor,
                                                     const Eigen::Vector3d& map_X_base,
                                                     const Eigen::Vector2d& map_p,

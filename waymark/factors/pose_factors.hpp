@@ -23,8 +23,8 @@ struct PosePriorFactor {
 [[nodiscard]] Vector6 pose_prior_residual(const PosePriorFactor& factor, const SE3& X,
                                           Matrix6* J_r_X = nullptr);
 
-/// Two correlated prior poses: W (log(B prior_b^-1) - gain log(A prior_a^-1)), W of the covariance of B's
-/// error given A's.
+/// Two correlated prior poses: W (log(B prior_b^-1) - gain log(A prior_a^-1)), where W whitens the covariance
+/// of B's error given A's.
 struct PosePairPriorFactor {
   SE3 prior_a{}, prior_b{};
   Matrix6 gain = Matrix6::Zero();
@@ -44,8 +44,8 @@ struct RelativePoseFactor {
                                              const SE3& map_T_b, Matrix6* J_r_a = nullptr,
                                              Matrix6* J_r_b = nullptr);
 
-/// A base on its floor: height, and the tilts of its z axis (the x and y of base z in floor axes), of
-/// floor_T_base = map_T_floor^-1 map_T_base divided by their standard deviations.
+/// A base on its floor: height of floor_T_base = map_T_floor^-1 map_T_base and tilts of its z axis, divided
+/// by their standard deviations. The tilts are the x and y of base z in floor axes.
 struct OnFloorFactor {
   double height_sigma_m = 0.005;
   double tilt_sigma_rad = 0.005;
@@ -80,14 +80,14 @@ struct TagPoint {
 };
 [[nodiscard]] TagPoint tag_point(const SE3& map_T_body, const SE3& body_T_tag, const Eigen::Vector3d& tag_p);
 
-/// A distance between points of two tags, divided by its standard deviation; J_r_p for the first point, its
-/// negative for the second.
+/// Residual of the distance between points of two tags, divided by its standard deviation. J_r_p is for the
+/// first point; the Jacobian for the second is its negative.
 [[nodiscard]] double point_distance_residual(double measured_m, double sigma_m,
                                              const Eigen::Vector3d& map_p_a, const Eigen::Vector3d& map_p_b,
                                              Eigen::RowVector3d* J_r_a = nullptr);
 
-/// An axis of a tag that is parallel or antiparallel to a known direction of the map: "upright" is the tag's
-/// y axis along the map's z axis. Both of unit length.
+/// An axis of a tag that is parallel or antiparallel to a known direction of the map, both of unit length.
+/// For example, an upright tag has its y axis along the map's z axis.
 struct DirectionFactor {
   Eigen::Vector3d tag_axis = Eigen::Vector3d::UnitY();
   Eigen::Vector3d map_direction = Eigen::Vector3d::UnitZ();

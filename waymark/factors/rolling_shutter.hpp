@@ -11,8 +11,8 @@ namespace waymark {
 
 using TagCorners = std::array<Eigen::Vector2d, 4>;
 
-/// Exposure time of a row relative to the image stamp, which is the time of the middle row [s]. `readout_s`:
-/// from the first row to the last; negative if rows are read from the bottom.
+/// Exposure time of a row relative to the image stamp, which is the time of the middle row [s]. `readout_s`
+/// is the time from the first row to the last, negative if rows are read from the bottom.
 [[nodiscard]] inline double row_time_s(double y_px, int height_px, double readout_s) {
   return (y_px / height_px - 0.5) * readout_s;
 }
@@ -26,11 +26,11 @@ struct MovingTag {
   Vector6 bend = Vector6::Zero();  ///< per second squared
 };
 
-/// Displacement of each corner in the image (x, y of TL, TR, BR, BL [px]) from the middle row's time to that
-/// of the row in which it was measured, and the derivative with respect to the twist. Nothing if a corner is
-/// behind the camera or beyond the lens. After Hedborg, Forssen, Felsberg and Ringaby, "Rolling Shutter
-/// Bundle Adjustment" (CVPR 2012), section 3, with the motion's first two derivatives instead of its
-/// interpolation.
+/// Displacement of each corner in the image (x, y of TL, TR, BR, BL [px]), and its derivative with respect to
+/// the twist. The displacement is from the middle row's time to the time of the row in which the corner was
+/// measured. Nothing if a corner is behind the camera or beyond the lens. After Hedborg, Forssen, Felsberg
+/// and Ringaby, "Rolling Shutter Bundle Adjustment" (CVPR 2012), section 3, with the motion's first two
+/// derivatives instead of its interpolation.
 [[nodiscard]] std::optional<Eigen::Matrix<double, 8, 1>> rolling_shift(
     const MovingTag& tag, const TagCorners& measured_px, const CameraModel& camera, double readout_s,
     Eigen::Matrix<double, 8, 6>* J_twist = nullptr);

@@ -1,4 +1,4 @@
-// Rolling shutter: the shift compared with corners computed row by row, and analytic with numeric Jacobians.
+// Compares the rolling-shutter shift with corners computed row by row, and analytic with numeric Jacobians.
 #include "waymark/factors/rolling_shutter.hpp"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ MovingTag random_tag(Random& random) {
   return tag;
 }
 
-/// Each corner at the time when its own row is read: found by a search in time, independent of the measured
+/// Each corner at the time when its row is read, found by a search in time that does not use the measured
 /// row.
 TagCorners corners_row_by_row(const MovingTag& tag, const CameraModel& camera) {
   TagCorners corners;
