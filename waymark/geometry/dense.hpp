@@ -5,10 +5,10 @@
 
 namespace waymark {
 
-/// Dense algebra whose templates are instantiated once, in dense.cpp: Eigen's decompositions take seconds to
-/// compile in every file that uses them. The sizes are those instantiated in dense.cpp.
+/// Dense algebra whose templates are instantiated once, in dense.cpp, because Eigen's decompositions take
+/// seconds to compile in every file that uses them. Only the sizes instantiated there are available.
 
-/// A = V diag(values) V^T of a symmetric A; only the lower triangle is read.
+/// The decomposition A = V diag(values) V^T of a symmetric A; only the lower triangle is read.
 template <int N>
 struct SymmetricEigen {
   Eigen::Matrix<double, N, 1> values;   ///< ascending
@@ -25,14 +25,14 @@ template <int N>
 [[nodiscard]] Eigen::Matrix<double, N, 1> symmetric_eigenvalues(const Eigen::Matrix<double, N, N>& A);
 
 /// The rotation by the smallest angle that turns the direction of `from` to that of `to` (any non-zero
-/// lengths). For opposite directions, the axis is some axis perpendicular to them.
+/// lengths). For opposite directions, it is about an arbitrary axis perpendicular to them.
 [[nodiscard]] Eigen::Quaterniond rotation_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
 
 /// A B and A^T B of matrices of any size. O(rows inner columns).
 [[nodiscard]] Eigen::MatrixXd product(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
 [[nodiscard]] Eigen::MatrixXd transposed_product(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
 
-/// Solves A X = B for a symmetric A of any size, whose lower triangle is read, by L D L^T with pivoting
+/// Solves A X = B for a symmetric A of any size by L D L^T with pivoting; only the lower triangle is read
 /// (Golub and Van Loan, section 4.2.9).
 struct SymmetricSolution {
   Eigen::MatrixXd X{};
@@ -40,7 +40,8 @@ struct SymmetricSolution {
 };
 [[nodiscard]] SymmetricSolution solve_symmetric(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
 
-/// A = L L^T of a symmetric positive definite A of any size; only the lower triangle is read.
+/// The factorisation A = L L^T of a symmetric positive definite A of any size; only the lower triangle is
+/// read.
 class Cholesky {
  public:
   explicit Cholesky(const Eigen::MatrixXd& A);

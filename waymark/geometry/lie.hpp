@@ -27,11 +27,11 @@ concept LieGroup = requires(const G& X, const typename G::Tangent& xi) {
   { G::vee(X.matrix()) } -> std::same_as<typename G::Tangent>;
 };
 
-// Jacobians below are for perturbations on the left of group-valued arguments and results, X = exp(xi) X_hat,
-// each tangent in the parent frame of its own transform (docs/concepts/geometry.md, equations (20) to (22)).
+// Jacobians below are for perturbations on the left of group-valued arguments and results, X = exp(xi) X_hat.
+// Each tangent is in the parent frame of its transform (docs/concepts/geometry.md, equations (20) to (22)).
 // Pass nullptr for Jacobians that are not needed.
 
-/// exp(xi) X: the correction xi, written in the parent frame, applied on the left.
+/// exp(xi) X: applies the correction xi, in the parent frame, on the left.
 template <LieGroup G>
 [[nodiscard]] inline G plus(const typename G::Tangent& xi, const G& X) {
   return G::exp(xi) * X;
@@ -75,8 +75,8 @@ template <LieGroup G>
 }
 
 /// Z = exp(s log(Y X^-1)) X: the geodesic from X (s = 0) to Y (s = 1) at constant velocity in the parent
-/// frame; s outside [0, 1] extrapolates. It is the same path as X exp(s log(X^-1 Y)): the choice of frame
-/// does not matter. Between rotations exactly pi apart the direction is the one that SO3::log chooses.
+/// frame; s outside [0, 1] extrapolates. It is the same path as X exp(s log(X^-1 Y)), so the choice of frame
+/// does not matter. Between rotations exactly pi apart, SO3::log determines the direction.
 template <LieGroup G>
 [[nodiscard]] inline G interpolate(const G& X, const G& Y, double s, typename G::Jacobian* J_Z_X = nullptr,
                                    typename G::Jacobian* J_Z_Y = nullptr) {

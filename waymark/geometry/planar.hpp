@@ -13,10 +13,11 @@ namespace waymark {
   return {lift(a_T_b.rotation()), {a_T_b.x(), a_T_b.y(), 0}};
 }
 
-/// x, y and heading of b in the plane z = 0 of a: z is dropped, and yaw is the direction of the x axis of b
-/// (forward, for a base) seen from above, as in SO3::rpy. Inverse of lift, and commutes with planar motions
-/// on the left, project_to_plane(lift(A) X) = A project_to_plane(X); it is not a homomorphism otherwise. If
-/// the x axis is vertical the heading is undefined, and yaw is determined by rounding (0 for an exact zero).
+/// x, y and heading of b in the plane z = 0 of a. z is dropped, and yaw is the direction of the x axis of b
+/// (forward, for a base) seen from above, as in SO3::rpy. The inverse of lift. It commutes with planar
+/// motions on the left, project_to_plane(lift(A) X) = A project_to_plane(X), but is not a homomorphism
+/// otherwise. If the x axis is vertical, the heading is undefined, and yaw is determined by rounding (0 for
+/// an exact zero).
 [[nodiscard]] inline SE2 project_to_plane(const SE3& a_T_b) {
   const Eigen::Vector3d a_x_b = a_T_b.rotation() * Eigen::Vector3d::UnitX();
   return {a_T_b.translation().x(), a_T_b.translation().y(), std::atan2(a_x_b.y() + 0.0, a_x_b.x())};

@@ -131,7 +131,7 @@ TYPED_TEST(Precision, Exp) {
         power_series<G::kMatrixSize>(G::hat(xi).template cast<long double>(), 0);
     const typename G::Matrix M = G::exp(xi).matrix();
     EXPECT_LE(relative_error(M, exact), 1e-15) << xi.transpose();
-    // The skew-symmetric part is the small one: all its digits must be correct for small angles too.
+    // The skew-symmetric part is small, but all its digits must be correct for small angles too.
     const auto skew = [](const auto& m) {
       const auto R = m.template topLeftCorner<kSquare<G>, kSquare<G>>().eval();
       return (R - R.transpose()).eval();

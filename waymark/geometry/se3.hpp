@@ -13,7 +13,7 @@ namespace waymark {
 /// A rotation of space, a_R_b, stored as a unit quaternion with w >= 0. A quaternion product costs less than
 /// a matrix product, log is exact up to and at an angle of pi, and unit length is the only constraint to
 /// maintain. Every product is renormalised, so the length stays within a few units in the last place of 1 for
-/// chains of any length. Tangent: the rotation vector [rad], written in the parent frame a.
+/// chains of any length. The tangent is the rotation vector [rad] in the parent frame a.
 class SO3 {
  public:
   static constexpr int kDof = 3;
@@ -39,20 +39,20 @@ class SO3 {
   /// 1 by more than `tolerance`.
   [[nodiscard]] static Result<SO3> try_from_quaternion(const Eigen::Quaterniond& a_q_b,
                                                        double tolerance = 1e-3);
-  /// Like from_matrix for untrusted input: fails if an entry is not finite, if the matrix is not a rotation
-  /// within `tolerance` (largest entry of R^T R - I) or if it is a reflection.
+  /// Like from_matrix for untrusted input: fails if an entry is not finite, if the matrix is a reflection, or
+  /// if the largest entry of R^T R - I exceeds `tolerance`.
   [[nodiscard]] static Result<SO3> try_from_matrix(const Eigen::Matrix3d& a_R_b, double tolerance = 1e-3);
   /// R_z(yaw) R_y(pitch) R_x(roll) [rad] (REP 103: fixed axes, roll about x first). For input and output;
   /// compute with log.
   [[nodiscard]] static SO3 from_rpy(double roll, double pitch, double yaw);
   /// (roll, pitch, yaw) [rad]: roll, yaw in [-pi, pi], pitch in [-pi/2, pi/2]. from_rpy recovers the rotation
-  /// everywhere; at pitch = ±pi/2, where only roll ∓ yaw is defined, yaw is 0 or determined by rounding.
+  /// everywhere. At pitch = ±pi/2, only roll ∓ yaw is defined, and yaw is 0 or determined by rounding.
   [[nodiscard]] Eigen::Vector3d rpy() const;
 
   /// Rotation by |xi| about xi, any finite xi (|xi| < 1e150).
   [[nodiscard]] static SO3 exp(const Tangent& xi);
-  /// The rotation vector, |log| <= pi. At exactly pi, where two vectors give the same rotation, the one whose
-  /// first non-zero component is positive.
+  /// The rotation vector, |log| <= pi. At exactly pi two vectors give the same rotation; returns the one
+  /// whose first non-zero component is positive.
   [[nodiscard]] Tangent log() const;
   /// Rotation angle in [0, pi] [rad].
   [[nodiscard]] double angle() const;
@@ -74,7 +74,7 @@ class SO3 {
   [[nodiscard]] static Jacobian ad(const Tangent& xi) { return hat(xi); }
   /// hat(xi) p = xi x p.
   [[nodiscard]] static Matrix hat(const Tangent& xi);
-  /// Inverse of hat; for a matrix that is not skew-symmetric, that of its skew-symmetric part.
+  /// Inverse of hat. Uses only the skew-symmetric part of the matrix.
   [[nodiscard]] static Tangent vee(const Matrix& m);
 
   /// exp(xi + d) = exp(left_jacobian(xi) d) exp(xi) to first order in d: I + c2 ad + c3 ad^2.
@@ -91,8 +91,8 @@ class SO3 {
   explicit SO3(const Eigen::Quaterniond& unit) : q_(unit) {}
   /// I + a xi^ + b xi^ xi^, with xi^ xi^ = xi xi^T - s I.
   [[nodiscard]] static Matrix polynomial(const Tangent& xi, double s, double a, double b);
-  /// Of the two unit quaternions of a rotation the one with w > 0; for w = 0 the one whose first non-zero
-  /// component is positive.
+  /// Selects, from the two unit quaternions of a rotation, the one with w > 0, or for w = 0 the one whose
+  /// first non-zero component is positive.
   [[nodiscard]] static SO3 canonical(const Eigen::Quaterniond& q) {
     return SO3(is_canonical(q) ? q : Eigen::Quaterniond(-q.coeffs()));
   }
@@ -103,7 +103,7 @@ class SO3 {
     return q.z() > 0;
   }
   /// One Newton step towards unit length. A product of two unit factors has an error of about 1e-16, which
-  /// the step squares: no drift, and no square root.
+  /// the step squares. There is no drift and no square root.
   [[nodiscard]] static SO3 renormalized(const Eigen::Quaterniond& q) {
     return canonical(Eigen::Quaterniond(q.coeffs() * ((3.0 - q.squaredNorm()) / 2)));
   }
@@ -145,8 +145,8 @@ class SE3 {
   /// rotation).
   [[nodiscard]] static SE3 from_matrix(const Matrix& a_T_b);
 
-  /// Like from_matrix for untrusted input: fails as SO3::try_from_matrix does, if the translation is not
-  /// finite, and if the last row is not 0 0 0 1 (usually a transposed matrix).
+  /// Like from_matrix for untrusted input. Fails if SO3::try_from_matrix fails, if the translation is not
+  /// finite, or if the last row is not 0 0 0 1 (usually a transposed matrix).
   [[nodiscard]] static Result<SE3> try_from_matrix(const Matrix& a_T_b, double tolerance = 1e-3);
 
   [[nodiscard]] const SO3& rotation() const { return rotation_; }

@@ -18,8 +18,9 @@ struct Stumpff {
 
 namespace internal {
 
-/// Below this s the series is used, above it the closed forms. At s = 4 (theta = 2 rad) the upward recurrence
-/// loses less than four bits in c4 and c5, and eleven terms of the series reach the last bit of double.
+/// Below this s the series is used, above it the closed forms. At s = 4 (theta = 2 rad), the upward
+/// recurrence loses less than four bits in c4 and c5. Eleven terms of the series reach the last bit of double
+/// there.
 inline constexpr double kSeriesLimit = 4.0;
 inline constexpr int kSeriesTerms = 11;
 
@@ -47,8 +48,8 @@ template <int k>
 
 }  // namespace internal
 
-/// All six functions of s = theta^2 >= 0. Error below 4e-15 up to theta = 2 pi: relative, but absolute for
-/// those that pass through 0 (c0, c1, and c2 at 2 pi).
+/// All six functions of s = theta^2 >= 0. The error is below 4e-15 up to theta = 2 pi. It is relative, except
+/// for functions that pass through 0 (c0, c1, and c2 at 2 pi), for which it is absolute.
 [[nodiscard]] inline Stumpff stumpff(double s) {
   Stumpff c;
   if (s <= internal::kSeriesLimit) {
@@ -65,7 +66,7 @@ template <int k>
   const double half_cosine = std::cos(theta / 2);
   c.c0 = half_cosine * half_cosine - half_sine * half_sine;
   c.c1 = 2 * half_sine * half_cosine / theta;
-  c.c2 = 2 * half_sine * half_sine / s;  // not 1 - c0, which cancels towards 2 pi
+  c.c2 = 2 * half_sine * half_sine / s;  // 1 - c0 would cancel near 2 pi
   c.c3 = (1.0 - c.c1) / s;
   c.c4 = (1.0 / 2 - c.c2) / s;
   c.c5 = (1.0 / 6 - c.c3) / s;
@@ -73,8 +74,8 @@ template <int k>
 }
 
 /// e(s) = (1 - (theta/2) cot(theta/2)) / theta^2, the coefficient of the quadratic term of an inverse
-/// Jacobian (equation (16)), as (c2 - c3) / (4 c1) at s/4: no cancellation at 0, finite up to (not including)
-/// theta = 2 pi.
+/// Jacobian (equation (16)). Computed as (c2 - c3) / (4 c1) at s/4, which has no cancellation at 0 and is
+/// finite up to (not including) theta = 2 pi.
 [[nodiscard]] inline double inverse_jacobian_coefficient(double s) {
   const Stumpff half = stumpff(s / 4);
   return (half.c2 - half.c3) / (4 * half.c1);

@@ -38,8 +38,8 @@ template <int N>
   return symmetrized<N>(J * P * J.transpose());
 }
 
-/// d(coordinates) / d(xi) for translations t1 … of the group: a rotation of the whole by phi displaces each
-/// by phi x t. sign = -1 gives the inverse.
+/// d(coordinates) / d(xi) for the translations t1 … of the group: a rotation of the whole by phi displaces
+/// each translation t by phi x t. sign = -1 gives the inverse.
 [[nodiscard]] SE2::Jacobian coordinate_jacobian(const SE2& X, double sign);
 [[nodiscard]] SE3::Jacobian coordinate_jacobian(const SE3& X, double sign);
 [[nodiscard]] SE23::Jacobian coordinate_jacobian(const SE23& X, double sign);
@@ -50,8 +50,8 @@ template <LieGroup G>  // SO2 and SO3 have no translation
 
 }  // namespace internal
 
-/// a_X_c from a_X_b and b_X_c with independent errors. First order (equation (23)): omits the terms of fourth
-/// order in the deviations that Barfoot and Furgale add.
+/// a_X_c from a_X_b and b_X_c with independent errors. To first order (equation (23)); the terms of fourth
+/// order that Barfoot and Furgale add are omitted.
 template <LieGroup G>
 [[nodiscard]] inline Uncertain<G> compose(const Uncertain<G>& a_X_b, const Uncertain<G>& b_X_c) {
   const Covariance<G> J_ac_bc = a_X_b.mean.adjoint();
@@ -78,15 +78,15 @@ template <LieGroup G>
   return {b_X_a * a_X_c.mean, internal::propagate<G::kDof>(b_X_a.adjoint(), difference)};
 }
 
-/// The covariance in ordinary coordinates (equation (26)): of the coordinates of b in a (position, for SE23
-/// velocity too, along the axes of a) and of the rotation about the axes of a. Same size and order as the
-/// tangent; to first order. ROS calls this a PoseWithCovariance.
+/// The covariance in ordinary coordinates (equation (26)), to first order. The coordinates are those of b
+/// along the axes of a (position, and velocity for SE23) and the rotation about the axes of a. Size and order
+/// are those of the tangent. ROS calls this a PoseWithCovariance.
 template <LieGroup G>
 [[nodiscard]] inline Covariance<G> coordinate_covariance(const Uncertain<G>& a_X_b) {
   return internal::propagate<G::kDof>(internal::coordinate_jacobian(a_X_b.mean, 1.0), a_X_b.covariance);
 }
 
-/// Inverse of coordinate_covariance: for covariances given in ordinary coordinates.
+/// Inverse of coordinate_covariance, for covariances given in ordinary coordinates.
 template <LieGroup G>
 [[nodiscard]] inline Uncertain<G> from_coordinate_covariance(const G& a_X_b,
                                                              const Covariance<G>& covariance) {

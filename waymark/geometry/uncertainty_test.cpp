@@ -18,7 +18,7 @@ using testing::random_element;
 
 constexpr int kDraws = 20000;
 // Entries of a whitened sample covariance have a standard deviation of 1/sqrt(N) = 0.7 % (diagonal: 1 %);
-// second-order effects at the deviations used here are some 0.3 %.
+// second-order effects at the standard deviations used here are about 0.3 %.
 constexpr double kMonteCarloTolerance = 0.05;
 
 template <class G>
@@ -26,7 +26,7 @@ class Uncertainty : public ::testing::Test {
  public:
   Random random{51};
 
-  /// A full covariance with deviations of some 3 cm and 2 degrees.
+  /// A full covariance with standard deviations of about 3 cm and 2 degrees.
   Uncertain<G> uncertain() {
     const typename G::Jacobian A = G::Jacobian::NullaryExpr([&] { return random.normal(); });
     const typename G::Jacobian scaled = 0.03 / std::sqrt(static_cast<double>(G::kDof)) * A;
@@ -155,7 +155,7 @@ TEST(UncertaintyOfPoses, CoordinateCovarianceOfSE3AgainstMonteCarlo) {
   }
   EXPECT_THAT(whitened(errors, coordinate_covariance(x)),
               MatrixNear(SE3::Jacobian::Identity().eval(), kMonteCarloTolerance));
-  // 5 m from the origin 3 mrad of heading are some 15 mm across; the tangent's own deviation is 1 mm.
+  // 5 m from the origin, 3 mrad of heading are about 15 mm across; the tangent's standard deviation is 1 mm.
   EXPECT_NEAR(coordinate_deviations(x)[1], std::hypot(0.001, 5 * 0.003, 1 * 0.001), 1e-12);
 }
 
