@@ -15,7 +15,8 @@ using Matrix23 = Eigen::Matrix<double, 2, 3>;
 
 /// Pinhole with radial-tangential distortion (Brown, "Decentering distortion of lenses", 1966; OpenCV,
 /// "Camera Calibration and 3D Reconstruction"). The coefficients are in OpenCV's order k1 k2 p1 p2 [k3 [k4 k5
-/// k6]]; k4 k5 k6 give the rational model. fx, fy, cx, cy are in pixels, with pixel centres at +1/2.
+/// k6]]; k4 k5 k6 give the rational model. The parameters fx, fy, cx, cy are in pixels, with pixel centres at
+/// +1/2.
 struct PinholeRadtan {
   double fx = 0, fy = 0, cx = 0, cy = 0;
   std::array<double, 8> k{};  ///< k1 k2 p1 p2 k3 k4 k5 k6, zero beyond `coefficients`
