@@ -13,9 +13,9 @@ namespace waymark {
   return {lift(a_T_b.rotation()), {a_T_b.x(), a_T_b.y(), 0}};
 }
 
-/// x, y and heading of b in the plane z = 0 of a. z is dropped, and yaw is the direction of the x axis of b
-/// (forward, for a base) seen from above, as in SO3::rpy. The inverse of lift. It commutes with planar
-/// motions on the left, project_to_plane(lift(A) X) = A project_to_plane(X), but is not a homomorphism
+/// The x, y and heading of b in the plane z = 0 of a. The height is dropped, and yaw is the direction of the
+/// x axis of b (forward, for a base) seen from above, as in SO3::rpy. The inverse of lift. It commutes with
+/// planar motions on the left, project_to_plane(lift(A) X) = A project_to_plane(X), but is not a homomorphism
 /// otherwise. If the x axis is vertical, the heading is undefined, and yaw is determined by rounding (0 for
 /// an exact zero).
 [[nodiscard]] inline SE2 project_to_plane(const SE3& a_T_b) {

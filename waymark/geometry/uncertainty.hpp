@@ -38,7 +38,7 @@ template <int N>
   return symmetrized<N>(J * P * J.transpose());
 }
 
-/// d(coordinates) / d(xi) for the translations t1 … of the group: a rotation of the whole by phi displaces
+/// d(coordinates) / d(xi) for the translations t1 … of the group. A rotation of the whole by phi displaces
 /// each translation t by phi x t. sign = -1 gives the inverse.
 [[nodiscard]] SE2::Jacobian coordinate_jacobian(const SE2& X, double sign);
 [[nodiscard]] SE3::Jacobian coordinate_jacobian(const SE3& X, double sign);
