@@ -1,5 +1,5 @@
-// After initialisation the filter allocates no memory. malloc itself counts, because every allocation passes
-// through it.
+// After initialisation the filter allocates no memory. malloc counts the allocations, because every
+// allocation passes through it.
 #include <cstdlib>
 
 #include <gtest/gtest.h>
@@ -49,7 +49,7 @@ struct KnownPlace {
   }
 };
 
-/// Runs until the filter is initialised, and expects that it allocates nothing while it runs on.
+/// Runs until the filter is initialised, and expects that it then allocates nothing.
 void expect_none(LocalizationMethod& method, const RiekfLocalizer& filter, KnownPlace place) {
   ASSERT_EQ(place.frame.detections.size(), 9U);
   TagFrame& frame = place.frame;

@@ -22,7 +22,7 @@ constexpr double kGate = 22.5;  // 0.999 quantile of chi-square: 2 (corners) + 1
 /// Pose of the base from one pose of one tag: equation 3.1 in the plane.
 FloorFit base_on_floor(const MappedTag& tag, const TagPoseSolution& solution, const SE3& base_T_cam,
                        const AnchorOptions& options) {
-  constexpr double kAnyHeight = 10;  // the origin of the map need not be on the floor
+  constexpr double kAnyHeight = 10;  // because the origin of the map may be off the floor
   // The position of the tag in the plane, with the axes of the map; the remaining motion is its shape.
   const SE2 map_X_tag(tag.map_T_tag.translation().x(), tag.map_T_tag.translation().y(), 0);
   const SE3 shape = lift(map_X_tag).inverse() * tag.map_T_tag;
@@ -119,7 +119,7 @@ void AnchorLocalizer::initialise(const std::vector<Observation>& seen, const SE2
   for (const auto& votes : recent_votes_) all.insert(all.end(), votes.begin(), votes.end());
   const auto map_X_odom = internal::agree(all, kGate);
   if (!map_X_odom || 2 * map_X_odom->votes < static_cast<int>(all.size())) return;
-  // Map errors are the same in all frames: the result is as certain as one frame.
+  // Map errors are the same in all frames, so the result is only as certain as one frame.
   const Eigen::Matrix3d covariance = map_X_odom->value.covariance * static_cast<double>(frames);
   anchor({map_X_odom->value.mean * odom_T_base, covariance}, odom_T_base);
 }

@@ -35,9 +35,9 @@ struct AnchorOptions {
   static void fields(Self& self, Visitor&& visit) {
     visit(self.max_tag_distance_m,
           Field{"max_tag_distance_m", "Maximum distance of a tag that is used.", 0.1});
-    visit(
-        self.near_distance_m,
-        Field{"near_distance_m", "Distance of a tag below which its fix is accepted whatever the jump.", 0});
+    visit(self.near_distance_m,
+          Field{"near_distance_m",
+                "Distance of a tag below which its fix is accepted regardless of the jump.", 0});
     visit(self.max_jump_m,
           Field{"max_jump_m", "Largest change of position that the fix of a far tag may cause.", 0});
     visit(self.max_jump_rad,
@@ -77,16 +77,16 @@ struct AnchorOptions {
   }
 };
 
-/// Localization from the nearest tag of the map, and from odometry between fixes ("Marker-Based Visual
+/// Localization from the nearest tag of the map, and from odometry between fixes. After "Marker-Based Visual
 /// Localization with AprilTags and Odometry Fusion", sections "Choosing the Best Tag" and "Odometry Fusion
-/// and Outlier Rejection"). A fix becomes the new anchor if it does not jump or the tag is near, and if it is
-/// at least as certain as odometry since the last fix; fixes are never averaged. The robot is on a level
-/// floor, which constrains each tag pose (fit_to_floor); of the two poses of a tag the one nearer to the
+/// and Outlier Rejection". A fix becomes the new anchor if it does not jump or the tag is near, and if it is
+/// at least as certain as odometry since the last fix. Fixes are never averaged. The robot is on a level
+/// floor, which constrains each tag pose (fit_to_floor). Of the two poses of a tag, the one nearer to the
 /// prediction is used. This is the baseline for the filters. Floor constraint, votes at the start and
 /// covariances are not in the paper; `plain` disables them. Equations: docs/concepts/teach_and_replay.md.
 class AnchorLocalizer final : public LocalizationMethod {
  public:
-  /// `more_cameras`: cameras other than the first. Frames without the name of one of them are from the first.
+  /// `more_cameras`: cameras other than the first. A frame that names none of them is from the first.
   AnchorLocalizer(TagMap map, CameraModel camera, const SE3& base_T_cam, const AnchorOptions& options = {},
                   std::vector<MountedCamera> more_cameras = {});
 
@@ -107,7 +107,7 @@ class AnchorLocalizer final : public LocalizationMethod {
   };
   struct Fix {
     Uncertain<SE2> map_X_base;
-    double distance_m;  ///< of the nearest tag it uses
+    double distance_m;  ///< of the nearest tag used
   };
   using Votes = std::vector<internal::Vote<SE2>>;
   [[nodiscard]] std::vector<Observation> observations(const TagFrame& frame) const;
@@ -123,7 +123,7 @@ class AnchorLocalizer final : public LocalizationMethod {
   [[nodiscard]] bool accepted(const Fix& fix, const SE2& map_X_predicted) const;
 
   TagMap map_;
-  /// In the form that camera_of() takes.
+  /// The cameras in the form that camera_of() takes.
   struct Cameras {
     CameraModel camera;
     SE3 base_T_cam;

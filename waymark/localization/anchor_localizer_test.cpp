@@ -1,4 +1,4 @@
-// The anchor method on a straight drive past mapped tags, with corners as a camera measures them.
+// The anchor method on a straight drive past mapped tags, with simulated corners.
 #include "waymark/localization/anchor_localizer.hpp"
 
 #include <cmath>

@@ -1,5 +1,5 @@
-// Wrong parameters, darkness, moved robots: a thousand robots in a ring of tags (forty unless WAYMARK_FULL is
-// set).
+// A thousand robots (forty unless WAYMARK_FULL is set) in a ring of tags, with wrong parameters, in the dark,
+// or moved by hand.
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -25,7 +25,7 @@ using testing::run;
 struct Claims {
   bool certain = false;
   int starts = 0;
-  bool carried = false;  ///< since the estimate became certain
+  bool carried = false;  ///< moved by hand since the estimate became certain
   int made = 0;
   int false_moments = 0;
 
@@ -44,7 +44,7 @@ struct Claims {
   }
 };
 
-/// One robot among tags, a fifth of which is misread.
+/// One robot among tags; a fifth of the ids are misread.
 struct Trial {
   RiekfLocalizer filter{Landmarks(ring()), mounted_sensor()};
   RingRobot robot{};

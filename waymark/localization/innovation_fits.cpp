@@ -85,7 +85,7 @@ struct RunCost {
   double held_out = 0;     ///< as `fitted`, for the held-out part
   double held_out_rows = 0;
   std::size_t observations = 0;
-  bool lost = false;  ///< for longer than with other parameters: unprocessed observations would cost nothing
+  bool lost = false;  ///< for longer than with other parameters; unprocessed observations would cost nothing
 
   [[nodiscard]] double rows() const { return fitted_rows + held_out_rows; }
   [[nodiscard]] double per_row() const { return rows() > 0 ? (fitted + held_out) / rows() : 0; }
@@ -106,7 +106,7 @@ class InnovationRuns {
         sensor_(sensor),
         options_(options),
         keep_going_(fit.keep_going) {
-    // The errors to be found must show in the innovations, so other states must not absorb them.
+    // The errors to be found must be visible in the innovations, so other states must not absorb them.
     options_.mounting_sigma_m = options_.mounting_sigma_rad = 0;
     options_.motion.distance_scale_sigma = options_.motion.yaw_scale_sigma = 0;
     constexpr double kSlip_s = 0.01;
@@ -114,8 +114,8 @@ class InnovationRuns {
     options_.motion.independent_parts = true;
   }
 
-  /// Runs the filter with observation noise scaled by `noise_ratio`: large first, so that outliers are
-  /// accepted. `errors` receives the evidence of the part that is not held out.
+  /// Runs the filter with observation noise scaled by `noise_ratio`. The ratio is large at first, so that
+  /// outliers are accepted. `errors` receives the evidence of the part that is not held out.
   RunCost operator()(const CalibratedNumbers& numbers, double noise_ratio,
                      SystematicErrors* errors = nullptr) {
     stopped = stopped || (keep_going_ && !keep_going_());
@@ -183,11 +183,11 @@ class InnovationRuns {
 
 constexpr std::size_t at(Calibrated what) { return static_cast<std::size_t>(what); }
 
-/// Which calibrated parameter each of kSystematic is; none: not fitted.
+/// The calibrated parameter at each index of kSystematic; none: not fitted.
 using Places = std::array<std::optional<std::size_t>, kSystematic>;
 
-/// Parameters that are requested and observable: with a gyro the wheels do not measure the turn, and without
-/// one the gyro has no scale. Only corners determine the height and tilt of a camera, and its focal length.
+/// Parameters that are requested and observable. With a gyro the wheels do not measure the turn, and without
+/// one there is no gyro scale. Only corners determine the height and tilt of a camera, and its focal length.
 Places sought(std::span<const Sample> samples, const InnovationFitOptions& fit) {
   const auto any = [&](auto is) { return std::ranges::any_of(samples, is); };
   const bool gyro = any([](const Sample& s) { return std::holds_alternative<ImuSample>(s); });
@@ -246,7 +246,7 @@ CalibratedNumbers moved(const Places& places, const CalibratedNumbers& numbers, 
   return to;
 }
 
-/// Whether the parameters are within three standard deviations of their start; beyond, the search has
+/// Whether the parameters are within three standard deviations of their start. If not, the search has
 /// diverged.
 bool credible(const CalibratedNumbers& numbers, const CalibratedNumbers& start,
               const CalibratedNumbers& prior) {
@@ -256,8 +256,8 @@ bool credible(const CalibratedNumbers& numbers, const CalibratedNumbers& start,
   return true;
 }
 
-/// Tries several latencies, so that the result does not depend on the given one: latency bends the
-/// innovations most.
+/// Tries several latencies, so that the result does not depend on the given one: the innovations are least
+/// linear in the latency.
 CalibratedNumbers best_start(InnovationRuns& runs, const Places& places, const CalibratedNumbers& given,
                              double noise_ratio) {
   if (!places[7]) return given;
@@ -286,9 +286,9 @@ double wide_enough(InnovationRuns& runs, const Places& places, const CalibratedN
   return kRatios.front();
 }
 
-/// Gauss-Newton steps on the innovations, with noise that shrinks to its actual value: with small noise from
-/// the start, outliers and gates bias the steps (Blake and Zisserman, "Visual Reconstruction", chapter 3,
-/// graduated non-convexity).
+/// Gauss-Newton steps on the innovations, with noise that shrinks to its actual value. With small noise from
+/// the start, outliers and gates would bias the steps (graduated non-convexity; Blake and Zisserman, "Visual
+/// Reconstruction", chapter 3).
 CalibratedNumbers search(InnovationRuns& runs, const Places& places, const CalibratedNumbers& given,
                          const MountedSensor& sensor, const InnovationFitOptions& fit, int landmarks) {
   const SystematicVector prior = prior_of(places, fit.prior);
@@ -330,8 +330,8 @@ bool is_better(const RunCost& after, const RunCost& before) {
          after.fitted_per_row() < before.fitted_per_row();
 }
 
-/// One more step, with the whole drive, from the result of the fitted part, kept only if the cost of the
-/// whole drive decreases. Returns the final fit.
+/// Takes one more step with the whole drive, from the result of the fitted part. Keeps it only if the cost of
+/// the whole drive decreases. Returns the final fit.
 std::optional<SystematicFit> fit_all(InnovationRuns& runs, const Places& places,
                                      const CalibratedNumbers& given, const MountedSensor& sensor,
                                      const InnovationFitOptions& fit, int landmarks,
@@ -349,8 +349,8 @@ std::optional<SystematicFit> fit_all(InnovationRuns& runs, const Places& places,
   return there_errors.fit(prior, difference(places, given, tried));
 }
 
-/// Keeps the given value of each parameter that the drive does not distinguish from it, because it came from
-/// a better source. Returns by how much this moves each parameter.
+/// Keeps a given value that the drive does not distinguish from the fitted one, because it came from a better
+/// source. Returns by how much this moves each parameter.
 Eigen::VectorXd move_observable(const Eigen::MatrixXd& P, const std::vector<std::size_t>& what,
                                 const CalibratedNumbers& start, double keep_sigma, InnovationFit& result) {
   Eigen::VectorXd change(static_cast<Eigen::Index>(what.size()));
@@ -379,8 +379,8 @@ double half_interval_s(std::span<const Sample> samples, bool gyro) {
   return apart_s.empty() ? 0 : median(std::move(apart_s)) / 2;
 }
 
-/// Sets values and standard deviations, and which parameters change. If others keep their given values, the
-/// shift that this causes is added to the standard deviation.
+/// Sets values, standard deviations, and which parameters change. If other parameters keep their given
+/// values, the shift that this causes is added to the standard deviation.
 void set_values_and_sigmas(const Places& places, const SystematicFit& last, const CalibratedNumbers& given,
                            const InnovationFitOptions& fit, const Eigen::Vector3d& lever, double stamps_s,
                            InnovationFit& result) {
@@ -554,7 +554,7 @@ NoiseFit adapt_noise(std::span<const Sample> samples, const Landmarks& landmarks
   Likelihood cost(beginning(samples), landmarks, sensor, options, keep_going);
   Exponents best{};
   double least = cost(best);
-  constexpr double kMinExponent = -1;  // of the assumed noise: a smaller one is hidden by lasting errors
+  constexpr double kMinExponent = -1;  // of the assumed noise; lasting errors hide a smaller one
   constexpr double kMaxExponent = 7;
   constexpr double kMinDecrease = 1e-3;  // minimum decrease per row
   for (const double step : {2.0, 2.0, 1.0, 0.5}) {

@@ -13,9 +13,9 @@
 namespace waymark {
 
 /// Selects the parameters to change by backward elimination (Draper and Smith, "Applied Regression Analysis",
-/// section 15.2): the least significant change is set to zero first, and the others move to their optimum
+/// section 15.2). The least significant change is set to zero first, and the others move to their optimum
 /// given it. `change` is the step from the given values to the minimum of a cost, and becomes the step to the
-/// selected values; `covariance` is that of the minimum. A parameter is changed if its change is at least
+/// selected values. `covariance` is that of the minimum. A parameter is changed if its change is at least
 /// `enough_sigma` of its own standard deviations, given the ones that stay. Returns true for parameters that
 /// stay. O(n^3).
 [[nodiscard]] std::vector<bool> keep_given(const Eigen::MatrixXd& covariance, double enough_sigma,
@@ -60,24 +60,24 @@ struct InnovationFit {
 
 struct InnovationFitOptions {
   std::array<bool, kCalibrated> seek{true, true, true, true, true, true, true, true, true, true, true, true};
-  /// Standard deviation by which each parameter of any robot may differ from its given value.
+  /// Standard deviation of the difference between each parameter of any robot and its given value.
   CalibratedNumbers prior{0.1, 0.1, 0.1, 0.05, 0.1, 0.05, 0.1, 0.03, 0.05, 0.05, 0.05, 0.03};
   int iterations = 3;
-  /// A parameter whose change is less than this many standard deviations keeps its given value; 0: it was
-  /// only guessed.
+  /// A parameter whose change is less than this many standard deviations keeps its given value; 0: no given
+  /// value is kept, because all were guessed.
   double keep_sigma = 3;
-  /// Called before each run of the filter; false ends the search with an error. Empty: the search is not
-  /// ended.
+  /// Called before each run of the filter; false ends the search with an error. Empty: the search always runs
+  /// to its end.
   std::function<bool()> keep_going{};
 };
 
-/// Estimates mounting, scales, gains, latency and focal length by minimising the innovations of the filter:
-/// the likelihood of a run as a function of its parameters (Abbeel et al., "Discriminative Training of Kalman
-/// Filters", RSS 2005, section III, applied to parameters of the model), by Gauss-Newton steps with the
-/// sensitivities of the filter. No ground truth is used. Every third segment of the drive is held out to
-/// validate the result. Samples are in stamp order. With a gyro the yaw scale of the wheels is not fitted,
-/// without one the scale of the gyro. Fails if the samples contain fewer than 50 observations of the map.
-/// Costs about twenty runs of the filter over the samples.
+/// Estimates mounting, scales, gains, latency and focal length by minimising the innovations of the filter.
+/// The cost is the likelihood of a run as a function of its parameters (Abbeel et al., "Discriminative
+/// Training of Kalman Filters", RSS 2005, section III, applied to parameters of the model). Uses Gauss-Newton
+/// steps with the sensitivities of the filter, and no ground truth. Every third segment of the drive is held
+/// out to validate the result. Samples are in stamp order. With a gyro the yaw scale of the wheels is not
+/// fitted; without one the scale of the gyro is not fitted. Fails if the samples contain fewer than 50
+/// observations of the map. Costs about twenty runs of the filter over the samples.
 [[nodiscard]] Result<InnovationFit> calibrate_by_innovations(std::span<const Sample> samples,
                                                              const Landmarks& landmarks,
                                                              const MountedSensor& sensor,
@@ -90,15 +90,15 @@ struct InnovationFitOptions {
 
 struct NoiseFit {
   RiekfOptions options{};   ///< with the noise that fits best
-  bool adapted = false;     ///< it differs from the given one
+  bool adapted = false;     ///< the noise differs from the given one
   double motion_ratio = 1;  ///< noise of distances over the given noise
   double turn_ratio = 1;    ///< noise of headings over the given noise
   double sensor_ratio = 1;  ///< noise of observations over the given noise
   double tag_sigma_m = 0;   ///< RiekfOptions::tag_sigma_m
 };
 
-/// Whether a run shows that its noise model is inconsistent: by NIS per row of observations, or by
-/// lasting_nis of means of one landmark.
+/// Whether a run shows that its noise model is inconsistent, by the NIS per row of observations or by
+/// lasting_nis of the means of one landmark.
 [[nodiscard]] bool noise_is_inconsistent(double nis_per_row, std::optional<double> lasting_nis);
 
 /// Estimates the noise of motion and observations that maximises the likelihood of the innovations of a drive

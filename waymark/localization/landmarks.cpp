@@ -41,7 +41,7 @@ Landmarks::Landmarks(const TagMap& map) {
   for (const auto& [id, tag] : map.tags) {
     Landmark landmark{.tag = id, .map_T_tag = floor_T_map * tag.map_T_tag, .size_m = tag.size_m};
     if (tag.covariance) {
-      // The map stores a motion of the whole frame; here the tag turns about its own centre.
+      // The covariance in the map is of a motion of the whole frame; here the tag turns about its centre.
       Matrix6 J = Matrix6::Identity();
       J.topRightCorner<3, 3>() = -SO3::hat(tag.map_T_tag.translation());
       const Matrix6 J_floor = floor_R_map * J;

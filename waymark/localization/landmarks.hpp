@@ -19,8 +19,8 @@ struct Landmark {
   double size_m = 0;         ///< 0: unknown
   /// Covariance of (position in map axes [m], rotation about its own centre in map axes [rad]).
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
-  /// Covariance given the position of the tag to which this one is tied, that is, without the errors that
-  /// both share. Equals `covariance` if the map contains no tie.
+  /// Covariance given the position of the tag to which this one is tied, which excludes the errors that both
+  /// share. Equals `covariance` if the map contains no tie.
   Eigen::Matrix<double, 6, 6> own_covariance = Eigen::Matrix<double, 6, 6>::Zero();
 };
 

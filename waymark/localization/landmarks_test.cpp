@@ -37,7 +37,7 @@ TEST(Landmarks, OwnCovarianceWithoutTiesEqualsTheCovariance) {
   for (const Landmark& tag : loose.all()) EXPECT_LT((tag.own_covariance - tag.covariance).norm(), 1e-12);
 }
 
-// A tie that contradicts the covariances (an edited file) does not produce a negative variance.
+// A tie that contradicts the covariances, as in an edited file, does not produce a negative variance.
 TEST(Landmarks, AnInvalidTieIsIgnored) {
   TagMap map = two_tags(9, 1, true);
   map.tags.at({FamilyId::Tag36h11, 1}).tie->covariance = 20 * Matrix6::Identity();

@@ -17,11 +17,11 @@ struct LocalizationEstimate {
   SE2 map_T_base{};
   /// Covariance of (x, y, yaw) in map coordinates [m, rad].
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  /// False: the estimate is contradicted by observations or not yet confirmed by enough of them; nothing
-  /// should drive by it.
+  /// False: the estimate is contradicted by observations or not yet confirmed by enough of them, and must not
+  /// be used for driving.
   bool certain = true;
   /// Consecutive frames, up to the newest, in which most observations contradict the estimate; 0 if the
-  /// newest agrees, or if the method does not detect contradictions.
+  /// newest frame agrees, or if the method does not detect contradictions.
   int contradicting_frames = 0;
 
   /// The larger standard deviation of the position in the plane [m]: the square root of the larger eigenvalue
@@ -69,10 +69,10 @@ class LocalizationMethod {
   virtual void add(const ImuSample& /*imu*/) {}
   virtual void add(const TagPoseFrame& /*frame*/) {}
   virtual void add(const RangeBearing& /*seen*/) {}
-  /// The newest estimate; none before the first fix.
+  /// The newest estimate; empty before the first fix.
   [[nodiscard]] virtual std::optional<LocalizationEstimate> estimate() const = 0;
-  /// comparisons(): observations compared with the estimate since clear_comparisons(). problems(): findings
-  /// for the user, as text.
+  /// comparisons() returns the observations compared with the estimate since clear_comparisons(). problems()
+  /// returns findings for the user, as text.
   [[nodiscard]] virtual const std::vector<NisRecord>& comparisons() const {
     static const std::vector<NisRecord> kNone;
     return kNone;
@@ -86,7 +86,7 @@ class LocalizationMethod {
   virtual bool restart_from(const GivenPose& /*given*/) { return false; }
   /// The filter that the method is or uses; nullptr if there is none.
   [[nodiscard]] virtual RiekfLocalizer* filter() { return nullptr; }
-  /// Fix from the newest image; none if its tags do not suffice or the method does not compute fixes.
+  /// Fix from the newest image; empty if its tags do not suffice or the method does not compute fixes.
   [[nodiscard]] virtual std::optional<TagFix> tag_fix() const { return std::nullopt; }
   [[nodiscard]] virtual std::vector<std::string> problems() const { return {}; }
 

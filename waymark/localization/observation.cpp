@@ -96,7 +96,8 @@ bool linearise_range_bearing(const Observation& observation, const Landmark& lan
                           wrapped(std::atan2(p.y(), p.x()) - observation.planar.y()));
   z.residual.head<2>() = W * r;
   z.H_scale[0] =
-      -W(0, 0) * range;  // the predicted range, because the measured one contains the noise of the residual
+      -W(0, 0) *
+      range;  // the predicted range, because noise in the measured one would correlate with the residual
   z.H_pose.topRows<2>() = W * J * e.J_p_pose;
   const Matrix23d mount = -W * J * carried(e.base_p);
   z.H_mount.topLeftCorner<2, 2>() = mount.leftCols<2>();
@@ -226,7 +227,7 @@ std::optional<Observation> observation_of(const SeenTagPose& seen, const Landmar
   observation.planar.head<2>() = base_T_tag.translation().head<2>();
   const double sigma_m =
       std::hypot(options.point_sigma_m, options.point_sigma_share * observation.distance_m);
-  constexpr double kHeadingSigma = 0.1;  // of a single square: six degrees and more
+  constexpr double kHeadingSigma = 0.1;  // of a single square; six degrees or more
   observation.whitening = whitening_of_planar(sigma_m, kHeadingSigma);
   const auto heading = heading_of(base_T_tag);
   if (landmarks[index].oriented && heading && heading_of(landmarks[index].map_T_tag)) {
@@ -269,7 +270,7 @@ std::optional<Linearised> linearise(const Observation& observation, const Landma
 // Guesses of the pose from the current observations alone.
 namespace {
 
-/// Covariance that the corner fit does not contain: map and mounting.
+/// Covariance of map and mounting, which the corner fit does not contain.
 Eigen::Matrix3d floor_of(const Landmark& landmark, double distance_m, const RiekfOptions& options) {
   const auto sq = [](double x) { return x * x; };
   const double rad2 = sq(options.tag_sigma_rad) + sq(options.mounting_sigma_rad) + landmark.covariance(5, 5);

@@ -16,7 +16,7 @@
 
 namespace waymark {
 
-/// The sensor that observes landmarks; for several cameras the first one, and the others.
+/// The sensor that observes landmarks: the first camera or a laser, and any further cameras.
 struct MountedSensor {
   std::optional<CameraModel> camera{};  ///< required for corners only
   SE3 base_T_sensor{};                  ///< optical frame of a camera; x ahead, y left of a laser
@@ -53,7 +53,7 @@ struct Observation {
   [[nodiscard]] int rows() const;
 };
 
-/// None if the landmark is not in the map, too far away, or unusable (not finite, behind the camera, …).
+/// Empty if the landmark is not in the map, too far away, or unusable (not finite, behind the camera, …).
 [[nodiscard]] std::optional<Observation> observation_of(const TagDetection& detection,
                                                         const Landmarks& landmarks,
                                                         const MountedSensor& sensor,
@@ -72,7 +72,7 @@ struct Observation {
 void bring_to_middle(Observation& observation, const Landmarks& landmarks, const MountedSensor& sensor,
                      const SE2& map_T_base, const Eigen::Vector3d& velocity, double readout_s);
 
-/// Residual and derivatives at an estimate; none if the landmark is not visible from there. No allocation.
+/// Residual and derivatives at an estimate; empty if the landmark is not visible from there. No allocation.
 [[nodiscard]] std::optional<Linearised> linearise(const Observation& observation, const Landmarks& landmarks,
                                                   const MountedSensor& sensor, const SE2& map_T_base);
 
@@ -81,9 +81,9 @@ void bring_to_middle(Observation& observation, const Landmarks& landmarks, const
                                                              const Landmarks& landmarks,
                                                              const MountedSensor& sensor);
 
-/// Possible pose of base from this observation alone, with the covariance of its left tangent in map. The
-/// list is empty, or has one entry, or two for the two poses of a planar square (docs/concepts/pose.md).
-/// Landmarks without orientation give none.
+/// A possible pose of base from one observation alone, with the covariance of its left tangent in map. An
+/// observation gives up to two: a planar square has two poses (docs/concepts/pose.md). Landmarks without
+/// orientation give none.
 struct Guess {
   SE2 map_T_base{};
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
@@ -94,7 +94,7 @@ struct Guesses {
 };
 [[nodiscard]] Guesses guesses_of(const Observation& observation, const Landmarks& landmarks,
                                  const MountedSensor& sensor, const RiekfOptions& options);
-/// A guess from two points observed at once; none if their distance differs from that in the map.
+/// A guess from two points observed at the same time; empty if their distance differs from that in the map.
 [[nodiscard]] std::optional<Guess> guess_of_pair(const Observation& a, const Observation& b,
                                                  const Landmarks& landmarks, const MountedSensor& sensor,
                                                  const RiekfOptions& options);

@@ -50,7 +50,7 @@ Eigen::Vector3d variances(const MotionStep& step, const MotionNoise& noise) {
   const double yaw = sq(noise.yaw_rad_sqrt_m) * driven +
                      sq(noise.yaw_rad_sqrt_rad) * std::abs(step.twist.z()) +
                      sq(noise.yaw_rad_sqrt_s) * step.dt_s + step.extra_rad2 + disagreement;
-  // For a robot about 0.2 m long, a disagreement about the turn is also one about the translation.
+  // For a robot about 0.2 m long, a disagreement about the turn implies one about the translation.
   constexpr double kLever = 0.1;
   const double slip = sq(kLever) * disagreement;
   return {sq(noise.along_m_sqrt_m) * driven + drift + slip, sq(noise.across_m_sqrt_m) * driven + drift + slip,
@@ -134,9 +134,9 @@ void Riekf::propagate(const MotionStep& step) {
   if (step.dt_s > 0) state_.velocity = u / step.dt_s;
 }
 
-/// Two errors of motion last longer than a step, (19), (20): the error of a message, which is one twist for
-/// all parts into which observations divide it, and the sliding velocity. Neither is estimated; their
-/// covariances with the state are kept.
+/// Two errors of motion last longer than a step, (19), (20): the error of a message and the sliding velocity.
+/// The error of a message is one twist for all parts into which observations divide it. Neither is estimated;
+/// their covariances with the state are kept.
 void Riekf::add_motion_noise(const MotionStep& step, const Eigen::Matrix3d& G, StateMatrix& P) {
   const double share = noise_.independent_parts ? 1 : step.share;
   const bool continues = step.continues && !noise_.independent_parts;
@@ -144,8 +144,8 @@ void Riekf::add_motion_noise(const MotionStep& step, const Eigen::Matrix3d& G, S
   motion_before_ = state_.motion;
   moved_by_.setZero();
   moved_by_.topLeftCorner<3, 3>() = share * G;
-  // Heading noise that does not rotate the translation of odometry: the translation is then skewed by the
-  // same angle in the opposite direction.
+  // This heading noise does not rotate the translation of odometry, so the translation is skewed by the same
+  // angle in the opposite direction.
   moved_by_(3 + kCrab, 2) = -share * noise_.crab_share;
   const Eigen::Vector3d Q = variances(step, noise_) / share;  // of the whole message
   const double time_s = noise_.slide_time_s;
@@ -169,7 +169,7 @@ void Riekf::add_motion_noise(const MotionStep& step, const Eigen::Matrix3d& G, S
   state_.motion.col(3) += slide2 * moved_by_.col(3);
 }
 
-/// C of (6). The slow states only fade, so only the pose needs a product.
+/// Propagates C, (6). The slow states only fade, so only the pose needs a product.
 void Riekf::carry_correlations(const SlowVector& slow_fade, double landmarks_fade) {
   const Eigen::Matrix<double, 3, 8> to_pose = transition_.topRows<3>();
   const auto carry = [&](auto C, double fades) {
@@ -309,7 +309,8 @@ Eigen::Matrix<double, 8, 3> Riekf::H_of(const Linearised& z) const {
   return z.H_pose * to_error();
 }
 
-/// Derivative of the residual with respect to the latency: an earlier observation is from an earlier pose.
+/// Derivative of the residual with respect to the latency, because an earlier observation is from an earlier
+/// pose.
 Eigen::Matrix<double, 8, 1> Riekf::H_camera_latency(const Linearised& z) const {
   return -z.H_pose.lazyProduct(state_.map_T_base.adjoint() * state_.velocity);
 }
@@ -335,7 +336,7 @@ void Riekf::start_moved_by_systematic(const Batch& batch, int count) {
   state_.by_systematic.topRows<3>() = information.ldlt().solve(shown);
 }
 
-// From 8 x 8 on, Eigen uses its kernel for large matrices, which costs more than such a product;
+// From 8 x 8 on, Eigen uses its kernel for large matrices, which is slower for products of this size;
 // lazyProduct() multiplies directly.
 Riekf::Reach Riekf::reach(const Linearised& z) const {
   const Eigen::Matrix<double, 8, 3> H = H_of(z);
@@ -429,7 +430,7 @@ StateVector Riekf::gain(const Batch& batch, int count, const Eigen::Vector3d& of
 
 void Riekf::correct(const Batch& batch, int count, const StateVector& correction) {
   if (!sound_) return;
-  // With the optimal gain, (11) is P - K S K'; W is S^-1/2 times the transpose of the cross-covariance.
+  // With the optimal gain, (11) is P - K S K'. W is S^-1/2 times the transpose of the cross-covariance.
   for (int i = 0; i < count; ++i) {
     const Block& W = W_[static_cast<std::size_t>(i)];
     state_.P -= W.transpose().lazyProduct(W);
@@ -440,7 +441,7 @@ void Riekf::correct(const Batch& batch, int count, const StateVector& correction
   state_.slow += correction.tail<5>();
 }
 
-/// C of (11).
+/// Corrects C, (11).
 void Riekf::correct_correlations(const Batch& batch, int count) {
   const auto at = [](int i) { return static_cast<std::size_t>(i); };
   for (int i = count - 1; i >= 0; --i) {  // W becomes K'

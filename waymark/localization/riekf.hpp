@@ -9,8 +9,8 @@
 #include "waymark/base/fields.hpp"
 #include "waymark/geometry/se2.hpp"
 
-/// The filter: propagation and update. RiekfLocalizer and Tracker decide when and with what. Numbers in
-/// brackets are the equations of docs/concepts/localization.md.
+/// The filter: propagation and update. RiekfLocalizer and Tracker call them. Numbers in brackets are the
+/// equations of docs/concepts/localization.md.
 namespace waymark {
 
 /// Noise of the measured motion. All values are densities: they are multiplied by the distance, rotation or
@@ -33,9 +33,9 @@ struct MotionNoise {
   double crab_share = 0;
   double slow_time_s = 300;
   double slip_share = 1;
-  /// Not a setting of the robot. The errors of the parts of an odometry message that an observation divides
-  /// are independent, so that the covariance does not depend on where the message is divided. A search for
-  /// the latency compares runs that differ only in that.
+  /// Not a setting of the robot. If an observation divides an odometry message, the errors of the parts are
+  /// independent, so that the covariance does not depend on where the message is divided. A search for the
+  /// latency compares runs that differ only in this.
   bool independent_parts = false;
 
   template <class Self, class Visitor>
@@ -100,8 +100,8 @@ struct MotionNoise {
 /// coordinates.
 struct RiekfOptions {
   MotionNoise motion{};
-  /// For corners without a covariance (as TagPoseOptions::corner_sigma_px): their weight against the
-  /// predicted pose. corner_noise_ratio scales it, and the covariances of detections as well.
+  /// For corners without a covariance (as TagPoseOptions::corner_sigma_px). Determines their weight against
+  /// the predicted pose. corner_noise_ratio scales it and the covariances of detections.
   double corner_sigma_px = 0.3;
   double corner_noise_ratio = 1;
   double tag_sigma_m = 0.002;
@@ -131,8 +131,7 @@ struct RiekfOptions {
   static void fields(Self& self, Visitor&& visit) {
     visit(self.motion, Field{"motion", "Noise of the measured motion."});
     visit(self.corner_sigma_px,
-          Field{"corner_sigma_px", "Standard deviation of corners without a covariance of their own, px.",
-                1e-3, 100});
+          Field{"corner_sigma_px", "Standard deviation of corners without a covariance, px.", 1e-3, 100});
     visit(self.corner_noise_ratio,
           Field{"corner_noise_ratio", "Scale on the standard deviation of corners.", 0.1, 100});
     visit(self.tag_sigma_m, Field{"tag_sigma_m",
@@ -187,9 +186,8 @@ struct RiekfOptions {
     visit(self.range_sigma_m, Field{"range_sigma_m", "Standard deviation of measured ranges.", 1e-4, 10});
     visit(self.bearing_sigma_rad,
           Field{"bearing_sigma_rad", "Standard deviation of measured bearings.", 1e-5, 3});
-    visit(
-        self.rotation,
-        Field{"rotation", "Source of the rotation: odometry, gyro, or auto (the gyro where there is one)."});
+    visit(self.rotation,
+          Field{"rotation", "Source of the rotation: odometry, gyro, or auto (the gyro if there is one)."});
     visit(self.odometry_scale,
           Field{"odometry_scale", "Odometry scale from calibration: true distance over measured distance.",
                 0.1, 10});
@@ -218,9 +216,9 @@ using StateVector = Eigen::Matrix<double, 8, 1>;
 using StateMatrix = Eigen::Matrix<double, 8, 8>;
 using StateByMotion = Eigen::Matrix<double, 8, 4>;
 
-/// Number of parameters that a filter assumes to be exact: mounting of the sensor (left tangent in base: x,
-/// y, z, roll, pitch, yaw), logarithm of its scale (focal length, or scale of distances), its latency [s],
-/// and the odometry scales of distance and of yaw.
+/// Number of parameters that a filter assumes to be exact. First the mounting of the sensor (left tangent in
+/// base: x, y, z, roll, pitch, yaw). Then the logarithm of its scale (focal length, or scale of distances),
+/// its latency [s], and the odometry scales of distance and yaw.
 inline constexpr int kSystematic = 10;
 using SystematicVector = Eigen::Matrix<double, kSystematic, 1>;
 using SystematicMatrix = Eigen::Matrix<double, kSystematic, kSystematic>;
@@ -234,7 +232,7 @@ struct MotionStep {
   Eigen::Vector3d twist = Eigen::Vector3d::Zero();  ///< log of the motion: x, y [m], yaw [rad]
   double dt_s = 0;
   double yaw_disagreement_rad = 0;  ///< difference of the turns by gyro and by wheels
-  bool standing = false;            ///< standstill; twist.z() is then the reading of the gyro
+  bool standing = false;            ///< standstill; twist.z() is then the gyro reading
   bool jumped = false;              ///< to an unknown pose; the twist is invalid
   double extra_m2 = 0;  ///< additional variance of x and y, and of the heading, if the motion is extrapolated
   double extra_rad2 = 0;
@@ -242,8 +240,8 @@ struct MotionStep {
   bool continues = false;  ///< not the first part of its message
 };
 
-/// One observation, whitened and linearised at the estimate: residual (predicted minus measured) and its
-/// derivatives. Rows beyond `rows` are unused.
+/// The residual (predicted minus measured) of one observation, whitened and linearised at the estimate, and
+/// its derivatives. Rows beyond `rows` are unused.
 struct Linearised {
   int landmark = 0;
   int rows = 0;
@@ -263,9 +261,11 @@ struct RiekfState {
   SlowVector slow =
       SlowVector::Zero();  ///< distance scale - 1, yaw scale - 1, yaw bias [rad/s], slip [s], crab [rad]
   StateMatrix P = StateMatrix::Zero();  ///< of (xi, slow)
-  /// 8 x 6(1 + landmarks): covariance with the considered errors, of the mounting and of each landmark.
+  /// 8 x 6(1 + landmarks): covariance of the state with the considered errors of the mounting and of each
+  /// landmark.
   Eigen::Matrix<double, 8, Eigen::Dynamic> C{};
-  /// Covariance with the error of the current motion message (its twist) and with the sliding velocity.
+  /// Covariance of the state with the error of the current motion message (its twist) and with the sliding
+  /// velocity.
   StateByMotion motion = StateByMotion::Zero();
   /// d(error) / d(errors of the parameters of kSystematic): by how much each of them moves the estimate.
   StateBySystematic by_systematic = StateBySystematic::Zero();
@@ -288,13 +288,13 @@ class Riekf {
 
   /// Starts at a pose with the covariance of xi (left tangent in map). Keeps the slow states if `keep_slow`.
   void start(const SE2& map_T_base, const Eigen::Matrix3d& covariance, bool keep_slow);
-  /// The start pose was computed from these observations. It already contains the effect of errors of the
-  /// parameters of kSystematic, so that the residuals show least of them.
+  /// Accounts for a start pose that was computed from these observations. It already contains the effect of
+  /// errors of the parameters of kSystematic, so the residuals show little of them.
   void start_moved_by_systematic(const Batch& batch, int count);
-  /// (4) to (6), (19), (20). O(landmarks).
+  /// Propagates the state by a motion, (4) to (6), (19), (20). O(landmarks).
   void propagate(const MotionStep& step);
   /// Squared Mahalanobis distance of an observation from its prediction: chi-square with `rows` degrees of
-  /// freedom for a consistent filter, (9). `place` is the index in the batch that it gets if it is used.
+  /// freedom for a consistent filter, (9). `place` is its index in the batch if it is used.
   [[nodiscard]] double nis(const Linearised& z, int place = 0);
   /// Computes the correction, (8) to (11), for the first `count` of a batch, all linearised at the state
   /// `offset` away from the present one (iterated update; zero: the present one). Does not apply it.
@@ -303,7 +303,7 @@ class Riekf {
                                  bool expected = false);
   /// Applies the correction of the last gain() and its covariance, (10), (11).
   void correct(const Batch& batch, int count, const StateVector& correction);
-  /// The state a correction leads to.
+  /// The state after this correction.
   [[nodiscard]] SE2 corrected(const StateVector& correction) const;
 
   [[nodiscard]] const RiekfState& state() const { return state_; }
@@ -327,7 +327,8 @@ class Riekf {
   [[nodiscard]] StateMatrix conditional_covariance() const;
   /// d(error after) / d(error before) of the last propagate().
   [[nodiscard]] const StateMatrix& last_transition() const { return transition_; }
-  /// Additional cross-covariance of the states after and before: errors of motion that last beyond a step.
+  /// Additional cross-covariance of the states after and before the step, due to errors of motion that last
+  /// longer than a step.
   [[nodiscard]] StateMatrix last_motion_cross_covariance() const {
     return moved_by_.lazyProduct(motion_before_.transpose());
   }

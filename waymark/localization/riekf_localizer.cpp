@@ -13,7 +13,7 @@ namespace {
 
 constexpr Duration kWindow = std::chrono::seconds(1);
 constexpr Duration kBetweenSnapshots = std::chrono::milliseconds(100);
-/// Root: 2, the ratio of actual to assumed means of innovations above which problems() reports
+/// Square of the ratio (2) of actual to assumed means of innovations above which problems() reports
 /// overconfidence.
 constexpr double kLastingTooLarge = 4;
 /// Maximum time that a frame waits for odometry.

@@ -8,9 +8,9 @@
 
 namespace waymark {
 
-/// The right-invariant filter fed sample by sample: motion from wheels and gyro; tags as corners, poses or
-/// points; ranges and bearings. Samples may be up to one second late: they are inserted at their stamp and
-/// later samples are processed again, with the same result as in order. Equations:
+/// The right-invariant filter, fed sample by sample: motion from wheels and gyro; tags as corners, poses or
+/// points; ranges and bearings. Samples may be up to one second late. They are inserted at their stamp, and
+/// later samples are processed again, so the result is the same as in order. Equations:
 /// docs/concepts/localization.md. All memory is allocated at construction.
 class RiekfLocalizer final : public LocalizationMethod {
  public:
@@ -32,8 +32,7 @@ class RiekfLocalizer final : public LocalizationMethod {
   bool restart_from(const GivenPose& given) override;
   [[nodiscard]] RiekfLocalizer* filter() override { return this; }
 
-  /// Estimates the camera latency from now on if the innovations show that the given one is wrong, and uses
-  /// the estimate.
+  /// From now on, estimates and uses the camera latency if the innovations show that the given one is wrong.
   void estimate_camera_latency() { estimates_camera_latency_ = true; }
   [[nodiscard]] double camera_latency_s() const { return to_seconds(camera_latency_); }
 

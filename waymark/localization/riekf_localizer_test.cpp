@@ -109,7 +109,7 @@ TagFrame observe_rolling(const SE2& map_X_base, double seconds, double readout_s
 }
 
 TEST(RiekfLocalizer, AKnownReadoutTimeCorrectsTheRollingShutter) {
-  constexpr double kReadout_s = 0.1;  // tags are above the middle row: exposed up to 20 ms early
+  constexpr double kReadout_s = 0.1;  // tags are above the middle row and exposed up to 20 ms early
   const auto mean_nis = [&](double readout_s, double& off) {
     RiekfOptions options;
     options.camera_readout_s = readout_s;
@@ -310,7 +310,7 @@ TEST(RiekfLocalizer, ReportsAMapOfAnotherPlaceOrFamily) {
   EXPECT_FALSE(certain(nonsense));
 }
 
-/// The encoders report standstill for three seconds while the robot drives; the tags show the motion.
+/// The encoders report standstill for three seconds while the robot drives; the tags reveal the motion.
 TEST(RiekfLocalizer, DetectsEncodersThatStopWhileTheRobotDrives) {
   RiekfLocalizer filter(Landmarks(ring()), mounted_sensor());
   RingRobot robot;

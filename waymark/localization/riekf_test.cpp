@@ -1,4 +1,4 @@
-// Laws of the filter: derivatives, invariance, order, agreement with a textbook filter.
+// Tests of the filter: derivatives, invariance, order, agreement with a textbook filter.
 #include "waymark/localization/riekf.hpp"
 
 #include <cmath>
@@ -127,7 +127,7 @@ Riekf::Batch batch_of(const std::vector<Observation>& all, const Landmarks& map,
   return batch;
 }
 
-/// The same scene moved by one rigid motion of the plane.
+/// A rigid motion of the whole scene in the plane does not change the gains.
 TEST(Riekf, GainsDoNotDependOnTheOriginOfTheMap) {
   const SE2 moved(30, -20, 2);
   const SE2 X(0.1, -0.2, 0.15);
@@ -215,7 +215,7 @@ TEST(Riekf, BothFiltersAgreeForSmallErrors) {
             0.02 * filters[0].covariance().norm());
 }
 
-// Laws of propagation: time, divided messages, lasting errors.
+// Tests of the propagation: time, divided messages, lasting errors.
 
 MotionNoise noiseless() {
   return {.along_m_sqrt_m = 0,

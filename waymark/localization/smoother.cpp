@@ -17,10 +17,10 @@ struct Smoothed {
   StateMatrix P = StateMatrix::Zero();
 };
 
-/// From step k + 1 to step k, conditional on the considered errors: later evidence about those must not move
-/// the earlier pose.
+/// From step k + 1 to step k, conditional on the considered errors, because later evidence about those errors
+/// must not move the earlier pose.
 Smoothed backwards(const TraceStep& k, const TraceStep& next, const Smoothed& after) {
-  // A state without variance (a slow state that is switched off) must not make the inverse overflow.
+  // Keeps the inverse finite for a state without variance (a slow state that is switched off).
   const StateMatrix P = next.predicted_P + StateMatrix::Identity() * 1e-15;
   const StateMatrix common = next.transition * k.filtered_P + next.motion_cross_covariance;
   const StateMatrix G = P.ldlt().solve(common).transpose();

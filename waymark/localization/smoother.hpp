@@ -14,14 +14,14 @@ namespace waymark {
 /// are treated as in the filter. O(steps).
 [[nodiscard]] std::vector<LocalizationEstimate> smooth(std::span<const TraceStep> trace);
 
-/// Smoothed estimate of the first step that is at most `lag` older than the newest. None while the run is
+/// Smoothed estimate of the first step that is at most `lag` older than the newest. Empty while the run is
 /// shorter than `lag`. O(steps in the lag), no allocation.
 [[nodiscard]] std::optional<LocalizationEstimate> smoothed_before(std::span<const TraceStep> trace,
                                                                   Duration lag);
 
-/// Fixed-lag smoother, fed like the filter: estimates the pose one lag ago from all samples since, (18). None
-/// before the first lag has passed. The estimate at a time equals the result of smooth() for a run that ends
-/// one lag later. All memory is allocated at construction.
+/// Fixed-lag smoother, fed like the filter: estimates the pose one lag ago from all samples up to the newest,
+/// (18). There is no estimate before the first lag has passed. The estimate at a time equals the result of
+/// smooth() for a run that ends one lag later. All memory is allocated at construction.
 class FixedLagSmoother final : public LocalizationMethod {
  public:
   /// The lag is RiekfOptions::lag_s.

@@ -11,7 +11,7 @@
 namespace waymark {
 namespace {
 
-/// Degrees of freedom of Student's t for the residuals of a tag: fewer mean heavier tails.
+/// Degrees of freedom of Student's t for the residuals of a tag; fewer degrees give heavier tails.
 constexpr double kStudentFreedom = 4;
 /// Standard deviation of roll and pitch on the springs while the robot brakes, is held, or drives over an
 /// obstacle.
@@ -24,8 +24,8 @@ struct Normal {
 };
 
 /// Adds one tag at a pose, weighted by its residual. The covariance contains the lasting position error that
-/// the tag does not share with its neighbours (fixes are compared with each other over short times), and the
-/// tilt of the robot, which rotates the camera about the base.
+/// the tag does not share with its neighbours, because fixes are compared with each other over short times.
+/// It also contains the tilt of the robot, which rotates the camera about the base.
 void add(const Linearised& z, const Landmark& landmark, const RiekfOptions& options, Normal& sum) {
   const double m2 = options.tag_sigma_m * options.tag_sigma_m;
   const double rad2 = options.tag_sigma_rad * options.tag_sigma_rad;

@@ -78,8 +78,8 @@ std::optional<double> MotionInput::gyro_angle(SensorTime stamp) const {
   return std::nullopt;
 }
 
-/// Difference of the turns by gyro and by wheels over the last moments. Their stamps differ slightly, so
-/// single steps always disagree; wheel turns are routinely wrong by a seventh.
+/// Difference of the turns from gyro and wheels over the last moments. Their stamps differ slightly, so
+/// single steps always disagree; turns from wheels are routinely wrong by a seventh.
 double MotionInput::disagreement(double wheel_turn_rad, const MotionStep& step) {
   constexpr double kMoment = 0.3;  // [s]
   const double kept = std::exp(-step.dt_s / kMoment);
@@ -91,8 +91,9 @@ double MotionInput::disagreement(double wheel_turn_rad, const MotionStep& step) 
   return std::max(0.0, apart - kNoise) * std::sqrt(kMoment * step.dt_s);
 }
 
-/// Whether the robot is at standstill: no motion at all, or exactly the same slow motion repeatedly, which is
-/// a velocity offset. A reading that repeats to the last digit does not measure motion.
+/// Whether the robot is at standstill. Odometry then reports no motion at all, or exactly the same slow
+/// motion repeatedly, which is a velocity offset. A reading that repeats to the last digit does not measure
+/// motion.
 bool MotionInput::is_standstill(const MotionStep& step, double wheel_turn_rad) const {
   constexpr double kStill = 1e-7;
   constexpr double kCreeping = 0.03;  // [m/s]
@@ -126,8 +127,8 @@ MotionStep MotionInput::step_of(const Odometry& a, const Odometry& b) {
   return step;
 }
 
-/// Whether odometry jumped: a counter reset or another drive. The limits exceed the speed of any robot that
-/// is taught a route.
+/// Whether odometry jumped because of a counter reset or another drive. The limits exceed the speed of any
+/// robot that repeats routes.
 bool MotionInput::impossible(const MotionStep& step) {
   constexpr double kGap = 5;  // [s] of silence, after which the motion is unknown
   return faster_than_any_robot(step.twist.head<2>().norm(), step.twist.z(), step.dt_s) || step.dt_s > kGap;

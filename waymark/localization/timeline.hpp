@@ -28,8 +28,8 @@ class MotionInput {
   explicit MotionInput(const RiekfOptions& options);
 
   void add(const ImuSample& imu);
-  /// The motion since the previous odometry; none for the first sample and for one that is not finite or does
-  /// not advance in time.
+  /// The motion since the previous odometry. Empty for the first sample, and for a sample that is not finite
+  /// or does not advance in time.
   [[nodiscard]] std::optional<MotionSegment> add(const Odometry& odometry);
   /// Extrapolated motion until `to` if no odometry arrives: the last twist with increased variance.
   [[nodiscard]] MotionSegment guess(SensorTime from, SensorTime to) const;
@@ -96,7 +96,7 @@ class Timeline {
   [[nodiscard]] bool empty() const { return segment_count_ == 0; }
   /// The oldest time that can be rewound to.
   [[nodiscard]] SensorTime begin() const;
-  /// Discards what ended before `stamp`.
+  /// Discards motion and frames that ended before `stamp`.
   void forget_before(SensorTime stamp);
 
   [[nodiscard]] std::size_t segments() const { return segment_count_; }

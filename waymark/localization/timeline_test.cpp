@@ -8,7 +8,7 @@
 namespace waymark {
 namespace {
 
-/// Slipping wheels measure turns worse than distances; a gyro is not affected.
+/// Slipping wheels measure turns less accurately than distances; a gyro is not affected.
 TEST(MotionInput, TurnsByWheelsHaveAdditionalNoise) {
   RiekfOptions options;
   options.motion.wheel_yaw_rad_sqrt_m = 0.1;

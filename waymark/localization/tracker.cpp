@@ -88,8 +88,8 @@ bool PoseHypotheses::support(Candidate& c, const Observation& observation, const
       c.covariance = internal::symmetrized<3>((Eigen::Matrix3d::Identity() - K) * c.covariance);
     } else if (position_variance(guess.map_T_base, guess.covariance) <
                position_variance(c.map_T_base, c.covariance)) {
-      // A repeated observation of the same tag has the same lasting error: the more accurate one replaces the
-      // other instead of being averaged.
+      // A repeated observation of the same tag has the same lasting error, so the two are not averaged. The
+      // more accurate one replaces the other.
       c.map_T_base = guess.map_T_base;
       c.covariance = guess.covariance;
     }
@@ -251,7 +251,7 @@ void Tracker::advance(const MotionStep& measured, SensorTime to) {
   MotionStep step = measured;
   state_.stamp = to;
   if (state_.wheels_stuck || state_.halt.suspected())
-    step.jumped = false;  // moving encoders: their step is a gap
+    step.jumped = false;  // the encoders move again, and their step is a gap
   if (!trust_standstill_) step = state_.halt.advance(step);
   state_.no_translation = step.twist.head<2>().norm() < kNoWay_m && !step.jumped;
   state_.wheels_stuck = state_.wheels_stuck && state_.no_translation;
@@ -369,7 +369,7 @@ Tracker::Verdict Tracker::gate(FrameObservations& frame) {
     const Observation& observation = frame.seen[i];
     const auto z = linearise(observation, landmarks_, sensor_, filter_.state().map_T_base);
     const bool usable = watch_.usable(observation.landmark);
-    if (!z) {  // not visible from the estimated pose: its map position is far off
+    if (!z) {  // not visible from the estimated pose, so its map position is far off
       report_contradiction(frame, observation);
       if (usable) ++verdict.rejected_count;
       continue;
@@ -442,8 +442,8 @@ bool Tracker::all_fit(const FrameObservations& frame, bool most_contradict) {
   return usable >= kMinUsable && (most_contradict ? 2 * fits < usable : fits == usable);
 }
 
-/// Detects encoders that report standstill while the robot drives: most tags contradict the standstill, and
-/// all agree that the robot moved some centimetres since the previous frame.
+/// Detects encoders that report standstill while the robot drives. Most tags then contradict the standstill,
+/// and all agree that the robot moved a few centimetres since the previous frame.
 void Tracker::detect_stuck_wheels(const FrameObservations& frame, double since_s) {
   constexpr double kFastest_m_s = 0.5;
   constexpr double kFastest_rad_s = 0.5;
@@ -489,7 +489,7 @@ void Tracker::process(FrameObservations& frame) {
   keep_filtered();
 }
 
-/// Resets the filter if the state is not finite, so that no NaN is returned whatever the input.
+/// Resets the filter if the state is not finite, so that no input produces a NaN.
 void Tracker::check_sound() {
   const RiekfState& s = filter_.state();
   const bool sound = s.map_T_base.matrix().allFinite() && s.P.allFinite() && s.slow.allFinite() &&

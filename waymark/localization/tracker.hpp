@@ -22,23 +22,23 @@ struct Candidate {
   int support = 0;  ///< observations that agree
   int against = 0;  ///< observations that disagree since it was proposed
   std::int64_t age = 0;
-  bool points_only = false;  ///< proposed by two points: their distance is the only evidence
+  bool points_only = false;  ///< proposed by two points, whose distance is the only evidence
 
   void add_landmark(int landmark);
 };
 
-/// Pose hypotheses while the pose is unknown: proposed by single observations, propagated by the motion, and
-/// accepted when distinct landmarks agree. One tag alone is never accepted: its number may be misread, it may
-/// have been moved, and a planar square has two poses. Fixed size, no allocation.
+/// Pose hypotheses while the pose is unknown. Single observations propose them, the motion propagates them,
+/// and one is accepted when distinct landmarks agree on it. One tag alone never suffices: its number may be
+/// misread, it may have been moved, and a planar square has two poses. Fixed size, no allocation.
 class PoseHypotheses {
  public:
   explicit PoseHypotheses(const RiekfOptions& options);
 
   void propagate(const Eigen::Vector3d& twist, const Eigen::Vector3d& variances);
   void observe(std::span<const Observation> seen, const Landmarks& landmarks, const MountedSensor& sensor);
-  /// The candidate that can be accepted: the required number of distinct landmarks agrees, more observations
-  /// agree than disagree, and no other candidate is close in score. Points need one more landmark if
-  /// `contradicted`, that is, if an existing estimate disagrees.
+  /// The candidate that can be accepted; nullptr if there is none. The required number of distinct landmarks
+  /// agrees with it, more observations agree than disagree, and no other candidate is close in score. Points
+  /// need one more landmark if `contradicted`, that is, if an existing estimate disagrees.
   [[nodiscard]] const Candidate* acceptable(bool contradicted) const;
   /// The candidate with most support, for display; nullptr if there is none.
   [[nodiscard]] const Candidate* best() const;
@@ -80,7 +80,7 @@ struct TrackState {
   std::array<int, 2> agreeing{};  ///< landmarks that agreed since
   int agreeing_distinct = 0;
   int starts = 0;
-  bool no_translation = false;  ///< the newest step of odometry contains no translation
+  bool no_translation = false;  ///< the newest odometry step contains no translation
   bool wheels_stuck = false;    ///< odometry reports no motion, but tags show that the robot moves
   SuddenHalt halt{};
   PoseHypotheses pose_hypotheses;
@@ -135,17 +135,18 @@ class Tracker {
   [[nodiscard]] int restarts() const { return restarts_; }
   /// Number of given poses that tags refuted.
   [[nodiscard]] int refused_starts() const { return refused_starts_; }
-  /// NIS of means over many observations of one tag, divided by their degrees of freedom: about 1 if lasting
-  /// errors are modelled as lasting, larger if they are modelled as noise that averages away. None before
-  /// there are enough means.
+  /// NIS of means over many observations of one tag, divided by their degrees of freedom. It is about 1 if
+  /// lasting errors are modelled as lasting, and larger if they are modelled as noise that averages away.
+  /// Empty until there are enough means.
   [[nodiscard]] std::optional<double> lasting_nis() const { return lasting_.mean(); }
   [[nodiscard]] const LastingErrors& lasting() const { return lasting_; }
   /// Evidence of accepted observations about errors of mounting, scale and latency.
   [[nodiscard]] SystematicErrors& systematic() { return systematic_; }
   [[nodiscard]] const SystematicErrors& systematic() const { return systematic_; }
-  /// Mounting, scale or latency, if the innovations show that it is wrong.
+  /// The parameter (mounting, scale or latency) that the innovations show to be wrong, if any.
   [[nodiscard]] const std::optional<SystematicVerdict>& suspect() const { return suspect_; }
-  /// Sets the verdict of an earlier run over the same drive, so that the covariance covers it from the start.
+  /// Sets the verdict of an earlier run over the same drive, so that the covariance includes the error from
+  /// the start.
   void suspect(const SystematicVerdict& verdict) {
     suspect_ = verdict;
     suspected_before_ = true;
@@ -200,7 +201,7 @@ class Tracker {
   RiekfState before_detection_{};
   bool trust_standstill_ = false;
   bool tracing_ = false;
-  std::optional<Duration> trace_kept_{};  ///< none: the whole run
+  std::optional<Duration> trace_kept_{};  ///< empty: the whole run
   std::vector<TraceStep> trace_;
   int broken_ = 0;
   int refused_starts_ = 0;

@@ -88,7 +88,7 @@ TEST(GivenPose, IsDroppedWhenTagsContradict) {
   EXPECT_LT(off_m(filter, robot), 0.1);
 }
 
-// One tag refutes a pose without giving another; two tags give one. The report distinguishes the two cases.
+// One tag can refute a pose but not replace it; two tags can. The report distinguishes the two cases.
 TEST(GivenPose, IsReportedAsNotLocalisedUntilTwoTagsAgree) {
   RiekfLocalizer filter = laser_filter();
   LaserRobot robot;

@@ -59,7 +59,7 @@ void TagWatch::confirm() {
     if (one.pending.count == 0) continue;
     one.wrong.add(one.pending);
     one.pending = {};
-    // A tag that mostly fits is misread now and then; the gate rejects those observations.
+    // A tag that mostly fits is occasionally misread, and the gate rejects those observations.
     const bool mostly_wrong = one.wrong.count > one.accepted;
     if (one.wrong.count >= kMinContradictions && mostly_wrong) one.excluded = true;
   }
@@ -101,7 +101,7 @@ std::string TagWatch::describe(int landmark) const {
   const double ratio = wrong.ratio / n;
   const double ratio_spread = std::sqrt(std::max(0.0, wrong.ratio2 / n - ratio * ratio));
   const bool same_direction = wrong.direction / n < 0.05;
-  // A wrong size scales all distances by the same ratio; a map position that is kilometres off does not.
+  // A wrong size scales all distances by the same ratio, unlike a map position that is kilometres off.
   const bool same_ratio = ratio_spread < 0.3 * std::min(std::abs(ratio - 1), ratio);
   if (it.size_m > 0 && same_direction && std::abs(ratio - 1) > 0.08 && same_ratio)
     return fmt::format(
@@ -231,12 +231,11 @@ std::optional<double> LastingErrors::mean() const {
 
 namespace {
 
-constexpr std::int64_t kMoment_ns =
-    2'000'000'000;  ///< longer than slip lasts, and than the memory of a filter
+constexpr std::int64_t kMoment_ns = 2'000'000'000;  ///< longer than slip and the memory of a filter last
 
-/// Jackknife variances of a value: the maximum moves if one group is left out. They are scaled by the ratio
-/// of the variances of Student's t and of a normal distribution, because a few groups estimate their own
-/// spread poorly.
+/// Jackknife variances of a value, from the shift of the maximum without each group in turn. They are scaled
+/// by the ratio of the variances of Student's t and a normal distribution, because few groups give a poor
+/// estimate of the spread.
 template <class Groups>
 SystematicVector jackknife(const SystematicMatrix& information, const SystematicVector& value,
                            const Groups& groups) {
@@ -379,7 +378,7 @@ SystematicVector prior_of_any_robot() {
   return (SystematicVector() << 0.1, 0.1, 0.05, 0.1, 0.1, 0.1, 0.05, 0.1, 0.05, 0.05).finished();
 }
 
-/// What a suspect explains if all other parameters are correct.
+/// The part of the innovations that a suspect explains if all other parameters are correct.
 double explained_alone(const SystematicErrors& errors, const Group& group) {
   constexpr double kExactSigma = 1e-9;
   SystematicVector prior = prior_of_any_robot();

@@ -31,14 +31,15 @@ class TagWatch {
 
   /// Adds an observation, accepted or rejected.
   void add(const WatchedObservation& seen);
-  /// Accepted landmarks confirmed the estimate: contradictions collected since the last confirmation count
-  /// against their landmarks.
+  /// Called when accepted landmarks confirmed the estimate. Contradictions since the last confirmation then
+  /// count against their landmarks.
   void confirm();
-  /// The estimate was wrong, not the landmarks: discards the contradictions that are not yet confirmed.
+  /// Discards the contradictions that are not yet confirmed, because the estimate was wrong and not the
+  /// landmarks.
   void forget_pending();
 
   [[nodiscard]] bool usable(int landmark) const { return !at(landmark).excluded; }
-  /// Findings such as "tag36h11:5 and tag36h11:6 are swapped in the map …", in order of id.
+  /// Findings such as "tag36h11:5 and tag36h11:6 are swapped, in the map or on the wall …", in order of id.
   [[nodiscard]] std::vector<std::string> findings() const;
   /// Mean NIS per degree of freedom of the accepted observations; 0 if there are none.
   [[nodiscard]] double mean_nis_per_row(int landmark) const;
@@ -75,16 +76,16 @@ class TagWatch {
   std::vector<One> all_;
 };
 
-/// Detects wheels that stop within one message, harder than a robot can brake: the encoders may have failed
-/// while the robot goes on at its former speed. Until tags confirm the standstill, the position is uncertain
-/// by the distance that the robot would have covered.
+/// Detects wheels that stop within one message, faster than a robot can brake. The encoders may have failed
+/// while the robot continues at its former speed. Until tags confirm the standstill, the position is
+/// uncertain by the distance that the robot would have covered.
 class SuddenHalt {
  public:
-  /// The step with the variance that the suspicion adds: of the position and, if no gyro measures it, of the
+  /// The step with the variance that the suspicion adds to the position and, if no gyro measures it, to the
   /// heading. O(1).
   [[nodiscard]] MotionStep advance(MotionStep step);
   [[nodiscard]] bool suspected() const { return suspected_; }
-  /// The tags of an image corrected the position by `moved_m`: by almost nothing if the robot is at
+  /// Reports that the tags of an image corrected the position by `moved_m`, which is nearly zero at
   /// standstill.
   void observe_correction(double moved_m);
 
@@ -135,18 +136,18 @@ struct ScoreSums {
   ScoreSums& operator+=(const ScoreSums& other);
 };
 
-/// Innovations of a drive, clustered in two ways. Innovations of one landmark share the error of its position
-/// and print; innovations within two seconds share the errors of the motion.
+/// Innovations of a drive, clustered in two ways. Innovations of one landmark share the errors of its
+/// position and print; innovations within two seconds share the errors of the motion.
 class ScoreClusters {
  public:
   void add(int landmark, SensorTime stamp, const ScoreSums& score);
   /// Variance of each parameter, where `value` maximises a likelihood with this information (all innovations
-  /// and the prior): the variance by landmarks plus that by time minus that by both (Cameron, Gelbach and
-  /// Miller, "Robust Inference With Multiway Clustering", Journal of Business and Economic Statistics 29(2),
-  /// 2011, equation (2.13)), and at least the larger of the first two. Each variance is a jackknife estimate,
-  /// which is not biased low for few and unequal groups (Bell and McCaffrey, "Bias Reduction in Standard
-  /// Errors for Linear Regression with Multi-Stage Samples", Survey Methodology 28(2), 2002). With fewer than
-  /// four landmarks, or intervals, their variance is zero.
+  /// and the prior). It is the variance by landmarks plus that by time minus that by both (Cameron, Gelbach
+  /// and Miller, "Robust Inference With Multiway Clustering", Journal of Business and Economic Statistics
+  /// 29(2), 2011, equation (2.13)). It is at least the larger of the first two. Each variance is a jackknife
+  /// estimate, which is not biased low for few and unequal groups (Bell and McCaffrey, "Bias Reduction in
+  /// Standard Errors for Linear Regression with Multi-Stage Samples", Survey Methodology 28(2), 2002). The
+  /// variance by landmarks is zero with fewer than four landmarks, and likewise for intervals.
   [[nodiscard]] SystematicVector variances(const SystematicMatrix& information,
                                            const SystematicVector& value) const;
 
@@ -160,11 +161,11 @@ struct SystematicFit {
   SystematicMatrix covariance = SystematicMatrix::Zero();
 };
 
-/// Regression of innovations on errors of the parameters that the filter assumes to be exact: score and
-/// information of the likelihood of the innovations (Mehra and Peschon, "An innovations approach to fault
-/// detection and diagnosis in dynamic systems", Automatica 7, 1971; Basseville and Nikiforov, "Detection of
-/// Abrupt Changes", section 7.2.4, additive changes seen through the filter's own dynamics). No allocation
-/// after construction.
+/// Regression of innovations on errors of the parameters that the filter assumes to be exact. Accumulates the
+/// score and information of the likelihood of the innovations (Mehra and Peschon, "An innovations approach to
+/// fault detection and diagnosis in dynamic systems", Automatica 7, 1971; Basseville and Nikiforov,
+/// "Detection of Abrupt Changes", section 7.2.4, additive changes seen through the dynamics of the filter).
+/// No allocation after construction.
 class SystematicErrors {
  public:
   explicit SystematicErrors(int landmarks)
@@ -174,16 +175,16 @@ class SystematicErrors {
   void add(const Linearised& z, const StateBySystematic& A, const Eigen::Matrix<double, 8, 8>& S,
            SensorTime stamp);
   void clear();
-  /// Whether add() counts or ignores its arguments: part of a drive may be held out.
+  /// Whether add() counts or ignores its arguments, because part of a drive may be held out.
   void count_in(bool counts) { counts_ = counts; }
   /// Keeps sums by landmark and interval from now on. Memory grows with the drive, and the covariance of
   /// fit() is at least that of ScoreClusters.
   void keep_clusters() { clusters_.emplace(); }
-  /// Maximum with a prior of these standard deviations; `away` is by how much the parameters already differ
-  /// from the centre of the prior. Innovations close in time share errors of tags and of the motion. The
-  /// covariance is therefore at least that of a sample of blocks of the drive (Liang and Zeger, "Longitudinal
-  /// data analysis using generalized linear models", Biometrika 73(1), 1986). None with fewer than 100
-  /// observations or three landmarks. O(1).
+  /// The maximum with a prior of these standard deviations. `away` is the difference between the current
+  /// parameters and the centre of the prior. Innovations close in time share errors of tags and of the
+  /// motion. The covariance is therefore at least that from the scatter of blocks of the drive (Liang and
+  /// Zeger, "Longitudinal data analysis using generalized linear models", Biometrika 73(1), 1986). Empty with
+  /// fewer than 100 observations or three landmarks. O(1).
   [[nodiscard]] std::optional<SystematicFit> fit(
       const SystematicVector& prior, const SystematicVector& away = SystematicVector::Zero()) const;
   [[nodiscard]] int count() const { return count_; }
@@ -203,20 +204,20 @@ class SystematicErrors {
   std::optional<ScoreClusters> clusters_;
 };
 
-/// Parameters that a test of the innovations can find to be wrong.
+/// Parameters that a test of the innovations can reveal to be wrong.
 enum class Suspect : std::uint8_t { Mounting, Scale, CameraLatency };
 
 struct SystematicVerdict {
   Suspect suspect = Suspect::Mounting;
   double chi2 = 0;  ///< test statistic of the hypothesis that its errors are zero
   SystematicFit fit{};
-  /// Second moment of the errors of mounting, scale and latency, to be covered by the covariance of the
+  /// Second moment of the errors of mounting, scale and latency, to be included in the covariance of the
   /// estimate.
   SystematicMatrix second_moment = SystematicMatrix::Zero();
 };
 
 /// Wald tests of mounting, scale and latency, each in the presence of the others. The suspect is the
-/// parameter that explains most on its own. None if no parameter is significant and large enough to matter.
+/// parameter that alone explains most. Empty if no parameter is significant and large enough to matter.
 [[nodiscard]] std::optional<SystematicVerdict> test_systematic(const SystematicErrors& errors);
 /// The finding as text: the suspect, its size, and the command that corrects it.
 [[nodiscard]] std::string describe(const SystematicVerdict& verdict, bool corners);

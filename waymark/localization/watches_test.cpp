@@ -32,7 +32,7 @@ using test::wrong_mounting;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-/// A duplicate tag, each copy observed as often as the other: contradictions are not in the majority.
+/// Both copies of a duplicate tag are observed equally often, so contradictions are not in the majority.
 TEST(TagWatch, ReportsADuplicateTag) {
   const Landmarks landmarks = Landmarks::of_points(laser_points()).value();
   TagWatch watch(landmarks);
@@ -115,8 +115,8 @@ TEST(SuddenHalt, TagsConfirmOrRefuteTheHalt) {
   EXPECT_EQ(moves.advance(step_at(0.3)).extra_m2, 0) << "the encoders count again";
 }
 
-// Drives past landmarks with lasting errors and motion errors that are shared within an interval: do the
-// variances match the errors of the parameters?
+// Drives past landmarks with lasting errors, and motion errors that are shared within an interval. The
+// variances must match the errors of the parameters.
 
 using Rows = Eigen::Matrix<double, 8, 1>;
 
@@ -130,7 +130,7 @@ Matrix normal(Random& random) {
   return drawn;
 }
 
-/// Squared errors divided by variances, over all parameters: with clusters, and as if all innovations were
+/// Squared errors divided by variances, over all parameters, with clusters and as if all innovations were
 /// independent.
 struct Scores {
   double clusters = 0, alone = 0;
@@ -193,7 +193,8 @@ TEST(ScoreClusters, VariancesAreZeroForFewGroups) {
   EXPECT_GT(clusters.variances(information, SystematicVector::Zero()).minCoeff(), 0);
 }
 
-// Wrong parameters of the filter: the suspect is identified, its size estimated, the covariance inflated.
+// For wrong parameters of the filter, the suspect is identified, its size estimated, and the covariance
+// inflated.
 
 TEST(SystematicErrors, AreNotReportedForACorrectRobot) {
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {
