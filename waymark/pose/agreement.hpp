@@ -61,7 +61,7 @@ double cost_of(const std::vector<Vote<G>>& votes, const G& value, double gate) {
   return sum;
 }
 
-/// The proposal with the smallest total cost over the votes; proposals are all alternatives of the best
+/// The proposal with the smallest total cost over the votes. Proposals are all alternatives of the best
 /// determined votes.
 template <LieGroup G>
 std::optional<G> propose(const std::vector<Vote<G>>& votes, double gate) {
@@ -86,9 +86,9 @@ std::optional<G> propose(const std::vector<Vote<G>>& votes, double gate) {
   return best;
 }
 
-/// The weighted mean (Barfoot and Furgale, "Associating Uncertainty with Three-Dimensional Poses for Use in
-/// Estimation Problems", IEEE T-RO 30(3), 2014, section IV: fusing poses by Gauss-Newton) of the agreeing
-/// alternatives, starting from a value near it: at most one per vote, none beyond the gate.
+/// The weighted mean of the agreeing alternatives, at most one per vote and none beyond the gate. Poses are
+/// fused by Gauss-Newton from a start near the mean (Barfoot and Furgale, "Associating Uncertainty with
+/// Three-Dimensional Poses for Use in Estimation Problems", IEEE T-RO 30(3), 2014, section IV).
 template <LieGroup G>
 std::optional<Agreement<G>> agree_near(const std::vector<Vote<G>>& votes, const G& start, double gate) {
   constexpr int kIterations = 20;

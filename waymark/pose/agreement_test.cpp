@@ -12,8 +12,8 @@ internal::Vote<SE2> vote(const SE2& value, double chi2 = 0) {
   return {{value, Eigen::Matrix3d::Identity() * 1e4, chi2}};
 }
 
-// Two thirds of the votes prefer, individually, the wrong one of their two alternatives; only the correct
-// ones coincide.
+// Individually, two thirds of the votes prefer the wrong one of their two alternatives. Only the correct ones
+// coincide.
 TEST(Agreement, FindsTheAlternativeThatAllFramesShare) {
   Random random(3);
   const SE2 truth(1, 2, 0.5);

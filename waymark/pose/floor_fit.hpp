@@ -17,9 +17,8 @@ struct FloorOptions {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.tilt_sigma_rad,
-          Field{"tilt_sigma_rad",
-                "Standard deviation of the tilt of the robot, and so of its camera, from its mounting.", 1e-6,
-                3});
+          Field{"tilt_sigma_rad", "Standard deviation of the tilt of the robot, and thus of its camera.",
+                1e-6, 3});
     visit(self.height_sigma_m,
           Field{"height_sigma_m", "Standard deviation of the height of tags above the floor.", 1e-6, 1e3});
   }
@@ -41,8 +40,8 @@ struct FloorFit {
 ///     log(base_T_tag (lift(X) shape)^-1)
 ///
 /// under the covariance of the measurement plus that of the floor. The floor constrains components that are
-/// uncertain in space, so the covariance of X is smaller than that of the projected pose. Gauss-Newton, some
-/// microseconds.
+/// uncertain in space, so the covariance of X is smaller than that of the projected pose. Gauss-Newton; takes
+/// a few microseconds.
 [[nodiscard]] FloorFit fit_to_floor(const Uncertain<SE3>& base_T_tag, const SE3& shape,
                                     const FloorOptions& options = {});
 

@@ -27,7 +27,8 @@ TEST(FloorFit, ExactWithoutNoise) {
   }
 }
 
-// Uncertain tilts correlated with the position: the floor constrains the tilts, which improves the position.
+// If uncertain tilts are correlated with the position, the floor constrains the tilts, which improves the
+// position.
 TEST(FloorFit, IsMorePreciseThanTheProjectionAndConsistent) {
   Random random(2);
   Covariance<SE3> P = Covariance<SE3>::Identity() * 1e-5;

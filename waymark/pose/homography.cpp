@@ -11,7 +11,8 @@ namespace {
 using Points = std::span<const Eigen::Vector2d>;
 using Index = Eigen::Index;
 
-/// A singular value or determinant below this relative size is rounding: the points determine no homography.
+/// A singular value or determinant below this relative size is rounding error, and the points determine no
+/// homography.
 constexpr double kDegenerate = 1e-10;
 
 auto invalid(std::string message, std::string hint) {

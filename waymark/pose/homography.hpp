@@ -9,11 +9,11 @@
 
 namespace waymark {
 
-/// The homography b_H_a that maps points of one plane to another, b ~ b_H_a (a, 1), by the normalised direct
-/// linear transformation (Hartley and Zisserman, "Multiple View Geometry in Computer Vision", 2nd edition,
-/// algorithm 4.2). Martins and Ramos, "AprilTag-based Trajectory Tracking for the LIMOS Robot", section
-/// 2.2.1, start from it: with a the corners on the tag and b their normalised image, its columns are (r1, r2,
-/// t) up to scale. docs/concepts/pose.md, equations (1) to (3).
+/// The homography b_H_a that maps points of one plane to another, b ~ b_H_a (a, 1). Uses the normalised
+/// direct linear transformation (Hartley and Zisserman, "Multiple View Geometry in Computer Vision", 2nd
+/// edition, algorithm 4.2). With a the corners on a tag and b their normalised image, its columns are (r1,
+/// r2, t) up to scale. Martins and Ramos, "AprilTag-based Trajectory Tracking for the LIMOS Robot", section
+/// 2.2.1, start from it. Equations (1) to (3) of docs/concepts/pose.md.
 ///
 /// Requires at least 4 pairs, no three of four points on one line. Exact for 4 pairs; for more, the solution
 /// minimises the algebraic error in normalised coordinates, not the pixel error. Scaled to unit Frobenius

@@ -64,10 +64,10 @@ class Growth {
       map_is_uncertain_ = map_is_uncertain_ || c.mapped->covariance.has_value();
   }
 
-  /// The consensus grown from one pose of one tag; nothing if that tag itself does not fit. Any tag may be
+  /// The consensus grown from one pose of one tag; nothing if that tag does not fit itself. Any tag may be
   /// removed again, including the seed.
   std::optional<Consensus> from(std::size_t seed, const SE3& start) { return search(seed, start, true); }
-  /// The same with the seed alone.
+  /// The consensus of the seed alone.
   std::optional<Consensus> alone(std::size_t seed, const SE3& start) { return search(seed, start, false); }
 
  private:
@@ -187,7 +187,7 @@ std::optional<Growth::Solved> Growth::solve() const {
   return solved;
 }
 
-/// Iterates the members to their minimum; other tags may be added on the way. False if no member is visible.
+/// Iterates the members to their minimum; other tags may be added meanwhile. False if no member is visible.
 bool Growth::minimise(SE3& cam_T_map, bool others_may_join) {
   for (int step = 0; step < options_.max_iterations; ++step) {
     if (!evaluate_members(cam_T_map)) return false;
@@ -224,7 +224,7 @@ bool Growth::add_fitting_tags(const Solved& members) {
   return joined;
 }
 
-/// For members that leave the pose too uncertain for a first-order prediction: fits the members with one more
+/// For members that leave the pose too uncertain for a first-order prediction. Fits the members with one more
 /// tag, the most promising first, until one fits with all of them.
 bool Growth::add_tag_by_trial(SE3& cam_T_map) {
   while (true) {
@@ -258,7 +258,7 @@ bool Growth::try_one(std::size_t i, SE3& cam_T_map) {
   return false;
 }
 
-/// Excess of a tag over its gates; more than 1 is outside.
+/// Excess of a tag over its gates; outside if more than 1.
 double Growth::excess(std::size_t i) const {
   return std::max(fits_[i].normal.chi2 / options_.tag_gate_chi2,
                   fits_[i].worst_corner_chi2 / options_.corner_gate_chi2);
@@ -355,8 +355,8 @@ std::optional<Consensus> Growth::search(std::size_t seed, const SE3& start, bool
   return std::nullopt;
 }
 
-/// Poses of the same tags nearer than this many standard deviations count as one: each covariance covers the
-/// other pose.
+/// Poses of the same tags nearer than this many standard deviations count as one, because each covariance
+/// covers the other pose.
 constexpr double kSamePoseSigmas = 1.0;
 
 /// Distance of b from a in standard deviations of a.
@@ -381,8 +381,8 @@ void keep_if_new(std::vector<Consensus>& found, std::optional<Consensus> consens
   found.push_back(std::move(*consensus));
 }
 
-/// All consensuses to report: the best first, then those that explain as many tags and exceed its chi2 by
-/// less than options.ambiguity_chi2. Candidates must be in descending order of area.
+/// All consensuses to report: first the best, then those that explain as many tags and whose chi2 is larger
+/// by less than options.ambiguity_chi2. Candidates must be in descending order of area.
 std::vector<Consensus> find_consensus(const CameraModel& camera, std::vector<Candidate>& candidates,
                                       const MultiTagOptions& options) {
   Growth growth(camera, candidates, options);
@@ -399,8 +399,8 @@ std::vector<Consensus> find_consensus(const CameraModel& camera, std::vector<Can
   }
   std::sort(found.begin(), found.end(), is_better);
   if (found.empty()) return found;
-  // Poses of the same tags are compared by likelihood; of different tags only by their number, because their
-  // chi2 are of different data.
+  // Poses of the same tags are compared by likelihood. Poses of different tags are compared only by the
+  // number of tags, because their chi2 are of different data.
   const Consensus best = found.front();
   std::erase_if(found, [&](const Consensus& c) {
     return c.count < best.count || (c.members == best.members && c.chi2 > best.chi2 + options.ambiguity_chi2);

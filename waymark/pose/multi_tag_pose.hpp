@@ -16,7 +16,7 @@
 namespace waymark {
 
 struct MultiTagOptions {
-  /// the same parameter as that of TagPoseOptions
+  /// the same parameter as in TagPoseOptions
   double corner_sigma_px = TagPoseOptions{}.corner_sigma_px;
   double tag_gate_chi2 = 26.1;     ///< 0.999 quantile for 8 residuals
   double corner_gate_chi2 = 16.6;  ///< for 2 residuals; 0.999 for all four corners of a tag together
@@ -89,8 +89,8 @@ struct RejectedTag {
 /// Camera poses estimated from one image.
 struct MultiTagPose {
   /// Best first: most tags, then smallest chi2. Empty: no tag could be used. More than one: the image does
-  /// not determine the correct one (one tag and its two poses, two contradicting tags, …), and the function
-  /// does not choose.
+  /// not determine the correct one (one tag with two poses, two contradicting tags, …), and the function does
+  /// not choose.
   std::vector<CameraPoseEstimate> estimates{};
   std::vector<RejectedTag> rejected{};  ///< ascending detection; outliers are relative to the first estimate
 
@@ -98,10 +98,10 @@ struct MultiTagPose {
   [[nodiscard]] bool ambiguous() const { return estimates.size() > 1; }
 };
 
-/// The pose of the camera in the map from all tags of one image together. Both solutions of each tag propose
-/// a pose, tags consistent with it are added, and the largest consensus is refined over all its corners
-/// (docs/concepts/pose.md, "Several tags"). Fails only on options out of range; problems of single tags are
-/// listed in `rejected`. O(tags) if all agree, O(tags^2) at worst. Deterministic.
+/// The pose of the camera in the map from all tags of one image together. Each of the two solutions of each
+/// tag proposes a pose, and tags consistent with it are added. The largest consensus is refined over all its
+/// corners (docs/concepts/pose.md, "Several tags"). Fails only on options out of range; problems of single
+/// tags are listed in `rejected`. O(tags) if all agree, O(tags^2) at worst. Deterministic.
 [[nodiscard]] Result<MultiTagPose> estimate_camera_pose(std::span<const TagDetection> detections,
                                                         const TagMap& map, const CameraModel& camera,
                                                         const MultiTagOptions& options = {});

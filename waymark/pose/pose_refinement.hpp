@@ -14,8 +14,8 @@
 namespace waymark::internal {
 
 /// Cholesky factorisation A = L L^T of a symmetric 6x6 matrix, for the inner loop of pose refinement. Its
-/// loops have constant length, so compilers unroll them: a third of the time of Eigen's LLT at this size
-/// (benchmarks/pose_benchmark.cpp).
+/// loops have constant length, so compilers unroll them. It takes a third of the time of Eigen's LLT at this
+/// size (benchmarks/pose_benchmark.cpp).
 class Cholesky6 {
  public:
   using Vector = Eigen::Matrix<double, 6, 1>;
@@ -113,9 +113,9 @@ struct NormalEquations {
   }
 };
 
-/// Residuals projection - measurement of four corners and their derivative with respect to a left
-/// perturbation in the frame with the camera's axes and its origin at cam_pivot; equations (13) and (14).
-/// False, with e and J incomplete, if a corner is behind the camera or beyond the lens.
+/// Residuals (projection - measurement) of four corners and their derivative, equations (13) and (14). The
+/// derivative is with respect to a left perturbation in the frame with the camera's axes and its origin at
+/// cam_pivot. False, with e and J incomplete, if a corner is behind the camera or beyond the lens.
 bool corner_residuals(const CameraModel& camera, const Corners3& cam_corners,
                       const Eigen::Vector3d& cam_pivot, const Corners2& measured_px, Vector8& e, Matrix86& J);
 
@@ -137,7 +137,7 @@ bool corner_residuals(const CameraModel& camera, const Corners3& cam_corners,
 [[nodiscard]] inline double rms_of(const Vector8& e) { return std::sqrt(e.squaredNorm() / 4); }
 
 /// A step whose predicted gain is below this fraction of chi2 (or of 1e-3, if chi2 is nearly zero) is the
-/// last: a thousandth of a standard deviation for a typical chi2.
+/// last. For a typical chi2 this is a thousandth of a standard deviation.
 inline constexpr double kGainTolerance = 1e-6;
 
 /// Result of a refinement.
@@ -151,10 +151,10 @@ struct Refined {
 
 /// Minimises chi2 by the Levenberg-Marquardt method (pure Gauss-Newton while that lowers the cost).
 ///
-/// evaluate(cam_T_ref, cam_pivot, normal) accumulates the normal equations at a pose, or returns false if a
-/// point is not visible. pivot_of(cam_T_ref) is the point of the camera frame about which a step rotates:
-/// with a pivot near the points the six unknowns are least correlated. Returns nothing if the start itself is
-/// not visible.
+/// `evaluate(cam_T_ref, cam_pivot, normal)` accumulates the normal equations at a pose, or returns false if a
+/// point is not visible. `pivot_of(cam_T_ref)` returns the point of the camera frame about which a step
+/// rotates; with a pivot near the points, the six unknowns are least correlated. Returns nothing if a point
+/// is not visible from the start.
 template <class Evaluate, class PivotOf>
 std::optional<Refined> refine(const SE3& start, int max_iterations, PivotOf&& pivot_of, Evaluate&& evaluate) {
   Refined at{.cam_T_ref = start};
@@ -190,9 +190,9 @@ std::optional<Refined> refine(const SE3& start, int max_iterations, PivotOf&& pi
   return at;
 }
 
-/// Both closed-form poses of a detected tag (square_poses). Fails if the detection is not an image of a
-/// square: size not positive and finite; corners not finite, beyond the lens, repeated, collinear, mirrored
-/// or out of order.
+/// Both closed-form poses of a detected tag (square_poses). Fails if the size is not positive and finite, or
+/// if the corners are not an image of a square. They may be non-finite, beyond the lens, repeated, collinear,
+/// mirrored or out of order.
 Result<std::array<SE3, 2>> starting_poses(const TagDetection& detection, double size_m,
                                           const CameraModel& camera);
 

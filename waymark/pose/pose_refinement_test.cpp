@@ -76,8 +76,8 @@ TEST(Reprojection, JacobianIsTheDerivative) {
   }
 }
 
-// exp at the pivot equals exp at the origin of the adjoint tangent: the returned covariance is in the plain
-// left tangent.
+// exp at the pivot equals exp of the adjoint tangent at the origin, so the returned covariance is in the
+// plain left tangent.
 TEST(Reprojection, ThePivotOnlyChangesCoordinates) {
   Random random(3);
   for (int trial = 0; trial < 50; ++trial) {

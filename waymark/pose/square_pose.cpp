@@ -10,11 +10,11 @@ namespace {
 
 using Bearings = std::array<Eigen::Vector3d, 4>;
 
-/// Four corners within this angle [rad] count as one point: below it the differences of unit vectors lose
-/// their digits.
+/// Four corners within this angle [rad] count as one point, because below it the differences of unit vectors
+/// lose their digits.
 constexpr double kSmallestAngle = 1e-7;
-/// Smallest area of a corner triangle, relative to the square of the longest side or diagonal: a millionth,
-/// which is below the rounding to float of three collinear corners.
+/// Smallest area of a corner triangle, relative to the square of the longest side or diagonal. A millionth is
+/// below the rounding to float of three collinear corners.
 constexpr double kSmallestArea = 1e-6;
 
 /// det(a, b, c) from differences, which keeps the digits of small triangles.
@@ -106,8 +106,8 @@ SquarePoses square_poses(const Bearings& cam_bearings, double size_m) {
   SquarePoses poses{.defect = find_defect(q, depth)};
   if (poses.defect != QuadDefect::None) return poses;
 
-  // Columns of the homography of the square [-1, 1] x [-1, 1], equation (6): the direction of its image is c
-  // + x a + y b.
+  // Columns of the homography of the square [-1, 1] x [-1, 1], equation (6); the direction of the image of
+  // (x, y) is c + x a + y b.
   const Eigen::Vector3d p0 = depth[0] * q[0], p1 = depth[1] * q[1], p2 = depth[2] * q[2],
                         p3 = depth[3] * q[3];
   const Eigen::Vector3d c = p0 + p1 + p2 + p3;

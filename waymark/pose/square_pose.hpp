@@ -42,8 +42,8 @@ struct SquarePoses {
 /// no special case. Exact without noise; with noise, an initial value for refinement. docs/concepts/pose.md,
 /// equations (4) to (11).
 ///
-/// cam_bearings: directions to TL, TR, BR, BL in the camera frame, finite, not zero; of unit length, because
-/// the tests for degeneracy assume it. size_m: positive and finite.
+/// cam_bearings: finite directions of unit length to TL, TR, BR, BL in the camera frame; the tests for
+/// degeneracy assume unit length. size_m: positive and finite.
 [[nodiscard]] SquarePoses square_poses(const std::array<Eigen::Vector3d, 4>& cam_bearings, double size_m);
 
 }  // namespace waymark

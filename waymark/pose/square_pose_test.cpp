@@ -27,8 +27,8 @@ TEST(SquarePose, OneSolutionIsExactWithoutNoise) {
         testing::random_view(random, {.min_size_px = 5, .max_size_px = 400, .max_tilt_deg = 80});
     const SquarePoses poses = square_poses(bearings_to(cam_T_tag), testing::kTagSize);
     ASSERT_EQ(poses.defect, QuadDefect::None);
-    // Perspective distinguishes the two, if only slightly: without noise the correct one is first. For a
-    // frontal tag they coincide, and their rotation error is the square root of rounding.
+    // Perspective distinguishes the two, if only slightly, so without noise the correct one is first. For a
+    // frontal tag they coincide, and their rotation error is the square root of the rounding error.
     EXPECT_THAT(poses.cam_T_tag[0], testing::SE3Near(cam_T_tag, 1e-9, 1e-6));
   }
 }

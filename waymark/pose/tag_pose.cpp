@@ -19,8 +19,8 @@ using internal::Vector6;
 using internal::Vector8;
 using internal::Whitening;
 
-/// Two minima nearer than this many standard deviations count as one: the difference is the tolerance of the
-/// iteration.
+/// Two minima nearer than this many standard deviations count as one, because the difference is within the
+/// tolerance of the iteration.
 constexpr double kSameMinimumSigmas = 0.1;
 
 /// Inputs of one refinement.

@@ -19,9 +19,8 @@ namespace waymark {
 using PoseCovariance = Covariance<SE3>;
 
 struct TagPoseOptions {
-  /// Default noise of a corner, for detections without a covariance of their own
-  /// (TagDetection::corner_covariance_px2 overrides it). Options of this name elsewhere document their
-  /// differences.
+  /// Default noise of a corner, for detections without a covariance (TagDetection::corner_covariance_px2
+  /// overrides it). Options of this name elsewhere document their differences.
   double corner_sigma_px = 0.2;
   int max_iterations = 30;
 
@@ -37,9 +36,9 @@ struct TagPoseOptions {
   }
 };
 
-/// One pose that explains the corners: a local minimum of the reprojection error (Martins and Ramos,
-/// "AprilTag-based Trajectory Tracking for the LIMOS Robot", equation 2.13, with lens distortion and weighted
-/// by the corner covariance).
+/// One pose that explains the corners: a local minimum of the reprojection error, with lens distortion and
+/// weighted by the corner covariance. After Martins and Ramos, "AprilTag-based Trajectory Tracking for the
+/// LIMOS Robot", equation 2.13.
 struct TagPoseSolution {
   SE3 cam_T_tag{};
   double chi2 =
@@ -59,8 +58,8 @@ enum class OtherSolution : std::uint8_t {
 };
 
 /// The pose of one tag. A flat square seen nearly without perspective has two poses that fit almost equally
-/// well, mirrored about the plane facing the camera, and noise determines which fits better: see
-/// docs/concepts/pose.md, "Two poses". Both are returned; a caller that uses only `best` makes the choice.
+/// well, mirrored about the plane facing the camera. Noise determines which fits better
+/// (docs/concepts/pose.md, "Two poses"). Both are returned; a caller that uses only `best` makes the choice.
 struct TagPose {
   TagPoseSolution best{};  ///< the smaller chi2; not necessarily the correct one, see ambiguity_ratio()
   std::optional<TagPoseSolution> other{};            ///< the larger chi2
@@ -73,12 +72,12 @@ struct TagPose {
   [[nodiscard]] double likelihood_ratio() const;
 };
 
-/// Both poses of one tag. The two solutions of square_poses() are refined until they are minima; no
-/// allocation, some microseconds. size_m: side of the square where black border meets white border.
+/// Both poses of one tag. The two solutions of square_poses() are refined until they are minima. No
+/// allocation; takes a few microseconds. size_m: side of the square where black border meets white border.
 ///
-/// Fails on a size that is not positive and finite, corners that are not finite, repeated, on a line or not
-/// in the order TL, TR, BR, BL, corners where no point of the lens's domain projects, a covariance that is
-/// not positive definite, and options out of range. Never gives NaN.
+/// Fails on a size that is not positive and finite, a covariance that is not positive definite, and options
+/// out of range. Also fails on corners that are not finite, repeated, on a line, not in the order TL, TR, BR,
+/// BL, or outside the domain of the lens. Never gives NaN.
 [[nodiscard]] Result<TagPose> estimate_tag_pose(const TagDetection& detection, double size_m,
                                                 const CameraModel& camera,
                                                 const TagPoseOptions& options = {});
@@ -88,14 +87,15 @@ struct TagPose {
                                                 const CameraModel& camera,
                                                 const TagPoseOptions& options = {});
 
-/// Standard deviations a person can read.
+/// Standard deviations for display.
 struct PoseDeviations {
   Eigen::Vector3d position_m;    ///< of the origin of b along the axes of a
   Eigen::Vector3d rotation_rad;  ///< about the axes of a
 };
 
-/// Of a_T_b with its covariance (left tangent in a): position of b's origin in a, whose uncertainty is not
-/// that of the tangent's translation as soon as b is away from a's origin; rotation about a's axes.
+/// Standard deviations of a_T_b from its covariance (left tangent in a): of the position of b's origin in a,
+/// and of the rotation about a's axes. If b is away from a's origin, the uncertainty of the position is not
+/// that of the tangent's translation.
 [[nodiscard]] PoseDeviations standard_deviations(const SE3& a_T_b, const PoseCovariance& covariance);
 
 }  // namespace waymark

@@ -93,8 +93,8 @@ TEST(TagPose, BothSolutionsAreMinimaOfTheReprojectionError) {
       both += pose->other.has_value() ? 1 : 0;
       for (const TagPoseSolution* s : {&pose->best, pose->other ? &*pose->other : &pose->best}) {
         EXPECT_NEAR(s->chi2, cost(camera, seen, sigma, s->cam_T_tag), 1e-5 * (1 + s->chi2));
-        // A step in any direction increases the cost: a twentieth of a standard deviation, scaled as if the
-        // residuals were noise. The tolerance of the iteration is smaller than that.
+        // A step of a twentieth of a standard deviation in any direction increases the cost, scaled as if the
+        // residuals were noise. The tolerance of the iteration is smaller.
         const double step = 0.05 * std::sqrt(1 + s->chi2 / 2);
         const Eigen::LLT<PoseCovariance> llt(s->covariance);
         for (int k = 0; k < 12; ++k) {
@@ -221,8 +221,8 @@ TEST(TagPose, SameInputSameBits) {
   EXPECT_EQ(a.best.covariance, b.best.covariance);
 }
 
-// A rotation by sigma about the camera's x axis moves a tag at distance z by z sigma along y: a pure rotation
-// of the tangent changes the position.
+// A rotation by sigma about the camera's x axis moves a tag at distance z by z sigma along y, so a pure
+// rotation of the tangent changes the position.
 TEST(StandardDeviations, AreThoseOfThePosition) {
   PoseCovariance covariance = PoseCovariance::Zero();
   covariance(3, 3) = 0.01 * 0.01;
@@ -313,7 +313,7 @@ TEST(TagPose, RandomInputGivesAnErrorOrFiniteResults) {
   EXPECT_GT(poses, 100);
 }
 
-// Monte Carlo: whether the estimate is as accurate as the corners allow, and whether its covariance is
+// Monte Carlo tests that the estimate is as accurate as the corners allow and that its covariance is
 // consistent.
 
 using testing::ViewRange;
@@ -431,7 +431,8 @@ TEST(TagPoseStatistics, SmallTagsAreWorseThanTheirCovariance) {
 
 // Comparison with OpenCV's IPPE_SQUARE, implemented by the authors of the method.
 
-/// OpenCV expects corners with y up and z towards the viewer: our tag frame rotated by pi about x.
+/// OpenCV expects corners with y up and z towards the viewer, that is, in our tag frame rotated by pi about
+/// x.
 const SO3 kTurned = SO3::exp({3.14159265358979323846, 0, 0});
 
 std::vector<SE3> opencv_poses(const PinholeRadtan& lens, const TagDetection& seen) {
@@ -466,7 +467,7 @@ double angle_to_nearest(const SE3& pose, const SE3& a, const SE3& b) {
                   (pose.rotation().inverse() * b.rotation()).angle());
 }
 
-// The closed form is the same: both rotations agree, also for noisy corners.
+// The closed form is the same, so both rotations agree, for noisy corners too.
 TEST(SquarePoseOracle, BothRotationsMatchOpenCv) {
   Random random(1);
   const CameraModel camera = testing::plain_camera();
