@@ -1,6 +1,6 @@
-// Error of a calibration, consistency of its covariance, and comparison with OpenCV on the same corners: a
-// chessboard of 7 x 5 corners, 20 views, 1280 x 720 px, corners with 0.1 px of noise. 50 runs with
-// WAYMARK_FULL.
+// Error of a calibration, consistency of its covariance, and comparison with OpenCV on the same corners. The
+// target is a chessboard of 7 x 5 corners in 20 views of 1280 x 720 px, with 0.1 px of corner noise. There
+// are 50 runs with WAYMARK_FULL.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -103,7 +103,7 @@ double opencv_focal_px(const std::vector<TargetPicture>& views, LensModel lens) 
   std::vector<cv::Mat> rotations;
   std::vector<cv::Mat> translations;
   if (lens == LensModel::Equidistant) {
-    // OpenCV diverges from its own start on some of these, so it starts near the truth.
+    // OpenCV diverges from its default start on some of these, so it starts near the truth.
     K = (cv::Mat_<double>(3, 3) << 430, 0, 640, 0, 430, 360, 0, 0, 1);
     distortion = cv::Mat::zeros(4, 1, CV_64F);
     cv::fisheye::calibrate(places, pixels, {kWidth, kHeight}, K, distortion, rotations, translations,

@@ -26,10 +26,10 @@ void advise_regions(const CameraCalibration& found, std::vector<std::string>& ad
     const ImageRegion& region = found.regions[i];
     if (region.corners < kMinCorners) empty.emplace_back(kRegionNames[i]);
     if (region.corners >= kMinCorners && region.noise_scale > kMaxNoiseRatio * found.noise_scale)
-      advice.push_back(
-          fmt::format("The {} of the image fits {:.1f} times worse than the whole: this lens model cannot "
-                      "describe the distortion there.",
-                      kRegionNames[i], region.noise_scale / found.noise_scale));
+      advice.push_back(fmt::format(
+          "The {} of the image fits {:.1f} times worse than the whole image: this lens model cannot "
+          "describe the distortion there.",
+          kRegionNames[i], region.noise_scale / found.noise_scale));
   }
   if (!empty.empty())
     advice.push_back(fmt::format(
@@ -82,16 +82,17 @@ std::vector<std::string> calibration_advice(const CameraCalibration& found) {
 
 namespace {
 
-/// A linearised view: whitened residuals and their derivatives by the pose and by the parameters of each
-/// cause.
+/// A linearised view: whitened residuals and their derivatives with respect to the pose and the parameters of
+/// each cause.
 struct ViewResiduals {
   Eigen::VectorXd r{};
   Eigen::Matrix<double, Eigen::Dynamic, 6> J_pose{};
   Eigen::Matrix<double, Eigen::Dynamic, 2>
       J_shutter{};            ///< shift of the lower image edge relative to the upper one [px]
-  Eigen::VectorXd J_focal{};  ///< by the logarithm of the focal length
-  Eigen::Matrix<double, Eigen::Dynamic, 3> J_place{};  ///< by the position of each mark on the target [m]
-  std::vector<std::int64_t> keys{};                    ///< the mark of each pair of rows
+  Eigen::VectorXd J_focal{};  ///< with respect to the logarithm of the focal length
+  Eigen::Matrix<double, Eigen::Dynamic, 3>
+      J_place{};                     ///< with respect to the position of each mark on the target [m]
+  std::vector<std::int64_t> keys{};  ///< the mark of each pair of rows
 };
 
 Eigen::Vector2d centre_of(const CameraModel& camera) {
@@ -145,7 +146,7 @@ ViewResiduals residuals_of(const TargetView& view, const CameraModel& camera) {
   return all;
 }
 
-/// Decrease of a view's chi2 due to further unknowns beside its pose, and their values.
+/// Decrease of a view's chi2 due to further unknowns in addition to its pose, and their values.
 struct Gain {
   double chi2 = 0;
   Eigen::VectorXd values{};
@@ -212,7 +213,7 @@ FocalStep focal_step(const ViewResiduals& view) {
   return {rest.squaredNorm(), rest.dot(view.r)};
 }
 
-/// One focal length up to some image, another from there on.
+/// One focal length up to some image, and another from that image on.
 Cause focus(const std::vector<ViewResiduals>& views) {
   constexpr double kNumbers = 3;  // two focal lengths and the index of the change
   std::vector<FocalStep> steps;
@@ -271,8 +272,8 @@ Cause bent_board(const std::vector<ViewResiduals>& views) {
           1e3 * std::sqrt(squares / count))};
 }
 
-/// chi2 of the camera refitted to a board stretched by this share along its rows and shortened along its
-/// columns.
+/// chi2 after a fit of the camera to a board that is stretched by this share along its rows and shortened
+/// along its columns.
 double chi2_of_stretched(std::vector<TargetView> views, double share, const FitOptions& options,
                          const Eigen::VectorXd& parameters) {
   for (TargetView& view : views)
@@ -332,7 +333,8 @@ std::vector<std::string> calibration_causes(const std::vector<TargetView>& all, 
   for (const Cause& cause : causes)
     if (sums.free > cause.numbers)
       variance = std::min(variance, (sums.chi2 - cause.gain) / (sums.free - cause.numbers));
-  // Each additional parameter must pay its price in Schwarz, "Estimating the dimension of a model" (1978).
+  // Each additional parameter is penalised by the criterion of Schwarz, "Estimating the dimension of a model"
+  // (1978).
   const auto worth = [&](const Cause& cause) {
     return cause.gain - cause.numbers * variance * std::log(sums.free);
   };

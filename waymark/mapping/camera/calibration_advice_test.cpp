@@ -74,7 +74,7 @@ const std::vector<std::string>& all_causes() {
   return words;
 }
 
-/// Exactly the cause with this word is reported; empty: none.
+/// Expects exactly the cause with this word; empty: no cause.
 void expect_cause(const Defect& defect, const std::string& cause) {
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     const auto sentences = advice(defect, seed);
@@ -131,7 +131,7 @@ TEST(CalibrationCauses, ReportsTooFewTilts) {
   EXPECT_THAT(advice({.max_tilt_deg = 8}, 1), Contains(HasSubstr("20 degrees")));
 }
 
-/// A sentence contains the text; it is compared with the golden page.
+/// Expects a sentence that contains the text, and compares it with the golden page.
 void expect_advice(const CameraCalibration& found, const std::string& text) {
   const auto sentences = internal::calibration_advice(found);
   const auto contains = [&](const std::string& sentence) { return sentence.find(text) != std::string::npos; };

@@ -1,4 +1,4 @@
-// Invariants of the calibration of any camera: order, unit of length, frame and rotation of the target do not
+// Invariants of the calibration of any camera. Order, unit of length, frame and rotation of the target do not
 // matter; the covariance scales with the noise; the written calibration equals the result.
 #include <algorithm>
 #include <cmath>

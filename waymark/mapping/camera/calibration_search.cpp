@@ -30,8 +30,8 @@ Result<ParametricCamera> straight_camera(LensModel lens, double focal_px, const 
   return ParametricCamera{.lens = lens, .parameters = parameters, .camera = *std::move(camera)};
 }
 
-/// Of a geometric series from telephoto to fisheye, the focal length with which an undistorted camera fits a
-/// few images best.
+/// The focal length with which an undistorted camera best fits a few images, from a geometric series from
+/// telephoto to fisheye.
 double rough_focal_px(const Search& search, LensModel lens) {
   constexpr std::size_t kMaxImagesTried = 8;
   constexpr double kMinFocalShare = 0.2;
@@ -114,7 +114,7 @@ RoughPose rough_pose(const TargetView& view, const ParametricCamera& camera) {
   return other.rms_px < found.rms_px ? other : found;
 }
 
-/// The same from tags, regardless of the noise of their corners.
+/// The pose estimated from tags, regardless of the noise of their corners.
 RoughPose rough_pose(const std::vector<TagDetection>& detections, const TagMap& target,
                      const CameraModel& camera) {
   constexpr double kNoGate = 1e9;

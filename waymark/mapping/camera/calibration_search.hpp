@@ -27,11 +27,13 @@ struct ParametricCamera {
 /// Estimates the camera pose of an image.
 using PoseStart = std::function<RoughPose(std::size_t picture, const ParametricCamera& camera)>;
 
-/// From the tags of an image, some of which may be wrong; `pictures` and `target` must outlive the result.
+/// Starts from the tags of an image, some of which may be wrong. `pictures` and `target` must outlive the
+/// result.
 [[nodiscard]] PoseStart start_from_tags(const std::vector<std::vector<TagDetection>>& pictures,
                                         const TagMap& target);
-/// From all points of an image of a flat target (z = 0), by their homography (Zhang, section 3.1). Of this
-/// pose and its reflection at the line of sight, the better one is used. `views` must outlive the result.
+/// Starts from all points of an image of a flat target (z = 0), using their homography (Zhang, section 3.1).
+/// The better one of this pose and its reflection at the line of sight is used. `views` must outlive the
+/// result.
 [[nodiscard]] PoseStart start_from_plane(const std::vector<TargetView>& views);
 
 /// The problem and the current state of the search.

@@ -58,7 +58,7 @@ std::string_view to_string(CaptureVerdict verdict) {
     case CaptureVerdict::Blurred:
       return "the image is blurred: add light or adjust the focus";
     case CaptureVerdict::Known:
-      return "move the board: this view is already taken";
+      return "move the board: this view was already taken";
     case CaptureVerdict::New:
       return "taken";
   }

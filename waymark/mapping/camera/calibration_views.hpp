@@ -48,8 +48,9 @@ enum class CaptureVerdict : std::uint8_t { NoTarget, TooFew, Moving, Blurred, Kn
 /// "no board in view", "hold still", …; shown to the person who holds the board.
 [[nodiscard]] std::string_view to_string(CaptureVerdict verdict);
 
-/// Edge width at the corners [px]: median over the corners of the standard deviation of a blur with the same
-/// steepest slope, relative to the local contrast. Empty if no corner lies within the image. O(corners).
+/// Edge width at the corners [px]. It is the standard deviation of a blur with the same steepest slope
+/// relative to the local contrast, as the median over the corners. Empty if no corner lies within the image.
+/// O(corners).
 [[nodiscard]] std::optional<double> edge_width_px(const ImageView& image, const TargetPicture& marks);
 
 /// Selects images of a stream that are sharp, show the board at rest, and differ from all earlier views. The
@@ -74,7 +75,7 @@ class ViewCapture {
   int still_times_ = 0;
 };
 
-/// Tilt of a flat target relative to the camera, named after the edge in the image that is nearer.
+/// Tilt of a flat target relative to the camera, named after the nearer edge in the image.
 enum class BoardTilt : std::uint8_t { Frontal, LeftNearer, RightNearer, UpperNearer, LowerNearer };
 
 /// For a target whose z axis points away from the camera. Frontal: tilt below `min_tilt_deg`.

@@ -1,4 +1,4 @@
-// Instructions of a guided calibration, and which images it takes.
+// Instructions of a guided calibration, and the images that it takes.
 #include "waymark/mapping/camera/calibration_views.hpp"
 
 #include <cmath>

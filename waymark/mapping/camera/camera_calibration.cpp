@@ -66,7 +66,7 @@ double median_of_chi_square(Eigen::Index numbers) {
   return n * std::pow(1 - 2 / (9 * n), 3);
 }
 
-/// Typical ratio of actual to stated noise: a robust estimate from the median over the marks used.
+/// Typical ratio of actual to stated noise, robustly estimated from the median over the marks used.
 double usual_noise_scale(const std::vector<TargetView>& views, const CameraModel& camera) {
   std::vector<double> all;
   for (const TargetView& view : views)
@@ -87,8 +87,8 @@ void exclude_outliers(std::vector<TargetView>& views, const CameraModel& camera,
   }
 }
 
-/// Estimates simple distortion first, then one more coefficient, then all. High powers estimated from a poor
-/// start would bend rays back into the image, which no real lens does.
+/// Estimates simple distortion first, then one more coefficient, then all. From a poor start, estimates of
+/// high powers would bend rays back into the image, which no real lens does.
 std::optional<IntrinsicsFit> fit_in_stages(std::vector<TargetView>& views, const Eigen::VectorXd& parameters,
                                            FitOptions options) {
   constexpr int kAll = 1000;
@@ -109,7 +109,7 @@ Result<IntrinsicsFit> fit_all(Search& search, double gate_sigma) {
         ErrorCode::InvalidArgument,
         fmt::format("{} of {} images show two tags of the target or eight corners of a board; {} are needed",
                     views.size(), search.views.size(), kMinUsableViews),
-        {}, "Take at least three images of the board, better fifteen from all sides.");
+        {}, "Take at least three images of the board; fifteen from all sides are better.");
   const auto failed = [] {
     return fail(ErrorCode::InvalidArgument, "no camera fits these images", {},
                 "Check the description of the target: size, spacing, columns, rows, tag numbers, flatness.");
@@ -140,8 +140,8 @@ Result<IntrinsicsFit> fit_all(Search& search, double gate_sigma) {
 
 double square(double x) { return x * x; }
 
-/// Cross-validation: fits without each group of images in turn and predicts it; only the poses of the group
-/// are estimated.
+/// Cross-validation: fits without each group of images in turn and predicts the group, of which only the
+/// poses are estimated.
 std::optional<double> held_out_rms_px(const Search& fitted, int folds) {
   const std::vector<TargetView> views = usable_views(fitted.views);
   const std::size_t groups = std::min<std::size_t>(static_cast<std::size_t>(folds), views.size());
@@ -212,8 +212,8 @@ Result<CameraCalibration> calibrate_with(Search search, LensModel lens,
   return found;
 }
 
-/// Calibrates with the given lens model, or with the candidate that has the fewest parameters among those
-/// whose cross-validation error is about the best.
+/// Calibrates with the given lens model, or else with the candidate that has the fewest parameters among
+/// those with nearly the smallest cross-validation error.
 Result<CameraCalibration> calibrate(const Search& search, std::optional<LensModel> lens,
                                     const CameraCalibrationOptions& options) {
   const std::vector<LensModel>& choice = options.lenses.empty() ? lens_models() : options.lenses;

@@ -21,7 +21,7 @@ namespace waymark {
 
 struct CameraCalibrationOptions {
   /// Standard deviation of corners without a covariance (as TagPoseOptions::corner_sigma_px). It weights them
-  /// relative to those with one; the noise scale from the residuals applies to both.
+  /// relative to corners with a covariance; the noise scale from the residuals applies to both.
   double corner_sigma_px = 0.2;
   double gate_sigma = 4;
   double better_by = 0.02;
@@ -81,15 +81,15 @@ struct CameraCalibration {
   std::vector<CalibratedView> views{};  ///< in the order of the input; marks 0: the image was not usable
   std::array<ImageRegion, 9> regions{};
   std::vector<LensTrial> trials{};
-  std::vector<std::string> advice{};  ///< sentences about missing images and likely causes; empty: none
+  std::vector<std::string> advice{};  ///< sentences about missing images and likely causes of residuals
 };
 
 /// Estimates the intrinsics of a camera from images of tags with known poses on a target (`target`: a printed
-/// board, or any mapped tags). All corners of all images are fitted together without outliers, and each image
-/// is predicted once by a fit to the others. Without `lens`, selects the lens model with the fewest
-/// parameters whose cross-validation error is about that of the best.
-/// Fails (InvalidArgument) with fewer than three usable images, with images from one side only (focal length
-/// and distance are then indistinguishable), or if the fit does not converge. O(pictures * tags * parameters
+/// board, or any mapped tags). All corners of all images are fitted together without outliers. Each image is
+/// also predicted once by a fit to the others. Without `lens`, selects the lens model with the fewest
+/// parameters among those with nearly the smallest cross-validation error. Fails (InvalidArgument) with fewer
+/// than three usable images, with images from one side only (focal length and distance are then
+/// indistinguishable), or if the fit does not converge. O(pictures * tags * parameters
 /// * iterations).
 [[nodiscard]] Result<CameraCalibration> calibrate_camera(
     const std::vector<std::vector<TagDetection>>& pictures, const TagMap& target, int width_px, int height_px,

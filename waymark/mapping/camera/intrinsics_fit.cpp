@@ -150,7 +150,8 @@ Matrix damped(Matrix m, double damping) {
   return m;
 }
 
-/// Poses eliminated (Triggs et al., "Bundle Adjustment - A Modern Synthesis", section 6.1).
+/// The normal equations with the poses eliminated (Triggs et al., "Bundle Adjustment - A Modern Synthesis",
+/// section 6.1).
 struct Elimination {
   std::vector<Cholesky> poses{};
   Eigen::MatrixXd reduced{};  ///< the Schur complement: information of the intrinsics
@@ -245,8 +246,8 @@ class IntrinsicsSearch {
     parameters_ = values.parameters;
     for (std::size_t i = 0; i < views_.size(); ++i) views_[i].target_T_cam = values.target_T_cam[i];
   }
-  /// Information of the parameters at their current values, poses eliminated; empty if it is not positive
-  /// definite.
+  /// Information of the parameters at their current values, with the poses eliminated; empty if it is not
+  /// positive definite.
   [[nodiscard]] Eigen::MatrixXd information() {
     const bool found = std::isfinite(linearize()) && step_of(systems_, 0);
     const auto reduced = found ? eliminate(systems_, 0) : std::nullopt;

@@ -41,8 +41,9 @@ struct TargetView {
 
 struct IntrinsicsFit {
   Eigen::VectorXd parameters{};
-  Eigen::MatrixXd information{};  ///< of the parameters, poses eliminated, with the corners' covariances
-  double chi2 = 0;                ///< of the marks used, whitened
+  Eigen::MatrixXd
+      information{};  ///< of the parameters, with the poses eliminated and the corners' covariances
+  double chi2 = 0;    ///< of the marks used, whitened
   int iterations = 0;
   bool converged = false;
 };
@@ -51,14 +52,15 @@ struct FitOptions {
   LensModel lens = LensModel::Radtan4;
   int width_px = 0;
   int height_px = 0;
-  /// Number of leading parameters to estimate; the rest are fixed; 0: poses only.
+  /// Number of leading parameters to estimate; the others are fixed. 0: only poses are estimated.
   int free_parameters = 1000;
   double huber_sigma = 3;  ///< a mark with a larger mean residual is downweighted; 0: no downweighting
   int max_iterations = 60;
 };
 
-/// Starts from `parameters` and the poses of the views, and updates the poses. Empty if the start is invalid:
-/// invalid camera parameters, or a mark in use behind the camera. O(marks * parameters) per iteration.
+/// Starts from `parameters` and the poses of the views, and updates the poses. Empty if the start is invalid,
+/// that is, for invalid camera parameters or a mark in use behind the camera. O(marks * parameters) per
+/// iteration.
 [[nodiscard]] std::optional<IntrinsicsFit> fit_intrinsics(std::vector<TargetView>& views,
                                                           const Eigen::VectorXd& parameters,
                                                           const FitOptions& options);

@@ -16,7 +16,7 @@ namespace waymark {
 struct TargetMark {
   std::int64_t key = 0;                            ///< identifies the mark in every image
   std::vector<Eigen::Vector3d> target_points_m{};  ///< 1 to 4, in the target's frame
-  std::vector<Eigen::Vector2d> seen_px{};          ///< as many; distorted, pixel centres at +1/2
+  std::vector<Eigen::Vector2d> seen_px{};          ///< the same number; distorted, pixel centres at +1/2
   Eigen::MatrixXd covariance_px2{};                ///< of seen_px (x, y, x, y, …); empty: unknown
 };
 
@@ -25,7 +25,7 @@ using TargetPicture = std::vector<TargetMark>;
 
 /// The tags of an image that belong to the target.
 [[nodiscard]] TargetPicture target_marks(std::span<const TagDetection> detections, const TagMap& target);
-/// The corners of a board in an image; `places_m` as from board_corners().
+/// The corners of a board in an image; `places_m` is the result of board_corners().
 [[nodiscard]] TargetPicture target_marks(std::span<const BoardCorner> corners,
                                          std::span<const Eigen::Vector2d> places_m);
 

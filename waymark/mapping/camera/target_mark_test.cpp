@@ -1,4 +1,4 @@
-// Marks of a target in an image: which tags count, and the distance between images.
+// Marks of a target in an image, and the distance between images.
 #include "waymark/mapping/camera/target_mark.hpp"
 
 #include <limits>
