@@ -50,7 +50,7 @@ class Corrector {
     const SceneObservation& seen = map_.observations.seen[i];
     return views_[seen.camera][seen.frame];
   }
-  /// The view contains an observation that is consistent with the map.
+  /// Whether the view contains an observation that is consistent with the map.
   [[nodiscard]] bool has_consistent_neighbour(std::size_t i) const {
     return std::ranges::any_of(view_of(i), [&](std::size_t other) {
       return terms()[other].used && terms()[other].body == terms()[i].body;

@@ -8,9 +8,9 @@ namespace waymark {
 /// it to SceneMap::corrected_ids. All of these must hold:
 /// - the corners fit that tag (chi-square below four times `outlier_chi2`, in any of the four orders of the
 /// corners);
-/// - no other tag observed about that time is anywhere near;
+/// - no other tag observed at about that time is anywhere near;
 /// - the view contains an observation that is consistent with the map, and does not contain that tag already.
-/// Corrected observations are in use. Returns their number. Corner noise must be isotropic. O(observations).
+/// Corrected observations are used. Returns their number. Corner noise must be isotropic. O(observations).
 int correct_misread_ids(SceneMap& map, double outlier_chi2);
 
 }  // namespace waymark

@@ -131,9 +131,9 @@ class Placer {
     return result;
   }
 
-  /// Places every frame with a placed tag in view, and again when further tags in view are placed.
+  /// Places every frame with a placed tag in view, and places it again when further tags in view are placed.
   void place_frames() {
-    for (int pass = 0; pass < 2; ++pass) {  // a body seen by a rig: first the rig, then the body
+    for (int pass = 0; pass < 2; ++pass) {  // if a rig observes a body: first the rig, then the body
       std::vector<PoseIndex> touched;
       for (std::size_t i = 0; i < bundle_.poses.size(); ++i) {
         if (!known_[i].moves || bundle_.poses[i].fixed || dirty_[i] == 0) continue;
@@ -160,7 +160,7 @@ class Placer {
     return all;
   }
 
-  /// Places the static poses with the most agreeing votes, at least `fewest`; returns whether there was any.
+  /// Places the static poses with the most agreeing votes, at least `fewest`. Returns whether there was any.
   bool place_statics(int fewest) {
     std::vector<PoseIndex> found;
     int best = 0;

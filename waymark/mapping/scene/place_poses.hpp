@@ -11,8 +11,8 @@ namespace waymark {
 
 struct PlaceOptions {
   double two_poses_sigma_px = 0.5;  ///< corner noise assumed when the two poses of a square are compared
-  int min_votes = 1;                ///< votes that must agree on a pose that is not of a single frame
-  int min_unconfirmed_votes = 1;    ///< the same once unconfirmed terms vote
+  int min_votes = 1;              ///< votes that must agree on a pose that does not belong to a single frame
+  int min_unconfirmed_votes = 1;  ///< the same once unconfirmed terms vote
   /// The poses of the square of each corner term, if they are available.
   const std::vector<std::vector<internal::Hypothesis>>* squares = nullptr;
 };

@@ -1,5 +1,5 @@
-// Initial poses if only some are known: placed through corners, bridged by motions, selected by votes; and
-// re-initialised if most observations are inconsistent with them.
+// Initial poses if only some are known. They are placed through corners, bridged by motions, selected by
+// votes, and re-initialised if most observations are inconsistent with them.
 #include "waymark/mapping/scene/place_poses.hpp"
 
 #include <algorithm>
@@ -17,7 +17,7 @@ using test::rig_scene;
 using test::RigScene;
 using test::true_scene_map;
 
-/// A problem, its true poses, and the known ones: static bodies, cameras and the first tag.
+/// A problem, its true poses, and the known poses (static bodies, cameras and the first tag).
 struct Start {
   SceneMap map;
   std::vector<SE3> truth{};

@@ -12,7 +12,7 @@
 namespace waymark {
 namespace {
 
-constexpr double kMaxGap_s = 0.2;  // over which hand motion is approximately a polynomial
+constexpr double kMaxGap_s = 0.2;  // hand motion over this time is approximately a polynomial
 
 /// Relative motions of cameras and tags.
 class Motions {
@@ -70,7 +70,7 @@ class Motions {
   const SceneMap& map_;
 };
 
-/// Corners of one observation. Returns the largest change; infinite if the motion is unknown.
+/// Transforms the corners of one observation. Returns the largest change; infinite if the motion is unknown.
 double bring_to_middle(const SceneObservation& seen, double readout_s, const Motions& motions,
                        const CameraModel& camera, CornerTerm& term) {
   std::optional<MovingTag> tag = motions.motion(seen);

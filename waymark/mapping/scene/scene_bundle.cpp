@@ -51,8 +51,8 @@ class Owners {
   std::set<int> ignored_;
 };
 
-/// The frame each squash refers to: the nearest to its time, at most half a frame period away; empty without
-/// a time.
+/// The stamp of the frame that each squash refers to. It is the frame nearest to its time, at most half a
+/// frame period away; empty without a time.
 std::vector<std::optional<SensorTime>> stamps_of_squashes(const SceneRecording& recording,
                                                           const TagScene& scene) {
   const std::vector<SceneFrame>& frames = recording.frames;

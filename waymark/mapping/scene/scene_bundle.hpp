@@ -21,7 +21,7 @@ struct SceneObservation {
 /// Observations in use, and counts of ignored detections.
 struct SceneObservations {
   std::vector<SceneObservation> seen{};
-  std::map<TagId, int> foreign{};  ///< number of detections by id for ids of no body
+  std::map<TagId, int> foreign{};  ///< number of detections of each id that belongs to no body
   int squashed = 0;                ///< excluded by request, too small, or too many corrected bits
   int repeated = 0;                ///< the id occurred twice in one view
   int broken = 0;                  ///< non-finite corners
@@ -45,10 +45,10 @@ struct SceneBundle {
   }
 };
 
-/// Creates one corner term per observation in the same order, priors, distances, coordinates, and the motion
-/// between frames. Without any prior on a pose in the map, fixes the first static body at the origin of the
-/// map; if no tag on it has a prior either, also fixes the tag with the most observations. Fails if there is
-/// no static body and no prior.
+/// Creates one corner term per observation, in the same order, and terms for priors, distances, coordinates
+/// and the motion between frames. Without any prior on a pose in the map, fixes the first static body at the
+/// origin of the map. If no tag on that body has a prior either, also fixes the tag with the most
+/// observations. Fails without a static body and a prior.
 [[nodiscard]] Result<SceneBundle> scene_bundle(const TagScene& scene, const SceneRecording& recording,
                                                const SceneObservations& observations);
 
@@ -56,8 +56,8 @@ struct SceneBundle {
 /// the body, as TagSLAM does. Requires all poses to be near their final values.
 void add_wiggle(const TagScene& scene, const SceneObservations& observations, SceneBundle& problem);
 
-/// Constrains tags in one plane to the pose of that plane, a further unknown. Requires all poses to be near
-/// their final values, and all tags of a plane on one body.
+/// Constrains tags in one plane to the pose of that plane, which is a further unknown. Requires all poses to
+/// be near their final values, and all tags of a plane to be on one body.
 void add_planes(const TagScene& scene, SceneBundle& problem, std::vector<char>& placed);
 
 }  // namespace waymark

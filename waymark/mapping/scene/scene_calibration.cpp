@@ -93,7 +93,7 @@ class ScaleSearch {
   }
 
  private:
-  /// Requires the poses of the larger of the two sizes.
+  /// Requires poses at the larger of the two sizes.
   void find_uncertainty(const std::vector<BundlePose>& lower, double step, double bend,
                         TagScale& found) const {
     found.sigma = bend > 0 ? std::min(step / std::sqrt(bend), prior_sigma_) : prior_sigma_;

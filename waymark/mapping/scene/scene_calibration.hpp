@@ -7,9 +7,9 @@
 
 namespace waymark {
 
-/// Makes camera parameters unknowns with priors at their given values, with the standard deviations in the
-/// scene. `all`: also those of every other camera, with standard deviations of 1 % for focal lengths, 1 % of
-/// the image width for the principal point, 0.05 for k and 0.005 for p.
+/// Makes camera parameters unknowns with priors at their given values and with the standard deviations in the
+/// scene. `all`: includes the cameras without standard deviations in the scene. Theirs are 1 % for focal
+/// lengths, 1 % of the image width for the principal point, 0.05 for k and 0.005 for p.
 void free_intrinsics(SceneMap& map, bool all);
 
 /// Fills SceneMap::intrinsics once the covariance is computed, and sets the cameras of the scene to the
@@ -23,8 +23,8 @@ struct TagScale {
 };
 
 /// Estimates one factor for the sizes of all tags, with a prior of 1 +- `prior_sigma`, from distances and
-/// priors of several tags: the minimum of a parabola through the cost at three factors. `adjust` minimises
-/// the cost at a given size. Afterwards the poses are at the optimum.
+/// priors of several tags. It is the minimum of a parabola through the cost at three factors. `adjust`
+/// minimises the cost at a given size. Afterwards the poses are at the optimum.
 [[nodiscard]] TagScale find_tag_scale(SceneMap& map, double start, double prior_sigma,
                                       const std::function<void()>& adjust);
 

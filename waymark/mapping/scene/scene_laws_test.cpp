@@ -1,4 +1,4 @@
-// Invariants of the map of any scene: frame, tag numbers and the direction of time do not matter; covariances
+// Invariants of the map of any scene. Frame, tag numbers and the direction of time do not matter; covariances
 // are positive definite; a search stops on request.
 #include <algorithm>
 #include <cmath>
@@ -207,7 +207,7 @@ TEST(ScenePlanes, TagsOfAPlaneAreEstimatedInAPlane) {
   EXPECT_LT(after, 0.2 * before);
 }
 
-// Given values besides observations: distances, known tags, sizes. Inconsistent values are reported.
+// Values given in addition to observations: distances, known tags, sizes. Inconsistent values are reported.
 
 /// Adds the true distances between these tags with this standard deviation.
 void measure(WideScene& wide, double sigma_m, const std::vector<std::pair<int, int>>& pairs) {
@@ -293,8 +293,8 @@ TEST(GivenFacts, TheOnlyKnownTagThatSwingsIsReported) {
   EXPECT_THAT(scene_warnings(map), Contains(AllOf(HasSubstr("of tag 0"), HasSubstr("rejected"))));
 }
 
-// Scenes with misread ids: their maps are as accurate as without them, or affected parts are excluded and
-// reported. The long run (50 seeds) with WAYMARK_FULL=1.
+// Scenes with misread ids. Their maps are as accurate as without them, or affected parts are excluded and
+// reported. WAYMARK_FULL=1 runs 50 seeds.
 
 TEST(WrongIds, AislesAreMappedAsAccuratelyAsWithoutThem) {
   const bool full = std::getenv("WAYMARK_FULL") != nullptr;

@@ -21,7 +21,7 @@ namespace {
 constexpr double kMedianChi2 = 7.344;  // of chi-square with 8 degrees of freedom
 constexpr int kRounds = 5;
 
-/// Precise enough for a start: the two poses of a square differ by more.
+/// Whether a prior is precise enough for a start; the two poses of a square differ by more.
 bool is_informative(const ScenePrior& prior) {
   constexpr double kSigmaM = 1.0;
   constexpr double kSigmaRad = 0.3;
@@ -31,7 +31,7 @@ bool is_informative(const ScenePrior& prior) {
          P.diagonal().tail<3>().maxCoeff() < kSigmaRad * kSigmaRad;
 }
 
-/// `weak`: also uses weak priors; better than none if no other prior is available.
+/// `weak`: also uses weak priors, which are better than none if no other prior is available.
 std::vector<KnownPose> known_poses(const TagScene& scene, const SceneBundle& problem, bool weak) {
   std::vector<KnownPose> known(problem.bundle.poses.size());
   for (std::size_t i = 0; i < known.size(); ++i) known[i].moves = problem.moves[i] != 0;
@@ -54,7 +54,7 @@ class Search {
          SceneMap& map)
       : recording_(recording), options_(options), progress_(progress), map_(map) {}
 
-  /// Minimises the robust cost from the placed poses and moves poses in a wrong local minimum.
+  /// Minimises the robust cost from the placed poses, and moves poses that are in a wrong local minimum.
   void search_coarsely() {
     Bundle& bundle = map_.problem.bundle;
     if (options_.model == SceneModel::Waymark) std::swap(distances_, bundle.point_distances);
@@ -83,7 +83,7 @@ class Search {
     find(0, options_.search.max_iterations, "adjusting");
   }
 
-  /// Estimates the corner noise from the observations, and further free parameters.
+  /// Estimates the corner noise and further free parameters from the observations.
   void adjust_with_estimated_noise() {
     adjust_until_stable();
     if (goes_on() && correct_misread_ids(map_, options_.search.outlier_chi2) > 0) adjust_until_stable();
@@ -123,8 +123,8 @@ class Search {
     find(0, options_.search.max_iterations, "adjusting", kRoughGain);
   }
 
-  /// If distances are given, estimates one size factor for all tags. Distances are used only from here on:
-  /// earlier, a slightly wrong size would make them conflict with observations.
+  /// If distances are given, estimates one size factor for all tags. Distances are used only from here on,
+  /// because earlier a slightly wrong size would make them conflict with observations.
   void find_size_of_tags() {
     Bundle& bundle = map_.problem.bundle;
     const auto in_map = [&](const BundlePoint& p) {
@@ -321,7 +321,7 @@ class Search {
   double noise_px_ = kStartPx;
 };
 
-/// Excludes unlisted tags with few observations: a wrong id usually occurs once.
+/// Excludes unlisted tags with few observations, because a wrong id usually occurs once.
 void drop_rare_unlisted_tags(const TagScene& listed, const SceneMapOptions& options, SceneMap& map) {
   std::map<std::pair<std::size_t, std::size_t>, int> count;
   for (const SceneObservation& seen : map.observations.seen) ++count[{seen.body, seen.tag}];

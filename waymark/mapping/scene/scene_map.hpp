@@ -22,8 +22,9 @@ struct SceneMapOptions {
   SceneModel model = SceneModel::Waymark;
   SearchOptions search{};
   int min_observations = 2;
-  bool free_intrinsics = false;  ///< estimate cameras too, near their given parameters (model waymark only)
-  /// Images of one video: images with persistent errors are downweighted to one (model waymark only).
+  bool free_intrinsics = false;  ///< estimate camera parameters too, near those given (model waymark only)
+  /// The images are from one video: those with persistent errors together get the weight of one image (model
+  /// waymark only).
   bool correlated_noise = false;
   /// Relative standard deviation of the common print size of all tags, included in every covariance. Empty:
   /// 0.005 if distances are given, otherwise the size is exact.
@@ -45,7 +46,7 @@ struct SceneCut {
   int observations = 0;
 };
 
-/// An observation assigned to another tag than its id.
+/// An observation assigned to a tag other than that of its id.
 struct CorrectedId {
   std::size_t frame = 0;
   TagId read{}, is{};

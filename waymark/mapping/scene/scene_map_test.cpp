@@ -1,4 +1,4 @@
-// Cameras on bodies that observe tags on bodies: compared with ground truth, without initial values, and with
+// Cameras on bodies that observe tags on bodies, compared with ground truth, without initial values, and with
 // foreign ids.
 #include "waymark/mapping/scene/scene_map.hpp"
 
@@ -76,8 +76,8 @@ ScenePrior exactly(const SE3& mean) {
   return ScenePrior::of(mean, Eigen::Vector3d::Constant(1e-4), Eigen::Vector3d::Constant(1e-4));
 }
 
-/// A rig with a pinhole and a fisheye camera, the second with unknown mounting, along a wall of ten tags, one
-/// of them known.
+/// A rig with a pinhole camera and a fisheye camera of unknown mounting that moves along a wall of ten tags,
+/// one of them known.
 RobotSetup rig_setup(std::uint64_t seed, double noise_px) {
   Random random(seed);
   RobotSetup setup;

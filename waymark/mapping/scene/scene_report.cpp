@@ -375,7 +375,7 @@ std::vector<std::string> scene_warnings(const SceneMap& map) {
 
 namespace {
 
-constexpr std::size_t kMaxFullView = 8;  // tags; in larger views only neighbours in the list are connected
+constexpr std::size_t kMaxFullView = 8;  // tags; in larger views only adjacent tags in the list are connected
 constexpr std::size_t kTiesPerTag = 4;
 
 /// The tags of each view, ascending.
@@ -430,7 +430,7 @@ std::vector<Tie> spanning_tree(const std::vector<std::vector<PoseIndex>>& views,
 
 using Neighbours = std::map<PoseIndex, std::vector<PoseIndex>>;
 
-/// The tags connected to `from` without the edge to `without`.
+/// The tags connected to `from` if the edge to `without` is removed.
 std::set<PoseIndex> side_of(const Neighbours& neighbours, PoseIndex from, PoseIndex without) {
   std::set<PoseIndex> side = {from};
   std::vector<PoseIndex> next = {from};

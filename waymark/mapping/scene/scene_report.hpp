@@ -15,10 +15,10 @@ void report_scene(const SceneRecording& recording, SceneMap& map);
 /// Computes the mean and median reprojection error of the corners in use.
 void measure_reprojection(SceneMap& map);
 
-/// Warnings about a scene's map, one sentence each: given values that are inconsistent with the map, with the
-/// residual in standard deviations; tags with many rejected observations, tags with a prior first; tags
-/// without accepted observations; weakly connected parts, in the map and excluded; tags without a determined
-/// pose.
+/// Warnings about a scene's map, one sentence each. They report given values that are inconsistent with the
+/// map (with the residual in standard deviations), and tags with many rejected observations, tags with a
+/// prior first. They also report tags without accepted observations, weakly connected parts (in the map and
+/// excluded), and tags without a determined pose.
 [[nodiscard]] std::vector<std::string> scene_warnings(const SceneMap& map);
 
 /// Tags connected to the rest by so few observations that one wrong observation would move them all.
@@ -28,11 +28,11 @@ struct ThinCut {
   int observations = 0;             ///< of those tags
 };
 
-/// Cuts of at least two tags crossed by at most `most` observations in use, the largest part first, none
-/// within another with as many observations. `moves`: by pose, whether it belongs to a single frame. `roots`:
-/// tags that are never beyond a cut. Candidates are the edges of a maximum spanning tree of the tags,
-/// weighted by the number of common views. Measured motion connects frames, so with it there are no cuts.
-/// O(observations * tags per view), and O(tags) per cut.
+/// Cuts of at least two tags that are crossed by at most `most` observations in use, the largest part first.
+/// No cut lies within another with the same number of observations. `moves`: by pose, whether it belongs to a
+/// single frame. `roots`: tags that are never beyond a cut. Candidates are the edges of a maximum spanning
+/// tree of the tags, weighted by the number of common views. Measured motion connects frames, so with it
+/// there are no cuts. O(observations * tags per view), and O(tags) per cut.
 [[nodiscard]] std::vector<ThinCut> thin_cuts(const Bundle& bundle, const std::vector<char>& moves,
                                              const std::set<PoseIndex>& roots, int most = 3);
 

@@ -1,5 +1,5 @@
-// Warnings about a scene's map: each by itself, on a map with true poses; weakly connected parts of a row of
-// tags; consistency of residuals with corner covariances.
+// Tests each warning about a scene's map by itself, on a map with true poses. Then weakly connected parts of
+// a row of tags, and consistency of residuals with corner covariances.
 #include "waymark/mapping/scene/scene_report.hpp"
 
 #include <gmock/gmock.h>
@@ -149,7 +149,8 @@ TEST(SceneWarnings, CountMisreadIdsAndListSome) {
   expect_on_scene_page(map);
 }
 
-/// Tags in images: pose 0 is the map, 1 the camera mounting, 2 to 21 are tags, then one pose per image.
+/// Tags in images. Pose 0 is the map, 1 is the camera mounting, 2 to 21 are tags, followed by one pose per
+/// image.
 struct Album {
   Bundle bundle{};
   std::vector<char> moves{};

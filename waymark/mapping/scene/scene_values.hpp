@@ -28,7 +28,7 @@ struct CostAtValues {
 };
 
 /// The cost of TagSLAM's model at the values. Poses that are not in the values (wiggling cameras, tags that
-/// were not published) are free and estimated by the same search. Fails as map_scene does.
+/// were not published) are free, and the same search estimates them. Fails if map_scene() fails.
 [[nodiscard]] Result<CostAtValues> cost_at(const SceneValues& values, TagScene scene,
                                            const SceneRecording& recording,
                                            const SceneMapOptions& options = {});

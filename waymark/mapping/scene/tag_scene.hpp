@@ -12,12 +12,12 @@
 #include "waymark/factors/pose_factors.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
-/// Cameras on bodies that observe tags on bodies, as plain values: a robot's rig of cameras among tags on
-/// walls, fixed cameras that observe a wand, or both. No floor is required.
+/// Cameras on bodies that observe tags on bodies, as plain values. Examples are a robot's rig of cameras
+/// among tags on walls, and fixed cameras that observe a wand. No floor is required.
 namespace waymark {
 
-/// Prior of a pose a_T_b: mean, and W of the error W log(mean^-1 X), translation first, in the axes of b (the
-/// natural frame of a measurement by hand).
+/// Prior of a pose a_T_b: the mean, and W of the error W log(mean^-1 X), translation first. The error is in
+/// the axes of b, the natural frame of a measurement by hand.
 struct ScenePrior {
   SE3 mean{};
   Matrix6 sqrt_information = Matrix6::Identity();
@@ -106,7 +106,7 @@ struct SceneSquash {
   std::set<int> ids{};
 };
 
-/// During this time an id stands for another tag: two prints with one id.
+/// During this time an id stands for another tag, because two prints have this id.
 struct SceneRemap {
   int id = 0, becomes = 0;
   SensorTime from{}, to{};
@@ -157,9 +157,9 @@ struct SceneRecording {
   bool nearest_odometry = false;
 };
 
-/// Groups views in any order of cameras into frames. Views with equal stamps form a frame; with
-/// `approximate`, a view of the first camera forms one with the nearest view of each other camera, at most
-/// half a period away. The remaining views are dropped.
+/// Groups views in any order of cameras into frames. Views with equal stamps form a frame. With
+/// `approximate`, a view of the first camera and the nearest view of each other camera, at most half a period
+/// away, form a frame. The remaining views are dropped.
 [[nodiscard]] std::vector<SceneFrame> group_views(std::vector<std::pair<SensorTime, SceneView>> views,
                                                   bool approximate);
 
