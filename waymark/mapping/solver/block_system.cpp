@@ -105,7 +105,7 @@ void BlockSystem::add_corners(const std::array<int, 4>& unknowns,
   const bool mirrored = rig >= 0 && body >= 0;
   const auto add = [&](int row, int column, const Matrix6& M) {
     add_to_block(row, column, M);
-    if (row == column) add_to_block(row, column, M.transpose());  // the same unknown in two roles
+    if (row == column) add_to_block(row, column, M.transpose());  // one unknown in two roles
   };
   for (std::size_t c = 0; c < 4; ++c) {
     if (unknowns[c] < 0 || (c == 2 && mirrored)) continue;

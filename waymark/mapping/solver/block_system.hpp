@@ -22,8 +22,8 @@ class BlockSystem {
   };
   using Sparse = Eigen::SparseMatrix<double, Eigen::ColMajor, int>;
 
-  /// `dimensions`: of the unknowns. `couplings`: pairs of unknowns that share a residual, in any order, with
-  /// repeats.
+  /// `dimensions`: of the unknowns. `couplings`: pairs of unknowns that share a residual, in any order; they
+  /// may be repeated.
   BlockSystem(std::vector<int> dimensions, std::vector<std::pair<int, int>> couplings);
 
   void clear();

@@ -45,7 +45,7 @@ class Accumulator {
     const double weight = robust ? 1 / (1 + chi2 / robust_chi2_) : 1;
     if (lens >= 0) {
       const auto J_lens = corner_intrinsics_jacobian(term.factor, bundle_.cameras[term.camera], poses);
-      if (!J_lens) return;  // cannot happen: the residual could be evaluated
+      if (!J_lens) return;  // cannot happen, because the residual could be evaluated
       system_->add(std::array<Part, 5>{{{at(term.rig), J.rig},
                                         {at(term.cam), J.cam},
                                         {at(term.body), J.body},
@@ -472,7 +472,7 @@ BundleCovariance covariance(const Bundle& bundle, const std::vector<std::pair<Po
   const internal::FrontPlan fronts = internal::front_plan(system);
   internal::FrontCholesky cholesky(system, fronts);
   if (!cholesky.factorize(0, kFloor)) {
-    // The covariance is unknown; zeros would claim exact poses.
+    // The covariance is unknown, and zeros would claim exact poses.
     read([&](int unknown) {
       const int n = system.dimension(unknown);
       return Eigen::MatrixXd(kUndetermined * kUndetermined * Eigen::MatrixXd::Identity(n, n));

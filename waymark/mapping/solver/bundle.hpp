@@ -36,7 +36,7 @@ struct CornerTerm {
   PoseIndex rig = 0, cam = 0, body = 0, tag = 0;
   std::size_t camera = 0;  ///< index into Bundle::cameras
   CornerFactor factor{};
-  bool used = true;          ///< false: an outlier, evaluated but not in the cost
+  bool used = true;          ///< false: an outlier, which is evaluated but not in the cost
   bool unconfirmed = false;  ///< no other observation confirms it; unused until all other poses are estimated
 };
 
@@ -178,7 +178,7 @@ using BundleProgress = std::function<bool(int iteration, double cost)>;
 /// term determines stay near their start. Deterministic, single-threaded.
 BundleSummary solve(Bundle& bundle, const BundleOptions& options = {}, const BundleProgress& progress = {});
 
-/// The same for one of several searches over the same poses; `kept` holds a factor that later searches reuse.
+/// Runs one of several searches over the same poses. `kept` contains a factor that later searches reuse.
 BundleSummary solve(Bundle& bundle, const BundleOptions& options, const BundleProgress& progress,
                     internal::KeptFactor& kept);
 
@@ -196,13 +196,12 @@ struct BundleCovariance {
   std::vector<Matrix6> scales{};              ///< of OdometryScales::vector(); zero if fixed
   std::vector<Eigen::MatrixXd> intrinsics{};  ///< by camera; empty if fixed
   std::vector<std::size_t> undetermined{};    ///< poses (by index) with an undetermined direction
-  std::vector<Matrix6> pairs{};               ///< of the pairs asked for: rows first, columns second
+  std::vector<Matrix6> pairs{};               ///< of the requested pairs: rows first, columns second
 };
 
 /// Marginal covariance of every unknown at the current poses, from the terms in use, without a robust loss.
-/// Computes selected entries of the inverse by the recursion of Takahashi, Fagan and Chin ("Formation of a
-/// sparse bus impedance matrix", 1973), never the whole inverse. Costs about as much as one more
-/// factorisation.
+/// Computes only selected entries of the inverse, using the recursion of Takahashi, Fagan and Chin
+/// ("Formation of a sparse bus impedance matrix", 1973). Costs about as much as one more factorisation.
 [[nodiscard]] BundleCovariance covariance(const Bundle& bundle,
                                           const std::vector<std::pair<PoseIndex, PoseIndex>>& pairs = {});
 
@@ -220,9 +219,9 @@ struct Unknowns {
 
 [[nodiscard]] Unknowns unknowns_of(const Bundle& bundle);
 
-/// Adds every term in use to the system (nullptr: computes only the cost). Cauchy loss on tags from
-/// robust_chi2 on, as reweighted least squares. Returns the cost; infinite if a corner term in use is not
-/// visible.
+/// Adds every term in use to the system (nullptr: computes only the cost). Applies the Cauchy loss to tags
+/// from robust_chi2 on, as reweighted least squares. Returns the cost; infinite if a corner term in use is
+/// not visible.
 double accumulate(const Bundle& bundle, const Unknowns& unknowns, double robust_chi2, BlockSystem* system);
 
 /// Applies a step of the system: poses by exp on the left, scales and intrinsics by addition.

@@ -1,4 +1,4 @@
-// Bundle adjustment compared with ground truth, with the dense inverse, and over many draws of its own noise;
+// Bundle adjustment compared with ground truth, with the dense inverse, and over many draws of its noise;
 // then invariants of any bundle.
 #include "waymark/mapping/solver/bundle.hpp"
 
@@ -28,8 +28,8 @@ CameraModel lens() {
   return CameraModel::make(radtan, 640, 480).value();
 }
 
-/// A rig of two cameras that moves along a wall of tags; the mounting of the second camera is unknown. A body
-/// with two tags is visible in both. Everything is noise-free; poses are the ground truth.
+/// A rig of two cameras that moves along a wall of tags. The mounting of the second camera is unknown. A body
+/// with two tags is visible in both. Everything is noise-free, and poses are the ground truth.
 struct Scene {
   Bundle bundle{};
   std::vector<SE3> truth{};
@@ -260,7 +260,7 @@ TEST(Bundle, ACovarianceThatCannotBeComputedIsNotZero) {
   EXPECT_GT(P.poses[first].diagonal().minCoeff(), 0);
 }
 
-// Invariants of any bundle: the frame, the order of terms and the unit of length do not matter; more
+// Invariants of any bundle. The frame, the order of terms and the unit of length do not matter; more
 // information never increases the covariance; non-finite input gives no usable result.
 
 constexpr double kWallSigmaPx = 0.2;
@@ -273,7 +273,7 @@ CameraModel wall_lens() {
   return CameraModel::make(radtan, 640, 480).value();
 }
 
-/// A camera (poses 0 to 9) among tags, the first of which is fixed; pose 16 is the map, 17 the camera
+/// A camera (poses 0 to 9) among tags, the first of which is fixed. Pose 16 is the map, and 17 is the camera
 /// mounting.
 Bundle wall(std::uint64_t seed) {
   Random random(seed);

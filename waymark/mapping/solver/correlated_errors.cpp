@@ -80,7 +80,7 @@ Bundle without_terms(const Bundle& all) {
           .odometry_scales = all.odometry_scales};
 }
 
-/// Measurements in stretch `which` and priors of its poses; -1: of poses in no stretch.
+/// Measurements in stretch `which` and priors of its poses; -1: priors of poses in no stretch.
 Bundle terms_of(const Bundle& all, const std::vector<int>& stretch, int which) {
   Bundle part = without_terms(all);
   std::ranges::copy_if(all.priors, std::back_inserter(part.priors),
@@ -118,7 +118,7 @@ Eigen::MatrixXd inverse_columns(const BlockSystem& system, const internal::Front
   return columns;
 }
 
-/// Change of the parameters asked for due to the measurements of each stretch; one row per stretch.
+/// Change of the requested parameters due to the measurements of each stretch; one row per stretch.
 Eigen::MatrixXd influences(const Bundle& bundle, const internal::Unknowns& unknowns,
                            const std::vector<int>& stretch, const Eigen::MatrixXd& X, BlockSystem& system) {
   internal::accumulate(without_terms(bundle), unknowns, 0, &system);
@@ -139,8 +139,8 @@ Eigen::MatrixXd influences(const Bundle& bundle, const internal::Unknowns& unkno
 constexpr Eigen::Index kBandwidth = 4;
 
 /// Covariance of the sum of the rows (Newey and West, equation (5)). Enlarged for the bias due to rows that
-/// sum to nearly zero (Kiefer and Vogelsang, section 3) and for its own uncertainty: the variance of
-/// Student's t over that of a normal distribution.
+/// sum to nearly zero (Kiefer and Vogelsang, section 3). Also enlarged for its uncertainty, by the ratio of
+/// the variances of Student's t and a normal distribution.
 Eigen::MatrixXd long_run_covariance(const Eigen::MatrixXd& rows) {
   Eigen::MatrixXd P = rows.transpose() * rows;
   const Eigen::Index count = rows.rows();

@@ -7,13 +7,13 @@
 
 namespace waymark {
 
-/// Number of successive images that count as one independent image: corner errors that persist from image to
-/// image (of the lens, the print, the compression) do not average out. It is the integrated autocorrelation 1
-/// + 2 sum rho_k of the residuals in use, by tag and corner. The sum is over pairs of lags while these are
-/// positive (the initial positive sequence of C. Geyer, "Practical Markov Chain Monte Carlo", 1992, section
-/// 3.3), so a small long-lasting part of the noise counts too. At least 1 and at most the number of images. A
-/// covariance multiplied by this factor is that of as many independent images. `frames`: image number of each
-/// corner term. O(observations * lags).
+/// Number of successive images that count as one independent image, because corner errors that persist from
+/// image to image (of the lens, the print, the compression) do not average out. It is the integrated
+/// autocorrelation 1 + 2 sum rho_k of the residuals in use, by tag and corner. The sum is over pairs of lags
+/// while these are positive (the initial positive sequence of C. Geyer, "Practical Markov Chain Monte Carlo",
+/// 1992, section 3.3), so a small long-lasting part of the noise counts too. At least 1 and at most the
+/// number of images. A covariance multiplied by this factor is that of as many independent images. `frames`:
+/// image number of each corner term. O(observations * lags).
 [[nodiscard]] double correlated_frames(const Bundle& bundle, const std::vector<std::size_t>& frames);
 
 /// Parameters of stretch_covariance().
@@ -32,19 +32,19 @@ struct StretchCovariance {
   int stretches = 0;                 ///< with measurements
 };
 
-/// Covariance at a minimum, without the assumption that measurement errors are independent and of the stated
-/// size: H^-1 M H^-1 (White, "Maximum Likelihood Estimation of Misspecified Models", Econometrica 50(1),
-/// 1982, theorem 3.2). M is the sum of two parts:
-/// - the long-run covariance of the gradients of the stretches (Newey and West, "A Simple, Positive
-/// Semi-definite, Heteroskedasticity and Autocorrelation Consistent Covariance Matrix", Econometrica 55(3),
-/// 1987, over four stretches), with its mean and its own uncertainty corrected after Kiefer and Vogelsang, "A
-/// New Asymptotic Theory for Heteroskedasticity-Autocorrelation Robust Tests", Econometric Theory 21(6),
-/// 2005;
+/// Covariance H^-1 M H^-1 at a minimum, without the assumption that measurement errors are independent and of
+/// the stated size (White, "Maximum Likelihood Estimation of Misspecified Models", Econometrica 50(1), 1982,
+/// theorem 3.2). M is the sum of two parts:
+/// - the long-run covariance of the gradients of the stretches, over four stretches (Newey and West, "A
+/// Simple, Positive Semi-definite, Heteroskedasticity and Autocorrelation Consistent Covariance Matrix",
+/// Econometrica 55(3), 1987). Its mean and uncertainty are corrected as in Kiefer and Vogelsang, "A New
+/// Asymptotic Theory for Heteroskedasticity-Autocorrelation Robust Tests", Econometric Theory 21(6), 2005;
 /// - the prior information of poses in no stretch, of scales and of intrinsics, which counts as stated.
-/// A term belongs to the stretch of its rig, its base or, for a prior, its last pose; odometry to the stretch
-/// of its first pose. Errors that outlast several stretches are not detected. Empty if fewer than sixteen
-/// stretches contain measurements, if pose or scales are fixed, or if the information matrix cannot be
-/// factorised.
+///
+/// A term belongs to the stretch of its rig, its base or, for a prior, its last pose. Odometry belongs to the
+/// stretch of its first pose. Errors that outlast several stretches are not detected. Empty if fewer than
+/// sixteen stretches contain measurements, if pose or scales are fixed, or if the information matrix cannot
+/// be factorised.
 [[nodiscard]] std::optional<StretchCovariance> stretch_covariance(const Bundle& bundle,
                                                                   const StretchQuestion& question);
 

@@ -21,7 +21,7 @@ struct Film {
 
 double counted(const Film& film) { return correlated_frames(film.bundle, film.frames); }
 
-/// One tag in front of a camera. The error of each corner is a first-order process: `keep` times the previous
+/// One tag in front of a camera. The error of each corner is a first-order process, `keep` times the previous
 /// error plus a new one, plus white noise of `white`.
 Film film_with_errors(double keep, std::size_t frames, std::uint64_t seed, double white = 0) {
   Random random(seed);

@@ -39,7 +39,7 @@ Lists columns_of_factor(const std::vector<int>& order, const std::vector<std::pa
     const auto [early, late] = std::minmax(step[at(a)], step[at(b)]);
     columns[at(early)].push_back(late);
   }
-  // A column passes its entries on to the first of them, its parent.
+  // A column passes its entries to its parent, the first of them.
   for (std::vector<int>& column : columns) {
     std::ranges::sort(column);
     column.erase(std::ranges::unique(column).begin(), column.end());
@@ -98,7 +98,7 @@ std::vector<Draft> drafts_of(Lists columns) {
   return drafts;
 }
 
-/// Drafts in postorder, the child with most work first, which keeps the stack of updates small.
+/// Drafts in postorder. The child with the most work is first, which keeps the stack of updates small.
 std::vector<int> postorder(std::vector<Draft>& drafts) {
   std::vector<int> by_last_step(drafts.size());
   for (std::size_t i = 0; i < drafts.size(); ++i) by_last_step[i] = static_cast<int>(i);
@@ -429,7 +429,7 @@ std::optional<Eigen::VectorXd> damped_step(FrontCholesky& cholesky, const BlockS
 
 namespace {
 
-/// Ends when one more iteration lowers the quadratic model by less than a given share of its mean gain (Nash
+/// Ends when one more iteration reduces the quadratic model by less than a given share of its mean gain (Nash
 /// and Sofer, "Assessing a search direction within a truncated-Newton method", Operations Research Letters
 /// 9(4), 1990), or by less than `negligible_gain`.
 std::optional<Eigen::VectorXd> conjugate_gradients(const BlockSystem& system, double damping,

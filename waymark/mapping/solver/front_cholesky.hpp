@@ -34,10 +34,10 @@ struct FrontPlan {
 [[nodiscard]] FrontPlan front_plan(const BlockSystem& system);
 
 /// Multifrontal Cholesky factor of the normal equations of a block system. Time and memory are those of the
-/// dense fronts: O(unknowns) for a chain; O(unknowns^1.5) and O(unknowns log unknowns) for a grid.
+/// dense fronts: both O(unknowns) for a chain; O(unknowns^1.5) and O(unknowns log unknowns) for a grid.
 class FrontCholesky {
  public:
-  /// `kernels` nullptr: the fastest that this processor supports.
+  /// If `kernels` is nullptr, uses the fastest that this processor supports.
   FrontCholesky(const BlockSystem& system, const FrontPlan& plan, const FrontKernels* kernels = nullptr);
 
   /// Factorises H + damping diag(H) + floor I; false if that is not positive definite.
@@ -56,7 +56,7 @@ class FrontCholesky {
 
   void assemble(std::size_t front, double damping, double floor, const std::vector<int>& place,
                 Eigen::Map<Matrix>& F) const;
-  /// Consecutive rows of a front that are consecutive in its parent too; both are in elimination order.
+  /// Consecutive rows of a front that are also consecutive in its parent; both are in elimination order.
   struct Run {
     int from = 0, to = 0, size = 0;  ///< first scalar after the front's own, in the parent; count
   };
@@ -94,9 +94,9 @@ class FrontCholesky {
 /// to step of a search, and a factorisation may cost as much as a hundred iterations of conjugate gradients.
 class KeptFactor {
  public:
-  /// -(H + damping diag(H))^-1 g, to a thousandth of the gain of the step or to `negligible_gain`; empty if
-  /// the matrix is not positive definite. Factorises again if conjugate gradients with the stored factor do
-  /// not converge quickly.
+  /// -(H + damping diag(H))^-1 g, within a thousandth of the gain of the step or within `negligible_gain`;
+  /// empty if the matrix is not positive definite. Factorises again if conjugate gradients with the stored
+  /// factor do not converge quickly.
   [[nodiscard]] std::optional<Eigen::VectorXd> step(const BlockSystem& system, double damping,
                                                     double negligible_gain = 0);
   /// Frees the memory.

@@ -10,7 +10,7 @@ namespace {
 
 struct Shape {
   const char* name;
-  int frames, tags, seen;  ///< number of tags in view, which changes along the frames
+  int frames, tags, seen;  ///< seen: number of tags in view, which change from frame to frame
   bool chain, common;      ///< each frame is coupled to the next; one unknown is coupled to all
 };
 
@@ -125,8 +125,8 @@ TEST(FrontCholesky, EqualsTheDenseSolutionAndInverse) {
   }
 }
 
-/// Each unknown is measured relative to the five before it, and the first has a prior: the covariance of the
-/// last is computed through hundreds of nested fronts.
+/// Each unknown is measured relative to the five before it, and the first has a prior. The covariance of the
+/// last is therefore computed through hundreds of nested fronts.
 TEST(FrontCholesky, TheInverseOfALongChainMatchesItsSolution) {
   constexpr int kLength = 600;
   constexpr int kBack = 5;

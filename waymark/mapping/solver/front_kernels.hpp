@@ -4,8 +4,8 @@
 
 namespace waymark::internal {
 
-/// Operations on the dense matrices of fronts, which take most of the time on a large map; compiled for
-/// several processors. Matrices are column-major.
+/// Operations on the dense matrices of fronts, which take most of the time on a large map. They are compiled
+/// for several processors. Matrices are column-major.
 struct FrontKernels {
   const char* name;
 
@@ -14,10 +14,10 @@ struct FrontKernels {
   /// size^2).
   bool (*eliminate)(double* front, int size, int own);
 
-  /// Given the factor's columns of a front (size x own) and the inverse in its last size - own rows and
-  /// columns (both triangles), computes the rest of the inverse, both triangles (Erisman and Tinney, "On
-  /// computing certain elements of the inverse of a sparse matrix", CACM 18(3), 1975, by blocks of columns).
-  /// The result is exactly symmetric. O(own size^2).
+  /// Computes the inverse from the factor's columns of a front (size x own). Initially the last size - own
+  /// rows and columns of `inverse` are known; the rest is filled in. Both triangles are stored (Erisman and
+  /// Tinney, "On computing certain elements of the inverse of a sparse matrix", CACM 18(3), 1975, by blocks
+  /// of columns). The result is exactly symmetric. O(own size^2).
   void (*invert)(const double* columns, int size, int own, double* inverse);
 };
 

@@ -32,10 +32,10 @@ struct FrontKernelsByEigen {
     return true;
   }
 
-  // With a panel's columns [L; B], W = B L^-1 and the known inverse Z of the part behind the panel, the
-  // inverse is -Z W to the left of Z, and (L L^T)^-1 + W^T Z W on the diagonal. Z is kept exactly symmetric:
-  // a symmetric error propagates from front to front by [-W^T I], as Z does, and stays small; an asymmetric
-  // one would meet its own transpose and grow without bound.
+  // Let [L; B] be the columns of a panel, W = B L^-1, and Z the known inverse of the part behind the panel.
+  // Then the inverse is -Z W to the left of Z, and (L L^T)^-1 + W^T Z W on the diagonal. Z is kept exactly
+  // symmetric. A symmetric error propagates from front to front by [-W^T I], as Z does, and stays small. An
+  // asymmetric error would be combined with its transpose and grow without bound.
   static void invert(const double* columns, int size, int own, double* inverse) {
     constexpr int kPanel = 128;
     const GivenColumns factor(columns, size, own);

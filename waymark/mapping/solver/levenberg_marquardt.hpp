@@ -21,7 +21,7 @@ concept LeastSquares = requires(P& problem, const P& same, const Eigen::VectorXd
   { problem.damped_step(number) } -> std::same_as<std::optional<Eigen::VectorXd>>;
   /// Moves the unknowns by a step.
   problem.retract(step);
-  /// values() holds what retract() changes.
+  /// values() contains everything that retract() changes.
   problem.restore(same.values());
 };
 
@@ -31,7 +31,7 @@ struct LevenbergMarquardtOptions {
   double cost_floor = 1e-12;    ///< added to the cost before gains are compared with it
   double damping = 1e-9;        ///< for the first step
   bool backtracks = true;       ///< a step that raises the cost is shortened before the damping grows
-  bool watchdog = false;        ///< before that, one more step from the end of the first is tried
+  bool watchdog = false;        ///< before it is shortened, a second step from its end is tried
 };
 
 struct LevenbergMarquardtEnd {
@@ -56,12 +56,12 @@ bool shorten_step(Problem& problem, const Eigen::VectorXd& step, double cost) {
   return false;
 }
 
-/// The cost after a second step from the end of a first one that raised the cost; empty if the two together
-/// do not reduce it, and the values are then undefined. A weakly constrained trajectory that turns as a whole
-/// distorts the relative poses of neighbours to second order, and the next step corrects just that. Without
-/// it, dozens of shortened steps would be needed (Chamberlain, Powell, Lemarechal and Pedersen, "The watchdog
-/// technique for forcing convergence in algorithms for constrained optimization", Mathematical Programming
-/// Studies 16, 1982).
+/// The cost after a second step from the end of a first one that raised the cost. Empty if the two steps
+/// together do not reduce the cost; the values are then undefined. A weakly constrained trajectory that turns
+/// as a whole distorts the relative poses of neighbours to second order, and the second step corrects exactly
+/// this. Without it, dozens of shortened steps would be needed (Chamberlain, Powell, Lemarechal and Pedersen,
+/// "The watchdog technique for forcing convergence in algorithms for constrained optimization", Mathematical
+/// Programming Studies 16, 1982).
 template <LeastSquares Problem>
 std::optional<double> second_step(Problem& problem, double damping, double cost, double cost_between) {
   constexpr double kMaxCostRatio = 2;
@@ -74,10 +74,10 @@ std::optional<double> second_step(Problem& problem, double damping, double cost,
   return after;
 }
 
-/// Damping from step to step. Long chains of poses and parameters common to many of them are determined by
-/// small differences: with n poses along a trajectory, the smallest eigenvalue of H is n^-4 of its diagonal.
-/// Damping above that keeps them from converging in one step. It therefore decreases quickly while steps gain
-/// what the model predicts, and increases by growing factors when they do not (Nielsen, "Damping Parameter in
+/// Damping from step to step. Small differences determine long chains of poses and parameters common to many
+/// of them. With n poses along a trajectory, the smallest eigenvalue of H is n^-4 of its diagonal. Damping
+/// above that keeps them from converging in one step. It therefore decreases quickly while steps gain what
+/// the model predicts, and increases by growing factors when they do not (Nielsen, "Damping Parameter in
 /// Marquardt's Method", 1999).
 class Damping {
  public:

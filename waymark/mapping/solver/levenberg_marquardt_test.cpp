@@ -96,7 +96,8 @@ struct WrongSlope : Line {
   }
 };
 
-/// A path with a measured start and a measured curvature at each point: its far end depends on all of them.
+/// A path with a measured start and a measured curvature at each point, so that its far end depends on all of
+/// them.
 struct CurvedPath : Dense<Eigen::VectorXd> {
   using Dense::Dense;
   [[nodiscard]] Eigen::VectorXd residual(const Eigen::VectorXd& x) const override {

@@ -100,7 +100,7 @@ Vote<SE3> vote_for(Role role, const std::array<const std::vector<Hypothesis>*, 4
 
 namespace {
 
-constexpr std::size_t kMaxComparisons = 6;  // later observations of a tag that one is compared with
+constexpr std::size_t kMaxComparisons = 6;  // number of later observations of a tag to compare one with
 constexpr std::size_t kMaxNeighbours = 12;  // neighbours tried for each comparison
 constexpr double kMedian6 = 5.348;          // of chi-square with 6 degrees of freedom
 
@@ -197,7 +197,8 @@ class Confirmer {
     return least;
   }
 
-  /// The same from the motion between the views; infinite if the motion is too uncertain to distinguish tags.
+  /// The distance according to the motion between the views; infinite if the motion is too uncertain to
+  /// distinguish tags.
   double apart_by_motion(std::size_t a, std::size_t b) const {
     constexpr std::size_t kMaxViewGap = 30;
     const std::size_t from = seen_[a].view;
@@ -225,7 +226,7 @@ class Confirmer {
     return least;
   }
 
-  /// In the next view the tag has nearly the same size and moved by less than a third of it.
+  /// Whether the tag has nearly the same size in the next view and moved by less than a third of it.
   [[nodiscard]] bool stays_in_image(std::size_t a, std::size_t b) const {
     constexpr double kMaxMoveShare = 0.33;
     constexpr double kMaxGrowth = 1.25;
@@ -265,7 +266,7 @@ class Confirmer {
     }
   }
 
-  /// The observation affects other tags, through a neighbour in its view or through a known motion.
+  /// Whether the observation affects other tags, through a neighbour in its view or through a known motion.
   [[nodiscard]] bool could_mislead(std::size_t i) const {
     const std::size_t view = seen_[i].view;
     const auto moves = [&](std::size_t v) { return v < motions_.size() && motions_[v].known; };
@@ -299,7 +300,7 @@ class Confirmer {
     return result;
   }
 
-  /// Of n wrong ids among T tags, n^k / (k! T^(2k-2)) sets of k agree on the pose of a tag by chance.
+  /// Among n wrong ids of T tags, n^k / (k! T^(2k-2)) sets of k agree on the pose of a tag by chance.
   static int votes_beyond_chance(double wrong, double tags) {
     constexpr double kRare = 0.01;
     constexpr int kMaxVotes = 5;

@@ -40,7 +40,7 @@ enum class Role : std::uint8_t { Rig, Cam, Body, Tag };
 struct ViewedTag {
   std::size_t view = 0;  ///< ascending with time
   std::size_t tag = 0;
-  std::size_t body = 0;  ///< carries the tag; relative poses are constant only between tags of one body
+  std::size_t body = 0;  ///< body of the tag; relative poses are constant only between tags of one body
   Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
   double size_px = 0;  ///< length of the longer diagonal; 0: the position in the image is not used
 };
@@ -53,18 +53,19 @@ struct ViewMotion {
 };
 
 struct Confirmation {
-  std::vector<char> unconfirmed{};  ///< by observation: it could have been confirmed and was not
-  int min_votes = 2;                ///< this many wrong ids agree by chance in less than one map of a hundred
+  std::vector<char> unconfirmed{};  ///< by observation: it could have been confirmed but was not
+  int min_votes = 2;  ///< this many wrong ids agree by chance in fewer than one of a hundred maps
 };
 
 /// `poses`: view_T_tag of each observation, one or two. Two observations of a tag confirm each other if one
 /// of these holds:
 /// - a neighbour in both views, or the motion between the views, gives the tag the same pose;
 /// - the tag hardly moves in the image between successive views (misread ids come and go).
+///
 /// Observations that confirm each other, directly or through others, form a group. An observation is
 /// unconfirmed if it is neither in the largest group of its tag nor in one of at least `min_votes`. The
 /// observation of a view with no other tag and no known motion is never unconfirmed, because it cannot affect
-/// other tags. O(observations * tags per view) at worst, O(observations) if ids are right.
+/// other tags. O(observations * tags per view) at worst, O(observations) if ids are correct.
 [[nodiscard]] Confirmation confirm_observations(const std::vector<ViewedTag>& seen,
                                                 const std::vector<std::vector<Hypothesis>>& poses,
                                                 const std::vector<ViewMotion>& motions);

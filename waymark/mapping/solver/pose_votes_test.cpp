@@ -1,4 +1,4 @@
-// Confirmation of observations by each other, on views with known poses.
+// Observations that confirm each other, in views with known poses.
 #include "waymark/mapping/solver/pose_votes.hpp"
 
 #include <numeric>
@@ -105,7 +105,7 @@ TEST(ConfirmedObservations, AKnownMotionConfirmsATagWithoutNeighbours) {
     EXPECT_EQ(confirmation.unconfirmed[i], row.seen[i].tag == 0 ? 0 : 1) << i;
 }
 
-/// Tag 1 beside tag 0 in two views, then alone, then beside tag 2; and some wrong ids.
+/// Tag 1 next to tag 0 in two views, then alone, then next to tag 2; and some wrong ids.
 Row passed_on() {
   Row row = walk(0);
   for (std::size_t view = 0; view < 20; ++view) {
@@ -123,7 +123,7 @@ Row passed_on() {
 TEST(ConfirmedObservations, ATagThatHardlyMovesInTheImageIsConfirmed) {
   Row row = passed_on();
   const Confirmation without = row.confirmed();
-  EXPECT_EQ(without.unconfirmed[1], 1) << "beside tag 0: only two votes, and many ids are wrong";
+  EXPECT_EQ(without.unconfirmed[1], 1) << "next to tag 0: only two votes, and many ids are wrong";
   row.set_image_positions();
   const Confirmation with = row.confirmed();
   for (std::size_t i = 0; i < row.seen.size(); ++i)
