@@ -119,7 +119,7 @@ void consider_mounting(LapBundle& lap, const BundleMapOptions& options, const Ma
   result.mounting = estimate_mounting(lap, steps, report_progress, assumption);
 }
 
-/// Corner errors of a tag persist from image to image, so several images count as one.
+/// Makes several images count as one, because corner errors of a tag persist from image to image.
 void weigh_lasting_errors(LapBundle& lap, const BundleMapOptions& options, const BundleProgress& progress,
                           BundleMap& result) {
   if (!options.estimate_noise) return;
@@ -221,7 +221,7 @@ void scale_by(const internal::RoughOdometry& rough, OdometryScales& scales, Odom
   }
 }
 
-/// Estimates the noise of odometry turns, and their scale if a gyro replaced them.
+/// Estimates the noise of odometry turns, and also their scale if a gyro replaced them.
 void estimate_wheel_turns(const std::vector<Odometry>& odometry, BundleMap& result) {
   const Trajectory& trajectory = result.trajectory;
   const std::vector<Matrix6>& P = result.trajectory_covariance;
@@ -245,7 +245,7 @@ std::vector<ObservedFrame> observe_all(const LapInput& input) {
   return observed;
 }
 
-/// Observations without confirmation; those of the anchor only if others of it remain.
+/// Observations without confirmation; includes those of the anchor only if other observations of it remain.
 std::vector<internal::ObservationIndex> unconfirmed_except_last_anchor(
     const LapInput& input, const std::vector<ObservedFrame>& observed) {
   std::vector<internal::ObservationIndex> unconfirmed = internal::unconfirmed_observations(input, observed);

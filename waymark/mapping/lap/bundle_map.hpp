@@ -28,7 +28,7 @@ struct BundleMapOptions {
     SearchOptions::fields(self.search, visit);
     visit(self.estimate_noise,
           Field{"estimate_noise",
-                "Estimate the corner noise from the residuals instead of taking the detector's covariance."});
+                "Estimate the corner noise from the residuals instead of using the detector's covariance."});
     visit(self.find_mounting, Field{"find_mounting",
                                     "Estimate the mounting of the camera together with the map, whether or "
                                     "not the lap is inconsistent with the robot file."});
@@ -42,7 +42,7 @@ struct BundleMapOptions {
 /// Residuals in a ninth of the image.
 struct ResidualRegion {
   int corners = 0;
-  Eigen::Vector2d mean_px = Eigen::Vector2d::Zero();  ///< projected less measured
+  Eigen::Vector2d mean_px = Eigen::Vector2d::Zero();  ///< projected minus measured
   double rms_px = 0;
 };
 
@@ -62,7 +62,7 @@ struct BundleMap {
   OdometryScales odometry_scales{};
   OdometryScales odometry_scales_sigma{0, 0};  ///< standard deviations; 0 without odometry
   std::optional<TurnNoise> turn_noise{};       ///< of the recorded odometry
-  bool turns_by_gyro = false;     ///< the gyro agreed with the tags clearly better than odometry turns
+  bool turns_by_gyro = false;     ///< the gyro agreed with the tags clearly better than odometry turns did
   double without_gyro_share = 0;  ///< share of the odometry time without gyro samples; 1 without a gyro
   std::array<ResidualRegion, 9> regions{};     ///< by rows, from the upper left
   std::optional<MountingEstimate> mounting{};  ///< camera mounting estimated from the lap
@@ -77,10 +77,9 @@ struct BundleMap {
 /// Estimates the tags and the trajectory that best explain all corners, odometry and the floor (maximum
 /// likelihood). The search starts from the teach chain and finds outliers with a robust loss. It then rejects
 /// them and finishes without the robust loss, so the covariance is consistent. The anchor is fixed at its
-/// given pose.
-/// With a prior map, the lap is then aligned with it and adjusted together with its information; tags that
-/// the lap did not observe stay in the map. Fails as map_by_chain does, if fewer than two tags agree with the
-/// prior map, and if `progress` stops the search.
+/// given pose. With a prior map, the lap is then aligned with it and adjusted together with its information.
+/// Tags that the lap did not observe stay in the map. Fails if map_by_chain() fails, if fewer than two tags
+/// agree with the prior map, or if `progress` stops the search.
 [[nodiscard]] Result<BundleMap> map_by_bundle(const LapInput& lap, const ChainOptions& chain = {},
                                               const BundleMapOptions& options = {},
                                               const MapProgress& progress = {});

@@ -1,4 +1,4 @@
-// Invariants of the map of any lap: on a short aisle of a warehouse with odometry.
+// Invariants of the map of any lap, tested on a short aisle of a warehouse with odometry.
 #include "waymark/mapping/lap/bundle_map.hpp"
 
 #include <algorithm>

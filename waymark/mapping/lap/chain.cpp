@@ -43,8 +43,8 @@ struct PlacedFrame {
   SE2 map_X_base{};
 };
 
-/// Base pose according to the frames just before and after: medians over equally many on both sides. A robot
-/// does not jump for the time of one frame.
+/// Base pose according to the frames just before and after, as medians over equally many on both sides. A
+/// robot does not jump for the duration of one frame.
 Alternative<SE2> among_neighbours(const std::vector<PlacedFrame>& frames, std::size_t i) {
   constexpr std::size_t kMaxNeighbours = 7;
   constexpr double kWindowSeconds = 0.6;
@@ -85,7 +85,7 @@ Trajectory trajectory_of(const std::vector<FloorFrame>& frames, const Places& pl
   Trajectory trajectory;
   for (std::size_t i = 0; i < placed.size(); ++i) {
     const Alternative<SE2> middle = among_neighbours(placed, i);
-    // A jump: tags with the wrong one of their poses. They vote again, near the neighbours.
+    // A jump is caused by tags with the wrong one of their poses. They vote again, near the neighbours.
     const bool jumps = internal::distance2(middle, placed[i].map_X_base) > kGate3;
     placed[i].votes.push_back({middle});
     const auto agreed =
@@ -188,7 +188,7 @@ double position_variance(const Uncertain<SE2>& map_X_tag) {
   return coordinate_covariance(map_X_tag).topLeftCorner<2, 2>().trace();
 }
 
-/// The links of one tag, each as the motion from the other tag to it.
+/// A link of one tag, as the motion from the other tag to it.
 struct Neighbour {
   TagId other{};
   Uncertain<SE2> other_X_tag{};
@@ -205,7 +205,7 @@ Neighbours neighbours_of(const Links& links) {
   return neighbours;
 }
 
-/// Pose of a tag according to all placed tags observed together with it.
+/// Pose of a tag according to all placed tags that were observed together with it.
 std::optional<Uncertain<SE2>> place_of(const std::vector<Neighbour>& neighbours, const Places& places,
                                        int min_votes) {
   std::vector<Vote<SE2>> votes;
@@ -219,7 +219,7 @@ std::optional<Uncertain<SE2>> place_of(const std::vector<Neighbour>& neighbours,
   return agreed ? std::optional(agreed->value) : std::nullopt;
 }
 
-/// A waiting tag: its pose according to links with at least this many votes.
+/// A waiting tag, with its pose according to links with at least this many votes.
 struct Waiting {
   std::array<std::optional<Uncertain<SE2>>, 3> place{};
   std::array<double, 3> variance{};
@@ -233,7 +233,7 @@ void update_waiting(const std::vector<Neighbour>& neighbours, const Places& plac
   }
 }
 
-/// Of the waiting tags, the one with the smallest uncertainty, by the links with the most votes available.
+/// The waiting tag with the smallest uncertainty, according to the links with the most votes available.
 std::optional<std::pair<TagId, Uncertain<SE2>>> most_certain(const std::map<TagId, Waiting>& all) {
   for (std::size_t i = 0; i < kMinVotes.size(); ++i) {
     const std::pair<const TagId, Waiting>* best = nullptr;
@@ -287,7 +287,7 @@ Places compose_from_anchor(const Links& links, const TagId& anchor, const SE2& m
   const Neighbours neighbours = neighbours_of(links);
   std::map<TagId, Waiting> waiting;  // observed together with a placed tag
   Places places = {{anchor, {map_X_anchor}}};
-  // Only tags observed together with the one placed last can have a smaller uncertainty than before.
+  // Only tags observed together with the last placed tag can have a smaller uncertainty than before.
   const auto placed = [&](const TagId& tag) {
     const auto of_tag = neighbours.find(tag);
     if (of_tag == neighbours.end()) return;
@@ -416,7 +416,7 @@ class IslandPlacer {
     for (std::size_t f = 0; f < frames.size(); ++f) map_X_base_[f] = base_by(places, f);
   }
 
-  /// Visits the frames in this order, and reaches each from the last placed one.
+  /// Visits the frames in this order, and reaches each from the last placed frame.
   void run(const std::vector<std::size_t>& order, Islands& islands) {
     std::optional<std::size_t> last;
     for (const std::size_t f : order) {

@@ -31,7 +31,7 @@ struct ChainOptions {
     visit(self.max_distance_m, Field{"max_distance_m", "Maximum distance of a tag that is used.", 0.1});
     visit(self.spread_closing_error,
           Field{"spread_closing_error",
-                "Distribute the closing error of a lap over all tags instead of leaving it as one step."});
+                "Distribute the closing error of a lap over all tags instead of leaving it as one jump."});
     visit(self.map_sigma_m, Field{"map_sigma_m",
                                   "Standard deviation of the position of a tag of the chain relative to its "
                                   "neighbours; limits how far tags of one frame may disagree.",
@@ -53,7 +53,7 @@ struct ChainResult {
 
 /// cam_T_tag of every tag of a frame with a known size (equation 2.13); tags without a pose are skipped.
 [[nodiscard]] ObservedFrame observe(const TagFrame& frame, const CameraModel& camera, const TagSizes& sizes);
-/// The same with the camera of the setup that the frame names (camera_of()).
+/// The same, with the camera of the setup that the frame names (camera_of()).
 template <class Setup>
 [[nodiscard]] ObservedFrame observe(const TagFrame& frame, const Setup& setup) {
   const CameraView seen_by = camera_of(setup, frame.camera);
@@ -62,12 +62,12 @@ template <class Setup>
   return observed;
 }
 
-/// Map and trajectory by composition alone, for a robot on a level floor (Martins and Ramos, "AprilTag-based
-/// Trajectory Tracking for the LIMOS Robot", equation 3.1 and section 3.2). map_T_cam comes from the anchor
-/// if it is in view, otherwise from tag to tag through frames with two tags. `base_T_cam`: of the first
-/// camera. Details: docs/concepts/teach_and_replay.md. Different paths to a tag are not weighted against each
-/// other and no error is distributed; bundle adjustment is compared with this baseline. With `wheels`, tags
-/// that no other tag connects are placed as well, by odometry from those that are placed.
+/// Map and trajectory by composition alone, for a robot on a level floor. After Martins and Ramos,
+/// "AprilTag-based Trajectory Tracking for the LIMOS Robot", equation 3.1 and section 3.2. The pose map_T_cam
+/// comes from the anchor if it is in view, otherwise from tag to tag through frames with two tags.
+/// `base_T_cam`: of the first camera. Details: docs/concepts/teach_and_replay.md. Different paths to a tag
+/// are not weighted against each other, and no error is distributed; bundle adjustment is compared with this
+/// baseline. With `wheels`, tags that no other tag connects are also placed, using odometry from placed tags.
 ///
 /// Fails if the anchor is never observed. O(frames * (tags per frame)^2).
 [[nodiscard]] Result<ChainResult> map_by_chain(const std::vector<ObservedFrame>& frames, const TagId& anchor,
@@ -84,7 +84,7 @@ struct Link {
   Uncertain<SE2> from_X_to{};
   int votes = 0;
 };
-/// From the smaller id to the larger.
+/// The key is (smaller id, larger id), and the motion is from the first to the second.
 using Links = std::map<std::pair<TagId, TagId>, Link>;
 /// map_X_tag.
 using Places = std::map<TagId, Uncertain<SE2>>;
@@ -102,16 +102,16 @@ using Places = std::map<TagId, Uncertain<SE2>>;
 /// available. O(links * waiting tags).
 [[nodiscard]] Places compose_from_anchor(const Links& links, const TagId& anchor, const SE2& map_X_anchor);
 
-/// Moves all tags except the anchor so that the links disagree least: the closing error of a lap is
-/// distributed over the whole chain. Links inconsistent with all others get a low weight.
+/// Moves all tags except the anchor so that the links disagree least, which distributes the closing error of
+/// a lap over the whole chain. Links inconsistent with all others get a low weight.
 void spread_closing_error(const Links& links, const TagId& anchor, Places& places);
 
-/// Places tags that no other tag connects to the anchor: those of the next aisle, or of another room. Tags
-/// connected by links are placed relative to each other as the chain places them. Their common pose comes
-/// from odometry, from the last frame before with placed tags, or else from the first one after. Odometry
-/// drift along the whole trajectory therefore does not affect the relative poses of tags in nearby frames,
-/// which the search starts from. `noise`: as in votes_for_base(). Tags with too few agreeing frames are
-/// skipped. O(frames + links).
+/// Places tags that no other tag connects to the anchor, such as those of the next aisle or of another room.
+/// Tags connected by links are placed relative to each other as the chain places them. Their common pose
+/// comes from odometry, from the last frame before with placed tags, or else from the first one after.
+/// Odometry drift along the whole trajectory therefore does not affect the relative poses of tags in nearby
+/// frames, from which the search starts. `noise`: as in votes_for_base(). Tags with too few agreeing frames
+/// are skipped. O(frames + links).
 void place_islands(const std::vector<FloorFrame>& frames, const Links& links, const OdometryTrack& wheels,
                    const Eigen::Matrix3d& noise, bool spread_closing_errors, Places& places);
 

@@ -1,5 +1,5 @@
-// The chain on laps with ground truth: exact without noise, correct despite tags with the wrong one of their
-// poses. Then rooms without a common tag, driven one after the other with drifting odometry.
+// The chain on laps with ground truth is exact without noise, and correct despite tags with the wrong one of
+// their poses. Then rooms without a common tag are driven one after the other with drifting odometry.
 #include "waymark/mapping/lap/chain.hpp"
 
 #include <algorithm>
@@ -121,7 +121,7 @@ SE3 mirrored(const SE3& cam_T_tag) {
   return {SO3::exp(axis.normalized() * 2 * angle) * cam_T_tag.rotation(), cam_T_tag.translation()};
 }
 
-// In four of ten observations the corners fit the wrong pose slightly better, as for distant tags: a single
+// In four of ten observations the corners fit the wrong pose slightly better, as for distant tags. A single
 // frame cannot resolve this.
 TEST(TeachChain, AllFramesTogetherResolveWrongPoses) {
   Random random(5);
@@ -201,7 +201,7 @@ struct Rooms {
   std::set<TagId> first{};  ///< tags of the anchor's room
 };
 
-/// A path that bends to the left throughout; `drift`: relative excess of odometry distances and turns.
+/// A path that bends to the left throughout. `drift` is the relative excess of odometry distances and turns.
 Rooms drive(int rooms, double drift, std::size_t anchor_room = 0, double noise = 0, std::uint64_t seed = 1) {
   Rooms world;
   Random random(seed);

@@ -30,8 +30,8 @@ std::vector<Branch> branches(const TagPoseObservation& seen, const SE3& base_T_c
   return result;
 }
 
-/// The plane motion that brings a tag in front of the robot to a standard pose: at the origin with its normal
-/// along x; if the normal is vertical, with its x axis along x. The remainder is the shape.
+/// The plane motion that brings a tag in front of the robot to a standard pose. It is then at the origin with
+/// its normal along x or, if the normal is vertical, with its x axis along x. The remainder is the shape.
 SE2 standard_place(const SE3& base_T_tag, bool lies) {
   const Eigen::Vector3d axis =
       base_T_tag.rotation() * (lies ? Eigen::Vector3d::UnitX() : Eigen::Vector3d::UnitZ());
@@ -42,7 +42,7 @@ bool lies(const SE3& base_T_tag) {
   return std::abs((base_T_tag.rotation() * Eigen::Vector3d::UnitZ()).z()) > 0.9;
 }
 
-/// Information of one pose about the shape: height and tilts with their covariance, no information about the
+/// Information of one pose about the shape: height and tilts with their covariance, but nothing about the
 /// motion in the plane.
 Alternative<SE3> shape_of(const Branch& branch, bool lying, const FloorOptions& options) {
   const SE2 base_X_tag = standard_place(branch.base_T_tag.mean, lying);

@@ -35,7 +35,7 @@ struct ObservedFrame {
 
 namespace waymark::internal {
 
-/// A tag observation of a robot on a floor: pose in the plane, one for each possible pose of the tag.
+/// A tag observation of a robot on a floor, with one pose in the plane for each possible pose of the tag.
 struct FloorObservation {
   TagId tag{};
   std::vector<FloorFit> base_X_tag{};
@@ -71,14 +71,14 @@ struct AnchorStance {
   Kind kind = Kind::Upright;
   /// Between the tag's up (-y) and the floor's; for a lying tag, between its normal and the floor's.
   double tilt_rad = 0;
-  /// The anchor in a map with its origin at the tag's centre, map z along the floor normal, and map x along
-  /// the projection of tag z onto the floor (lying: of tag x). For an upright tag map z = tag -y, map x = tag
-  /// z.
+  /// The anchor in a map with its origin at the tag's centre and map z along the floor normal. Map x is along
+  /// the projection of tag z (for a lying tag, tag x) onto the floor. For an upright tag, map z = tag -y and
+  /// map x = tag z.
   SE3 map_T_anchor{};
 };
 
 /// Estimates the orientation of a tag from the motion of a robot on its floor; empty if the tag was never
-/// observed. A tag counts as leaning from 5 degrees on (smaller leans are measured too), as lying from 64
+/// observed. A tag counts as leaning from 5 degrees on (smaller leans are measured too), and as lying from 64
 /// degrees on.
 [[nodiscard]] std::optional<AnchorStance> anchor_stance(const std::vector<ObservedFrame>& frames,
                                                         const TagId& anchor, const SE3& base_T_cam,

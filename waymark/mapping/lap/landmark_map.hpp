@@ -13,8 +13,8 @@
 
 namespace waymark {
 
-/// A tag or landmark as a point in the plane, for logs without corners: its position comes from the robot's
-/// own software or from a laser.
+/// A tag or landmark as a point in the plane, for logs without corners. Its position comes from the robot's
+/// software or from a laser.
 struct SeenPoint {
   TagId tag{};
   Eigen::Vector2d base_p = Eigen::Vector2d::Zero();  ///< [m], with the assumed mounting of the sensor
@@ -89,17 +89,17 @@ struct LandmarkMap {
   double rms_m = 0;  ///< of the observations in use
 };
 
-/// Estimates points, trajectory, odometry scales and sensor mounting that best explain all observations and
-/// odometry (maximum likelihood in the plane, Cauchy loss on observations; then least squares without
-/// outliers). Starts from odometry, so odometry alone must give the approximate shape of the drive. Fails
-/// without odometry, and if no point is observed often enough.
+/// Estimates the points, trajectory, odometry scales and sensor mounting that best explain all observations
+/// and odometry. This is maximum likelihood in the plane, first with Cauchy loss on observations, then least
+/// squares without outliers. Starts from odometry, so odometry alone must give the approximate shape of the
+/// drive. Fails without odometry, or if no point is observed often enough.
 [[nodiscard]] Result<LandmarkMap> map_landmarks(const std::vector<PointFrame>& frames,
                                                 const std::vector<Odometry>& odometry,
                                                 const LandmarkMapOptions& options = {});
 
 }  // namespace waymark
 
-/// The least-squares problem of landmark_map: plane poses, points, scales of odometry, mounting.
+/// The least-squares problem of landmark_map: plane poses, points, odometry scales, mounting.
 namespace waymark::internal {
 
 class BlockSystem;
@@ -115,8 +115,8 @@ struct PlaneMotion {
   PlanarMotionFactor factor{};
 };
 
-/// Frame 0 is fixed. Unknowns in the order of the system: frames from 1 (x, y, yaw), points (x, y), scales
-/// (distance, yaw), mounting (x, y, yaw); steps are additions.
+/// Frame 0 is fixed. The unknowns, in the order of the system, are frames from 1 (x, y, yaw), points (x, y),
+/// scales (distance, yaw) and mounting (x, y, yaw). Steps are additions.
 struct LandmarkProblem {
   std::vector<Eigen::Vector3d> frames{};
   std::vector<Eigen::Vector2d> points{};
@@ -137,9 +137,10 @@ struct LandmarkProblem {
 /// Whitened residual.
 [[nodiscard]] Eigen::Vector2d observation_residual(const LandmarkProblem& problem,
                                                    const PointObservation& seen);
-/// Adds all terms (nullptr: only the cost), with Cauchy's loss on observations from robust_chi2 on (0: none).
+/// Adds all terms (nullptr: computes only the cost), with Cauchy loss on observations from robust_chi2 on (0:
+/// none).
 double accumulate(const LandmarkProblem& problem, double robust_chi2, BlockSystem* system);
-/// Minimises by Levenberg-Marquardt; returns the number of steps and whether it converged.
+/// Minimises the cost by Levenberg-Marquardt. Returns the number of steps and whether it converged.
 std::pair<int, bool> solve(LandmarkProblem& problem, double robust_chi2, int max_iterations);
 
 }  // namespace waymark::internal

@@ -22,8 +22,8 @@ struct Drive {
   std::map<TagId, Eigen::Vector2d> truth{};  ///< in the frame of the first base
 };
 
-/// Twice around a rectangle with turns on the spot, eight points outside it; odometry distances 2 % and turns
-/// 8 % off, the sensor 3 cm to the left of its assumed mounting.
+/// Two laps around a rectangle with turns on the spot and eight points outside it. Odometry distances are 2 %
+/// and turns 8 % off, and the sensor is 3 cm to the left of its assumed mounting.
 Drive drive(std::uint64_t seed, double noise_m) {
   Drive d;
   const std::vector<Eigen::Vector2d> places = {{2, 0.3},    {2, -0.3},   {1.6, 1.7},  {1, 1.7},
@@ -131,8 +131,8 @@ struct Course {
   std::vector<Eigen::Vector2d> points{};
 };
 
-/// A drive along bends and straights among points; odometry and sensor with this noise (0: none), starting at
-/// the true values.
+/// A drive along bends and straights among points. Odometry and sensor have this noise (0: none), and the
+/// start is at the true values.
 Course course(std::uint64_t seed, double noise) {
   Random random(seed);
   Course c;

@@ -203,8 +203,8 @@ namespace waymark::internal {
 
 namespace {
 
-/// One alternative for each pose of the tag. `value_of`: the value as a function of cam_T_tag, and the frame
-/// whose left tangent has the error.
+/// One alternative for each pose of the tag. `value_of` gives the value as a function of cam_T_tag, and the
+/// frame whose left tangent contains the error.
 template <class Value>
 Vote<SE3> vote_of(const TagDetection& detection, const CameraModel& camera, const LapInput& lap,
                   const Value& value_of) {

@@ -30,20 +30,24 @@ struct LapModelOptions {
         self.corner_sigma_px,
         Field{"corner_sigma_px",
               "Standard deviation of a corner coordinate when the detector gives no covariance.", 1e-6, 1e3});
-    visit(self.odometry_sigma_m,
-          Field{"odometry_sigma_m",
-                "Standard deviation of the odometry's distance between two frames, at any distance.", 1e-9,
-                10});
+    visit(
+        self.odometry_sigma_m,
+        Field{
+            "odometry_sigma_m",
+            "Standard deviation of the odometry's distance between two frames, independent of the distance.",
+            1e-9, 10});
     visit(
         self.odometry_sigma_m_per_sqrt_m,
         Field{
             "odometry_sigma_m_per_sqrt_m",
             "Standard deviation of the odometry's distance that driving adds, m per square root of a metre.",
             0, 10});
-    visit(self.odometry_sigma_rad,
-          Field{"odometry_sigma_rad",
-                "Standard deviation of the odometry's rotation between two frames, at any rotation.", 1e-9,
-                10});
+    visit(
+        self.odometry_sigma_rad,
+        Field{
+            "odometry_sigma_rad",
+            "Standard deviation of the odometry's rotation between two frames, independent of the rotation.",
+            1e-9, 10});
     visit(self.odometry_sigma_rad_per_sqrt_m, Field{"odometry_sigma_rad_per_sqrt_m",
                                                     "Standard deviation of the odometry's rotation that "
                                                     "driving adds, rad per square root of a metre.",
@@ -77,8 +81,8 @@ struct LapInput {
   std::vector<ImuSample> imu{};               ///< may be empty
   std::optional<LapPrior> prior{};            ///< if set, the anchor is one of its tags, with its pose
   std::vector<MountedCamera> more_cameras{};  ///< besides the first, whose frames have no camera name
-  /// Times in which odometry turns come from another source than in the rest of it, in order; they have their
-  /// own scales.
+  /// Times, in order, in which odometry turns come from another source than in the rest of it, with separate
+  /// scales.
   std::vector<TimeSpan> other_turns{};
 };
 
@@ -91,10 +95,10 @@ struct LapBundle {
   PoseIndex floor = 0;                 ///< map_T_floor: the robot drives on the plane z = 0 of floor
   std::map<TagId, PoseIndex> tags{};
   std::optional<PoseIndex> anchor{};  ///< the tag that defines the map frame
-  /// By frame; empty: neither tags nor odometry place it. Frames of several cameras with one stamp share
-  /// theirs.
+  /// By frame; empty: neither tags nor odometry place it. Frames of several cameras with one stamp share a
+  /// pose.
   std::vector<std::optional<PoseIndex>> bases{};
-  /// By corner term: its frame and the index of its detection in it.
+  /// The frame of a corner term, and the index of its detection in the frame.
   struct Observation {
     std::size_t frame = 0;
     std::size_t detection = 0;
@@ -103,12 +107,12 @@ struct LapBundle {
 
   /// Every base pose, once.
   [[nodiscard]] std::vector<PoseIndex> base_poses() const;
-  /// The tag is fixed regardless of its observations.
+  /// Whether the tag is fixed regardless of its observations.
   [[nodiscard]] bool is_held(PoseIndex tag) const { return bundle.poses[tag].fixed || tag == anchor; }
 };
 
-/// Prior of the floor: its tilt, exact or nearly free. Its height is estimated; its origin and heading have
-/// no meaning.
+/// Prior of the tilt of the floor, exact or nearly free. The height of the floor is estimated; its origin and
+/// heading have no meaning.
 [[nodiscard]] PosePriorFactor floor_prior(const SE3& map_T_floor, bool lean_known);
 
 /// Unknowns: every tag of the start, every base pose, the height of the floor, the scales of odometry (the
@@ -119,8 +123,8 @@ struct LapBundle {
 [[nodiscard]] LapBundle lap_bundle(const LapInput& lap, const ChainResult& start,
                                    const LapModelOptions& options = {});
 
-/// Adds a tag that is not in the start to a bundle with known base poses: its pose becomes an unknown, its
-/// observations (all in frames with a pose) become terms.
+/// Adds a tag that is not in the start to a bundle with known base poses. Its pose becomes an unknown, and
+/// its observations, all in frames with a pose, become terms.
 void add_tag(const LapInput& lap, const TagId& tag, const SE3& map_T_tag,
              const std::vector<LapBundle::Observation>& observations, const LapModelOptions& options,
              LapBundle& result);

@@ -1,5 +1,5 @@
-// A lap as a least-squares problem: unknowns, couplings, zero cost at the true values; votes of single
-// observations.
+// A lap as a least-squares problem: unknowns, couplings, and zero cost at the true values. Then votes of
+// single observations.
 #include "waymark/mapping/lap/lap_bundle.hpp"
 
 #include <cmath>

@@ -12,7 +12,7 @@ namespace {
 constexpr const char* kSpeeds =
     "Drive bends to both sides for a minute, slowly and quickly. At a single speed, slip and a wrong camera "
     "mounting are indistinguishable.";
-constexpr const char* kTurns = "Drive bends to both sides, with tags in view all the time.";
+constexpr const char* kTurns = "Drive bends to both sides, always with tags in view.";
 constexpr const char* kStraight = "Drive some metres straight past several tags.";
 constexpr const char* kUnsteady = "Drive at two speeds, and change speed with tags in view.";
 
@@ -76,7 +76,7 @@ Calibration calibration_of(const LapInput& lap, const MountingEstimate& found) {
 
 /// The camera latency is modelled to first order only, and a robot's turn rate changes within a tenth of a
 /// second. The remaining error makes the odometry noise too large and its turns too small (errors in
-/// variables: Fuller, "Measurement Error Models", 1987, section 1.1). A second fit therefore starts with
+/// variables; Fuller, "Measurement Error Models", 1987, section 1.1). A second fit therefore starts with
 /// corrected stamps.
 constexpr double kCameraLatencyForSecondFit_s = 0.005;
 

@@ -1,5 +1,5 @@
-// Calibration from a lap: every parameter has a standard deviation, and an unobservable one has advice what
-// to drive.
+// In a calibration from a lap, every parameter has a standard deviation, and an unobservable one has advice
+// on what to drive.
 #include "waymark/mapping/lap/lap_calibration.hpp"
 
 #include <chrono>

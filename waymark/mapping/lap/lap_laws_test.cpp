@@ -1,5 +1,5 @@
-// Invariants of the map of any lap, on a ring: the anchor, the unit of length, the clock and the direction of
-// turns do not matter; covariances are positive definite; a search stops on request.
+// Invariants of the map of any lap, tested on a ring. The anchor, the unit of length, the clock and the
+// direction of turns do not matter; covariances are positive definite; a search stops on request.
 #include <algorithm>
 
 #include <gmock/gmock.h>

@@ -38,8 +38,8 @@ Alternative<SE3> carried(const OdometryTerm& wheels, PoseIndex base, const Bundl
   return {map_T_base, whitened.transpose() * whitened, 0};
 }
 
-/// New pose of a frame with mostly inconsistent observations: what its observations and adjacent frames agree
-/// on, if that has more support than the current pose.
+/// New pose of a frame with mostly inconsistent observations. It is the pose that its observations and
+/// adjacent frames agree on, if that has more support than the current pose.
 std::optional<SE3> frame_found_again(const LapInput& input, const LapBundle& lap, PoseIndex base,
                                      const std::vector<std::size_t>& terms, std::ptrdiff_t good,
                                      const std::vector<const OdometryTerm*>& beside,
@@ -152,8 +152,8 @@ std::vector<double> wheel_chi2(const Bundle& bundle) {
   return chi2;
 }
 
-/// Ratio of assumed to actual odometry noise if one motion has a much larger error than all others; otherwise
-/// 1.
+/// Ratio of assumed to actual odometry noise, if one motion has a much larger error than all others;
+/// otherwise 1.
 double exactness_beside_a_jump(const Bundle& bundle) {
   constexpr std::size_t kMinMotions = 30;
   constexpr double kMinJumpRatio = 50;
@@ -167,7 +167,7 @@ double exactness_beside_a_jump(const Bundle& bundle) {
   return std::clamp(std::sqrt(kMedianChi2 / std::max(usual, 1e-12)), 1.0, kMaxExactness);
 }
 
-/// Tags with many inconsistent observations, those with most first.
+/// Tags with many inconsistent observations, those with the most first.
 std::vector<PoseIndex> suspects(const LapBundle& lap, double outlier_chi2) {
   constexpr int kMinContradictions = 8;
   constexpr std::size_t kMaxSuspects = 3;

@@ -39,7 +39,7 @@ struct Observation {
   Vote<SE3> vote{};
 };
 
-/// A tag's observations: those consistent with its pose in the map, and the others.
+/// A tag's observations, split into those consistent with its pose in the map and the others.
 struct Split {
   std::vector<Observation> here;
   std::vector<Observation> there;
@@ -74,7 +74,7 @@ bool seen_twice_at_once(const TagId& tag, const LapInput& lap) {
   return frames >= 2;
 }
 
-/// Whether a moment separates the two groups, except for a few observations.
+/// Whether one moment separates the two groups, except for a few observations.
 bool apart_in_time(const std::vector<SensorTime>& here, const std::vector<SensorTime>& there) {
   constexpr double kMaxExceptionShare = 0.2;
   std::vector<std::pair<SensorTime, int>> both;
@@ -88,7 +88,7 @@ bool apart_in_time(const std::vector<SensorTime>& here, const std::vector<Sensor
   int before = 0;  // difference of the counts so far
   for (const auto& [stamp, which] : both) {
     before += which;
-    // Exceptions if all `here` are earlier: `there` so far plus `here` from now on; or the reverse.
+    // Exceptions if all of `here` are earlier are `there` so far plus `here` from now on, or the reverse.
     fewest = std::min({fewest, all_here - before, all_there + before});
   }
   return fewest < kMaxExceptionShare * std::min(all_here, all_there);
@@ -189,7 +189,7 @@ std::optional<AgreedPlace> agreed_place(const std::vector<Observation>& observat
   return place;
 }
 
-/// Times at which a tag was certainly here: from far away both poses look alike.
+/// Times at which a tag was certainly here, not elsewhere; from far away both poses look alike.
 std::vector<SensorTime> surely_here(const Split& split, const SE3& elsewhere) {
   std::vector<SensorTime> stamps;
   for (const Observation& observation : split.here) {
@@ -198,7 +198,7 @@ std::vector<SensorTime> surely_here(const Split& split, const SE3& elsewhere) {
   return stamps;
 }
 
-/// Few observations compared with those of the tag at that place: misread ids.
+/// Whether a place has few observations compared with those of the tag there, which indicates misread ids.
 bool misread_for_another(const SecondPlace& place, const BundleMap& map) {
   constexpr double kSame_m = 0.1;
   constexpr double kMaxMisreadShare = 0.2;
@@ -318,7 +318,7 @@ std::string describe(const RejectionCounts& counts,
   return fmt::format("{}", fmt::join(warnings, ", "));
 }
 
-/// "tag36h11:7 (14 of 90: 12 elsewhere, 2 inaccurate)", the tags with most rejections.
+/// The tags with the most rejections, such as "tag36h11:7 (14 of 90: 12 elsewhere, 2 inaccurate)".
 std::string worst_tags(const std::map<TagId, RejectionCounts>& left_out, const BundleMap& map) {
   constexpr std::size_t kMaxNamed = 3;
   std::vector<std::pair<TagId, RejectionCounts>> tags(left_out.begin(), left_out.end());
@@ -569,10 +569,11 @@ void check_mounting(const BundleMap& map, std::vector<std::string>& warnings) {
   if (!map.mounting || !(map.mounting->any_significant() || map.mounting_used)) return;
   const std::vector<std::string> off = significant_offsets(*map.mounting);
   if (!off.empty())
-    warnings.push_back(fmt::format(
-        "the camera mounting differs from the robot file: {}{}", fmt::join(off, ", "),
-        map.mounting_used ? "; the estimate is used here and in the robot.yaml beside the map"
-                          : "; the estimate is not used, measure it with `waymark calibrate robot`"));
+    warnings.push_back(
+        fmt::format("the camera mounting differs from the robot file: {}{}", fmt::join(off, ", "),
+                    map.mounting_used
+                        ? "; the estimate is used here and in the robot.yaml next to the map"
+                        : "; the estimate is not used; measure the mounting with `waymark calibrate robot`"));
   if (!map.mounting_used) return;
   constexpr std::array<const char*, 6> kNames = {
       "the forward position", "the lateral position", "the height", "the roll", "the pitch", "the yaw"};
@@ -580,11 +581,11 @@ void check_mounting(const BundleMap& map, std::vector<std::string>& warnings) {
   for (std::size_t i = 0; i < kNames.size(); ++i) {
     if (map.mounting->unobservable[i]) unobservable.push_back(kNames[i]);
   }
-  warnings.push_back(
-      fmt::format("the lap does not determine {} of the camera mounting; there the robot file is used. Bends "
-                  "to both sides "
-                  "at two speeds determine all but the height",
-                  fmt::join(unobservable, ", ")));
+  warnings.push_back(fmt::format(
+      "the lap does not determine {} of the camera mounting; the robot file is used instead. Bends "
+      "to both sides "
+      "at two speeds determine all but the height",
+      fmt::join(unobservable, ", ")));
 }
 
 }  // namespace waymark::internal

@@ -20,15 +20,15 @@ struct SecondPlace {
   int here = 0;           ///< observations that agree with the map
   int there = 0;          ///< observations that agree with the second pose
   bool at_once = false;   ///< both appear in one frame: two tags have this id
-  /// All observations of one place are earlier than those of the other: the tag was moved.
+  /// All observations of one place are earlier than those of the other, because the tag was moved.
   bool one_after_the_other = false;
 };
 
 /// Tags that a lap observed at two places. O(rejected observations).
 [[nodiscard]] std::vector<SecondPlace> second_places(const LapInput& lap, const BundleMap& map);
 
-/// Warnings about a map, one sentence each: tag sizes inconsistent with odometry, ids at two places, tags
-/// with few observations, rejected observations, unconnected tags.
+/// Warnings about a map, one sentence each, about tag sizes inconsistent with odometry, ids at two places,
+/// tags with few observations, rejected observations, and unconnected tags.
 [[nodiscard]] std::vector<std::string> check_map(const LapInput& lap, const BundleMap& map);
 
 /// Why an observation was rejected, the strongest reason first.
@@ -44,18 +44,18 @@ using RejectionCounts = std::array<int, kRejectionReasons>;
 /// Name of a reason in reports: elsewhere, other_pose, inexact_corners, no_pose.
 [[nodiscard]] const char* to_string(RejectionReason reason);
 
-/// Error of a closed loop: before, from odometry alone; after, in the map.
+/// Error of a closed loop: before (from odometry alone) and after (in the map).
 struct LoopClosure {
-  TagId tag{};            ///< observed, out of view for a long time, and observed again
+  TagId tag{};            ///< the tag that was observed again after a long time out of view
   double away_s = 0;      ///< time out of view
   double way_m = 0;       ///< distance driven meanwhile
   double before_m = 0;    ///< position error of odometry alone over it
-  double before_rad = 0;  ///< and heading error
+  double before_rad = 0;  ///< heading error of odometry alone over it
   double after_m = 0;     ///< distance of the tag positions from observations before and after, in the map
 };
 
-/// For the mapped tag that was out of view for the longest part of the trajectory. Empty if no tag was
-/// observed again after ten seconds or more, or without odometry. O(observations).
+/// Computes it for the mapped tag that was out of view for the longest part of the trajectory. Empty without
+/// odometry, or if no tag was observed again after ten seconds or more. O(observations).
 [[nodiscard]] std::optional<LoopClosure> loop_closure(const LapInput& lap, const BundleMap& map);
 
 /// Parts of check_map().

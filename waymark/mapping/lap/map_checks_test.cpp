@@ -1,6 +1,6 @@
-// Warnings about a map: a ring with a true map and one defect at a time. Reasons of rejected observations.
-// Loop-closure error of odometry and map, on a ring with ground truth. Warnings about a lap as a whole: the
-// lens, tags on a line, times without a tag, the camera mounting.
+// Warnings about a map, on a ring with a true map and one defect at a time. Reasons for rejected
+// observations. Loop-closure error of odometry and map, on a ring with ground truth. Warnings about a lap as
+// a whole: the lens, tags on a line, times without a tag, the camera mounting.
 #include "waymark/mapping/lap/map_checks.hpp"
 
 #include <gmock/gmock.h>

@@ -33,7 +33,7 @@ int agreeing(const TagMap& map, const TagMap& prior, const SE3& map_T_prior,
 }
 
 /// A Gauss-Newton step of the alignment with the agreeing tags, in units of the tolerance. Over a room, the
-/// positions of the tags determine the rotation better than their own rotations do.
+/// positions of the tags determine the rotation better than their rotations do.
 SE3 stepped(const TagMap& map, const TagMap& prior, const SE3& map_T_prior,
             const MapComparisonOptions& options) {
   SE3::Jacobian information = SE3::Jacobian::Zero();
@@ -42,8 +42,8 @@ SE3 stepped(const TagMap& map, const TagMap& prior, const SE3& map_T_prior,
     const MappedTag* now = map.find(id);
     const SE3 expected = map_T_prior * tag.map_T_tag;
     if (now == nullptr || separation(expected, now->map_T_tag, options) >= 1) continue;
-    SE3::Jacobian J =
-        SE3::Jacobian::Identity();  // of position and rotation by the left tangent of map_T_prior
+    SE3::Jacobian J = SE3::Jacobian::Identity();  // of position and rotation with respect to the left tangent
+                                                  // of map_T_prior
     J.topRightCorner<3, 3>() = -SO3::hat(expected.translation());
     SE3::Tangent off;
     off << now->map_T_tag.translation() - expected.translation(),
@@ -101,7 +101,7 @@ ComparedTag compared_tag(const TagId& id, const MappedTag& now, const TagMap& ma
   return compared;
 }
 
-/// Size ratio of the maps if all distances have the same one, which indicates different tag sizes. Empty if
+/// Size ratio of the maps if all distances have the same ratio, which indicates different tag sizes. Empty if
 /// the distances disagree, or if the ratio is one.
 std::optional<double> times_as_large(const TagMap& map, const TagMap& prior) {
   constexpr double kMaxSpread = 0.03;
@@ -248,7 +248,7 @@ SE2 least_squares(const std::vector<Pair>& pairs) {
   return {turn, now - turn * before};
 }
 
-/// A map of points: all tags get the same rotation, so that only positions differ.
+/// A map in which all tags have the same rotation, so that only positions differ.
 TagMap flat(const TagMap& map, const SO3& rotation) {
   TagMap points = map;
   for (auto& [id, tag] : points.tags) {

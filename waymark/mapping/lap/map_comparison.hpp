@@ -40,19 +40,19 @@ struct MapComparison {
   std::vector<ComparedTag> tags{};  ///< of either map, in order
 };
 
-/// Aligns the prior map by what most common tags agree on, then determines the change of each tag. Each tag
-/// proposes an alignment, which is refined by least squares of positions and rotations of the tags near it,
-/// and scored by all. Fails if fewer than two tags agree on any alignment. O(tags^2).
+/// Aligns the prior map by the alignment that most common tags agree on, then determines the change of each
+/// tag. Each tag proposes an alignment, which is refined by least squares of positions and rotations of the
+/// tags near it and scored with all tags. Fails if fewer than two tags agree on any alignment. O(tags^2).
 [[nodiscard]] Result<MapComparison> compare_maps(const TagMap& map, const TagMap& prior,
                                                  const MapComparisonOptions& options = {});
 
-/// A tag of an older map that is a point in the plane, identified only by its number.
+/// A tag of an older map as a point in the plane, identified only by its number.
 struct PriorPoint {
   int number = 0;
   Eigen::Vector2d map_p = Eigen::Vector2d::Zero();
 };
 
-/// The same for points: heights and directions are ignored, and numbers stand for tags of any family. Fails
+/// The same for points. Heights and directions are ignored, and numbers stand for tags of any family. Fails
 /// if fewer than three agree on any alignment. O(points^3).
 [[nodiscard]] Result<MapComparison> compare_points(const TagMap& map, const std::vector<PriorPoint>& prior,
                                                    const MapComparisonOptions& options = {});

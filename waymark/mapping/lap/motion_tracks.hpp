@@ -14,7 +14,7 @@ class OdometryTrack {
   explicit OdometryTrack(const std::vector<Odometry>& odometry);
 
   /// odom_T_base at a time, interpolated along the twist between the adjacent samples. Empty outside the
-  /// samples, or if these are more than `max_gap` apart. O(log n).
+  /// samples, or if the adjacent samples are more than `max_gap` apart. O(log n).
   [[nodiscard]] std::optional<SE2> at(SensorTime stamp,
                                       Duration max_gap = std::chrono::milliseconds(500)) const;
 
@@ -40,8 +40,8 @@ class GyroTrack {
   /// Samples with a stamp that does not increase, or with a non-finite rate, are skipped.
   explicit GyroTrack(const std::vector<ImuSample>& samples);
 
-  /// Rotation between two times; empty if samples are missing for more than 0.2 s between or at them. O(log
-  /// n).
+  /// Rotation between two times; empty if samples are missing for more than 0.2 s between or at these times.
+  /// O(log n).
   [[nodiscard]] std::optional<double> turn(SensorTime from, SensorTime to) const;
 
  private:

@@ -12,7 +12,7 @@ namespace {
 
 SensorTime at_ms(std::int64_t ms) { return SensorTime(std::chrono::milliseconds(ms)); }
 
-/// A bend of 0.5 m/s and 0.4 rad/s, a sample every 50 ms.
+/// A bend at 0.5 m/s and 0.4 rad/s, with a sample every 50 ms.
 std::vector<Odometry> bend() {
   std::vector<Odometry> samples;
   SE2 at(1, 2, 3);

@@ -47,11 +47,11 @@ PosePriorFactor prior_of(const MountingAssumption& assumption) {
   return {centre, whitening_of(from_coordinate_covariance(centre, P).covariance)};
 }
 
-/// Pose errors from tags are rotations about the tags: the farther the base is from them, the more it appears
-/// to rise and sink. If heights are as certain as the floor is even, the base is pulled to where they vary
-/// least, which is nearer to the tags (the number of unknown poses grows with the number of observations:
-/// Neyman and Scott, "Consistent estimates based on partially consistent observations", 1948). The force is
-/// proportional to the square of the weight.
+/// Reduces the weight of heights. Pose errors from tags are rotations about the tags, so the apparent height
+/// of the base varies more the farther it is from the tags. If the assumed height noise is the roughness of
+/// the floor, the base is pulled nearer to the tags, where heights vary least. The number of unknown poses
+/// grows with the number of observations (Neyman and Scott, "Consistent estimates based on partially
+/// consistent observations", 1948). The pull is proportional to the square of the weight.
 void loosen_heights(Bundle& bundle) {
   constexpr double kFactor = 4;
   for (OnFloorTerm& term : bundle.on_floor) term.factor.height_sigma_m *= kFactor;
@@ -143,7 +143,7 @@ std::size_t middle_frame(const LapBundle& lap) {
   return *middle;
 }
 
-/// Whether an observed tag is fixed by something other than the frames that observed it.
+/// Whether something other than the frames that observed it fixes an observed tag.
 bool is_placed(const Bundle& bundle) {
   std::vector<char> known(bundle.poses.size(), 0);
   for (std::size_t i = 0; i < known.size(); ++i) known[i] = bundle.poses[i].fixed ? 1 : 0;
@@ -153,7 +153,7 @@ bool is_placed(const Bundle& bundle) {
                              [&](const CornerTerm& term) { return term.used && known[term.tag] != 0; });
 }
 
-/// The pose of a half on the floor is arbitrary: if none of its tags is known, its first pose is fixed.
+/// The pose of a half on the floor is arbitrary if none of its tags is known. Its first pose is then fixed.
 void fix_pose_on_floor(PoseIndex base, Bundle& bundle) {
   constexpr double kFixed = 1e-6;
   Vector6 weight = Vector6::Zero();
@@ -188,7 +188,8 @@ LapBundle part_of(const LapBundle& lap, std::size_t first, std::size_t last) {
   return part;
 }
 
-/// Decrease of the cost of the observations behind `own` at the estimate of the others, relative to zero.
+/// Decrease of the cost of the observations from which `own` was estimated, at the estimate `others`,
+/// relative to zero.
 double gain(double own, double sigma, double others) {
   const double off = own - others;
   return (own * own - off * off) / (sigma * sigma);
@@ -218,7 +219,7 @@ std::array<bool, 6> confirmed_by_halves(const LapBundle& freed, const SE3& assum
 }  // namespace
 
 void find_odometry_noise(LapBundle& lap, int max_iterations, const BundleProgress& progress) {
-  constexpr std::size_t kMaxFrames = 3000;  // sufficient for three variances, each to a few per cent
+  constexpr std::size_t kMaxFrames = 3000;  // sufficient for three variances, each within a few per cent
   if (lap.bases.size() <= kMaxFrames) {
     fit_odometry_noise(lap, max_iterations, progress);
     return;
@@ -252,7 +253,7 @@ void keep_confirmed(LapBundle& freed, const SE3& assumed, int max_iterations, co
 
 namespace {
 
-/// Divides the base poses into `count` consecutive parts of equal size; each tag belongs to the part with
+/// Divides the base poses into `count` consecutive parts of equal size. Each tag belongs to the part with the
 /// most observations of it.
 std::vector<int> stretches_of(const LapBundle& lap, int count) {
   std::vector<int> stretch(lap.bundle.poses.size(), -1);

@@ -14,8 +14,8 @@ struct MountingEstimate {
   /// Offset from the assumed mounting: x, y, z [m] in base axes, rotation about them [rad].
   Vector6 off = Vector6::Zero();
   Vector6 sigma = Vector6::Zero();  ///< standard deviation of each
-  std::array<bool, 6> out{};        ///< which are significant and large enough to matter
-  /// Which of the six are too uncertain to question the assumed mounting.
+  std::array<bool, 6> out{};        ///< whether each is significant and large enough to matter
+  /// Whether each is too uncertain to question the assumed mounting.
   std::array<bool, 6> unobservable{};
   OdometryScales scales{};  ///< of odometry, slip and latency
   OdometryScales scales_sigma{};
@@ -30,16 +30,16 @@ struct MountingEstimate {
 struct MountingAssumption {
   SE3 base_T_cam{};  ///< from the robot file
   Vector6 off = Vector6::Zero();
-  /// Which of the six keep the values of the robot file.
+  /// Whether each of the six keeps the value of the robot file.
   std::array<bool, 6> trusted{};
   double focal_share = 0;  ///< relative standard deviation of the first camera's focal length; 0: exact
 };
 
 /// Makes the camera mounting (except its height, which is not observable on a floor), side slip and the
 /// camera latency unknowns, and adjusts everything again; the bundle keeps the result. The three must be
-/// estimated together: in a curve at constant speed, slip has the same effect as another camera mounting.
-/// `assumption`: needed if the assumed mounting is not the one in the bundle, or if parts of it are trusted.
-/// Empty without odometry: tags alone determine the camera trajectory, not the base.
+/// estimated together, because in a curve at constant speed slip has the same effect as another camera
+/// mounting. `assumption`: required if the assumed mounting is not the one in the bundle, or if parts of it
+/// are trusted. Empty without odometry, because tags alone determine the camera trajectory but not the base.
 [[nodiscard]] std::optional<MountingEstimate> estimate_mounting(
     LapBundle& lap, int max_iterations, const BundleProgress& progress,
     const std::optional<MountingAssumption>& assumption = {});
@@ -50,10 +50,10 @@ namespace internal {
 [[nodiscard]] double focal_scale_sigma(const Bundle& bundle, const Eigen::MatrixXd& intrinsics_covariance);
 
 /// Marks significant mounting parameters as unobservable if held-out observations do not confirm them, or if
-/// they are no longer significant with the estimated odometry noise. Held out: the lap is split into two
+/// they are no longer significant with the estimated odometry noise. For this, the lap is split into two
 /// halves with equally many observations, and each half estimates the mounting by itself. The estimate of one
-/// half must lower the chi-square of the other relative to the assumed mounting, summed over both directions
-/// (twofold cross-validation: Stone, "Cross-Validatory Choice and Assessment of Statistical Predictions", J.
+/// half must reduce the chi-square of the other relative to the assumed mounting, summed over both directions
+/// (twofold cross-validation; Stone, "Cross-Validatory Choice and Assessment of Statistical Predictions", J.
 /// Royal Statistical Society B 36(2), 1974). Errors outside the noise model, such as common errors of the
 /// corners of one tag, differ between the halves and are not confirmed. If any parameter passes, all that are
 /// significant with the estimated odometry noise and confirmed by the halves are kept, including those that
@@ -61,13 +61,13 @@ namespace internal {
 void keep_confirmed(LapBundle& freed, const SE3& assumed, int max_iterations, const BundleProgress& progress,
                     MountingEstimate& mounting);
 
-/// Weights odometry by its estimated noise (fit_odometry_noise()); for a long lap, the noise is estimated
+/// Weights odometry by its estimated noise (fit_odometry_noise()). For a long lap, the noise is estimated
 /// from its middle part.
 void find_odometry_noise(LapBundle& lap, int max_iterations, const BundleProgress& progress);
 
 /// Replaces the standard deviations of mounting, scales and focal length by those from the scatter between
-/// parts of the lap (stretch_covariance()), if there are enough parts. `lap`: the bundle of `estimate`, tied
-/// to a map; tags placed only by the lap itself would correlate distant parts.
+/// parts of the lap (stretch_covariance()), if there are enough parts. `lap`: the bundle of `estimate`. It
+/// must be tied to a map, because tags placed only by the lap itself would correlate distant parts.
 void spread_by_stretches(const LapBundle& lap, MountingEstimate& estimate);
 
 }  // namespace internal

@@ -1,5 +1,5 @@
-// Camera mounting from a lap: estimated from a wrong robot file, fixed if trusted, and unobservable if the
-// lap does not determine it.
+// The camera mounting from a lap is estimated despite a wrong robot file, fixed if trusted, and unobservable
+// if the lap does not determine it.
 #include "waymark/mapping/lap/mounting.hpp"
 
 #include <cmath>

@@ -15,10 +15,10 @@ namespace {
 
 constexpr double kResiduals = 8;  // per observation
 
-/// Of chi-square (Wilson and Hilferty, "The Distribution of Chi-Square", PNAS 17, 1931).
+/// Median of chi-square (Wilson and Hilferty, "The Distribution of Chi-Square", PNAS 17, 1931).
 double median_chi2(double dof) { return dof * std::pow(1 - 2 / (9 * dof), 3); }
 
-/// trace(J P J^T) of a term's base and tag.
+/// The redundancy used up by a term's base and tag: trace(J P J^T).
 double used_up(const CornerTerm& term, const Bundle& bundle, const BundleCovariance& P,
                const Matrix6& P_rig_tag) {
   CornerJacobians J;
@@ -81,7 +81,7 @@ struct TermRun {
   std::size_t first = 0, last = 0;
 };
 
-/// Each term by itself, or runs of terms with this duration.
+/// Runs of terms with at least this duration; with 0, each term is a run.
 std::vector<TermRun> term_runs(const std::vector<OdometryTerm>& odometry, double min_s) {
   std::vector<TermRun> result;
   for (std::size_t i = 0; i < odometry.size();) {

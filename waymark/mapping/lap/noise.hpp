@@ -14,8 +14,8 @@ namespace waymark {
 namespace internal {
 
 /// Redundancy of each corner term: 8 - trace(J P J^T), its share of I minus the hat matrix (Huber and
-/// Ronchetti, "Robust Statistics", section 7.2.1). A tag alone in view or close by uses up more of it than
-/// others. 8 for terms that are not in use.
+/// Ronchetti, "Robust Statistics", section 7.2.1). It is smaller for tags that are alone in view or close,
+/// and 8 for terms that are not in use.
 [[nodiscard]] std::vector<double> redundancy_of(const LapBundle& lap);
 
 /// Ratio of actual to stated corner noise, from the median, which is robust against outliers. 1 if the
@@ -34,12 +34,12 @@ void scale_noise(Bundle& bundle, double ratio);
 using OdometryNoise = Eigen::Vector3d;
 
 /// Estimates the odometry noise from the disagreement with the tags, weights odometry by it and adjusts
-/// everything again: expectation maximisation of the variances (Dempster, Laird and Rubin, "Maximum
+/// everything again. This is expectation maximisation of the variances (Dempster, Laird and Rubin, "Maximum
 /// Likelihood from Incomplete Data via the EM Algorithm", J. Royal Statistical Society B 39(1), 1977).
 /// Parameters that depend on many small turns, such as the camera mounting, are biased if the assumed noise
-/// is too large. Errors that persist beyond one image (a robot that drifts sideways for a tenth of a second)
-/// add up to more than single steps show, and errors that cancel (ticks of a counter) to less. The noise over
-/// half a second is used if it is larger. The bundle keeps the result.
+/// is too large. Errors that persist beyond one image, as of a robot that drifts sideways for a tenth of a
+/// second, add up to more than single steps suggest. Errors that cancel, such as those of counter ticks, add
+/// up to less. The noise over half a second is used if it is larger. The bundle keeps the result.
 OdometryNoise fit_odometry_noise(LapBundle& lap, int max_iterations, const BundleProgress& progress = {});
 
 /// Deviation of scaled odometry turns from those of a trajectory.
@@ -49,8 +49,8 @@ struct TurnNoise {
   int stretches = 0;       ///< number of stretches used
 };
 
-/// Uses stretches of one second in motion with headings known to half a degree at both ends. Empty with fewer
-/// than ten. `covariance`: by pose of the trajectory, left tangent in map.
+/// Uses stretches of one second in motion whose headings are known to half a degree at both ends. Empty with
+/// fewer than ten stretches. `covariance`: by pose of the trajectory, left tangent in map.
 [[nodiscard]] std::optional<TurnNoise> turn_noise(const Trajectory& trajectory,
                                                   const std::vector<Matrix6>& covariance,
                                                   const std::vector<Odometry>& odometry, double yaw_scale);
@@ -63,8 +63,8 @@ struct TurnNoise {
                                                const std::vector<Matrix6>& covariance,
                                                const std::vector<Odometry>& odometry);
 
-/// Standard deviation of that scale if a constant rate error is estimated together with it, from the
-/// residuals of the stretches: with turns to one side only, at one rate, the two are indistinguishable.
+/// Standard deviation of that scale from the residuals of the stretches, if a constant rate error is
+/// estimated together with it. With turns to one side only, at one rate, the two are indistinguishable.
 [[nodiscard]] std::optional<double> turn_scale_sigma(const Trajectory& trajectory,
                                                      const std::vector<Matrix6>& covariance,
                                                      const std::vector<Odometry>& odometry);

@@ -1,4 +1,4 @@
-// Corner noise of a lap from residuals, also if the fit uses up half of every observation. Odometry noise
+// Corner noise of a lap from residuals, even if the fit uses up half of every observation. Odometry noise
 // estimated from known poses and from tags.
 #include "waymark/mapping/lap/noise.hpp"
 
@@ -193,7 +193,7 @@ TEST(OdometryNoise, StopsOnRequest) {
   EXPECT_EQ(asked, 1) << "no search after the stopped one";
 }
 
-/// A minute of bends: odometry turns are `1 / scale` times the true ones, plus a random walk of the heading.
+/// A minute of bends. Odometry turns are `1 / scale` times the true ones, plus a random walk of the heading.
 struct Drive {
   Trajectory trajectory{};
   std::vector<Matrix6> covariance{};

@@ -22,7 +22,8 @@ struct Sums {
   PoseByPrint by_print = PoseByPrint::Zero();
 };
 
-/// Derivative of the whitened corners by the corner positions in the plane of the tag: x, y of each.
+/// Derivative of the whitened corners with respect to the corner positions (x, y of each) in the plane of the
+/// tag.
 Matrix8 by_corners_of(const CornerTerm& term, const Eigen::Matrix<double, 8, 6>& plain,
                       const SE3& map_T_tag) {
   const Eigen::Matrix<double, 3, 2> plane = map_T_tag.rotation().matrix().leftCols<2>();
@@ -98,7 +99,7 @@ void move_all(const SE3& new_T_old, LapBundle& lap) {
   }
 }
 
-/// Adds a pose for each tag of the prior map: that of the lap's tag if it is unmoved.
+/// Adds a pose for each tag of the prior map; for an unmoved tag it is that of the lap's tag.
 void add_places(const LapPrior& prior, LapBundle& lap, TiedPrior& tied) {
   const std::set<TagId> agreeing(tied.agreeing.begin(), tied.agreeing.end());
   for (const auto& [id, tag] : prior.map.tags) {
@@ -113,7 +114,7 @@ void add_places(const LapPrior& prior, LapBundle& lap, TiedPrior& tied) {
   }
 }
 
-/// Uses the floor of the prior map and removes the definition of the lap's own map frame.
+/// Uses the floor of the prior map, and removes the definition of the lap's map frame.
 void use_prior_floor(const LapPrior& prior, LapBundle& lap) {
   std::set<PoseIndex> tags;
   for (const auto& [id, pose] : lap.tags) tags.insert(pose);
@@ -171,8 +172,8 @@ Result<TiedPrior> tie_to_prior(const LapPrior& prior, const TagId& anchor, const
         ErrorCode::NotFound, "the lap does not fit the map to be extended: no two tags agree", {},
         "Check that the lap was recorded at this place. `waymark map LAP prior=MAP` maps it separately "
         "and compares both maps.");
-  // With an unmoved anchor of laps, both maps are in one frame, and their covariances bound the distances; an
-  // alignment by all tags would hide errors.
+  // If the prior map is from laps and the anchor is unmoved, both maps are in one frame, and their
+  // covariances bound the distances. An alignment by all tags would hide errors.
   if (is_measured(prior.map) || !is_unmoved(*comparison, anchor))
     move_all(comparison->map_T_prior.inverse(), lap);
   TiedPrior tied{.comparison = *comparison};
@@ -180,7 +181,7 @@ Result<TiedPrior> tie_to_prior(const LapPrior& prior, const TagId& anchor, const
   add_places(prior, lap, tied);
   add_terms(prior, lap, tied);
   use_prior_floor(prior, lap);
-  // The lap's own anchor was fixed at its pose in the prior map; from now on it is a normal tag.
+  // The lap's anchor was fixed at its pose in the prior map; from now on it is a normal tag.
   for (const auto& [id, index] : lap.tags) {
     if (std::ranges::find(tied.agreeing, id) == tied.agreeing.end()) lap.bundle.poses[index].fixed = false;
   }
@@ -279,8 +280,8 @@ bool tie_more(const LapPrior& prior, const Matrices& printed, const BundleCovari
   return more;
 }
 
-/// The same for a tied tag according to the lap and other tags: the information of its own prior is
-/// subtracted. 0 if no information remains.
+/// The same for a tied tag according to the lap and other tags, without the information of its prior. 0 if no
+/// information remains.
 double distance2_without(const TagId& tag, const MappedTag& before, const Matrix6& of_print,
                          const BundleCovariance& known, const LapBundle& lap) {
   const PoseIndex pose = lap.tags.at(tag);

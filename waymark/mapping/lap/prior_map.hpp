@@ -12,18 +12,18 @@
 /// Ties a lap to an existing map, and determines which of its tags are unmoved.
 namespace waymark::internal {
 
-/// Covariance of each tag's pose (left tangent in the map) due to misplaced corners: inaccurate printing and
-/// mounting, and the systematic error of a detector. Each corner is displaced by `sigma_m` along both axes of
-/// the tag, equally in all images, so these errors do not average out. This is the first-order error of a fit
-/// with a wrong model: A^-1 B sigma^2 B^T A^-T, with A the information of the tag's corners and B their
-/// derivatives by the displacements (Huber, "The Behavior of Maximum Likelihood Estimates under Nonstandard
-/// Conditions", 5th Berkeley Symposium, 1967), at the current poses of robot and camera. Tags without an
-/// observation in use are omitted. O(observations).
+/// Covariance of each tag's pose (left tangent in the map) due to misplaced corners, that is, inaccurate
+/// printing and mounting and the systematic error of a detector. Each corner is displaced by `sigma_m` along
+/// both axes of the tag, equally in all images, so these errors do not average out. At the current poses of
+/// robot and camera, this is the first-order error of a fit with a wrong model (Huber, "The Behavior of
+/// Maximum Likelihood Estimates under Nonstandard Conditions", 5th Berkeley Symposium, 1967). It is A^-1 B
+/// sigma^2 B^T A^-T, where A is the information of the tag's corners and B are their derivatives with respect
+/// to the displacements. Tags without an observation in use are omitted. O(observations).
 [[nodiscard]] std::map<PoseIndex, Matrix6> covariance_of_print(const Bundle& bundle, double sigma_m);
 
-/// Lower bound of the common error of all tags of a map that are tied to no other: a matrix that is not
-/// larger than any of their covariances. (In their common left tangent a motion of the whole map is equal for
-/// all.) Zero if a tag is exact. From tag to tag, A = S S^T and B = S D S^T become S min(I, D) S^T. O(tags).
+/// Lower bound of the common error of all tags of a map that are tied to no other. It is a matrix that is not
+/// larger than any of their covariances; in their common left tangent, a motion of the whole map is equal for
+/// all. Zero if a tag is exact. From tag to tag, A = S S^T and B = S D S^T become S min(I, D) S^T. O(tags).
 [[nodiscard]] Matrix6 common_covariance(const TagMap& map);
 
 struct TiedPrior {
@@ -31,16 +31,16 @@ struct TiedPrior {
   MapComparison comparison{};
   std::vector<TagId> agreeing{};
   std::vector<TagId> moved{};
-  std::set<TagId> untied{};             ///< of these: inconsistent with all others
+  std::set<TagId> untied{};             ///< tags of the prior map that are inconsistent with all others
   std::vector<std::string> warnings{};  ///< about tags that are not at their pose in the prior map
 };
 
-/// Aligns the lap with the prior map by what most tags agree on, unless its anchor is still at its pose
-/// there, and adds the information of the prior map. For a tied tag, this is its conditional information
-/// given the tag it is tied to. Untied tags get a common error of the whole map plus their own. An unmoved
-/// tag has one pose in the bundle; for a moved one, the old pose stays in the bundle for the tags tied to it.
-/// Frozen tags and exact tags of the prior map are fixed. `known`: covariance of the lap by itself. Fails if
-/// fewer than two tags agree.
+/// Aligns the lap with the prior map by the alignment that most tags agree on, unless its anchor is still at
+/// its pose there. Then adds the information of the prior map. For a tied tag, this is its conditional
+/// information given the tag to which it is tied. Untied tags get a common error of the whole map plus an
+/// individual one. An unmoved tag has one pose in the bundle; the old pose of a moved tag stays in the bundle
+/// for the tags tied to it. Frozen tags and exact tags of the prior map are fixed. `known`: covariance of the
+/// lap by itself. Fails if fewer than two tags agree.
 [[nodiscard]] Result<TiedPrior> tie_to_prior(const LapPrior& prior, const TagId& anchor,
                                              const BundleCovariance& known, LapBundle& lap);
 
@@ -54,7 +54,7 @@ struct TiePairs {
 [[nodiscard]] TiePairs pairs_to_tie(const LapInput& input, const LapBundle& lap,
                                     const std::optional<TiedPrior>& tied);
 
-/// Whether each tag was measured individually: a map made from laps has an exact anchor, and ties.
+/// Whether each tag was measured individually. A map made from laps has an exact anchor and ties instead.
 [[nodiscard]] bool is_measured(const TagMap& map);
 
 /// Whether a tag of the prior map is fixed.
@@ -64,20 +64,19 @@ struct TiePairs {
 
 /// Finds the tags whose poses in the lap by itself and in the prior map agree; the others were moved or
 /// swapped. `now` contains the tags that the lap observed.
-/// - For a map from laps, the uncertainty of both decides: both have the errors of the tags' print, and share
+/// - For a map from laps, the uncertainty of both decides. Both have the errors of the tags' print, and share
 /// an anchor.
-/// - For a measured map, the comparison is approximate, as the two are aligned: an inaccurate print of the
-/// anchor tilts the lap; `revise_agreement` decides again.
+/// - For a measured map, the comparison of the aligned maps is approximate, because an inaccurate print of
+/// the anchor tilts the lap. `revise_agreement` decides again.
 void find_agreeing(const LapPrior& prior, const TagMap& now, const LapBundle& lap, const TagId& anchor,
                    const BundleCovariance& known, TiedPrior& tied);
 
 /// Repeats the decision after the bundle that is tied to a measured map is solved. Tags that appeared moved
 /// may agree now, because tied tags near them are at their old poses; they are tied as well. If there is
-/// none, the tag farthest from its pose according to the lap and all other tags is untied permanently (the
-/// residual without its own datum: Cook and Weisberg, "Residuals and Influence in Regression", 1982, section
-/// 2.2), if the distance exceeds both uncertainties. Returns false if nothing changed; otherwise the bundle
-/// must be solved again, at most twice for each tag. TiedPrior::warnings contain distances at the poses of
-/// the call.
+/// none, the tag farthest from its pose according to the lap and all other tags is untied permanently
+/// (deleted residual; Cook and Weisberg, "Residuals and Influence in Regression", 1982, section 2.2), if the
+/// distance exceeds both uncertainties. Returns false if nothing changed. Otherwise the bundle must be solved
+/// again, at most twice for each tag. TiedPrior::warnings contain distances at the poses of the call.
 [[nodiscard]] bool revise_agreement(const LapPrior& prior, LapBundle& lap, TiedPrior& tied);
 
 }  // namespace waymark::internal

@@ -1,5 +1,5 @@
-// Tags with inaccurately printed corners: their pose errors are consistent with the stated covariance. A lap
-// tied to an existing map: common errors of the map's tags, unmoved tags, and fixed tags.
+// The pose errors of tags with inaccurately printed corners are consistent with the stated covariance. Then a
+// lap tied to an existing map: common errors of the map's tags, unmoved tags, and fixed tags.
 #include "waymark/mapping/lap/prior_map.hpp"
 
 #include <array>
@@ -223,7 +223,7 @@ TEST(TieToPrior, FrozenTagsKeepTheirPoses) {
   EXPECT_FALSE(is_held(e.prior, ring_tag(1), e.prior.map.tags.at(ring_tag(1))));
 }
 
-/// The anchor was moved since, so a lap that uses it is displaced with all its tags.
+/// The anchor was moved since the map was made, so a lap that uses it is displaced with all its tags.
 TEST(TieToPrior, ALapWithAMovedAnchorIsAlignedWithTheMap) {
   Extension e;
   const SE3 by(SO3::from_rpy(0, 0, 0.4), {0.3, -0.2, 0});

@@ -71,7 +71,7 @@ void add_windows(const LapInput& lap, const TagShapes& shapes, const std::vector
     const auto tags = motion_by_tags(frames[i], frames[j]);
     if (duration_s > kMaxWindow_s || !a || !b || !tags) continue;
     Window window{duration_s, *tags, (a->inverse() * *b).log(), gyro.turn(frames[i].stamp, frames[j].stamp)};
-    constexpr double kMaxTurn_rad = 2.5;  // larger rotations are ambiguous by a whole turn
+    constexpr double kMaxTurn_rad = 2.5;  // larger rotations are ambiguous by a full turn
     if (std::abs(window.wheels[2]) < kMaxTurn_rad) windows.push_back(window);
   }
 }
@@ -83,7 +83,7 @@ std::vector<Window> windows_of(const LapInput& lap, const std::vector<ObservedFr
   return windows;
 }
 
-/// Pairs of a measured value and the true one.
+/// Pairs of a measured value and the true value.
 using Pairs = std::vector<std::pair<double, double>>;
 
 /// The factor with the least absolute deviations; empty if the pairs do not determine it.

@@ -1,4 +1,4 @@
-// Scales of odometry and gyro from motions past tags, before there is a map.
+// Scales of odometry and gyro from motions past tags, without a map.
 #include "waymark/mapping/lap/rough_odometry.hpp"
 
 #include <cmath>
@@ -16,7 +16,7 @@ using test::RingDrive;
 
 RoughOdometry rough(const RingDrive& drive) { return rough_odometry(drive.lap, observed_frames(drive.lap)); }
 
-/// Adds a gyro at 50 Hz: the true rate times a scale, plus a bias.
+/// Adds a gyro at 50 Hz that measures the true rate times a scale, plus a bias.
 void add_gyro(RingDrive& drive, double scale, double bias_rad_s) {
   constexpr double kRate_rad_s = 0.5;  // 0.5 m/s on a circle of 1 m
   const SensorTime end = drive.lap.frames.back().stamp;

@@ -63,7 +63,7 @@ void remove_tag(TagMap& map, const TagId& removed) {
   if (found == map.tags.end()) return;
   const MappedTag gone = found->second;
   map.tags.erase(found);
-  std::optional<TagTie> instead = gone.tie;  // of the removed tag with the new parent of its children
+  std::optional<TagTie> instead = gone.tie;  // between the removed tag and the new parent of its children
   for (auto& [id, tag] : map.tags) {
     if (!tag.tie || tag.tie->to != removed) continue;
     const Matrix6 to_gone = tag.tie->covariance;

@@ -5,10 +5,10 @@
 
 #include "waymark/mapping/lap/lap_bundle.hpp"
 
-/// Correlations between the errors of a map's tags: each tag is tied to one other by their cross-covariance,
+/// Correlations between the errors of a map's tags. Each tag is tied to one other by their cross-covariance,
 /// which gives a tree. The tree of the pairs with the largest mutual information is the closest to the true
 /// joint distribution (Chow and Liu, "Approximating Discrete Probability Distributions with Dependence
-/// Trees", IEEE Trans. Information Theory 14(3), 1968, section II), and along its branches the covariance is
+/// Trees", IEEE Trans. Information Theory 14(3), 1968, section II). Along its branches the covariance is
 /// exact.
 namespace waymark {
 
@@ -19,15 +19,15 @@ namespace internal {
 
 using TagPairs = std::vector<std::pair<TagId, TagId>>;
 
-/// Pairs of tags that many frames show together, some for each tag, and the pairs tied in the map to be
+/// Pairs of tags that many frames show together, a few for each tag, and the pairs tied in the map to be
 /// extended.
 [[nodiscard]] TagPairs tie_candidates(const LapInput& input, const LapBundle& lap);
 
-/// Ties tags of a map that have covariances by the best tree of pairs; `covariances`: of each pair (rows:
-/// first tag, columns: second tag). O(pairs log pairs).
+/// Ties the tags of a map that have covariances, using the best tree of pairs. `covariances`: of each pair
+/// (rows: first tag, columns: second tag). O(pairs log pairs).
 void tie_tags(const TagPairs& pairs, const std::vector<Matrix6>& covariances, TagMap& map);
 
-/// Conditional error of a tag given that of the tag it is tied to: gain * that error, plus noise with this
+/// Error of a tag given the error of the tag to which it is tied: gain * that error, plus noise with this
 /// covariance.
 struct TiedError {
   Matrix6 gain = Matrix6::Zero();

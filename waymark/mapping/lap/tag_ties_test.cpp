@@ -13,7 +13,7 @@ Matrix6 step() {
   return Q;
 }
 
-/// Each tag has the error of the previous one plus its own: P_jk = (min(j, k) + 1) Q.
+/// Each tag has the error of the previous one plus an independent one: P_jk = (min(j, k) + 1) Q.
 TagMap chain_of_five() {
   TagMap map;
   internal::TagPairs pairs;

@@ -67,7 +67,7 @@ double max_jump_soon_m(const WheelObservation& before, const WheelObservation& n
          kPerRadian * (now.turned_rad - before.turned_rad) * now.distance_m;
 }
 
-/// The same after a longer distance: the odometry error is at most a share of it.
+/// The same after a longer distance, of which the odometry error is at most a share.
 double max_jump_later_m(const WheelObservation& before, const WheelObservation& now) {
   constexpr double kBase_m = 1.0;
   constexpr double kPerMetre = 0.2;
@@ -75,7 +75,7 @@ double max_jump_later_m(const WheelObservation& before, const WheelObservation& 
   return std::min(max_jump_soon_m(before, now), long_way);
 }
 
-/// Of the admissible sites, the one that ends nearest to an observation.
+/// The admissible site that ends nearest to an observation.
 template <class May>
 WheelSite* nearest(std::vector<WheelSite>& sites, const WheelObservation& now, const May& may) {
   WheelSite* best = nullptr;
@@ -216,7 +216,7 @@ namespace {
 
 using Sites = std::map<TagId, std::vector<WheelSite>>;
 constexpr std::size_t kMinObservationsOfASite = 8;  // fewer are misread ids
-constexpr double kSoon_m = 0.5;                     // odometry is accurate to a centimetre over it
+constexpr double kSoon_m = 0.5;                     // odometry is accurate to a centimetre over this distance
 
 /// Temporal relation of a site of a tag to its main site.
 enum class Second : std::uint8_t { ByTurns, Jumped, Later };
@@ -227,8 +227,8 @@ struct DuplicateTag {
   double driven_m = 0;  ///< at the jump
 };
 
-/// Counts changes from one site to the other with little driven in between, over the observations of both in
-/// order of time.
+/// Counts changes from one site to the other over a short distance, in the observations of both in order of
+/// time.
 DuplicateTag compare(const WheelSite& main, const WheelSite& other) {
   constexpr int kMinAlternations = 4;
   DuplicateTag second{.site = &other};
@@ -251,7 +251,7 @@ DuplicateTag compare(const WheelSite& main, const WheelSite& other) {
   return second;
 }
 
-/// Whether a site was observed right before and right after a moment.
+/// Whether a site was observed just before and just after a moment.
 bool steady(const WheelSite& site, double driven_m) {
   constexpr auto kMinObservationsAround = 4;
   const auto within = [&](double from, double to) {

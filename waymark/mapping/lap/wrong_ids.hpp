@@ -7,8 +7,8 @@
 #include "waymark/mapping/lap/chain.hpp"
 #include "waymark/mapping/lap/lap_bundle.hpp"
 
-/// Finds duplicate, moved or misread ids before anything is placed: from the positions of observations by
-/// odometry alone, and from confirmation by other observations.
+/// Finds duplicate, moved or misread ids before anything is placed. Uses the positions of observations
+/// according to odometry alone, and confirmation by other observations.
 namespace waymark::internal {
 
 /// A detection of a lap: its frame, and its index in the frame.
@@ -41,13 +41,14 @@ struct WheelSite {
                                                                   const std::vector<ObservedFrame>& observed);
 
 /// Observations of an id that are, according to odometry alone, at another place than most of its
-/// observations: two tags have this id, or it was moved in view of the camera. They must be excluded before
-/// anything is placed, because a frame that confuses the two places is lost with all its observations.
+/// observations. Either two tags have this id, or the tag was moved in view of the camera. The observations
+/// must be excluded before anything is placed, because a frame that confuses the two places is lost with all
+/// its observations.
 ///
 /// - If the id alternates between two places, there are two tags, regardless of odometry.
 /// - If it changes place from one frame to the next, it was moved, unless most tags in view jumped too.
 /// - If it is at another place later, odometry decides, unless odometry gives two places for tags passed
-/// twice as often as one.
+/// twice as often as it gives one.
 ///
 /// Empty without odometry. `observed`: the frames, in order. O(observations).
 [[nodiscard]] std::vector<ObservationIndex> observations_of_duplicate_tags(
@@ -55,8 +56,9 @@ struct WheelSite {
 /// The lap without these observations.
 [[nodiscard]] LapInput without(const LapInput& lap, const std::vector<ObservationIndex>& observations);
 
-/// Observations that neither a neighbour in the image nor odometry confirms (confirm_observations), in order;
-/// with odometry, also those of a tag alone in its image. `observed`: the frames of the lap, in order.
+/// Observations, in order, that neither a neighbour in the image nor odometry confirms
+/// (confirm_observations()). With odometry, these include observations of a tag alone in its image.
+/// `observed`: the frames of the lap, in order.
 [[nodiscard]] std::vector<ObservationIndex> unconfirmed_observations(
     const LapInput& lap, const std::vector<ObservedFrame>& observed);
 

@@ -1,6 +1,6 @@
-// Ids at two places, detected by odometry alone on a drive along a wall. Observations of a lap without
-// confirmation: misread ids and no correct ones. Maps of laps with misread ids: as accurate as without them,
-// and rejected ids are reported. The long run (10 seeds) with WAYMARK_FULL=1.
+// Ids at two places are detected by odometry alone on a drive along a wall. The unconfirmed observations of a
+// lap are misread ids and no correct ones. Maps of laps with misread ids are as accurate as without them, and
+// rejected ids are reported. WAYMARK_FULL=1 runs 10 seeds.
 #include "waymark/mapping/lap/wrong_ids.hpp"
 
 #include <algorithm>
@@ -35,8 +35,7 @@ CameraModel lens() {
       .value();
 }
 
-/// There and back along x, 9 m each way, past a tag every half metre; single poses have errors of a
-/// centimetre.
+/// Drives 9 m along x and back, past a tag every half metre. Single poses have errors of a centimetre.
 struct Drive {
   LapInput lap{.camera = lens()};
   std::vector<ObservedFrame> observed{};
@@ -121,7 +120,7 @@ TEST(DuplicateTags, TwoTagsWithOneIdInAlternation) {
 
 TEST(DuplicateTags, ATagMovedInView) {
   Drive drive;
-  const int moment = 200;  // of 125 to 275, on the way there
+  const int moment = 200;  // of 125 to 275, on the outward drive
   drive.move(tag(8), moment, kFrames, {0.1, 0.08});
   const auto second = drive.second();
   EXPECT_EQ(static_cast<int>(second.size()), drive.observations(tag(8), 0, moment))
@@ -140,7 +139,7 @@ TEST(DuplicateTags, DistantPlacesCountIfOdometryFindsOtherTagsAgain) {
   const int fewer = std::min(drive.observations(tag(1)), drive.observations(tag(16)));
   drive.rename(tag(16), tag(1));
   EXPECT_EQ(static_cast<int>(drive.second().size()), fewer);
-  Drive slipping;  // all tags are displaced on the way back
+  Drive slipping;  // all tags are displaced on the drive back
   for (int number = 0; number < 18; ++number) slipping.move(tag(number), kFrames / 2 + 80, kFrames, {0, 6});
   EXPECT_LT(slipping.second().size(), 100U);
 }
@@ -218,7 +217,7 @@ TEST(LapConfirmation, NeighboursInTheImageConfirmWithoutOdometry) {
     if (wrong.contains(index)) continue;
     ++right;
     const bool beside = std::ranges::any_of(wrong, [&](const auto& w) { return w.frame == index.frame; });
-    EXPECT_TRUE(beside) << "a correct id is unconfirmed only beside a wrong one: frame " << index.frame;
+    EXPECT_TRUE(beside) << "a correct id is unconfirmed only next to a wrong one: frame " << index.frame;
   }
   EXPECT_GE(static_cast<double>(found.size() - right), 0.6 * static_cast<double>(wrong.size()));
 }
@@ -262,7 +261,7 @@ test::Warehouse lap_past(int tags, int seed) {
       {.tags = tags, .frame_m = 0.0395, .farthest_m = 5.9, .seed = static_cast<std::uint64_t>(seed)});
 }
 
-/// Replaces the id of this share of the detections, by another one of the map or by any of the family.
+/// Replaces the id of this share of the detections with another id of the map or any id of the family.
 std::size_t misread(LapInput& lap, int ids, double share, int seed) {
   constexpr std::uint64_t kFamily = 48000;
   Random random(static_cast<std::uint64_t>(seed));
