@@ -36,7 +36,7 @@ class Descriptor {
 
 std::string reason() { return std::strerror(errno); }  // NOLINT(concurrency-mt-unsafe)
 
-// Unbuffered: data that write() accepted are in the kernel and survive the death of this process.
+// Unbuffered, so data that write() accepted are in the kernel and survive a crash of this process.
 class FileSink final : public ByteSink {
  public:
   FileSink(int fd, std::filesystem::path path) : fd_(fd), path_(std::move(path)) {}

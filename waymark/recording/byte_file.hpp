@@ -12,13 +12,13 @@
 
 namespace waymark {
 
-/// Destination of a writer's bytes, in order. Bytes that write() accepted survive the death of the process.
+/// Destination of a writer's bytes, in order. Bytes that write() accepted survive a crash of the process.
 class ByteSink {
  public:
   virtual ~ByteSink() = default;
   /// Writes all of the bytes or, if the medium can be truncated, none of them.
   virtual Status write(ByteSpan bytes) = 0;
-  /// Flushes what was written to the disk, if the medium can.
+  /// Flushes the written bytes to the disk, if the medium supports it.
   virtual Status sync() = 0;
 };
 
@@ -35,9 +35,11 @@ class ByteSource {
 
 /// Creates a file. Fails if it exists: a recording is never overwritten.
 [[nodiscard]] Result<std::unique_ptr<ByteSink>> create_file(const std::filesystem::path& path);
-/// The error of a temporary file next to `output` that has been removed. Names `output` as its place.
+/// Changes the place of an error to `output`: the temporary file next to it, where the error occurred, has
+/// been removed.
 [[nodiscard]] Error named_output(Error error, const std::filesystem::path& output);
-/// Renames a finished file atomically. Fails if the new name is taken; the file then keeps its old name.
+/// Renames a finished file atomically. Fails if a file with the new name exists; the file then keeps its old
+/// name.
 [[nodiscard]] Status rename_to_new(const std::filesystem::path& from, const std::filesystem::path& to);
 [[nodiscard]] Result<std::unique_ptr<ByteSource>> open_file(const std::filesystem::path& path);
 

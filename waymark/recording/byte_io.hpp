@@ -76,7 +76,7 @@ class ByteReader {
     return raw.empty() ? T{} : from_little_endian<T>(raw.data());
   }
 
-  /// Bytes preceded by their count of type Length.
+  /// Bytes preceded by their count, which has type Length.
   template <class Length>
   [[nodiscard]] ByteSpan counted() {
     return take(number<Length>());

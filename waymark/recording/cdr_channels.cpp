@@ -130,13 +130,13 @@ Status Ros1Transcoder::transcode(ByteSpan message, Bytes& out) const {
 namespace waymark {
 namespace {
 
-/// The channel metadata hold the ROS 1 spelling of the type; in MCAP files it is the schema name.
+/// The ROS 1 spelling of the type is in the channel metadata, or in MCAP files the schema name.
 std::string ros1_type(const LogChannel& channel) {
   const auto name = channel.metadata.find("ros1_type");
   return name == channel.metadata.end() ? ros::short_type(channel.type) : name->second;
 }
 
-/// Whether the definition in a recording has the byte layout of the built-in one of that name.
+/// Whether the definition in a recording has the same byte layout as the built-in definition of that name.
 bool fits_ours(const LogChannel& channel) {
   const std::string ours = ros2::schema_text(channel.type);
   if (ours.empty() || channel.schema_encoding != "ros2msg" || channel.schema.empty()) return true;

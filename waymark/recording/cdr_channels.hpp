@@ -24,11 +24,11 @@ class Ros1Transcoder {
 
   /// Type in ROS 2 spelling: "sensor_msgs/msg/Image". tf/tfMessage becomes tf2_msgs/msg/TFMessage.
   [[nodiscard]] const std::string& type() const { return type_; }
-  /// The ROS 2 definition if it is available and has the same byte layout (its field names differ: k, not K);
-  /// otherwise the definition of the recording in ROS 2 syntax.
+  /// The ROS 2 definition if one is built in and has the same byte layout (field names may differ: k, not K).
+  /// Otherwise the recorded definition in ROS 2 syntax.
   [[nodiscard]] const std::string& schema() const { return schema_; }
-  /// Whether the byte layout is that of the ROS 2 type of the same name (true for types without a built-in
-  /// text).
+  /// Whether the ROS 2 type of the same name has this byte layout (true for types without a built-in
+  /// definition).
   [[nodiscard]] bool same_as_ros2() const { return same_; }
 
   /// Whether a message loses its Header.seq.
@@ -49,14 +49,14 @@ class Ros1Transcoder {
 
 namespace waymark {
 
-/// Converts messages of any ROS channel to CDR. CDR passes unchanged; ROS 1 messages are converted by the
+/// Converts messages of any ROS channel to CDR. CDR passes unchanged; ROS 1 messages are converted using the
 /// definition of their channel.
 class CdrChannels {
  public:
   struct Channel {
     LogChannel channel{};  ///< type, schema and encoding of ROS 2
-    /// Whether the definition of the channel has the byte layout of the ROS 2 type of that name; otherwise
-    /// the built-in structs cannot decode it.
+    /// Whether the channel's definition has the byte layout of the ROS 2 type of that name. If not, the
+    /// built-in structs cannot decode its messages.
     bool known_layout = true;
     std::optional<ros::Ros1Transcoder> transcoder{};
   };
@@ -68,7 +68,8 @@ class CdrChannels {
 
   explicit CdrChannels(Note note) : note_(std::move(note)) {}
 
-  /// The converted channel; nullptr if its definition is invalid (noted) or its encoding is not of ROS.
+  /// The converted channel; nullptr if its definition is invalid (noted) or its encoding is not a ROS
+  /// encoding.
   const Channel* channel(const LogChannel& channel);
   /// The converted message; nothing if it does not match its definition (noted) or the channel has none.
   std::optional<Message> convert(const LogChannel& channel, const LogMessage& message);

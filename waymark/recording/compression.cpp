@@ -346,7 +346,7 @@ struct Zlib {
   static void end(Stream& stream) { inflateEnd(&stream); }
 };
 
-/// Unpacks with a library that has zlib's interface. Another stream may follow the end of one.
+/// Unpacks using a library with zlib's interface. Streams may be concatenated.
 template <class Library>
 class StreamUnpacker final : public Unpacker {
  public:

@@ -15,7 +15,7 @@
 namespace waymark {
 
 /// Limits on unpacking a file that is packed as a whole (.bz2, .gz, .zst). It is unpacked to an unnamed
-/// temporary file, so the disk space is freed however the process ends.
+/// temporary file, so the disk space is freed even if the process crashes.
 struct UnpackLimits {
   std::uint64_t max_bytes = std::uint64_t{1} << 35;
   /// Recordings shrink to about a tenth; a larger ratio than this indicates a decompression bomb.
@@ -25,7 +25,7 @@ struct UnpackLimits {
   /// Called after each block; true stops unpacking with an error.
   std::function<bool()> stop = [] { return false; };
 
-  /// Largest unpacked size that is allowed for a packed size [byte].
+  /// Largest allowed unpacked size for a given packed size [byte].
   [[nodiscard]] std::uint64_t max_unpacked_bytes(std::uint64_t packed_bytes) const {
     const std::uint64_t by_ratio =
         packed_bytes > max_bytes / max_ratio ? max_bytes : packed_bytes * max_ratio;
@@ -101,7 +101,8 @@ struct UnpackedFile {
   std::optional<Error> damage{};
 };
 
-/// Unpacks a whole file into a temporary one. The place of damage is an offset in the packed file.
+/// Unpacks a whole file into a temporary one. The location of damage is reported as an offset in the packed
+/// file.
 [[nodiscard]] Result<UnpackedFile> unpack_file(const ByteSource& packed, Packing packing,
                                                const UnpackLimits& limits);
 

@@ -27,7 +27,7 @@ namespace {
 
 constexpr const char* kContentsHint = "`waymark info` lists the contents of a recording.";
 
-/// Progress of a visit by the log times it meets; calls the caller's function periodically.
+/// Derives the progress of a visit from log times; periodically calls the caller's function.
 class ExportProgress {
  public:
   ExportProgress(const MessageLog& log, const ExportOptions& options) : report_(options.progress) {
@@ -124,7 +124,7 @@ class McapExport {
 
 using Blocks = std::map<std::string, std::map<std::string, std::string>>;
 
-/// Metadata blocks of the source, of the caller and those added during the export.
+/// Metadata blocks from the source, from the caller and from the export itself.
 Blocks blocks_of(MessageLog& log, const ExportReport& report, const ExportOptions& options) {
   Blocks blocks = options.metadata;
   for (const LogProblem& problem : report.problems)
@@ -160,9 +160,8 @@ bool is_latched(const LogChannel& channel) {
   return latched || channel.topic.ends_with("/tf_static") || channel.type.ends_with("/CameraInfo");
 }
 
-/// A part that begins later needs earlier messages that are still valid: the newest message of each latched
-/// topic and all fixed transforms. They are written at the beginning of the part. O(messages before it on
-/// these topics).
+/// Writes earlier messages that are still valid to the beginning of a part that begins later: the newest
+/// message of each latched topic and all fixed transforms. O(messages before it on these topics).
 Status add_latched(McapExport& exported, MessageLog& log, const LogSelection& selection) {
   LogSelection before{.to = selection.from};
   for (const LogChannel& channel : log.channels())
@@ -332,7 +331,7 @@ Result<ExportReport> export_rosbag2(MessageLog& log, const fs::path& folder, con
                                     const BagFormat& format, const ExportOptions& options) {
   std::error_code error;
   if (!fs::create_directory(folder, error))
-    return fail(ErrorCode::Unwritable, error ? error.message() : "the folder exists already",
+    return fail(ErrorCode::Unwritable, error ? error.message() : "the folder already exists",
                 {.source = folder.string()});
   const std::string file = fmt::format("{}_0{}", name, format.suffix());
   ExportOptions as_bag = options;
@@ -443,7 +442,7 @@ struct RowWriter {
   }
 };
 
-/// The kind to export if the recording contains only one that fits a table.
+/// The kind to export, if the recording contains exactly one kind that fits a table.
 Result<std::string> only_kind(MessageLog& log, const LogSelection& selection) {
   std::set<std::string> found;
   Status status = log.visit_samples(selection, [&](const Sample& sample) {

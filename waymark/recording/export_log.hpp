@@ -44,15 +44,14 @@ struct ExportReport {
                                                const ExportOptions& options);
 
 /// Writes a rosbag2 bag: a new folder with metadata.yaml and one file, `name`_0.mcap or .db3, in the layout
-/// of the chosen release. The messages are those of export_mcap(). After an error the folder is incomplete
-/// and the caller must remove it.
+/// of the chosen release. The messages are those of export_mcap(). After an error the caller must remove the
+/// incomplete folder.
 [[nodiscard]] Result<ExportReport> export_rosbag2(MessageLog& log, const std::filesystem::path& folder,
                                                   const std::string& name, const BagFormat& format,
                                                   const ExportOptions& options);
 
 /// Writes the poses of one topic as TUM lines (timestamp [s] tx ty tz [m] qx qy qz qw). If the selection has
-/// no topic, the only topic with poses is used; fails and lists them if there are several, or if there is
-/// none.
+/// no topic, the only topic with poses is used. Fails if there are several (and lists them) or none.
 [[nodiscard]] Result<ExportReport> export_tum(MessageLog& log, std::unique_ptr<ByteSink> sink,
                                               const ExportOptions& options);
 

@@ -17,8 +17,7 @@ constexpr std::int64_t kClockJump_ns = 500'000'000;
 
 double interval_of(int bucket) { return std::exp2((bucket + 0.5) / kBucketsPerOctave); }
 
-/// Type of the first field of a message definition: of the first line that is not empty, a comment or a
-/// constant.
+/// Type of the first field of a message definition, skipping empty lines, comments and constants.
 std::string_view first_type(std::string_view schema) {
   while (!schema.empty()) {
     std::string_view line = schema.substr(0, schema.find('\n'));
@@ -153,7 +152,7 @@ std::optional<std::uint64_t> header_stamp_ns(const LogChannel& channel, ByteSpan
   return sec * kSecond + nsec;
 }
 
-/// Static descriptions, which some programs stamp with 0.
+/// Whether this is a static description, which some programs stamp with 0.
 bool is_description(const LogChannel& channel) {
   return channel.type == ros2::CameraInfo::kType || channel.topic.ends_with("tf_static");
 }

@@ -10,7 +10,7 @@
 
 #include "waymark/recording/message_log.hpp"
 
-/// Timing of a recording from its stamps: regularity, missing messages, clock jumps.
+/// Reports the timing of a recording from its stamps: regularity, missing messages, clock jumps.
 namespace waymark {
 
 /// Statistics of the stamps of one stream, in order of arrival.
@@ -27,8 +27,8 @@ class StampStatistics {
   [[nodiscard]] std::optional<double> median_ns() const;
   /// Whether the stream is periodic: four fifths of the intervals are within 50 % of the median.
   [[nodiscard]] bool periodic() const;
-  /// Number of intervals of a periodic stream that exceed 1.5 medians, and (dropped) of the stamps missing in
-  /// them.
+  /// gaps(): number of intervals of a periodic stream that exceed 1.5 medians; dropped(): number of stamps
+  /// missing in them.
   [[nodiscard]] std::uint64_t gaps() const;
   [[nodiscard]] std::uint64_t dropped() const;
 
@@ -51,8 +51,8 @@ struct TopicReport {
   double rate_hz = 0;       ///< over the duration of the topic
   bool has_header = false;  ///< stamps are those of the message headers, else log times
   StampStatistics stamps{};
-  /// Number of times the stamps moved against the log times by more than half a second, or the log time went
-  /// back by as much between consecutive messages of the file.
+  /// Number of clock jumps. A jump is a shift of stamps against log times by more than half a second, or a
+  /// decrease of the log time between consecutive messages by as much.
   std::uint64_t clock_jumps = 0;
   double largest_jump_s = 0;
 };
@@ -67,8 +67,8 @@ struct LogReport {
 /// The stamp in the header of a message, for types that begin with one (ROS 2 as CDR, ROS 1).
 [[nodiscard]] std::optional<std::uint64_t> header_stamp_ns(const LogChannel& channel, ByteSpan message);
 
-/// Reads all messages once. `progress`, if given, is called with the log time [ns] of each message; false
-/// ends the report early. Memory does not grow with the recording.
+/// Reads all messages once. `progress`, if given, is called with the log time [ns] of each message; returning
+/// false ends the report early. Memory does not grow with the recording.
 [[nodiscard]] Result<LogReport> report_on(MessageLog& log,
                                           const std::function<bool(std::uint64_t log_time)>& progress = {});
 
@@ -78,7 +78,7 @@ struct LogReport {
 using LogContents = std::set<std::string>;
 [[nodiscard]] Result<LogContents> contents_of(MessageLog& log, bool whole = false);
 
-/// Report from the index alone, if the file has one: counts and rates, no stamps. O(index).
+/// Reports counts and rates from the index alone, if the file has one; stamps are not read. O(index).
 [[nodiscard]] LogReport quick_report_on(const MessageLog& log);
 
 }  // namespace waymark

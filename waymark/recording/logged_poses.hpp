@@ -22,7 +22,7 @@ using PoseVisitor = std::function<Status(const EstimatedPose& pose)>;
 using LogTimeVisitor = std::function<Status(std::uint64_t log_time)>;
 
 /// Calls `visit` for each pose of one topic within the selected times, in order of log time. Messages that
-/// are damaged or non-finite are skipped and noted. Fails if a visitor does.
+/// are damaged or non-finite are skipped and noted. Fails if a visitor fails.
 [[nodiscard]] Status visit_poses(MessageLog& log, const std::string& topic, LogSelection selection,
                                  const PoseVisitor& visit, std::vector<LogProblem>& problems,
                                  const LogTimeVisitor& at = {});

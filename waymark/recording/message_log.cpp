@@ -55,7 +55,7 @@ bool begins_as_old_bag(ByteSpan head, std::uint64_t /*size*/) {
 bool begins_as_rosbag2(ByteSpan head, std::uint64_t /*size*/) { return begins_as_sqlite(head); }
 bool begins_as_csv(ByteSpan head, std::uint64_t /*size*/) { return looks_like_csv(head); }
 
-/// SQLite reads files only, so bytes from elsewhere are written to a temporary one.
+/// SQLite only reads files, so bytes from other sources are written to a temporary file.
 OpenedLog open_sqlite(std::unique_ptr<ByteSource> source, const LogOptions& options) {
   constexpr std::size_t kPieceBytes = std::size_t{1} << 16U;
   if (const auto unpacked = unpacked_to(*source))
@@ -127,7 +127,7 @@ Result<std::unique_ptr<MessageLog>> open_by_format(std::unique_ptr<ByteSource> s
               fmt::format("Known: {}.", known_formats()));
 }
 
-/// A recording in a compressed file.
+/// A recording unpacked from a compressed file.
 class UnpackedLog final : public MessageLog {
  public:
   UnpackedLog(std::unique_ptr<MessageLog> log, Packing packing, std::optional<Error> damage,
@@ -181,7 +181,7 @@ std::unique_ptr<MessageLog> with_packing(std::unique_ptr<MessageLog> log, Packin
   return std::make_unique<UnpackedLog>(std::move(log), packing, damage, packed_bytes);
 }
 
-/// At most this many bytes at the beginning of a file are used to recognise it.
+/// Number of bytes at the beginning of a file that are used to recognise its format.
 constexpr std::size_t kHeadBytes = std::size_t{1} << 16U;
 
 /// The first bytes of a file, at most kHeadBytes.

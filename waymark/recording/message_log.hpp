@@ -52,7 +52,7 @@ struct LogMessage {
   ByteSpan data{};                 ///< in the encoding of its channel, unchanged
 };
 
-/// A problem of a file that the user must be warned of: damage, or data that are easily misread.
+/// A problem of a file that the user must be warned about: damage, or data that are easily misread.
 struct LogProblem {
   enum class Kind : std::uint8_t {
     Damage,  ///< missing or corrupt bytes; the rest is read
@@ -109,7 +109,7 @@ struct LogOptions {
   /// Records, chunks and messages larger than this are rejected.
   std::uint64_t max_record_bytes = std::uint64_t{1} << 30;
   UnpackLimits unpack{};
-  /// Time from the exposure of an MBot's image to the stamp of its tags, which is that of publication.
+  /// Time from the exposure of an MBot's image to the stamp of its tags, which is the publication time.
   Duration mbot_camera_latency = std::chrono::milliseconds(65);
 };
 
@@ -130,10 +130,10 @@ class MessageLog {
   [[nodiscard]] virtual LogSummary summary() const = 0;
 
   /// Calls visit for the selected messages in order of log time. Memory does not grow with the recording.
-  /// Damaged parts are skipped and noted among the problems; fails if the visitor does.
+  /// Damaged parts are skipped and noted among the problems; fails if the visitor fails.
   virtual Status visit(const LogSelection& selection, const Visitor& visit) = 0;
-  /// Visits all messages in the order in which they were written, if the file preserves it: only there a
-  /// backward clock jump is visible. Otherwise as visit().
+  /// Visits all messages in the order in which they were written, if the file preserves it; only this order
+  /// reveals a backward clock jump. Otherwise equivalent to visit().
   virtual Status visit_as_written(const Visitor& visit) { return this->visit({}, visit); }
   /// Visits the messages as samples, in the conventions of Waymark (docs/conventions.md); messages that are
   /// not samples are skipped.
@@ -142,7 +142,7 @@ class MessageLog {
   /// selects frames and topics if there are several.
   virtual Result<RecordingSetup> setup(const CameraChoice& choice) = 0;
   Result<RecordingSetup> setup() { return setup(CameraChoice{}); }
-  /// Topics to read with a setup: of images, of everything else, or all. Empty if there are none.
+  /// Topics to read with a setup: image topics, all other topics, or both. Empty if there are none.
   [[nodiscard]] LogSelection topics_used(const RecordingSetup& setup,
                                          std::optional<bool> pictures = {}) const;
   /// The files inside the recording, by name.
@@ -165,13 +165,14 @@ class MessageLog {
   MessageLog() = default;
 };
 
-/// Start of a recording [ns]: the log time of its first message. Unstamped messages (zero, as some programs
-/// write /camera_info and /tf_static) do not count if the others begin more than ten seconds later.
+/// Start of a recording [ns]: the log time of its first message. Messages with a zero stamp, as some programs
+/// write /camera_info and /tf_static, are ignored if the others begin more than ten seconds later.
 [[nodiscard]] std::uint64_t recording_start_ns(MessageLog& log);
 
-/// Opens a recording: an MCAP file; a rosbag2 .db3 file or bag folder (with its metadata.yaml, .db3 or .mcap,
-/// split or not); a ROS 1 bag; an LCM event log; or a CSV table with named columns. Each file may also be
-/// packed as a whole with bzip2, gzip or zstd. Fails if the file does not exist or has another format.
+/// Opens a recording: an MCAP file, a rosbag2 .db3 file or bag folder, a ROS 1 bag, an LCM event log, or a
+/// CSV table with named columns. A bag folder contains metadata.yaml and .db3 or .mcap files, split or not.
+/// Each file may also be packed as a whole with bzip2, gzip or zstd. Fails if the file does not exist or has
+/// another format.
 [[nodiscard]] Result<std::unique_ptr<MessageLog>> open_log(const std::filesystem::path& path,
                                                            const LogOptions& options = {});
 /// Opens several recordings of one drive as one, with samples in order of their stamps. If one of them is not
@@ -182,8 +183,8 @@ class MessageLog {
 [[nodiscard]] Result<std::unique_ptr<MessageLog>> open_log(std::unique_ptr<ByteSource> source,
                                                            const LogOptions& options = {});
 
-/// The recording format of a file that begins with `head` and has `size` bytes. Nothing for tables, which
-/// cannot be recognised with certainty, for packed files and for any other file. A head of 64 KiB is enough.
+/// The recording format of a file that begins with `head` and has `size` bytes. Nothing for packed files, for
+/// tables (which cannot be recognised with certainty) and for any other file. A head of 64 KiB is enough.
 [[nodiscard]] std::optional<LogFormat> format_of_head(ByteSpan head, std::uint64_t size);
 
 /// Problems by key, in order of first occurrence; repetitions are counted.

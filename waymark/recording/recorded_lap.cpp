@@ -83,11 +83,11 @@ void rejoin_odometry(RecordedLap& lap) {
     lap.odometry[i] = rejoined;
   }
   if (jumps > 0)
-    lap.notes.push_back(fmt::format(
-        "odometry jumped {}, as after a restart of the robot or a reset of its odometry; assumed that "
-        "the robot was stationary meanwhile. If tags contradict this, drive the "
-        "lap again",
-        counted(jumps, "time")));
+    lap.notes.push_back(
+        fmt::format("odometry jumped {}, as after a restart of the robot or a reset of its odometry; the "
+                    "robot is assumed to have been stationary meanwhile. If tags contradict this, drive the "
+                    "lap again",
+                    counted(jumps, "time")));
 }
 
 Result<RecordedLap> read_lap(MessageLog& log, const FrameFinder& find, TagSource source,

@@ -16,16 +16,16 @@ struct RecordedLap {
   RecordingSetup setup{};
   std::vector<TagFrame> frames{};
   std::vector<Odometry> odometry{};
-  std::vector<TagPoseFrame> tag_poses{};  ///< of a robot that records no corners
+  std::vector<TagPoseFrame> tag_poses{};  ///< of robots that do not record corners
   std::vector<ImuSample> imu{};
   Trajectory truth{};                                ///< empty if unknown
   std::map<std::string, std::string> attachments{};  ///< their bytes, by name
-  std::vector<std::string> notes{};                  ///< messages about what was reordered or skipped
+  std::vector<std::string> notes{};  ///< describe images and odometry that were reordered or skipped
 };
 
-/// Sorts images that were recorded up to one second out of order by their stamps, and removes those with the
-/// stamp of another image of the same camera; both are noted. A clock that went back by more is left as it
-/// is, because images before and after the jump have no order.
+/// Sorts images by their stamps if they were recorded up to one second out of order. Removes images with the
+/// stamp of another image of the same camera. Both are noted. After a larger backward jump of the clock,
+/// images are not sorted, because those before and after the jump have no common order.
 void order_frames(RecordedLap& lap);
 
 /// Removes resets of the odometry (odometry_jumped()): it continues from the pose before the reset, as if the
@@ -41,7 +41,7 @@ enum class TagSource : std::uint8_t {
 };
 
 /// Reads a whole recording of any format; `choice` selects one of several cameras. Images are read only if
-/// `find` is given. Damaged data are skipped and listed in `setup.problems`. Fails if `find` does, or if
+/// `find` is given. Damaged data are skipped and listed in `setup.problems`. Fails if `find` fails, or if
 /// images were requested and there are none.
 [[nodiscard]] Result<RecordedLap> read_lap(MessageLog& log, const FrameFinder& find = {},
                                            TagSource source = TagSource::AsRecorded,

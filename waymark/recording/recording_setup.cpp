@@ -48,7 +48,7 @@ std::optional<CameraModel> rectified_camera(const ros2::CameraInfo& info) {
   return camera ? std::optional(*camera) : std::nullopt;
 }
 
-/// Camera drivers publish zeros without a calibration.
+/// Camera drivers without a calibration publish zeros.
 Result<CameraModel> camera_of(const ros2::CameraInfo& info) {
   if (!(info.k[0] > 0))
     return fail(ErrorCode::NotFound, "the camera is not calibrated: its focal length is zero", {},
@@ -451,7 +451,7 @@ void CameraSelector::turn_imu() {
     return;
   }
   note(fmt::format(
-      "no chain of transforms connects '{}' to the IMU frame '{}'; assumed that the IMU axes are those "
+      "no chain of transforms connects '{}' to the IMU frame '{}'; the IMU axes are assumed to be those "
       "of the base",
       chosen_.base_frame, imu_->frame));
 }

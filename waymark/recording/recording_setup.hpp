@@ -95,8 +95,8 @@ struct ChosenCamera {
   std::optional<SO3> base_R_imu{};  ///< set if the IMU axes differ from the base axes
   std::string base_frame{};
   std::string camera_frame{};
-  std::set<std::string> unused{};         ///< topics that must not be read: other cameras, duplicates
-  std::vector<std::string> notes{};       ///< messages about selections among several
+  std::set<std::string> unused{};         ///< topics not to read: other cameras, duplicates
+  std::vector<std::string> notes{};       ///< messages about choices among several
   std::optional<Error> camera_error{};    ///< why there is no calibration
   std::optional<Error> mounting_error{};  ///< why there is no mounting; shows the frame tree
   std::optional<Error> ambiguous{};       ///< choice that is required before the recording can be used
@@ -104,12 +104,12 @@ struct ChosenCamera {
 };
 
 /// Selects the camera. The base is `base_frame`, else the child_frame_id of the odometry, else base_link or
-/// base_footprint in any namespace. The camera frame is `camera_frame`, else that in the header of its tags
-/// or images, else that of its calibration. The mounting is composed of all transforms between the two.
+/// base_footprint in any namespace. The camera frame is `camera_frame`, else the frame in the header of its
+/// tags or images, else that of its calibration. The mounting is composed of all transforms between the two.
 [[nodiscard]] ChosenCamera choose_camera(const CameraFacts& facts, const CameraChoice& choice);
 
-/// All cameras of a recording: one for each frame of tags or images, in the order of their calibrations.
-/// Empty unless there are several, none was selected, and each has a calibration and a mounting.
+/// All cameras of a recording, one per frame of tags or images, in the order of their calibrations. Empty
+/// unless there are several, none was selected, and each has a calibration and a mounting.
 [[nodiscard]] std::vector<ChosenCamera> choose_all_cameras(const CameraFacts& facts,
                                                            const CameraChoice& choice);
 
@@ -127,7 +127,7 @@ struct RecordingSetup {
 /// Camera model of the camera that a sample names; nullptr if unknown.
 [[nodiscard]] const CameraModel* lens_of(const RecordingSetup& setup, std::string_view camera);
 
-/// Selects the camera among the facts; if several are complete and none was selected, all of them.
+/// Selects the camera from `facts`; if several are complete and none was selected, selects all of them.
 void choose(RecordingSetup& setup, const CameraChoice& choice = {});
 
 /// Rotates IMU measurements into the axes of the base, if the recording contains the rotation.

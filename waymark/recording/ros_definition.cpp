@@ -172,7 +172,7 @@ class Parser {
     return {};
   }
 
-  /// A name without package is in the same package; "Header" is std_msgs/Header.
+  /// A name without a package belongs to the same package; "Header" is std_msgs/Header.
   [[nodiscard]] std::optional<std::size_t> find_section(std::string_view type, std::string_view user) const {
     std::string wanted = short_type(type);
     if (wanted.find('/') == std::string::npos)

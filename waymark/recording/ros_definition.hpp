@@ -8,8 +8,8 @@
 
 #include "waymark/base/error.hpp"
 
-/// Message definitions as text in ROS 1 bags and ROS 2 recordings: the fields of the type itself, then every
-/// type it uses after a line of '=' and "MSG: package/Type".
+/// Message definitions as text in ROS 1 bags and ROS 2 recordings: first the fields of the type itself, then
+/// every type it uses. Each of these follows a line of '=' and "MSG: package/Type".
 namespace waymark::ros {
 
 /// Type of a field. `Time` and `Duration` are two 32-bit numbers and are built in only in ROS 1.
@@ -51,7 +51,7 @@ struct Struct {
   std::string name{};  ///< "geometry_msgs/Pose"
   std::vector<Field> fields{};
   std::vector<Constant> constants{};
-  /// ROS 1's std_msgs/Header, whose sequence number ROS 2 dropped.
+  /// True for ROS 1's std_msgs/Header; ROS 2 dropped its sequence number.
   bool has_sequence_number = false;
 };
 
@@ -64,8 +64,8 @@ struct Definition {
 /// undefined or recursive type or an invalid line. O(text).
 [[nodiscard]] Result<Definition> parse_definition(std::string_view type, std::string_view text);
 
-/// Byte layout of a message in CDR without sequence numbers, as text: two types with the same layout can be
-/// decoded by each other's definition. Nothing if the text would exceed the size limit.
+/// Byte layout of a message in CDR without sequence numbers, as text. Two types with the same layout can be
+/// decoded using either definition. Nothing if the text would exceed the size limit.
 [[nodiscard]] std::optional<std::string> wire_layout(const Definition& definition);
 
 /// The definition in ROS 2 syntax: without sequence numbers, `builtin_interfaces/Time` for `time`.

@@ -83,7 +83,8 @@ Result<RecordingSetup> RosLog::setup(const CameraChoice& choice) {
   add_first_facts(setup);
   if (Status status = add_facts(fixed, setup); !status) return tl::unexpected(status.error());
   choose(setup, choice);
-  // Most robots publish all fixed transforms on /tf_static; the long /tf is read only if they are not enough.
+  // Most robots publish all fixed transforms on /tf_static; the long /tf is read only if these are not
+  // enough.
   if (setup.base_T_cam || moving.empty()) return setup;
   if (Status status = add_facts(moving, setup); !status) return tl::unexpected(status.error());
   choose(setup, choice);

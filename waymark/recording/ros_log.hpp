@@ -4,7 +4,7 @@
 
 namespace waymark {
 
-/// Base of the ROS formats: converts their messages, in CDR or ROS 1 serialisation, to samples by type.
+/// Base class of the ROS formats. Converts their messages, in CDR or ROS 1 serialisation, to samples by type.
 class RosLog : public MessageLog {
  public:
   Status visit_samples(const LogSelection& selection, const SampleVisitor& visit) override;
@@ -14,7 +14,7 @@ class RosLog : public MessageLog {
  protected:
   /// The metadata blocks of a file, by name.
   virtual Result<std::map<std::string, std::map<std::string, std::string>>> metadata() { return {}; }
-  /// Notes a message that does not decode; it is skipped.
+  /// Notes a message that cannot be decoded; it is skipped.
   void note(LogProblem::Kind kind, const std::string& key, const Error& error) {
     visited_.add(kind, key, [&] { return error; });
   }

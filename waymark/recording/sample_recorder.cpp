@@ -85,8 +85,8 @@ Status SampleRecorder::close() {
   return writer_.close();
 }
 
-/// Data recorded before the image arrived before it. The stamp of another clock, as after a clock jump, gives
-/// no such bound.
+/// Data that were added before the image also arrived before it. Stamps of another clock, as after a clock
+/// jump, give no such bound.
 Duration SampleRecorder::arrival_delay_of_image(SensorTime stamp) const {
   constexpr Duration kMaxArrivalDelay = std::chrono::seconds(2);
   const Duration behind = newest_ ? *newest_ - stamp : Duration{};

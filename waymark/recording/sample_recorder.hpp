@@ -35,12 +35,12 @@ inline constexpr const char* kDiagnostics = "/diagnostics";
 inline constexpr const char* kEstimate = "/waymark/pose";
 }  // namespace topics
 
-/// The topic of one camera's data: at the root for camera "cam", below its name for others.
+/// Topic of a camera's data: at the root for camera "cam", below the camera name for others.
 [[nodiscard]] std::string topic_of_camera(const std::string& camera, const char* topic);
 
 /// Writes samples as ROS 2 messages into an MCAP recording. Log time is the sample's stamp. For camera data
-/// it is the arrival time: stamp plus the configured delay, and not earlier than the newest stamp of other
-/// sensors added before.
+/// it is the arrival time: the stamp plus the configured delay, but not earlier than the newest stamp of
+/// other sensors so far.
 class SampleRecorder {
  public:
   static Result<SampleRecorder> open(std::unique_ptr<ByteSink> sink, const mcap::WriterOptions& options = {});
@@ -49,9 +49,10 @@ class SampleRecorder {
   /// Records the camera and its mounting, which readers need before the first frame.
   Status add_camera(SensorTime stamp, const CameraModel& camera, const SE3& base_T_cam,
                     const std::string& name = "cam");
-  /// Records all cameras with the stamp of the first sample: the caller needs no access to its clock.
+  /// Records all cameras with the stamp of the first sample, so the caller does not need the time of its
+  /// clock.
   void add_cameras_with_first_sample(std::vector<MountedCamera> cameras) { cameras_ = std::move(cameras); }
-  /// A message of a Waymark type on any topic.
+  /// Writes a message of a Waymark type to any topic.
   template <class Message>
   Status add_message(const std::string& topic, SensorTime stamp, const Message& message);
   Status add_metadata(const std::string& name, const std::map<std::string, std::string>& values);
@@ -106,7 +107,7 @@ namespace waymark::topics {
 /// Values of `record_images` and `pictures`: how images are recorded.
 namespace waymark {
 
-/// Records an image as `how` specifies: "raw"; "jpeg", a tenth of the size; empty: not at all.
+/// Records an image as `how` specifies: "raw", "jpeg" (a tenth of the size), or not at all if empty.
 [[nodiscard]] Status record_picture(const CameraFrame& picture, const std::string& how,
                                     SampleRecorder& recorder);
 

@@ -15,7 +15,7 @@ namespace waymark {
 namespace {
 
 constexpr std::uint64_t kOverlapSecond = 1'000'000'000;
-constexpr std::uint64_t kMaxWindows = 10'000;  // per overlap, however long the files claim it is
+constexpr std::uint64_t kMaxWindows = 10'000;  // per overlap, regardless of the length that the files specify
 
 class SplitLog final : public RosLog {
  public:
@@ -192,8 +192,8 @@ std::unique_ptr<MessageLog> join_logs(std::vector<std::unique_ptr<MessageLog>> p
 
 namespace {
 
-/// Recordings of any formats merged: samples in order of their stamps, held in memory. Messages are visited
-/// file by file.
+/// Merged recordings of any formats. Samples are held in memory in order of their stamps; messages are
+/// visited file by file.
 class MergedLog final : public MessageLog {
  public:
   explicit MergedLog(std::vector<std::unique_ptr<MessageLog>> parts) : parts_(std::move(parts)) {
@@ -312,12 +312,12 @@ Status check_one_drive(const std::vector<std::string>& paths,
     const auto topic = odometry_topic(*parts[i]);
     for (std::size_t j = 0; topic && j < i; ++j) {
       if (odometry_topic(*parts[j]) != topic || !overlap(parts[i]->summary(), parts[j]->summary())) continue;
-      return fail(
-          ErrorCode::InvalidArgument,
-          fmt::format("overlaps in '{}' with {}: two drives, or one drive twice", *topic, paths[j]),
-          {.source = paths[i]},
-          "Files that are read together must be of one drive. Map the first lap, then add the second with "
-          "`waymark map SECOND extend=MAP`.");
+      return fail(ErrorCode::InvalidArgument,
+                  fmt::format("overlaps in '{}' with {}: two drives, or one drive twice", *topic, paths[j]),
+                  {.source = paths[i]},
+                  "Files that are read together must belong to one drive. Map the first lap, then add the "
+                  "second with "
+                  "`waymark map SECOND extend=MAP`.");
     }
   }
   return {};

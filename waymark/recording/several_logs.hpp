@@ -8,8 +8,8 @@
 /// Several recordings as one; open_logs() of message_log.hpp opens them.
 namespace waymark {
 
-/// Joins consecutive recordings; at least one. Messages that overlap in time are sorted within windows of one
-/// second.
+/// Joins consecutive recordings (at least one). Messages that overlap in time are sorted within windows of
+/// one second.
 [[nodiscard]] std::unique_ptr<MessageLog> join_logs(std::vector<std::unique_ptr<MessageLog>> parts,
                                                     LogProblems problems);
 

@@ -198,7 +198,7 @@ std::optional<std::size_t> Header::find(std::string_view name) const {
 }
 
 std::optional<std::int64_t> Header::time(const std::vector<std::string_view>& cells) const {
-  // Prevents overflow of the difference of two stamps.
+  // Keeps the difference of two stamps from overflowing.
   constexpr std::int64_t kMaxNanoseconds = std::numeric_limits<std::int64_t>::max() / 2;
   const auto ns = seconds_ ? seconds_as_ns(cells[time_]) : integer(cells[time_]);
   return ns && *ns >= -kMaxNanoseconds && *ns <= kMaxNanoseconds ? ns : std::nullopt;
@@ -338,7 +338,7 @@ Result<bool> Rows::on_odometry(SensorTime stamp, const std::vector<std::string_v
   if (!values({"v_m_s", "omega_rad_s"}, cells)) return false;
   problems_.trap("csv.integrated", [] {
     return csv_error(
-        "no poses in the table; poses are integrated from 0, each speed over the preceding interval");
+        "the table has no poses; they are integrated from 0, each speed over the preceding interval");
   });
   const double dt = integrated_ ? std::max(0.0, to_seconds(stamp - *integrated_)) : 0;
   const Eigen::Vector3d step(values_[0] * dt, 0, values_[1] * dt);
@@ -442,7 +442,7 @@ class CsvLog final : public MessageLog {
   }
   void note_row(const csv::Line& line, LogProblems& problems) const {
     problems.damage("csv.row", [&] {
-      return Error{ErrorCode::Unreadable, "row with invalid cells for its columns; skipped", place(line), {}};
+      return Error{ErrorCode::Unreadable, "row with invalid cells; skipped", place(line), {}};
     });
   }
 

@@ -50,10 +50,10 @@ void split(std::string_view line, std::vector<std::string_view>& cells);
 /// A finite number; nothing for any other text.
 [[nodiscard]] std::optional<double> number(std::string_view cell);
 [[nodiscard]] std::optional<std::int64_t> integer(std::string_view cell);
-/// Decimal seconds as nanoseconds, exact: a double would round "1609357294.4184".
+/// Converts decimal seconds to nanoseconds exactly; a double would round "1609357294.4184".
 [[nodiscard]] std::optional<std::int64_t> seconds_as_ns(std::string_view cell);
 
-// Kind of a table, recognised by its column names alone (docs/formats/importing.md, "CSV").
+// Kind of a table, recognised only by its column names (docs/formats/importing.md, "CSV").
 
 enum class Kind : std::uint8_t {
   TagCorners,      ///< t, cam, tag, x0 … y3: BL, BR, TR, TL, pixel centres at integers (TagSLAM)
@@ -75,7 +75,7 @@ enum class Kind : std::uint8_t {
 /// Column positions of a table.
 class Header {
  public:
-  /// Fails if the names match no kind (and lists the known ones) or contain a duplicate.
+  /// Fails if there are duplicate names, or if the names match no kind; the error lists the known kinds.
   static Result<Header> parse(std::string_view line, const std::string& source);
 
   [[nodiscard]] Kind kind() const { return kind_; }

@@ -112,7 +112,7 @@ ByteSpan EventReader::window(std::uint64_t offset, std::uint64_t size) {
 ByteSpan EventReader::header_at(std::uint64_t offset) {
   const bool inside = offset >= window_start_ && offset + kHeaderSize <= window_start_ + window_.size();
   if (inside) return window(offset, kHeaderSize);
-  // Looking ahead must not move the window: in damaged data it would be read repeatedly.
+  // Looking ahead must not move the window, which would be read repeatedly in damaged data.
   if (offset > size_ || size_ - offset < kHeaderSize || !source_.read(offset, header_)) return {};
   return header_;
 }

@@ -7,8 +7,8 @@ namespace waymark {
 /// Whether the file begins with an LCM event.
 [[nodiscard]] bool looks_like_lcm(ByteSpan head, std::uint64_t size);
 
-/// Opens an LCM event log; messages of the MBot become samples. Reads the whole file once, because there is
-/// no index.
+/// Opens an LCM event log; MBot messages become samples. Reads the whole file once, because there is no
+/// index.
 [[nodiscard]] Result<std::unique_ptr<MessageLog>> open_lcm_log(std::unique_ptr<ByteSource> source,
                                                                const LogOptions& options);
 

@@ -8,8 +8,9 @@
 
 #include "waymark/recording/byte_io.hpp"
 
-/// LCM messages of the MBot (mbot_lcm_base, package mbot_lcm_msgs): an 8-byte fingerprint of the type, then
-/// the members in order, big-endian. Units and frames are those of the robot; mbot_samples.hpp converts them.
+/// LCM messages of the MBot (mbot_lcm_base, package mbot_lcm_msgs). Each consists of an 8-byte fingerprint of
+/// the type, then the members in order, big-endian. Units and frames are those of the robot; mbot_samples.hpp
+/// converts them.
 namespace waymark::mbot {
 
 inline constexpr std::uint64_t kPose2D = 0x1f317af1246276ac;
@@ -85,7 +86,7 @@ template <class Message>
 [[nodiscard]] Bytes encode(const Encoders& message);
 [[nodiscard]] Bytes encode(const Imu& message);
 [[nodiscard]] Bytes encode(const TagArray& message);
-/// Encodes as many rays as `ranges` has; the other lists must have the same length.
+/// Encodes one ray per element of `ranges`; the other lists must have the same length.
 [[nodiscard]] Bytes encode(const Lidar& message);
 [[nodiscard]] Bytes encode(const Timestamp& message);
 

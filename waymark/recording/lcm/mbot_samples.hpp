@@ -14,8 +14,8 @@
 
 namespace waymark::mbot {
 
-/// Conventions of an MBot's tags and accelerometer. They differ between publishers and are not in the
-/// messages; a first pass over the log determines them.
+/// Conventions of an MBot's tags and accelerometer. They differ between publishers and are not part of the
+/// messages, so a first pass over the log determines them.
 struct Conventions {
   bool millimetres = false;         ///< else metres
   bool quaternion_w_first = false;  ///< else x, y, z, w
@@ -54,9 +54,9 @@ class Samples {
 
   /// Adds a message received at `receive_us`.
   Status add(std::string_view channel, std::int64_t receive_us, ByteSpan payload);
-  /// Visits samples that still wait for a second message.
+  /// Visits samples that are still waiting for a second message.
   Status finish();
-  /// Sets the conventions for later messages, if they are determined while messages arrive.
+  /// Sets the conventions for later messages, for callers that determine them while messages arrive.
   void use(const Conventions& conventions) { conventions_ = conventions; }
 
  private:

@@ -176,7 +176,7 @@ Json of_type(const Json& records, const std::string& type) {
   return list;
 }
 
-// Whatever a summary omits, messages, attachments and metadata are found, in order of time.
+// Messages, attachments and metadata are found in order of time, regardless of what a summary omits.
 TEST(McapConformance, EveryFileReadsByIndexWithPartialSummaries) {
   WAYMARK_REAL_DATA(corpus, "mcap-conformance");
   for (const auto& path : files_of(corpus)) {
@@ -269,8 +269,8 @@ Bytes rewritten(const ByteSource& source, const WriterOptions& options) {
   return file;
 }
 
-// Files with padding for future fields ("pad") are written without it: the bytes are those of the file of the
-// same name without "pad".
+// Files with padding for future fields ("pad") are written without padding, so their bytes equal those of the
+// file with the same name without "pad".
 TEST(McapConformance, WriterReproducesEveryFileByteForByte) {
   WAYMARK_REAL_DATA(corpus, "mcap-conformance");
   for (const auto& path : files_of(corpus)) {

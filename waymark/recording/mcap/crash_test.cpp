@@ -97,7 +97,7 @@ std::uint64_t record_until_killed(const fs::path& path, const WriterOptions& opt
   return shared.taken->load();
 }
 
-// 200 recorders are killed at random moments: each file has everything except the last second.
+// 200 recorders are killed at random moments. Each file must contain everything except the last second.
 TEST(McapCrash, AKilledRecorderLosesAtMostTheLastSecond) {
   Random random(1);
   std::uint64_t most_lost = 0;

@@ -31,7 +31,7 @@ Status file_summary_record(Index& index, std::uint8_t opcode, ByteSpan content, 
   return index.problems.empty() ? Status{} : tl::unexpected(index.problems.front());
 }
 
-/// The footer, if the file ends as a finished one does.
+/// The footer, if the file ends like a finished file.
 std::optional<Footer> read_footer(const ByteSource& source, std::uint64_t size) {
   constexpr std::uint64_t kFooterSize = kRecordPrefixSize + kFooterContent;
   constexpr std::uint64_t kTail = kFooterSize + sizeof(kMagic);
@@ -46,7 +46,7 @@ std::optional<Footer> read_footer(const ByteSource& source, std::uint64_t size) 
   return sound ? std::optional(*footer) : std::nullopt;
 }
 
-/// Whether the index finds every message: writers may omit any part of a summary.
+/// Whether every message can be found using the index; writers may omit any part of a summary.
 bool suffices(const Index& index) {
   const Statistics& statistics = index.statistics;
   const bool schemas = std::ranges::all_of(index.channels, [&](const auto& channel) {
@@ -101,8 +101,8 @@ Result<Index> index_from_scan(const ByteSource& source, const ReaderOptions& opt
   return index;
 }
 
-/// Checksum of the data section in the DataEnd record; 0 if it has none or the record does not precede the
-/// summary.
+/// Checksum of the data section, read from the DataEnd record. 0 if the record has none or does not precede
+/// the summary.
 std::uint32_t promised_data_crc(const ByteSource& source, std::uint64_t summary_start) {
   constexpr std::uint64_t kDataEndSize = kRecordPrefixSize + sizeof(std::uint32_t);
   if (summary_start < sizeof(kMagic) + kDataEndSize) return 0;
@@ -142,13 +142,14 @@ std::optional<Error> damage_of_data(const ByteSource& source, std::uint64_t summ
     crc = crc32(piece, crc);
   }
   if (crc == promised) return std::nullopt;
-  return Error{ErrorCode::Unreadable,
-               "wrong checksum (CRC-32) of the recording: bytes were changed or lost, " +
-                   changed_part(source, options),
-               at(source, 0),
-               "Copy the file again from its source. If the copy has the same error, check its values: tag "
-               "sizes, camera "
-               "calibration, number of images."};
+  return Error{
+      ErrorCode::Unreadable,
+      "wrong checksum (CRC-32) of the recording: bytes were changed or lost, " +
+          changed_part(source, options),
+      at(source, 0),
+      "Copy the file again from its source. If the new copy has the same error, check its values: tag "
+      "sizes, camera "
+      "calibration, number of images."};
 }
 
 Result<Header> read_header(const ByteSource& source, const ReaderOptions& options) {

@@ -44,7 +44,7 @@ struct Index {
 /// Memory: the summary, or an entry for each chunk (and for each message outside chunks).
 [[nodiscard]] Result<Index> read_index(const ByteSource& source, const ReaderOptions& options = {});
 
-/// Groups of records in a summary; all except in tests of readers.
+/// Groups of records in a summary; only tests of readers omit any.
 struct SummaryParts {
   bool schemas = true;
   bool channels = true;
@@ -59,14 +59,14 @@ struct SummaryParts {
 [[nodiscard]] Bytes encode_summary(const Index& index, std::uint64_t position,
                                    const SummaryParts& parts = {});
 
-// Shared by the readers, the writer and the recovery of MCAP files:
+// Shared by the readers, the writer and the recovery of MCAP files.
 
 /// Builds an index from the records of a data section in one pass.
 class Scan {
  public:
   explicit Scan(Index& index) : index_(index) {}
 
-  /// Adds a record at view.offset. A record that does not decode is noted among the problems.
+  /// Adds a record at view.offset. A record that cannot be decoded is noted among the problems.
   void add(const RecordView& view);
   /// Sets the counts of schemas, channels, attachments and metadata.
   void finish();

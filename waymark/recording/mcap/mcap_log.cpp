@@ -101,7 +101,7 @@ class McapLog final : public RosLog {
                    {message.log_time, message.publish_time, message.data.bytes});
     };
   }
-  /// Reader options for a new visit that note damage.
+  /// Reader options for a new visit, with damage noted.
   mcap::ReaderOptions noting_damage() {
     visited_.clear();
     mcap::ReaderOptions options = options_;
@@ -119,11 +119,9 @@ class McapLog final : public RosLog {
       opened_.trap("mcap.time_back", [&] {
         return Error{
             ErrorCode::Unreadable,
-            fmt::format(
-                "log times go back by {:.2f} s: its clock was set back, some of its messages (images) were "
-                "late, or several recorders wrote it; messages are read in "
-                "order of log time",
-                static_cast<double>(before - start) * 1e-9),
+            fmt::format("log times decrease by {:.2f} s: the clock was set back, some messages (images) were "
+                        "late, or several recorders wrote the file; messages are read in order of log time",
+                        static_cast<double>(before - start) * 1e-9),
             {.source = source_->name(),
              .byte = static_cast<std::int64_t>(index_.chunks[i].chunk_start_offset)},
             {}};

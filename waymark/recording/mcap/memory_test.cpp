@@ -20,7 +20,7 @@ namespace {
 constexpr std::uint64_t kMiB = std::uint64_t{1} << 20U;
 constexpr std::size_t kPicture = 640 * 480;
 
-/// Writes images at 30 Hz and reads them back by index. Runs in a process of its own.
+/// Writes images at 30 Hz and reads them back by index. Runs in its own process.
 bool write_and_read(const std::filesystem::path& path, std::uint64_t bytes) {
   const std::uint64_t count = bytes / kPicture;
   {
@@ -73,7 +73,8 @@ TEST(McapMemory, DoesNotGrowWithTheRecording) {
   const std::int64_t large_kib = peak_kib(folder / "large.mcap", large);
   RecordProperty("small_kib", std::to_string(small_kib));
   RecordProperty("large_kib", std::to_string(large_kib));
-  // One index entry per chunk of 1 MiB: 100 times the recording needs hardly more memory.
+  // There is one index entry per chunk of 1 MiB, so a recording of 100 times the size needs hardly more
+  // memory.
   EXPECT_LE(large_kib - small_kib, full ? 8 * 1024 : 1024);
   EXPECT_LE(large_kib, 64 * 1024);
 }

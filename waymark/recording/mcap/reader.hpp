@@ -18,7 +18,7 @@
 
 namespace waymark::mcap {
 
-/// Selects messages: all topics if empty; log times in [from, to) nanoseconds.
+/// Selects messages by topic (all topics if empty) and by log time, in [from, to) nanoseconds.
 struct Selection {
   std::set<std::string> topics{};
   std::uint64_t from = 0;
@@ -40,8 +40,8 @@ struct Selection {
     const std::function<Status(const Channel& channel, const Message& message)>& visit,
     const ReaderOptions& options = {});
 
-/// Reads an attachment and verifies its checksum. The bytes are appended to `data`, which the record's span
-/// points into.
+/// Reads an attachment and verifies its checksum. The bytes are appended to `data`; the record's span points
+/// into it.
 [[nodiscard]] Result<Attachment> read_attachment(const ByteSource& source, const AttachmentIndex& entry,
                                                  Bytes& data, const ReaderOptions& options = {});
 /// Decodes an attachment from the content of its record; `place` is the location of the record.

@@ -181,11 +181,11 @@ Result<Recovery> recover_file(const std::filesystem::path& in, const std::filesy
   if (!source) return tl::unexpected(source.error());
   std::error_code ignored;
   if (std::filesystem::exists(out, ignored)) {
-    return fail(ErrorCode::Unwritable, "the file exists already", {.source = out.string()},
+    return fail(ErrorCode::Unwritable, "the file already exists", {.source = out.string()},
                 "Files are never overwritten: choose another name.");
   }
   const std::filesystem::path part = out.string() + ".part";
-  const auto named = [&](Error error) {  // errors name the output, not its .part file
+  const auto named = [&](Error error) {  // errors must not contain the .part file
     if (error.place.source == part.string()) error = named_output(std::move(error), out);
     return tl::unexpected(std::move(error));
   };

@@ -22,12 +22,12 @@ struct Recovery {
 /// Copies every complete record byte for byte and writes message indexes and a summary for them. Omits chunks
 /// and attachments with a wrong checksum, records with a damaged length, and everything after the last
 /// complete record. After a damaged length it continues at the next record in the summary; without a summary
-/// it searches for the next chunk. One pass; memory: a chunk and an index entry for each.
+/// it searches for the next chunk. One pass; memory: one chunk, and an index entry per chunk.
 [[nodiscard]] Result<Recovery> recover(const ByteSource& source, std::unique_ptr<ByteSink> sink,
                                        const ReaderOptions& options = {});
 
-/// Recovers from file to file. `out` must not exist and appears only when complete; until then it is written
-/// as OUT.part. `in` is only read.
+/// Recovers from file to file. `out` must not exist. It is written as OUT.part and renamed when complete.
+/// `in` is only read.
 [[nodiscard]] Result<Recovery> recover_file(const std::filesystem::path& in, const std::filesystem::path& out,
                                             const ReaderOptions& options = {});
 

@@ -118,7 +118,7 @@ TEST(McapRecover, ContinuesAtTheNextChunkAfterADamagedLength) {
   }
 }
 
-/// The writer died and a part is lost; without a summary the next chunk must be found by its bytes.
+/// The writer was killed and a part is lost; without a summary the next chunk must be found by its bytes.
 TEST(McapRecover, ContinuesAtTheNextChunkWithoutASummary) {
   for (const Compression compression : {Compression::None, Compression::Lz4, Compression::Zstd}) {
     const Bytes whole = some_recording(300, {.compression = compression, .chunk_size_bytes = 1 << 15});
@@ -170,7 +170,7 @@ TEST(McapRecover, AFileWithoutItsBeginningKeepsItsChunks) {
   }
 }
 
-/// The writer died and bytes in the middle are missing: a reader finds the same as recovery.
+/// The writer was killed and bytes in the middle are missing. A reader finds the same messages as recovery.
 TEST(McapRecover, AReaderContinuesAfterMissingBytes) {
   const Bytes whole = some_recording(300, {.chunk_size_bytes = 1 << 15});
   const auto index = read_index(*memory_source(whole));

@@ -22,9 +22,9 @@ template <class Record>
 }
 
 struct ReaderOptions {
-  /// Records and unpacked chunks larger than this are rejected; a reader never holds more than two of them.
+  /// Records and unpacked chunks larger than this are rejected. A reader never holds more than two of them.
   std::uint64_t max_record_bytes = std::uint64_t{1} << 30;
-  /// The checksum of files up to this size is verified on opening, which reads the whole file.
+  /// For files up to this size the checksum is verified on opening, which requires reading the whole file.
   std::uint64_t max_checked_bytes = std::uint64_t{1} << 32;
   /// read_index() accepts the summary of a file whose first bytes are lost.
   bool begin_may_be_lost = false;
@@ -60,12 +60,12 @@ struct StreamSummary {
 };
 
 /// Reads all records sequentially, including those inside chunks (after the record of their chunk). Skips
-/// chunks with damaged compression or a wrong CRC. Needs no index, so it works on a recording in progress or
-/// of a writer that died. Fails only if the file is not MCAP or the callback fails; damage is reported in the
-/// summary. After a record with a damaged length or opcode it continues at the next of `known`, the records
-/// of an index in order. Without known records and with `search` it continues at the next bytes that look
-/// like a chunk; the same applies if the beginning of the file is lost. Memory: one record and one unpacked
-/// chunk.
+/// chunks with damaged compression or a wrong CRC. Needs no index, so it can read a recording in progress or
+/// one whose writer crashed. Fails only if the file is not an MCAP file or the callback fails; damage is
+/// reported in the summary. After a record with a damaged length or opcode it continues at the next of
+/// `known`, the records of an index in order. Without known records and with `search` it continues at the
+/// next bytes that look like a chunk; the same applies if the beginning of the file is lost. Memory: one
+/// record and one unpacked chunk.
 [[nodiscard]] Result<StreamSummary> read_stream(const ByteSource& source, const ReaderOptions& options,
                                                 const std::function<Status(const RecordView&)>& visit,
                                                 const std::vector<KnownRecord>& known = {},

@@ -230,7 +230,8 @@ Status Writer::put_chunk() {
     }
   }
   entry.message_index_length = out.size() - entry.chunk_length;
-  // Chunk and indexes in one write: a kill leaves either all of it or a tail that readers recognise.
+  // Chunk and indexes are written in one call, so a killed process leaves either all of it or a tail that
+  // readers recognise.
   const std::uint32_t crc = packs ? crc32(out) : crc_of_unpacked(chunk_head, chunk, out);
   if (Status status = put(out, crc); !status) return status;
   index_.chunks.push_back(std::move(entry));
@@ -285,7 +286,7 @@ Status Writer::write_metadata(const Metadata& metadata) {
 Status Writer::close() {
   Status flushed = end_chunk();
   Scan(index_).finish();
-  // Also after a failure: the data in the file still need an index, if it fits.
+  // Called even after a failure, because the data in the file still need an index, if it fits.
   Status finished = output_->finish(index_, options_.summary);
   if (finished && options_.durable) finished = output_->sync();
   return flushed ? finished : flushed;

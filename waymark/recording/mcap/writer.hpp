@@ -53,7 +53,7 @@ struct WriterOptions {
   std::size_t chunk_size_bytes = 1 << 20;  ///< a chunk ends at this size
   Duration chunk_duration =
       std::chrono::seconds(1);  ///< … or at this span of log time, which bounds the loss in a crash
-  /// Syncs each chunk_duration of log time, so that a power cut loses no more than a crash.
+  /// Syncs each chunk_duration of log time, so that a power cut loses no more data than a crash.
   bool durable = false;
   bool chunked = true;        ///< false: messages outside chunks, uncompressed and without an index
   bool message_index = true;  ///< offsets of each channel's messages in a chunk
@@ -61,10 +61,10 @@ struct WriterOptions {
 };
 
 /// Writes an MCAP file sequentially ("MCAP Format Specification"): chunks with message indexes and CRCs, then
-/// the summary. A file whose writer died before close() is complete up to its last chunk and can be read as a
-/// stream. After a write error (a full disk) every further call returns that error; the data already in the
-/// file are kept, and close() still writes a summary if it fits. O(1) per message; memory: one chunk and an
-/// index entry for each chunk.
+/// the summary. A file whose writer crashed before close() is complete up to its last chunk and can be read
+/// as a stream. After a write error (a full disk) every further call returns that error; the data already in
+/// the file are kept, and close() still writes a summary if it fits. O(1) per message; memory: one chunk and
+/// an index entry for each chunk.
 class Writer {
  public:
   static Result<Writer> open(std::unique_ptr<ByteSink> sink, const WriterOptions& options);
@@ -85,7 +85,7 @@ class Writer {
   Status write_attachment(Attachment attachment);
   Status write_metadata(const Metadata& metadata);
 
-  /// Ends the chunk, so that everything so far is in the file. Call it if no message arrives for a second.
+  /// Ends the chunk, so that all messages so far are in the file. Call it if no message arrives for a second.
   Status flush();
   /// Completes the file with its summary. No calls to write() may follow.
   Status close();

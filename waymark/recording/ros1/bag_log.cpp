@@ -373,7 +373,7 @@ using ros1bag::ChunkEntry;
 using ros1bag::Op;
 using ros1bag::Record;
 
-/// A chunk that takes part in the merge: its unpacked records and its messages in time order.
+/// A chunk being merged: its unpacked records and its messages in time order.
 struct Merged {
   struct Message {
     std::uint64_t time = 0;
@@ -426,7 +426,7 @@ class Ros1BagLog final : public RosLog {
       return a->time() != b->time() ? a->time() > b->time() : a->number > b->number;
     };
     for (std::size_t next = 0; !heap.empty() || next < order.size();) {
-      // Open every chunk that may contain an earlier message than the earliest open one.
+      // Opens every chunk that may contain an earlier message than the earliest open one.
       while (next < order.size() &&
              (heap.empty() || index_.chunks[order[next]].start_time <= heap.front()->time())) {
         const std::size_t number = order[next++];

@@ -88,7 +88,8 @@ struct Connection {
 
 namespace waymark {
 
-/// Opens a ROS 1 bag, version 2.0, with or without its index; chunks uncompressed or with bz2 or lz4.
+/// Opens a ROS 1 bag, version 2.0, with or without its index. Chunks may be uncompressed or compressed with
+/// bz2 or lz4.
 [[nodiscard]] Result<std::unique_ptr<MessageLog>> open_ros1_bag(std::unique_ptr<ByteSource> source,
                                                                 const LogOptions& options);
 

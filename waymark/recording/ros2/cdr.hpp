@@ -11,9 +11,9 @@
 #include "waymark/base/error.hpp"
 #include "waymark/recording/byte_io.hpp"
 
-/// Plain CDR version 1, little-endian, as ROS 2 writes messages (OMG "DDS Interoperability Wire Protocol",
-/// section 10; OMG "CORBA", section 15.3). Every number is aligned to its own size, counted from the end of
-/// the four encapsulation bytes.
+/// Plain CDR version 1, little-endian, the encoding of ROS 2 messages (OMG "DDS Interoperability Wire
+/// Protocol", section 10; OMG "CORBA", section 15.3). Every number is aligned to its own size, counted from
+/// the end of the four encapsulation bytes.
 ///
 /// A message struct lists its fields in the order of its .msg file:
 ///     template <class Self, class Visit> static void fields(Self& self, Visit&& visit) { visit(self.x,

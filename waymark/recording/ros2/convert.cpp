@@ -56,10 +56,10 @@ SO3 rotation(const Quaternion& q) {
   return SO3::from_matrix(Eigen::Quaterniond(q.w, q.x, q.y, q.z).normalized().toRotationMatrix());
 }
 
-/// Sets the homography as libapriltag does: from the tag square, [-1, 1] x [-1, 1] with y down, to pixels,
-/// row-major with last element 1; and the image of the square's centre. Closed form of Heckbert,
-/// "Fundamentals of Texture Mapping and Image Warping", section 2.2.3. For corners that are no perspective
-/// image of a square: zeros, and the mean of the corners.
+/// Sets the image of the tag centre and the homography, defined as in libapriltag. It maps the tag square,
+/// [-1, 1] x [-1, 1] with y down, to pixels; row-major, last element 1. Closed form of Heckbert,
+/// "Fundamentals of Texture Mapping and Image Warping", section 2.2.3. If the corners are not a perspective
+/// image of a square, sets zeros and the mean of the corners.
 void set_homography(AprilTagDetection& detection) {
   std::array<Eigen::Vector2d, 4> px;  // TL TR BR BL
   for (std::size_t i = 0; i < 4; ++i) px[3 - i] = {detection.corners[i].x, detection.corners[i].y};

@@ -11,7 +11,7 @@
 #include "waymark/recording/ros2/messages.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
-/// Detections in bags for TagSLAM (berndpfrommer/apriltag_msgs), as converted from ROS 1.
+/// Detections in TagSLAM bags (berndpfrommer/apriltag_msgs) that were converted from ROS 1.
 namespace waymark::ros2 {
 
 /// Corners: BL, BR, TR, TL of the printed tag; pixel centres as in ROS. The family is "", "mit" or a name.
@@ -38,9 +38,9 @@ struct ApriltagArrayStamped {
 
 }  // namespace waymark::ros2
 
-/// Conversion between samples and ROS 2 messages, where all conventions change: pixel centres (+1/2 in
-/// samples, integers in ROS), corner order (TL TR BR BL; in ROS BL BR TR TL), frame names (base_link,
-/// camera_optical, tag36h11:7).
+/// Converts between samples and ROS 2 messages. All conventions change here. Pixel centres are at +1/2 in
+/// samples and at integers in ROS. The corner order is TL TR BR BL, in ROS BL BR TR TL. Frame names are
+/// base_link, camera_optical, tag36h11:7.
 namespace waymark::ros2 {
 
 inline constexpr std::string_view kMapFrame = "map";
@@ -49,8 +49,8 @@ inline constexpr std::string_view kBaseFrame = "base_link";
 inline constexpr std::string_view kCameraFrame = "camera_optical";
 inline constexpr std::string_view kLaserFrame = "laser";
 
-/// Frame of a camera in messages: "cam" is camera_optical, "left" is left_optical. camera_of_frame() is the
-/// inverse; a frame that does not end in _optical is the camera name itself, an empty one is "cam".
+/// Frame of a camera in messages: camera_optical for "cam", left_optical for "left". camera_of_frame() is the
+/// inverse. It returns "cam" for an empty frame, and a frame that does not end in _optical unchanged.
 [[nodiscard]] std::string camera_frame(std::string_view camera);
 [[nodiscard]] std::string camera_of_frame(std::string_view frame);
 
@@ -86,7 +86,7 @@ inline constexpr std::string_view kLaserFrame = "laser";
 /// luma, as decode_image) and the Y of yuv422 and yuv422_yuy2. Fails on other encodings and if the size does
 /// not match the data.
 [[nodiscard]] Result<CameraFrame> from_ros(const Image& message);
-/// Decodes JPEG, PNG or PNM regardless of `format`; fails as decode_image does.
+/// Decodes JPEG, PNG or PNM regardless of `format`; fails like decode_image().
 [[nodiscard]] Result<CameraFrame> from_ros(const CompressedImage& message);
 
 /// ROS stores angles and limits as float32, with a relative error up to 1e-7.

@@ -29,9 +29,9 @@ class FrameTree {
   /// Whether `child` is a descendant of `parent`.
   [[nodiscard]] bool below(const std::string& parent, const std::string& child) const;
 
-  /// Composes the transform between two frames of one body. Fails and shows the tree if a frame is missing,
-  /// the frames are not connected, or a transform between them moves, has two parents, is part of a cycle or
-  /// has invalid values.
+  /// Composes the transform between two frames of one body. Fails if a frame is missing, the frames are not
+  /// connected, or a transform between them moves, has two parents, is part of a cycle or is invalid. The
+  /// error shows the tree.
   [[nodiscard]] Result<SE3> chain(const std::string& from, const std::string& to) const;
 
   /// The tree as text for display, one frame per line, children indented, followed by the problems of each

@@ -31,7 +31,7 @@ ros2::Marker blank(const MappedTag& tag, std::int32_t number) {
   return shape;
 }
 
-/// Thin boxes, one per cell, in the tag frame: x right, y down.
+/// Thin boxes, one per cell, in the tag frame (x right, y down).
 ros2::Marker printed(const TagId& id, const MappedTag& tag, std::int32_t number) {
   const Family& layout = family(id.family);
   const double cell_m = tag.size_m / layout.width_at_border;

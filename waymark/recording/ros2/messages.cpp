@@ -111,8 +111,8 @@ std::string_view text_of(std::string_view type) {
   return {};
 }
 
-/// The first word of each line, without array brackets, is its type; without a package it is in the same
-/// package.
+/// The first word of each line, without array brackets, is its type. A type without a package belongs to the
+/// same package.
 std::vector<std::string> types_used(std::string_view type, std::string_view text) {
   const std::string package(type.substr(0, type.find('/')));
   std::vector<std::string> types;

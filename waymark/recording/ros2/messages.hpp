@@ -15,9 +15,9 @@
     visit(__VA_ARGS__);                           \
   }
 
-/// ROS 2 messages that Waymark records, with the fields of their .msg files and the schema text of a ROS 2
-/// recording ("ros2msg" encoding: the definition, then each dependency after a line of 80 '=' and "MSG:
-/// package/Type").
+/// ROS 2 messages that Waymark records, with the fields of their .msg files and their schema text. The text
+/// has the "ros2msg" encoding: the definition, then each dependency after a line of 80 '=' and "MSG:
+/// package/Type".
 namespace waymark::ros2 {
 
 // std_msgs, geometry_msgs, nav_msgs and tf2_msgs.
@@ -257,7 +257,7 @@ struct TagPose {
   WAYMARK_ROS2_FIELDS(self.family, self.id, self.pose)
 };
 
-/// Waymark type: tags of one image as poses in the camera, for sources without corners.
+/// Waymark type for the tags of one image as poses in the camera frame, for sources without corners.
 struct TagPoseArray {
   static constexpr std::string_view kType = "waymark_msgs/msg/TagPoseArray";
   Header header{};
@@ -265,7 +265,7 @@ struct TagPoseArray {
   WAYMARK_ROS2_FIELDS(self.header, self.tags)
 };
 
-/// Waymark type: range and bearing of a numbered landmark.
+/// Waymark type for range and bearing of a numbered landmark.
 struct RangeBearing {
   static constexpr std::string_view kType = "waymark_msgs/msg/RangeBearing";
   Header header{};

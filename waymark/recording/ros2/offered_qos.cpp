@@ -45,7 +45,7 @@ int policy(std::string_view word, Names names, int otherwise) {
   return value < names.size() ? static_cast<int>(value) : otherwise;
 }
 
-/// The time limit that a key begins; nullptr for other keys.
+/// The time limit that belongs to a key; nullptr for other keys.
 QosTime* time_of(OfferedQos& profile, std::string_view key) {
   if (key == "deadline") return &profile.deadline;
   if (key == "lifespan") return &profile.lifespan;

@@ -7,7 +7,7 @@
 #include <vector>
 
 /// QoS profiles offered by the publishers of a topic, as rosbag2 stores them with the topic (YAML;
-/// ros2/rosbag2, rosbag2_storage/qos.cpp). `ros2 bag play` publishes with them.
+/// ros2/rosbag2, rosbag2_storage/qos.cpp). `ros2 bag play` uses them for its publishers.
 namespace waymark {
 
 /// Time limit of a policy; the default is no limit.
@@ -29,8 +29,8 @@ struct OfferedQos {
   bool avoid_ros_namespace_conventions = false;
 };
 
-/// Notation of the policies: rmw's numbers (up to Iron) or names (from Jazzy on). Neither release can read
-/// the other's.
+/// Notation of the policies: rmw's numbers (up to Iron) or names (from Jazzy on). Releases cannot read the
+/// other notation.
 enum class QosNotation : std::uint8_t { Numbers, Names };
 
 /// Reads profiles in either notation, in YAML block or flow style. Missing policies have their defaults; a

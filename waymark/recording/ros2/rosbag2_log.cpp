@@ -323,7 +323,8 @@ Result<Relation> relation_of(MessageLog& shorter, MessageLog& longer) {
   std::size_t known = 0;
   for (const auto& message : *a) known += b->contains(message) ? 1U : 0U;
   if (10 * known > 9 * a->size()) return Relation::Copy;
-  // Several recorders may store slowly changing topics (/tf_static) at the same time; those are not drives.
+  // Several recorders may store slowly changing topics (/tf_static) at the same time; such topics do not
+  // indicate separate drives.
   constexpr std::size_t kDrive = 20;
   return a->size() >= kDrive && b->size() >= kDrive ? Relation::SameTime : Relation::Apart;
 }
@@ -409,7 +410,7 @@ bool is_bag_file(const fs::path& path) {
          name.ends_with(".mcap.zstd");
 }
 
-/// A listed file is expected next to the metadata, whatever path the recorder wrote.
+/// A listed file is expected next to the metadata, regardless of the recorded path.
 std::optional<fs::path> find_file(const fs::path& folder, const std::string& listed) {
   const fs::path name = fs::path(listed).filename();
   std::error_code ignored;

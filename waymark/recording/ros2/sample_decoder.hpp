@@ -21,10 +21,10 @@ class SampleDecoder {
   SampleDecoder& operator=(const SampleDecoder&) = delete;
 
   /// Visits the sample of a message in plain CDR, if its type and topic are supported. log_time [ns] is the
-  /// stamp of types without a header. Fails on a message that does not decode or if the visitor fails. A tag
-  /// frame waits for the covariances that may follow it.
+  /// stamp of types without a header. Fails if a message cannot be decoded or the visitor fails. A tag frame
+  /// waits for the covariances that may follow it.
   Status add(std::string_view topic, std::string_view type, std::uint64_t log_time, ByteSpan cdr);
-  /// Visits the tag frame that still waits.
+  /// Visits the tag frame that is still waiting, if any.
   Status finish();
 
  private:
@@ -35,8 +35,8 @@ class SampleDecoder {
 /// The camera of an MCAP file, its mounting on the robot, and the metadata.
 [[nodiscard]] Result<RecordingSetup> read_setup(const ByteSource& source);
 
-/// Calls visit for every sample on supported topics, in order of log time. Fails on a message that does not
-/// decode.
+/// Calls visit for every sample on supported topics, in order of log time. Fails if a message cannot be
+/// decoded.
 [[nodiscard]] Status visit_samples(const ByteSource& source,
                                    const std::function<Status(const Sample&)>& visit);
 

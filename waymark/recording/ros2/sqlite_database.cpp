@@ -14,7 +14,7 @@ namespace waymark {
 namespace {
 
 /// How a file is opened. A WAL is the journal of a recorder in write-ahead mode (sqlite.org, "Write-Ahead
-/// Logging"); SQLite creates an index of it next to the file. If there was no index before, the recorder has
+/// Logging"). SQLite creates an index for it next to the file. If no index existed before, the recorder has
 /// ended and the new index is removed again.
 enum class Access : std::uint8_t { Shared, SharedAndTidy, Immutable };
 
@@ -91,8 +91,8 @@ std::shared_ptr<sqlite3> open_mapped(const TemporaryFile& file) {
     return nullptr;
   }
   std::shared_ptr<sqlite3> database(raw, [bytes](sqlite3* open) { sqlite3_close(open); });
-  // An unnamed file has no journal, so it is read in the mode without one (SQLite, "Database File
-  // Format", 1.3.3).
+  // An unnamed file has no journal, so it is read in a mode without journal (SQLite, "Database File Format",
+  // 1.3.3).
   bytes.get()[18] = std::min<unsigned char>(bytes.get()[18], 1);
   bytes.get()[19] = std::min<unsigned char>(bytes.get()[19], 1);
   const auto size = static_cast<sqlite3_int64>(file.size());
@@ -117,7 +117,7 @@ Result<SqliteDatabase> SqliteDatabase::open(const std::filesystem::path& path, s
                                             std::uint64_t max_value_bytes) {
   const Access access = access_to(path);
   std::shared_ptr<sqlite3> database = open_path(path, access);
-  // The journal of a recorder that died cannot be used in a read-only folder.
+  // The journal of a crashed recorder cannot be used in a read-only folder.
   if (!database) database = open_path(path, Access::Immutable);
   if (Status status = limit_or_damage(database, name, max_value_bytes); !status)
     return tl::unexpected(status.error());
