@@ -13,8 +13,8 @@
 #include "waymark/base/error.hpp"
 #include "waymark/base/time.hpp"
 
-/// Publishing and subscribing over DDS, independent of the implementation. Messages are bytes: CDR with its
-/// four bytes of encapsulation, as a ROS 2 program sends them.
+/// Publishes and subscribes over DDS, independently of the implementation. Messages are bytes as a ROS 2
+/// program sends them: CDR with its four bytes of encapsulation.
 namespace waymark {
 
 /// The quality of service that decides which endpoints match (DDS 1.4, section 2.2.3), and the history depth.
@@ -27,7 +27,7 @@ struct TopicQos {
   friend bool operator==(const TopicQos&, const TopicQos&) = default;
 };
 
-/// Topic and type as DDS names them: "rt/odom", "nav_msgs::msg::dds_::Odometry_".
+/// Topic and type with their DDS names: "rt/odom", "nav_msgs::msg::dds_::Odometry_".
 struct BusTopic {
   std::string topic{};
   std::string type{};
@@ -43,8 +43,8 @@ struct OwnEndpoints {
   std::vector<Guid> subscriptions{};
 };
 
-/// A message that describes this participant to others. It is kept for late joiners, and published again each
-/// time a publisher or a subscription is added or removed.
+/// A message that describes this participant to others. It is kept for late joiners, and published again
+/// whenever a publisher or a subscription is added or removed.
 struct SelfDescription {
   BusTopic name{};
   std::function<std::vector<std::uint8_t>(const OwnEndpoints&)> bytes{};
@@ -94,8 +94,8 @@ class Bus {
 
   /// Adds a publisher and returns its number. Fails if the topic is already used with another type.
   virtual Result<std::size_t> advertise(const BusTopic& topic, const TopicQos& qos) = 0;
-  /// Adds a subscription and returns its number. At most `qos.depth` of its messages are queued; beyond that
-  /// the oldest are dropped and counted.
+  /// Adds a subscription and returns its number. At most `qos.depth` of its messages are queued; when the
+  /// queue is full, the oldest are dropped and counted.
   virtual Result<std::size_t> subscribe(const BusTopic& topic, const TopicQos& qos) = 0;
   /// Ends a subscription. next() may still return its queued messages; its number is not used again.
   virtual void unsubscribe(std::size_t subscription) = 0;
@@ -103,7 +103,7 @@ class Bus {
   /// Publishes the message as the reply to a request.
   virtual Status reply(std::size_t publisher, std::span<const std::uint8_t> bytes,
                        const RequestIdentity& to) = 0;
-  /// The oldest queued message; empty if none comes within `timeout`.
+  /// The oldest queued message; empty if none arrives within `timeout`.
   virtual std::optional<BusMessage> next(Duration timeout) = 0;
   [[nodiscard]] virtual bool more() const = 0;
   /// Number of subscriptions that match a publisher, or of publishers that match a subscription.
@@ -121,7 +121,7 @@ class Bus {
   Bus() = default;
 };
 
-/// The function that the module with the DDS implementation exports, and its symbol. A C function cannot
+/// Type and symbol of the function that the module with the DDS implementation exports. A C function cannot
 /// return a `Result`, so it stores the bus, or the error, in its arguments.
 using OpenBusFunction = void (*)(const BusOptions&, std::unique_ptr<Bus>&, Error&);
 inline constexpr const char* kOpenBusSymbol = "waymark_open_bus";

@@ -47,7 +47,7 @@ class Writer {
     bytes_.insert(bytes_.end(), value.begin(), value.end());
     bytes_.push_back(0);
   }
-  /// Bytes of the Gid beyond the GUID are zero.
+  /// Writes a Gid; its bytes after the GUID are zero.
   void gid(const Guid& guid, std::size_t size) {
     bytes_.insert(bytes_.end(), guid.begin(), guid.end());
     bytes_.insert(bytes_.end(), size - guid.size(), 0);

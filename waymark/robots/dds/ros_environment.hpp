@@ -13,9 +13,9 @@ namespace waymark {
 /// Names of the ROS 2 releases, oldest first.
 [[nodiscard]] std::vector<std::string> ros_distros();
 
-/// The message that makes a participant a node for `ros2 node list` and `ros2 node info`:
-/// ParticipantEntitiesInfo of rmw_dds_common on ros_discovery_info, whose Gid has 24 bytes up to Humble and
-/// 16 since. Programs of a release that expects the other size misread it, and those of 2025 and before may
+/// The message that makes `ros2 node list` and `ros2 node info` show a participant as a node:
+/// ParticipantEntitiesInfo of rmw_dds_common on ros_discovery_info. Its Gid has 24 bytes up to Humble and 16
+/// bytes since. Programs of a release that expects the other size misread it; those from 2025 and before may
 /// crash (ros2/rmw_fastrtps#797). It is therefore sent only if the release is given. An unknown release is an
 /// error that suggests the nearest name.
 [[nodiscard]] Result<SelfDescription> ros_node_description(const std::string& distro,
@@ -30,7 +30,7 @@ using Environment = std::function<std::optional<std::string>(const char* name)>;
 /// Applies the environment variables that ROS 2 programs read to `options`: ROS_DOMAIN_ID (0 to 232),
 /// ROS_LOCALHOST_ONLY (0 or 1), ROS_AUTOMATIC_DISCOVERY_RANGE (SUBNET, LOCALHOST, SYSTEM_DEFAULT),
 /// ROS_STATIC_PEERS (IPv4 addresses, separated by semicolons), ROS_SECURITY_KEYSTORE with ROS_SECURITY_ENABLE
-/// and ROS_SECURITY_ENCLAVE_OVERRIDE. Fails on an invalid value, as ROS does.
+/// and ROS_SECURITY_ENCLAVE_OVERRIDE. Fails on an invalid value, like ROS.
 [[nodiscard]] Status apply_ros_environment(BusOptions& options, const Environment& environment);
 
 /// Help of the field `ros_distro`.
@@ -57,7 +57,7 @@ struct RosPlace {
   }
 };
 
-/// Options of the node with this name; `place` overrides the environment. Errors: invalid environment
+/// Bus options of the node with this name; `place` overrides the environment. Errors: invalid environment
 /// variables, and those of use_interface() and show_in_node_list().
 [[nodiscard]] Result<BusOptions> bus_options(const RosPlace& place, const std::string& node,
                                              const Environment& environment);

@@ -150,9 +150,9 @@ dds::DomainParticipantQos participant_qos(const BusOptions& options) {
   auto& builtin = qos.wire_protocol().builtin;
   builtin.readerHistoryMemoryPolicy = kGrows;
   builtin.writerHistoryMemoryPolicy = kGrows;
-  // By default a participant announces itself five times in half a second and then every three seconds.
-  // Another participant that misses the first ones, as when the port was just reused, would find it seconds
-  // later.
+  // By default a participant announces itself five times in half a second and then every three seconds. A
+  // participant that misses the first announcements, for example because a port was just reused, would
+  // discover it seconds later.
   builtin.discovery_config.leaseDuration_announcementperiod = {0, 500'000'000};
   if (options.localhost_only || !options.peers.empty()) {
     add_peer(builtin.initialPeersList, kDiscoveryGroup);
@@ -192,7 +192,7 @@ BusEndpoint endpoint_of(const Proxy& proxy, bool publishes) {
   return endpoint;
 }
 
-/// Whether the endpoint belongs to this participant; Fast DDS reports those, too.
+/// Whether the endpoint belongs to this participant; Fast DDS reports its endpoints, too.
 bool is_own(const dds::DomainParticipant* participant, const rtps::GUID_t& endpoint) {
   return participant != nullptr && participant->guid().guidPrefix == endpoint.guidPrefix;
 }
@@ -380,7 +380,7 @@ Result<dds::Topic*> FastddsBus::topic(const BusTopic& name) {
   return made;
 }
 
-/// Best effort: without this message only `ros2 node list` lacks the node.
+/// Best effort: if the message is lost, the node is only missing from `ros2 node list`.
 void FastddsBus::describe_self() {
   if (!self_) return;
   if (self_writer_ == nullptr)

@@ -44,7 +44,7 @@ class RawCdrType final : public eprosima::fastdds::dds::TopicDataType {
 
 [[nodiscard]] Guid bytes_of(const eprosima::fastrtps::rtps::GUID_t& guid);
 
-/// Publishers and subscriptions of other participants, as the discovery threads report them.
+/// Publishers and subscriptions of other participants, as reported by the discovery threads.
 class Discovered final : public eprosima::fastdds::dds::DomainParticipantListener {
  public:
   [[nodiscard]] std::vector<BusEndpoint> endpoints() const;
@@ -67,8 +67,8 @@ class Discovered final : public eprosima::fastdds::dds::DomainParticipantListene
   std::map<Guid, std::string> participants_{};
 };
 
-/// Joins the domain with a Fast DDS participant over UDP. Fails if it cannot be created: no such interface,
-/// no free port, rejected certificates.
+/// Joins the domain with a Fast DDS participant over UDP. Fails if it cannot be created, for example without
+/// such an interface or a free port, or if certificates are rejected.
 [[nodiscard]] Result<std::unique_ptr<Bus>> open_fastdds_bus(const BusOptions& options);
 
 }  // namespace waymark

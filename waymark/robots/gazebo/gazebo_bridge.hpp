@@ -11,9 +11,9 @@
 namespace waymark {
 
 /// Converts the messages of a robot in Gazebo to the lines of a robot process
-/// (docs/formats/robot-process.md). Messages that are unreadable, of another type, or have a misleading stamp
-/// are dropped, counted and reported. Stamps are compared with simulated time, so that a simulation may run
-/// slower than real time. Pure.
+/// (docs/formats/robot-process.md). Messages that are unreadable, have another type or a misleading stamp are
+/// dropped, counted and reported. Stamps are compared with simulated time, so the simulation may run slower
+/// than real time. Pure.
 class GazeboBridge {
  public:
   GazeboBridge(const GazeboProfile& profile, RobotDescription robot, PutPicture put_picture = {});
@@ -21,7 +21,7 @@ class GazeboBridge {
   /// The lines of a message; empty if it is dropped or only stored.
   [[nodiscard]] std::vector<std::string> receive(const GazeboSubscription& from,
                                                  const GazeboMessage& message);
-  /// The messages for the user since the last call, as log lines.
+  /// The reports for the user since the last call, as log lines.
   [[nodiscard]] std::vector<std::string> take_reports() { return lines_.take_reports(); }
   [[nodiscard]] std::uint64_t dropped() const { return lines_.dropped(); }
   /// Whether odometry was received.

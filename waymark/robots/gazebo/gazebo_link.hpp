@@ -11,7 +11,7 @@
 #include "waymark/camera/camera_model.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
-/// The topics of Gazebo, independent of the implementation. Messages are plain values with stamps in
+/// Access to Gazebo topics, independent of the implementation. Messages are plain values with stamps in
 /// simulated time.
 namespace waymark {
 
@@ -54,8 +54,8 @@ struct GazeboMessage {
   Duration arrived{};         ///< steady clock
 };
 
-/// A node on the network of Gazebo, in the partition IGN_PARTITION at the address IGN_IP. publish() may be
-/// called from another thread than the other functions.
+/// A node on the Gazebo network, in the partition IGN_PARTITION at the address IGN_IP. publish() may be
+/// called from a different thread than the other functions.
 class GazeboLink {
  public:
   virtual ~GazeboLink() = default;
@@ -66,10 +66,10 @@ class GazeboLink {
   virtual Result<std::size_t> subscribe(const std::string& topic, int depth) = 0;
   /// Ends the subscriptions of a topic. next() may still return their queued messages.
   virtual void unsubscribe(const std::string& topic) = 0;
-  /// Adds a publisher for values of the type of `like` and returns its number.
+  /// Adds a publisher for values with the type of `like` and returns its number.
   virtual Result<std::size_t> advertise(const std::string& topic, const GazeboValue& like) = 0;
   virtual Status publish(std::size_t publisher, const GazeboValue& value) = 0;
-  /// The oldest queued message; empty if none comes within `timeout`.
+  /// The oldest queued message; empty if none arrives within `timeout`.
   virtual std::optional<GazeboMessage> next(Duration timeout) = 0;
   /// Whether a publisher has a subscriber.
   [[nodiscard]] virtual bool has_subscriber(std::size_t publisher) const = 0;
@@ -84,8 +84,8 @@ class GazeboLink {
   GazeboLink() = default;
 };
 
-/// The function that the module exports, and its symbol. A C function cannot return a `Result`, so it stores
-/// the link, or the error, in its arguments.
+/// Type and symbol of the function that the module exports. A C function cannot return a `Result`, so it
+/// stores the link, or the error, in its arguments.
 using OpenGazeboFunction = void (*)(std::unique_ptr<GazeboLink>&, Error&);
 inline constexpr const char* kOpenGazeboSymbol = "waymark_open_gazebo";
 

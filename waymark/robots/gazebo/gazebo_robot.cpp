@@ -49,7 +49,8 @@ class GazeboRobot final : public WireLoop {
   }
   Result<bool> ready() override { return senders_.done(steady_now()); }
 
-  /// Called once the robot has sent. Fails if another program commands it, else adds the publisher.
+  /// Called after the robot's first message. Fails if another program commands the robot, otherwise adds the
+  /// publisher.
   Status prepare() override {
     const auto others = link_.publishers(profile_.command_topic);
     const std::string who = others.empty() ? "" : fmt::format("at {}", fmt::join(others, ", "));
@@ -87,7 +88,8 @@ class GazeboRobot final : public WireLoop {
     output().write(bridge_.take_reports());
   }
 
-  /// Only after the hello, and not in its turn, because subscribers cannot have found the publisher yet.
+  /// Checks only in turns after the hello, because before that subscribers cannot have discovered the
+  /// publisher.
   Status check() override {
     if (!std::exchange(was_greeted_, greeted())) return {};
     if (watch_.ended(steady_now()))

@@ -30,14 +30,14 @@ struct GazeboRobotSettings {
 };
 
 /// Runs the process of a robot in Gazebo (docs/formats/robot-process.md): subscribes to the profile's topics
-/// and publishes commands until the input ends; zero while odometry is missing, and at the end. It writes the
-/// hello 0.4 s after the first odometry; before it, nothing is sent and the input is not read. Fails if no
-/// odometry comes, with the topics found instead, and if another program commands the robot.
+/// and publishes commands until the input ends. Publishes zero while odometry is missing, and at the end.
+/// Writes the hello 0.4 s after the first odometry; until then nothing is sent and the input is not read.
+/// Fails if no odometry arrives (the error lists the topics found) or if another program commands the robot.
 [[nodiscard]] Status run_gazebo_robot(GazeboLink& link, const GazeboProfile& profile,
                                       const RobotDescription& robot, const RobotWire& wire,
                                       const GazeboRobotOptions& options = {});
 
-/// A list of the topics and their types for messages, at most 30.
+/// Lists at most 30 topics with their types, for messages.
 [[nodiscard]] std::string topic_list_text(const std::vector<GazeboTopic>& topics);
 
 }  // namespace waymark

@@ -111,7 +111,7 @@ std::string encoding_of(ignition::msgs::PixelFormatType format) {
   }
 }
 
-/// Copies as many elements as both arrays have.
+/// Copies elements up to the length of the shorter array.
 template <class From, class To>
 void copy_numbers(const From& from, To& to) {
   std::copy_n(from.begin(), std::min<std::size_t>(to.size(), static_cast<std::size_t>(from.size())),
@@ -194,7 +194,7 @@ void put(const Eigen::Vector3d& from, msgs::Vector3d& to) {
   to.set_z(from.z());
 }
 
-/// The pose with the name of the model; of a part, the child frame that PosePublisher writes.
+/// The pose with the name of the model; for a part, the child frame that PosePublisher writes.
 Result<GazeboPose> named(const msgs::Pose& pose) {
   const auto place = from_ignition(pose);
   if (!place) return tl::unexpected(place.error());

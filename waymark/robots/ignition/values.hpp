@@ -18,7 +18,7 @@ namespace waymark {
 /// The stamp of a header, in simulated time.
 [[nodiscard]] SensorTime from_ignition(const ignition::msgs::Time& time);
 [[nodiscard]] ignition::msgs::Time to_ignition(SensorTime stamp);
-/// A header with the frames as Gazebo's systems write them.
+/// A header with the frames in the form that Gazebo's systems write.
 [[nodiscard]] ignition::msgs::Header header(SensorTime stamp, const std::string& frame,
                                             const std::string& child_frame = {});
 /// The value of a header's key ("frame_id", "child_frame_id"); empty if it has none.
@@ -33,7 +33,7 @@ namespace waymark {
 /// A grey image from L_INT8, L_INT16, RGB_INT8, BGR_INT8, RGBA_INT8 or BGRA_INT8. Fails on other formats and
 /// if the data are shorter than the image size requires.
 [[nodiscard]] Result<CameraFrame> from_ignition(const ignition::msgs::Image& message);
-/// RGB_INT8, as Gazebo's cameras send.
+/// Encoding RGB_INT8, like Gazebo's cameras.
 [[nodiscard]] ignition::msgs::Image to_ignition(const CameraFrame& frame);
 
 /// Fails on invalid camera parameters, and on distortion models other than PLUMB_BOB.
@@ -41,10 +41,10 @@ namespace waymark {
 [[nodiscard]] ignition::msgs::CameraInfo to_ignition(const GazeboCamera& camera);
 
 /// Parses a serialised message of a type such as "ignition.msgs.Odometry". Fails on an unsupported type, on
-/// bytes that are not a message of it, and on invalid contents (an image with too little data).
+/// bytes that are not a message of this type, and on invalid contents (an image with too little data).
 [[nodiscard]] Result<GazeboValue> parse_gazebo(std::string_view type, std::string_view bytes);
 
-/// The message type of a value, and the value as a serialised message. Poses are a Pose_V.
+/// type_of() returns the message type of a value; serialize_gazebo() serialises it. Poses become a Pose_V.
 [[nodiscard]] std::string type_of(const GazeboValue& value);
 [[nodiscard]] std::string serialize_gazebo(const GazeboValue& value);
 

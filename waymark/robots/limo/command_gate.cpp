@@ -46,7 +46,7 @@ void CommandGate::receive(const LimoMotion& motion, Duration now) {
 }
 
 void CommandGate::receive(const LimoState& state, Duration /*now*/) {
-  // One of 256 damaged frames has the right checksum, so a new state is accepted only after two equal frames.
+  // One in 256 damaged frames has a correct checksum, so a new state is accepted only after two equal frames.
   const bool accepted = (state_ && same(*state_, state)) || (unconfirmed_ && same(*unconfirmed_, state));
   unconfirmed_ = state;
   if (!accepted) return;

@@ -26,14 +26,14 @@ class CommandGate {
 
   /// The command to send now: `asked` or zero.
   [[nodiscard]] VelocityCommand pass(const VelocityCommand& asked, Duration now);
-  /// Whether to request control of LIMO now: at the beginning; later only while the driver commands zero and
-  /// LIMO is stationary, so as not to compete with an operator of the remote control.
+  /// Whether to request control of LIMO now: at the beginning, and later only while the driver commands zero
+  /// and LIMO is stationary. This avoids competing with an operator of the remote control.
   [[nodiscard]] bool asks_for_command(Duration now);
   /// The drive for which commands are encoded.
   [[nodiscard]] LimoDrive drive() const;
-  /// LIMO has reported state and motion, and accepts commands.
+  /// Whether LIMO has reported state and motion, and accepts commands.
   [[nodiscard]] bool ready() const { return obeyed_ && motion_received_.has_value(); }
-  /// LIMO has reported state and motion, whether it accepts commands or not.
+  /// Whether LIMO has reported state and motion, even if it does not accept commands.
   [[nodiscard]] bool has_state() const { return state_.has_value() && motion_received_.has_value(); }
   [[nodiscard]] const std::optional<LimoState>& state() const { return state_; }
   /// The reports since the last call.

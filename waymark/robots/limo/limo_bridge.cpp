@@ -15,7 +15,7 @@ constexpr double kPhaseShare = 0.25;   ///< of the lateness found in a window
 constexpr double kPeriodShare = 0.1;   ///< of the drift within a window
 constexpr double kMaxGapPeriods = 25;  ///< a longer silence restarts the estimate
 constexpr double kMinPeriod_s = 5e-4;  ///< a shorter one comes from a backlog of messages
-constexpr double kMissing = 0.6;  ///< lateness of even the earliest [periods] from which a message is missing
+constexpr double kMissing = 0.6;       ///< a message is missing if even the earliest is this late [periods]
 
 SensorTime time_of(double seconds) {
   return SensorTime(Duration(static_cast<std::int64_t>(std::round(seconds * 1e9))));

@@ -9,16 +9,16 @@
 
 namespace waymark {
 
-/// Estimates the stamps of periodic messages without stamps from their arrival. Delays (buffers of the UART
-/// and the USB bridge, the scheduler) only make a message late. The stamps therefore follow the earliest
-/// recent arrivals with a constant, estimated period. The same idea with stamps of the sender: Olson, "A
-/// passive solution to the sensor synchronization problem" (IROS 2010), section III. Stamps use the clock of
-/// the arrivals, are never later than the arrival, and increase strictly.
+/// Estimates stamps for periodic messages without stamps from their arrival. Delays (buffers of the UART and
+/// the USB bridge, the scheduler) can only make a message late. The stamps therefore follow the earliest
+/// recent arrivals with a constant, estimated period. Olson describes the same idea for messages with sender
+/// stamps: "A passive solution to the sensor synchronization problem" (IROS 2010), section III. Stamps use
+/// the clock of the arrivals, are never later than the arrival, and are strictly increasing.
 class FrameClock {
  public:
   /// `lost`: bytes before the message were unreadable, so that a message may be missing.
   [[nodiscard]] SensorTime stamp(Duration arrived, bool lost = false);
-  /// The estimated period; empty until enough messages came.
+  /// The estimated period; empty until enough messages have arrived.
   [[nodiscard]] std::optional<double> period_s() const;
 
  private:
@@ -34,11 +34,11 @@ class FrameClock {
   std::optional<SensorTime> newest_{};
 };
 
-/// Odometry of LIMO. The distance comes from the speed of the motion feedback (0x221; unit as in LIMO's own
-/// driver), the heading from the yaw angle of the IMU (0x323), extrapolated to the time of the feedback by
-/// the gyro (0x322). All yaw steps are used; LIMO's own driver drops steps below 0.1 degrees per message, and
-/// with them slow turns. Without IMU messages the heading comes from the wheels. Frame odom is the pose at
-/// the first feedback.
+/// Odometry of LIMO. The distance is integrated from the speed of the motion feedback (0x221; unit as in
+/// LIMO's own driver). The heading is the yaw angle of the IMU (0x323), extrapolated to the time of the
+/// feedback using the gyro (0x322). All yaw steps are used; LIMO's own driver drops steps below 0.1 degrees
+/// per message, and with them slow turns. Without IMU messages the wheels determine the heading. Frame odom
+/// is the pose at the first feedback.
 class LimoOdometry {
  public:
   void receive_angular_velocity(double yaw_rate_rad_s, SensorTime stamp);
@@ -66,8 +66,8 @@ class LimoOdometry {
   SE2 odom_T_base_{};
 };
 
-/// Converts LIMO's frames to samples. Stamps are of this computer's steady clock, smoothed by a FrameClock
-/// per message type. Pure.
+/// Converts LIMO's frames to samples. Stamps refer to this computer's steady clock and are smoothed by one
+/// FrameClock per message type. Pure.
 class LimoBridge {
  public:
   explicit LimoBridge(double wheel_radius_m) : wheel_radius_m_(wheel_radius_m) {}

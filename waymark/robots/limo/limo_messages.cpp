@@ -229,7 +229,7 @@ LimoFrame encode_command(const VelocityCommand& command, LimoDrive drive) {
   const double speed_m_s = std::clamp(asked.speed_m_s, -kLimoTopSpeed_m_s, kLimoTopSpeed_m_s);
   if (drive != LimoDrive::Ackermann)
     return frame_of(LimoId::Motion, {speed_m_s / kMilli, asked.yaw_rate_rad_s / kMilli, 0, 0});
-  // The curvature of the command, not of the clamped speed.
+  // Uses the curvature of the command, not that of the clamped speed.
   const double curvature =
       asked.yaw_rate_rad_s == 0
           ? 0

@@ -12,9 +12,10 @@
 #include "waymark/base/error.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
-/// The serial protocol of AgileX LIMO: frames of 14 bytes at 460800 baud, 8N1 (AgileX Robotics, limo_ros2,
-/// limo_base/include/limo_base/limo_protocol.h and src/limo_driver.cpp): 0x55, 0x0E, message id
-/// (2 bytes), 8 bytes of data, a counter, and the sum of the data modulo 256. Numbers are big-endian.
+/// The serial protocol of AgileX LIMO: frames of 14 bytes at 460800 baud, 8N1. Source: AgileX Robotics,
+/// limo_ros2, limo_base/include/limo_base/limo_protocol.h and src/limo_driver.cpp. A frame consists of 0x55,
+/// 0x0E, message id (2 bytes), 8 bytes of data, a counter, and the sum of the data modulo 256. Numbers are
+/// big-endian.
 namespace waymark {
 
 /// The message ids used here.
@@ -43,9 +44,8 @@ struct LimoFrame {
 [[nodiscard]] std::uint8_t checksum(const LimoFrame& frame);
 [[nodiscard]] std::array<std::uint8_t, kLimoFrameBytes> encode(const LimoFrame& frame);
 
-/// Finds frames in a byte stream. After a header with a wrong checksum it skips only one byte, so that a
-/// frame that begins inside a damaged one is found. Buffers at most one frame and the bytes of the last
-/// add().
+/// Finds frames in a byte stream. After a frame with a wrong checksum it skips only one byte, so a frame that
+/// begins inside a damaged one is found. Buffers at most one frame and the bytes of the last add().
 class LimoReader {
  public:
   void add(std::span<const std::uint8_t> bytes) { bytes_.insert(bytes_.end(), bytes.begin(), bytes.end()); }
@@ -61,7 +61,7 @@ class LimoReader {
 
 // Decoding and encoding of LIMO's frames, in SI units (limo_driver.cpp of AgileX Robotics' limo_ros2).
 
-/// LIMO's drive: how its wheels are mounted and latched. With tracks it reports Differential.
+/// LIMO's drive, determined by how its wheels are mounted and latched. With tracks LIMO reports Differential.
 enum class LimoDrive : std::uint8_t { Differential, Ackermann, Mecanum, Tracked };
 
 /// "differential", "ackermann", "mecanum", "tracked".
@@ -75,7 +75,7 @@ inline constexpr double kLimoTrack_m = 0.172;
 inline constexpr double kLimoMaxSteering_rad = 0.48869;  ///< of the inner wheel
 inline constexpr double kLimoSteeringScale = 2.47;       ///< angle of the inner wheel / angle in the message
 
-/// 0x221: the motion by the wheels.
+/// 0x221: motion measured by the wheels.
 struct LimoMotion {
   double speed_m_s = 0;
   double yaw_rate_rad_s = 0;
@@ -87,7 +87,8 @@ struct LimoMotion {
 struct LimoState {
   enum class Vehicle : std::uint8_t { Normal, EmergencyStop, Exception };
   Vehicle vehicle = Vehicle::Normal;
-  bool commanded = false;  ///< it accepts commands of this port; otherwise of the remote control or none
+  bool commanded =
+      false;  ///< accepts commands from this port; if false, only from the remote control or none
   double battery_V = 0;
   std::uint16_t errors = 0;
   LimoDrive drive = LimoDrive::Differential;
@@ -99,7 +100,7 @@ struct LimoOdometer {
   double right_m = 0;
 };
 
-/// Fails on implausible values, as in a damaged frame whose checksum is right by chance.
+/// Fails on implausible values, as in a damaged frame whose checksum happens to be correct.
 [[nodiscard]] Result<LimoMotion> decode_motion(const LimoFrame& frame);
 [[nodiscard]] Result<LimoState> decode_state(const LimoFrame& frame);
 [[nodiscard]] LimoOdometer decode_odometer(const LimoFrame& frame);
@@ -115,17 +116,17 @@ struct LimoOdometer {
 [[nodiscard]] LimoFrame encode_angular_velocity(const Eigen::Vector3d& angular_velocity_rad_s);
 [[nodiscard]] LimoFrame encode_attitude(const Eigen::Vector3d& yaw_pitch_roll_rad);
 
-/// 0x421: requests control. Mecanum wheels must be announced; LIMO detects the other drives by its latches.
+/// 0x421: requests control. Mecanum wheels must be declared; LIMO detects the other drives from its latches.
 [[nodiscard]] LimoFrame take_command(LimoDrive drive);
 /// 0x111 for a velocity of the body, limited to LIMO's maximum speed. With Ackermann steering the angle of
-/// the inner front wheel follows from the curvature (yaw rate / speed), limited to its maximum. A turn on the
-/// spot is then not possible: the wheels steer and the robot stays where it is.
+/// the inner front wheel follows from the curvature (yaw rate / speed), limited to its maximum. Turning on
+/// the spot is then impossible: the wheels steer, but the robot does not move.
 [[nodiscard]] LimoFrame encode_command(const VelocityCommand& command, LimoDrive drive);
 /// The velocity of the body in a frame 0x111; the inverse of encode_command().
 [[nodiscard]] VelocityCommand decode_command(const LimoFrame& frame, LimoDrive drive);
 
-/// Curvature of the path of the rear axle's middle [1/m], positive to the left, from the angle of the inner
-/// front wheel [rad], and the inverse.
+/// Converts the angle of the inner front wheel [rad] to the path curvature of the rear axle's midpoint [1/m],
+/// positive to the left, and back.
 [[nodiscard]] double curvature_of_steering(double steering_rad);
 [[nodiscard]] double steering_of_curvature(double curvature);
 

@@ -132,9 +132,8 @@ class LimoRobot final : public WireLoop {
         output().write({line->text + "\n"});
   }
 
-  /// LIMO accepts commands, or it sends and no control was requested. An input that ends before LIMO accepts
-  /// commands
-  /// (/dev/null) ends the process afterwards.
+  /// True if LIMO accepts commands, or sends and no control was requested. If the input ends before LIMO
+  /// accepts commands (/dev/null), the process ends afterwards.
   Result<bool> ready() override {
     if (input_ended()) request_control();
     const std::scoped_lock lock(mutex_);
@@ -190,7 +189,7 @@ class LimoRobot final : public WireLoop {
     for (const std::string& report : reports) output().report(report);
   }
 
-  /// Silence of LIMO, or only of its IMU.
+  /// Reports about the silence of LIMO, or only of its IMU.
   std::vector<std::string> silence_reports(Duration now) override {
     if (!greeted()) return {};
     const Duration silent = now - frame_at_;

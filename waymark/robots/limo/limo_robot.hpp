@@ -21,7 +21,7 @@ struct LimoRobotOptions {
 struct LimoRobotSettings {
   LimoRobotOptions options{};  ///< except the drive
   std::string robot_file = "limo";
-  std::string drive{};  ///< a name for parse_limo_drive(); empty: of the robot file
+  std::string drive{};  ///< a name for parse_limo_drive(); empty: that of the robot file
   bool listen_only = false;
 
   template <class Self, class Visitor>
@@ -52,9 +52,9 @@ struct LimoRobotSettings {
 [[nodiscard]] LimoDrive drive_of(const RobotDescription& robot);
 
 /// Runs the process of a LIMO (docs/formats/robot-process.md): holds its serial port and sends commands 25
-/// times a second until the input ends; zero if they cease, and at the end. It writes the hello once LIMO
-/// sends and accepts commands. Fails if the port cannot be opened or is disconnected, if LIMO does not answer
-/// or does not accept commands, and if its drive differs from the robot file.
+/// times a second until the input ends. Sends zero if commands cease, and at the end. Writes the hello once
+/// LIMO sends and accepts commands. Fails if the port cannot be opened or is disconnected, if LIMO does not
+/// answer or accept commands, or if its drive differs from the robot file.
 [[nodiscard]] Status run_limo_robot(const RobotDescription& robot, const LimoRobotOptions& options,
                                     const RobotWire& wire);
 

@@ -32,7 +32,7 @@ struct LimoPortActivity {
 };
 
 /// Opens the port and listens for the duration `listen`, or until `cancelled` returns true. Sends nothing, so
-/// that a LIMO in use is not disturbed. Errors: of open_serial_port(); Unreadable if the port is
+/// a LIMO in use is not disturbed. Errors: those of open_serial_port(); Unreadable if the port is
 /// disconnected.
 [[nodiscard]] Result<LimoPortActivity> listen_to_limo(const std::string& port, Duration listen,
                                                       const std::function<bool()>& cancelled);

@@ -141,7 +141,7 @@ Result<std::unique_ptr<LcmLink>> open_lcm(const std::string& address) {
 
 namespace {
 
-/// Whether the digits are a number of at most `max`.
+/// Whether the digits form a number of at most `max`.
 bool at_most(const std::string& digits, unsigned long max) {
   unsigned long value = 0;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);

@@ -35,18 +35,18 @@ class LcmLink {
   virtual Status subscribe(const std::string& channels) = 0;
   /// May be called from any thread. Fails if the message cannot be sent.
   virtual Status publish(const std::string& channel, ByteSpan payload) = 0;
-  /// The oldest queued message; empty if none comes within `timeout`.
+  /// The oldest queued message; empty if none arrives within `timeout`.
   virtual Result<std::optional<LcmMessage>> next(Duration timeout) = 0;
 
  protected:
   LcmLink() = default;
 };
 
-/// Checks the address of a UDP multicast group, "udpm://239.255.76.67:7667?ttl=0". An empty text is the
+/// Checks the address of a UDP multicast group, "udpm://239.255.76.67:7667?ttl=0". An empty text means the
 /// default address. Fails with the reason on an invalid address.
 [[nodiscard]] Result<std::string> lcm_address(const std::string& text);
 
-/// Joins the group. Fails if liblcm is missing, or there is no network.
+/// Joins the group. Fails if liblcm is missing or no network is available.
 [[nodiscard]] Result<std::unique_ptr<LcmLink>> open_lcm(const std::string& address);
 
 // Channels on which Waymark programs announce themselves, because LCM messages do not contain their sender.
@@ -64,8 +64,8 @@ class Presence {
   Duration next_{};
 };
 
-/// Fails if an MBot sends at this address within 0.4 s. Two robots on one network would obey the same driver,
-/// and their samples could not be distinguished. A simulated MBot checks this before it starts.
+/// Fails if an MBot is detected at this address within 0.4 s. Two robots on one network would obey the same
+/// driver, and their samples would be indistinguishable. A simulated MBot checks this before it starts.
 [[nodiscard]] Status no_mbot_at(const std::string& address);
 
 /// The name in such a message in printable form, at most 120 bytes.

@@ -181,7 +181,7 @@ void MbotBridge::compare_clock(const LcmMessage& message) {
       std::abs(behind_s), behind_s > 0 ? "behind" : "ahead of", message.channel));
 }
 
-/// Reports the problems of the decoders: each once, damage also each time its count has doubled.
+/// Reports each problem of the decoders once, and damage again each time its count has doubled.
 void MbotBridge::note_problems() {
   for (const LogProblem& problem : problems_.list()) {
     std::uint64_t& reported = reported_[problem.key];

@@ -23,19 +23,19 @@ struct MbotBridgeOptions {
   Duration tag_latency = std::chrono::milliseconds(65);
 };
 
-/// Converts the messages of an MBot to the lines of a robot process (docs/formats/robot-process.md), with the
-/// decoders and conventions of its logs. Publishers differ in their conventions without declaring them, so
-/// the first messages are held back until the conventions are determined, usually for a second at most. A
-/// message without a stamp (utime 0) gets the robot's time at its arrival. Messages that cannot be decoded,
-/// have an unknown fingerprint or a misleading stamp are dropped, counted and reported. Pure: time comes with
-/// the messages.
+/// Converts the messages of an MBot to the lines of a robot process (docs/formats/robot-process.md), using
+/// the decoders and conventions of its logs. Publishers have different conventions and do not declare them,
+/// so the first messages are held back until the conventions are determined, usually for at most a second. A
+/// message without a stamp (utime 0) is stamped with the robot's time at its arrival. Messages that cannot be
+/// decoded, have an unknown fingerprint or a misleading stamp are dropped, counted and reported. Pure: time
+/// is read from the messages.
 class MbotBridge {
  public:
   explicit MbotBridge(const MbotBridgeOptions& options = {});
   MbotBridge(const MbotBridge&) = delete;
   MbotBridge& operator=(const MbotBridge&) = delete;
 
-  /// The lines of a message, and of earlier ones that were held back.
+  /// The lines of a message, and of earlier messages that were held back.
   [[nodiscard]] std::vector<std::string> receive(LcmMessage message);
   /// The reports for the user since the last call, as log lines.
   [[nodiscard]] std::vector<std::string> take_reports();

@@ -102,7 +102,7 @@ class MbotRobot final : public WireLoop {
     if (driven_) output().report(kOtherDriver);
     write_newest();
   }
-  /// Ignores errors: commands are repeated soon, and the robot has a watchdog of its own.
+  /// Ignores errors, because commands are repeated soon and the robot has its own watchdog.
   void send(const VelocityCommand& command) override {
     (void)link_->publish(kCommandChannel, own_.make(silence() > kSilence ? VelocityCommand{} : command));
   }
@@ -124,7 +124,7 @@ class MbotRobot final : public WireLoop {
                             "ttl=1, so that messages leave its computer.")};
   }
 
-  /// Time since the newest odometry; a silent robot is sent zero. May be called from any thread.
+  /// Time since the newest odometry; zero is sent to a silent robot. May be called from any thread.
   [[nodiscard]] Duration silence() const { return steady_now() - newest_odometry_.load(); }
 
   void receive(LcmMessage message) {
@@ -165,7 +165,7 @@ class MbotRobot final : public WireLoop {
   Presence presence_{};
   OwnCommands own_{};
   std::atomic<Duration> newest_odometry_ = Duration(0);
-  std::vector<std::string> newest_lines_{};  ///< of the newest message, also before the hello
+  std::vector<std::string> newest_lines_{};  ///< of the newest message, including before the hello
   bool driven_ = false;                      ///< another program also sends commands
   bool simulated_ = false;
   std::string driver_{};              ///< another Waymark that commands the robot

@@ -35,11 +35,11 @@ struct MbotRobotSettings {
   }
 };
 
-/// Runs the process of an MBot (docs/formats/robot-process.md): receives its messages on LCM and publishes
-/// MBOT_VEL_CMD at least 25 times a second until the input ends; then zero. It also sends zero, with a
-/// report, if no odometry came for 0.2 s. It writes the hello 0.4 s after the first odometry; before it,
-/// nothing is sent and the input is not read. Fails if no odometry comes, with the channels received instead,
-/// and if another program commands the robot.
+/// Runs the process of an MBot (docs/formats/robot-process.md): receives its messages over LCM and publishes
+/// MBOT_VEL_CMD at least 25 times a second until the input ends, then zero. If no odometry arrives for 0.2 s,
+/// it sends zero and reports it. It writes the hello 0.4 s after the first odometry; until then nothing is
+/// sent and the input is not read. Fails if no odometry arrives (the error lists the received channels) or if
+/// another program commands the robot.
 [[nodiscard]] Status run_mbot_robot(const MbotRobotOptions& options, const RobotWire& wire);
 
 }  // namespace waymark

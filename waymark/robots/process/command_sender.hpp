@@ -20,8 +20,8 @@ struct CommandRepeatOptions {
   Duration timeout = std::chrono::milliseconds(250);  ///< maximum age of a command; then zero is sent
 };
 
-/// Forwards each command immediately and repeats it periodically; zero if none came within the timeout. Pure:
-/// `now` is a steady clock and must not decrease.
+/// Forwards each command immediately and repeats it periodically; sends zero if none arrived within the
+/// timeout. Pure: `now` is a steady clock and must not decrease.
 class CommandRepeat {
  public:
   explicit CommandRepeat(const CommandRepeatOptions& options = {}) : options_(options) {}
@@ -40,28 +40,28 @@ class CommandRepeat {
   bool fresh_ = false;  ///< given and not yet published
 };
 
-/// Number of commands from which on another program counts as driving. A single one may have been in flight
-/// when its sender ended.
+/// Another program counts as driving if it sends at least this many commands. A single command may have been
+/// in flight when its sender ended.
 inline constexpr int kMinCommandsOfDriver = 2;
 
 /// Detects whether another program commands the robot, between the robot's first message and the first
 /// command sent to it. A robot with two senders would obey both in turn.
 class SenderWatch {
  public:
-  /// `shares`: other programs may command it as well, so there is no check. `listen`: duration of the check;
-  /// the default covers ten commands of another Waymark.
+  /// `shares`: other programs may also command the robot, so nothing is checked. `listen`: duration of the
+  /// check; the default covers ten commands of another Waymark.
   explicit SenderWatch(bool shares, Duration listen = std::chrono::milliseconds(400))
       : listen_(shares ? Duration(0) : listen) {}
 
-  /// Call on each message of the robot, with the steady time of its arrival.
+  /// Call for each message of the robot, with the steady time of its arrival.
   void on_robot_message(Duration now) {
     if (!robot_since_) robot_since_ = now;
   }
-  /// Call on each command of another program.
+  /// Call for each command of another program.
   void on_other_command() { commands_ += robot_since_ ? 1 : 0; }
 
   [[nodiscard]] bool has_robot() const { return robot_since_.has_value(); }
-  /// The robot has sent, and the check is complete.
+  /// Whether the robot has sent a message and the check is complete.
   [[nodiscard]] bool done(Duration now) const { return robot_since_ && now - *robot_since_ >= listen_; }
   /// Fails if another program commands the robot. `where`: channel or topic of the commands; `who`: their
   /// sender, empty if unknown; `start`: the verb of the robot process, for the hint.
@@ -77,12 +77,12 @@ class SenderWatch {
 /// The name of this process for other programs: "waymark (process 4711 on limo-7)".
 [[nodiscard]] std::string name_of_this_process();
 
-/// The role after an order. The first hello or velocity decides it.
+/// The role after an order; determined by the first hello or velocity.
 [[nodiscard]] InputRole role_after(InputRole role, const RobotOrderLine& order);
 
 /// Sends the orders of an input (docs/formats/robot-process.md) on its own thread, at least 25 times a
-/// second. It sends zero if they cease, and zero four times when the input ends. Nothing is sent before the
-/// input's role is Drives, and never if it listens only.
+/// second. It sends zero if they cease, and zero four times when the input ends. Nothing is sent until the
+/// input's role is Drives, and never if it only listens.
 class CommandSender {
  public:
   /// `send` sends a command to the robot; called on the sender's thread. `role`: the role so far
@@ -94,12 +94,12 @@ class CommandSender {
   CommandSender(const CommandSender&) = delete;
   CommandSender& operator=(const CommandSender&) = delete;
 
-  /// The input ended or contained a bye.
+  /// Whether the input ended or contained a bye.
   [[nodiscard]] bool ended() const { return ended_; }
-  /// The input contained a bye.
+  /// Whether the input contained a bye.
   [[nodiscard]] bool received_bye() const { return received_bye_; }
   [[nodiscard]] InputRole role() const { return role_; }
-  /// While held, zero is sent instead of the orders, because the robot is silent.
+  /// While held, zero is sent instead of the orders; used if the robot is silent.
   void hold(bool held) { held_ = held; }
 
  private:

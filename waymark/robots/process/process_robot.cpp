@@ -42,7 +42,7 @@ Result<std::unique_ptr<ProcessRobot>> ProcessRobot::start(const RobotCommand& co
               "The first line must be {\"type\":\"hello\",…}. Does the robot flush standard output?");
 }
 
-/// The error with the robot's last log line, if that was its newest message: the line explains why the
+/// Adds the robot's last log line to the error if it was the newest message, because it explains why the
 /// process ended.
 Error ProcessRobot::with_last_log(Error error) const {
   if (last_log_.empty()) return error;

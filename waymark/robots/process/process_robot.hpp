@@ -31,16 +31,16 @@ class ProcessRobot final : public Source, public Robot {
                                                      const ProcessRobotOptions& options = {});
 
   [[nodiscard]] const RobotHello& hello() const { return hello_; }
-  /// Warnings about skipped lines and keys are returned as text. Fails on an invalid line, and with the
-  /// reason when the process ends.
+  /// Warnings about skipped lines and keys are returned as text. Fails on an invalid line. When the process
+  /// ends, fails with the reason.
   Result<std::optional<RobotEvent>> next(Duration timeout) override;
   [[nodiscard]] bool more() const override { return !waiting_.empty() || !texts_.empty(); }
-  /// Does not block. Answers the newest step of a robot in lockstep.
+  /// Does not block. With a robot in lockstep, answers its newest step.
   Status command(const VelocityCommand& command) override;
   /// In lockstep: the stamp of the newest step.
   [[nodiscard]] std::optional<SensorTime> now() const override;
-  /// WatchedProcess::drive_from_child(): starts a process for a test to kill. next() continues until the
-  /// watchdog has ended the robot process.
+  /// Calls WatchedProcess::drive_from_child(), which starts a process that a test can kill. next() continues
+  /// until the watchdog has ended the robot process.
   [[nodiscard]] Result<pid_t> drive_from_child(const VelocityCommand& command, double duration_s) {
     return wire_->drive_from_child(command.speed_m_s, command.yaw_rate_rad_s, duration_s);
   }

@@ -9,9 +9,9 @@
 
 namespace waymark {
 
-/// Estimates the current time of the robot's clock from the arrival of its samples. The sample with the
-/// smallest delay in the last ten to twenty seconds gives the offset of the clocks. The estimate lags by that
-/// delay.
+/// Estimates the current time of the robot's clock from the arrival of its samples. The clock offset is
+/// determined from the sample with the smallest delay in the last ten to twenty seconds. The estimate lags by
+/// that delay.
 class ArrivalClock {
  public:
   /// `arrived`: steady clock of this computer; must not decrease.
@@ -25,10 +25,10 @@ class ArrivalClock {
   Duration window_began_{};
 };
 
-/// Rejects stamps that would mislead an estimator: those that decrease within a topic, and those of another
-/// clock than the odometry's. The clocks of robot and computer may differ by any amount, which is measured.
-/// If one of them is set while they run, all later samples are rejected, because they share no clock with the
-/// earlier ones.
+/// Rejects stamps that would mislead an estimator: those that decrease within a topic, and those that are not
+/// of the odometry's clock. The clocks of robot and computer may differ by any amount, which is measured. If
+/// one of the clocks is set during operation, all later samples are rejected, because they share no clock
+/// with the earlier ones.
 class StampGate {
  public:
   /// Fails with the reason if the stamp is rejected. `arrived`: steady clock of this computer. `leads`: the
@@ -41,7 +41,7 @@ class StampGate {
  private:
   [[nodiscard]] Error refused(const std::string& topic, Duration offset, Duration arrived, bool leads);
 
-  /// An offset of the leading topic since `since` that differs from the accepted one.
+  /// An offset of the leading topic that has differed from the accepted one since `since`.
   struct OtherOffset {
     Duration offset{};
     Duration since{};

@@ -83,7 +83,7 @@ class MessageFields {
   [[nodiscard]] std::int64_t integer(const char* key, std::int64_t min, std::int64_t max);
   [[nodiscard]] std::string text(const char* key, bool needed = true);
   [[nodiscard]] bool flag_or_false(const char* key);
-  /// stamp_s or stamp_ns. Fails if it decreases within the stream; each camera is a stream of its own.
+  /// stamp_s or stamp_ns. Fails if it decreases within the stream; each camera is a separate stream.
   [[nodiscard]] SensorTime stamp(const std::string& camera = {});
   /// The camera of a line; if the line names none, the only camera. An ambiguous or unknown camera skips the
   /// line.
@@ -94,7 +94,7 @@ class MessageFields {
   [[nodiscard]] bool has(const char* key);
 
   void wrong(const std::string& key, const std::string& message, const std::string& hint = {});
-  /// The line is valid, but its content cannot be used: it is skipped, counted and reported.
+  /// Marks a valid line with unusable content, which is skipped, counted and reported.
   void skip(std::string reason) { skip_reason_ = std::move(reason); }
   [[nodiscard]] bool of_unknown_camera() const { return unknown_camera_; }
   [[nodiscard]] const std::string& skip_reason() const { return skip_reason_; }

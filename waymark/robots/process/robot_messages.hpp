@@ -52,8 +52,8 @@ using RobotMessage = std::variant<RobotHello, RobotStep, RobotLog, Sample>;
 
 class MessageFields;
 
-/// Parses the lines of a robot. Strict: an invalid line is an error with its line and key, because a robot
-/// whose data is partly unreadable must not be driven. Unknown keys and types are ignored with one warning
+/// Parses the lines of a robot. Strict: an invalid line is an error that contains line and key, because a
+/// robot with partly unreadable data must not be driven. Unknown keys and types are ignored with one warning
 /// each.
 class RobotMessageReader {
  public:
@@ -83,7 +83,7 @@ class RobotMessageReader {
 };
 
 /// The line of a message, with its newline. `picture`: for an image, the bytes of a JPEG or PNG file. Empty
-/// for samples without a line (ranges, commands).
+/// for samples that have no line (ranges, commands).
 [[nodiscard]] std::string to_line(const RobotMessage& message, const std::vector<std::uint8_t>& picture = {});
 
 /// An order to the robot, as its process parses it.

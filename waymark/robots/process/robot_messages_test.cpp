@@ -155,7 +155,7 @@ TEST(RobotMessages, DetectionsNameTheirCamera) {
   EXPECT_EQ(frame_of(read(R"({"type":"detections","stamp_s":1,"camera":"rear","tags":[]})")).camera, "rear");
   EXPECT_EQ(frame_of(read(R"({"type":"detections","stamp_s":0.9,"camera":"front","tags":[]})")).camera,
             "front")
-      << "each camera has a stream of its own";
+      << "each camera has its own stream";
   EXPECT_EQ(
       frame_of(read(to_line(Sample(TagFrame{.stamp = SensorTime(seconds(2)), .camera = "rear"})))).camera,
       "rear");
@@ -221,7 +221,7 @@ TEST(RobotMessages, SkipsAndCountsUnreadableImages) {
             64)
       << "the next image is read";
   EXPECT_THAT(reader.error(R"({"type":"image","stamp_s":1.5,"jpeg_base64":"AAAA"})"), HasSubstr("0.500 s"))
-      << "errors of the line itself stay errors";
+      << "errors in the line itself remain errors";
 }
 
 TEST(RobotMessages, ErrorsOfBadLinesContainLineAndKey) {

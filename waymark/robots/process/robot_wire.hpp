@@ -16,7 +16,7 @@ inline constexpr std::string_view kListenOnlyHelp =
 /// Input and output of a robot process (docs/formats/robot-process.md).
 struct RobotWire {
   int input = 0;                                       ///< descriptor of the orders
-  std::function<bool(const std::string& line)> write;  ///< false: the reader has gone
+  std::function<bool(const std::string& line)> write;  ///< returns false if the reader has gone
   std::function<void(const std::string& text)> note;   ///< shows messages to the user before the hello
   std::function<bool()> should_stop = [] { return false; };
   bool listen_only = false;  ///< another program drives: nothing is sent to the robot

@@ -38,7 +38,7 @@ Eigen::Matrix3d planar_covariance(const std::array<double, 36>& six) {
   return P;
 }
 
-/// Whether it is symmetric with standard deviations from 1e-6 to 1e3 (m, rad).
+/// Whether the matrix is symmetric and its standard deviations are between 1e-6 and 1e3 (m, rad).
 bool is_covariance(const Eigen::Matrix3d& P) {
   constexpr double kMinVariance = 1e-12;
   constexpr double kMaxVariance = 1e6;

@@ -11,9 +11,9 @@ namespace waymark {
 inline constexpr const char* kInitialPoseTopic = "/initialpose";
 
 /// Reads a pose set by an operator: geometry_msgs/msg/PoseWithCovarianceStamped in CDR with its
-/// encapsulation, as RViz's "2D Pose Estimate" sends it. Only x, y and yaw of the covariance are used. Fails
-/// on bytes that are not such a message, another frame than map, non-finite numbers, a pose that is not
-/// upright, and a covariance that is not positive definite.
+/// encapsulation, as sent by RViz's "2D Pose Estimate". Only x, y and yaw of the covariance are used. Fails
+/// on bytes that are not such a message, a frame other than map, non-finite numbers, a pose that is not
+/// upright, or a covariance that is not positive definite.
 [[nodiscard]] Result<GivenPose> read_initial_pose(std::span<const std::uint8_t> cdr);
 
 }  // namespace waymark

@@ -79,7 +79,8 @@ Status check_no_other_publisher(const std::vector<LogChannel>& channels, bool co
       "set another ROS_DOMAIN_ID.");
 }
 
-/// The type of the topic's subscriptions: the recorded one if any has it or none is of a command type.
+/// The type of the topic's subscriptions. It is the recorded type if a subscription has it, or if none has a
+/// command type.
 std::string LogPublisher::subscribed_command(const LogChannel& recorded) const {
   std::string other = recorded.type;
   for (const BusEndpoint& endpoint : bus_.endpoints()) {

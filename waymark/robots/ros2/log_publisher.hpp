@@ -13,9 +13,9 @@
 
 namespace waymark {
 
-/// Fails, with its name, if another program publishes a topic of these channels, because subscribers would
-/// mix both. Topics with usually many publishers (/tf, /diagnostics, ...) are not checked, velocity commands
-/// only if `commands` is set, that is, if they are played.
+/// Fails if another program publishes a topic of these channels, because subscribers would receive both; the
+/// error names the program. Topics that usually have many publishers (/tf, /diagnostics, ...) are not
+/// checked. Velocity commands are checked only if `commands` is set, that is, if they are played.
 [[nodiscard]] Status check_no_other_publisher(const std::vector<LogChannel>& channels, bool commands,
                                               const Bus& bus);
 
@@ -24,8 +24,9 @@ namespace waymark {
 [[nodiscard]] bool is_kept_for_late_joiners(const LogChannel& channel);
 
 /// Publishes the messages of a recording unchanged, with their own stamps; ROS 1 messages are converted to
-/// ROS 2. Velocity commands are published as Twist or TwistStamped, whichever is subscribed if the recorded
-/// type is not. Topics for which is_kept_for_late_joiners() is true are offered transient local.
+/// ROS 2. Velocity commands are converted between Twist and TwistStamped if the recorded type has no
+/// subscription but the other has. Topics for which is_kept_for_late_joiners() is true are offered transient
+/// local.
 class LogPublisher {
  public:
   /// `commands`: publish velocity commands, which move a robot that subscribes to them. `moves` is called
@@ -34,7 +35,7 @@ class LogPublisher {
       Bus& bus, bool commands, std::function<void(const BusTopic&)> moves = [](const BusTopic&) {})
       : bus_(bus), commands_(commands), moves_(std::move(moves)) {}
 
-  /// Publishes a message; one that is not of ROS is skipped. Fails if it cannot be sent.
+  /// Publishes a message; messages of other systems than ROS are skipped. Fails if it cannot be sent.
   Status publish(const LogChannel& channel, const LogMessage& message);
   /// Publishes the earlier messages that a subscription at the beginning of the selection would have
   /// received: every message of /tf_static, and the newest of each other topic that is kept for late joiners.
@@ -46,8 +47,7 @@ class LogPublisher {
   [[nodiscard]] const std::set<std::string>& left_out() const { return omitted_; }
   /// Skipped topics: not of ROS, or damaged.
   [[nodiscard]] const std::set<std::string>& skipped_topics() const { return skipped_; }
-  /// The reports for the user since the last call: commands of another type than recorded, mismatched
-  /// subscriptions.
+  /// The reports for the user since the last call: converted commands, mismatched subscriptions.
   [[nodiscard]] std::vector<std::string> take_reports();
 
  private:

@@ -16,7 +16,7 @@
 namespace waymark {
 namespace {
 
-/// rmw_dds_common/msg/Gid, whose size changed between releases under one name.
+/// rmw_dds_common/msg/Gid, whose size changed between releases without a change of name.
 template <std::size_t kSize>
 struct Gid {
   std::array<std::uint8_t, kSize> data{};
@@ -66,7 +66,7 @@ bool PublisherNames::take(const BusMessage& message) {
   return true;
 }
 
-/// In the longer Gid the eight bytes after the GUID are zero. After the shorter one comes the number of
+/// In the longer Gid the eight bytes after the GUID are zero. The shorter one is followed by the number of
 /// nodes.
 void PublisherNames::add(std::span<const std::uint8_t> cdr) {
   constexpr std::size_t kLonger = 24;

@@ -94,11 +94,11 @@ struct Ros2Profile {
 /// Reads the profile of a plain name from share/ros2, else from a path.
 [[nodiscard]] Result<Ros2Profile> find_ros2_profile(const std::string& name);
 
-/// Restricts the options to the profile's interface, unless ROS's environment or the user's RosPlace already
-/// restricts them. Fails if this computer has no such interface.
+/// Restricts the options to the profile's interface, unless the ROS environment or the user's RosPlace
+/// already restricts them. Fails if this computer has no such interface.
 [[nodiscard]] Status use_interface_of(const Ros2Profile& profile, BusOptions& options);
 
-/// Options to join the network of the profile's robot: from ROS's environment and the profile's interface.
+/// Options to join the network of the profile's robot, from the ROS environment and the profile's interface.
 /// Fails on invalid values of either.
 [[nodiscard]] Result<BusOptions> network_of(const Ros2Profile& profile, const std::string& node);
 
@@ -116,7 +116,7 @@ struct Ros2Subscription {
   TopicQos qos{};
 };
 [[nodiscard]] std::vector<Ros2Subscription> subscriptions_of(const Ros2Profile& profile);
-/// Topic, type and quality of service of the commands: reliable, as nodes expect.
+/// Topic, type and quality of service of the commands; reliable, as nodes expect.
 [[nodiscard]] TopicUse command_use(const Ros2Profile& profile);
 /// All topics of the profile with their DDS names.
 [[nodiscard]] std::vector<TopicUse> uses_of(const Ros2Profile& profile);

@@ -31,7 +31,7 @@ Result<VelocityCommand> decode_command(bool stamped, std::span<const std::uint8_
   return ros2::from_ros(message).command;
 }
 
-/// Reports each problem once, beginning when discovery has had time.
+/// Reports each problem once, after allowing time for discovery.
 class ProblemWatch {
  public:
   ProblemWatch(const Bus& bus, TopicUse from, TopicUse to,

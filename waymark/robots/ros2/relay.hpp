@@ -28,7 +28,7 @@ struct RelayOptions {
 
 struct RelayCounts {
   std::uint64_t received = 0;  ///< forwarded commands
-  std::uint64_t ceased = 0;    ///< how often they stopped, so that zero was published instead
+  std::uint64_t ceased = 0;    ///< number of times they ceased, so that zero was published instead
 };
 
 /// Messages for the user at the start and at the end.
@@ -41,21 +41,21 @@ struct RelayCounts {
 /// DDS name of the topic on which it publishes.
 [[nodiscard]] BusTopic relay_output(const RelayOptions& options);
 
-/// Messages about what prevents commands from reaching the robot: topics of another type or with incompatible
-/// quality of service, no publisher, no subscriber, another program that bypasses the relay. `others`:
-/// endpoints of other participants.
+/// Messages about problems that keep commands from reaching the robot: another type, incompatible quality of
+/// service, no publisher, no subscriber, or another program that bypasses the relay. `others`: endpoints of
+/// other participants.
 [[nodiscard]] std::vector<std::string> relay_problems(const TopicUse& from, const TopicUse& to,
                                                       const std::vector<BusEndpoint>& others);
 
 /// A watchdog to run on a robot that does not stop by itself: forwards velocity commands from one topic to
-/// another and publishes zero if none came for 0.25 s. It runs until should_stop() returns true, then
+/// another and publishes zero if none arrived for 0.25 s. It runs until should_stop() returns true, then
 /// publishes zero. Each problem is reported once, as soon as it is discovered.
 [[nodiscard]] Result<RelayCounts> relay_commands(Bus& bus, const RelayOptions& options,
                                                  const std::function<void(const std::string&)>& report,
                                                  const std::function<bool()>& should_stop);
 
 /// Joins the network and runs relay_commands() with a ZeroGuard. Must be called before this process has
-/// threads. Reports the messages of start and end, too.
+/// threads. Also reports the messages at start and end.
 [[nodiscard]] Status run_relay(const RelayOptions& options, const BusOptions& network,
                                const std::function<void(const std::string&)>& report,
                                const std::function<bool()>& should_stop);

@@ -16,8 +16,8 @@
 namespace waymark {
 
 /// Converts the messages of a robot with ROS 2 to the lines of a robot process
-/// (docs/formats/robot-process.md), and commands to messages. Messages that cannot be decoded, have
-/// non-finite numbers or a misleading stamp are dropped, counted and reported. Pure.
+/// (docs/formats/robot-process.md), and commands to messages. Messages that cannot be decoded, or that have
+/// non-finite numbers or a misleading stamp, are dropped, counted and reported. Pure.
 class RobotBridge {
  public:
   /// Without `put_picture` the lines contain the images as base64.

@@ -25,7 +25,7 @@ namespace {
 
 constexpr Duration kSlice = std::chrono::milliseconds(50);
 constexpr Duration kCheckPeriod = std::chrono::seconds(1);
-/// A peer that was not discovered at once is discovered by its next announcement, a second later.
+/// A peer that is not discovered at once is discovered by its next announcement, a second later.
 constexpr Duration kListen = std::chrono::milliseconds(1500);
 
 SensorTime wall_clock() {
@@ -122,7 +122,7 @@ class Ros2Robot final : public WireLoop {
     if (from.topic == profile_.odometry_topic && passed) watch_.odometry(arrived);
   }
 
-  /// Counts the publishers of odometry in the last 0.5 s, so that a restarted program counts once.
+  /// Counts the odometry publishers of the last 0.5 s, so a restarted program counts only once.
   void count_robot(const BusMessage& message) {
     constexpr Duration kMoment = std::chrono::milliseconds(500);
     odometry_sources_[message.identity.guid] = message.arrived;

@@ -31,9 +31,9 @@ struct Ros2RobotSettings {
 };
 
 /// Runs the process of a robot with ROS 2 (docs/formats/robot-process.md): subscribes to the profile's topics
-/// and publishes commands until the input ends. It writes the hello 1.5 s after the first odometry; before
-/// it, nothing is sent and the input is not read. Fails if no odometry comes, with what was found on the
-/// network, and if another program commands the robot.
+/// and publishes commands until the input ends. It writes the hello 1.5 s after the first odometry; until
+/// then nothing is sent and the input is not read. Fails if no odometry arrives (the error reports what was
+/// found on the network) or if another program commands the robot.
 [[nodiscard]] Status run_ros2_robot(const Ros2Profile& profile, const RobotDescription& robot,
                                     const BusOptions& bus_options, const RobotWire& wire,
                                     const Ros2RobotOptions& options = {});

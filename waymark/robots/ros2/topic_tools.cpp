@@ -21,7 +21,7 @@ using ros::Primitive;
 constexpr std::size_t kEncapsulation = 4;
 constexpr std::size_t kMaxText = std::size_t{1} << 20U;
 
-/// Decodes a message by its definition and prints it as text.
+/// Decodes a message using its definition and prints it as text.
 class Walk {
  public:
   Walk(const ros::Definition& definition, ByteSpan body, std::size_t max_elements)

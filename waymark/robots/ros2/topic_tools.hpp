@@ -12,12 +12,12 @@
 #include "waymark/robots/dds/bus.hpp"
 #include "waymark/robots/dds/ros_names.hpp"
 
-/// Diagnosis of a ROS 2 network: which topics there are, their messages and rates.
+/// Diagnosis of a ROS 2 network: its topics, their messages and their rates.
 namespace waymark {
 
 /// The fields of a message in plain little-endian CDR as lines "name: value", indented like `ros2 topic
-/// echo`. Lists longer than `max_elements` are cut, with their length. Fails on an unknown type and on
-/// truncated data.
+/// echo`. Lists longer than `max_elements` are truncated and shown with their length. Fails on an unknown
+/// type and on truncated data.
 [[nodiscard]] Result<std::string> message_text(std::string_view type, std::span<const std::uint8_t> cdr,
                                                std::size_t max_elements = 12);
 
@@ -40,9 +40,9 @@ struct TopicListing {
 /// Waits until nothing new was discovered for half a second, or until `timeout`.
 void wait_for_discovery(const Bus& bus, Duration timeout, const std::function<bool()>& should_stop);
 
-/// Subscribes to a published topic with the quality of service of its publishers. Fails if there is no
-/// publisher within `timeout` (NotFound, suggests the nearest name), if it has two types (Unsupported), and
-/// on an invalid name (InvalidArgument).
+/// Subscribes to a published topic with the quality of service of its publishers. Fails if no publisher is
+/// found within `timeout` (NotFound, suggests the nearest name), if the topic has two types (Unsupported), or
+/// if the name is invalid (InvalidArgument).
 struct WatchedTopic {
   RosTopic name{};
   std::size_t subscription = 0;
@@ -50,7 +50,7 @@ struct WatchedTopic {
 [[nodiscard]] Result<WatchedTopic> watch_topic(Bus& bus, const std::string& topic, Duration timeout,
                                                const std::function<bool()>& should_stop);
 
-/// When watching a topic ends.
+/// Limits after which watching a topic ends.
 struct WatchLimits {
   int messages = 0;                             ///< 0: unlimited
   double duration_s = 0;                        ///< 0: unlimited
@@ -65,7 +65,7 @@ struct WatchLimits {
   }
 };
 /// Passes each message of a topic to `take` until a limit is reached, should_stop() returns true, or `take`
-/// fails. Fails if the topic has no publisher, and if no message came.
+/// fails. Fails if the topic has no publisher or no message arrived.
 [[nodiscard]] Status watch_messages(
     Bus& bus, const std::string& topic, const WatchLimits& limits, const std::function<bool()>& should_stop,
     const std::function<Status(const WatchedTopic&, const BusMessage&)>& take);
@@ -74,7 +74,7 @@ struct WatchLimits {
 class RateCounter {
  public:
   void add(Duration arrived, std::size_t bytes);
-  /// "29.98 Hz, 9.21 MB/s, 33.3 ms apart (from 31.0 to 36.2), 120 messages"; "no message" for less than two.
+  /// "29.98 Hz, 9.21 MB/s, 33.3 ms apart (from 31.0 to 36.2), 120 messages"; "no message" for fewer than two.
   [[nodiscard]] std::string text() const;
   [[nodiscard]] double rate_hz() const;
 

@@ -13,9 +13,9 @@ struct TriggerReply {
   std::string message{};
 };
 
-/// Services of type std_srvs/srv/Trigger. A client on rmw_fastrtps identifies its request by
-/// related_sample_identity, one on rmw_cyclonedds by a header of 16 bytes before the request. The reply uses
-/// the same form.
+/// Services of type std_srvs/srv/Trigger. Clients with rmw_fastrtps identify a request by
+/// related_sample_identity, clients with rmw_cyclonedds by a header of 16 bytes before the request. The reply
+/// uses the same form.
 class TriggerServices {
  public:
   explicit TriggerServices(Bus& bus) : bus_(bus) {}

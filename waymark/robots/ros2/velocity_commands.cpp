@@ -50,7 +50,7 @@ namespace {
 
 constexpr std::string_view kDone = "done";
 
-/// The child process: reads lines "topic type" until the pipe ends.
+/// The child process. Reads lines "topic type" until the pipe ends.
 class Guarding {
  public:
   Guarding(Descriptor pipe, BusOptions options) : pipe_(std::move(pipe)), options_(std::move(options)) {}
@@ -73,7 +73,7 @@ class Guarding {
     }
   }
 
-  /// Publishes zero for as long as the discovery of a new publisher may take. Returns the topics.
+  /// Publishes zero during the time that the discovery of a new publisher may take. Returns the topics.
   std::vector<std::string> publish_zeros() {
     constexpr Duration kMaxDiscovery = std::chrono::seconds(2);
     if (!bus_) return {};
@@ -98,7 +98,7 @@ class Guarding {
     if (space == std::string::npos) return;
     topics_.push_back({line.substr(0, space), line.substr(space + 1)});
     if (bus_) return;
-    auto opened = open_bus(options_);  // already now, because discovery of the robot takes time
+    auto opened = open_bus(options_);  // opened now, because discovery of the robot takes time
     if (opened) bus_ = std::move(*opened);
   }
 

@@ -21,23 +21,24 @@ namespace waymark {
 /// velocity_message() with the time of this computer's clock as the stamp.
 [[nodiscard]] std::vector<std::uint8_t> velocity_message_now(const VelocityCommand& command, bool stamped);
 
-/// Publishes zero four times over 80 ms: a message published right before leaving the network may be lost.
+/// Publishes zero four times over 80 ms, because a message published right before leaving the network may be
+/// lost.
 [[nodiscard]] Status publish_zero(Bus& bus, std::size_t publisher, bool stamped);
 
 /// A child process that publishes zero on this process's command topics if this process is killed. A killed
 /// program cannot stop the robot itself, and many robots keep executing the last command.
 class ZeroGuard {
  public:
-  /// Forks, so it must be called before this process has threads, which a bus starts. The child joins the
-  /// network with these options (node "waymark_zero_guard") at the first guard(). It ignores Ctrl-C and ends
-  /// with this process. `report`: called in the child after it has published zero, with a message.
+  /// Forks, so it must be called before this process has threads, which a bus starts. On the first call of
+  /// guard(), the child joins the network with these options (node "waymark_zero_guard"). It ignores Ctrl-C
+  /// and ends with this process. `report`: called in the child after it has published zero, with a message.
   [[nodiscard]] static Result<ZeroGuard> start(BusOptions options,
                                                const std::function<void(const std::string&)>& report);
   ZeroGuard(ZeroGuard&&) noexcept = default;
   ZeroGuard& operator=(ZeroGuard&&) = delete;
   ZeroGuard(const ZeroGuard&) = delete;
   ZeroGuard& operator=(const ZeroGuard&) = delete;
-  /// Ends the child without publishing; this process has published zero itself.
+  /// Ends the child without publishing, because this process has published zero itself.
   ~ZeroGuard();
 
   /// Call before velocity commands (Twist or TwistStamped) are published on this topic.

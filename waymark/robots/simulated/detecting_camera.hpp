@@ -35,9 +35,9 @@ class DetectingCamera {
   /// A copy with its own detector, which shares lens tables and scene with this one.
   [[nodiscard]] Result<std::unique_ptr<DetectingCamera>> another() const;
 
-  /// Renders the image. The same shot gives the same bytes, independent of earlier calls.
+  /// Renders the image. The same shot gives the same bytes, independently of earlier calls.
   [[nodiscard]] Result<RenderedFrame> take(const CameraShot& shot);
-  /// Renders the image and detects tags. The same shot gives the same result, independent of earlier calls.
+  /// Renders the image and detects tags. The same shot gives the same result, independently of earlier calls.
   [[nodiscard]] Result<SeenPicture> detect(const CameraShot& shot);
   [[nodiscard]] const TagFinder& finder() const { return finder_; }
 

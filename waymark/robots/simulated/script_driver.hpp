@@ -9,8 +9,8 @@
 
 namespace waymark {
 
-/// A scripted driver that follows the world's line by the ground truth: the samples of the robot, or the
-/// poses passed to see().
+/// A scripted driver that follows the world's line using ground truth: truth samples of the robot, or poses
+/// passed to see().
 class ScriptDriver final : public LapDriver {
  public:
   /// Fails on a world without a line.

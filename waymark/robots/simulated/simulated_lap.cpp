@@ -40,23 +40,23 @@ Result<std::optional<RobotEvent>> SimulatedSource::next(Duration /*most*/) {
 
 namespace {
 
-/// Renders images and detects tags on several threads, and returns the results in the order of the requests,
-/// so that they do not depend on the number of threads.
+/// Renders images and detects tags on several threads. Results are returned in the order of the requests, so
+/// they do not depend on the number of threads.
 class PictureLine {
  public:
-  /// One thread per scene camera; with a single one there is no thread, and pop() does the work.
+  /// One thread per scene camera; with a single camera no thread is started, and pop() does the work.
   explicit PictureLine(std::vector<std::unique_ptr<DetectingCamera>> scene_cameras);
   ~PictureLine();
   PictureLine(const PictureLine&) = delete;
   PictureLine& operator=(const PictureLine&) = delete;
 
-  /// Requests an image. Does not block: the caller keeps pending() small.
+  /// Requests an image. Does not block; the caller must keep pending() small.
   void push(CameraShot shot);
   /// Number of requested images that pop() has not returned yet.
   [[nodiscard]] std::size_t pending() const { return jobs_.size(); }
   /// Whether pop() would not block.
   [[nodiscard]] bool ready() const;
-  /// The oldest image; blocks until it is ready. There must be a pending one.
+  /// The oldest image; blocks until it is ready. Requires a pending image.
   [[nodiscard]] Result<SeenPicture> pop();
 
  private:
@@ -142,10 +142,10 @@ class SampleLine {
   [[nodiscard]] static Result<std::unique_ptr<SampleLine>> make(const SimulatedSetup& setup,
                                                                 const LapListener& listener);
 
-  /// Adds a sample, and for an image the shot to render. Forwards samples that are ready; blocks if too many
+  /// Adds a sample and, for an image, the shot to render. Forwards samples that are ready; blocks if too many
   /// images are pending.
   [[nodiscard]] Status add(Sample sample, const CameraShot& shot);
-  /// Adds a sample that is not of the robot (a command).
+  /// Adds a sample that does not come from the robot (a command).
   [[nodiscard]] Status add(Sample sample) { return add(std::move(sample), {}); }
   /// Forwards all pending samples.
   [[nodiscard]] Status finish();

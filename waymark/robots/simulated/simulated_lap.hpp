@@ -71,12 +71,12 @@ struct LapListener {
 using DriveFunction =
     std::function<Result<DriverDecision>(const SE2& map_T_base, Duration uptime, SensorTime now)>;
 
-/// Drives the robot by `drive` from the beginning of the world's line. The calls of the listener and their
-/// order do not depend on the number of threads.
+/// Drives the robot with the driver `drive` from the beginning of the world's line. The listener's calls and
+/// their order do not depend on the number of threads.
 [[nodiscard]] Result<LapEnd> drive_lap(const SimulatedSetup& setup, const DriveFunction& drive,
                                        const LapListener& listener, double timeout_s = 600);
 
-/// The scripted driver of a setup, on the world's line. Fails if the world has none.
+/// The scripted driver of a setup; it follows the world's line. Fails if the world has none.
 [[nodiscard]] Result<ScriptedDriver> scripted_driver(const SimulatedSetup& setup,
                                                      const DriverOptions& driver);
 

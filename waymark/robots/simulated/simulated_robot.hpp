@@ -30,8 +30,8 @@ enum class CameraOutput : std::uint8_t {
   Shots,    ///< CameraFrame without an image, and shot() to render it
 };
 
-/// A simulated robot in a world. next() advances the time to the next sample; command() acts from then on.
-/// Faults occur as scripted.
+/// A simulated robot in a world. next() advances the time to the next sample; command() takes effect from
+/// then on. Faults occur as scripted.
 class SimulatedRobot final : public Robot {
  public:
   /// All cameras expose simultaneously.

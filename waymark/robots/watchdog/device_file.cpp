@@ -30,8 +30,8 @@ bool has_open(const std::string& folder, const std::string& path) {
   return found;
 }
 
-/// The id of the process with a lock on the file, from Linux's lock table (proc(5), /proc/locks); empty:
-/// none.
+/// The id of the process that holds a lock on the file, from the Linux lock table (proc(5), /proc/locks);
+/// empty if none.
 std::string locker_of(const std::string& path) {
   struct stat node {};
   if (::stat(path.c_str(), &node) != 0) return {};

@@ -4,12 +4,12 @@
 
 #include "waymark/base/error.hpp"
 
-/// The file of a device, below /dev.
+/// Device files below /dev.
 namespace waymark {
 
-/// The process of this user that has the device file open, "cheese (process 4711)"; a process that locked it
-/// (flock) comes first. Empty if there is none, except this process. Without `maker_counts`, the process that
-/// created a pseudo-terminal is ignored.
+/// The process of this user that has the device file open, as "cheese (process 4711)"; a process that locked
+/// it (flock) takes precedence. Empty if no process other than this one has it open. Without `maker_counts`,
+/// the process that created a pseudo-terminal is ignored.
 [[nodiscard]] std::string holder_of(const std::string& path, bool maker_counts = true);
 
 /// The error that this user has no permission to open the file, with the required group and the command to

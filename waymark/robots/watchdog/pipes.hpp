@@ -50,8 +50,8 @@ enum class Moved : unsigned char { Some, Nothing, Ended };
 /// Whether the other end has read everything that was written; true if the system does not support the query.
 [[nodiscard]] bool all_read(int descriptor);
 
-/// A process with pipes at its standard input and output, in a process group of its own, so that Ctrl-C in
-/// the terminal does not reach it.
+/// A process with pipes at its standard input and output. It has its own process group, so Ctrl-C in the
+/// terminal does not reach it.
 struct Spawned {
   pid_t pid = -1;
   Descriptor to;    ///< its standard input; non-blocking
@@ -59,7 +59,7 @@ struct Spawned {
 };
 [[nodiscard]] Result<Spawned> spawn(const std::vector<std::string>& words);
 
-/// The status of a process that has ended, as from waitpid(); empty while it runs.
+/// The status of a process that has ended, as returned by waitpid(); empty while it runs.
 [[nodiscard]] std::optional<int> wait_status(pid_t pid);
 /// "exit code 3", "signal 9 (Killed)". Exit codes above 128 are 128 + signal, as in a shell.
 [[nodiscard]] std::string ending_words(int exit_code);

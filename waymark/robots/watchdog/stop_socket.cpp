@@ -42,7 +42,7 @@ Descriptor unix_socket() {
   return Descriptor(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
 }
 
-/// Whether the folder belongs to this user, is not a link, and is not accessible for other users.
+/// Whether the folder belongs to this user, is not a link, and is not accessible to other users.
 bool is_ours(const fs::path& folder) {
   struct stat info {};
   constexpr mode_t kOthers = 077;
@@ -83,7 +83,7 @@ Result<fs::path> stop_folder() {
                 {.source = folder.string()}, "Set XDG_RUNTIME_DIR to a folder of your own.");
   if (is_ours(folder)) return folder;
   return fail(ErrorCode::Unwritable,
-              "the folder for `waymark stop` belongs to another user or is accessible for other users",
+              "the folder for `waymark stop` belongs to another user or is accessible to other users",
               {.source = folder.string()},
               "Set XDG_RUNTIME_DIR to a folder of your own, or remove this one.");
 }

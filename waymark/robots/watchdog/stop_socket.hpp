@@ -11,18 +11,18 @@
 #include "waymark/base/time.hpp"
 #include "waymark/robots/watchdog/pipes.hpp"
 
-/// `waymark stop`: a Unix socket per drive, to which any process of the same user can connect. It requires
-/// neither the page nor the terminal in which the drive was started.
+/// `waymark stop`: a Unix socket per drive, to which any process of the same user can connect. Stopping a
+/// drive requires neither the page nor the terminal in which it was started.
 namespace waymark {
 
-/// $XDG_RUNTIME_DIR/waymark, or /tmp/waymark-UID. Created if missing, accessible only for this user. Fails if
-/// it belongs to another user or is accessible for others.
+/// The folder $XDG_RUNTIME_DIR/waymark, or /tmp/waymark-UID. It is created if missing, accessible only to
+/// this user. Fails if it belongs to another user or is accessible to others.
 [[nodiscard]] Result<std::filesystem::path> stop_folder();
 
-/// Listens on its own thread for as long as the drive lasts.
+/// Listens on its own thread during the drive.
 class StopSocket {
  public:
-  /// `on_stop` is called on that thread at each request, before the answer; it must not block. `name`: a
+  /// `on_stop` is called on that thread for each request, before the answer; it must not block. `name`: a
   /// one-line description of the drive.
   static Result<std::unique_ptr<StopSocket>> open(const std::filesystem::path& folder, std::string name,
                                                   std::function<void()> on_stop);
@@ -46,7 +46,7 @@ class StopSocket {
 /// The answer of one drive.
 struct StopAnswer {
   std::string drive;      ///< its description, or the name of its socket if it did not answer
-  bool answered = false;  ///< it stops
+  bool answered = false;  ///< the drive stops
 };
 
 /// Requests a stop from every drive with a socket in the folder; waits for all answers up to `patience`.

@@ -184,7 +184,7 @@ class Watchdog {
     if (moved != Moved::Ended) return;
     robot_.from.close();
     if (auto line = lines_.rest()) forward(std::move(*line));
-    // Without its samples the robot cannot be driven: zero from now on, then end its process.
+    // Without its samples the robot cannot be driven, so zero is sent from now on, then its process is ended.
     mute_at_ = steady_now();
     watch_.give_up();
   }

@@ -29,7 +29,7 @@ struct WireCommand {
 
 /// An order sent to the robot.
 struct RobotOrder {
-  std::int64_t sequence = 0;  ///< of the newest command that was fresh when it came
+  std::int64_t sequence = 0;  ///< of the newest command that was fresh on arrival
   double speed_m_s = 0;
   double yaw_rate_rad_s = 0;
   double age_s = 0;  ///< of the command when it is forwarded
@@ -51,15 +51,15 @@ class CommandWatch {
  public:
   explicit CommandWatch(const CommandWatchOptions& options = {}) : options_(options) {}
 
-  /// Call on each command. Returns false and drops it if it is older than the timeout, from the future, not
-  /// finite, or not newer than the last one.
+  /// Call for each command. Returns false and drops the command if it is older than the timeout, from the
+  /// future, not finite, or not newer than the last one.
   bool offer(const WireCommand& command, Duration now);
-  /// The driver has gone: zero from now on, and further commands are dropped.
+  /// Call when the driver has gone. From then on zero is sent, and further commands are dropped.
   void give_up() { given_up_ = true; }
   /// The order to send now; empty if none is due. Call it only when the robot can read, because an order is
   /// decided for the time of the call.
   [[nodiscard]] std::optional<RobotOrder> due(Duration now);
-  /// The time of the next call of due() at the latest.
+  /// The latest time for the next call of due().
   [[nodiscard]] Duration next(Duration now) const;
 
  private:
@@ -91,10 +91,11 @@ inline constexpr int kRobotCannotStart = 125;
 
 /// Starts `command`, forwards its lines to standard output, and fresh commands from standard input to it.
 /// Returns when the robot process has ended, or, after a phase of zeros, when standard input ends or the
-/// parent process has gone. It never blocks: a robot that does not read gets the newest order when it does; a
-/// driver that does not read loses the oldest lines. With listen_only the robot gets no velocity, not even
-/// zero. A robot that closes its standard output is stopped and ended immediately, whatever the commands are.
-/// Returns the exit code of the robot process, 128 + the signal that ended it, or one of the codes above.
+/// parent process has gone. It never blocks: a robot that does not read gets the newest order when it reads
+/// again; a driver that does not read loses the oldest lines. With listen_only the robot gets no velocity,
+/// not even zero. A robot that closes its standard output is stopped and ended immediately, regardless of the
+/// commands. Returns the exit code of the robot process, 128 + the signal that ended it, or one of the codes
+/// above.
 [[nodiscard]] int watch_robot(const RobotCommand& command, const WatchRobotOptions& options = {});
 
 }  // namespace waymark

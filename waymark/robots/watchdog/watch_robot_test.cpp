@@ -73,8 +73,8 @@ TEST(CommandWatch, RejectsOldRepeatedFutureAndNonFiniteCommands) {
 }
 
 TEST(CommandWatch, NeverDrivesOnACommandOlderThanTheTimeout) {
-  // The robot executes the last order until the next; the driver comes and goes, and orders are read
-  // irregularly.
+  // The robot executes the last order until the next; the driver connects and disconnects, and orders are
+  // read irregularly.
   for (std::uint64_t seed = 1; seed <= 50; ++seed) {
     Random random(seed);
     CommandWatch watch;

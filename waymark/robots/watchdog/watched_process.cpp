@@ -27,7 +27,7 @@ Result<std::string> find_watchdog() {
     if (fs::exists(place, ignored)) return place.lexically_normal().string();
   }
   return fail(ErrorCode::NotFound, "waymark-watchdog not found; robots cannot be driven without it",
-              {.source = folder.string()}, "Install it beside waymark or in ../libexec/waymark.");
+              {.source = folder.string()}, "Install it next to waymark or in ../libexec/waymark.");
 }
 
 Result<std::unique_ptr<WatchedProcess>> WatchedProcess::start(const RobotCommand& command,
@@ -77,7 +77,7 @@ Status WatchedProcess::send(double speed_m_s, double yaw_rate_rad_s, std::int64_
   const std::string line = wire_line({++sequence_, steady_now(), speed_m_s, yaw_rate_rad_s, step});
   std::size_t written = 0;
   const bool gone = !watchdog_.to.open() || write_some(watchdog_.to.number(), line, written) == Moved::Ended;
-  // Its last lines explain the reason better: read() returns them first, then the error.
+  // The last lines explain the reason better, so read() returns them first, then the error.
   if (gone && !watchdog_.from.open()) return tl::unexpected(ended());
   return {};
 }
@@ -101,7 +101,7 @@ Result<std::vector<Line>> WatchedProcess::read(Duration timeout) {
     if (!lines.empty() || left <= Duration(0)) return lines;
     pollfd ready{watchdog_.from.number(), POLLIN, 0};
     const auto ms = std::chrono::ceil<std::chrono::milliseconds>(left).count();
-    // Return on a signal (Ctrl-C), so that the caller can check its flag.
+    // Returns on a signal (Ctrl-C), so that the caller can check its flag.
     if (watchdog_.from.open() && poll(&ready, 1, static_cast<int>(std::min<std::int64_t>(ms, 1000))) < 0)
       return lines;
   }

@@ -15,8 +15,8 @@ namespace waymark {
 /// Path of the watchdog program: in the folder of this program, or in the installed libexec folder.
 [[nodiscard]] Result<std::string> find_watchdog();
 
-/// A robot process behind a watchdog, for drivers of robots. However this process ends, the watchdog stops
-/// the robot.
+/// A robot process behind a watchdog, for robot drivers. The watchdog stops the robot regardless of how this
+/// process ends.
 class WatchedProcess {
  public:
   /// Starts the watchdog, which starts `command`. `watchdog`: path of its program; empty: find_watchdog().
@@ -31,15 +31,15 @@ class WatchedProcess {
   /// Does not block: if the watchdog does not read, the command is lost, and the watchdog stops the robot.
   /// Fails if the watchdog has gone and read() has returned that error.
   Status send(double speed_m_s, double yaw_rate_rad_s, std::int64_t step = 0);
-  /// The robot's lines since the last call; waits up to `timeout` for the first one. When the robot process
-  /// has ended and everything was read, fails with the reason.
+  /// The robot's lines since the last call; waits up to `timeout` for the first one. Fails with the reason
+  /// once the robot process has ended and everything was read.
   [[nodiscard]] Result<std::vector<Line>> read(Duration timeout);
-  /// Stops the robot and ends its process. Returns its exit code, as watch_robot() does.
+  /// Stops the robot and ends its process. Returns its exit code, like watch_robot().
   int close();
 
-  /// Starts a child process that alone sends commands from now on, repeating the same one. Killing it has the
-  /// same effect on the robot as the end of a driving process. It ends after `duration_s`, and with this
-  /// process. Returns its process id, for which the caller waits. read() still works.
+  /// Starts a child process that repeats one command; from then on only the child sends commands. Killing it
+  /// has the same effect on the robot as the end of a driving process. It ends after `duration_s` or when
+  /// this process ends. Returns its process id; the caller must wait for it. read() still works.
   [[nodiscard]] Result<pid_t> drive_from_child(double speed_m_s, double yaw_rate_rad_s, double duration_s);
 
   [[nodiscard]] pid_t watchdog_pid() const { return watchdog_.pid; }
@@ -54,7 +54,7 @@ class WatchedProcess {
   LineSplitter lines_{};
   std::int64_t sequence_ = 0;
   std::optional<int> exit_code_{};
-  bool watchdog_died_ = false;  ///< by a signal, so that the end of the robot process is unknown
+  bool watchdog_died_ = false;  ///< by a signal, so the end of the robot process is unknown
 };
 
 }  // namespace waymark

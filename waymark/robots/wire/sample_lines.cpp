@@ -126,7 +126,7 @@ Result<std::string> SampleLines::line_of(SensorTime stamp, const std::vector<std
   return picture_line(stamp, picture);
 }
 
-/// Passes the path of a file if possible, which avoids base64 and JSON of the image's size.
+/// Passes the path of a file if possible, which avoids encoding the image in base64 and JSON.
 Result<std::string> SampleLines::picture_line(SensorTime stamp,
                                               const std::vector<std::uint8_t>& picture) const {
   if (!put_picture_) return to_line(CameraFrame{.stamp = stamp}, picture);
@@ -166,9 +166,8 @@ std::string camera_difference(const CameraModel& published, const RobotDescripti
   const Eigen::Vector4d ours = principal(expected);
   if (same_size && (theirs - ours).cwiseAbs().maxCoeff() <= kMaxRelativeDifference * ours[0]) return {};
   return fmt::format(
-      "camera_info has {} x {} px, f {:.1f} px, c ({:.1f}, {:.1f}) px; robot file {} has {} x {} px, f "
-      "{:.1f} "
-      "px, c ({:.1f}, {:.1f}) px and is used",
+      "camera_info: {} x {} px, f {:.1f} px, c ({:.1f}, {:.1f}) px; robot file {}, which is used: {} x {} "
+      "px, f {:.1f} px, c ({:.1f}, {:.1f}) px",
       published.width_px(), published.height_px(), theirs[0], theirs[2], theirs[3], robot.model.name,
       expected.width_px(), expected.height_px(), ours[0], ours[2], ours[3]);
 }

@@ -48,8 +48,8 @@ using PutPicture = std::function<Result<std::string>(std::span<const std::uint8_
 [[nodiscard]] PutPicture pictures_in_memory();
 
 /// Converts the samples of a robot on a network to lines of a robot process (docs/formats/robot-process.md).
-/// Samples that the reader would reject, and those with misleading stamps, are errors for drop(), which
-/// counts and reports them. Pure except for `put_picture`.
+/// Samples that the reader would reject, and those with misleading stamps, are returned as errors for drop(),
+/// which counts and reports them. Pure except for `put_picture`.
 class SampleLines {
  public:
   /// `network`: the name of the robot's network in errors.
@@ -62,10 +62,10 @@ class SampleLines {
   [[nodiscard]] Result<std::string> line_of(SensorTime stamp, const std::vector<std::uint8_t>& picture,
                                             const std::string& topic, Duration arrived);
 
-  /// Counts a dropped message and reports it as DropReports does.
+  /// Counts a dropped message and reports it using DropReports.
   void drop(const std::string& topic, const Error& error);
   void report_once(std::string text);
-  /// The messages for the user since the last call, as log lines.
+  /// The reports for the user since the last call, as log lines.
   [[nodiscard]] std::vector<std::string> take_reports();
   [[nodiscard]] std::uint64_t dropped() const { return dropped_; }
   /// Whether a message of the leading topic was accepted.
@@ -87,8 +87,8 @@ class SampleLines {
   std::vector<std::string> pending_{};
 };
 
-/// A message if a published calibration differs from the robot file's; empty if the image sizes are equal and
-/// focal lengths and principal point agree within 1 % of the focal length.
+/// A message if a published calibration differs from the robot file's. Empty if the image sizes are equal and
+/// focal lengths and principal points agree within 1 % of the focal length.
 [[nodiscard]] std::string camera_difference(const CameraModel& published, const RobotDescription& robot);
 
 }  // namespace waymark

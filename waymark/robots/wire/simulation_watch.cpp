@@ -20,7 +20,7 @@ std::string SimulationWatch::take_reports(Duration now, bool drives) {
   if (is_silent == was_silent_) return {};
   was_silent_ = is_silent;
   if (!is_silent) return drives ? "odometry is back: commands are sent again" : "odometry is back";
-  // Half the time: if the simulation ends, clock and odometry stop at about the same time.
+  // Uses half the time, because clock and odometry stop at about the same time when the simulation ends.
   const bool clock_runs = clock_ && now - *clock_ <= options_.silent / 2;
   return fmt::format("no odometry for {:.2f} s{}; {}", to_seconds(now - *newest_odometry_),
                      drives ? ": sending zero until it is back" : "",

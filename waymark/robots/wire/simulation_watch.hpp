@@ -17,9 +17,9 @@ class SimulationWatch {
  public:
   explicit SimulationWatch(const SimulationWatchOptions& options = {}) : options_(options) {}
 
-  /// Call on new odometry.
+  /// Call for new odometry.
   void odometry(Duration now) { newest_odometry_ = now; }
-  /// Call on a clock message of the simulation, which also publishes it while paused.
+  /// Call for each clock message; the simulation also publishes the clock while paused.
   void clock(Duration now) { clock_ = now; }
   /// Starts again, for example after this program itself was busy.
   void reset() { newest_odometry_.reset(); }
@@ -27,7 +27,7 @@ class SimulationWatch {
   [[nodiscard]] bool silent(Duration now) const;
   /// Whether odometry and clock have both been missing for `options.ended`. False before the first odometry.
   [[nodiscard]] bool ended(Duration now) const;
-  /// A message about the change since the last call; empty if there is none. `drives`: commands are sent to
+  /// A message about the change since the last call; empty if nothing changed. `drives`: commands are sent to
   /// the robot.
   [[nodiscard]] std::string take_reports(Duration now, bool drives = true);
 

@@ -22,7 +22,7 @@ class SilenceReports {
     std::string text{};
     std::string text_listening{};  ///< if another program drives; empty: `text`
   };
-  /// A silence of at most `pause` is ignored and makes all reports due again.
+  /// Silence up to `pause` is ignored and makes all reports due again.
   SilenceReports(Duration pause, std::vector<Report> reports)
       : pause_(pause), reports_(std::move(reports)), reported_(reports_.size(), false) {}
 
@@ -35,7 +35,7 @@ class SilenceReports {
   std::vector<bool> reported_;
 };
 
-/// What a robot process prints if the robot does not send anything.
+/// The output of a robot process if the robot does not send anything.
 struct NoContact {
   std::string report{};  ///< after report_after
   Status gave_up{};      ///< after give_up_after: the error that ends the process
@@ -49,10 +49,10 @@ struct WireLoopOptions {
   bool commands_before_hello = false;  ///< the robot sends only after it received commands
 };
 
-/// The loop of a robot process (docs/formats/robot-process.md), the same for every network: receives from the
-/// robot, writes the hello once the robot may be commanded, and sends the input's commands until the input
-/// ends. If the robot sends nothing, it reports what was found and finally gives up. A robot derives from it
-/// and implements its network. Each turn calls the functions below in their order.
+/// The loop of a robot process (docs/formats/robot-process.md), which is the same for every network. Receives
+/// from the robot, writes the hello once the robot may be commanded, and sends the input's commands until the
+/// input ends. If the robot sends nothing, it reports what was found and finally gives up. Each robot derives
+/// from this class and implements its network. Each turn calls the functions below in their order.
 class WireLoop {
  public:
   /// `wire` outlives this; `now` is a steady clock.
@@ -64,16 +64,16 @@ class WireLoop {
   WireLoop& operator=(const WireLoop&) = delete;
 
   /// Runs until the input ends, the reader of the output has gone, or `wire.should_stop` returns true.
-  /// Nothing is sent to the robot once it has returned.
+  /// Nothing is sent to the robot after it returns.
   [[nodiscard]] Status run();
 
  protected:
   [[nodiscard]] RobotOutput& output() { return output_; }
   [[nodiscard]] bool greeted() const { return output_.greeted(); }
   [[nodiscard]] InputRole role() const { return role_; }
-  /// Another program drives the robot.
+  /// Whether another program drives the robot.
   [[nodiscard]] bool listens() const { return role_ == InputRole::Listens; }
-  /// The command input has ended.
+  /// Whether the command input has ended.
   [[nodiscard]] bool input_ended() const { return input_ended_; }
   /// Time since the loop began.
   [[nodiscard]] Duration waited() const { return now_() - began_; }
@@ -81,9 +81,9 @@ class WireLoop {
  private:
   /// Waits briefly for messages of the robot and forwards them.
   virtual Status poll_robot() = 0;
-  /// Before the hello: whether it may be written. Fails if it can never be written.
+  /// Before the hello: returns whether it may be written. Fails if it can never be written.
   virtual Result<bool> ready() = 0;
-  /// Before the hello: makes sure that the robot may be commanded.
+  /// Before the hello: ensures that the robot may be commanded.
   virtual Status prepare() { return {}; }
   virtual RobotHello hello() const = 0;
   virtual void after_hello() {}

@@ -278,7 +278,7 @@ TEST(WireLoop, BeforeTheHelloOnlyAByeEndsIt) {
       robot.at_turn = [bye](Duration) {
         if (bye) std::this_thread::sleep_for(milliseconds(20));  // lets the sender read it
       };
-      EXPECT_EQ(static_cast<bool>(robot.run()), bye) << "else it gives up after 12 s";
+      EXPECT_EQ(static_cast<bool>(robot.run()), bye) << "otherwise it gives up after 12 s";
       EXPECT_EQ(fake.shown.empty(), bye);
     }
   }
