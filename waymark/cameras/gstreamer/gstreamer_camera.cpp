@@ -114,7 +114,7 @@ struct GstreamerCamera::Impl {
 
   [[nodiscard]] Status launch();
   [[nodiscard]] Status start();
-  /// The pending error of the pipeline with GStreamer's message.
+  /// The pending error of the pipeline, with GStreamer's message.
   [[nodiscard]] std::optional<Error> failed() const;
   bool pull(Duration timeout);
   [[nodiscard]] Result<CameraFrame> convert();
@@ -177,7 +177,7 @@ std::optional<Error> GstreamerCamera::Impl::failed() const {
   GError* error = nullptr;
   gchar* detail = nullptr;
   gst.gst_message_parse_error(message, &error, &detail);
-  // The last line contains the reason; those before it are places in the library's source.
+  // The last line contains the reason; the lines before it are locations in the library's source.
   const std::string lines = detail != nullptr ? detail : "";
   const std::string last_line = lines.substr(lines.rfind('\n') + 1);
   Error failure{ErrorCode::Unreadable,
@@ -197,7 +197,7 @@ bool GstreamerCamera::Impl::pull(Duration timeout) {
   return waiting != nullptr;
 }
 
-/// The stamp on the steady clock; on some systems the pipeline's clock has another origin.
+/// The stamp on the steady clock; on some systems the origin of the pipeline's clock differs.
 Duration GstreamerCamera::Impl::stamp_of(const GstBuffer& buffer) const {
   const Duration now = steady_now();
   GstClock* clock = gst.gst_element_get_clock(pipeline);

@@ -13,10 +13,10 @@ namespace waymark {
 /// decodebin".
 inline constexpr std::string_view kGstreamerScheme = "gstreamer:";
 
-/// The images of a GStreamer pipeline: ribbon-cable cameras (libcamerasrc), network cameras (rtspsrc), files,
-/// test images. The pipeline has the syntax of gst-launch-1.0, without a sink; conversion to grey and an
-/// appsink that keeps the newest image are appended. Stamps are those of the pipeline's buffers, by its
-/// clock, which is the steady one of this computer.
+/// Provides the images of a GStreamer pipeline: ribbon-cable cameras (libcamerasrc), network cameras
+/// (rtspsrc), files, test images. The pipeline has the syntax of gst-launch-1.0, without a sink; conversion
+/// to grey and an appsink that keeps the newest image are appended. Stamps are those of the pipeline's
+/// buffers, converted to this computer's steady clock.
 class GstreamerCamera final : public LiveCamera {
  public:
   /// Errors: InvalidArgument (invalid pipeline), Unsupported (no GStreamer), Unreadable (the pipeline does
@@ -25,7 +25,7 @@ class GstreamerCamera final : public LiveCamera {
                                                                      const std::string& name = "cam");
   ~GstreamerCamera() override;
 
-  /// Fails if the pipeline does. The end of the pipeline is reported once as text.
+  /// Fails if the pipeline fails. The end of the pipeline is reported once as text.
   Result<std::optional<RobotEvent>> next(Duration timeout) override;
   [[nodiscard]] bool more() const override;
   [[nodiscard]] std::optional<SensorTime> now() const override;

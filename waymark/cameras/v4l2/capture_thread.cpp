@@ -22,7 +22,7 @@
 namespace waymark::internal {
 namespace {
 
-/// One is being converted, one is waiting for take(), and the driver fills the others.
+/// One buffer is being converted, one is waiting for take(), and the driver fills the others.
 constexpr std::uint32_t kBuffers = 6;
 constexpr std::uint32_t kMinBuffers = 3;
 

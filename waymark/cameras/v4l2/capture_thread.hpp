@@ -20,7 +20,7 @@
 
 namespace waymark::internal {
 
-/// A buffer filled by the driver; its bytes are valid until it is given back.
+/// A buffer filled by the driver; its bytes are valid until it is returned with give_back().
 struct FilledBuffer {
   std::uint32_t index = 0;
   std::span<const std::uint8_t> bytes{};
@@ -35,7 +35,7 @@ struct FilledBuffer {
 /// must be called from one thread; give_back() may be called from another.
 class CaptureStream {
  public:
-  /// Opens the device, sets format, rate and controls, and starts streaming. Errors: of open_device();
+  /// Opens the device, sets format, rate and controls, and starts streaming. Errors: those of open_device();
   /// Unsupported (no matching format), Unreadable (another program streams).
   [[nodiscard]] static Result<std::shared_ptr<CaptureStream>> open(const V4l2Options& options);
   CaptureStream(const CaptureStream&) = delete;
@@ -74,8 +74,8 @@ class CaptureStream {
   std::vector<Mapping> buffers_{};
 };
 
-/// The newest image of a stream, still in the driver's memory. Shares ownership of the stream until it is
-/// given back.
+/// The newest image of a stream, still in the driver's memory. Shares ownership of the stream until its
+/// buffer is returned.
 struct TakenPicture {
   std::shared_ptr<CaptureStream> stream{};
   FilledBuffer buffer{};
@@ -91,7 +91,7 @@ class CaptureThread {
   CaptureThread(const CaptureThread&) = delete;
   CaptureThread& operator=(const CaptureThread&) = delete;
 
-  /// Waits for an image, a report, or the end. The caller must give the image's buffer back.
+  /// Waits for an image, a report, or the end. The caller must return the image's buffer with give_back().
   [[nodiscard]] std::optional<TakenPicture> take(Duration timeout);
   [[nodiscard]] std::optional<std::string> take_reports();
   [[nodiscard]] bool more() const;

@@ -20,8 +20,8 @@ namespace {
 constexpr double kExposureUnit_ms = 0.1;  // of V4L2_CID_EXPOSURE_ABSOLUTE
 constexpr std::int64_t kMaxControls = 64;
 
-/// A control that matters for measuring, the control of its automatic mode, and the value of the latter for
-/// manual.
+/// A control that affects measurements, the control of its automatic mode, and the latter's value for manual
+/// mode.
 struct MeasuringControl {
   const char* name;
   std::uint32_t id;

@@ -12,12 +12,12 @@ namespace waymark::internal {
 /// ioctl(), repeated if a signal interrupts it. Returns errno on failure, otherwise 0.
 [[nodiscard]] int control_device(int device, unsigned long request, void* argument);
 
-/// Opens the node non-blocking. NotFound (no such node), Unreadable (no permission, with the required group),
-/// Unsupported (not a device).
+/// Opens the node in non-blocking mode. Errors: NotFound (no such node), Unreadable (no permission, with the
+/// required group), Unsupported (not a device).
 [[nodiscard]] Result<Descriptor> open_device(const std::string& path);
 
-/// The error for an errno of a call on this device: busy (with the process that uses it), unplugged, …;
-/// `what` describes the call for any other errno.
+/// The error for an errno from a call on this device: busy (with the process that uses it), unplugged, …. For
+/// any other errno, `what` describes the call.
 [[nodiscard]] Error device_error(const std::string& path, const std::string& what, int error);
 
 }  // namespace waymark::internal

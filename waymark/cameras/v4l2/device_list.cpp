@@ -178,7 +178,7 @@ std::string modes_text(const std::vector<CameraMode>& modes) {
                      more ? " and more (`waymark cameras` lists them)" : "");
 }
 
-/// The rate nearest to the wanted one, or nearest to the highest useful rate if none is wanted.
+/// The rate nearest to the requested one, or nearest to the highest useful rate if none is requested.
 double best_rate(const CameraMode& mode, double wanted_hz) {
   if (mode.rates_hz.empty()) return wanted_hz;
   const double target_hz = wanted_hz > 0 ? wanted_hz : kUsefulRate_hz;
@@ -192,7 +192,7 @@ bool may_read(const CameraMode& mode, const V4l2Options& options) {
   return mode.readable && (!options.format || mode.format == to_string(*options.format));
 }
 
-/// The mode's size nearest to the wanted one.
+/// The mode's size nearest to the requested one.
 std::pair<int, int> nearest_size(const CameraMode& mode, std::pair<int, int> wanted) {
   if (!mode.largest) return {mode.width, mode.height};
   return {std::clamp(wanted.first, std::min(mode.min_width, mode.width), mode.width),

@@ -16,9 +16,9 @@ struct CameraMode {
   int width = 0;                   ///< [px]
   int height = 0;                  ///< [px]
   std::vector<double> rates_hz{};  ///< highest first; empty if the driver does not report them
-  bool largest = false;            ///< any size from the minimum to this one, as with bridges and vivid
-  int min_width = 0;               ///< [px]; if `largest`
-  int min_height = 0;              ///< [px]; if `largest`
+  bool largest = false;  ///< any size from the minimum to this one is possible, as with bridges and vivid
+  int min_width = 0;     ///< [px]; if `largest`
+  int min_height = 0;    ///< [px]; if `largest`
 };
 
 /// A device that delivers images, or one that could not be queried.
@@ -38,10 +38,10 @@ struct CameraDevice {
 /// other data are skipped.
 [[nodiscard]] std::vector<CameraDevice> list_cameras();
 
-/// One device. Errors: of opening it; Unsupported if it delivers no images.
+/// Describes one device. Errors: those of opening it; Unsupported if it delivers no images.
 [[nodiscard]] Result<CameraDevice> describe_camera(const std::string& path);
 
-/// The link to a node in /dev/v4l/by-id; empty if there is none.
+/// The link to a node in /dev/v4l/by-id; empty if no link exists.
 [[nodiscard]] std::string by_id_of(const std::string& path);
 
 }  // namespace waymark
@@ -69,9 +69,9 @@ struct WantedMode {
   friend bool operator==(const WantedMode&, const WantedMode&) = default;
 };
 
-/// The best mode for the options: the given size, else the one nearest to `now`; then the rate nearest to the
-/// wanted one (default: the highest up to 60 Hz); then the cheapest conversion. Unsupported lists the
-/// available modes.
+/// Chooses the best mode for the options. The size is the requested one, or the one nearest to `now` if none
+/// is requested. Then the rate nearest to the requested one is chosen (default: the highest up to 60 Hz),
+/// then the cheapest conversion. Errors: Unsupported, which lists the available modes.
 [[nodiscard]] Result<WantedMode> choose_mode(const std::vector<CameraMode>& modes, const V4l2Options& options,
                                              const WantedMode& now);
 

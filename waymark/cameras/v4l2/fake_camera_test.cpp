@@ -44,7 +44,7 @@ int request_buffers(int camera, rlim_t limit) {
   return error;
 }
 
-// The fake camera calls the kernel through a variadic function, which reads whole registers.
+// The fake camera calls the kernel using a variadic function, which reads whole registers.
 TEST(FakeV4l2, MapsItsBuffersWithAnyStackContents) {
   FakeCamera fake;
   fake.add_mode("GREY", kSide, kSide, 1000, std::vector<std::uint8_t>(kPixels, 50));

@@ -34,8 +34,8 @@ struct RawLayout {
 /// Number of bytes of a complete image; 0 for MJPG.
 [[nodiscard]] std::size_t bytes_of(const RawLayout& layout);
 
-/// The luma of an image, as stored: full range or 16 to 235. Unreadable: truncated data, damaged JPEG data,
-/// or a JPEG image of another size than the layout.
+/// The luma of an image, as stored (full range or 16 to 235). Fails (Unreadable) on truncated data, on
+/// damaged JPEG data, or if the size of a JPEG image differs from the layout.
 [[nodiscard]] Result<Image> to_grey(std::span<const std::uint8_t> bytes, const RawLayout& layout);
 
 }  // namespace waymark
@@ -67,7 +67,7 @@ class PictureStamps {
 
 /// Detects images that are black (covered lens) or identical for a second. If the driver's numbers and stamps
 /// do not advance either, identical images mean a frozen camera. Otherwise the source may be still and
-/// without noise, which is reported once. Samples one of 61 pixels.
+/// without noise, which is reported once. Samples one in 61 pixels.
 class PictureFaults {
  public:
   /// Returns a message when a fault begins or ends. `stamp`: steady clock. `counted`: the driver's number and

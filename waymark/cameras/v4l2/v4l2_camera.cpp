@@ -20,7 +20,7 @@ namespace {
 
 constexpr Duration kRepeat = std::chrono::seconds(10);  // between reports of damaged images
 
-/// A message about controls for measuring that are in automatic mode.
+/// A message about controls in automatic mode that affect measurements.
 std::optional<std::string> automatic_text(const std::vector<CameraControl>& controls) {
   std::vector<std::string> names;
   for (const CameraControl& control : controls)
@@ -54,7 +54,7 @@ struct V4l2Camera::Impl {
   void report_if(const std::optional<std::string>& report) {
     if (report) reports.push_back(*report);
   }
-  /// Reports the first damaged image, then at most every `kRepeat` the number since.
+  /// Reports the first damaged image, then at most every `kRepeat` the number of damaged images since.
   void note_damaged(const std::string& why, Duration now) {
     ++damaged;
     ++damaged_unreported;

@@ -12,7 +12,7 @@ namespace waymark {
 
 /// A Video4Linux camera. Its own thread empties the driver's buffers and keeps the newest image, which next()
 /// converts to grey on the caller's thread, directly from the driver's memory. If the camera is unplugged, it
-/// waits for reconnection, also under another number if it has a by-id link.
+/// waits for reconnection; with a by-id link the device number may change.
 class V4l2Camera final : public LiveCamera {
  public:
   /// Errors: NotFound, Unreadable (no permission, with the group; busy, with the program), Unsupported (not a
