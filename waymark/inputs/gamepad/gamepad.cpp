@@ -21,8 +21,8 @@ namespace {
 // clang-format on
 
 /// The functions of SDL used here, looked up on first use. Linking SDL would load 36 shared libraries for
-/// windows and sound, and every start would take 1.6 times the processor time (medians of starts that print
-/// the version, with and without LD_PRELOAD=libSDL2-2.0.so.0, in one run).
+/// windows and sound, and every start would take 1.6 times the processor time. (Measured in one run as
+/// medians of starts that print the version, with and without LD_PRELOAD=libSDL2-2.0.so.0.)
 struct Libsdl {
 // NOLINTNEXTLINE(bugprone-macro-parentheses): a declaration
 #define WAYMARK_SDL_MEMBER(name) decltype(&::name) name = nullptr;

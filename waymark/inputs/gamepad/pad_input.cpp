@@ -11,7 +11,7 @@ double axis(const GamepadState& state, int index, double dead_zone) {
   const auto i = static_cast<std::size_t>(index);
   if (i >= state.axes.size() || !std::isfinite(state.axes[i])) return 0;
   const double value = std::clamp(static_cast<double>(state.axes[i]), -1.0, 1.0);
-  // Continuous: 0 at the edge of the dead zone.
+  // Continuous, because it is 0 at the edge of the dead zone.
   const double beyond = std::max(0.0, std::abs(value) - dead_zone) / (1 - dead_zone);
   return std::copysign(beyond, value);
 }

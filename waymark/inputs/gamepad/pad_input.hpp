@@ -54,8 +54,8 @@ class StickDriver {
 
   /// Sets the state of the gamepad. A missing axis is centred, a missing button is not pressed.
   void add(const GamepadState& state);
-  /// The command now; empty once the button that ends the lap was pressed. Zero unless the dead-man button is
-  /// held, and if the gamepad has been silent for silence_s.
+  /// The command now; empty once the button that ends the lap was pressed. Zero if the dead-man button is not
+  /// held or the gamepad has been silent for silence_s.
   [[nodiscard]] std::optional<VelocityCommand> drive(SensorTime now) const;
 
  private:
@@ -67,8 +67,8 @@ class StickDriver {
 /// A gamepad that may be unplugged and plugged in again during use.
 class HeldPad {
  public:
-  /// The state now. While it is unplugged, and after that until its dead-man button is released once, sticks
-  /// are centred and no button is pressed.
+  /// The current state. While the gamepad is unplugged, and afterwards until its dead-man button is released
+  /// once, sticks are centred and no button is pressed.
   struct Poll {
     GamepadState state{};
     bool there = true;

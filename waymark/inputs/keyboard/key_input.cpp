@@ -31,7 +31,7 @@ std::optional<DriverKey> letter(char byte) {
   }
 }
 
-/// The arrow key with this last byte: ESC [ A or ESC O A.
+/// The arrow key whose sequence ends in this byte, as A in ESC [ A or ESC O A.
 std::optional<DriverKey> arrow(char byte) {
   switch (byte) {
     case 'A':

@@ -54,7 +54,7 @@ void LineInput::apply_line(const std::string& line, Duration uptime, OperatorSta
   if (line == "go" || line == "stop" || line == "quit" || line.empty()) return;
   const std::optional<VelocityCommand> command = parse_drive(line);
   if (!command) {
-    // The previous command still ends after its half second.
+    // The previous command still ends after half a second.
     request.messages.push_back(
         fmt::format("invalid line '{}'; use go, stop, quit, or drive 0.3 -0.1", line.substr(0, 60)));
     return;
