@@ -6,8 +6,8 @@
 
 #include "waymark/base/error.hpp"
 
-/// Rights to watch and to command. A page of another site must get no access, even through a browser on
-/// this machine (OWASP, "WebSocket Security Cheat Sheet", sections on Origin and authentication).
+/// Rights to watch and to command. A page of another site must not get access, even through a browser on this
+/// machine (OWASP, "WebSocket Security Cheat Sheet", sections on Origin and authentication).
 namespace waymark {
 
 /// Access settings of a server.
@@ -32,13 +32,13 @@ struct AccessRights {
   enum class Refusal : std::uint8_t { None, WrongHost, ForeignPage, NoToken };
   Refusal refusal = Refusal::None;
   bool token = false;       ///< has the token, in the address or in the cookie
-  bool own_origin = false;  ///< sent by a page of this server, or by no page
+  bool own_origin = false;  ///< sent by a page of this server, or not by a page
   bool by_address = false;  ///< the token is in the address, which browsers never add by themselves
 };
 
-/// Whether the field Host names this server. A local server is named by address or as localhost, with the
-/// port (browsers omit port 80); any other name that resolves to it may come from a foreign page. A remote
-/// server can have any name and is protected by the token.
+/// Whether the field Host names this server. A local server has its address or localhost as a name, with the
+/// port (browsers omit port 80). Any other name that resolves to it may come from a foreign page. A remote
+/// server may have any name; it is protected by the token.
 [[nodiscard]] bool is_own_host(std::string_view host, const AccessPolicy& policy);
 
 /// Rights of a request. A foreign page is accepted only with the token in the address.

@@ -6,8 +6,8 @@
 namespace waymark {
 
 /// Scheduling of the thread that serves viewers next to the loop of a robot. It yields to the loop, does not
-/// preempt it when a sample arrives, and runs on another processor than the loop last used. Needs no
-/// privileges. Best effort: if the system refuses, viewers are served anyway.
+/// preempt it when a sample arrives, and avoids the processor that the loop last used. Needs no privileges.
+/// Best effort: if the system refuses, viewers are served anyway.
 class BackgroundThread {
  public:
   /// Called in the loop's thread; does not block.

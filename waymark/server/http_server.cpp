@@ -52,7 +52,7 @@ using asio::ip::tcp;
 using Request = http::request<http::empty_body>;
 
 constexpr std::size_t kMaxMessageBytes = 64 * 1024;
-/// A viewer that answers no ping for this long is disconnected (its cable may be unplugged).
+/// A viewer that does not answer a ping within this time is disconnected (its cable may be unplugged).
 constexpr std::chrono::seconds kPingTimeout{4};
 
 }  // namespace
@@ -70,12 +70,12 @@ class LiveSockets {
   LiveSockets(const LiveSockets&) = delete;
   LiveSockets& operator=(const LiveSockets&) = delete;
 
-  /// Accepts an upgrade that has been authorised and holds its seat while it is connected. Returns a function
-  /// that closes the connection.
+  /// Accepts an authorised upgrade and holds its seat while it is connected. Returns a function that closes
+  /// the connection.
   std::function<void()> accept(boost::beast::tcp_stream stream,
                                const boost::beast::http::request<boost::beast::http::empty_body>& request,
                                bool may_command, std::shared_ptr<void> seat);
-  /// Passes on data of the robot.
+  /// Forwards data from the robot.
   void tick();
 
  private:
@@ -87,7 +87,7 @@ class LiveSockets {
   std::map<LiveHub::Id, std::weak_ptr<LiveSocket>> sockets_{};
 };
 
-/// One viewer. Reads and writes one frame at a time each, concurrently.
+/// One viewer. Reads one frame at a time and, concurrently, writes one frame at a time.
 class LiveSocket : public std::enable_shared_from_this<LiveSocket> {
  public:
   LiveSocket(beast::tcp_stream stream, LiveSockets& all, std::shared_ptr<void> seat)
@@ -263,8 +263,8 @@ class HeldSeat {
   Seats::Id id_;
 };
 
-/// One connection: requests are read and answered in turn. A file is sent block by block, the next one after
-/// the client has taken the previous, so that a slow client costs one block of memory.
+/// One connection: requests are read and answered in turn. A file is sent block by block; the next block is
+/// read after the client has received the previous one, so a slow client costs one block of memory.
 class Connection : public std::enable_shared_from_this<Connection> {
  public:
   Connection(tcp::socket socket, std::shared_ptr<SharedByConnections> shared, Seats::Id seat)
@@ -398,8 +398,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
   std::shared_ptr<HeldSeat> seat_;
 };
 
-/// Reads requests of one client and answers them in turn until either side closes. Closed at once if there is
-/// no seat.
+/// Reads requests of one client and answers them in turn until either side closes. Closes the connection at
+/// once if no seat is free.
 void serve_connection(tcp::socket socket, std::shared_ptr<SharedByConnections> shared) {
   const auto admission = shared->seats.admit();
   if (!admission) return;
@@ -409,7 +409,8 @@ void serve_connection(tcp::socket socket, std::shared_ptr<SharedByConnections> s
 
 /// Descriptors reserved for the recording, the robot's pipes and other files of this process.
 constexpr std::uint64_t kKeptDescriptors = 64;
-/// Delay after a failed accept: the connection stays in the system's queue and would fail again at once.
+/// Delay after a failed accept, because the connection stays in the system's queue and would fail again at
+/// once.
 constexpr std::chrono::milliseconds kAcceptRetryDelay{100};
 
 std::size_t allowed_connections() {
@@ -418,8 +419,8 @@ std::size_t allowed_connections() {
   return seats_for(limit.rlim_cur, kKeptDescriptors);
 }
 
-/// Addresses of this machine for other machines, as in a URL ("192.168.1.7", "[fd00::7]"), without loopback
-/// and link-local addresses.
+/// Addresses by which other machines reach this one, as in a URL ("192.168.1.7", "[fd00::7]"); excludes
+/// loopback and link-local addresses.
 std::vector<std::string> own_addresses(bool with_ipv6) {
   std::vector<std::string> all;
   ifaddrs* first = nullptr;
@@ -467,7 +468,7 @@ struct HttpServer::Inside {
     shared->live.reset();  // sockets still held by the context must not use it
   }
 
-  /// The address as in a URL that a browser on this machine can open.
+  /// The address for a URL that a browser on this machine can open.
   [[nodiscard]] std::string host() const {
     const std::string text = address.to_string();
     if (address.is_v6()) return address.is_unspecified() ? "[::1]" : fmt::format("[{}]", text);

@@ -22,9 +22,9 @@ struct ServerOptions {
 };
 
 /// HTTP server on one port, with WebSockets for a running robot. Everything runs in the thread that calls
-/// run(). Holds at most 64 connections including WebSockets, fewer if this process may open few files
-/// (`Seats` decides which ones are dropped). A request is at most 8 KiB. A first request that is incomplete
-/// after 5 s, and any other operation that takes longer than 30 s, is dropped.
+/// run(). Holds at most 64 connections including WebSockets, fewer if this process may only open few files
+/// (`Seats` decides which connections are dropped). A request is at most 8 KiB. Drops a connection if its
+/// first request is incomplete after 5 s or any other operation takes longer than 30 s.
 class HttpServer {
  public:
   /// Fails if no port is free, if the address does not belong to this machine or requires a token, and if the
@@ -36,7 +36,7 @@ class HttpServer {
   ~HttpServer();
 
   [[nodiscard]] std::uint16_t port() const;
-  /// URL of the page for a browser on this machine, with the token if there is one.
+  /// URL of the page for a browser on this machine, with the token if one is set.
   [[nodiscard]] std::string url() const;
   /// URLs for other machines if the server listens on all networks; else empty.
   [[nodiscard]] std::vector<std::string> urls_from_elsewhere() const;

@@ -55,7 +55,8 @@ void LiveChannels::put_picture(const CameraFrame& frame, std::int64_t host_ns,
       host_ns, wanted, out);
 }
 
-/// odom to base_link from the odometry; map to odom so that base_link is at the estimate.
+/// The transform from odom to base_link is the odometry. The one from map to odom places base_link at the
+/// estimate.
 void LiveChannels::put_frames(const LiveSample& sample, const std::set<std::uint32_t>& wanted,
                               std::vector<LiveMessage>& out) {
   ros2::TFMessage frames;

@@ -19,7 +19,7 @@ struct LiveChannel {
   std::string topic;     ///< "/odom"
   std::string type;      ///< "nav_msgs/msg/Odometry"
   bool json = false;     ///< JSON objects instead of ROS messages
-  bool newest = false;   ///< an unsent message (an image) is replaced by a newer one
+  bool newest = false;   ///< an unsent message (image) is replaced by a newer one
   bool latched = false;  ///< new viewers receive the last message
 };
 
@@ -34,7 +34,8 @@ struct LiveMessage {
 /// JPEG. Also publishes the transforms of map, odom, base_link and the camera.
 class LiveChannels {
  public:
-  /// Messages of a sample. Channels not in `wanted` are registered but not encoded.
+  /// Messages of a sample. Messages of channels not in `wanted` are not encoded, but the channels are
+  /// registered.
   [[nodiscard]] std::vector<LiveMessage> encode(const LiveSample& sample,
                                                 const std::set<std::uint32_t>& wanted);
   [[nodiscard]] std::vector<LiveMessage> encode(const LiveFeed::Mounted& camera, std::int64_t host_ns);

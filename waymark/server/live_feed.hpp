@@ -23,7 +23,7 @@ namespace waymark {
 /// State of the robot's loop, published with its samples.
 struct LiveStatus {
   std::string phase = {};   ///< phase of the session: "idle", "teaching", …
-  std::string reason = {};  ///< reason of the last stop; empty if there is none
+  std::string reason = {};  ///< reason of the last stop; empty if none
   std::vector<std::string> commands =
       {};                            ///< accepted in this phase: "go", "stop", "script", "teach", "quit"
   bool page_drives = false;          ///< while teaching: the keys of the page drive
@@ -49,16 +49,16 @@ struct LiveSample {
 };
 
 /// Queue between the loop of a robot and the server. The loop never blocks: if the server holds the lock, the
-/// loop keeps its samples until the next call, and beyond kMaxWaiting it drops and counts them. Samples are
-/// copied only while a viewer is connected. One thread on each side.
+/// loop keeps its samples until the next call. Samples beyond kMaxWaiting are dropped and counted. Samples
+/// are copied only while a viewer is connected. One thread on each side.
 class LiveFeed {
  public:
   static constexpr std::size_t kMaxWaiting = 512;
 
-  /// The robot side calls `wake` when the server has something to take; it must not block.
+  /// The robot side calls `wake` when data for the server are available; `wake` must not block.
   explicit LiveFeed(std::function<void()> wake = [] {}) : wake_(std::move(wake)) {}
   void set_wake(std::function<void()> wake) { wake_ = std::move(wake); }  ///< call before either side starts
-  void set_labels(ViewerLabels labels) { labels_ = std::move(labels); }       ///< call before either side starts
+  void set_labels(ViewerLabels labels) { labels_ = std::move(labels); }   ///< call before either side starts
   /// Rewrites the reasons of set_status() for viewers; default: unchanged.
   using ForUsers = std::function<std::string(std::string_view)>;
   void set_for_users(ForUsers write) { for_users_ = std::move(write); }

@@ -99,7 +99,7 @@ void LiveHub::put_text(Client& client, std::string text, std::optional<std::uint
 }
 
 void LiveHub::warn(Client& client, const std::string& words) {
-  // Droppable, so that a viewer that keeps sending invalid messages does not fill its queue.
+  // Droppable, so that a viewer that repeatedly sends invalid messages does not fill its queue.
   put(client, {.text = true, .head = status_message(words)});
 }
 

@@ -55,16 +55,16 @@ class Outbox {
   std::uint64_t dropped_ = 0;
 };
 
-/// Supported subprotocols of a WebSocket: that of the page, and two names of the Foxglove protocol with
+/// Supported subprotocols of a WebSocket: the page's own, and two names of the Foxglove protocol with
 /// identical messages.
 inline constexpr std::string_view kPageProtocol = "waymark.v1";
 inline constexpr std::string_view kFoxgloveProtocols[] = {"foxglove.sdk.v1", "foxglove.websocket.v1"};
 
-/// The first supported one of the offered subprotocols ("a, b"); empty if there is none.
+/// The first supported subprotocol among those offered ("a, b"); empty if none is supported.
 [[nodiscard]] std::string_view choose_protocol(std::string_view offered);
 
-/// All viewers of a running robot: what each of them receives, and which one may command. Every viewer may
-/// stop the robot; only the one that holds control can move it. Contains no sockets and no clocks;
+/// All viewers of a running robot. Decides what each viewer receives and which one may command. Every viewer
+/// may stop the robot; only the one that holds control can move it. Contains no sockets and no clocks;
 /// single-threaded.
 class LiveHub {
  public:
@@ -82,7 +82,7 @@ class LiveHub {
   void leave(Id id);
   void receive_text(Id id, std::string_view text, Duration now);
   void receive_binary(Id id, std::span<const std::uint8_t> bytes, Duration now);
-  /// Passes on data of the robot since the last call. `now`: host clock, as in the feed.
+  /// Forwards the robot's data since the last call. `now`: host clock, as in the feed.
   void tick(Duration now);
 
   /// The next frame for this viewer.
@@ -116,7 +116,7 @@ class LiveHub {
   void send_control(Id id, Client& client);
   void send_texts(Client& client);
   void pass_order(Id id, Client& client, const ViewerOrder& order);
-  /// Whether it holds control now; takes control if it is free.
+  /// Takes control for the client if it is free. Returns whether the client now holds control.
   bool take(Id id, Client& client);
   void release(Id id, bool lost);
   void subscribe(Client& client, const ClientSubscribe& message);

@@ -46,7 +46,7 @@ struct ClientAlive {};
 struct ClientOrders {
   ViewerOrder order{};
 };
-/// A message of the protocol that is not supported.
+/// An unsupported message of the protocol.
 struct ClientUnsupported {
   std::string op{};
 };
@@ -54,11 +54,11 @@ struct ClientUnsupported {
 using ClientMessage = std::variant<ClientSubscribe, ClientUnsubscribe, ClientAdvertise, ClientUnadvertise,
                                    ClientTakes, ClientReleases, ClientAlive, ClientOrders, ClientUnsupported>;
 
-/// Fails on text that is not a message of the protocol. Lists have at most kMaxNamed entries.
+/// Fails if the text is not a message of the protocol. Lists have at most kMaxNamed entries.
 [[nodiscard]] Result<ClientMessage> parse_client_text(std::string_view text);
 inline constexpr std::size_t kMaxNamed = 1024;
 
-/// A published message: opcode 1, the client's channel (little endian), the message.
+/// A published message: opcode 1, the client's channel (little-endian), the message.
 struct ClientPublishes {
   std::uint32_t channel = 0;
   std::span<const std::uint8_t> message{};
@@ -78,7 +78,7 @@ inline constexpr std::string_view kDriveTopic = "/cmd_vel";
 [[nodiscard]] std::string advertisement(std::span<const LiveChannel> channels);
 /// A warning as text.
 [[nodiscard]] std::string status_message(std::string_view words);
-/// Opcode 1, subscription, time [ns]; the message follows. All little endian.
+/// Opcode 1, subscription, time [ns]; the message follows. All numbers are little-endian.
 [[nodiscard]] std::string message_head(std::uint32_t subscription, std::int64_t host_ns);
 
 /// A file of the map folder, for the page.
@@ -88,7 +88,7 @@ inline constexpr std::string_view kDriveTopic = "/cmd_vel";
                                      std::uint64_t dropped);
 
 struct ControlState {
-  bool may = false;    ///< may command: it has the token
+  bool may = false;    ///< may command, because it has the token
   bool yours = false;  ///< this viewer holds control
   bool held = false;   ///< some viewer holds control
   std::size_t viewers = 0;

@@ -19,11 +19,11 @@ struct OfferedFile {
   std::string name;  ///< as shown on the page
   std::filesystem::path path;
   Kind kind = Kind::Recording;
-  /// The offered folder, which links must not leave. Empty: the file itself was given.
+  /// The offered folder; links must not lead outside it. Empty if the file itself was given.
   std::filesystem::path within{};
 };
 
-/// Whether the file is in the folder after all links are resolved. False if one of them does not exist.
+/// Whether the file is in the folder after all links are resolved. False if a link target does not exist.
 [[nodiscard]] bool lies_within(const std::filesystem::path& file, const std::filesystem::path& folder);
 
 struct OfferedThings {
@@ -59,8 +59,8 @@ struct HttpReply {
 
 /// Reply to a request: the page, `session.json` (the offered files), `files/N/NAME` by ranges, or
 /// `tags/FAMILY/ID` (the printed cells of a tag). Requests without the required rights get an error
-/// (access.hpp). A page opened with the token in the address gets it as a cookie, and a redirect to the
-/// address without it. Never fails; of a file it reads only the size.
+/// (access.hpp). A page opened with the token in the address gets the token as a cookie and is redirected to
+/// the address without it. Never fails; reads only the size of a file, not its contents.
 [[nodiscard]] HttpReply reply_to(const HttpRequest& request, const OfferedThings& offered,
                                  const AccessPolicy& policy);
 

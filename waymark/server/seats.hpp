@@ -7,8 +7,8 @@
 
 namespace waymark {
 
-/// Decides which connections a server keeps, including WebSockets. A new connection is accepted as long as
-/// any connection without the token remains. To make room, the oldest connection with an unfinished first
+/// Decides which connections a server keeps, including WebSockets. A new connection is rejected only if all
+/// seats belong to connections with the token. To make room, the oldest connection with an unfinished first
 /// request is dropped, then the oldest without the token. Contains no sockets, for tests.
 class Seats {
  public:
@@ -25,14 +25,15 @@ class Seats {
 
   explicit Seats(std::size_t most = kMaxSeats) : most_(most) {}
 
-  /// A new connection. Nothing if all seats belong to owners. `dropped`: the connection to close for it.
+  /// An admitted connection; nothing if all seats belong to owners. `dropped`: the connection to close in its
+  /// favour.
   struct Admission {
     Id id = 0;
     std::optional<Id> dropped{};
   };
   [[nodiscard]] std::optional<Admission> admit();
-  /// Updates a connection after its first request. Returns a connection to close if too many are without the
-  /// token; it may be this one.
+  /// Updates a connection after its first request. Returns a connection to close if too many lack the token;
+  /// it may be this one.
   [[nodiscard]] std::optional<Id> request_received(Id id, bool token);
   void leave(Id id) { guests_.erase(id); }
 
