@@ -13,13 +13,14 @@
 
 namespace waymark {
 
-/// A queue of the messages of all subscriptions in the order of arrival, from the network's threads to one
-/// receiver. At most `depth` messages per subscription are queued; beyond that the oldest are dropped and
-/// counted. `Message` has a member `subscription` with the number of its subscription. Thread-safe.
+/// A queue from the network's threads to one receiver, with the messages of all subscriptions in order of
+/// arrival. At most `depth` messages per subscription are queued; when the queue is full, the oldest are
+/// dropped and counted. `Message` has a member `subscription` with the number of its subscription.
+/// Thread-safe.
 template <class Message>
 class ArrivalQueue {
  public:
-  /// Adds a subscription and returns its number. A depth below 1 is 1.
+  /// Adds a subscription and returns its number. A depth below 1 counts as 1.
   std::size_t add(int depth) {
     const std::lock_guard lock(mutex_);
     subscriptions_.push_back({.depth = static_cast<std::size_t>(std::max(1, depth))});
@@ -41,7 +42,7 @@ class ArrivalQueue {
     arrived_.notify_one();
   }
 
-  /// Removes and returns the oldest message; empty if none comes within `timeout`.
+  /// Removes and returns the oldest message; empty if none arrives within `timeout`.
   [[nodiscard]] std::optional<Message> take(Duration timeout) {
     std::unique_lock lock(mutex_);
     if (!arrived_.wait_for(lock, timeout, [this] { return !messages_.empty(); })) return std::nullopt;

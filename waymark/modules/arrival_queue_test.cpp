@@ -18,11 +18,11 @@ struct Numbered {
   int number = 0;
 };
 
-constexpr Duration kNow{0};
+constexpr Duration kNoWait{0};
 
 std::vector<Numbered> take_all(ArrivalQueue<Numbered>& queue) {
   std::vector<Numbered> all;
-  while (auto message = queue.take(kNow)) all.push_back(*message);
+  while (auto message = queue.take(kNoWait)) all.push_back(*message);
   return all;
 }
 
@@ -66,10 +66,10 @@ TEST(ArrivalQueue, ADepthOfZeroIsOne) {
   ArrivalQueue<Numbered> queue;
   const std::size_t only = queue.add(0);
   EXPECT_TRUE(queue.empty());
-  EXPECT_FALSE(queue.take(kNow));
+  EXPECT_FALSE(queue.take(kNoWait));
   queue.push({only, 1});
   EXPECT_FALSE(queue.empty());
-  EXPECT_EQ(queue.take(kNow)->number, 1);
+  EXPECT_EQ(queue.take(kNoWait)->number, 1);
   EXPECT_TRUE(queue.empty());
 }
 

@@ -34,7 +34,7 @@ Result<void*> load_module(const ModuleName& module) {
                   {.source = place.string()}, fmt::format("Install {}, or rebuild Waymark.", module.needs));
     void* symbol = dlsym(loaded, module.symbol);
     if (symbol == nullptr)
-      return fail(ErrorCode::Unsupported, "the module is of another version", {.source = place.string()},
+      return fail(ErrorCode::Unsupported, "the module has a different version", {.source = place.string()},
                   "Reinstall Waymark.");
     return symbol;
   }

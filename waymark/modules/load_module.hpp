@@ -40,7 +40,7 @@ struct ModuleName {
 };
 
 /// Loads a module from the program's folder or from ../lib/waymark and returns the function that it exports.
-/// Fails if the module is missing, cannot be loaded, or is of another version.
+/// Fails if the module is missing, cannot be loaded, or has a different version.
 [[nodiscard]] Result<void*> load_module(const ModuleName& module);
 
 }  // namespace waymark
