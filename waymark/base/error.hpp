@@ -22,7 +22,7 @@ enum class ErrorCode : std::uint8_t {
 /// Name of a code as it appears in JSON summaries ("invalid_argument", …).
 [[nodiscard]] const char* to_string(ErrorCode code);
 
-/// Location of an error: those of file, line, byte and key that apply.
+/// Location of an error. Only the applicable fields of file, line, byte and key are set.
 struct Place {
   std::string source = {};                ///< file path or other name of the input
   std::optional<std::int64_t> line = {};  ///< 1-based line of a text file

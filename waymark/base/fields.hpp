@@ -10,8 +10,8 @@
 
 namespace waymark {
 
-/// One field of an option struct. YAML keys, command line flags, Python keywords and the reference page
-/// are generated from it. The name carries the unit if there is one ("tag_size_m").
+/// One field of an option struct. YAML keys, command line flags, Python keywords and the reference page are
+/// generated from it. The name ends with the unit, if any ("tag_size_m").
 struct Field {
   std::string_view name;      ///< snake_case key; the flag is the same with dashes
   std::string_view sentence;  ///< what it does and when to change it
@@ -83,14 +83,13 @@ template <HasFields Options>
   return status;
 }
 
-/// A field of a job: a Field with the additional properties of a command line flag or argument. A job
-/// lists its fields as option structs do; flags and their help are generated from them:
+/// A field of a job: a Field with additional properties for a command line flag or argument. A job lists its
+/// fields like an option struct; flags and their help are generated from them:
 ///
 ///     visit(self.output, JobField("output FILE", "Recording to write (.mcap)").required());
 struct JobField : Field {
-  /// `named`: the key (the flag has dashes instead of underscores) and the name of its value:
-  /// "tag_size_m NUMBER"; a switch has the key alone. The range is checked if both of its ends are
-  /// given.
+  /// `named`: the key and the name of its value, "tag_size_m NUMBER"; a switch has only the key. The flag has
+  /// dashes instead of underscores. The range is checked if both of its ends are given.
   constexpr JobField(std::string_view named, std::string_view what,
                      double least = -std::numeric_limits<double>::infinity(),
                      double most = std::numeric_limits<double>::infinity())

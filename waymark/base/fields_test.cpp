@@ -61,7 +61,7 @@ struct Job {
   static void fields(Self& self, Visitor&& visit) {
     visit(self.output, JobField("output FILE", "Recording to write").required());
     visit(self.pause_s, JobField("pause_s NUMBER", "Duration of the stop", 0, 60).usually("5").less());
-    visit(self.force, JobField("force", "Replace a file that is there").needs("output"));
+    visit(self.force, JobField("force", "Replace an existing file").needs("output"));
   }
 };
 

@@ -11,7 +11,7 @@ namespace waymark {
 namespace {
 
 constexpr unsigned char kDelete = 0x7f;
-/// UTF-8 of U+0080 to U+009F, control characters for terminals too: this byte, then 0x80 to 0x9f.
+/// U+0080 to U+009F are also control characters for terminals. Their UTF-8 is this byte, then 0x80 to 0x9f.
 constexpr unsigned char kLeadOfControls = 0xc2;
 
 bool continues(unsigned char byte) { return (byte & 0xc0U) == 0x80U; }

@@ -13,8 +13,8 @@ template <std::integral Number>
   return std::to_string(number) + " " + thing + (number == 1 ? "" : "s");
 }
 
-/// Untrusted text made safe for a terminal: control characters, which a terminal would execute, become
-/// \x1b and the like. Letters of all languages stay.
+/// Makes untrusted text safe for a terminal: control characters, which a terminal would execute, become \x1b
+/// and the like. Letters of all languages are kept.
 [[nodiscard]] std::string printable(std::string_view text);
 
 /// The candidate nearest to a misspelt word (Damerau edits, case ignored), or empty if no candidate is

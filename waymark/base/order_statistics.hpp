@@ -6,8 +6,8 @@
 
 namespace waymark {
 
-/// The value below which `share` (0 to 1) of the values lie: one of the values, without interpolation.
-/// T{} for an empty list. O(n).
+/// The value below which `share` (0 to 1) of the values lie; one of the values, without interpolation. T{}
+/// for an empty list. O(n).
 template <class T>
 [[nodiscard]] T quantile(std::vector<T> values, double share) {
   if (values.empty()) return T{};
@@ -16,7 +16,7 @@ template <class T>
   return values[static_cast<std::size_t>(rank)];
 }
 
-/// The middle value; of an even number of values the upper one of the two. T{} for an empty list. O(n).
+/// The median; for an even number of values, the upper of the two middle values. T{} for an empty list. O(n).
 template <class T>
 [[nodiscard]] T median(std::vector<T> values) {
   if (values.empty()) return T{};

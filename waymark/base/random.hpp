@@ -5,9 +5,9 @@
 
 namespace waymark {
 
-/// Random numbers from a given seed. The same seed gives the same numbers on every platform: the standard
-/// fixes the engine but not its distributions, so those are implemented here. Draw once per statement:
-/// the evaluation order of arguments differs between compilers.
+/// Random numbers from a given seed. The same seed gives the same numbers on every platform. The standard
+/// specifies the engine but not the distributions, so these are implemented here. Draw only once per
+/// statement, because the evaluation order of arguments differs between compilers.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : engine_(seed) {}
@@ -18,7 +18,7 @@ class Random {
   [[nodiscard]] double uniform(double low, double high);
   /// Uniform integer in [0, count); count > 0.
   [[nodiscard]] std::uint64_t index(std::uint64_t count);
-  /// Standard normal. Marsaglia's polar method (Marsaglia and Bray, "A convenient method for generating
+  /// Standard normal, by Marsaglia's polar method (Marsaglia and Bray, "A convenient method for generating
   /// normal variables", SIAM Review 6, 1964).
   [[nodiscard]] double normal();
   /// Normal with the given mean and standard deviation.

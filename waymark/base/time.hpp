@@ -8,7 +8,8 @@ namespace waymark {
 /// Duration on any clock: int64 nanoseconds.
 using Duration = std::chrono::duration<std::int64_t, std::nano>;
 
-/// The clock of the sensor that made the measurement. It has no now(): in the core, time is an argument.
+/// The clock of the sensor that made the measurement. It has no now(), because time is an argument in the
+/// core.
 struct SensorClock {
   using duration = Duration;
   using rep = duration::rep;
