@@ -1,5 +1,5 @@
 #pragma once
-// Internal to the room: shared by the codecs of the formats.
+// Internal to the room; shared by the codecs.
 
 #include <cstdint>
 #include <span>
@@ -34,10 +34,10 @@ struct Pixels {
   }
 };
 
-/// The format by content; the error describes what the input looks like.
+/// Recognises the format by content; the error names the apparent file type.
 [[nodiscard]] Result<ImageFormat> recognise(const Input& input);
 
-/// LimitExceeded beyond max_pixels.
+/// Fails (LimitExceeded) if the image has more than max_pixels.
 [[nodiscard]] Status check_limit(const ImageInfo& info, const Input& input, const DecodeOptions& options);
 
 /// The error for input that ends before its image is complete.
@@ -59,7 +59,7 @@ template <class Reader>
 /// Result of an encoder.
 using Bytes = Result<std::vector<std::uint8_t>>;
 
-// One formula for grey, in integers, rounded once.
+// Conversion to grey, in integers and rounded once.
 
 /// Rec. 601 luma times 1000. Samples up to 65535.
 [[nodiscard]] constexpr std::uint64_t luma_1000(std::uint64_t r, std::uint64_t g, std::uint64_t b) {

@@ -34,7 +34,7 @@ tl::unexpected<Error> out_of_memory(Place place) {
               "Reduce its size.");
 }
 
-/// Exceptions do not leave the room: exhausted memory becomes an Error.
+/// Converts exhausted memory to an Error, because exceptions must not leave the room.
 template <class Work>
 auto without_exceptions(const Place& place, Work work) -> decltype(work()) {
   try {

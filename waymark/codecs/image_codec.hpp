@@ -43,19 +43,19 @@ struct DecodeOptions {
 /// The format of an image whose file begins with `head`; 8 bytes are enough. Nothing for any other file.
 [[nodiscard]] std::optional<ImageFormat> image_format_of(std::span<const std::uint8_t> head);
 
-/// Reads the header only: format (recognised by content), size, channels, depth. `name` is the name of the
+/// Reads only the header: format (recognised by content), size, channels, depth. `name` is the name of the
 /// input in errors, usually its path. Errors: Unreadable (empty, truncated, malformed), Unsupported (the
 /// error names the other format).
 [[nodiscard]] Result<ImageInfo> probe(std::span<const std::uint8_t> bytes, std::string_view name);
 
 /// Decodes an image to 8-bit grey.
 ///
-/// Grey is Rec. 601 luma, (299 R + 587 G + 114 B) / 1000 on the samples as stored (no gamma, no colour
-/// profile); for a YCbCr JPEG that is its Y channel. CMYK and YCCK JPEG are read as Adobe writes them
-/// (inverted, like all common readers): R = C K / 255. PNG transparency is composited over white, the paper
-/// of a printed tag. 16-bit samples and PNM with any maximum are scaled exactly and rounded once, to nearest.
-/// An EXIF orientation is not applied: pixels stay as the sensor delivered them, as a calibration expects. Of
-/// a PNM with several images the first is read.
+/// Grey is Rec. 601 luma, (299 R + 587 G + 114 B) / 1000, of the stored samples (no gamma, no colour
+/// profile). For a YCbCr JPEG it is the Y channel. CMYK and YCCK JPEG are read in Adobe's inverted form, as
+/// by all common readers: R = C K / 255. PNG transparency is composited over white, the paper of a printed
+/// tag. 16-bit samples and PNM with any maximum are scaled exactly and rounded once, to nearest. An EXIF
+/// orientation is not applied: pixels stay as the sensor delivered them, as a calibration expects. Only the
+/// first image of a PNM is read.
 ///
 /// A truncated or damaged image is an error, never an image with grey parts: Unreadable, with the byte where
 /// reading stopped if the decoder reports it. Other errors: Unsupported, LimitExceeded (options.max_pixels,

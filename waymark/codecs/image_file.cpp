@@ -55,7 +55,7 @@ Result<File> open_to_read(const fs::path& path) {
               "Check the path.");
 }
 
-/// The whole file; stops early if the file does not begin like an image (it may be endless).
+/// Reads the whole file; stops early if it does not begin like an image, because it may be endless.
 Result<std::vector<std::uint8_t>> read_bytes(const fs::path& path) {
   Result<File> file = open_to_read(path);
   if (!file) return tl::unexpected(file.error());
@@ -80,7 +80,7 @@ Result<std::vector<std::uint8_t>> read_bytes(const fs::path& path) {
   return bytes;
 }
 
-/// Exceptions do not leave the room: a file larger than memory becomes an Error.
+/// Converts exhausted memory (a large file) to an Error, because exceptions must not leave the room.
 Result<std::vector<std::uint8_t>> read_all(const fs::path& path) {
   try {
     return read_bytes(path);

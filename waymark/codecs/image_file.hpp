@@ -9,14 +9,14 @@
 
 namespace waymark {
 
-/// Default quality of JPEG files: it moves tag edges by less than the noise of a camera.
+/// Default quality of JPEG files, which moves tag edges by less than the noise of a camera.
 inline constexpr int kJpegFileQuality = 95;
 
-/// Reads an image from a file, like decode_image. Errors: NotFound, Unreadable (a folder, no permission, an
+/// Reads an image from a file, like decode_image(). Errors: NotFound, Unreadable (a folder, no permission, an
 /// invalid image), Unsupported, LimitExceeded.
 [[nodiscard]] Result<Image> read_image(const std::filesystem::path& path, const DecodeOptions& options = {});
 
-/// Reads the header of an image file, like probe.
+/// Reads the header of an image file, like probe().
 [[nodiscard]] Result<ImageInfo> probe_image(const std::filesystem::path& path);
 
 /// Writes an image; the suffix determines the format: .png, .jpg or .jpeg (kJpegFileQuality), .pgm, .ppm or

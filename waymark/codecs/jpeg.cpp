@@ -100,7 +100,7 @@ class JpegReader {
     return {};
   }
 
-  /// A Huffman-coded block takes at least one bit: a short file that claims more blocks is rejected before
+  /// A Huffman-coded block takes at least one bit, so a short file that claims more blocks is rejected before
   /// memory is allocated.
   [[nodiscard]] Status check_plausible() const {
     if (cinfo_.arith_code) return {};
@@ -146,7 +146,7 @@ class JpegReader {
     source_.bytes_in_buffer -= static_cast<std::size_t>(count);
   }
 
-  /// A file of several scans may end before some channel had its scan; libjpeg then fills the channel with
+  /// A file of several scans may end before the scan of some channel; libjpeg then fills the channel with
   /// mid-grey.
   void expect_all_channels() {
     for (int i = 0; i < cinfo_.num_components; ++i) {

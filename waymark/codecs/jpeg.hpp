@@ -1,5 +1,5 @@
 #pragma once
-// Internal to the room: JPEG by libjpeg-turbo.
+// Internal to the room: JPEG using libjpeg-turbo.
 
 #include "waymark/codecs/formats.hpp"
 

@@ -200,7 +200,7 @@ TEST(Jpeg, AMissingChannelIsAnErrorNeverAGreyImage) {
 TEST(Jpeg, StrayBytesAfterTheEndAreHarmless) {
   for (auto [kind, bytes] : all_kinds()) {
     const Image whole = decode_image(bytes, kind).value();
-    bytes.insert(bytes.end(), 100, 0);  // padding, as webcams send it
+    bytes.insert(bytes.end(), 100, 0);  // padding as sent by webcams
     EXPECT_EQ(decode_image(bytes, kind).value(), whole);
   }
 }

@@ -85,7 +85,8 @@ class PngReader {
     return {};
   }
 
-  /// Deflate has a maximum ratio: a short file that claims more rows is rejected before memory is allocated.
+  /// The ratio of deflate is limited, so a short file that claims more rows is rejected before memory is
+  /// allocated.
   [[nodiscard]] Status check_plausible() const {
     const std::uint64_t width = png_get_image_width(png_, info_);
     const std::uint64_t height = png_get_image_height(png_, info_);

@@ -1,5 +1,5 @@
 #pragma once
-// Internal to the room: PNG by libpng.
+// Internal to the room: PNG using libpng.
 
 #include "waymark/codecs/formats.hpp"
 

@@ -108,8 +108,8 @@ Result<Header> read_header(const Input& input) {
 Status check_complete(const Input& input, const Header& header) {
   const std::uint64_t there = input.bytes.size() - header.pixels;
   const std::uint64_t bytes_each = header.max > 255 ? 2 : 1;
-  // As text: one digit per sample and white space between them. samples() < 2^63 * 3 cannot be doubled, so
-  // `there` is halved.
+  // Text has at least one digit per sample and white space between samples. samples() < 2^63 * 3 cannot be
+  // doubled, so `there` is halved.
   const bool complete =
       header.text ? header.samples() <= there / 2 + 1 : header.samples() <= there / bytes_each;
   if (complete) return {};

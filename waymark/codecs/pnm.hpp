@@ -1,5 +1,5 @@
 #pragma once
-// Internal to the room: PNM by own code.
+// Internal to the room: PNM without a library.
 
 #include "waymark/codecs/formats.hpp"
 
