@@ -29,19 +29,16 @@ struct CalibratedValue {
 /// All calibrated values of a robot (docs/formats/calibration.md). A missing value was not estimated.
 struct Calibration {
   std::optional<CameraModel> camera{};
-  /// By name:
-  /// "fx_px", "fy_px", "cx_px", "cy_px", "k1" …: of the camera (with their uncertainty; pixel centres at
-  /// +1/2);
-  /// "mounting_x_m" … "mounting_yaw_rad": the camera body on the base (straight ahead if zero);
+  /// By name. Camera, with uncertainty and pixel centres at +1/2: "fx_px", "fy_px", "cx_px", "cy_px", "k1" …;
+  /// "mounting_x_m" … "mounting_yaw_rad": the camera body on the base (straight ahead if zero). Odometry:
   /// "odometry_scale": true distance = scale * distance of the wheels; "yaw_scale": true turn = gain * turn
-  /// of the wheels; "yaw_noise_rad_sqrt_m": noise of that turn, over the distance; "gyro_gain": true turn =
-  /// gain * turn of the gyro; "gyro_bias_rad_s": gyro rate at rest; "side_slip_s": lateral speed per speed
-  /// and yaw rate, outwards if negative; "camera_latency_s": an image is this much older than its stamp;
-  /// "sight_scale": true distance of a tag = scale * measured distance;
-  /// "focal_scale": factor by which the focal length of `camera` was multiplied (already applied);
-  /// "corner_sigma_px";
-  /// "turn_lead_s", "odometry_yaw_bias_rad_s": of odometry; "readout_s": of a rolling shutter, first row to
-  /// last.
+  /// of the wheels; "yaw_noise_rad_sqrt_m": noise of that turn, over the distance. IMU: "gyro_gain": true
+  /// turn = gain * turn of the gyro; "gyro_bias_rad_s": gyro rate at rest. Motion: "side_slip_s": lateral
+  /// speed per speed and yaw rate, outwards if negative; "turn_lead_s", "odometry_yaw_bias_rad_s": of
+  /// odometry. Images: "camera_latency_s": an image is this much older than its stamp; "readout_s": of a
+  /// rolling shutter, first row to last; "corner_sigma_px". Scales: "sight_scale": true distance of a tag =
+  /// scale * measured distance; "focal_scale": factor by which the focal length of `camera` was multiplied
+  /// (already applied).
   std::map<std::string, CalibratedValue> values{};
   /// Source of the values, as key and text, in the order of the file.
   std::vector<std::pair<std::string, std::string>> provenance{};

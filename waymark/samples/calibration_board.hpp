@@ -13,12 +13,12 @@
 
 namespace waymark {
 
-/// Printed boards whose corners are detected individually, each where four squares meet.
+/// Printed boards whose corners, where four squares meet, are detected individually.
 enum class BoardKind : std::uint8_t {
   Chessboard,  ///< detected only if the whole board is in view
   Charuco,     ///< a chessboard with an ArUco marker in each white square, which identifies its corners
-  AprilGrid,   ///< Kalibr's: tags of tag36h11 with a border of two cells, black squares that touch their
-               ///< corners
+  AprilGrid,   ///< Kalibr's board: tags of tag36h11 with a border of two cells, and black squares that touch
+               ///< their corners
 };
 
 /// "chessboard", "charuco", "aprilgrid".
@@ -41,8 +41,8 @@ struct CalibrationBoard {
   friend bool operator==(const CalibrationBoard&, const CalibrationBoard&) = default;
 };
 
-/// A marker on a board: centre and side of its black square, x right, y down, from the centre of the board
-/// [m].
+/// A marker on a board: centre and side of its black square [m]; x right, y down, from the centre of the
+/// board.
 struct BoardMarker {
   int id = 0;
   Eigen::Vector2d middle_m{0, 0};
@@ -55,16 +55,16 @@ struct BoardCorner {
   Eigen::Vector2d px{0, 0};  ///< distorted, pixel centres at +1/2
 };
 
-/// Fails (InvalidArgument; the place names the field) on fewer than 3 x 3 squares or 1 x 1 tags, invalid
-/// sizes, and a marker that fills its square.
+/// Fails (InvalidArgument; the place contains the field) on fewer than 3 x 3 squares or 1 x 1 tags, on
+/// invalid sizes, or if a marker fills its square.
 [[nodiscard]] Status check_board(const CalibrationBoard& board);
 
-/// Positions of the corners of a board, x right, y down, from its centre [m]. For a chessboard and a ChArUco
-/// board, the inner corners row by row from the upper left; for an AprilGrid, TL, TR, BR, BL of each tag,
-/// with the tags row by row from the lower left one to the right, then up (as Kalibr counts). O(corners).
+/// Corner positions of a board [m]; x right, y down, from its centre. For a chessboard and a ChArUco board,
+/// these are the inner corners row by row from the upper left. For an AprilGrid, they are TL, TR, BR, BL of
+/// each tag; tags are ordered as in Kalibr, row by row from the lower left to the right and up. O(corners).
 [[nodiscard]] std::vector<Eigen::Vector2d> board_corners(const CalibrationBoard& board);
 
-/// The markers of a ChArUco board (row by row from the top, as OpenCV counts) or an AprilGrid; empty for a
+/// The markers of a ChArUco board (row by row from the top, as in OpenCV) or an AprilGrid; empty for a
 /// chessboard.
 [[nodiscard]] std::vector<BoardMarker> board_markers(const CalibrationBoard& board);
 

@@ -32,17 +32,17 @@ struct CameraControl {
   std::vector<std::string> words{};  ///< names of the menu entries for the values from min on
 };
 
-/// A camera that delivers images over time. Its stamps are of the steady clock of this computer
-/// (CLOCK_MONOTONIC), in the middle of the exposure if the exposure is reported. next() returns the newest
-/// image (CameraFrame) or a message for the operator (RobotText); older images are dropped and counted.
+/// A camera that delivers images over time. Stamps refer to this computer's steady clock (CLOCK_MONOTONIC).
+/// They are at the middle of the exposure if the camera reports its exposure. next() returns the newest image
+/// (CameraFrame) or an operator message (RobotText). Older images are dropped and counted.
 class LiveCamera : public Source {
  public:
   [[nodiscard]] virtual CameraCounts counts() const = 0;
-  /// No more images will arrive: a file that was played has ended.
+  /// Whether no more images will arrive, because a played file has ended.
   [[nodiscard]] virtual bool ended() const { return false; }
   /// "HD Webcam, 1280 x 720 px, MJPG, 30 Hz".
   [[nodiscard]] virtual std::string description() const = 0;
-  /// Empty if the camera has none, or while it is unplugged.
+  /// Empty if the camera has no controls, or while it is unplugged.
   [[nodiscard]] virtual std::vector<CameraControl> controls() { return {}; }
   /// Sets a value after switching off the automatic mode of this control. InvalidArgument: unknown control or
   /// a value outside its range; Unwritable: the camera rejects the value.

@@ -10,7 +10,7 @@
 
 namespace waymark {
 
-/// Pose of a camera body (x forward, y left, z up) on the base, as a person measures it.
+/// Pose of a camera body (x forward, y left, z up) on the base, as measured by hand.
 struct CameraMounting {
   double x_m = 0;
   double y_m = 0;
@@ -50,7 +50,7 @@ struct MountedCamera {
 };
 
 /// The camera of a sample: the one with this name; if the robot has a single camera, that one regardless of
-/// its name. nullptr if there is none.
+/// its name. nullptr if not found.
 [[nodiscard]] inline const MountedCamera* find_camera(const std::vector<MountedCamera>& cameras,
                                                       std::string_view name) {
   if (cameras.size() == 1) return &cameras.front();

@@ -49,8 +49,8 @@ class Robot {
   Robot& operator=(const Robot&) = delete;
 
   virtual Status command(const VelocityCommand& command) = 0;
-  /// The drive is over, for any reason, and its last command was zero. For robots that execute a command only
-  /// when they are next asked for samples, which will not happen again.
+  /// Called when the drive is over, for any reason; its last command was zero. Needed for robots that execute
+  /// a command only on the next request for samples, which will not happen again.
   virtual void finish() {}
 
  protected:

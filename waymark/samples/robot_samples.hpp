@@ -51,8 +51,8 @@ struct RangeBearing {
   double bearing_rad = 0;  ///< counter-clockwise from the sensor's x axis
 };
 
-/// Pose and velocity since the robot was switched on, from the wheels (and any other sensors that the robot's
-/// driver fuses).
+/// Pose since the robot was switched on, and velocity, from the wheels (and any other sensors that the
+/// robot's driver fuses).
 struct Odometry {
   SensorTime stamp{};
   SE2 odom_T_base{};

@@ -17,7 +17,7 @@ struct RoutePoint {
   double speed_m_s = 0;      ///< reference speed; negative if the robot reverses
 };
 
-/// A place of a route where the robot stops for some time and then continues by itself.
+/// A place on a route where the robot stops for some time and then continues automatically.
 struct Station {
   std::string name{};
   double arc_length_m = 0;

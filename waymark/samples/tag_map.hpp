@@ -15,7 +15,7 @@ namespace waymark {
 /// Cross-covariance between the errors of two tags of a map.
 struct TagTie {
   TagId to{};
-  /// 6x6, rows: this tag, columns: the other; each in its left tangent in the map frame [m, rad].
+  /// 6x6, rows: this tag, columns: the other; each in its left tangent space in the map frame [m, rad].
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
 };
 
@@ -30,19 +30,19 @@ struct MappedTag {
   std::optional<TagTie> tie{};
 };
 
-/// The floor on which a robot drives: the plane of the points p with normal . (p - (0, 0, z_m)) = 0.
+/// The floor on which a robot drives: the plane of points p with normal . (p - (0, 0, z_m)) = 0.
 struct FloorPlane {
   double z_m = 0;                                     ///< its height at the map's origin
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< upwards, length 1; z is not 0
-  /// Of (z_m, rotation about x, rotation about y) [m, rad]; nothing if unknown.
+  /// Covariance of (z_m, rotation about x, rotation about y) [m, rad]; nothing if unknown.
   std::optional<Eigen::Matrix3d> covariance{};
 };
 
-/// The frame whose plane z = 0 is the floor: rotated from the map by the smallest rotation that makes the
-/// floor level; its origin is on the floor, at x = y = 0 of a level map.
+/// The frame whose plane z = 0 is the floor. It is rotated from the map by the smallest rotation that makes
+/// the floor level. Its origin is on the floor, at x = y = 0 of a level map.
 [[nodiscard]] SE3 map_T_floor(const FloorPlane& floor);
 
-/// The poses of the tags. Ordered by id, so that results computed from a map have a fixed order.
+/// The poses of the tags, ordered by id so that results computed from a map have a fixed order.
 struct TagMap {
   std::map<TagId, MappedTag> tags{};
   FloorPlane floor{};  ///< the floor on which the robot drives; the anchor's centre may be the origin
@@ -54,7 +54,7 @@ struct TagMap {
   }
 };
 
-/// The families of the tags by name, sorted, without duplicates: those to search for in images. O(n).
+/// The names of the tag families to search for in images, sorted and without duplicates. O(n).
 [[nodiscard]] std::vector<std::string> families_of(const TagMap& map);
 
 }  // namespace waymark

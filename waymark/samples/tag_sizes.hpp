@@ -8,12 +8,12 @@
 
 namespace waymark {
 
-/// Tag sizes: side of the square where black border meets white border [m]. One default size, and others by
-/// id.
+/// Tag sizes, measured as the side of the square where black border meets white border [m]. One default size,
+/// and others by id.
 struct TagSizes {
   std::optional<double>
-      default_size_m{};  ///< for tags without a size of their own; nothing: the size of such a tag is unknown
-  std::map<TagId, double> size_by_tag_m{};  ///< tags printed in another size
+      default_size_m{};  ///< for tags not in size_by_tag_m; nothing: the size of such a tag is unknown
+  std::map<TagId, double> size_by_tag_m{};  ///< tags printed in a different size
 
   /// The size of one tag [m]. Fails if it has neither its own size nor a default, or if the size is not
   /// positive and finite. O(log n).

@@ -22,7 +22,8 @@ using Trajectory = std::vector<StampedPose>;
 struct EstimatedPose {
   SensorTime stamp{};
   SE3 map_T_base{};
-  /// Covariance of x [m], y [m] and yaw [rad] in ordinary map coordinates; nothing if the source has none.
+  /// Covariance of x [m], y [m] and yaw [rad] in ordinary map coordinates; nothing if the source does not
+  /// provide it.
   std::optional<Eigen::Matrix3d> covariance{};
 };
 

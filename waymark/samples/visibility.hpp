@@ -10,7 +10,7 @@
 #include "waymark/samples/robot_model.hpp"
 #include "waymark/samples/tag_map.hpp"
 
-/// Which tags a camera sees from a pose, and the distance from the robot's hull to them.
+/// Computes which tags a camera sees from a pose, and their distance from the robot's hull.
 namespace waymark {
 
 /// Conditions under which a detector finds a tag.
@@ -23,8 +23,8 @@ struct VisibilityLimits {
 /// The corners of a tag in its own frame, TL TR BR BL, z = 0 [m].
 [[nodiscard]] std::array<Eigen::Vector3d, 4> tag_corners(double size_m);
 
-/// Corners of a tag in the image, TL TR BR BL [px]; nothing if the tag faces away, or is behind the camera,
-/// too oblique, too small, or not entirely in the image. Occlusion is ignored.
+/// Corners of a tag in the image, TL TR BR BL [px]. Nothing if the tag faces away, is behind the camera, too
+/// oblique or too small, or is not entirely in the image. Occlusion is ignored.
 [[nodiscard]] std::optional<std::array<Eigen::Vector2d, 4>> visible_corners(
     const CameraModel& camera, const SE3& cam_T_tag, double size_m, const VisibilityLimits& limits = {});
 
@@ -37,7 +37,7 @@ struct VisibilityLimits {
 /// Proc. AMS 10, 1959).
 [[nodiscard]] double clearance_m(const Hull& hull, const SE3& map_T_base, const MappedTag& tag);
 
-/// The same to the nearest tag of a map; infinite for an empty map. O(tags).
+/// The clearance to the nearest tag of a map; infinite for an empty map. O(tags).
 [[nodiscard]] double clearance_m(const Hull& hull, const SE3& map_T_base, const TagMap& map);
 
 }  // namespace waymark
