@@ -20,11 +20,12 @@ struct MarkerCells {
 /// The corners of a board found in one image.
 struct FoundBoard {
   std::vector<BoardCorner> corners{};  ///< by number; empty: no board found
-  /// Of a ChArUco board: side of its markers divided by the side of their squares, measured in the image.
+  /// For a ChArUco board: side of its markers divided by the side of their squares, measured in the image.
   std::optional<double> marker_share{};
 };
 
-/// Calibration boards and their markers, by OpenCV (the module libwaymark-boards.so of `media/opencv`).
+/// Finds calibration boards and their markers using OpenCV (the module libwaymark-boards.so of
+/// `media/opencv`).
 class BoardFinder {
  public:
   /// Loads the module. Fails (NotFound, Unsupported) if it or OpenCV is not installed; the hint names the
@@ -32,17 +33,17 @@ class BoardFinder {
   [[nodiscard]] static Result<BoardFinder> load();
 
   /// The corners of a board in an image. Fails (InvalidArgument) on an invalid board (check_board()), an
-  /// unknown dictionary or one with too few markers. A chessboard is found by Duda and Frese, "Accurate
-  /// Detection and Localization of Checkerboard Corners for Calibration" (BMVC 2018), markers by
-  /// Garrido-Jurado and others, "Automatic generation and detection of highly reliable fiducial markers under
-  /// occlusion" (2014), corners between markers by cornerSubPix.
+  /// unknown dictionary or one with too few markers. Chessboards are found with the method of Duda and Frese,
+  /// "Accurate Detection and Localization of Checkerboard Corners for Calibration" (BMVC 2018). Markers are
+  /// found with the method of Garrido-Jurado and others, "Automatic generation and detection of highly
+  /// reliable fiducial markers under occlusion" (2014), and corners between markers with cornerSubPix.
   [[nodiscard]] Result<FoundBoard> find(const ImageView& image, const CalibrationBoard& board) const;
   /// The cells of a printed marker. Fails (InvalidArgument) on an unknown dictionary or number.
   [[nodiscard]] Result<MarkerCells> marker(const std::string& dictionary, int number) const;
 
-  /// The dictionary of the markers in an image, for any board: the smallest dictionary that contains all of
-  /// them ("5x5_100"), "aprilgrid" for tags of tag36h11 with a border of two cells; empty: fewer than four of
-  /// any. Slow: tries all dictionaries.
+  /// Identifies the dictionary of the markers in an image, for any board. Returns the smallest dictionary
+  /// that contains all of them ("5x5_100"), or "aprilgrid" for tags of tag36h11 with a border of two cells.
+  /// Empty if fewer than four markers of any dictionary are found. Slow, because it tries all dictionaries.
   [[nodiscard]] Result<std::string> name_markers(const ImageView& image) const;
 
   /// The functions of the module; for the module only.

@@ -73,10 +73,10 @@ struct Libav {
 #undef WAYMARK_LIBAV_MEMBER
 };
 
-/// The libraries, loaded by the first call and then kept; their own messages are disabled. Unsupported if
-/// they are missing: the hint names the packages to install. Thread-safe.
+/// The libraries, loaded by the first call and then kept; their own messages are disabled. Fails
+/// (Unsupported) if they are missing; the hint names the packages to install. Thread-safe.
 [[nodiscard]] Result<const Libav*> libav();
-/// The library's text for an error.
+/// The library's description of an error code.
 [[nodiscard]] std::string text_of(const Libav& av, int error);
 
 /// Frees what the libraries allocated.

@@ -29,8 +29,8 @@ class VideoProblems {
   /// Counts a problem; the first of a kind keeps its message and place.
   void add(const std::string& key, ErrorCode code, const std::string& message,
            std::optional<std::int64_t> byte = {}, const std::string& hint = {});
-  /// At the end of a file of `size_bytes`: checks whether its images, or its packets, end before its stated
-  /// duration.
+  /// Call at the end of a file of `size_bytes`. Checks whether its images or its packets end before its
+  /// stated duration.
   void add_end(const VideoInfo& info, Duration last_picture, Duration last_packet, std::int64_t size_bytes);
   /// Reports the rotation that players apply.
   void add_rotation(const VideoInfo& info);
@@ -145,9 +145,10 @@ void fill_from_rgb(const AVFrame& frame, const AVPixFmtDescriptor& format, Image
   }
 }
 
-/// The luma of a decoded image: its own plane if that has eight bits and rows in order, otherwise converted
-/// into `storage` (deeper samples rounded down to eight bits, packed formats unpacked, RGB by Rec. 601).
-/// Unsupported: palettes, Bayer patterns, floating point, images in the memory of a graphics card.
+/// The luma of a decoded image. Returns its own plane if that has eight bits and rows in order. Otherwise
+/// converts it into `storage`: rounds deeper samples down to eight bits, unpacks packed formats, applies Rec.
+/// 601 to RGB. Fails (Unsupported) on palettes, Bayer patterns, floating point, and images in the memory of a
+/// graphics card.
 Result<ImageView> luma_of(const Libav& av, const AVFrame& frame, Image& storage) {
   const AVPixFmtDescriptor* format = av.av_pix_fmt_desc_get(static_cast<AVPixelFormat>(frame.format));
   constexpr std::uint64_t kUnknown = AV_PIX_FMT_FLAG_PAL | AV_PIX_FMT_FLAG_BITSTREAM |
@@ -175,7 +176,7 @@ Result<ImageView> luma_of(const Libav& av, const AVFrame& frame, Image& storage)
 
 }  // namespace
 
-/// The bytes of a video for libavformat: from one file or from memory, never from other files.
+/// Provides the bytes of a video to libavformat, from one file or from memory, never from other files.
 class VideoInput {
  public:
   /// NotFound, Unreadable (folder, empty, no permission), Unsupported (pipe, device).
@@ -331,7 +332,7 @@ struct VideoStream {
 
 namespace {
 
-/// In nanoseconds; nothing if there is no time, or an absurd one.
+/// The time in nanoseconds; nothing if the time is missing or implausible.
 std::optional<Duration> time_of(const Libav& av, std::int64_t ticks, AVRational time_base) {
   if (ticks == AV_NOPTS_VALUE || time_base.num <= 0 || time_base.den <= 0) return std::nullopt;
   constexpr AVRational kNanoseconds = {1, 1'000'000'000};
@@ -602,7 +603,7 @@ bool VideoReader::Impl::is_whole() {
   return !broken && !wait_for_key;
 }
 
-/// Fills in `last`; false if the image is not later than the previous one.
+/// Sets `last`; returns false if the image is not later than the previous one.
 bool VideoReader::Impl::stamp_frame() {
   const AVRational base = video->stream->time_base;
   std::optional<Duration> time = time_of(av, frame->best_effort_timestamp, base);

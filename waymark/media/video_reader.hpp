@@ -52,7 +52,7 @@ struct VideoFrame {
   bool is_key = false;     ///< decoded independently of other images
 };
 
-/// A problem of a video that users should see.
+/// A problem of a video that should be shown to users.
 struct VideoProblem {
   std::string
       key{};  ///< stable key: video.damaged, video.no_whole_picture (to the end), video.truncated, video.gap,
@@ -61,7 +61,7 @@ struct VideoProblem {
   std::uint64_t count = 1;  ///< number of occurrences
 };
 
-/// A video file, read from its beginning to its end.
+/// Reads a video file from its beginning to its end.
 class VideoReader {
  public:
   /// Errors: NotFound, Unreadable (not a video, missing index, only sound), Unsupported (a pipe or a device,
@@ -79,7 +79,7 @@ class VideoReader {
   /// The next image; nothing at the end. Stamps increase. Damage is skipped and added to the problems. Fails
   /// only if reading cannot continue (LimitExceeded).
   [[nodiscard]] Result<std::optional<VideoFrame>> next();
-  /// Problems found so far; complete once next() has returned nothing.
+  /// Problems found so far; complete after next() has returned nothing.
   [[nodiscard]] const std::vector<VideoProblem>& problems() const;
   /// Fraction of the file that was read, 0 to 1.
   [[nodiscard]] double progress() const;

@@ -1,5 +1,5 @@
-// Videos are written from known images and read back: intact, truncated, damaged; and files that are not
-// videos.
+// Writes videos from known images and reads them back, intact, truncated or damaged. Also reads files that
+// are not videos.
 #include <sys/stat.h>
 
 #include <array>

@@ -22,8 +22,8 @@
 namespace waymark::internal {
 namespace {
 
-/// Images in the layout of encoders: a plane of luma, and two of chroma with half its width and height; full
-/// range.
+/// An image in the layout of encoders: a luma plane, and two chroma planes with half its width and height;
+/// full range.
 struct Yuv420 {
   std::uint8_t* y = nullptr;
   std::uint8_t* cb = nullptr;
@@ -281,7 +281,7 @@ Status VideoWriter::Impl::open(int width, int height, const VideoWriterOptions& 
   return begun ? Status() : unwritable(error);
 }
 
-/// Passes an image to the encoder (nullptr: flushes it), and writes its packets to the file.
+/// Passes an image to the encoder (nullptr: flushes the encoder), and writes its packets to the file.
 Status VideoWriter::Impl::encode(AVFrame* picture) {
   int got = av.avcodec_send_frame(encoder.get(), picture);
   while (got >= 0) {

@@ -23,8 +23,7 @@ struct VideoWriterOptions {
   double rotation_deg = 0;  ///< by which players rotate the images clockwise
 };
 
-/// A video file being written. It gets its name when it is closed; until then it is a temporary file in the
-/// same folder.
+/// Writes a video file. It is a temporary file in the same folder until close() renames it.
 class VideoWriter {
  public:
   /// .mp4 .mov .m4v .mkv .webm .avi. Odd sides are padded by repeating the last column or row. Errors:
@@ -36,8 +35,8 @@ class VideoWriter {
   /// Without close() the file is removed.
   ~VideoWriter();
 
-  /// Grey levels become luma unchanged (full range). Stamps must increase; the file keeps microseconds (.mkv
-  /// and .webm: milliseconds). Errors: InvalidArgument (another size, a stamp that does not increase),
+  /// Grey levels become luma unchanged (full range). Stamps must increase; they are stored in microseconds
+  /// (.mkv and .webm: milliseconds). Errors: InvalidArgument (another size, a stamp that does not increase),
   /// Unwritable.
   [[nodiscard]] Status add(const ImageView& image, SensorTime stamp);
   [[nodiscard]] Status add(const ColorImage& image, SensorTime stamp);

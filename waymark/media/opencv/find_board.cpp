@@ -67,7 +67,8 @@ std::vector<std::string> dictionary_names() {
   return names;
 }
 
-/// A dictionary of OpenCV by its name, "4x4_50" or "DICT_4X4_50". Fails with the nearest name.
+/// The OpenCV dictionary with a name such as "4x4_50" or "DICT_4X4_50". The error for an unknown name
+/// suggests the nearest one.
 Result<cv::Ptr<cv::aruco::Dictionary>> marker_dictionary(const std::string& name) {
   const std::string wanted = plain(name);
   const auto entry = std::ranges::find(kDictionaries, wanted, &Named::first);
@@ -136,7 +137,8 @@ BoardCorner corner_at(int number, const cv::Point2f& point) {
   return {.number = number, .px = {point.x + kHalfPixel, point.y + kHalfPixel}};
 }
 
-/// A coarse search on a smaller image first: the exact search takes long if there is no chessboard.
+/// Searches coarsely on a smaller image first, because the exact search is slow on images without a
+/// chessboard.
 bool may_show_chessboard(const cv::Mat& grey, const cv::Size& inner) {
   constexpr int kSmallSide = 640;
   const double scale = static_cast<double>(kSmallSide) / std::max(grey.cols, grey.rows);
@@ -180,7 +182,7 @@ struct Guess {
   double free_px = 0;
 };
 
-/// Refines each corner within its free surroundings; drops corners that leave them.
+/// Refines each corner within its radius; drops corners that leave it.
 std::vector<BoardCorner> refine(const cv::Mat& grey, const std::vector<Guess>& guesses) {
   constexpr double kLargestWindow = 10;
   constexpr double kShareOfFree = 0.7;
@@ -224,7 +226,7 @@ std::vector<BoardCorner> find_chessboard(const cv::Mat& grey, const CalibrationB
   return refine(grey, guesses);
 }
 
-/// The corner at `corner_m` predicted from the marker, by the homography of its square.
+/// The corner at `corner_m` predicted from the marker, using the homography of its square.
 cv::Point2f predicted_corner(const BoardMarker& marker, const std::vector<cv::Point2f>& seen,
                              const Eigen::Vector2d& corner_m) {
   const auto half = static_cast<float>(0.5 * marker.size_m);
@@ -237,8 +239,8 @@ cv::Point2f predicted_corner(const BoardMarker& marker, const std::vector<cv::Po
   return point.front();
 }
 
-/// A corner between two markers, from those of the two that were found. Nothing if they contradict each
-/// other.
+/// A corner between two markers, estimated from those of the two that were found. Nothing if their estimates
+/// contradict each other.
 std::optional<Guess> guess_between(int number, const Eigen::Vector2d& corner_m, const CalibrationBoard& board,
                                    const std::vector<BoardMarker>& markers, const SeenMarkers& seen) {
   std::vector<cv::Point2f> guesses;
@@ -256,8 +258,8 @@ std::optional<Guess> guess_between(int number, const Eigen::Vector2d& corner_m, 
   return Guess{number, at, free_px};
 }
 
-/// Side of a marker divided by the side of its square, by the homography of the square. The detector's
-/// corners are inside the marker if edges are wide, so they are refined.
+/// Side of a marker divided by the side of its square, using the homography of the square. With wide edges
+/// the detector's corners lie inside the marker, so they are refined.
 double share_of_square(const cv::Mat& grey, const std::array<cv::Point2f, 4>& square,
                        std::vector<cv::Point2f> marker) {
   constexpr double kShareOfSide = 1.0 / 16;  // half a cell
@@ -272,7 +274,7 @@ double share_of_square(const cv::Mat& grey, const std::array<cv::Point2f, 4>& sq
   return sum / 4;
 }
 
-/// The median over the markers whose squares have all four corners; nothing if there are few.
+/// The median over the markers whose squares have all four corners; nothing if too few markers qualify.
 std::optional<double> share_of_squares(const cv::Mat& grey, const CalibrationBoard& board,
                                        const SeenMarkers& seen, const std::vector<BoardCorner>& corners) {
   constexpr std::size_t kMinMarkers = 4;
@@ -317,8 +319,8 @@ Result<FoundBoard> find_charuco(const cv::Mat& grey, const CalibrationBoard& boa
   return found;
 }
 
-/// Corners of the tags of an AprilGrid, each the corner of a black square as well. OpenCV's tags of this
-/// family are rotated by 180 degrees: they begin with the lower right corner.
+/// Corners of the tags of an AprilGrid; each is also the corner of a black square. OpenCV's tags of this
+/// family are rotated by 180 degrees, so they begin with the lower right corner.
 Result<FoundBoard> find_april_grid(const cv::Mat& grey, const CalibrationBoard& board) {
   constexpr int kBorderCells = 2;
   const std::vector<BoardMarker> tags = board_markers(board);

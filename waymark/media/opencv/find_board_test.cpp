@@ -1,5 +1,5 @@
-// Boards rendered from their geometry: corners are found at their rendered positions and have the board's
-// numbers.
+// Checks on boards rendered from their geometry that corners are found at their rendered positions with the
+// board's numbers.
 #include "waymark/media/opencv/find_board.hpp"
 
 #include <algorithm>
