@@ -11,7 +11,7 @@
 #include "waymark/base/error.hpp"
 #include "waymark/geometry/se3.hpp"
 
-/// A world in SDF as plain values. Frame world: that of the file, z up.
+/// A world in SDF as plain values. Frame world is that of the file, with z up.
 namespace waymark {
 
 /// A triangle and the texture coordinates of its corners: u to the right, v down, both 0 to 1.
@@ -60,9 +60,9 @@ struct SdfScene {
 };
 
 /// Reads the first world of an SDF file (any version that SDFormat 12 reads), or a file with a single model.
-/// model:// and relative names are searched in the folders, then next to the file, in `models` next to it and
-/// above, and in IGN_GAZEBO_RESOURCE_PATH and SDF_PATH. Fails if the file is not SDF or the module for SDF is
-/// not installed.
+/// Searches for model:// and relative names in the folders, then next to the file, in folders `models` next
+/// to it and above, and in IGN_GAZEBO_RESOURCE_PATH and SDF_PATH. Fails if the file is not SDF or the module
+/// for SDF is not installed.
 [[nodiscard]] Result<SdfScene> read_sdf(const std::filesystem::path& file,
                                         const std::vector<std::filesystem::path>& folders = {});
 

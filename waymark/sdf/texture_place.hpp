@@ -7,10 +7,10 @@
 
 namespace waymark {
 
-/// The surface of a visual as triangles in its own frame. Boxes have six faces and planes one, textured as by
-/// Gazebo (gz-common, MeshManager::CreateBox() and CreatePlane()): upright on the four sides; on top and
-/// bottom the upper edge is towards +x and -x. Faces are in the order +x, +y, +z, -x, -y, -z. Meshes give
-/// their own triangles, other shapes none.
+/// The surface of a visual as triangles in its own frame. Boxes have six faces and planes one. They are
+/// textured as in Gazebo (gz-common, MeshManager::CreateBox() and CreatePlane()): upright on the four sides;
+/// on top and bottom the upper edge is towards +x and -x. Faces are in the order +x, +y, +z, -x, -y, -z. For
+/// meshes the mesh triangles are returned, for other shapes none.
 [[nodiscard]] std::vector<TexturedTriangle> triangles_of(const SdfVisual& visual);
 
 /// A flat quadrilateral of the texture in space.

@@ -25,30 +25,30 @@ struct SdfFiles {
   std::vector<std::string> notes{};  ///< differences between the world file and what Gazebo shows
 };
 
-/// Writes the world, with the robot at the start of its line, in SDF 1.9 for Gazebo Fortress: the plugins of
-/// physics, sensors, IMU, commands and scene with their ignition:: names, a light, the floor, walls,
-/// furniture and boards. Each readable tag is a plane with its bitmap and white margin, half a millimetre in
-/// front of its board. Frame world: map. Colours are grey (reflectance). Not written: keep-outs, the line,
-/// textures of the floor.
+/// Writes the world, with the robot at the start of its line, in SDF 1.9 for Gazebo Fortress. Written are the
+/// plugins of physics, sensors, IMU, commands and scene with their ignition:: names, a light, the floor,
+/// walls, furniture and boards. Each readable tag is a plane with its bitmap and white margin, half a
+/// millimetre in front of its board. Frame world: map. Colours are grey (reflectance). Not written:
+/// keep-outs, the line, textures of the floor.
 [[nodiscard]] SdfFiles write_sdf_world(const World& world, const RobotDescription& robot);
 
 /// A model name that plugins can use in topics: letters, digits and _.
 [[nodiscard]] std::string sdf_model_name(const std::string& name);
 
-/// Writes a robot as a model in SDF 1.9 for Gazebo Fortress: a body of the size of its hull on four wheels
-/// (skid steering), with the diff-drive plugin and its limits, a camera, an IMU, a lidar if it has one, and a
-/// publisher of its true pose. Topics: /model/NAME/{cmd_vel,odometry,pose}, /camera, /camera_info, /imu,
-/// /scan. Values missing in its file are those of a LIMO: 4 kg, wheels 0.6 of its length apart, friction 1.2.
-/// `notes` receives properties that Gazebo's camera cannot reproduce.
+/// Writes a robot as a model in SDF 1.9 for Gazebo Fortress. Its body has the size of the robot's hull, on
+/// four wheels (skid steering). The model includes the diff-drive plugin and its limits, a camera, an IMU, a
+/// lidar if the robot has one, and a publisher of its true pose. Topics: /model/NAME/{cmd_vel,odometry,pose},
+/// /camera, /camera_info, /imu, /scan. Values missing in the robot file are those of a LIMO: 4 kg, wheels 0.6
+/// of its length apart, friction 1.2. `notes` receives properties that Gazebo's camera cannot reproduce.
 [[nodiscard]] std::string write_sdf_robot(const RobotDescription& robot, const SE3& world_T_base,
                                           std::vector<std::string>& notes);
 
-/// Text of the profile with which Waymark drives that model (share/gazebo).
+/// Text of the profile that Waymark needs to drive that model (share/gazebo).
 [[nodiscard]] std::string gazebo_profile_of(const RobotDescription& robot, const std::string& robot_file);
 
 }  // namespace waymark
 
-/// Parts of SDF as text, for the tests. Lengths in metres, angles in radians, as in SDF.
+/// Parts of SDF as text, exposed for tests. Lengths are in metres, angles in radians, as in SDF.
 namespace waymark::sdf_text {
 
 /// "x y z roll pitch yaw"

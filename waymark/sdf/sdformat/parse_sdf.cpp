@@ -146,7 +146,7 @@ class SceneReader {
       warn(fmt::format("{}: material scripts are not supported ({})", seen.name, material.ScriptName()));
   }
 
-  /// Searched next to the file that refers to it, then in the folders.
+  /// Searches next to the file that refers to it, then in the folders.
   fs::path found(const std::string& uri, const std::string& named_in, const std::string& visual) {
     std::vector<fs::path> folders = folders_;
     if (!named_in.empty()) folders.insert(folders.begin(), fs::path(named_in).parent_path());
@@ -159,7 +159,7 @@ class SceneReader {
   SdfScene& scene_;
 };
 
-/// Locates invalid XML, which SDFormat does not.
+/// Locates invalid XML, because SDFormat does not.
 Status check_xml(const fs::path& file) {
   tinyxml2::XMLDocument document;
   if (document.LoadFile(file.c_str()) == tinyxml2::XML_SUCCESS) return {};

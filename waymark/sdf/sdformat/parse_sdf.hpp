@@ -9,7 +9,7 @@
 
 namespace waymark {
 
-/// As read_sdf(), with the folders in which names are searched.
+/// Like read_sdf(), with the complete list of folders to search for names.
 [[nodiscard]] Result<SdfScene> parse_sdf(const std::filesystem::path& file,
                                          const std::vector<std::filesystem::path>& folders);
 

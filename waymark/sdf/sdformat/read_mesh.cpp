@@ -38,7 +38,8 @@ void add_triangles(const aiMesh& mesh, const Eigen::Vector3d& scale, MeshSurface
   }
 }
 
-/// As given by the material, next to the mesh, or in materials/textures as in Gazebo models.
+/// The texture file: the material's path, or a file next to the mesh or in materials/textures as in Gazebo
+/// models.
 fs::path texture_of(const aiScene& scene, const fs::path& mesh) {
   for (const aiMaterial* material : std::span(scene.mMaterials, scene.mNumMaterials)) {
     aiString name;

@@ -20,7 +20,7 @@ struct MeshSurface {
 };
 
 /// Reads COLLADA, Wavefront OBJ, STL, glTF and other formats of assimp, with the axes and units of the file,
-/// scaled. Fails if assimp does, and on more than a million triangles.
+/// scaled. Fails if assimp fails, or on more than a million triangles.
 [[nodiscard]] Result<MeshSurface> read_mesh(const std::filesystem::path& file, const Eigen::Vector3d& scale);
 
 }  // namespace waymark
