@@ -62,7 +62,7 @@ def recall_table(rows):
 def time_table(rows):
     rows = [row for row in rows if row["seed"] == SEEDS[0] and row["set"] in TIMED]
     columns = in_order(rows, "set")
-    lines = ["| processor time, ms: median, 90th percentile (share of AprilTag 3's) | " + " | ".join(columns) + " |",
+    lines = ["| CPU time, ms: median, 90th percentile (share of AprilTag 3's) | " + " | ".join(columns) + " |",
              "|---" * (len(columns) + 1) + "|"]
     for detector in in_order(rows, "detector"):
         cells = []
@@ -81,7 +81,7 @@ def classes_table(rows, detector):
         return []
     sizes = "to 11|11|13|15|18|22|28|40|70|140 px".split("|")
     tilts = "0|10|25|40|55|65|72 deg".split("|")
-    lines = ["| clean set, tags found, ours - AprilTag 3's (of) | " + " | ".join("tilt from " + tilt for tilt in tilts) + " |",
+    lines = ["| clean set, tags found: waymark minus AprilTag 3 (of total) | " + " | ".join("tilt from " + tilt for tilt in tilts) + " |",
              "|---" * (len(tilts) + 1) + "|"]
     for size, ours, theirs in zip(sizes, clean[detector]["classes"], clean[BASE]["classes"]):
         if any(of for _, of in ours):
