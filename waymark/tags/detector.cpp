@@ -15,7 +15,7 @@ namespace {
 
 using Quad = std::array<Eigen::Vector2d, 4>;
 
-/// Margin searched around a region: room for the white margin of a tag at its rim and for the neighbourhood
+/// Margin searched around a region. It includes the white margin of a tag at its rim and the neighbourhood
 /// that determines its threshold.
 constexpr std::int64_t kMarginPx = 16;
 

@@ -22,8 +22,8 @@ struct PixelRect {
   int x = 0, y = 0, width = 0, height = 0;
 };
 
-/// Finds tags in a grey image. Implementations are interchangeable; all return corners in full-image pixels,
-/// finite, sorted by tag id and then by position, so the result is deterministic.
+/// Finds tags in a grey image. Implementations are interchangeable; all return finite corners in full-image
+/// pixels. Tags are sorted by id and then by position, so the result is deterministic.
 class Detector {
  public:
   virtual ~Detector() = default;
@@ -58,14 +58,14 @@ void sort_detections(std::vector<TagDetection>& detections);
 /// kept. The result is sorted as by sort_detections. O(n log n + pairs of the same tag).
 void remove_duplicates(std::vector<TagDetection>& detections);
 
-/// Choice of the detector and its settings. The defaults were chosen on photographs and rendered images, see
-/// docs/concepts/detection.md.
+/// Choice of the detector and its settings. The defaults were chosen on photographs and rendered images
+/// (docs/concepts/detection.md).
 struct DetectorOptions {
   std::string detector = "waymark";
   std::vector<std::string> families = {"tag36h11"};
-  /// Conservative: correcting two bits instead of one finds 1.5 % more tags, but makes a random quad pass as
-  /// a tag 18 times as often (docs/concepts/hamming.md; Martins and Ramos, "AprilTag-based Trajectory
-  /// Tracking for the LIMOS Robot", section 2.3.1).
+  /// A conservative default. Correcting two bits instead of one finds 1.5 % more tags, but a random quad
+  /// passes as a tag 18 times as often (docs/concepts/hamming.md; Martins and Ramos, "AprilTag-based
+  /// Trajectory Tracking for the LIMOS Robot", section 2.3.1).
   int max_hamming = 1;
   double min_decision_margin = 0;
   bool find_inverted = false;

@@ -58,7 +58,7 @@ Result<FoundTags> TagSequence::find(const ImageView& image, const CameraModel* c
   auto tracked = tracker_->next(image, expected);
   if (!tracked) return tl::unexpected(tracked.error());
   FoundTags found{.detections = std::move(tracked->detections), .missed = std::move(tracked->missed)};
-  // Not the tags that only the preceding images would predict here.
+  // Excludes tags that only the preceding images would predict here.
   std::erase_if(found.missed, [&](const MissedTag& missed) {
     return std::ranges::none_of(expected,
                                 [&](const ExpectedTag& tag) { return tag.tag == missed.expected.tag; });

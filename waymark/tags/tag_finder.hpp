@@ -18,7 +18,7 @@ namespace waymark {
 /// A detector and the refinement of its corners: the common implementation for live and offline use.
 struct TagFinder {
   std::unique_ptr<Detector> detector;
-  std::optional<RefinementOptions> refinement = {};  ///< nothing: corners stay as detected
+  std::optional<RefinementOptions> refinement = {};  ///< if empty, corners stay as detected
   /// Search strategy for image sequences; by default every image is searched entirely.
   TrackingOptions tracking = {.whole_every = 1};
 };
@@ -34,7 +34,7 @@ struct TagFinder {
 struct FoundTags {
   std::vector<TagDetection> detections;
   std::vector<RefinementOutcome> refinements = {};  ///< one per detection; empty if nothing was refined
-  std::vector<MissedTag> missed = {};  ///< of a sequence: expected tags that were not found, with reasons
+  std::vector<MissedTag> missed = {};  ///< sequences only: expected tags that were not found, with reasons
 };
 
 /// Finds the tags in an image and refines their corners, which then have a covariance. If a fit is not

@@ -64,7 +64,7 @@ struct TrackingOptions {
   bool in_strips = false;
 };
 
-/// The tags of one image of a sequence.
+/// The tags of one image in a sequence.
 struct TrackedTags {
   std::vector<TagDetection> detections;  ///< sorted like a detector's result
   std::vector<MissedTag> missed;         ///< expected tags that were not found
@@ -74,9 +74,9 @@ struct TrackedTags {
 /// Finds tags in consecutive images of one camera. An expected tag is read at its predicted position, which
 /// takes some microseconds; if that fails, the image is searched around it, for large tags at a smaller
 /// scale. The first image, one in `whole_every`, and images in which no expected tag is found, are searched
-/// entirely; alternatively each image has another strip searched. Expected are the tags predicted by the
-/// caller (from a pose and a map), and those of the last image, extrapolated from their motion since the one
-/// before.
+/// entirely; alternatively each image has another strip searched. The expected tags are those predicted by
+/// the caller (from a pose and a map) and those of the last image, extrapolated from their motion since the
+/// image before it.
 class TagTracker {
  public:
   /// `detector` must outlive the tracker. Errors: options out of range, or unknown families.
@@ -85,7 +85,7 @@ class TagTracker {
   TagTracker& operator=(TagTracker&&) = delete;
   ~TagTracker();
 
-  /// The tags of the next image. Fails as the detector does; the next image is then searched entirely.
+  /// The tags of the next image. Fails if the detector fails; the next image is then searched entirely.
   [[nodiscard]] Result<TrackedTags> next(const ImageView& image, std::span<const ExpectedTag> expected = {});
 
  private:

@@ -79,7 +79,7 @@ TEST(TagTracker, FindsTheTagsOfTheWholeImageReadingFewPixels) {
   EXPECT_LT(tracked_pixels, 14L * 640 * 480 / 20) << "of 14 images";
 }
 
-/// Tags of all sizes come into view after the first image: each is found within as many images as there are
+/// Tags of all sizes come into view after the first image. Each is found within as many images as there are
 /// strips, and all images cost nearly the same.
 TEST(TagTracker, StripsFindNewTagsAtConstantCost) {
   TrackingOptions options = options_here();

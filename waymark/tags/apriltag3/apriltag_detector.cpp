@@ -101,7 +101,7 @@ class AprilTagDetector final : public Detector {
 
 Workspace AprilTagDetector::new_workspace() const {
   Workspace workspace(apriltag_detector_create());
-  // Starting its threads has a race that can crash the process: README.md of this room.
+  // Starting its threads has a race that can crash the process (see README.md of this room).
   workspace->nthreads = 1;
   workspace->quad_decimate = static_cast<float>(options_.quad_decimate);
   workspace->quad_sigma = static_cast<float>(options_.quad_sigma);
@@ -165,7 +165,7 @@ Result<std::vector<TagDetection>> AprilTagDetector::detect_with(apriltag_detecto
                                                                 const ImageView& image) const {
   ImageView source = image;
   std::vector<std::uint8_t> copy;
-  if (options_.quad_sigma > 0 && options_.quad_decimate <= 1) {  // in this case libapriltag blurs its input
+  if (options_.quad_sigma > 0 && options_.quad_decimate <= 1) {  // libapriltag blurs its input in this case
     copy.reserve(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height));
     for (int y = 0; y < image.height; ++y) copy.insert(copy.end(), image.row(y), image.row(y) + image.width);
     source = {copy.data(), image.width, image.height, image.width};

@@ -10,12 +10,12 @@
 namespace waymark {
 
 /// A detector implemented by libapriltag 3.3. Errors: a value out of range or an unknown family
-/// (InvalidArgument), tables beyond memory_limit_mib (LimitExceeded). Takes milliseconds for tag36h11, up to
-/// a second for the largest families.
+/// (InvalidArgument), tables beyond memory_limit_mib (LimitExceeded). Creation takes milliseconds for
+/// tag36h11 and up to a second for the largest families.
 ///
-/// detect() works in place on images of any stride, unless quad_sigma requires a copy. Its own memory is
-/// about 12 bytes per pixel, and up to 60 for an image of noise; images beyond kMaxImagePixels are rejected.
-/// Thread-safe: each concurrent call uses a workspace of its own, kept for later calls.
+/// detect() works in place on images of any stride, unless quad_sigma requires a copy. It needs about 12
+/// bytes of memory per pixel, and up to 60 for an image of noise; images beyond kMaxImagePixels are rejected.
+/// Thread-safe: each concurrent call uses a separate workspace, which is kept for later calls.
 [[nodiscard]] Result<std::unique_ptr<Detector>> make_apriltag_detector(const DetectorOptions& options = {});
 
 /// Size of the decoding table of one family with `max_hamming` corrected bits (0 to 2), in bytes: the table

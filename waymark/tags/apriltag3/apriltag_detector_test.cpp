@@ -122,7 +122,7 @@ TEST(AprilTagDetector, DetectionsBelowTheMinimumMarginAreDropped) {
   EXPECT_EQ(found[0].tag.number, 1);
 }
 
-// Accepted images, and independence of the result from stride, crop and threads.
+// Tests which images are accepted, and that the result does not depend on stride, crop or threads.
 
 using testing::add_noise;
 using testing::same;
@@ -271,7 +271,7 @@ TEST(AprilTagDetector, RegionsFindTheSameAsTheWholeImage) {
 }
 
 TEST(AprilTagDetector, CornersFollowThePixelCentreConventionAtAnyDecimation) {
-  // Over many subpixel positions and directions the mean error is the offset of the convention.
+  // Averaged over many subpixel positions and directions, the error is the offset of the convention.
   constexpr std::array kDecimations = {1.0, 1.5, 2.0, 3.0, 4.0};
   constexpr int kTags = 80;
   std::vector<std::unique_ptr<Detector>> detectors;

@@ -18,7 +18,7 @@ float sign_of(const ReadableFamily& family, bool inverted) {
   return family.bright_border != inverted ? -1.0F : 1.0F;
 }
 
-/// Amount of change inside the quad across one axis, at k / kPerCell cells.
+/// Amount of change inside the quad along one axis, at k / kPerCell cells.
 void changes_across(const CellView& view, int width, int axis, std::vector<float>& profile) {
   const int count = width * kPerCell;
   profile.assign(static_cast<std::size_t>(count), 0.0F);
@@ -61,7 +61,7 @@ float fit_of(const std::vector<float>& profile, int width, float missing, bool f
   return sum;
 }
 
-/// The quad with a side made parallel to the one opposite, at its mean distance from it.
+/// The quad with one side made parallel to the opposite one, at the same mean distance.
 Quad with_side_parallel(const Quad& quad, std::size_t side) {
   const std::size_t next = (side + 1) % 4;
   const Eigen::Vector2f& from = quad[(side + 3) % 4];
@@ -233,7 +233,7 @@ bool BitGrid::correct(const ReadableFamily& family, bool with_border, Quad& quad
 
 bool BitGrid::align_corners(const ImageView& image, const ReadableFamily& family, bool inverted,
                             TagDetection& tag) {
-  constexpr float kMaxShiftCells = 0.3F;    // cells that the bits may move a corner
+  constexpr float kMaxShiftCells = 0.3F;    // maximum shift of a corner [cell]
   constexpr float kMaxShiftPx = 0.75F;      // or pixels
   constexpr float kSharp = 0.2F;            // cells: a step counts as in place
   constexpr float kMinShareInPlace = 0.7F;  // of the weight of steps

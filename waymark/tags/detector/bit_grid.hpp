@@ -14,14 +14,14 @@ namespace waymark::search {
 
 /// A side of a quad that does not coincide with the border of the tag.
 struct MisplacedSide {
-  Quad quad{};           ///< with this side made parallel to the one opposite
+  Quad quad{};           ///< with this side made parallel to the opposite one
   std::size_t side = 0;  ///< after this corner
   float missing = 0;     ///< [cell] distance from it to the border's side; negative: it lies outside
   float fit = 0;         ///< how well the changes inside coincide with cell boundaries
 };
 
-/// The sides that fit clearly better elsewhere, best first. Two or more if a whole cell is missing, because
-/// it may be missing at either end.
+/// The sides that fit clearly better elsewhere, best first. If a whole cell is missing there are two or more,
+/// because it may be missing at either end.
 struct MisplacedSides {
   std::array<MisplacedSide, 4> sides{};
   std::size_t count = 0;
@@ -31,13 +31,14 @@ struct MisplacedSides {
 class BitGrid {
  public:
   /// For each side, the displacement after which the changes inside coincide with cell boundaries. Reads only
-  /// the inside, in steps of a quarter of a cell.
+  /// the inside of the quad, in steps of a quarter of a cell.
   [[nodiscard]] MisplacedSides misplaced_sides(const ImageView& image, const Quad& quad,
                                                const ReadableFamily& family, bool inverted);
 
   /// Moves the corners of a decoded tag so that the steps between its cells are at cell boundaries. The
-  /// border's own sides are used if they agree with the bits, so an occlusion of a side moves no corner. No
-  /// change if the bits agree with the current corners. False if the steps are not near those of any quad.
+  /// border's own sides are used if they agree with the bits, so an occlusion of a side moves no corner.
+  /// Corners that agree with the bits are unchanged. Returns false if the steps are not near those of any
+  /// quad.
   [[nodiscard]] bool align_corners(const ImageView& image, const ReadableFamily& family, bool inverted,
                                    TagDetection& tag);
 

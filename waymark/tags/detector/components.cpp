@@ -17,14 +17,14 @@ std::array<const std::uint8_t*, kTilePx> rows_of(const ImageView& image, int til
   return rows;
 }
 
-// Loops that the compiler vectorises; no kernels needed.
+// The compiler vectorises these loops, so they need no kernels.
 template <class Better>
 void combine(const std::uint8_t* a, const std::uint8_t* b, const std::uint8_t* c, int count,
              std::uint8_t* out, Better&& better) {
   for (int i = 0; i < count; ++i) out[i] = better(better(a[i], b[i]), c[i]);
 }
 
-/// The best of each tile and its eight neighbours; beyond the border the outermost tile is used.
+/// The best value of each tile and its eight neighbours; beyond the border the outermost tile is used.
 template <class Better>
 void spread_to_neighbours(const std::vector<std::uint8_t>& from, const Tiles& tiles, Better better,
                           std::vector<std::uint8_t>& scratch, std::vector<std::uint8_t>& to) {

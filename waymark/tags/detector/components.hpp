@@ -40,7 +40,7 @@ enum class Polarity : std::uint8_t { Dark, Bright };
 void measure_tiles(const ImageView& image, const PlaneKernels& kernels, Tiles& tiles);
 
 /// The range that noise alone produces in a tile: from the quintile of tiles with the least variation, times
-/// 2.2, but not less than `least`.
+/// 2.2, but at least `least`.
 [[nodiscard]] int noise_gate(const Tiles& tiles, int least);
 
 /// One bit per pixel that is darker (brighter) than the threshold of its tile's window, in every row of the
@@ -79,7 +79,7 @@ class RunComponents {
   void label(const BitPlane& plane, const PlaneKernels& kernels = best_plane_kernels(),
              bool diagonals = true);
 
-  /// Joins components that touch at a corner. Changed components have joined_diagonally set.
+  /// Joins components that touch at a corner. Sets joined_diagonally in changed components.
   void join_diagonals();
 
   [[nodiscard]] std::span<const Run> runs() const { return std::span(runs_).first(run_count_); }

@@ -41,7 +41,7 @@ BitPlane plane_of(const Grid& grid) {
 /// x0, x1, y0, y1, area.
 using Shape = std::array<int, 5>;
 
-/// Pixel by pixel: shares no code with the implementation under test.
+/// Works pixel by pixel and shares no code with the implementation under test.
 std::multiset<Shape> flooded(Grid grid, bool corners_too) {
   std::multiset<Shape> shapes;
   for (int y = 0; y < grid.height; ++y) {

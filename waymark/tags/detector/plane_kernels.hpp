@@ -80,19 +80,19 @@ struct PlaneKernels {
                       RowRuns& runs) = nullptr;
 };
 
-/// For every processor.
+/// The portable implementation.
 [[nodiscard]] const PlaneKernels& portable_plane_kernels();
-/// For processors with AVX2 and with NEON. nullptr if not compiled in; the processor may still lack the
-/// instructions.
+/// Implementations for processors with AVX2 and with NEON. nullptr if not compiled in; the processor may
+/// still lack the instructions.
 [[nodiscard]] const PlaneKernels* avx2_plane_kernels();
 [[nodiscard]] const PlaneKernels* neon_plane_kernels();
-/// All implementations that this processor can run, the fastest last.
+/// All implementations that this processor can run; the fastest is last.
 [[nodiscard]] std::vector<const PlaneKernels*> runnable_plane_kernels();
-/// The fastest of them; selected once.
+/// The fastest of them, selected once.
 [[nodiscard]] const PlaneKernels& best_plane_kernels();
 
-/// PlaneKernels::runs_of_row, by whole words. Each `Processor` is a separate instantiation, compiled for that
-/// instruction set. O(words + runs).
+/// PlaneKernels::runs_of_row, processing whole words. Each `Processor` is a separate instantiation, compiled
+/// for that instruction set. O(words + runs).
 template <class Processor>
 class RowScan {
  public:
@@ -107,7 +107,7 @@ class RowScan {
  private:
   static std::size_t ones(std::uint64_t bits) { return static_cast<std::size_t>(__builtin_popcountll(bits)); }
 
-  /// The columns of the bits of a word. Writes four at once, which saves a branch per column.
+  /// The columns of the bits of a word. Writes four columns at once, which saves a branch per column.
   [[gnu::always_inline]] static inline std::int16_t* append(std::int16_t* to, std::size_t word,
                                                             std::uint64_t bits) {
     constexpr std::uint64_t kLastBit = std::uint64_t{1} << 63U;
@@ -154,7 +154,7 @@ class RowScan {
             static_cast<std::uint16_t>(out.above.before[i] + ones(above_begins & above_columns) - 1),
             static_cast<std::uint16_t>(out.here.before[i] + ones(begins & columns) - 1)};
       };
-      // Two runs that share sides do so in one contiguous range: reported at its first column.
+      // Two runs that share sides do so in one contiguous range, which is reported at its first column.
       std::uint64_t touching = (begins & above[i]) | (row[i] & above_begins);
       for (; touching != 0; touching &= touching - 1) {
         const std::uint64_t columns = touching ^ (touching - 1);

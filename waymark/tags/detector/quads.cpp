@@ -57,7 +57,7 @@ void QuadFitter::make_hull(const RunComponents& components, const Component& com
     left = extended<-1>(left_chain_.data(), left, {std::min(left_[above], left_[below]), line});
     right = extended<1>(hull_.data(), right, {std::max(right_[above], right_[below]), line});
   }
-  // Down the right side, up the left: clockwise.
+  // Goes down the right side and up the left, so the hull is clockwise.
   while (left != left_chain_.data()) *right++ = *--left;
   hull_.resize(static_cast<std::size_t>(right - hull_.data()));
 }
@@ -157,10 +157,9 @@ Line QuadFitter::side(int from, int to) const {
   return {normal, normal.dot(Eigen::Vector2d(begin.x, begin.y))};
 }
 
-/// The quad formed by the hull's sides; false if the hull is not a quad, apart from the area that cut corners
-/// remove.
+/// The quad formed by the hull's sides. False if the hull is not a quad, even allowing for cut corners.
 bool QuadFitter::fit_sides(const std::array<int, 4>& corner, double hull_area, Quad& quad) const {
-  constexpr double kMinShare = 0.88;        // of one area in the other
+  constexpr double kMinShare = 0.88;        // share of one area in the other
   constexpr float kMinSidePx = 4;           // px
   constexpr float kMinCornerShare = 0.08F;  // of the area
   constexpr double kMaxCornerShift = 0.3;   // of the square root of the area, and
@@ -204,7 +203,7 @@ namespace {
 /// An edge as a function of the coordinate along which it is longer: y(x) or x(y).
 struct Course {
   bool level = true;  ///< along x
-  float from = 0;     ///< [px] the lesser end
+  float from = 0;     ///< [px] the smaller end
   float length = 0;   ///< [px] along that coordinate
   float slope = 0;
   float base = 0;

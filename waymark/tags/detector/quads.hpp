@@ -37,7 +37,8 @@ struct Line {
 /// The intersection of two lines. False if they are parallel.
 bool intersect(const Line& a, const Line& b, Eigen::Vector2f& point);
 
-/// The quad formed by a component's convex hull, if it is one. A workspace: no allocation once it has grown.
+/// The quad formed by a component's convex hull, if it is one. Serves as a workspace: nothing is allocated
+/// once it has grown.
 class QuadFitter {
  public:
   /// False if the hull is not a quad, or the component is not a frame with contents. O(rows + runs).

@@ -22,7 +22,7 @@ struct NearestCode {
   int distance = 0;
 };
 
-/// Finds the code of a family within a few wrong bits without a list of all wrong codes: if the code is cut
+/// Finds the code of a family within a few wrong bits without a list of all wrong codes. If the code is cut
 /// into one piece more than the number of wrong bits, at least one piece is correct (Norouzi, Punjani and
 /// Fleet, "Fast search in Hamming space with multi-index hashing", CVPR 2012). Memory is a few words per
 /// code.
@@ -34,7 +34,7 @@ class CodeIndex {
   /// The nearest code within max_distance; of equally near codes the lowest number.
   [[nodiscard]] std::optional<NearestCode> find(std::uint64_t code) const;
 
-  /// The code with these bits at the ones of `known`. Nothing if several codes match. O(codes).
+  /// The code that has these bits at the positions set in `known`. Nothing if several codes match. O(codes).
   [[nodiscard]] std::optional<int> find_exact(std::uint64_t code, std::uint64_t known) const;
 
  private:
@@ -51,7 +51,7 @@ class CodeIndex {
   int max_distance_ = 0;
 };
 
-/// Homography from cells (the border square is [0, width]^2) to the quad. False if there is none.
+/// Homography from cells (the border square is [0, width]^2) to the quad. False if it does not exist.
 [[nodiscard]] bool homography(const Quad& quad, int width, Eigen::Matrix3f& px_H_cell);
 
 /// Levels of an image at positions given in cells of a quad.
@@ -119,8 +119,8 @@ struct ShadowEdge {
   [[nodiscard]] float level_if_lit(float level, int x, int y) const;
 };
 
-/// The edge between the two arcs that best separate the cells around the border, if they explain most of the
-/// variation, and black differs from white on both sides. O(width^2).
+/// The edge between the two arcs that best separate the cells around the border. Nothing unless they explain
+/// most of the variation and black differs from white on both sides. O(width^2).
 [[nodiscard]] std::optional<ShadowEdge> find_shadow_edge(const CellLevels& cells, float min_contrast);
 
 /// Evidence for a code relative to random bits, in bits: the logarithm to base 2 of the likelihood ratio of
@@ -132,7 +132,7 @@ struct ShadowEdge {
 [[nodiscard]] float evidence_bits(std::span<const float> distances, std::span<const std::uint16_t> cells,
                                   std::uint64_t wrong_bits);
 
-/// A family prepared for reading: its cells, in their order after each quarter turn.
+/// A family prepared for reading, with its cells in their order after each quarter turn.
 struct ReadableFamily {
   FamilyId id = FamilyId::Tag36h11;
   int width = 0;   ///< [cell] of the border square
@@ -142,7 +142,7 @@ struct ReadableFamily {
   /// bit, most significant first.
   std::array<std::vector<std::uint16_t>, 4> cells;
   CodeIndex codes;
-  /// Numbers that a map predicts here: they are read with up to four wrong bits if the cell levels are
+  /// Numbers that a map predicts here. They are read with up to four wrong bits if the cell levels are
   /// sufficient evidence (evidence_bits()).
   std::vector<int> known{};
 
@@ -169,13 +169,13 @@ struct ReadProgress {
 };
 
 /// Reads tags from quads. Levels of black and white are planes fitted to the border and its surroundings, so
-/// the illumination may vary across the tag; bits are compared with the mean of the two planes, with several
+/// the illumination may vary across the tag. Bits are compared with the mean of the two planes, with several
 /// amounts of sharpening.
 class TagReader {
  public:
   explicit TagReader(const ReaderOptions& options) : options_(options) {}
 
-  /// Number of outward steps at eight positions on the quad's edges, two per side. Cheap.
+  /// Number of outward steps at eight positions on the quad's edges, two per side. Its cost is low.
   [[nodiscard]] int steps_outwards(const ImageView& image, const Quad& quad, const ReadableFamily& family,
                                    bool inverted);
 
@@ -184,8 +184,8 @@ class TagReader {
   std::optional<TagDetection> read(const ImageView& image, const Quad& quad, const ReadableFamily& family,
                                    bool inverted, ReadProgress& progress);
 
-  /// The same for a tag whose side after corner `covered` of the quad is occluded: levels come from the other
-  /// three sides, all of which must be visible, and are assumed constant.
+  /// The same for a tag whose side after corner `covered` of the quad is occluded. Levels come from the other
+  /// three sides, which must be visible, and are assumed constant.
   std::optional<TagDetection> read_covered(const ImageView& image, const Quad& quad,
                                            const ReadableFamily& family, bool inverted, std::size_t covered);
 

@@ -246,7 +246,7 @@ TEST(KnownTags, NumbersOutsideTheFamilyAreIgnored) {
   EXPECT_TRUE(make_waymark_detector(knowing({-1, 587, 1'000'000})));
 }
 
-// Tags that no single threshold decodes: in a hard shadow, or under a bar.
+// Tags in a hard shadow or under a bar, which no single threshold decodes.
 
 using testing::add_noise;
 using testing::max_corner_error_px;

@@ -15,8 +15,8 @@ struct PlaneRule {
   bool diagonals = true;          ///< whether pixels that share only a corner are joined, in a second pass
 };
 
-/// The first threshold is a low share of the local range: a border darkened by a shadow, or joined to
-/// mid-grey surroundings, is still below it while its paper is not. Tags found this way are large and not
+/// The first threshold is a low share of the local range. A border darkened by a shadow, or joined to
+/// mid-grey surroundings, is still below it, but its paper is not. Tags found this way are large and not
 /// faint, so half of the rows suffice. The second threshold is half of the range, for small, blurred and
 /// faint tags.
 constexpr std::array<PlaneRule, 2> kPlanes = {{{64, 2, 2, false}, {128, 1, 1, true}}};
@@ -109,8 +109,8 @@ void TagSearch::search_components(const ImageView& image, Polarity polarity, boo
   }
 }
 
-/// Judges by the box and the area alone: a frame of one cell's width around a tag with at least one pixel per
-/// cell.
+/// Uses the box and the area alone, and accepts a frame one cell wide around a tag with at least one pixel
+/// per cell.
 bool TagSearch::may_be_frame(const ImageView& image, const Component& component) const {
   constexpr double kBoxShare = 0.12;
   constexpr int kFrame = 3;           // px along the frame
@@ -145,7 +145,7 @@ void TagSearch::search_component(const ImageView& image, Polarity polarity, cons
   constexpr float kMaxReachPx = 2.5F;        // px
   constexpr float kReachBeyondCell = 1.25F;  // cells
   constexpr float kLargeCell = 3;            // px
-  constexpr double kRunsARow = 2;            // at least, with bits inside
+  constexpr double kRunsARow = 2;            // minimum, with bits inside
   Attempt attempt;
   if (!fitter_.fit(components_, component, attempt.outline)) return;
   ++counts_.quads;
@@ -201,9 +201,9 @@ bool TagSearch::read_any(const ImageView& image, const Quad& quad, ReadProgress&
   return false;
 }
 
-/// Small and blurred tags: their outline is off by part of a cell, and growing or shrinking it by a pixel
-/// makes them readable. Only after the border was detected: no tag of the rendered sets was read this way
-/// without it.
+/// The outline of small and blurred tags is off by part of a cell; growing or shrinking it by a pixel makes
+/// them readable. This is tried only after the border was detected, because no tag of the rendered sets was
+/// read without it.
 bool TagSearch::read_varied(const ImageView& image, const Attempt& attempt) {
   constexpr std::array<float, 5> kGrowth = {-0.35F, 0.3F, -0.7F, 0.6F, -1.0F};
   ReadProgress ignored;
@@ -215,8 +215,8 @@ bool TagSearch::read_varied(const ImageView& image, const Attempt& attempt) {
   return false;
 }
 
-/// A tag with something over one side of its border: the quad ends where the cover begins or, if it is dark
-/// and outside, where it ends. The bits inside determine the side and its correct position.
+/// If something covers one side of the border, the quad ends where the cover begins or, if it is dark and
+/// outside, where it ends. The bits inside determine the side and its correct position.
 bool TagSearch::read_covered(const ImageView& image, const Quad& quad) {
   for (const Wanted& wanted : wanted_) {
     const ReadableFamily& family = *wanted.family;

@@ -15,7 +15,8 @@
 
 namespace waymark::search {
 
-/// The boxes of components that were examined, by open addressing. No allocation once it has grown.
+/// The boxes of components that were examined, in a hash set with open addressing. Allocates nothing once it
+/// has grown.
 class BoxSet {
  public:
   void clear() {
@@ -78,8 +79,8 @@ struct SearchCounts {
   std::size_t borders = 0;  ///< quads whose bits were read
 };
 
-/// The search for tags in one image, with its memory: one instance per thread. Threshold in bit planes,
-/// connected components, quads, bits (docs/concepts/detection.md).
+/// The search for tags in one image, with its memory; each thread needs its own instance. Its steps are
+/// thresholds in bit planes, connected components, quads and bits (docs/concepts/detection.md).
 class TagSearch {
  public:
   explicit TagSearch(const SearchOptions& options, const PlaneKernels& kernels = best_plane_kernels());

@@ -13,8 +13,8 @@ namespace waymark {
 /// default is an error.
 ///
 /// detect() works in place on images of any stride, on one thread; images beyond kMaxImagePixels are
-/// rejected. Thread-safe: each concurrent call uses a workspace of its own, kept for later calls, so after
-/// the first image only the result is allocated.
+/// rejected. Thread-safe: each concurrent call uses a separate workspace, which is kept for later calls, so
+/// after the first image only the result is allocated.
 [[nodiscard]] Result<std::unique_ptr<Detector>> make_waymark_detector(const DetectorOptions& options = {});
 
 }  // namespace waymark

@@ -72,7 +72,8 @@ TEST_P(EveryFamilyHere, SeveralTagsAreDistinguished) {
   EXPECT_EQ(std::count_if(found.begin(), found.end(), [&](const auto& one) { return one.tag == tag; }), 1);
 }
 
-/// For any order of the families, also for tags with a covered side, which are read in a second way.
+/// Tests any order of the families, also with tags that have a covered side, which are read by another
+/// method.
 TEST_P(EveryFamilyHere, IsReadInAnyOrderOfFamilies) {
   Image image(200, 200, 140);
   const TagId tag{GetParam(), 1};
@@ -131,8 +132,7 @@ TEST(WaymarkDetector, CorrectsUpToMaxHammingBits) {
     paint_cells(image, kind, cells, in_the_middle(80, 0.3));
     Image faint = image;
     paint_tag(faint, {kind.id, 7}, in_the_middle(80, 0.3));
-    for (int y = 0; y < 200;
-         ++y) {  // the wrong bits are three quarters as far from the threshold as the others
+    for (int y = 0; y < 200; ++y) {  // wrong bits are three quarters as far from the threshold as the others
       for (int x = 0; x < 200; ++x) {
         const int difference = image.row(y)[x] - faint.row(y)[x];
         image.row(y)[x] = static_cast<std::uint8_t>(faint.row(y)[x] + difference * 7 / 8);

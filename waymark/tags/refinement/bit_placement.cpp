@@ -21,7 +21,7 @@ struct Level {
   [[nodiscard]] double mean() const { return sum / std::max(1, count); }
 };
 
-/// Of black and of white; each pixel counts to its cell.
+/// Mean levels of black and of white; each pixel belongs to its cell.
 std::array<Level, 2> levels(const InnerPixels& pixels) {
   std::array<Level, 2> both;
   for (int i = 0; i < pixels.count; ++i) {
@@ -36,8 +36,8 @@ std::array<Level, 2> levels(const InnerPixels& pixels) {
   return both;
 }
 
-/// Derivative of the outward displacements (kFrom, kTo) of the four edges [px] with respect to the unknowns:
-/// lines at s = +-1 and t = +-1, whose ends are at -1 and 1 of the other.
+/// Derivative of the outward displacements (kFrom, kTo) of the four edges [px] with respect to the unknowns.
+/// The edges are lines at s = +-1 and t = +-1; their ends are at -1 and 1 of the other coordinate.
 EdgesByInner edges_by_place(const InnerVector& x, double outwards) {
   EdgesByInner J = edges_by_growth(x, outwards);
   for (std::size_t k = 0; k < 4; ++k) {
@@ -116,7 +116,7 @@ std::optional<RefinedCorners> place_by_bits(const ImageView& image, const TagDet
                                             const RefinementOptions& options, const CameraModel* camera) {
   constexpr int kMaxPasses = 6;
   constexpr double kMaxResidual = 0.04;   // of the step: larger if gloss covers bits too
-  constexpr double kMaxShiftCells = 0.4;  // at half a cell, other bits would be read
+  constexpr double kMaxShiftCells = 0.4;  // beyond half a cell, other bits would be read
   const double outwards = family(detection.tag.family).reversed_border ? -1.0 : 1.0;
   // including the border: three rows of three bits are too few for the unknowns
   constexpr int kMinCells = 6;
@@ -136,8 +136,8 @@ std::optional<RefinedCorners> place_by_bits(const ImageView& image, const TagDet
       at.corners_px[k] += moved.segment<2>(2 * static_cast<Eigen::Index>(k));
     if (farthest_px(detection.corners_px, at.corners_px) > farthest) return std::nullopt;
     const Matrix8 covariance = covariance_of(*look, J);
-    // Each iteration samples other pixels of a large tag: the corners converge to within their standard
-    // deviation.
+    // Each iteration samples other pixels of a large tag, so the corners converge only to within their
+    // standard deviation.
     if ((moved.array().square() > covariance.diagonal().array()).any()) continue;
     if (residual > kMaxResidual) return std::nullopt;
     return RefinedCorners{.outcome = RefinementOutcome::Refined,

@@ -1,4 +1,4 @@
-// Corners from the bits inside, for tags with an unreliable border.
+// Tests corners from the bits inside, for tags with an unreliable border.
 #include "waymark/tags/refinement/bit_placement.hpp"
 
 #include <algorithm>

@@ -43,8 +43,8 @@ bool usable(const ImageView& image, const TagDetection& detection) {
     return false;
   for (const Vector2d& corner : detection.corners_px) {
     if (!corner.allFinite()) return false;
-    // One image size beyond each side: enough for a tag partly out of view, and far from overflow of an int
-    // or a float.
+    // Allows one image size beyond each side: enough for a tag partly out of view, and far from overflow of
+    // an int or a float.
     if (std::abs(corner.x() - 0.5 * image.width) > 1.5 * image.width) return false;
     if (std::abs(corner.y() - 0.5 * image.height) > 1.5 * image.height) return false;
   }
@@ -110,9 +110,9 @@ void start(const RefinementOptions& options, const TagBands& tag, TagEstimate& e
 }
 
 /// Moves the corners to the edges predicted by the bits inside the border. If the bits contradict the border
-/// (covered, or joined to what lies behind the tag), the fit is rejected; if they nearly contradict it, the
-/// covariance is scaled (scale factor of the Particle Data Group, "Review of particle physics", section
-/// 5.2.2; squared, because its first power was measured too small for white margins of a quarter of a cell).
+/// (covered, or joined to its background), the fit is rejected. If they nearly contradict it, the covariance
+/// is scaled by the scale factor of the Particle Data Group ("Review of particle physics", section 5.2.2).
+/// The factor is squared, because its first power proved too small for white margins of a quarter of a cell.
 RefinementOutcome correct(const EdgeCorrection& inner, const TagBands& tag, bool& border_is_uncertain,
                           RefinedCorners& result) {
   constexpr double kContradictionSigmas = 4;

@@ -80,7 +80,7 @@ enum class RefinementOutcome : std::uint8_t {
 
 /// Corners with their covariance. Always usable: if the fit failed, these are the input corners with the
 /// covariance of unrefined_sigma_px. For a tag cut by the border of the image, the standard deviation of all
-/// four is one cell, because that much of its black border may be missing.
+/// four corners is one cell, because that much of the black border may be missing.
 struct RefinedCorners {
   RefinementOutcome outcome = RefinementOutcome::UnusableQuad;
   std::array<Eigen::Vector2d, 4> corners_px{};                 ///< TL, TR, BR, BL, pixel centres at +1/2
@@ -90,8 +90,8 @@ struct RefinedCorners {
       0;  ///< [grey level] fitted step from the border to its surroundings, negative for reversed families
   double noise = 0;  ///< [grey level] root mean square residual, used as the image's noise
   int pixels = 0;    ///< number of pixels used
-  /// The border contradicts the bits inside (covered, glossy, or too narrow a white margin): the corners are
-  /// from the bits alone.
+  /// The border contradicts the bits inside (covered, glossy, or too narrow a white margin), so the corners
+  /// are from the bits alone.
   bool by_bits = false;
 
   [[nodiscard]] bool refined() const { return outcome == RefinementOutcome::Refined; }
@@ -105,7 +105,7 @@ struct RefinedCorners {
 ///
 /// With `camera`, edges are curved as its distortion curves straight lines; corners stay in distorted pixels.
 ///
-/// Pure, re-entrant, no allocation. O(pixels along the border), tens of microseconds.
+/// Pure and re-entrant; allocates nothing. O(pixels along the border), tens of microseconds.
 [[nodiscard]] RefinedCorners refine_corners(const ImageView& image, const TagDetection& detection,
                                             const RefinementOptions& options = {},
                                             const CameraModel* camera = nullptr);

@@ -273,7 +273,7 @@ TEST(Refinement, SurvivesOverexposedPaperAndSunkenInk) {
   EXPECT_LT(sum / trials, 8 * 1.6);
 }
 
-// Cases that keep the detector's corners.
+// Tests the cases that keep the detector's corners.
 
 void expect_kept(const RefinedCorners& result, const TagDetection& given, RefinementOutcome why) {
   EXPECT_EQ(result.outcome, why) << to_string(result.outcome);

@@ -12,8 +12,8 @@ namespace waymark::refinement {
 namespace {
 
 /// Row and position of the cell (x, y) relative to edge `k`. Rows count from the edge inwards: the ring
-/// inside the border is row 0, the bits behind it row 1; outwards the ring is row -1, the row beyond it row
-/// -2.
+/// inside the border is row 0 and the bits behind it are row 1. Outwards, the ring is row -1 and the row
+/// beyond it is row -2.
 std::pair<int, int> row_and_place(int k, int cells, const BitCell& cell) {
   switch (k) {
     case 0:
@@ -75,12 +75,12 @@ double distance(const Vector3d& line, const Vector2d& p) {
   return std::abs(line.dot(Vector3d(p.x(), p.y(), 1.0)));
 }
 
-/// Pixels beside the band can be near the horizon of the tag's plane; they have no weight, but must stay
+/// Pixels next to the band can be near the horizon of the tag's plane; they have no weight, but must stay
 /// finite.
 constexpr float kMinW = 0.05F;
 
-/// Geometry of the slices of a band: the axis across which slices follow each other (major) and the one along
-/// which they run (minor), relative to the middle of the edge to preserve float precision.
+/// Geometry of the slices of a band. Slices follow each other along the major axis and run along the minor
+/// axis. Positions are relative to the middle of the edge to preserve float precision.
 struct Slicing {
   int major = 0;
   int minor = 1;
@@ -122,7 +122,7 @@ Slicing slice(const ImageView& image, const EdgeFrame& edge, const BandLimits& l
   return s;
 }
 
-/// A linear function of the pixel position, by lanes.
+/// A linear function of the pixel position, evaluated per lane.
 struct LinearLanes {
   float major = 0, minor = 0, constant = 0;
   LinearLanes(const Vector3d& line, const Slicing& s)
@@ -323,7 +323,7 @@ EdgePoint edge_point(const EdgeVector& x, double illumination) {
           .step = step,
           .inverse_blur = inverse_blur,
           .illumination = static_cast<float>(illumination),
-          // As flat as a blurred edge at a distance of two standard deviations.
+          // A pixel is flat if its slope is at most that of a blurred edge two standard deviations away.
           .flat_shift = 0.054F * std::abs(step) * inverse_blur};
 }
 

@@ -25,8 +25,8 @@ template <>
 inline constexpr int kMaxCells =
     16;  ///< cells along the border square of a tag; AprilTag's families have 3 to 8
 
-/// A row of cells parallel to one border edge, in the order of that edge's corners. Each is 0 or 1: its share
-/// of the colour just outside the border, which is white for most families and black for a reversed border.
+/// A row of cells parallel to one border edge, in the order of that edge's corners. Each is 0 or 1, its share
+/// of the colour just outside the border: white for most families, black for a reversed border.
 using CellRow = std::array<float, kMaxCells>;
 
 /// Print near one border edge. The border itself is one cell wide on either side of the edge.
@@ -47,7 +47,7 @@ inline constexpr int kMaxBlocks = kMaxSlices / kLanes;
 
 using Quad = std::array<Eigen::Vector2d, 4>;
 
-/// One border edge of a quad and what lies parallel to it, in pixels.
+/// One border edge of a quad and the lines parallel to it, in pixels.
 struct EdgeFrame {
   Eigen::Vector2d from{0, 0};           ///< first corner
   Eigen::Vector2d to{0, 0};             ///< second corner
@@ -133,7 +133,7 @@ struct NormalEquations {
   [[nodiscard]] double pixels() const { return information(kInnerLevel, kInnerLevel); }  ///< with weight
 };
 
-/// Sum of w r^2 of each slice, by blocks.
+/// Sum of w r^2 of each slice, in blocks.
 using SliceCosts = std::array<Lanes, kMaxBlocks>;
 
 /// Compares a band with the model of a blurred edge and its surroundings,

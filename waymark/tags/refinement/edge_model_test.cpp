@@ -140,7 +140,7 @@ TEST(Surroundings, MatchThePrint) {
   EXPECT_TRUE(tag_surroundings({FamilyId::TagStandard41h12, 0})[0].beyond_known);
 }
 
-/// On processors with AVX2 the two are different code; elsewhere they are the same.
+/// On processors with AVX2 these are different implementations; elsewhere they are the same.
 TEST(SumEdge, TheFastestAgreesWithThePortableVersion) {
   for (const double white : {200.0, 255.0}) {  // includes saturation
     for (const bool cells_matter : {false, true}) {

@@ -1,8 +1,8 @@
 #pragma once
 
-// Least squares sums over a band, as templates over the type of lanes. Eigen is not included here: a file
-// that includes this may be compiled for a newer processor than the rest of the program, and an inline
-// library function compiled that way must not be linked into the rest of the program.
+// Least squares sums over a band, as templates over the type of lanes. Eigen is not included here, because a
+// file that includes this one may be compiled for a newer processor than the rest of the program. Inline
+// library functions compiled that way must not be linked into the rest.
 #include <cstddef>
 
 namespace waymark::refinement {
@@ -38,10 +38,10 @@ struct NormalLanes {
   L pdf;
 };
 
-/// |error| of both < 3e-5, a hundredth of a grey level at full contrast. exp(-z^2/2) is the 16th power of a
-/// polynomial interpolating exp(-x) at the Chebyshev nodes of [0, 36/32]; the tail is Abramowitz and Stegun,
-/// "Handbook of Mathematical Functions", 26.2.16. Beyond |z| = 6 both are constant, so squares of densities
-/// stay normal numbers.
+/// The |error| of both is below 3e-5, a hundredth of a grey level at full contrast. exp(-z^2/2) is the 16th
+/// power of a polynomial that interpolates exp(-x) at the Chebyshev nodes of [0, 36/32]. The tail is from
+/// Abramowitz and Stegun, "Handbook of Mathematical Functions", 26.2.16. Beyond |z| = 6 both are constant, so
+/// squares of densities stay normal numbers.
 template <class L>
 [[gnu::always_inline]] inline NormalLanes<L> normal_lanes(const L& z) {
   const L a = z.abs().min(6.0F);
@@ -93,7 +93,8 @@ inline constexpr float kBrightest = 253.0F;
 struct EdgePoint {
   float from, to, bend, beyond, inner, step, inverse_blur;
   float illumination;  ///< grey levels are (1 + illumination t) times the model's, t from -1 to 1
-  float flat_shift;  ///< a pixel with a smaller derivative by the displacement counts as flat [grey level/px]
+  float flat_shift;  ///< a pixel whose derivative with respect to the displacement is smaller counts as flat
+                     ///< [grey level/px]
 };
 
 /// A Band as rows of kLanes floats: one row per block of slices, or `depth` rows in `max_depth`.
@@ -123,12 +124,12 @@ using SumEdge = EdgeSums (*)(const BandRows& band, const EdgePoint& x, float* co
 
 namespace sums {
 
-/// The model and its derivatives at the same pixel of several slices. The derivative by the displacement is
-/// `shift`; its split into kFrom, kTo and kBend depends only on the slice.
+/// The model and its derivatives at the same pixel of several slices. The derivative with respect to the
+/// displacement is `shift`; its split into kFrom, kTo and kBend depends only on the slice.
 template <class L>
 struct Prediction {
-  L f, h;         ///< derivatives by kStep and kBeyond
-  L shift, blur;  ///< derivatives by displacement and kLogBlur
+  L f, h;         ///< with respect to kStep and kBeyond
+  L shift, blur;  ///< with respect to displacement and kLogBlur
 };
 
 template <bool kCells, class L>
@@ -148,7 +149,7 @@ template <bool kCells, class L>
     const L row_behind = load<L>(band.behind + row);
     const L row_beyond = load<L>(band.beyond + row);
     const float unknown = band.beyond_known ? 0.0F : 1.0F;
-    // Slopes by distance, in units of 1 / blur.
+    // Slopes with respect to distance, in units of 1 / blur.
     const L edge_slope = x.step * (inside * edge.pdf);
     const L behind_slope = x.step * (row_behind * behind.pdf);
     const L beyond_slope = (x.step * row_beyond + unknown * x.beyond) * beyond.pdf;
@@ -158,7 +159,7 @@ template <bool kCells, class L>
   }
 }
 
-/// Sums over all pixels, by lanes. Pairs of derivatives are numbered as in EdgeSums.
+/// Sums over all pixels, per lane. Pairs of derivatives are numbered as in EdgeSums.
 template <class L>
 struct LaneSums {
   L information[kParameters][kParameters];
@@ -229,7 +230,7 @@ template <bool kCells, class L>
 }
 
 /// 0 if the model is saturated and the pixel agrees, else 1. The pixel need not be exactly at the end of the
-/// range: counting only the low half of the noise there would bias the level down.
+/// range, because counting only the low half of the noise there would bias the level down.
 template <class L>
 [[gnu::always_inline]] inline L within_scale(const L& value, const L& predicted) {
   constexpr float kNoise = 12.0F;

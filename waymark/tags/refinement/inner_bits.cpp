@@ -19,7 +19,7 @@
 namespace waymark::refinement {
 namespace {
 
-/// The cells inside the border square of a tag, each as its share (0 or 1) of white; 0.5 if unknown.
+/// The share of white (0 or 1) of each cell inside the border square of a tag; 0.5 if unknown.
 class BitCells {
  public:
   /// Requires an id that exists in the family. O(cells).
@@ -184,7 +184,7 @@ void read_inner_pixels(const ImageView& image, const TagId& id, const TagBands& 
     block.weight[lane] = 1;
     ++pixels.count;
   });
-  if (pixels.count % kLanes == 0) return;  // the last block is full, or there is none
+  if (pixels.count % kLanes == 0) return;  // the last block is full or does not exist
   InnerPixels::Block& last = pixels.block[pixels.blocks() - 1];
   for (int lane = pixels.count % kLanes; lane < kLanes; ++lane) {
     const auto repeat = [lane](Lanes& lanes) { lanes[lane] = lanes[0]; };  // of weight 0, but finite
@@ -405,8 +405,8 @@ namespace {
 
 constexpr std::array kSlopes = {kBlackS, kBlackT, kWhiteS, kWhiteT};
 
-/// Conditions the estimate on some unknowns being 0; the ln of the resulting likelihood ratio (Dickey, "The
-/// weighted likelihood ratio", 1971).
+/// Conditions the estimate on some unknowns being 0. Returns the ln of the resulting likelihood ratio
+/// (Dickey, "The weighted likelihood ratio", 1971).
 template <std::size_t N>
 double set_to_zero(const std::array<InnerUnknown, N>& which, const InnerPrior& prior,
                    InnerEstimate& estimate) {
@@ -499,7 +499,8 @@ double growth_sigma_px(const InnerVector& x) {
 
 InnerEstimate averaged(const InnerFit& fit, const InnerPrior& prior) {
   constexpr double kModelBlurs = 0.01;  // of the growth: a blur is not exactly Gaussian
-  constexpr double kLogOdds = 3;        // against either: most images have neither, and waiting costs little
+  constexpr double kLogOdds =
+      3;  // prior against either effect: most images have neither, and a late decision costs little
   InnerEstimate all = fit.estimate;
   const double sigma = growth_sigma_px(all.mean) / mean_blur_px(all.mean);
   all.covariance(kGrowth, kGrowth) += kModelBlurs * kModelBlurs + sigma * sigma;

@@ -69,7 +69,7 @@ constexpr int kUnknownsOnBorder = kStretchT + 1;  ///< for a pattern placed by t
 using InnerVector = Eigen::Matrix<double, kInnerUnknowns, 1>;
 using InnerMatrix = Eigen::Matrix<double, kInnerUnknowns, kInnerUnknowns>;
 
-/// Weighted least squares about some unknowns.
+/// Weighted least squares around given unknowns.
 struct InnerSums {
   InnerMatrix information = InnerMatrix::Zero();  ///< of pixels with variance 1
   InnerVector gradient = InnerVector::Zero();
@@ -90,8 +90,8 @@ extern template InnerSums sum_up<kInnerUnknowns>(const InnerPixels&, const Inner
 /// Standard deviation of the blur [px], mean of both axes.
 [[nodiscard]] double mean_blur_px(const InnerVector& x);
 
-/// An illumination gradient along an edge appears as a rotation of the edge (tag_fit.cpp): outward
-/// displacement of its end [px] per grey level that the mean of black and white increases there.
+/// Outward displacement of the end of an edge [px] per grey level by which the mean of black and white
+/// increases there. An illumination gradient along an edge appears as a rotation of the edge (tag_fit.cpp).
 [[nodiscard]] double px_per_level(const InnerVector& x, double outwards);
 
 /// Priors of the fit inside the border.
@@ -131,7 +131,7 @@ template <int Unknowns>
 [[nodiscard]] InnerEstimate gauss_newton(const InnerSums& sums, double variance, const InnerPrior& prior,
                                          const InnerVector& precision, const InnerVector& x);
 
-/// Iterates it. `noise_variance`: of a pixel, estimated elsewhere [grey level^2].
+/// Iterates the step. `noise_variance`: variance of a pixel, estimated elsewhere [grey level^2].
 template <int Unknowns>
 [[nodiscard]] InnerFit fit_inner(const InnerPixels& pixels, const InnerPrior& prior, double noise_variance,
                                  double outwards);
@@ -141,13 +141,13 @@ extern template InnerEstimate gauss_newton<kUnknownsOnBorder>(const InnerSums&, 
 extern template InnerFit fit_inner<kUnknownsOnBorder>(const InnerPixels&, const InnerPrior&, double, double);
 extern template InnerFit fit_inner<kInnerUnknowns>(const InnerPixels&, const InnerPrior&, double, double);
 
-/// Estimate of the edges, including model errors: the mean over the models with and without growth of white,
-/// and with and without slopes of the levels, weighted by their probabilities (Hoeting et al., "Bayesian
-/// model averaging: a tutorial", 1999).
+/// Estimate of the edges, including model errors. It is the mean over the models with and without growth of
+/// white and slopes of the levels, weighted by their probabilities (Hoeting et al., "Bayesian model
+/// averaging: a tutorial", 1999).
 [[nodiscard]] InnerEstimate averaged(const InnerFit& fit, const InnerPrior& prior);
 
-/// Standard deviation of the growth model's error: a blur is not exactly Gaussian, in particular if the image
-/// was overexposed and then interpolated, scaled or compressed [px].
+/// Standard deviation [px] of the growth model's error. A blur is not exactly Gaussian, in particular if the
+/// image was overexposed and then interpolated, scaled or compressed.
 [[nodiscard]] double growth_sigma_px(const InnerVector& x);
 
 /// Derivatives of (kFrom, kTo) of the four edges outwards with respect to the unknowns [px].
@@ -163,11 +163,11 @@ struct EdgeCorrection {
       0;  ///< distance of an edge from its position according to the bits alone, over its standard deviation
 };
 
-/// Corrects the edges of `estimate` for effects that a border alone cannot separate from its position: growth
-/// of white into black (gamma, bloom, ink) and grey levels that increase along an edge (shadow, veil, uneven
-/// illumination). Growth of white moves left and right edges in opposite directions, so the edges between
-/// bits reveal it. Each of the two effects is present or absent (Hoeting et al., "Bayesian model averaging: a
-/// tutorial", 1999). O(pixels), at most some hundred; no allocation.
+/// Corrects the edges of `estimate` for two effects that a border alone cannot separate from its position.
+/// One is growth of white into black (gamma, bloom, ink), the other grey levels that increase along an edge
+/// (shadow, veil, uneven illumination). Growth of white moves left and right edges in opposite directions, so
+/// the edges between bits reveal it. Each of the two effects is present or absent (Hoeting et al., "Bayesian
+/// model averaging: a tutorial", 1999). O(pixels), at most some hundred; allocates nothing.
 [[nodiscard]] EdgeCorrection inner_correction(const ImageView& image, const TagId& id, const TagBands& tag,
                                               const TagEstimate& estimate);
 

@@ -1,4 +1,4 @@
-// Displacement of the print on a tag by lens distortion.
+// Tests the displacement of the print on a tag by lens distortion.
 #include "waymark/tags/refinement/lens_bends.hpp"
 
 #include <algorithm>

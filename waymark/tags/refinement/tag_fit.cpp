@@ -123,7 +123,7 @@ DroppedSlices drop_outliers(TagBands& tag) {
   constexpr double kOfOwnEdge = 4.0;
   DroppedSlices dropped;
   for (std::size_t k = 0; k < 4; ++k) {
-    // A cover on an edge also biases its fit away from good slices: keep those for now.
+    // A cover on an edge also biases its fit away from good slices, so those are kept for now.
     const double limit = std::max(kOutOfProportion * (usual + 0.25), kOfOwnEdge * medians[k]);
     dropped.pixels += drop_slices_above(static_cast<float>(limit), means[k], tag.bands[k]);
     dropped.enough_left = dropped.enough_left && tag.bands[k].pixels >= kMinPixelsPerEdge;
@@ -259,7 +259,7 @@ Eigen::Matrix<double, 8, 8> TagSolve::displacement_covariance() const {
 
 namespace {
 
-/// Image noise and model misfit estimated from the residuals.
+/// Image noise and model misfit, estimated from the residuals.
 struct Residuals {
   double noise_variance = 0;  ///< of a pixel [grey level^2]
   double misfit_variance =

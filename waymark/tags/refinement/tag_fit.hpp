@@ -10,8 +10,8 @@
 
 namespace waymark::refinement {
 
-/// The four edges of one tag and the pixels around them. Some 250 kB, intended for the stack; only the part
-/// that the tag needs is touched.
+/// The four edges of one tag and the pixels around them. About 250 kB, intended for the stack; a tag touches
+/// only the part that it needs.
 struct TagBands {
   std::array<EdgeFrame, 4> edges;
   std::array<Band, 4> bands;
