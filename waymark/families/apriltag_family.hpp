@@ -1,6 +1,6 @@
 #pragma once
 // Source of the layouts and codes of the families. A build without libapriltag (web/) has another
-// implementation of load_family(). Not for other programs: uses AprilTag 3's own type.
+// implementation of load_family(). Not for other programs, because it uses a type of AprilTag 3.
 
 #include <memory>
 

@@ -54,7 +54,7 @@ struct Family {
   int total_width = 0;  ///< [cell] side of the whole tag including the white margin it needs
   bool reversed_border =
       false;                  ///< white square inside a black surround (circle, custom and standard families)
-  int min_hamming = 0;        ///< minimum distance between two codes under rotation, as the family promises
+  int min_hamming = 0;        ///< nominal minimum distance between two codes under rotation
   std::vector<BitCell> bits;  ///< cell of each data bit, most significant bit of a code first
   std::vector<std::uint64_t> codes;  ///< code of each id, bits.size() bits
 };
@@ -62,8 +62,8 @@ struct Family {
 /// The table of a family, built once. O(1) after the first call; thread-safe.
 [[nodiscard]] const Family& family(FamilyId id);
 
-/// "tag36h11"; accepts "36h11", "Standard41h12", any case. The error for an unknown name suggests the nearest
-/// family (tag36h11 among equally near ones) or lists all of them.
+/// "tag36h11"; accepts "36h11", "Standard41h12", any case. The error for an unknown name suggests the most
+/// similar family (tag36h11 if several are equally similar) or lists all of them.
 [[nodiscard]] Result<FamilyId> parse_family(std::string_view text);
 [[nodiscard]] std::string_view to_string(FamilyId id);
 
@@ -71,8 +71,9 @@ struct Family {
 [[nodiscard]] Result<TagId> parse_tag_id(std::string_view text);
 [[nodiscard]] std::string to_string(const TagId& id);
 
-/// The printed tag, one byte per cell (0 black, 255 white, 128 = not part of the tag, e.g. the corners of a
-/// circle family), total_width x total_width, row by row from TL as seen by a viewer of the print.
+/// The printed tag, one byte per cell: 0 is black, 255 white, and 128 not part of the tag (e.g. the corners
+/// of a circle family). The bitmap is total_width x total_width, row by row from TL as seen by a viewer of
+/// the print.
 [[nodiscard]] std::vector<std::uint8_t> bitmap(const TagId& id);
 
 /// Parses a list of tag numbers: "0-3,7,9" is 0 1 2 3 7 9, in the order written. Errors: InvalidArgument for

@@ -48,7 +48,7 @@ struct Part {
   }
 };
 
-/// Codes sorted by their value in a part; those of one value are removed first in, first out.
+/// Codes sorted by their value in a part; codes with the same value are removed first in, first out.
 struct Buckets {
   std::vector<std::uint32_t> first;  ///< of each value
   std::vector<std::uint32_t> end;
@@ -99,8 +99,8 @@ bool any_pair(const std::vector<std::uint64_t>& turns, const Part& part, int nea
   return false;
 }
 
-/// Whether any pair is at most `radius` apart. Such a pair is, in one of three parts of the word, at most
-/// `near` apart if the three (near + 1) add up to radius + 1: only codes whose parts nearly agree need to be
+/// Whether any pair is at most `radius` apart. Such a pair is at most `near` apart in one of three parts of
+/// the word, if the three (near + 1) add up to radius + 1. Therefore only codes whose parts nearly agree are
 /// compared.
 bool any_pair(const std::vector<std::uint64_t>& turns, int bits, int radius,
               const std::function<bool()>& cancelled) {
@@ -154,7 +154,7 @@ int CodeRotation::min_rotational_distance(std::uint64_t a, std::uint64_t b) cons
 int minimum_distance(const Family& family, const std::function<bool()>& cancelled) {
   const std::vector<std::uint64_t> turns = all_turns(family);
   const int bits = static_cast<int>(family.bits.size());
-  // The nominal distance is nearly always exact: ruling out one less first avoids the small radii.
+  // The nominal distance is nearly always exact, so ruling out one less first avoids the small radii.
   const int promised = std::clamp(family.min_hamming, 0, bits);
   int distance = any_pair(turns, bits, promised - 1, cancelled) ? 0 : promised;
   while (distance < bits && !any_pair(turns, bits, distance, cancelled)) ++distance;

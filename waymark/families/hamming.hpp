@@ -34,10 +34,10 @@ class CodeRotation {
 };
 
 /// The smallest distance between two codes of the family in any of the four relative rotations, and between a
-/// code and its own rotations by 90, 180 and 270 degrees (otherwise the orientation of the tag would be
-/// ambiguous). Exact; the families with tens of thousands of codes take a second or two (Norouzi, Punjani and
-/// Fleet, "Fast search in Hamming space with multi-index hashing", CVPR 2012). `cancelled` is polled; after
-/// it returns true, the function returns soon and its result is meaningless.
+/// code and its rotations by 90, 180 and 270 degrees. The latter keep the orientation of a tag unambiguous.
+/// The result is exact; the families with tens of thousands of codes take a second or two (Norouzi, Punjani
+/// and Fleet, "Fast search in Hamming space with multi-index hashing", CVPR 2012). `cancelled` is polled;
+/// after it returns true, the function returns soon with a meaningless result.
 [[nodiscard]] int minimum_distance(
     const Family& family, const std::function<bool()>& cancelled = [] { return false; });
 

@@ -63,7 +63,7 @@ TEST_P(HammingOf, RotationalDistanceIsSymmetricAndInvariantToTurns) {
   }
 }
 
-/// The definition, pair by pair.
+/// The definition, evaluated pair by pair.
 int minimum_distance_of_all_pairs(const Family& table) {
   const CodeRotation rotation(table);
   int best = static_cast<int>(table.bits.size());
