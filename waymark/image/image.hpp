@@ -65,8 +65,8 @@ class Image {
 
 /// Grey level at (x, y) [px], interpolated bilinearly between the four nearest pixel centres (centres at
 /// +1/2, so sample_bilinear(image, i + 0.5, j + 0.5) is pixel (i, j) exactly). Border rule: beyond the
-/// outermost centres the nearest one is used, so every finite position has a value between 0 and 255. The
-/// image must not be empty, x and y must be finite. O(1).
+/// outermost centres the nearest one is used, so the result is between 0 and 255 at every finite position.
+/// The image must not be empty, x and y must be finite. O(1).
 [[nodiscard]] inline double sample_bilinear(const ImageView& image, double x, double y) {
   assert(!image.empty() && std::isfinite(x) && std::isfinite(y));
   const double u = std::clamp(x - 0.5, 0.0, static_cast<double>(image.width - 1));
@@ -107,7 +107,7 @@ struct Rgb {
   friend bool operator==(const Rgb&, const Rgb&) = default;
 };
 
-/// An owning colour image, three bytes (r, g, b) per pixel, rows packed. For display only: no algorithm
+/// An owning colour image, three bytes (r, g, b) per pixel, rows packed. It is for display only; no algorithm
 /// measures in it. Pixel (i, j) covers [i, i+1) x [j, j+1), as in Image.
 class ColorImage {
  public:
