@@ -15,7 +15,8 @@ namespace waymark::render {
 }
 
 /// `count` standard normal numbers of stream `key`, from the even index `first` on. Each is the sum of two of
-/// 4096 quantiles: the distribution is smooth to 0.001 and reaches 5 standard deviations; variance 1 to 1e-6.
+/// 4096 quantiles. The distribution is smooth to 0.001 and reaches 5 standard deviations; its variance is 1
+/// to within 1e-6.
 void normals(std::uint64_t key, std::uint64_t first, int count, float* out);
 
 }  // namespace waymark::render

@@ -93,7 +93,7 @@ std::span<const Coverage::Cell> Coverage::finish_row(int y) {
 namespace {
 
 constexpr double kChordTolerancePx = 1e-4;
-constexpr double kMaxChordPx = 16;  // under distortion: short enough for tests to detect every curve
+constexpr double kMaxChordPx = 16;  // under distortion; short enough for tests to detect every curve
 constexpr int kMaxEdgeHalvings = 16;
 constexpr int kMaxRectHalvings = 12;
 constexpr double kMaxCoordinatePx = 1e6;  // beyond, the intersection of an edge with the image loses digits
@@ -162,7 +162,7 @@ class Projector {
     return Point{cam_p, *px};
   }
 
-  /// True only if certain: the bounding sphere of the rectangle is outside the camera's cone of view.
+  /// True only if the bounding sphere of the rectangle is outside the camera's cone of view.
   [[nodiscard]] bool is_out_of_domain(const PatternRect& rect) const {
     const Eigen::Vector3d centre = in_camera((rect.left + rect.right) / 2, (rect.top + rect.bottom) / 2);
     const double radius = std::hypot(rect.right - rect.left, rect.bottom - rect.top) / 2;
@@ -290,7 +290,7 @@ PointSpread point_spread(double sigma_px) {
   const int count = n * (1 + 2 * spread.reach_px);
   double sum = 0;
   for (int k = 0; k < count; ++k) {
-    // By symmetry from the left half, where the difference of the two integrals keeps its digits.
+    // By symmetry, computed from the left half, where the difference of the two integrals keeps its digits.
     const double left = static_cast<double>(std::min(k, count - 1 - k)) / n - 0.5 - spread.reach_px;
     spread.weights.push_back(gathered_up_to(left + 1.0 / n, sigma) - gathered_up_to(left, sigma));
     sum += spread.weights.back();
@@ -368,7 +368,7 @@ class Band {
     for (int y = 0; y < coverage.height(); ++y) lay_row(part, y, coverage.finish_row(y));
   }
 
-  /// Integrates the radiance of the band's pixels: down columns first, then along rows.
+  /// Integrates the radiance of the band's pixels, first down columns, then along rows.
   void gather(SceneRadiance& radiance) const {
     const RadianceRows columns = gather_columns();
     for (int y = 0; y < pixels_.height(); ++y) {
@@ -424,7 +424,7 @@ class Band {
   RadianceRows cells_;
 };
 
-/// The columns of a strip that patterns cover, as disjoint runs: gaps cost no time.
+/// The columns of a strip that patterns cover, as disjoint runs, so gaps cost no time.
 std::vector<Window> lit_parts(std::span<const ProjectedPattern> patterns, const Window& strip, int reach) {
   std::vector<Window> parts;
   for (const ProjectedPattern& pattern : patterns) {

@@ -12,10 +12,10 @@
 
 namespace waymark::photo {
 
-/// Area of each grid cell that polygons cover, weighted with a value: exact areas without sampling.
+/// Area of each grid cell that polygons cover, weighted with a value. Areas are exact, without sampling.
 ///
-/// Every edge adds, to the cells of the rows it crosses, the area between itself and the right end of the
-/// row; the sums along the rows are the covered areas (the signed-area accumulation of font rasterisers, e.g.
+/// In the rows that it crosses, every edge adds to the cells the area between itself and the right end of the
+/// row. The sums along the rows are the covered areas (the signed-area accumulation of font rasterisers, e.g.
 /// Levien, "Inside the fastest font renderer in the world", 2016). The result is exact up to rounding, for
 /// polygons of any size.
 class Coverage {
@@ -52,7 +52,8 @@ class Coverage {
 /// A flat object with a pattern of rectangular grey cells: a tag with its paper, or a printed sheet. Plane
 /// frame like that of a tag: x right, y down, z into the paper, as seen by its viewer.
 struct PlanarPattern {
-  std::vector<double> x_lines_m;  ///< begins of the columns of cells, and the end of the last one; increasing
+  std::vector<double>
+      x_lines_m;  ///< left edges of the columns of cells, and the right edge of the last one; increasing
   std::vector<double> y_lines_m;  ///< the same for rows
   Image levels;                   ///< one pixel per cell: 0 ink to 255 paper
   SE3 cam_T_plane;
@@ -61,14 +62,14 @@ struct PlanarPattern {
   [[nodiscard]] bool faces_camera() const { return cam_T_plane.inverse().translation().z() < 0; }
 };
 
-/// Neighbouring cells of one level as one rectangle [m].
+/// Neighbouring cells of the same level as one rectangle [m].
 struct PatternRect {
   double left = 0, top = 0, right = 0, bottom = 0;
   double level = 0;
 };
 
-/// The cells merged into few rectangles: runs along a row, combined over identical rows. They tile the
-/// pattern. O(cells).
+/// Merges the cells into few rectangles that tile the pattern: runs along a row, combined over identical
+/// rows. O(cells).
 [[nodiscard]] std::vector<PatternRect> merged_cells(const PlanarPattern& pattern);
 
 /// A pattern projected into the image: polygons in pixels.
@@ -89,8 +90,8 @@ struct ProjectedPattern {
 /// limit are halved twelve times). A pattern seen from behind is blank paper.
 [[nodiscard]] ProjectedPattern project_pattern(const CameraModel& camera, const PlanarPattern& pattern);
 
-/// Response of a pixel: the square of the pixel convolved with a Gaussian lens blur. As weights for cells of
-/// 1/n px, because radiance is integrated on a grid finer than the pixels (see render_planes).
+/// Response of a pixel: the square of the pixel convolved with a Gaussian lens blur. It consists of weights
+/// for cells of 1/n px, because radiance is integrated on a grid finer than the pixels (see render_planes).
 struct PointSpread {
   int cells_per_px = 1;         ///< n
   int reach_px = 0;             ///< whole pixels beyond the pixel itself within the weights, on either side
@@ -116,8 +117,8 @@ struct SceneRadiance {
 };
 
 /// Radiance of patterns, ordered from far to near: later patterns cover earlier ones. Exact areas on a grid
-/// of spread.cells_per_px cells per pixel, weighted with spread.weights. Time is proportional to the pixels
-/// around patterns; memory to some rows of them.
+/// of spread.cells_per_px cells per pixel, weighted with spread.weights. Time is proportional to the number
+/// of pixels around patterns, memory to a few rows of them.
 [[nodiscard]] SceneRadiance gather_radiance(std::span<const ProjectedPattern> patterns, int width_px,
                                             int height_px, const PointSpread& spread);
 

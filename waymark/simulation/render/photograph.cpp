@@ -182,7 +182,7 @@ PlanarPattern sheet_pattern(const SheetInScene& sheet) {
           .cam_T_plane = sheet.cam_T_sheet};
 }
 
-/// All tags and sheets, the farthest first. Ties keep the scene's order, tags before sheets.
+/// All tags and sheets, the farthest first. Equal distances keep the scene's order, tags before sheets.
 std::vector<PlanarPattern> patterns_from_far_to_near(const PhotographScene& scene) {
   std::vector<PlanarPattern> patterns;
   patterns.reserve(scene.tags.size() + scene.sheets.size());
@@ -206,7 +206,7 @@ std::optional<TagTruth> tag_truth(const CameraModel& camera, const TagInScene& t
   Matrix23 J_px_p;
   const Eigen::Vector3d& centre = tag.cam_T_tag.translation();
   if (!camera.project(centre, &J_px_p)) return std::nullopt;
-  // Motion along the line of sight moves no pixel: the remaining Jacobian is that of a plane facing the
+  // Motion along the line of sight moves no pixel, so the remaining Jacobian is that of a plane facing the
   // camera.
   truth.size_px = tag.size_m * std::pow((J_px_p * J_px_p.transpose()).determinant(), 0.25);
   const Eigen::Vector3d into_tag = tag.cam_T_tag.rotation() * Eigen::Vector3d::UnitZ();

@@ -95,7 +95,7 @@ struct TagTruth {
   double tilt_rad =
       0;  ///< angle between the line of sight and the tag's normal, 0 if frontal; above pi/2 facing away
   /// Fraction of the size x size square that is in the image and not covered by nearer objects, sampled at 33
-  /// x 33 points up to and including the edges; 1 is entirely visible, 0 facing away or out of view.
+  /// x 33 points including the edges. It is 1 if entirely visible, 0 if facing away or out of view.
   double visible_fraction = 0;
 };
 
@@ -104,11 +104,11 @@ struct Photograph {
   std::vector<TagTruth> tags = {};  ///< in the scene's order; omits tags whose corners do not all project
 };
 
-/// Renders the image: each pixel is the exact average of the scene over its square (see Coverage), blurred by
+/// Renders the image. Each pixel is the exact average of the scene over its square (see Coverage), blurred by
 /// the lens; then illumination, noise and rounding are applied. The same scene, options and seed give the
-/// same image. Backgrounds are out of focus: constant within the reach of the lens blur. Errors:
+/// same image. Backgrounds are out of focus, that is, constant within the reach of the lens blur. Errors:
 /// InvalidArgument (an option, a size, a tag number, an empty raster, a non-finite pose), LimitExceeded (more
-/// than 250 million pixels). Time is proportional to the pixels around tags and sheets.
+/// than 250 million pixels). Time is proportional to the number of pixels around tags and sheets.
 [[nodiscard]] Result<Photograph> photograph(const CameraModel& camera, const PhotographScene& scene,
                                             const PhotographOptions& options, Random& random);
 

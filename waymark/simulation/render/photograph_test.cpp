@@ -27,7 +27,7 @@ const CameraModel kBent =
         320, 240)
         .value();
 
-/// No noise, even illumination, flat background: grey levels are those of the scene.
+/// Has no noise, even illumination and a flat background, so grey levels are those of the scene.
 PhotographOptions quiet() {
   return {.black_level_dn = 0,
           .white_level_dn = 250,
@@ -50,7 +50,7 @@ SE3 facing(double x, double y, double z, double tilt = 0, double roll = 0) {
 }
 
 TEST(Photograph, TruthIsTheProjectionOfTheCorners) {
-  // Pinhole model written out: shares no code with the camera room.
+  // The pinhole model is written out here, to share no code with the camera room.
   const SE3 cam_T_tag(SO3::from_rpy(0.4, -0.7, 1.1), {0.05, -0.02, 1.3});
   const Photograph photo =
       take(kCamera, {.tags = {{{FamilyId::Tag36h11, 5}, cam_T_tag, 0.2}}, .sheets = {}}, quiet());
@@ -73,7 +73,7 @@ TEST(Photograph, SizeAndTiltMatchARotatedTag) {
     EXPECT_NEAR(photo.tags.at(0).tilt_rad, tilt, 1e-12);
     EXPECT_NEAR(photo.tags.at(0).size_px, 400 * 0.25 / 2, 1e-9);
   }
-  // Off the axis a tag that faces the camera is stretched by the projection: sqrt(area) of its image.
+  // Off the axis, the projection stretches a tag that faces the camera; the size is sqrt(area) of its image.
   const Vector3d to_side(0.6, 0, 2);
   const SE3 turned(SO3::from_rpy(0, std::atan2(0.6, 2), 0), to_side);
   const Photograph photo =
@@ -111,8 +111,8 @@ TEST(Photograph, EveryFamilyMatchesItsBitmap) {
 
 constexpr double kInk = 20;
 
-/// Position of the border across a side of a tag from grey levels: white length along many lines across it,
-/// minus the truth. Positive if the ink appears too large.
+/// Position of the border across a side of a tag, from grey levels: the white length along many lines across
+/// it, minus the true one. Positive if the ink appears too large.
 double border_offset_px(const Photograph& photo, std::size_t side, double reach_px) {
   const auto& corners = photo.tags.at(0).corners_px;
   const Vector2d a = corners[side];

@@ -22,8 +22,8 @@ inline constexpr int kTileCorners = kTilePx + 1;
 /// The line of sight of every pixel corner, computed once per camera, so distortion costs nothing during
 /// rendering.
 ///
-/// Rays are (x, y, 1) if all of the image is well in front of the camera, so that linear functions of a ray
-/// are linear in the pixels of a camera without distortion; otherwise they have length 1.
+/// Rays are (x, y, 1) if all of the image is well in front of the camera; otherwise they have length 1.
+/// Without distortion, linear functions of rays (x, y, 1) are linear in the pixels.
 class RayTable {
  public:
   /// O(pixels).
@@ -45,7 +45,7 @@ class RayTable {
   [[nodiscard]] const Tile& tile(int column, int row) const {
     return tiles_[row_major(row, tile_columns(), column)];
   }
-  /// Coordinate 0, 1 or 2 of the rays of corner row y, width + 1 of them.
+  /// Coordinate 0, 1 or 2 of the width + 1 rays of corner row y.
   [[nodiscard]] const float* rays(int axis, int y) const {
     return rays_.data() + (static_cast<std::size_t>(axis) * static_cast<std::size_t>(height_ + 1) +
                            static_cast<std::size_t>(y)) *

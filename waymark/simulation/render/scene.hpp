@@ -33,9 +33,9 @@ struct SceneSurface {
   double tag_size_m = 0;       ///< side of the square where black border meets white border
 };
 
-/// Everything that a camera can see.
+/// All surfaces and lights that are visible to a camera.
 struct Scene {
-  std::vector<SceneSurface> surfaces{};  ///< of two in one plane the later one is on top
+  std::vector<SceneSurface> surfaces{};  ///< of two in one plane, the later one is on top
   Eigen::Vector3d map_t_lamp = {0, 0, 2.4};
   double sky_reflectance = 0.5;  ///< brightness outside all surfaces
 };
@@ -63,10 +63,11 @@ struct SceneOptions {
 };
 
 /// The appearance of a world: tags on white paper, boards, walls, furniture, floor, and a surrounding room
-/// with a lamp under the middle of its ceiling. In map order, so the same world gives the same scene.
+/// with a lamp under the middle of its ceiling. Tags are in map order, so the same world gives the same
+/// scene.
 [[nodiscard]] Scene scene_of(const World& world, const SceneOptions& options = {});
 
-/// An upright or horizontal rectangle of one finish as an obstacle, e.g. a person's leg or a poster.
+/// An upright or horizontal rectangle with one finish as an obstacle, e.g. a person's leg or a poster.
 [[nodiscard]] SceneSurface plain_surface(const SE3& map_T_surface, double width_m, double height_m,
                                          const Finish& finish);
 

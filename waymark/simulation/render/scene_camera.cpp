@@ -74,8 +74,8 @@ int samples_needed(const SceneCamera::Parts& parts, const CameraMotion& motion, 
   return static_cast<int>(std::max(moments, std::clamp(std::ceil(points), 1.0, kMaxLensPoints)));
 }
 
-/// Times evenly distributed over the exposure, with its mean and variance (without the scale factor the
-/// variance of so few times would be too small by one part in their number squared).
+/// Times evenly distributed over the exposure, with its mean and variance. Without the scale factor the
+/// variance of n times would be too small by 1 / n^2.
 std::vector<double> sample_times(int count, double exposure) {
   std::vector<double> times;
   const double n = count;

@@ -120,8 +120,8 @@ struct SceneExposure;
 
 class SceneCamera {
  public:
-  /// O(pixels): one line of sight per pixel. Fails on an option out of range, an invalid scene (see check()),
-  /// and more than 100 million pixels.
+  /// O(pixels), for one line of sight per pixel. Fails on an option out of range, an invalid scene (see
+  /// check()), and more than 100 million pixels.
   [[nodiscard]] static Result<SceneCamera> make(Scene scene, const CameraModel& model,
                                                 const SceneCameraOptions& options);
 
@@ -130,13 +130,13 @@ class SceneCamera {
   [[nodiscard]] Result<RenderedFrame> render(const CameraMotion& motion, SensorTime stamp,
                                              std::uint64_t seed) const;
 
-  /// The same in steps. Only begin() calls `motion`. Bands are numbered from 0 to bands() - 1 and share no
-  /// data.
+  /// The same, divided into steps. Only begin() calls `motion`. Bands are numbered from 0 to bands() - 1 and
+  /// share no data.
   [[nodiscard]] Result<std::shared_ptr<SceneExposure>> begin(const CameraMotion& motion, SensorTime stamp,
                                                              std::uint64_t seed) const;
   [[nodiscard]] int bands() const;
   void expose(SceneExposure& exposure, int band) const;
-  /// Call after all bands are exposed: the lens blur crosses bands.
+  /// Call after all bands are exposed, because the lens blur crosses bands.
   void read_out(SceneExposure& exposure, int band) const;
   [[nodiscard]] RenderedFrame finish(SceneExposure& exposure) const;
 

@@ -12,7 +12,7 @@
 
 #include "waymark/simulation/render/scene_exposure.hpp"
 
-/// Effects of optics and sensors on an image, compared with formulas.
+/// Compares the effects of optics and sensors on an image with formulas.
 namespace waymark {
 namespace {
 
@@ -28,7 +28,7 @@ CameraModel pinhole() {
       .value();
 }
 
-/// Only radiance and pixels: white is 200, black is 0.
+/// Only radiance and pixels, no other effects: white is 200, black is 0.
 SceneCameraOptions bare() {
   return {
       .exposure_ms = 0, .lens_sigma_px = 0, .white_level_dn = 200, .full_well_electrons = 0, .ambient = 1};
@@ -66,10 +66,10 @@ Image take(const Scene& scene, const SceneCameraOptions& options, double stamp_s
   return SceneCamera::make(scene, pinhole(), options).value().render(kStill, stamp, seed).value().image;
 }
 
-/// Position of the edge of edge_at() in the row through the axis, and the variance of its blur: moments of
-/// the differences between neighbouring pixels, averaged over rows. Sampling by pixels distributes every
-/// point between two of them and so adds f (1 - f) to the variance, with f its position in the pixel: 1/6 on
-/// average.
+/// Position of the edge of edge_at() in the row through the axis, and the variance of its blur. Both are
+/// moments of the differences between neighbouring pixels, averaged over rows. Sampling by pixels distributes
+/// every point between two of them and so adds f (1 - f) to the variance, with f its position in the pixel:
+/// 1/6 on average.
 struct EdgeMoments {
   double mean = 0;
   double variance = 0;

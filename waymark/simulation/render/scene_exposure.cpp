@@ -143,7 +143,7 @@ struct CornerRow {
 };
 
 /// Column of a coordinate in units of cells: 0 outside, 1 margin, 2 .. cells + 1, margin, outside.
-/// Branch-free, so that it vectorises.
+/// Branch-free, so that the compiler can vectorise it.
 template <bool kHasCells>
 int strip_of(float u, float low, float high, int cells) {
   const int past_low = static_cast<int>(u >= low);
@@ -359,7 +359,7 @@ class BandPainter {
 };
 
 /// Radiance of each pixel of a surface without a pattern; with a pattern, the additional glare. Textures are
-/// smooth: a few samples of the exposure suffice for them, and one for glare.
+/// smooth, so a few samples of the exposure are enough for them, and one for glare.
 void BandPainter::shade(Layer& layer, const RayTable::Tile& tile) {
   constexpr int kSamplesApart = 4;
   const SurfaceView& view = views_[layer.index];
@@ -391,7 +391,7 @@ namespace {
 
 constexpr int kLevels = 256;
 
-/// Weights of pixels -reach .. reach with exactly the requested variance: a sampled Gaussian of another
+/// Weights of pixels -reach .. reach with exactly the requested variance. They sample a Gaussian of another
 /// width, found by bisection.
 std::vector<float> lens_weights(double sigma_px) {
   if (sigma_px < 0.05) return {1.0F};
@@ -429,7 +429,7 @@ double lamp_intensity(const SceneCameraOptions& options, double time_s) {
   return 1 + options.flicker * swing(options.flicker_hz) + options.drift * swing(1 / options.drift_period_s);
 }
 
-/// Row y of the radiance, blurred down columns: beyond the image its border pixels are repeated.
+/// Row y of the radiance, blurred down columns. Border pixels are repeated beyond the image.
 void spread_down(const SceneCamera::Parts& parts, const SceneExposure& exposure, int y,
                  std::vector<float>& out) {
   const int reach = static_cast<int>(parts.lens.size() / 2);
@@ -464,8 +464,8 @@ void spread_along(const std::vector<float>& weights, const std::vector<float>& f
   }
 }
 
-/// Adds noise to linear grey levels: variance read^2 + level x gain, gain = 255 / full well (EMVA Standard
-/// 1288, release 4, equation 9; shot noise as a normal distribution).
+/// Adds noise to linear grey levels. Its variance is read^2 + level x gain, with gain = 255 / full well (EMVA
+/// Standard 1288, release 4, equation 9). Shot noise is approximated by a normal distribution.
 void add_noise(const SceneCamera::Parts& parts, const SceneExposure& exposure, int y, Rows& rows) {
   const SceneCameraOptions& options = parts.options;
   if (options.full_well_electrons <= 0) return;

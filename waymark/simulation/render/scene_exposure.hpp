@@ -50,8 +50,7 @@ inline constexpr int kToneSteps = 16;  ///< per grey level
 /// Renders the radiance of the pixels of one row of tiles.
 void expose_band(SceneExposure& exposure, int band);
 
-/// Converts radiance to grey levels: lens blur, vignetting, noise, gamma, rounding. For the pixels of one row
-/// of tiles.
+/// Converts the radiance of one row of tiles to grey levels: lens blur, vignetting, noise, gamma, rounding.
 void read_out_band(SceneExposure& exposure, int band);
 /// Precomputes the tables for read_out_band().
 void prepare_sensor(SceneCamera::Parts& parts);

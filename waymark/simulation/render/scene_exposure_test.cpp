@@ -14,7 +14,7 @@
 #include "waymark/base/random.hpp"
 #include "waymark/samples/visibility.hpp"
 
-/// Edges of the noiseless image are at their geometric positions, for every lens, size and tilt.
+/// Tests that edges of the noiseless image are at their geometric positions, for every lens, size and tilt.
 namespace waymark {
 namespace {
 
@@ -63,7 +63,7 @@ double at(const std::vector<float>& radiance, int x, int y) {
   return static_cast<double>(radiance[static_cast<std::size_t>(y * kSide + x)]);
 }
 
-/// A side of a white rectangle in front of black, in the image: many points of it.
+/// Many image points of a side of a white rectangle in front of black.
 std::vector<Vector2d> side_points(const CameraModel& model, const SE3& cam_T, const Vector3d& a,
                                   const Vector3d& b) {
   constexpr int kPoints = 4000;
@@ -89,13 +89,13 @@ double mean_crossing(const std::vector<Vector2d>& points, int along, double low)
   return sum / kSteps;
 }
 
-/// Outward displacement of a side, as a line over its length: offset at its first and last point [px].
+/// Outward displacement of a side, linear along its length: offsets at its first and last point [px].
 struct SideError {
   double first = 0, last = 0;
   int strips = 0;
 };
 
-/// Sums the radiance across the side, per strip of pixels: white length minus that of the truth; then fits a
+/// Per strip of pixels, sums the radiance across the side and subtracts the true white length; then fits a
 /// line.
 SideError side_error(const std::vector<float>& radiance, const std::vector<Vector2d>& side,
                      const Vector2d& inside) {
@@ -192,7 +192,7 @@ TEST(SceneCameraEdges, MeetAtTheTrueCornersWithinFiveThousandthsOfAPixel) {
   }
 }
 
-/// Value of a pixel of a tag from many rays, exact to their spacing: shares only the camera with the
+/// Value of a tag pixel from many rays, exact to their spacing. Shares only the camera model with the
 /// renderer.
 double by_many_rays(const CameraModel& model, const TagId& tag, const SE3& cam_T_tag, double cell_m, int x,
                     int y) {

@@ -15,7 +15,7 @@
 #include "waymark/base/random.hpp"
 #include "waymark/simulation/render/scene_exposure.hpp"
 
-/// Occlusion, ground truth, and reproducibility of images across threads.
+/// Tests occlusion, ground truth, and reproducibility of images across threads.
 namespace waymark {
 namespace {
 
@@ -57,7 +57,7 @@ TEST(Scene, NearerSurfacesHideFartherOnesInAnyOrder) {
   }
 }
 
-/// A long wall beside the camera whose middle is nearer than the tag on its far end.
+/// A long wall to the side of the camera, whose middle is nearer than the tag on its far end.
 TEST(Scene, ATagOnAWallIsDrawnOverIt) {
   const SE3 on_wall(SO3::from_rpy(0, std::numbers::pi / 2, 0), {0.8, 0, 1.5});  // to the right, facing left
   const SceneSurface wall = plain_surface(on_wall, 6, 2, {.reflectance = 0.3});

@@ -18,7 +18,7 @@ namespace {
 constexpr float kMinFaceDepth = 1e-6F;
 constexpr std::size_t kMaxColumns = PatternGrid::kMaxCells + 6;
 
-/// A corner of a piece of the pixel: position in the pixel, and on the plane.
+/// A corner of a piece of the pixel, with its position in the pixel and on the plane.
 struct Vertex {
   float x = 0, y = 0;
   float a = 0, b = 0, c = 0;
@@ -111,8 +111,8 @@ PixelShare mixed(const PixelShare& before, const PixelShare& after, float beyond
           before.level + beyond * (after.level - before.level)};
 }
 
-/// The area of the pixel past column line i and row line j, for all i and j of the span; the areas of the
-/// cells are differences of these sums.
+/// The area of the pixel past column line i and row line j, for all i and j of the span. The areas of cells
+/// are differences of these values.
 class PastLines {
  public:
   PastLines(const PatternGrid& grid, const PlanePoint (&corners)[4], const CellSpan& span)
@@ -209,7 +209,7 @@ PixelShare share_of_pixel(const PatternGrid& grid, const PlanePoint (&corners)[4
 
 namespace {
 
-constexpr double kSamePlaneM = 2e-3;  // points nearer to a plane count as in it
+constexpr double kSamePlaneM = 2e-3;  // points nearer to a plane count as lying in it
 constexpr double kMaxConeRad = 1.2;   // [rad] beyond, a cone about the middle is not a bound
 constexpr double kInk = 0.06;
 constexpr std::uint8_t kInkCell = 0;

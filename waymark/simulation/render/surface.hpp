@@ -12,10 +12,10 @@
 
 namespace waymark::render {
 
-/// The pattern of a flat rectangle: square cells in its middle, a margin around them, nothing outside. In
-/// units of a cell, with the origin at the top left corner of the cells; a plain rectangle has no cells, and
-/// its units are arbitrary. Lines 0 .. lines() - 1 of either direction separate columns (rows) 0 .. lines();
-/// the first and the last of them are outside.
+/// The pattern of a flat rectangle: square cells in its middle, a margin around them, nothing outside.
+/// Coordinates are in units of a cell, with the origin at the top left corner of the cells. A plain rectangle
+/// has no cells, and its units are arbitrary. Lines 0 .. lines() - 1 of either direction separate columns
+/// (rows) 0 .. lines(); the first and the last of them are outside.
 struct PatternGrid {
   int cells = 0;  ///< per row; at most kMaxCells
   float left = 0, right = 0, top = 0, bottom = 0;
@@ -53,10 +53,10 @@ struct PixelShare {
   float level = 0;
 };
 
-/// Exact areas: the pixel's square is cut along the lines of the pattern. a, b, c are assumed linear between
-/// the corners, which is exact without distortion; with distortion the error is the curvature within a pixel.
-/// Corners clockwise from the top left one. c may be 0 or less at some of them (the horizon). O(cells
-/// touched).
+/// Computes exact areas by cutting the pixel's square along the lines of the pattern. a, b and c are assumed
+/// linear between the corners, which is exact without distortion. With distortion the error is the curvature
+/// within a pixel. Corners clockwise from the top left one. c may be 0 or less at some of them (the horizon).
+/// O(cells touched).
 [[nodiscard]] PixelShare share_of_pixel(const PatternGrid& grid, const PlanePoint (&corners)[4],
                                         const CellSpan& span);
 
@@ -83,8 +83,8 @@ struct Viewpoint {
   Eigen::Vector3d cam_ray_shift = Eigen::Vector3d::Zero();
 };
 
-/// A surface from a viewpoint: a ray r intersects its plane at (a / c, b / c) in units of its grid, each of
-/// them x r.x + y r.y + z r.z + shift.
+/// A surface from a viewpoint. A ray r intersects its plane at (a / c, b / c) in units of its grid, where a,
+/// b and c are x r.x + y r.y + z r.z + shift.
 struct PlaneRays {
   struct Form {
     float x = 0, y = 0, z = 0, shift = 0;
@@ -106,10 +106,10 @@ struct SurfaceView {
 
 [[nodiscard]] SurfaceView view_of(const PreparedSurface& surface, const SE3& map_T_cam);
 
-/// The surfaces that a camera may see, the farthest first: each is drawn over the previous ones. Pairwise
-/// tests of planes (Newell, Newell and Sancha, "A solution to the hidden surface problem", ACM 1972);
-/// surfaces that intersect, or cover each other cyclically, are not resolved. Surfaces within `reach_m` of
-/// their own plane are omitted. O(surfaces squared).
+/// The surfaces that may be visible to a camera, the farthest first; each is drawn over the previous ones.
+/// Pairwise tests of planes (Newell, Newell and Sancha, "A solution to the hidden surface problem", ACM
+/// 1972); surfaces that intersect, or cover each other cyclically, are not resolved. Surfaces within
+/// `reach_m` of their own plane are omitted. O(surfaces squared).
 [[nodiscard]] std::vector<const PreparedSurface*> from_far_to_near(std::span<const PreparedSurface> surfaces,
                                                                    const SE3& map_T_cam,
                                                                    double half_view_rad);
@@ -133,7 +133,7 @@ class SurfaceTexture {
   /// Texels per cell of the finest level.
   static constexpr int kTexelsPerCell = 64;
 
-  /// The two levels nearest in size to a footprint, given in texels of the finest level.
+  /// The two levels nearest in size to a footprint that is given in texels of the finest level.
   struct Level {
     const float* fine = nullptr;
     const float* coarse = nullptr;
@@ -168,8 +168,8 @@ void add_texture_nodes(const SurfaceTexture& texture, double cell_m, const Plane
 void spread_nodes(const TileNodes& nodes, float scale, TileValues& values);
 
 /// Adds the specular reflection of the lamp on a glossy surface (Blinn, "Models of light reflection for
-/// computer synthesized pictures", SIGGRAPH 1977: a power of the cosine between the normal and the bisector
-/// of the directions to lamp and camera).
+/// computer synthesized pictures", SIGGRAPH 1977). It is a power of the cosine between the normal and the
+/// bisector of the directions to lamp and camera.
 void add_glare(const SurfaceView& view, const SE3& map_T_cam, const Eigen::Vector3d& map_t_lamp,
                const RayTable& rays, const RayTable::Tile& tile, TileValues& values);
 

@@ -17,17 +17,17 @@ namespace waymark {
 
 enum class FaultKind : std::uint8_t {
   CameraBlackout,  ///< frames arrive but are dark
-  CameraFrozen,    ///< frames arrive with new stamps, all equal to the last one before
+  CameraFrozen,    ///< frames arrive with new stamps, all equal to the last frame before the fault
   CameraLost,      ///< no frames
   OdometryLost,    ///< odometry and wheel samples stop; IMU samples continue
-  TagMoved,        ///< a tag is at another place
+  TagMoved,        ///< a tag is at another position
   TagRemoved,
-  TagDuplicated,  ///< a second tag with an existing number
-  TagsSwapped,    ///< two tags exchange their places
+  TagDuplicated,  ///< a second tag has an existing number
+  TagsSwapped,    ///< two tags exchange their positions
   Kidnapped,      ///< the robot is lifted and put down elsewhere, instantly
   ClockJump,      ///< the clock of all sensors jumps permanently
   SlipBurst,      ///< the wheels turn more than the robot moves
-  CameraStuck,    ///< frames arrive with new stamps and fresh noise, all from the last place before
+  CameraStuck,    ///< frames arrive with new stamps and fresh noise, all from the last pose before the fault
   WheelsBlocked,  ///< the wheels do not turn, regardless of commands
   RobotHeld,      ///< the robot does not move, its wheels turn
   Carried,        ///< the robot is carried at constant speed while the fault lasts
@@ -38,7 +38,7 @@ struct Fault {
   FaultKind kind = FaultKind::CameraBlackout;
   double at_s = 0;                                         ///< since the robot was switched on
   double for_s = std::numeric_limits<double>::infinity();  ///< unused by instantaneous faults
-  TagId tag{};                                             ///< of the four faults about tags
+  TagId tag{};                                             ///< only for the four faults of tags
   TagId other{};                                           ///< swapped with this one
   Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();       ///< TagMoved, in map axes
   double turn_rad = 0;                                     ///< TagMoved, about map z
@@ -60,7 +60,7 @@ struct Fault {
 
 /// The world with the active tag faults applied, in their order. O(tags).
 [[nodiscard]] World with_tag_faults(const World& world, std::span<const Fault> faults, double now_s);
-/// The next time at which with_tag_faults() changes; infinite if it never does.
+/// The next time at which the result of with_tag_faults() changes; infinite if it never does.
 [[nodiscard]] double next_tag_change_s(std::span<const Fault> faults, double now_s);
 
 /// Fails if a fault refers to an unknown tag or has an invalid time or share.

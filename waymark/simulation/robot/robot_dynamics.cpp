@@ -37,7 +37,7 @@ VelocityCommand RobotDynamics::delayed(const VelocityCommand& command) {
   return acting_;
 }
 
-/// The yaw rate of the wheels: of a separate actuator, or given by the direction of the front wheels.
+/// The yaw rate of the wheels, from a separate actuator or from the direction of the front wheels.
 double RobotDynamics::next_wheel_yaw_rate(double asked_rad_s, double asked_m_s, double dt_s) {
   if (!steered_)
     return follow(wheel_yaw_rate_rad_s_, asked_rad_s, options_.yaw_rate_lag_s,

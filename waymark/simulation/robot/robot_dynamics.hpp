@@ -55,7 +55,7 @@ struct DynamicsOptions {
   }
 };
 
-/// Fault-injected loss between command and wheels, and between wheels and floor.
+/// Loss between command and wheels, and between wheels and floor, injected by faults.
 struct Grip {
   double speed_share = 1;
   double yaw_share = 1;
@@ -65,9 +65,9 @@ struct Grip {
 };
 
 /// A wheeled robot on a floor: first-order actuators with a delay, turn response gain, slip. With Ackermann
-/// steering base_link is the middle of the rear axle, a command requests the curvature yaw rate over speed,
-/// and the front wheels (bicycle model: Rajamani, "Vehicle Dynamics and Control", section 2.2) turn to it
-/// with a lag and a rate limit, no tighter than min_radius_m. Deterministic by seed.
+/// steering, base_link is the middle of the rear axle, and a command requests a curvature, its yaw rate over
+/// its speed. The front wheels (bicycle model: Rajamani, "Vehicle Dynamics and Control", section 2.2) turn to
+/// it with a lag and a rate limit. The curve is no tighter than min_radius_m. Deterministic by seed.
 class RobotDynamics {
  public:
   RobotDynamics(const RobotModel& model, const DynamicsOptions& options, const SE2& map_T_base,
@@ -89,7 +89,7 @@ class RobotDynamics {
   [[nodiscard]] double steering_rad() const { return steering_rad_; }
   /// Velocity of the body in base axes: x, y [m/s], yaw rate [rad/s].
   [[nodiscard]] Eigen::Vector3d twist() const;
-  /// Rotation of the wheels of each side: unaffected by slip and turn response gain.
+  /// Rotation of the wheels of each side, unaffected by slip and turn response gain.
   [[nodiscard]] WheelTicks wheel_ticks() const { return {now_, left_rad_, right_rad_}; }
 
   /// Sets the grip from now on.

@@ -9,7 +9,7 @@
 
 namespace waymark {
 
-/// Driving like a person: smooth, with deviations from the line and the target speed.
+/// Drives smoothly, like a person, with deviations from the line and the target speed.
 struct DriverOptions {
   double speed_m_s = 0.3;
   double second_speed_m_s = 0;
@@ -40,7 +40,7 @@ struct DriverOptions {
 };
 
 /// Steers along a path by pure pursuit on a line that wanders about it (Ornstein-Uhlenbeck). Uses the true
-/// pose, like a person beside the robot. Deterministic by seed.
+/// pose, like a person who watches the robot. Deterministic by seed.
 class ScriptedDriver {
  public:
   ScriptedDriver(std::vector<PathPoint> path, bool closed, const DriverOptions& options, Random random);

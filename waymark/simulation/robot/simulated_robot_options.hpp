@@ -16,8 +16,8 @@ namespace waymark {
 struct SimulatedRobotOptions {
   std::uint64_t seed = 1;
   double camera_rate_hz = 15;
-  /// Delay of the delivery: the stamp is exact, the frame arrives later. The member has the name of the YAML
-  /// key.
+  /// Delay of the delivery: the stamp is exact, but the frame arrives later. The member has the name of the
+  /// YAML key.
   double camera_latency_s = 0;
   double odometry_rate_hz = 50;
   double imu_rate_hz = 100;
@@ -27,7 +27,7 @@ struct SimulatedRobotOptions {
   MotionSensorOptions sensors{};
   TagCameraOptions tag_camera{};
   LidarOptions lidar{};
-  std::vector<Fault> faults{};  ///< scripted faults; not a field, because they have a file of their own
+  std::vector<Fault> faults{};  ///< scripted faults; not a field, because they have a separate file
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {

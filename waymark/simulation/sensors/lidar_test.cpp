@@ -44,8 +44,8 @@ TEST(Lidar, RangesInARoomAreAnalytic) {
 TEST(Lidar, RaysAccountForTheMotionDuringARevolution) {
   const Lidar lidar(room(), exact());
   Random random(1);
-  // Straight ahead at 1 m/s: the first ray points back, 0.1 s before the end of the revolution; the middle
-  // one points ahead, 0.05 s before it.
+  // The robot drives straight ahead at 1 m/s. The first ray points back, 0.1 s before the end of the
+  // revolution; the middle one points ahead, 0.05 s before it.
   const LaserScan scan = lidar.scan(SE2(), {1, 0, 0}, SensorTime{}, random);
   EXPECT_NEAR(scan.ranges_m.front(), 3 - 0.1, 1e-6);
   EXPECT_NEAR(scan.ranges_m[360], 3 + 0.05, 1e-6);

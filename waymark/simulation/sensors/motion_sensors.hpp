@@ -42,20 +42,19 @@ struct MotionSensorOptions {
         Field{"gyro_bias_walk", "Random walk of the gyro's bias, rad/s per square root of a second.", 0, 1});
     visit(self.acceleration_noise_m_s2,
           Field{"acceleration_noise_m_s2", "Standard deviation of each acceleration measurement.", 0, 100});
-    visit(self.odometry,
-          Field{"odometry",
-                "Source of the odometry: gyro (distance from the wheels, heading from the gyro), "
-                "wheels (both from the wheels), imu_yaw (heading from the yaw angle that the IMU "
-                "computes), truth (true pose with odometry_noise, as some simulators give)."});
+    visit(self.odometry, Field{"odometry",
+                               "Source of the odometry: gyro (distance from the wheels, heading from the "
+                               "gyro), wheels (both from the wheels), imu_yaw (heading from the yaw angle of "
+                               "the IMU), truth (true pose with odometry_noise, as in some simulators)."});
     visit(self.rotation_scale,
           Field{"rotation_scale", "Scale error of the odometry's rotation: measured over true rotation.", 0.1,
                 10});
     visit(self.yaw_deadband_deg,
           Field{"yaw_deadband_deg",
-                "Yaw change between two messages below which the driver of imu_yaw drops it.", 0, 10});
+                "Yaw change between two messages below which the driver of imu_yaw ignores it.", 0, 10});
     visit(self.odometry_noise_m, Field{"odometry_noise_m",
                                        "Standard deviation that each message of odometry truth adds to x and "
-                                       "y, also at rest; its heading error does not rotate its translation.",
+                                       "y, also at rest; the heading error does not rotate the translation.",
                                        0, 1});
     visit(self.odometry_noise_rad,
           Field{"odometry_noise_rad",

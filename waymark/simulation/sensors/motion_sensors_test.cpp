@@ -1,4 +1,4 @@
-// Wheels, IMU and the odometry computed by real drivers, compared with measurements on them.
+// Compares simulated wheels, IMU and driver odometry with measurements on real robots.
 #include "waymark/simulation/sensors/motion_sensors.hpp"
 
 #include <chrono>
@@ -159,7 +159,7 @@ TEST(OdometryOfMbot, MeasuresNinePercentTooMuchRotation) {
   EXPECT_NEAR(std::remainder(run.odometry.odom_T_base.yaw() - 20.519, 2 * std::numbers::pi), 0, 0.04);
 }
 
-// The Academy's: a random walk in world axes, independent of the heading.
+// The odometry of the Academy's simulator is a random walk in world axes, independent of the heading.
 TEST(OdometryOfTheAcademy, IsARandomWalkAndItsHeadingErrorRotatesNoTranslation) {
   MotionSensorOptions options = no_errors();
   options.odometry = "truth";
@@ -187,8 +187,8 @@ TEST(OdometryOfTheAcademy, IsARandomWalkAndItsHeadingErrorRotatesNoTranslation) 
   EXPECT_LT((run.odometry.odom_T_base.translation() - run.truth.translation()).norm(), 1e-9);
 }
 
-// White noise decreases with the square root of the averaging time, a random walk of the bias increases with
-// it: Allan deviation (IEEE Std 952-1997, annex C), overlapping.
+// Overlapping Allan deviation (IEEE Std 952-1997, annex C). White noise decreases with the square root of the
+// averaging time; a random walk of the bias increases with it.
 double allan_deviation(const std::vector<double>& rates, double dt_s, std::size_t m) {
   std::vector<double> angle(1, 0.0);
   for (const double rate : rates) angle.push_back(angle.back() + rate * dt_s);

@@ -27,8 +27,9 @@ struct Screen {
 [[nodiscard]] std::vector<Screen> screens_of(const World& world);
 
 /// Whether the screen covers part of the tag's black square as seen from the eye. A tag less than 5 mm behind
-/// the screen counts as on it, and is not covered. The part of the square behind the screen, projected to its
-/// plane, is clipped to the rectangle (Sutherland and Hodgman, "Reentrant polygon clipping", CACM 17(1),
+/// the screen counts as lying on it, and is not covered. The part of the square behind the screen, projected
+/// to its plane, is clipped to the rectangle (Sutherland and Hodgman, "Reentrant polygon clipping", CACM
+/// 17(1),
 /// 1974). O(1).
 [[nodiscard]] bool hides(const Screen& screen, const Eigen::Vector3d& map_p_eye, const MappedTag& tag);
 
@@ -46,7 +47,7 @@ struct Screen {
 
 /// A combined camera and detector: corners with noise instead of images.
 struct TagCameraOptions {
-  double corner_sigma_px = 0.1;  ///< not a weight: the noise that is drawn and added to true corners
+  double corner_sigma_px = 0.1;  ///< the noise that is drawn and added to true corners, not a weight
   double small_tag_sigma_px = 2.0;
   double miss_probability = 0.02;
   double max_range_m = 4.0;
@@ -66,9 +67,9 @@ struct TagCameraOptions {
 };
 
 /// The detections in a frame taken from map_T_cam: corners with white noise and the covariance of that noise.
-/// Not detected are tags partly hidden by another tag's paper or a panel, and tags whose centre or a corner
-/// is hidden by a wall or furniture; papers and panels hide nothing with World::corners_through_paper. O(tags
-/// + tags in view * tags).
+/// Tags partly hidden by another tag's paper or a panel are not detected, nor are tags whose centre or a
+/// corner is hidden by a wall or furniture. With World::corners_through_paper, papers and panels hide
+/// nothing. O(tags + tags in view * tags).
 [[nodiscard]] TagFrame see_tags(const World& world, const CameraModel& camera, const SE3& map_T_cam,
                                 SensorTime stamp, const TagCameraOptions& options, Random& random);
 

@@ -109,8 +109,8 @@ bool are_compatible(const Line& line, const Spot& a, const Screen& paper_a, cons
          !hides_from_line(line, paper_b, a);
 }
 
-/// Indices of the selected candidates, in order: greedily the one that covers most of the points that still
-/// need a tag, among those that neither hide a selected tag nor are hidden by one.
+/// Indices of the selected candidates, in order. Each step selects the candidate that covers most of the
+/// points that still need a tag, and that neither hides a selected tag nor is hidden by one.
 std::vector<std::size_t> cover(const std::vector<Spot>& places, const Line& line, const World& world,
                                int most) {
   std::vector<int> wants(line.map_T_base.size(), kWantedTags);
@@ -164,7 +164,7 @@ Result<World> lay_tags(World world, const RobotModel& robot, const CameraModel& 
   const std::vector<Spot> places = spots_of(world, robot, camera, line, options);
   std::vector<std::size_t> taken = cover(places, line, world, options.most_tags);
   if (taken.empty())
-    return fail(ErrorCode::InvalidArgument, "no position for a tag beside the line", {.source = world.name},
+    return fail(ErrorCode::InvalidArgument, "no position for a tag along the line", {.source = world.name},
                 "Reduce `clearance_m` or `tag_size_m`.");
   // Numbered in the order along the line.
   std::ranges::sort(taken, {}, [&](std::size_t i) { return places[i].seen_from.front(); });

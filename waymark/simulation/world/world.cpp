@@ -200,7 +200,7 @@ struct Rectangle {
   }
 };
 
-/// Whether an edge of `a` separates the two (separating axis theorem).
+/// Whether an edge of `a` separates the two polygons (separating axis theorem).
 bool separated(const Rectangle& a, const Rectangle& b) {
   Eigen::Vector2d low = Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity());
   Eigen::Vector2d high = -low;

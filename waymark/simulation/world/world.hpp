@@ -25,14 +25,15 @@ struct Wall {
 /// Furniture, or any other object that blocks light and lidar rays.
 struct Occluder {
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
-  double yaw_rad = 0;                                ///< its x axis from map x to map y
+  double yaw_rad = 0;                                ///< from map x to map y, of its x axis
   Eigen::Vector3d size_m = Eigen::Vector3d::Ones();  ///< along its own x, y, z
   double reflectance = 0.35;
 };
 
 /// A flat white board with tags: the world's tags on it are in its front face.
 struct Panel {
-  SE3 map_T_panel{};  ///< like a tag: middle of the front face, x right, y down, z into the board
+  SE3 map_T_panel{};  ///< axes like those of a tag: middle of the front face, x right, y down, z into the
+                      ///< board
   double width_m = 0;
   double height_m = 0;
   double thickness_m = 0.01;
@@ -55,7 +56,7 @@ struct Floor {
 
 inline constexpr std::array<std::string_view, 4> kFloorTextures{"plain", "tiles", "checker", "speckle"};
 
-/// A tag whose number already exists in the world: a common mistake.
+/// A tag whose number already exists in the world, which is a common mistake.
 struct TagCopy {
   TagId tag{};
   MappedTag placed{};
@@ -114,9 +115,9 @@ struct PathPoint {
   double curvature_1_m = 0;
 };
 
-/// Samples a smooth curve through points (centripetal Catmull-Rom: Barry and Goldman, "A recursive evaluation
-/// algorithm for a class of Catmull-Rom splines", SIGGRAPH 1988; Yuksel et al. 2011) at even steps of arc
-/// length of about `step_m`. Empty for fewer than three distinct points.
+/// Samples a smooth curve through points at even steps of arc length of about `step_m`. The curve is a
+/// centripetal Catmull-Rom spline (Barry and Goldman, "A recursive evaluation algorithm for a class of
+/// Catmull-Rom splines", SIGGRAPH 1988; Yuksel et al. 2011). Empty for fewer than three distinct points.
 [[nodiscard]] std::vector<PathPoint> sample_path(const std::vector<Eigen::Vector2d>& points_m, bool closed,
                                                  double step_m);
 

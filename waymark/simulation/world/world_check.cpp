@@ -204,8 +204,9 @@ void disturb(const World& world, const OrbitOptions& options, OrbitReport& repor
       watches.try_emplace(id, report).first->second.see(nominal, tag.map_T_tag);
     }
   }
-  // Two frames of two disturbed poses each; a rotation at one end moves the other by the distance between
-  // them, at most the diameter. Six standard deviations of the length of a vector of three.
+  // A jump involves two frames of two disturbed poses each. A rotation at one end moves the other by the
+  // distance between them, at most the diameter. The limit is six standard deviations of the length of a
+  // vector of three.
   const double turn = to_radians(options.sigma_deg);
   const double lever_m = 2 * report.radius_m;
   const double sigma_m = std::hypot(std::numbers::sqrt2 * options.sigma_m, turn * lever_m);

@@ -67,12 +67,13 @@ struct OrbitReport {
   std::vector<SE3> map_T_cam_composed{};  ///< through the anchor (equation 3.1), with noise
   TagMap tags_composed{};                 ///< through anchor and camera, with the noise of the last step
 
-  /// Without noise: largest |log| of transforms that should be the identity: the camera through the anchor,
-  /// every tag through the camera, the motions around the circle, the steps from tag to tag and back.
+  /// Without noise: largest |log| of transforms that should be the identity. These are the camera through the
+  /// anchor, every tag through the camera, the motions around the circle, and the steps from tag to tag and
+  /// back.
   double closure = 0;
 
-  /// With noise. A jump is the motion of a composed frame from one step to the next, minus the nominal one;
-  /// the limits are six standard deviations of the expected noise.
+  /// With noise: a jump is the motion of a composed frame from one step to the next, minus the nominal one.
+  /// The limits are six standard deviations of the expected noise.
   double jump_m = 0, jump_limit_m = 0;
   double jump_deg = 0, jump_limit_deg = 0;
   double smallest_axis_cosine = 1;  ///< between an axis of a composed frame and the nominal one
@@ -82,10 +83,10 @@ struct OrbitReport {
   [[nodiscard]] bool upright() const { return smallest_axis_cosine > 0; }
 };
 
-/// The validation view of Martins and Ramos, "AprilTag-based Trajectory Tracking for the LIMOS Robot",
-/// section 3.1, evaluated numerically: a nominal camera on a circle about the tags, facing their centre; each
-/// pose of camera and tags without and with noise in its own frame. Fails on a world without tags and on
-/// options outside their ranges. O(steps · tags).
+/// Evaluates numerically the validation view of Martins and Ramos, "AprilTag-based Trajectory Tracking for
+/// the LIMOS Robot", section 3.1. A nominal camera moves on a circle about the tags and faces their centre.
+/// Each pose of camera and tags is used without noise and with noise in its own frame. Fails on a world
+/// without tags and on options outside their ranges. O(steps · tags).
 [[nodiscard]] Result<OrbitReport> orbit(const World& world, const OrbitOptions& options = {});
 
 }  // namespace waymark

@@ -1,4 +1,4 @@
-// Frame conventions checked by an orbiting camera, and the check of a world's line.
+// Tests the frame conventions with an orbiting camera, and the check of a world's line.
 #include "waymark/simulation/world/world_check.hpp"
 
 #include <cmath>
