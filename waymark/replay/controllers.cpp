@@ -34,7 +34,7 @@ VelocityCommand PathFollower::follow(const Route& route, const PredictedMotion& 
       std::atan(way * turning.centre_m * curvature_about(route, at.arc_length_m, kHalfStretch));
   const double heading = route_T_base.yaw() - aside;
   // The yaw rate acts one motor lag later, so the curvature is taken from further along the route. The angle
-  // beside the route grows with its curvature, so the turn begins earlier by the distance to the centre of
+  // to the route grows with its curvature, so the turn begins earlier by the distance to the centre of
   // rotation.
   const double ahead = std::abs(motion.speed_m_s) * actuators.yaw_rate_lag_s + way * turning.centre_m;
   const double last = at.leg_end_m - at.leg_begin_m > 0 ? at.leg_end_m : route.length_m;

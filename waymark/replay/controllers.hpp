@@ -39,12 +39,12 @@ struct FollowerOptions {
   }
 };
 
-/// Path-following controller: feed-forward of the curvature of the route, and feedback of cross-track and
-/// heading error over distance instead of time, so that the gains do not depend on the speed (Samson, "Path
-/// Following and Time-Varying Feedback Stabilization of a Wheeled Mobile Robot", ICARCV 1992; De Luca, Oriolo
-/// and Samson, "Feedback Control of a Nonholonomic Car-like Robot", in Laumond, "Robot Motion Planning and
-/// Control", 1998, section 3), with integral action. Equations (1) to (4) of docs/concepts/replay.md.
-/// Forwards and backwards.
+/// Path-following controller with feed-forward of the route's curvature, feedback of cross-track and heading
+/// error, and integral action. It works over distance instead of time, so that the gains do not depend on the
+/// speed (Samson, "Path Following and Time-Varying Feedback Stabilization of a Wheeled Mobile Robot", ICARCV
+/// 1992; De Luca, Oriolo and Samson, "Feedback Control of a Nonholonomic Car-like Robot", in Laumond, "Robot
+/// Motion Planning and Control", 1998, section 3). It implements equations (1) to (4) of
+/// docs/concepts/replay.md, forwards and backwards.
 class PathFollower {
  public:
   explicit PathFollower(const FollowerOptions& options) : options_(options) {}
@@ -109,9 +109,9 @@ struct GoToPoseOptions {
   }
 };
 
-/// Drives from goal to goal by distance and direction, turning on the spot first: the controller of student
-/// projects (Martins and Ramos, "AprilTag-based Trajectory Tracking for the LIMOS Robot", go_to_pose), with
-/// points of the route as goals. For comparison. O(log points).
+/// Drives from goal to goal by distance and direction, turning on the spot first; the goals are points of the
+/// route. It is the controller of student projects (Martins and Ramos, "AprilTag-based Trajectory Tracking
+/// for the LIMOS Robot", go_to_pose), for comparison. O(log points).
 [[nodiscard]] VelocityCommand go_to_pose(const Route& route, const SE2& map_T_base,
                                          const RouteProgress& progress, const GoToPoseOptions& options = {});
 

@@ -1,5 +1,5 @@
-// The path follower on a simulated unicycle with motor lag: its errors converge for any turn gain, forwards
-// and backwards, on closed and open routes.
+// Tests the path follower on a simulated unicycle with motor lag. Its errors converge for any turn gain,
+// forwards and backwards, on closed and open routes.
 #include "waymark/replay/controllers.hpp"
 
 #include <cmath>

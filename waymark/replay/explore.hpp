@@ -24,7 +24,7 @@ struct ExploreOptions {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.speed_m_s, Field{"speed_m_s", "Speed where no obstacle is near.", 0.01, 2});
+    visit(self.speed_m_s, Field{"speed_m_s", "Speed if no obstacle is near.", 0.01, 2});
     visit(self.yaw_rate_rad_s, Field{"yaw_rate_rad_s", "Yaw rate of turns on the spot.", 0.05, 5});
     visit(
         self.ahead_m,
@@ -62,7 +62,7 @@ class Explorer {
 
   /// Adds a scan. A scan without any valid range means that no obstacle is near. O(rays).
   void add(const LaserScan& scan);
-  /// The command at time `now`; to be called at a steady rate.
+  /// The command at time `now`. Call it at a steady rate.
   [[nodiscard]] ExploreStep step(SensorTime now);
 
   /// Distance from the front of the hull to the nearest obstacle ahead in the newest scan [m]; infinite

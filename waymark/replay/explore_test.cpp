@@ -77,7 +77,7 @@ TEST(Explorer, MeasuresTheFreeDistanceAheadOfTheHull) {
 TEST(Explorer, UsesTheMountingOfTheLidar) {
   Explorer straight = explorer();
   straight.add(room(0, 1.0, 2, 2));
-  // Mounted backwards: its rear is ahead of the robot.
+  // It is mounted backwards, so its rear points ahead of the robot.
   Explorer turned({}, kRobot, SE2(0, 0, std::numbers::pi), Random(1));
   turned.add(room(0, 2, 2, 2, 1.0));
   EXPECT_NEAR(turned.free_ahead_m(), straight.free_ahead_m(), 1e-6);

@@ -22,7 +22,7 @@ struct Cut {
   const MotionSample& to;
 };
 
-/// A window as a whole and in thirds.
+/// A window, and its division into thirds.
 struct Cuts {
   Cut whole;
   std::array<Cut, 3> by_time;  ///< equal times of motion
@@ -30,7 +30,7 @@ struct Cuts {
 };
 
 /// Whether the difference over the whole window exceeds its limit, and every third contains its share of it,
-/// up to the standard deviation of its own difference. The thirds are equal in time or in distance: for a
+/// up to the standard deviation of the third's difference. The thirds are equal in time or in distance: for a
 /// robot that slows down, slip is a share of the distance.
 template <class Difference, class Deviation>
 bool persists(const Cuts& cuts, double limit, const Difference& difference, const Deviation& deviation) {
@@ -74,7 +74,8 @@ Eigen::Vector2d apart(const Cut& cut) {
 }
 
 /// Standard deviation of both headings [rad].
-/// For estimates the larger of the two, because their errors are correlated; those of two images are not.
+/// For estimates it is the larger of the two, because their errors are correlated; those of two images are
+/// not.
 double yaw_sigma(const Cut& cut) {
   return std::sqrt(std::max(0.0, cut.from.covariance(2, 2) + cut.to.covariance(2, 2)));
 }
@@ -90,8 +91,8 @@ double turn_noise(const Cut& cut, const MotionScales& scales) {
   return scales.sigmas * scales.turn_noise_sqrt_m * std::sqrt(std::max(0.0, cut.to.path_m - cut.from.path_m));
 }
 
-/// Uncertainty of the gyro's turn from an unknown bias while the robot was at standstill or creeping, that
-/// is, over the gyro time beyond the time of motion [rad].
+/// Uncertainty of the gyro's turn [rad] from an unknown bias while the robot was at standstill or creeping.
+/// It grows over the gyro time beyond the time of motion.
 double turn_of_bias(const Cut& cut) {
   constexpr double kBias_rad_s = 0.01;
   const double moving_s = cut.to.moving_s - cut.from.moving_s;
@@ -108,8 +109,8 @@ double turn_uncertainty(const Cut& cut, const MotionScales& scales) {
   return std::hypot(scales.turn_share * scales.turn_scale * turned, turn_noise(cut, scales), noise);
 }
 
-/// Uncertainty of the difference between translations by tags and by odometry, along a direction of the base
-/// at the beginning, from a wrong scale, a wrong initial heading and the noise of both poses [m].
+/// Uncertainty [m] of the difference between translations by tags and by odometry, along a direction of the
+/// base at the beginning. It results from a wrong scale, a wrong initial heading and the noise of both poses.
 double distance_uncertainty(const Cut& cut, const Eigen::Vector2d& direction, const MotionScales& scales) {
   const Eigen::Vector2d way = (cut.from.odom_T_base.inverse() * cut.to.odom_T_base).translation();
   const Eigen::Vector2d across(-way.y(), way.x());
@@ -214,7 +215,8 @@ std::optional<CameraLatencyFit> find_camera_latency(std::span<const HeadingAt> p
 
 namespace {
 
-/// Commands: batteries sag, and motors differ from their model by a share of the speed and by a lag.
+/// Uncertainty of commands: batteries sag, and motors differ from their model by a share of the speed and by
+/// a lag.
 constexpr double kMotorShare = 0.25;
 constexpr double kMotorTime_s = 0.2;
 /// Standard deviations of an estimate that form its uncertainty.
@@ -611,7 +613,7 @@ Standing MotionSums::observe_nothing() {
   return estimated_ ? keep() : Standing{};
 }
 
-/// A standstill adds no sample: the next motion is compared with the sample before it.
+/// A standstill adds no sample, so the next motion is compared with the sample before it.
 Standing MotionSums::keep() {
   constexpr double kCreep_m_s = 0.01;
   constexpr double kCreep_rad_s = 0.05;
@@ -722,7 +724,8 @@ namespace {
 
 /// Standard deviations that form the uncertainty of a pose from the tags of one image.
 constexpr double kPictureSigmas = 3;
-/// Two of this many images, and a further one, must contradict: noise may hide one between them.
+/// Two of this many images, and a further one, must contradict, because noise may hide the contradiction in
+/// one between them.
 constexpr std::size_t kSuspectedFor = 3;
 /// Slow or intermittent differences show only over a longer window.
 constexpr double kLongWindow_s = 3;
@@ -802,7 +805,7 @@ void MotionConsistency::add_heading(SensorTime stamp, double yaw_rad) {
   check_camera_latency();
 }
 
-/// Runs every kEvery images: whether turns by tags follow those of odometry with a delay.
+/// Runs every kEvery images, and checks whether turns by tags follow those of odometry with a delay.
 void MotionConsistency::check_camera_latency() {
   constexpr std::size_t kEvery = 8;
   constexpr std::size_t kKept = 120;
@@ -827,7 +830,7 @@ void MotionConsistency::check_camera_latency() {
                                          .camera_latency_s = found->camera_latency_s};
 }
 
-/// The newest image before a time; none if images were missing then or have been missing since.
+/// The newest image before a given time; none if images were missing then or have been missing since.
 std::optional<MotionConsistency::PictureIterator> MotionConsistency::picture_before(double moving_s) const {
   const auto time_of = [](const Picture& picture) { return picture.seen.moving_s; };
   const auto after = std::ranges::upper_bound(pictures_, moving_s + 1e-9, {}, time_of);
@@ -842,9 +845,9 @@ std::optional<MotionConsistency::PictureIterator> MotionConsistency::picture_bef
   return found;
 }
 
-/// Compares over windows of increasing length, since fast differences show in the shortest. At the beginning
-/// of a window the estimate is often more accurate than one image, but less so after it followed slipping
-/// wheels.
+/// Compares over windows of increasing length, because fast differences show in the shortest one. At the
+/// beginning of a window the estimate is often more accurate than one image, but not after it followed
+/// slipping wheels.
 std::optional<Contradiction> MotionConsistency::contradiction_of_pictures() const {
   MotionScales known = sums_.scales();
   known.sigmas = kPictureSigmas;

@@ -17,7 +17,7 @@
 
 namespace waymark {
 
-/// Integrated motion by each source up to one time. The origins of sums and poses are arbitrary; only
+/// Motion by each source, integrated up to one time. The origins of sums and poses are arbitrary; only
 /// differences are used.
 struct MotionSample {
   double moving_s = 0;       ///< time of motion; it does not advance during a standstill
@@ -64,7 +64,7 @@ struct CameraLatencyFit {
 
 /// Fits the camera latency, up to `max_latency_s`, with which scaled headings of odometry match those of
 /// images (least squares on a grid). None if the turns are too uniform, or another latency fits nearly as
-/// well. Both inputs in order of time. O(images log odometry). Pure.
+/// well. Both inputs must be in time order. O(images log odometry). Pure.
 [[nodiscard]] std::optional<CameraLatencyFit> find_camera_latency(std::span<const HeadingAt> pictures,
                                                                   std::span<const HeadingAt> odometry,
                                                                   double max_latency_s);
@@ -96,24 +96,24 @@ struct ConsistencyOptions {
         Field{
             "pushed_m",
             "Stop when the robot moved by more within the window than its wheels explain, even by slipping, "
-            "beyond the uncertainty: it was carried.",
+            "beyond the uncertainty: it was moved by hand.",
             0.01, 10});
-    visit(
-        self.pushed_rad,
-        Field{"pushed_rad",
-              "Stop when the robot turned by more within the window than its commands or wheels explain: it "
-              "was carried.",
-              0.01, 6.3});
+    visit(self.pushed_rad, Field{"pushed_rad",
+                                 "Stop when the robot turned by more within the window than its commands or "
+                                 "wheels explain: it was moved by hand.",
+                                 0.01, 6.3});
     visit(self.slipped_m,
           Field{"slipped_m",
-                "Stop when the ways by wheels and by tags differ by more within the window, beyond the "
-                "uncertainty, even if slipping wheels explain it: the robot may have been carried back.",
+                "Stop when the distances by wheels and by tags differ by more within the window, beyond the "
+                "uncertainty. Slipping wheels may explain it, but the robot may have been carried back.",
                 0.01, 10});
-    visit(self.late_pictures_s,
-          Field{"late_pictures_s",
-                "Stop when turns seen by tags follow those of odometry by more than this time: pictures are "
-                "stamped late.",
-                0.05, 10});
+    visit(
+        self.late_pictures_s,
+        Field{
+            "late_pictures_s",
+            "Stop when turns observed with tags follow those of odometry by more than this time: images are "
+            "stamped too late.",
+            0.05, 10});
   }
 };
 
@@ -134,21 +134,21 @@ struct Contradiction {
   std::optional<MotionSource> culprit{};  ///< decided by a third source
 };
 
-/// The first contradiction over the whole window (oldest sample first): two sources differ by more than their
-/// limit plus uncertainty, and each third of the window contains at least a quarter of the difference, so
-/// that a jump or a short slip does not count. Pure.
+/// The first contradiction over the whole window (oldest sample first). Two sources contradict if they differ
+/// by more than their limit plus uncertainty. Each third of the window must contain at least a quarter of the
+/// difference, so that a jump or a short slip does not count. Pure.
 [[nodiscard]] std::optional<Contradiction> find_contradiction(const std::vector<MotionSample>& window,
                                                               const MotionScales& scales,
                                                               const ConsistencyOptions& options);
 
-/// find_contradiction() for poses from single images: only the comparisons with tags.
+/// find_contradiction() for poses from single images, limited to comparisons with tags.
 [[nodiscard]] std::optional<Contradiction> find_tag_contradiction(const std::vector<MotionSample>& window,
                                                                   const MotionScales& scales,
                                                                   const ConsistencyOptions& options);
 
-/// Detects a push between two times. The robot moved farther than slipping wheels explain, or turned more
-/// than commands or wheels do. The actual motion of slipping wheels is between zero and the measured one; a
-/// robot that is carried back slowly looks the same. Pure.
+/// Detects a push between two times: the robot moved farther than slipping wheels explain, or turned more
+/// than commands or wheels explain. The actual motion of slipping wheels is between zero and the measured
+/// one; a robot that is carried back slowly looks the same. Pure.
 [[nodiscard]] std::optional<Contradiction> find_push(const MotionSample& before, const MotionSample& after,
                                                      const MotionScales& scales,
                                                      const ConsistencyOptions& options);
@@ -164,7 +164,7 @@ struct Contradiction {
 /// A longer interval between two samples is a gap [s].
 constexpr double kMotionGap_s = 0.3;
 
-/// Prior of the odometry before the first motion: of an unknown robot, or from a calibration.
+/// Prior of the odometry before the first motion, for an unknown robot or from a calibration.
 struct OdometryPrior {
   double distance_scale = 1;     ///< true distance over measured distance
   double distance_share = 0.06;  ///< relative uncertainty of distance_scale
@@ -173,7 +173,7 @@ struct OdometryPrior {
   double turn_noise_sqrt_m = 0;  ///< random walk of the heading, rad per square root of a metre
 };
 
-/// From "odometry_scale", "yaw_scale" and "yaw_noise_rad_sqrt_m"; defaults for missing values.
+/// Reads "odometry_scale", "yaw_scale" and "yaw_noise_rad_sqrt_m"; missing values get defaults.
 [[nodiscard]] OdometryPrior odometry_prior(const Calibration& calibration);
 
 /// Motion sums at an odometry sample.
@@ -206,7 +206,7 @@ class MotionSums {
         kept_s_(kept_s),
         distance_scale_(odometry.distance_scale) {}
 
-  /// False if all earlier samples were discarded, because of a clock jump or a long gap.
+  /// Returns false if all earlier samples were discarded because of a clock jump or a long gap.
   bool add(const Odometry& odometry);
   void add(const ImuSample& imu);
   /// Adds the command that acted since the last step.
@@ -279,7 +279,7 @@ class MotionConsistency {
   void command(const VelocityCommand& sent, double dt_s) { sums_.command(sent, dt_s); }
   /// Adds the current estimate; `tags`: a tag was accepted recently.
   void observe(const SE2& map_T_base, const Eigen::Matrix3d& covariance, bool tags);
-  /// Adds a pose from the tags of one image alone. `accepted`: the filter used these tags.
+  /// Adds a pose from the tags of one image alone. `accepted`: whether the filter used these tags.
   void observe_picture(SensorTime stamp, const SE2& map_T_base, const Eigen::Matrix3d& covariance,
                        bool accepted);
   /// To be called if there is no current estimate.
@@ -288,7 +288,7 @@ class MotionConsistency {
   [[nodiscard]] std::optional<Contradiction> contradiction() const;
   [[nodiscard]] double path_m() const { return sums_.path_m(); }
   [[nodiscard]] MotionScales scales() const { return sums_.scales(); }
-  /// After the driver checked the robot: earlier motion is not compared with later motion.
+  /// Call after the driver checked the robot. Earlier motion is then not compared with later motion.
   void forget();
 
  private:

@@ -143,7 +143,8 @@ TEST(MotionConsistency, ShortDifferencesDoNotCount) {
   EXPECT_FALSE(find_contradiction(second_of(slips, 0.7), kLearnt, kLimits)) << "it has only begun";
 }
 
-// Held while it slows down: wheels and tags differ by a share of the distance, not of the time.
+// The robot is held while it slows down, so wheels and tags differ by a share of the distance, not of the
+// time.
 TEST(MotionConsistency, DifferencesThatPersistOverTheDistanceCount) {
   std::vector<MotionSample> window;
   MotionSample now;
@@ -175,7 +176,7 @@ TEST(MotionConsistency, DifferencesWithinTheUncertaintyDoNotCount) {
   EXPECT_FALSE(find_contradiction(uncertain, kLearnt, kLimits));
 }
 
-// Without a gyro, turns are by wheels that slip; their noise is that of the calibration.
+// Without a gyro, turns are measured by slipping wheels; their noise is that of the calibration.
 TEST(MotionConsistency, TurnsByWheelsHaveTheNoiseOfTheCalibration) {
   const std::vector<MotionSample> window =
       second_of({.commanded_rad_s = 0.05, .wheels_rad_s = 0.05, .gyro_rad_s = 0.05, .tags = {0.3, 0, 0.25}});
@@ -231,7 +232,7 @@ TEST(MotionConsistency, APushIsAMotionThatWheelSlipCannotExplain) {
   EXPECT_FALSE(push({.commanded_rad_s = 0.5, .tags = {0.3, 0, 0.3}})) << "it skids";
 }
 
-// A robot of 0.5 m/s is carried back for half a second by as much as it drives: this looks like wheel slip.
+// A robot at 0.5 m/s is carried back for half a second by as much as it drives, which looks like wheel slip.
 TEST(MotionConsistency, BeingCarriedBackIsFoundIfLongerThanAShortSlip) {
   const auto push = [](double back_m) {
     Motion m{.commanded_m_s = 0.5, .wheels_m_s = 0.5, .tags = {0.5 - back_m, 0, 0.3}};
@@ -267,7 +268,7 @@ TEST(MotionConsistency, ReportsThePairWithTheirMotions) {
   testing::expect_on_page("replay", text);
 }
 
-// MotionConsistency over whole drives.
+// Tests MotionConsistency over whole drives.
 
 /// Five seconds of a bend with wheels that measure `measured_share` of each true turn, and an image every 0.1
 /// s.
@@ -377,7 +378,7 @@ TEST(MotionConsistency, AMotionByHandOf3CentimetresPerSecondIsFoundInTime) {
   }
 }
 
-/// Two seconds of a bend driven as commanded; `gyro_rad_s` gives the gyro reading of each step.
+/// Two seconds of a bend driven as commanded; `gyro_rad_s` returns the gyro reading of each step.
 template <class Gyro>
 std::optional<Contradiction> bend_by_gyro(double commanded_change_rad_s, const Gyro& gyro_rad_s) {
   MotionConsistency consistency({}, {});

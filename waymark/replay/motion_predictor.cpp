@@ -11,8 +11,8 @@ constexpr Duration kRemembered = std::chrono::seconds(2);
 constexpr Duration kStep = std::chrono::milliseconds(10);
 /// Maximum prediction time. A longer gap is a fault, which the limiter reports.
 constexpr Duration kMaxPrediction = std::chrono::milliseconds(500);
-/// Weight of the initial turn gain, in squared turns [rad^2]: a third of a second in a curve outweighs it, so
-/// that a robot that turns a third less than commanded does not leave the route in the first bend.
+/// Weight of the initial turn gain, in squared turns [rad^2]. A third of a second in a curve outweighs it, so
+/// a robot that turns a third less than commanded does not leave the route in the first bend.
 constexpr double kPriorWeight = 3e-4;
 /// A larger turn between two estimates is a correction, not a motion.
 constexpr double kMaxTurn_rad = 0.2;

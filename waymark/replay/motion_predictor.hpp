@@ -34,13 +34,11 @@ struct ActuatorOptions {
                                        "Time constant with which older turns are forgotten when the turn "
                                        "gain is learnt; 0: it is not learnt.",
                                        0, 1000});
-    visit(
-        self.turn_centre_m,
-        Field{
-            "turn_centre_m",
-            "Distance ahead of the base origin, at the start, of the point that does not move sideways in a "
-            "turn: a skidding robot does not turn about the middle of its wheels.",
-            -0.5, 0.5});
+    visit(self.turn_centre_m,
+          Field{"turn_centre_m",
+                "Initial distance ahead of the base origin of the point that does not move sideways in a "
+                "turn. A skidding robot does not turn about the middle of its wheels.",
+                -0.5, 0.5});
     visit(self.turn_centre_most_m,
           Field{"turn_centre_most_m", "Maximum learnt distance of that point, ahead or behind.", 0, 0.5});
     visit(

@@ -23,14 +23,14 @@ struct WatchOptions {
                                    "Largest step of the clock between two commands or two odometry samples; "
                                    "a larger one is reported as a clock jump.",
                                    0.05, 10});
-    visit(self.carried_m,
-          Field{"carried_m",
-                "Largest jump of the position against odometry; a larger one is reported as a carried robot.",
-                0.01, 10});
-    visit(self.carried_rad,
-          Field{"carried_rad",
-                "Largest jump of the heading against odometry; a larger one is reported as a carried robot.",
-                0.01, 3.2});
+    visit(self.carried_m, Field{"carried_m",
+                                "Maximum jump of the position relative to odometry; a larger one is reported "
+                                "as a robot moved by hand.",
+                                0.01, 10});
+    visit(self.carried_rad, Field{"carried_rad",
+                                  "Maximum jump of the heading relative to odometry; a larger one is "
+                                  "reported as a robot moved by hand.",
+                                  0.01, 3.2});
     visit(self.frozen_s,
           Field{"frozen_s",
                 "Maximum time for which a moving robot may receive the same image; stops when exceeded.",
@@ -39,8 +39,8 @@ struct WatchOptions {
 };
 
 /// Detects faults that a single measurement does not show: clock jumps, a robot moved by hand, a frozen
-/// camera. Pure except for its stored state; time is an argument. Alarms about clocks and motion by hand last
-/// until forget(), because a person has to check the robot. A late command (overloaded computer) is
+/// camera. It is pure except for its stored state; time is an argument. Alarms about clocks and motion by
+/// hand last until forget(), because a person has to check the robot. A late command (overloaded computer) is
 /// distinguished from a clock jump by the odometry of that time, which arrives afterwards: its stamps have no
 /// gap.
 class ReplayWatch {
@@ -50,14 +50,14 @@ class ReplayWatch {
   /// Adds the time of the next command.
   void tick(SensorTime now);
   void add(const Odometry& odometry);
-  /// Adds a frame and returns whether it is new: a frozen camera repeats every corner exactly while the robot
+  /// Adds a frame and returns whether it is new. A frozen camera repeats every corner exactly while the robot
   /// moves.
   [[nodiscard]] bool add(const TagFrame& frame);
   [[nodiscard]] bool add(const TagPoseFrame& frame);
   /// Checks a certain estimate against odometry.
   void check(const SE2& map_T_base);
 
-  /// The reason to stop; empty if there is none. `lasting`: until forget().
+  /// The reason to stop; empty if there is none. `lasting`: whether it lasts until forget().
   [[nodiscard]] std::string alarm() const;
   [[nodiscard]] bool lasting() const { return !alarm_.empty(); }
   void forget();

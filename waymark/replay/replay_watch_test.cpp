@@ -1,4 +1,4 @@
-// Faults outside the replay that stop it: clock jumps, robots moved by hand, frozen cameras.
+// Tests faults outside the replay that stop it: clock jumps, robots moved by hand, frozen cameras.
 #include "waymark/replay/replay_watch.hpp"
 
 #include <gmock/gmock.h>

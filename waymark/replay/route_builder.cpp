@@ -164,8 +164,8 @@ Line solve(const Line& line, bool closed, const std::vector<double>& third,
   triplets.reserve(line.size() * 26);
   Eigen::MatrixX2d b(n, 2);
   for (std::ptrdiff_t i = 0; i < n; ++i) {
-    // The ends of an open line are defined by where the robot was placed: they have ten times the weight of
-    // other points.
+    // The ends of an open line are defined by the placement of the robot, so they have ten times the weight
+    // of other points.
     const double weight = !closed && (i == 0 || i + 1 == n) ? 10.0 : 1.0;
     triplets.emplace_back(i, i, weight);
     b.row(i) = weight * line[static_cast<std::size_t>(i)].transpose();
@@ -288,7 +288,8 @@ struct Leg {
   bool backwards = false;
 };
 
-/// Splits where the robot reversed: a few centimetres in the other direction are an unintended motion.
+/// Splits the drive where the robot reversed. A few centimetres in the other direction are an unintended
+/// motion.
 std::vector<Leg> legs_of(const Trajectory& trajectory) {
   constexpr double kReversedMetres = 0.10;
   std::vector<Leg> legs(1);
@@ -364,7 +365,7 @@ Result<BuiltRoute> build_route(const Trajectory& trajectory, const RouteOptions&
     route.closed = loop.has_value();
     line = internal::smooth_line(line, route.closed, options.step_m, options.smoothing_m,
                                  options.max_curvature_1_m);
-    // A leg begins at the end of the previous one: that point exists already.
+    // A leg begins at the end of the previous one, so that point exists already.
     if (!route.points.empty()) line.erase(line.begin());
     append(route, line, route.closed, leg.backwards ? -options.speed_m_s : options.speed_m_s);
   }

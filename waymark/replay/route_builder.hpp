@@ -19,8 +19,9 @@ namespace waymark {
 /// A lap usually continues beyond its start by less than this distance. A longer repeated part is reported.
 inline constexpr double kUsualOverlap_m = 1.5;
 
-/// Thresholds for the return of a driven line to its start, and for the part after it to repeat the line:
-/// distance, and angle between the directions of driving. Departures shorter than the distance are tolerated.
+/// Thresholds for detecting that a driven line returned to its start, and that the part after it repeats the
+/// line: distance, and angle between the driving directions. Departures shorter than the distance are
+/// tolerated.
 struct LapClosing {
   double distance_m = 0.5;
   double angle_rad = 0.8;
@@ -29,17 +30,17 @@ struct LapClosing {
 /// Points with equal spacing.
 struct EvenLine {
   std::vector<Eigen::Vector2d> points{};
-  std::vector<std::size_t> sources{};  ///< per point, the index of the input point at or after which it lies
+  std::vector<std::size_t> sources{};  ///< per point, the index of the last input point before it
 };
 
-/// Resamples points at equal spacing. Jitter below one step is not counted as distance: a point counts once
-/// it is one step away. O(points + steps).
+/// Resamples points at equal spacing. Jitter below one step is not counted as distance, because a point
+/// counts only once it is one step away. O(points + steps).
 [[nodiscard]] EvenLine even_steps(const std::vector<Eigen::Vector2d>& points, double step_m);
 
-/// Number of points of an evenly spaced line up to its first return to the start after which the rest repeats
-/// the line: one loop of a lap that was driven several times or continues beyond its start. A return after
-/// which the line leads elsewhere, as in a figure eight, is part of the loop. None: the line is open.
-/// O(points * distance_m / step_m) per return.
+/// Number of points of one loop, if a lap was driven several times or continues beyond its start. The loop
+/// ends at the first return of the evenly spaced line to its start after which the rest repeats the line. A
+/// return after which the line leads elsewhere, as in a figure eight, is part of the loop. None if the line
+/// is open. O(points * distance_m / step_m) per return.
 [[nodiscard]] std::optional<std::size_t> points_of_first_loop(const std::vector<Eigen::Vector2d>& even,
                                                               double step_m, const LapClosing& closing);
 
@@ -49,7 +50,7 @@ namespace waymark::internal {
 
 using Line = std::vector<Eigen::Vector2d>;
 
-/// Smooths points with equal spacing: minimises the squared distance from them plus that of the third
+/// Smooths points with equal spacing: minimises the squared distance from them plus the squared third
 /// derivative (smoothing spline: Reinsch, "Smoothing by Spline Functions", Numerische Mathematik 10, 1967;
 /// Eilers and Marx, "Flexible Smoothing with B-splines and Penalties", Statistical Science 11, 1996).
 /// Straight lines and wide circles are preserved: a wave of length L keeps 1 / (1 + (wave_m / L)^6) of its
@@ -95,11 +96,11 @@ struct BuiltRoute : Route {
   double repeated_m = 0;  ///< length of the repeated part that was cut off after the closing point
 };
 
-/// Builds the route of a driven trajectory on the floor: points with equal spacing, smoothed, closed if the
-/// lap returned to its start and the rest repeats it (points_of_first_loop(); the repeated part is cut off).
-/// A rest that leads elsewhere is part of the route. Where the robot reversed, the speed changes sign; such a
-/// route is open. Standstills add no points. Fails on a trajectory shorter than 0.5 m. O(poses) per return to
-/// the start.
+/// Builds the route of a driven trajectory on the floor, with smoothed points of equal spacing. It is closed
+/// if the lap returned to its start and the rest repeats it (points_of_first_loop()); the repeated part is
+/// cut off. A rest that leads elsewhere is part of the route. At points where the robot reversed, the speed
+/// changes sign; such a route is open. Standstills add no points. Fails on a trajectory shorter than 0.5 m.
+/// O(poses) per return to the start.
 [[nodiscard]] Result<BuiltRoute> build_route(const Trajectory& trajectory, const RouteOptions& options = {});
 
 /// The longest distance along a taught lap without a frame that contains a map tag [m]. Frames and poses in

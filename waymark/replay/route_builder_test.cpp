@@ -1,4 +1,4 @@
-// Which part of a lap becomes the route: one loop of a repeated lap, otherwise the whole lap.
+// Tests which part of a lap becomes the route: one loop of a repeated lap, otherwise the whole lap.
 #include "waymark/replay/route_builder.hpp"
 
 #include <cmath>

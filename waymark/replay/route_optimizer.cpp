@@ -224,7 +224,7 @@ class Search {
   double border_weight_ = 0;
 };
 
-/// Compares the routes themselves, because the borders of the grid are coarse.
+/// Compares the routes themselves, because the limits on the grid are coarse.
 bool no_worse(const RouteFigures& a, const RouteFigures& taught) {
   constexpr double kRoundingMetres = 1e-3;
   return a.min_clearance_m >= taught.min_clearance_m - kRoundingMetres &&

@@ -74,9 +74,9 @@ struct RouteScene {
 
 /// Optimises the lateral offset from the taught route by pattern search (Kolda, Lewis and Torczon,
 /// "Optimization by Direct Search", SIAM Review 45(3), 2003) over smooth bumps from wide to narrow. The cost
-/// contains lap time by with_speed_profile(), smoothness, clearance and visible tags. Offsets with less
-/// clearance than the minimum of the taught route, or with fewer than two visible tags where the taught route
-/// has two, are penalised; if the result is worse in either, the taught route is returned. Visible tags and
+/// contains lap time by with_speed_profile(), smoothness, clearance and visible tags. Offsets are penalised
+/// if their clearance is below the minimum of the taught route, or if fewer than two tags are visible where
+/// the taught route has two. If the result is worse in either, the taught route is returned. Visible tags and
 /// clearance are tabulated on a grid of offsets with the taught heading. Fails on a route that changes
 /// direction and on options outside their range. O(points * (tags + rounds * length / narrowest)).
 [[nodiscard]] Result<OptimizedRoute> optimize_route(const Route& taught, const RouteScene& scene,

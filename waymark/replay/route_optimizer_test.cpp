@@ -1,5 +1,5 @@
-// The optimised route stays in its corridor and within the curvature limit, is as fast as the result of a
-// much denser search, and is not worse than the taught route in clearance or visibility.
+// Tests that the optimised route stays in its corridor and within the curvature limit, and is as fast as the
+// result of a much denser search. It is not worse than the taught route in clearance or visibility.
 #include "waymark/replay/route_optimizer.hpp"
 
 #include <cmath>

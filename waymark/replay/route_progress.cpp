@@ -53,8 +53,8 @@ RouteProgress foot_on(const Route& route, std::size_t i, const SE2& map_T_base) 
 
 bool backwards(const Route& route, std::size_t i) { return route.points[i].speed_m_s < 0; }
 
-/// Whether the segment after a point is driven backwards: its direction is that of the point at its end. The
-/// point at a change of direction is the last of one leg.
+/// Whether the segment after a point is driven backwards. A segment has the direction of the point at its
+/// end; the point at a change of direction is the last of one leg.
 bool stretch_backwards(const Route& route, std::size_t i) {
   return backwards(route, (i + 1) % route.points.size());
 }

@@ -15,12 +15,12 @@ struct RouteProgress {
   double cross_track_m = 0;      ///< signed: positive when the robot is to the left of the route
   double heading_error_rad = 0;  ///< heading of the robot minus heading of the route
   SE2 map_T_route{};             ///< pose at the foot point, with the robot's direction of driving
-  double leg_begin_m = 0;        ///< begin of the leg, the part without a change of direction
+  double leg_begin_m = 0;        ///< start of the leg, the part without a change of direction
   double leg_end_m = 0;          ///< end of the leg; the whole route if the direction never changes
 };
 
 /// The foot point nearest to the robot on the route, at or after `from_m`. If branches of the route are close
-/// to each other, the heading decides: one radian counts as much as 0.3 m. O(points).
+/// to each other, the heading decides; one radian counts as much as 0.3 m. O(points).
 [[nodiscard]] RouteProgress locate(const Route& route, const SE2& map_T_base, double from_m = 0);
 
 /// The foot point near the previous one: searches `window_m` ahead and slightly back, so that the robot does
@@ -32,9 +32,9 @@ struct RouteProgress {
 /// The pose of the route at an arc length. Arc lengths wrap on a closed route and are clamped on an open one.
 [[nodiscard]] SE2 pose_at(const Route& route, double arc_length_m);
 
-/// The next station of a route, and the remaining dwell time at the current one. Distances are arc lengths
-/// that continue to grow over the laps of a closed route. Pure except for its stored state; time is an
-/// argument.
+/// Provides the next station of a route, and the remaining dwell time at the current one. Distances are arc
+/// lengths that continue to grow over the laps of a closed route. It is pure except for its stored state;
+/// time is an argument.
 class StationStops {
  public:
   StationStops() = default;
@@ -44,9 +44,9 @@ class StationStops {
   /// Begins or continues at this distance: stations before it are skipped. A station that was served is not
   /// served again.
   void begin(double way_m);
-  /// Updates the distance; the robot has arrived at a station from `within_m` before it on.
+  /// Updates the distance. The robot has arrived at a station once it is within `within_m` before it.
   void arrive(double way_m, double within_m);
-  /// Adds standing time; when the dwell time is over, the next station follows.
+  /// Adds time at standstill; when the dwell time is over, the next station follows.
   void dwell(double dt_s);
 
   /// Distance to the next station; infinite if there is none.

@@ -158,7 +158,7 @@ std::optional<std::string> start_refusal(double distance_m, double heading_error
 
 namespace {
 
-/// Position relative to a circle tangent to the heading of the base: distance along it, and beside it to the
+/// Position relative to a circle tangent to the heading of the base: distance along it, and offset to the
 /// left.
 struct Along {
   double way_m = 0;

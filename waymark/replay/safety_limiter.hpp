@@ -79,10 +79,10 @@ struct SafetyOptions {
         Field{"min_clearance_m", "Minimum distance in space from the hull to a tag; stops below it.", 0, 10});
     visit(self.slow_obstacle_m,
           Field{"slow_obstacle_m",
-                "Free distance before the hull by the lidar below which the robot slows down.", 0, 20});
+                "Free distance ahead of the hull by the lidar below which the robot slows down.", 0, 20});
     visit(self.stop_obstacle_m,
-          Field{"stop_obstacle_m", "Free distance before the hull by the lidar below which the robot stops.",
-                0, 20});
+          Field{"stop_obstacle_m",
+                "Free distance ahead of the hull by the lidar below which the robot stops.", 0, 20});
     visit(self.start_distance_m,
           Field{"start_distance_m", "Maximum distance from the route at the start.", 0, 10});
     visit(self.start_angle_rad,
@@ -119,19 +119,19 @@ struct SafetyVerdict {
   bool unsure = false;  ///< stopped because the uncertainty of the position is too large
 };
 
-/// Limits a command; every command to the motors passes here. Pure: equal inputs give equal verdicts. Any NaN
-/// causes a stop. A stop brakes along the current curve with max_deceleration_m_s2.
+/// Limits a command; every command to the motors passes through this function. Pure: equal inputs give equal
+/// verdicts. Any NaN causes a stop. A stop brakes along the current curve with max_deceleration_m_s2.
 [[nodiscard]] SafetyVerdict limit(const VelocityCommand& wanted, const SafetyInputs& inputs,
                                   const SafetyOptions& options);
 
-/// Why the robot may not start at this position, with the correction; none if it may. `distance_m` is
-/// positive if the robot is left of the route, the heading error if it points to the left.
+/// The reason why the robot may not start at this position, with the correction; none if it may. `distance_m`
+/// is positive if the robot is left of the route, the heading error if it points to the left.
 [[nodiscard]] std::optional<std::string> start_refusal(double distance_m, double heading_error_rad,
                                                        const SafetyOptions& options);
 
 /// Distance that the hull, widened by `margin_m` on both sides, can drive along a curve until it reaches an
-/// obstacle in a scan; `backwards`: in reverse. Infinite if there is none within `reach_m`. Points inside the
-/// hull belong to the robot. O(rays).
+/// obstacle in a scan; `backwards`: in reverse. Infinite if no obstacle is within `reach_m`. Points inside
+/// the hull belong to the robot. O(rays).
 [[nodiscard]] double free_way_m(const LaserScan& scan, const SE2& base_T_lidar, const Hull& hull,
                                 double curvature_1_m, bool backwards, double margin_m = 0.03,
                                 double reach_m = 3);

@@ -1,4 +1,4 @@
-// The limiter alone: every reason stops, no command exceeds a limit, and a NaN never passes.
+// Tests the limiter alone: every reason stops, no command exceeds a limit, and a NaN never passes.
 #include "waymark/replay/safety_limiter.hpp"
 
 #include <cmath>
@@ -147,7 +147,7 @@ TEST(SafetyLimiter, DoesNotCreepAfterAStopForPositionUncertainty) {
   EXPECT_FALSE(verdict.stopped || verdict.unsure);
 }
 
-/// Arbitrary inputs: values from far below to far above the limits, sometimes not a number.
+/// Arbitrary inputs from far below to far above the limits, sometimes NaN.
 SafetyInputs any_inputs(Random& random) {
   SafetyInputs inputs = all_well();
   inputs.last = {random.uniform(-0.5, 0.5), random.uniform(-1.5, 1.5)};

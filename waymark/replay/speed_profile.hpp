@@ -16,7 +16,7 @@ struct ProfileOptions {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.speed_m_s,
-          Field{"speed_m_s", "Maximum speed along the route; 0: the speed that the route states.", 0, 10});
+          Field{"speed_m_s", "Maximum speed along the route; 0: the speed stored in the route.", 0, 10});
     visit(self.lateral_acceleration_m_s2,
           Field{"lateral_acceleration_m_s2",
                 "Maximum lateral acceleration, which limits the speed in curves.", 0.01, 20});
@@ -35,10 +35,10 @@ struct ProfileOptions {
 };
 
 /// Sets the speed of each point: the requested speed, reduced in curves (sqrt(a / curvature), yaw rate) and
-/// to what the acceleration limits allow before and after (forward-backward pass: Bobrow, Dubowsky and
-/// Gibson, "Time-Optimal Control of Robotic Manipulators Along Specified Paths", IJRR 4(3), 1985, for a limit
-/// that does not depend on the speed). The speed is zero at the end of an open route and at changes of
-/// direction; a closed route has no stop. The sign of the speed (negative: backwards) is kept. O(points).
+/// by the acceleration limits before and after them (forward-backward pass: Bobrow, Dubowsky and Gibson,
+/// "Time-Optimal Control of Robotic Manipulators Along Specified Paths", IJRR 4(3), 1985, for a limit that
+/// does not depend on the speed). The speed is zero at the end of an open route and at changes of direction;
+/// a closed route has no stop. The sign of the speed (negative: backwards) is kept. O(points).
 [[nodiscard]] Route with_speed_profile(Route route, const ProfileOptions& options);
 
 /// Signed speed at an arc length on the segment after point `index`.
