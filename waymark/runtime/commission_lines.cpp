@@ -61,7 +61,7 @@ double turned_rad(const std::vector<Odometry>& odometry) {
   return sum;
 }
 
-/// Distance along yaw. For a motion in another direction (reported by judge_axes()) its length.
+/// Distance along yaw, or the length of a motion in another direction (which judge_axes() reports).
 double ahead_m(const OdometryLeg& leg) {
   const double ahead = leg.moved_m.dot(Eigen::Vector2d(std::cos(leg.yaw_rad), std::sin(leg.yaw_rad)));
   const double length = leg.moved_m.norm();
@@ -165,7 +165,7 @@ struct ReadingClass {
 
 /// Comparison of all readings with the command.
 struct ReadingVerdict {
-  bool command_wrong = false;  ///< all readings agree, and they have at least two sources
+  bool command_wrong = false;  ///< all readings agree, and they are from at least two sources
   bool either = false;         ///< only one source contradicts: it is wrong, or the command is
   double size = 1;             ///< actual over commanded motion; by tags if available
 };
@@ -189,8 +189,8 @@ std::span<const Factor> factors_of(ReadingUnit unit) {
 
 bool fits(double ratio) { return ratio >= kMinRatio && ratio <= kMaxRatio; }
 
-/// Ratios from 0.2 to 3 are accepted, since a skidding robot turns only a third as much as commanded. Units
-/// are recognised within the same bounds; of two possible factors the nearest is used.
+/// Ratios from 0.2 to 3 are accepted, because a skidding robot turns only a third as much as commanded. Units
+/// are recognised within the same bounds; of two possible factors the nearer one is used.
 ReadingClass classify(const MotionReading& reading) {
   using Kind = ReadingClass::Kind;
   const double size = std::abs(reading.ratio);
@@ -381,7 +381,7 @@ std::vector<MotionReading> counted(std::vector<MotionReading> readings, Ground g
   return ground == Ground::Floor ? readings : without(without(std::move(readings), "tags"), "imu");
 }
 
-/// The robot's own sensors alone cannot reveal an error that they share.
+/// The robot's own sensors alone cannot reveal a common error.
 void miss_tags(const std::vector<MotionReading>& readings, Ground ground, Lines& lines) {
   if (ground == Ground::Lifted || without(readings, "tags").size() < readings.size()) return;
   lines.push_back({"tags", V::Warn,
@@ -485,7 +485,7 @@ double pace_of(const Odometry& odometry) {
   return std::abs(odometry.speed_m_s) + kEdge_m * std::abs(odometry.yaw_rate_rad_s);
 }
 
-/// Wrong axes of a position: reversed or swapped.
+/// Wrong axes of a position, reversed or swapped.
 struct AxesFault {
   Eigen::Matrix2d sent_R_right;
   const char* message;

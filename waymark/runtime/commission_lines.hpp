@@ -11,7 +11,7 @@
 /// Verdicts of a first drive (`waymark commission`): pure functions of commands and measurements.
 namespace waymark {
 
-/// Dimension of a reading, which determines the other units in which it may have been sent.
+/// Dimension of a reading, which determines in which other units it may have been sent.
 enum class ReadingUnit : std::uint8_t { Length, Angle };
 
 /// One measurement of a steady motion, by one key of the robot's messages.
@@ -48,7 +48,7 @@ enum class CommissionVerdict : std::uint8_t { Ok, Warn, Fail };
 [[nodiscard]] const char* to_string(CommissionVerdict verdict);
 
 struct CommissionLine {
-  std::string key{};  ///< what was checked, a stable key: command.speed_m_s, odometry.yaw_rad, stop.kill
+  std::string key{};  ///< stable key of the check: command.speed_m_s, odometry.yaw_rad, stop.kill
   CommissionVerdict verdict = CommissionVerdict::Ok;
   std::string message{};
   std::string remedy{};  ///< the key or program to correct; empty if the check passed
@@ -60,16 +60,16 @@ using Seen = std::optional<bool>;
 /// Whether the wheels touch the floor.
 enum class Ground : std::uint8_t { Lifted, Floor };
 
-/// Evaluates a straight motion: sign, unit and size of every reading; the command itself if all readings
-/// agree on another motion; swapped axes; a reversed wheel. With lifted wheels, tags and gyro are ignored.
+/// Evaluates a straight motion: sign, unit and size of every reading, swapped axes, a reversed wheel, and the
+/// command itself if all readings agree on another motion. With lifted wheels, tags and gyro are ignored.
 [[nodiscard]] std::vector<CommissionLine> judge_forward(const MotionTrace& trace, const RobotModel& model,
                                                         Ground ground, Seen seen = {});
 /// Evaluates a turn to the left on the spot in the same way. With lifted wheels, odometry that does not turn
 /// is only a warning, because it may take its heading from a gyro.
 [[nodiscard]] std::vector<CommissionLine> judge_turn(const MotionTrace& trace, const RobotModel& model,
                                                      Ground ground, Seen seen = {});
-/// Whether the position moved along yaw, forwards or backwards, in each straight motion; reports reversed or
-/// swapped axes. Two motions at right angles distinguish all cases. Empty without odometry.
+/// Checks whether the position moved along yaw, forwards or backwards, in each straight motion; reports
+/// reversed or swapped axes. Two motions at right angles distinguish all cases. Empty without odometry.
 [[nodiscard]] std::vector<CommissionLine> judge_axes(const std::vector<OdometryLeg>& legs);
 /// Evaluates the accelerometer at standstill: 9.81 m/s2 along z. Empty without an IMU.
 [[nodiscard]] std::vector<CommissionLine> judge_standing(const MotionTrace& standing);
@@ -77,13 +77,14 @@ enum class Ground : std::uint8_t { Lifted, Floor };
 /// Response and stopping of a robot for one motion, by its odometry.
 struct MotionTiming {
   std::optional<double> response_s{};  ///< from the command to half the speed
-  std::optional<double> stopping_s{};  ///< from the end of the commands to standstill; none: it did not stop
-  double stopping_m = 0;               ///< distance driven meanwhile
-  double watched_s = 0;                ///< observation time after the end
+  std::optional<double>
+      stopping_s{};       ///< from the end of the commands to standstill; none if it did not stop
+  double stopping_m = 0;  ///< distance driven meanwhile
+  double watched_s = 0;   ///< observation time after the end
 };
 [[nodiscard]] MotionTiming timing_of(const MotionTrace& trace);
-/// Evaluates a stop. `key` identifies it; `allowed_s` is the time until zero reaches the robot (of a
-/// watchdog) and is added to the allowed stopping time.
+/// Evaluates a stop. `key` identifies it; `allowed_s` is the time until zero reaches the robot (e.g. from a
+/// watchdog); it is added to the allowed stopping time.
 [[nodiscard]] CommissionLine judge_stop(const std::string& key, const MotionTiming& timing, double allowed_s);
 [[nodiscard]] CommissionLine judge_response(const MotionTiming& timing);
 

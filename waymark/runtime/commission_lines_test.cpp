@@ -1,4 +1,5 @@
-// First drives of a simulated robot: each sign, axis and unit is wrong in turn and must be reported.
+// Tests first drives of a simulated robot in which each sign, axis and unit is wrong in turn and must be
+// reported.
 #include "waymark/runtime/commission_lines.hpp"
 
 #include <algorithm>

@@ -33,7 +33,7 @@ struct ExploreEnd {
   std::map<TagId, int> seen{};  ///< number of frames with each map tag
 };
 
-/// A robot that explores and localises itself for a given time.
+/// Runs a robot that explores and localises itself for a given time.
 class ExploreSession {
  public:
   ExploreSession(Explorer explorer, Localizer localizer, TagMap tags, double most_s,

@@ -1,4 +1,4 @@
-// An exploring robot on the loop, with a simulated robot and clock.
+// Tests exploration on the loop, with a simulated robot and clock.
 #include "waymark/runtime/explore_session.hpp"
 
 #include <vector>

@@ -23,8 +23,8 @@ struct LocalizeListener {
   std::function<Status(const LocalizationEstimate&)> on_estimate = [](const LocalizationEstimate&) {
     return Status();
   };
-  /// Every LocalizeSessionOptions::report_every of the robot's time: the newest estimate; none if there is no
-  /// estimate, or none newer for LocalizeSessionOptions::silence_s.
+  /// The newest estimate, once per LocalizeSessionOptions::report_every of the robot's time. None if there is
+  /// no estimate, or none newer for LocalizeSessionOptions::silence_s.
   std::function<void(SensorTime, const std::optional<LocalizationEstimate>&)> on_report =
       [](SensorTime, const std::optional<LocalizationEstimate>&) {};
   std::function<void(const std::string&)> on_message = [](const std::string&) {};
@@ -40,12 +40,12 @@ struct LocalizeSessionOptions {
 /// Result of a localisation session.
 struct LocalizeEnd {
   bool finished = false;     ///< it ran for its full time, or was ended by a button
-  bool interrupted = false;  ///< by a signal
-  double seconds = 0;        ///< by the clock of the robot
+  bool interrupted = false;  ///< it was ended by a signal
+  double seconds = 0;        ///< duration by the robot's clock
 };
 
-/// Localises a robot that another program drives. For RobotLoopOptions::listen_only, since this session
-/// always decides zero.
+/// Localises a robot that another program drives. Use it with RobotLoopOptions::listen_only, because this
+/// session always decides zero.
 class LocalizeSession {
  public:
   LocalizeSession(Localizer localizer, LocalizeListener listener, SessionRequests requests = no_requests(),
@@ -80,7 +80,7 @@ class LocalizeSession {
   LocalizeListener listener_;
   SessionRequests requests_;
   LocalizeSessionOptions options_;
-  std::vector<Stream> streams_ = {{.name = "odometry"}, {.name = "tags or pictures"}};
+  std::vector<Stream> streams_ = {{.name = "odometry"}, {.name = "tags or images"}};
   std::optional<SensorTime> estimated_{};  ///< stamp of the newest estimate
   bool estimating_ = false;                ///< there is a newer estimate since the last decision
   Duration estimated_at_{};                ///< uptime of the decision after the newest estimate

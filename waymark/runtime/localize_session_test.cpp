@@ -1,4 +1,4 @@
-// Localising a robot that another program drives, on the loop, with a simulated robot and clock.
+// Tests localising a robot that another program drives, on the loop, with a simulated robot and clock.
 #include "waymark/runtime/localize_session.hpp"
 
 #include <utility>
@@ -76,7 +76,7 @@ struct Drive {
   int commands = 0;
   std::vector<LocalizationEstimate> estimates{};
   std::vector<SensorTime> reports{};
-  std::vector<SensorTime> unknown{};  ///< reports without an estimate
+  std::vector<SensorTime> unknown{};  ///< number of reports without an estimate
   std::vector<std::string> words{};
   LocalizeSession session;
 };

@@ -60,7 +60,7 @@ struct OperatorRequest {
   VelocityCommand command{};          ///< of sticks or keys, whether or not the state permits it
   std::optional<GamepadState> pad{};  ///< recorded like any other sample
   std::vector<std::string>
-      messages{};  ///< messages for the operator, such as about input that was not understood
+      messages{};                   ///< messages for the operator, e.g. about input that was not understood
   std::optional<GivenPose> pose{};  ///< of SessionRequest
 };
 
@@ -80,9 +80,9 @@ class OperatorInput {
   [[nodiscard]] virtual std::string usage() const = 0;
   /// Names of its buttons.
   [[nodiscard]] virtual OperatorButtons buttons(OperatorState /*state*/) const { return {}; }
-  /// Whether a person who watches the robot uses it.
+  /// Whether it is used by a person who watches the robot.
   [[nodiscard]] virtual bool is_person() const { return true; }
-  /// Whether the keys of the page drive while teaching.
+  /// Whether keys on the page drive the robot while teaching.
   [[nodiscard]] virtual bool page_drives() const { return false; }
   /// Whether a script could drive the lap now.
   [[nodiscard]] virtual bool has_script() const { return false; }
@@ -94,7 +94,7 @@ class OperatorInput {
 /// A script instead of an operator: it teaches one lap, replays it once, and ends the session.
 class ScriptInput final : public OperatorInput {
  public:
-  /// `stays`: it does not end the session, so that viewers may continue.
+  /// `stays`: whether it leaves the session running, so that viewers may continue.
   ScriptInput(std::unique_ptr<LapDriver> driver, bool stays) : driver_(std::move(driver)), stays_(stays) {}
 
   Result<OperatorRequest> read(Duration uptime, SensorTime now, OperatorState state) override;

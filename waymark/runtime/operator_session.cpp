@@ -77,7 +77,7 @@ void OperatorSession::restart_from(const GivenPose& given) {
   replay_->restart_from(given);
 }
 
-/// Also updated while paused, so that it keeps its position; permit() blocks its commands.
+/// The replay is also updated while paused, so that it keeps its position; permit() blocks its commands.
 Result<VelocityCommand> OperatorSession::replay(Duration uptime, SensorTime now) {
   const bool paused = operator_.state() == S::Paused;
   if (operator_.state() != S::Replaying && !paused) return VelocityCommand{};

@@ -25,17 +25,18 @@ class OperatorTasks {
   /// Closes the recording of the lap.
   [[nodiscard]] virtual Status end_lap() = 0;
 
-  /// Starts mapping the last lap on another thread; meanwhile zero is sent to the robot 20 times per second.
+  /// Starts mapping the last lap on another thread. Meanwhile the session sends zero to the robot 20 times
+  /// per second.
   [[nodiscard]] virtual Status start_map() = 0;
   /// Whether mapping has ended, with or without a map.
   [[nodiscard]] virtual bool map_ended() const = 0;
-  /// Installs the map; blocks until it is complete. An error explains why there is none, and does not end the
-  /// session.
+  /// Installs the map; blocks until it is complete. An error explains why mapping failed, and does not end
+  /// the session.
   [[nodiscard]] virtual Status take_map() = 0;
   /// Reads the map for replays. An error does not end the session.
   [[nodiscard]] virtual Status load_map() = 0;
 
-  /// Starts a replay in the map; the session stays valid until end_replay().
+  /// Starts a replay in the map; the returned session stays valid until end_replay().
   [[nodiscard]] virtual Result<ReplaySession*> start_replay() = 0;
   /// Closes the recording of the replay.
   [[nodiscard]] virtual Status end_replay(const ReplayEnd& end) = 0;
@@ -51,8 +52,8 @@ class OperatorTasks {
   OperatorTasks() = default;
 };
 
-/// Teach, map and replay with one button: the state table of `Operator` on the loop. The robot moves only
-/// during teaching and replay.
+/// Teaching, mapping and replay with one button: runs the state table of `Operator` on the loop. The robot
+/// moves only during teaching and replay.
 class OperatorSession {
  public:
   /// Input and tasks must outlive the session. `has_map`: load_map() has already succeeded, and the session
@@ -72,7 +73,8 @@ class OperatorSession {
   Result<DriverDecision> decide(Duration uptime, SensorTime now);
   /// Callbacks that drive a robot with this session; set should_stop to end it from outside.
   [[nodiscard]] RobotListener listener();
-  /// Ends any lap, replay or mapping in progress after the drive ended. `interrupted`: by a signal.
+  /// Ends any lap, replay or mapping in progress after the drive ended. `interrupted`: whether a signal ended
+  /// it.
   Status finish(bool interrupted);
 
   [[nodiscard]] OperatorState state() const { return operator_.state(); }

@@ -1,4 +1,4 @@
-// An operator's session from start to end, with failing tasks and inputs.
+// Tests an operator's session from start to end, with failing tasks and inputs.
 #include "waymark/runtime/operator_session.hpp"
 
 #include <memory>
@@ -194,7 +194,7 @@ TEST(OperatorSession, ReportsButtonsWithoutEffectButNotSticks) {
   testing::expect_on_page("session", run.tasks.words.front());
 }
 
-// Each state of an operator's session, left in every way, and each fault in each state.
+// Tests every exit from each state of an operator's session, and each fault in each state.
 
 class InEachState : public ::testing::TestWithParam<S> {};
 INSTANTIATE_TEST_SUITE_P(OperatorSession, InEachState, ::testing::ValuesIn(kStates), name_of);
@@ -313,7 +313,7 @@ TEST_P(InEachState, ALostViewerCausesNoMotion) {
   RobotLoop loop(robot, robot, robot.pacing(), {}, {.timeout_s = 12});
   ASSERT_TRUE(loop.drive(listener));
   ASSERT_TRUE(lost);
-  // The stick of the plan is at the robot, so teaching continues: a person is present.
+  // The stick of the plan is at the robot, so a person is present and teaching continues.
   if (GetParam() != S::Teaching) {
     EXPECT_NEAR(robot.x_m(), lost_at_m, 0.1);
   }

@@ -67,8 +67,8 @@ void ReplaySession::notice_jump(const Odometry& odometry) {
   odometry_ = odometry;
 }
 
-/// A real silence shows in the stamps and on the clock of this computer. A clock jump shows in the stamps
-/// alone, an overloaded computer on its own clock alone.
+/// A real silence shows in the stamps and on this computer's clock. A clock jump shows only in the stamps, an
+/// overloaded computer only on its clock.
 void ReplaySession::pause_after_silence(Duration uptime) {
   if (newest_ == newest_before_) return;
   const double stamps_s = newest_before_ ? to_seconds(*newest_ - *newest_before_) : 0;

@@ -42,7 +42,7 @@ struct LapEnd {
 /// Result of a replay, or its state so far.
 struct ReplayEnd : LapEnd {
   ReplayState state = ReplayState::Waiting;  ///< the last one
-  std::string reason{};                      ///< of a refusal, or of the final stop
+  std::string reason{};                      ///< reason of a refusal or of the final stop
   bool given_up = false;                     ///< stopped or waiting for too long
   bool timed_out = false;
   double driven_m = 0;  ///< along the route
@@ -52,8 +52,8 @@ struct ReplayEnd : LapEnd {
   std::map<MissReason, int> missed_tags{};  ///< expected tags that were not found
 };
 
-/// Runs a replay: passes samples to the replayer, and ends at the goal, after a refusal, or when it is
-/// aborted.
+/// Runs a replay: passes samples to the replayer, and ends at the goal, after a refusal, or when the replay
+/// is aborted.
 class ReplaySession {
  public:
   /// The replayer must outlive the session.
@@ -73,11 +73,11 @@ class ReplaySession {
   template <class Frame, class Seen>
   void count(const Frame& frame, const std::vector<Seen>& seen);
   Result<DriverDecision> decide(Duration uptime, SensorTime now);
-  /// Brakes and stays stopped until resume(); the replay is not aborted meanwhile.
+  /// Brakes, and keeps the robot stopped until resume(); the replay is not aborted meanwhile.
   void pause();
   /// Sets the pose of the robot and pauses.
   void restart_from(const GivenPose& given);
-  /// Continues from the nearest point of the route that was not passed yet.
+  /// Continues from the nearest point of the route that has not been passed yet.
   void resume();
   /// Callbacks that drive a robot with this session; set should_stop to end it from outside.
   [[nodiscard]] RobotListener listener();

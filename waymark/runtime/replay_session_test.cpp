@@ -1,4 +1,4 @@
-// A replay on the loop, with a simulated robot and clock: every way in which it ends.
+// Tests every end of a replay on the loop, with a simulated robot and clock.
 #include "waymark/runtime/replay_session.hpp"
 
 #include <gmock/gmock.h>
@@ -179,7 +179,7 @@ TEST(ReplaySession, ARequestPausesResumesAndEndsIt) {
   EXPECT_EQ(ended.robot.last(), VelocityCommand{});
 }
 
-// RViz's "2D Pose Estimate" while the robot drives.
+// Simulates RViz's "2D Pose Estimate" while the robot drives.
 TEST(ReplaySession, AGivenPoseStopsTheRobotUntilResumed) {
   Drive run;
   double given_at_m = 0;

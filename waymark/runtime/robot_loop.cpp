@@ -108,7 +108,8 @@ Status RobotLoop::take_event(const RobotListener& listener) {
   return sample != nullptr ? receive(std::move(*sample), listener) : Status();
 }
 
-/// Searches the pending image if no other event is pending; in lockstep every image, otherwise the newest.
+/// Searches the pending image if no other event is pending. In lockstep every image is searched, otherwise
+/// only the newest.
 Status RobotLoop::search_picture(const RobotListener& listener) {
   if (pictures_.empty() || (!pacing_.lockstep && source_.more())) return {};
   const CameraFrame picture = *pictures_.pop();

@@ -21,7 +21,7 @@ namespace waymark {
 struct Pacing {
   /// Monotonic clock.
   std::function<Duration()> clock;
-  /// Lockstep: the time of the robot does not advance until each of its requests is answered. Commands are
+  /// Lockstep: the robot's time does not advance until each of its requests is answered. Commands are then
   /// decided on its requests, every image is searched for tags, and the clock counts from the start of the
   /// robot. Otherwise commands are decided periodically, and only the newest image is searched.
   bool lockstep = false;
@@ -32,14 +32,14 @@ struct Pacing {
 /// The clock of a robot that waits for its commands.
 [[nodiscard]] Pacing lockstep_time(std::function<Duration()> robots_clock);
 
-/// Skips frames of a camera that are older than its newest one: out of order they would be recorded as a
-/// trajectory that goes back in time. A stamp that goes back by more than one second is a clock jump, which
-/// is reported elsewhere, and passes.
+/// Skips frames of a camera that are older than its newest one, because out of order they would be recorded
+/// as a trajectory that goes back in time. A stamp that goes back by more than one second is a clock jump; it
+/// is passed on and reported elsewhere.
 class FrameOrder {
  public:
   /// False if the sample is to be skipped. Samples that are not from a camera pass.
   bool pass(const Sample& sample);
-  /// Report of the number of skipped frames, each time that the number has doubled since the last call.
+  /// Reports the number of skipped frames each time it has doubled since the last report.
   [[nodiscard]] std::optional<std::string> take_report() { return std::exchange(words_, std::nullopt); }
   [[nodiscard]] int left_out() const { return left_out_; }
 
@@ -49,8 +49,8 @@ class FrameOrder {
   std::optional<std::string> words_{};
 };
 
-/// Images waiting for the detector: only the newest of each camera, so that a slow detector does not process
-/// outdated images.
+/// Images waiting for the detector. Only the newest of each camera is kept, so that a slow detector does not
+/// process outdated images.
 class PictureQueue {
  public:
   /// Replaces a waiting image of the same camera, which is counted as dropped.
@@ -70,27 +70,27 @@ struct DriverDecision {
   VelocityCommand command{};
   bool done = false;                    ///< the drive is over; the command is the last one
   std::optional<GamepadState> pad{};    ///< gamepad state of the driver, recorded like any other sample
-  std::vector<std::string> messages{};  ///< messages for the driver, such as that the gamepad was unplugged
+  std::vector<std::string> messages{};  ///< messages for the driver, e.g. that the gamepad was unplugged
 };
 
 /// Callbacks of RobotLoop.
 struct RobotListener {
-  /// Every sample in order of arrival, tags directly after the image in which they were found, and the
-  /// commands sent. If the robot reports the commands that drive it, those are passed instead. An error ends
-  /// the drive.
+  /// Called with every sample in order of arrival, tags directly after the image in which they were found,
+  /// and the commands sent. If the robot reports the commands that drive it, those are passed instead. An
+  /// error ends the drive.
   std::function<Status(const Sample&)> on_sample = [](const Sample&) { return Status(); };
-  /// Called for a command 20 times per second and directly after each image; in lockstep on each request of
+  /// Called for a command 20 times per second and directly after each image; in lockstep, on each request of
   /// the robot. An error ends the drive.
   std::function<Result<DriverDecision>(Duration uptime, SensorTime now)> decide;
   /// Tags expected in an image, from pose and map. They are decoded there with more bit errors, and a reason
   /// is reported if one is not found.
   std::function<std::vector<ExpectedTag>(const MountedCamera& camera, SensorTime stamp)> expected =
       [](const MountedCamera&, SensorTime) { return std::vector<ExpectedTag>(); };
-  /// Called after each image with expected tags: those that were not found.
+  /// Called after each image with expected tags, with those that were not found.
   std::function<void(std::vector<MissedTag> missed)> on_missed = [](const std::vector<MissedTag>&) {};
   /// Whether to stop the robot and end the drive now.
   std::function<bool()> should_stop = [] { return false; };
-  /// Messages from the robot for people.
+  /// Messages from the robot for the user.
   std::function<void(const std::string&)> on_text = [](const std::string&) {};
 };
 
@@ -119,7 +119,7 @@ struct RobotLoopEnd {
   double seconds = 0;  ///< by the clock of the robot, from its first sample
 };
 
-/// The loop between samples and commands of any robot. In every case the last command is zero, unless it only
+/// The loop between samples and commands of any robot. The last command is always zero, unless the loop only
 /// listens.
 class RobotLoop {
  public:

@@ -1,4 +1,4 @@
-// The loop with a scripted robot and clock: order of events, commands sent, and every end.
+// Tests the loop with a scripted robot and clock: order of events, commands sent, and every end.
 #include "waymark/runtime/robot_loop.hpp"
 
 #include <cmath>
@@ -77,7 +77,7 @@ CameraFrame picture(Duration when, std::uint8_t number, const std::string& camer
   return frame;
 }
 
-/// Drives forwards and stores what it receives.
+/// Drives forwards and stores everything it receives.
 struct Driver {
   RobotListener listener() {
     RobotListener listener;

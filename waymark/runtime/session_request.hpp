@@ -15,7 +15,7 @@ struct SessionRequest {
   bool end = false;
   std::string reason{};         ///< why the session ends
   bool command_zero = false;    ///< send zero, regardless of the driver's decision
-  std::optional<bool> pause{};  ///< of a replay, if it changed: pause or resume
+  std::optional<bool> pause{};  ///< pause or resume of a replay, if it changed
   /// A given pose of the robot: a replay stays stopped until it is resumed.
   std::optional<GivenPose> pose{};
   std::vector<std::string> messages{};  ///< for the person who runs the program

@@ -10,13 +10,13 @@
 namespace waymark {
 
 /// A robot defined by one function, which executes the newest command for one period and returns the samples
-/// of that period. After each call a new command is requested (lockstep). For simulators, and for hardware
-/// that is polled, whose function waits until the period is over. When a drive ends for any reason and the
-/// last command was not zero, the function is called once more with zero. A robot that sends asynchronously
-/// implements Source and Robot.
+/// of that period. After each call a new command is requested (lockstep). It suits simulators and polled
+/// hardware; for hardware, the function waits until the period is over. When a drive ends for any reason and
+/// the last command was not zero, the function is called once more with zero. A robot that sends
+/// asynchronously implements Source and Robot.
 class StepRobot final : public Source, public Robot {
  public:
-  /// `now`: the end of the period; stamps of samples are on the same clock. An error ends the drive.
+  /// `now`: the end of the period, on the same clock as the stamps of samples. An error ends the drive.
   using Step = std::function<Result<std::vector<Sample>>(const VelocityCommand& command, SensorTime now)>;
 
   explicit StepRobot(Step step, Duration period = std::chrono::milliseconds(50));

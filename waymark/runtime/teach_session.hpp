@@ -14,7 +14,7 @@ namespace waymark {
 
 /// Callbacks of a taught lap.
 struct TeachListener {
-  /// Every sample, in order, for a recording. An error ends the lap.
+  /// Called with every sample, in order, for a recording. An error ends the lap.
   std::function<Status(const Sample&)> on_sample = [](const Sample&) { return Status(); };
   /// Progress and current warnings, after each image that was searched for tags.
   std::function<void(const std::string&)> on_progress = [](const std::string&) {};

@@ -1,4 +1,4 @@
-// A taught lap on the loop, with a simulated robot and clock: every end, and the messages meanwhile.
+// Tests every end of a taught lap on the loop, and its messages, with a simulated robot and clock.
 #include "waymark/runtime/teach_session.hpp"
 
 #include <string>

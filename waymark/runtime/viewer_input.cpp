@@ -50,8 +50,8 @@ void ViewerRequests::apply_order(const ViewerOrder& order, Duration uptime, S st
 
 ViewerRequests::Request ViewerRequests::read(Duration uptime, S state) {
   Request request;
-  // In this order: a viewer whose orders were read held control at that time; if control is lost now, it left
-  // afterwards.
+  // The order matters: a viewer whose orders were read held control at that time; if control is lost now, it
+  // left afterwards.
   const std::vector<ViewerOrder> orders = link_.take_orders();
   const ViewerControl control = link_.control();
   notice_control(control, uptime, state);

@@ -18,8 +18,8 @@ namespace waymark {
 
 /// An order of a viewer.
 struct ViewerOrder {
-  /// SetControl, Snapshot and Record are for a camera that is shown without a robot; Message is a message for
-  /// the person who runs the program.
+  /// SetControl, Snapshot and Record are for a camera that is shown without a robot. Message is for the
+  /// person who runs the program.
   enum class Kind : std::uint8_t {
     Go,
     Stop,
@@ -126,8 +126,8 @@ class ViewerInput final : public OperatorInput {
   bool truth_received_ = false;  ///< a script requires the ground truth
 };
 
-/// Viewers of a session that is one state of the operator's: a taught lap or a replay. Go pauses a replay and
-/// ends a lap.
+/// Viewers of a session that has only one state of the operator's session: a taught lap or a replay. Go
+/// pauses a replay and ends a lap.
 class PhaseRequests {
  public:
   /// `stop_pressed`: the space bar. Without a link there are no viewers.

@@ -92,7 +92,7 @@ TEST_F(Orders, TheRobotStopsWhileTeachingUntilAPersonIsPresent) {
   EXPECT_FALSE(orders_.read(seconds(7), S::Teaching).command_zero);
 }
 
-/// A previous press does not matter, although the session ignores a second press within 0.3 s.
+/// A previous press has no effect, although the session ignores a second press within 0.3 s.
 TEST_F(Orders, AReplayPausesWhenItsViewerLeaves) {
   for (const double since_press : {0.05, 0.25, 0.5, 3.0}) {
     FakeViewers feed;
