@@ -1,4 +1,4 @@
-// Expected tags in an image from pose and map, and the description of tags that were not found.
+// Tests the expected tags in an image from pose and map, and the description of tags that were not found.
 #include "waymark/pipeline/expected_tags.hpp"
 
 #include <numbers>
@@ -72,7 +72,7 @@ TEST(ExpectedTags, ExcludeOccludedTags) {
   EXPECT_EQ(numbers, (std::vector<int>{0, 2, 20}));
 }
 
-/// The same scene on a tilted floor: the image does not change.
+/// The same scene on a tilted floor, which does not change the image.
 TEST(ExpectedTags, UseTheFloorOfTheMap) {
   TagMap leaning = wall();
   leaning.floor.normal = Eigen::Vector3d(0.2, -0.1, 1).normalized();

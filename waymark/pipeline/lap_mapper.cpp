@@ -62,7 +62,7 @@ double tilt_between(const SE3& map_T_tag, const SE3& other) {
   return std::acos(std::clamp(up(map_T_tag).dot(up(other)), -1.0, 1.0));
 }
 
-/// The given pose rotated about its centre by the smallest rotation that gives it the observed tilt: position
+/// The given pose, rotated about its centre by the smallest rotation that yields the observed tilt. Position
 /// and heading are as given, and the floor normal is the z axis of the map.
 SE3 leaning_as(const SE3& stance, const SE3& given) {
   const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
@@ -72,7 +72,7 @@ SE3 leaning_as(const SE3& stance, const SE3& given) {
 }
 
 /// Places the map by the pose of the anchor on the floor, with a message if the anchor is not upright. A
-/// given pose is compared with the observations and gets the observed tilt.
+/// given pose is compared with the observations and rotated to the observed tilt.
 Result<std::string> place_anchor(const TaughtLap& taught, const MapLapOptions& options, TeachSetup& setup) {
   constexpr double kMaxTiltDifference =
       to_radians(60);  // a pose from few observations may be the mirrored one
@@ -271,8 +271,9 @@ struct Stance {
   double z_sigma_m = 0.05;
 };
 
-/// Height by the median. Orientation by the observation with the most others near it, and their mean: an
-/// observation of a square from the front has two possible poses, so the mean of all is meaningless.
+/// The height is the median. The orientation is the mean of the observation with the most others near it, and
+/// of these others. A square observed from the front has two possible poses, so the mean of all is
+/// meaningless.
 Stance stance_of(const std::vector<SE3>& observations) {
   constexpr double kAgree = 0.35;
   constexpr std::size_t kMaxCandidates = 200;
@@ -300,12 +301,12 @@ Stance stance_of(const std::vector<SE3>& observations) {
   }
   stance.map_R_tag = SO3::exp(mean) * stance.map_R_tag;
   stance.z_m = median(std::move(z));
-  // The scatter instead of the error of the mean, because observations of one drive share their errors.
+  // Uses the scatter instead of the error of the mean, because observations of one drive share their errors.
   stance.rotation_sigma_rad = std::max(0.02, std::sqrt(squares));
   return stance;
 }
 
-/// Tags in the middle of larger ones: at the same position, with fewer observations.
+/// Tags in the middle of larger ones have the same position and fewer observations.
 std::map<TagId, TagId> nested(const LandmarkMap& points) {
   constexpr double kSamePlace = 0.03;
   std::map<TagId, TagId> inner;

@@ -27,7 +27,7 @@ struct MapLapOptions {
   ChainOptions chain{};
   BundleMapOptions bundle{};
   RouteOptions route{};
-  std::optional<LapPrior> prior{};  ///< a map that the lap extends; bundle only
+  std::optional<LapPrior> prior{};  ///< the map that the lap extends; bundle only
 };
 
 /// Names that parse_map_method() accepts.
@@ -69,7 +69,7 @@ struct MappedLap {
   double route_repeated_m = 0;  ///< length of the lap that is not in the route because it repeats the route
   int frames = 0;
   int frames_without_pose = 0;
-  std::vector<std::string> warnings{};  ///< missing or uncertain results
+  std::vector<std::string> warnings{};  ///< warnings of missing or uncertain results
   std::optional<BundleFigures> bundle{};
 };
 
@@ -99,7 +99,7 @@ struct MapPosesOptions {
   RouteOptions route{};
 };
 
-/// Figures that only a lap of poses has.
+/// Results that only a lap of tag poses has.
 struct PoseLapFigures {
   OdometryScales scales{};
   OdometryScales scales_sigma{};

@@ -22,7 +22,7 @@ TeachSetup some_setup() {
           .base_T_cam = base_T_cam(),
           .sizes = {.default_size_m = 0.16},
           .anchor = kAnchor,
-          // Upright, facing towards smaller x.
+          // An upright tag that faces towards smaller x.
           .map_T_anchor = SE3(base_T_cam().rotation(), {4, 0.4, 0.3})};
 }
 

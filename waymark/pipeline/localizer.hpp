@@ -28,9 +28,9 @@ struct LocalizerSetup {
   LocalizationKind method = LocalizationKind::Riekf;
   RiekfOptions filter{};
   AnchorOptions anchor{};
-  /// The estimate drives a robot: the latency is estimated during the run
-  /// (RiekfLocalizer::estimate_camera_latency()), and motion by hand during a standstill is left to the
-  /// replay (Tracker::trust_standstill()).
+  /// The estimate is used to drive a robot: the latency is estimated during the run
+  /// (RiekfLocalizer::estimate_camera_latency()), and the replay detects motion by hand during a standstill
+  /// (Tracker::trust_standstill()).
   bool live = false;
 };
 
@@ -40,7 +40,7 @@ struct LocalizerSetup {
 /// Fails (InvalidArgument, with a suggestion) on an unknown name.
 [[nodiscard]] Result<LocalizationKind> parse_localization_method(std::string_view name);
 
-/// Fails on an empty map, on overlapping tags, and if map or sensor lack what the method needs.
+/// Fails on an empty map, on overlapping tags, and if map or sensors lack data that the method needs.
 [[nodiscard]] Result<std::unique_ptr<LocalizationMethod>> make_localization_method(
     const LocalizerSetup& setup);
 

@@ -140,7 +140,7 @@ std::optional<OperatorEvent> OperatorPad::add(const GamepadState& pad) {
   if (newly(options_.stop_button)) return E::Stop;
   if (newly(options_.quit_button)) return E::Quit;
   if (newly(options_.go_button)) return E::Go;
-  // Only the four stick axes: the rest position of triggers depends on the gamepad.
+  // Uses only the four stick axes, because the rest position of triggers depends on the gamepad.
   constexpr std::size_t kStickAxes = 4;
   for (std::size_t i = 0; i < std::min(kStickAxes, pad.axes.size()); ++i) {
     if (!(std::abs(pad.axes[i]) < options_.stick_motion)) return E::StickMoved;  // NaN counts as motion

@@ -41,7 +41,7 @@ enum class OperatorEvent : std::uint8_t {
 [[nodiscard]] std::string_view to_string(OperatorState state);
 [[nodiscard]] std::string_view to_string(OperatorEvent event);
 
-/// What the owner of the session has to do next.
+/// Action that the owner of the session takes next.
 enum class OperatorAction : std::uint8_t {
   Nothing,
   StartLap,      ///< start recording
@@ -73,14 +73,14 @@ class Operator {
       : options_(options), state_(start) {}
 
   /// Returns the action for an event, or an error that explains why the event has no effect now. `reason`:
-  /// for events with a cause (MapFailed, ReplayStopped).
+  /// cause of MapFailed and ReplayStopped.
   Result<OperatorAction> handle(OperatorEvent event, Duration now, std::string reason = {});
 
   [[nodiscard]] OperatorState state() const { return state_; }
   [[nodiscard]] Duration since() const { return since_; }
   /// Why the last replay or mapping ended early; empty otherwise.
   [[nodiscard]] const std::string& reason() const { return reason_; }
-  /// What the operator can do now, in one line.
+  /// The operator's options now, in one line.
   [[nodiscard]] std::string prompt(const OperatorButtons& buttons = {}) const;
 
   /// The command that may be sent to the robot: the person's while teaching, the replay's while replaying,
@@ -102,8 +102,7 @@ struct OperatorPadOptions {
   double stick_motion = 0.3;  ///< deflection of a stick that counts as intended
 };
 
-/// Converts gamepad states to events: a button once when it is pressed, the sticks as long as they are
-/// deflected.
+/// Converts gamepad states to events: a button once when it is pressed, the sticks while they are deflected.
 class OperatorPad {
  public:
   explicit OperatorPad(const OperatorPadOptions& options = {}) : options_(options) {}

@@ -231,7 +231,7 @@ bool Replayer::at_goal() const {
   return progress_->arc_length_m >= route_.length_m - options_.follower.stop_within_m;
 }
 
-/// Length of the route before the start, and of the parts skipped by resume().
+/// Length of the route before the start, plus the parts skipped by resume().
 double Replayer::left_out_m() const { return skipped_m_ + (route_.closed ? 0.0 : start_way_m_); }
 
 /// After more than one second without any sensor sample, or with this computer suspended, the motion in the
@@ -378,7 +378,7 @@ ReplayStep Replayer::step(SensorTime now) {
   lost_certainty_ = was_certain_ && !known;
   was_certain_ = was_certain_ || known;
   given_ = given_ && !known;
-  if (!known) step.estimate.reset();  // an uncertain estimate is not driven by
+  if (!known) step.estimate.reset();  // an uncertain estimate is not used for driving
   watch_.tick(now);
   const double dt_s = last_step_ ? to_seconds(now - *last_step_) : kUsualPeriod_s;
   last_step_ = now;

@@ -42,15 +42,15 @@ enum class ReplayState : std::uint8_t {
   AtStation,   ///< stopped at a station; continues when the dwell time is over
   Stopped,     ///< by the limiter; continues when the reason is gone, after a lasting reason only with Resume
   Finished,    ///< the whole route was driven
-  Incomplete,  ///< at the end of the route with parts of it left out
+  Incomplete,  ///< at the end of the route, with parts of it not driven
 };
 
-/// Findings of a step, in the order in which they are evaluated.
+/// Findings of a step, in order of evaluation.
 enum class ReplayEvent : std::uint8_t {
   GateOpen,        ///< near the route and pointing along it
   GateShut,        ///< too far from the route, or heading away from it
   GoalReached,     ///< at the end of the route, or of its last lap, with all of it driven
-  EndReached,      ///< at the end with a part of the route left out
+  EndReached,      ///< at the end, with a part of the route not driven
   LimiterStops,    ///< there is a reason to stop
   LimiterAllows,   ///< no reason to stop, and no station is being served
   StationReached,  ///< no reason to stop, and a station is being served
@@ -73,7 +73,7 @@ struct ReplayTransition {
 /// The replay phase as a state table: the result of an event in a state; none if it has no effect. Pure.
 [[nodiscard]] std::optional<ReplayTransition> transition(ReplayState from, ReplayEvent event);
 
-/// Whether commands may be sent at all: not after a refusal or the end.
+/// Whether commands may be sent at all; false after a refusal and at the end.
 [[nodiscard]] constexpr bool is_live(ReplayState state) {
   return state != ReplayState::Refused && state != ReplayState::Finished && state != ReplayState::Incomplete;
 }
@@ -112,7 +112,7 @@ struct ReplayStep {
 };
 
 /// The replay phase: estimate, follow, limit. Each finding of a step is an event, and transition() defines
-/// its effect. Samples are in stamp order; step() is to be called at the rate of commands, at least 20 Hz.
+/// its effect. Add samples in stamp order; call step() at the rate of commands, at least 20 Hz.
 class Replayer {
  public:
   /// `map`: for the clearance around tags.
@@ -124,7 +124,7 @@ class Replayer {
   void add(const Odometry& odometry);
   void add(const ImuSample& imu);
   void add(const LaserScan& scan);
-  /// Tags expected in a current image. (The camera reports those it did not find, with reasons.)
+  /// Tags expected in a current image. (The camera reports those that were not found, with reasons.)
   [[nodiscard]] std::vector<ExpectedTag> expected(const MountedCamera& camera, SensorTime stamp) const {
     return expected_tags(map_, camera, method_->estimate(), stamp);
   }
@@ -134,12 +134,12 @@ class Replayer {
 
   /// Pauses the replay: the robot brakes and stays stopped with this reason until resume().
   void pause(std::string reason);
-  /// After the operator checked the robot: clears lasting alarms and pauses. The robot continues from the
-  /// nearest point of the route that it has not passed yet, if the start gate permits.
+  /// Call after the operator checked the robot. Clears lasting alarms and pauses. The robot continues from
+  /// the nearest point of the route that it has not passed yet, if the start gate permits.
   void resume();
 
-  /// Sets the pose of the robot. It brakes and stays stopped, as after pause(), until resume(); it then
-  /// continues from its pose, if tags observed in the meantime agree with it.
+  /// Sets the pose of the robot. The robot brakes and stays stopped, as after pause(), until resume(). It
+  /// then continues from this pose, if tags observed in the meantime agree with it.
   void restart_from(const GivenPose& given);
 
   [[nodiscard]] int stops() const { return stops_; }
@@ -201,8 +201,8 @@ class Replayer {
   std::optional<SensorTime> last_step_{};
   std::string refusal_{};
   std::string pause_{};
-  bool was_certain_ = false;     ///< there was a certain estimate
-  bool lost_certainty_ = false;  ///< there was a certain estimate, but there is none now
+  bool was_certain_ = false;     ///< a certain estimate existed
+  bool lost_certainty_ = false;  ///< a certain estimate existed, but no longer does
   bool given_ = false;           ///< a pose was given and is not confirmed yet
   bool unsure_ = false;          ///< stopped for position uncertainty
   bool find_ahead_ = false;      ///< after resume()

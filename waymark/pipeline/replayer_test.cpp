@@ -22,7 +22,7 @@ constexpr std::array kReplayEvents{Event::GateOpen,       Event::GateShut,     E
                                    Event::EndReached,     Event::LimiterStops, Event::LimiterAllows,
                                    Event::StationReached, Event::Resume};
 
-// Every cell of seven states and eight events: only the transitions written here exist.
+// Tests every cell of seven states and eight events: only the transitions listed here exist.
 TEST(ReplayPhase, EveryCellOfTheTable) {
   const std::map<std::pair<State, Event>, ReplayTransition> expected = {
       {{State::Waiting, Event::GateOpen}, {State::Driving, Action::BeginRoute}},

@@ -167,8 +167,8 @@ bool Teacher::came_back(SensorTime since) const {
   });
 }
 
-/// Samples of all kinds are approximately in order. An image behind the other samples is late if images
-/// continue in order; only a clock reset makes their stamps go back.
+/// Samples of all kinds are approximately in order. An image stamped earlier than other samples is late if
+/// images continue in order; only a clock reset makes their stamps go back.
 void Teacher::receive(SensorTime stamp, bool is_frame) {
   const double since_s = received_ ? to_seconds(stamp - *received_) : 0;
   const bool goes_on = !newest_frame_ || stamp >= *newest_frame_;

@@ -27,12 +27,12 @@ struct TagLink {
 };
 
 /// Co-visibility of tags, which connects the map. A tag that few frames connect to the others is weakly
-/// determined, and so is everything behind it.
+/// determined, and so are all tags connected only through it.
 class TagLinks {
  public:
   /// Adds the tags of one frame, in any order, each once.
   void add(std::span<const TagId> tags) { add(tags, {}); }
-  /// `beside`: tags of another camera at the same time, which were already added.
+  /// `beside`: tags of another camera at the same time, which were added before.
   void add(std::span<const TagId> tags, std::span<const TagId> beside);
 
   /// The weak links that connect the map: edges of the maximum spanning forest (Kruskal, "On the shortest
@@ -86,25 +86,25 @@ struct TeachSummary {
   double clock_back_s = 0;           ///< largest backward jump of the sensor clock
   double longest_silence_s = 0;      ///< without any sample at all
   int odometry_jumps = 0;            ///< number of odometry resets (odometry_jumped())
-  double image_arrival_delay_s = 0;  ///< of tags relative to the odometry of their time, if it is long
-  /// The lap can be mapped: the anchor and another tag were observed, clock and odometry did not jump, and
-  /// the loop is closed if it should be, or else at least half a metre was driven.
+  double image_arrival_delay_s = 0;  ///< delay of tags relative to the odometry of their time, if long
+  /// Whether the lap can be mapped. The anchor and another tag were observed, and clock and odometry did not
+  /// jump. The loop is closed if it should be; otherwise at least half a metre was driven.
   bool mappable = false;
   std::vector<TagLink> weak_links{};  ///< links with few frames whose loss would split the map; weakest first
-  std::vector<TagId> unreachable{};   ///< connected to the anchor by no chain of frames
+  std::vector<TagId> unreachable{};   ///< not connected to the anchor by any chain of frames
   std::vector<std::string> warnings{};
 
   [[nodiscard]] double two_tags_fraction() const;
 };
 
 /// The teach phase (Martins and Ramos, "AprilTag-based Trajectory Tracking for the LIMOS Robot", Algorithm
-/// 1): samples in, taught frames out, nothing optimised.
+/// 1). Converts samples to taught frames, without optimisation.
 class Teacher {
  public:
   explicit Teacher(TeachSetup setup) : setup_(std::move(setup)) {}
 
   TaughtFrame add(const TagFrame& frame);
-  /// Only counts, and computes no pose except that of the anchor: for monitoring a lap that is recorded and
+  /// Only counts, and computes no pose except that of the anchor; for monitoring a lap that is recorded and
   /// mapped later. The summary equals that of add(), unless a detection has no pose. Several times as fast.
   void watch(const TagFrame& frame);
   /// The same for a robot that sends tag poses without corners.
@@ -178,7 +178,7 @@ class TeachMonitor {
   [[nodiscard]] double acceleration_m_s2() const;
   /// Current problems, a few words each; empty if there are none.
   [[nodiscard]] std::vector<std::string> live() const;
-  /// Problems that lasted long enough to degrade the lap, with corrections.
+  /// Problems that lasted long enough to degrade the lap, with remedies.
   [[nodiscard]] std::vector<std::string> summary() const;
   [[nodiscard]] double worst_blur_px() const { return worst_blur_px_; }
   [[nodiscard]] int blurred_frames() const { return blurred_frames_; }

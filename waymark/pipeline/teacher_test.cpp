@@ -1,4 +1,4 @@
-// Warnings and summary of a teach lap.
+// Tests the warnings and the summary of a teach lap.
 #include "waymark/pipeline/teacher.hpp"
 
 #include <array>
@@ -62,8 +62,8 @@ TeachSetup setup_with(bool closed) {
           .closed_route = closed};
 }
 
-/// Two tags ahead all the time, at `speed_m_s` for `seconds`; from `jump_at_s` on the clock is off by
-/// `jump_s`.
+/// A drive with two tags ahead all the time, at `speed_m_s` for `seconds`; from `jump_at_s` on, the clock is
+/// off by `jump_s`.
 TeachSummary driven(bool closed, double seconds, double jump_at_s = 1e9, double jump_s = 0) {
   const std::array<Eigen::Vector2d, 4> corners{Eigen::Vector2d(300, 200), {340, 200}, {340, 240}, {300, 240}};
   Teacher teacher(setup_with(closed));
