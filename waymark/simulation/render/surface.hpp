@@ -83,8 +83,8 @@ struct Viewpoint {
   Eigen::Vector3d cam_ray_shift = Eigen::Vector3d::Zero();
 };
 
-/// A surface from a viewpoint. A ray r intersects its plane at (a / c, b / c) in units of its grid, where a,
-/// b and c are x r.x + y r.y + z r.z + shift.
+/// A surface from a viewpoint. A ray r intersects its plane at (a / c, b / c), in units of its grid. Each of
+/// a, b, c is x r.x + y r.y + z r.z + shift.
 struct PlaneRays {
   struct Form {
     float x = 0, y = 0, z = 0, shift = 0;

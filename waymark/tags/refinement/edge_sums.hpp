@@ -39,9 +39,9 @@ struct NormalLanes {
 };
 
 /// The |error| of both is below 3e-5, a hundredth of a grey level at full contrast. exp(-z^2/2) is the 16th
-/// power of a polynomial that interpolates exp(-x) at the Chebyshev nodes of [0, 36/32]. The tail is from
-/// Abramowitz and Stegun, "Handbook of Mathematical Functions", 26.2.16. Beyond |z| = 6 both are constant, so
-/// squares of densities stay normal numbers.
+/// power of a polynomial. The polynomial interpolates exp(-x) at the Chebyshev nodes of [0, 36/32]. The tail
+/// is from Abramowitz and Stegun, "Handbook of Mathematical Functions", 26.2.16. Beyond |z| = 6 both are
+/// constant, so squares of densities stay normal numbers.
 template <class L>
 [[gnu::always_inline]] inline NormalLanes<L> normal_lanes(const L& z) {
   const L a = z.abs().min(6.0F);
