@@ -26,7 +26,7 @@ struct CsvTable {
 };
 
 /// Parses comma-separated text (RFC 4180 without line breaks inside quotes). Blank lines and lines that start
-/// with '#' are skipped, blanks around a cell are removed, and LF and CRLF both end a line. Fails, with the
+/// with '#' are skipped, and blanks around a cell are removed. Lines end with LF or CRLF. Fails, with the
 /// line, on text without a header, a duplicate column, a row of another length, or an open quote. O(text).
 [[nodiscard]] Result<CsvTable> parse_csv(std::string_view text, std::string source);
 

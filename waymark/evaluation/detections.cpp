@@ -168,8 +168,8 @@ struct Free {
   std::vector<bool> truth;
 };
 
-/// Greedy assignment: the nearest pair first. `distance(d, t)` returns a negative number for a pair that must
-/// not match.
+/// Greedy assignment that begins with the nearest pair. `distance(d, t)` returns a negative number for a pair
+/// that must not match.
 template <class Distance>
 std::vector<MatchedPair> take_nearest(Free& free, Distance&& distance) {
   std::vector<std::tuple<double, std::size_t, std::size_t>> pairs;

@@ -17,7 +17,7 @@
 
 namespace waymark {
 
-/// A tag in an image, by the ground truth.
+/// A tag in an image, from the ground truth.
 struct TrueTag {
   TagId tag;
   /// TL, TR, BR, BL of the printed tag, in distorted pixels, centres at +1/2, as in TagDetection.
@@ -37,11 +37,11 @@ using DetectionTruth = std::map<std::string, std::vector<TrueTag>>;
 [[nodiscard]] Result<DetectionTruth> parse_truth(std::string_view text, std::string source);
 
 /// The image of the ground truth that corresponds to `path`. The name in the ground truth may omit leading
-/// folders and the suffix ("A_010_0" or "clean/A_010_0.png" for "data/clean/A_010_0.png"). The longest name
-/// wins; none if no name matches.
+/// folders and the suffix ("A_010_0" or "clean/A_010_0.png" for "data/clean/A_010_0.png"). The longest
+/// matching name is used; none if no name matches.
 [[nodiscard]] std::optional<std::string> find_image(const DetectionTruth& truth, std::string_view path);
 
-/// Limits for matching a detection to a true tag: its corner distance is at most the larger of the two.
+/// Limits for matching a detection to a true tag. Its corner distance is at most the larger of the two.
 struct MatchOptions {
   double match_distance_px = 2.0;
   double match_distance_sides = 0.1;
@@ -68,9 +68,9 @@ struct MatchedPair {
 };
 
 /// Classification of every detection and every true tag of one image. Each index is in exactly one list of
-/// its side.
+/// its kind.
 struct Matching {
-  std::vector<MatchedPair> correct;  ///< right position, family, id and corner order; nearest first
+  std::vector<MatchedPair> correct;  ///< correct position, family, id and corner order; nearest first
   /// On a true tag (in any rotation) that no other detection matches, with another id or rotation.
   std::vector<MatchedPair> wrong_id;
   std::vector<std::size_t> false_positives;  ///< on no true tag, or on one that is already matched
@@ -82,11 +82,12 @@ struct Matching {
                                         const std::array<Eigen::Vector2d, 4>& truth,
                                         std::size_t quarter_turns = 0);
 
-/// Matches the detections of one image to its true tags. Of all pairs with the same family and id whose
-/// corners, in printed order, are within the limit, the nearest pair is taken, then the nearest of the
-/// remaining pairs, and so on; ties are resolved by the earlier detection, then by the earlier true tag. A
-/// unique id is thus matched by id, and duplicate ids by position. The rest is matched in the same way with
-/// ids ignored and corners in any rotation: these are wrong ids. O(detections · truth · log).
+/// Matches the detections of one image to its true tags. Candidates are all pairs with the same family and id
+/// whose corners, in printed order, are within the limit. The nearest pair is matched first, then the nearest
+/// of the remaining pairs, and so on. Of equal pairs, the one with the earlier detection, then the earlier
+/// true tag, is matched first. A unique id is thus matched by id, and duplicate ids by position. The
+/// remaining detections are matched in the same way with ids ignored and corners in any rotation; these are
+/// wrong ids. O(detections · truth · log).
 [[nodiscard]] Matching match_detections(std::span<const TagDetection> detections,
                                         std::span<const TrueTag> truth, const MatchOptions& options = {});
 
@@ -102,8 +103,8 @@ struct CornerScores {
   double bias_outward_px = 0;  ///< mean error away from the centre of the true tag
 };
 
-/// Consistency of the reported covariances: mean of the normalised squared error e' C^-1 e. It equals its
-/// degrees of freedom for consistent covariances and is larger if they are too small (Bar-Shalom, Li and
+/// Consistency of the reported covariances, as the mean of the normalised squared error e' C^-1 e. It equals
+/// its degrees of freedom for consistent covariances and is larger if they are too small (Bar-Shalom, Li and
 /// Kirubarajan, "Estimation with Applications to Tracking and Navigation", section 5.4).
 struct CornerConsistency {
   std::size_t tags = 0;        ///< correct detections with a positive definite covariance
@@ -123,8 +124,8 @@ struct ClassScores {
   [[nodiscard]] std::optional<double> recall() const;
 };
 
-/// Edges of the classes, ascending; class i is [edges[i], edges[i+1]), and the last one includes its upper
-/// edge. Values outside are in no class.
+/// Edges of the classes, ascending. Class i is [edges[i], edges[i+1]), and the last one includes its upper
+/// edge. Values outside belong to no class.
 struct ClassEdges {
   std::vector<double> size_px = {0, 11, 13, 15, 18, 22, 28, 40, 70, 140, 1e6};
   std::vector<double> tilt_deg = {0, 10, 25, 40, 55, 65, 72, 90};

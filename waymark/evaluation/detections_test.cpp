@@ -23,7 +23,7 @@ using ::testing::HasSubstr;
 
 const std::string kHeader = "image,id,x0,y0,x1,y1,x2,y2,x3,y3";
 
-/// Expects an error with its place and a part of its message or hint, and its words on the golden page.
+/// Expects an error with its place and a part of its message or hint, and its text on the golden page.
 void expect_error(const std::string& text, std::optional<std::int64_t> line, const std::string& column,
                   const std::string& part = "") {
   const auto truth = parse_truth(text, "truth.csv");

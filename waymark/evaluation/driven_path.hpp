@@ -16,10 +16,10 @@ struct PathPose {
   double yaw_rad = 0;
   double arc_length_m = 0;
   std::size_t pose = 0;    ///< index into the trajectory
-  bool backwards = false;  ///< direction of driving to the pose; for the first pose, from it
+  bool backwards = false;  ///< driving direction to the pose; for the first pose, from it
 };
 
-/// The poses of a trajectory that are at least `step_m` from the previous one: a standstill adds one pose.
+/// The poses of a trajectory that are at least `step_m` from the previous one, so a standstill adds one pose.
 [[nodiscard]] std::vector<PathPose> driven_path(const Trajectory& trajectory, double step_m);
 
 /// Length of one lap: the arc length at which the path returns to its start with the same heading. None if it
@@ -36,8 +36,8 @@ struct PathFoot {
 /// Nearest point on the path where its direction is within 90 degrees of the heading of the pose.
 [[nodiscard]] std::optional<PathFoot> nearest_foot(const std::vector<PathPose>& path, const PathPose& at);
 /// Nearest point with an arc length in [from_m, to_m] where the path was driven in the same direction
-/// (forwards or backwards) as the pose: after a change of direction a path overlaps itself. None if there is
-/// no such point. O(log poses + window).
+/// (forwards or backwards) as the pose. This matters because a path overlaps itself after a change of
+/// direction. None if no such point exists. O(log poses + window).
 [[nodiscard]] std::optional<PathFoot> nearest_foot(const std::vector<PathPose>& path, const PathPose& at,
                                                    double from_m, double to_m);
 

@@ -25,14 +25,14 @@ struct TagMapErrors {
 
 struct TrajectoryErrors {
   std::size_t poses =
-      0;  ///< estimated poses within the time of the ground truth; the other values are over these
+      0;  ///< estimated poses within the time span of the ground truth; the other values are over these
   double rmse_m = 0;  ///< root mean square distance of the base
   double max_m = 0;   ///< largest distance
   double orientation_rmse_deg = 0;
 };
 
 /// Compares each estimated pose with the ground truth at its stamp, interpolated linearly between the two
-/// neighbouring poses. Both inputs in time order. O(poses).
+/// neighbouring poses. Both inputs must be in time order. O(poses).
 [[nodiscard]] TrajectoryErrors trajectory_errors(const Trajectory& estimated, const Trajectory& truth);
 
 /// Whether the anchor of a map is at its true pose, within the error of a measured tilt or position (2 cm,

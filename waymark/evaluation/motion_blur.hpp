@@ -15,10 +15,10 @@ struct EdgeBlur {
   double speed_px_s = 0;    ///< velocity of the edge along its normal
 };
 
-/// The edges of those tags of `frame` that are also in the frames before and after, where the blur is
-/// measurable: cells of at least 5 px, and an unsaturated step of at least 30 grey levels. The variance is
-/// the second moment of the profile across the edge, which is additive over lens, pixel and motion for any
-/// shape. O(edges x length).
+/// The edges with measurable blur of those tags of `frame` that are also in the frames before and after. Blur
+/// is measurable if cells have at least 5 px and the step is unsaturated and at least 30 grey levels. The
+/// variance is the second moment of the profile across the edge, which is additive over lens, pixel and
+/// motion for any shape. O(edges x length).
 [[nodiscard]] std::vector<EdgeBlur> edge_blurs(const ImageView& image, const TagFrame& before,
                                                const TagFrame& frame, const TagFrame& after);
 
@@ -28,10 +28,10 @@ struct BlurFit {
   int edges = 0;
 };
 
-/// An edge that moves at v during the exposure t is blurred over v t, and a box of that width has the
-/// variance (v t)^2 / 12. Fits a straight line through the medians of eight classes of v^2. None with fewer
-/// than 200 edges, or if the blur of the fastest class exceeds that of the slowest by less than a third of a
-/// pixel. O(n log n).
+/// An edge that moves at v during the exposure t is blurred over v t; a box of that width has the variance (v
+/// t)^2 / 12. Fits a straight line through the medians of eight classes of v^2. None with fewer than 200
+/// edges, or if the blur of the fastest class exceeds that of the slowest by less than a third of a pixel.
+/// O(n log n).
 [[nodiscard]] std::optional<BlurFit> fit_exposure(std::vector<EdgeBlur> edges);
 
 }  // namespace waymark

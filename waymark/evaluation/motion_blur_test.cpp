@@ -1,4 +1,4 @@
-// Black squares with known blur by lens, pixel and motion.
+// Tests on black squares with known blur from lens, pixel and motion.
 #include "waymark/evaluation/motion_blur.hpp"
 
 #include <algorithm>

@@ -15,11 +15,11 @@ struct PosePair {
 };
 
 /// The pose of the base at `stamp`, interpolated linearly between the two neighbouring poses. None outside
-/// the trajectory, and if the two poses are further apart than `max_gap`. O(log poses).
+/// the trajectory, or if the two poses are further apart than `max_gap`. O(log poses).
 [[nodiscard]] std::optional<SE3> pose_at(const Trajectory& trajectory, SensorTime stamp, Duration max_gap);
 
-/// Pairs each estimate with the reference at its stamp; estimates without one are skipped. Both in time
-/// order.
+/// Pairs each estimate with the reference at its stamp; estimates without a reference are skipped. Both
+/// inputs must be in time order.
 [[nodiscard]] std::vector<PosePair> pair_by_time(const EstimatedTrajectory& estimated,
                                                  const Trajectory& reference, Duration max_gap);
 

@@ -120,7 +120,7 @@ void RecordingProfiler::add(const Sample& sample) {
 }
 
 void RecordingProfiler::measure_imu(RecordingProfile& profile) const {
-  // Second differences of white noise have six times its variance; motion adds hardly anything.
+  // Second differences of white noise have six times its variance; motion adds very little.
   const auto white = [](const auto& values, const auto& value) {
     std::vector<double> differences;
     for (std::size_t i = 2; i < values.size(); ++i)
@@ -243,7 +243,7 @@ void RecordingProfiler::measure_motion(RecordingProfile& profile) const {
     best = error / moments;
     profile.command_delay_s = delay;
   }
-  // The best delay is at the limit of the search: the speeds do not follow these commands.
+  // A best delay at the limit of the search means that the speeds do not follow these commands.
   if (profile.command_delay_s > kMaxDelay_s - 0.05) profile.command_delay_s.reset();
 }
 

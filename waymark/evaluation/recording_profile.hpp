@@ -9,9 +9,9 @@
 #include "waymark/samples/tag_map.hpp"
 #include "waymark/samples/trajectory.hpp"
 
-/// Properties of a recording that need no ground truth: rates, gaps, noise, speeds; with a map and a
-/// trajectory also the turn response and the observation distance. The same for real and simulated
-/// recordings.
+/// Properties of a recording that need no ground truth: rates, gaps, noise, speeds. With a map and a
+/// trajectory, also the turn response and the observation distance. They are computed identically for real
+/// and simulated recordings.
 namespace waymark {
 
 /// Timing of the samples of one kind.
@@ -22,7 +22,7 @@ struct StreamProfile {
   double longest_gap_s = 0;  ///< the longest step
 };
 
-/// A gap in a stream: from the last sample before it to the first after it.
+/// A gap in a stream, from the last sample before it to the first after it.
 struct Gap {
   double at_s = 0;  ///< since the first sample of the recording
   double for_s = 0;
@@ -99,9 +99,9 @@ class RecordingProfiler {
   std::map<std::string, Camera> cameras_{};
 };
 
-/// Actual over commanded yaw rate: regression through the origin of the turns of the trajectory over 0.5 s on
-/// the integral of the commands, delayed by `delay_s`. None if fewer than 20 such windows contain a commanded
-/// turn of at least 2 degrees. O(commands + poses).
+/// Actual over commanded yaw rate. Computed by regression through the origin of the turns of the trajectory
+/// over 0.5 s on the integral of the commands, delayed by `delay_s`. None if fewer than 20 such windows
+/// contain a commanded turn of at least 2 degrees. O(commands + poses).
 [[nodiscard]] std::optional<double> turn_response(const std::vector<StampedCommand>& commands,
                                                   const Trajectory& trajectory, double delay_s);
 

@@ -72,7 +72,7 @@ TEST(ReplayJudgement, AcceptsEitherPassOfTheOverlap) {
   EXPECT_NEAR(judge_replay(circle(2.04, 0.2, 0.5), taught, {}, kHull)->cross_track_rmse_m, 0.04, 1e-3);
 }
 
-/// 1.5 m ahead, back along the same path, ahead again: `aside_m` to the left of it.
+/// A drive 1.5 m ahead, back along the same path, and ahead again, `aside_m` to the left of it.
 Trajectory there_and_back(double aside_m) {
   Trajectory trajectory;
   for (int i = 0; i <= 450; ++i) {
@@ -104,7 +104,7 @@ TEST(ReplayJudgement, AStandstillCountsOnce) {
 
 TEST(ReplayJudgement, ClearanceIsFromHullToTrueTag) {
   TagMap tags;
-  // Upright beside the circle with its edge towards the robot: 0.5 m from the circle, half a side is 0.08 m.
+  // An upright tag 0.5 m outside the circle, with its edge towards the robot; half a side is 0.08 m.
   const Eigen::Matrix3d upright = (Eigen::Matrix3d() << -1, 0, 0, 0, 0, 1, 0, -1, 0).finished();
   tags.tags[TagId{}] = {.map_T_tag = SE3(SO3::from_matrix(upright), {2.5, 0, 0.2}), .size_m = 0.16};
   const auto judged = judge_replay(circle(2, -0.2, 0.5), circle(2, -0.3, 1.1), tags, kHull);

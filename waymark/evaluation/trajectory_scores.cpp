@@ -49,7 +49,7 @@ constexpr std::array<std::pair<AlignmentKind, std::string_view>, 4> kAlignmentNa
      {AlignmentKind::Sim3, "sim3"}}};
 
 /// Spread of the positions along their second widest direction [m], or for se2 along the widest in the floor
-/// plane: without it a rotation is not observable.
+/// plane. Without spread, a rotation is not observable.
 double decisive_spread_m(const Positions& p, AlignmentKind kind) {
   Positions centred = p.colwise() - p.rowwise().mean();
   if (kind == AlignmentKind::Se2) centred.row(2).setZero();
@@ -143,7 +143,7 @@ double nearest_m(const std::vector<Side>& sides, const Eigen::Vector2d& p) {
   return nearest;
 }
 
-/// The side whose direction is closest to the heading of the robot; of equal ones the nearest.
+/// The side whose direction is closest to the heading of the robot; among equal ones, the nearest.
 const Side& side_driven(const std::vector<Side>& sides, const SE2& map_T_base) {
   constexpr double kAlike = 1e-3;
   const Eigen::Vector2d ahead(std::cos(map_T_base.yaw()), std::sin(map_T_base.yaw()));

@@ -48,13 +48,13 @@ struct Alignment {
 };
 
 /// The alignment that minimises the sum of squared position distances (Umeyama, "Least-Squares Estimation of
-/// Transformation Parameters Between Two Point Patterns", 1991, equations 40-42), as evo computes it with its
-/// options align and correct_scale; se2 rotates about z and translates in x and y only. Fails
+/// Transformation Parameters Between Two Point Patterns", 1991, equations 40-42). evo computes the same with
+/// its options align and correct_scale. se2 rotates about z and translates in x and y only. Fails
 /// (InvalidArgument) on fewer than three pairs, or if the positions spread too little to determine a
 /// rotation. O(pairs).
 [[nodiscard]] Result<Alignment> align(const std::vector<PosePair>& pairs, AlignmentKind kind);
 
-// Distance of a trajectory from a path without times: a tape on the floor, a route.
+// Distance of a trajectory from a path without times, e.g. a tape on the floor or a route.
 
 /// Corners of a path on the floor, connected by straight lines [m].
 struct FloorPath {
@@ -65,7 +65,7 @@ struct FloorPath {
 struct PathScores {
   ErrorStatistics distance_m{};  ///< from the nearest point of the path
   /// Signed distances (positive to the left) from the line through the side whose direction is closest to the
-  /// heading of the robot, at any distance: the values read off by hand when each side is evaluated
+  /// heading of the robot, at any distance. These are the values read off by hand if each side is evaluated
   /// separately.
   ErrorStatistics side_m{};
   double side_mean_m = 0;  ///< of the signed distances: shows a constant offset to one side
@@ -115,8 +115,9 @@ struct TrajectoryScoreOptions {
 /// squared: e' P^-1 e (Bar-Shalom, Li and Kirubarajan, "Estimation with Applications to Tracking and
 /// Navigation", section 5.4.2).
 struct Consistency {
-  std::size_t count = 0;    ///< estimates with a positive definite covariance
-  double nees_mean = 0;     ///< 3 if consistent; larger: covariance too small, smaller: too large
+  std::size_t count = 0;  ///< estimates with a positive definite covariance
+  double nees_mean =
+      0;  ///< 3 if consistent; larger if the covariance is too small, smaller if it is too large
   double nees_median = 0;   ///< 2.37 if consistent
   double inside_95 = 0;     ///< share within the 95 % ellipsoid
   std::size_t refused = 0;  ///< estimates whose covariance is not positive definite

@@ -138,7 +138,7 @@ TEST(Path, MeasuresDistanceToThePathAndToTheDrivenSide) {
   ASSERT_TRUE(scores);
   EXPECT_NEAR(scores->distance_m.rmse, std::sqrt((0.01 + 0.0064) / 2), 1e-12);
   EXPECT_NEAR(scores->side_mean_m, (0.1 - 0.08) / 2, 1e-12);
-  // Beyond the corner, still heading along the first side: near the second side, off the first one.
+  // Beyond the corner, but still heading along the first side: near the second side, off the first one.
   const auto beyond = score_path({standing(1.5, 0.2, 0)}, kRectangle);
   EXPECT_NEAR(beyond->distance_m.max, 0.18, 1e-12);
   EXPECT_NEAR(beyond->side_mean_m, 0.2, 1e-12);
