@@ -77,7 +77,7 @@ void draw_label(cairo_t* cr, const std::string& words, const Eigen::Vector2d& lo
 
 void draw_tag(cairo_t* cr, const TagDetection& detection, const ImageView& image) {
   Corners corners = detection.corners_px;
-  // Cairo uses 24.8 fixed point: coordinates far outside the image would wrap around.
+  // Cairo uses 24.8 fixed point, so coordinates far outside the image would wrap around.
   const Eigen::Vector2d reach(2.0 * image.width, 2.0 * image.height);
   for (auto& corner : corners) {
     if (!corner.allFinite()) return;

@@ -16,11 +16,11 @@ struct FrameAxes {
   Eigen::Vector2d z_px;
 };
 
-/// The image with its tags drawn in, for display. Each tag: its quad, the side TL-TR red (the x axis) and
-/// TL-BL green (the y axis), the others yellow; a dot on TL; a cross in the centre; the upright bounding box
-/// thin and blue; and "tag36h11:7" beside it. Text uses cairo's built-in font, so the result does not depend
-/// on installed fonts. Also draws the axes of frames: x red, y green, z blue. Error: LimitExceeded for a side
-/// above 32767 px, or without memory. O(pixels).
+/// Draws tags into the image, for display. Each tag gets its quad, with side TL-TR red (the x axis), TL-BL
+/// green (the y axis) and the others yellow. TL has a dot and the centre a cross. The upright bounding box is
+/// thin and blue, and labelled e.g. "tag36h11:7". Text uses cairo's built-in font, so the result does not
+/// depend on installed fonts. Also draws the axes of frames: x red, y green, z blue. Error: LimitExceeded for
+/// a side above 32767 px, or if out of memory. O(pixels).
 [[nodiscard]] Result<ColorImage> annotate(const ImageView& image, std::span<const TagDetection> detections,
                                           std::span<const FrameAxes> axes = {});
 

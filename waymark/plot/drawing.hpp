@@ -54,7 +54,7 @@ struct Stroke {
 
 enum class Align { Left, Middle, Right };
 
-/// One line of text. It shrinks to `room_mm` if it would be longer, so that it never overflows.
+/// One line of text. It is shrunk to `room_mm` if it would be longer, so that it never overflows.
 struct Text {
   std::string words;     ///< UTF-8
   Point baseline;        ///< baseline point of the left end, the middle or the right end
@@ -66,14 +66,14 @@ struct Text {
   Color color = {};
 };
 
-/// A named part of the page: an SVG group with this id, so that it can be found again.
+/// A named part of the page, written as an SVG group with this id so that it can be found again.
 struct Group {
   std::string name;
 };
 
 using Shape = std::variant<Fill, Stroke, Text, Group>;
 
-/// A page in true size, white by default; earlier shapes are below later ones.
+/// A page in true size, white by default. Later shapes cover earlier ones.
 struct Drawing {
   double width_mm = 0;
   double height_mm = 0;

@@ -27,7 +27,7 @@ double nice_step(double raw) {
   return 10.0 * power;
 }
 
-/// With as many decimals as the step has; with an exponent if that would be long.
+/// Formats a value with as many decimals as the step has, or with an exponent if that would be long.
 std::string label_of(double value, double step) {
   if (value == 0.0) return "0";
   const double size = std::abs(value);
@@ -192,8 +192,8 @@ Status check_axis(const Axis& axis, const char* key) {
   return {};
 }
 
-/// The limits of an axis: those given, otherwise those of the data with some margin; a constant line is
-/// centred.
+/// The limits of an axis. They are those given, otherwise those of the data with some margin; a constant line
+/// is centred.
 Result<Scale> scale_for(const Axis& axis, const Figure& figure, const std::vector<double> Series::*values,
                         const char* key) {
   if (const Status sane = check_axis(axis, key); !sane) return tl::unexpected<Error>(sane.error());
@@ -332,7 +332,8 @@ void draw_series(const Series& series, const Look& look, const Scale& x, const S
   }
 }
 
-/// The named series in rows from `top_mm` down; returns their height. Draws nothing if `shapes` is null.
+/// Draws the named series in rows from `top_mm` down; returns their height. Draws nothing if `shapes` is
+/// null.
 double legend(const Figure& figure, double top_mm, double left_mm, std::vector<Shape>* shapes) {
   constexpr double kKeyMm = 7.0;
   const double row_mm = kTextMm * 1.5;

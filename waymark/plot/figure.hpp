@@ -17,12 +17,12 @@ struct Tick {
   friend bool operator==(const Tick&, const Tick&) = default;
 };
 
-/// Round numbers (multiples of 1, 2 or 5 times a power of ten) inside [low, high], about `wanted` of them
-/// (Heckbert, "Nice numbers for graph labels", Graphics Gems, 1990). low < high, both finite.
+/// About `wanted` round numbers (multiples of 1, 2 or 5 times a power of ten) inside [low, high] (Heckbert,
+/// "Nice numbers for graph labels", Graphics Gems, 1990). low < high, both finite.
 [[nodiscard]] std::vector<Tick> linear_ticks(double low, double high, int wanted);
 
-/// Powers of ten inside [low, high] with their multiples as minor ticks; with fewer than two powers, 2 and 5
-/// times them are labelled as well. 0 < low < high, both finite.
+/// Powers of ten inside [low, high] with their multiples as minor ticks. With fewer than two powers, 2 and 5
+/// times them are labelled as well. Requires 0 < low < high, both finite.
 [[nodiscard]] std::vector<Tick> log_ticks(double low, double high);
 
 /// Whether a point is in the box, including its border. False for NaN.
@@ -43,7 +43,7 @@ struct LineStyle {
   std::vector<double> dash_mm{};  ///< lengths of dash, gap, dash, …; empty: solid
 };
 
-/// Text beside a point of a chart.
+/// Text next to a point of a chart.
 struct PointLabel {
   double x = 0;
   double y = 0;
@@ -78,22 +78,22 @@ struct Figure {
   Axis x{};
   Axis y{};
   std::vector<Series> series{};
-  bool equal_scales = false;  ///< equal lengths of a unit in x and y: for paths on the floor
+  bool equal_scales = false;  ///< a unit has the same length in x and y, as for paths on the floor
   double width_mm = 160;
   double height_mm = 100;
 };
 
 /// Eight colours that are distinguishable with all kinds of colour vision (Okabe and Ito, "Color Universal
-/// Design", 2008), those with the most contrast to white paper first. Further series repeat the colours with
-/// another dash and mark.
+/// Design", 2008). Those with the most contrast to white paper come first. Further series repeat the colours
+/// with another dash and mark.
 inline constexpr Color kPalette[] = {{0.0, 0.447, 0.698},   {0.835, 0.369, 0.0}, {0.0, 0.620, 0.451},
                                      {0.800, 0.475, 0.655}, {0.0, 0.0, 0.0},     {0.902, 0.624, 0.0},
                                      {0.337, 0.706, 0.914}};
 
 /// Draws a figure: title, legend, frame with ticks and units, series clipped to the frame. Pass the result to
-/// render_svg, render_png or render_pdf. O(points). Errors: InvalidArgument (nothing finite to draw, x and y
-/// of different length, limits in the wrong order or not positive on a logarithmic axis, a figure smaller
-/// than 40 x 30 mm).
+/// render_svg, render_png or render_pdf. O(points). Errors: InvalidArgument for nothing finite to draw, x and
+/// y of different length, or a figure smaller than 40 x 30 mm. Also for limits in the wrong order, or not
+/// positive on a logarithmic axis.
 [[nodiscard]] Result<Drawing> draw_figure(const Figure& figure);
 
 }  // namespace waymark::plot

@@ -137,7 +137,7 @@ TEST(Figure, ShowsTitleUnitsAndLegend) {
   EXPECT_EQ(svg_of(small_figure()), svg);
 }
 
-/// Everything except text, which the renderer fits, is on the page.
+/// Everything is on the page, except text, which the renderer fits.
 TEST(Figure, StaysOnThePageForAnyValues) {
   EXPECT_TRUE(rc::check([] {
     Figure figure;

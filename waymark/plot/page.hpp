@@ -10,7 +10,7 @@
 /// A page of text, tables and figures.
 namespace waymark::plot {
 
-/// Contained in the head of every page, which identifies pages of this program.
+/// Text in the head of every page that identifies pages of this program.
 inline constexpr std::string_view kPageMark = R"(<meta name="generator" content="Waymark">)";
 
 /// Cells as displayed. The first column names the row.
@@ -39,9 +39,9 @@ struct Page {
   std::vector<PageSection> sections{};
 };
 
-/// A self-contained HTML file: figures are inline SVG, without scripts or external resources. Readable on a
-/// phone, in print and in dark mode; text is escaped. The same page gives the same bytes. Fails if a figure
-/// cannot be drawn, and names the figure.
+/// A self-contained HTML file: figures are inline SVG, without scripts or external resources. It is readable
+/// on a phone, in print and in dark mode; text is escaped. The same page gives the same bytes. Fails if a
+/// figure cannot be drawn; the error names the figure.
 [[nodiscard]] Result<std::string> to_html(const Page& page);
 
 }  // namespace waymark::plot

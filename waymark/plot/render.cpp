@@ -242,8 +242,8 @@ Result<Bytes> render_png(const Drawing& page, double dpi) {
   return bytes;
 }
 
-// Written without cairo: groups keep their names, lengths keep their millimetres, and the bytes do not depend
-// on earlier drawings (cairo numbers its surfaces).
+// Written without cairo, so groups keep their names, lengths keep their millimetres, and the bytes do not
+// depend on earlier drawings (cairo numbers its surfaces).
 
 namespace {
 

@@ -153,7 +153,7 @@ Figure over_time(const std::string& title, Axis y, std::vector<Series> series) {
           .height_mm = 65};
 }
 
-/// Twice the standard deviation along the direction of the floor in which it is largest.
+/// Twice the standard deviation along the direction on the floor in which it is largest.
 double two_sigma_m(const Eigen::Matrix3d& covariance) {
   return 2 * std::sqrt(std::max(0.0, symmetric_eigenvalues<2>(covariance.topLeftCorner<2, 2>())[1]));
 }

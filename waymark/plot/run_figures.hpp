@@ -31,11 +31,11 @@ struct PathLayer {
 /// than the one below it, so that coinciding layers remain visible.
 [[nodiscard]] Figure path_figure(const std::string& title, const std::vector<PathLayer>& layers);
 
-/// Distance of the estimated base from the true one at the same time, over the true distance driven.
+/// Distance of the estimated base from the true one at the same time, against the true distance driven.
 [[nodiscard]] Figure trajectory_error_figure(const std::string& title, const Trajectory& estimated,
                                              const Trajectory& truth);
 
-/// Distance of a driven path from the nearest point of the taught one, over the distance driven.
+/// Distance of a driven path from the nearest point of the taught one, against the distance driven.
 [[nodiscard]] Figure cross_track_figure(const std::string& title, const Trajectory& driven,
                                         const Trajectory& taught);
 
@@ -44,7 +44,7 @@ struct PathLayer {
 
 // Figures of one drive over time. The time axis begins with the drive.
 
-/// Speed and yaw rate of the wheel odometry.
+/// Speed and yaw rate from the wheel odometry.
 [[nodiscard]] Figure speed_figure(const std::string& title, const std::vector<Odometry>& odometry);
 
 /// Position error of the estimate, and twice its standard deviation along the worst direction of the floor.

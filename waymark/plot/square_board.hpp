@@ -41,9 +41,9 @@ struct SquareBoardLayout {
   std::vector<SquareBoardPage> pages;
 };
 
-/// Pure. Errors: InvalidArgument (check_board(), an AprilGrid, a wrong number of markers, a board that does
-/// not fit on the paper without tiling: the hint has the largest size that fits, a square larger than the
-/// paper).
+/// Pure. Errors: InvalidArgument from check_board(), for an AprilGrid, a wrong number of markers, or a square
+/// larger than the paper. Also for a board that does not fit on the paper without tiling; the hint contains
+/// the largest size that fits.
 [[nodiscard]] Result<SquareBoardLayout> layout_square_board(const SquareBoardOptions& options);
 
 /// The drawn pages. An edge that joins another page is a dashed line to cut along, with a cross at each end.

@@ -13,8 +13,9 @@ namespace waymark::plot {
 /// The two styles of a board of tags.
 enum class BoardStyle {
   /// As Kalibr prints and reads it (wiki of github.com/ethz-asl/kalibr, "Calibration targets"): a black
-  /// border of two cells, and black squares that touch the corners of the tags, so that every tag corner is a
-  /// saddle point. AprilTag 3 does not detect it: the squares join the borders, and its border has one cell.
+  /// border of two cells, and black squares that touch the corners of the tags. Every tag corner is therefore
+  /// a saddle point. AprilTag 3 does not detect such tags, because the squares join the borders and its
+  /// border has one cell.
   AprilGrid,
   /// Tags as AprilTag 3 detects them, with white gaps between them.
   Separate,
@@ -25,8 +26,8 @@ enum class BoardStyle {
 [[nodiscard]] std::string_view to_string(BoardStyle style);
 
 /// A calibration board. Numbers run from first_id row by row, from the lower left tag to the right and then
-/// up, as in Kalibr (its GridCalibrationTargetAprilgrid: origin in the lower left corner of tag 0, x right, y
-/// up).
+/// up, as in Kalibr. In its GridCalibrationTargetAprilgrid the origin is the lower left corner of tag 0, x
+/// right, y up.
 struct BoardOptions {
   int columns = 6;
   int rows = 6;
@@ -71,17 +72,17 @@ struct BoardLayout {
   std::vector<PlacedTag> tags;  ///< by number; `cells` is the drawn area, `tile` and `caption` are empty
 };
 
-/// Pure. Errors: InvalidArgument (invalid size, more tags than the family has, a gap too narrow to separate
-/// neighbours, an AprilGrid of a family without an outer black border, a board that does not fit: the hint
-/// has the largest size that fits).
+/// Pure. Errors: InvalidArgument for an invalid size, more tags than the family has, or a gap too narrow to
+/// separate neighbours. Also for an AprilGrid of a family without an outer black border, and for a board that
+/// does not fit; its hint contains the largest size that fits.
 [[nodiscard]] Result<BoardLayout> layout_board(const BoardOptions& options);
 
 /// The drawn page.
 [[nodiscard]] Drawing draw_board(const BoardLayout& layout);
 
 /// The target file of Kalibr for this board (keys target_type, tagCols, tagRows, tagSize [m], tagSpacing).
-/// Error: Unsupported for boards that Kalibr does not read: another style or family than AprilGrid of
-/// tag36h11, numbers that do not start at 0.
+/// Error: Unsupported for boards that Kalibr does not read: a style other than AprilGrid, a family other than
+/// tag36h11, or numbers that do not start at 0.
 [[nodiscard]] Result<std::string> kalibr_target(const BoardOptions& options);
 
 }  // namespace waymark::plot

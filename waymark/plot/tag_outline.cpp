@@ -62,7 +62,7 @@ class Sides {
 };
 
 /// Follows the loop that starts to the right of a lattice point, and removes its sides. At a point where two
-/// inked cells touch at a corner, it turns right and stays with its cell.
+/// inked cells touch at a corner, it turns right and stays at the same cell.
 std::vector<BitCell> walk(Sides& sides, const BitCell start) {
   std::vector<BitCell> corners;
   BitCell at = start;

@@ -28,9 +28,9 @@ struct Cells {
 /// the black border outside (reversed_border false).
 [[nodiscard]] Cells two_cell_border(const TagId& tag);
 
-/// The border of the inked area as closed loops of corner points. No two loops share a side, so no renderer
-/// can leave a seam between neighbouring cells. `place` is the position of the square of cells on the page.
-/// O(cells).
+/// The border of the inked area as closed loops of corner points. No two loops share a side, so renderers
+/// cannot leave a seam between neighbouring cells. `place` is the position of the square of cells on the
+/// page. O(cells).
 [[nodiscard]] std::vector<std::vector<Point>> outline(const Cells& cells, const Box& place);
 
 }  // namespace waymark::plot

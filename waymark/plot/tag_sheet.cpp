@@ -96,8 +96,8 @@ Tile tile_of(const Family& family, double tag_size_mm) {
   Tile tile;
   tile.cells_mm = cell_mm * family.total_width;
   tile.border_mm = cell_mm * (family.total_width - family.width_at_border) / 2;
-  // Families with an outer border already include the white ring they need. The others end in data cells, and
-  // half a cell of paper keeps a margin for cutting.
+  // Families with an outer border already include the white ring they need. The others end in data cells, so
+  // half a cell of paper is added as a margin for cutting.
   tile.white_mm = family.reversed_border ? cell_mm / 2 : 0.0;
   tile.caption_mm = std::clamp(0.12 * tag_size_mm, 7.5, 16.0);
   tile.width_mm = std::max(tile.cells_mm + 2 * tile.white_mm, kNarrowestTileMm);
@@ -362,7 +362,7 @@ void draw_up_mark(const Box& box, std::vector<Shape>& shapes) {
 
 namespace {
 
-/// The name in the middle of its row, or, if it is long, in the middle of the space beside the up mark.
+/// The name is in the middle of its row or, if it is long, in the middle of the space next to the up mark.
 void draw_name(const std::string& name, const Box& row, double taken_mm, double baseline_mm,
                std::vector<Shape>& shapes) {
   const double height_mm = row.height_mm * 0.86;

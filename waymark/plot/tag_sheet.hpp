@@ -33,7 +33,7 @@ struct Paper {
   return {paper.name, paper.height_mm, paper.width_mm};
 }
 
-/// Orientation of the paper. Auto: portrait, or rotated if more tags fit (or only then one does).
+/// Orientation of the paper. Auto is portrait, or landscape if more tags fit (or only then one fits).
 enum class Orientation { Auto, Portrait, Landscape };
 
 /// "auto", "portrait" or "landscape". Error: InvalidArgument with a suggestion.
@@ -77,10 +77,10 @@ struct PlacedTag {
 /// The lowest strip of a page: ruler, printing instructions, contents of the page.
 struct Footer {
   Box strip;
-  Box ruler;  ///< the measurable bar; its width is its nominal length (100 mm, or less on small paper)
+  Box ruler;  ///< the ruler bar; its width is its nominal length (100 mm, or less on small paper)
 };
 
-/// A print job, in millimetres; nothing overlaps and all ink is within the margins.
+/// A print job, in millimetres. Nothing overlaps, and all ink is within the margins.
 struct SheetLayout {
   Paper paper;  ///< in its orientation
   FamilyId family = FamilyId::Tag36h11;
@@ -92,9 +92,9 @@ struct SheetLayout {
 };
 
 /// Lays out the tags of these numbers in their order, row by row, page by page. Pure; O(numbers). Errors:
-/// InvalidArgument (an invalid size, a number that the family does not have or a duplicate, a tag or per_page
-/// that does not fit: the hint has the largest size that fits and a sufficient paper), LimitExceeded (over
-/// 2000 pages).
+/// InvalidArgument for an invalid size, a duplicate number, or a number that the family does not have. Also
+/// for a tag or per_page that does not fit; the hint contains the largest size that fits and a sufficient
+/// paper. LimitExceeded for more than 2000 pages.
 [[nodiscard]] Result<SheetLayout> layout_sheet(FamilyId family, const std::vector<int>& numbers,
                                                const SheetOptions& options);
 
@@ -106,7 +106,7 @@ struct SheetLayout {
 [[nodiscard]] std::vector<Drawing> draw_sheet(const SheetLayout& layout);
 
 inline constexpr Color kMarkColor{0.25, 0.25, 0.25};   ///< of text, arrows and the ruler
-inline constexpr Color kFaintColor{0.55, 0.55, 0.55};  ///< of cut lines and side remarks
+inline constexpr Color kFaintColor{0.55, 0.55, 0.55};  ///< of cut lines and side notes
 
 /// Tolerance for rounding in comparisons of lengths.
 inline constexpr double kToleranceMm = 1e-6;
@@ -121,8 +121,8 @@ inline constexpr double kFooterHeightMm = 15.0;
 /// The ruler with its ticks and text; `remark` is the last line.
 void draw_footer(const Footer& footer, const std::string& remark, std::vector<Shape>& shapes);
 
-/// An arrow between the x positions `from_mm` and `to_mm` inside a strip, with text in its middle, or to its
-/// right if it would be too small otherwise and the strip has room for it.
+/// An arrow between the x positions `from_mm` and `to_mm` inside a strip, with text in its middle. The text
+/// is to its right if it would be too small otherwise and the strip has room for it.
 void draw_dimension(double from_mm, double to_mm, const Box& strip, const std::string& words,
                     std::vector<Shape>& shapes);
 

@@ -23,7 +23,7 @@ struct Release {
 template <class T>
 using Owned = std::unique_ptr<T, Release>;
 
-/// Unhinted outlines: hinting would make lengths depend on the resolution.
+/// Outlines are unhinted, because hinting would make lengths depend on the resolution.
 void select_font(cairo_t* canvas, double height_mm, bool bold) {
   cairo_select_font_face(canvas, "sans-serif", CAIRO_FONT_SLANT_NORMAL,
                          bold ? CAIRO_FONT_WEIGHT_BOLD : CAIRO_FONT_WEIGHT_NORMAL);
@@ -54,9 +54,9 @@ void place(cairo_t* canvas, const Text& text) {
   cairo_move_to(canvas, -back * length_mm, 0.0);
 }
 
-/// A canvas for measuring only; fine enough that cairo's fixed point does not matter.
+/// A canvas for measuring only, fine enough that cairo's fixed-point precision does not matter.
 Owned<cairo_t> ruler_canvas() {
-  // Without bounds: cairo omits letters far outside a surface, even from a path.
+  // The surface has no bounds, because cairo omits letters far outside a surface, even from a path.
   const Owned<cairo_surface_t> surface(cairo_recording_surface_create(CAIRO_CONTENT_ALPHA, nullptr));
   Owned<cairo_t> canvas(cairo_create(surface.get()));
   constexpr double kUnitsPerMillimetre = 100.0;

@@ -18,7 +18,7 @@ void draw_text(cairo_t* canvas, const Text& text);
 /// Escaped for XML and HTML, between tags and in quotes; XML 1.0 has no control characters.
 [[nodiscard]] std::string escaped(std::string_view words);
 
-/// 12.3456 -> "12.3456", 5.0 -> "5": at most four decimals (a tenth of a micrometre on paper), never an
+/// 12.3456 -> "12.3456", 5.0 -> "5". At most four decimals (a tenth of a micrometre on paper), never an
 /// exponent.
 [[nodiscard]] std::string short_number(double value);
 
