@@ -23,8 +23,8 @@ bool is_folder(const fs::path& path) {
   return fs::is_directory(path, ignored);
 }
 
-/// If this code runs in a library (the Python module, an application's), share/waymark of its install prefix:
-/// PREFIX/lib/python3/dist-packages/waymark/_waymark.so. Empty if there is none.
+/// If this code runs in a library (the Python module, or that of an application), share/waymark of its
+/// install prefix: PREFIX/lib/python3/dist-packages/waymark/_waymark.so. Empty if there is none.
 fs::path beside_module() {
   Dl_info module{};
   if (::dladdr(reinterpret_cast<const void*>(&share_folder), &module) == 0 || module.dli_fname == nullptr)
@@ -96,7 +96,7 @@ Result<fs::path> find_shared(std::string_view folder, const std::string& name, s
   if (fs::is_regular_file(name, ignored)) return fs::path(name);  // the reader of the file reports its kind
   const std::string file = file_inside(folder, name);
   std::string message = fmt::format("there is no '{}' in {}", name, (*share / folder).string());
-  if (is_folder(name)) message += ", and the folder of this name is no .yaml file";
+  if (is_folder(name)) message += ", and the folder of this name is not a .yaml file";
   return fail(ErrorCode::NotFound, std::move(message), place,
               file.empty() ? suggestion(name, names) + " Or give the path of a .yaml file."
                            : fmt::format("Did you mean {}?", file));

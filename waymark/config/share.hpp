@@ -8,12 +8,12 @@
 
 namespace waymark {
 
-/// Folder of the data that comes with Waymark. Tried in order: the environment variable WAYMARK_SHARE;
-/// ../share/waymark next to the running program; share/waymark of the prefix where this library is installed
-/// (a Python module); the source tree of the build; the install location. Fails if none exists.
+/// Folder of the data that comes with Waymark. The environment variable WAYMARK_SHARE is tried first, then
+/// ../share/waymark next to the running program. Next are share/waymark of the prefix where this library is
+/// installed (a Python module), the source tree of the build, and the install location. Fails if none exists.
 [[nodiscard]] Result<std::filesystem::path> share_folder();
 
-/// Resolves a file argument of the command line: a path (with a '/' or ending in .yaml) is used unchanged; a
+/// Resolves a file argument of the command line. A path (with a '/' or ending in .yaml) is used unchanged. A
 /// plain name is the file `name`.yaml in a folder ("worlds", "robots") of the share folder. Fails on an
 /// unknown name and suggests the nearest one. `field` is the field reported in the error; by default `world`,
 /// `robot_file` or `profile`, depending on the folder. O(files in the folder).
@@ -28,7 +28,7 @@ namespace waymark {
 inline constexpr std::string_view kWorldNames =
     "circuit24, limo-walls, academy-house, mbot-square, or the path of a .yaml file";
 
-/// Valid names of a robot's file, for help.
+/// Valid names of a robot file, for help.
 inline constexpr std::string_view kRobotNames =
     "a name that `waymark robots` lists, or the path of a .yaml file";
 

@@ -20,7 +20,7 @@
 namespace waymark {
 namespace {
 
-/// The beginnings of files that are easily confused with text files.
+/// First bytes of files that are easily confused with text files.
 struct Beginning {
   std::string_view magic;
   std::string_view what;
@@ -44,8 +44,8 @@ std::optional<Beginning> no_text(std::string_view beginning) {
        {"\xFD\x37zXZ"sv, "packed (xz)", kPackedHint},
        {"PK\x03\x04"sv, "packed (zip)", kPackedHint},
        {"BZh"sv, "packed (bzip2)", kPackedHint},
-       {"\xFF\xD8\xFF"sv, "a picture (JPEG)", kPictureHint},
-       {"\x89PNG"sv, "a picture (PNG)", kPictureHint}}};
+       {"\xFF\xD8\xFF"sv, "an image (JPEG)", kPictureHint},
+       {"\x89PNG"sv, "an image (PNG)", kPictureHint}}};
   for (const Beginning& known : kBeginnings)
     if (beginning.starts_with(known.magic)) return known;
   if (beginning.find('\0') != std::string_view::npos)
@@ -93,7 +93,7 @@ Result<std::string> read(const std::filesystem::path& path, std::size_t max_byte
     return fail(ErrorCode::Unreadable, "cannot open the file", {.source = path.string()},
                 "Check its permissions.");
   }
-  // In blocks, so that memory follows the actual size; the size of a pipe is unknown.
+  // Read in blocks, so that memory depends on the actual size; the size of a pipe is unknown.
   constexpr std::size_t kBlock = std::size_t{1} << 16U;
   std::string text;
   while (text.size() <= max_bytes) {
@@ -137,7 +137,7 @@ Status write_text_file(const std::filesystem::path& path, std::string_view text)
   if (std::filesystem::is_directory(status))
     return fail(ErrorCode::Unwritable, "this is a folder", {.source = path.string()},
                 "Give the name of a file.");
-  // A device or a pipe is written directly: a rename would replace it.
+  // A device or a pipe is written directly, because a rename would replace it.
   const bool direct = std::filesystem::exists(status) && !std::filesystem::is_regular_file(status);
   std::filesystem::path beside = path;
   if (!direct) beside += ".tmp";

@@ -27,21 +27,21 @@ struct YamlNode {
   std::vector<YamlNode> items = {};          ///< of a sequence, or the values of a map (as many as keys)
 };
 
-/// Limits of a document; larger ones are errors instead of exhausting memory or the stack.
+/// Limits of a document. Larger documents are errors, so that they cannot exhaust memory or the stack.
 struct YamlLimits {
   std::size_t bytes = std::size_t{1} << 20U;
   std::size_t nodes = 100'000;
   std::size_t depth = 64;
 };
 
-/// Parses a single document; `source` is its name in errors. Fails on invalid YAML, on duplicate or
-/// non-scalar keys, on anchors and aliases (Unsupported: they can expand a small file without bound), on a
-/// second non-empty document, and beyond the limits. O(bytes · log keys).
+/// Parses a single document; `source` is its name in errors. Fails on invalid YAML, duplicate or non-scalar
+/// keys, a second non-empty document, and beyond the limits. Anchors and aliases are Unsupported, because
+/// they can expand a small file without bound. O(bytes · log keys).
 [[nodiscard]] Result<YamlNode> parse_yaml(std::string_view text, const std::string& source,
                                           const YamlLimits& limits = {});
 
-/// A position in a YAML tree with its file, line and dotted key, which it adds to every error. Cheap to copy;
-/// must not outlive the node.
+/// A position in a YAML tree with its file, line and dotted key, which it adds to every error. It is cheap to
+/// copy and must not outlive the node.
 class YamlCursor {
  public:
   YamlCursor(const YamlNode& node, std::string source, std::string key = {})
@@ -98,8 +98,8 @@ class YamlCursor {
   std::string key_;
 };
 
-/// The shortest decimal that reads back as the same double, and as a floating-point number in every YAML
-/// reader: "1.0", "1.0e-05". The value must be finite.
+/// The shortest decimal that reads back as the same double, and that every YAML reader reads as a
+/// floating-point number: "1.0", "1.0e-05". The value must be finite.
 [[nodiscard]] std::string yaml_number(double value);
 
 /// The text unquoted if YAML reads it as a string, else in double quotes with escapes.
@@ -118,7 +118,7 @@ inline constexpr double kOutOfProportion = 1e6;
 /// Fails if one of the numbers exceeds that limit.
 [[nodiscard]] Status check_proportion(const YamlCursor& cursor, std::span<const double> values);
 
-/// Reads several numbers of a map; the first error is kept.
+/// Reads several numbers of a map and keeps the first error.
 class Numbers {
  public:
   explicit Numbers(const YamlCursor& cursor) : cursor_(cursor) {}

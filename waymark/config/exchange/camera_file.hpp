@@ -25,7 +25,7 @@ struct CameraObservation {
   std::vector<bool> used{};  ///< same size
 };
 
-/// A calibrated camera from a file. Intrinsics have pixel centres at +1/2; the files below have centres at
+/// A calibrated camera from a file. Intrinsics have pixel centres at +1/2. The files below have centres at
 /// integers, so 1/2 is added to c_x and c_y on reading and subtracted on writing.
 struct NamedCamera {
   std::string name;  ///< camera_name of ROS, key of the camchain ("cam0")

@@ -23,8 +23,8 @@ struct FieldSize {
 [[nodiscard]] std::optional<FieldSize> field_size_of(std::string_view json);
 
 // Field maps of Limelight (FMAP): JSON with `fiducials`, each with family, id, size [mm] and a row-major 4x4
-// transform [m]. Tag axes are those of WPILib's layouts; the origin is that of the file, for FRC fields the
-// centre of the field.
+// transform [m]. Tag axes are those of WPILib's layouts. The origin is that of the file; for FRC fields it is
+// the centre of the field.
 
 /// Rotation from Waymark's tag axes to those of WPILib and Limelight: x (right) is their y, y (down) their
 /// -z, z (into the tag) their -x.
@@ -47,7 +47,7 @@ struct FieldSize {
 /// Side of the black square of the 36h11 tags of these fields (6.5 in), which layouts do not contain.
 inline constexpr double kWpilibTagSize_m = 0.1651;
 
-/// Reports that the file does not contain the size of its tags, and which one is assumed.
+/// Reports that the file does not contain the size of its tags, and which size is assumed.
 [[nodiscard]] std::string note_of_assumed_size(const std::string& source, double size_m);
 
 /// Whether the text is such a layout, JSON or CSV.

@@ -1,4 +1,4 @@
-// Field maps of Limelight: the same tags as in WPILib's layout of the same field.
+// Tests that field maps of Limelight contain the same tags as WPILib's layout of the same field.
 #include "waymark/config/exchange/field_layouts.hpp"
 
 #include <gmock/gmock.h>
@@ -111,7 +111,7 @@ TEST(WpilibLayout, CsvIsInInchesAndDegrees) {
   const MappedTag& tag = map->tags.begin()->second;
   EXPECT_DOUBLE_EQ(tag.size_m, 0.2);
   EXPECT_LT((tag.map_T_tag.translation() - Eigen::Vector3d(9.27608, 6.137656, 1.867916)).norm(), 1e-9);
-  // It faces +x and leans down by 30 degrees: its inward normal points back and up.
+  // It faces +x and leans down by 30 degrees, so its inward normal points back and up.
   expect_axis(tag.map_T_tag, Eigen::Vector3d::UnitZ(), Eigen::Vector3d(-std::cos(M_PI / 6), 0, 0.5));
   EXPECT_TRUE(parse_wpilib_layout("ID,X,Y,Z,Rotation\n1,593.68,9.68,53.38,120\n", "2024.csv"));
 }

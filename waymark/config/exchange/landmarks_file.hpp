@@ -22,10 +22,11 @@ struct LandmarksFile {
 };
 
 /// Reads a map of any kind that can be used for localisation, recognised by its content (docs/formats/map.md,
-/// "Maps of others"): map.yaml, or its folder; apriltags_poses.yaml of the Robotics Academy (its positions
-/// are the centres of boards 20 mm thick, so the face is 10 mm nearer); a field layout of WPILib (JSON or its
-/// CSV); a field map of Limelight (FMAP); CSV with columns id (or landmark), x (x_m), y (y_m). `tag_size_m`
-/// is the tag size if the file does not contain it. Errors have file, line and key.
+/// "Maps of others"). The kinds are map.yaml or its folder, apriltags_poses.yaml of the Robotics Academy, a
+/// field layout of WPILib (JSON or its CSV), and a field map of Limelight (FMAP). A CSV file with columns id
+/// (or landmark), x (x_m), y (y_m) is read as well. Positions of the Academy are the centres of boards 20 mm
+/// thick, so the face is 10 mm nearer. `tag_size_m` is the tag size if the file does not contain it. Errors
+/// have file, line and key.
 [[nodiscard]] Result<LandmarksFile> read_landmarks(const std::filesystem::path& path,
                                                    std::optional<double> tag_size_m = {});
 [[nodiscard]] Result<LandmarksFile> parse_landmarks(std::string_view text, const std::string& source,

@@ -32,8 +32,8 @@ struct ReadMap {
   std::optional<FieldSize> field{};     ///< if given in a field layout
 };
 
-/// Reads a map in any of these forms, recognised by its content, or map.yaml of a folder. `tag_size_m` is the
-/// tag size if the file does not contain it; for transforms it is required. If a file does not specify the
+/// Reads a map in any of these forms, recognised by its content, or the map.yaml of a folder. `tag_size_m` is
+/// the tag size if the file does not contain it; transforms require it. If a file does not specify the
 /// anchor, the first tag becomes the anchor. Errors have file, line and key.
 [[nodiscard]] Result<ReadMap> read_any_map(const std::filesystem::path& path,
                                            std::optional<double> tag_size_m = {});

@@ -204,7 +204,7 @@ Result<CameraOnBody> read_tagslam_camera(const YamlCursor& entry, std::string na
                       .wiggle_rad = wiggle_rad};
 }
 
-/// Reads the odometry keys of a body; both files have the same except for T_body_odom.
+/// Reads the odometry keys of a body; both files have the same keys except for T_body_odom.
 void read_tagslam_odometry(const YamlCursor& body, TagslamReader& read, SceneBody& into) {
   into.odometry_frame = read.text(body, "odom_frame_id", "");
   SceneMotionNoise& noise = into.odometry;
@@ -258,7 +258,7 @@ ScenePrior read_tagslam_pose(const YamlCursor& pose, const Defaults& defaults, T
                     read.vector(pose, "rotation_noise", defaults.sigma_rad));
 }
 
-/// Adds a board of tags in a grid, or with every second one omitted.
+/// Adds a board of tags in a grid, or with every second tag omitted.
 void add_board(const YamlCursor& board, bool staggered, TagslamReader& read, SceneBody& body) {
   const int rows = read.integer(board, "tag_rows", 0);
   const int columns = read.integer(board, "tag_columns", 0);

@@ -1,4 +1,4 @@
-// Files of TagSLAM: their contents, both forms, and errors.
+// Tests files of TagSLAM: their contents, both forms, and errors.
 #include "waymark/config/exchange/tagslam.hpp"
 
 #include <filesystem>

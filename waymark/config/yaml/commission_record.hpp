@@ -35,21 +35,21 @@ struct CommissionRecord {
   CommissionFigures figures{};
 };
 
-/// Conditions of a commission besides the robot's file.
+/// Conditions of a first drive in addition to the robot's file.
 struct CommissionGround {
   std::string robot{};   ///< argument `robot`
   std::string topics{};  ///< digest_of() the robot's topic profile; empty if there is none
 };
 
-/// The record in a robot's file; nothing if there is none. Errors have file, line and key.
+/// The record in a robot's file; nothing if the file has none. Errors have file, line and key.
 [[nodiscard]] Result<std::optional<CommissionRecord>> parse_commission(std::string_view text,
                                                                        const std::string& source);
-/// The text of a robot's file with this record replacing the previous one; everything else is unchanged.
+/// The text of a robot's file in which this record replaces the previous one; everything else is unchanged.
 /// Fails if the result does not read back.
 [[nodiscard]] Result<std::string> with_commission(std::string_view text, const CommissionRecord& record);
 
-/// Reasons why a record is not valid for this robot: each key that has changed since, as text; empty if it is
-/// valid. `passed` is not checked.
+/// Reasons why a record is not valid for this robot, as text: each key that has changed since. Empty if the
+/// record is valid. `passed` is not checked.
 [[nodiscard]] std::vector<std::string> changes_since(const CommissionRecord& record, const RobotModel& model,
                                                      const CommissionGround& ground);
 

@@ -21,11 +21,11 @@ struct MapFile {
   std::vector<std::pair<std::string, std::string>> provenance{};
 };
 
-/// Reads a map. Errors have file, line and key: not a map, an unknown or missing key, a duplicate tag or one
-/// that is not in its family, an invalid quaternion, a covariance without 21 numbers, an anchor that is not
-/// among the tags.
+/// Reads a map. Errors have file, line and key: not a map, an unknown or missing key, a duplicate tag, or a
+/// tag that is not in its family. Invalid quaternions, covariances without 21 numbers, and an anchor that is
+/// not among the tags are errors too.
 [[nodiscard]] Result<MapFile> read_map(const std::filesystem::path& path);
-/// map.yaml in the folder if a folder is given, else the path itself.
+/// map.yaml in the folder if the path is a folder, else the path itself.
 [[nodiscard]] std::filesystem::path map_file_of(const std::filesystem::path& map_or_folder);
 [[nodiscard]] Result<MapFile> parse_map(std::string_view text, const std::string& source);
 

@@ -87,7 +87,7 @@ Status read_model(const YamlCursor& root, RobotModel& model) {
 constexpr const char* kMounting = "camera_mounting";
 constexpr const char* kInfo = "camera_info";
 
-/// Lens and mounting at the root or in an entry of `cameras`.
+/// Lens and mounting, at the root or in an entry of `cameras`.
 Result<MountedCamera> read_camera_at(const YamlCursor& entry, std::string name) {
   CameraMounting at;
   Status status =
@@ -259,7 +259,7 @@ Result<std::string> with_camera_mounting(std::string_view text, const SE3& base_
   if (!robot) return tl::unexpected(robot.error());
   if (!(robot->model.base_T_cam.inverse() * base_T_cam).log().isZero(1e-9))
     return fail(ErrorCode::Unsupported, "the layout of the file does not allow an automatic change",
-                {.source = source, .key = "camera_mounting"}, "Write camera_mounting on a line of its own.");
+                {.source = source, .key = "camera_mounting"}, "Write camera_mounting on a separate line.");
   return changed;
 }
 

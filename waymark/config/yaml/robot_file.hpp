@@ -29,15 +29,16 @@ struct RobotDescription {
   SimulatedRobotOptions simulation{};  ///< behaviour in simulation
   std::string camera_name = "cam";
   std::vector<MountedCamera>
-      more_cameras{};  ///< besides the first, which is `camera` with the mounting in `model`
+      more_cameras{};  ///< in addition to the first, which is `camera` with the mounting in `model`
   std::optional<CommissionRecord> commissioned{};  ///< results of its first drive
 };
 
 /// Reads a robot from YAML (docs/formats/robot.md explains all keys): name, hull, limits, wheels,
-/// camera_mounting (roll, pitch, yaw of the camera's body, straight ahead if zero), camera_info (as written
-/// by ROS), or both for each of `cameras`, a list with names. Optional: simulation (fields of
-/// SimulatedRobotOptions) and commissioned (CommissionRecord). Errors have file, line and key: an unknown or
-/// missing key, a length or a limit that is not positive, parameters that CameraModel::make() rejects.
+/// camera_mounting and camera_info. The list `cameras` with names contains the last two for several cameras.
+/// Roll, pitch and yaw of camera_mounting are those of the camera's body, straight ahead if zero; camera_info
+/// is as written by ROS. Optional: simulation (fields of SimulatedRobotOptions) and commissioned
+/// (CommissionRecord). Errors have file, line and key: an unknown or missing key, a length or a limit that is
+/// not positive, parameters that CameraModel::make() rejects.
 [[nodiscard]] Result<RobotDescription> read_robot(const std::filesystem::path& path);
 [[nodiscard]] Result<RobotDescription> parse_robot(std::string_view text, const std::string& source);
 
@@ -58,7 +59,7 @@ struct ListedFile {
 /// The YAML files in a folder ("robots", "ros2") of the share folder, by name. Fails if it does not exist.
 [[nodiscard]] Result<std::vector<ListedFile>> list_shared(std::string_view folder);
 
-/// The comment lines at the beginning of a YAML file, joined by spaces; they contain the sources of its
+/// The comment lines at the beginning of a YAML file, joined by spaces. They contain the sources of its
 /// values.
 [[nodiscard]] std::string leading_comment(std::string_view yaml);
 /// Its first sentence.
@@ -71,7 +72,7 @@ struct CommentedRobot {
 };
 [[nodiscard]] Result<CommentedRobot> read_commented_robot(const std::filesystem::path& path);
 
-/// The robot with this name, or of the file at this path.
+/// The robot with this name, or from the file at this path.
 [[nodiscard]] Result<RobotDescription> read_named_robot(const std::string& name);
 
 }  // namespace waymark
