@@ -22,11 +22,11 @@ struct PoseSetup {
   TagSizes sizes{};
 };
 
-/// Sizes of printed tags that are accepted [m]; others are centimetres or millimetres by mistake.
+/// Accepted sizes of printed tags [m]; other values are centimetres or millimetres by mistake.
 inline constexpr double kMinTagSize_m = 0.001;
 inline constexpr double kMaxTagSize_m = 10;
 
-/// "0.16" for all tags, "tag36h11:7=0.08" (or "7=0.08" for tag36h11) for one; several of them.
+/// Parses several sizes: "0.16" for all tags, "tag36h11:7=0.08" (or "7=0.08" for tag36h11) for one tag.
 [[nodiscard]] Result<TagSizes> parse_tag_sizes(const std::vector<std::string>& words);
 
 /// One pose per detection, in order, or the error of that detection (tag size unknown, corners outside the

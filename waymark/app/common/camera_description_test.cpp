@@ -1,4 +1,4 @@
-// A camera as described by a user: file, name, image size, shutter.
+// Tests a camera as described by a user: file, name, image size, shutter.
 #include "waymark/app/common/camera_description.hpp"
 
 #include <filesystem>

@@ -140,7 +140,7 @@ Result<VideoTags> convert_video(const ConvertVideoJob& job, const TagFinder& fin
 
 std::string to_text(const ConvertVideoJob& job, const VideoTags& found) {
   return fmt::format("{} ({}, {} x {} px) to {}: {}, {}\n", job.input, found.info.codec, found.info.width_px,
-                     found.info.height_px, job.output, counted(found.pictures, "picture"),
+                     found.info.height_px, job.output, counted(found.pictures, "image"),
                      counted(found.tags, "tag"));
 }
 
@@ -228,7 +228,7 @@ Result<VideoTags> find_recorded_tags(const std::string& path, const TagFinder& f
     if (!*tags) return {};
     ++all.pictures;
     all.tags += (*tags)->detections.size();
-    control.progress({fmt::format("finding tags: {}", counted(all.pictures, "picture"))});
+    control.progress({fmt::format("finding tags: {}", counted(all.pictures, "image"))});
     return each(**tags);
   });
   if (!status) return tl::unexpected(status.error());

@@ -33,7 +33,7 @@ using EachVideoTags = std::function<Status(const VideoFrame& picture, TagFrame& 
                                                 const CameraModel* camera, const JobControl& control,
                                                 const EachVideoTags& each);
 
-/// `waymark convert walk.mp4 lap.mcap`: the tags of a video, or of a live camera, as a recording.
+/// `waymark convert walk.mp4 lap.mcap`: writes the tags of a video, or of a live camera, as a recording.
 struct ConvertVideoJob {
   std::string input{};
   std::string output{};  ///< new file
@@ -43,7 +43,7 @@ struct ConvertVideoJob {
   std::string pictures{};  ///< recorded as raw or jpeg; empty: not recorded
 };
 
-/// Takes an image and its tags, in order; the view is valid during the call.
+/// Receives an image and its tags, in order; the view is valid during the call.
 using TakeTagPicture = std::function<Status(const ImageView& picture, const TagFrame& tags)>;
 
 /// Writes the images passed by `all`, and their tags, to the job's output, which appears if `all`
@@ -51,7 +51,8 @@ using TakeTagPicture = std::function<Status(const ImageView& picture, const TagF
 [[nodiscard]] Status record_tags(const ConvertVideoJob& job, const std::string& format,
                                  const std::function<Status(const TakeTagPicture&)>& all);
 
-/// The output appears only when it is complete. InvalidArgument: invalid job; any other code: a file.
+/// The output appears only when it is complete. Errors: InvalidArgument for an invalid job; other codes
+/// concern a file.
 [[nodiscard]] Result<VideoTags> convert_video(const ConvertVideoJob& job, const TagFinder& finder,
                                               const JobControl& control);
 [[nodiscard]] std::string to_text(const ConvertVideoJob& job, const VideoTags& found);
@@ -66,12 +67,12 @@ struct ConvertedVideo {
 
 // Data of a camera without a robot: a video, or the recording of a live camera.
 
-/// Whether a file is of a camera without a robot. A video is; if the caller sets a camera calibration, so is
-/// a recording with tags or images and neither odometry nor an IMU. Unreadable and empty files also count, so
-/// that their reader reports the error.
+/// Whether a file is of a camera without a robot. This is true of videos and, if the caller sets a camera
+/// calibration, of recordings with tags or images and neither odometry nor an IMU. It is also true of
+/// unreadable and empty files, so that their reader reports the error.
 [[nodiscard]] bool is_of_camera(const std::string& path, bool calibrated);
 
-/// Fails unless is_of_camera(), that is on the recording of a robot. `hint` names the verb that takes it.
+/// Fails unless is_of_camera(), that is, for the recording of a robot. `hint` names the verb that accepts it.
 [[nodiscard]] Status check_of_camera(const std::string& path, const std::string& hint);
 
 /// Called with the tags of each image, in order.

@@ -24,7 +24,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Rounded to this resolution, with -0 as 0, so that results that differ only in the last bit print the same
+/// Rounds to this resolution, and -0 to 0, so that results that differ only in the last bit print the same
 /// bytes.
 double rounded_to(double value, double per_unit) {
   constexpr double kMaxRounded = 1e9;  // larger doubles do not have these decimals
@@ -119,7 +119,8 @@ bool is_nested_too_deep(std::string_view json_text) {
   return false;
 }
 
-/// Reads values of one JSON object; the first that is missing or of the wrong kind is kept as the error.
+/// Reads values of one JSON object. The first value that is missing or has the wrong type is kept as the
+/// error.
 class ReportReader {
  public:
   ReportReader(const json& object, Place place, std::string path)

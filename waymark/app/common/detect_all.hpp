@@ -32,7 +32,7 @@ struct PictureReport {
   bool detected = false;  ///< the detector ran; if false, `detections` is meaningless
   std::vector<TagDetection> detections = {};
   std::vector<RefinementOutcome> refinements = {};  ///< one per detection; empty if nothing was refined
-  std::optional<Error> error = {};  ///< failure for this image; the other members are valid as far as set
+  std::optional<Error> error = {};  ///< failure for this image; other members are valid if set
 };
 
 /// One line of the JSON output of detect, which parse_reports() reads.
@@ -62,14 +62,14 @@ struct DetectSummary {
 };
 
 /// Called with each report, in the order of the inputs; `image` is empty if it could not be read.
-/// May add an error to the report, which then counts as failed. Returns whether to go on.
-/// The image is valid only during the call.
+/// May add an error to the report, which then counts as failed. Returns whether to continue. The image is
+/// valid only during the call.
 using EachPicture = std::function<bool(std::size_t index, PictureReport& report, const ImageView& image)>;
 
-/// Reads each input, all images of a recording or a video, and detects their tags. Corners are refined with
-/// the lens of `camera` in images of its size; null if the lens is unknown. Errors become notes and the
-/// next input is processed; cancelling stops between two images. Images of a recording or a video are named
-/// FILE#SECONDS by their stamp.
+/// Reads each input, including all images of a recording or a video, and detects their tags. Corners are
+/// refined with the lens of `camera` in images of its size; null if the lens is unknown. Errors become notes
+/// and the next input is processed; cancelling stops between two images. Images of a recording or a video are
+/// named FILE#SECONDS by their stamp.
 [[nodiscard]] DetectSummary detect_all(const std::vector<Input>& inputs, const TagFinder& finder,
                                        const CameraModel* camera, const JobControl& control,
                                        const EachPicture& each);
@@ -81,7 +81,8 @@ namespace internal {
 
 }  // namespace internal
 
-/// A finder for tags of these families (empty: those of the options), with or without corner refinement.
+/// Creates a finder for tags of these families (empty: those of the options), with or without corner
+/// refinement.
 [[nodiscard]] Result<TagFinder> described_finder(DetectorOptions options, const RefinementOptions& refinement,
                                                  const std::vector<std::string>& families, bool refined);
 

@@ -1,4 +1,4 @@
-// Detection in the images of a recording, and laps that contain images instead of tags.
+// Tests detection in the images of a recording, and laps that contain images instead of tags.
 #include "waymark/app/common/detect_all.hpp"
 
 #include <algorithm>

@@ -54,7 +54,7 @@ bool is_column(std::string_view word) {
   });
 }
 
-/// The beginning of a file, and parts of it that several rows use.
+/// The beginning of a file, and parts of it that several rows of the table use.
 class FileHead {
  public:
   FileHead(fs::path path, bool folder, std::string_view bytes, std::uint64_t size)
@@ -260,16 +260,16 @@ struct KindRow {
   FileKind kind;
   std::string_view name;             ///< "this is NAME"
   bool (*is)(const FileHead& head);  ///< how it is recognised
-  std::uint32_t uses;                ///< what it is the right file for
-  std::string_view verbs{};          ///< which verbs take it; {0}: its path
+  std::uint32_t uses;                ///< its uses
+  std::string_view verbs{};          ///< which verbs accept it; {0}: its path
 };
 
 constexpr std::string_view kMapLog = "`waymark map {0}` maps it, `waymark info {0}` lists its contents.";
 constexpr std::string_view kConvertMap = "`waymark map convert {0} map.yaml` converts it to map.yaml.";
 
-/// The table of kinds, in the order in which they are tried: first by bytes, then by keys, tables last, since
-/// many texts begin like a table. A kind may have several rows; all columns but `is` are taken from its first
-/// row.
+/// The table of kinds, in the order in which they are tried: by bytes, then by keys, and tables last, because
+/// many texts begin like a table. A kind may have several rows; all columns except `is` are read from its
+/// first row.
 constexpr std::array kFileKinds = {
     KindRow{FileKind::MapFolder, "a map folder", is::map_folder, kOfMap,
             "`waymark replay {0}` drives its route, `waymark view {0}` shows it."},

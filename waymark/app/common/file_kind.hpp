@@ -14,8 +14,8 @@
 #include "waymark/recording/message_log.hpp"
 
 /// The kind of a file. The table in file_kind.cpp has one row per kind: how its content is recognised, its
-/// name, its uses, and the verbs that take it. Every verb that depends on the kind of a file uses
-/// this table.
+/// name, its uses, and the verbs that accept it. Every verb that depends on the kind of a file uses this
+/// table.
 namespace waymark {
 
 enum class FileKind : std::uint8_t {
@@ -58,7 +58,7 @@ enum class FileKind : std::uint8_t {
 /// The use of a file, with its reader.
 enum class FileUse : std::uint8_t {
   Recording,      ///< open_log()
-  Video,          ///< VideoReader, or open_log() for the pictures of a recording
+  Video,          ///< VideoReader, or open_log() for the images of a recording
   Image,          ///< read_image()
   Estimate,       ///< read_estimate()
   Reference,      ///< read_reference()
@@ -79,19 +79,20 @@ enum class FileUse : std::uint8_t {
   TagslamFolder,  ///< read_tagslam_folder()
 };
 
-/// The kind of a file or folder, by at most the first 64 KiB of its content. Videos and map.yaml are also
-/// recognised by their names, so that their readers report a file that is missing or damaged. Unknown: no
-/// such file, none of the kinds, or a pipe or device, which is not read.
+/// The kind of a file or folder, from at most the first 64 KiB of its content. Videos and map.yaml are also
+/// recognised by their names, so that their readers report a file that is missing or damaged. Unknown if the
+/// file does not exist, has none of the kinds, or is a pipe or device, which is not read.
 [[nodiscard]] FileKind kind_of(const std::filesystem::path& path);
-/// The same of content in memory, such as that of a pipe; `path` is its name.
+/// The same for content in memory, such as that of a pipe; `path` is its name.
 [[nodiscard]] FileKind kind_of_content(std::string_view content, const std::filesystem::path& path);
 
-/// Whether open_log() is the only reader of this kind. False for CsvLog, since a table may contain anything.
+/// Whether open_log() is the only reader of this kind. False for CsvLog, because a table may contain
+/// anything.
 [[nodiscard]] bool is_recording(FileKind kind);
 /// Whether it is a table with a header.
 [[nodiscard]] bool is_table_kind(FileKind kind);
 
-/// The kind of `path` and the verbs that take it, such as "lap.mcap: this is a recording (MCAP), not a tag
+/// The kind of `path` and the verbs that accept it, such as "lap.mcap: this is a recording (MCAP), not a tag
 /// map. `waymark map lap.mcap` maps it." Nothing if its kind is unknown or has this use.
 [[nodiscard]] std::optional<Error> wrong_kind(const std::filesystem::path& path, FileUse wanted);
 

@@ -1,4 +1,4 @@
-// The kind of every file that the program writes or reads, and of unknown files.
+// Tests the kind of every file that the program writes or reads, and of unknown files.
 #include "waymark/app/common/file_kind.hpp"
 
 #include <fstream>
@@ -226,7 +226,7 @@ TEST_F(FileKinds, AFileOfTheWrongKindIsReportedWithTheVerbsThatTakeIt) {
             lap + ": this is a recording (MCAP), not a tag map. `waymark map '" + lap +
                 "'` maps it, `waymark info '" + lap + "'` lists its contents.");
   EXPECT_EQ(error("lap one", FileUse::Recording), "");
-  EXPECT_EQ(error("unknown", FileUse::Recording), "") << "its reader reports what is wrong";
+  EXPECT_EQ(error("unknown", FileUse::Recording), "") << "its reader reports the error";
   EXPECT_EQ(error("none.mp4", FileUse::Recording), "") << "no such file";
   EXPECT_THAT(described_kind(folder_ / "world"),
               HasSubstr("world is a simulated world. `waymark world check"));

@@ -11,7 +11,7 @@
 
 namespace waymark {
 
-/// How long a job took, by the steady clock.
+/// Measures the duration of a job by the steady clock.
 class Stopwatch {
  public:
   Stopwatch();
@@ -37,8 +37,8 @@ struct JobControl {
   std::function<void(const JobProgress&)> progress = [](const JobProgress&) {};
   /// Called rarely: a sentence about the input that the summary does not repeat.
   std::function<void(const std::string&)> note = [](const std::string&) {};
-  /// Converts a text for display outside the notes, such as on a page: the program prints its flags instead
-  /// of fields.
+  /// Converts a text for display outside the notes, such as on a page. The program replaces fields by its
+  /// flags.
   std::function<std::string(std::string_view)> for_users = [](std::string_view text) {
     return std::string(text);
   };
@@ -50,14 +50,14 @@ struct JobControl {
     return cancelled() ? Status(fail(ErrorCode::Unreadable, "stopped: nothing was written")) : Status();
   }
 
-  /// The options with which a job opens a recording: cancelling also stops decompression.
+  /// The options with which a job opens a recording, so that cancelling also stops decompression.
   [[nodiscard]] LogOptions log_options(LogOptions options = {}) const {
     options.unpack.stop = cancelled;
     return options;
   }
 };
 
-/// The same without progress text: for a step that reports its own.
+/// The same without progress text, for a step that reports its own progress.
 [[nodiscard]] inline JobControl silent(const JobControl& control) {
   JobControl quiet;
   quiet.for_users = control.for_users;

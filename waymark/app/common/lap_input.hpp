@@ -30,7 +30,7 @@ inline constexpr const char* kWorldFile = "truth/world.yaml";
 /// Pose of a tag at the map origin: its z is the map's x, its -y the map's z.
 [[nodiscard]] SE3 anchor_at_origin();
 
-/// Overrides by the caller of metadata that the recording lacks or has wrong.
+/// The caller's overrides for metadata that are missing or wrong in the recording.
 struct SetupOverrides {
   std::optional<std::string> anchor{};  ///< "tag36h11:0", or a number of tag36h11
   std::optional<SE3> map_T_anchor{};
@@ -38,7 +38,7 @@ struct SetupOverrides {
   std::map<TagId, double> size_by_tag_m{};  ///< of tags of another size [m]
 };
 
-/// Sizes as metadata of a recording: kTagSize and, if some tags have another size, kTagSizes.
+/// Sizes as metadata of a recording: kTagSize, and kTagSizes if some tags have another size.
 void add_tag_sizes(const TagSizes& sizes, std::map<std::string, std::string>& facts);
 
 /// "tag36h11:0", or a number of tag36h11. Errors name the field that holds the text, if there is one.
@@ -55,7 +55,7 @@ void add_tag_sizes(const TagSizes& sizes, std::map<std::string, std::string>& fa
 /// opposite to the tag's y and its x along the tag's z.
 [[nodiscard]] Result<TeachSetup> setup_of(const RecordedLap& lap, const SetupOverrides& overrides);
 
-/// The sizes from the overrides, else from the recording; without a default if neither has one. Fails on
+/// The sizes from the overrides, else from the recording; no default size if neither contains one. Fails on
 /// invalid recorded sizes.
 [[nodiscard]] Result<TagSizes> tag_sizes_of(const RecordedLap& lap, const SetupOverrides& overrides);
 
@@ -66,9 +66,8 @@ void add_tag_sizes(const TagSizes& sizes, std::map<std::string, std::string>& fa
 [[nodiscard]] std::optional<std::string> robot_yaml_of(const RecordedLap& lap);
 
 /// Opens and reads a recording of any kind. If it contains only images, their tags are detected
-/// (tag36h11 and the family of the recorded anchor, default settings). With a `finder` the images are
-/// used even if the recording contains tags, and the call fails without images. Cancelling ends it with
-/// an error.
+/// (tag36h11 and the family of the recorded anchor, default settings). With a `finder`, the images are used
+/// even if the recording contains tags, and the call fails without images. Cancelling ends it with an error.
 [[nodiscard]] Result<RecordedLap> read_lap_file(const std::string& path, const JobControl& control = {},
                                                 const TagFinder* finder = nullptr);
 /// The same for several files of one lap, such as tables, and for the camera named by `choice`.
@@ -82,8 +81,8 @@ struct RobotDescription;
 [[nodiscard]] std::vector<std::string> disagreements(const RobotDescription& robot,
                                                      const RecordingSetup& setup);
 
-/// Sets camera and mounting from the robot file (or its name); if the recording differs, a
-/// sentence is added to `warnings`. Nothing happens without a file.
+/// Sets camera and mounting from the robot file (or its name), and adds a sentence to `warnings` if the
+/// recording differs. Does nothing without a file.
 [[nodiscard]] Status take_robot(const std::string& robot, RecordingSetup& setup,
                                 std::vector<std::string>& warnings);
 

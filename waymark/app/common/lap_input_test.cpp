@@ -1,4 +1,4 @@
-// Setup from a recorded lap, overrides by the caller or a robot file, and missing data.
+// Tests the setup from a recorded lap, overrides by the caller or a robot file, and missing data.
 #include "waymark/app/common/lap_input.hpp"
 
 #include <limits>
@@ -51,7 +51,7 @@ TEST(TagsNamed, ReadsCommaSeparatedLists) {
   }
 }
 
-// Roll, pitch and yaw as in REP 103: about the fixed axes x, y, z in this order.
+// Roll, pitch and yaw are those of REP 103, about the fixed axes x, y, z in this order.
 TEST(AnchorPose, AnglesAreRotationsAboutFixedAxes) {
   Random random(20261124);
   for (int trial = 0; trial < 50; ++trial) {

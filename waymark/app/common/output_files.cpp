@@ -28,7 +28,7 @@ fs::path first_missing(fs::path folder) {
   return missing;
 }
 
-/// Removes the folder and its parents up to `made`, as long as they are empty.
+/// Removes the folder and its parents up to `made`, while they are empty.
 void remove_empty(fs::path folder, const fs::path& made) {
   std::error_code error;
   for (; !made.empty() && !folder.empty() && !error; folder = folder.parent_path()) {

@@ -29,7 +29,7 @@ namespace waymark {
 /// this text. Returns the new name; empty if nothing was renamed.
 [[nodiscard]] Result<std::string> move_aside(const std::filesystem::path& file, const std::string& text);
 
-/// Files that are written to a folder together or not at all: they are written to a temporary folder and
+/// Files that are written to a folder together or not at all. They are written to a temporary folder and
 /// moved when all are complete. Existing files of the same names become backups: NAME.1.yaml, or the next
 /// free number.
 class StagedFolder {
@@ -67,7 +67,7 @@ class StagedFolder {
 /// "map.1.yaml" of "map.yaml".
 [[nodiscard]] std::string numbered(const std::string& name, int number);
 
-/// A recording that has just been started. It is removed again unless the robot sent data or keep() was
+/// A recording that has just been started. The file is removed again unless the robot sent data or keep() was
 /// called, so that it does not block the next attempt.
 class FreshFile {
  public:
@@ -84,7 +84,7 @@ class FreshFile {
   /// Commands sent to the robot do not count as data.
   void receive(const Sample& sample) { kept_ = kept_ || !std::holds_alternative<StampedCommand>(sample); }
   void keep() { kept_ = true; }
-  /// Removes the file even if the robot sent data: nothing was driven.
+  /// Removes the file even if the robot sent data, because nothing was driven.
   void discard() { kept_ = false; }
 
  private:
@@ -92,7 +92,7 @@ class FreshFile {
   bool kept_ = false;
 };
 
-/// Draws a figure and writes it beside `path` with each suffix (".svg", ".png"); their paths are added to
+/// Draws a figure and writes it next to `path` with each suffix (".svg", ".png"). Adds their paths to
 /// `files`.
 [[nodiscard]] Status write_figure(const std::filesystem::path& path, const plot::Figure& figure,
                                   const std::vector<std::string>& suffixes, std::vector<std::string>& files);

@@ -58,7 +58,7 @@ TEST_F(Sources, ImagesOfAFolderAreSortedByBytes) {
 TEST_F(Sources, FilesKeepTheirOrderWithoutDuplicates) {
   EXPECT_THAT(found({"b.png", "a.JPG", "./b.png"}), ElementsAre("b.png", "a.JPG"));
   EXPECT_THAT(found({"notes.txt"}),
-              ElementsAre("notes.txt"));  // a file that is named is tried whatever its suffix
+              ElementsAre("notes.txt"));  // a named file is tried with any suffix
 }
 
 TEST_F(Sources, PatternsAreExpanded) {

@@ -159,7 +159,8 @@ SimulatedRobotOptions options_like(const RecordingProfile& profile, SimulatedRob
   }
   take(profile.image_arrival_delay_s, options.camera_latency_s);
   options.camera_latency_s = std::clamp(options.camera_latency_s, 0.0, 10.0);
-  // The measured delay is the sum of the command delay and the lag of the motors; at most half of it is lag.
+  // The measured delay is the sum of the command delay and the lag of the motors; at most half of the sum is
+  // lag.
   if (profile.command_delay_s) {
     options.dynamics.speed_lag_s = std::min(options.dynamics.speed_lag_s, *profile.command_delay_s / 2);
     options.dynamics.command_delay_s = *profile.command_delay_s - options.dynamics.speed_lag_s;

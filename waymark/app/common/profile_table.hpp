@@ -14,11 +14,11 @@
 /// simulation.
 namespace waymark {
 
-/// Measures a recording of any kind. Fails if it has no odometry, so that its speeds are unknown.
+/// Measures a recording of any kind. Fails if it has no odometry, because its speeds are then unknown.
 [[nodiscard]] Result<RecordingProfile> profile_of(const std::string& path, const JobControl& control);
 
-/// Median time from the stamp of a camera sample to its recording [s], of the topic with the most samples;
-/// nothing if the log time is the stamp or there are fewer than 20 samples.
+/// Median time from the stamp of a camera sample to its recording [s], for the topic with the most samples.
+/// Nothing if the log time is the stamp, or for fewer than 20 samples.
 [[nodiscard]] std::optional<double> image_latency_of(const std::string& path, const JobControl& control);
 
 /// One row of the table: a quantity of the recording and of the simulation.

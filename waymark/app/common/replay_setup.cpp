@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Odometry calibration from the lap of the route; for a route without a lap, from the first route.
+/// Odometry calibration from the lap of the route or, for a route without a lap, from the first route.
 Result<std::optional<Calibration>> odometry_in(const fs::path& folder, const std::string& route_name) {
   std::error_code ignored;
   for (const std::string& route : {route_name, std::string()}) {
@@ -26,7 +26,7 @@ Result<std::optional<Calibration>> odometry_in(const fs::path& folder, const std
   return std::optional<Calibration>();
 }
 
-/// Uses the odometry calibration of the lap if it is of this robot. A given calibration and options that
+/// Uses the odometry calibration of the lap if it is for this robot. A given calibration and options that
 /// differ from their default override it.
 void take_odometry(const std::optional<Calibration>& found, const RobotModel& robot, ReplayerSetup& setup) {
   if (!found) return;

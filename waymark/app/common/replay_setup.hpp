@@ -21,7 +21,7 @@ struct MapFolder {
   MapFile map{};
   Route route{};
   std::optional<RobotDescription> robot{};  ///< of robot.yaml; nothing if the folder has none
-  std::optional<Calibration> odometry{};    ///< estimated from the lap; nothing in folders of older maps
+  std::optional<Calibration> odometry{};    ///< estimated from the lap; empty in folders of older maps
 };
 
 /// Reads map.yaml, a route (empty: route.yaml; else route-NAME.yaml) and robot.yaml. Fails, with the file,
@@ -41,7 +41,7 @@ struct ReplayerSetup {
 };
 
 /// A replayer of the folder's route for this robot, which is expected to start near the route's first point.
-/// The odometry calibration of the lap is used for a robot of the same name, if the setup leaves it at its
+/// The lap's odometry calibration is used for a robot of the same name, unless the setup changes it from the
 /// default.
 [[nodiscard]] Result<std::unique_ptr<Replayer>> make_replayer(const MapFolder& folder,
                                                               const RobotDescription& robot,

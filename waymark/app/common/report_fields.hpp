@@ -16,7 +16,7 @@
 
 #include "waymark/base/error.hpp"
 
-/// The content of a report, listed once: `--json`, the keys in `--help-all` and docs/reference/cli.md, and
+/// The content of a report, listed once. `--json`, the keys in `--help-all` and docs/reference/cli.md, and
 /// the attributes in Python are generated from it. A report is a plain struct with a free function:
 ///
 ///     ReportFields fields(const TeachReport& report) {
@@ -29,15 +29,15 @@ namespace waymark {
 struct ReportField;
 using ReportFields = std::vector<ReportField>;
 
-/// A struct with fields() of its own.
+/// A struct for which fields() is defined.
 template <class T>
 concept IsReport = requires(const T& report) {
   { fields(report) } -> std::same_as<ReportFields>;
 };
 
-/// A value of a report: a number, a bool, a text, another report, an
-/// optional (nothing is null), a range (a list), or ReportFields (an object whose keys depend on the data).
-/// It stores its type and the keys of nested reports, even if the list is empty or the value null.
+/// A value of a report: a number, a bool, a text, or another report. An optional is null if empty, a range is
+/// a list, and ReportFields is an object whose keys depend on the data. It stores its type and the keys of
+/// nested reports, even for an empty list or a null value.
 class ReportValue {
  public:
   using List = std::vector<ReportValue>;
@@ -58,7 +58,7 @@ class ReportValue {
   /// "number", "integer", "text", "bool", "object" or "list"; "value" if unknown.
   [[nodiscard]] std::string_view type() const { return type_; }
   [[nodiscard]] bool may_be_null() const { return may_be_null_; }
-  /// Omitted from the output, as there is no value; the reference lists it.
+  /// Omitted from the output, because it has no value; the reference lists it.
   [[nodiscard]] bool is_left_out() const { return is_left_out_; }
   /// The keys of this object, or of each object in this list; empty for other types.
   [[nodiscard]] ReportFields keys() const;
@@ -81,7 +81,7 @@ struct ReportField {
   ReportValue value{};
 };
 
-/// A key that is omitted if there is no value (an optional in a table is null instead).
+/// A key that is omitted if it has no value (an optional in a table is null instead).
 template <class T>
 [[nodiscard]] ReportValue if_any(const std::optional<T>& value) {
   ReportValue made(value);
@@ -97,7 +97,7 @@ template <class T, class Member>
   return whole ? std::optional<Part>(std::invoke(member, *whole)) : std::nullopt;
 }
 
-/// "code", "message" and, where known, "source", "line", "byte", "key", "hint".
+/// "code", "message" and, if known, "source", "line", "byte", "key", "hint".
 [[nodiscard]] ReportFields fields(const Error& error);
 
 /// An object with the keys in order. O(values).

@@ -1,4 +1,4 @@
-// Reports as JSON: keys, values, types; errors on one line each.
+// Tests reports as JSON: keys, values, types, and errors on one line each.
 #include "waymark/app/common/report_fields.hpp"
 
 #include <algorithm>

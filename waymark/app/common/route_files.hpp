@@ -21,13 +21,13 @@ namespace waymark {
 
 /// The names of the files of one route of a map.
 [[nodiscard]] std::vector<std::string> files_of_route(const std::string& route);
-/// The names of the files that mapping writes for a map and these routes ("": the route taught first),
-/// without robot.yaml, which belongs to the robot.
+/// The names of the files that mapping writes for a map and these routes ("": the route taught first).
+/// Excludes robot.yaml, which belongs to the robot.
 [[nodiscard]] std::vector<std::string> files_of_map(const std::vector<std::string>& routes);
 
 /// Letters, digits, - and _; the error names the field.
 [[nodiscard]] Status check_route_name(const std::string& route, const char* field);
-/// Fails if it is not a map folder; the hint names a subfolder with a map if there is one.
+/// Fails if it is not a map folder; the hint names a subfolder with a map if one exists.
 [[nodiscard]] Status check_map_folder(const std::filesystem::path& folder);
 /// Fails, with the existing names, if the folder has no route of this name. Empty: route.yaml.
 [[nodiscard]] Status check_route_exists(const std::filesystem::path& folder, const std::string& route);

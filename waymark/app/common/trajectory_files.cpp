@@ -25,7 +25,7 @@
 
 namespace waymark {
 
-// Data of a recording by `waymark localize` besides its poses.
+// Data of a recording by `waymark localize` in addition to its poses.
 namespace {
 
 std::optional<double> number_of(const std::string& text) {

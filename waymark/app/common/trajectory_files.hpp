@@ -14,7 +14,7 @@
 namespace waymark {
 
 /// An estimate from a recording of any kind (`topic`, else /waymark/pose, else its only topic of poses) or a
-/// TUM file, in order of time. Fails on a file that is neither, a missing topic, and without poses.
+/// TUM file, in time order. Fails on a file that is neither, a missing topic, and without poses.
 [[nodiscard]] Result<EstimatedTrajectory> read_estimate(const std::string& path, const std::string& topic,
                                                         const JobControl& control = {});
 
@@ -41,8 +41,8 @@ struct Reference {
 };
 
 /// A reference from a recording (`topic`, else /truth/pose, else its only topic of poses), a TUM file, a
-/// route.yaml, or a CSV of corners with the columns x_m and y_m (a path without times; `closed`: back to its
-/// first corner).
+/// route.yaml, or a CSV file of corners. The CSV file has the columns x_m and y_m and is a path without
+/// times; `closed`: the path returns to its first corner.
 [[nodiscard]] Result<Reference> read_reference(const std::string& path, const std::string& topic, bool closed,
                                                const JobControl& control = {});
 

@@ -1,4 +1,4 @@
-// Trajectories, references and NIS from files of all formats.
+// Tests trajectories, references and NIS from files of all formats.
 #include "waymark/app/common/trajectory_files.hpp"
 
 #include <gmock/gmock.h>
