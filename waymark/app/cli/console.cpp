@@ -28,12 +28,13 @@ std::atomic<int> ending_signal{SIGINT};
 std::atomic<unsigned> received_signals{0};  ///< one bit per signal
 std::atomic<Duration::rep> first_received{0};
 static_assert(std::atomic<Duration::rep>::is_always_lock_free, "a signal handler sets it");
-TerminalSettings terminal;  // restored at the end, since reading keys turns the echo off
+TerminalSettings terminal;  // restored at the end, because reading keys turns the echo off
 
-/// timeout(1) and some shells send a signal to the program and then to its process group: the same key press.
+/// timeout(1) and some shells send a signal to the program and then to its process group; both are the same
+/// key press.
 constexpr Duration kSameKeyPress = std::chrono::milliseconds(200);
 
-/// The same signal a second time prints a message and ends the program at once, as without a handler.
+/// The second occurrence of a signal prints a message and ends the program at once, as without a handler.
 extern "C" void raise_flag(int signal) {
   constexpr std::string_view kMessage =
       "\nwaymark: second signal: ended at once; unfinished files are not completed\n";
@@ -111,7 +112,7 @@ std::vector<std::string> folded_warnings(const std::vector<std::string>& warning
   }
   std::vector<std::string> result;
   for (const auto& alike : kinds) {
-    // The fourth warning needs no more space than the line that would count it.
+    // A fourth warning takes no more space than the line that would count it.
     const std::size_t shown = alike.size() <= kShownOfAKind + 1 ? alike.size() : kShownOfAKind;
     for (std::size_t i = 0; i < shown; ++i) result.push_back(*alike[i]);
     if (shown < alike.size())
@@ -129,7 +130,7 @@ std::int64_t now_ms() {
   return std::chrono::duration_cast<std::chrono::milliseconds>(since_start).count();
 }
 
-/// Ignores failures: a message that cannot be written (closed pipe, full disk) is no reason to stop.
+/// Ignores failures, because a message that cannot be written (closed pipe, full disk) is no reason to stop.
 void put(std::FILE* file, std::string_view text) {
   static_cast<void>(std::fwrite(text.data(), 1, text.size(), file));
   static_cast<void>(std::fflush(file));

@@ -12,7 +12,7 @@
 #include "waymark/base/error.hpp"
 #include "waymark/robots/watchdog/stop_socket.hpp"
 
-/// The program's side of the terminal: results, messages, progress, exit codes, signals.
+/// The terminal interface of the program: results, messages, progress, exit codes, signals.
 namespace waymark::cli {
 
 /// Installs signal handlers. The first Ctrl-C (or SIGTERM) only sets a flag, so that the current image is
@@ -28,8 +28,8 @@ void interrupt();
 /// The cause as text: "Ctrl-C", "SIGTERM", "the closed terminal" or "'waymark stop'".
 [[nodiscard]] const char* interrupted_by();
 
-/// The first warnings of each kind and the count of the others. Two warnings are of one kind if they differ
-/// only in numbers (tag ids are numbers). Kinds keep the order of their first warning.
+/// The first warnings of each kind and the count of the others. Two warnings are of the same kind if they
+/// differ only in numbers (tag ids are numbers). Kinds keep the order of their first warning.
 [[nodiscard]] std::vector<std::string> folded_warnings(const std::vector<std::string>& warnings);
 
 /// The error with its field as the flag that users type: "(--tag-size-m): ...". Keys in a file, and fields
@@ -38,7 +38,7 @@ void interrupt();
 
 /// The program's exit status.
 enum class ExitCode : std::uint8_t {
-  Ok = 0,            ///< all inputs processed, whatever was found in them
+  Ok = 0,            ///< all inputs processed, regardless of the results
   SomeFailed = 1,    ///< some input or output failed; the others were processed
   Usage = 2,         ///< invalid command line; nothing was done
   Interrupted = 130  ///< stopped by Ctrl-C; finished results are kept
@@ -50,7 +50,7 @@ class Console {
  public:
   /// `verb` is the prefix of each message ("waymark detect: …"). Fields named in texts are printed as flags
   /// of the program (with_flags()), the field of an error as a flag of the verb (`has_own`; an input keeps
-  /// its name). Without `has_flag` they stay fields.
+  /// its name). Without `has_flag` they remain fields.
   explicit Console(std::string verb, std::FILE* out = stdout, std::FILE* err = stderr, HasFlag has_flag = {},
                    HasFlag has_own = {});
 
@@ -69,7 +69,8 @@ class Console {
   }
   /// Prints "warning: ..." for each, folded by folded_warnings().
   void warn(const std::vector<std::string>& warnings);
-  /// Prints the first lines, then the number of the remaining ones and `where_all`, where to find them.
+  /// Prints the first lines, then the number of the remaining ones and `where_all`, which explains where to
+  /// find them.
   void note_first(const std::vector<std::string>& lines, std::string_view where_all);
   /// Redraws the progress line ("12/60 photo.png"), at most ten times a second and only on a terminal.
   void progress(std::size_t done, std::size_t all, std::string_view what);
@@ -80,7 +81,8 @@ class Console {
   /// The text with fields replaced by flags of the program.
   [[nodiscard]] std::string text_for_users(std::string_view text) const;
 
-  /// Results can no longer be printed, because the reader closed the pipe or writing failed: stop working.
+  /// Whether results can no longer be printed, because the reader closed the pipe or writing failed. The verb
+  /// should then stop.
   [[nodiscard]] bool output_ended() const { return output_ != Output::Open; }
   /// The exit code to return. SomeFailed if results were lost (a message was printed), Ok if the reader
   /// closed the pipe, Interrupted for a failure after Ctrl-C; else `code`.
@@ -103,11 +105,11 @@ class Console {
   Output output_ = Output::Open;
 };
 
-// How a verb fails: message and exit code.
+// Functions for the failure of a verb, with message and exit code.
 
-/// 2 for an error in the command line or the environment: the key is a field (no source, or a key between
-/// backticks), or the source is "environment". 1 for a file that is not usable or could not be written.
-/// After Ctrl-C Console::finish() changes both to 130.
+/// Returns 2 for an error in the command line or the environment. Then the key is a field (no source, or a
+/// key between backticks), or the source is "environment". Returns 1 for a file that is not usable or could
+/// not be written. After Ctrl-C Console::finish() changes both to 130.
 [[nodiscard]] ExitCode exit_code_of(const Error& error);
 
 /// Prints the error and returns its exit code.

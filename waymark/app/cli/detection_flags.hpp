@@ -20,8 +20,8 @@ class DetectorFlags {
   /// `group`: the help group of --family and --no-refine.
   DetectorFlags(Settings& settings, const char* group);
 
-  /// Defaults, then the settings, then flags. Fails on an unknown family, a value out of range, and on
-  /// options of the refinement with --no-refine.
+  /// Applies defaults, then the settings, then flags. Fails on an unknown family, a value out of range, and
+  /// on options of the refinement with --no-refine.
   [[nodiscard]] Result<TagFinder> make() const;
   /// Whether any of these flags or options was given.
   [[nodiscard]] bool given() const;

@@ -19,8 +19,8 @@
 #include "waymark/base/fields.hpp"
 #include "waymark/config/option_layers.hpp"
 
-/// How options become flags: those of a struct (OptionFlags), those of a job (add_fields), single ones
-/// (add_option), and --config and --set below them (Settings).
+/// Converts options to flags: those of a struct (OptionFlags), those of a job (add_fields) and single ones
+/// (add_option). --config and --set are the layers below them (Settings).
 namespace waymark::cli {
 
 /// The group of flags that only --help-all shows.
@@ -42,9 +42,9 @@ struct SettingsError : CLI::ValidationError {
   waymark::Error error;
 };
 
-/// The options of a verb by name: --config FILE.yaml and --set SECTION.KEY=VALUE, the layers below the flags.
-/// Unknown sections and keys are refused while the command line is parsed, with their place. Must not move
-/// while the command line is parsed.
+/// The options of a verb by name: --config FILE.yaml and --set SECTION.KEY=VALUE, which are layers below the
+/// flags. Unknown sections and keys are refused while the command line is parsed, with their place. Must not
+/// move while the command line is parsed.
 class Settings : public OptionLayers {
  public:
   explicit Settings(CLI::App& app);
@@ -98,9 +98,9 @@ enum class Reach : std::uint8_t {
   SettingsOnly  ///< by --set and --config
 };
 
-/// An option struct on the command line, made from its fields(): each field, also of structs in it, is a key
-/// of a section of --set and --config and, unless SettingsOnly, a flag: name with dashes, sentence, range,
-/// default. Must not move while the command line is parsed.
+/// An option struct on the command line, generated from its fields(). Each field, also of nested structs, is
+/// a key of a section of --set and --config. Unless SettingsOnly, it is also a flag: name with dashes,
+/// sentence, range, default. Must not move while the command line is parsed.
 template <HasFields Options>
 class OptionFlags {
  public:
@@ -201,8 +201,8 @@ class OptionFlags {
   std::vector<std::string> keys_;  ///< of the fields, such as "motion.slide_m_s"
 };
 
-/// Fails if one of the options is on the command line. For options without effect; a --config file may still
-/// contain them, since verbs share it.
+/// Fails if one of the options is on the command line. Use it for options without effect; a --config file may
+/// still contain them, because verbs share it.
 template <HasFields Options>
 [[nodiscard]] Status refuse(const OptionFlags<Options>& flags, const std::string& why,
                             const std::string& hint, std::string_view key = {}) {
@@ -252,7 +252,7 @@ inline constexpr auto kMore = [](CLI::Option& option) { option.group(kMoreGroup)
 /// Takes comma-separated values in one word.
 inline constexpr auto kByCommas = [](CLI::Option& option) { option.delimiter(','); };
 
-/// A group of its own in --help-all.
+/// A separate group in --help-all.
 [[nodiscard]] inline auto in_group(std::string name) {
   return [name = std::move(name)](CLI::Option& option) { option.group(name); };
 }
@@ -285,10 +285,10 @@ CLI::Option* add_flag(CLI::App& app, const std::string& name, bool& value, const
   return option;
 }
 
-/// A flag that selects this verb in a command line that does not name it ("--ros2"), without other effect.
+/// A flag whose only effect is to select this verb in a command line that does not name it ("--ros2").
 void add_choice(CLI::App& app, const std::string& name);
 
-// The flags of a job, made from its fields().
+// The flags of a job, generated from its fields().
 
 /// "-o,--output" for "output", "--tag-size-m" for "tag_size_m"; for an input its name, and the flag for its
 /// alternative name.
@@ -347,7 +347,7 @@ struct JobArgs {
   bool json = false;
 };
 
-// Names of output files: the extension must match the format that is written.
+// Names of output files, whose extension must match the format that is written.
 
 /// For CLI11's transform(): the name of a recording to write. The format is MCAP: a name without an extension
 /// gets .mcap, and other extensions are refused.

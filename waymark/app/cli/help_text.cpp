@@ -19,7 +19,7 @@ std::string replaced(std::string text, std::string_view from, std::string_view t
   return text;
 }
 
-/// As help_line(), with an indentation that is part of the name.
+/// Like help_line(), with an indentation that is part of the name.
 std::string key_line(const std::string& name, const std::string& sentence) {
   constexpr std::size_t kIndentOfParser = 2;
   return help_line(name.substr(kIndentOfParser), sentence);

@@ -32,7 +32,7 @@ class MethodFlags {
 ExitCode show_localized(const LocalizeReport& report, bool json, const std::vector<std::string>& warnings,
                         Console& console);
 
-/// As control_from(); also cancels if the reader of the output lines has closed the pipe.
+/// Like control_from(), but also cancels if the reader of the output lines has closed the pipe.
 [[nodiscard]] JobControl control_of_lines(Console& console);
 
 }  // namespace waymark::cli

@@ -45,7 +45,7 @@ bool names_word(const std::vector<std::string>& words, std::string_view word) {
   return std::ranges::count(words, word) > 0;
 }
 
-/// Adds flags only to verbs among the words, since adding all flags takes longer than many verbs run.
+/// Adds flags only to verbs among the words, because adding all flags takes longer than running many verbs.
 Node grow(const Verb& verb, CLI::App& app, const std::vector<std::string>& words) {
   Node node{&verb, &app, {}, {}};
   app.set_help_flag("-h,--help", "Print this and stop");
@@ -119,7 +119,7 @@ std::vector<std::size_t> input_places(const std::vector<std::string>& words, con
   return places;
 }
 
-/// The index of the first word after `verb` that is neither a flag nor a value of one, if there is any.
+/// The index of the first word after `verb` that is neither a flag nor a value of one, if any.
 std::optional<std::size_t> first_input(const Verb& verb, const std::vector<std::string>& words) {
   if (words.empty()) return std::nullopt;
   if (!words.front().starts_with('-')) return 0;  // avoids building the table of flags
@@ -134,7 +134,7 @@ bool is_file(const std::string& word) {
   return std::filesystem::exists(word, ignored);
 }
 
-/// Whether a verb does nothing by itself, so that a line must name one of those below it.
+/// Whether a verb does nothing by itself, so that a command line must name one of the verbs below it.
 bool only_leads_on(const Verb& verb) { return !verb.prepare && !verb.usual_verb; }
 
 /// Moves a verb that follows flags before them: "map -o m lap lap.mcap" becomes "map lap -o m lap.mcap". If
@@ -151,7 +151,7 @@ void put_verb_first(const Verb& verb, const std::vector<std::string>::iterator f
   std::rotate(from, at, at + 1);
 }
 
-/// The verb of which the first input is a misspelt name: "lap" for "lapp" if there is no such file. Empty:
+/// The verb of which the first input is a misspelt name: "lap" for "lapp" if no such file exists. Empty:
 /// none.
 std::string misspelt_verb(const Verb& verb, const std::string& input) {
   if (input.find_first_of("./:*") != std::string::npos || is_file(input)) return {};
@@ -269,10 +269,10 @@ std::string first_not_number(const std::string& values) {
   return values;
 }
 
-/// "(--seed): 'abc' is not a number from 0 to 9" for the parser's "--seed: Value abc not in range 0 to 9",
-/// "(--laps): '1e' is not a number" for its "Could not convert: --laps = 1e", and "(--seed): given more than
-/// once" for its "--seed: At Most 1 required but received 2", and "(--kind): unknown value 'imus'. Did you
-/// mean 'imu'?" for its "--kind: imus not in {imu,odometry}".
+/// Rewrites messages of the parser. "--seed: Value abc not in range 0 to 9" becomes "(--seed): 'abc' is not a
+/// number from 0 to 9". "Could not convert: --laps = 1e" becomes "(--laps): '1e' is not a number". "--seed:
+/// At Most 1 required but received 2" becomes "(--seed): given more than once". "--kind: imus not in
+/// {imu,odometry}" becomes "(--kind): unknown value 'imus'. Did you mean 'imu'?".
 std::string plain_words(const std::string& words) {
   static const std::regex kRange("(--[a-z0-9-]+): Value (.*) not in range (.*) to (.*)");
   static const std::regex kConversion("Could not convert: (--[a-z0-9-]+) = (.*)");

@@ -153,7 +153,7 @@ TEST(Program, ValuesOutsideTheirRangeAreUsageErrors) {
   EXPECT_EQ(run({"show", "--count"}).code, 2);
 }
 
-/// Expects wrong usage: nothing on standard output and each part in the message; the whole text is on the
+/// Expects wrong usage: nothing on standard output, and each part in the message. The whole text is on the
 /// golden page.
 void expect_usage(const std::vector<std::string>& words, const std::vector<std::string>& parts) {
   const Outcome outcome = run(words);

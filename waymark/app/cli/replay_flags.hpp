@@ -11,7 +11,7 @@ namespace waymark::cli {
 /// line is parsed.
 class ReplayFlags {
  public:
-  /// SettingsOnly: only options of the default method and controller, for verbs without that choice.
+  /// SettingsOnly: only options of the default method and controller, for verbs that do not offer the choice.
   ReplayFlags(Settings& settings, Reach reach);
 
   /// Overwrites the job's options with the given ones. Fails on options of a method or a controller that the

@@ -38,7 +38,7 @@ class Ros2Flags {
 /// The flags --robot, --world, --robot-file and --seed. Must not move while the command line is parsed.
 class SetupFlags {
  public:
-  /// `robot_file_default`: what the help names as first choice without --robot-file. Without a `world` the
+  /// `robot_file_default`: the first choice without --robot-file, as named in the help. Without a `world` the
   /// flag --world is required. With `processes` the robot may be a process: --robot process:CMD.
   explicit SetupFlags(CLI::App& app, const std::string& world = {}, bool processes = false,
                       const std::string& robot_file_default = {});
@@ -88,7 +88,7 @@ enum class Pictures : std::uint8_t { OnDemand, Always, Never };
 /// command line is parsed.
 class PictureFlags {
  public:
-  /// Without `detects` there is no --threads, since nothing is detected. With Pictures::Never there is no
+  /// Without `detects` the verb has no --threads, because nothing is detected. With Pictures::Never it has no
   /// --images, and a --config file may contain options of camera and scene only for other verbs.
   PictureFlags(Settings& settings, Reach reach, bool detects = true, Pictures pictures = Pictures::OnDemand);
   PictureFlags(const PictureFlags&) = delete;

@@ -18,13 +18,13 @@ namespace waymark::cli {
 /// Runs a verb after the command line was parsed.
 using Run = std::function<ExitCode(Console&)>;
 
-/// A verb of the command line. It runs (`prepare`), has further verbs (`verbs`), or both: then it runs if the
-/// next word is not one of `verbs`. In a line without one of `verbs`, `usual_verb` chooses one of them, or a
-/// sibling of this verb.
+/// A verb of the command line. It runs (`prepare`), has further verbs (`verbs`), or both; with both, it runs
+/// if the next word is not one of `verbs`. In a line without one of `verbs`, `usual_verb` chooses one of
+/// them, or a sibling of this verb.
 struct Verb {
   std::string name;
   std::string sentence;  ///< in the list of verbs
-  std::string help;      ///< at the end of its own --help: an example with its output, exit codes
+  std::string help;      ///< at the end of its --help: an example with its output, exit codes
   std::function<Run(CLI::App&)> prepare = {};  ///< adds the flags; called once, before parsing
   std::function<ReportFields()> report = {};   ///< the output of --json; --help-all lists its keys
   std::vector<Verb> verbs = {};
@@ -58,7 +58,8 @@ template <IsReport Report>
 [[nodiscard]] ReportFields report_of() {
   return fields(Report{});
 }
-/// The same if --json prints one of several reports: each key once, with the sentence of the first report.
+/// The same if --json prints one of several reports. Lists each key once, with the sentence of the first
+/// report.
 template <IsReport... Reports>
 [[nodiscard]] ReportFields report_of_any() {
   ReportFields all;
