@@ -94,7 +94,7 @@ Status check_job(const RoutesJob& job) {
   return {};
 }
 
-/// Reads a route, and writes the change if one is requested.
+/// Reads a route, and writes the change if requested.
 Result<NamedRoutes> one_route(const RoutesJob& job) {
   const fs::path folder = job.folder;
   const std::string name = job.route.value_or("");

@@ -7,7 +7,7 @@
 #include "waymark/base/fields.hpp"
 #include "waymark/replay/route_optimizer.hpp"
 
-/// `waymark optimize`: a faster or smoother route beside a taught one.
+/// `waymark optimize`: computes a faster or smoother route close to a taught one.
 namespace waymark {
 
 struct OptimizeJob {
@@ -33,8 +33,8 @@ struct OptimizeReport {
   std::vector<std::string> backups{};  ///< replaced files; they now have a number in their names
 };
 
-/// Optimises the route and writes it with its figure. Existing files of this name are renamed. Writes both
-/// files or none.
+/// Optimises the route and writes it with its figure; both files or none. Existing files of this name are
+/// renamed.
 [[nodiscard]] Result<OptimizeReport> optimize_route_of(const OptimizeJob& job);
 /// The command that replays the route as optimised. The route contains the speed; the command sets the
 /// limits.

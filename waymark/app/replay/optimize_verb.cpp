@@ -54,11 +54,11 @@ ExitCode optimize(const OptimizeArgs& args, Console& console) {
 Verb optimize_verb() {
   return {
       .name = "optimize",
-      .sentence = "Make a faster or smoother route beside a taught one",
+      .sentence = "Compute a faster or smoother route close to a taught one",
       .help =
           R"(Moves the route sideways within a corridor to optimise a weighted sum of lap time, smoothness, distance from
 tags, and tags in view. The smallest distance to a tag and the share of the route with two tags in view are at
-least those of the taught route; if no such route is found, the taught route is kept. Writes route-NAME.yaml and
+least those of the taught route. If no such route is found, the taught route is kept. Writes route-NAME.yaml and
 a figure (route-NAME.svg) into the folder. `waymark replay` drives the taught route unless --route names another.
 
 Exit code: 0 a route was written, 1 a file was unusable, 2 wrong usage.

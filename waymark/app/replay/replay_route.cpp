@@ -102,8 +102,8 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMaxMapBytes = std::size_t{1} << 26U;
 
-/// The reference path of a route without a lap: the route itself, and beyond the end of a closed route a
-/// tenth of it again.
+/// The reference path of a route without a lap: the route itself, followed by a tenth of it again if it is
+/// closed.
 Trajectory path_of(const Route& route) {
   Trajectory path;
   const std::size_t beyond = route.closed ? route.points.size() / 10 : 0;
@@ -200,8 +200,8 @@ Status take_calibration(const std::string& path, ReplayJob& job) {
   Result<Calibration> calibration = or_wrong_kind(read_calibration(path), path, FileUse::Calibration);
   if (!calibration) return tl::unexpected(calibration.error());
   take_calibrated(*calibration, job.filter);
-  // Both are ratios to the commanded yaw rate: controlled wheels turn as commanded, the robot by the gain
-  // less.
+  // Both are ratios to the commanded yaw rate. Controlled wheels turn as commanded; the turn of the robot is
+  // smaller by the gain.
   if (const auto gain = calibration->observable_value("yaw_scale")) job.replay.actuators.turn_gain = *gain;
   job.calibration = std::move(*calibration);
   return {};
@@ -457,7 +457,7 @@ std::string ending(const ReplayReport& report, std::string_view stopped_by) {
 
 namespace {
 
-/// Counts observations, not tags: a tag that is covered for a second at 20 Hz counts 20 times.
+/// Counts observations, not tags; a tag that is covered for a second at 20 Hz counts 20 times.
 std::string missed_text(const ReplayEnd& end) {
   int all = 0;
   for (const auto& [reason, count] : end.missed_tags) all += count;

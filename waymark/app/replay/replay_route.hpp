@@ -50,7 +50,7 @@ class ReplayNotes {
   std::vector<StationVisit> visits_;
 };
 
-/// Output of a running replay: the recording, the true path, the stations, a progress line.
+/// Outputs of a running replay: the recording, the true path, the stations, a progress line.
 class ReplayLog {
  public:
   /// `images`: format of recorded images (raw, jpeg; empty: not recorded).
@@ -90,8 +90,9 @@ struct ReplayJob {
   std::string output{};  ///< recording to write; empty: none
   bool durable = false;  ///< recording: a power cut loses at most one second
   std::string images{};  ///< format of recorded images: raw, jpeg; empty: not recorded
-  std::string taught{};  ///< recording of the lap for the evaluation; empty: the ground truth of the route's
-                         ///< lap in the folder; a route without it (an optimised one) is its own reference
+  std::string
+      taught{};  ///< recording of the lap for the evaluation. If empty, the ground truth of the route's lap
+                 ///< in the folder is used. A route without it (an optimised one) is its own reference.
   RiekfOptions filter{};
   AnchorOptions anchor{};
   ReplayOptions replay{};                    ///< laps, controller, limits
@@ -143,8 +144,8 @@ struct ReplayRequest {
 /// and the initial turn gain of the follower. An empty path changes nothing.
 [[nodiscard]] Status take_calibration(const std::string& path, ReplayJob& job);
 
-/// A localisation method for replays by name. Fails on an unknown name, and on the smoother, whose estimates
-/// are delayed.
+/// A localisation method for replays, by name. Fails on an unknown name, and on the smoother, because its
+/// estimates are delayed.
 [[nodiscard]] Result<LocalizationKind> parse_replay_method(const std::string& name);
 
 /// Sets method and controller of the job by name. Fails also on an invalid number of laps.
@@ -180,8 +181,8 @@ struct ReplayReport {
 /// Distance along the route that a replay of the job drives [m].
 [[nodiscard]] double goal_m(const Route& route, const ReplayJob& job);
 
-/// Simulated time after which a replay is aborted: one minute plus three times the time for the requested
-/// speed and the stations, or plus the time at 0.05 m/s if that is longer.
+/// Simulated time after which a replay is aborted. It is one minute plus three times the time for the
+/// requested speed and the stations, or plus the time at 0.05 m/s if that is longer.
 [[nodiscard]] double time_allowed_s(const Route& route, const ReplayJob& job, const RobotModel& robot);
 
 /// The job with the limiter's maximum speed reduced to this speed.
@@ -193,7 +194,7 @@ struct ReplayReport {
 /// Begins the requested recording, with map and route as attachments; nothing if none is requested.
 [[nodiscard]] Result<std::optional<SampleRecorder>> record_replay(const RobotSetup& setup,
                                                                   const ReplayJob& job);
-/// Compares the true path with the taught path, or adds a warning why that is impossible.
+/// Compares the true path with the taught path, or adds a warning that explains why that is impossible.
 void judge(const RobotSetup& setup, ReplayReport& report);
 
 /// Drives the route of the folder with the robot of the setup, simulated or a process.

@@ -1,4 +1,4 @@
-// Errors, results and reports of replays.
+// Tests errors, results and reports of replays.
 #include "waymark/app/replay/replay_route.hpp"
 
 #include <chrono>
@@ -185,7 +185,7 @@ JobControl cancelled_at_call(int call) {
   return control;
 }
 
-/// Replays of the simulated robot, in this process.
+/// Tests replays of the simulated robot, in this process.
 class ReplayRoute : public ::testing::Test {
  protected:
   [[nodiscard]] std::string lap(const char* name = "lap.mcap") const { return (folder_ / name).string(); }

@@ -85,11 +85,12 @@ Verb replay_verb() {
       .sentence = "Replay a taught route autonomously",
       .help =
           R"(The robot starts where the taught lap began, searches for map tags, and follows the route. A limiter checks each
-command. It stops the robot and prints the reason if odometry or gyro data are old, the position is uncertain,
-the robot is too far from the route, or a tag or an obstacle is too close. The robot resumes when the cause is
+command. It stops the robot if odometry or gyro data are old, the position is uncertain, or the robot is too far
+from the route. It also stops if a tag or an obstacle is too close. It prints the reason. The robot resumes when the cause is
 gone; after five seconds the replay is aborted. A robot moved by hand or a clock jump ends the replay.
-docs/concepts/replay.md explains the controllers and the limits. Errors are reported only with ground truth: the
-path of the base compared with that of the teach lap.
+docs/concepts/replay.md explains the controllers and the limits. Errors of the base's path relative to the teach lap
+are reported only with ground truth.
+
 --robot process:CMD drives any robot with a driver program (docs/formats/robot-process.md), in real time. A
 watchdog in another process stops the robot if this one ends or does not respond.
 Exit code: 0 all laps were driven, 1 refused, stopped early, or a file was unusable (the reason is printed),
