@@ -53,9 +53,9 @@ Verb explore_verb() {
       .sentence = "Drive at random through a world while localising the robot",
       .help =
           R"(The robot drives forward with a random heading, turns by a random angle if its lidar detects an obstacle
-nearby, and is localised with the tags of the map: the exercise "Marker Based Visual Loc" of JdeRobot's
-Robotics Academy. Errors and collisions are measured against the ground truth of the simulator. A robot without
-a lidar gets one for this drive.
+nearby, and is localised with the map tags. This is the exercise "Marker Based Visual Loc" of JdeRobot's Robotics
+Academy. Errors and collisions are measured against the ground truth of the simulator. A robot without a lidar
+gets one for this drive.
 Exit code: 0 no collision, 1 a collision, a stopped robot or an unusable file, 2 wrong usage, 130 stopped by
 Ctrl-C.
 

@@ -24,7 +24,7 @@
 namespace waymark {
 namespace {
 
-/// For robots whose file has no lidar: that of LIMO, with eight scans per second.
+/// The lidar for robots whose file has none: that of LIMO, with eight scans per second.
 constexpr double kUsualLidar_hz = 8;
 
 Result<TagMap> tags_of(const RobotSetup& setup, const ExploreJob& job) {
@@ -89,7 +89,7 @@ class Judge {
   double heading_square_ = 0;
 };
 
-/// Listeners of an exploring robot: the judge, the recording, the control.
+/// Listeners of an exploring robot: evaluation, recording and control.
 ExploreListener listener_of(Judge& judge, std::optional<SampleRecorder>& recorder,
                             const JobControl& control) {
   return {.on_sample = [&judge, &recorder](const Sample& sample) -> Status {

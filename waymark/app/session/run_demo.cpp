@@ -21,7 +21,7 @@ constexpr std::uint64_t kReplaySeed = 1000;
 /// Marks a folder that a demo wrote.
 constexpr const char* kMark = "written-by-waymark-demo.txt";
 
-/// Files that a demo writes, and map.yaml, because the figures of a map folder have the same names.
+/// Files that a demo writes. map.yaml is included because the figures of a map folder have the same names.
 std::vector<std::string> own_names() {
   std::vector<std::string> names = {"lap.mcap",    "replay.mcap", "map",
                                     "report.html", "map.yaml",    "route.yaml"};

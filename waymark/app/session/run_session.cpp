@@ -220,7 +220,7 @@ class SessionTasks final : public OperatorTasks {
   std::unique_ptr<LiveReplay> replay_{};
   MapInTheMaking mapping_{};
   double most_m_s_ = std::numeric_limits<double>::infinity();
-  bool taken_ = false;  ///< a map was taken and is not loaded yet
+  bool taken_ = false;  ///< a map was installed and is not loaded yet
   SessionViewers viewers_;
 };
 

@@ -22,15 +22,15 @@ namespace waymark {
 /// "lap.mcap", or "lap.2.mcap" if that exists.
 [[nodiscard]] std::string free_name(const std::filesystem::path& folder, const std::string& stem);
 
-/// Makes a map of a recorded lap in a folder. May be called on any thread; prints nothing.
+/// Maps a recorded lap into a folder. May be called on any thread; prints nothing.
 using MapMaker = std::function<Status(const std::string& lap, const std::filesystem::path& folder)>;
 
-/// Makes a map on its own thread in the folder NAME.new beside the target folder. Removes what an interrupted
-/// session left there.
+/// Makes a map on its own thread in the folder NAME.new next to the target folder. Removes files that an
+/// interrupted session left there.
 class MapInTheMaking {
  public:
   void begin(const MapMaker& make, const std::string& lap, const std::filesystem::path& folder);
-  /// Whether a map was begun and not yet taken.
+  /// Whether a map was begun and not yet moved to the target folder.
   [[nodiscard]] bool under_way() const { return made_.valid(); }
   [[nodiscard]] bool ready() const;
   /// Waits for the map and moves it to the target folder. An existing folder is renamed to NAME.1, or the

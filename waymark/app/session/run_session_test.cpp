@@ -1,5 +1,5 @@
-// Files of an operator's session, and a session with a simulated gamepad and a robot process: teach with the
-// sticks, map, replay, pause, resume, stop by a stick, replay again.
+// Tests the files of an operator's session, and a session with a simulated gamepad and a robot process: teach
+// with the sticks, map, replay, pause, resume, stop with a stick, replay again.
 #include "waymark/app/session/run_session.hpp"
 
 #include <cmath>
@@ -188,7 +188,7 @@ class Hand final : public OperatorInput {
   std::string usage() const override { return pad_->usage(); }
 
  private:
-  /// Presses once, after half a second, because of the debouncing of buttons.
+  /// Presses once, after half a second, because buttons are debounced.
   void press(int button) {
     if (in_state_s_ > 0.5 && in_state_s_ < 0.56) state_->buttons[static_cast<std::size_t>(button)] = 1;
   }

@@ -68,8 +68,9 @@ ExitCode run(const RunArgs& args, Console& console) {
   if (!report) return fail_with(report.error(), console);
   console.print(args.json ? json_line(fields(*report)) : to_text(*report, interrupted_by()));
   if (report->interrupted) {
-    console.note(fmt::format("stopped by {}: the robot is stationary, and the files are complete up to now",
-                             interrupted_by()));
+    console.note(
+        fmt::format("stopped by {}: the robot is stationary, and the files are complete up to this point",
+                    interrupted_by()));
     return ExitCode::Interrupted;
   }
   return succeeded(*report) ? ExitCode::Ok : ExitCode::SomeFailed;
@@ -82,10 +83,10 @@ Verb run_verb() {
       .name = "run",
       .sentence = "Teach, map and replay in one session, with one button",
       .help =
-          R"(The whole session with a gamepad: Y (triangle) begins the lap; hold the left shoulder button while the
-sticks drive; Y ends the lap, and the map is made while the robot is stationary; Y starts, pauses and resumes
-the replay; B (circle) or any stick stops. Other drivers do the same with keys, lines or buttons (--driver). The
-robot moves only during teaching and replay, after the button was pressed. The reason of each stop is printed.
+          R"(The whole session with a gamepad: Y (triangle) begins the lap. Hold the left shoulder button while the sticks
+drive. Y ends the lap, and the lap is mapped while the robot is stationary. Y starts, pauses and resumes the replay;
+B (circle) or any stick stops it. Other drivers do the same with keys, lines or buttons (--driver). The robot moves
+only during teaching and replay, after the button was pressed. The reason for each stop is printed.
 --view shows the robot in the browser, with the same buttons in addition to those of other drivers. One viewer
 at a time has control. If this viewer disconnects, a taught robot stops and a replay pauses (docs/howto/live.md).
 Exit code: 0 every replay was completed, 1 a replay or another step failed, 2 wrong usage, 130 stopped by
