@@ -32,7 +32,7 @@ std::string making_yaml(const SimulatedSetup& setup, const TeachJob& job, const 
   return yaml;
 }
 
-/// The driver of a simulated lap: a person in real time, or a script with ground truth of the robot.
+/// The driver of a simulated lap: a person in real time, or a script that uses the robot's ground truth.
 struct SimulatedDriver {
   std::unique_ptr<LapDriver> driver{};
   ScriptDriver* script = nullptr;
@@ -133,7 +133,7 @@ Result<TeachReport> teach_process(const RobotSetup& setup, const TeachJob& job, 
   const Stopwatch watch;
   const auto driver = make_lap_driver(job.driver, job.speed_m_s, setup.simulated);
   if (!driver) return tl::unexpected(driver.error());
-  // Before the robot starts, so that an unwritable file is reported before the drive.
+  // Opened before the robot starts, so that an unwritable file is reported before the drive.
   Result<SampleRecorder> recorder =
       start_recording(job.output,
                       {.verb = "teach",
@@ -275,10 +275,10 @@ ReportFields fields(const TeachReport& report) {
           {"abrupt_moments", "Number of abrupt starts and stops", report.abrupt_moments},
           {"weak_links", "Tag pairs that the map depends on and that few frames connect, weakest first",
            weak_links},
-          {"closed_loop", "The anchor was seen at the start and at the end, from nearly the same place",
+          {"closed_loop", "Anchor observed at the start and at the end, from nearly the same position",
            s.closed_loop},
           {"mappable",
-           "A map can be made: anchor and another tag seen, no jumps, closed loop (open line: 0.5 m driven)",
+           "Lap can be mapped: anchor and another tag observed, no jumps, loop closed (open line: 0.5 m)",
            s.mappable},
           {"finished", "The driver completed the lap", report.end.finished},
           {"warnings", "Problems that make the map less accurate", s.warnings}};

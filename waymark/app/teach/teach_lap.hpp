@@ -17,7 +17,7 @@ namespace waymark {
 
 class LiveFeed;
 
-/// Default speed of a teach lap; slower robots are driven at their maximum speed.
+/// Default speed of a teach lap. Slower robots are driven at their maximum speed.
 inline constexpr double kUsualSpeed_m_s = 0.3;
 
 struct TeachJob {
@@ -82,14 +82,15 @@ struct TeachReport {
 /// world and a robot that sends ground truth. Cancelling stops the robot and closes the file.
 [[nodiscard]] Result<TeachReport> teach_lap(const RobotSetup& setup, const TeachJob& job,
                                             const JobControl& control);
-/// Distance, frames, detections, and whether the lap can be mapped; `loop`: the route should be closed.
+/// Distance, frames, detections, and whether the lap can be mapped. `loop`: whether the route should be
+/// closed.
 [[nodiscard]] std::string to_text(const TeachReport& report, bool loop);
 [[nodiscard]] ReportFields fields(const TeachReport& report);
 
 /// Fails on fields of the scripted driver of a simulated robot if another driver or robot is used.
 [[nodiscard]] Status check_effects(const TeachJob& job, const RobotSetup& setup, const GivenFields& given);
 
-/// A listener that records a lap, with images in the format `images` (raw, jpeg; empty: without images), and
+/// A listener that records a lap, with images in the format `images` (raw, jpeg; empty: no images), and
 /// passes texts to the control. All arguments must outlive the listener.
 [[nodiscard]] TeachListener lap_listener(SampleRecorder& recorder, const std::string& images,
                                          const JobControl& control);

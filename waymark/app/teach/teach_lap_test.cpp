@@ -25,7 +25,7 @@ using ::testing::StartsWith;
 
 std::string words(const Status& status) { return status ? "" : to_string(status.error()); }
 
-/// The field that an error names; its words are on the page.
+/// The field that an error names; its text is on the golden page.
 std::string field_of(const Status& status) {
   if (status) return "";
   testing::expect_on_page("teach", status.error());
@@ -97,7 +97,7 @@ JobControl cancelled_at_call(int call) {
   return control;
 }
 
-/// Laps of the simulated robot, in this process.
+/// Tests laps of the simulated robot, in this process.
 class TeachLap : public ::testing::Test {
  protected:
   [[nodiscard]] std::string lap(const char* name = "lap.mcap") const { return (folder_ / name).string(); }

@@ -57,8 +57,9 @@ ExitCode teach(const TeachArgs& args, Console& console) {
                           : to_text(*report, setup->simulated.world.path_closed));
   for (const std::string& warning : report->summary.warnings) console.note("warning: " + warning);
   if (report->end.interrupted) {
-    console.note(fmt::format(
-        "stopped by {}: the robot is stationary, and the recording is complete up to now", interrupted_by()));
+    console.note(
+        fmt::format("stopped by {}: the robot is stationary, and the recording is complete up to this point",
+                    interrupted_by()));
     return ExitCode::Interrupted;
   }
   if (!report->end.finished) console.note("the driver did not complete the lap in ten minutes");
@@ -74,17 +75,17 @@ Verb teach_verb() {
       .help =
           R"(The recording contains sensor data (tags, odometry, wheels, IMU), commands, the camera, and metadata; the
 simulator adds ground truth below /truth, which no estimator reads. Foxglove Studio opens it directly.
-`waymark info` lists the contents of a recording, `waymark map` makes a map of it. Ctrl-C stops the robot and
-closes the file.
+`waymark info` lists the contents of a recording, and `waymark map` maps it. Ctrl-C stops the robot and closes the
+file.
 With --images the camera renders images with motion blur, noise and distortion, and the detector runs on them,
-on --threads threads; the bytes of the recording do not depend on the number of threads. Without --images, noisy
+on --threads threads. The bytes of the recording do not depend on the number of threads. Without --images, noisy
 corners replace camera and detector, 2000 times faster than real time.
-A person (--driver keyboard, gamepad) drives in real time: the robot stops if no key is held, or if the left
+A person (--driver keyboard, gamepad) drives in real time. The robot stops if no key is held, or if the left
 shoulder button of the gamepad is released. During the drive the terminal warns of motion blur, of abrupt starts
-and stops, and of fewer than two tags. At the end the report states whether the lap can be mapped, which frames
-are the only link between parts of the map, and how to fix that.
---robot process:CMD drives any robot with a driver program (docs/formats/robot-process.md), in real time, with
-keyboard or gamepad. --robot-file describes its camera and body, --anchor and --tag-size-m define the map frame
+and stops, and of fewer than two tags. At the end the report states whether the lap can be mapped. It also lists
+the frames that are the only link between parts of the map, and how to fix that.
+The flag --robot process:CMD drives any robot with a driver program (docs/formats/robot-process.md), in real time,
+with keyboard or gamepad. The robot file describes its camera and body; --anchor and --tag-size-m define the map frame
 and the scale. If the robot also sends ground truth, a script can drive it with --world and --driver scripted.
 Exit code: 0 the lap can be mapped, 1 it cannot, or the file could not be written, 2 wrong usage, 130 stopped by
 Ctrl-C.
