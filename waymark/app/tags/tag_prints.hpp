@@ -33,7 +33,7 @@ struct PageFiles {
   std::string path{};
   double dpi = 300;      ///< resolution of PNG
   bool replace = false;  ///< existing files; otherwise they are an error (Unwritable), and nothing is written
-  std::string target{};  ///< content of a .yaml file beside the first page; empty: none
+  std::string target{};  ///< content of a .yaml file next to the first page; empty: none
 };
 
 /// Writes pages to one PDF, or to one SVG or PNG each. Stops at the first error, or if cancelled.
@@ -92,17 +92,16 @@ struct BoardRequest {
   std::string style = "aprilgrid";
   bool kalibr_yaml = false;
   CalibrationBoard squares{};  ///< for a chessboard or ChArUco board
-  bool tiled = false;          ///< spread it over as many pages as it needs
+  bool tiled = false;          ///< distribute it over as many pages as it needs
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.style,
-          JobField("style NAME",
-                   "Style of the board: aprilgrid (Kalibr's: black squares touch the corners of the tags, "
-                   "border of two cells), separate (single tags, as AprilTag 3 and `waymark detect` read "
-                   "them), chessboard, or charuco (OpenCV's: a marker in each white square)"));
+    visit(self.style, JobField("style NAME",
+                               "Style of the board: aprilgrid (for Kalibr, with black squares at the tag "
+                               "corners), separate (for AprilTag 3 and `waymark detect`), chessboard, or "
+                               "charuco (OpenCV's, with markers in white squares)"));
     visit(self.kalibr_yaml,
-          JobField("kalibr_yaml", "Also write the target file for Kalibr beside the board (.yaml)").less());
+          JobField("kalibr_yaml", "Also write the target file for Kalibr next to the board (.yaml)").less());
     visit(self.squares.size_m,
           JobField("square_size_m NUMBER", "Side of a square of a chessboard or ChArUco board"));
     visit(self.squares.marker_m,
@@ -116,10 +115,11 @@ struct BoardRequest {
                                                 "ChArUco pattern of OpenCV before 4.6: with an even number "
                                                 "of rows the upper left square is white")
                                            .less());
-    visit(self.tiled,
-          JobField(
-              "tiled",
-              "Spread a chessboard or ChArUco board over as many pages as it needs, to be cut and joined"));
+    visit(
+        self.tiled,
+        JobField(
+            "tiled",
+            "Distribute a chessboard or ChArUco board over as many pages as it needs, to be cut and joined"));
   }
 
   /// Whether it is a chessboard or a ChArUco board.

@@ -35,7 +35,7 @@ Result<PlannedBoard> plan(const BoardArgs& args) {
 }
 
 Result<plot::SquareBoardLayout> plan_squares(const BoardArgs& args) {
-  // Not by board.apply(), which needs a tag size; these boards have none.
+  // Does not use board.apply(), which needs a tag size; these boards have none.
   const auto given = [&args](const char* flag, auto& value) {
     const CLI::Option* option = args.settings.app().get_option(flag);
     if (option->count() > 0) value = option->as<std::remove_reference_t<decltype(value)>>();
@@ -82,7 +82,7 @@ Verb tags_board_verb() {
       .name = "board",
       .sentence = "Draw a calibration board to print, in true size",
       .help =
-          R"(Ids increase from the lower left tag to the right, then row by row upwards, as in Kalibr; the origin is the
+          R"(Ids increase from the lower left tag to the right, then row by row upwards, as in Kalibr. The origin is the
 lower left corner of the first tag, x right, y up. Print at 100 %, without "fit to page", measure the ruler on the
 page, and mount the board on a flat, stiff plate (docs/howto/print-tags.md). For a chessboard or a ChArUco board,
 --cols and --rows count squares.
