@@ -31,9 +31,9 @@ Verb samples_verb() {
       .name = "samples",
       .sentence = "Write a folder of simulated samples for learning: laps, a map, images, a board",
       .help =
-          R"(All data are simulated and come with ground truth: a taught lap and its map, the same lap by a robot whose wheels,
-motors, gyro and camera differ from its file, images of tags, and images of a calibration board. README.txt in the
-folder lists the command for each. The labs use them too.
+          R"(All data are simulated and come with ground truth. They are a taught lap and its map, images of tags, and images of a
+calibration board. The same lap is also driven by a robot whose wheels, motors, gyro and camera differ from its file.
+README.txt in the folder lists the command for each. The labs use them too.
 Exit code: 0 written, 1 a file could not be written (the folder is not created), 2 wrong usage, 130 stopped by Ctrl-C.
 
 Examples:

@@ -90,8 +90,9 @@ SE3 cam_T_board_of(int picture, Random& random) {
   return {tilted, {0.16 * away_m * std::cos(1.7 * picture), 0.12 * away_m * std::sin(1.7 * picture), away_m}};
 }
 
-/// Writes six images of three tags each, 1.png to 6.png, and truth.json: for each image its tags with their
-/// corners [px] and their poses in the camera frame [m, quaternion x y z w]. camera.yaml is the camera model.
+/// Writes six images of three tags each, 1.png to 6.png, and the camera model, camera.yaml. The file
+/// truth.json contains the tags of each image with their corners [px] and their poses in the camera frame [m,
+/// quaternion x y z w].
 Status write_tag_pictures(const fs::path& folder, std::uint64_t seed) {
   const Result<CameraModel> lens = sample_lens();
   if (!lens) return tl::unexpected(lens.error());

@@ -30,10 +30,10 @@ struct SamplesReport {
       files{};  ///< files and folders, relative to the folder, in the order of README.txt
 };
 
-/// Writes a taught lap (lap.mcap) and its map (map/), a lap of the same robot whose wheels, motors, gyro and
-/// camera differ from its file (other.mcap), images of tags (pictures/) and of a calibration board
-/// (calibration/), with ground truth, and README.txt. Writes everything or nothing. The same seed gives the
-/// same files, except for the run times in map/summary.json.
+/// Writes a taught lap (lap.mcap), its map (map/), images of tags (pictures/) and of a calibration board
+/// (calibration/), with ground truth, and README.txt. Also writes a lap of the same robot whose wheels,
+/// motors, gyro and camera differ from its file (other.mcap). Writes everything or nothing. The same seed
+/// gives the same files, except for the run times in map/summary.json.
 [[nodiscard]] Result<SamplesReport> write_samples(const SamplesJob& job, const JobControl& control);
 /// One line per piece, and the path of README.txt.
 [[nodiscard]] std::string to_text(const SamplesReport& report);
