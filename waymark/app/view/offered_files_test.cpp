@@ -78,7 +78,7 @@ TEST_F(OfferedFiles, ReportsTheTypeOfAFileThatCannotBeShown) {
     EXPECT_EQ(offered.error().place.source, at(name));
     testing::expect_on_page("view", offered.error());
   }
-  EXPECT_TRUE(offered_by(at("any.yaml"), control_)) << "the page reports what it is";
+  EXPECT_TRUE(offered_by(at("any.yaml"), control_)) << "the page reports its type";
   EXPECT_EQ(offered_by(at("none"), control_).error().code, ErrorCode::NotFound);
   EXPECT_TRUE(offered_by("", control_)->empty());
 }

@@ -40,8 +40,8 @@ Verb view_verb() {
       .name = "view",
       .sentence = "Show a recording or a map in the browser",
       .help =
-          R"(Serves one page on this machine only: tags, route and trajectories in 3-D or from above, camera images with the
-detected tags, plots, and a timeline to scrub, play and step. The browser reads the recording by its index, so a
+          R"(Serves one page on this machine only. It shows tags, route and trajectories in 3-D or from above, camera images with
+the detected tags, plots, and a timeline to scrub, play and step. The browser reads the recording by its index, so a
 long recording opens as quickly as a short one. Nothing leaves the machine, and only the given files are served. The
 address is printed to standard output. --listen allows access from other machines, which need the token in the
 address. `waymark run --view`, `teach --view`, `replay --view` and `demo --view` show a running robot.
