@@ -38,10 +38,10 @@ struct CommissionJob {
   }
 };
 
-/// The person beside the robot.
+/// The person at the robot.
 struct CommissionPerson {
   bool present = false;  ///< can press keys and pull cables
-  /// Returns when the person has done what the text asks for. Fails if no person answers.
+  /// Returns when the person has done the requested action. Fails if no person answers.
   std::function<Status(const std::string& words)> ready = [](const std::string&) { return Status(); };
   /// The answer to a question about the last motion: yes, no, or nothing.
   std::function<Seen(const std::string& question)> confirm = [](const std::string&) { return Seen(); };

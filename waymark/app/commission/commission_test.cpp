@@ -1,4 +1,4 @@
-// The report of a first drive as JSON.
+// Tests the report of a first drive as JSON.
 #include "waymark/app/commission/commission.hpp"
 
 #include <gtest/gtest.h>

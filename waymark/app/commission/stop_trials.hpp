@@ -5,7 +5,7 @@
 #include "waymark/robots/process/process_robot.hpp"
 #include "waymark/runtime/commission_motion.hpp"
 
-/// Stops by failures, in real time: commands cease, the driving process is killed, data cease.
+/// Stops caused by failures, in real time: commands cease, the driving process is killed, data cease.
 namespace waymark {
 
 struct StopTrial {

@@ -1,4 +1,5 @@
-// Robots of a few lines of shell, in real time: does the watchdog stop them when their driver ends?
+// Tests with robots of a few lines of shell, in real time, that the watchdog stops them when their driver
+// ends.
 #include "waymark/app/commission/stop_trials.hpp"
 
 #include <cstdlib>
