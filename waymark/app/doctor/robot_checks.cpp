@@ -271,7 +271,7 @@ class Ros2Listener {
     return {};
   }
   [[nodiscard]] NetworkTraffic& traffic() { return traffic_; }
-  /// Fails if there are several robots: one command would move all of them.
+  /// Fails if several robots are found, because one command would move all of them.
   [[nodiscard]] std::vector<DoctorLine> robot_lines() const {
     if (robots_.size() < 2) return {};
     return {{"robots", DoctorLevel::Fail,

@@ -33,8 +33,8 @@ struct NetworkTraffic {
 /// The lines robot, clock, commands and battery, if their data arrived. `howto`: the document with help.
 [[nodiscard]] std::vector<DoctorLine> network_lines(const NetworkTraffic& traffic, const std::string& howto);
 
-/// Check an MBot on LCM, or a robot of a profile on ROS 2 (with peers and qualities of service) or in Gazebo.
-/// Each listens for some seconds and sends nothing.
+/// Checks an MBot on LCM, or a robot of a profile on ROS 2 (with peers and qualities of service) or in
+/// Gazebo. Each function listens for a few seconds and sends nothing.
 [[nodiscard]] std::vector<DoctorLine> check_mbot(const std::string& address,
                                                  const DoctorCancelled& cancelled);
 [[nodiscard]] std::vector<DoctorLine> check_ros2(const std::string& profile,

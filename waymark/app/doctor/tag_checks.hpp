@@ -29,7 +29,7 @@ struct MapTagTrial {
   int placed = 0;     ///< number of images with a certain camera pose
   std::map<TagId, ExpectedTagCount> tags{};
 
-  /// Counts the tags of one image: the detected tags give the camera pose, which predicts the others.
+  /// Counts the tags of one image. The camera pose from the detected tags predicts the other tags.
   /// `min_white_black_diff`: the option of the detector.
   void add(const ImageView& image, const std::vector<TagDetection>& found, const TagMap& map,
            const CameraModel& camera, int min_white_black_diff);

@@ -1,5 +1,5 @@
-// Map tags that a stationary camera misses, and why.
-// The printed size of a tag in front of the camera.
+// Tests the map tags that a stationary camera misses, with reasons, and the printed size of a tag in front of
+// the camera.
 #include "waymark/app/doctor/tag_checks.hpp"
 
 #include <array>
@@ -53,7 +53,7 @@ Image picture(const std::function<Levels(int)>& levels, std::uint64_t seed) {
 
 constexpr Levels kPlain = {30, 220};
 
-/// Ten pictures of the wall, changed by `change`.
+/// Ten images of the wall, changed by `change`.
 DoctorLine looked_at(const std::function<Levels(int)>& levels,
                      const std::function<void(Image&, int)>& change) {
   DetectorOptions options;
