@@ -29,9 +29,9 @@ Verb cameras_verb() {
       .help =
           R"(Lists each device with its name, its link in /dev/v4l/by-id (independent of the USB socket), formats, sizes,
 rates, and the controls that matter for measurements. A camera address, for `waymark detect`, `waymark convert` and
---camera-source, is v4l2: and the device, then comma-separated options: size=1280x720, rate=30, format=MJPG (GREY,
-NV12, YUYV, UYVY), any control by its name (exposure_ms=5, gain=20), and lock, which switches off the automatic
-modes of exposure, gain, focus and white balance.
+--camera-source, is v4l2: and the device, then comma-separated options. The options are size=1280x720, rate=30,
+format=MJPG (GREY, NV12, YUYV, UYVY), and any control by its name (exposure_ms=5, gain=20). The option lock switches
+off the automatic modes of exposure, gain, focus and white balance.
 Exit code: 0 listed (also without a camera), 1 the given device cannot be used, 2 wrong usage.
 
 Examples:

@@ -45,7 +45,8 @@ class GazeboRobotSim {
   }
 
  private:
-  /// Checked before publishing: two simulations on the same topics would look like one robot that jumps.
+  /// Checked before publishing, because two simulations on the same topics would look like one robot that
+  /// jumps.
   Status check_no_other_simulation() {
     for (const GazeboTopic& topic : link_.topics()) {
       if (topic.name != profile_.odometry_topic) continue;

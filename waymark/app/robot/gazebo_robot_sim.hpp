@@ -24,8 +24,8 @@ struct GazeboSimOptions {
 
 /// Runs a plant with this camera on the network of Gazebo until cancelled. Publishes the topics of the
 /// profile (images, calibration, odometry, IMU, lidar, poses, clock), stamped with simulated time at most as
-/// fast as real time, and obeys its commands. As in Gazebo, a command is valid until the next one: the plant
-/// has no watchdog.
+/// fast as real time, and obeys its commands. As in Gazebo, a command is valid until the next one, so the
+/// plant has no watchdog.
 [[nodiscard]] Status run_gazebo_robot_sim(GazeboLink& link, const GazeboProfile& profile, Plant& plant,
                                           const CameraModel& camera, const JobControl& control);
 

@@ -66,10 +66,10 @@ struct LimoSimOptions {
 };
 
 /// Runs a plant in real time as a LIMO with the wheels of the setup at the other end of a pseudo-terminal,
-/// until cancelled: frames at the rates of its sensors, its state at 10 Hz. It obeys commands after it was
-/// requested to (0x421). `on_port` gets the path of the terminal once. Images or tags, lidar and ground truth
-/// go to the pipe as lines of a robot process, stamped by this machine's steady clock; lines that are not
-/// read in time are dropped. The faults of the wire depend on the seed of the setup's robot.
+/// until cancelled. It sends frames at the rates of its sensors and its state at 10 Hz, and obeys commands
+/// after a request (0x421). `on_port` gets the path of the terminal once. Images or tags, lidar and ground
+/// truth go to the pipe as lines of a robot process, stamped by this machine's steady clock. Lines that are
+/// not read in time are dropped. The faults of the wire depend on the seed of the setup's robot.
 [[nodiscard]] Status run_limo_robot_sim(Plant& plant, const SimulatedSetup& setup,
                                         const LimoSimOptions& options,
                                         const std::function<void(const std::string&)>& on_port,

@@ -1,4 +1,4 @@
-// Faults of a cable occur at the given rates, and are the same for the same seed.
+// Tests that faults of a cable occur at the given rates, and are the same for the same seed.
 #include "waymark/app/robot/limo_robot_sim.hpp"
 
 #include <cmath>
@@ -12,7 +12,7 @@ namespace {
 constexpr int kFrames = 4000;
 const std::vector<std::uint8_t> kFrame = {0x55, 0x0e, 0x02, 0x21, 1, 2, 3, 4, 5, 6, 7, 8, 9, 0x7f};
 
-/// Of `kFrames` frames: received bytes, and changed bytes in complete frames.
+/// Number of received bytes of `kFrames` frames, and of changed bytes in complete frames.
 struct Received {
   double bytes = 0, changed = 0, whole = 0;
 };

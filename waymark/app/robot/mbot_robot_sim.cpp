@@ -147,7 +147,7 @@ class MbotRobotSim {
     const auto at_m = floats({pose.x(), pose.y(), pose.yaw()});
     return publish("TRUE_POSE", mbot::Pose2D{utime(truth.stamp), at_m[0], at_m[1], at_m[2]});
   }
-  /// As the detector of an MBot: the likelier pose of each single tag.
+  /// Like the detector of an MBot, uses the likelier pose of each single tag.
   Status publish_item(const TagFrame& frame) {
     Waiting waiting{.due = std::max(frame.stamp.time_since_epoch() + kTagLatency, plant_.uptime())};
     if (generation_ == MbotGeneration::Jetson) waiting.tags.utime = utime(frame.stamp + kTagLatency);

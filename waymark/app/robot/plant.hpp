@@ -26,7 +26,7 @@ class Plant : public Robot {
 };
 
 /// Real time for a plant. If a busy computer is more than 100 ms late, the excess is skipped and not caught
-/// up: a robot must not drive faster than commanded. The caller stamps samples later by left_out().
+/// up, because a robot must not drive faster than commanded. The caller stamps samples later by left_out().
 class PlantPace {
  public:
   /// `clock`: steady. `uptime`: current uptime of the plant. `note` gets a message about skipped time, at
@@ -62,7 +62,7 @@ struct ProcessPlantOptions {
 };
 
 /// Another simulation with the protocol of robot processes (docs/formats/robot-process.md) and unknown
-/// physics and sensors. In lockstep it advances with each command, otherwise its samples are passed on as
+/// physics and sensors. In lockstep it advances with each command; otherwise its samples are passed on as
 /// they arrive. Its stamps are shifted to begin at zero. Fails if it sends no hello, or not the required
 /// lines.
 [[nodiscard]] Result<std::unique_ptr<Plant>> start_process_plant(const RobotCommand& command,

@@ -1,5 +1,5 @@
-// Real time of a simulated robot on a slow computer.
-// Another simulation behind a wire: here it is this program.
+// Tests the real time of a simulated robot on a slow computer, and another simulation behind a wire, which is
+// this program.
 #include "waymark/app/robot/plant.hpp"
 
 #include <vector>

@@ -30,8 +30,9 @@ using SimWire =
 /// The command in "process:CMD"; nothing for another text.
 [[nodiscard]] std::optional<RobotCommand> plant_command(const std::string& word);
 
-/// The plant behind the wire: the program of the setup's process, which must send the lines that the wire
-/// needs and whose texts become notes; without one, a simulated robot at the start of the world's path.
+/// The plant behind the wire: the program of the setup's process or, without a process, a simulated robot at
+/// the start of the world's path. The program must send the lines that the wire needs; its texts become
+/// notes.
 [[nodiscard]] Result<std::unique_ptr<Plant>> make_plant(const SimWire& wire, const RobotSetup& setup,
                                                         const JobControl& control);
 

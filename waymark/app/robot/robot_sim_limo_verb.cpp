@@ -27,8 +27,8 @@ Verb robot_sim_limo_verb() {
       .help =
           R"(Prints the path of a pseudo-terminal with the protocol of LIMO's base on its serial port, in real time, until
 Ctrl-C: for --robot limo:PORT (docs/howto/limo.md). Like LIMO, it obeys commands after a request. Data that are not on
-that wire (camera, lidar, ground truth) go to the named pipe of --beside, which is created if missing. --wire-noise,
---wire-dropped and --wire-torn simulate a bad cable.
+that wire (camera, lidar, ground truth) go to the named pipe of --beside, which is created if missing. The flags
+--wire-noise, --wire-dropped and --wire-torn simulate a bad cable.
 Exit code: 0 ended by Ctrl-C, 1 an image could not be rendered, or the pipe cannot be used, 2 wrong usage.
 
 Example:

@@ -12,7 +12,7 @@ namespace waymark {
 /// with its mounting, and its behaviour in simulation.
 [[nodiscard]] std::string robot_text(const RobotDescription& robot, const std::string& comment);
 
-/// How to connect to a robot of that name, one line each: kinds of `robot` and ROS 2 profiles for it, with
+/// Ways to connect to a robot of that name, one line each: kinds of `robot` and ROS 2 profiles for it, with
 /// their addresses or topics; last, a robot process.
 [[nodiscard]] std::vector<std::string> ways_to_reach(const std::string& robot);
 

@@ -75,8 +75,8 @@ class Ros2RobotSim {
     return message;
   }
 
-  /// Checked before publishing, for the duration of discovery: two robots on the same topics would look like
-  /// one robot that jumps.
+  /// Checked before publishing, for the duration of discovery, because two robots on the same topics would
+  /// look like one robot that jumps.
   Status check_no_other_simulation(const std::function<bool()>& should_stop) {
     constexpr Duration kDiscovery = std::chrono::milliseconds(1500);
     constexpr Duration kLookFor = std::chrono::milliseconds(50);
