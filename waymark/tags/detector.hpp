@@ -95,8 +95,8 @@ struct DetectorOptions {
     visit(self.min_decision_margin,
           Field{"min_decision_margin",
                 "Minimum mean distance of the data bits from the black/white threshold, in grey levels after "
-                "sharpening (apriltag3 sharpens more: its values are two to three times as large); raise it "
-                "against false detections.",
+                "sharpening; raise it against false detections. Values of apriltag3 are two to three times "
+                "as large, because it sharpens more.",
                 0, 2000});
     visit(self.find_inverted,
           Field{"find_inverted",

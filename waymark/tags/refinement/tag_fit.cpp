@@ -266,7 +266,7 @@ struct Residuals {
       0;  ///< additional variance of the steep pixels: the blur differs from the model's Gaussian
 };
 
-/// Noise is estimated from the pixels beside the edge, where the model is flat; misfit from those on the
+/// Noise is estimated from the pixels next to the edge, where the model is flat, and misfit from those on the
 /// edge. Small tags have few flat pixels and rely on the total and on the prior misfit of cameras.
 Residuals split_residuals(const TagBands& tag, double step) {
   constexpr double kPriorPixels = 50;
