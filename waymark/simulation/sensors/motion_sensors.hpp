@@ -43,9 +43,9 @@ struct MotionSensorOptions {
     visit(self.acceleration_noise_m_s2,
           Field{"acceleration_noise_m_s2", "Standard deviation of each acceleration measurement.", 0, 100});
     visit(self.odometry, Field{"odometry",
-                               "Source of the odometry: gyro (distance from the wheels, heading from the "
-                               "gyro), wheels (both from the wheels), imu_yaw (heading from the yaw angle of "
-                               "the IMU), truth (true pose with odometry_noise, as in some simulators)."});
+                               "Source of the odometry: wheels (distance and heading), gyro (heading from "
+                               "the gyro), imu_yaw (heading from the IMU's yaw angle), or truth (true pose "
+                               "with odometry_noise, as in some simulators)."});
     visit(self.rotation_scale,
           Field{"rotation_scale", "Scale error of the odometry's rotation: measured over true rotation.", 0.1,
                 10});
