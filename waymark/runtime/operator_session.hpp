@@ -41,7 +41,7 @@ class OperatorTasks {
   /// Closes the recording of the replay.
   [[nodiscard]] virtual Status end_replay(const ReplayEnd& end) = 0;
 
-  /// Called when the state changes; `session.prompt()` describes what the operator may do.
+  /// Called when the state changes; `session.prompt()` describes the operator's options.
   virtual void on_state(const Operator& /*session*/, const OperatorButtons& /*buttons*/) {}
   /// Called before each decision, for viewers.
   virtual void on_decision(const Operator& /*session*/, const OperatorInput& /*input*/) {}

@@ -141,10 +141,10 @@ Status RobotLoop::decide(const RobotListener& listener, RobotLoopEnd& end) {
   next_decision_ = uptime() + options_.period;
   const auto now = source_.now();
   if (!now && !pacing_.lockstep && to_seconds(uptime()) >= options_.first_sample_s)
-    return fail(
-        ErrorCode::NotFound,
-        fmt::format("the robot has sent no sensor sample in {:g} s", options_.first_sample_s), {},
-        "Check that its sensors and their drivers run; `waymark doctor robot=true` shows what it sends.");
+    return fail(ErrorCode::NotFound,
+                fmt::format("the robot has sent no sensor sample in {:g} s", options_.first_sample_s), {},
+                "Check that its sensors and their drivers run; `waymark doctor robot=true` shows the data "
+                "that it sends.");
   if (!now) return {};
   const Result<DriverDecision> decision = listener.decide(uptime(), *now);
   if (!decision) return tl::unexpected(decision.error());

@@ -66,7 +66,7 @@ class FakeFinder final : public Detector {
  public:
   using Detector::detect;
   Result<std::vector<TagDetection>> detect(const ImageView& image) const override {
-    if (image.row(0)[0] == 255) return fail(ErrorCode::Unreadable, "no picture");
+    if (image.row(0)[0] == 255) return fail(ErrorCode::Unreadable, "no image");
     return std::vector<TagDetection>{{.tag = {FamilyId::Tag36h11, image.row(0)[0]}}};
   }
 };

@@ -40,7 +40,7 @@ void ViewerRequests::apply_order(const ViewerOrder& order, Duration uptime, S st
   }
   if (order.kind == Kind::Script) {
     request.script = true;
-    commanded_at_.reset();  // of a viewer that drove until now
+    commanded_at_.reset();  // of a viewer that was driving
   }
   if (order.kind != Kind::Velocity) return;
   if (state != S::Teaching && order.command != VelocityCommand{}) request.events.push_back(E::StickMoved);
