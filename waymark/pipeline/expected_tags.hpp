@@ -13,8 +13,8 @@
 
 namespace waymark {
 
-/// Map tags that a detector finds reliably in an image taken from this pose if they are not occluded: large
-/// enough, not oblique, and with no other map tag in front of them. O(tags), and O(tags in view^2).
+/// Map tags that a detector finds reliably in an image taken from this pose, if nothing else occludes them.
+/// They are large enough, not oblique, and not behind another map tag. O(tags), and O(tags in view^2).
 [[nodiscard]] std::vector<ExpectedTag> expected_tags(const TagMap& map, const CameraModel& camera,
                                                      const SE3& map_T_cam);
 

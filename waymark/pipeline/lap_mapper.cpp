@@ -28,7 +28,7 @@ void warn_of_gaps(MappedLap& lap) {
         fmt::format("{} of {} frames contain no reliable tag", lap.frames_without_pose, lap.frames));
   }
   if (!lap.route.closed)
-    lap.warnings.emplace_back("the lap does not come back to its start; the route is open and driven once");
+    lap.warnings.emplace_back("the lap does not return to its start; the route is open and driven once");
 }
 
 std::vector<ObservedFrame> observe_all(const TaughtLap& taught, const TeachSetup& setup) {
@@ -144,7 +144,7 @@ Result<MappedLap> by_chain(const TaughtLap& taught, const TeachSetup& setup, con
   }
   for (const TagId& tag : chain->unconnected) {
     lap.warnings.push_back(
-        fmt::format("{} is not in the map: it is in no frame with a tag that is connected to the anchor",
+        fmt::format("{} is not in the map: no frame contains it and a tag that is connected to the anchor",
                     to_string(tag)));
   }
   return lap;
@@ -200,7 +200,7 @@ std::string_view to_string(MapMethod method) { return kMapMethods[static_cast<st
 Result<MapMethod> parse_map_method(std::string_view name) {
   const auto* const found = std::ranges::find(kMapMethods, name);
   if (found != kMapMethods.end()) return static_cast<MapMethod>(found - kMapMethods.begin());
-  return fail(ErrorCode::InvalidArgument, fmt::format("there is no method '{}'", name), {.key = "method"},
+  return fail(ErrorCode::InvalidArgument, fmt::format("unknown method '{}'", name), {.key = "method"},
               suggestion(std::string(name), map_methods()));
 }
 
@@ -358,7 +358,7 @@ void warn_of_points(const LandmarkMap& points, const std::map<TagId, TagId>& inn
     words.push_back(
         fmt::format("the camera mounting differs from the assumed one by {:.0f} mm forward, {:.0f} mm left "
                     "and {:.1f} deg "
-                    "(+- {:.0f} mm, {:.0f} mm, {:.1f} deg); the difference is taken into account",
+                    "(+- {:.0f} mm, {:.0f} mm, {:.1f} deg); the map accounts for this",
                     1000 * m.x(), 1000 * m.y(), to_degrees(m.yaw()), 1000 * points.mounting_sigma.x(),
                     1000 * points.mounting_sigma.y(), to_degrees(points.mounting_sigma.z())));
 }
@@ -411,7 +411,7 @@ Result<MappedPoseLap> map_pose_lap(const PoseLap& lap, const MapPosesOptions& op
   result.lap.frames = static_cast<int>(points->frames.size());
   if (!result.lap.route.closed)
     result.lap.warnings.emplace_back(
-        "the lap does not come back to its start; the route is open and driven once");
+        "the lap does not return to its start; the route is open and driven once");
   result.figures = {points->scales, points->scales_sigma, points->base_X_assumed, points->mounting_sigma,
                     points->rms_m};
   return result;

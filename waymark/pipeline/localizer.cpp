@@ -45,7 +45,7 @@ Result<LocalizationKind> parse_localization_method(std::string_view name) {
   const auto* const found = std::ranges::find(kLocalizationMethods, name);
   if (found != kLocalizationMethods.end())
     return static_cast<LocalizationKind>(found - kLocalizationMethods.begin());
-  return fail(ErrorCode::InvalidArgument, fmt::format("there is no method '{}'", name), {.key = "method"},
+  return fail(ErrorCode::InvalidArgument, fmt::format("unknown method '{}'", name), {.key = "method"},
               suggestion(std::string(name), localization_methods()));
 }
 

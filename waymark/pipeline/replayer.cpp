@@ -58,7 +58,7 @@ std::string_view to_string(ReplayController controller) {
 Result<ReplayController> parse_controller(std::string_view name) {
   const auto* const found = std::ranges::find(kControllers, name);
   if (found != kControllers.end()) return static_cast<ReplayController>(found - kControllers.begin());
-  return fail(ErrorCode::InvalidArgument, fmt::format("there is no controller '{}'", name), {},
+  return fail(ErrorCode::InvalidArgument, fmt::format("unknown controller '{}'", name), {},
               suggestion(std::string(name), replay_controllers()));
 }
 

@@ -250,7 +250,7 @@ void Teacher::warn_of_views(TeachSummary& summary) const {
        "the anchor was not observed at the end: continue until it is in view again");
   warn(setup_.closed_route && summary.anchor_at_start && summary.anchor_at_end && !summary.closed_loop,
        fmt::format(
-           "the lap did not come back to its start ({:.2f} m driven): drive all of it, and one metre more",
+           "the lap did not return to its start ({:.2f} m driven): drive all of it, and one metre more",
            summary.distance_m));
   warn(!setup_.closed_route && summary.distance_m < kShortestMetres,
        fmt::format("{:.2f} m driven is too short for a route", summary.distance_m));

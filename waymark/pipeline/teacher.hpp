@@ -110,7 +110,7 @@ class Teacher {
   /// The same for a robot that sends tag poses without corners.
   void watch(const TagPoseFrame& frame);
   void add(const Odometry& odometry);
-  /// The counters so far, and what is missing to map the lap.
+  /// The counters so far, and the reasons why the lap cannot be mapped yet.
   [[nodiscard]] TeachSummary summary() const;
 
  private:
