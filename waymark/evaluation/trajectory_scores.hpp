@@ -48,8 +48,8 @@ struct Alignment {
 };
 
 /// The alignment that minimises the sum of squared position distances (Umeyama, "Least-Squares Estimation of
-/// Transformation Parameters Between Two Point Patterns", 1991, equations 40-42). evo computes the same with
-/// its options align and correct_scale. se2 rotates about z and translates in x and y only. Fails
+/// Transformation Parameters Between Two Point Patterns", 1991, equations 40-42), the same as that of evo
+/// with its options align and correct_scale. For se2 it rotates about z and translates in x and y only. Fails
 /// (InvalidArgument) on fewer than three pairs, or if the positions spread too little to determine a
 /// rotation. O(pairs).
 [[nodiscard]] Result<Alignment> align(const std::vector<PosePair>& pairs, AlignmentKind kind);
