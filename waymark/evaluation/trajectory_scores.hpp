@@ -115,9 +115,8 @@ struct TrajectoryScoreOptions {
 /// squared: e' P^-1 e (Bar-Shalom, Li and Kirubarajan, "Estimation with Applications to Tracking and
 /// Navigation", section 5.4.2).
 struct Consistency {
-  std::size_t count = 0;  ///< estimates with a positive definite covariance
-  double nees_mean =
-      0;  ///< 3 if consistent; larger if the covariance is too small, smaller if it is too large
+  std::size_t count = 0;    ///< estimates with a positive definite covariance
+  double nees_mean = 0;     ///< 3 if consistent; larger: covariance too small, smaller: too large
   double nees_median = 0;   ///< 2.37 if consistent
   double inside_95 = 0;     ///< share within the 95 % ellipsoid
   std::size_t refused = 0;  ///< estimates whose covariance is not positive definite

@@ -77,10 +77,9 @@ enum class Ground : std::uint8_t { Lifted, Floor };
 /// Response and stopping of a robot for one motion, by its odometry.
 struct MotionTiming {
   std::optional<double> response_s{};  ///< from the command to half the speed
-  std::optional<double>
-      stopping_s{};       ///< from the end of the commands to standstill; none if it did not stop
-  double stopping_m = 0;  ///< distance driven meanwhile
-  double watched_s = 0;   ///< observation time after the end
+  std::optional<double> stopping_s{};  ///< from the end of the commands to standstill; none: did not stop
+  double stopping_m = 0;               ///< distance driven meanwhile
+  double watched_s = 0;                ///< observation time after the end
 };
 [[nodiscard]] MotionTiming timing_of(const MotionTrace& trace);
 /// Evaluates a stop. `key` identifies it; `allowed_s` is the time until zero reaches the robot (e.g. from a

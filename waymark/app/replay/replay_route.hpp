@@ -90,9 +90,9 @@ struct ReplayJob {
   std::string output{};  ///< recording to write; empty: none
   bool durable = false;  ///< recording: a power cut loses at most one second
   std::string images{};  ///< format of recorded images: raw, jpeg; empty: not recorded
-  std::string
-      taught{};  ///< recording of the lap for the evaluation. If empty, the ground truth of the route's lap
-                 ///< in the folder is used. A route without it (an optimised one) is its own reference.
+  /// Recording of the lap for the evaluation. If empty, the ground truth of the route's lap in the folder is
+  /// used. A route without it (an optimised one) is its own reference.
+  std::string taught{};
   RiekfOptions filter{};
   AnchorOptions anchor{};
   ReplayOptions replay{};                    ///< laps, controller, limits

@@ -86,8 +86,9 @@ Verb replay_verb() {
       .help =
           R"(The robot starts where the taught lap began, searches for map tags, and follows the route. A limiter checks each
 command. It stops the robot if odometry or gyro data are old, the position is uncertain, or the robot is too far
-from the route. It also stops if a tag or an obstacle is too close. It prints the reason. The robot resumes when the cause is
-gone; after five seconds the replay is aborted. A robot moved by hand or a clock jump ends the replay.
+from the route. It also stops if a tag or an obstacle is too close. It prints the reason. The robot resumes when
+the cause is gone; after five seconds the replay is aborted. A robot moved by hand or a clock jump ends the
+replay.
 docs/concepts/replay.md explains the controllers and the limits. Errors of the base's path relative to the teach lap
 are reported only with ground truth.
 

@@ -52,8 +52,7 @@ class Coverage {
 /// A flat object with a pattern of rectangular grey cells: a tag with its paper, or a printed sheet. Plane
 /// frame like that of a tag: x right, y down, z into the paper, as seen by its viewer.
 struct PlanarPattern {
-  std::vector<double>
-      x_lines_m;  ///< left edges of the columns of cells, and the right edge of the last one; increasing
+  std::vector<double> x_lines_m;  ///< left edges of the columns, right edge of the last one; increasing
   std::vector<double> y_lines_m;  ///< the same for rows
   Image levels;                   ///< one pixel per cell: 0 ink to 255 paper
   SE3 cam_T_plane;
