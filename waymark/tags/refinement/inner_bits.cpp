@@ -499,7 +499,8 @@ double growth_sigma_px(const InnerVector& x) {
 
 InnerEstimate averaged(const InnerFit& fit, const InnerPrior& prior) {
   constexpr double kModelBlurs = 0.01;  // of the growth: a blur is not exactly Gaussian
-  constexpr double kLogOdds = 3;        // prior against either effect: most images have neither
+  // Prior against either effect: most images have neither, and a late decision costs little.
+  constexpr double kLogOdds = 3;
   InnerEstimate all = fit.estimate;
   const double sigma = growth_sigma_px(all.mean) / mean_blur_px(all.mean);
   all.covariance(kGrowth, kGrowth) += kModelBlurs * kModelBlurs + sigma * sigma;
