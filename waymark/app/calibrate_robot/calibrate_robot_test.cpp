@@ -61,7 +61,8 @@ TEST(CalibrateByLap, AWrongMountingIsEstimatedWithinItsStandardDeviation) {
   const auto written = read_calibration(job.drive.output);
   ASSERT_TRUE(written) << to_string(written.error());
   EXPECT_EQ(written->values.size(), report->calibration.values.size());
-  EXPECT_EQ(written->known("mounting_yaw_rad"), report->calibration.observable_value("mounting_yaw_rad"));
+  EXPECT_EQ(written->observable_value("mounting_yaw_rad"),
+            report->calibration.observable_value("mounting_yaw_rad"));
   const auto json = to_json(fields(*report));
   EXPECT_EQ(json["tags"], 24);
   EXPECT_LT(json["corners_rms_px"].get<double>(), 2);
