@@ -19,13 +19,13 @@
 
 namespace waymark {
 
-// Transforms in a recording.
+// Tag transforms in a recording.
 namespace {
 
 /// The last transform of each tag.
 struct TagTransforms {
   std::map<TagId, ros2::TransformStamped> in_map{};
-  std::set<std::string> elsewhere{};  ///< tags with another parent frame, and that frame
+  std::set<std::string> elsewhere{};  ///< tags with a different parent frame, and its name
 
   void add(const ros2::TransformStamped& transform) {
     const Result<TagId> tag = parse_tag_id(transform.child_frame_id);

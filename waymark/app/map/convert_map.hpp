@@ -13,8 +13,8 @@
 /// `waymark map convert`: converts a tag map between Waymark's format and those of other programs.
 namespace waymark {
 
-/// Reads a map from the transforms of a recording (any topic of tf2_msgs/TFMessage, such as /tf_static).
-/// The last transform from the frame `map` to a tag counts. Transforms to tags from other frames, such as a
+/// Reads a map from the transforms in a recording (any tf2_msgs/TFMessage topic, such as /tf_static). For
+/// each tag, the last transform from the frame `map` is used. Transforms from other frames, such as a
 /// camera's, are ignored with a warning.
 [[nodiscard]] Result<ReadMap> read_map_transforms(const std::filesystem::path& path,
                                                   std::optional<double> tag_size_m,
@@ -27,7 +27,7 @@ struct ConvertMapJob {
   std::string input{};   ///< a map in any format, or the folder of a map.yaml
   std::string output{};  ///< file to write
   MapForm form = MapForm::Waymark;
-  std::optional<double> tag_size_m{};  ///< for tags whose size the file does not contain
+  std::optional<double> tag_size_m{};  ///< for tags without a size in the file
   std::vector<std::string> remove{};   ///< tags to omit
   bool force = false;                  ///< whether an existing file is replaced
 
@@ -37,8 +37,8 @@ struct ConvertMapJob {
                           .input()
                           .required());
     visit(self.output, JobField("output OUTPUT", "The file to write").input().required());
-    visit(self.tag_size_m, JobField("tag_size_m NUMBER",
-                                    "Side of the black square of tags whose size the file does not contain"));
+    visit(self.tag_size_m,
+          JobField("tag_size_m NUMBER", "Side of the black square, for tags without a size in the file"));
     visit(self.remove,
           JobField("remove TAGS", "Tags to exclude, such as 3,7 or tag36h11:3").comma_separated());
     visit(self.force, JobField("force", "Replace an existing file"));

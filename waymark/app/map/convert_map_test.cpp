@@ -1,5 +1,5 @@
-// Maps as transforms in a recording: written and read back, and invalid input.
-// Conversion of maps between formats, and removal of tags.
+// Maps are written to a recording as transforms, read back, and converted between formats; tags are removed,
+// and invalid input is rejected.
 #include "waymark/app/map/convert_map.hpp"
 
 #include <fstream>
@@ -217,7 +217,7 @@ TEST_F(ConvertMap, ReadsTheTransformsOfARecording) {
   const auto read = read_map_transforms(file, 0.16);
   ASSERT_TRUE(read) << to_string(read.error());
   EXPECT_LT(farthest(read->map.tags, circuit_map().tags), 1e-9);
-  EXPECT_FALSE(write_map_transforms(file, circuit_map())) << "a recording is never overwritten";
+  EXPECT_FALSE(write_map_transforms(file, circuit_map())) << "recordings are never overwritten";
 }
 
 TEST_F(ConvertMap, UsesTheLastTransformOfEachTagFromTheMapFrame) {

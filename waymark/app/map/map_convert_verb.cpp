@@ -9,7 +9,7 @@ namespace {
 struct ConvertMapArgs {
   explicit ConvertMapArgs(CLI::App& app) {
     to = add_option(app, "--to FORM", form,
-                    fmt::format("Output format: {}; unless given, fmap for an OUTPUT that ends in .fmap",
+                    fmt::format("Output format: {}; the default is fmap for an OUTPUT that ends in .fmap",
                                 fmt::join(map_form_names(), ", ")),
                     kShown);
     add_fields(app, job);
@@ -22,7 +22,7 @@ struct ConvertMapArgs {
   bool json = false;
 };
 
-/// The format set by --to. Without --to an output that ends in .fmap has that format.
+/// The format set by --to. Without --to, an output that ends in .fmap is written as FMAP.
 std::string form_of(const ConvertMapArgs& args) {
   const bool fmap = args.job.output.ends_with(".fmap");
   return args.to->count() == 0 && fmap ? "fmap" : args.form;
@@ -47,10 +47,10 @@ Verb map_convert_verb() {
       .name = "convert",
       .sentence = "Convert a tag map between Waymark's format and those of other programs",
       .help =
-          R"(Reads Waymark's map.yaml, the Robotics Academy's apriltags_poses.yaml, TagSLAM's tagslam.yaml or poses.yaml, WPILib
-field layouts (JSON, CSV), Limelight field maps (FMAP), and tf transforms as YAML or in a recording (/tf, /tf_static).
-The input format is detected from the content. Information that the output format cannot represent is omitted, with a
-warning. With --to tf an OUTPUT that ends in .mcap becomes a recording with /tf_static.
+          R"(Reads Waymark's map.yaml, the Robotics Academy's apriltags_poses.yaml, and TagSLAM's tagslam.yaml or poses.yaml. It also
+reads WPILib field layouts (JSON, CSV), Limelight field maps (FMAP), and tf transforms, either as YAML or in a recording
+(/tf, /tf_static). The input format is detected from the content. Information that the output format cannot represent is
+omitted, with a warning. With --to tf, an OUTPUT that ends in .mcap is written as a recording with /tf_static.
 Formats: docs/formats/map.md, "Maps of others".
 
 Exit code: 0 written, 1 unreadable or not written, 2 wrong usage.

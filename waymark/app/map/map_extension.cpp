@@ -19,7 +19,7 @@ Error not_in_the_map(const TagId& tag, const char* field) {
           .place = {.key = field}};
 }
 
-/// Number of frames in which each map tag is observed.
+/// The number of frames in which each map tag is observed.
 std::map<TagId, int> frames_of(const RecordedLap& recorded, const TagMap& map) {
   std::map<TagId, int> frames;
   for (const TagFrame& frame : recorded.frames) {
@@ -67,10 +67,10 @@ Status check_extension(const MapJob& job) {
   return job.route_name.empty() ? Status() : check_route_name(job.route_name, "route_name");
 }
 
-/// A map without covariances counts as measured by hand: each tag is assigned this standard deviation,
-/// independent of the other tags.
+/// A map without covariances is treated as measured by hand: each tag is assigned this standard deviation,
+/// independently of the other tags.
 void take_as_measured(double sigma_m, TagMap& map) {
-  constexpr double kSigma_rad = 0.01;  // of a sheet hung on a wall by eye
+  constexpr double kSigma_rad = 0.01;  // of a sheet attached to a wall by eye
   if (std::ranges::any_of(map.tags, [](const auto& tag) { return tag.second.covariance.has_value(); }))
     return;
   Vector6 variance;
@@ -96,8 +96,8 @@ Status prepare_extension(const MapJob& job, RecordedLap& recorded, SetupOverride
     std::erase_if(frame.detections, [&](const TagDetection& d) { return job.remove.contains(d.tag); });
   const std::map<TagId, int> frames = frames_of(recorded, prior.map);
   if (frames.empty())
-    return fail(ErrorCode::NotFound, "this lap observes no tag of the map to extend", {},
-                "Drive where at least two map tags are in view.");
+    return fail(ErrorCode::NotFound, "no tag in the map to extend is observed in this lap", {},
+                "Record a lap with at least two map tags in view.");
   constexpr int kMinAnchorFrames = 10;
   const auto own = frames.find(job.extend->anchor);
   const TagId anchor =

@@ -1,4 +1,4 @@
-// Extension of a map by a lap: frozen, removed and unobserved tags, routes, warnings.
+// Extending a map with a lap: frozen, removed and unobserved tags, routes, warnings.
 #include "waymark/app/map/map_extension.hpp"
 
 #include <gmock/gmock.h>

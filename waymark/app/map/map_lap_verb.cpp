@@ -16,13 +16,13 @@
 namespace waymark::cli {
 namespace {
 
-/// The flags of `waymark map lap`. Must not be moved while the command line is parsed.
+/// The flags of `waymark map lap`. Must not be moved in memory while the command line is parsed.
 struct MapLapArgs {
   explicit MapLapArgs(CLI::App& verb);
 
   /// Builds the job: method, options, anchor, tag sizes and ground truth.
   [[nodiscard]] Result<MapJob> make_job() const;
-  /// Reads the prior map and the map to extend into the job of make_job().
+  /// Reads the prior map and the map to be extended, and stores both in the job made by make_job().
   [[nodiscard]] Status read_maps(MapJob& made) const;
 
   MapJob job{};
@@ -53,12 +53,12 @@ MapLapArgs::MapLapArgs(CLI::App& verb)
   add_fields(verb, job);
   add_option(verb, "--anchor-pose X Y Z ROLL PITCH YAW", anchor_pose,
              "Pose of the anchor in the map: x y z [m] and roll pitch yaw [deg] of the tag frame (x "
-             "right, y down, z into the tag). Unless given: from the recording; for another anchor the "
-             "map origin is its centre, map z points up and map x into the tag",
+             "right, y down, z into the tag). Default: from the recording. For another anchor, the map "
+             "origin is its centre, map z points up and map x into the tag",
              exactly(6));
   add_option(verb, "--tag-size-m SIZE", tag_sizes,
-             "Side of the black square of the tags [m]; ID=SIZE for a tag of another size (repeatable). "
-             "Unless given: from the recording")
+             "Side of the black square of the tags [m]; ID=SIZE for a tag of a different size (repeatable). "
+             "Default: from the recording")
       ->allow_extra_args(false);
   add_option(verb, "--method NAME", method,
              "Mapping method: bundle (bundle adjustment of all observations and odometry) or chain (tag to "
@@ -67,20 +67,19 @@ MapLapArgs::MapLapArgs(CLI::App& verb)
   add_option(verb, "--world NAME", world,
              "World with the true tag poses, if the recording does not contain it");
   add_option(verb, "--prior FILE", prior,
-             "Older map of the place (map.yaml, or any format of `waymark localize --map`) to compare with: "
-             "tags that were swapped, moved or resized since then are listed");
-  add_option(
-      verb, "--extend MAP", extend,
-      "Map (map.yaml or its folder) that this lap improves: both are aligned and adjusted together. Tags "
-      "that the lap does not observe are kept. The older map is backed up");
+             "Older map of the same place for comparison (map.yaml, or any format accepted by `waymark "
+             "localize --map`): tags that have since been swapped, moved or resized are listed");
+  add_option(verb, "--extend MAP", extend,
+             "Map (map.yaml or its folder) that this lap improves: both are aligned and adjusted together. "
+             "Tags that are not observed in the lap are kept. The older map is backed up");
   add_option(verb, "--route-name NAME", job.route_name,
-             "With --extend: the lap becomes a route of this name (route-NAME.yaml); the other routes of "
+             "With --extend: save the lap as a route with this name (route-NAME.yaml); the other routes of "
              "the map are kept");
   add_option(verb, "--freeze TAGS", freeze,
-             "With --extend: tags that keep exactly their pose in the map, such as 3,7 or tag36h11:3",
+             "With --extend: tags whose pose in the map is kept exactly, such as 3,7 or tag36h11:3",
              kByCommas, kMore);
   add_option(verb, "--remove TAGS", remove,
-             "With --extend: tags that were removed; they are deleted from the map and from the lap",
+             "With --extend: tags that no longer exist; they are deleted from the map and from the lap",
              kByCommas, kMore);
   add_option(verb, "--map-sigma NUMBER", job.map_sigma_m,
              "With --extend: standard deviation of the tag positions of a map without covariances, such as "
@@ -164,22 +163,22 @@ Verb map_lap_verb() {
       .name = "lap",
       .sentence = "Make a tag map and a route from a robot's recorded lap",
       .help =
-          R"(Writes map.yaml (tags), route.yaml (the path to repeat), trajectory.txt (poses of the base, TUM format),
-summary.json (what --json prints) and figures into the folder. If the recording contains them, it also writes
-robot.yaml and truth_trajectory.txt; with method bundle also trajectory_covariance.csv. Existing files with these
-names are kept as backups (map.1.yaml, error.1.svg, ...). A run writes all of its files or none. Formats:
+          R"(Writes map.yaml (tags), route.yaml (the path to repeat), trajectory.txt (poses of the base, TUM format), summary.json
+(the output of --json) and figures into the folder. If the recording contains the data, robot.yaml and
+truth_trajectory.txt are written as well, and with method bundle also trajectory_covariance.csv. Existing files with
+these names are kept as backups (map.1.yaml, error.1.svg, ...). Either all files are written or none. Formats:
 docs/formats/map.md.
-A truncated recording is used up to its end. If it contains images instead of tags, tags are detected first. With any
-detector flag tags are detected in the images even if the recording already contains tags.
+A truncated recording is used up to its end. If it contains images but no tags, the tags are detected first. With any
+detector flag, tags are detected in the images even if the recording already contains tags.
 If the ground truth is known, errors are printed in the frame of the anchor, without alignment.
 The camera is read from the recording; set --robot if the recording has no calibration.
 
-With --extend MAP a lap improves an existing map: both are weighted by their covariances. Tags that have moved are
-reported and get their new pose; tags that the lap does not observe are kept. The map already has an anchor, so
---anchor and --anchor-pose are not allowed. With --route-name NAME the lap becomes a further route of that map:
+With --extend MAP, a lap improves an existing map: both are weighted by their covariances. Tags that have moved are
+reported, and their poses are updated; tags that are not observed in the lap are kept. The map already has an anchor, so
+--anchor and --anchor-pose are not allowed. With --route-name NAME, the lap becomes an additional route of that map:
 `waymark replay MAP --route NAME` drives it.
-A recording with tag poses but no corners (an LCM log of an MBot) is mapped with its odometry, in the frame of the
-base at the start of the lap.
+A recording with tag poses but no corners (such as an LCM log from an MBot) is mapped using its odometry. The map frame
+is then that of the base at the start of the lap.
 
 Exit code: 0 map written (possibly with warnings), 1 no map could be made or written, 2 wrong usage, 130 Ctrl-C.
 

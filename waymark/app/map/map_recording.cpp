@@ -38,7 +38,7 @@ namespace fs = std::filesystem;
 
 // Laps whose recording contains tag poses but no corners.
 
-/// Wheel odometry. If there is a gyro, the yaw rates are the gyro's, which are more accurate.
+/// Wheel odometry, with the more accurate yaw rates of the gyro if there is one.
 std::vector<Odometry> best_odometry(const RecordedLap& recorded) {
   const Trajectory gyro = gyro_odometry(recorded.odometry, recorded.imu);
   if (gyro.size() < 2) return recorded.odometry;
@@ -52,8 +52,9 @@ std::vector<Odometry> best_odometry(const RecordedLap& recorded) {
 Result<MapFile> map_poses(const RecordedLap& recorded, const MapJob& job, MapReport& report) {
   if (job.overrides.anchor || job.overrides.map_T_anchor || job.extend)
     return fail(ErrorCode::Unsupported,
-                "the recording contains tag poses but no corners: its map frame is the start of the lap", {},
-                "Omit `anchor`, `anchor_pose` and `extend`.");
+                "the recording contains tag poses but no corners, so the map frame is that of the base at "
+                "the start of the lap",
+                {}, "Omit `anchor`, `anchor_pose` and `extend`.");
   PoseLap lap{.frames = recorded.tag_poses, .odometry = best_odometry(recorded)};
   auto sizes = tag_sizes_of(recorded, job.overrides);
   if (!sizes) return tl::unexpected(sizes.error());
@@ -62,8 +63,8 @@ Result<MapFile> map_poses(const RecordedLap& recorded, const MapJob& job, MapRep
   if (const auto facts = recorded.setup.metadata.find(lap_facts::kMetadata);
       facts != recorded.setup.metadata.end() && facts->second.contains(lap_facts::kAnchor))
     report.warnings.push_back(
-        fmt::format("the map frame is the start of the lap, not the anchor {}: the recording contains tag "
-                    "poses but no corners",
+        fmt::format("the map frame is that of the base at the start of the lap, not the anchor {}: the "
+                    "recording contains tag poses but no corners",
                     facts->second.at(lap_facts::kAnchor)));
   if (recorded.setup.base_T_cam) {
     lap.base_T_cam = *recorded.setup.base_T_cam;
@@ -105,7 +106,7 @@ void compare_with_prior(const MapJob& job, MapReport& report) {
 
 // Output files.
 
-/// Whether the lap becomes a further route of the existing map in the output folder.
+/// Whether the lap becomes an additional route of the existing map in the output folder.
 bool adds_a_route(const MapJob& job) {
   std::error_code ignored;
   return !job.route_name.empty() && fs::equivalent(job.extended_folder, job.folder, ignored);
@@ -118,7 +119,7 @@ std::vector<std::string> orphaned_routes(const MapJob& job) {
   return names;
 }
 
-/// Files in the output folder that become backups. Those of other routes of the same map are kept.
+/// Files in the output folder that become backups. The files of other routes of the same map are not touched.
 std::vector<std::string> replaced_files(const MapJob& job) {
   std::vector<std::string> routes = orphaned_routes(job);
   routes.push_back(job.route_name);
@@ -131,11 +132,11 @@ void warn_of_orphaned_routes(const MapJob& job, int number, MapReport& report) {
   if (names.empty()) return;
   report.warnings.push_back(
       fmt::format("the routes of the older map ({}) do not apply to the new map and were renamed to "
-                  "route-NAME.{}.yaml; to add a route to a map, set `extend={}` `route_name=NAME`",
+                  "route-NAME.{}.yaml; to add a route to a map, set `extend={}` and `route_name=NAME`",
                   fmt::join(names, ", "), number, job.folder.string()));
 }
 
-/// Stations of the older route are not valid for the new one.
+/// Warns that stations of the older route are not valid on the new one.
 void warn_of_stations(const MapJob& job, MapReport& report) {
   const Result<Route> older = read_route(job.folder / route_file_name(job.route_name));
   if (!older || older->stations.empty()) return;
@@ -147,7 +148,7 @@ void warn_of_stations(const MapJob& job, MapReport& report) {
                   names, shell_word(job.folder.string())));
 }
 
-/// Copies the other routes of the extended map, if the lap becomes a further route of it in another folder.
+/// Copies the other routes of the extended map if the lap becomes an additional route in a different folder.
 Status copy_other_routes(const MapJob& job, const fs::path& folder) {
   std::error_code error;
   if (job.route_name.empty() || adds_a_route(job)) return {};
@@ -168,12 +169,12 @@ Status copy_other_routes(const MapJob& job, const fs::path& folder) {
               {.source = job.folder.string()});
 }
 
-/// Covariances of the trajectory, one line per pose: position and rotation about the map axes, lower triangle
-/// by rows.
+/// Covariances of the trajectory, one line per pose: position and rotation about the map axes, lower
+/// triangle, row by row.
 std::string covariance_csv(const MappedLap& lap) {
   std::string text =
-      "# stamp_s, covariance of x y z [m] and of the rotation about x y z of the map [rad], lower triangle "
-      "by rows\n";
+      "# stamp_s, covariance of x y z [m] and of the rotation about x y z of the map [rad], lower triangle, "
+      "row by row\n";
   for (std::size_t i = 0; i < lap.trajectory.size(); ++i) {
     const StampedPose& pose = lap.trajectory[i];
     const Matrix6 P = coordinate_covariance(Uncertain<SE3>{pose.map_T_base, lap.trajectory_covariance[i]});
@@ -186,7 +187,7 @@ std::string covariance_csv(const MappedLap& lap) {
   return text;
 }
 
-/// The route with the data of lap and map that a replay needs.
+/// The route, with the data from lap and map that are needed to replay it.
 Route route_for_replay(const RecordedLap& recorded, const MapFile& map, const MapReport& report) {
   Route route = with_map(report.lap.route, map.tags);
   if (!recorded.frames.empty())
@@ -194,7 +195,7 @@ Route route_for_replay(const RecordedLap& recorded, const MapFile& map, const Ma
   return route;
 }
 
-/// Odometry parameters estimated from the lap, as a calibration; nothing for a lap without odometry.
+/// Odometry parameters estimated from the lap, as a calibration; empty for a lap without odometry.
 std::optional<Calibration> odometry_of(const RecordedLap& recorded, const MappedLap& lap) {
   if (!lap.bundle || !(lap.bundle->odometry_scales_sigma.yaw > 0) || !lap.bundle->turn_noise)
     return std::nullopt;
@@ -213,7 +214,7 @@ std::optional<Calibration> odometry_of(const RecordedLap& recorded, const Mapped
   return found;
 }
 
-/// The robot file, with the camera mounting estimated from the lap if the map uses it.
+/// The robot file, with the camera mounting estimated from the lap if the map was made with it.
 Result<std::string> robot_with_mounting(const std::string& robot, const MappedLap& lap) {
   if (!lap.bundle || !lap.bundle->mounting_used) return robot;
   return with_camera_mounting(robot, lap.bundle->mounting->base_T_cam);
@@ -332,7 +333,7 @@ Result<Trajectory> aligned_to(const Trajectory& estimated, const Trajectory& tru
   return aligned;
 }
 
-/// Compares only the trajectories, after alignment, as the transform between their frames is unknown.
+/// Compares only the trajectories, after alignment, because the transform between their frames is unknown.
 void compare_aligned(const RecordedLap& recorded, MapReport& report) {
   Result<Trajectory> aligned = aligned_to(report.lap.trajectory, recorded.truth);
   if (!aligned) {
@@ -345,8 +346,8 @@ void compare_aligned(const RecordedLap& recorded, MapReport& report) {
   report.trajectory_errors = trajectory_errors(report.lap.trajectory, report.true_path);
 }
 
-/// Compares with the ground truth, if it is known. The trajectory is aligned only if neither the world nor
-/// the anchor pose is known; otherwise the map frame must be that of the ground truth.
+/// Compares the result with the ground truth, if it is known. The trajectory is aligned only if neither the
+/// world nor the anchor pose is known; otherwise the map frame must be that of the ground truth.
 Status compare_with_truth(const RecordedLap& recorded, const MapJob& job, const TeachSetup& setup,
                           MapReport& report) {
   std::optional<World> world = job.truth;
@@ -397,7 +398,7 @@ Result<MapFile> map_corners(const RecordedLap& recorded, const MapJob& job, cons
   return map_file_of(job, setup->anchor, report.lap);
 }
 
-/// Maps tag corners, or tag poses if there are no corners.
+/// Makes a map from tag corners, or from tag poses if there are no corners.
 Result<MapFile> map_corners_or_poses(RecordedLap& recorded, const MapJob& job, const MapProgress& progress,
                                      MapReport& report) {
   if (recorded.frames.empty() && !recorded.tag_poses.empty()) {
@@ -421,14 +422,14 @@ void warn_of_repeated_recording(const MapJob& job, MapReport& report) {
         (", " + value + ",").find(", " + name + ",") == std::string::npos)
       continue;
     report.warnings.push_back(
-        fmt::format("the extended map already contains a recording named {}: if it is this one, its "
-                    "observations are counted twice and the covariance of the map is too small",
+        fmt::format("the extended map already contains a recording named {}: if it is the same recording, "
+                    "its observations are counted twice, and the map covariance is too small",
                     name));
     return;
   }
 }
 
-/// Warns if the given tag size differs from sizes in the extended map, which are kept.
+/// Warns if the given tag size differs from sizes in the extended map, which are not changed.
 void warn_of_size(const MapJob& job, MapReport& report) {
   if (!job.extend || !job.overrides.tag_size_m) return;
   const double asked = *job.overrides.tag_size_m;
@@ -440,8 +441,8 @@ void warn_of_size(const MapJob& job, MapReport& report) {
   }
   if (others == 0) return;
   report.warnings.push_back(
-      fmt::format("`tag_size_m={}` applies only to new tags; the size of {} in the map stays {} m. If that "
-                  "size is wrong, correct size_m in the map or map the lap from scratch",
+      fmt::format("`tag_size_m={}` applies only to new tags; the size of {} in the map remains {} m. If that "
+                  "size is wrong, correct size_m in the map, or map the lap from scratch",
                   asked, counted(others, "tag"), known));
 }
 
@@ -523,7 +524,7 @@ struct MountingOffset {
 };
 
 ReportFields fields(const MountingOffset& offset) {
-  return {{"off", "Estimate minus the value of the robot file", offset.off},
+  return {{"off", "Estimate minus the value in the robot file", offset.off},
           {"sigma", "Standard deviation of the estimate", offset.sigma},
           {"observable", "Whether the lap determines this value", offset.observable}};
 }
@@ -581,11 +582,12 @@ ReportFields fields(const MapReport& report) {
   return {
       {"method", "Mapping method: bundle, chain or poses", report.method},
       {"tags", "Tags in the map", lap.map.tags.size()},
-      {"frames", "Frames of the lap", lap.frames},
-      {"frames_without_pose", "Frames without a reliable tag", lap.frames_without_pose},
+      {"frames", "Number of frames in the lap", lap.frames},
+      {"frames_without_pose", "Number of frames without a reliable tag", lap.frames_without_pose},
       {"route_length_m", "Length of the route", lap.route.length_m},
       {"route_closed", "Whether the route is closed", lap.route.closed},
-      {"route_repeated_m", "Length of the lap beyond the closing point; it repeats the route and is cut off",
+      {"route_repeated_m",
+       "Length of the lap beyond the closing point, where it repeats the route and is cut off",
        lap.route_repeated_m},
       {"tag_rmse_m", "Distance of tag centres from the true ones, root mean square",
        part(tags, &TagMapErrors::rmse_m)},
@@ -601,20 +603,22 @@ ReportFields fields(const MapReport& report) {
        report.truth_aligned},
       {"reprojection_rms_px", "Reprojection error of the corners, root mean square",
        part(bundle, &BundleFigures::rms_px)},
-      {"corner_noise_ratio", "Noise of the corners relative to that in the detector's covariances",
+      {"corner_noise_ratio", "Corner noise relative to the detector's covariances",
        part(bundle, &BundleFigures::noise_ratio)},
       {"correlated_pictures", "Successive images that count as one, as corner errors are correlated",
        part(bundle, &BundleFigures::correlated_frames)},
       {"observations_rejected", "Observations rejected as outliers", part(bundle, &BundleFigures::rejected)},
       {"observations_rejected_by_tag",
-       "By tag with rejected observations, counts: used, elsewhere, other_pose, inexact_corners, no_pose",
+       "Counts for each tag with rejected observations: used, elsewhere, other_pose, inexact_corners, "
+       "no_pose",
        part(bundle, [&](const BundleFigures& b) { return rejected_by_tag(b, lap.observations); })},
       {"iterations", "Iterations of the bundle adjustment", part(bundle, &BundleFigures::iterations)},
       {"odometry_distance_scale", "Factor that corrects distances of the wheel odometry",
        part(scales, &OdometryScales::distance)},
       {"odometry_yaw_scale", "Factor that corrects turns of the wheel odometry",
        part(scales, &OdometryScales::yaw)},
-      {"turns_by_gyro", "Whether yaw rates are the gyro's, as those of the wheels fit the tags clearly worse",
+      {"turns_by_gyro",
+       "Whether yaw rates are taken from the gyro because those of the wheels fit the tags much worse",
        part(bundle, &BundleFigures::turns_by_gyro)},
       {"without_gyro_fraction", "Fraction of the lap without gyro data; 1 without a gyro",
        part(bundle, &BundleFigures::without_gyro_share)},
@@ -650,9 +654,9 @@ namespace {
 std::string gyro_text(const BundleFigures& b) {
   constexpr double kMinReportedShare = 0.005;
   if (b.without_gyro_share < kMinReportedShare || b.without_gyro_share == 1) return {};
-  const char* what = b.turns_by_gyro ? "yaw rates there are those of the wheels, with a separate scale"
-                                     : "yaw rates are those of the odometry throughout";
-  return fmt::format("no gyro data in {:.0f} % of the lap: {}\n", 100 * b.without_gyro_share, what);
+  const char* what = b.turns_by_gyro ? "yaw rates there come from the wheels, with a separate scale"
+                                     : "yaw rates come from the odometry throughout";
+  return fmt::format("no gyro data for {:.0f} % of the lap: {}\n", 100 * b.without_gyro_share, what);
 }
 
 /// Reports the part of the lap that repeats the route, if it is longer than the usual overlap.

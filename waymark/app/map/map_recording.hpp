@@ -24,22 +24,22 @@ struct MapJob {
   std::string lap{};                ///< the recording
   std::vector<std::string> more{};  ///< further files of the same lap, such as tables
   std::filesystem::path folder{};   ///< for the output
-  std::string robot{};              ///< file or name: camera and mounting; empty: from the recording
-  CameraChoice frames{};            ///< if the recording contains several cameras
+  std::string robot{};              ///< file or name, for camera and mounting; empty: from the recording
+  CameraChoice frames{};            ///< for a recording with several cameras
   SetupOverrides overrides{};
   MapLapOptions options{};
   LandmarkMapOptions points{};   ///< for recordings with tag poses but no corners
-  std::optional<World> truth{};  ///< unless given: from the recording
-  /// Detects tags in the recorded images, even if the recording contains tags; null: only if it has none.
+  std::optional<World> truth{};  ///< default: from the recording
+  /// Detects tags in the recorded images even if the recording contains tags. If null, tags are detected only
+  /// if the recording has none.
   const TagFinder* finder = nullptr;
   std::optional<LandmarksFile> prior{};     ///< an older map of the place, to report changes
   std::optional<MapFile> extend{};          ///< a map that the lap extends
   std::filesystem::path extended_folder{};  ///< of the extended map
-  std::string route_name{};                 ///< of the lap, which becomes a further route of the extended map
-  std::set<TagId> freeze{};                 ///< tags of the extended map whose pose is fixed
-  std::set<TagId> remove{};                 ///< tags of the extended map that no longer exist
-  /// Standard deviation of tag positions in the extended map, if it contains no covariances; unless given:
-  /// kMapSigma_m.
+  std::string route_name{};  ///< of the lap, which becomes an additional route of the extended map
+  std::set<TagId> freeze{};  ///< tags of the extended map whose pose is fixed
+  std::set<TagId> remove{};  ///< tags of the extended map that no longer exist
+  /// Standard deviation of tag positions in an extended map without covariances; default: kMapSigma_m.
   std::optional<double> map_sigma_m{};
 
   template <class Self, class Visitor>
@@ -52,12 +52,11 @@ struct MapJob {
     visit(self.folder, JobField("output FOLDER", "Folder for map, route and figures").required());
     visit(self.robot,
           JobField("robot FILE",
-                   "Camera and its mounting: a robot file, or a name. Unless given: from the recording"));
+                   "Camera and its mounting: a robot file, or a name. Default: from the recording"));
     CameraChoice::fields(self.frames, visit);
-    visit(self.overrides.anchor,
-          JobField("anchor TAG",
-                   "Anchor tag, which defines the map frame, for example tag36h11:0. Unless given: that "
-                   "of the recording"));
+    visit(self.overrides.anchor, JobField("anchor TAG",
+                                          "Anchor tag, which defines the map frame, for example tag36h11:0. "
+                                          "Default: that of the recording"));
   }
 };
 
@@ -78,14 +77,14 @@ struct MapReport {
   std::optional<PoseLapFigures> poses{};
   std::vector<std::string> warnings{};       ///< about lap and recording
   std::vector<std::string> files{};          ///< written files
-  std::vector<std::string> renamed_files{};  ///< backups of existing files, with a number in their names
+  std::vector<std::string> renamed_files{};  ///< backups of existing files, with a numeric suffix
   double wall_s = 0;
   double peak_rss_mib = 0;  ///< of the process so far
 };
 
 /// Makes a map and a route from a recording and writes map.yaml, route.yaml, trajectory.txt, robot.yaml,
 /// truth_trajectory.txt, summary.json and figures into the folder: all of them or none. Existing files of an
-/// older map, or with one of these names, are kept as backups (map.1.yaml, …). Cancelling is an error and
+/// older map, or with one of these names, are kept as backups (map.1.yaml, …). If cancelled, it fails and
 /// leaves the folder unchanged.
 [[nodiscard]] Result<MapReport> map_recording(const MapJob& job, const JobControl& control);
 /// Makes the map of a lap whose recording contains tag poses but no corners; writes no files.

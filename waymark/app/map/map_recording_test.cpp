@@ -122,7 +122,7 @@ TEST_F(MapLap, ReportsAMissingFileAndAnInvalidFolder) {
 
 constexpr TagId lap_tag(int number) { return {FamilyId::Tag36h11, number}; }
 
-/// The lap of a robot that records tag poses but no corners.
+/// A lap recorded by a robot that reports tag poses but no corners.
 RecordedLap lap_of_poses() {
   RecordedLap lap;
   lap.setup.base_T_cam = SE3(body_R_optical(), {0.1, 0, 0.2});

@@ -7,7 +7,7 @@
 namespace waymark::cli {
 namespace {
 
-/// The subcommand of a command line that does not name one: chosen by --tagslam or --camera, else by the
+/// The subcommand for a command line that does not name one, chosen by --tagslam or --camera, else by the
 /// content of the files.
 std::string implied_subcommand(const std::vector<std::string>& words) {
   if (has_word(words, "--tagslam")) return "scene";
@@ -23,13 +23,13 @@ Verb map_verb() {
       .sentence = "Make a tag map, and a route, from a recorded lap, a video or a scene",
       .help =
           R"(`waymark map lap` maps a robot's lap: tag corners (or poses) and odometry become a map, a route and figures.
-`waymark map video` maps the video of a hand-held camera: no robot, no odometry, six degrees of freedom.
-`waymark map scene` maps cameras and bodies described by TagSLAM's files: any cameras on any bodies, no floor.
+`waymark map video` maps tags from the video of a hand-held camera, in six degrees of freedom, without robot or odometry.
+`waymark map scene` maps a scene described by TagSLAM's files, with any cameras on any bodies, and without a floor.
 `waymark map convert` converts a map between Waymark's format and those of other programs.
 
 The subcommand may be omitted: with --tagslam it is `scene`; with --camera, or if a file is a video,
-`video`; else `lap`. `waymark map FILE --help` prints the flags of the selected subcommand. A file or folder called
-lap, video, scene or convert needs a path: ./lap.
+`video`; else `lap`. `waymark map FILE --help` prints the flags of the selected subcommand. A file or folder named lap,
+video, scene or convert must be given with its path: ./lap.
 
 Examples:
   waymark map lap.mcap -o map
