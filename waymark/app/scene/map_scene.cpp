@@ -22,7 +22,7 @@
 namespace waymark {
 namespace {
 
-/// "3, 4, 7", with at most twelve numbers.
+/// "3, 4, 7", with at most twelve entries.
 std::string number_list(const std::vector<TagId>& tags) {
   std::vector<std::string> numbers;
   constexpr std::size_t kMaxListed = 12;
@@ -86,7 +86,7 @@ Trajectory trajectory_of(const SceneRecording& recording, const SceneMap& map, s
   return trajectory;
 }
 
-/// Writes into a separate folder; the report contains the final paths.
+/// Writes into a temporary folder; the report contains the final paths.
 Status write_scene(const MapSceneJob& job, const SceneRecording& recording,
                    const std::filesystem::path& folder, MapSceneReport& report) {
   const auto write = [&](const std::string& name, const std::string& text) -> Status {
@@ -148,7 +148,7 @@ void warn(MapSceneReport& report) {
     });  // reported by scene_warnings
     if (tied) continue;
     report.warnings.push_back(
-        fmt::format("tag{} {} {} never observed together with a tag connected to the map; omitted",
+        fmt::format("omitted tag{} {}, which {} never observed together with a tag connected to the map",
                     group.size() > 1 ? "s" : "", number_list(group), group.size() > 1 ? "were" : "was"));
   }
   for (std::string& warning : scene_warnings(map)) report.warnings.push_back(std::move(warning));
@@ -169,7 +169,7 @@ void warn(MapSceneReport& report) {
   }
 }
 
-/// Estimated intrinsics by camera and parameter, with standard deviations and given values; empty if the
+/// Estimated intrinsics by camera and parameter, with standard deviations and the given values; empty if the
 /// intrinsics are fixed.
 std::optional<ReportFields> intrinsics_fields(const SceneMap& map) {
   if (map.intrinsics.empty()) return std::nullopt;
@@ -180,7 +180,7 @@ std::optional<ReportFields> intrinsics_fields(const SceneMap& map) {
       by_name.push_back({lens.names[static_cast<std::size_t>(i)], "Parameter of the camera",
                          ReportFields{{"value", "Estimated value", lens.found[i]},
                                       {"sigma", "Standard deviation of the estimate", lens.sigma[i]},
-                                      {"given", "Value of the files", lens.given[i]}}});
+                                      {"given", "Value in the files", lens.given[i]}}});
     by_camera.push_back(
         {map.scene.cameras[lens.camera].name, "Parameters of this camera", std::move(by_name)});
   }
@@ -216,7 +216,7 @@ Result<SceneModel> parse_scene_model(const std::string& name) {
 
 Status check(const MapSceneJob& job) {
   if (!job.options.free_intrinsics || job.options.model != SceneModel::Tagslam) return {};
-  return fail(ErrorCode::InvalidArgument, "TagSLAM's model keeps the intrinsics fixed",
+  return fail(ErrorCode::InvalidArgument, "in TagSLAM's model the intrinsics are fixed",
               {.key = "free_intrinsics"}, "Omit `free_intrinsics` or `model=tagslam`.");
 }
 
@@ -268,7 +268,8 @@ ReportFields fields(const SceneCut& cut) {
 ReportFields fields(const CostAtValues& cost) {
   return {
       {"cost", "Cost of the other solution in TagSLAM's model", cost.cost},
-      {"free_poses", "Poses that the other solution lacks; chosen to minimise the cost", cost.free_poses},
+      {"free_poses", "Number of poses missing from the other solution; they are chosen to minimise the cost",
+       cost.free_poses},
       {"reprojection_mean_px", "Mean reprojection error of the corners", cost.reprojection_mean_px},
       {"reprojection_median_px", "Median reprojection error of the corners", cost.reprojection_median_px}};
 }
@@ -277,36 +278,39 @@ ReportFields fields(const MapSceneReport& report) {
   const SceneMap& map = report.map;
   std::vector<std::vector<int>> unconnected;
   for (const std::vector<TagId>& group : map.unconnected) unconnected.push_back(numbers_of(group));
-  return {{"frames", "Frames of the recording", report.frames},
-          {"frames_without_pose", "Frames without a pose, of the moving body with the most such frames",
-           report.frames_without_pose},
-          {"observations", "Observations of tags", map.observations.seen.size()},
-          {"tags", "Tags in the map", tags_in_map(map)},
-          {"rejected_observations", "Observations rejected as outliers", map.rejected.size()},
-          {"foreign_ids", "Ids that are on no body", numbers_of(foreign_tags(map))},
-          {"rejected_tag_ids", "Unlisted ids with few or inconsistent observations",
-           numbers_of(map.rejected_tags)},
-          {"unconnected_ids", "Groups of ids without a connection to the map", unconnected},
-          {"undetermined_ids", "Ids whose pose is undetermined; their covariance is that of an unknown pose",
-           numbers_of(map.undetermined)},
-          {"thin_cuts", "Parts of the map that depend on few observations, largest first", map.thin_cuts},
-          {"left_out_cuts",
-           "Parts without a connection, as the observations that would connect them are unconfirmed",
-           map.left_out_cuts},
-          {"size_scale", "Size of all tags relative to the given one; 1 without distances", map.size_scale},
-          {"noise_px", "Standard deviation of a corner coordinate", map.noise_px},
-          {"reprojection_mean_px", "Mean reprojection error of the corners in use", map.reprojection_mean_px},
-          {"reprojection_median_px", "Median reprojection error of the corners in use",
-           map.reprojection_median_px},
-          {"cost", "Half the sum of squared residuals, weighted by the noise of the model", map.cost},
-          {"iterations", "Iterations of the bundle adjustment", map.summary.iterations},
-          {"files", "Files that were written", report.files},
-          {"wall_s", "Duration of the run", report.wall_s},
-          {"peak_rss_mib", "Peak memory of the process so far", report.peak_rss_mib},
-          {"warnings", "Warnings about the map, one sentence each", report.warnings},
-          {"intrinsics", "With `free_intrinsics`, by camera and parameter: value, sigma, given",
-           if_any(intrinsics_fields(map))},
-          {"against", "With `against`: the other solution", if_any(report.against)}};
+  return {
+      {"frames", "Number of frames in the recording", report.frames},
+      {"frames_without_pose",
+       "Number of frames without a pose, for the moving body with the most such frames",
+       report.frames_without_pose},
+      {"observations", "Number of tag observations", map.observations.seen.size()},
+      {"tags", "Number of tags in the map", tags_in_map(map)},
+      {"rejected_observations", "Number of observations rejected as outliers", map.rejected.size()},
+      {"foreign_ids", "Ids that belong to no body", numbers_of(foreign_tags(map))},
+      {"rejected_tag_ids", "Unlisted ids with few or inconsistent observations",
+       numbers_of(map.rejected_tags)},
+      {"unconnected_ids", "Groups of ids without a connection to the map", unconnected},
+      {"undetermined_ids", "Ids whose pose is not determined; their covariance is that of an unknown pose",
+       numbers_of(map.undetermined)},
+      {"thin_cuts", "Parts of the map that depend on few observations, largest first", map.thin_cuts},
+      {"left_out_cuts",
+       "Parts that are not connected, because the observations that would connect them are unconfirmed",
+       map.left_out_cuts},
+      {"size_scale", "Factor from the given size to the estimated size of all tags; 1 without distances",
+       map.size_scale},
+      {"noise_px", "Standard deviation of a corner coordinate", map.noise_px},
+      {"reprojection_mean_px", "Mean reprojection error of the corners in use", map.reprojection_mean_px},
+      {"reprojection_median_px", "Median reprojection error of the corners in use",
+       map.reprojection_median_px},
+      {"cost", "Half the sum of squared residuals, weighted by the noise of the model", map.cost},
+      {"iterations", "Iterations of the bundle adjustment", map.summary.iterations},
+      {"files", "Files that were written", report.files},
+      {"wall_s", "Duration of the run", report.wall_s},
+      {"peak_rss_mib", "Peak memory of the process so far", report.peak_rss_mib},
+      {"warnings", "Warnings about the map, one sentence each", report.warnings},
+      {"intrinsics", "With `free_intrinsics`, by camera and parameter: value, sigma, given",
+       if_any(intrinsics_fields(map))},
+      {"against", "With `against`: the other solution", if_any(report.against)}};
 }
 
 std::string to_text(const MapSceneReport& report, const std::string& folder) {

@@ -34,12 +34,11 @@ struct MapSceneJob {
     visit(self.folder, JobField("output FOLDER", "Folder for the map and the trajectories").required());
     visit(self.options.free_intrinsics,
           JobField("free_intrinsics",
-                   "Estimate the intrinsics as well: focal lengths and principal point within 1 % (standard "
-                   "deviation) of the given ones, distortion k within 0.05 and p within 0.005"));
-    visit(self.against,
-          JobField("against FOLDER",
-                   "Folder of another solution (ref_static.csv, ref_trajectory.csv): both solutions use only "
-                   "its frames and tags, and its cost is printed"));
+                   "Estimate the intrinsics as well. Standard deviations from the given values: 1 % for "
+                   "focal lengths and principal point, 0.05 for distortion k, and 0.005 for p"));
+    visit(self.against, JobField("against FOLDER",
+                                 "Folder with another solution (ref_static.csv, ref_trajectory.csv) whose "
+                                 "cost is printed; both solutions then use only its frames and tags"));
   }
 };
 
@@ -60,8 +59,8 @@ struct MapSceneReport {
 };
 
 /// Maps the recording and writes map.yaml (tags on static bodies), poses.yaml and camera_poses.yaml (in
-/// TagSLAM's format), trajectory_BODY.txt of each moving body, and summary.json. Writes nothing if no map can
-/// be made.
+/// TagSLAM's format), trajectory_BODY.txt for each moving body, and summary.json. Writes nothing if no map
+/// can be made.
 [[nodiscard]] Result<MapSceneReport> map_scene_recording(const MapSceneJob& job, const JobControl& control);
 /// The content of `--json` and summary.json.
 [[nodiscard]] ReportFields fields(const MapSceneReport& report);

@@ -174,7 +174,7 @@ TEST_F(MapScene, CancellingWritesNothing) {
 TEST_F(MapScene, CovariancesOfUndeterminedPosesAreReadBack) {
   MapSceneJob job = wall_scene().job(out_);
   job.recording = (testing::fresh_folder("jobs_scene_exact") / "exact.mcap").string();
-  TagslamScene::record(job.recording, 0);  // without noise the normal equations do not determine it
+  TagslamScene::record(job.recording, 0);  // not determined by the normal equations without noise
   const auto report = map_scene_recording(job, {});
   ASSERT_TRUE(report) << to_string(report.error());
   EXPECT_THAT(report->warnings, Contains(HasSubstr("not determined")));

@@ -8,7 +8,7 @@
 namespace waymark::cli {
 namespace {
 
-/// The flags of `waymark map scene`. Must not be moved while the command line is parsed.
+/// The flags of `waymark map scene`. Must not be moved in memory while the command line is parsed.
 struct MapSceneArgs {
   explicit MapSceneArgs(CLI::App& verb) : settings(verb), search(settings, "bundle", "Bundle adjustment") {
     add_fields(verb, job);
@@ -47,11 +47,11 @@ Verb map_scene_verb() {
       .name = "scene",
       .sentence = "Map cameras and tagged bodies described by TagSLAM's files",
       .help =
-          R"(Cameras on any bodies observe tags on any bodies, as described by TagSLAM's files in --tagslam. No floor, wheels or
-route are needed. Tag sizes, the anchor (a static body) and cameras are read from these files, so this verb has no
-flags for them. It writes map.yaml (tags on static bodies), trajectory_BODY.txt of each moving body, poses.yaml and
-camera_poses.yaml in TagSLAM's format, and summary.json (docs/formats/tagslam.md). The recording is a bag or an MCAP
-file of detections; tags are not detected in images.
+          R"(Maps a scene in which cameras on any bodies observe tags on any bodies, as described by the TagSLAM files in --tagslam.
+No floor, wheels or route are needed. Tag sizes, the anchor (a static body) and cameras are read from these files, so
+this verb has no flags for them. It writes map.yaml (tags on static bodies), trajectory_BODY.txt for each moving body,
+poses.yaml and camera_poses.yaml in TagSLAM's format, and summary.json (docs/formats/tagslam.md). The recording is a bag
+or an MCAP file with detections; tags are not detected in images.
 
 Exit code: 0 map written (possibly with warnings), 1 no map could be made or written, 2 wrong usage, 130 Ctrl-C.
 

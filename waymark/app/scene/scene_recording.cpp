@@ -109,7 +109,7 @@ Result<SceneRecording> read_scene_recording(const std::filesystem::path& path, c
   if (!log) return tl::unexpected(log.error());
   if ((*log)->format() == LogFormat::Csv)
     return fail(ErrorCode::InvalidArgument, "a CSV table has no camera name and stamp per detection",
-                {.source = path.string()}, "Use a bag or an MCAP file of detections with `tagslam`.");
+                {.source = path.string()}, "Use a bag or an MCAP file with detections for `tagslam`.");
   const auto cameras = cameras_by_topic(**log, scene);
   if (!cameras) {
     Error error = cameras.error();
@@ -172,7 +172,7 @@ Result<std::string> read_maybe_compressed(const std::filesystem::path& path) {
   return tl::unexpected(error);
 }
 
-/// Calls visit with the cells of each row after the header; visit returns false for an invalid pose.
+/// Calls visit() with the cells of each row after the header; visit() returns false for an invalid pose.
 Status for_rows(const std::filesystem::path& path, std::size_t columns,
                 const std::function<bool(const std::vector<std::string>&)>& visit) {
   const auto text = read_maybe_compressed(path);

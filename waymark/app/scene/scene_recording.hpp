@@ -10,10 +10,10 @@
 
 namespace waymark {
 
-/// Reads detections and odometry of a scene from a recording of any format except CSV. The topic of the
-/// detections identifies the camera; a single camera may also use the only such topic. The child frame of the
-/// odometry identifies the body. Damage of the recording is appended to `problems`. Fails if a camera's topic
-/// is missing; the hint names the existing topics.
+/// Reads detections and odometry of a scene from a recording in any format except CSV. The detection topic
+/// identifies the camera; if there is only one camera and one such topic, their names may differ. The child
+/// frame of the odometry identifies the body. Damage in the recording is appended to `problems`. Fails if a
+/// camera's topic is missing; the hint lists the existing topics.
 [[nodiscard]] Result<SceneRecording> read_scene_recording(const std::filesystem::path& path,
                                                           const TagScene& scene, const JobControl& control,
                                                           std::vector<std::string>& problems);

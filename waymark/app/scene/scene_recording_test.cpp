@@ -1,4 +1,4 @@
-// Solutions of other programs: rows of poses, plain or compressed, and invalid rows.
+// Solutions from other programs: rows with poses, plain or compressed, and invalid rows.
 #include "waymark/app/scene/scene_recording.hpp"
 
 #include <fstream>
@@ -59,7 +59,8 @@ TEST_F(SceneValuesFile, ConvertsTagsToWaymarkFrames) {
   const SE3& tag = values->tags.at(7);
   EXPECT_EQ(tag.translation(), Eigen::Vector3d(0, 0, 1));
   const Eigen::Vector3d normal = tag.rotation() * Eigen::Vector3d::UnitZ();
-  EXPECT_NEAR(normal.z(), -1, 1e-12) << "z of a TagSLAM tag points to the viewer, z of a Waymark tag away";
+  EXPECT_NEAR(normal.z(), -1, 1e-12)
+      << "z points towards the viewer in TagSLAM, and away from the viewer in Waymark";
 }
 
 TEST_F(SceneValuesFile, ReportsInvalidRowsWithTheirLine) {
