@@ -43,20 +43,22 @@ std::map<TagId, int> count_tags(const std::vector<SceneFrame>& frames) {
   return count;
 }
 
-/// Images given twice would count as independent, and the covariances would be too small.
+/// Fails on duplicate videos: their images would count as independent, and the covariances would be too
+/// small.
 Status check_videos_differ(const std::vector<std::string>& videos) {
   for (std::size_t i = 0; i < videos.size(); ++i)
     for (std::size_t k = 0; k < i; ++k) {
       std::error_code ignored;  // a missing file is reported when it is read
       if (videos[i] == videos[k] || std::filesystem::equivalent(videos[i], videos[k], ignored))
-        return fail(
-            ErrorCode::InvalidArgument, "this video is given twice", {.source = videos[i]},
-            "Give each video once; otherwise its images would count twice as independent measurements.");
+        return fail(ErrorCode::InvalidArgument, "duplicate video", {.source = videos[i]},
+                    "Give each video only once; otherwise its images would count twice, as independent "
+                    "measurements.");
     }
   return {};
 }
 
-/// Detects the tags of all videos. The stamps of each video follow one second after those of the previous.
+/// Detects the tags in all videos. The stamps of each video start one second after the end of the previous
+/// one.
 Result<std::vector<SceneFrame>> detect_in_videos(const MapVideoJob& job, const TagFinder& finder,
                                                  const JobControl& control,
                                                  std::vector<std::string>& warnings) {
@@ -91,7 +93,7 @@ Error no_tag_left(const MapVideoJob& job, const SceneMap& map) {
           fmt::format("Check {}the tag size and the camera calibration.", distances)};
 }
 
-/// The map file with all tags whose pose is determined.
+/// The map file, with all tags whose pose is determined.
 MapFile video_map_file(const MapVideoJob& job, const VideoAnchors& anchors, const SceneMap& map) {
   MapFile file{.anchor = anchors.first, .provenance = {{"method", "bundle"}}};
   if (!job.videos.empty())
@@ -115,7 +117,7 @@ MapFile video_map_file(const MapVideoJob& job, const VideoAnchors& anchors, cons
   return file;
 }
 
-/// Relative standard deviation of the common tag size; nothing if the size is exact.
+/// Relative standard deviation of the common tag size; empty if the size is exact.
 std::optional<double> relative_size_sigma(const MapVideoJob& job) {
   if (!(job.tag_size_sigma_m > 0)) return std::nullopt;
   return job.tag_size_sigma_m / *job.sizes.default_size_m;
@@ -172,7 +174,8 @@ void warn_of(const VideoAnchors& anchors, MapVideoReport& report) {
   for (const std::vector<TagId>& group : map.unconnected) {
     std::string names;
     for (const TagId& tag : group) names += (names.empty() ? "" : ", ") + std::to_string(tag.number);
-    report.warnings.push_back("omitted tags that share no image with a tag connected to the map: " + names);
+    report.warnings.push_back(
+        "omitted tags that were never in the same image as a tag connected to the map: " + names);
   }
   if (report.corner_chi2_per_dof > kSuspectChi2)
     report.warnings.push_back(fmt::format(
@@ -199,7 +202,7 @@ Status write_all(const MapVideoJob& job, const Stopwatch& watch, MapVideoReport&
   Result<StagedFolder> staged = StagedFolder::open(job.folder);
   if (!staged) return tl::unexpected(staged.error());
   const auto named = [&](const char* name) { report.files.push_back((job.folder / name).string()); };
-  // Fails for families without an FMAP format.
+  // Fails for tag families that FMAP does not support.
   const Result<std::string> fmap = to_fmap(report.file.tags, job.field);
   for (const char* name :
        {"map.yaml", "layout.json", "layout.fmap", "poses.yaml", "trajectory.txt", "summary.json"})
@@ -301,11 +304,11 @@ Status check(const MapVideoJob& job) {
         "Omit `anchor_pose`, or give one `anchor` and neither `prior_sigma_m` nor `prior_sigma_deg`.");
   for (const TagId& tag : job.floor)
     if (std::ranges::find(job.upright, tag) != job.upright.end())
-      return refuse("upright",
-                    fmt::format("{} is also in `floor`, but a tag cannot both lie on the floor and "
-                                "hang upright on a wall",
-                                to_string(tag)),
-                    "Remove the tag from one of the two.");
+      return refuse(
+          "upright",
+          fmt::format("{} is also in `floor`, but a tag cannot be both on the floor and upright on a wall",
+                      to_string(tag)),
+          "Remove the tag from one of the two lists.");
   return {};
 }
 
@@ -359,7 +362,7 @@ Result<MapVideoReport> map_video(const MapVideoJob& job, const TagFinder& finder
 
 namespace {
 
-/// A tag of the map and its number of observations.
+/// A map tag and its number of observations.
 struct VideoTag {
   TagId id{};
   MappedTag tag{};
@@ -370,7 +373,7 @@ ReportFields fields(const VideoTag& tag) {
   return {{"tag", "Family and id", to_string(tag.id)},
           {"map_t_tag_m", "Position of the centre in the map: x, y, z", tag.tag.map_T_tag.translation()},
           {"sigma_m", "Standard deviations of the position along x, y, z", position_sigma_m(tag.tag)},
-          {"observations", "Observations in use", tag.observations}};
+          {"observations", "Number of observations in use", tag.observations}};
 }
 
 std::vector<VideoTag> tags_of(const MapFile& file) {
@@ -385,7 +388,7 @@ ReportFields intrinsics_fields(const std::vector<FoundIntrinsics>& cameras) {
     for (Eigen::Index i = 0; i < lens.found.size(); ++i)
       by_name.push_back(
           {lens.names[static_cast<std::size_t>(i)], "Parameter of the camera",
-           ReportFields{{"given", "Value of the calibration", lens.given[i]},
+           ReportFields{{"given", "Value in the calibration", lens.given[i]},
                         {"given_sigma", "Standard deviation of this value", lens.prior_sigma[i]},
                         {"found", "Estimated value", lens.found[i]},
                         {"sigma", "Standard deviation of the estimate", lens.sigma[i]}}});
@@ -414,14 +417,14 @@ ReportFields fields(const MeasuredResidual& distance) {
 
 ReportFields fields(const MapVideoReport& report) {
   return {
-      {"pictures", "Images of the videos", report.pictures},
-      {"pictures_with_pose", "Images with a camera pose", report.trajectory.size()},
+      {"pictures", "Number of images in the videos", report.pictures},
+      {"pictures_with_pose", "Number of images with a camera pose", report.trajectory.size()},
       {"anchor", "Anchor tag", to_string(report.file.anchor)},
-      {"tags", "One entry per tag of the map", tags_of(report.file)},
+      {"tags", "One entry per tag in the map", tags_of(report.file)},
       {"beside_prior", "With `prior`: one entry per tag in both maps that is not an exact anchor",
        report.beside},
-      {"observations", "Observations of tags", report.map.observations.seen.size()},
-      {"rejected_observations", "Observations rejected as outliers", report.map.rejected.size()},
+      {"observations", "Number of tag observations", report.map.observations.seen.size()},
+      {"rejected_observations", "Number of observations rejected as outliers", report.map.rejected.size()},
       {"noise_px", "Standard deviation of a corner coordinate", report.map.noise_px},
       {"reprojection_mean_px", "Mean reprojection error of the corners in use",
        report.map.reprojection_mean_px},
@@ -430,7 +433,7 @@ ReportFields fields(const MapVideoReport& report) {
       {"corner_chi2_per_dof",
        "Chi-square of corners per degree of freedom; 1 if the detector's covariances are consistent",
        report.corner_chi2_per_dof},
-      {"size_scale", "Size of all tags relative to the given one; 1 without distances",
+      {"size_scale", "Factor from the given size to the estimated size of all tags; 1 without distances",
        report.map.size_scale},
       {"size_scale_sigma", "Standard deviation of this scale; 0 if it is not estimated",
        report.map.size_sigma},

@@ -35,60 +35,58 @@ struct MapVideoJob {
   static constexpr double kUsualLevelSigma_deg = 1;
   static constexpr double kUsualPriorSigma_deg = 2;
 
-  std::vector<std::string> videos{};  ///< of one camera and one place; or recordings of a camera alone
+  std::vector<std::string> videos{};  ///< from one camera in one place; or recordings from a camera alone
   std::optional<CameraModel> camera{};
   /// Standard deviations of the calibrated intrinsics, in the order of intrinsics_of(). The intrinsics are
-  /// adjusted within them, and they become part of every covariance. Empty: exact.
+  /// adjusted accordingly, and their uncertainty is included in every covariance. Empty: exact.
   Eigen::VectorXd intrinsics_sigma{};
-  double readout_s = 0;  ///< of a rolling shutter, first row to last; negative from the bottom; 0: global
+  double readout_s = 0;  ///< of a rolling shutter, first row to last; negative: from the bottom; 0: global
   TagSizes sizes{};
-  /// Standard deviation of the default size. All tags have the same relative error, as they come from one
-  /// printer.
+  /// Standard deviation of the default size. All tags have the same relative error, because they were printed
+  /// on the same printer.
   double tag_size_sigma_m = 0.0005;
-  /// Unless given: all observed tags of `prior` if prior_sigma_m or prior_sigma_deg is set; else the tag with
-  /// the most observations, of those in `prior` if any. Several anchors need poses in `prior`.
+  /// Default: all observed tags in `prior` if prior_sigma_m or prior_sigma_deg is set; else the tag with the
+  /// most observations (among those in `prior`, if any). If there are several anchors, they must have poses
+  /// in `prior`.
   std::vector<TagId> anchors{};
-  /// Pose of a single anchor; unless given: that in `prior`, else upright at the origin.
+  /// Pose of a single anchor. Default: the pose in `prior`, else upright at the origin.
   std::optional<SE3> map_T_anchor{};
   TagMap prior{};                    ///< older map, compared with the new one; empty: none
-  std::optional<FieldSize> field{};  ///< for the layouts; unless given: the bounding box of the tags
-  /// Standard deviations of positions and orientations in `prior`, in addition to its own covariances. If
-  /// neither is given, `prior` is exact; if only that of positions is, orientations have
-  /// kUsualPriorSigma_deg.
+  std::optional<FieldSize> field{};  ///< for the layouts; default: the bounding box of the tags
+  /// Standard deviations of positions and orientations in `prior`, in addition to its covariances. If neither
+  /// is given, `prior` is exact. If only that of the positions is given, kUsualPriorSigma_deg applies to
+  /// orientations.
   std::optional<double> prior_sigma_m{}, prior_sigma_deg{};
   std::vector<MeasuredDistance> distances{};
   std::vector<TagId> upright{};              ///< upright on a vertical wall
   std::vector<TagId> floor{};                ///< lie on the floor, z = 0
-  std::vector<std::vector<TagId>> planes{};  ///< each entry: tags in one plane of unknown pose
-  /// Standard deviation of the orientations of these tags; unless given: kUsualLevelSigma_deg.
+  std::vector<std::vector<TagId>> planes{};  ///< each entry: tags in one plane with an unknown pose
+  /// Standard deviation of the orientations of these tags; default: kUsualLevelSigma_deg.
   std::optional<double> level_sigma_deg{};
   std::filesystem::path folder{};  ///< for the output
   SearchOptions search{};
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.videos,
-          JobField("videos VIDEO ...",
-                   "Videos of one camera and one place, or recordings of a camera alone: its tags "
-                   "or images, without odometry")
-              .input()
-              .required());
+    visit(self.videos, JobField("videos VIDEO ...",
+                                "Videos from one camera in one place, or recordings from a camera alone "
+                                "(tags or images, without odometry)")
+                           .input()
+                           .required());
     visit(self.folder, JobField("output FOLDER", "Folder for map and trajectory").required());
-    visit(self.tag_size_sigma_m,
-          JobField("tag_size_sigma_m NUMBER",
-                   "Standard deviation of the tag size, an error common to all tags [m]; it becomes part of "
-                   "the map's covariance",
-                   0.0, 1.0)
-              .less());
-    visit(self.prior_sigma_m,
-          JobField("prior_sigma_m NUMBER",
-                   "Standard deviation of the tag positions of the older map, all of which then define the "
-                   "map frame [m]",
-                   1e-6, 10.0)
-              .less());
+    visit(self.tag_size_sigma_m, JobField("tag_size_sigma_m NUMBER",
+                                          "Standard deviation of the tag size [m], an error common to all "
+                                          "tags; it is included in the map covariance",
+                                          0.0, 1.0)
+                                     .less());
+    visit(self.prior_sigma_m, JobField("prior_sigma_m NUMBER",
+                                       "Standard deviation of the tag positions in the older map [m]; all "
+                                       "its tags then define the map frame",
+                                       1e-6, 10.0)
+                                  .less());
     visit(self.prior_sigma_deg, JobField("prior_sigma_deg NUMBER",
-                                         "Standard deviation of the tag orientations of the older map, "
-                                         "in degrees. Unless given, if that of the positions is given: 2",
+                                         "Standard deviation of the tag orientations in the older map, in "
+                                         "degrees. Default: 2 if that of the positions is given",
                                          1e-4, 180.0)
                                     .less());
     visit(self.level_sigma_deg,
@@ -101,7 +99,7 @@ struct MapVideoJob {
   }
 };
 
-/// Reads the older map of the place, in any format, and the field size of a layout.
+/// Reads the older map of the place, in any format, and the field size if the map is a field layout.
 [[nodiscard]] Status read_prior_map(const std::string& file, MapVideoJob& job);
 /// Fails if fields contradict each other or lack their prerequisites; map_video() and map_views() check
 /// this as well.
@@ -138,13 +136,14 @@ struct MapVideoReport {
 
 /// Detects the tags in every image, adjusts all observations together, and writes map.yaml, layout.json
 /// (WPILib), layout.fmap (Limelight), poses.yaml (TagSLAM), trajectory.txt and summary.json into the folder:
-/// all of them or none. Families without an FMAP format have no layout.fmap.
+/// all of them or none. For families that FMAP does not support, layout.fmap is not written.
 [[nodiscard]] Result<MapVideoReport> map_video(const MapVideoJob& job, const TagFinder& finder,
                                                const JobControl& control);
-/// Maps given detections of one camera, with one view per frame. Reads no video and writes nothing.
+/// Makes a map from given detections of one camera, with one view per frame. Reads no video and writes
+/// nothing.
 [[nodiscard]] Result<MapVideoReport> map_views(const MapVideoJob& job, std::vector<SceneFrame> frames,
                                                const JobControl& control);
-/// Standard deviations of a tag's centre along the axes of the map; zero if unknown.
+/// Standard deviations of a tag's centre along the map axes; zero if unknown.
 [[nodiscard]] Eigen::Vector3d position_sigma_m(const MappedTag& tag);
 /// The content of `--json` and summary.json.
 [[nodiscard]] ReportFields fields(const MapVideoReport& report);

@@ -1,6 +1,6 @@
-// Walks round a room of 24 tags with a hand-held camera and a rolling shutter: accuracy and consistency of
-// the map against ground truth. WAYMARK_FULL=1 runs 100 walks. A phone's video of two tags taped to a wall
-// (WPIcal's field.mp4): the map against geometry that needs no camera model.
+// Walks around a room of 24 tags with a hand-held camera and a rolling shutter: accuracy and consistency of
+// the map are compared with ground truth. WAYMARK_FULL=1 runs 100 walks. For a phone video of two tags taped
+// to a wall (WPIcal's field.mp4), the map is compared with geometry that needs no camera model.
 #include <cstdlib>
 
 #include <gmock/gmock.h>
@@ -31,7 +31,7 @@ CameraModel walk_camera() {
   return CameraModel::make(lens, 1280, 720).value();
 }
 
-/// Standard deviations of that camera's intrinsics after a good calibration.
+/// Standard deviations of the intrinsics of that camera after a good calibration.
 Eigen::VectorXd lens_sigma() {
   return (Eigen::VectorXd(8) << 0.6, 0.6, 0.6, 0.6, 2e-3, 4e-3, 2e-4, 2e-4).finished();
 }
@@ -42,7 +42,8 @@ struct Walked {
   MapVideoJob job;
 };
 
-/// A walk and the job of its user. Camera, tag size and distance have errors of their stated deviations.
+/// A walk and a job to map it. The errors of camera, tag size and distance are drawn from their stated
+/// standard deviations.
 Walked walk(std::uint64_t seed, const testing::HandWalkOptions& options) {
   Random random(seed);
   const double print = 1 + 0.003 * random.normal();
@@ -67,7 +68,7 @@ Walked walk(std::uint64_t seed, const testing::HandWalkOptions& options) {
   return walked;
 }
 
-/// Sums over the tags; `inside`: those in their 95 % ellipsoids.
+/// Sums over the tags; `inside` counts the tags in their 95 % ellipsoids.
 struct WalkErrors {
   int tags = 0, inside = 0;
   double square_m2 = 0, nees = 0;
@@ -121,7 +122,7 @@ TEST(MapWalk, TagErrorsAreConsistentWithTheirCovariances) {
     nees += errors.nees / errors.tags;
   }
   const double mean = share_sum / walks;
-  // Tags of one walk are not independent, so the interval is computed from the shares of the walks.
+  // Tags in one walk are not independent, so the interval is computed from the fractions per walk.
   const double interval = 1.96 * std::sqrt(std::max(0.0, share_square / walks - mean * mean) / walks);
   const double rmse_m = std::sqrt(square_m2 / walks);
   std::printf("%d walks: rmse %.4f m, 95 %% ellipsoids contain %.1f +- %.1f %% of tags, nees %.2f\n", walks,
@@ -276,16 +277,16 @@ TEST(MapWalk, RejectsUnobservedTagsInMeasurements) {
 const TagId kThree{FamilyId::Tag36h11, 3};
 const TagId kFour{FamilyId::Tag36h11, 4};
 
-/// Distance of the tags from the homography of both squares on one plane, which needs no focal length:
-/// OpenCV's findHomography on the corners of 32 images by OpenCV's aruco module. Distance and rotation of the
-/// squares are estimated by Gauss-Newton (0.2 px rms): 0.5100 m without a lens model, 0.5120 m with that of
-/// testcalibration.mp4.
+/// Distance between the tags from the homography of both squares on one plane, which needs no focal length.
+/// It uses OpenCV's findHomography and the corners in 32 images, detected with OpenCV's aruco module.
+/// Distance and rotation of the squares are estimated with Gauss-Newton (0.2 px rms): 0.5100 m without a lens
+/// model, 0.5120 m with that from testcalibration.mp4.
 constexpr double kApart_m = 0.511;
 constexpr double kApartSigma_m = 0.002;
 
 /// OpenCV's calibration from testcalibration.mp4 (ChArUco, DICT_5X5_1000, 12 x 8 squares of 0.709 in, markers
-/// of 0.551 in). The board always faces the camera and hardly moves, so its 53 images contain the information
-/// of one. OpenCV's standard deviations are therefore multiplied by the square root of 53.
+/// of 0.551 in). The board always faces the camera and hardly moves, so its 53 images contain no more
+/// information than one. OpenCV's standard deviations are therefore multiplied by the square root of 53.
 MapVideoJob field_job(const std::filesystem::path& video) {
   PinholeRadtan lens{.fx = 2124.8, .fy = 2123.8, .cx = 989.8, .cy = 537.5, .coefficients = 4};
   lens.k = {0.21398, -1.45215, 0.001403, 0.000213, 0, 0, 0, 0};
@@ -296,7 +297,7 @@ MapVideoJob field_job(const std::filesystem::path& video) {
   return job;
 }
 
-/// The detections of every image, computed once.
+/// The detections in every image, computed once.
 const std::vector<SceneFrame>& field_frames(const std::filesystem::path& video) {
   static const std::vector<SceneFrame> frames = [&] {
     std::vector<SceneFrame> all;

@@ -1,4 +1,4 @@
-// Maps the rendered video of a walk with a hand-held camera, and compares the map with ground truth.
+// Makes a map from the rendered video of a walk with a hand-held camera, and compares it with ground truth.
 #include "waymark/app/video/map_video.hpp"
 
 #include <cmath>
@@ -28,7 +28,7 @@ CameraModel walk_camera() {
   return CameraModel::make(PinholeRadtan{.fx = 520, .fy = 521, .cx = 318, .cy = 243}, 640, 480).value();
 }
 
-/// Six tags on two walls that meet; tag 0 hangs upright at the origin (x of the map goes into it).
+/// Six tags on two walls that meet; tag 0 hangs upright at the origin (map x points into it).
 TagMap walk_truth() {
   const SO3 on_wall = SO3::from_matrix((Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished());
   TagMap truth;

@@ -13,7 +13,7 @@
 namespace waymark::cli {
 namespace {
 
-/// The flags of `waymark map video`. Must not be moved while the command line is parsed.
+/// The flags of `waymark map video`. Must not be moved in memory while the command line is parsed.
 struct MapVideoArgs {
   explicit MapVideoArgs(CLI::App& verb);
 
@@ -43,41 +43,39 @@ MapVideoArgs::MapVideoArgs(CLI::App& verb)
     : settings(verb), search(settings, "bundle", "Bundle adjustment"), detector(settings, "Detector") {
   add_fields(verb, job);
   add_option(verb, "--camera FILE", camera.file,
-             "Calibration of the camera (calibration.yaml, ROS camera_info, kalibr YAML or JSON of "
-             "PhotonVision), required; standard deviations of a calibration.yaml become part of the map's "
-             "covariance");
+             "Camera calibration (calibration.yaml, ROS camera_info, kalibr YAML or PhotonVision JSON), "
+             "required; standard deviations in a calibration.yaml are included in the map's covariance");
   CameraDescription::fields(camera,
                             [&](auto& value, const JobField& field) { add_field(verb, value, field); });
   add_option(verb, "--readout-ms NUMBER", camera.readout_ms,
-             "Readout time of the rolling shutter, first row to last, in milliseconds; negative if rows are "
-             "read from the bottom. Unless given: that of a calibration.yaml, else 0",
+             "Readout time of the rolling shutter from the first row to the last, in milliseconds; negative "
+             "if rows are read from the bottom. Default: that in a calibration.yaml, else 0",
              between(-200.0, 200.0));
   add_option(verb, "--tag-size-m SIZE", tag_sizes,
-             "Side of the black square of the tags [m], required; ID=SIZE for a tag of another size "
+             "Side of the black square of the tags [m], required; ID=SIZE for a tag of a different size "
              "(repeatable)")
       ->allow_extra_args(false);
   add_option(verb, "--anchor TAGS", anchor,
              "Anchor tag, which defines the map frame, for example tag36h11:0; with --prior also several "
-             "(3,7,9). Unless given: the tag with most observations");
+             "(3,7,9). Default: the tag with the most observations");
   add_option(verb, "--anchor-pose X Y Z ROLL PITCH YAW", anchor_pose,
              "Pose of the anchor in the map: x y z [m] and roll pitch yaw [deg] of the tag frame (x "
-             "right, y down, z into the tag). Unless given: from --prior, else the map origin is its "
+             "right, y down, z into the tag). Default: from --prior. Without --prior, the map origin is its "
              "centre, map z points up and map x into the tag",
              exactly(6));
+  add_option(verb, "--prior FILE", prior,
+             "Older map of the same place (map.yaml, or any format accepted by `waymark localize --map`). It "
+             "defines the anchor pose and is compared with the new map");
   add_option(
-      verb, "--prior FILE", prior,
-      "Older map of the place (map.yaml, or any format of `waymark localize --map`), which defines the "
-      "anchor pose and is compared with the new map");
-  add_option(verb, "--distance TAG,TAG,METRES", distances,
-             "Measured distance between the centres of two tags, which sets the scale: ids, metres and "
-             "optionally its standard deviation (else 0.005 m), such as 3,7,2.41 or 3,7,2.41,0.002 "
-             "(repeatable)");
+      verb, "--distance TAG,TAG,METRES", distances,
+      "Measured distance between the centres of two tags, which sets the scale: ids, metres and optionally a "
+      "standard deviation (default 0.005 m), such as 3,7,2.41 or 3,7,2.41,0.002 (repeatable)");
   add_option(verb, "--upright TAGS", upright,
              "Tags that hang upright on vertical walls, such as 3,7; they level the map", kByCommas);
   add_option(verb, "--floor TAGS", floor, "Tags that lie on the floor; they level the map and define z = 0",
              kByCommas);
   add_option(verb, "--plane TAGS", planes,
-             "Tags in one plane of unknown pose, such as one wall: 3,4,7 (repeatable)");
+             "Tags in one plane with an unknown pose, such as one wall: 3,4,7 (repeatable)");
   add_flag(verb, "--json", json, "Print one JSON object instead of text");
 }
 
@@ -147,13 +145,14 @@ Verb map_video_verb() {
       .name = "video",
       .sentence = "Make a tag map from the video of a hand-held camera",
       .help =
-          R"(Maps a video (mp4, mkv, webm, avi), or the recording of a camera alone, in six degrees of freedom, without robot,
-odometry or floor. --camera and --tag-size-m are required. Each tag must share an image with a tag linked to the anchor.
-It writes map.yaml, layout.json (WPILib, PhotonVision), layout.fmap (Limelight), poses.yaml (TagSLAM), trajectory.txt
-(of the camera) and summary.json. With --prior that map defines the anchor pose, and all tags are compared with it;
-with --prior-sigma-m all its tags define the map frame. Scale: --tag-size-m, or measured distances (--distance); level:
-the anchor, or tags known to hang upright or to lie on the floor (--upright, --floor). See docs/howto/video.md.
-A recording with odometry is a robot's lap: `waymark map lap` maps it and makes a route as well.
+          R"(Makes a map from a video (mp4, mkv, webm, avi), or from the recording of a camera alone, in six degrees of freedom,
+without robot, odometry or floor. --camera and --tag-size-m are required. Each tag must be in an image together with a
+tag connected to the anchor. It writes map.yaml, layout.json (WPILib, PhotonVision), layout.fmap (Limelight), poses.yaml
+(TagSLAM), trajectory.txt (of the camera) and summary.json. With --prior, that map defines the anchor pose, and all tags
+are compared with it; with --prior-sigma-m, all its tags define the map frame. The scale is set by --tag-size-m or by
+measured distances (--distance). The map is levelled by the anchor, or by tags known to hang upright or to lie on the
+floor (--upright, --floor). See docs/howto/video.md. For a recording with odometry, use `waymark map lap`, which also
+makes a route.
 
 Exit code: 0 map written (possibly with warnings), 1 no map could be made or written, 2 wrong usage, 130 Ctrl-C.
 

@@ -12,17 +12,17 @@ namespace waymark::internal {
 namespace {
 
 constexpr double kExact = 1e-6;  // [m, rad]
-constexpr double kOpen_m = 10;   // if other measurements determine the pose
+constexpr double kOpen_m = 10;   // for a pose that other measurements determine
 constexpr double kOpen_rad = 0.25;
 
 Status require_observed(const TagId& tag, const char* field, const std::map<TagId, int>& count) {
   if (count.contains(tag)) return {};
   return fail(ErrorCode::NotFound, to_string(tag) + " was not observed", {.key = field},
-              "`waymark detect` lists the tags of a video.");
+              "`waymark detect` lists the tags in a video.");
 }
 
-/// Standard deviations of a pose prior: position across and along the map's z axis, and rotation about
-/// horizontal axes and about z.
+/// Standard deviations of a pose prior: position perpendicular to and along the map's z axis, and rotation
+/// about horizontal axes and about z.
 struct PriorSigmas {
   double level_m = kExact, height_m = kExact;
   double tilt_rad = kExact, yaw_rad = kExact;
@@ -39,7 +39,7 @@ ScenePrior pose_prior(const SE3& map_T_tag, const PriorSigmas& sigmas) {
   return prior;
 }
 
-/// Prior of a tag in an older map: its pose there, with its covariance there plus the given deviations.
+/// Prior of a tag in an older map: its pose in that map, with its covariance plus the given variances.
 ScenePrior prior_of_mapped_tag(const MapVideoJob& job, const MappedTag& tag) {
   Matrix6 P = Matrix6::Zero();
   if (tag.covariance) {
@@ -53,7 +53,7 @@ ScenePrior prior_of_mapped_tag(const MapVideoJob& job, const MappedTag& tag) {
   return {.mean = tag.map_T_tag, .sqrt_information = whitening_of(P)};
 }
 
-/// Prior of a single anchor: exact, except for the tilt or height that upright and floor tags determine.
+/// Prior of a single anchor: exact, except for tilt or height if upright or floor tags determine them.
 PriorSigmas single_anchor_sigmas(const MapVideoJob& job) {
   PriorSigmas sigmas;
   if (!job.upright.empty() || !job.floor.empty()) sigmas.tilt_rad = kOpen_rad;
@@ -61,7 +61,7 @@ PriorSigmas single_anchor_sigmas(const MapVideoJob& job) {
   return sigmas;
 }
 
-/// The tag with the most observations, of those in the prior map if any.
+/// The tag with the most observations (among those in the prior map, if any).
 TagId most_observed(const MapVideoJob& job, const std::map<TagId, int>& count) {
   TagId tag;
   int most = 0;
@@ -84,7 +84,7 @@ Result<VideoAnchors> several_anchors(const MapVideoJob& job, const std::vector<T
     const MappedTag* known = job.prior.find(tag);
     if (known == nullptr)
       return fail(ErrorCode::NotFound, "the pose of " + to_string(tag) + " is unknown", {.key = "anchor"},
-                  "Several anchors need poses in the map of `prior`.");
+                  "If several anchors are given, each needs a pose in the map given by `prior`.");
     anchors.tags[tag] = prior_of_mapped_tag(job, *known);
     if (!job.prior_sigma_m && !job.prior_sigma_deg && !known->covariance) anchors.exact.insert(tag);
     if (count.at(tag) > most) anchors.first = tag;
@@ -139,7 +139,7 @@ Result<VideoAnchors> video_anchors(const MapVideoJob& job, const std::map<TagId,
       if (job.prior.find(tag) != nullptr) tags.push_back(tag);
     if (tags.empty())
       return fail(ErrorCode::NotFound, "no tag of the older map was observed", {.key = "prior"},
-                  "`waymark detect` lists the tags of a video.");
+                  "`waymark detect` lists the tags in a video.");
   }
   if (tags.size() > 1 || (!tags.empty() && (job.prior_sigma_m || job.prior_sigma_deg)))
     return several_anchors(job, tags, count);
