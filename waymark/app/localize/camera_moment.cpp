@@ -85,9 +85,9 @@ TagFrame with_corner_error(TagFrame frame, double sigma_px) {
 
 namespace {
 
-constexpr auto kMaxGap = std::chrono::milliseconds(250);  // to images from which the motion is computed
-constexpr int kMaxIterations = 8;                         // a pose found late still helps its neighbours
-constexpr std::size_t kLiveImages = 100;                  // images of a live camera used for the corner error
+constexpr auto kMaxGap = std::chrono::milliseconds(250);  // to the images used to compute the motion
+constexpr int kMaxIterations = 8;         // a pose found in a late iteration still helps its neighbours
+constexpr std::size_t kLiveImages = 100;  // live-camera images used for the corner error
 constexpr int kImagesPerUpdate = 5;
 constexpr double kInitialError_px = 1;     // large, so that no image is rejected before the motion is known
 constexpr double kConvergedChange = 0.02;  // relative change of the corner error
@@ -101,7 +101,8 @@ struct CameraMotion {
   Vector6 twist{};  ///< left tangent of cam_T_map per second
 };
 
-/// The nearest moment with a pose in the direction of `step`, else moment i; null if neither has a pose.
+/// The nearest moment with a pose in the direction of `step`, or moment i if there is none; null if neither
+/// has a pose.
 const CameraMoment* neighbour(const std::vector<CameraMoment>& moments, std::size_t i, int step) {
   const CameraMoment& here = moments[i];
   const auto end = static_cast<std::ptrdiff_t>(moments.size());
@@ -113,7 +114,7 @@ const CameraMoment* neighbour(const std::vector<CameraMoment>& moments, std::siz
   return here.map_T_body ? &here : nullptr;
 }
 
-/// The motion at moment i, from the poses before and after it; moment i itself may have none.
+/// The motion at moment i, from the poses before and after it; moment i itself may have no pose.
 std::optional<CameraMotion> motion_at(const std::vector<CameraMoment>& moments, std::size_t i) {
   const CameraMoment* before = neighbour(moments, i, -1);
   const CameraMoment* after = neighbour(moments, i, +1);
@@ -173,7 +174,7 @@ CameraMoment camera_moment(const TagFrame& frame, const TagMap& map, const Camer
   const CameraPoseEstimate& best = pose->estimates.front();
   moment.used = best.detections;
   moment.tags = static_cast<int>(moment.used.size());
-  // A rotation on the right does not change the covariance, which is that of a left perturbation.
+  // A rotation on the right does not change the covariance of a left perturbation.
   const SE3 cam_T_body(body_R_optical().inverse(), Eigen::Vector3d::Zero());
   moment.map_T_body = Uncertain<SE3>{best.map_T_cam * cam_T_body, best.covariance};
   return moment;
@@ -194,7 +195,7 @@ CameraMoment LiveMoments::of(const TagFrame& frame) {
 CameraMoments camera_moments(const std::vector<TagFrame>& frames, const TagMap& map,
                              const CameraModel& camera, double readout_s) {
   CameraMoments all{.corner_error_px = kInitialError_px};
-  std::vector<TagFrame> corrected = frames;  // with the corners that a global shutter would produce
+  std::vector<TagFrame> corrected = frames;  // with the corners as a global shutter would produce them
   for (int k = 0; k < kMaxIterations; ++k) {
     const std::vector<CameraMoment> before = std::move(all.moments);
     all.moments.clear();
@@ -224,7 +225,7 @@ ros2::PoseWithCovarianceStamped pose_message(const CameraMoment& moment) {
 
 Result<DescribedCamera> read_given_camera(const CameraDescription& camera) {
   if (camera.file.empty())
-    return fail(ErrorCode::InvalidArgument, "no camera calibration given", {.key = "camera"},
+    return fail(ErrorCode::InvalidArgument, "no camera calibration is given", {.key = "camera"},
                 "Set `camera` to a calibration file; `waymark calibrate camera` writes one.");
   return read_camera(camera);
 }

@@ -24,15 +24,15 @@ struct PosedTags {
   SE3 cam_T_map{};
 };
 
-/// Standard deviation [px] of an error common to all corner coordinates, in addition to their covariances. It
-/// covers what the detector cannot observe: video compression, lens, print of the tags, and map. The errors
-/// are assumed independent with equal variance. The result makes the sum of squared normalised residuals
-/// equal to its expectation (method of moments). 0 if no such error is needed, or with fewer than 20
-/// redundant residuals. O(tags).
+/// Standard deviation [px] of an additional error of all corner coordinates, on top of their covariances. It
+/// covers errors that the detector cannot observe, caused by video compression, lens, printed tags, and map.
+/// The errors are assumed independent with equal variance. The result makes the sum of squared normalised
+/// residuals equal to its expectation (method of moments). 0 if no such error is needed, or with fewer than
+/// 20 redundant residuals. O(tags).
 [[nodiscard]] double common_corner_error_px(const std::vector<PosedTags>& images, const TagMap& map,
                                             const CameraModel& camera);
 
-/// Adds such an error to the corner covariances of an image.
+/// Adds this error to the corner covariances in an image.
 [[nodiscard]] TagFrame with_corner_error(TagFrame frame, double sigma_px);
 
 /// Pose of a camera from the tags of one image. The camera body has x forward, y left, z up
@@ -86,13 +86,13 @@ struct CameraMoments {
 /// The message that is recorded and published. The moment must have a pose.
 [[nodiscard]] ros2::PoseWithCovarianceStamped pose_message(const CameraMoment& moment);
 
-/// The camera of a job without a robot. Fails if no calibration file is given.
+/// The camera for a job without a robot. Fails if no calibration file is given.
 [[nodiscard]] Result<DescribedCamera> read_given_camera(const CameraDescription& camera);
 
 /// Fails on a map that contains only points.
 [[nodiscard]] Status check_tag_poses(const TagMap& map, const std::string& source);
 
-/// A detector for the tag families of the map, which must contain tags.
+/// A detector for the tag families in the map, which must contain tags.
 [[nodiscard]] Result<TagFinder> tag_finder_for(const TagMap& map);
 
 }  // namespace waymark

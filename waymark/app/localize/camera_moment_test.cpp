@@ -1,4 +1,4 @@
-// The common corner error is estimated from residuals and makes the poses consistent.
+// The common corner error is estimated from residuals, and adding it makes the poses consistent.
 #include "waymark/app/localize/camera_moment.hpp"
 
 #include <cmath>
@@ -130,7 +130,7 @@ TEST(CornerError, OfALiveCameraFollowsItsLastImages) {
   EXPECT_GE(known, 297U);
   EXPECT_NEAR(live.corner_error_px(), 0.3, 0.03);
   for (const TagFrame& frame : images(0, 600)) (void)live.of(frame);
-  EXPECT_LT(live.corner_error_px(), 0.02) << "it decreases again";
+  EXPECT_LT(live.corner_error_px(), 0.02) << "the estimate decreases again";
 }
 
 }  // namespace

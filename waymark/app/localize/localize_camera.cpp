@@ -17,7 +17,7 @@
 namespace waymark {
 namespace {
 
-/// Localises the images of a camera, and shows and records the results.
+/// Localises camera images, and shows and records the results.
 class CameraLog {
  public:
   CameraLog(const LocalizeCameraJob& job, const CameraModel& model, const TagMap& map, LocalizeOutput& output)

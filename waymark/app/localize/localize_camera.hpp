@@ -37,8 +37,8 @@ struct LocalizeCameraJob {
     visit(self.camera.file, localize_fields::camera());
     CameraDescription::fields(self.camera, visit);
     visit(self.output, JobField("output FILE",
-                                "Record tags and poses (.mcap), or write the poses, one per line "
-                                "(.txt, .tum: TUM)"));
+                                "Recording of tags and poses to write (.mcap), or text file with one pose "
+                                "per line (.txt, .tum: TUM)"));
     visit(self.tag_size_m, localize_fields::tag_size_m());
     visit(self.duration_s, localize_fields::duration_s());
     visit(self.images, localize_fields::record_images());

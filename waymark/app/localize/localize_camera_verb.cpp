@@ -47,15 +47,15 @@ Verb localize_camera_verb() {
       .name = "camera",
       .sentence = "Print the pose of a live camera without a robot",
       .help =
-          R"(Repeatedly detects the tags in the newest image of the camera and computes the camera's pose in six degrees
-of freedom from that image alone, without filter or initial pose. Prints the pose once per second until
-Ctrl-C. The camera body has x forward, y left, z up.
-With -o FILE.mcap the program records tags and poses (/waymark/pose) with stamps since 1970, and with --record-images
-the images; with -o FILE.tum it writes one pose per line. --view shows the camera in the browser. For several cameras,
+          R"(Repeatedly detects the tags in the newest image from the camera, and computes the camera's pose in six degrees of
+freedom from that image alone, without filter or initial pose. Prints the pose once per second until Ctrl-C. The camera
+body has x forward, y left, z up.
+With -o FILE.mcap, the program records tags and poses (/waymark/pose) with stamps since 1970; with --record-images, also
+the images. With -o FILE.tum, it writes one pose per line. --view shows the camera in the browser. For several cameras,
 run the program once per camera.
 
-The calibration (--camera) must match the image size; --camera-size scales one that was made at another size.
-`waymark calibrate camera` writes one, `waymark cameras` lists the cameras of this computer.
+The calibration (--camera) must match the image size; --camera-size scales a calibration that was made at a different
+size. `waymark calibrate camera` makes a calibration, and `waymark cameras` lists the cameras on this computer.
 
 Exit code: 0 at least one pose computed, 1 none, or a file or the camera was unusable, 2 wrong usage,
 130 stopped by Ctrl-C (the recording is kept).

@@ -7,12 +7,12 @@ namespace waymark::localize_fields {
 
 inline JobField map() {
   return JobField("map FILE",
-                  "Tag map: map.yaml or its folder, the Robotics Academy's apriltags_poses.yaml, CSV "
+                  "Tag map: map.yaml or its folder, the Robotics Academy's apriltags_poses.yaml, a CSV file "
                   "with id, x, y, or a WPILib or Limelight field layout")
       .required();
 }
 inline JobField tag_size_m() {
-  return {"tag_size_m NUMBER", "Tag size if the map has none (0.24 for the Academy's)"};
+  return {"tag_size_m NUMBER", "Tag size if the map contains none (0.24 for the Academy's maps)"};
 }
 inline JobField calibration() { return {"calibration FILE", "Calibration of this robot (calibration.yaml)"}; }
 inline JobField start() {
@@ -24,7 +24,7 @@ inline JobField camera() {
 }
 /// For a live robot or camera.
 inline JobField duration_s() {
-  return {"duration_s NUMBER", "End after this many seconds. Unless given: at Ctrl-C", 0.01, 1e6};
+  return {"duration_s NUMBER", "End after this many seconds. Default: at Ctrl-C", 0.01, 1e6};
 }
 inline JobField record_images() {
   return JobField("record_images HOW", "Record the images as well: jpeg, or raw (ten times as large)")

@@ -85,7 +85,7 @@ Status read_log(const std::string& path, const CameraChoice& frames, LocalizeInp
   return {};
 }
 
-/// Recordings of one drive; at most one of them may contain odometry.
+/// Reads the recordings of one drive; at most one of them may contain odometry.
 Status read_logs(const LocalizeJob& job, LocalizeInputs& inputs, const JobControl& control) {
   std::string with_odometry;
   for (const std::string& log : job.logs) {
@@ -97,7 +97,7 @@ Status read_logs(const LocalizeJob& job, LocalizeInputs& inputs, const JobContro
     if (!with_odometry.empty())
       return fail(ErrorCode::InvalidArgument,
                   "two recordings contain odometry: this one and " + with_odometry, {.source = log},
-                  "Several recordings must be of one drive; localise each drive separately.");
+                  "All recordings must be of the same drive; localise each drive separately.");
     with_odometry = log;
   }
   return {};
@@ -163,12 +163,12 @@ Status read_calibration_of(const LocalizeJob& job, LocalizeInputs& inputs) {
   return {};
 }
 
-/// Must run last: options that the caller set override the robot file and the calibration.
+/// Must run last: options set by the caller override the robot file and the calibration.
 Status apply_requested(const LocalizeJob& job, LocalizeInputs& inputs) {
   return job.asked ? job.asked(inputs.setup.filter) : Status();
 }
 
-/// Reports invalid input before anything runs.
+/// Rejects invalid input before anything runs.
 Status check_inputs(const LocalizeJob& job, LocalizeInputs& inputs) {
   const auto count = [&](auto is) { return std::ranges::count_if(inputs.samples, is); };
   const auto lacks = [&](const std::string& what) {
@@ -183,7 +183,7 @@ Status check_inputs(const LocalizeJob& job, LocalizeInputs& inputs) {
   const bool corners = count([](const Sample& s) { return std::holds_alternative<TagFrame>(s); }) > 0;
   if (corners && !inputs.setup.sensor.camera)
     return fail(ErrorCode::NotFound, "no camera calibration in the recording or in the map folder",
-                {.source = job.logs.front()}, "Set `robot` to a file that has a camera.");
+                {.source = job.logs.front()}, "Set `robot` to a robot file with a camera.");
   if (corners && job.robot.empty() && !inputs.recorded.base_T_cam && inputs.recorded.chosen.mounting_error) {
     Error error = *inputs.recorded.chosen.mounting_error;
     error.message = "the recording does not specify the camera mounting: " + error.message;
@@ -196,7 +196,7 @@ Status check_inputs(const LocalizeJob& job, LocalizeInputs& inputs) {
   return {};
 }
 
-/// Inputs that depend neither on the recording nor on the robot: options and map.
+/// Reads the inputs that depend neither on the recording nor on the robot: options and map.
 Result<LocalizeInputs> read_map_of(const LocalizeJob& job) {
   LocalizeInputs inputs;
   if (!std::ranges::all_of(job.start, [](double x) { return std::isfinite(x); }))
@@ -216,7 +216,7 @@ Result<LocalizeInputs> read_map_of(const LocalizeJob& job) {
   const bool sizes_known = std::ranges::none_of(
       inputs.setup.tags.tags, [&](const auto& tag) { return tag.second.size_m == job.tag_size_m; });
   if (job.tag_size_m && (sizes_known || map->format == "waymark"))
-    inputs.warnings.emplace_back("`tag_size_m` is ignored: the map contains its tag sizes, or only points");
+    inputs.warnings.emplace_back("`tag_size_m` is ignored: the map contains tag sizes, or only points");
   return inputs;
 }
 
@@ -253,7 +253,7 @@ Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, const RobotD
 Status check_job(const LocalizeJob& job) {
   if (job.logs.empty())
     return fail(ErrorCode::InvalidArgument, "nothing to localise", {},
-                "Name a recording, or a running robot: `robot=ros2:limo`.");
+                "Give a recording, or set `robot` to a running robot, for example `robot=ros2:limo`.");
   if (job.no_adapt && job.method == LocalizationKind::Anchor)
     return fail(ErrorCode::InvalidArgument, "method anchor has no filter", {.key = "no_adapt"},
                 "Omit `no_adapt`, or choose another `method`.");
@@ -275,12 +275,12 @@ Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, const JobCon
   const bool poses = std::ranges::any_of(
       inputs.samples, [](const Sample& s) { return std::holds_alternative<TagPoseFrame>(s); });
   if (poses && !inputs.planar_sensor && !inputs.setup.sensor.camera && job.robot.empty()) {
-    // A camera that looks forward from above the origin of the base is the only plausible assumption.
+    // The only plausible assumption is a camera that looks forward from above the base origin.
     inputs.setup.sensor.base_T_sensor =
         SE3(body_R_optical(), inputs.setup.sensor.base_T_sensor.translation());
     inputs.mounting_guessed = true;
     inputs.warnings.emplace_back(
-        "camera mounting unknown; assumed above the origin of base_link (set `robot`)");
+        "camera mounting unknown; assumed above the origin of base_link, facing forward (set `robot`)");
   }
   const bool ranges = std::ranges::any_of(
       inputs.samples, [](const Sample& s) { return std::holds_alternative<RangeBearing>(s); });
@@ -316,16 +316,17 @@ Status run(Localizer& localizer, const LocalizeInputs& inputs, bool hindsight, c
   return {};
 }
 
-/// What a first run over the recording reveals about the filter parameters.
+/// Results of a first run over the recording, from which the filter parameters are corrected.
 struct FirstRun {
   std::optional<SystematicVerdict> suspect{};
   double latency_off_s = 0;                 ///< correction of the latency, estimated from innovations
   bool corners = false;                     ///< the recording contains tag corners
-  bool noise_inconsistent = false;          ///< NIS of single observations
-  bool lasting_noise_inconsistent = false;  ///< NIS of means of observations
+  bool noise_inconsistent = false;          ///< for the NIS of single observations
+  bool lasting_noise_inconsistent = false;  ///< for the NIS of averaged observations
 };
 
-/// NIS of all observations with outliers capped, without tags that contradict the map unless they are many.
+/// NIS of all observations, with outliers capped. Tags that contradict the map are excluded, unless there are
+/// many.
 class NisSums {
  public:
   explicit NisSums(const Landmarks& landmarks)
@@ -341,7 +342,7 @@ class NisSums {
     sums.rows += record.rows;
   }
   [[nodiscard]] std::optional<double> per_row(const TagWatch& watch) const {
-    constexpr double kMinUsableShare = 0.5;  // if fewer rows are usable, the cause is not the tags
+    constexpr double kMinUsableShare = 0.5;  // if fewer rows are usable, the tags are not the cause
     Sums total;
     Sums usable;
     for (std::size_t i = 0; i < all_.size(); ++i) {
@@ -389,8 +390,8 @@ FirstRun first_run(const LocalizerSetup& setup, const std::vector<Sample>& sampl
   return found;
 }
 
-/// Estimates the latency from innovations by Gauss-Newton steps of one run each. Returns nothing if they do
-/// not converge.
+/// Estimates the latency from innovations with Gauss-Newton steps, each of which requires one run. Returns
+/// nothing if they do not converge.
 std::optional<double> find_latency(LocalizerSetup setup, const std::vector<Sample>& samples, FirstRun& first,
                                    const JobControl& control) {
   constexpr int kMaxRuns = 6;
@@ -408,29 +409,31 @@ std::optional<double> find_latency(LocalizerSetup setup, const std::vector<Sampl
   return setup.filter.camera_latency_s;
 }
 
-/// Cameras only: with coarse ranges, latency cannot be distinguished from yaw noise.
+/// True only for cameras: with coarse ranges, latency cannot be distinguished from yaw noise.
 bool is_camera_latency(const FirstRun& first) {
   return first.suspect && first.suspect->suspect == Suspect::CameraLatency && first.corners;
 }
 
 std::string latency_message(double found_s, double given_s) {
   return fmt::format(
-      "camera latency estimated from innovations: {:.3f} s, given: {:.3f} s; using {:.3f} s. Set it with "
-      "`camera_latency_s`, or run `waymark calibrate robot` and set `calibration` to its result. "
+      "camera latency: {:.3f} s estimated from innovations, {:.3f} s given; using {:.3f} s. Set it with "
+      "`camera_latency_s`, or run `waymark calibrate robot` and set `calibration` to the resulting file. "
       "`no_adapt` keeps the given value",
       found_s, given_s, found_s);
 }
 
 std::string noise_message(const NoiseFit& fit) {
   return fmt::format(
-      "noise estimated from the recording: distances {:.2g}, headings {:.2g}, observations {:.2g} times the "
-      "assumed noise. Standard deviation of tag positions: {:.3g} m (`no_adapt` keeps the assumed noise)",
+      "noise estimated from the recording, relative to the assumed noise: distances {:.2g}, headings {:.2g}, "
+      "observations {:.2g}. Standard deviation of tag positions: {:.3g} m (`no_adapt` keeps the assumed "
+      "noise)",
       fit.motion_ratio, fit.turn_ratio, fit.sensor_ratio, fit.tag_sigma_m);
 }
 
-/// Estimates noise and latency from the recording; returns one message per change. Inconsistent NIS of single
-/// observations is corrected first, since all other tests depend on the noise. Inconsistent means alone count
-/// only if no parameter is suspect, because a wrong parameter causes lasting errors as well.
+/// Estimates noise and latency from the recording; returns one message per change. An inconsistent NIS of
+/// single observations is corrected first, since all other tests depend on the noise. Inconsistent means
+/// alone are considered only if no parameter is suspect, because a wrong parameter causes lasting errors as
+/// well.
 std::vector<std::string> adapt(const std::vector<Sample>& samples, LocalizerSetup& setup, FirstRun& first,
                                const JobControl& control) {
   std::vector<std::string> messages;
@@ -490,7 +493,7 @@ Result<LocalizeReport> localize(const LocalizeJob& job, const LocalizeInputs& in
   report->problems = localizer->method().problems();
   if (first.suspect)
     report->problems.emplace_back(
-        "the innovations are larger than assumed; the reported covariance accounts for this");
+        "the innovations are larger than predicted; the reported covariance accounts for this");
   for (const std::string& message : adapted) report->problems.push_back(message);
   if (const RiekfLocalizer* filter = localizer->filter())
     report->lasting_nis = filter->tracker().lasting_nis();
@@ -518,28 +521,30 @@ ReportFields fields(const LocalizeReport& report) {
   const auto last = part(report.last, [](const LocalizationEstimate& estimate) {
     return LastPose{estimate.map_T_base, estimate.certain};
   });
-  return {{"method", "Localisation method", to_string(report.method)},
-          {"estimates", "Estimates, certain or not", report.estimates},
-          {"certain", "Certain estimates", report.certain},
-          {"first_fix_s", "Time from the first sample to the first certain estimate", report.first_fix_s},
-          {"observations", "Observations of map tags that were compared with an estimate", report.compared},
-          {"accepted", "Accepted observations", report.accepted},
-          {"nis_mean",
-           "Mean NIS of accepted observations per degree of freedom; 1 if the assumed noise is correct",
-           report.nis_mean},
-          {"lasting_nis", "Mean NIS of means of 30 residuals of one tag; 1 if lasting errors are modelled",
-           report.lasting_nis},
-          {"duration_s", "Duration of the drive", report.duration_s},
-          {"wall_s", "Duration of the run", report.wall_s},
-          {"last", "The last estimate", last},
-          {"problems", "Swapped, moved or wrongly sized tags, and other problems; one sentence each",
-           report.problems}};
+  return {
+      {"method", "Localisation method", to_string(report.method)},
+      {"estimates", "Number of estimates, certain or not", report.estimates},
+      {"certain", "Number of certain estimates", report.certain},
+      {"first_fix_s", "Time from the first sample to the first certain estimate", report.first_fix_s},
+      {"observations", "Number of map tag observations that were compared with an estimate", report.compared},
+      {"accepted", "Number of accepted observations", report.accepted},
+      {"nis_mean",
+       "Mean NIS of accepted observations per degree of freedom; 1 if the assumed noise is correct",
+       report.nis_mean},
+      {"lasting_nis",
+       "Mean NIS of averages of 30 residuals of one tag; 1 if lasting errors are modelled correctly",
+       report.lasting_nis},
+      {"duration_s", "Duration of the drive", report.duration_s},
+      {"wall_s", "Duration of the run", report.wall_s},
+      {"last", "The last estimate", last},
+      {"problems", "Swapped or moved tags, tags with a wrong size, and other problems; one sentence each",
+       report.problems}};
 }
 
 std::string to_text(const LocalizeReport& report) {
-  if (report.estimates == 0) return fmt::format("no estimate over {:.1f} s\n", report.duration_s);
+  if (report.estimates == 0) return fmt::format("no estimate within {:.1f} s\n", report.duration_s);
   std::string text =
-      fmt::format("{} estimates over {:.1f} s, {:.1f} % of them certain", report.estimates, report.duration_s,
+      fmt::format("{} estimates in {:.1f} s, {:.1f} % of them certain", report.estimates, report.duration_s,
                   100.0 * static_cast<double>(report.certain) / static_cast<double>(report.estimates));
   text += report.first_fix_s ? fmt::format(", the first after {:.2f} s\n", *report.first_fix_s) : "\n";
   if (report.compared > 0)
@@ -550,9 +555,9 @@ std::string to_text(const LocalizeReport& report) {
                         report.last->map_T_base.x(), report.last->map_T_base.y(),
                         to_degrees(report.last->map_T_base.yaw()), report.last->position_sigma_m());
   if (report.lasting_nis)
-    text +=
-        fmt::format("means of 30 observations of one tag: NIS {:.2f} (1 if lasting errors are modelled)\n",
-                    *report.lasting_nis);
+    text += fmt::format(
+        "averages of 30 observations of one tag: NIS {:.2f} (1 if lasting errors are modelled correctly)\n",
+        *report.lasting_nis);
   return text;
 }
 
@@ -561,12 +566,12 @@ std::vector<std::string> localization_warnings(const LocalizeReport& report) {
   if (report.certain == 0) warnings.emplace_back("no certain estimate");
   if (report.lasting_nis.value_or(0) > 4)
     warnings.emplace_back(
-        "errors last longer than modelled, so the covariance is too small: run `waymark calibrate robot`, or "
-        "check `sensor_pose`, `tag_sigma_m` and `mounting_sigma_rad`");
+        "errors persist longer than modelled, so the covariance is too small: run `waymark calibrate robot`, "
+        "or check `sensor_pose`, `tag_sigma_m` and `mounting_sigma_rad`");
   if (report.compared > 0 && 10 * report.accepted < report.compared)
     warnings.emplace_back(
-        "warning: most observations contradict the map. Is it the map of this place, and does the camera "
-        "belong to this robot (`robot`, `calibration`)?");
+        "warning: most observations contradict the map. Is this the map of the right place, and the camera "
+        "of the right robot (`robot`, `calibration`)?");
   return warnings;
 }
 

@@ -31,7 +31,8 @@ struct LocalizeJob {
   LocalizationKind method = LocalizationKind::Riekf;
   /// Standard deviation of tag positions if the map has no covariances; used only to calibrate from a lap.
   double map_sigma_m = 0.01;
-  /// False: estimate motion and observation noise from the recording if it does not fit the assumed noise.
+  /// If false, motion and observation noise are estimated from the recording if it does not fit the assumed
+  /// noise.
   bool no_adapt = false;
   RiekfOptions filter{};
   /// Applies the filter options that the caller set explicitly. They override the robot file and the
@@ -45,13 +46,13 @@ struct LocalizeJob {
           JobField("logs LOG", "Recordings of one drive: MCAP, rosbag2, ROS 1, LCM, CSV tables").input());
     visit(self.map, localize_fields::map());
     visit(self.robot, JobField("robot NAME",
-                               "Camera of the robot and its mounting: a robot file, or a name. Unless given: "
-                               "from the recording, or from robot.yaml beside the map"));
+                               "The robot's camera and its mounting: a robot file, or a name. Default: from "
+                               "the recording, or from robot.yaml next to the map"));
     CameraChoice::fields(self.frames, visit);
     visit(self.calibration, localize_fields::calibration());
     visit(self.output, JobField("output FILE",
-                                "Record the estimates (.mcap), or write the certain ones as poses, one per "
-                                "line (.txt, .tum: TUM)"));
+                                "Recording of the estimates to write (.mcap), or text file with the certain "
+                                "ones, one pose per line (.txt, .tum: TUM)"));
     visit(self.tag_size_m, localize_fields::tag_size_m());
     visit(self.sensor_pose,
           JobField("sensor_pose NUMBER", "Mounting of the range sensor on the robot: x y [m], yaw [deg]")
@@ -63,10 +64,10 @@ struct LocalizeJob {
   }
 };
 
-/// Fails on a job that names no recording, or whose values contradict each other.
+/// Fails on a job without a recording, and on contradictory values.
 [[nodiscard]] Status check_job(const LocalizeJob& job);
 
-/// Everything that a job reads.
+/// All inputs read by a job.
 struct LocalizeInputs {
   LocalizerSetup setup{};
   std::vector<Sample> samples{};  ///< in order of their stamps
@@ -74,19 +75,19 @@ struct LocalizeInputs {
   RecordingSetup recorded{};   ///< camera setup contained in the recording
   std::string first_damage{};  ///< of the recordings; empty if they are intact
   std::size_t observations = 0;
-  bool mounting_guessed = false;  ///< unknown, so it was assumed
+  bool mounting_guessed = false;  ///< true if it was unknown and therefore assumed
   bool planar_sensor = false;     ///< `sensor_pose` was set: x forward, y left; else optical axes
 };
 
 [[nodiscard]] Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, const JobControl& control);
 
-/// Inputs of a connected robot instead of a recording, without samples. `robot_yaml`: content of the robot
+/// The same for a connected robot instead of a recording, without samples. `robot_yaml`: content of the robot
 /// file. Fails if the map contains only points, because the camera needs tag poses.
 [[nodiscard]] Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job,
                                                           const RobotDescription& robot,
                                                           const std::string& robot_yaml);
 
-/// Starts the localizer at `start`, if it is set.
+/// Starts the localizer at `start`, if set.
 void start_localizer(const LocalizeJob& job, Localizer& localizer);
 
 /// Copies the calibrated values into the filter options.
@@ -97,7 +98,7 @@ struct LocalizeReport {
   std::size_t estimates = 0;
   std::size_t certain = 0;
   std::optional<double> first_fix_s{};  ///< after the first sample
-  std::size_t compared = 0;             ///< observations of map tags that were compared with an estimate
+  std::size_t compared = 0;             ///< map tag observations that were compared with an estimate
   std::size_t accepted = 0;
   double nis_mean = 0;  ///< of accepted observations, per degree of freedom; 1 if all assumptions hold
   std::optional<double> lasting_nis{};  ///< Tracker::lasting_nis()
@@ -116,7 +117,7 @@ struct LocalizeReport {
 
 /// The printed report: estimates, observations, last pose.
 [[nodiscard]] std::string to_text(const LocalizeReport& report);
-/// Warnings about the report, with remedies.
+/// Warnings about the report, with suggested remedies.
 [[nodiscard]] std::vector<std::string> localization_warnings(const LocalizeReport& report);
 
 }  // namespace waymark

@@ -20,7 +20,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-/// Three seconds of a lap, the map of its world, and two robot files with other mountings.
+/// Three seconds of a lap, the map of its world, and two robot files with different mountings.
 struct InputFiles {
   fs::path folder = testing::fresh_folder("jobs_inputs");
   std::string lap = test::record_lap(folder / "lap.mcap", 91, {.for_s = 3});
@@ -41,7 +41,7 @@ struct InputFiles {
     EXPECT_TRUE(write_text_file(folder / name, *yaml));
   }
   [[nodiscard]] LocalizeJob job() const { return {.logs = {lap}, .map = map_folder.string()}; }
-  /// Distance of the job's camera mounting ahead of the true one.
+  /// How far the job's camera mounting is ahead of the true one.
   [[nodiscard]] double ahead_m(const LocalizeJob& job) const {
     const auto inputs = read_localize_inputs(job, {});
     EXPECT_TRUE(inputs) << to_string(inputs.error());
@@ -56,7 +56,7 @@ const InputFiles& input_files() {
 
 TEST(LocalizeInputsOf, UseTheMountingOfTheRecordingUnlessAFileIsGiven) {
   LocalizeJob job = input_files().job();
-  EXPECT_NEAR(input_files().ahead_m(job), 0, 1e-9) << "the recording, not the file beside the map";
+  EXPECT_NEAR(input_files().ahead_m(job), 0, 1e-9) << "from the recording, not the file next to the map";
   job.robot = (input_files().folder / "ahead.yaml").string();
   EXPECT_NEAR(input_files().ahead_m(job), 0.1, 1e-9);
   const auto inputs = read_localize_inputs(job, {});
@@ -224,7 +224,7 @@ TEST(LocalizeLog, ReportAgreesWithTheEvaluationAgainstGroundTruth) {
   ASSERT_TRUE(report) << to_string(report.error());
   EXPECT_GT(report->certain, report->estimates / 2);
   EXPECT_NEAR(report->duration_s, 10, 0.5);
-  // Evaluates the written estimates against the ground truth of the recording.
+  // Compares the written estimates with the ground truth in the recording.
   const EvaluateTrajectoryJob job{.estimate = output, .reference = scene().lap};
   const auto inputs = read_evaluation(job, {});
   ASSERT_TRUE(inputs) << to_string(inputs.error());

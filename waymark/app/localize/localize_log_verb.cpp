@@ -40,14 +40,14 @@ Verb localize_log_verb() {
       .sentence = "Estimate the trajectory of a robot from a recording of its drive",
       .help =
           R"(Reads observations and motion, and writes poses: certain estimates on the topic /waymark/pose, uncertain ones on
-/waymark/pose_uncertain, and the normalised innovation squared of each observation of a mapped tag on
-/waymark/nis. Tags that contradict the others (swapped, moved or wrongly sized) are reported and
-ignored. `waymark evaluate` compares the output with ground truth.
+/waymark/pose_uncertain. The normalised innovation squared of each map tag observation is written to /waymark/nis. Tags
+that contradict the others (swapped, moved, or with a wrong size) are reported and ignored. `waymark evaluate` compares
+the output with ground truth.
 
-If several recordings are given, they must be of one drive. If the recording does not contain the robot's camera and its mounting, --robot
-names the robot file. Noise and latency are estimated from the recording if the assumed values do not fit it;
---no-adapt, or a filter option, keeps them. At the end the program prints the number of certain estimates, the number of
-accepted observations, and the last pose.
+If several recordings are given, they must be of the same drive. If the recording does not contain the robot's camera
+and its mounting, give a robot file with --robot. Noise and latency are estimated from the recording if the assumed
+values do not fit it; --no-adapt or any filter option disables this. At the end the program prints the number of certain
+estimates, the number of accepted observations, and the last pose.
 
 Exit code: 0 at least one certain estimate, 1 none, or a file was unusable, 2 wrong usage, 130 stopped
 by Ctrl-C (nothing is written then).

@@ -65,7 +65,7 @@ Status check_localize_output(const std::string& output) {
 
 Status check_recorded_images(const std::string& images, const std::string& output) {
   if (images.empty() || !output.empty()) return {};
-  return fail(ErrorCode::InvalidArgument, "images cannot be recorded without a recording",
+  return fail(ErrorCode::InvalidArgument, "cannot record images without a recording",
               {.key = "record_images"}, "Add `output=FILE.mcap`.");
 }
 

@@ -10,7 +10,7 @@
 
 namespace waymark {
 
-/// Origin of the localised samples, for the metadata of the output.
+/// Origin of the localised samples, for the output metadata.
 struct LocalizeSource {
   std::string name{};
   std::string map{};                     ///< file or folder; only its name is written
@@ -20,17 +20,17 @@ struct LocalizeSource {
   std::vector<MountedCamera> cameras{};  ///< with `live`
 };
 
-/// Fails on an unknown file extension, and on a file of poses that already exists.
+/// Fails on an unknown file extension, and on an existing file of poses.
 [[nodiscard]] Status check_localize_output(const std::string& output);
 
-/// Fails if images are to be recorded but there is no output. `images`: raw, jpeg; empty: none.
+/// Fails if images are to be recorded but no output is given. `images`: raw, jpeg; empty: none.
 [[nodiscard]] Status check_recorded_images(const std::string& images, const std::string& output);
 
 /// Collects, reports and writes the estimates of a localizer run.
 class LocalizeOutput {
  public:
   /// Opens the output; an empty path means no output. Fails on an unknown extension, and on a file that
-  /// exists or cannot be written.
+  /// already exists or cannot be written.
   [[nodiscard]] static Result<LocalizeOutput> open(const std::string& path, const LocalizerSetup& setup,
                                                    const LocalizeSource& source);
 

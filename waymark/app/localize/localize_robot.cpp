@@ -87,7 +87,7 @@ LocalizeListener listener_of(const LocalizeRobotJob& job, LocalizeOutput& output
           .on_message = control.note};
 }
 
-/// The job by which calibration, map and start are read, as for a recording.
+/// The job used to read calibration, map and start, as for a recording.
 LocalizeJob filter_job(const LocalizeRobotJob& job) {
   return {.map = job.map,
           .calibration = job.calibration,
@@ -112,11 +112,11 @@ Status check_job(const LocalizeRobotJob& job) {
   if (Status valid = check_recorded_images(job.images, job.output); !valid) return valid;
   if (Status valid = check_localize_output(job.output); !valid) return valid;
   if (job.method != LocalizationKind::Smoother || job.filter.lag_s > 0) return {};
-  return fail(ErrorCode::InvalidArgument, "a smoother on a running robot needs a maximum delay",
+  return fail(ErrorCode::InvalidArgument, "a smoother needs a maximum delay on a running robot",
               {.key = "lag_s"}, "Set `lag_s`, for example to 2, or `method=riekf`.");
 }
 
-/// Adds what the output does not count.
+/// Adds the values that the output does not provide.
 void complete(LocalizeReport& report, LocalizationKind method, Localizer& localizer) {
   report.method = method;
   report.problems = localizer.method().problems();
@@ -133,7 +133,7 @@ Result<RobotSetup> load_listening_robot(const LocalizeRobotJob& job) {
   auto setup = load_kind(job.robot, {}, job.robot_file.empty() ? robot_file_in(folder) : job.robot_file, 1);
   if (!setup) {
     std::vector<std::string> kinds = robot_kind_names(true);
-    kinds.erase(kinds.begin());  // the simulated robot, which no other program can drive
+    kinds.erase(kinds.begin());  // the simulated robot cannot be driven by another program
     return fail(ErrorCode::InvalidArgument, fmt::format("unknown robot '{}'", job.robot), {.key = "robot"},
                 fmt::format("Known: {}.", fmt::join(kinds, ", ")));
   }

@@ -20,12 +20,13 @@ class LiveFeed;
 struct LocalizeRobotJob {
   std::string robot{};  ///< KIND:ADDRESS
   std::string map{};
-  std::string robot_file{};   ///< robot description; empty: robot.yaml beside the map, else that of the kind
+  std::string robot_file{};   ///< robot description; empty: robot.yaml next to the map, else the default for
+                              ///< the robot kind
   std::string calibration{};  ///< calibration.yaml; empty: none
   std::string output{};       ///< recording of every sample, or TUM file to write; empty: none
   std::optional<double> tag_size_m{};
   std::vector<double> start{};                ///< x, y [m], yaw [deg]; empty: unknown
-  std::vector<std::string> camera_sources{};  ///< cameras of this computer: [NAME=]ADDRESS
+  std::vector<std::string> camera_sources{};  ///< cameras on this computer: [NAME=]ADDRESS
   PictureSettings pictures{};
   double duration_s = 0;  ///< 0: until stopped
   double every_s = 1;     ///< between calls of `on_report`
@@ -50,11 +51,11 @@ struct LocalizeRobotJob {
     visit(self.robot_file,
           JobField("robot_file NAME",
                    "Robot file: a name listed by `waymark robots`, or the path of a .yaml "
-                   "file. Unless given: robot.yaml beside the map, or the file of the robot kind"));
+                   "file. Default: robot.yaml next to the map, or the file for the robot kind"));
     visit(self.calibration, localize_fields::calibration());
     visit(self.output, JobField("output FILE",
-                                "Record every sample and the estimates (.mcap), or write the certain "
-                                "estimates as poses, one per line (.txt, .tum: TUM)"));
+                                "Recording of every sample and the estimates to write (.mcap), or text file "
+                                "with the certain estimates, one pose per line (.txt, .tum: TUM)"));
     visit(self.tag_size_m, localize_fields::tag_size_m());
     visit(self.start, localize_fields::start());
     visit(self.duration_s, localize_fields::duration_s());
@@ -62,8 +63,8 @@ struct LocalizeRobotJob {
     visit(self.images, localize_fields::record_images());
     visit(self.camera_sources,
           JobField("camera_source ADDRESS",
-                   "Camera of this computer that provides images for a robot without its own: "
-                   "v4l2:/dev/video0, or NAME=ADDRESS if the robot file has several")
+                   "Camera on this computer that provides images for a robot that sends none: "
+                   "v4l2:/dev/video0, or NAME=ADDRESS if the robot file has several cameras")
               .less());
     PictureSettings::fields(self.pictures, visit);
   }
@@ -74,13 +75,13 @@ struct LocalizeRobotReport {
   LocalizeEnd end{};
 };
 
-/// Loads the robot of the job with the cameras of this computer (add_live_cameras()); the robot receives no
-/// commands. Fails on an unknown robot or an invalid job.
+/// Loads the robot of the job with the cameras on this computer (add_live_cameras()). No commands are sent to
+/// the robot. Fails on an unknown robot or an invalid job.
 [[nodiscard]] Result<RobotSetup> load_listening_robot(const LocalizeRobotJob& job);
 
 /// Localises the robot of the setup until stopped or cancelled. Nothing is sent to the robot. Fails like
-/// localize(), on a robot that waits for commands (lockstep), and if the process of the robot ends; the
-/// recording so far is kept.
+/// localize(), on a robot that waits for commands (lockstep), and if the robot process ends; the recording up
+/// to that point is kept.
 [[nodiscard]] Result<LocalizeRobotReport> localize_robot(const RobotSetup& setup, const LocalizeRobotJob& job,
                                                          const JobControl& control);
 

@@ -50,17 +50,16 @@ Verb localize_robot_verb() {
       .name = "robot",
       .sentence = "Localise a robot while another program drives it",
       .help =
-          R"(Connects to the robot, listens, and prints its pose once per second until Ctrl-C; nothing is sent to the robot.
-With -o FILE.mcap every sample and the estimates are recorded: certain ones on the topic /waymark/pose, uncertain ones on
+          R"(Connects to the robot, listens, and prints its pose once per second until Ctrl-C; nothing is sent to the robot. With -o
+FILE.mcap, every sample and the estimates are recorded: certain estimates on the topic /waymark/pose, uncertain ones on
 /waymark/pose_uncertain. `waymark localize log FILE.mcap --no-adapt` reproduces them from the recording.
 --view shows the robot in the browser; --publish-ros2 publishes it on ROS 2.
 
-Tags are detected in the robot's images, unless the robot sends tags; --camera-source uses a camera of
-this computer instead. The robot file (--robot-file) contains the camera mountings. A robot that waits for its commands
-(lockstep) is not supported. For a recording use `waymark localize log`, where --robot NAME is the
-name of a robot file.
+Tags are detected in the robot's images, unless the robot sends tags; --camera-source uses a camera on this computer
+instead. The robot file (--robot-file) contains the camera mountings. A robot that waits for its commands (lockstep) is
+not supported. For a recording, use `waymark localize log`, where --robot NAME is the name of a robot file.
 
-With --json: one line per estimate, and at the end the report of `waymark localize log`.
+With --json, the program prints one line per estimate, and at the end the same report as `waymark localize log`.
 
 Exit code: 0 at least one certain estimate, 1 none, or a file or the robot was unusable, 2 wrong usage,
 130 stopped by Ctrl-C (the recording is kept).

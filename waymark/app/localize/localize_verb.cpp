@@ -43,12 +43,12 @@ Verb localize_verb() {
 and bearings of landmarks, with odometry.
 `waymark localize robot` listens to a robot that another program drives.
 `waymark localize camera` estimates one pose per image of a live camera without a robot, hand-held or on a tripod.
-`waymark localize video` does the same for each image of a video.
+`waymark localize video` does the same for each image in a video.
 
-The subcommand may be omitted: with --robot KIND:ADDRESS it is `robot`; with the address of a camera (v4l2:…,
-gstreamer:…) `camera`; with a video, or with --camera and the recording of a camera without a robot, `video`; else `log`.
-`waymark localize FILE --help` prints the flags of the selected subcommand. A file named log, robot, camera
-or video must be given with its folder: ./log.
+The subcommand may be omitted. With --robot KIND:ADDRESS it is `robot`, and with a camera address (v4l2:…, gstreamer:…)
+it is `camera`. With a video, or with --camera and the recording of a camera without a robot, it is `video`; else `log`.
+`waymark localize FILE --help` prints the flags of the selected subcommand. A file named log, robot, camera or video
+must be given with its folder: ./log.
 
 Exit code: 0 at least one pose estimated, 1 none, or an input was unusable, 2 wrong usage, 130 stopped by Ctrl-C.
 

@@ -12,7 +12,7 @@
 
 namespace waymark {
 
-/// `waymark localize video`: camera poses of a video from a tag map.
+/// `waymark localize video`: camera poses for a video, from a tag map.
 struct LocalizeVideoJob {
   std::string video{};  ///< video, or recording of a camera without a robot
   std::string map{};
@@ -29,15 +29,14 @@ struct LocalizeVideoJob {
     visit(self.camera.file, localize_fields::camera());
     CameraDescription::fields(self.camera, visit);
     visit(self.camera.readout_ms,
-          JobField(
-              "readout_ms NUMBER",
-              "Readout time of the rolling shutter from the first row to the last, in milliseconds; negative "
-              "if rows are read from the bottom. Unless given: from calibration.yaml, else 0",
-              -200.0, 200.0)
+          JobField("readout_ms NUMBER",
+                   "Readout time of the rolling shutter from the first row to the last, in milliseconds; "
+                   "negative if rows are read from the bottom. Default: from calibration.yaml, else 0",
+                   -200.0, 200.0)
               .less());
     visit(self.output, JobField("output FILE",
-                                "Record tags and poses (.mcap), or write the poses, one per line "
-                                "(.txt, .tum: TUM)"));
+                                "Recording of tags and poses to write (.mcap), or text file with one pose "
+                                "per line (.txt, .tum: TUM)"));
     visit(self.tag_size_m, localize_fields::tag_size_m());
   }
 };

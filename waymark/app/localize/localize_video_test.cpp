@@ -114,7 +114,7 @@ TEST(CameraMoments, NeedAMapWithTags) {
   EXPECT_TRUE(tag_finder_for(map));
 }
 
-/// Video of three tags on a wall, from a camera that moves past them.
+/// A video of three tags on a wall, taken by a camera that moves past them.
 class FilmedWall : public ::testing::Test {
  protected:
   static SE3 camera_at(int k) { return {SO3(), {-0.2 + 0.04 * k, 0.02 * k, -0.01 * k}}; }
@@ -179,7 +179,7 @@ TEST_F(FilmedWall, RecordingGivesTheSamePosesAsTheVideo) {
   const TagFinder finder = std::move(*make_tag_finder());
   ASSERT_TRUE(
       convert_video({.input = at("walk.mp4"), .output = at("tags.mcap"), .camera = phone()}, finder, {}));
-  EXPECT_FALSE(is_of_camera(at("tags.mcap"), false)) << "a lap whose odometry may be in another file";
+  EXPECT_FALSE(is_of_camera(at("tags.mcap"), false)) << "it may be a lap whose odometry is in another file";
   EXPECT_TRUE(is_of_camera(at("tags.mcap"), true));
   EXPECT_TRUE(is_of_camera(at("walk.mp4"), false));
   for (const char* unreadable : {"nothing.mp4", "nothing.mcap", "map.yaml"})

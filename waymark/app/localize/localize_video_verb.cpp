@@ -33,19 +33,19 @@ ExitCode localize_by_video(const LocalizeVideoArgs& args, Console& console) {
 Verb localize_video_verb() {
   return {
       .name = "video",
-      .sentence = "Compute the camera poses of a video",
+      .sentence = "Compute the camera poses in a video",
       .help =
           R"(Detects the tags in every image and computes the camera's pose in six degrees of freedom from them, without
-robot, filter or initial pose. Rolling shutter (--readout-ms) and an error common to all corners are
-modelled over the whole video. The camera body has x forward, y left, z up. Prints one line per second of
-video time. With -o FILE.mcap the program records tags, poses (/waymark/pose) and the camera; with
--o FILE.tum it writes one pose per line. The output is written completely or not at all.
+robot, filter or initial pose. A rolling shutter (--readout-ms) and an error common to all corners are modelled over the
+whole video. The camera body has x forward, y left, z up. Prints one line per second of video time. With -o FILE.mcap,
+the program records tags, poses (/waymark/pose) and the camera; with -o FILE.tum, it writes one pose per line. The
+output is written completely or not at all.
 
 VIDEO may also be the recording of a camera without a robot (`waymark convert`), with tags or images but neither
 odometry nor an IMU. The program processes one video per run.
 
-The calibration (--camera) must match the image size; --camera-size scales one that was made at another size.
-`waymark calibrate camera` writes one.
+The calibration (--camera) must match the image size; --camera-size scales a calibration that was made at a different
+size. `waymark calibrate camera` makes a calibration.
 
 Exit code: 0 at least one pose computed, 1 none, or a file was unusable, 2 wrong usage, 130 stopped by
 Ctrl-C (nothing is written then).
