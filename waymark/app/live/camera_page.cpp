@@ -21,7 +21,7 @@ using nlohmann::ordered_json;
 using std::chrono::milliseconds;
 
 constexpr Duration kTextPeriod = milliseconds(200);
-constexpr Duration kControlsPeriod = std::chrono::seconds(2);  // reading a control is a USB transfer
+constexpr Duration kControlsPeriod = std::chrono::seconds(2);  // each control read is a USB transfer
 constexpr double kSmoothing = 0.1;
 constexpr const char* kText = "camera.json";
 
@@ -45,7 +45,7 @@ CameraPage::CameraPage(LiveCamera& camera, LiveFeed& feed, const std::optional<P
 }
 
 void CameraPage::show(const CameraPicture& seen, const PoseList& poses) {
-  // With this time the page shows the age since the exposure, not since the detection.
+  // With this time, the page shows the age since exposure, not since detection.
   const std::int64_t now_ns = seen.frame.stamp.time_since_epoch().count();
   feed_.publish(seen.frame, now_ns);
   feed_.publish(TagFrame{seen.frame.stamp, seen.frame.camera, seen.found.detections}, now_ns);
@@ -87,7 +87,7 @@ void CameraPage::obey(const ViewerOrder& order, const CameraPicture& seen) {
       return;
     }
     default:
-      return;  // orders for robots
+      return;  // orders meant for robots
   }
 }
 

@@ -18,13 +18,13 @@ namespace waymark {
 /// save an image as PNG, or start a recording; files go to the current folder.
 class CameraPage {
  public:
-  /// Camera, feed and `poses` must outlive this. Without a value in `poses` no poses are shown.
+  /// Camera, feed and `poses` must outlive this. If `poses` is empty, no poses are shown.
   CameraPage(LiveCamera& camera, LiveFeed& feed, const std::optional<PoseSetup>& poses);
 
-  /// Shows an image and executes the orders of viewers. The page shows the error of an order that fails.
+  /// Shows an image and executes the viewers' orders. If an order fails, the page shows the error.
   void show(const CameraPicture& seen, const PoseList& poses);
-  /// Sets the progress of a guided calibration, which is shown with later images; `at_once`: with the next
-  /// one.
+  /// Sets the progress of a guided calibration, which is shown with later images, or with the next one if
+  /// `at_once`.
   void guide(nlohmann::ordered_json status, bool at_once);
   /// Sets the message that viewers see.
   void show_message(const std::string& words);

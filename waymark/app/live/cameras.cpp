@@ -126,40 +126,40 @@ std::string to_text(const CamerasReport& report, bool controls) {
 ReportFields fields(const CameraMode& mode) {
   const auto of_largest = [&](int size_px) { return mode.largest ? std::optional(size_px) : std::nullopt; };
   return {{"format", "Pixel format, such as YUYV", mode.format},
-          {"readable", "Waymark reads this format", mode.readable},
+          {"readable", "Whether Waymark can read this format", mode.readable},
           {"width_px", "Width; the largest one if the device supports any size", mode.width},
           {"height_px", "Height; the largest one if the device supports any size", mode.height},
           {"rates_hz", "Frame rates, highest first; empty: not reported by the driver", mode.rates_hz},
-          {"least_width_px", "Smallest width; only present if the device supports any size",
+          {"least_width_px", "Smallest width; present only if the device supports any size",
            if_any(of_largest(mode.min_width))},
-          {"least_height_px", "Smallest height; only present if the device supports any size",
+          {"least_height_px", "Smallest height; present only if the device supports any size",
            if_any(of_largest(mode.min_height))}};
 }
 
 ReportFields fields(const CameraControl& control) {
   const auto words = control.words.empty() ? std::nullopt : std::optional(control.words);
-  return {
-      {"name", "Name with the unit, such as exposure_ms, else that of the driver", control.name},
-      {"value", "Current value", control.value},
-      {"min", "Smallest value", control.min},
-      {"max", "Largest value", control.max},
-      {"step", "Step between values", control.step},
-      {"default", "Default of the driver", control.preset},
-      {"automatic", "The camera sets the value automatically", control.automatic},
-      {"writable", "The value can be set now, or after the automatic mode is switched off", control.writable},
-      {"words", "Names of the values from min on; only present for a menu", if_any(words)}};
+  return {{"name", "Name with unit, such as exposure_ms, else the driver's name", control.name},
+          {"value", "Current value", control.value},
+          {"min", "Smallest value", control.min},
+          {"max", "Largest value", control.max},
+          {"step", "Step between values", control.step},
+          {"default", "Default of the driver", control.preset},
+          {"automatic", "Whether the camera sets the value automatically", control.automatic},
+          {"writable", "Whether the value can be set, either now or after automatic mode is switched off",
+           control.writable},
+          {"words", "Names of the values, starting at min; present only for a menu", if_any(words)}};
 }
 
 ReportFields fields(const CameraDevice& device) {
   return {{"path", "Device, such as /dev/video0", device.path},
-          {"by_id", "Link that does not depend on the USB socket; may be empty", device.by_id},
+          {"by_id", "Link that does not depend on the USB port; may be empty", device.by_id},
           {"card", "Name of the camera", device.card},
           {"driver", "Name of its driver", device.driver},
           {"bus", "Connection to the computer", device.bus},
           {"in_use_by", "Program that uses the device; empty: unknown or none", device.holder},
           {"modes", "One entry per format and size", device.modes},
           {"controls", "One entry per control", device.controls},
-          {"problem", "Why the device cannot be used; only present in that case", if_any(device.problem)}};
+          {"problem", "Why the device cannot be used; present only in that case", if_any(device.problem)}};
 }
 
 ReportFields fields(const CamerasReport& report) {
@@ -182,7 +182,7 @@ SystemClocks system_clocks() {
 SystemStamps::SystemStamps(SystemClocks clocks)
     : clocks_(std::move(clocks)), difference_(measured()), latest_(difference_) {}
 
-/// Offset from the pair of readings that took the shortest time.
+/// The offset from the pair of readings that took the shortest time.
 Duration SystemStamps::measured() const {
   Duration best{};
   Duration least = Duration::max();
@@ -201,7 +201,7 @@ std::optional<std::string> SystemStamps::take_jump() {
   const Duration now = measured();
   const Duration jump = now - std::exchange(latest_, now);
   if (std::chrono::abs(jump) < kMinJump) return std::nullopt;
-  return fmt::format("the clock of this computer was set {} by {:.3f} s; stamps are not affected",
+  return fmt::format("this computer's clock was set {} by {:.3f} s; stamps are not affected",
                      jump > Duration(0) ? "forward" : "back", std::abs(to_seconds(jump)));
 }
 

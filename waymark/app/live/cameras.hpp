@@ -17,28 +17,28 @@
 
 namespace waymark {
 
-/// The address of a live camera and the name of the robot's camera.
+/// The address of a live camera, and the name of the robot camera it provides.
 struct CameraAddress {
   std::string name = "cam";
   std::string address{};
 };
 
-/// Parses "v4l2:/dev/video0", or with the name of the robot's camera "left=v4l2:/dev/video2". The default
-/// name is `name`. InvalidArgument: not an address.
+/// Parses "v4l2:/dev/video0" or, with the name of the robot camera, "left=v4l2:/dev/video2". The default name
+/// is `name`. Fails with InvalidArgument if `word` is not an address.
 [[nodiscard]] Result<CameraAddress> parse_camera_address(const std::string& word, const std::string& name);
 
 /// Whether a word is the address of a live camera: "v4l2:/dev/video0,size=1280x720",
 /// "gstreamer:libcamerasrc".
 [[nodiscard]] bool is_camera_address(std::string_view word);
 
-/// Whether the inputs are live cameras. Fails if files are among them, or if a camera is given twice.
+/// Whether the inputs are live cameras. Fails on a mixture of cameras and files, and on duplicate cameras.
 [[nodiscard]] Result<bool> are_cameras(const std::vector<std::string>& sources);
 
-/// Whether the inputs are one live camera. Fails if a camera is among several inputs.
+/// Whether the only input is a live camera. Fails if there are several inputs and one of them is a camera.
 [[nodiscard]] Result<bool> is_only_camera(const std::vector<std::string>& sources);
 
-/// Opens the camera at an address; `name`: camera name in its samples. Errors: InvalidArgument (the address),
-/// and those of the camera driver.
+/// Opens the camera at an address; `name`: camera name in its samples. Errors: InvalidArgument for an invalid
+/// address, and those of the camera driver.
 [[nodiscard]] Result<std::unique_ptr<LiveCamera>> open_live_camera(const std::string& address,
                                                                    const std::string& name = "cam");
 
@@ -59,8 +59,8 @@ struct CamerasReport {
 };
 [[nodiscard]] Result<CamerasReport> find_cameras(const CamerasJob& job);
 
-/// The cameras of this computer as a table; ends with a newline. With `controls` it lists all controls with
-/// their ranges.
+/// The cameras on this computer as a table; ends with a newline. With `controls`, all controls are listed
+/// with their ranges.
 [[nodiscard]] std::string to_text(const CamerasReport& report, bool controls);
 [[nodiscard]] ReportFields fields(const CameraMode& mode);
 [[nodiscard]] ReportFields fields(const CameraControl& control);
@@ -75,7 +75,7 @@ struct SystemClocks {
 [[nodiscard]] SystemClocks system_clocks();
 
 /// Converts stamps of the steady clock to times since 1970. The offset between the clocks is measured once,
-/// so that time differences are unaffected if the system clock is set; take_jump() reports that.
+/// so that time differences are unaffected if the system clock is changed; take_jump() reports such a change.
 class SystemStamps {
  public:
   explicit SystemStamps(SystemClocks clocks = system_clocks());
@@ -104,7 +104,7 @@ struct CameraPicture {
 /// Options and callbacks of watch_camera().
 struct CameraWatch {
   double duration_s = std::numeric_limits<double>::infinity();  ///< from the first image on
-  /// Lens model for tag edges that the lens distorts; its image size must match. nullptr: none.
+  /// Lens model for tag edges distorted by the lens; its image size must match. nullptr: none.
   const CameraModel* camera = nullptr;
   std::function<Status(CameraPicture&)> on_picture{};  ///< an error ends the watch
   std::function<void(const std::string&)> on_message = [](const std::string&) {};
@@ -119,8 +119,8 @@ struct CameraWatchEnd {
   bool stopped = false;  ///< by should_stop()
 };
 
-/// Repeatedly detects the tags in the newest image of a camera. Fails if the camera fails, if it delivers no
-/// image for ten seconds, or if on_picture() fails.
+/// Repeatedly detects the tags in the newest image from a camera. Fails if the camera fails, if it delivers
+/// no image for ten seconds, or if on_picture() fails.
 [[nodiscard]] Result<CameraWatchEnd> watch_camera(LiveCamera& camera, const TagFinder& finder,
                                                   const CameraWatch& watch);
 

@@ -20,7 +20,8 @@
 namespace waymark {
 namespace {
 
-/// A background process that changes the terminal settings is stopped (SIGTTOU), and the robot with it.
+/// A background process that changes the terminal settings is stopped (SIGTTOU), which would stop the robot
+/// as well.
 bool in_foreground() {
   const pid_t group = tcgetpgrp(STDIN_FILENO);
   return group < 0 || group == getpgrp();

@@ -18,16 +18,17 @@ namespace waymark {
 
 std::optional<std::string> lacks_commission(const RobotSetup& setup, const RobotHello& hello) {
   if (!hello.is_real()) return std::nullopt;
-  std::string why = "has no record of a first drive";
+  std::string why = "contains no record of a first drive";
   if (setup.commissioned) {
     const auto changes = changes_since(*setup.commissioned, setup.simulated.model, setup.ground);
     if (setup.commissioned->passed && changes.empty()) return std::nullopt;
     why = !setup.commissioned->passed
-              ? fmt::format("has a first drive that failed ({})", fmt::join(setup.commissioned->failed, ", "))
-              : fmt::format("has a first drive that is no longer valid: {}", fmt::join(changes, "; "));
+              ? fmt::format("records a first drive that failed ({})",
+                            fmt::join(setup.commissioned->failed, ", "))
+              : fmt::format("records a first drive that is no longer valid: {}", fmt::join(changes, "; "));
   }
   return fmt::format(
-      "the robot's file {} {}. The speed is limited to {:g} m/s until a first drive has passed: "
+      "the robot file {} {}. The speed is limited to {:g} m/s until the robot has passed a first drive: "
       "`waymark commission robot={} robot_file={}`",
       setup.robot_path, printable(why), kUncommissionedSpeed_m_s, shell_word(setup.ground.robot),
       shell_word(setup.robot_path));
@@ -45,7 +46,7 @@ VelocityCommand slowed(const VelocityCommand& command, double max_speed_m_s, con
 
 namespace {
 
-constexpr Duration kRobotSlice = std::chrono::milliseconds(2);  // longest delay of an image by the robot
+constexpr Duration kRobotSlice = std::chrono::milliseconds(2);  // longest image delay caused by the robot
 constexpr Duration kMaxImageAge = std::chrono::seconds(1);      // the same as for messages (StampGate)
 
 }  // namespace
@@ -96,8 +97,8 @@ Result<std::optional<RobotEvent>> RobotWithCameras::receive_from_robot(Duration 
 
 Result<std::optional<RobotEvent>> RobotWithCameras::next(Duration most) {
   const Duration deadline = steady_now() + most;
-  // Poll the robot first. If detection takes longer than the frame period, a camera always has an image and
-  // would starve the robot.
+  // Poll the robot first. If detection takes longer than the frame period, a camera would always have an
+  // image and starve the robot.
   auto event = receive_from_robot(Duration(0));
   while (event && !*event) {
     if (!robot_.more()) event = next_of_cameras();
@@ -117,13 +118,13 @@ Pacing pacing_of(const ProcessRobot& robot) {
   });
 }
 
-/// Fails for a robot in lockstep: cameras of this computer cannot follow its simulated time.
+/// Fails for a robot in lockstep, because cameras on this computer cannot follow its simulated time.
 Result<std::vector<std::unique_ptr<LiveCamera>>> open_cameras(const RobotSetup& setup,
                                                               const ProcessRobot& robot) {
   std::vector<std::unique_ptr<LiveCamera>> cameras;
   for (const CameraAddress& live : setup.live_cameras) {
     if (robot.hello().lockstep)
-      return fail(ErrorCode::InvalidArgument, "a live camera cannot follow a robot in lockstep",
+      return fail(ErrorCode::InvalidArgument, "a live camera cannot be used with a robot in lockstep",
                   {.source = live.address}, "Run the robot in real time.");
     auto camera = open_live_camera(live.address, live.name);
     if (!camera) return tl::unexpected(camera.error());
@@ -136,11 +137,11 @@ Result<std::vector<std::unique_ptr<LiveCamera>>> open_cameras(const RobotSetup& 
 Status check_listening(const RobotSetup& setup, const ProcessRobot& robot) {
   if (!setup.process.listen_only || !robot.hello().lockstep) return {};
   return fail(ErrorCode::InvalidArgument,
-              "cannot listen to a robot in lockstep: it waits for commands, but none are sent",
+              "cannot listen to a robot in lockstep, because it waits for commands and none are sent",
               {.source = "process:" + setup.process.text()}, "Run the robot in real time.");
 }
 
-/// The families of the world's tags and of its anchor.
+/// The families of the tags and the anchor in the world.
 std::vector<std::string> families_in(const World& world) {
   std::vector<std::string> families = families_of(world.tags);
   const std::string anchors(to_string(world.anchor.family));

@@ -22,24 +22,24 @@
 /// Driving a robot process.
 namespace waymark {
 
-/// Speed limit of a real robot until its first drive (`waymark commission`) has passed.
+/// Speed limit for a real robot until it has passed its first drive (`waymark commission`).
 inline constexpr double kUncommissionedSpeed_m_s = 0.15;
 
-/// A sentence with the reason why a robot is limited to kUncommissionedSpeed_m_s, and the command that lifts
-/// the limit. Nothing for a simulated robot, and for a robot whose file contains a passed commission that is
+/// A sentence that explains why a robot is limited to kUncommissionedSpeed_m_s, and names the command that
+/// lifts the limit. Nothing for a simulated robot, or if the robot file contains a passed commission that is
 /// still valid.
 [[nodiscard]] std::optional<std::string> lacks_commission(const RobotSetup& setup, const RobotHello& hello);
 
-/// The command scaled along the same arc so that the speed is at most `max_speed_m_s` and within the limits
-/// of the robot for speed and yaw rate. Applies to commands of any driver.
+/// The command, scaled along the same arc so that the speed is at most `max_speed_m_s`, and speed and yaw
+/// rate are within the robot's limits. Applies to commands from any driver.
 [[nodiscard]] VelocityCommand slowed(const VelocityCommand& command, double max_speed_m_s,
                                      const MotionLimits& limits);
 
-/// A robot with cameras of this computer: one source for the samples of both. Image stamps are converted to
-/// the robot's clock when the image arrives. Two kinds of images are skipped: those before the robot's first
-/// sample, and those that waited for more than a second while this computer was busy, because later robot
-/// samples were already processed. Tags that the robot's own detector reports for one of these cameras
-/// (corners or poses) are skipped too, because the images contain more information.
+/// A robot with cameras on this computer, as one source for the samples of both. Image stamps are converted
+/// to the robot's clock when the image arrives. Images before the robot's first sample are skipped. So are
+/// images that waited for more than a second while this computer was busy, because later robot samples have
+/// already been processed. Tags reported for one of these cameras by the robot's own detector (corners or
+/// poses) are skipped too, because the images contain more information.
 class RobotWithCameras final : public Source {
  public:
   /// The robot must outlive this; `names`: names of the cameras.
@@ -68,15 +68,15 @@ class RobotWithCameras final : public Source {
 /// A robot process, the detector for its images, and the loop from samples to commands.
 class LiveRobot {
  public:
-  /// Starts the robot of the setup, waits for its hello (or until the control cancels), and opens its cameras
-  /// on this computer. Notes the speed limit, if there is one.
+  /// Starts the robot of the setup, waits for its hello (or until the control cancels), and opens the cameras
+  /// on this computer. Reports the speed limit as a note, if there is one.
   static Result<std::unique_ptr<LiveRobot>> open(const RobotSetup& setup, JobControl control);
   /// The same for a first drive: the speed limit applies without a note.
   static Result<std::unique_ptr<LiveRobot>> open_first(const RobotSetup& setup, JobControl control);
 
-  /// RobotLoop::drive() with commands limited to speed_limit_m_s(). Texts of the robot become notes.
+  /// RobotLoop::drive() with commands limited to speed_limit_m_s(). Texts from the robot become notes.
   Result<RobotLoopEnd> drive(RobotListener listener);
-  /// The limit of a real robot that has not been commissioned (lacks_commission()); else infinity.
+  /// The limit for a real robot that has not been commissioned (lacks_commission()); else infinity.
   [[nodiscard]] double speed_limit_m_s() const;
   /// The robot process, for jobs that send no commands.
   [[nodiscard]] ProcessRobot& process() { return *robot_; }

@@ -17,7 +17,7 @@ namespace {
 
 Result<RobotStart> start_command(const std::string& command, const std::string& robot_file) {
   if (command.empty())
-    return fail(ErrorCode::InvalidArgument, "process: without a command", {.key = "robot"},
+    return fail(ErrorCode::InvalidArgument, "no command after `process:`", {.key = "robot"},
                 "For example `robot=\"process:python3 my_robot.py\"`.");
   return RobotStart{robot_file, command};
 }
@@ -41,7 +41,7 @@ Result<RobotStart> start_ros2(const std::string& profile, const std::string& rob
 
 Result<RobotStart> start_limo(const std::string& port, const std::string& robot_file) {
   if (port.empty())
-    return fail(ErrorCode::InvalidArgument, "limo: without a serial port", {.key = "robot"},
+    return fail(ErrorCode::InvalidArgument, "no serial port after `limo:`", {.key = "robot"},
                 "For example `robot=limo:/dev/ttyTHS1`.");
   return start_own({"limo", "robot", port}, robot_file.empty() ? "limo" : robot_file);
 }
@@ -109,7 +109,7 @@ Result<RobotSetup> load_robot(const std::string& robot, const std::string& world
     return fail(ErrorCode::InvalidArgument, fmt::format("unknown robot '{}'", robot), {.key = "robot"},
                 suggestion(robot, robot_kind_names(processes)));
   if (world.empty())
-    return fail(ErrorCode::InvalidArgument, "`world` is required for the simulated robot", {.key = "world"},
+    return fail(ErrorCode::InvalidArgument, "the simulated robot requires `world`", {.key = "world"},
                 "For example `world=circuit24`.");
   return load_setup(world, robot_file, seed);
 }
@@ -141,7 +141,7 @@ Status add_live_cameras(const std::vector<std::string>& words, RobotSetup& setup
     }
     if (std::ranges::find(cameras, camera->name, &MountedCamera::name) == cameras.end())
       return fail(ErrorCode::InvalidArgument, fmt::format("the robot has no camera '{}'", camera->name),
-                  {.key = "camera_source"}, "Name one of the cameras in the robot file.");
+                  {.key = "camera_source"}, "Use the name of a camera in the robot file.");
     setup.live_cameras.push_back(std::move(*camera));
   }
   return {};

@@ -12,23 +12,23 @@
 /// Robots named KIND:ADDRESS, each driven by its own process (docs/formats/robot-process.md).
 namespace waymark {
 
-/// The command that starts a robot, and its files.
+/// The command that starts a robot, and the robot's files.
 struct RobotStart {
-  std::string robot_file{};  ///< robot file if the user names none; empty: the default of load_setup()
+  std::string robot_file{};  ///< robot file if the user gives none; empty: the default of load_setup()
   RobotCommand process{};
   std::string topics{};  ///< digest of the topic map; empty: the robot has none
 };
 
-/// A row of the table of kinds.
+/// A row in the table of robot kinds.
 struct RobotKind {
   std::string_view name;     ///< before the colon
   std::string_view address;  ///< name of the part after the colon in the help
   std::string_view help;     ///< meaning of the address
-  /// `robot_file`: the file named by the user; empty: none. Fails on an invalid address.
+  /// `robot_file`: the file given by the user; empty: none. Fails on an invalid address.
   Result<RobotStart> (*start)(const std::string& address, const std::string& robot_file);
 };
 
-/// All kinds.
+/// All robot kinds.
 [[nodiscard]] std::span<const RobotKind> robot_kinds();
 
 /// "sim" and, with `processes`, each kind as KIND:ADDRESS.
@@ -36,15 +36,15 @@ struct RobotKind {
 /// The same names with the meaning of each address, for the help.
 [[nodiscard]] std::string robot_kinds_help(bool processes);
 
-/// Whether a word begins with a kind and a colon.
+/// Whether a word begins with a robot kind and a colon.
 [[nodiscard]] bool is_robot_kind(std::string_view word);
 
 /// The setup of a robot `KIND:ADDRESS`: load_setup() with its process. Nothing if `robot` does not begin with
-/// a kind.
+/// a robot kind.
 [[nodiscard]] std::optional<Result<RobotSetup>> load_kind(const std::string& robot, const std::string& world,
                                                           const std::string& robot_file, std::uint64_t seed);
 
-/// The setup of a robot by its name: "sim", which drives in a world, or, with `processes`, KIND:ADDRESS.
+/// The setup of the robot with this name: "sim", which drives in a world, or, with `processes`, KIND:ADDRESS.
 [[nodiscard]] Result<RobotSetup> load_robot(const std::string& robot, const std::string& world,
                                             const std::string& robot_file, std::uint64_t seed,
                                             bool processes);
@@ -60,15 +60,15 @@ struct RobotRequest {
   std::string robot = "sim";
   std::string world{};
   std::string robot_file{};
-  std::vector<std::string> camera_sources{};  ///< cameras of this computer for a robot process
+  std::vector<std::string> camera_sources{};  ///< cameras on this computer for a robot process
   PictureSettings pictures{};
   std::uint64_t seed = 1;
 
-  /// The flags with which the program simulates this robot.
+  /// The flags that make this program simulate the robot.
   [[nodiscard]] std::vector<std::string> as_words() const;
 };
-/// Makes the setup of a request. With `processes` the robot may be a process; `robot_file`: the robot's file
-/// if the request names none. Fails also on given fields without effect for this robot.
+/// Makes the setup for a request. With `processes`, the robot may be a process. `robot_file` is used if the
+/// request contains none. Also fails on given fields that have no effect on this robot.
 [[nodiscard]] Result<RobotSetup> requested_setup(const RobotRequest& request, bool processes,
                                                  const std::string& robot_file, const GivenFields& given);
 

@@ -31,7 +31,7 @@ Result<Found> find(const char* folder, const std::string& name, FileUse use) {
   return Found{path->string(), *text};
 }
 
-/// The robot named by the user; else that of the world; else the default.
+/// The robot named by the user, else that named by the world, else the default.
 Result<std::string> name_of_robot(const std::string& robot_file, const Found& world_file) {
   constexpr const char* kDefaultRobot = "limo";
   if (!robot_file.empty()) return robot_file;
@@ -87,7 +87,7 @@ std::string robot_file_in(const std::filesystem::path& folder) {
 
 Status apply_simulation(const SimulationRequest& request, const GivenFields& given, RobotSetup& setup) {
   FieldRefusals refused(given);
-  refused.fields(!setup.process.empty(), {"images", "threads", "faults"}, "only applies to a simulated robot",
+  refused.fields(!setup.process.empty(), {"images", "threads", "faults"}, "applies only to a simulated robot",
                  "Omit this option, or omit `robot=process:CMD`.");
   refused.fields(!request.images, {"threads"}, "has no effect without images",
                  "Add `images`, or omit `threads`.");

@@ -65,7 +65,7 @@ TEST(OwnRobot, StartsThisProgramWithoutAShell) {
               ElementsAre(self, "robot-sim", "--world", "a world; rm", "--lockstep", "--pace", "1.5"));
   EXPECT_TRUE(setup.process.shell.empty());
   ASSERT_TRUE(become_the_robot(setup, {}, {.lockstep = false, .pace = 2}));
-  EXPECT_THAT(setup.process.words, ElementsAre(self, "robot-sim")) << "pace only applies to lockstep";
+  EXPECT_THAT(setup.process.words, ElementsAre(self, "robot-sim")) << "pace applies only to lockstep";
 }
 
 TEST(LoadRobot, TheFolderOfAMapMayContainTheRobotFile) {

@@ -33,7 +33,7 @@ struct HeadedOdometry {
   WAYMARK_ROS2_FIELDS(self.header, self.child_frame_id)
 };
 
-/// The topic from which the frame of the camera is read: the one with the smallest messages.
+/// The topic from which the camera frame is read: the one with the smallest messages.
 std::pair<std::string, std::string_view> camera_topic_of(const Ros2Profile& profile) {
   if (!profile.camera_info_topic.empty()) return {profile.camera_info_topic, ros2::CameraInfo::kType};
   if (!profile.detections_topic.empty())
@@ -145,7 +145,7 @@ constexpr std::size_t kOdometryKept = 100;
 constexpr std::size_t kMaxPathPoses = 5000;
 constexpr const char* kServices[] = {"start_teach", "map", "replay", "pause", "stop"};
 
-/// A phase in which a service acts, and the button that it presses.
+/// A phase in which a service has an effect, and the button that it presses.
 struct Rule {
   std::string_view service;
   std::string_view phase;
@@ -162,14 +162,14 @@ constexpr Rule kRules[] = {
     {"stop", "teaching", OrderKind::Stop},
 };
 
-/// The newest odometry not later than the stamp, else the oldest.
+/// The newest odometry that is not later than the stamp, else the oldest.
 const Odometry* odometry_at(const std::deque<Odometry>& all, SensorTime stamp) {
   const auto later = std::ranges::find_if(all, [&](const Odometry& one) { return one.stamp > stamp; });
   if (all.empty()) return nullptr;
   return later == all.begin() ? &*later : &*std::prev(later);
 }
 
-/// Whether two statuses are equal, except for values that change continuously during a drive. Those are
+/// Whether two statuses are equal, except for values that change continuously during a drive, which are
 /// published with the next regular status.
 bool is_unchanged(LiveStatus now, const LiveStatus& before) {
   now.driven_m = before.driven_m;
@@ -181,7 +181,7 @@ bool is_unchanged(LiveStatus now, const LiveStatus& before) {
 }  // namespace
 
 ViewerLabels service_labels() {
-  const std::string buttons = fmt::format("services of ROS 2: /waymark/{}", fmt::join(kServices, ", "));
+  const std::string buttons = fmt::format("ROS 2 services /waymark/{}", fmt::join(kServices, ", "));
   const auto of_state = [](OperatorState state) {
     const OrderKind pressed = state == OperatorState::Idle ? OrderKind::Teach : OrderKind::Go;
     const auto go = std::ranges::find_if(
@@ -189,9 +189,9 @@ ViewerLabels service_labels() {
     const std::string_view name = go == std::end(kRules) ? "replay" : go->service;
     return OperatorButtons{fmt::format("/waymark/{}", name), "/waymark/stop", "another program drives"};
   };
-  return {.alone = "its buttons are " + buttons,
-          .beside = "the same buttons are " + buttons,
-          .stopped = "stopped by a service of ROS 2",
+  return {.alone = "its buttons are the " + buttons,
+          .beside = "the same buttons are the " + buttons,
+          .stopped = "stopped by a ROS 2 service",
           .buttons = of_state};
 }
 
@@ -327,7 +327,7 @@ void Ros2Node::publish_item(const Sample& sample) {
   if (const auto* tags = std::get_if<TagFrame>(&sample)) publish_item(*tags);
 }
 
-/// Waits for the frame names of the robot: subscribers cannot place tags in an unknown frame.
+/// Waits for the frame names of the robot, because subscribers cannot place tags in an unknown frame.
 void Ros2Node::publish_item(const TagFrame& tags) {
   if (!frames_.settled(steady_now())) return;
   mount(tags.camera);
@@ -342,7 +342,7 @@ void Ros2Node::mount(const std::string& camera) {
     publish("/tf_static", *mountings, true);
 }
 
-/// Uses the smallest difference, because transport only adds delay.
+/// Uses the smallest difference, because transport can only add delay.
 void Ros2Node::keep_clock(const LiveSample& sample) {
   const auto* received = std::get_if<Sample>(&sample.value);
   const auto* odometry = received != nullptr ? std::get_if<Odometry>(received) : nullptr;

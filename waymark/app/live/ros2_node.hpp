@@ -28,12 +28,12 @@ namespace waymark {
 
 /// Robot data for a Ros2Node.
 struct NodeRobot {
-  std::optional<Ros2Profile> profile{};  ///< if the robot has its own ROS 2 nodes
+  std::optional<Ros2Profile> profile{};  ///< for a robot with its own ROS 2 nodes
   std::vector<MountedCamera> cameras{};
-  bool own_pictures = true;  ///< the camera "cam" is that of the profile's topics
+  bool own_pictures = true;  ///< the camera "cam" is the one on the profile's topics
 };
 
-/// The frame names of a robot, from its odometry and its camera messages; the defaults are odom, base_link
+/// The frame names of a robot, taken from its odometry and camera messages; the defaults are odom, base_link
 /// and camera_optical. Subscribes to the topics of the profile until a message with the names has arrived.
 /// Not thread-safe.
 class RobotFrames {
@@ -41,9 +41,10 @@ class RobotFrames {
   explicit RobotFrames(NodeRobot robot);
 
   Status join(Bus& bus);
-  /// Handles a message of its own subscriptions. Returns false for other messages.
+  /// Handles a message from its own subscriptions. Returns false for other messages.
   bool take(Bus& bus, const BusMessage& message);
-  /// Call at the first sample of the robot. Names that do not arrive within three seconds get their defaults.
+  /// Call on the robot's first sample. Names that do not arrive within three seconds are set to their
+  /// defaults.
   void robot_started(Duration now);
   /// Whether all names are final.
   [[nodiscard]] bool settled(Duration now) const;
@@ -78,10 +79,11 @@ class RobotFrames {
 };
 
 /// Publishes a drive on ROS 2 (docs/howto/ros2.md): /tf from map to odom (REP 105), /waymark/pose,
-/// /waymark/tags, /waymark/path, /waymark/markers, /waymark/image/compressed (if subscribed), /diagnostics,
-/// and /tf_static of cameras whose frames are not connected to the base. The services /waymark/start_teach,
-/// map, replay, pause and stop (std_srvs/Trigger) are the buttons of the drive. A pose on /initialpose sets
-/// the robot's pose. Runs on its own thread, which takes the updates of the feed.
+/// /waymark/tags, /waymark/path, /waymark/markers, /waymark/image/compressed (if subscribed) and
+/// /diagnostics. Also publishes /tf_static for cameras whose frames are not connected to the base. The
+/// services /waymark/start_teach, map, replay, pause and stop (std_srvs/Trigger) act as the buttons of the
+/// drive. A pose on /initialpose sets the robot's pose. Runs on its own thread, which receives the updates of
+/// the feed.
 class Ros2Node {
  public:
   /// The feed must outlive the node.
@@ -108,7 +110,7 @@ class Ros2Node {
   void publish_item(const ros2::PoseWithCovarianceStamped& estimate);
   void publish_item(const ros2::DiagnosticArray& compared);
   void publish_status(const LiveStatus& status);
-  /// The index of the publisher of a topic; nothing if it cannot be made: the drive continues without it.
+  /// The index of the publisher for a topic. Nothing if it cannot be created; the drive continues without it.
   std::optional<std::size_t> publisher_of(const std::string& topic, std::string_view type,
                                           const TopicQos& qos);
   template <class Message>
@@ -139,7 +141,7 @@ struct ServiceButton {
   std::string words{};
 };
 [[nodiscard]] ServiceButton button_of_service(const std::string& service, const std::string& phase);
-/// Names of the services for the operator's messages.
+/// Names of the services in the operator's messages.
 [[nodiscard]] ViewerLabels service_labels();
 
 }  // namespace waymark

@@ -50,14 +50,14 @@ void announce(const HttpServer& server, const PageOptions& page, const JobContro
               const std::function<void(const std::string&)>& address) {
   if (viewer_assets().empty())
     control.note(
-        "this program was built without the page: run tools/build_viewer.sh in the source folder and "
+        "this program was built without the viewer page: run tools/build_viewer.sh in the source folder and "
         "rebuild");
   if (page.port != 0 && server.port() != page.port)
-    control.note(fmt::format("port {} is in use; another one was chosen", page.port));
+    control.note(fmt::format("port {} is in use; another port was chosen", page.port));
   address(server.url());
   for (const std::string& url : server.urls_from_elsewhere()) control.note("from another machine: " + url);
   if (page.open && !open_browser(server.url()))
-    control.note("cannot open a browser; open the address by hand");
+    control.note("cannot open a browser; open the address manually");
 }
 
 namespace {

@@ -34,18 +34,16 @@ struct PageOptions {
   static void fields(Self& self, Visitor&& visit) {
     visit(self.port,
           JobField("port INT", "Port of the page; any free port if it is in use. 0: any", 0, 65535));
-    visit(
-        self.listen,
-        JobField(
-            "listen ADDRESS",
-            "Address of this machine for access from other machines, 0.0.0.0 for all; they need the token"));
+    visit(self.listen, JobField("listen ADDRESS",
+                                "Address on which other machines can reach this one, 0.0.0.0 for all "
+                                "addresses; they need the token"));
     visit(self.token, JobField("token WORD",
                                "Token that grants control and remote viewing: at least 16 characters. "
                                "Default: a random one"));
     visit(self.open, JobField("open", "Open the page in the browser"));
   }
 
-  /// The same fields for a page that is served only with the field `view`.
+  /// The same fields, for a page that is served only with the field `view`.
   template <class Self, class Visitor>
   static void fields_of_view(Self& self, Visitor&& visit) {
     fields(self, [&](auto& value, const JobField& field) {
@@ -63,10 +61,10 @@ struct ViewerOptions {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.view, JobField("view", "Show the robot in the browser while it runs, with buttons"));
+    visit(self.view, JobField("view", "Show the running robot in the browser, with buttons"));
     PageOptions::fields_of_view(self.page, visit);
     visit(self.ros2, JobField("publish_ros2",
-                              "Publish pose, /tf, tags and path on the network of ROS 2, with services as "
+                              "Publish pose, /tf, tags and path on the ROS 2 network, with services as "
                               "buttons: docs/howto/ros2.md")
                          .excludes("view")
                          .less());
@@ -78,33 +76,33 @@ struct ViewerOptions {
 /// random token if none is given. Fails on a token that is too weak.
 [[nodiscard]] Result<ServerOptions> server_options(const PageOptions& page, bool live);
 
-/// Passes the page's address to `address`, notes another port and the addresses for other machines, and opens
-/// the page if requested.
+/// Passes the page's address to `address`, and opens the page if requested. Notes report a different port,
+/// and the addresses for other machines.
 void announce(const HttpServer& server, const PageOptions& page, const JobControl& control,
               const std::function<void(const std::string&)>& address);
 
 /// Opens the page in the desktop's browser; false on failure.
 [[nodiscard]] bool open_browser(const std::string& url);
 
-/// The page of a running robot, served by its own thread until this is destroyed. The robot's loop must have
-/// ended by then.
+/// The page of a running robot, served on its own thread until this object is destroyed. The robot's loop
+/// must have ended by then.
 class LivePage {
  public:
-  /// Fails if the robot of the setup is not a process: a simulated robot in this process runs as fast as
-  /// possible, too fast to watch.
+  /// Fails if the robot of the setup is not a process, because a simulated robot in this process runs as fast
+  /// as possible, which is too fast to watch.
   static Result<std::unique_ptr<LivePage>> start(const PageOptions& page, const RobotSetup& setup,
                                                  const JobControl& control);
   /// Starts a ROS 2 node instead of a page, configured by the environment variables of ROS 2. It appears in
   /// the node list of the release `distro`.
   static Result<std::unique_ptr<LivePage>> start_ros2(const RobotSetup& setup, const std::string& distro);
   static Result<std::unique_ptr<LivePage>> start_ros2(const std::string& distro);
-  /// The page for another source of the feed, with this name.
+  /// The page for a different source of the feed, with this name.
   static Result<std::unique_ptr<LivePage>> start(const PageOptions& page, const std::string& name,
                                                  const JobControl& control);
   /// Page or node, as the options request; nullptr for neither.
   static Result<std::unique_ptr<LivePage>> open(const ViewerOptions& viewers, const RobotSetup& setup,
                                                 const JobControl& control);
-  /// Page or node for another source of the feed with this name, such as a live camera.
+  /// Page or node for a different source of the feed with this name, such as a live camera.
   static Result<std::unique_ptr<LivePage>> open(const ViewerOptions& viewers, const std::string& name,
                                                 const JobControl& control);
   ~LivePage();
@@ -126,7 +124,7 @@ class LivePage {
 /// The system clock in the unit of the feed.
 [[nodiscard]] std::int64_t host_now_ns();
 
-/// A listener that also passes samples to the feed, if there is one, and that the control can end.
+/// A listener that also passes samples to the feed, if there is one, and ends if the control cancels.
 [[nodiscard]] RobotListener watched(RobotListener listener, LiveFeed* feed, const JobControl& control);
 
 /// Shows a session, a taught lap or a replay to viewers. Without a feed the functions do nothing.
@@ -135,12 +133,12 @@ class SessionViewers {
   explicit SessionViewers(LiveFeed* feed) : feed_(feed) {}
 
   void show_camera(const SimulatedSetup& setup);
-  /// Shows map.yaml, route.yaml and robot.yaml of the folder, as far as they exist, and the map as shapes.
+  /// Shows map.yaml, route.yaml and robot.yaml in the folder if they exist, and draws the map.
   void show_map(const std::filesystem::path& folder);
   void show_status(const Operator& session, const OperatorInput& input);
   void show_status(LiveStatus status);
-  /// A listener of a replay's decisions that shows estimates, consistency checks and progress. Viewers only
-  /// receive the newest of each.
+  /// A listener for a replay's decisions that shows estimates, consistency checks and progress. Viewers
+  /// receive only the newest of each.
   [[nodiscard]] std::function<void(const ReplayStep&)> watch(double goal_m);
 
  private:
@@ -156,7 +154,7 @@ class PhaseViewers {
  public:
   /// `keys_taken`: a driver reads the keys of the terminal itself.
   PhaseViewers(LiveFeed* feed, const SimulatedSetup& setup, OperatorState phase, bool keys_taken = false);
-  /// Orders of viewers and of the space bar. This must outlive the result.
+  /// Orders from viewers and from the space bar. This must outlive the result.
   [[nodiscard]] SessionRequests requests();
   [[nodiscard]] SessionViewers& viewers() { return viewers_; }
 
