@@ -15,7 +15,7 @@
 namespace waymark {
 namespace {
 
-/// Detections of all images, with their counts.
+/// Detections in all images, with counts.
 struct Reports {
   std::vector<PictureReport> reports{};
   DetectSummary summary{};
@@ -39,7 +39,7 @@ Result<Reports> read_reports(const EvaluateDetectionsJob& job) {
   return Reports{.reports = std::move(*reports)};
 }
 
-/// The images to score, each with its ground truth. Notes which are skipped and why.
+/// The images to score, each with its ground truth. Notes report which images are skipped and why.
 Result<std::vector<ImageDetections>> join(std::vector<PictureReport> reports, const DetectionTruth& truth,
                                           const JobControl& control) {
   std::vector<ImageDetections> images;
@@ -52,8 +52,8 @@ Result<std::vector<ImageDetections>> join(std::vector<PictureReport> reports, co
     if (name && !seen.emplace(*name, report.image).second) {
       return fail(
           ErrorCode::InvalidArgument,
-          fmt::format("'{}' and '{}' both match '{}' of the ground truth", seen[*name], report.image, *name),
-          {}, "Add the folder to the image column of the ground truth.");
+          fmt::format("'{}' and '{}' both match '{}' in the ground truth", seen[*name], report.image, *name),
+          {}, "Add the folder to the image column in the ground truth.");
     }
     images.push_back({std::move(report.detections), name ? truth.at(*name) : std::vector<TrueTag>()});
   }
@@ -64,10 +64,11 @@ Result<std::vector<ImageDetections>> join(std::vector<PictureReport> reports, co
                     : fmt::format("The ground truth contains, for example, '{}'.", truth.begin()->first));
   }
   if (without_truth > 0) {
-    control.note("not in the ground truth, assumed to contain no tag: " + counted(without_truth, "image"));
+    control.note("not in the ground truth and therefore assumed to contain no tag: " +
+                 counted(without_truth, "image"));
   }
   if (seen.size() < truth.size()) {
-    control.note("in the ground truth, but not given: " + counted(truth.size() - seen.size(), "image"));
+    control.note("in the ground truth but not given: " + counted(truth.size() - seen.size(), "image"));
   }
   return images;
 }
@@ -195,7 +196,8 @@ std::string between(const ClassScores& scores) {
                              : fmt::format("{:g} - {:g}", scores.low, scores.high);
 }
 
-/// Rounds to the printed digits and turns -0 into 0: the mean of errors that cancel may have either sign.
+/// Rounds to the printed digits and turns -0 into 0, because the mean of errors that cancel may have either
+/// sign.
 double rounded_to_print(double value) { return std::round(value * 1e4) / 1e4 + 0.0; }
 
 void put_corner_columns(Text& text, const std::optional<CornerScores>& corners) {

@@ -44,7 +44,7 @@ struct EvaluateDetectionsReport {
   std::optional<DetectionScores> scores{};  ///< empty: see error
   std::optional<Error> error{};
   std::size_t failed = 0;  ///< images that were skipped or failed
-  bool stopped = false;    ///< cancelled; the images up to then are scored
+  bool stopped = false;    ///< cancelled; only the images up to that point are scored
 };
 
 /// Fails if the ground truth or the detections cannot be read. Notes report skipped images. `finder` is used
@@ -57,7 +57,7 @@ struct EvaluateDetectionsReport {
 [[nodiscard]] ReportFields fields(const CornerScores& corners);
 [[nodiscard]] ReportFields fields(const CornerConsistency& consistency);
 
-/// Text tables: totals; recall, corner error and bias by size and by tilt; recall by both.
+/// Text tables with totals, with recall, corner error and bias by size and by tilt, and with recall by both.
 [[nodiscard]] std::string to_text(const DetectionScores& scores);
 
 }  // namespace waymark

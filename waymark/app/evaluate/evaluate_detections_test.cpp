@@ -73,8 +73,8 @@ TEST_F(EvaluateDetections, CountsCorrectMissedWrongAndFalseDetections) {
   EXPECT_EQ(json["truth"], 3);
   EXPECT_EQ(json["detections"], 3);
   EXPECT_EQ(json["correct"], 1);
-  EXPECT_EQ(json["wrong_ids"], 1) << "tag 9 at the place of tag 3";
-  EXPECT_EQ(json["false_positives"], 1) << "tag 5 at a place without a tag";
+  EXPECT_EQ(json["wrong_ids"], 1) << "tag 9 where tag 3 is";
+  EXPECT_EQ(json["false_positives"], 1) << "tag 5 where there is no tag";
   EXPECT_NEAR(json["recall"].get<double>(), 1.0 / 3, 1e-12);
 }
 
@@ -106,7 +106,7 @@ TEST_F(EvaluateDetections, UnmatchedImagesAreReported) {
   EXPECT_THAT(notes_, Contains(HasSubstr("not given: 1 image")));
   EXPECT_EQ(report->scores->false_positives, 1U)
       << "an image without ground truth is assumed to contain no tag";
-  EXPECT_EQ(report->scores->truth, 1U) << "tags of images that were not given do not count";
+  EXPECT_EQ(report->scores->truth, 1U) << "tags in images that were not given are not counted";
   const auto others = evaluate({picture("x.png", {})}, truth_row("a.png", square_at(1, 100)));
   ASSERT_TRUE(others);
   ASSERT_TRUE(others->error);

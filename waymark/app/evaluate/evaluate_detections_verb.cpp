@@ -64,8 +64,9 @@ Verb evaluate_detections_verb() {
       .sentence = "Score detected tags against the true corners",
       .help =
           R"(A detection is correct if its family, id and corner order are correct and its corners are near the true
-ones. Corner error = detected - true; outward is away from the tag's centre. An image that is not in
-the ground truth is assumed to contain no tag; the ground truth may omit folders and suffix (photo for a/photo.png).
+ones. The corner error is the detected position minus the true one; outward is away from the tag's centre. An image that
+is not in the ground truth is assumed to contain no tag. The ground truth may omit folders and file extension (photo for
+a/photo.png).
 
 Exit code: 0 scored, 1 a file could not be read, 2 wrong usage, 130 stopped by Ctrl-C.
 

@@ -45,10 +45,11 @@ Result<TrajectoryRow> score_row(const std::string& name, EstimatedTrajectory pos
       return fmt::format("{:.3f} to {:.3f} s", to_seconds(timed.front().stamp.time_since_epoch()),
                          to_seconds(timed.back().stamp.time_since_epoch()));
     };
-    return fail(ErrorCode::NotFound,
-                fmt::format("no estimate is within the time of the reference: {} has {}, the reference {}",
-                            name, span(row.poses), span(inputs.reference.timed)),
-                {}, "Check that both are of the same drive and on the same clock.");
+    return fail(
+        ErrorCode::NotFound,
+        fmt::format("no pose is at a time covered by the reference: the {} covers {}, the reference {}", name,
+                    span(row.poses), span(inputs.reference.timed)),
+        {}, "Check that both are from the same drive and use the same clock.");
   }
   const Result<TrajectoryScores> scores = score_trajectory(pairs, report.alignment, report.options);
   if (!scores) return tl::unexpected(scores.error());
@@ -58,20 +59,20 @@ Result<TrajectoryRow> score_row(const std::string& name, EstimatedTrajectory pos
   return row;
 }
 
-/// Prints the ATE after alignment if it is much smaller: the frames of the two trajectories may differ, for
-/// example because the map frame is the start of the lap.
+/// Prints the ATE after alignment if it is much smaller. The frames of the two trajectories may then differ,
+/// for example because the map frame is that of the start of the lap.
 void note_frame_difference(const TrajectoryRow& row, const EvaluationInputs& inputs,
                            const TrajectoryReport& report, const JobControl& control) {
   constexpr double kLarge_m = 0.05;
-  constexpr double kMaxRatio = 0.25;  // of the ATE after alignment to the one before
+  constexpr double kMaxRatio = 0.25;  // of the ATE after alignment to that before
   if (!row.scores || report.alignment != AlignmentKind::None || row.scores->ate_m.rmse < kLarge_m) return;
   const auto pairs = pair_by_time(row.poses, inputs.reference.timed, duration_of(report.options.max_gap_s));
   const auto aligned = score_trajectory(pairs, AlignmentKind::Se2, report.options);
   if (!aligned || aligned->ate_m.rmse > kMaxRatio * row.scores->ate_m.rmse) return;
-  control.note(fmt::format(
-      "with `alignment=se2` the ATE is {:.4f} m, which is the error if EST and REF have different "
-      "frames, for example because the map frame is the start of the lap",
-      aligned->ate_m.rmse));
+  control.note(
+      fmt::format("with `alignment=se2` the ATE is {:.4f} m. This is the actual error if EST and REF have "
+                  "different frames, for example because the map frame is that of the start of the lap",
+                  aligned->ate_m.rmse));
 }
 
 /// The interval in which estimates are expected: that of the reference, else of the odometry.
@@ -83,7 +84,7 @@ std::optional<std::pair<SensorTime, SensorTime>> expected_interval(const Evaluat
   return std::nullopt;
 }
 
-/// The first estimate at a time covered by odometry. Only the first second is searched: an image may
+/// The first estimate at a time covered by odometry. Only the first second is searched, because an image may
 /// precede the first odometry.
 std::optional<StampedPose> common_start(const EstimatedTrajectory& estimate, const Trajectory& wheels) {
   constexpr Duration kMaxDelay = std::chrono::seconds(1);
@@ -94,7 +95,8 @@ std::optional<StampedPose> common_start(const EstimatedTrajectory& estimate, con
   return std::nullopt;
 }
 
-/// Adds the rows of dead reckoning, which start at the first pose of the estimate and end with it.
+/// Adds the rows for dead reckoning, which start at the first pose of the estimate and end at the same time
+/// as it.
 Status add_dead_reckoning(const EvaluationInputs& inputs, TrajectoryReport& report) {
   const EstimatedTrajectory estimate = report.rows.front().poses;
   const Trajectory wheels = wheel_odometry(inputs.motion.odometry);
@@ -106,7 +108,7 @@ Status add_dead_reckoning(const EvaluationInputs& inputs, TrajectoryReport& repo
   const std::optional<StampedPose> start = common_start(estimate, wheels);
   if (!start)
     return fail(ErrorCode::NotFound, "the odometry does not cover the start of EST", {},
-                "Use a recording of the same drive, on the same clock.");
+                "Use a recording of the same drive with the same clock.");
   for (const auto& [name, trajectory] :
        {std::pair("odometry", &wheels), std::pair("odometry with gyro", &gyro)}) {
     EstimatedTrajectory placed = within(placed_at(*trajectory, *start), start->stamp, estimate.back().stamp);
@@ -162,7 +164,7 @@ Status check_effects(const EvaluateTrajectoryJob& job, const Reference* referenc
   FieldRefusals refused(given);
   refused.fields(job.figures.empty(), {"map"}, "no figure is drawn", "Add `figures`, or omit this option.");
   refused.fields(known && reference->timed.empty(), {"alignment", "time_offset_s"},
-                 "REF contains only a path, without times", "Omit this option.");
+                 "REF contains only a path without times", "Omit this option.");
   refused.fields(known && !reference->timed.empty(), {"closed"},
                  "REF contains times, so its path is not closed", "Omit this option.");
   return refused.status();
@@ -260,7 +262,7 @@ ReportFields fields_of_row(const TrajectoryRow& row, const TrajectoryScoreOption
   const auto& s = row.scores;
   const auto relative = part(s, &TrajectoryScores::relative);
   ReportFields all = {
-      {"name", "`estimate`, or dead reckoning for comparison: `odometry`, `odometry with gyro`", row.name},
+      {"name", "`estimate`; or dead reckoning, for comparison: `odometry`, `odometry with gyro`", row.name},
       {"poses", "Number of poses", row.poses.size()},
       {"paired", "Number of poses at times covered by REF", row.pairs},
       {"duration_s", "Time from the first pose to the last", seconds_of(row.poses)},
@@ -288,7 +290,8 @@ ReportFields fields_of_row(const TrajectoryRow& row, const TrajectoryScoreOption
                  part(row.path, &PathScores::distance_m));
   all.insert(
       all.end(),
-      {{"side_rmse_m", "Signed distance from the part of REF with the robot's direction; left is positive",
+      {{"side_rmse_m",
+        "Signed distance from the part of REF with the same direction as the robot; left is positive",
         part(part(sides, &PathScores::side_m), &ErrorStatistics::rmse)},
        {"side_mean_m", "Mean signed distance", part(sides, &PathScores::side_mean_m)},
        {"end_to_start_m", "Distance from the first pose to the last", end_to_start_m(row.poses)},
@@ -298,15 +301,14 @@ ReportFields fields_of_row(const TrajectoryRow& row, const TrajectoryScoreOption
         part(usable, &Consistency::nees_mean)},
        {"nees_median", "Median of the normalised estimation error squared",
         part(usable, &Consistency::nees_median)},
-       {"inside_95", "Fraction of the poses within their 95 % ellipsoids",
-        part(usable, &Consistency::inside_95)},
+       {"inside_95", "Fraction of poses within their 95 % ellipsoids", part(usable, &Consistency::inside_95)},
        {"jumps",
         "Steps that differ from those of REF, or of the odometry, by more than `jump_m` or `jump_deg`",
         row.jumps}});
   return all;
 }
 
-/// A row of dead reckoning.
+/// A row for dead reckoning.
 struct RowBeside {
   TrajectoryRow row{};
   TrajectoryScoreOptions options{};
@@ -339,11 +341,15 @@ ReportFields fields(const TrajectoryReport& report) {
   all.insert(all.end(), of_estimate.begin(), of_estimate.end());
   all.insert(
       all.end(),
-      {{"nis_mean", "Normalised innovation squared of an observation; 1 if the filter is consistent",
+      {{"nis_mean",
+        "Mean normalised innovation squared per degree of freedom of an observation; 1 if the filter is "
+        "consistent",
         part(nis, &NisSummary::mean)},
-       {"observations", "Number of observations in nis_mean", part(report.nis, &NisSummary::observations)},
+       {"observations", "Number of observations used for nis_mean",
+        part(report.nis, &NisSummary::observations)},
        {"uncertain", "Number of estimates marked uncertain, which are not evaluated", report.uncertain},
-       {"coverage", "Fraction of the time of REF, or of the odometry, with an estimate within `max_gap_s`",
+       {"coverage",
+        "Fraction of the duration of REF, or of the odometry, with an estimate within `max_gap_s`",
         report.coverage},
        {"time_to_first_fix_s", "Time from the first pose of REF, or of the odometry, to the first estimate",
         report.time_to_first_fix_s},
@@ -369,7 +375,7 @@ std::vector<Odometry> odometry_of(const std::string& path, const JobControl& con
   return all;
 }
 
-/// Whether two recordings are of different drives: their wheel odometry differs at the same times.
+/// Whether two recordings are from different drives, because their wheel odometry differs at the same times.
 bool different_drives(const std::string& a, const std::string& b, const JobControl& control) {
   constexpr double kTolerance = 1e-3;  // [m], [rad]
   const std::vector<Odometry> first = odometry_of(a, control);
@@ -407,13 +413,13 @@ std::vector<std::string> comparison_warnings(const TrajectoryReport& report, con
   const TrajectoryRow& estimate = report.rows.front();
   if (estimate.scores && 2 * estimate.pairs < estimate.poses.size())
     all.push_back(
-        fmt::format("REF covers the times of only {} of {} poses of EST. Are both of the same drive, on "
+        fmt::format("REF covers the times of only {} of {} poses of EST. Are both from the same drive, with "
                     "the same clock?",
                     estimate.pairs, estimate.poses.size()));
   if (different_drives(report.estimate, report.reference, control))
     all.emplace_back(
-        "EST and REF are recordings of different drives: their odometry differs at the same times. "
-        "The errors show the distance between the drives, not the accuracy of EST");
+        "EST and REF are recordings of different drives: their odometry differs at the same times. The "
+        "errors are distances between the drives, not a measure of the accuracy of EST");
   double rmse_m = 0;
   if (estimate.scores) {
     rmse_m = estimate.scores->ate_m.rmse;
@@ -424,10 +430,10 @@ std::vector<std::string> comparison_warnings(const TrajectoryReport& report, con
   constexpr double kMinRatio = 0.7;  // of the distance to the extent of REF
   if (report.alignment == AlignmentKind::None &&
       rmse_m > std::max(kMinDistance_m, kMinRatio * spread_of(reference)))
-    all.push_back(fmt::format(
-        "EST is {:.1f} m from REF, which is about the extent of REF itself. Are both in the same map "
-        "frame? `alignment=se2` compares their shapes only",
-        rmse_m));
+    all.push_back(
+        fmt::format("EST is {:.1f} m from REF, which is about the extent of REF itself. Are both in the same "
+                    "map frame? `alignment=se2` compares only their shapes",
+                    rmse_m));
   return all;
 }
 
@@ -469,8 +475,9 @@ std::string nis_text(const NisSummary& nis) {
       : nis.mean < 0.5
           ? "innovations are smaller than assumed: assume less noise"
           : "consistent (errors common to all observations, such as a displaced map, are not tested)";
-  return fmt::format("observations: NIS {:.2f} per degree of freedom of {} (expected: 1), {} rejected: {}\n",
-                     nis.mean, nis.observations, nis.rejected, verdict);
+  return fmt::format(
+      "observations: NIS {:.2f} per degree of freedom over {} (expected: 1), {} rejected: {}\n", nis.mean,
+      nis.observations, nis.rejected, verdict);
 }
 
 }  // namespace

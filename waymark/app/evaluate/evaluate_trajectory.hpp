@@ -19,12 +19,12 @@ struct EvaluateTrajectoryJob {
   std::string reference{};  ///< see read_reference()
   std::string estimate_topic{};
   std::string reference_topic{};
-  std::string odometry{};          ///< recording whose odometry is also evaluated; empty: none
+  std::string odometry{};          ///< recording whose odometry is evaluated as well; empty: none
   std::string figures{};           ///< folder for figures; empty: none
   std::string map{};               ///< map whose tags are drawn; empty: none
   std::string alignment = "none";  ///< see alignment_kind()
   bool closed = false;             ///< the path of the reference returns to its first point
-  double from_s = 0;               ///< from the start of the estimate, as to_s
+  double from_s = 0;               ///< from the start of the estimate, like to_s
   double to_s = 1e9;
   double time_offset_s = 0;  ///< added to the stamps of the reference
   TrajectoryScoreOptions scoring{};
@@ -37,17 +37,17 @@ struct EvaluateTrajectoryJob {
                                    "Reference: a recording with /truth/pose, a TUM file, a route.yaml, "
                                    "or a CSV of points (x_m,y_m), which defines only a path")
                               .input());
-    visit(self.estimate_topic, JobField("est_topic TOPIC", "Topic of EST's poses; usually /waymark/pose"));
-    visit(self.reference_topic, JobField("ref_topic TOPIC", "Topic of REF's poses; usually /truth/pose"));
+    visit(self.estimate_topic, JobField("est_topic TOPIC", "Topic with EST's poses; usually /waymark/pose"));
+    visit(self.reference_topic, JobField("ref_topic TOPIC", "Topic with REF's poses; usually /truth/pose"));
     visit(
         self.alignment,
         JobField(
             "alignment KIND",
             "Alignment before errors are computed: none (the map's own frame), se2, se3 or sim3 (with scale)")
             .one_of("none,se2,se3,sim3"));
-    visit(self.closed, JobField("closed", "Close the path of REF: it returns to its first point"));
+    visit(self.closed, JobField("closed", "Treat the path of REF as closed: it returns to its first point"));
     visit(self.odometry, JobField("odometry LOG",
-                                  "Recording whose wheel odometry is also evaluated, with and without "
+                                  "Recording whose wheel odometry is evaluated as well, with and without "
                                   "gyro, starting at the first pose of EST"));
     visit(self.from_s,
           JobField("from S", "Start of the evaluated interval, in seconds from the start of EST"));
@@ -55,7 +55,8 @@ struct EvaluateTrajectoryJob {
                          .without_default());
     visit(self.time_offset_s,
           JobField("time_offset_s NUMBER", "Clock offset added to the stamps of REF").usually("0"));
-    visit(self.figures, JobField("figures FOLDER", "Folder for figures: paths from above, error over time"));
+    visit(self.figures,
+          JobField("figures FOLDER", "Folder for figures: paths seen from above, and error over time"));
     visit(self.map, JobField("map FILE", "Map whose tags are drawn in the figure"));
   }
 };
@@ -82,7 +83,7 @@ struct TrajectoryReport {
   std::optional<double> time_to_first_fix_s{};
 };
 
-/// The contents of the files of a job.
+/// The contents of a job's files.
 struct EvaluationInputs {
   EstimatedTrajectory estimate{};
   Reference reference{};
@@ -99,8 +100,8 @@ struct EvaluationInputs {
 [[nodiscard]] Result<std::vector<std::string>> write_evaluation_figures(const EvaluationInputs& inputs,
                                                                         const TrajectoryReport& report,
                                                                         const std::string& folder);
-/// Distance and heading change from the first pose to the last: the error of a robot that returned to its
-/// start. 0 without poses.
+/// Distance and heading change from the first pose to the last, which are the errors of a robot that returned
+/// to its start. 0 without poses.
 [[nodiscard]] double end_to_start_m(const EstimatedTrajectory& poses);
 [[nodiscard]] double end_to_start_deg(const EstimatedTrajectory& poses);
 
@@ -111,9 +112,9 @@ struct EvaluationInputs {
 [[nodiscard]] Status check_effects(const EvaluateTrajectoryJob& job, const Reference* reference,
                                    const GivenFields& given);
 
-/// Warnings about a comparison: few common times; different drives (both recordings contain wheel odometry,
-/// which differs); a distance as large as the reference. Reads the odometry of both files again if they are
-/// recordings.
+/// Warns if the trajectories have few common times, if they are from different drives (both recordings
+/// contain wheel odometry, and it differs), or if their distance is as large as the reference. Reads the
+/// odometry of both files again if they are recordings.
 [[nodiscard]] std::vector<std::string> comparison_warnings(const TrajectoryReport& report,
                                                            const Reference& reference,
                                                            const JobControl& control = {});

@@ -21,7 +21,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-/// A pose on an ellipse, at this time.
+/// The pose on an ellipse at this time.
 SE3 on_ellipse(double s) {
   const double angle = 0.2 * s;
   return lift(SE2(3 * std::cos(angle), 2 * std::sin(angle), angle));
@@ -237,7 +237,7 @@ TEST_F(ComparisonWarnings, FewCommonTimes) {
   EXPECT_THAT(warnings({.estimate = tum("a.txt", circle(20, 60)), .reference = reference}),
               ElementsAre(HasSubstr("only 101 of 401 poses of EST")));
   EXPECT_THAT(warnings({.estimate = tum("a.txt", circle(10, 40)), .reference = reference}), IsEmpty())
-      << "two thirds are common";
+      << "two thirds of the times are common";
 }
 
 TEST_F(ComparisonWarnings, ADistantPlaceUnlessAligned) {
@@ -337,7 +337,7 @@ TEST(TrajectoryText, PrintsOneRowPerTrajectoryAndAVerdict) {
   EXPECT_THAT(to_text(report), HasSubstr("no covariance of the estimate is positive definite"));
 }
 
-/// A report of an estimate with this error, of whose `poses` the reference covers `pairs`.
+/// A report for an estimate with this error; the reference covers `pairs` of its `poses`.
 TrajectoryReport report_of(double rmse_m, std::size_t pairs, std::size_t poses) {
   TrajectoryReport report{.estimate = "/none/a", .reference = "/none/b"};
   TrajectoryRow row{

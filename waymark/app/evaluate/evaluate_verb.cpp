@@ -19,7 +19,7 @@ struct TrajectoryArgs {
 ExitCode evaluate(const TrajectoryArgs& args, Console& console) {
   EvaluateTrajectoryJob job = args.job;
   if (job.estimate.empty() || job.reference.empty()) {
-    console.note("give two files, EST REF, or the verb 'detections'. See `waymark evaluate --help`.");
+    console.note("give two files, EST and REF, or the verb 'detections'. See `waymark evaluate --help`.");
     return ExitCode::Usage;
   }
   const GivenFields given = given_on(args.settings.app());
@@ -50,12 +50,12 @@ Verb evaluate_verb() {
       .name = "evaluate",
       .sentence = "Compare an estimate with the ground truth",
       .help =
-          R"(EST REF compares a trajectory with ground truth, at the same times (REF is interpolated) and in REF's
-frame. ATE is the distance, and RPE the error of a motion of --rpe-delta-s seconds, as evo defines them. path is the
-distance from the path of REF, regardless of time. side is the signed distance from the part of REF with the robot's
-direction. NEES tests whether the covariance of the estimate is consistent: it is 3 on average, and more if
-overconfident. NIS (for recordings by `waymark localize`) tests the observations: it is 1 on average. Estimates marked
-uncertain are counted, but not evaluated.
+          R"(Compares a trajectory (EST) with ground truth (REF) at the same times, by interpolating REF, and in REF's frame. ATE is
+the distance, and RPE is the error of a motion over --rpe-delta-s seconds, both as defined by evo. "path" is the
+distance from the path of REF, regardless of time. "side" is the signed distance from the part of REF with the same
+direction as the robot. NEES tests whether the covariance of the estimate is consistent: its mean is then 3, and larger
+if the covariance is overconfident. NIS (for recordings written by `waymark localize`) tests the observations: its mean
+should be 1. Estimates marked uncertain are counted but not evaluated.
 
 Exit code: 0 compared, 1 a file could not be read or compared, 2 wrong usage.
 

@@ -11,7 +11,7 @@
 namespace waymark {
 
 struct PlotJob {
-  std::vector<std::string> runs{};  ///< recordings, map folders, or the folder of a demo
+  std::vector<std::string> runs{};  ///< recordings, map folders, or a demo folder
   std::string figure{};             ///< empty: list the figures, write nothing
   std::string output{};             ///< .svg, .png or .pdf; empty: FIGURE.svg
   bool force = false;               ///< replace an existing file
@@ -19,9 +19,9 @@ struct PlotJob {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.runs,
-          JobField("runs RUN ...", "Recordings, map folders, or the folder of a demo").input().required());
-    visit(self.figure, JobField("figure NAME", "Name of the figure. Unless given: all figures are listed"));
-    visit(self.output, JobField("output FILE", "File to write: .svg, .png or .pdf (usual: NAME.svg)"));
+          JobField("runs RUN ...", "Recordings, map folders, or a demo folder").input().required());
+    visit(self.figure, JobField("figure NAME", "Name of the figure. Default: list all figures"));
+    visit(self.output, JobField("output FILE", "File to write: .svg, .png or .pdf (default: NAME.svg)"));
     visit(self.force, JobField("force", "Replace an existing file"));
   }
 };

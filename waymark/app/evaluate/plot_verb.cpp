@@ -21,7 +21,7 @@ Verb plot_verb() {
       .name = "plot",
       .sentence = "Draw a single figure of a report",
       .help =
-          R"(Writes a figure of `waymark report` to a file, for a paper or a slide. Without --figure, lists the figures.
+          R"(Writes a figure of `waymark report` to a file, for a paper or a slide. Without --figure, it lists the figures.
 
 Exit code: 0 written or listed, 1 an input could not be read or the file already exists, 2 wrong usage or no
 such figure.

@@ -48,7 +48,7 @@ double rate_hz(const std::vector<Stamped>& samples) {
   return seconds > 0 ? static_cast<double>(samples.size() - 1) / seconds : 0;
 }
 
-/// Detections of a drive, summed up.
+/// Totals over the detections of a drive.
 struct DetectionTotals {
   std::size_t tags = 0;
   std::size_t with_two = 0;
@@ -113,8 +113,8 @@ std::vector<std::string> row_of(const DriveRun& drive) {
 plot::PageTable side_by_side(const Runs& runs) {
   plot::PageTable table{
       .caption =
-          "Data and detections of each robot, without ground truth. Tags: mean number per image. "
-          "Side: median side of the black squares. Sigma: median standard deviation of the position",
+          "Data and detections of each robot, without ground truth: mean number of tags per image, median "
+          "side of the black squares, and median standard deviation of the position (sigma)",
       .head = {"drive", "source", "duration [s]", "distance [m]", "speed [m/s]", "odometry [Hz]",
                "camera [Hz]", "tags", "two or more [%]", "longest gap [s]", "side [px]", "sigma [mm]"}};
   for (const DriveRun& drive : runs.drives) table.rows.push_back(row_of(drive));
@@ -123,7 +123,7 @@ plot::PageTable side_by_side(const Runs& runs) {
 
 plot::PageTable sensors_side_by_side(const Runs& runs) {
   plot::PageTable table{
-      .caption = "Behaviour of sensors and motors, measured in the same way in each recording",
+      .caption = "Behaviour of sensors and motors, measured in the same way for each recording",
       .head = {"quantity"}};
   std::vector<const DriveRun*> measured;
   for (const DriveRun& drive : runs.drives)
@@ -165,7 +165,7 @@ Trajectory thin(const std::vector<Pose>& poses) {
   return kept;
 }
 
-/// Tags of the map in the recording, which the robot used; empty if there is none.
+/// Tags of the map that the robot used, from the recording; empty if there is none.
 TagMap tags_of(const DriveRun& drive) {
   const auto text = drive.lap.attachments.find("map.yaml");
   if (text == drive.lap.attachments.end()) return {};
@@ -262,7 +262,7 @@ plot::PageSection drive_section(const DriveRun& drive) {
     section.figures.push_back(floor_figure(drive));
   if (!drive.lap.odometry.empty())
     section.figures.push_back(
-        {"speed", plot::speed_figure("Speed", drive.lap.odometry), "By wheel odometry."});
+        {"speed", plot::speed_figure("Speed", drive.lap.odometry), "From wheel odometry."});
   if (!drive.lap.frames.empty())
     section.figures.push_back({"tags_in_view", plot::tags_in_view_figure("Tags in view", drive.lap.frames),
                                "With fewer than two tags the position is uncertain."});
@@ -290,7 +290,7 @@ std::string sigma_mm(const MappedTag& tag) {
   return millimetres(std::sqrt(std::max(0.0, variance_m2)));
 }
 
-/// Data from the lap of a map, to evaluate the map.
+/// Data from a map's lap, used to evaluate the map.
 struct LapEvidence {
   std::optional<World> world{};
   std::optional<MappedLap> chain{};  ///< the map before optimisation
@@ -316,7 +316,7 @@ LapEvidence evidence_of(const MapRun& run, const DriveRun& drive, const JobContr
                                           *setup.camera, *setup.base_T_cam);
   const Result<TeachSetup> teach = setup_of(drive.lap, {});
   if (!teach) return evidence;
-  control.progress({"chaining the tags of " + drive.file});
+  control.progress({"chaining the tags in " + drive.file});
   Result<MappedLap> chain =
       map_lap({drive.lap.frames, drive.lap.odometry}, *teach, {.method = MapMethod::Chain});
   if (chain) evidence.chain = std::move(*chain);
@@ -383,8 +383,8 @@ void add_before_and_after(const MapRun& run, const DriveRun& drive, const LapEvi
   layers.push_back({"before (chain)", evidence.chain->trajectory, evidence.chain->map, plot::kTaughtColor});
   layers.push_back({"after", run.trajectory, run.map.tags, plot::kEstimateColor});
   section.figures.push_back({"before_after", plot::path_figure("Before and after optimisation", layers),
-                             "The chain joins tags observed in one frame; the optimised map fits all "
-                             "corners, wheel odometry and the floor jointly."});
+                             "The chain connects tags observed in the same frame; the optimised map jointly "
+                             "fits all corners, wheel odometry and the floor."});
 }
 
 }  // namespace
@@ -401,7 +401,7 @@ plot::PageSection map_section(const MapRun& run, const DriveRun* drive, const Jo
   const LapEvidence evidence = drive != nullptr ? evidence_of(run, *drive, control) : LapEvidence{};
   if (drive == nullptr)
     section.words.emplace_back(
-        "The recording of this map was not given, so residuals and comparison are missing.");
+        "The recording of this map was not given, so residuals and the comparison are missing.");
   if (drive != nullptr) add_before_and_after(run, *drive, evidence, section);
   section.tables.push_back(tag_table(run, evidence));
   const std::vector<plot::PathLayer> layers = {{"map", run.trajectory, run.map.tags, plot::kEstimateColor}};
@@ -417,7 +417,7 @@ plot::PageSection map_section(const MapRun& run, const DriveRun* drive, const Jo
 // Drives on the same route.
 namespace {
 
-/// Hull of the robot of a drive, for the clearance; a point if unknown.
+/// Hull of the robot in a drive, for the clearance; a point if unknown.
 Hull hull_of(const DriveRun& drive) {
   const auto yaml = robot_yaml_of(drive.lap);
   if (!yaml) return {};
@@ -548,7 +548,7 @@ Status add_map(const fs::path& folder, Runs& runs) {
   return {};
 }
 
-/// The recordings in a folder, oldest first, which is the order in which they were made.
+/// The recordings in a folder in the order in which they were made, oldest first.
 std::vector<std::string> recordings_in(const fs::path& folder) {
   std::vector<std::pair<fs::file_time_type, std::string>> found;
   std::error_code error;
@@ -580,11 +580,11 @@ Status add_folder(const fs::path& folder, Runs& runs, const JobControl& control)
               "Give a folder written by `waymark demo` or `waymark map`, or recordings.");
 }
 
-/// A report replaces an older report, but no other page.
+/// A report replaces an older report, but no other file.
 Status check_output(const fs::path& output, bool force) {
   const std::string suffix = output.extension().string();
   if (suffix != ".html" && suffix != ".htm")
-    return fail(ErrorCode::InvalidArgument, "the name of a report must end with .html or .htm",
+    return fail(ErrorCode::InvalidArgument, "the file name of a report must end in .html or .htm",
                 {.source = output.string(), .key = "`output`"});
   std::error_code ignored;
   if (!force && fs::is_regular_file(output, ignored)) {

@@ -13,7 +13,7 @@
 #include "waymark/samples/route.hpp"
 #include "waymark/samples/trajectory.hpp"
 
-/// Input of a report and its figures.
+/// Inputs for a report and its figures.
 namespace waymark {
 
 /// One recording.
@@ -29,7 +29,7 @@ struct MapRun {
   std::filesystem::path folder{};
   MapFile map{};
   std::optional<Route> route{};
-  Trajectory trajectory{};  ///< of its lap; empty if missing
+  Trajectory trajectory{};  ///< of the map's lap; empty if missing
 };
 
 struct Runs {
@@ -39,14 +39,14 @@ struct Runs {
 };
 
 /// Each path is a recording, a map folder, or a folder with recordings and optionally a map/, as written by
-/// `waymark demo`. Fails on other and on unreadable files.
+/// `waymark demo`. Fails on other files, and on unreadable ones.
 [[nodiscard]] Result<Runs> read_runs(const std::vector<std::string>& paths, const JobControl& control);
 
 /// The drive from which a map was made, if it is among the runs (map.yaml names its recording).
 [[nodiscard]] const DriveRun* drive_of(const MapRun& map, const Runs& runs);
 
-/// The report: a section for each drive and map, and one that compares the drives. Fails if the runs contain
-/// nothing to show.
+/// The report, with one section for each drive and each map, and one that compares the drives. Fails if the
+/// runs contain nothing to show.
 [[nodiscard]] Result<plot::Page> report_page(const Runs& runs, const JobControl& control);
 
 struct ReportSummary {
@@ -61,11 +61,11 @@ struct ReportJob {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.runs, JobField("runs RUN ...",
-                              "Recordings, map folders, or the folder of a demo; all drives are compared "
-                              "with the first one")
-                         .input()
-                         .required());
+    visit(self.runs,
+          JobField("runs RUN ...",
+                   "Recordings, map folders, or a demo folder; all drives are compared with the first one")
+              .input()
+              .required());
     visit(self.output, JobField("output FILE", "HTML file to write"));
     visit(self.force, JobField("force", "Replace a file that was not written by `waymark report`"));
   }
@@ -74,8 +74,8 @@ struct ReportJob {
 /// The page as HTML, with texts converted by JobControl::for_users.
 [[nodiscard]] Result<std::string> html_of(const plot::Page& page, const JobControl& control);
 
-/// Writes the report of these paths to an HTML file. Replaces an older report; any other file only with
-/// `force`.
+/// Writes the report on these paths to an HTML file. Replaces an older report; replaces any other file only
+/// with `force`.
 [[nodiscard]] Result<ReportSummary> write_report(const std::vector<std::string>& paths,
                                                  const std::filesystem::path& output, bool force,
                                                  const JobControl& control);

@@ -1,4 +1,4 @@
-// Reports of drives and maps: sections, tables and figures for the available data; files after a
+// Reports on drives and maps: sections, tables and figures for the available data, and files after a
 // cancellation.
 #include "waymark/app/evaluate/report_page.hpp"
 
@@ -18,7 +18,7 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::SizeIs;
 
-/// A folder as written by `waymark demo`: a lap, its map, and the estimate of the lap in the map.
+/// A folder like those written by `waymark demo`: a lap, its map, and an estimate of the lap in the map.
 struct Demo {
   fs::path folder = testing::fresh_folder("jobs_demo");
   std::string lap = test::record_lap(folder / "lap.mcap", 41, {.for_s = 10});

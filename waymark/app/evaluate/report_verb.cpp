@@ -21,15 +21,16 @@ Verb report_verb() {
       .name = "report",
       .sentence = "Write a page about drives and maps, with tables and figures",
       .help =
-          R"(Writes one self-contained HTML file for browsers and printers, without scripts and network access.
+          R"(Writes one self-contained HTML file that can be viewed or printed without scripts or network access.
 
-For each drive it shows how the recording was made, the trajectory from above (ground truth green, odometry blue,
-estimate red), speed, tags in view, and error and standard deviation of the estimate. For each map it shows the tags
-with standard deviations and residuals; if the recording of the map is given, also the map before and after
+For each drive, it shows how the recording was made, and the trajectory seen from above (ground truth green, odometry
+blue, estimate red). It also shows speed, tags in view, and error and standard deviation of the estimate. For each map,
+it shows the tags with standard deviations and residuals; if the map's recording is given, also the map before and after
 optimisation. Several drives, for example a simulated and a real one, are compared in a table that needs no ground
-truth. Their trajectories are compared with the first one: ground truth, or the estimate if there is none.
+truth. The trajectory of each drive (ground truth, or the estimate if there is none) is compared with that of the first
+drive.
 
-A report replaces an older report; another file is replaced only with --force.
+A report replaces an older report; any other file is replaced only with --force.
 
 Exit code: 0 written, 1 a file could not be read or written or there was nothing to show, 2 wrong usage.
 
