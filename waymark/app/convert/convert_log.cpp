@@ -22,7 +22,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Time in a recording [ns], from seconds after its first message, or from "@…" seconds on its own clock.
+/// Time in a recording [ns], given in seconds after its first message, or as "@…" seconds on the recording's
+/// clock.
 Result<std::uint64_t> moment(const std::string& text, std::uint64_t start_ns, const char* field) {
   const bool absolute = text.starts_with('@');
   std::size_t used = 0;
@@ -36,7 +37,7 @@ Result<std::uint64_t> moment(const std::string& text, std::uint64_t start_ns, co
   const bool valid = used > 0 && used == text.size() - (absolute ? 1 : 0) && seconds >= 0 && seconds < kMax_s;
   if (!valid)
     return fail(ErrorCode::InvalidArgument, fmt::format("invalid time '{}'", text), {.key = field},
-                "Give seconds after the start (12.5), or on the recording's clock (@1713214583.5).");
+                "Give seconds after the start (12.5), or seconds on the recording's clock (@1713214583.5).");
   return (absolute ? 0 : start_ns) + static_cast<std::uint64_t>(std::llround(seconds * 1e9));
 }
 
@@ -70,7 +71,7 @@ Result<ExportOptions> export_options(const ConvertJob& job, MessageLog& log) {
   return options;
 }
 
-/// The file, or the folder of a bag, is written to a temporary path and renamed when it is complete.
+/// A file, or the folder of a bag, is written to a temporary path and renamed once it is complete.
 struct Output {
   fs::path path;
   fs::path temporary;
@@ -110,24 +111,25 @@ Result<std::string> format_of(const ConvertJob& job) {
               "Use the extension .mcap, .tum or .csv, or set `format`; `format=rosbag2` writes a folder.");
 }
 
-/// Fails if `kind` is set for a format that contains all kinds of samples.
+/// Fails if `kind` is set for a format that stores all kinds of samples.
 Status check_kind(const ConvertJob& job, const std::string& format) {
   if (job.kind.empty() || format == "csv") return {};
   return fail(ErrorCode::InvalidArgument, fmt::format("'{}' has no effect on {}", job.kind, format),
               {.key = "kind"}, "Use an output that ends in .csv, or `topics` for other formats.");
 }
 
-/// The layout of a bag. Fails on options for bags if another format is written.
+/// The layout of a bag. Fails on bag options if another format is written.
 Result<BagFormat> bag_format_of(const ConvertJob& job, const std::string& format) {
   BagFormat bag;
   const std::string& unused = job.ros_distro.empty() ? job.storage : job.ros_distro;
   if (format != "rosbag2" && !unused.empty())
-    return fail(ErrorCode::InvalidArgument, fmt::format("'{}' has no effect on a .{}", unused, format),
+    return fail(ErrorCode::InvalidArgument,
+                fmt::format("'{}' has no effect on the format {}", unused, format),
                 {.key = job.ros_distro.empty() ? "storage" : "ros_distro"},
                 "Set `format=rosbag2`, or omit this option.");
   if (!job.ros_distro.empty() && job.ros_distro != "humble" && job.ros_distro != "jazzy")
     return fail(ErrorCode::InvalidArgument, fmt::format("unknown ROS distribution '{}'", job.ros_distro),
-                {.key = "ros_distro"}, "Use humble for releases up to Iron, jazzy for later ones.");
+                {.key = "ros_distro"}, "Use humble for releases up to Iron, and jazzy for later ones.");
   if (!job.storage.empty() && job.storage != "sqlite3" && job.storage != "mcap")
     return fail(ErrorCode::InvalidArgument, fmt::format("unknown storage '{}'", job.storage),
                 {.key = "storage"}, "Use sqlite3 or mcap.");
@@ -179,7 +181,7 @@ Status add_robot(const ConvertJob& job, const std::string& format, const Message
   if ((format != "mcap" && format != "rosbag2") || !gives_samples(log.format()))
     return fail(
         ErrorCode::InvalidArgument,
-        "a robot's camera is added only to tables and LCM logs written as MCAP, not to ROS recordings",
+        "the robot's camera is added only when tables or LCM logs are written as MCAP, not to ROS recordings",
         {.key = "robot"}, "Omit `robot`; set it for `waymark map` or `waymark localize` instead.");
   RecordingSetup setup;
   std::vector<std::string> ignored;
@@ -189,7 +191,7 @@ Status add_robot(const ConvertJob& job, const std::string& format, const Message
   return {};
 }
 
-/// An unreadable or unwritable file does not make the job invalid.
+/// Changes the error code, because an unreadable or unwritable file does not make the job invalid.
 Error about_files(Error error) {
   if (error.code == ErrorCode::InvalidArgument) error.code = ErrorCode::Unreadable;
   return error;
@@ -280,7 +282,7 @@ ReportFields fields(const ConvertReport& report) {
        to_string(report.input_format)},
       {"output", "File or folder that was written", report.output},
       {"output_format", "mcap, rosbag2, tum or csv", report.format},
-      {"messages", "Recordings: number of messages or lines that were written", report.exported.messages},
+      {"messages", "Recordings: number of messages or lines written", report.exported.messages},
       {"topics", "Recordings: number of messages by topic", topics},
       {"problems", "Defects of the input, and messages that could not be written", problems}};
 }

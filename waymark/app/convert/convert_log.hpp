@@ -9,15 +9,15 @@
 #include "waymark/base/fields.hpp"
 #include "waymark/recording/export_log.hpp"
 
-/// `waymark convert`: converts a recording of any format to MCAP, rosbag2, TUM or CSV.
+/// `waymark convert`: converts a recording in any format to MCAP, rosbag2, TUM or CSV.
 namespace waymark {
 
 struct ConvertJob {
   std::vector<std::string> inputs{};  ///< recordings of one drive, merged by stamp
   std::string output{};               ///< new file, or new folder for rosbag2
-  std::string format{};               ///< mcap, rosbag2, tum or csv; empty: by the extension of the output
-  std::string ros_distro{};           ///< for rosbag2: humble or jazzy; empty: jazzy
-  std::string storage{};              ///< for rosbag2: sqlite3 or mcap; empty: default of the ROS release
+  std::string format{};      ///< mcap, rosbag2, tum or csv; empty: according to the output's extension
+  std::string ros_distro{};  ///< for rosbag2: humble or jazzy; empty: jazzy
+  std::string storage{};     ///< for rosbag2: sqlite3 or mcap; empty: default of the ROS release
   std::vector<std::string> topics{};  ///< only these; empty: all
   std::string from{};                 ///< [s] after the start, or with @ on the recording's clock; empty: all
   std::string to{};
@@ -27,16 +27,17 @@ struct ConvertJob {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(
-        self.format,
-        JobField("format NAME",
-                 "Format of the output: mcap, rosbag2, tum or csv. Unless given: from the extension of OUT"));
+    visit(self.format,
+          JobField("format NAME",
+                   "Output format: mcap, rosbag2, tum or csv. Default: from the extension of OUT"));
     visit(self.ros_distro,
-          JobField("ros_distro NAME",
-                   "ROS 2 release whose layout `format=rosbag2` writes: humble or jazzy (usual: jazzy)"));
+          JobField(
+              "ros_distro NAME",
+              "ROS 2 release whose layout is written by `format=rosbag2`: humble or jazzy (default: jazzy)"));
     visit(self.storage,
-          JobField("storage NAME",
-                   "Storage of `format=rosbag2`: sqlite3 (usual in Humble) or mcap (usual in Jazzy)"));
+          JobField(
+              "storage NAME",
+              "Storage format for `format=rosbag2`: sqlite3 (default in Humble) or mcap (default in Jazzy)"));
     visit(self.topics,
           JobField("topics A,B", "Only these topics, comma-separated").also("topic").comma_separated());
     visit(
@@ -51,16 +52,15 @@ struct ConvertJob {
         self.robot,
         JobField(
             "robot FILE",
-            "Robot file or name whose camera and mounting are added to tables and LCM logs written as MCAP"));
-    visit(
-        self.tag_latency_s,
-        JobField("tag_latency_s S",
-                 "Camera latency of an MBot in LCM logs: time from the exposure to the stamp of an image [s]",
-                 0.0, 10.0));
+            "Robot file or name; its camera and mounting are added to tables and LCM logs written as MCAP"));
+    visit(self.tag_latency_s,
+          JobField("tag_latency_s S",
+                   "For LCM logs from an MBot: camera latency, the time from exposure to image stamp [s]",
+                   0.0, 10.0));
   }
 };
 
-/// User options of a conversion: recordings, then the output.
+/// User options for a conversion: recordings, then the output.
 struct ConvertRequest {
   std::string first{};
   std::vector<std::string> rest{};  ///< further inputs, then the output
@@ -73,19 +73,18 @@ struct ConvertRequest {
                                "video; or a live camera")
                           .input()
                           .required());
-    visit(self.rest,
-          JobField("rest OUT",
-                   "New file: .mcap, .tum or .csv; new folder for `format=rosbag2`. Recordings of the same "
-                   "drive before it are merged by stamp")
-              .input()
-              .required());
+    visit(self.rest, JobField("rest OUT",
+                              "New file: .mcap, .tum or .csv; new folder for `format=rosbag2`. Additional "
+                              "recordings of the same drive may precede it and are merged by stamp")
+                         .input()
+                         .required());
     ConvertJob::fields(self.job, visit);
   }
 };
 /// The job with inputs and output.
 [[nodiscard]] ConvertJob described_convert(const ConvertRequest& request);
 
-/// Fails on options for recordings; call it if the input is not a recording.
+/// Fails on options that apply only to recordings. Call it if the input is not a recording.
 [[nodiscard]] Status check_no_recording(const GivenFields& given);
 
 struct ConvertReport {
@@ -97,8 +96,8 @@ struct ConvertReport {
   ExportReport exported{};
 };
 
-/// The output appears only when it is complete. The code is InvalidArgument for an invalid job, and another
-/// one for errors of files.
+/// The output appears only when it is complete. The error code is InvalidArgument for an invalid job, and a
+/// different one for file errors.
 [[nodiscard]] Result<ConvertReport> convert_log(const ConvertJob& job, const JobControl& control);
 /// Number of messages written, by topic.
 [[nodiscard]] std::string to_text(const ConvertReport& report);

@@ -17,22 +17,23 @@ namespace waymark::cli {
 namespace {
 
 /// Flags of `waymark convert` for videos and live cameras: camera, tag size, detector, --pictures,
-/// --duration-s. Must not be moved: the command line is parsed into its members.
+/// --duration-s. Must not be moved in memory, because the command line is parsed into its members.
 class ConvertVideoFlags {
  public:
   explicit ConvertVideoFlags(CLI::App& verb);
 
-  /// Fails if one of them is given; call it if the input is a recording.
+  /// Fails if one of these flags is given. Call it if the input is a recording.
   [[nodiscard]] Status check_unused() const;
-  /// Writes the tags of a video to a recording and prints the result.
+  /// Writes the tags detected in a video to a recording and prints the result.
   [[nodiscard]] ExitCode convert(const std::string& input, const std::string& output, bool json,
                                  Console& console) const;
-  /// Writes the tags of a live camera to a recording, until --duration-s has passed or Ctrl-C.
+  /// Writes the tags detected by a live camera to a recording, until --duration-s has passed or Ctrl-C is
+  /// pressed.
   [[nodiscard]] ExitCode record(const std::string& address, const std::string& output, bool json,
                                 Console& console) const;
 
  private:
-  /// Job and detector, from the flags.
+  /// Job and detector made from the flags.
   struct Prepared {
     ConvertVideoJob job{};
     TagFinder finder{};
@@ -145,20 +146,20 @@ ExitCode convert(const ConvertArgs& args, Console& console) {
 Verb convert_verb() {
   return {
       .name = "convert",
-      .sentence = "Convert a recording of any format to MCAP, rosbag2, TUM or CSV",
+      .sentence = "Convert a recording in any format to MCAP, rosbag2, TUM or CSV",
       .help =
-          R"(Reads MCAP, rosbag2 (.db3 or a bag folder, split or not), ROS 1 bags, LCM event logs of an MBot and CSV
-tables, also compressed by bzip2, gzip or zstd. The format is detected from the content. Damage and traps (units, order
-of values, stamps) are handled and reported (docs/formats/importing.md). OUT is written completely or not at all.
+          R"(Reads MCAP, rosbag2 (.db3 or a bag folder, split or not), ROS 1 bags, LCM event logs from an MBot, and CSV tables. Files
+may be compressed with bzip2, gzip or zstd. The format is detected from the content. Damage and traps (units, order of
+values, stamps) are handled and reported (docs/formats/importing.md). OUT is written completely or not at all.
 
   .mcap   ROS 2 messages are copied; ROS 1 messages are rewritten; LCM and CSV become Waymark's messages
   .tum    poses of one topic: timestamp [s] tx ty tz [m] qx qy qz qw
   .csv    detections, odometry, imu or range-bearing, with units in the column names
   folder  a bag for `ros2 bag play`, with --format rosbag2
 
-For a video (mp4, mkv, webm, avi) or a live camera (v4l2:/dev/video0), the tags of every image are detected and written
-to .mcap. Stamps are times since the first image of a video, or since 1970 for a camera. --camera and --tag-size-m also
-record the calibration and the tag size, --pictures the images.
+For a video (mp4, mkv, webm, avi) or a live camera (v4l2:/dev/video0), the tags in every image are detected and written
+to .mcap. Stamps are times since the first image for a video, and since 1970 for a camera. With --camera and
+--tag-size-m, calibration and tag size are recorded as well; with --pictures, also the images.
 
 Exit code: 0 written, 1 a file could not be read or written, 2 wrong usage, 130 stopped by Ctrl-C.
 

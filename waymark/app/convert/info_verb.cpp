@@ -33,11 +33,11 @@ ExitCode info(const InfoArgs& args, Console& console) {
 Verb info_verb() {
   return {
       .name = "info",
-      .sentence = "Summarise a recording: contents, defects and the verbs that can use it",
+      .sentence = "Summarise a recording: contents, defects, and the verbs that can use it",
       .help =
-          R"(Prints writer, time and duration; topics with type, number of messages and rate; missing messages;
-zero, duplicate and unordered stamps; clock jumps; metadata; attachments; known traps of such files;
-and the verbs that can use the recording. The format is detected from the content, not the name.
+          R"(Prints writer, time, duration, metadata and attachments, and for each topic its type, number of messages and rate. It
+reports missing messages, zero, duplicate and unordered stamps, clock jumps, and known traps of such files. Finally, it
+lists the verbs that can use the recording. The format is detected from the content, not the name.
 A file that is truncated or still being written has no summary. It is read completely, with a warning.
 
 Exit code: 0 read, 1 the file is not a recording or could not be read, 2 wrong usage, 130 stopped by Ctrl-C.

@@ -133,7 +133,7 @@ ReportFields fields(const PlayedTagPose& tag) {
           {"cam_T_tag", "Pose of the tag in the camera", PlayedPose{tag.seen.cam_T_tag}}};
 }
 
-/// A key used by several kinds has the same sentence in all of them.
+/// A key that is used by several kinds has the same description in all of them.
 struct SampleFields {
   static ReportField camera_field(const std::string& camera) {
     return {"camera", "tags, tag_poses, pictures: name of the camera", camera};
@@ -214,8 +214,7 @@ ReportFields fields(const Sample& sample) {
       {"kind",
        "tags, pictures, odometry, wheels, imu, commands, truth, tag_poses, range_bearing, scans or gamepad",
        kind_of(sample)},
-      {"stamp_ns", "Time of the sample by the clock of the sensor",
-       stamp_of(sample).time_since_epoch().count()}};
+      {"stamp_ns", "Time of the sample on the sensor clock", stamp_of(sample).time_since_epoch().count()}};
   for (ReportField& field : std::visit(SampleFields{}, sample)) all.push_back(std::move(field));
   return all;
 }
@@ -231,7 +230,7 @@ ReportFields fields(const PlayedMessage& message) {
 // Playing.
 namespace {
 
-/// Waits until recorded times are due.
+/// Waits until a recorded time is due.
 class PlaybackPace {
  public:
   PlaybackPace(double speed, const std::function<bool()>& cancelled) : speed_(speed), cancelled_(cancelled) {}
@@ -245,7 +244,7 @@ class PlaybackPace {
         static_cast<double>(std::max<std::int64_t>(0, time_ns - *first_ns_)) * 1e-9 / speed_;
     const auto due = begin_ + std::chrono::duration_cast<steady_clock::duration>(
                                   std::chrono::duration<double>(std::min(since_s, kMaxWait_s)));
-    // Sleeps in slices, so that cancelling takes effect.
+    // Sleeps in slices, so that cancellation takes effect quickly.
     while (!cancelled_() && steady_clock::now() < due)
       std::this_thread::sleep_for(std::min<steady_clock::duration>(due - steady_clock::now(), kSlice));
     return !cancelled_();
@@ -261,7 +260,7 @@ class PlaybackPace {
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 };
 
-/// The error by which a visitor ends the visit of a log.
+/// The error with which a visitor stops reading a log.
 tl::unexpected<Error> stop_visit() { return fail(ErrorCode::LimitExceeded, "stopped"); }
 
 std::string message_line(const LogChannel& channel, const LogMessage& message, std::uint64_t start,
@@ -307,9 +306,10 @@ Result<LogSelection> select_part(MessageLog& log, const LogPart& part) {
   if (const LogSummary& all = log.summary(); all.complete && all.end) {
     const double duration_s = static_cast<double>(static_cast<std::int64_t>(*all.end - start)) * 1e-9;
     if (part.from_s > std::max(0.0, duration_s))
-      return fail(ErrorCode::InvalidArgument,
-                  fmt::format("the recording ends {:.3f} s after its first message", duration_s),
-                  {.key = "from"}, "Use a smaller value.");
+      return fail(
+          ErrorCode::InvalidArgument,
+          fmt::format("the recording ends before this time, {:.3f} s after its first message", duration_s),
+          {.key = "from"}, "Use a smaller value.");
   }
   constexpr double kMax_s = 1e9;  // 30 years
   if (part.from_s > 0)

@@ -21,8 +21,8 @@ namespace waymark {
 /// "  12.340  odometry   x 1.200 m, y …"; seconds since `start`.
 [[nodiscard]] std::string to_text(const Sample& sample, SensorTime start);
 
-/// `kind`, `stamp_ns` and the values of that kind. Images are given by their size, without pixels. In JSON,
-/// non-finite numbers are null.
+/// `kind`, `stamp_ns` and the values of that kind. For images, only the size is given. In JSON, non-finite
+/// numbers are null.
 [[nodiscard]] ReportFields fields(const Sample& sample);
 
 /// A message of the recording, without its data.
@@ -43,13 +43,13 @@ struct LogPart {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.topics, JobField("topics TOPIC,…", "Only these topics, comma-separated. Unless given: all")
-                           .comma_separated());
+    visit(self.topics,
+          JobField("topics TOPIC,…", "Only these topics, comma-separated. Default: all").comma_separated());
     visit(self.from_s,
           JobField("from SECONDS", "Start this many seconds after the first message").usually("0"));
     visit(self.to_s,
           JobField("to SECONDS",
-                   "Stop this many seconds after the first message. Unless given: at the end of the file")
+                   "Stop this many seconds after the first message. Default: at the end of the file")
               .without_default());
   }
 };
@@ -59,7 +59,7 @@ struct LogPart {
 
 struct PlayOptions {
   double speed = 1;       ///< playback rate; 0: without waiting
-  bool messages = false;  ///< messages as recorded, instead of samples
+  bool messages = false;  ///< messages as recorded instead of samples
   bool json = false;      ///< one JSON object per line instead of text
 };
 
@@ -75,12 +75,12 @@ struct PlayRequest {
   static void fields(Self& self, Visitor&& visit) {
     LogPart::fields(self.part, visit);
     visit(self.file,
-          JobField("file FILE",
-                   "Recording of any kind: MCAP, rosbag2, ROS 1 bag, LCM event log, CSV; also compressed")
+          JobField("file FILE", "Recording: MCAP, rosbag2, ROS 1 bag, LCM event log or CSV, also compressed")
               .input()
               .required());
     visit(self.options.speed,
-          JobField("speed NUMBER", "Playback rate: 1 as recorded, 2 twice as fast, 0 without waiting"));
+          JobField("speed NUMBER",
+                   "Playback rate: 1 is as recorded, 2 is twice as fast, 0 is without waiting"));
     visit(self.options.messages,
           JobField("messages", "Print all messages of the recording (topic, type, size) instead of samples"));
     visit(self.ros2,
@@ -92,16 +92,16 @@ struct PlayRequest {
   }
 };
 
-/// Fails on an invalid playback rate, and on options without effect.
+/// Fails on an invalid playback rate, and on options that have no effect.
 [[nodiscard]] Status check_effects(const PlayRequest& request, const GivenFields& given);
 
-/// Passes one line per selected sample or message when it is due. Fails with LimitExceeded if `on_line`
-/// returns false, or `cancelled`, which is also called while waiting, returns true.
+/// Passes one line per selected sample or message to `on_line` when it is due. Fails with LimitExceeded if
+/// `on_line` returns false, or if `cancelled`, which is also called while waiting, returns true.
 [[nodiscard]] Status play_log(MessageLog& log, const LogSelection& selection, const PlayOptions& options,
                               const std::function<bool(const std::string&)>& on_line,
                               const std::function<bool()>& cancelled);
 
-/// As play_log(), but passes the messages themselves; an error of `on_message` ends it.
+/// Like play_log(), but passes the messages themselves. An error from `on_message` ends playback.
 [[nodiscard]] Status play_messages(MessageLog& log, const LogSelection& selection, double speed,
                                    const MessageLog::Visitor& on_message,
                                    const std::function<bool()>& cancelled);

@@ -1,4 +1,4 @@
-// Selecting a part of a recording, and playing it as lines.
+// Selecting a part of a recording, and printing it as lines.
 #include "waymark/app/convert/play_log.hpp"
 
 #include <algorithm>
@@ -187,7 +187,7 @@ TEST(PlayLog, EndsIfTheReaderStopsOrIfCancelled) {
   const Status cancelled = play_log(
       *log, {}, {.speed = 0}, [&](const std::string&) { return ++lines > 0; }, [] { return true; });
   EXPECT_FALSE(cancelled);
-  EXPECT_EQ(lines, 3) << "no line after it is cancelled";
+  EXPECT_EQ(lines, 3) << "no line after the cancellation";
 }
 
 }  // namespace

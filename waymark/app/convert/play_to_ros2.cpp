@@ -20,7 +20,7 @@ void note_omitted_topics(const LogPublisher& publisher, const JobControl& contro
         topic +
         " is not published: velocity commands move a subscribed robot. Set `commands` to publish them");
   for (const std::string& topic : publisher.skipped_topics())
-    control.note(topic + " was skipped: not a ROS topic");
+    control.note(topic + " was skipped: it is not a ROS topic");
 }
 
 }  // namespace

@@ -54,11 +54,11 @@ Verb play_verb() {
       .name = "play",
       .sentence = "Print the samples of a recording in real time",
       .help =
-          R"(Prints one line per sample: time, kind and values; tag poses and corners, odometry, wheels, IMU, scans,
-commands, and the size of images. Units are metres, seconds and radians (degrees in text).
-With --ros2, velocity commands (Twist, TwistStamped) are published only if --commands is given. After the last one, zero
-is sent; a second process sends it even if this one is killed. Of the two types, the subscribed one is used. The verb
-fails if another program publishes one of the topics.
+          R"(Prints one line per sample with time, kind and values: tag poses and corners, odometry, wheels, IMU, scans, commands,
+and image sizes. Units are metres, seconds and radians (degrees in text).
+With --ros2, velocity commands (Twist, TwistStamped) are published only if --commands is given. After the last one, a
+zero command is sent; a second process sends it even if this one is killed. Commands are sent as the type with a
+subscriber. The verb fails if another program publishes one of the topics.
 
 Exit code: 0 played to the end, 1 the file is not a recording, could not be read or is damaged (intact parts are
 played), 2 wrong usage, 130 stopped by Ctrl-C.

@@ -38,16 +38,17 @@ std::string to_text(const RecordCameraReport& report) {
 
 ReportFields fields(const RecordCameraReport& report) {
   const CameraCounts& counts = report.end.counts;
-  return {{"input", "Address of the camera", report.input},
-          {"input_format", "camera", "camera"},
-          {"output", "Recording that was written", report.output},
-          {"output_format", "mcap", "mcap"},
-          {"pictures", "Videos and cameras: images that were searched for tags", report.end.pictures},
-          {"tags", "Videos and cameras: detections in all images", report.end.tags},
-          {"seconds", "Cameras: time from the first image to the last [s]", report.end.seconds},
-          {"dropped", "Cameras: images replaced by newer ones before they were read", counts.dropped},
-          {"lost", "Cameras: images missing from the sequence numbers of the driver", counts.lost},
-          {"damaged", "Cameras: images that were incomplete or could not be decoded", counts.damaged}};
+  return {
+      {"input", "Address of the camera", report.input},
+      {"input_format", "camera", "camera"},
+      {"output", "Recording that was written", report.output},
+      {"output_format", "mcap", "mcap"},
+      {"pictures", "Videos and cameras: number of images searched for tags", report.end.pictures},
+      {"tags", "Videos and cameras: number of detections in all images", report.end.tags},
+      {"seconds", "Cameras: time from the first image to the last [s]", report.end.seconds},
+      {"dropped", "Cameras: number of images replaced by newer ones before they were read", counts.dropped},
+      {"lost", "Cameras: number of images missing from the driver's sequence numbers", counts.lost},
+      {"damaged", "Cameras: number of images that were incomplete or could not be decoded", counts.damaged}};
 }
 
 }  // namespace waymark

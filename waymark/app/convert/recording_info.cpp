@@ -39,7 +39,7 @@ Result<RecordingInfo> look_at(const std::string& file, bool quick, const JobCont
   if (!contents) return tl::unexpected(contents.error());
   info.problems = log.problems();  // of the messages; the next visit clears them
   info.contents = std::move(*contents);
-  // Uses the recorded robot setup; an invalid camera is a reported problem, not an error.
+  // Uses the recorded robot setup. An invalid camera is reported as a problem, not as an error.
   Result<RecordingSetup> setup = log.setup();
   if (setup) info.setup = std::move(*setup);
   if (quick) {
@@ -84,11 +84,13 @@ ReportFields fields(const InfoTopic& listed) {
       {"messages", "Number of messages", topic.messages},
       {"rate_hz", "Messages per second over the duration of the topic", topic.rate_hz},
       {"stamps",
-       "Stamps analysed: header, or log (times of recording) for types without a stamp; not with `quick`",
+       "Which stamps were analysed: header, or log (recording times) for types without a stamp; not with "
+       "`quick`",
        unless_quick(std::string(topic.has_header ? "header" : "log"))},
       {"periodic", "Whether at least 80 % of the intervals are within 50 % of the median; not with `quick`",
        unless_quick(stamps.periodic())},
-      {"gaps", "Number of intervals of more than 1.5 medians; not with `quick`", unless_quick(stamps.gaps())},
+      {"gaps", "Number of intervals longer than 1.5 times the median; not with `quick`",
+       unless_quick(stamps.gaps())},
       {"dropped", "Approximate number of messages missing in the gaps; not with `quick`",
        unless_quick(stamps.dropped())},
       {"longest_interval_s", "Longest interval between two messages; not with `quick`",
@@ -154,40 +156,39 @@ ReportFields fields(const RecordingInfo& info) {
     else
       traps.push_back({problem});
   }
-  return {
-      {"file", "Recording that was read", info.file},
-      {"format", "mcap, rosbag2, ros1bag, lcm or csv, by the content", to_string(info.format)},
-      {"size_bytes", "Total size of the files", info.summary.size_bytes},
-      {"library", "MCAP: program that wrote the file", info.summary.library},
-      {"profile", "MCAP: profile; ros2 in recordings by Waymark", info.summary.profile},
-      {"complete",
-       "Whether the file has a summary; if not, it is truncated or being written, and was read in full",
-       info.summary.complete},
-      {"start_ns", "Log time of the first message", info.report.start_ns},
-      {"duration_s", "Time from the first message to the last", info.report.duration_s},
-      {"messages", "Number of messages", info.report.messages},
-      {"chunks", "MCAP: number of chunks; else 0", info.summary.chunks.value_or(0)},
-      {"topics", "Topics by name", topics},
-      {"contents",
-       "Kinds of samples in the recording (with `quick`: in its first 10 s), as `waymark play` names them",
-       info.contents},
-      {"metadata", "Metadata blocks by name, each with its values by key", metadata_fields(info)},
-      {"attachments", "Files in the recording", attachments},
-      {"problems", "Messages about damage", problems},
-      {"traps", "Intact data that are easily misinterpreted", traps},
-      {"next", "Possible next steps with the recording", next_steps(info)}};
+  return {{"file", "Recording that was read", info.file},
+          {"format", "mcap, rosbag2, ros1bag, lcm or csv, detected from the content", to_string(info.format)},
+          {"size_bytes", "Total size of the files", info.summary.size_bytes},
+          {"library", "MCAP: program that wrote the file", info.summary.library},
+          {"profile", "MCAP: profile; ros2 in recordings by Waymark", info.summary.profile},
+          {"complete",
+           "Whether the file has a summary; if not, it is truncated or being written, and was read in full",
+           info.summary.complete},
+          {"start_ns", "Log time of the first message", info.report.start_ns},
+          {"duration_s", "Time from the first message to the last", info.report.duration_s},
+          {"messages", "Number of messages", info.report.messages},
+          {"chunks", "MCAP: number of chunks; else 0", info.summary.chunks.value_or(0)},
+          {"topics", "Topics, by name", topics},
+          {"contents",
+           "Kinds of samples in the recording (with `quick`: in its first 10 s), as named by `waymark play`",
+           info.contents},
+          {"metadata", "Metadata blocks by name, each with its values by key", metadata_fields(info)},
+          {"attachments", "Files in the recording", attachments},
+          {"problems", "Messages about damage", problems},
+          {"traps", "Intact data that are easily misinterpreted", traps},
+          {"next", "Possible next steps with the recording", next_steps(info)}};
 }
 
 // Next steps.
 namespace {
 
-/// Data required for a tag map but missing from the recording, as flags or text.
+/// Data that is required for a tag map but missing from the recording, as flags or text.
 struct MapNeeds {
   std::vector<std::string> flags{};    ///< that supply it
   std::vector<std::string> missing{};  ///< descriptions
 };
 
-/// Whether the recording specifies this value: "anchor", "tag_size_m".
+/// Whether the recording contains this value: "anchor", "tag_size_m".
 bool is_in_metadata(const RecordingInfo& info, const char* key) {
   const auto block = info.setup.metadata.find("waymark");
   return block != info.setup.metadata.end() && block->second.contains(key);
@@ -210,7 +211,7 @@ NextStep map_step(const RecordingInfo& info) {
   const MapNeeds needs = map_needs(info);
   const bool detects = !info.contents.contains("tags");
   if (!needs.missing.empty()) {
-    return {fmt::format("Make a tag map. The robot file supplies what the recording lacks: {}.",
+    return {fmt::format("Make a tag map. The robot file supplies the data missing from the recording: {}.",
                         fmt::join(needs.missing, " and ")),
             fmt::format("waymark map {} {} -o map", shell_word(info.file), fmt::join(needs.flags, " "))};
   }
@@ -219,7 +220,7 @@ NextStep map_step(const RecordingInfo& info) {
                       fmt::join(needs.flags, " "))};
 }
 
-/// A new file in the working folder, since the folder of the recording may be read-only.
+/// A new file in the working folder, because the folder of the recording may be read-only.
 std::string output_in_working_folder(const RecordingInfo& info, const char* suffix) {
   return shell_word(std::filesystem::path(info.file).filename().string() + suffix);
 }
@@ -239,7 +240,7 @@ std::vector<NextStep> next_steps(const RecordingInfo& info) {
   if (info.format == LogFormat::Mcap && !info.summary.complete)
     steps.push_back({"Restore the missing index.", recover_command(info)});
   if (info.format != LogFormat::Mcap && !info.contents.empty())
-    steps.push_back({"Convert the recording to MCAP, which opens quickly and in every tool.",
+    steps.push_back({"Convert the recording to MCAP, which opens quickly and is supported by all tools.",
                      fmt::format("waymark convert {} {}", shell_word(info.file),
                                  output_in_working_folder(info, ".mcap"))});
   if (has("pictures"))
@@ -253,7 +254,7 @@ std::vector<NextStep> next_steps(const RecordingInfo& info) {
     steps.push_back(
         {fmt::format("Mapping a lap also requires odometry: pass it as a second file.{}",
                      missing.empty() ? ""
-                                     : fmt::format(" The robot file supplies what else is missing: {}.",
+                                     : fmt::format(" The robot file supplies the other missing data: {}.",
                                                    fmt::join(missing, " and "))),
          fmt::format("waymark map {} odometry.csv --robot robot.yaml --tag-size-m 0.16 --anchor "
                      "tag36h11:0 -o map",
@@ -270,13 +271,13 @@ std::vector<NextStep> next_steps(const RecordingInfo& info) {
     steps.push_back({"Localise the robot in a map of the same place.",
                      fmt::format("waymark localize {} --map map{}", shell_word(info.file), robot)});
   } else if (has("odometry") || has("imu")) {
-    steps.push_back({"Localise the robot: pass the observations of the same drive as a second file.",
+    steps.push_back({"Localise the robot. Pass the observations from the same drive as a second file.",
                      fmt::format("waymark localize {} detections.csv --map map", shell_word(info.file))});
   }
   if (!info.contents.empty())
     steps.push_back({"Print the samples in real time.", "waymark play " + shell_word(info.file)});
   if (info.contents.empty() && info.report.messages > 0)
-    steps.push_back({"List the messages, whose types Waymark does not use.",
+    steps.push_back({"List the messages. Waymark does not use their types.",
                      "waymark play --messages " + shell_word(info.file)});
   return steps;
 }
@@ -284,7 +285,7 @@ std::vector<NextStep> next_steps(const RecordingInfo& info) {
 // Text output.
 namespace {
 
-/// A date if the clock is a calendar clock, else seconds on the robot's clock.
+/// A date if the stamps are times since 1970, else seconds on the robot's clock.
 std::string start_text(std::uint64_t start_ns) {
   constexpr std::uint64_t kYear2000 = 946'684'800;
   constexpr std::uint64_t kSecond = 1'000'000'000;
@@ -323,7 +324,7 @@ std::string topics_text(const RecordingInfo& info) {
   return text;
 }
 
-/// Defects of the stamps of a topic; empty if there are none.
+/// Defects in the stamps of a topic; empty if there are none.
 std::string stamps_text(const TopicReport& topic) {
   std::vector<std::string> defects;
   const StampStatistics& stamps = topic.stamps;

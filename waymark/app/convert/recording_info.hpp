@@ -38,19 +38,18 @@ struct InfoJob {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.file,
-          JobField("file FILE",
-                   "Recording of any kind: MCAP, rosbag2, ROS 1 bag, LCM event log, CSV; also compressed")
+          JobField("file FILE", "Recording: MCAP, rosbag2, ROS 1 bag, LCM event log or CSV, also compressed")
               .input()
               .required());
     visit(self.quick, JobField("quick", "Read only the index, so gaps and clock jumps are not reported"));
   }
 };
 
-/// Reads the recording: all messages, or only the index if `quick`. If cancelled, the summary covers the part
-/// that was read.
+/// Reads all messages of the recording, or only its index if `quick`. If cancelled, the summary covers the
+/// part that was read.
 [[nodiscard]] Result<RecordingInfo> look_at(const std::string& file, bool quick, const JobControl& control);
 
-/// The verbs that can use this recording, and the data that others require in addition.
+/// The verbs that can use this recording, and the additional data that other verbs require.
 [[nodiscard]] std::vector<NextStep> next_steps(const RecordingInfo& info);
 [[nodiscard]] ReportFields fields(const NextStep& step);
 

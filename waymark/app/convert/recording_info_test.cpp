@@ -37,7 +37,7 @@ std::string bytes_of(const fs::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// A file with this fraction of the bytes of the lap.
+/// A file with this fraction of the lap's bytes.
 std::string cut_lap(const fs::path& folder, double fraction) {
   const std::string bytes = bytes_of(short_lap());
   const fs::path file = folder / "cut.mcap";
@@ -122,7 +122,7 @@ TEST(RecordingInfo, OtherFilesAreErrorsWithTheirPlace) {
   const auto missing = look_at("/nowhere/lap.mcap", false, {});
   ASSERT_FALSE(missing);
   EXPECT_EQ(missing.error().place.source, "/nowhere/lap.mcap");
-  std::ofstream(folder / "text.mcap") << "this is no recording";
+  std::ofstream(folder / "text.mcap") << "not a recording";
   const auto text = look_at((folder / "text.mcap").string(), false, {});
   ASSERT_FALSE(text);
   EXPECT_THAT(to_string(text.error()), HasSubstr("text.mcap"));
@@ -273,7 +273,7 @@ TEST(ShellWord, OnlyWordsWithShellCharactersAreQuoted) {
 
 class LookAt : public ::testing::Test {
  protected:
-  // Not shared by the suite: CTest runs each test in its own process, several at once.
+  // Not shared by the suite, because CTest runs several tests at once, each in its own process.
   std::string file_ = test::record_lap(testing::fresh_folder("jobs_look_at") / "lap.mcap", 21, {.for_s = 3});
 };
 

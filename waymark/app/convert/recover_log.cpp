@@ -11,7 +11,7 @@
 namespace waymark {
 namespace {
 
-/// lap.recovered.mcap, for lap.mcap and for lap.
+/// "lap.recovered.mcap" for "lap.mcap" and for "lap".
 std::string recovered_name(const std::string& file) {
   const std::filesystem::path path(file);
   const bool has_suffix = path.extension() == ".mcap" || path.extension() == ".MCAP";
@@ -35,7 +35,7 @@ ReportFields fields(const RecoverReport& report) {
   for (const Error& problem : recovery.problems) problems.push_back(to_string(problem));
   return {{"file", "Recording that was read", report.file},
           {"output", "Recording that was written", report.output},
-          {"was_whole", "Whether the original was complete and undamaged, including the summary",
+          {"was_whole", "Whether the original was complete and undamaged, including its summary",
            recovery.was_whole},
           {"messages", "Number of messages in the new recording", recovery.messages},
           {"chunks", "Number of chunks in the new recording", recovery.chunks},
@@ -48,7 +48,7 @@ ReportFields fields(const RecoverReport& report) {
 std::string to_text(const RecoverReport& report) {
   const mcap::Recovery& recovery = report.recovery;
   if (recovery.was_whole)
-    return fmt::format("{} was intact: {} has the same {} messages\n", report.file, report.output,
+    return fmt::format("{} was intact; {} contains the same {} messages\n", report.file, report.output,
                        recovery.messages);
   return fmt::format("{}: {} messages in {} chunks; {} bytes of {} are lost\n", report.output,
                      recovery.messages, recovery.chunks, recovery.lost_bytes, report.file);

@@ -11,14 +11,14 @@ namespace waymark {
 
 struct RecoverJob {
   std::string file;
-  std::string output{};  ///< empty: lap.recovered.mcap beside lap.mcap
+  std::string output{};  ///< empty: lap.recovered.mcap next to lap.mcap
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.file, JobField("file FILE", "Recording (.mcap) that is truncated, damaged or unfinished")
                          .input()
                          .required());
-    visit(self.output, JobField("output FILE", "New file. Unless given: lap.recovered.mcap beside lap.mcap"));
+    visit(self.output, JobField("output FILE", "New file. Default: lap.recovered.mcap next to lap.mcap"));
   }
 };
 

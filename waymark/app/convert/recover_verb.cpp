@@ -27,11 +27,10 @@ Verb recover_verb() {
       .name = "recover",
       .sentence = "Restore the index of a truncated recording",
       .help =
-          R"(Copies every intact record of a file by any MCAP writer, and adds the indexes and the summary of a finished
-recording. Chunks and attachments with a wrong checksum, records with an invalid length or type, and an
-incomplete last record are omitted and reported. FILE is not changed; the new file is written completely or
-not at all. All verbs can read a truncated recording up to its end; a recovered one opens quickly, and in
-every tool.
+          R"(Copies every intact record of a file written by any MCAP writer, and adds the indexes and the summary of a complete
+recording. Chunks and attachments with a wrong checksum, records with an invalid length or type, and an incomplete last
+record are omitted and reported. FILE is not changed; the new file is written completely or not at all. All verbs can
+read a truncated recording up to its end; a recovered recording opens quickly and is supported by all tools.
 
 Exit code: 0 written, 1 FILE is not a recording, or a file could not be read or written, 2 wrong usage.
 
