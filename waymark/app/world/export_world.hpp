@@ -14,7 +14,7 @@
 /// `waymark world export`: writes a world and a robot for Gazebo Fortress.
 namespace waymark {
 
-/// User options of an export.
+/// User options for an export.
 struct ExportWorldRequest {
   std::string world{};
   std::string folder{};  ///< ExportWorldJob::folder
@@ -43,12 +43,12 @@ struct ExportWorldReport {
   std::vector<std::string> files{};
   std::vector<std::string> notes{};  ///< differences between the world and its SDF
   std::size_t tags = 0;
-  std::string anchor{};   ///< anchor to teach with; empty: the world has no tag
+  std::string anchor{};   ///< anchor for teaching; empty: the world has no tag
   double tag_size_m = 0;  ///< of the anchor
 };
 
 /// Writes world.sdf with the bitmaps of its tags (write_sdf_world()), robot.yaml, and gazebo.yaml, the
-/// profile with which Waymark drives the robot in Gazebo. Fails on a non-empty folder.
+/// profile used by Waymark to drive the robot in Gazebo. Fails on a non-empty folder.
 [[nodiscard]] Result<ExportWorldReport> export_world(const ExportWorldJob& job);
 [[nodiscard]] std::string to_text(const ExportWorldReport& report, const std::filesystem::path& folder);
 [[nodiscard]] ReportFields fields(const ExportWorldReport& report);

@@ -52,8 +52,8 @@ struct TextureTag {
   double margin_cells = 0;
 };
 
-/// A texture prepared for detection: enlarged, since a cell may have few pixels, and in a white frame, since
-/// a tag may fill the whole image.
+/// A texture prepared for detection. It is enlarged, because a cell may have few pixels, and surrounded with
+/// white, because a tag may fill the whole image.
 struct FramedImage {
   Image image;
   int enlarged = 1;
@@ -106,7 +106,7 @@ Result<std::vector<TextureTag>> tags_in(const std::string& file, const TagFinder
   return tags;
 }
 
-/// Pose and size of a tag from its corners TL, TR, BR, BL.
+/// Pose and size of a tag, from its corners TL, TR, BR, BL.
 PaintedTag placed(const TextureTag& tag, const PlacedQuad& quad, const SE3& world_T_visual) {
   const auto& p = quad.visual_p;
   const Eigen::Vector3d right = (p[1] - p[0] + p[2] - p[3]) / 2;
@@ -165,9 +165,10 @@ class TextureSearch {
   std::map<std::string, std::vector<TextureTag>> textures_{};
 };
 
-/// Tags of `families` in the textures of a scene. The detector finds them in the images, whatever their file
-/// names; the texture coordinates place them on the shape. Tags smaller than 5 mm, or not square within 2 %,
-/// are ignored: they are on the narrow sides of a board. Fails on unknown families.
+/// Tags from `families` in the textures of a scene. They are detected in the images, regardless of file
+/// names, and placed on the shape according to the texture coordinates. Tags that are smaller than 5 mm, or
+/// not square within 2 %, are ignored, because they are on the narrow sides of a board. Fails on unknown
+/// families.
 Result<PaintedTags> find_painted_tags(const SdfScene& scene, const std::vector<std::string>& families) {
   const auto finder = make_tag_finder({.families = families, .max_hamming = 0});
   if (!finder) return tl::unexpected(finder.error());
@@ -206,8 +207,8 @@ void take_tags(const std::vector<PaintedTag>& painted, World& world, std::vector
   double margin_cells = 1e9;
   for (const PaintedTag& tag : painted) {
     if (tag.tag.family != family) {
-      warnings.push_back(
-          fmt::format("{} is omitted: a world has tags of one family only", to_string(tag.tag)));
+      warnings.push_back(fmt::format("{} is omitted, because all tags in a world must be from one family",
+                                     to_string(tag.tag)));
       continue;
     }
     MappedTag placed = tag.placed;
@@ -219,7 +220,7 @@ void take_tags(const std::vector<PaintedTag>& painted, World& world, std::vector
     if (const auto board_m = board_between(known->second, placed))
       boards_m.push_back(*board_m);
     else
-      warnings.push_back(fmt::format("{} is a duplicate; using its first pose", to_string(tag.tag)));
+      warnings.push_back(fmt::format("{} is a duplicate; its first pose is used", to_string(tag.tag)));
   }
   world.anchor = world.tags.tags.begin()->first;
   world.tag_margin_cells = std::max(0.0, rounded(margin_cells, 0.05));
@@ -227,12 +228,13 @@ void take_tags(const std::vector<PaintedTag>& painted, World& world, std::vector
   std::ranges::nth_element(boards_m, boards_m.begin() + static_cast<std::ptrdiff_t>(boards_m.size() / 2));
   world.tag_board_m = rounded(boards_m[boards_m.size() / 2], 1e-4);
   if (boards_m.size() < world.tags.tags.size())
-    warnings.push_back(fmt::format("{} of {} tags are also on the back of their boards; assumed for all tags",
-                                   boards_m.size(), world.tags.tags.size()));
+    warnings.push_back(
+        fmt::format("{} of {} tags are also on the back of their boards; this is assumed for all tags",
+                    boards_m.size(), world.tags.tags.size()));
 }
 
-/// The box of a shape: turned about z if one of its axes is vertical, else its bounding box along the axes of
-/// the world. `exact`: the shape is such an upright box itself.
+/// The box for a shape: rotated about z if one of the shape's axes is vertical, else its bounding box along
+/// the world axes. `exact` is set if the shape itself is such an upright box.
 Occluder upright_box(const SdfVisual& visual, bool& exact) {
   const Eigen::Matrix3d R = visual.world_T_visual.rotation().matrix();
   Occluder box{.centre_m = visual.world_T_visual * visual.visual_t_centre, .reflectance = visual.reflectance};
@@ -251,7 +253,7 @@ Occluder upright_box(const SdfVisual& visual, bool& exact) {
   return box;
 }
 
-/// Whether the visual is a thin board that only carries a tag.
+/// Whether the visual is just a thin board that carries a tag.
 bool carries_a_tag(const SdfVisual& visual, const World& world) {
   constexpr double kThin_m = 0.05;
   if (visual.size_m.minCoeff() > kThin_m) return false;
@@ -279,8 +281,8 @@ void take_scenery(const SdfScene& scene, World& world, std::vector<std::string>&
     bool exact = false;
     Occluder box = upright_box(visual, exact);
     if (box.size_m.minCoeff() < kMinSize_m || box.size_m.maxCoeff() > kMaxSize_m) {
-      warnings.push_back(
-          fmt::format("{} is omitted: unknown shape, or size outside 1 mm to 1 km", visual.name));
+      warnings.push_back(fmt::format(
+          "{} is omitted: its shape is unknown, or its size is not from 1 mm to 1 km", visual.name));
       continue;
     }
     if (box.centre_m.z() + box.size_m.z() / 2 < 0.01) continue;  // part of the floor
@@ -288,8 +290,8 @@ void take_scenery(const SdfScene& scene, World& world, std::vector<std::string>&
     world.occluders.push_back(box);
   }
   if (approximated > 0)
-    warnings.push_back(fmt::format(
-        "{} shapes that are not upright boxes are replaced by their bounding boxes", approximated));
+    warnings.push_back(
+        fmt::format("replaced {} shapes that are not upright boxes by their bounding boxes", approximated));
   for (const std::string& model : moving)
     warnings.push_back(fmt::format("{} is omitted: it is not static", model));
 }
@@ -316,7 +318,7 @@ Result<World> world_of(const SdfScene& scene, const std::vector<std::string>& fa
 
 namespace {
 
-/// Sets the line to drive: one metre ahead of a model, or of the origin.
+/// Sets the line to drive to one metre ahead of a model, or of the origin.
 Status short_line(const SdfScene& scene, const std::string& start, ImportWorldReport& report) {
   const auto model = std::ranges::find_if(
       scene.models, [&](const SdfModelPose& m) { return start.empty() ? !m.fixed : m.name == start; });
@@ -334,7 +336,7 @@ Status short_line(const SdfScene& scene, const std::string& start, ImportWorldRe
   for (const double distance_m : {0.0, 0.5, 1.0})
     report.world.path_m.emplace_back(begin + distance_m * ahead.normalized());
   report.warnings.push_back(
-      fmt::format("the line to drive is one metre ahead of {}; set `path` to choose another "
+      fmt::format("the line to drive is one metre long and starts at {}; set `path` to use a different line "
                   "(`driver=keyboard` needs no line)",
                   found ? model->name : "the origin"));
   return {};
@@ -381,7 +383,7 @@ std::string to_text(const ImportWorldReport& report) {
                                  world.tags.tags.size(), to_string(world.tags.tags.begin()->first),
                                  to_string(world.tags.tags.rbegin()->first), world.occluders.size());
   if (world.tag_board_m > 0)
-    text += fmt::format("tags on both sides of boards {:.1f} mm thick\n", 1e3 * world.tag_board_m);
+    text += fmt::format("tags are on both sides of {:.1f} mm thick boards\n", 1e3 * world.tag_board_m);
   for (const std::string& light : report.lights)
     text += fmt::format("light {} (ignored; set the lighting with `set=camera.…`)\n", light);
   return text + fmt::format("Check it: waymark world check {}\n", shell_word(report.file));

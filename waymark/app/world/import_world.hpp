@@ -19,10 +19,10 @@ struct ImportWorldJob {
   std::filesystem::path output{};                ///< world.yaml to write
   std::vector<std::filesystem::path> folders{};  ///< searched first for models and textures
   std::vector<std::string> families = {"tag36h11"};
-  std::string path{};   ///< line to drive: a table with columns x and y, or a recording; empty: one metre
+  std::string path{};   ///< line to drive, from a table with columns x and y or a recording; empty: one metre
                         ///< ahead of `start`
-  std::string start{};  ///< model at which that metre begins; empty: the first that is not static, else the
-                        ///< origin
+  std::string start{};  ///< model at which this metre starts; empty: the first model that is not static, else
+                        ///< the origin
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -30,30 +30,29 @@ struct ImportWorldJob {
     visit(self.output, JobField("output FILE", "World to write (.yaml)").required());
     visit(self.folders,
           JobField("models FOLDER",
-                   "Folder that is searched first for model:// and images (repeatable). "
-                   "Searched next: the folder of the file, its models/, IGN_GAZEBO_RESOURCE_PATH, SDF_PATH"));
+                   "Folder that is searched first for model:// and images (repeatable). It is followed by "
+                   "the folder of the file, its models/, IGN_GAZEBO_RESOURCE_PATH and SDF_PATH"));
     visit(self.families, JobField("family NAME", "Tag families to detect in the textures").comma_separated());
     visit(self.path,
           JobField("path FILE",
                    "Line to drive: a .csv file with columns x and y in metres, or a recording of a drive"));
-    visit(self.start,
-          JobField("start NAME",
-                   "Model ahead of which the line to drive begins; its length is one metre. Default: the "
-                   "first model that is not static, else the origin")
-              .excludes("path"));
+    visit(self.start, JobField("start NAME",
+                               "Model at which the line to drive starts; the line is one metre long. "
+                               "Default: the first model that is not static, else the origin")
+                          .excludes("path"));
   }
 };
 
 struct ImportWorldReport {
   std::string file{};  ///< path of the world file
   World world{};
-  std::vector<std::string> lights{};    ///< as text; ignored, since the renderer has its own lighting
+  std::vector<std::string> lights{};    ///< as text; ignored, because the renderer has its own lighting
   std::vector<std::string> warnings{};  ///< simplifications and omissions
 };
 
-/// Places the tags of the most common family at their textures. Upright boxes become furniture, other shapes
-/// their bounding boxes. A board with the same tag on its back becomes a two-sided board. Fails on a world
-/// without a readable tag.
+/// Places the tags of the most common family where their textures are. Upright boxes become furniture; other
+/// shapes are replaced by their bounding boxes. A board with the same tag on its back becomes a two-sided
+/// board. Fails on a world without a readable tag.
 [[nodiscard]] Result<World> world_of(const SdfScene& scene, const std::vector<std::string>& families,
                                      std::vector<std::string>& warnings);
 

@@ -15,7 +15,7 @@
 namespace waymark {
 namespace {
 
-/// Range of printed tag sizes; other sizes are probably in the wrong unit.
+/// Range of sizes of printed tags; other sizes are probably in the wrong unit.
 constexpr double kSmallestTagMetres = 0.01;
 constexpr double kLargestTagMetres = 2;
 constexpr std::size_t kMaxListed = 5;
@@ -48,11 +48,11 @@ std::vector<std::string> warnings_about(const World& world, const WorldCheck& ch
 Trajectory as_trajectory(const std::vector<SE3>& poses) {
   Trajectory trajectory;
   for (const SE3& pose : poses) trajectory.push_back({SensorTime(Duration(trajectory.size())), pose});
-  if (!trajectory.empty()) trajectory.push_back(trajectory.front());  // the circle is closed
+  if (!trajectory.empty()) trajectory.push_back(trajectory.front());  // closes the circle
   return trajectory;
 }
 
-/// Optical (z) axes of about twelve of the camera poses, as strokes.
+/// Optical (z) axes of about twelve of the camera poses, as line segments.
 plot::Series view_axes(const std::vector<SE3>& map_T_cam, double length_m, plot::Color color) {
   plot::Series series{.name = "", .color = color};
   for (std::size_t i = 0; i < map_T_cam.size(); i += std::max<std::size_t>(map_T_cam.size() / 12, 1)) {
@@ -70,7 +70,7 @@ std::string hidden_to_text(std::vector<HiddenTag> hidden) {
   std::ranges::stable_sort(hidden, std::ranges::greater{}, &HiddenTag::from_m);
   std::string text;
   for (std::size_t i = 0; i < std::min(hidden.size(), kMaxListed); ++i)
-    text += fmt::format("hidden                     {} behind {}, on {:.2f} m of the line\n",
+    text += fmt::format("hidden                     {} behind {}, over {:.2f} m of the line\n",
                         to_string(hidden[i].tag), to_string(hidden[i].by), hidden[i].from_m);
   if (hidden.size() > kMaxListed)
     text += fmt::format("                           and {} more pairs\n", hidden.size() - kMaxListed);
@@ -84,7 +84,7 @@ struct HiddenLine {
 ReportFields fields(const HiddenLine& line) {
   return {{"tag", "Tag that is hidden", to_string(line.hidden.tag)},
           {"by", "Tag in front of it", to_string(line.hidden.by)},
-          {"from_m", "Length of the line along which it is hidden", line.hidden.from_m}};
+          {"from_m", "Length of the part of the line along which it is hidden", line.hidden.from_m}};
 }
 
 }  // namespace
@@ -117,7 +117,7 @@ ReportFields fields(const WorldVerdict& verdict) {
           {"min_clearance_m", "Smallest distance in space from the hull to a tag; null without tags",
            c.min_clearance_m},
           {"nearest_tag", "Name of that tag, or `no tag`", nearest_tag(c)},
-          {"two_tags_fraction", "Fraction of the line from which the camera sees two or more tags",
+          {"two_tags_fraction", "Fraction of the line along which two or more tags are in view",
            c.two_tags_fraction},
           {"fewest_tags", "Smallest number of tags in view at any point of the line", c.fewest_tags},
           {"sharpest_left_1_m", "Largest curvature to the left", c.sharpest_left_1_m},
@@ -148,11 +148,13 @@ ReportFields fields(const WorldOrbit& report) {
       {"world", "Name of the world", report.world},
       {"steps", "Number of poses on the circle", r.map_T_cam.size()},
       {"radius_m", "Radius of the circle", r.radius_m},
-      {"closure", "Without noise: largest |log| of transform loops that should be the identity", r.closure},
-      {"jump_m", "With noise: largest translation of a composed frame in one step, less the nominal one",
+      {"closure", "Without noise: largest |log| of the transform loops, which should be the identity",
+       r.closure},
+      {"jump_m",
+       "With noise: largest translation of a composed frame in one step, minus the nominal translation",
        r.jump_m},
       {"jump_limit_m", "Six standard deviations of the jump due to noise", r.jump_limit_m},
-      {"jump_deg", "With noise: largest rotation of a composed frame in one step, less the nominal one",
+      {"jump_deg", "With noise: largest rotation of a composed frame in one step, minus the nominal rotation",
        r.jump_deg},
       {"jump_limit_deg", "Six standard deviations of the jump due to noise", r.jump_limit_deg},
       {"smallest_axis_cosine",

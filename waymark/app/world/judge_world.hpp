@@ -9,11 +9,11 @@
 #include "waymark/config/share.hpp"
 #include "waymark/simulation/world/world_check.hpp"
 
-/// `waymark world check` (can a robot drive a good lap in a world?) and `waymark world orbit` (are its frames
-/// consistent?).
+/// `waymark world check` checks whether a robot can drive a good lap in a world, and `waymark world orbit`
+/// whether its frames are consistent.
 namespace waymark {
 
-/// User options of a world check.
+/// User options for a world check.
 struct CheckWorldRequest {
   std::string world{};
   std::string robot_file{};  ///< empty: the robot named in the world file
@@ -38,10 +38,10 @@ struct WorldVerdict {
   std::size_t tags = 0;  ///< number of tags
   WorldCheck check{};
   std::vector<std::string> warnings{};  ///< warnings about probable mistakes
-  bool good = false;                    ///< no warnings, and the line allows a good lap
+  bool good = false;                    ///< true if there are no warnings and the line allows a good lap
 };
 
-/// Checks a drive that follows the line of the world exactly, without noise.
+/// Checks a drive that follows the line in the world exactly, without noise.
 [[nodiscard]] Result<WorldVerdict> judge_world(const World& world, const RobotModel& robot,
                                                const CameraModel& camera, const TagCameraOptions& tag_camera);
 /// Name of the tag nearest to the hull; "no tag" in a world without tags.

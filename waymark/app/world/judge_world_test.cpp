@@ -67,7 +67,8 @@ TEST(JudgeWorld, NamesOverlappingTags) {
   EXPECT_EQ(to_json(fields(*verdict))["overlapping_tags"][0][1], to_string(second));
 }
 
-/// Tags with visible corners and a line of sight past walls to their centres; other tags do not hide them.
+/// Tags whose corners are visible and whose centres are not hidden by walls; occlusion by other tags is
+/// ignored.
 std::vector<TagId> in_view_ignoring_paper(const World& world, const CameraModel& camera,
                                           const SE3& map_T_cam) {
   std::vector<TagId> tags;

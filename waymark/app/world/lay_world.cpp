@@ -23,8 +23,8 @@ namespace waymark {
 namespace {
 
 constexpr std::size_t kMaxTableBytes = std::size_t{1} << 24U;
-constexpr double kPointEvery_m = 0.15;  // along the line that is kept
-/// A drawn loop may begin at a corner, so its end may arrive from the side, but not from ahead.
+constexpr double kPointEvery_m = 0.15;  // along the part of the line that is kept
+/// A drawn loop may start at a corner, so it may close from the side, but not from ahead.
 constexpr LapClosing kClosing{.distance_m = 0.6, .angle_rad = 2.2};
 
 std::vector<std::string> cells_of(const std::string& line) {
@@ -47,7 +47,7 @@ std::optional<double> number(const std::vector<std::string>& cells, std::size_t 
   return value;
 }
 
-/// Points in the columns x and y of a table; without a header line, in its first two columns.
+/// Points from the columns x and y of a table, or from its first two columns if it has no header line.
 Result<std::vector<Eigen::Vector2d>> points_of_table(const std::string& path) {
   const auto text = read_text_file(path, kMaxTableBytes);
   if (!text) return tl::unexpected(text.error());
@@ -64,7 +64,7 @@ Result<std::vector<Eigen::Vector2d>> points_of_table(const std::string& path) {
       const auto named = [&](const std::string& cell) { return cell == axis || cell == axis + "_m"; };
       if (points.empty() && std::ranges::count_if(cells, named) > 1)
         return fail(ErrorCode::Unreadable, fmt::format("duplicate column '{}'", axis),
-                    {.source = path, .line = line_number}, "Keep one column of each name.");
+                    {.source = path, .line = line_number}, "Keep only one column with this name.");
     }
     const auto column_x = std::ranges::find_if(cells, [](const auto& c) { return c == "x" || c == "x_m"; });
     const auto column_y = std::ranges::find_if(cells, [](const auto& c) { return c == "y" || c == "y_m"; });
@@ -84,7 +84,7 @@ Result<std::vector<Eigen::Vector2d>> points_of_table(const std::string& path) {
   return points;
 }
 
-/// Positions of the robot in a recording: ground truth if there is any, else odometry.
+/// Robot positions in a recording: ground truth if available, else odometry.
 Result<std::vector<Eigen::Vector2d>> points_of_recording(const std::string& path, const JobControl& control) {
   const auto log = open_log(path, control.log_options());
   if (!log) return tl::unexpected(log.error());
@@ -115,7 +115,7 @@ struct DrivableLine {
   double repeated_m = 0;  ///< length cut off because it repeats the loop
 };
 
-/// A line that a driver can follow, open or closed. The part that repeats a loop is cut off, as in routes.
+/// A line that a driver can follow, open or closed. A part that repeats a loop is cut off, as in routes.
 DrivableLine line_of(const std::string& name, const std::vector<Eigen::Vector2d>& points) {
   constexpr double kStep_m = 0.05;
   DrivableLine line{.world = {.name = name, .path_closed = false}};
@@ -126,7 +126,7 @@ DrivableLine line_of(const std::string& name, const std::vector<Eigen::Vector2d>
   if (!loop) return line;
   line.world.path_closed = true;
   line.repeated_m = kStep_m * static_cast<double>(even.points.size() - *loop);
-  path_m.resize(even.sources[*loop]);  // the closing point lies on the segment that ends here
+  path_m.resize(even.sources[*loop]);  // the closing point is on the segment that ends here
   if (path_m.size() > 3 && (path_m.back() - path_m.front()).norm() < kPointEvery_m / 2) path_m.pop_back();
   return line;
 }
@@ -147,11 +147,11 @@ Result<World> read_line(const std::string& path, const JobControl& control) {
   });
   if (too_large)
     return fail(ErrorCode::LimitExceeded, "the line extends more than 500 m from its start", {.source = path},
-                "Coordinates must be in metres. Are these millimetres?");
+                "Coordinates must be in metres. Are these in millimetres?");
   DrivableLine line = line_of(name, *points);
   if (line.world.path_m.size() < 3)
     return fail(ErrorCode::InvalidArgument,
-                fmt::format("the line has {} at least {} m apart, fewer than three",
+                fmt::format("the line has only {} at least {} m apart; three are needed",
                             counted(line.world.path_m.size(), "point"), kPointEvery_m),
                 {.source = path}, "Add points, in metres and in the order of the drive.");
   if (line.repeated_m > kUsualOverlap_m)
@@ -200,9 +200,9 @@ ReportFields fields(const LayWorldReport& report) {
           {"tags", "Number of tags", report.world.tags.tags.size()},
           {"closed", "Whether the line is a lap", report.world.path_closed},
           {"lap_m", "Length of the line", check.lap_m},
-          {"two_tags_fraction", "Fraction of the line from which the camera sees two or more tags",
+          {"two_tags_fraction", "Fraction of the line along which two or more tags are in view",
            check.two_tags_fraction},
-          {"one_tag_fraction", "Fraction of the line from which the camera sees one or more tags",
+          {"one_tag_fraction", "Fraction of the line along which one or more tags are in view",
            check.one_tag_fraction},
           {"min_clearance_m", "Smallest distance in space from the hull to a tag", check.min_clearance_m}};
 }

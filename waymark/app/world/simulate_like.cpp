@@ -12,7 +12,7 @@
 namespace waymark {
 namespace {
 
-/// Follows the line of the world at the speeds of the recording.
+/// Follows the line in the world at the speeds in the recording.
 Result<LapEnd> drive_like(const SimulatedSetup& setup, const RecordingProfile& profile,
                           const LapListener& listener) {
   const auto path = sample_path(setup.world.path_m, setup.world.path_closed, 0.02);

@@ -15,19 +15,18 @@ struct SimulateLikeJob {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.like,
-          JobField(
-              "like RECORDING",
-              "Recording whose rates, gaps, noise and speeds are imitated, in any format of `waymark info`")
-              .required());
+    visit(self.like, JobField("like RECORDING",
+                              "Recording whose rates, gaps, noise and speeds are imitated, in any format "
+                              "supported by `waymark info`")
+                         .required());
     visit(self.output,
           JobField("output FILE", "Recording to write (.mcap); existing files are never overwritten")
               .required());
   }
 };
 
-/// Drives the simulated robot along the line of its world and records the drive. Speeds and duration are
-/// those of the profile `like`. Returns the profile of the new recording.
+/// Drives the simulated robot along the line in its world and records the drive. Speeds and duration are
+/// those in the profile `like`. Returns the profile of the new recording.
 [[nodiscard]] Result<RecordingProfile> simulate_like(const RobotSetup& setup, const RecordingProfile& like,
                                                      const SimulateLikeJob& job, const JobControl& control);
 

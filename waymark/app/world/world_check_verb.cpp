@@ -26,9 +26,9 @@ Verb world_check_verb() {
       .name = "check",
       .sentence = "Check whether a robot can drive a good lap in a world",
       .help =
-          R"(Follows the line of the world exactly, without noise. Prints the smallest distance from the hull to a tag and the
-fraction of the line from which the camera sees two or more tags. Lists overlapping tags, and tags that other tags
-hide along a part of the line.
+          R"(Follows the line in the world exactly, without noise. Prints the smallest distance from the hull to a tag, and the
+fraction of the line along which two or more tags are in view. Lists overlapping tags, and tags that are hidden by other
+tags along a part of the line.
 
 Exit code: 0 a good lap is possible, 1 it is not possible, or a file cannot be read, 2 wrong usage.
 

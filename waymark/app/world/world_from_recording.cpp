@@ -49,8 +49,8 @@ Result<RobotDescription> robot_of(const MapFolder& place, const WorldFromRecordi
               "Set `robot` to a .yaml file, or to a name that `waymark robots` lists.");
 }
 
-/// Distances between observed tag centres and their projections by map and trajectory [px]; infinite for tags
-/// that are not in the map or do not project.
+/// Distances between observed tag centres and those projected using map and trajectory [px]; infinite for
+/// tags that are not in the map or cannot be projected.
 std::vector<double> observation_errors_px(const MappedDrive& drive) {
   constexpr Duration kMaxGap = std::chrono::milliseconds(500);
   std::vector<double> errors_px;
@@ -71,8 +71,9 @@ std::vector<double> observation_errors_px(const MappedDrive& drive) {
   return errors_px;
 }
 
-/// Fails if map and trajectory are of another drive: if the trajectory covers another time, or the observed
-/// tags do not match the map. Recorded tag poses have no pixels, so only their time is checked.
+/// Fails if map and trajectory are from a different drive, because the trajectory covers a different time, or
+/// the observed tags do not match the map. For recorded tag poses, which have no pixel positions, only the
+/// time is checked.
 Status check_place(const MappedDrive& drive, const WorldFromRecordingJob& job) {
   const auto mismatch = [&](const char* why) {
     return fail(ErrorCode::InvalidArgument, fmt::format("the map was not made from this recording: {}", why),
@@ -110,7 +111,7 @@ Result<MappedDrive> read_drive(const WorldFromRecordingJob& job, const JobContro
   return drive;
 }
 
-/// The map on a level floor at z = 0, and its route as the line to drive.
+/// The map on a level floor at z = 0, with its route as the line to drive.
 Result<World> world_of(const MappedDrive& drive, const std::string& name) {
   World world{.name = name, .anchor = drive.place.map.anchor, .path_closed = drive.place.route.closed};
   const SE3 floor_T_map = map_T_floor(drive.place.map.tags.floor).inverse();
@@ -118,8 +119,9 @@ Result<World> world_of(const MappedDrive& drive, const std::string& name) {
     if (id.family != world.anchor.family)
       return fail(
           ErrorCode::Unsupported,
-          fmt::format("{} is not of the anchor's family; a simulated world has tags of one family only",
-                      to_string(id)),
+          fmt::format(
+              "{} is not from the anchor's family; all tags in a simulated world must be from one family",
+              to_string(id)),
           {.source = drive.place.path.string()});
     world.tags.tags[id] = {.map_T_tag = floor_T_map * tag.map_T_tag, .size_m = tag.size_m};
   }
@@ -135,7 +137,7 @@ Result<World> world_of(const MappedDrive& drive, const std::string& name) {
   return world;
 }
 
-/// Data of the recording that RecordedLap does not contain.
+/// Data from the recording that RecordedLap does not contain.
 struct Remaining {
   std::vector<StampedCommand> commands{};
   std::vector<EdgeBlur> edges{};
@@ -162,7 +164,7 @@ Result<Remaining> read_remaining(const WorldFromRecordingJob& job, const std::ve
   return rest;
 }
 
-/// Stores estimated values in the simulation options of the robot, and lists them in the report.
+/// Stores estimated values in the robot's simulation options, and lists them in the report.
 class RobotEstimates {
  public:
   explicit RobotEstimates(WorldFromRecordingReport& report) : report_(report) {}
@@ -180,7 +182,7 @@ class RobotEstimates {
   WorldFromRecordingReport& report_;
 };
 
-/// Rotation scale with which the simulated odometry turns as the recorded odometry did.
+/// The rotation scale with which the simulated odometry turns like the recorded odometry.
 std::optional<double> rotation_scale(const SimulatedRobotOptions& robot, std::optional<double> yaw_scale) {
   if (!yaw_scale || robot.sensors.odometry == "truth") return std::nullopt;
   return (robot.sensors.odometry == "wheels" ? robot.dynamics.turn_gain : 1.0) / *yaw_scale;
@@ -255,7 +257,7 @@ Result<WorldFromRecordingReport> world_from_recording(const WorldFromRecordingJo
   for (const Error& problem : drive->lap.setup.problems) report.warnings.push_back(to_string(problem));
   estimate_robot(*drive, *rest, robot.simulation, report);
   const std::optional<BlurFit> blur = fit_exposure(rest->edges);
-  report.quantities.push_back({"camera.exposure_ms", "exposure, from the blur of tag edges [ms]",
+  report.quantities.push_back({"camera.exposure_ms", "exposure time, from the blur of tag edges [ms]",
                                blur ? std::optional(1e3 * blur->exposure_s) : std::nullopt});
   report.quantities.push_back({"camera.lens_sigma_px", "blur of the lens [px]",
                                blur ? std::optional(blur->still_sigma_px) : std::nullopt});

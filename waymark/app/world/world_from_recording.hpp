@@ -11,7 +11,7 @@
 #include "waymark/base/fields.hpp"
 #include "waymark/simulation/world/world.hpp"
 
-/// `waymark world from-recording`: a simulated place and robot with the statistics of a recorded drive.
+/// `waymark world from-recording`: makes a simulated place and robot with the statistics of a recorded drive.
 namespace waymark {
 
 struct WorldFromRecordingJob {
@@ -22,15 +22,15 @@ struct WorldFromRecordingJob {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.recording, JobField("recording RECORDING", "Recorded drive, in any format of `waymark info`")
-                              .input()
-                              .required());
+    visit(self.recording,
+          JobField("recording RECORDING", "Recorded drive, in any format supported by `waymark info`")
+              .input()
+              .required());
     visit(self.map, JobField("map FOLDER", "Folder written by `waymark map` from this recording").required());
     visit(self.folder, JobField("output FOLDER", "New or empty folder to write").required());
-    visit(self.robot,
-          JobField("robot NAME",
-                   "Robot that provides the body and the initial simulation options: a name or a .yaml file. "
-                   "Default: robot.yaml of the map"));
+    visit(self.robot, JobField("robot NAME",
+                               "Robot that provides the body and the initial simulation options: a name, or "
+                               "a .yaml file. Default: robot.yaml of the map"));
   }
 };
 
@@ -49,14 +49,14 @@ struct WorldFromRecordingReport {
   std::vector<std::string> files{};  ///< names in the folder
 };
 
-/// Measures a drive by means of its map and writes up to three files:
+/// Measures the properties of a drive using its map, and writes up to three files:
 /// - world.yaml: tags and route of the map, on a level floor at z = 0;
-/// - robot.yaml: the robot with rates, noises, scales, latency, detection range and turn response of the
+/// - robot.yaml: the robot with rates, noises, scales, latency, detection range and turn response from the
 ///   recording in `simulation`, and odometry errors if the map contains an odometry calibration;
 /// - camera.yaml: exposure and lens blur of the simulated camera, if blurred images determine them.
-/// Values that the recording does not determine stay those of the robot file. Fails on a non-empty folder and
-/// on a map without a trajectory, with several families, or of another recording (different time, or
-/// inconsistent tags).
+/// Values that the recording does not determine are taken from the robot file. Fails on a non-empty folder,
+/// and on a map without a trajectory, with several families, or from a different recording (different time,
+/// or inconsistent tags).
 [[nodiscard]] Result<WorldFromRecordingReport> world_from_recording(const WorldFromRecordingJob& job,
                                                                     const JobControl& control);
 [[nodiscard]] std::string to_text(const WorldFromRecordingReport& report,

@@ -1,4 +1,5 @@
-// A robot with hidden simulation options drives a lap. Recording and map determine the options of its twin.
+// A robot with hidden simulation options drives a lap. The options of its twin are estimated from recording
+// and map.
 #include "waymark/app/world/world_from_recording.hpp"
 
 #include <filesystem>
@@ -23,7 +24,7 @@ using ::testing::HasSubstr;
 
 constexpr double kTolerance = 0.2;  // relative
 
-/// Sets options that are in none of the files that the job reads.
+/// Sets options that do not occur in any file that the job reads.
 void set_hidden_values(SimulatedRobotOptions& robot) {
   robot.camera_rate_hz = 12;
   robot.camera_latency_s = 0.07;
@@ -96,7 +97,7 @@ TEST_F(WorldOfADrivenLap, RejectsAMapOfAnotherPlaceAndWritesNothing) {
   ASSERT_TRUE(teach_lap(load_setup("mbot-square", "limo", 1).value(), {.output = lap_there}, {}));
   ASSERT_TRUE(map_recording({.lap = lap_there, .folder = folder_ / "other"}, {}));
   WorldFromRecordingJob other = job();
-  other.map = folder_ / "other";  // its time matches: both recordings start at the same time
+  other.map = folder_ / "other";  // its time matches, because both recordings start at the same time
   const auto elsewhere = world_from_recording(other, {});
   ASSERT_FALSE(elsewhere);
   EXPECT_EQ(elsewhere.error().code, ErrorCode::InvalidArgument);
@@ -121,7 +122,7 @@ TEST_F(WorldOfADrivenLap, RejectsANonEmptyFolder) {
   EXPECT_FALSE(fs::exists(folder_ / "map/robot.1.yaml"));
 }
 
-/// The first 15 s of a lap, and their map.
+/// The first 15 s of a lap, with their map.
 struct MappedDrive {
   fs::path folder = testing::fresh_folder("jobs_world_from");
   std::string lap = test::record_lap(folder / "lap.mcap", 31, {.for_s = 15});

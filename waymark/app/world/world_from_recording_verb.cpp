@@ -21,12 +21,12 @@ Verb world_from_recording_verb() {
       .name = "from-recording",
       .sentence = "Make a world and a robot with the statistics of a recorded drive",
       .help =
-          R"(Measures a drive by means of its map, and writes world.yaml (tags and route of the map), robot.yaml
-(rates, latency, noise of corners, gyro and accelerometer, share of missed tags, detection range, errors of the
-odometry, response to commands) and, if the recording contains images taken in motion, camera.yaml (exposure and lens
-blur, for --config). Values that the recording does not determine are taken from the robot file and listed as
-"not determined". Walls and furniture are unknown. `waymark report` then compares a simulated drive with the
-real one.
+          R"(Measures the properties of a drive using its map. It writes world.yaml with tags and route from the map, and robot.yaml
+with rates, latency, and noise of corners, gyro and accelerometer. robot.yaml also contains the fraction of missed tags,
+detection range, odometry errors, and the response to commands. If the recording contains images taken in motion,
+camera.yaml contains exposure time and lens blur, for --config. Values that the recording does not determine are taken
+from the robot file and listed as "not determined". Walls and furniture are unknown. `waymark report` then compares a
+simulated drive with the real one.
 
 Exit code: 0 the folder was written, 1 recording or map is unreadable, or they do not match, 2 wrong usage.
 

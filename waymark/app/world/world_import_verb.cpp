@@ -21,10 +21,10 @@ Verb world_import_verb() {
       .name = "import",
       .sentence = "Convert an SDF world (Gazebo) to a Waymark world",
       .help =
-          R"(Reads a Gazebo world (SDF, parsed by SDFormat 12) and detects the tags in its textures, regardless of file names.
-Texture coordinates on box, plane or mesh determine their poses. Upright boxes and cylinders become furniture. Models
-that are not static, such as robots, are omitted; lights are listed. Omissions and simplifications are reported as
-warnings.
+          R"(Reads a Gazebo world (SDF, parsed with SDFormat 12) and detects the tags in its textures, regardless of file names. Tag
+poses are determined from the texture coordinates on a box, plane or mesh. Upright boxes and cylinders become furniture.
+Models that are not static, such as robots, are omitted; lights are listed. Omissions and simplifications are reported
+as warnings.
 
 Exit code: 0 the world was written, 1 no tag was found, or the file could not be read, 2 wrong usage.
 

@@ -33,9 +33,9 @@ Verb world_new_verb() {
       .name = "new",
       .sentence = "Make a world with tags along a drawn or driven line",
       .help =
-          R"(Places upright tags beside the line: as few as the camera needs to see two of them everywhere, and none closer to
-the hull than --clearance-m (measured in space). A line that returns to its start is a lap; a part that repeats the lap
-is cut off. A line that continues elsewhere is kept whole.
+          R"(Places upright tags along the line: as few as needed to have two of them in view everywhere, and none closer to the hull
+than --clearance-m (measured in 3D). A line that returns to its start is a lap; a part that repeats the lap is cut off.
+A line that continues elsewhere is kept completely.
 
 Exit code: 0 a world was written, 1 the line could not be read, or no tag could be placed, 2 wrong usage.
 
