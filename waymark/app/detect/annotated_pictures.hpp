@@ -11,12 +11,12 @@
 namespace waymark {
 
 /// Unique file names for annotated pictures in one folder: "photo.png" for "a/photo.jpg". If two names would
-/// collide (ignoring case, as some file systems do), both contain the whole path: "a__photo.jpg.png". If
-/// these collide as well, they get numbers. Depends only on the list.
+/// collide (ignoring case, like some file systems), both contain the whole path: "a__photo.jpg.png". If these
+/// collide as well, numbers are appended. The result depends only on the list.
 [[nodiscard]] std::vector<std::string> annotation_names(const std::vector<std::string>& pictures);
 
-/// Writes annotated pictures as a video with the size of the first and the stamps of all. Pictures without
-/// stamps follow at the rate of the video.
+/// Writes annotated pictures as a video with the size of the first picture and the stamps of all. Pictures
+/// without timestamps are spaced at the video's frame rate.
 class AnnotatedVideo {
  public:
   /// Fails if `path` is one of the inputs. Rate and rotation are those of the first video among them.

@@ -14,7 +14,7 @@
 namespace waymark {
 namespace {
 
-/// Detection in one camera; each of several cameras has its own thread.
+/// Detection for one camera; if there are several, each has its own thread.
 class CameraDetection {
  public:
   CameraDetection(const DetectCamerasJob& job, const JobControl& control, std::mutex& mutex,
@@ -75,9 +75,10 @@ class CameraDetection {
 
 std::string to_text(const DetectedCamera& camera, bool several) {
   const CameraWatchEnd& end = *camera.end;
-  return fmt::format("{}{} in {:.1f} s, {}; {} skipped for newer ones, {} lost by the driver, {} damaged",
-                     several ? camera.address + ": " : "", counted(end.pictures, "image"), end.seconds,
-                     counted(end.tags, "tag"), end.counts.dropped, end.counts.lost, end.counts.damaged);
+  return fmt::format(
+      "{}{} in {:.1f} s, {}; {} skipped in favour of newer ones, {} lost by the driver, {} damaged",
+      several ? camera.address + ": " : "", counted(end.pictures, "image"), end.seconds,
+      counted(end.tags, "tag"), end.counts.dropped, end.counts.lost, end.counts.damaged);
 }
 
 Result<std::vector<DetectedCamera>> detect_cameras(const DetectCamerasJob& job, const TagFinder& finder,
@@ -111,7 +112,8 @@ Result<bool> is_camera_input(const std::vector<std::string>& sources, const Give
   if (!live) return live;
   FieldRefusals refused(given);
   refused.fields(*live && sources.size() > 1, {"view", "camera"},
-                 "this option takes one camera, but several are given", "Run the program once per camera.");
+                 "this option supports only one camera, but several are given",
+                 "Run the program once per camera.");
   refused.fields(!*live, {"view", "duration_s"}, "this option applies to live cameras", "Omit this option.");
   refused.fields(*live, {"annotate", "recursive"},
                  "this option applies to files, but the input is a live camera",

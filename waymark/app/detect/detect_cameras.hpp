@@ -23,7 +23,7 @@ struct DetectCamerasJob {
   std::function<void(const PictureReport&, const PoseList&, Duration age)> on_picture{};
 };
 
-/// User options of detection, except for detector and camera.
+/// User options for detection, except for detector and camera.
 struct DetectRequest {
   DetectJob job{};
   bool view = false;  ///< show the page of one live camera
@@ -41,12 +41,11 @@ struct DetectRequest {
     visit(self.covariance,
           JobField("covariance", "With `json`: also print the 8 x 8 covariance of the corners of each tag"));
     visit(self.job.annotate_folder,
-          JobField(
-              "annotate PATH",
-              "Folder for annotated PNG images, or a video to write (.mp4, .mkv, .webm, .avi). Axes: x red, "
-              "y green; a dot marks the first corner"));
+          JobField("annotate PATH",
+                   "Folder for annotated PNG images, or a video to write (.mp4, .mkv, .webm, .avi). The x "
+                   "axis is red, the y axis is green, and a dot marks the first corner"));
     visit(self.duration_s,
-          JobField("duration_s FLOAT", "Time after which live cameras are closed; 0: never", 0.0, 1e7));
+          JobField("duration_s FLOAT", "Time after which live cameras are closed [s]; 0: never", 0.0, 1e7));
   }
 };
 
@@ -60,7 +59,7 @@ struct DetectedCamera {
 };
 
 /// One line with the numbers of images, tags and lost images, preceded by the address if there are several
-/// cameras. Requires a camera that did not fail.
+/// cameras. The camera must not have failed.
 [[nodiscard]] std::string to_text(const DetectedCamera& camera, bool several);
 
 /// Detects tags in the images of all cameras until each has ended. Each of several cameras has its own

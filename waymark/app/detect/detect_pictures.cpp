@@ -34,8 +34,8 @@ struct Annotations {
   bool failed = false;  ///< the folder cannot be created
 };
 
-/// Creates the folder, or prepares the video. Fails if the folder contains input images, as annotations could
-/// overwrite them.
+/// Creates the folder, or prepares the video. Fails if the folder contains input images, because annotated
+/// images could overwrite them.
 Result<Annotations> prepare_annotations(const std::string& folder, const std::vector<Input>& inputs,
                                         const JobControl& control) {
   Annotations annotations;
@@ -72,7 +72,7 @@ Result<Annotations> prepare_annotations(const std::string& folder, const std::ve
   return annotations;
 }
 
-/// `name` for an image file; with its stamp for an image of a recording: "lap_12.345000000.png".
+/// `name` for an image file, with the stamp added for an image in a recording: "lap_12.345000000.png".
 std::string annotation_name(const std::string& name, const PictureReport& report, const Input& input) {
   if (report.image == input.path) return name;
   const std::size_t stamp = report.image.rfind('#');
@@ -129,7 +129,7 @@ Result<DetectSummary> detect_pictures(const DetectJob& job, const TagFinder& fin
 
 namespace {
 
-/// Standard deviation of a corner coordinate, root mean square over the tag; nothing without a covariance.
+/// Root mean square of the standard deviations of the corner coordinates; nothing without a covariance.
 std::optional<double> sigma_px(const TagDetection& detection) {
   if (!detection.corner_covariance_px2) return std::nullopt;
   return std::sqrt(std::max(0.0, detection.corner_covariance_px2->trace() / 8));

@@ -32,12 +32,12 @@ struct DetectJob {
   }
 };
 
-/// Called with each picture, in order; `poses` has one entry per detection, or is empty. Returns whether to
+/// Called for each picture, in order; `poses` has one entry per detection, or is empty. Returns whether to
 /// continue.
 using EachDetected = std::function<bool(const PictureReport& report, const PoseList& poses)>;
 
-/// A picture that fails is counted, noted, and has an error in its report; the others are processed. Fails as
-/// a whole if annotated pictures would overwrite inputs.
+/// If a picture fails, it is counted and noted, its report contains the error, and the other pictures are
+/// processed. The whole job fails if annotated pictures would overwrite inputs.
 [[nodiscard]] Result<DetectSummary> detect_pictures(const DetectJob& job, const TagFinder& finder,
                                                     const JobControl& control, const EachDetected& each);
 
@@ -45,11 +45,11 @@ using EachDetected = std::function<bool(const PictureReport& report, const PoseL
 /// image size.
 [[nodiscard]] PoseList poses_for(PictureReport& report, const PoseSetup& setup);
 
-/// The detections in one image as a text table; ends with an end of line. Requires report.detected.
+/// The detections in one image as a text table that ends with a newline. Requires report.detected.
 [[nodiscard]] std::string to_text(const PictureReport& report);
 
-/// Poses of the tags in one image as a text table: both solutions, with standard deviations; ends with an end
-/// of line. Empty without poses.
+/// Poses of the tags in one image as a text table that ends with a newline: both solutions, with standard
+/// deviations. Empty without poses.
 [[nodiscard]] std::string to_text(std::span<const TagDetection> detections, const PoseList& poses);
 
 }  // namespace waymark

@@ -95,9 +95,9 @@ Verb detect_verb() {
       .name = "detect",
       .sentence = "Detect tags in images, with sub-pixel corners",
       .help =
-          R"(Results go to standard output, messages and progress to standard error. Corners are where the black border meets the
-white one, in the order top left, top right, bottom right, bottom left of the printed tag. Pixel (i, j) covers
-[i, i+1) x [j, j+1). Images in a folder are processed in the order of their names. Images in a recording or a video are
+          R"(Results are written to standard output, messages and progress to standard error. Corners are where the black and the
+white border meet, in the order top left, top right, bottom right, bottom left of the printed tag. Pixel (i, j) covers
+[i, i+1) x [j, j+1). Images in a folder are processed in order of their names. Images in a recording or a video are
 named after file and stamp: lap.mcap#12.345000000. The stamp of a video image is its presentation time since the first
 image. The rotation flag of a video is ignored.
 
@@ -113,10 +113,10 @@ Examples:
   waymark detect v4l2:/dev/video0,size=1280x720 --view --camera camera.yaml --tag-size-m 0.16
   waymark detect v4l2:/dev/video0 v4l2:/dev/video2 --json
 
-With --camera and --tag-size-m, corners are refined with the lens model of the camera, and the pose of each tag in the
+With --camera and --tag-size-m, corners are refined with the lens model of the camera. The pose of each tag in the
 camera frame (x right, y down, z forward) is printed with standard deviations. For a tag viewed almost frontally, two
-poses fit almost equally well. Both are printed, the better one first, with the ratio of their errors (near 1:
-ambiguous).
+poses fit almost equally well. Both are printed, the better one first, with the ratio of their errors (ambiguous if near
+1).
 )",
       .prepare = prepared(detect),
       .report = report_of<PictureLine>};
