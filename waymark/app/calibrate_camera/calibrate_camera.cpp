@@ -22,8 +22,8 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Speeds of the marks: the larger of the speeds from the previous and to the next picture, so that pictures
-/// at a start or a stop count as moving.
+/// Speed of the marks in each picture: the larger of the speeds since the previous and until the next
+/// picture, so that pictures at a start or a stop count as moving.
 std::vector<double> speeds_px_s(const std::vector<StampedMarks>& pictures) {
   std::vector<double> speeds(pictures.size(), 0);
   for (std::size_t i = 1; i < pictures.size(); ++i) {
@@ -36,7 +36,7 @@ std::vector<double> speeds_px_s(const std::vector<StampedMarks>& pictures) {
   return speeds;
 }
 
-/// Removes one of the two most similar views until at most `max_views` are left.
+/// Repeatedly removes one of the two most similar views until at most `max_views` remain.
 void keep_most_distinct(std::vector<std::size_t>& chosen, const std::vector<StampedMarks>& pictures,
                         std::size_t max_views) {
   while (chosen.size() > max_views) {
@@ -100,12 +100,12 @@ Image copy_of(const ImageView& image) {
   return copy;
 }
 
-/// The target in all readable images, which have one size.
+/// The target in all readable images, which must have the same size.
 struct TargetImages {
   std::vector<std::string> names{};
   std::vector<std::vector<TagDetection>> detections{};
   std::vector<TargetPicture> marks{};
-  std::vector<double> marker_shares{};  ///< SeenTarget::marker_share of the images that have it
+  std::vector<double> marker_shares{};  ///< SeenTarget::marker_share, for the images that have one
   int width_px = 0;
   int height_px = 0;
 };
@@ -121,7 +121,7 @@ Status add_picture(TargetImage picture, TargetImages& seen) {
     return fail(ErrorCode::InvalidArgument,
                 fmt::format("{} x {} pixels, but {} has {} x {}", report.width_px, report.height_px,
                             seen.names.front(), seen.width_px, seen.height_px),
-                {.source = report.image}, "Calibrate with images of one camera at one resolution.");
+                {.source = report.image}, "Calibrate with images from one camera at one resolution.");
   seen.names.push_back(report.image);
   seen.marks.push_back(std::move(picture.marks));
   seen.detections.push_back(std::move(picture.report.detections));
@@ -243,9 +243,9 @@ Result<CalibrateCameraReport> calibrate_camera(const CalibrateCameraJob& job, co
                              : from_detections(job.detections);
   if (!seen) return tl::unexpected(seen.error());
   if (seen->names.empty())
-    return fail(
-        ErrorCode::NotFound, "no image of the board is readable", {},
-        "Check the board (`target`, `cols`, `rows`, `dictionary`). In a video, hold it still now and then.");
+    return fail(ErrorCode::NotFound, "no image of the board could be read", {},
+                "Check the board (`target`, `cols`, `rows`, `dictionary`). In a video, hold it still from "
+                "time to time.");
   const auto lens = lens_model(job.fit.lens);  // nothing: auto
   const CameraCalibrationOptions options = fit_options(job.fit);
   Result<CameraCalibration> found =
@@ -267,8 +267,8 @@ Result<CalibrateCameraReport> calibrate_camera(const CalibrateCameraJob& job, co
 // Output files and JSON.
 namespace {
 
-/// By the extension if no format is given: .json is PhotonVision; the YAML formats have one extension, so
-/// .yaml is Waymark's.
+/// Chosen by the extension if no format is given: .json means PhotonVision, and .yaml, which several formats
+/// share, means Waymark's.
 std::string format_of(const CameraFitJob& job) {
   if (!job.format.empty()) return job.format;
   return job.output.ends_with(".json") ? "photonvision" : "waymark";
@@ -316,7 +316,7 @@ Status write_calibration_yaml(const CameraFitJob& job, const CalibrateCameraRepo
   return write_calibration(job.output, calibration);
 }
 
-/// Whether the output format can represent a lens; tries it with a sample camera.
+/// Whether the output format can represent a lens, tested with a sample camera.
 Status check_format_supports(const CameraFitJob& job, LensModel lens) {
   if (job.output.empty() || format_of(job) == "waymark") return {};
   constexpr int kSide_px = 100;
@@ -339,7 +339,7 @@ Status check_extension(const CameraFitJob& job) {
   const bool json = extension == ".json" && (job.format.empty() || job.format == "photonvision");
   if (json || (yaml && job.format != "photonvision")) return {};
   return fail(ErrorCode::InvalidArgument,
-              fmt::format("invalid file name {} of a calibration{}", job.output,
+              fmt::format("invalid file name {} for a calibration{}", job.output,
                           job.format.empty() ? "" : " in format " + job.format),
               {.key = "output"}, "Use the extension .yaml, or .json for PhotonVision.");
 }
@@ -423,7 +423,7 @@ struct TriedLens {
 
 ReportFields fields(const TriedLens& tried) {
   return {{"lens", "Lens model", to_string(tried.trial.lens)},
-          {"held_out_rms_px", "Root mean square error in held-out images; null: the fit failed",
+          {"held_out_rms_px", "Root mean square error in held-out images; null if the fit failed",
            tried.trial.held_out_rms_px}};
 }
 
@@ -436,8 +436,9 @@ struct UsedImage {
 ReportFields fields(const UsedImage& used) {
   return {
       {"picture", "Name of the image", used.picture},
-      {used.mark_kind, "Tags in the fit; for a board with corners the key is `corners`", used.view.marks},
-      {"rejected", "Tags or corners rejected as outliers", used.view.rejected},
+      {used.mark_kind, "Number of tags in the fit; for a board with corners, the key is `corners`",
+       used.view.marks},
+      {"rejected", "Number of tags or corners rejected as outliers", used.view.rejected},
       {"rms_px", "Root mean square reprojection error", used.view.rms_px},
       {"tilt_deg", "Angle between the optical axis and the normal of the target", used.view.tilt_deg},
       {"distance_m", "Distance from the camera to the centre of the visible marks", used.view.distance_m}};
@@ -480,7 +481,7 @@ ReportFields fields(const CalibrateCameraReport& report) {
           {"lenses", "One entry per lens model that was tried", lenses},
           {"pictures", "One entry per image", pictures},
           {"regions", "One entry per ninth of the image, row by row from the top left", regions},
-          {"advice", "Missing images and other advice; empty: none", found.advice}};
+          {"advice", "Missing images and other advice; empty if none", found.advice}};
 }
 
 // Text tables.

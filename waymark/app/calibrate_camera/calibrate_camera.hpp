@@ -28,11 +28,11 @@ struct VideoViewOptions {
     visit(self.fastest_px_s,
           Field{"fastest_px_s",
                 "Speed of the corners in the image above which a video image is skipped [px/s].", 1, 1e5});
-    visit(self.new_view_share, Field{"new_view_share",
-                                     "A video image is a new view if its corners are at least this far, on "
-                                     "average, from those of every earlier view; fraction of the image "
-                                     "diagonal.",
-                                     0, 1});
+    visit(self.new_view_share,
+          Field{"new_view_share",
+                "A video image is a new view if its corners are at least this far, on average, from those in "
+                "every earlier view; as a fraction of the image diagonal.",
+                0, 1});
     visit(self.most_views, Field{"most_views", "Maximum number of views from a video.", 4, 10000});
     visit(self.fewest_tags,
           Field{"fewest_tags",
@@ -48,18 +48,18 @@ struct StampedMarks {
   TargetPicture marks{};
 };
 
-/// Indices of the selected views, ascending. Pictures are taken in order of increasing corner speed, each
-/// only if it differs enough from all taken before. If more than `most_views` result, the most similar ones
-/// are removed. `diagonal_px`: image diagonal. O(pictures * views * marks).
+/// Indices of the selected views, ascending. Pictures are considered in order of increasing corner speed, and
+/// selected if they differ enough from all selected before. If more than `most_views` result, the most
+/// similar ones are removed. `diagonal_px`: image diagonal. O(pictures * views * marks).
 [[nodiscard]] std::vector<std::size_t> choose_views(const std::vector<StampedMarks>& pictures,
                                                     double diagonal_px, const VideoViewOptions& options = {});
 
-/// Options of the camera fit and its outputs.
+/// Options for the camera fit and its outputs.
 struct CameraFitJob {
   std::string lens = "auto";
   std::string output{};  ///< calibration.yaml; empty: none
   /// Format of `output`: waymark (calibration.yaml, with standard deviations), ros, kalibr, photonvision,
-  /// opencv; empty: by the file extension.
+  /// opencv; empty: chosen by the file extension.
   std::string format{};
   std::string camera_info{};  ///< output in ROS camera_info format; empty: none
   bool force = false;         ///< outputs may replace existing files
@@ -70,8 +70,8 @@ struct CameraFitJob {
     visit(self.lens,
           JobField(
               "lens NAME",
-              "Distortion model: none, radtan4, radtan5, rational8, equidistant, or auto (of the models that "
-              "the output format can represent, the simplest with the lowest cross-validation error)")
+              "Distortion model: none, radtan4, radtan5, rational8, equidistant, or auto (the simplest model "
+              "with the lowest cross-validation error, among those that the output format can represent)")
               .one_of("auto,none,radtan4,radtan5,rational8,equidistant"));
     visit(self.output, JobField("output FILE",
                                 "Calibration to write: Waymark (.yaml, with standard deviations), "
@@ -86,7 +86,7 @@ struct CameraFitJob {
   }
 };
 
-/// Refuses options that have no effect without an output.
+/// Rejects options that have no effect without an output.
 void refuse_without_output(const CameraFitJob& fit, FieldRefusals& refused);
 
 struct CalibrateCameraJob {
@@ -125,13 +125,13 @@ struct CalibrateCameraReport {
   std::string mark_kind = "tags";       ///< kind of the marks: "tags" or "corners"
 };
 
-/// Fails if an output cannot be written, or its format cannot represent the lens. Called before reading
-/// images.
+/// Fails if an output cannot be written, or if its format cannot represent the lens. Called before images are
+/// read.
 [[nodiscard]] Status check_outputs(const CameraFitJob& job);
 
 /// Fit options; `lenses` are those that the output format can represent.
 [[nodiscard]] CameraCalibrationOptions fit_options(const CameraFitJob& job);
-/// Note about lenses that "auto" omits because of the output format; empty: none.
+/// Note about lenses that "auto" does not try because of the output format; empty: none.
 [[nodiscard]] std::string untried_lenses_note(const CameraFitJob& job);
 
 /// Detects the target in the images (tags with `finder`) or reads the detections, and fits the camera.
@@ -144,7 +144,8 @@ struct CalibrateCameraReport {
 [[nodiscard]] double sigma_of(const CameraCalibration& found, std::size_t parameter);
 [[nodiscard]] ReportFields fields(const CalibrateCameraReport& report);
 
-/// Tables of parameters with standard deviations, tried lenses, images and parts of the image; then advice.
+/// Tables with parameters and standard deviations, tried lenses, images, and parts of the image, followed by
+/// advice.
 [[nodiscard]] std::string to_text(const CalibrateCameraReport& report);
 
 }  // namespace waymark

@@ -1,5 +1,5 @@
-// Selection of views from a video, lenses by output format, and calibration on a rendered video of a board
-// that stops and moves.
+// Selection of views from a video, lenses by output format, and calibration from a rendered video of a board
+// that alternately moves and stops.
 #include "waymark/app/calibrate_camera/calibrate_camera.hpp"
 
 #include <cmath>
@@ -28,7 +28,7 @@ using ::testing::HasSubstr;
 using ::testing::Lt;
 using ::testing::Not;
 
-/// A board of tags at image position x, in a picture k/30 s after the first.
+/// A board with tags at image position x, in a picture taken k/30 s after the first one.
 StampedMarks board_at(int k, double x_px, int tags = 6) {
   StampedMarks picture{.stamp = SensorTime(std::chrono::microseconds(33'333 * k))};
   for (int i = 0; i < tags; ++i) {
@@ -132,7 +132,7 @@ TEST(CheckOutputs, RejectsTheExtensionOfAnotherFormat) {
 constexpr int kStops = 9;
 constexpr int kPicturesPerStop = 3;
 
-/// Pose of the board at a stop; with a fraction, between two stops.
+/// Pose of the board at a stop, or between two stops if `stop` has a fraction.
 SE3 cam_T_board_at(double stop) {
   const SO3 tilt = SO3::exp(
       {to_radians(30) * std::cos(2.0 * stop), to_radians(30) * std::sin(2.0 * stop), 0.15 * std::sin(stop)});
@@ -179,7 +179,7 @@ TEST(CalibrateVideo, UsesTheStopsAndEstimatesTheFocalLength) {
   for (const std::string& name : report->pictures) {
     const int index = static_cast<int>(std::lround(std::stod(name.substr(name.rfind('#') + 1)) / 0.033));
     EXPECT_LT(index % (kPicturesPerStop + 1), kPicturesPerStop) << "between two stops: " << name;
-    EXPECT_TRUE(stops.insert(index / (kPicturesPerStop + 1)).second) << "taken twice: " << name;
+    EXPECT_TRUE(stops.insert(index / (kPicturesPerStop + 1)).second) << "selected twice: " << name;
   }
   ASSERT_EQ(report->found.names[0], "fx_px");
   EXPECT_NEAR(report->found.parameters[0], 512, 2.5);

@@ -11,7 +11,7 @@
 namespace waymark::cli {
 namespace {
 
-/// The flags of `waymark calibrate camera`. Must not move while the command line is parsed.
+/// The flags of `waymark calibrate camera`. Must not be moved in memory while the command line is parsed.
 struct CalibrateCameraArgs {
   explicit CalibrateCameraArgs(CLI::App& verb)
       : settings(verb),
@@ -67,16 +67,16 @@ Verb calibrate_camera_verb() {
       .name = "camera",
       .sentence = "Estimate a camera's intrinsics from images of a printed board",
       .help =
-          R"(Print a board (`waymark tags board --style separate`), glue it on a flat plate, and take fifteen images: near and
-far, with the board in all corners of the image, tilted to the left, right, up and down by 30 degrees. Chessboards,
-ChArUco boards and AprilGrids (Kalibr) are supported as well (--target); OpenCV detects them and is loaded on demand.
-From a video, images are used in which the board is at rest and in a new position.
+          R"(Print a board (`waymark tags board --style separate`), glue it to a flat plate, and take fifteen images. Take them from
+near and far, with the board in all corners of the image, and tilted to the left, right, up and down by 30 degrees.
+Chessboards, ChArUco boards and AprilGrids (Kalibr) are supported as well (--target); they are detected with OpenCV,
+which is loaded on demand. In a video, images are used if the board is at rest and in a new position.
 
 The program prints each parameter with its standard deviation, and lists missing views. The error in held-out images
 shows the real accuracy.
 
-With a live camera, such as v4l2:/dev/video0, with --guided or with --resume, this runs the verb
-`waymark calibrate guided`, which takes the views automatically and lists missing ones.
+With a live camera, such as v4l2:/dev/video0, or with --guided or --resume, this verb runs `waymark calibrate guided`,
+which takes the views automatically and lists missing ones.
 
 Exit code: 0 calibrated, 1 failed, or the file already exists (prints the reason), 2 wrong usage, 130 stopped by Ctrl-C.
 

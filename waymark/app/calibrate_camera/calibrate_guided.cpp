@@ -41,10 +41,10 @@ class StatusReporter {
   const GuidedCalibration& guided_;
   const JobControl& control_;
   std::optional<SensorTime> last_{};
-  bool absent_ = false;  ///< the last status reported that no image shows the board
+  bool absent_ = false;  ///< the last report was that no image shows the board
 };
 
-/// Fixes automatic controls, with a note: they would change lens or noise between two views.
+/// Fixes automatic controls, with a note, because they would change lens or noise between two views.
 void lock_controls(LiveCamera& camera, const JobControl& control) {
   std::vector<std::string> locked;
   for (const CameraControl& each : camera.controls()) {
@@ -56,7 +56,7 @@ void lock_controls(LiveCamera& camera, const JobControl& control) {
       control.note(fmt::format("{} remains automatic: {}", each.name, to_string(set.error())));
   }
   if (!locked.empty())
-    control.note(fmt::format("automatic controls that are now fixed: {}", fmt::join(locked, ", ")));
+    control.note(fmt::format("fixed these automatic controls: {}", fmt::join(locked, ", ")));
 }
 
 Status from_camera(const CalibrateGuidedJob& job, GuidedCalibration& guided, const JobControl& control) {

@@ -10,7 +10,7 @@
 
 namespace waymark {
 
-/// `waymark calibrate guided`: calibration while a person holds the board in front of the camera.
+/// `waymark calibrate guided`: calibrates a camera while a person holds the board in front of it.
 struct CalibrateGuidedJob {
   std::vector<std::string> sources{};  ///< a live camera, or videos and recordings
   bool recursive = false;
@@ -30,9 +30,11 @@ struct CalibrateGuidedJob {
             "Live camera, such as v4l2:/dev/video0; or videos and recordings, which are treated like a live "
             "camera")
             .input());
-    visit(self.folder, JobField("resume FOLDER",
-                                "Folder that stores the views as images; an earlier calibration continues "
-                                "from them"));
+    visit(
+        self.folder,
+        JobField(
+            "resume FOLDER",
+            "Folder in which the views are stored as images; an earlier calibration is continued from them"));
     visit(self.view, JobField("view", "Show a live camera in the browser, with the missing views"));
     PageOptions::fields_of_view(self.page, visit);
     visit(self.recursive,
@@ -46,8 +48,8 @@ struct CalibrateGuidedJob {
 /// selects views from image sequences), and on given fields that have no effect.
 [[nodiscard]] Status check_job(const CalibrateGuidedJob& job, const GivenFields& given);
 
-/// Takes views until the calibration is accurate enough, the source ends, or control cancels; then calibrates
-/// with all views. Reports its state as progress and notes.
+/// Takes views until the calibration is accurate enough, the source ends, or the control cancels, and then
+/// calibrates with all views. The state is reported as progress and notes.
 [[nodiscard]] Result<CalibrateCameraReport> calibrate_guided(const CalibrateGuidedJob& job,
                                                              const CalibrationTarget& target,
                                                              const TagFinder& finder,

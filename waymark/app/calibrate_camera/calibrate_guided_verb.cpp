@@ -8,7 +8,7 @@
 namespace waymark::cli {
 namespace {
 
-/// The flags of `waymark calibrate guided`. Must not move while the command line is parsed.
+/// The flags of `waymark calibrate guided`. Must not be moved in memory while the command line is parsed.
 struct CalibrateGuidedArgs {
   explicit CalibrateGuidedArgs(CLI::App& verb)
       : settings(verb),
@@ -50,15 +50,15 @@ Verb calibrate_guided_verb() {
       .name = "guided",
       .sentence = "Estimate a camera's intrinsics while you hold a printed board in front of it",
       .help =
-          R"(Print a board (`waymark tags board --style separate`), glue it on a flat plate, and hold it in front of the camera. A
-view is taken automatically when the board is at rest, in focus and in a new position. Once per second, a line lists the
-missing tilts and parts of the image; with --view, the page in the browser shows them. The program ends when the
-calibration is accurate enough. After Ctrl-C, it writes the calibration from the views so far. Automatic exposure and
-focus are fixed during the calibration.
+          R"(Print a board (`waymark tags board --style separate`), glue it to a flat plate, and hold it in front of the camera. A
+view is taken automatically when the board is at rest, in focus and in a new position. Once per second, the missing
+tilts and parts of the image are printed; with --view, they are shown in the browser. The program ends when the
+calibration is accurate enough. After Ctrl-C, it writes the calibration obtained from the views so far. Automatic
+exposure and focus are fixed during the calibration.
 
-With --resume FOLDER, the views are stored there as images, and an earlier calibration continues from them. To use only
-these images, run `waymark calibrate camera FOLDER`. A video or recording is treated like the images of a live camera.
-The target is a board; for a tag map (--map) or detections, use `waymark calibrate camera`.
+With --resume FOLDER, the views are stored in this folder as images, and an earlier calibration is continued from them.
+To use only these images, run `waymark calibrate camera FOLDER`. A video or recording is treated like the images of a
+live camera. The target is a board; for a tag map (--map) or detections, use `waymark calibrate camera`.
 
 Exit code: 0 calibrated, 1 failed, or the file already exists (prints the reason), 2 wrong usage, 130 stopped by Ctrl-C.
 

@@ -11,7 +11,7 @@
 namespace waymark::cli {
 namespace {
 
-/// Whether a word names the recording of a drive; the file need not exist.
+/// Whether a word is the name of a recorded drive; the file need not exist.
 bool is_drive(const std::string& word) {
   const std::string suffix = std::filesystem::path(word).extension().string();
   std::error_code ignored;
@@ -20,7 +20,7 @@ bool is_drive(const std::string& word) {
 }
 
 /// The verb that a command line implies: guided for a live camera, robot for a recorded drive, else camera. A
-/// recording together with a description of a board implies camera.
+/// recording together with a board description implies camera.
 std::string implied_verb(const std::vector<std::string>& words, const std::vector<Verb>& verbs) {
   if (words.empty()) return {};
   const std::vector<std::string> inputs = inputs_of(words, verbs);
@@ -40,12 +40,12 @@ Verb calibrate_verb() {
       .name = "calibrate",
       .sentence = "Calibrate a robot or its camera",
       .help =
-          R"(`camera` uses existing images, videos or detections; `guided` takes views of a board that you hold in front of
-a live camera; `robot` uses the recording of a drive past tags.
+          R"(`camera` uses existing images, videos or detections. `guided` takes views of a board that you hold in front of a live
+camera. `robot` uses the recording of a drive past tags.
 
-The subcommand may be omitted: with the address of a camera (v4l2:…, gstreamer:…), --guided or --resume it is
-`guided`; with a recording, and without --cols, --rows and --target, `robot`; else `camera`. If a file or folder is named
-camera, guided or robot, write its folder as well: ./robot. `waymark calibrate camera v4l2:/dev/video0` runs
+The subcommand may be omitted. With a camera address (v4l2:…, gstreamer:…), --guided or --resume, it is `guided`. With a
+recording, and without --cols, --rows and --target, it is `robot`; else `camera`. A file or folder named camera, guided
+or robot must be given with its path: ./robot. `waymark calibrate camera v4l2:/dev/video0` runs
 `waymark calibrate guided v4l2:/dev/video0`.
 
 Examples:

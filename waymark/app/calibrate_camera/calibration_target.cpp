@@ -21,8 +21,8 @@
 namespace waymark {
 namespace {
 
-/// Tags of a board as drawn by `waymark tags board style=separate`: numbered from the lower left to the
-/// right, then up. Origin at the centre, x right, y down.
+/// Tags on a board as drawn by `waymark tags board style=separate`, numbered from the lower left to the
+/// right, then upwards. The origin is at the centre, with x right and y down.
 TagMap tag_board(const TargetOptions& board) {
   const double pitch_m = board.tag_size_m * (1 + board.spacing);
   TagMap tags;
@@ -41,7 +41,7 @@ Result<TagMap> tag_target(const TargetOptions& options) {
   const bool board = options.columns > 0 || options.rows > 0 || options.tag_size_m != 0;
   if (board != options.map.empty())
     return fail(ErrorCode::InvalidArgument,
-                "give either the board (`cols`, `rows`, `tag_size_m`) or a tag map (`map`)");
+                "give either a board (`cols`, `rows`, `tag_size_m`) or a tag map (`map`)");
   if (!options.map.empty())
     return or_wrong_kind(read_map(map_file_of(options.map)), options.map, FileUse::OwnMap)
         .map([](const MapFile& map) { return map.tags; });
@@ -121,7 +121,7 @@ Result<CalibrationTarget> CalibrationTarget::make(const TargetOptions& options) 
   target.finder_ = *std::move(finder);
   target.board_ = *std::move(board);
   target.places_m_ = board_corners(*target.board_);
-  // An unknown dictionary is reported before any image is read.
+  // Reports an unknown dictionary before any image is read.
   if (const auto tried = target.finder_->find(Image(64, 64, 255), *target.board_); !tried)
     return tl::unexpected(tried.error());
   return target;
@@ -141,8 +141,8 @@ Result<SeenTarget> CalibrationTarget::find(const ImageView& image, const TagFind
 std::string CalibrationTarget::absence_advice(const ImageView& image) const {
   const std::string& kind = options_.kind;
   const std::string general = fmt::format(
-      "Check {}`target`, `cols` and `rows`, and that the whole board is in view, in focus and has a white "
-      "margin.",
+      "Check {}`target`, `cols` and `rows`. Make sure that the whole board is in view and in focus, and has "
+      "a white margin.",
       kind == "charuco" ? "`dictionary`, " : "");
   const auto finder = finder_ ? Result<BoardFinder>(*finder_) : BoardFinder::load();
   const auto seen = finder ? finder->name_markers(image) : Result<std::string>("");
@@ -168,8 +168,7 @@ std::optional<std::string> CalibrationTarget::marker_size_warning(std::vector<do
   if (std::abs(share / given - 1) < kTolerance) return std::nullopt;
   return fmt::format(
       "The observed ratio of marker to square size is {:.2f}, but `marker_size_m={:g}` and "
-      "`square_size_m={:g}` "
-      "give {:.2f}. Measure both again.",
+      "`square_size_m={:g}` imply {:.2f}. Measure both again.",
       share, board_->marker_m, board_->size_m, given);
 }
 

@@ -17,7 +17,7 @@ struct TargetOptions {
   std::string kind = "tags";  ///< "tags", or a board_kind()
   int columns = 0;            ///< tags per row; of a chessboard, squares
   int rows = 0;
-  double tag_size_m = 0;  ///< of tags and AprilGrids
+  double tag_size_m = 0;  ///< for tags and AprilGrids
   double spacing = 0.3;   ///< gap between two tags, as a fraction of their size
   int first_id = 0;       ///< id of the lower left tag, or of the first marker
   double square_size_m = 0;
@@ -37,7 +37,7 @@ struct TargetOptions {
   static void fields_of_board(Self& self, Visitor&& visit) {
     visit(self.kind, JobField("target NAME",
                               "Calibration target: tags (`waymark tags board style=separate`), "
-                              "chessboard, charuco or aprilgrid (of Kalibr)")
+                              "chessboard, charuco or aprilgrid (from Kalibr)")
                          .one_of("tags,chessboard,charuco,aprilgrid"));
     visit(self.columns,
           JobField("cols INTEGER",
@@ -61,13 +61,13 @@ struct TargetOptions {
           JobField("dictionary NAME",
                    "Marker dictionary of a ChArUco board, as named by OpenCV: 4x4_50, 5x5_1000"));
     visit(self.legacy_pattern, JobField("legacy_pattern",
-                                        "ChArUco board as drawn by OpenCV before 4.6: with an even number "
-                                        "of rows, its upper left square is white")
+                                        "ChArUco board as drawn by OpenCV before version 4.6; with an even "
+                                        "number of rows, its upper left square is white")
                                    .less());
   }
 };
 
-/// Refuses given fields that have no effect on this kind of target.
+/// Rejects given fields that have no effect on this kind of target.
 void refuse_of_other_targets(const TargetOptions& options, FieldRefusals& refused);
 
 /// A finder that detects nothing, for jobs that only read images and detect boards themselves.
@@ -79,7 +79,7 @@ void refuse_of_other_targets(const TargetOptions& options, FieldRefusals& refuse
 /// The target in one image.
 struct SeenTarget {
   TargetPicture marks{};
-  /// ChArUco boards: ratio of marker side to square side, as observed in the image.
+  /// For ChArUco boards: ratio of marker side to square side, as observed in the image.
   std::optional<double> marker_share{};
 };
 
@@ -94,7 +94,7 @@ class CalibrationTarget {
   [[nodiscard]] bool is_board() const { return board_.has_value(); }
   /// Kind of the marks: "tags" or "corners".
   [[nodiscard]] const char* mark_kind() const { return is_board() ? "corners" : "tags"; }
-  /// Marks in an image: corners of the board, or tags detected by `finder`.
+  /// Marks in an image: board corners, or tags detected by `finder`.
   [[nodiscard]] Result<SeenTarget> find(const ImageView& image, const TagFinder& finder) const;
   /// Advice if no image shows the target, derived from one of the images. Slow.
   [[nodiscard]] std::string absence_advice(const ImageView& image) const;

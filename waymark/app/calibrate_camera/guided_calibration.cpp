@@ -24,10 +24,11 @@ struct GuidePart {
 };
 
 ReportFields fields(const GuidePart& part) {
-  return {{"part", "Name of the part, such as top left", part.name},
-          {"corners", "Corners in this part in all views", part.corners},
-          {"corners_wanted", "Corners required in this part", part.corners_wanted},
-          {"corners_in_picture", "Corners in this part of the last image", part.corners_in_picture}};
+  return {
+      {"part", "Name of the part, such as top left", part.name},
+      {"corners", "Number of corners in this part in all views", part.corners},
+      {"corners_wanted", "Number of corners required in this part", part.corners_wanted},
+      {"corners_in_picture", "Number of corners in this part of the last image", part.corners_in_picture}};
 }
 
 struct GuideTilt {
@@ -38,8 +39,8 @@ struct GuideTilt {
 
 ReportFields fields(const GuideTilt& tilt) {
   return {{"nearer_edge", "Edge of the board that is nearer to the camera", tilt.nearer_edge},
-          {"views", "Views with this tilt", tilt.views},
-          {"views_wanted", "Views required with this tilt", tilt.views_wanted}};
+          {"views", "Number of views with this tilt", tilt.views},
+          {"views_wanted", "Number of views required with this tilt", tilt.views_wanted}};
 }
 
 }  // namespace
@@ -56,7 +57,7 @@ std::string to_text(const GuideStatus& status) {
   return listed == 0
              ? text
              : text +
-                   fmt::format("; wanted: {}",
+                   fmt::format("; still needed: {}",
                                fmt::join(status.missing.begin(),
                                          status.missing.begin() + static_cast<std::ptrdiff_t>(listed), "; "));
 }
@@ -83,7 +84,7 @@ ReportFields fields(const GuideStatus& status) {
       {"parts", "One entry per ninth of the image, row by row from the top left", parts},
       {"tilts", "One entry per direction of tilt", tilts},
       {"missing", "Missing views, most important first", status.missing},
-      {"good_enough", "Whether no view is missing, or the maximum number of views is reached",
+      {"good_enough", "Whether no view is missing, or the maximum number of views has been reached",
        status.good_enough}};
 }
 
@@ -173,7 +174,7 @@ Status GuidedCalibration::add_view(std::string name, TargetPicture marks, int wi
     return fail(ErrorCode::InvalidArgument,
                 fmt::format("{} x {} pixels, but {} has {} x {}", width_px, height_px, names_.front(),
                             width_px_, height_px_),
-                {.source = name}, "All views must have one resolution. Use another folder.");
+                {.source = name}, "All views must have the same resolution. Use a different folder.");
   names_.push_back(std::move(name));
   views_.push_back(std::move(marks));
   return {};
@@ -189,7 +190,7 @@ void GuidedCalibration::judge() {
                          ? Result<CameraCalibration>(fail(ErrorCode::InvalidArgument, "too few views"))
                          : calibrate_camera(views_, width_px_, height_px_, lens, fit_.options);
   for (std::size_t i = 0; i < views_.size(); ++i) {
-    // The tilt of the board is unknown before the first fit.
+    // Before the first fit, the tilt of the board is unknown.
     const SE3 target_T_cam = found ? found->views[i].target_T_cam : SE3();
     waymark::add_view(status_.coverage, views_[i], target_T_cam, width_px_, height_px_);
   }

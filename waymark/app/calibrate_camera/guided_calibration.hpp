@@ -9,7 +9,7 @@
 #include "waymark/app/common/report_fields.hpp"
 #include "waymark/mapping/camera/calibration_views.hpp"
 
-/// Calibration while a person holds a board in front of the camera: `waymark calibrate guided`.
+/// Calibrates a camera while a person holds a board in front of it: `waymark calibrate guided`.
 namespace waymark {
 
 struct GuideOptions {
@@ -25,9 +25,9 @@ struct GuideOptions {
                                   "calibration ends if no view is missing.",
                                   1e-5, 1});
     visit(self.views_at_most,
-          Field{"views_at_most", "Maximum number of views of a guided calibration.", 4, 1000});
-    visit(self.capture, Field{"capture", "Selection of images of a live camera."});
-    visit(self.coverage, Field{"coverage", "Views that a guided calibration requires."});
+          Field{"views_at_most", "Maximum number of views in a guided calibration.", 4, 1000});
+    visit(self.capture, Field{"capture", "Selection of images from a live camera."});
+    visit(self.coverage, Field{"coverage", "Views required for a guided calibration."});
   }
 };
 
@@ -44,39 +44,39 @@ struct GuideStatus {
   bool good_enough = false;
 };
 
-/// "7 views, 0.21 px, focal length +- 0.3 %; hold still; wanted: tilt the board so that its left edge is
-/// nearer to the camera; hold the board in these parts of the image: top left, top".
+/// For example "7 views, 0.21 px, focal length +- 0.3 %; hold still; still needed: tilt the board so that its
+/// left edge is nearer to the camera".
 [[nodiscard]] std::string to_text(const GuideStatus& status);
 
-/// Existing and wanted views, for each part of the image and each tilt (docs/formats/live.md).
+/// Existing and required views, for each part of the image and each tilt (docs/formats/live.md).
 [[nodiscard]] ReportFields fields(const GuideStatus& status);
 
 /// Takes views from the images of a camera until the calibration is accurate enough.
 class GuidedCalibration {
  public:
-  /// `folder`: stores the views as images; empty: they are not stored. All referenced arguments must outlive
-  /// this.
+  /// The views are stored in `folder` as images, or not at all if it is empty. All referenced arguments must
+  /// outlive this.
   GuidedCalibration(const CameraFitJob& fit, const CalibrationTarget& target, const TagFinder& finder,
                     const GuideOptions& options, std::string folder);
 
-  /// Adds the views that an earlier calibration stored in the folder; returns their number. Fails on images
-  /// of different sizes.
+  /// Adds the views stored in the folder by an earlier calibration; returns their number. Fails on images of
+  /// different sizes.
   [[nodiscard]] Result<std::size_t> resume(const JobControl& control);
   /// Processes the next image; returns whether it became a view. Fails if its size differs from that of the
-  /// views, or if it cannot be stored. Each new view costs a fit.
+  /// views, or if it cannot be stored. Each new view requires a fit.
   [[nodiscard]] Result<bool> take(SensorTime stamp, const ImageView& image);
   [[nodiscard]] const GuideStatus& status() const { return status_; }
   /// Marks in the last image.
   [[nodiscard]] const TargetPicture& marks() const { return marks_; }
 
-  /// Calibrates with all views, as calibrate_camera(). Fails with too few views.
+  /// Calibrates with all views, like calibrate_camera(). Fails with too few views.
   [[nodiscard]] Result<CalibrateCameraReport> finish() const;
 
  private:
   [[nodiscard]] Status add_view(std::string name, TargetPicture marks, int width_px, int height_px);
   [[nodiscard]] Status keep(const ImageView& image, std::string& name) const;
   void judge();
-  /// Searches for other boards once, if no image showed the target for a while.
+  /// If no image has shown the target for a while, searches for other boards once.
   void explain_absence(SensorTime stamp, const ImageView& image);
 
   const CameraFitJob& fit_;

@@ -1,4 +1,4 @@
-// Guided calibration with a board in front of a camera: status text and JSON, selected and missing views,
+// Guided calibration with a board in front of a camera: status as text and JSON, selected and missing views,
 // resuming.
 #include "waymark/app/calibrate_camera/guided_calibration.hpp"
 
