@@ -19,7 +19,7 @@
 
 namespace waymark {
 
-// Calibration by lap.
+// Calibration from a lap.
 namespace {
 
 namespace fs = std::filesystem;
@@ -38,8 +38,8 @@ Status apply_files(const LocalizeJob& job, RecordingSetup& setup, const JobContr
   return {};
 }
 
-/// Tag size and anchor. The map frame does not matter here, so the tag observed most often becomes the anchor
-/// if the recording specifies none.
+/// Tag size and anchor. The map frame does not matter here, so if the recording contains no anchor, the tag
+/// observed most often is used.
 SetupOverrides overrides_of(const LocalizeJob& job, const RecordedLap& recorded) {
   SetupOverrides overrides{.tag_size_m = job.tag_size_m};
   if (setup_of(recorded, overrides)) return overrides;
@@ -54,16 +54,17 @@ SetupOverrides overrides_of(const LocalizeJob& job, const RecordedLap& recorded)
   return overrides;
 }
 
-/// Reports a tag size other than that of the recording, because it changes the calibration.
+/// Reports a tag size that differs from that in the recording, because it changes the calibration.
 void report_size_conflict(const RecordedLap& recorded, const SetupOverrides& given,
                           const JobControl& control) {
   const Result<TeachSetup> setup = setup_of(recorded, {.anchor = given.anchor});
   if (!given.tag_size_m || !setup || *setup->sizes.default_size_m == *given.tag_size_m) return;
-  control.note(fmt::format("note: using tags of {} m (`tag_size_m`) instead of {} m (recording)",
+  control.note(fmt::format("note: using a tag size of {} m (`tag_size_m`) instead of {} m (recording)",
                            *given.tag_size_m, *setup->sizes.default_size_m));
 }
 
-/// Adds the map of the job, if any: its covariances constrain its tags, and one of them becomes the anchor.
+/// Adds the job's map, if any: its tags are constrained by their covariances, and one of them becomes the
+/// anchor.
 Status take_map(const LocalizeJob& job, RecordedLap& recorded, SetupOverrides& overrides,
                 std::optional<LapPrior>& prior) {
   if (job.map.empty()) return {};
@@ -143,19 +144,19 @@ Result<LapCalibration> calibrate_recorded_lap(const LocalizeJob& job, double fro
   return found;
 }
 
-// Calibration by innovations, choice of the method, and report.
+// Calibration from innovations, choice of the method, and report.
 namespace {
 
-/// What to drive so that a value becomes observable, in the order of Calibrated.
+/// Advice on how to drive to make each value observable, in the order of Calibrated.
 constexpr std::array<const char*, kCalibrated> kDriveAdvice = {
     "Turn on the spot in both directions with tags in view.",
     "Turn on the spot in both directions with tags in view.",
-    "Drive some metres straight ahead with tags in view.",
-    "Drive some metres straight past several tags.",
+    "Drive several metres straight ahead with tags in view.",
+    "Drive several metres straight past several tags.",
     "Turn on the spot in both directions, several full turns each.",
     "Record the gyro, and turn on the spot in both directions, several full turns each.",
-    "Drive at two speeds and turn quickly. At constant speed, image latency and a camera mounted further "
-    "back are indistinguishable.",
+    "Drive at two speeds and turn quickly. At constant speed, image latency cannot be distinguished from a "
+    "camera that is mounted further back.",
     "Observe the same tags from near and far.",
     "Observe the same tags from near and far.",
     "Drive past tags on both sides.",
@@ -191,7 +192,7 @@ Calibration calibration_of(const LocalizeInputs& inputs, const InnovationFit& fi
     CalibratedValue& entry = calibration.values[name];
     entry = {.value = value[i], .sigma = fit.sigma[i]};
     if (fit.known[i]) {
-      if (fit.kept[i]) entry.advice = "Given value kept: it is consistent with the drive.";
+      if (fit.kept[i]) entry.advice = "The given value is kept, because it is consistent with the drive.";
       continue;
     }
     entry.verdict = CalibrationVerdict::Unobservable;
@@ -215,7 +216,7 @@ Status check_job(const CalibrateRobotJob& job) {
                 "Set `map`.");
   if (!(job.from_s < job.to_s))
     return fail(ErrorCode::InvalidArgument,
-                fmt::format("empty interval: `from={:g}` s is not before `to={:g}` s", job.from_s, job.to_s),
+                fmt::format("empty interval: `from={:g}` is not before `to={:g}`", job.from_s, job.to_s),
                 {.key = "to"},
                 "Set `to` to a time after `from`; both count from the start of the recording.");
   if (job.drive.output.empty()) return {};
@@ -287,12 +288,12 @@ Result<std::string> write_robot_calibration(const CalibrateRobotJob& job,
         "the estimated values do not fit both the drive and its held-out third better than the given "
         "values; nothing was written",
         job,
-        "Record a longer drive at two speeds with turns to both sides. `tag_sigma_m` and `point_sigma_m` "
-        "set the assumed accuracy of map and observations."));
+        "Record a longer drive at two speeds with turns in both directions. `tag_sigma_m` and "
+        "`point_sigma_m` set the assumed accuracy of map and observations."));
   if (has_no_known_value(report.calibration))
     return tl::unexpected(drive_error(ErrorCode::NotFound,
                                       "this drive determines none of the values; nothing was written", job,
-                                      "The table lists what to drive for each value."));
+                                      "For each value, the table contains advice on how to drive."));
   if (job.drive.output.empty()) return std::string();
   if (Status place = check_calibration_place(job.drive.output); !place) return tl::unexpected(place.error());
   auto earlier = move_aside(job.drive.output, to_yaml(report.calibration));
@@ -316,23 +317,24 @@ ReportFields fields(const CalibrateRobotReport& report) {
                                    {"advice", "", v.advice}}});
   }
   const auto& fit = report.innovations;
-  return {{"values", "Value, sigma, verdict and advice by name in calibration.yaml",
-           if_any(values.empty() ? std::nullopt : std::optional(values))},
-          {"tags", "By lap: number of mapped tags",
-           if_any(part(report.lap, [](const LapCalibration& lap) { return lap.map.map.tags.size(); }))},
-          {"corners_rms_px", "By lap: root mean square reprojection error of the corners",
-           if_any(part(report.lap, [](const LapCalibration& lap) { return lap.map.rms_px; }))},
-          {"innovations_before", "By innovations: mean NIS per degree of freedom with the given values",
-           if_any(part(fit, &InnovationFit::cost_before))},
-          {"innovations_after", "By innovations: mean NIS per degree of freedom with the estimated values",
-           if_any(part(fit, &InnovationFit::cost_after))},
-          {"held_out_before", "As innovations_before, for the held-out third of the drive",
-           if_any(part(fit, &InnovationFit::held_out_before))},
-          {"held_out_after", "As innovations_after, for the held-out third of the drive",
-           if_any(part(fit, &InnovationFit::held_out_after))},
-          {"improved", "Whether the estimated values fit better, both on the fitted and on the held-out part",
-           if_any(part(fit, &InnovationFit::improved))},
-          {"runs", "Number of filter runs", if_any(part(fit, &InnovationFit::runs))}};
+  return {
+      {"values", "Value, sigma, verdict and advice for each name in calibration.yaml",
+       if_any(values.empty() ? std::nullopt : std::optional(values))},
+      {"tags", "Method lap: number of mapped tags",
+       if_any(part(report.lap, [](const LapCalibration& lap) { return lap.map.map.tags.size(); }))},
+      {"corners_rms_px", "Method lap: root mean square reprojection error of the corners",
+       if_any(part(report.lap, [](const LapCalibration& lap) { return lap.map.rms_px; }))},
+      {"innovations_before", "Method innovations: mean NIS per degree of freedom with the given values",
+       if_any(part(fit, &InnovationFit::cost_before))},
+      {"innovations_after", "Method innovations: mean NIS per degree of freedom with the estimated values",
+       if_any(part(fit, &InnovationFit::cost_after))},
+      {"held_out_before", "Like innovations_before, for the held-out third of the drive",
+       if_any(part(fit, &InnovationFit::held_out_before))},
+      {"held_out_after", "Like innovations_after, for the held-out third of the drive",
+       if_any(part(fit, &InnovationFit::held_out_after))},
+      {"improved", "Whether the estimated values fit better, on both the fitted and the held-out part",
+       if_any(part(fit, &InnovationFit::improved))},
+      {"runs", "Number of filter runs", if_any(part(fit, &InnovationFit::runs))}};
 }
 
 std::string to_text(const CalibrateRobotReport& report) {

@@ -23,11 +23,11 @@ enum class CalibrateRobotBy : std::uint8_t {
 struct CalibrateRobotJob {
   LocalizeJob drive{};  ///< recordings, map, robot, earlier calibration, filter; `output`: calibration.yaml
   CalibrateRobotBy by = CalibrateRobotBy::Either;
-  double from_s = 0;  ///< start of the used interval, counted from the first sample; to_s: its end
+  double from_s = 0;  ///< start of the interval to use, relative to the first sample; to_s: its end
   double to_s = std::numeric_limits<double>::infinity();
 };
 
-/// User options of a calibration.
+/// User options for a calibration.
 struct CalibrateRobotRequest {
   CalibrateRobotJob job{};
   std::string by{};  ///< lap, innovations; empty: either
@@ -36,20 +36,20 @@ struct CalibrateRobotRequest {
   static void fields(Self& self, Visitor&& visit) {
     visit(self.job.drive.logs, JobField("logs LOG", "Recordings of one drive past tags").input().required());
     visit(self.job.drive.map, JobField("map FILE",
-                                       "Tag map, as for `waymark localize`. Unless given: the tags are "
+                                       "Tag map, as for `waymark localize`. By default, the tags are "
                                        "estimated together with the calibration"));
     visit(self.by,
           JobField("by HOW",
                    "Method: lap (bundle adjustment of tags, trajectory and calibration) or innovations "
-                   "(maximum likelihood of the filter's innovations). Unless given: lap if the recording has "
-                   "tag corners and odometry, and the map, if any, is a Waymark map")
+                   "(maximum likelihood of the filter's innovations). Default: lap if the recording has tag "
+                   "corners and odometry, and the map, if any, is a Waymark map")
               .one_of("lap,innovations"));
     CameraChoice::fields(self.job.drive.frames, visit);
     visit(self.job.drive.robot,
           JobField("robot FILE", "Initial camera and its mounting: a robot file, or a name"));
     visit(self.job.drive.calibration,
           JobField("calibration FILE", "Known calibration (calibration.yaml), such as that of the camera"));
-    visit(self.job.drive.tag_size_m, JobField("tag_size_m NUMBER", "Tag size if the map has none"));
+    visit(self.job.drive.tag_size_m, JobField("tag_size_m NUMBER", "Tag size if the map contains none"));
     visit(self.job.drive.map_sigma_m, JobField("map_sigma NUMBER",
                                                "Method lap: standard deviation of the tag positions in a map "
                                                "without covariances, such as one measured by hand [m]",
@@ -57,9 +57,11 @@ struct CalibrateRobotRequest {
     visit(self.job.drive.sensor_pose,
           JobField("sensor_pose NUMBER", "Mounting of the range sensor on the robot: x y [m], yaw [deg]")
               .parts(3));
-    visit(self.job.from_s, JobField("from S", "Start of the used interval, in seconds from the start"));
+    visit(self.job.from_s,
+          JobField("from S", "Start of the interval to use, in seconds from the start of the recording"));
     visit(self.job.to_s,
-          JobField("to S", "End of the used interval, in seconds from the start").without_default());
+          JobField("to S", "End of the interval to use, in seconds from the start of the recording")
+              .without_default());
     visit(self.job.drive.output, JobField("output FILE", "Calibration to write (calibration.yaml)"));
   }
 };
@@ -72,25 +74,26 @@ struct CalibrateRobotReport {
 };
 
 /// Whether method lap is possible. With a map: if it is a Waymark map and the recording contains tag corners
-/// and odometry. Without a map: always true, as method innovations requires one; the recording is not read.
+/// and odometry. Without a map: always true, because method innovations requires one; the recording is not
+/// read.
 [[nodiscard]] bool can_calibrate_by_lap(const LocalizeJob& job, const JobControl& control);
 
-/// Reads the recording of the job between two times, counted from its first frame with tags, and estimates
-/// map and calibration jointly. Uses logs, robot, calibration, tag_size_m and, if given, map of the job.
+/// Reads the job's recording between two times, relative to its first frame with tags, and estimates map and
+/// calibration jointly. Uses logs, robot, calibration, tag_size_m and, if given, the map from the job.
 [[nodiscard]] Result<LapCalibration> calibrate_recorded_lap(const LocalizeJob& job, double from_s,
                                                             double to_s, const JobControl& control);
 
 /// Estimates the calibration; writes nothing. Fails before reading if the output cannot be written.
 [[nodiscard]] Result<CalibrateRobotReport> calibrate_robot(const CalibrateRobotJob& job,
                                                            const JobControl& control);
-/// Writes the calibration to the output of the job, if set. An existing file is renamed; returns its new
-/// name, else an empty string. Fails, and writes nothing, if the drive determines no value, or if the
+/// Writes the calibration to the job's output, if set. An existing file is renamed. Returns its new name, or
+/// an empty string if there was none. Fails, and writes nothing, if the drive determines no value, or if the
 /// estimated values fit no better than the given ones.
 [[nodiscard]] Result<std::string> write_robot_calibration(const CalibrateRobotJob& job,
                                                           const CalibrateRobotReport& report);
 [[nodiscard]] ReportFields fields(const CalibrateRobotReport& report);
 
-/// One line per value with its standard deviation, or with advice on what to drive.
+/// One line per value, with its standard deviation, or with advice on how to drive.
 [[nodiscard]] std::string to_text(const CalibrateRobotReport& report);
 
 }  // namespace waymark

@@ -1,4 +1,4 @@
-// Calibration of a robot from a drive past tags: by lap, by innovations, and its output.
+// Calibration of a robot from a drive past tags, with methods lap and innovations, and its output.
 #include "waymark/app/calibrate_robot/calibrate_robot.hpp"
 
 #include <gmock/gmock.h>
@@ -16,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-/// A complete lap, the true map, and a robot file with the camera turned by two degrees.
+/// A complete lap, the true map, and a robot file in which the camera is rotated by two degrees.
 struct CalibrationDrive {
   fs::path folder = testing::fresh_folder("jobs_calibrate");
   std::string lap = test::record_lap(folder / "lap.mcap", 71);

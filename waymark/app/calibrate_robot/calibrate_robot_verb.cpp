@@ -58,13 +58,13 @@ Verb calibrate_robot_verb() {
       .sentence = "Estimate camera mounting, scales, gains and latency from a drive past tags",
       .help =
           R"(No ground truth is needed. If a recording has tag corners and odometry, tags, trajectory and parameters are estimated
-jointly; with --map, the given tag poses and their covariances constrain them. For other recordings (tag poses, ranges
-and bearings), the parameters minimise the filter's innovations, which requires a map. Drive at two speeds and turn to
-both sides: at one speed, slip and a displaced camera are indistinguishable. A parameter that the drive does not
-determine is reported as unobservable, with advice on what to drive.
+jointly; with --map, they are constrained by the given tag poses and covariances. For other recordings (tag poses,
+ranges and bearings), the parameters are chosen to minimise the filter's innovations, which requires a map. Drive at two
+speeds and turn in both directions, because at a single speed slip cannot be distinguished from a displaced camera. A
+parameter that the drive does not determine is reported as unobservable, with advice on how to drive.
 
-Pass the result to `waymark localize --calibration`. Evaluate it on another lap than the one it was made from, or on
-another interval (--from, --to).
+Pass the result to `waymark localize --calibration`. Evaluate it on a different lap from the one it was made from, or on
+a different interval (--from, --to).
 
 Exit code: 0 calibrated, 1 failed (prints the reason), 2 wrong usage, 130 stopped by Ctrl-C.
 
