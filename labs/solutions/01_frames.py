@@ -20,9 +20,9 @@ def rotation(w):
 
 
 WRONG = {
-    "translation only negated": ("-R.T @ t", "-t", "the rotation is right, the translation wrong: transform a point by T"),
-    "translation with R": ("-R.T @ t", "-R @ t", "the rotation is right, the translation wrong: transform a point by T"),
-    "chain turned round": ("map_T_base @ base_T_cam @ cam_T_tag", "cam_T_tag @ base_T_cam @ map_T_base", "each alone is right, but not their order: which"),
+    "translation only negated": ("-R.T @ t", "-t", "the rotation is correct, but the translation is wrong: transform a point by T"),
+    "translation with R": ("-R.T @ t", "-R @ t", "the rotation is correct, but the translation is wrong: transform a point by T"),
+    "chain turned round": ("map_T_base @ base_T_cam @ cam_T_tag", "cam_T_tag @ base_T_cam @ map_T_base", "each one alone is correct, but their order is not: which"),
     "camera turned round": ("@ base_T_cam @", "@ np.linalg.inv(base_T_cam) @", "with base_T_cam alone and identities for the others, the"),
     "cross product of the wrong sign": ("+ s * W", "- s * W", "it rotates in the opposite direction"),
     "no series": ("if a < 1e-4", "if a < 0", "not a number at an angle of"),

@@ -29,8 +29,8 @@ def share_inside(errors, P):
 
 
 WRONG = {
-    "depth forgotten": ("-500 * x / z**2", "0", "the first two columns are right, the third is not"),
-    "depth not squared": ("-500 * y / z**2", "-500 * y / z", "the first two columns are right, the third is not"),
+    "depth forgotten": ("-500 * x / z**2", "0", "the first two columns are correct, but the third is not"),
+    "depth not squared": ("-500 * y / z**2", "-500 * y / z", "the first two columns are correct, but the third is not"),
     "sign of the rotation": ("np.eye(3), -cross", "np.eye(3), cross", "the rotation has the wrong sign"),
     "rotation before translation": ("[np.eye(3), -cross]", "[-cross, np.eye(3)]", "the translation part is wrong"),
     "sigma not squared": ("/ sigma**2", "/ sigma", "how must a covariance change if each error is twice as"),

@@ -36,7 +36,7 @@ WRONG = {
     "depth alone": ("np.linalg.norm(s[1].translation)", "s[1].translation[2]", "there is a nearer one: what is the distance of a tag that is not"),
     "the camera for the robot": (" @ robot.base_T_cam.inverse()", "", "that is the pose of the camera, not of the robot"),
     "mounting not inverted": ("robot.base_T_cam.inverse()", "robot.base_T_cam", "m from the true position: write the frames in a row"),
-    "heading of the wrong column": ("np.arctan2(T[1, 0], T[0, 0])", "np.arctan2(T[1, 1], T[0, 1])", "the position is right, the heading is wrong by"),
+    "heading of the wrong column": ("np.arctan2(T[1, 0], T[0, 0])", "np.arctan2(T[1, 1], T[0, 1])", "the position is correct, but the heading is wrong by"),
     "odometry's frame taken for the map's": ("fixed @ odom_then.inverse() @ odom_now", "odom_now @ odom_then.inverse() @ fixed", "the robot moved differently: first compute its motion"),
     "far tags accepted": ("distance_m < FAR_M or jump_m < JUMP_M", "True", "3.1 m away that makes the robot jump by 0.50 m"),
     "both demanded": ("distance_m < FAR_M or jump_m < JUMP_M", "distance_m < FAR_M and jump_m < JUMP_M", "2.9 m away that makes the robot jump by 5.00 m"),

@@ -40,5 +40,5 @@ WRONG = {
     "largest lag first": ("range(1, lags + 1)", "range(lags, 0, -1)", "for smooth noise about a mean of"),
     "signed distance": ("np.abs(below[0] - below[1]).max()", "(below[0] - below[1]).max()", "which is too little: it is the largest distance"),
     "mean distance": ("np.abs(below[0] - below[1]).max()", "np.abs(below[0] - below[1]).mean()", "for two samples of the same distribution, which is too"),
-    "root forgotten": ("np.sqrt((len(a) + len(b)) / (len(a) * len(b)))", "(len(a) + len(b)) / (len(a) * len(b))", "pairs of the same distribution it is wrong about"),
+    "root forgotten": ("np.sqrt((len(a) + len(b)) / (len(a) * len(b)))", "(len(a) + len(b)) / (len(a) * len(b))", "pairs with the same distribution"),
 }

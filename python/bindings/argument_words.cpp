@@ -23,7 +23,7 @@ std::string setter_of(PyObject* self) {
   return found == setters().end() ? "" : found->second;
 }
 
-/// Replaces the current TypeError by a readable one if pybind11 found no matching signature.
+/// Replaces the current TypeError with a readable one if pybind11 found no matching signature.
 void explain(PyObject* self, PyObject* args, PyObject* kwargs) {
   PyObject *type = nullptr, *value = nullptr, *trace = nullptr;
   PyErr_Fetch(&type, &value, &trace);

@@ -84,12 +84,12 @@ ImageView image_view(const py::handle& value, const char* name) {
   const py::ssize_t height = array.shape(0);
   const py::ssize_t width = array.shape(1);
   constexpr py::ssize_t kMaxSize = std::numeric_limits<int>::max();
-  if (height > kMaxSize || width > kMaxSize) refuse(name, "a side of the image is too long");
+  if (height > kMaxSize || width > kMaxSize) refuse(name, "the image is too wide or too high");
   if (height == 0 || width == 0) return {};
   const bool rows_in_order = height == 1 || (array.strides(0) >= width && array.strides(0) <= kMaxSize);
   if ((width > 1 && array.strides(1) != 1) || !rows_in_order)
     refuse(name, "the pixels of a row are not contiguous, or rows overlap or have a negative stride",
-           "Copy it with numpy.ascontiguousarray().");
+           "Copy the image with numpy.ascontiguousarray().");
   const auto stride = static_cast<int>(height == 1 ? width : array.strides(0));
   return {static_cast<const std::uint8_t*>(array.data()), static_cast<int>(width), static_cast<int>(height),
           stride};

@@ -13,28 +13,28 @@ namespace waymark::python {
 
 namespace py = pybind11;
 
-/// Row-major contiguous float64; refers to the caller's memory if that already has this layout.
+/// Row-major contiguous float64. Refers to the caller's memory if it already has this layout.
 using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
-/// Which values an array may hold.
+/// The values that an array may contain.
 enum class Numbers { Finite, Any };
 
-/// An argument as float64 of this shape (-1: any length). Raises InvalidArgument with the name of
-/// the argument if it is not an array of real numbers, has another shape, or, unless Any, is not finite.
+/// An argument as float64 with this shape (-1: any length). Raises InvalidArgument with the name of the
+/// argument if it is not an array of real numbers, has a different shape, or, unless Any, is not finite.
 [[nodiscard]] Doubles doubles(const py::handle& value, const char* name,
                               const std::vector<py::ssize_t>& shape, Numbers numbers = Numbers::Finite);
 
-/// The number of an argument or attribute; raises InvalidArgument if it is not finite.
+/// Returns the number passed as an argument or attribute; raises InvalidArgument if it is not finite.
 double finite(double number, const char* name);
 
-/// A view of a grey image, shape (height, width), uint8. Rows may be padded, the pixels of a row must be
+/// A view of a grey image, shape (height, width), uint8. Rows may be padded, but the pixels in a row must be
 /// contiguous. The array must outlive the view. Raises InvalidArgument with a hint for anything else.
 [[nodiscard]] ImageView image_view(const py::handle& value, const char* name = "image");
 
 /// A NumPy array (height, width) of uint8 that takes ownership of the image without a copy.
 [[nodiscard]] py::array_t<std::uint8_t> to_array(Image image);
 
-/// A matrix of finite values from an argument of exactly that shape.
+/// A matrix of finite values from an argument with exactly this shape.
 template <int Rows, int Columns>
 [[nodiscard]] Eigen::Matrix<double, Rows, Columns> matrix_of(const py::handle& value, const char* name) {
   using RowMajor = Eigen::Matrix<double, Rows, Columns, Columns == 1 ? Eigen::ColMajor : Eigen::RowMajor>;
@@ -53,15 +53,15 @@ template <class Derived>
   return array;
 }
 
-/// Like to_array(), but always (rows, columns), even for one element.
+/// Like to_array(), but always with shape (rows, columns), even for one element.
 template <class Derived>
 [[nodiscard]] py::array_t<double> to_table(const Eigen::MatrixBase<Derived>& matrix) {
   const py::array_t<double> array = to_array(matrix);
   return array.ndim() == 2 ? array : py::array_t<double>(array.attr("reshape")(matrix.rows(), matrix.cols()));
 }
 
-/// Applies a function to a vector (n,) or to each row of (rows, n). `call(in, out)` gets pointers to n and
-/// `width` doubles. Returns (width,) or (rows, width).
+/// Applies a function to a vector (n,) or to each row of (rows, n). `call(in, out)` receives pointers to n
+/// and `width` doubles. Returns (width,) or (rows, width).
 template <class Call>
 [[nodiscard]] py::array_t<double> each_row(const py::handle& value, const char* name, py::ssize_t n,
                                            py::ssize_t width, Call&& call) {

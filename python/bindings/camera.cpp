@@ -22,7 +22,8 @@ template <std::size_t N>
 std::array<double, N> coefficients_of(const std::vector<double>& given) {
   std::array<double, N> k{};
   if (given.size() > N)
-    refuse("distortion", fmt::format("{} coefficients, at most {} are allowed", given.size(), N));
+    refuse("distortion",
+           fmt::format("{} coefficients are given, but at most {} are allowed", given.size(), N));
   std::copy(given.begin(), given.end(), k.begin());
   return k;
 }
@@ -77,15 +78,15 @@ std::string repr_of(const CameraModel& camera) {
 
 void bind_camera(py::module_& m) {
   m.doc() =
-      "Camera models. Pixel (i, j) covers [i, i + 1) x [j, j + 1). Its centre is (i + 1/2, j + 1/2), half a "
-      "pixel more than in OpenCV and ROS. Camera frame: x right, y down, z forward [m].";
+      "Camera models. Pixel (i, j) covers [i, i + 1) x [j, j + 1). Its centre is at (i + 1/2, j + 1/2), half "
+      "a pixel more than in OpenCV and ROS. Camera frame: x right, y down, z forward [m].";
   py::class_<CameraModel> camera(
       m, "CameraModel",
       "A lens model and an image size; immutable. Created by pinhole(), fisheye() or read_camera().");
   camera.def_property_readonly("width_px", &CameraModel::width_px, "Image width [px].");
   camera.def_property_readonly("height_px", &CameraModel::height_px, "Image height [px].");
   camera.def_property_readonly("max_angle_rad", &CameraModel::max_angle_rad,
-                               "Half angle of the cone of view [rad].");
+                               "Half the opening angle of the viewing cone [rad].");
   camera.def_property_readonly(
       "intrinsics", [](const CameraModel& c) { return to_array(intrinsics_of(c)); },
       "fx, fy, cx, cy [px], then the distortion coefficients in use, shape (n,).");
@@ -98,15 +99,15 @@ void bind_camera(py::module_& m) {
         const Eigen::VectorXd k = intrinsics_of(c);
         return to_array((Eigen::Matrix3d() << k[0], 0, k[2], 0, k[1], k[3], 0, 0, 1).finished());
       },
-      "The camera matrix K (3, 3), pixel centres at + 1/2.");
+      "The camera matrix K (3, 3), with pixel centres at + 1/2.");
   camera.def(
       "scaled",
       [](const CameraModel& c, int width_px, int height_px) {
         return value_of(scaled_camera(c, width_px, height_px));
       },
       py::arg("width_px"), py::arg("height_px"),
-      "The camera for images scaled to another size, with the same field of view. Raises ValueError if the "
-      "aspect ratio differs by more than 1 %.");
+      "The camera for images scaled to a different size, with the same field of view. Raises ValueError if "
+      "the aspect ratio differs by more than 1 %.");
   camera.def("project", &project, py::arg("cam_p"),
              "Pixels (2,) or (rows, 2) of points (3,) or (rows, 3) [m] in the camera frame; NaN for points "
              "outside the field of view of the lens.");
@@ -114,7 +115,7 @@ void bind_camera(py::module_& m) {
       "unproject", &unproject, py::arg("px"),
       "Unit bearings (3,) or (rows, 3) of pixels (2,) or (rows, 2); NaN if no point projects to the pixel.");
   camera.def("project_jacobian", &project_jacobian, py::arg("cam_p"),
-             "Derivative (2, 3) [px/m] of the pixel with respect to one point (3,); None if it does not "
+             "Derivative (2, 3) [px/m] of the pixel with respect to a point (3,); None if the point does not "
              "project.");
   camera.def(
       "contains",
@@ -126,8 +127,9 @@ void bind_camera(py::module_& m) {
         const Doubles given = doubles(numbers, "intrinsics", {intrinsics_of(c).size()});
         return value_of(with_intrinsics(c, Eigen::Map<const Eigen::VectorXd>(given.data(), given.size())));
       },
-      py::arg("intrinsics"), "The same camera model with other parameters, in the order of `intrinsics`.");
-  camera.def("to_yaml", &yaml_of, "ROS camera_info YAML, in which pixel centres are at integers.");
+      py::arg("intrinsics"),
+      "The same camera model with different parameters, in the order of `intrinsics`.");
+  camera.def("to_yaml", &yaml_of, "ROS camera_info YAML, in which pixel centres are at integer coordinates.");
   camera.def(
       "__eq__", [](const CameraModel& a, const CameraModel& b) { return a == b; }, py::is_operator());
   camera.def("__repr__", &repr_of);
@@ -136,7 +138,7 @@ void bind_camera(py::module_& m) {
                           return value_of(parse_camera(py::cast<std::string>(state[0]), "pickle")).camera;
                         }));
 
-  const char* const kArguments = "fx, fy, cx, cy in pixels, pixel centres at + 1/2. ";
+  const char* const kArguments = "fx, fy, cx, cy in pixels, with pixel centres at + 1/2. ";
   m.def("pinhole", &pinhole, py::arg("width_px"), py::arg("height_px"), py::arg("fx"), py::arg("fy"),
         py::arg("cx"), py::arg("cy"), py::arg("distortion") = std::vector<double>{},
         (std::string("Pinhole; ") + kArguments +
@@ -153,14 +155,14 @@ void bind_camera(py::module_& m) {
         return value_of(read_camera(path, name)).camera;
       },
       py::arg("path"), py::arg("name") = "",
-      "A camera from a file: ROS camera_info, kalibr camchain, robot.yaml, calibration.yaml, PhotonVision. "
-      "If it has several cameras, pass the `name` of one.");
+      "Reads a camera from a file: ROS camera_info, kalibr camchain, robot.yaml, calibration.yaml, "
+      "PhotonVision. If the file contains several cameras, pass the `name` of one.");
   m.def(
       "parse_camera",
       [](const std::string& text, const std::string& source) {
         return value_of(parse_camera(text, source)).camera;
       },
-      py::arg("text"), py::arg("source") = "text", "Like read_camera(), from the text of such a file.");
+      py::arg("text"), py::arg("source") = "text", "Like read_camera(), but from the text of such a file.");
 }
 
 }  // namespace waymark::python

@@ -82,7 +82,7 @@ void bind_descriptions(py::module_& m) {
       "Maximum yaw rate [rad/s].");
   robot.def_property_readonly(
       "track_m", [](const RobotDescription& r) { return r.model.track_m; },
-      "Distance between left and right wheels [m].");
+      "Distance between the left and right wheels [m].");
   robot.def_property_readonly(
       "wheel_radius_m", [](const RobotDescription& r) { return r.model.wheel_radius_m; }, "[m]");
   def_packed(robot);
@@ -92,20 +92,20 @@ void bind_descriptions(py::module_& m) {
 
 void bind_image(py::module_& m) {
   m.doc() = "Grey images as NumPy arrays (height, width) of uint8.";
-  m.def("read", &read_grey, py::arg("path"),
-        "Reads an image of any supported format as grey levels. The array owns the pixels; nothing is "
-        "copied.");
+  m.def(
+      "read", &read_grey, py::arg("path"),
+      "Reads an image in any supported format as grey levels. The array owns the pixels; nothing is copied.");
   m.def("write", &write_grey, py::arg("path"), py::arg("image"),
-        "Writes a grey image; the suffix selects the format: .png, .jpg or .pgm.");
+        "Writes a grey image; the file extension selects the format: .png, .jpg or .pgm.");
 }
 
 void bind_config(py::module_& m) {
-  m.doc() = "Files of worlds, robots, maps, routes and trajectories.";
+  m.doc() = "Files for worlds, robots, maps, routes and trajectories.";
   bind_descriptions(m);
   m.def("read_world", &world_named, py::arg("name"),
-        "A world from a file, or a built-in world by its name, such as 'circuit24'.");
+        "Reads a world from a file, or a built-in world by its name, such as 'circuit24'.");
   m.def("read_robot", &robot_named, py::arg("name"),
-        "A robot from a file, or a built-in robot by its name, such as 'limo'.");
+        "Reads a robot from a file, or a built-in robot by its name, such as 'limo'.");
   m.def(
       "read_map", [](const Path& path) { return value_of(read_map(path)).tags; }, py::arg("path"),
       "Reads the TagMap from map.yaml.");

@@ -29,8 +29,8 @@ const char* class_of(ErrorCode code) {
   return "Error";
 }
 
-/// Messages put field names between backticks: `tag_size_m` is a Python keyword as it is. In a command of the
-/// program fields become flags: `waymark map LAP extend=MAP` becomes `waymark map LAP --extend MAP`.
+/// In messages, field names are between backticks. They are valid Python keywords as they are (`tag_size_m`),
+/// but in commands they become flags: `waymark map LAP extend=MAP` becomes `waymark map LAP --extend MAP`.
 std::string with_keywords(const std::string& text) {
   static const std::regex kCommand("`waymark [^`]*`");
   static const std::regex kField("`([a-z][a-z0-9_]*(=[^`]*)?)`");
@@ -92,7 +92,7 @@ void bind_errors() {
     } catch (const Raised& raised) {
       try {
         raise(raised.error());
-      } catch (py::error_already_set& other) {  // for example because the interpreter is shutting down
+      } catch (py::error_already_set& other) {  // for example if the interpreter is shutting down
         other.restore();
       }
     }

@@ -12,7 +12,7 @@ namespace waymark::python {
 
 namespace py = pybind11;
 
-/// Carries an Error to Python, where it becomes an exception of waymark.errors.
+/// Carries an Error to Python, where it becomes an exception from waymark.errors.
 class Raised final : public std::exception {
  public:
   explicit Raised(Error error) : error_(std::move(error)) {}
@@ -49,7 +49,7 @@ void check(const Status& status);
 /// Registers the translation of Raised to Python exceptions.
 void bind_errors();
 
-/// Carries a Python exception of a callback through C++ code as an Error and re-raises it afterwards.
+/// Carries a Python exception from a callback through C++ code as an Error, and re-raises it afterwards.
 class PendingException {
  public:
   /// Runs `call`; if it raises, the returned Error ends the calling job.
@@ -62,7 +62,7 @@ class PendingException {
       return fail(ErrorCode::InvalidArgument, "a Python callback raised an exception");
     }
   }
-  /// Re-raises the exception of a callback, if any. Needs the GIL.
+  /// Re-raises the exception from a callback, if any. Requires the GIL.
   void rethrow() {
     if (pending_) std::rethrow_exception(std::exchange(pending_, nullptr));
   }

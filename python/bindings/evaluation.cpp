@@ -64,7 +64,7 @@ py::dict score(const PoseList& estimate, const PoseList& reference, const std::s
 py::dict compare_maps(const TagMap& estimated, const TagMap& truth) {
   const TagMapErrors errors = tag_map_errors(estimated, truth);
   if (errors.tags == 0)
-    refuse("estimated", "no tag is in both maps", "Compare maps with tags of the same family and ids.");
+    refuse("estimated", "no tag is in both maps", "Compare maps that contain the same tags.");
   py::dict answer;
   answer["tags"] = errors.tags;
   answer["rmse_m"] = errors.rmse_m;
@@ -74,7 +74,7 @@ py::dict compare_maps(const TagMap& estimated, const TagMap& truth) {
 }
 
 py::object pose_between(const PoseList& list, std::int64_t stamp_ns, double max_gap_s) {
-  if (!(max_gap_s >= 0)) refuse("max_gap_s", fmt::format("{} s is not a duration of 0 or more", max_gap_s));
+  if (!(max_gap_s >= 0)) refuse("max_gap_s", fmt::format("{} s is not a duration of at least 0", max_gap_s));
   const auto found = pose_at(plain(list), SensorTime(Duration(stamp_ns)), seconds(max_gap_s));
   return found ? py::cast(*found) : py::object(py::none());
 }
@@ -82,14 +82,13 @@ py::object pose_between(const PoseList& list, std::int64_t stamp_ns, double max_
 }  // namespace
 
 void bind_evaluation(py::module_& m) {
-  m.doc() = "Comparison of estimates with ground truth.";
-  m.def("score_trajectory", &score, py::arg("estimate"), py::arg("reference"), py::arg("alignment") = "none",
-        ("Absolute and relative errors, jumps and consistency (NEES, expected value 3) of a Trajectory "
-         "compared "
-         "with another, as a dictionary. "
-         "alignment: none, se2, se3, sim3. Options by keyword:\n\n" +
-         options_help<TrajectoryScoreOptions>())
-            .c_str());
+  m.doc() = "Compares estimates with ground truth.";
+  m.def(
+      "score_trajectory", &score, py::arg("estimate"), py::arg("reference"), py::arg("alignment") = "none",
+      ("Absolute and relative errors, jumps and consistency (NEES, expected value 3) of a Trajectory "
+       "relative to a reference, as a dictionary. alignment: none, se2, se3, sim3. Options by keyword:\n\n" +
+       options_help<TrajectoryScoreOptions>())
+          .c_str());
   m.def("map_errors", &compare_maps, py::arg("estimated"), py::arg("truth"),
         "Errors of the tags common to both maps, without alignment, as a dictionary. Raises InvalidArgument "
         "if the maps have no common tag.");

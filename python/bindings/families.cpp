@@ -15,11 +15,11 @@
 namespace waymark::python {
 namespace {
 
-/// A code of a family; raises InvalidArgument if it has more bits than the family.
+/// Returns a code of a family; raises InvalidArgument if it has more bits than the family.
 std::uint64_t code_of(const Family& family, std::uint64_t code, const char* name) {
   const std::size_t bits = family.bits.size();
   if (bits < 64 && (code >> bits) != 0)
-    refuse(name, fmt::format("{:#x} has more bits than the {} of {}", code, bits, family.name));
+    refuse(name, fmt::format("{:#x} has more than the {} bits of {}", code, bits, family.name));
   return code;
 }
 
@@ -75,7 +75,7 @@ void bind_families(py::module_& m) {
         return CodeRotation(found).turned(code_of(found, code, "code"), quarter_turns);
       },
       py::arg("family"), py::arg("code"), py::arg("quarter_turns"),
-      "The code read from a print that is rotated clockwise by quarter_turns * 90 degrees.");
+      "The code read from a printed tag that is rotated clockwise by quarter_turns * 90 degrees.");
   m.def(
       "min_rotational_distance",
       [](const std::string& name, std::uint64_t a, std::uint64_t b) {

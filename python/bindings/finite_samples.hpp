@@ -8,8 +8,8 @@
 
 namespace waymark::python {
 
-// The name of the first non-finite attribute of a sample; empty if all are finite. Other samples (images,
-// lidar ranges) are not checked.
+// The name of the first non-finite attribute of a sample; empty if all are finite. Images and lidar ranges
+// are not checked.
 
 [[nodiscard]] inline const char* not_finite(const Odometry& s) {
   if (!s.odom_T_base.matrix().allFinite()) return "odom_T_base";

@@ -24,7 +24,7 @@ typename G::Tangent tangent_of(const py::handle& xi) {
 template <class G>
 G exp_of(const py::object& xi) {
   const G X = G::exp(tangent_of<G>(xi));
-  if (!X.matrix().allFinite()) refuse("xi", "the values are so large that exp() is not finite");
+  if (!X.matrix().allFinite()) refuse("xi", "exp() is not finite for such large values");
   return X;
 }
 
@@ -33,10 +33,9 @@ template <class G>
 void def_lie(py::class_<G>& cls) {
   cls.def(py::init<>(), "The identity.");
   cls.def_static("identity", &G::identity, "The identity element.");
-  cls.def_static(
-      "exp", &exp_of<G>, py::arg("xi"),
-      "The element of a tangent (n,): translation [m], then rotation [rad], in the parent frame. exp(xi) X "
-      "is X moved by xi.");
+  cls.def_static("exp", &exp_of<G>, py::arg("xi"),
+                 "The group element for a tangent (n,): translation [m], then rotation [rad], in the parent "
+                 "frame. exp(xi) X is X moved by xi.");
   cls.def(
       "log", [](const G& X) { return to_array(X.log()); },
       "The tangent (n,): translation [m], then rotation [rad] with a norm of at most pi.");
@@ -78,11 +77,10 @@ void def_lie(py::class_<G>& cls) {
 void refuse_elements(const py::object& points, const char* group) {
   if (py::isinstance<SO2>(points) || py::isinstance<SO3>(points) || py::isinstance<SE2>(points) ||
       py::isinstance<SE3>(points) || py::isinstance<SE23>(points))
-    throw py::type_error(
-        fmt::format("{} and {} are not of the same group. SE2.lift() returns an SE3, "
-                    "SE3.project_to_plane() an "
-                    "SE2, SE3(R, [0, 0, 0]) the rigid motion of a rotation R",
-                    group, std::string(py::str(py::type::of(points).attr("__name__")))));
+    throw py::type_error(fmt::format(
+        "{} and {} are not from the same group. SE2.lift() returns an SE3, SE3.project_to_plane() returns an "
+        "SE2, and SE3(R, [0, 0, 0]) is the rigid motion with rotation R",
+        group, std::string(py::str(py::type::of(points).attr("__name__")))));
 }
 
 /// Transforms one point (n,) or many (rows, n).
@@ -109,7 +107,7 @@ void def_pickle(py::class_<G>& cls, py::bytes (*to_bytes)(const G&), G (*from_by
                      [from_bytes](const py::bytes& state) { return from_bytes(state); }));
 }
 
-/// The numbers that a value is made of, to the last bit.
+/// The exact bytes of a value.
 template <class T>
 py::bytes raw_bytes(const T& value) {
   return {reinterpret_cast<const char*>(&value), sizeof(T)};
@@ -118,7 +116,7 @@ py::bytes raw_bytes(const T& value) {
 template <class T>
 T from_raw_bytes(const std::string& state) {
   T value;
-  if (state.size() != sizeof(T)) refuse("state", "a pickle of another class or version");
+  if (state.size() != sizeof(T)) refuse("state", "not a pickle of this class and version");
   std::copy(state.begin(), state.end(), reinterpret_cast<char*>(&value));
   return value;
 }
@@ -153,7 +151,7 @@ void bind_rotations(py::module_& m) {
   so3.def_static(
       "from_matrix",
       [](const py::object& a) { return value_of(SO3::try_from_matrix(matrix_of<3, 3>(a, "matrix"))); },
-      py::arg("matrix"), "From a rotation matrix (3, 3); raises InvalidArgument for any other matrix.");
+      py::arg("matrix"), "From a rotation matrix (3, 3). Raises InvalidArgument for any other matrix.");
   so3.def_static("from_quaternion", &from_quaternion, py::arg("xyzw"),
                  "From a unit quaternion (4,) in the order x, y, z, w.");
   so3.def_static(
@@ -242,8 +240,8 @@ void bind_geometry(py::module_& m) {
         return to_array(coordinate_covariance(Uncertain<SE3>{a_T_b, matrix_of<6, 6>(P, "covariance")}));
       },
       py::arg("a_T_b"), py::arg("covariance"),
-      "(6, 6) of the coordinates of b in a and of the rotation about the axes of a, from that of the left "
-      "tangent.");
+      "Covariance (6, 6) of the coordinates of b in a and of the rotation about the axes of a, from that of "
+      "the left tangent.");
   m.def(
       "compose_covariance",
       [](const SE3& a_T_b, const py::object& P, const SE3& b_T_c, const py::object& Q) {
@@ -252,7 +250,8 @@ void bind_geometry(py::module_& m) {
                             .covariance);
       },
       py::arg("a_T_b"), py::arg("covariance_ab"), py::arg("b_T_c"), py::arg("covariance_bc"),
-      "(6, 6) of a_T_b @ b_T_c, in the left tangent of a, to first order; the two errors are independent.");
+      "Covariance (6, 6) of a_T_b @ b_T_c, in the left tangent of a, to first order; the two errors must be "
+      "independent.");
 }
 
 }  // namespace waymark::python

@@ -9,7 +9,8 @@
 
 namespace waymark::python {
 
-/// Runs a job without the GIL, reports its progress to Python, and ends on Ctrl-C or if the callback raises.
+/// Runs a job without the GIL, reports its progress to Python, and stops on Ctrl-C or if the callback raises
+/// an exception.
 class PythonJob {
  public:
   explicit PythonJob(py::object progress) : progress_(std::move(progress)) {}

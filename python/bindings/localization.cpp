@@ -23,7 +23,7 @@
 namespace waymark::python {
 namespace {
 
-/// Keyword options of a method: its own fields.
+/// Applies keyword options to the fields of the selected method.
 void take_options(LocalizationKind method, const py::dict& given, RiekfOptions& filter,
                   AnchorOptions& anchor) {
   if (method == LocalizationKind::Anchor) {
@@ -48,7 +48,7 @@ std::unique_ptr<Localizer> make(const TagMap& map, const RobotDescription& robot
   return std::make_unique<Localizer>(value_of(Localizer::make(localizer_setup(map, robot, method, given))));
 }
 
-/// Feeds a localizer with samples one by one or from a list.
+/// Passes samples from a list or any other iterable to a localizer.
 void add_all(Localizer& localizer, const py::iterable& samples) {
   for (const py::handle& sample : samples) localizer.add(sample_of(sample));
 }
@@ -60,7 +60,8 @@ PoseList listed(const std::vector<LocalizationEstimate>& estimates) {
   return list;
 }
 
-/// Localizes over samples: the confident estimate after each tag frame, or the smoothed trajectory.
+/// Localizes with samples and collects the confident estimate after each tag frame, or the smoothed
+/// trajectory.
 class Run {
  public:
   explicit Run(const LocalizerSetup& setup)
@@ -86,8 +87,7 @@ class Run {
   std::vector<LocalizationEstimate> estimates_{};
 };
 
-/// Localizes over samples held by Python. They are copied in blocks of this size and filtered without the
-/// GIL.
+/// Localizes with samples owned by Python, which are copied in blocks and filtered without the GIL.
 PoseList localize(const py::iterable& samples, const TagMap& map, const RobotDescription& robot,
                   const std::string& method, const py::kwargs& given) {
   constexpr std::size_t kTogether = 256;
@@ -134,19 +134,19 @@ void bind_localization(py::module_& m) {
       "covariance", [](const LocalizationEstimate& e) { return to_array(e.covariance); },
       "(3, 3) of x, y [m] and yaw [rad] in map coordinates.");
   estimate.def_readonly("certain", &LocalizationEstimate::certain,
-                        "False: low confidence; do not drive on this estimate.");
+                        "Whether confidence is high. If false, do not drive using this estimate.");
   estimate.def_property_readonly("position_sigma_m", &LocalizationEstimate::position_sigma_m,
                                  "The larger standard deviation of the position [m].");
 
   def_state(estimate);
 
   py::class_<Localizer> localizer(
-      m, "Localizer", "Takes samples in order of time; the current estimate is available at any time.");
+      m, "Localizer", "Accepts samples in order of time; the current estimate is available at any time.");
   localizer.def(py::init(&make), py::arg("map"), py::arg("robot"), py::arg("method") = "riekf",
                 ("`method`: riekf (right-invariant extended Kalman filter), ekf, anchor (nearest tag and "
                  "odometry), smoother. Options of the filters "
                  "by keyword:\n\n" +
-                 options_help<RiekfOptions>() + "\nof anchor:\n\n" + options_help<AnchorOptions>())
+                 options_help<RiekfOptions>() + "\nOptions of anchor:\n\n" + options_help<AnchorOptions>())
                     .c_str());
   localizer.def("add", &Localizer::add, py::arg("sample"),
                 "Adds one sample; commands, scans, images and ground truth are ignored.");
@@ -155,17 +155,17 @@ void bind_localization(py::module_& m) {
   localizer.def(
       "smoothed", [](const Localizer& l) { return listed(l.smoothed()); },
       "The smoothed Trajectory if the method is smoother; otherwise empty.");
-  refuse_pickle(localizer, "it holds the state of a running filter; pickle its estimate()");
+  refuse_pickle(localizer, "it contains the state of a running filter; pickle its estimate()");
   m.def("methods", &localization_methods, "Names of the methods.");
   m.def("localize", &localize, py::arg("samples"), py::arg("map"), py::arg("robot"),
         py::arg("method") = "riekf",
-        "Localizes over an iterable of samples in order of time. Returns the Trajectory of the confident "
-        "estimates, one per image. Options by keyword as for Localizer, which takes samples one by one.");
+        "Localizes with an iterable of samples in order of time. Returns the Trajectory of the confident "
+        "estimates, one per image. Options by keyword are those of Localizer, which accepts samples one by "
+        "one.");
   m.def("localize_recording", &localize_recording, py::arg("recording"), py::arg("map"),
         py::arg("method") = "riekf",
-        "Localizes a recording of any format in the map of a folder. Returns the Trajectory of the confident "
-        "estimates, one per image. Options by "
-        "keyword as for Localizer.");
+        "Localizes a recording in any format, using the map in a folder. Returns the Trajectory of the "
+        "confident estimates, one per image. Options by keyword are those of Localizer.");
 }
 
 }  // namespace waymark::python

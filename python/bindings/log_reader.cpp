@@ -16,8 +16,8 @@
 
 namespace waymark::python {
 
-/// A message as the iterator returns it. Not in the anonymous namespace: GCC warns of LogReader::Queue
-/// otherwise.
+/// A message as returned by the iterator. It is not in the anonymous namespace, because GCC would then warn
+/// about LogReader::Queue.
 struct RawMessage {
   std::string topic;
   std::string type;
@@ -36,13 +36,13 @@ py::object to_python(LogItem item) {
   return py::make_tuple(message.topic, message.type, message.log_time, py::bytes(message.data));
 }
 
-/// The error with which the consumer ends the reading; it is never shown.
+/// The error with which the consumer stops reading; it is never shown.
 Status stop() { return fail(ErrorCode::Unreadable, "closed"); }
 
 }  // namespace
 
-/// State shared by the reading thread and the consumer. The detached thread keeps it alive, so closing never
-/// waits.
+/// State shared by the reading thread and the consumer. It is kept alive by the detached thread, so closing
+/// never waits.
 class LogReader::Queue {
  public:
   Status push(LogItem item) {
@@ -135,7 +135,7 @@ void LogReader::close() {
 py::object LogReader::next() {
   if (process_ != getpid())
     throw std::runtime_error(
-        "an iterator over a recording does not survive fork(): open the recording again in the child");
+        "an iterator over a recording cannot be used after fork(): open the recording again in the child");
   if (queue_->closed()) throw py::value_error("the iterator is closed");
   Result<std::optional<LogItem>> item;
   {

@@ -13,14 +13,15 @@
 
 namespace waymark::python {
 
-/// Problems that the last finished reader skipped, as text.
+/// Problems that were skipped by the last finished reader, as text.
 struct ReadProblems {
   std::mutex mutex{};
   std::vector<std::string> words{};
 };
 
 /// Turns the callbacks of a recording into an iterator. A thread reads ahead by a few dozen items.
-/// In a child process after fork(), next() raises RuntimeError: the parent's reader cannot be continued.
+/// In a child process after fork(), next() raises RuntimeError, because the parent's reader cannot be
+/// continued.
 class LogReader {
  public:
   static std::unique_ptr<LogReader> samples(const std::string& path, LogSelection selection,

@@ -30,7 +30,7 @@ void take_section(py::dict& given, const char* name, Options& options) {
   update_options(options, section);
 }
 
-/// The value of a keyword; raises TypeError if it has another type.
+/// The value of a keyword; raises TypeError if it has a different type.
 template <class T>
 T keyword_as(const py::object& value, const std::string& name, const std::string& needed) {
   try {
@@ -87,7 +87,7 @@ MapReport map_file(const std::filesystem::path& recording, const std::filesystem
 
 void bind_mapping(py::module_& m) {
   m.doc() =
-      "Turns a recorded lap into a map of the tags, the trajectory of the robot, and a route "
+      "Makes a map of the tags, the trajectory of the robot, and a route from a recorded lap "
       "(docs/concepts/mapping.md).";
   py::class_<MapReport> report(m, "MapReport", "Result of mapping a lap.");
   report.def_property_readonly(
@@ -97,10 +97,10 @@ void bind_mapping(py::module_& m) {
       [](const MapReport& r) -> std::optional<TagMap> {
         return r.lap.bundle ? std::optional(r.lap.bundle->start_map) : std::nullopt;
       },
-      "TagMap of the chain method before the optimisation; None if nothing was optimised.");
+      "TagMap from the chain method, before the optimisation; None if nothing was optimised.");
   report.def_property_readonly(
       "true_map", [](const MapReport& r) { return r.true_tags; },
-      "TagMap of the recorded ground truth; empty if unknown.");
+      "TagMap with the recorded ground truth; empty if unknown.");
   report.def_property_readonly(
       "route", [](const MapReport& r) { return r.lap.route; }, "Route");
   report.def_property_readonly(
@@ -113,23 +113,21 @@ void bind_mapping(py::module_& m) {
   report.def_property_readonly(
       "files", [](const MapReport& r) { return r.files; }, "The written files.");
   report.def_readonly("backed_up", &MapReport::renamed_files,
-                      "Names of the files of an earlier map in the folder, of which there are backups now "
-                      "(map.1.yaml): list of "
-                      "str.");
+                      "Files of an earlier map in the folder that were backed up (map.1.yaml): list of str.");
   report.def("__repr__", [](const MapReport& r) {
     return fmt::format("MapReport({} tags, {} points of the route, {} warnings)", r.lap.map.tags.size(),
                        r.lap.route.points.size(), r.warnings.size());
   });
   report.def_property_readonly(
       "summary", [](const MapReport& r) { return to_python(fields(r)); },
-      "summary.json as a dictionary. Each key is an attribute as well; None if it is missing.");
+      "summary.json as a dictionary. Each key is also an attribute, which is None if the key is missing.");
   def_report_attributes(report);
   def_packed(report);
   m.def("map_recording", &map_file, py::arg("recording"), py::arg("folder"), py::arg("progress") = py::none(),
-        ("Maps a recorded lap of any format and writes map.yaml, route.yaml, … into the folder, as `waymark "
-         "map` does. The files of an earlier map there are kept as backups (map.1.yaml; "
-         "MapReport.backed_up). progress(text, done, all) is called during the work; an exception in it, or "
-         "Ctrl-C, leaves the folder unchanged. Keywords: method ('bundle', 'chain'), "
+        ("Maps a recorded lap in any format and writes map.yaml, route.yaml, … into the folder, like "
+         "`waymark map`. The files of an earlier map in the folder are kept as backups (map.1.yaml; "
+         "MapReport.backed_up). progress(text, done, all) is called during the job; if it raises an "
+         "exception, or on Ctrl-C, the folder remains unchanged. Keywords: method ('bundle', 'chain'), "
          "anchor, map_T_anchor (SE3), tag_size_m, and dictionaries of options:\n\nchain:\n" +
          options_help<ChainOptions>() + "bundle:\n" + options_help<BundleMapOptions>() + "route:\n" +
          options_help<RouteOptions>())

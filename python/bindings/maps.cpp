@@ -28,7 +28,7 @@ PoseList poses_of(const py::object& stamps, const py::object& matrices, const py
   const Doubles poses = doubles(matrices, "map_T_base", {n, 4, 4});
   PoseList list;
   for (py::ssize_t i = 0; i < n; ++i) {
-    if (i > 0 && ns.at(i) <= ns.at(i - 1)) refuse("stamps_ns", "the stamps do not increase strictly");
+    if (i > 0 && ns.at(i) <= ns.at(i - 1)) refuse("stamps_ns", "the stamps are not strictly increasing");
     const Eigen::Matrix4d pose =
         Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(poses.data(i));
     list.poses.push_back({SensorTime(Duration(ns.at(i))), value_of(SE3::try_from_matrix(pose)), {}});
@@ -41,7 +41,7 @@ PoseList poses_of(const py::object& stamps, const py::object& matrices, const py
   return list;
 }
 
-/// For pickle, to the last bit: (stamp, SE3, covariance or None) of each pose.
+/// The exact state for pickle: (stamp, SE3, covariance or None) for each pose.
 py::list poses_state(const PoseList& list) {
   py::list state;
   for (const EstimatedPose& pose : list.poses)
@@ -151,7 +151,7 @@ void bind_tag_map(py::module_& m) {
   def_keyword_init(tag);
 
   py::class_<TagMap> map(m, "TagMap",
-                         "Poses of tags: a mapping of names ('tag36h11:7') to MappedTag, in order of id.");
+                         "Tag poses: a mapping from names ('tag36h11:7') to MappedTag, in order of id.");
   map.def(py::init<>());
   map.def("__len__", [](const TagMap& tags) { return tags.tags.size(); });
   map.def(
@@ -232,8 +232,8 @@ void bind_maps(py::module_& m) {
         return py::array_t<double>({4, 2}, (*px)[0].data());
       },
       py::arg("camera"), py::arg("cam_T_tag"), py::arg("size_m"),
-      "Corners TL, TR, BR, BL in the image, (4, 2) [px]; None for a tag that a detector would not find "
-      "from there.");
+      "Corners TL, TR, BR, BL in the image, (4, 2) [px]; None if a detector would not find the tag from "
+      "there.");
 }
 
 }  // namespace waymark::python

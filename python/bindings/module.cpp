@@ -15,7 +15,7 @@ struct Room {
 };
 
 constexpr Room kRooms[] = {
-    // classes are registered before the functions that use them
+    // classes must be registered before the functions that use them
     {"geometry", waymark::python::bind_geometry},
     {"image", waymark::python::bind_image},
     {"families", waymark::python::bind_families},
@@ -36,7 +36,7 @@ constexpr Room kRooms[] = {
 }  // namespace
 
 PYBIND11_MODULE(_waymark, m) {
-  m.doc() = "Waymark: teach a robot a route once and repeat it, from AprilTags. One module per room.";
+  m.doc() = "Waymark: teach a robot a route once and repeat it, using AprilTags. One module per room.";
   m.attr("__version__") = WAYMARK_VERSION;
   waymark::python::bind_errors();
   for (const Room& room : kRooms) {

@@ -48,7 +48,7 @@ YamlNode tree_of(const py::handle& value, const std::string& key) {
     return node;
   }
   if (py::hasattr(value, "__float__")) return number(value);
-  refuse(key, fmt::format("{} is not the value of an option", with_article(type_of(value))),
+  refuse(key, fmt::format("{} is not a valid option value", with_article(type_of(value))),
          "Pass a number, a string, True or False, a list, or a dictionary.");
 }
 

@@ -10,14 +10,15 @@
 
 namespace waymark::python {
 
-/// Converts keyword arguments to the tree of a YAML file with the same keys: None, bool, numbers, strings,
-/// lists and dictionaries, whose keys are strings. Raises InvalidArgument for anything else.
+/// Converts keyword arguments to the tree of a YAML file with the same keys. Supports None, bool, numbers,
+/// strings, lists, and dictionaries whose keys are strings; raises InvalidArgument for anything else.
 [[nodiscard]] YamlNode tree_of(const py::handle& value, const std::string& key = {});
 
-/// The error of a YAML reader for keyword arguments, where only the key locates it.
+/// Converts an error of the YAML reader for keyword arguments, for which only the key is meaningful as a
+/// location.
 [[nodiscard]] Error without_file(Error error);
 
-/// Options by keyword, from the same table of fields as YAML and flags: an unknown keyword, a wrong type and
+/// Options by keyword, using the same table of fields as YAML and flags. An unknown keyword, a wrong type and
 /// a number out of range raise InvalidArgument. Nested options are dictionaries.
 template <HasFields Options>
 void update_options(Options& options, const py::dict& given) {
@@ -36,7 +37,7 @@ template <HasFields Options>
 /// One line of help: "  name: sentence (default)".
 void add_option_line(std::string& text, int indent, const Field& field, const std::string& usual);
 
-/// The fields of options for a docstring, one per line, with their defaults and ranges.
+/// The option fields for a docstring, one per line, with defaults and ranges.
 template <HasFields Options>
 [[nodiscard]] std::string options_help(int indent = 2) {
   std::string text;

@@ -46,7 +46,7 @@ concept IsMatrix = std::derived_from<T, Eigen::MatrixBase<T>>;
   throw py::type_error("the state is not a pickle of this class and version");
 }
 
-/// The state as a tuple, of `size` entries unless that is 0.
+/// The state as a tuple, which must have `size` entries unless `size` is 0.
 [[nodiscard]] inline py::tuple entries(const py::handle& state, std::size_t size = 0) {
   if (!PyTuple_Check(state.ptr())) refuse_state();
   auto tuple = py::reinterpret_borrow<py::tuple>(state);
@@ -163,7 +163,7 @@ void unpack(const py::handle& state, T& value) {
   }
 }
 
-/// Adds pickle, copy and == by its parts to a class without keyword constructor.
+/// Adds pickle, copy and == to a class without a keyword constructor, using its parts.
 template <class T>
 void def_packed(py::class_<T>& cls) {
   cls.def(py::pickle([](const T& value) { return py::tuple(packed(value)); },

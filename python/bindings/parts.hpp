@@ -10,8 +10,8 @@
 #include "waymark/pose/multi_tag_pose.hpp"
 #include "waymark/simulation/world/world.hpp"
 
-/// The fields of structs, for pickle: `parts(value, apply)` calls `apply` with all fields in their order.
-/// A field that is added to a struct must be added here, or the code does not compile.
+/// The fields of structs, for pickle: `parts(value, apply)` calls `apply` with all fields in order. A field
+/// that is added to a struct must be added here as well, or the code will not compile.
 namespace waymark::python {
 
 /// T or const T.
@@ -214,7 +214,7 @@ constexpr FaultKind last_of(FaultKind) { return FaultKind::BatterySag; }
 constexpr RejectReason last_of(RejectReason) { return RejectReason::Outlier; }
 constexpr ReplayState last_of(ReplayState) { return ReplayState::Incomplete; }
 
-/// A value to fill: default-constructed, or with a placeholder camera for types that need one.
+/// A value to be filled: default-constructed, or with a placeholder camera for types that need one.
 template <class T>
 [[nodiscard]] T blank() {
   if constexpr (std::is_default_constructible_v<T>) {

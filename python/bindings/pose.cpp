@@ -40,7 +40,7 @@ py::list closed_form(const py::object& bearings, double size_m) {
   for (int i = 0; i < 4; ++i) rays[static_cast<std::size_t>(i)] = given.row(i).transpose().normalized();
   if (!(size_m > 0 && size_m < 1e9))
     refuse("size_m", fmt::format("the size {} m is not positive", size_m),
-           "Pass the side of the tag in metres.");
+           "Pass the side length of the tag in metres.");
   const SquarePoses poses = square_poses(rays, size_m);
   py::list answer;
   if (poses.defect != QuadDefect::None) refuse("cam_bearings", to_string(poses.defect));
@@ -64,8 +64,9 @@ void bind_results(py::module_& m) {
   pose.def_readonly("best", &TagPose::best, "The pose with the smaller chi2; not necessarily the true one.");
   pose.def_readonly("other", &TagPose::other,
                     "The pose with the larger chi2; None if there is no second minimum.");
-  pose.def_property_readonly("ambiguity_ratio", &TagPose::ambiguity_ratio,
-                             "best.rms_px / other.rms_px, 0 to 1; near 1 the poses cannot be distinguished.");
+  pose.def_property_readonly(
+      "ambiguity_ratio", &TagPose::ambiguity_ratio,
+      "best.rms_px / other.rms_px, 0 to 1. Near 1, the poses cannot be distinguished.");
   pose.def_property_readonly("likelihood_ratio", &TagPose::likelihood_ratio,
                              "Likelihood ratio of `other` to `best`, 0 to 1.");
   def_state(pose);
@@ -80,8 +81,9 @@ void bind_results(py::module_& m) {
   estimate.def_readonly("detections", &CameraPoseEstimate::detections, "Indices of the detections used.");
   def_state(estimate);
   py::class_<MultiTagPose> multi(m, "MultiTagPose", "Camera pose estimates from one image.");
-  multi.def_readonly("estimates", &MultiTagPose::estimates,
-                     "Best first. More than one: the image does not determine which is true.");
+  multi.def_readonly(
+      "estimates", &MultiTagPose::estimates,
+      "Best first. If there is more than one, the image does not determine which one is true.");
   multi.def_property_readonly(
       "rejected",
       [](const MultiTagPose& p) {
@@ -90,7 +92,7 @@ void bind_results(py::module_& m) {
           rejected.append(py::make_tuple(tag.detection, to_string(tag.reason)));
         return rejected;
       },
-      "(index of the detection, reason as text) for each detection that was not used.");
+      "(detection index, reason as text) for each detection that was not used.");
   multi.def_property_readonly("usable", &MultiTagPose::usable, "Whether there is an estimate.");
   multi.def_property_readonly("ambiguous", &MultiTagPose::ambiguous,
                               "Whether a second estimate fits the corners nearly as well.");
@@ -100,7 +102,7 @@ void bind_results(py::module_& m) {
 }  // namespace
 
 void bind_pose(py::module_& m) {
-  m.doc() = "Pose of the camera from tag corners, with covariance (docs/concepts/pose.md).";
+  m.doc() = "Camera pose from tag corners, with covariance (docs/concepts/pose.md).";
   bind_results(m);
   m.def("estimate_tag_pose", &one_tag, py::arg("detection"), py::arg("size_m"), py::arg("camera"),
         ("Both poses of one tag. size_m: side of the square at the outer edge of the black border. Options "
@@ -108,13 +110,12 @@ void bind_pose(py::module_& m) {
          options_help<TagPoseOptions>())
             .c_str());
   m.def("estimate_camera_pose", &camera_pose, py::arg("detections"), py::arg("map"), py::arg("camera"),
-        ("The pose of the camera in the map from all tags of one image. Options by keyword:\n\n" +
+        ("The camera pose in the map, from all tags in one image. Options by keyword:\n\n" +
          options_help<MultiTagOptions>())
             .c_str());
-  m.def(
-      "square_poses", &closed_form, py::arg("cam_bearings"), py::arg("size_m"),
-      "The two poses (SE3) of a square from the directions (4, 3) to TL, TR, BR, BL in the camera frame. The "
-      "method is infinitesimal plane-based pose estimation (Collins and Bartoli, IJCV 109, 2014).");
+  m.def("square_poses", &closed_form, py::arg("cam_bearings"), py::arg("size_m"),
+        "The two poses (SE3) of a square, from the directions (4, 3) to TL, TR, BR, BL in the camera frame. "
+        "The method is infinitesimal plane-based pose estimation (Collins and Bartoli, IJCV 109, 2014).");
 }
 
 }  // namespace waymark::python

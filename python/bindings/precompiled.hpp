@@ -1,4 +1,4 @@
-// What most binding files include. Used by a quick build only (cmake/Precompiled.cmake).
+// Headers included by most binding files. Used only in a quick build (cmake/Precompiled.cmake).
 #pragma once
 
 #include "cmake/precompiled.hpp"

@@ -46,7 +46,7 @@ LogSelection selection_of(const MessageLog& log, const std::optional<std::set<st
   return selection;
 }
 
-/// The Python view of a recording: its summary, and a separate reader for each iteration.
+/// A recording in Python: its summary, and a separate reader for each iteration.
 struct Recording {
   std::string path;
   std::unique_ptr<MessageLog> log{};
@@ -113,7 +113,7 @@ std::vector<std::string> problems_of(const Recording& recording) {
   return words;
 }
 
-/// A recorder that checks whether it is closed.
+/// A recorder that raises an exception if it is used after it was closed.
 class Writer {
  public:
   explicit Writer(const std::filesystem::path& path)
@@ -127,7 +127,7 @@ class Writer {
       leave();
       return;
     }
-    const py::error_scope kept;  // keeps an exception in flight
+    const py::error_scope kept;  // preserves an exception in flight
     warn();
     try {
       close();
@@ -167,11 +167,10 @@ class Writer {
       throw py::value_error("the recording '" + path_ +
                             "' is closed; create another Writer for another file");
     if (!is_own())
-      throw std::runtime_error("a Writer does not survive fork(): write a separate file in the child");
+      throw std::runtime_error("a Writer cannot be used after fork(): write a separate file in the child");
     return *recorder_;
   }
-  /// After fork() the file belongs to the parent, which finishes it; in the child the recorder is not
-  /// touched.
+  /// After fork(), the file belongs to the parent, which completes it; the child does not touch the recorder.
   [[nodiscard]] bool is_own() const { return process_ == getpid(); }
   void leave() { static_cast<void>(recorder_.release()); }
   void warn() const {
@@ -187,13 +186,14 @@ class Writer {
 void bind_writer(py::module_& m) {
   py::class_<Writer> writer(
       m, "Writer",
-      "Writes samples as ROS 2 messages into a new MCAP file "
-      "(docs/formats/recording.md). Use it in a with statement. A Writer that is deleted without "
-      "close() finishes its file and warns. In a child after fork() it refuses to write.");
+      "Writes samples as ROS 2 messages to a new MCAP file (docs/formats/recording.md). Use it in a with "
+      "statement. If a Writer is deleted without close(), it completes its file and issues a warning. In a "
+      "child process after fork(), writing raises RuntimeError.");
   writer.def(py::init<const std::filesystem::path&>(), py::arg("path"),
-             "Creates a new file; raises Unwritable if it exists already.");
-  writer.def("add", &Writer::add, py::arg("sample"),
-             "Adds a sample; its stamp becomes the log time. Non-finite values are refused.");
+             "Creates a new file; raises Unwritable if it already exists.");
+  writer.def(
+      "add", &Writer::add, py::arg("sample"),
+      "Adds a sample, whose stamp becomes the log time. Raises InvalidArgument for non-finite values.");
   writer.def("add_camera", &Writer::add_camera, py::arg("stamp_ns"), py::arg("camera"), py::arg("base_T_cam"),
              py::arg("name") = "cam",
              "Adds the lens and mounting (SE3) of a camera. Call it before its first image.");
@@ -208,7 +208,7 @@ void bind_writer(py::module_& m) {
       self.close();
     } catch (const Raised&) {
       if (raised.empty() || raised[0].is_none())
-        throw;  // otherwise keep the error in flight, for example a full disk
+        throw;  // otherwise the error in flight takes precedence, for example a full disk
     }
   });
   refuse_pickle(writer, "it writes an open file");
@@ -219,7 +219,7 @@ void bind_writer(py::module_& m) {
 void bind_recording(py::module_& m) {
   m.doc() = "Reads MCAP, rosbag2, ROS 1 bags, LCM logs and CSV tables; writes MCAP.";
   py::class_<LogReader> iterator(m, "Iterator",
-                                 "Messages or samples of a recording, read ahead by a thread.");
+                                 "Messages or samples of a recording, read ahead in a thread.");
   iterator.def("__iter__", [](const py::object& self) { return self; });
   iterator.def("__next__", &LogReader::next);
   iterator.def("close", &LogReader::close, "Stops reading. Further calls do nothing.");
@@ -228,7 +228,7 @@ void bind_recording(py::module_& m) {
   const auto from = py::arg("from_ns") = py::none();
   const auto to = py::arg("to_ns") = py::none();
   py::class_<Recording> recording(m, "Recording",
-                                  "A recording of any supported format. Iteration yields its samples.");
+                                  "A recording in any supported format. Iteration yields its samples.");
   recording.def(py::init(&open_recording), py::arg("path"),
                 "The format is detected from the first bytes. Raises NotFound or Unreadable.");
   recording.def("__repr__", [](const Recording& r) {
@@ -236,7 +236,8 @@ void bind_recording(py::module_& m) {
   });
   recording.def_readonly("path", &Recording::path, "Path of the file or folder.");
   recording.def_property_readonly(
-      "channels", &channels_of, "A dictionary of topic, type, encoding and message count for each channel.");
+      "channels", &channels_of,
+      "For each channel, a dictionary with topic, type, encoding and message count.");
   recording.def_property_readonly("summary", &recording_summary, "Format, times [ns] and size.");
   recording.def_property_readonly(
       "setup", &recording_setup,
@@ -244,7 +245,7 @@ void bind_recording(py::module_& m) {
   recording.def_property_readonly("attachments", &attachments_of, "The attached files: bytes by name.");
   recording.def_property_readonly(
       "problems", &problems_of,
-      "Problems as text: those found on opening, then data skipped by the last finished iterator.");
+      "Problems as text: first those found on opening, then the data skipped by the last finished iterator.");
   recording.def(
       "samples",
       [](const Recording& r, const std::optional<std::set<std::string>>& names,

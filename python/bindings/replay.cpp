@@ -43,7 +43,7 @@ const char* word_of(ReplayState state) {
   return "unknown";
 }
 
-/// A replay of a route in a map folder; drives once.
+/// A replay of a route in a map folder. It can be driven only once.
 struct PythonSession {
   MapFolder folder{};
   std::unique_ptr<Replayer> replayer{};
@@ -80,7 +80,7 @@ ReplayerSetup replay_setup_of(py::dict given, double laps, const std::string& me
   section("safety", setup.replay.safety);
   section("watch", setup.replay.watch);
   for (const auto& [name, value] : given)
-    throw py::type_error("a replay has no option '" + std::string(py::str(name)) + "'");
+    throw py::type_error("unknown replay option '" + std::string(py::str(name)) + "'");
   return setup;
 }
 
@@ -94,7 +94,7 @@ void check_picture(const CameraFrame& frame, const Drive& drive) {
   if (frame.camera != robot.camera_name) return;  // the loop reports unknown cameras
   if (frame.image.width() != robot.camera.width_px() || frame.image.height() != robot.camera.height_px())
     throw py::value_error(
-        fmt::format("step() returned an image of {} x {}, but the camera '{}' of the map has {} x {}",
+        fmt::format("step() returned an image of {} x {} pixels, but the camera '{}' of the map has {} x {}",
                     frame.image.width(), frame.image.height(), robot.camera_name, robot.camera.width_px(),
                     robot.camera.height_px()));
 }
@@ -111,7 +111,7 @@ std::vector<Sample> samples_of(const py::object& given, const Drive& drive) {
   return list;
 }
 
-/// Gets the sensor samples of one period from the Python robot.
+/// Gets the sensor samples for one period from the Python robot.
 StepRobot::Step step_of(const py::object& robot, const Drive& drive, PendingException& pending) {
   return [&](const VelocityCommand& command, SensorTime now) -> Result<std::vector<Sample>> {
     const py::gil_scoped_acquire acquire;
@@ -197,7 +197,8 @@ py::dict drive_session(PythonSession& session, const py::object& robot, double t
     refuse("timeout_s", fmt::format("{} s is not a positive duration", timeout_s),
            "Pass seconds above 0, or inf.");
   if (session.has_driven)
-    throw py::value_error("this session has already driven: create another ReplaySession for the next drive");
+    throw py::value_error(
+        "this session has already been driven: create another ReplaySession for the next drive");
   session.has_driven = true;
   const Drive drive{.session = session, .timeout_s = timeout_s, .period_s = period_s, .detector = detector};
   PendingException pending;
@@ -221,9 +222,9 @@ py::dict drive_robot(const std::filesystem::path& map, const py::object& robot, 
 constexpr const char* kDriving =
     "robot.step(speed_m_s, yaw_rate_rad_s, now_ns) applies the command for one period and returns the "
     "samples that its sensors measured until now_ns (TagFrame, or CameraFrame if a detector is given; "
-    "Odometry; ImuSample; LaserScan). on_step(now_ns, ReplayStep) gets every decision. However the drive "
-    "ends, the last command is zero. An exception of the robot or of on_step ends the drive and is raised "
-    "again. Returns a dictionary: finished, state, reason, driven_m, stops, frames, lap_s.";
+    "Odometry; ImuSample; LaserScan). on_step(now_ns, ReplayStep) is called with every decision. However the "
+    "drive ends, the last command is zero. An exception in the robot or in on_step ends the drive and is "
+    "re-raised. Returns a dictionary with finished, state, reason, driven_m, stops, frames and lap_s.";
 
 std::string replay_options_help() {
   return "Dictionaries of options: filter, follower, pursuit, actuators, profile, watch, "
@@ -233,11 +234,9 @@ std::string replay_options_help() {
 }
 
 void bind_session(py::module_& m) {
-  py::class_<PythonSession> session(
-      m, "ReplaySession",
-      "Replays a route of a map folder with a custom robot: a Python object with "
-      "a method step(). "
-      "It drives once.");
+  py::class_<PythonSession> session(m, "ReplaySession",
+                                    "Replays a route from a map folder with a custom robot, which is a "
+                                    "Python object with a method step(). It can be driven only once.");
   session.def(py::init(&make_session), py::arg("map"), py::arg("route") = "", py::arg("laps") = 1.0,
               py::arg("method") = "riekf", py::arg("controller") = "follower",
               ("Reads the map folder. " + replay_options_help()).c_str());

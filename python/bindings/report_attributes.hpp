@@ -10,12 +10,12 @@ namespace waymark::python {
 
 namespace py = pybind11;
 
-/// A report value as json.loads() returns it: None (also for non-finite numbers), bool, int,
-/// float, str, list or dict.
+/// A report value as returned by json.loads(): None (also for non-finite numbers), bool, int, float, str,
+/// list or dict.
 [[nodiscard]] py::object to_python(const ReportValue& value);
-/// A dictionary with the keys that `--json` prints, in the same order.
+/// A dictionary with the keys printed by `--json`, in the same order.
 [[nodiscard]] py::dict to_python(const ReportFields& fields);
-/// The value of one key; None if the report does not have it.
+/// The value of one key; None if the report does not contain it.
 [[nodiscard]] py::object value_of_key(const ReportFields& fields, const std::string& key);
 
 /// Adds a read-only attribute for each key of `--json` that the report class does not define.

@@ -17,7 +17,7 @@ namespace waymark::python {
 
 namespace py = pybind11;
 
-/// The value inside an object whose Python type is exactly that of T; raises TypeError if it was never
+/// The value in an object whose Python type is exactly that of T; raises TypeError if it was never
 /// initialised.
 template <typename T>
 [[nodiscard]] const T& value_inside(const py::handle& object) {
@@ -26,8 +26,8 @@ template <typename T>
   return *held.value_ptr<T>();
 }
 
-/// The sample of an object whose type is exactly one of those of Sample, found by comparing types;
-/// pybind11's variant caster tries one type after another, 0.1 us each. Needs the GIL.
+/// The sample in an object whose type is exactly one of those in Sample, found by comparing types. pybind11's
+/// variant caster would try one type after another, at 0.1 us each. Requires the GIL.
 template <std::size_t... kIndex>
 [[nodiscard]] std::optional<Sample> exact_sample(const py::handle& object, std::index_sequence<kIndex...>) {
   static const std::array<PyObject*, sizeof...(kIndex)> types{
@@ -44,7 +44,7 @@ template <std::size_t... kIndex>
   return sample;
 }
 
-/// The sample of a Python object; raises TypeError if it is not a sample.
+/// The sample in a Python object; raises TypeError if it is not a sample.
 [[nodiscard]] inline Sample sample_of(const py::handle& object) {
   if (auto sample = exact_sample(object, std::make_index_sequence<std::variant_size_v<Sample>>{}))
     return std::move(*sample);

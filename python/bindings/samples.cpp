@@ -43,7 +43,7 @@ void def_tag(py::class_<T>& cls) {
   cls.def_property(
       "tag", [](const T& value) { return to_string(value.tag); },
       [](T& value, const py::object& tag) { value.tag = tag_of(tag); },
-      "Name of the tag, such as 'tag36h11:7'; a plain number is an id of tag36h11.");
+      "Name of the tag, such as 'tag36h11:7'; a plain number is an id in tag36h11.");
 }
 
 void bind_detection(py::module_& m) {
@@ -55,8 +55,8 @@ void bind_detection(py::module_& m) {
   def_number(cls, "decision_margin", &TagDetection::decision_margin,
              "Mean distance of the data bits from the black/white threshold [grey levels].");
   cls.def_property("corners_px", &corners_view, &set_corners,
-                   "TL, TR, BR, BL of the printed tag, (4, 2) [px], pixel centres at + 1/2; a view "
-                   "into the detection.");
+                   "TL, TR, BR, BL of the printed tag, (4, 2) [px], with pixel centres at + 1/2; a view into "
+                   "the detection.");
   cls.def_property("corner_covariance_px2", &corner_covariance, &set_corner_covariance,
                    "(8, 8) of x0 y0 x1 y1 … [px^2]; None if unknown.");
   cls.def_property_readonly(
@@ -70,7 +70,7 @@ void bind_detection(py::module_& m) {
 
 void bind_camera_samples(py::module_& m) {
   py::class_<TagFrame> tags(m, "TagFrame",
-                            "Tags detected in one image; the list is empty if none was found.");
+                            "Tags detected in one image; the list is empty if none were found.");
   def_stamp(tags);
   tags.def_readwrite("camera", &TagFrame::camera, "Name of the camera.");
   tags.def_readwrite("detections", &TagFrame::detections,
@@ -100,7 +100,7 @@ void bind_camera_samples(py::module_& m) {
                 return frame;
               }),
               py::arg("stamp_ns"), py::arg("image"), py::arg("camera") = "cam",
-              "Copies an image (height, width) of uint8.");
+              "Copies an image (height, width) of uint8 into the frame.");
   finish_value(picture, {"stamp_ns", "camera", "image"});
 
   py::class_<SeenTagPose> seen(m, "SeenTagPose",
@@ -129,7 +129,7 @@ void bind_motion_samples(py::module_& m) {
   def_keyword_init(odometry);
 
   py::class_<WheelTicks> wheels(m, "WheelTicks",
-                                "Wheel angles of each side since the robot was switched on.");
+                                "Wheel angles on each side since the robot was switched on.");
   def_stamp(wheels);
   def_number(wheels, "left_rad", &WheelTicks::left_rad, "[rad]");
   def_number(wheels, "right_rad", &WheelTicks::right_rad, "[rad]");
@@ -223,9 +223,8 @@ void bind_other_samples(py::module_& m) {
 
 void bind_samples(py::module_& m) {
   m.doc() =
-      "Sensor samples: plain values with a stamp in nanoseconds on the clock of the sensor. All are "
-      "constructed by keywords and can be "
-      "compared, copied and pickled.";
+      "Sensor samples: plain values with a stamp in nanoseconds on the sensor clock. All are constructed "
+      "with keywords, and can be compared, copied and pickled.";
   bind_detection(m);
   bind_camera_samples(m);
   bind_motion_samples(m);

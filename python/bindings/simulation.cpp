@@ -39,7 +39,7 @@ TagInScene scene_tag_of(const py::handle& entry) {
   const auto tag = whole ? py::tuple(py::reinterpret_borrow<py::object>(entry)) : py::tuple();
   if (!whole || !py::isinstance<SE3>(tag[1]) || PyNumber_Check(tag[2].ptr()) == 0)
     refuse("tags", fmt::format("the entry {} is not (tag, cam_T_tag, size_m)", std::string(py::repr(entry))),
-           "Pass the name or number of the tag, its pose as an SE3 and the side of its square [m].");
+           "Pass the name or number of the tag, its pose as an SE3, and the side length of its square [m].");
   return {.tag = tag_of(tag[0]), .cam_T_tag = py::cast<SE3>(tag[1]), .size_m = py::cast<double>(tag[2])};
 }
 
@@ -94,46 +94,43 @@ void bind_simulation(py::module_& m) {
       "(docs/concepts/simulation.md).";
   const std::string options = options_help<SimulatedRobotOptions>();
   m.def("photograph", &take_photograph, py::arg("camera"), py::arg("tags"), py::arg("seed") = 1,
-        ("A still photograph of tags (tag, cam_T_tag, size_m): the image (height, width) uint8, and the "
-         "ground truth of each tag as a "
-         "dictionary. Options by keyword:\n\n" +
+        ("A still photograph of tags (tag, cam_T_tag, size_m). Returns the image (height, width) of uint8, "
+         "and the ground truth for each tag as a dictionary. Options by keyword:\n\n" +
          options_help<PhotographOptions>())
             .c_str());
   m.def("scripted_lap", &scripted_lap, py::arg("world"), py::arg("robot"), py::arg("seed") = 1,
-        ("The samples of a scripted lap along the path of the world: tag corners instead of images, and "
-         "ground truth. Options of the "
-         "robot by keyword override those of its description:\n\n" +
+        ("The samples of a scripted lap along the path in the world, with tag corners instead of images, and "
+         "ground truth. Options of the robot by keyword override those of its description:\n\n" +
          options)
             .c_str());
   py::class_<Simulator> simulator(
       m, "Simulator",
-      "A simulated robot whose time advances only on request. It stops if no command arrives.");
-  simulator.def(
-      py::init([](const World& world, const RobotDescription& robot, std::uint64_t seed, bool pictures,
-                  const std::optional<SE2>& start, const py::kwargs& given) {
-        SimulatedRobotOptions simulated = robot.simulation;
-        simulated.seed = seed;
-        update_options(simulated, given);
-        check(waymark::check(simulated));
-        return std::make_unique<Simulator>(world, robot, simulated, pictures, start);
-      }),
-      py::arg("world"), py::arg("robot"), py::arg("seed") = 1, py::arg("pictures") = false,
-      py::arg("start") = py::none(),
-      ("With pictures=True the camera yields CameraFrame, otherwise TagFrame. start: SE2 in the map; None: "
-       "the start of the world's path. "
-       "Options of the robot by keyword override those of its description:\n\n" +
-       options)
-          .c_str());
+      "A simulated robot whose time advances only on request. It stops if no commands arrive.");
+  simulator.def(py::init([](const World& world, const RobotDescription& robot, std::uint64_t seed,
+                            bool pictures, const std::optional<SE2>& start, const py::kwargs& given) {
+                  SimulatedRobotOptions simulated = robot.simulation;
+                  simulated.seed = seed;
+                  update_options(simulated, given);
+                  check(waymark::check(simulated));
+                  return std::make_unique<Simulator>(world, robot, simulated, pictures, start);
+                }),
+                py::arg("world"), py::arg("robot"), py::arg("seed") = 1, py::arg("pictures") = false,
+                py::arg("start") = py::none(),
+                ("With pictures=True, the camera yields CameraFrame, otherwise TagFrame. `start` is an SE2 "
+                 "in the map; None means the start of the world's path. Options of the robot by keyword "
+                 "override those of its description:\n\n" +
+                 options)
+                    .c_str());
   simulator.def("next", &Simulator::next, "Advances time to the next sample of any sensor and returns it.");
   simulator.def("advance", &Simulator::advance, py::arg("seconds"),
                 "Advances time and returns the samples as a list.");
   simulator.def("command", &Simulator::command, py::arg("speed_m_s"), py::arg("yaw_rate_rad_s"),
-                "Sets the command; it holds until the watchdog times out.");
+                "Sets the command, which applies until the watchdog times out.");
   simulator.def_property_readonly("now_ns", &Simulator::now_ns, "The robot's clock [ns].");
   simulator.def_property_readonly("true_map_T_base", &Simulator::truth,
-                                  "Ground truth SE2, for evaluation only, not for an estimator.");
+                                  "Ground truth (SE2); use it only for evaluation, not in an estimator.");
   refuse_pickle(simulator,
-                "it holds a running robot; create another one with the same world, robot and seed");
+                "it contains a running robot; create another one with the same world, robot and seed");
 }
 
 }  // namespace waymark::python

@@ -17,7 +17,7 @@ constexpr double kMaxAdvance_s = 3600;
 SE2 start_of(const World& world, const std::optional<SE2>& start) {
   if (start) return *start;
   const auto path = sample_path(world.path_m, world.path_closed, kPathStep_m);
-  if (path.empty()) refuse("start", "the world has no path to start on", "Pass start=SE2(x, y, yaw).");
+  if (path.empty()) refuse("start", "the world has no path on which to start", "Pass start=SE2(x, y, yaw).");
   return path.front().map_T_path;
 }
 

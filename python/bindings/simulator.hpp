@@ -12,8 +12,8 @@
 
 namespace waymark::python {
 
-/// A simulated robot polled from Python. A mutex serialises threads; the GIL is released while the robot
-/// moves.
+/// A simulated robot polled from Python. Threads are serialised with a mutex; the GIL is released while the
+/// robot moves.
 class Simulator {
  public:
   Simulator(const World& world, const RobotDescription& robot, const SimulatedRobotOptions& options,

@@ -25,7 +25,7 @@ void from_state(const py::tuple& state, CameraPoseEstimate& estimate);
 [[nodiscard]] py::tuple state_of(const LocalizationEstimate& estimate);
 void from_state(const py::tuple& state, LocalizationEstimate& estimate);
 
-/// Adds pickle, copy and ==, by state_of() and from_state(), to a class without keyword constructor.
+/// Adds pickle, copy and == to a class without a keyword constructor, using state_of() and from_state().
 template <class T>
 void def_state(py::class_<T>& cls) {
   cls.def(py::pickle([](const T& value) { return state_of(value); },

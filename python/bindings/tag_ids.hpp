@@ -9,7 +9,7 @@
 
 namespace waymark::python {
 
-/// Parses a tag name from Python: "tag36h11:7", or a number of tag36h11.
+/// Parses a tag name from Python: "tag36h11:7", or the number of a tag in tag36h11.
 [[nodiscard]] inline TagId tag_of(const py::handle& tag) {
   if (PyUnicode_Check(tag.ptr())) return value_of(parse_tag_id(py::cast<std::string>(tag)));
   if (PyIndex_Check(tag.ptr()) && !PyBool_Check(tag.ptr()))

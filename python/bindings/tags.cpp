@@ -24,8 +24,7 @@ std::unique_ptr<PythonDetector> make(const py::kwargs& given) {
   const auto options = options_of<DetectorOptions>(rest);
   RefinementOptions refining;
   if (!refinement.is_none()) {
-    if (!PyDict_Check(refinement.ptr()))
-      refuse("refinement", "the options of the refinement are not a dictionary");
+    if (!PyDict_Check(refinement.ptr())) refuse("refinement", "the refinement options are not a dictionary");
     update_options(refining, refinement);
   }
   auto made = std::make_unique<PythonDetector>();
@@ -50,7 +49,7 @@ std::vector<TagDetection> detect(const PythonDetector& self, const py::object& i
   const ImageView view = image_view(image);
   if (camera != nullptr && (view.width != camera->width_px() || view.height != camera->height_px()))
     refuse("camera",
-           fmt::format("the camera has {} x {} pixels, the image {} x {}", camera->width_px(),
+           fmt::format("the camera has {} x {} pixels, but the image has {} x {}", camera->width_px(),
                        camera->height_px(), view.width, view.height),
            "Pass a calibration for this image size.");
   Result<FoundTags> found;
@@ -75,14 +74,14 @@ void bind_tags(py::module_& m) {
       "  refine: Refine the corners to a fraction of a pixel, with their covariance. [true]\n"
       "  refinement: A dictionary of refinement options:\n" +
       options_help<RefinementOptions>(4);
-  py::class_<PythonDetector> cls(
-      m, "Detector",
-      "Finds tags in images. Threads may share a detector; the GIL is released during detection.");
+  py::class_<PythonDetector> cls(m, "Detector",
+                                 "Detects tags in images. A detector can be shared between threads; the GIL "
+                                 "is released during detection.");
   cls.def(py::init(&make), help.c_str());
   cls.def("detect", &detect, py::arg("image"), py::arg("camera") = static_cast<const CameraModel*>(nullptr),
-          "Detects tags in a grey image (height, width) of uint8 without a copy; rows may be padded. "
-          "With `camera`, edges follow "
-          "its lens distortion. Returns a list of TagDetection, sorted by id and position.");
+          "Detects tags in a grey image (height, width) of uint8 without copying it; rows may be padded. "
+          "With `camera`, edges are fitted with its lens distortion. Returns a list of TagDetection, sorted "
+          "by id and position.");
   cls.def("__reduce__", &rebuild);
 }
 

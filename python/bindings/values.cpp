@@ -8,12 +8,12 @@
 namespace waymark::python {
 namespace {
 
-/// pybind11 calls this for memory if an argument is an object without a value, and would read uninitialised
-/// memory.
+/// pybind11 calls this to allocate memory if an argument is an object without a value, and would then read
+/// uninitialised memory.
 void* refuse_memory(std::size_t /*size*/) {
   throw py::type_error(
-      "an object without a value: its __init__() was not called. Create objects by their class, such as "
-      "SE3()");
+      "an object without a value: its __init__() was not called. Create objects by calling their class, such "
+      "as SE3()");
 }
 
 }  // namespace

@@ -14,23 +14,23 @@ namespace waymark::python {
 
 namespace py = pybind11;
 
-/// Adds repr(), ==, copy and pickle to a class of plain values, from its attribute names in order.
+/// Adds repr(), ==, copy and pickle to a class of plain values, using its attribute names in order.
 void finish_value(const py::object& cls, const std::vector<std::string>& names);
 
-/// Adds == by pickled state, and no hash, to a class.
+/// Makes a class comparable (==) by its pickled state, and unhashable.
 void finish_state(const py::object& cls);
 
-/// Makes pickle and copy refuse a class with a reason such as "it holds an open file".
+/// Makes pickle and copy of a class raise TypeError with a reason such as "it holds an open file".
 void refuse_pickle(const py::object& cls, const std::string& reason);
 
-/// Makes pickle protocols 0 and 1 work like protocol 2 for the classes of a module; they would create an
-/// object without its value otherwise.
+/// Makes pickle protocols 0 and 1 work like protocol 2 for the classes in a module; otherwise, they would
+/// create objects without values.
 void pickle_by_protocol_2(const py::module_& room);
 
 /// Makes every use of an object whose __init__() was not called raise TypeError.
 void refuse_uninitialised(const py::module_& room);
 
-/// Sets attributes from keywords; raises TypeError for a keyword that is not in `names`.
+/// Sets attributes from keywords; raises TypeError for unknown keywords.
 void set_attributes(const py::object& self, const py::object& cls, const py::kwargs& given);
 
 /// Defines `Class(name=value, …)` for a struct whose fields all have defaults.

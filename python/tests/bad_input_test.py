@@ -316,7 +316,7 @@ class Callbacks(unittest.TestCase):
             with self.assertRaisesRegex(errors.InvalidArgument, "timeout_s"):
                 replay.drive(str(self.map), Robot(self.map), timeout_s=timeout_s)
         self.assertEqual(session.drive(Robot(self.map)), replay.drive(str(self.map), Robot(self.map)))
-        with self.assertRaisesRegex(ValueError, "already driven"):
+        with self.assertRaisesRegex(ValueError, "already been driven"):
             session.drive(Robot(self.map))
         with self.assertRaisesRegex(TypeError, "pickled"):
             pickle.dumps(session)

@@ -1,4 +1,4 @@
-"""Waymark: teach a robot a route once and repeat it, from AprilTags and one camera.
+"""Waymark: teach a robot a route once and repeat it, using AprilTags and one camera.
 
 There is one module per room, with the names of the C++ library:
 

@@ -1,4 +1,5 @@
-"""Error messages for arguments of the wrong type, from the signatures that pybind11 lists: argument, expected type, given value."""
+"""Error messages for arguments of the wrong type, made from the signatures listed by pybind11:
+argument, expected type, given value."""
 import inspect
 import re
 
@@ -8,7 +9,7 @@ _MANY = {"List": "a list", "Set": "a set", "Dict": "a dictionary", "Tuple": "a t
 
 
 def _split(text):
-    """Splits at commas outside of brackets and quotes."""
+    """Splits at commas outside brackets and quotes."""
     parts, depth, start, quoted = [], 0, 0, False
     for i, letter in enumerate(text):
         quoted ^= letter == "'"
@@ -50,7 +51,7 @@ def _needed(kind):
 
 
 def _fits(value, kind):
-    """Whether a value may be of a type; True if that cannot be decided."""
+    """Whether a value may be of a type; True if this cannot be decided."""
     head, parts = _inside(kind)
     if head == "Optional":
         return value is None or _fits(value, parts[0])

@@ -1,4 +1,4 @@
-"""Shared methods of the value types of the extension module: repr(), ==, copy and pickle from attribute names, or == from their state."""
+"""Methods shared by the value types in the extension module: repr(), ==, copy and pickle using attribute names, or == using their state."""
 
 
 def _same(a, b):

@@ -1,7 +1,7 @@
 """Exceptions of Waymark: what is wrong, where, and how to fix it.
 
 Each has the attributes message, hint, source (file), line (1-based), byte (0-based offset) and key (argument or
-configuration value); what is not known is None or empty.
+configuration value); unknown attributes are None or empty.
 """
 
 
@@ -40,7 +40,7 @@ class Unsupported(WaymarkError, NotImplementedError):
 
 
 class LimitExceeded(WaymarkError, MemoryError):
-    """The request exceeds the allowed memory, time or pixels."""
+    """A request that exceeds the allowed memory, time or number of pixels."""
 
 
 def _rebuild(cls, args, attributes):

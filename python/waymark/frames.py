@@ -2,7 +2,7 @@
 
 
 def _rows_of(sample):
-    """Yields (table, row) of a sample; a camera frame has one row per tag."""
+    """Yields (table, row) for a sample; a camera frame has one row per tag."""
     from . import samples
 
     stamp = {"stamp_ns": sample.stamp_ns}
@@ -31,7 +31,7 @@ def _rows_of(sample):
 
 
 def read(path, topics=None, from_ns=None, to_ns=None):
-    """Reads a recording of any format into a dictionary of DataFrames: odometry, wheels, imu, commands, truth, tags,
+    """Reads a recording in any format into a dictionary of DataFrames: odometry, wheels, imu, commands, truth, tags,
     range_bearing; column names include the units, and stamp_ns is the measurement time. Images and scans have no table."""
     import pandas
 

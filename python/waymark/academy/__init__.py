@@ -1,4 +1,4 @@
-"""The exercise "Marker Based Visual Loc" of JdeRobot's Robotics Academy on Waymark's simulator, with a numeric score.
+"""The exercise "Marker Based Visual Loc" from JdeRobot's Robotics Academy, on Waymark's simulator and with a numeric score.
 
     python3 -m waymark.academy solution.py
 

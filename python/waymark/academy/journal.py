@@ -1,4 +1,4 @@
-"""The file to which the process of a solution writes the estimates it showed, one line per image. It outlives the process."""
+"""The file to which the process of a solution writes the estimates that it showed, one line per image. The file outlives the process."""
 
 import dataclasses
 import json
@@ -9,7 +9,7 @@ from .score import Picture
 INTERRUPTED = "stopped by Ctrl-C"
 LINE_BYTES = 400  # a line is rewritten when the estimate of its image changes, so all lines have the same length
 REFUSED_BYTES = 4000  # length of the first line, which reports refused calls …
-REASON_LETTERS = 250  # … and has room for so many letters of the first reason, even if all are escaped
+REASON_LETTERS = 250  # … and has room for this many letters of the first reason, even if all are escaped
 
 
 class Journal:
@@ -36,7 +36,7 @@ class Journal:
         self.change(not_finite=self._picture.not_finite + 1)
 
     def refused(self, reason):
-        """Counts a call of HAL or WebGUI with refused arguments."""
+        """Counts a call of HAL or WebGUI whose arguments were refused."""
         first = self._refused["first"] or (reason if len(reason) <= REASON_LETTERS else reason[:REASON_LETTERS - 1] + "…")
         self._refused = {"refused": self._refused["refused"] + 1, "first": first}
         self._write_refused()

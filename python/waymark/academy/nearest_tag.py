@@ -1,5 +1,5 @@
-"""A solution of the exercise "Marker Based Visual Loc", as a student submits it. The nearest tag gives the pose of the robot, and odometry
-propagates it; a lidar keeps the robot away from walls. Source: "Marker-Based Visual Localization with AprilTags and Odometry Fusion",
+"""A solution of the exercise "Marker Based Visual Loc", as submitted by a student. The pose of the robot is computed from the nearest tag and
+propagated with odometry; a lidar keeps the robot away from walls. Source: "Marker-Based Visual Localization with AprilTags and Odometry Fusion",
 sections "Choosing the Best Tag" and "Odometry Fusion and Outlier Rejection".
 """
 import math
@@ -28,7 +28,7 @@ detector = pyapriltags.Detector(families="tag36h11")
 
 
 def world_T_tag(tag_id):
-    """Tag frame: x right, y down, z into the tag. The file contains the centre of the board and the heading of a robot that faces it."""
+    """Tag frame: x right, y down, z into the tag. The file contains the centre of the board and the heading of a robot facing it."""
     x, y, z, yaw = tags[f"tag_{tag_id}"]["position"]
     c, s = math.cos(yaw), math.sin(yaw)
     return np.array([[s, 0, c, x - HALF_BOARD_M * c], [-c, 0, s, y - HALF_BOARD_M * s], [0, -1, 0, z], [0, 0, 0, 1]])

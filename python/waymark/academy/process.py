@@ -14,7 +14,7 @@ from .journal import INTERRUPTED, Journal
 from .robot import TAG_FILE, Finished, Robot
 from .stand_ins import installed
 
-AFTER_S = 1.0  # for a solution that continues after its time
+AFTER_S = 1.0  # for a solution that continues after its time is over
 
 
 def _own_traceback(failure, path):
@@ -62,7 +62,7 @@ def main(arguments):
             _run(task["path"])
         except Finished:
             pass
-        except KeyboardInterrupt:  # the drive so far is scored
+        except KeyboardInterrupt:  # the drive up to this point is scored
             error = INTERRUPTED
         except BaseException as failure:  # any error of a solution is part of its result
             error = _own_traceback(failure, task["path"])

@@ -15,7 +15,7 @@ POSE = "a sequence (x, y, yaw) in metres and radians"
 
 
 class Finished(BaseException):
-    """The time of the exercise is over. Not derived from Exception, so that a student's `except Exception` does not catch it."""
+    """The time for the exercise is over. Not derived from Exception, so that a student's `except Exception` does not catch it."""
 
 
 @dataclasses.dataclass
@@ -71,7 +71,7 @@ class Robot:
         return self._simulator.now_ns * 1e-9
 
     def _pass(self):
-        """Advances time to the next image; the wheels keep the latest command, like the driver of the robot."""
+        """Advances time to the next image; the wheels keep the latest command, as with the robot's driver."""
         from .. import samples
 
         self._asked.clear()
@@ -127,8 +127,8 @@ class Robot:
             return dataclasses.replace(self._odometry)
 
     def getLaserData(self):
-        """The latest scan: values, the ranges [m] in equal steps of direction from minAngle to maxAngle [rad], and timeStamp [s]. 0 is straight ahead,
-        positive to the left. A range is infinite if nothing is between minRange and maxRange [m]."""
+        """The latest scan: values (the ranges [m], in equal angular steps from minAngle to maxAngle [rad]) and timeStamp [s]. Angle 0 is straight
+        ahead, and positive angles are to the left. A range is infinite if nothing is between minRange and maxRange [m]."""
         with self._lock:
             self._ask("laser")
             return dataclasses.replace(self._laser, values=list(self._laser.values))
@@ -166,7 +166,7 @@ class Robot:
                 self._pass()
 
     def tick(self, ideal_rate=50.0):
-        """Paces a loop: advances simulated time until 1 / ideal_rate [s] after the last call was due, if that is still ahead."""
+        """Paces a loop: advances simulated time until 1 / ideal_rate [s] after the last call was due, if that is in the future."""
         rate_hz = _number(ideal_rate, "Frequency.tick")
         if rate_hz <= 0:
             raise ValueError(f"Frequency.tick was given {rate_hz}: expected a rate above 0")
@@ -178,8 +178,8 @@ class Robot:
             self._ticked_s = self.now_s if late else due_s
 
     def tags_yaml(self):
-        """The file of the exercise: x, y, z [m] of the centre of each tag's board, and the heading [rad] of a robot that faces the
-        tag, measured from map x."""
+        """The file for the exercise: x, y, z [m] of the centre of each tag's board, and the heading [rad] of a robot
+        facing the tag, measured from map x."""
         lines = ["tags:"]
         for name in self.world.tags:
             at = self.world.tags[name].map_T_tag

@@ -54,24 +54,24 @@ def _wait(process):
 
 
 def _line_in(stack, path):
-    """The position in the solution, from the text that faulthandler writes."""
+    """The position in the solution, from the text written by faulthandler."""
     name = path.encode("ascii", "backslashreplace").decode()
     lines = [line for file, line in re.findall(r'File "(.*)", line (\d+)', stack) if file == name]
     return f"line {lines[0]}" if lines else "a library that it calls"
 
 
 def _ended(process, stack, path, stall_s):
-    """Why a process ended before its solution."""
+    """The reason why a process ended before its solution."""
     if stack:
         return (f"the solution read no sensor for {stall_s:g} s of real time ({_line_in(stack, path)}): the robot was stopped. "
                 "Call HAL.getImage(), HAL.getOdom() or HAL.getLaserData() in each iteration of the loop")
     if process.returncode < 0:
-        return f"the process of the solution was ended by {signal.Signals(-process.returncode).name}"
+        return f"the process of the solution was terminated by {signal.Signals(-process.returncode).name}"
     return f"the solution ended its process with exit code {process.returncode}"
 
 
 def _notes(pictures, error, refused):
-    """Notes for the student about the score. refused: number of refused calls, reason of the first."""
+    """Notes for the student about the score. refused: number of refused calls, and the reason for the first one."""
     finished = bool(pictures) and pictures[-1].finished
     if not finished and error != INTERRUPTED:
         s = pictures[-1].s if pictures else 0.0
@@ -82,14 +82,14 @@ def _notes(pictures, error, refused):
         yield f"{count} {'call was' if count == 1 else 'calls were'} refused and had no effect; the first: {first}"
     not_finite = sum(p.not_finite for p in pictures)
     if not_finite:
-        yield f"{not_finite} estimates contained NaN or infinity and count as not shown"
+        yield f"{not_finite} estimates contained NaN or infinity and are treated as not shown"
     elif not any(p.estimate for p in pictures):
         yield "no estimate was shown: call WebGUI.showEstimatedPose((x, y, yaw))"
 
 
 def run_file(path, seconds=60.0, seed=1, camera_rate_hz=10.0, stall_s=30.0):
-    """Runs the file of a solution for `seconds` of simulated time, in its own process, and returns its score as a dictionary. It contains the
-    numbers of score(). `error` is the traceback of the exception or a description of the event that ended the solution, else None. `notes`
+    """Runs the file of a solution for `seconds` of simulated time, in a separate process, and returns its score as a dictionary. It contains the
+    numbers from score(). `error` is the traceback of the exception or a description of the event that ended the solution, else None. `notes`
     are sentences about the score. A solution that reads no sensor for `stall_s` of real time is terminated.
 
     Raises OSError if the file cannot be read, SyntaxError if it is not Python, ValueError if a number is out of range."""

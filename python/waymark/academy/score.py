@@ -16,8 +16,8 @@ class Picture:
     estimate: tuple = None  # the last one shown
     truth_of_estimate: tuple = None  # ground truth when it was shown
     not_finite: int = 0  # estimates with NaN or infinity, which are ignored
-    left: int = 0  # images that the remaining time would bring
-    finished: bool = False  # the time was over then
+    left: int = 0  # number of images in the remaining time
+    finished: bool = False  # the time was over after this image
 
 
 def _rms(values):

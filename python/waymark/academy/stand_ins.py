@@ -27,7 +27,7 @@ class _Detection:
 
 
 class Detector:
-    """pyapriltags.Detector on Waymark's detector. Uses families and quad_decimate; other arguments are accepted and ignored."""
+    """pyapriltags.Detector based on Waymark's detector. Uses families and quad_decimate; other arguments are accepted and ignored."""
 
     def __init__(self, searchpath=None, families="tag36h11", nthreads=1, quad_decimate=1.0, **_other):
         from .. import tags
@@ -59,7 +59,7 @@ def _clock(robot):
 
 @contextlib.contextmanager
 def installed(robot, tag_file):
-    """While a solution runs: HAL, WebGUI, Frequency, the clock, the file of tags, and seeds; everything is restored afterwards."""
+    """Replaces HAL, WebGUI, Frequency, the clock, the tag file and seeds while a solution runs, and restores everything afterwards."""
     modules = {**robot.modules(), "time": _clock(robot)}
     if importlib.util.find_spec("pyapriltags") is None:
         modules["pyapriltags"] = _pyapriltags()

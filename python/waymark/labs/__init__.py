@@ -1,4 +1,4 @@
-"""Shared code of the labs: data, figures, and checks that award points and describe errors without giving the answer away.
+"""Code shared by the labs: data, figures, and checks that award points and describe errors without giving away the answer.
 
 A lab is a file labs/NN_name.py of cells (`# %%` begins code, `# %% [markdown]` text), which tools/make_notebooks.py converts to a
 notebook. The student writes its functions, and `lab = labs.check(NN, globals())` in its last cell but one awards the points.
@@ -16,7 +16,7 @@ import pathlib
 import sys
 
 MAKE = {
-    "samples": "Create it beside the notebook: waymark samples samples",
+    "samples": "Create it next to the notebook: waymark samples samples",
     "plant": "tools/make_notebooks.py FOLDER writes it beside the notebooks.",
 }
 
@@ -29,7 +29,7 @@ class Wrong(Exception):
 
 
 def numbers(answer, shape=None):
-    """The answer as an array of finite numbers, of the given shape if there is one (None in it: any length); otherwise raises Wrong."""
+    """The answer as an array of finite numbers, with the given shape if any (None in it means any length); otherwise raises Wrong."""
     import numpy as np
 
     if answer is None:
@@ -74,7 +74,7 @@ def several(answer, count):
     """The parts of an answer that is a tuple or a list of `count` values; otherwise raises Wrong."""
     if answer is None:
         raise Wrong("it returns nothing: is there a `return`?")
-    if not isinstance(answer, (tuple, list)) and not getattr(answer, "shape", ()):  # NumPy's arrays too
+    if not isinstance(answer, (tuple, list)) and not getattr(answer, "shape", ()):  # also NumPy arrays
         raise Wrong(f"it returns {_a(answer)}, expected {count} values: `return a, b`")
     if len(answer) != count:
         raise Wrong(f"it returns {len(answer)} values, expected {count}: `return a, b`")
@@ -85,7 +85,7 @@ def truth(answer):
     """The answer as True or False; otherwise raises Wrong."""
     if answer is None:
         raise Wrong("it returns nothing: is there a `return`?")
-    if str(answer) not in ("True", "False"):  # NumPy's too
+    if str(answer) not in ("True", "False"):  # also NumPy's
         raise Wrong(f"it returns {_a(answer)}, expected True or False")
     return bool(answer)
 
@@ -97,7 +97,7 @@ def _a(answer):
 
 
 def data(name):
-    """The path of a file or folder of the labs' data ("samples/lap.mcap"), beside the notebook or in the folder of the environment variable
+    """The path of a file or folder of the labs' data ("samples/lap.mcap"), next to the notebook, or in the folder given by the environment variable
     WAYMARK_LAB_DATA. Raises FileNotFoundError, with the command that creates it, if it is missing."""
     path = pathlib.Path(os.environ.get("WAYMARK_LAB_DATA", ".")) / name
     if not path.exists():
@@ -114,7 +114,7 @@ def own_data(name):
 
 
 def own_seconds(path):
-    """Reads a recorded lap of any robot with wheel angles and tags. Returns its robot, and for each second the wheel angles (51, 2) [rad]
+    """Reads a recorded lap from any robot with wheel angles and tags. Returns its robot, and for each second the wheel angles (51, 2) [rad]
     and the motion (geometry.SE2), from the trajectory of the map made from the lap."""
     import tempfile
 
@@ -124,7 +124,7 @@ def own_seconds(path):
 
     ticks = {s.stamp_ns: (s.left_rad, s.right_rad) for s in recording.Recording(path).samples() if isinstance(s, samples.WheelTicks)}
     if not ticks:
-        raise ValueError(f"{path} has no wheel angles: record them (joint_states, or a LIMO's or MBot's encoders)")
+        raise ValueError(f"{path} contains no wheel angles: record them (joint_states, or the encoders of a LIMO or MBot)")
     with tempfile.TemporaryDirectory() as folder:
         mapped = mapping.map_recording(path, folder).trajectory
         robot = config.read_robot(str(pathlib.Path(folder) / "robot.yaml"))
@@ -195,7 +195,7 @@ class Lab:
             wrong = "it ended the program (sys.exit, exit or quit): `return` the result"
         except KeyboardInterrupt:
             raise
-        except BaseException as error:  # noqa: B036  reports anything that a student's function raises
+        except BaseException as error:  # noqa: B036  reports anything raised by a student's function
             wrong = f"it raised {type(error).__name__}: {error}{_place(error)}"
         self.results.append((what, points, wrong))
         print(f"{'ok   ' if wrong is None else 'WRONG'} {points if wrong is None else 0}/{points}  {what}" + ("" if wrong is None else f": {wrong}"))
@@ -227,7 +227,7 @@ def check(number, names):
     lab.answers = mine = Answers(names)
     for what, points, test in module.CHECKS:
         lab.check(what, points, lambda test=test: test(mine))
-    if hasattr(module, "WHOLE"):  # the experiment that requires all of them
+    if hasattr(module, "WHOLE"):  # the experiment that requires all functions
         what, points, test = module.WHOLE
         ready = lab.points == lab.possible
         lab.check(what, points, lambda: test(mine) if ready else "solve the other tasks first")

@@ -18,7 +18,7 @@ def inverse(mine):
         if not np.allclose(found[:3, :3] @ T[:3, :3], np.eye(3), atol=1e-9):
             return "the rotation part is not the inverse"
         if not np.allclose(found @ T, np.eye(4), atol=1e-9):
-            return "the rotation is right, the translation wrong: transform a point by T and back"
+            return "the rotation is correct, but the translation is wrong: transform a point by T and back"
 
 
 def tag_in_map(mine):
@@ -26,11 +26,11 @@ def tag_in_map(mine):
     for place, T in enumerate(poses(3)):
         alone = [T if k == place else still for k in range(3)]
         if not np.allclose(numbers(mine.tag_in_map(*alone), (4, 4)), T, atol=1e-9):
-            return f"with {names[place]} alone and identities for the others, the tag is at another place: in which direction does it transform coordinates?"
+            return f"with {names[place]} alone and identities for the others, the tag is in a different place: in which direction does it transform coordinates?"
     a, b, c = poses(3)
     found = numbers(mine.tag_in_map(a, b, c), (4, 4))
     if not np.allclose(found @ np.linalg.inv(c), a @ b, atol=1e-9):
-        return "each alone is right, but not their order: which names are neighbours?"
+        return "each one alone is correct, but their order is not: which names are neighbours?"
 
 
 def rotation(mine):

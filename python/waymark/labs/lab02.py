@@ -26,7 +26,7 @@ def behind(mine):
     for p in ([0.1, 0.1, -1.0], [0.1, 0.1, 0.0]):
         with np.errstate(all="ignore"):
             if mine.pinhole(np.array(p)) is not None:
-                return f"a point at depth {p[2]} has a pixel"
+                return f"a pixel is returned for a point at depth {p[2]}"
 
 
 def distort(mine):

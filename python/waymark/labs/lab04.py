@@ -40,7 +40,7 @@ def near_walls(mine, count):
 
 
 def without_pixels(found):
-    """Whether it contains NaN, as results of lens.project do."""
+    """Whether it contains NaN, which lens.project may return."""
     return isinstance(found, np.ndarray) and found.shape == (4, 2) and found.dtype.kind == "f" and np.isnan(found).any()
 
 
@@ -52,7 +52,7 @@ def corners(mine):
     if np.allclose(found, right, atol=1e-9):
         return None
     if np.allclose(np.sort(found, axis=0), np.sort(right, axis=0), atol=1e-9):
-        return "the right corners in another order"
+        return "the corners are correct, but in a different order"
     sides = [np.linalg.norm(np.roll(c, 1, axis=0) - c, axis=1).sum() for c in (found, right)]
     return "the corners are at other positions" + (": is the square as large as the tag?" if not np.isclose(*sides, rtol=0.2) else ": where is the tag's centre, and where do its axes point?")
 
@@ -63,10 +63,10 @@ def rms(mine):
     seen = seen_px(mine)
     for shift in ([1, 0], [3, 4]):
         if not np.isclose(number(mine.rms(VIEW, seen + shift)), np.hypot(*shift), atol=1e-9):
-            return f"wrong if all corners are displaced equally, by {shift}: what is the length of that?"
+            return f"wrong if all corners are displaced equally, by {shift}: how long is this displacement?"
     seen[0] += [2, 0]
     if not np.isclose(number(mine.rms(VIEW, seen)), 1.0, atol=1e-9):
-        return "right if all corners are displaced equally, wrong if a single one is: what is averaged?"
+        return "correct if all corners are displaced equally, but wrong if only one is: what is averaged?"
 
 
 def mirror(mine):
@@ -112,8 +112,8 @@ def choose(mine):
     if not near[:, 2].any():
         return None
     if above.all() and not below.any():
-        return "right for tags below the camera, wrong for tags above it"
-    return (f"right for tags far away and low, wrong in {near[:, 2].sum()} of {2 * len(near)} choices for near ones at various heights and angles: "
+        return "correct for tags below the camera, but wrong for tags above it"
+    return (f"correct for low tags far away, but wrong in {near[:, 2].sum()} of {2 * len(near)} choices for near ones at various heights and angles: "
             "is the chosen tag upright?")
 
 

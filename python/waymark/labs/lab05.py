@@ -1,4 +1,4 @@
-"""The checks of lab 5, noise and the bound of Cramer and Rao. Do the lab before reading them."""
+"""The checks of lab 5, noise and the Cramér-Rao bound. Do the lab before reading them."""
 import numpy as np
 
 from .. import geometry, pose, samples
@@ -18,7 +18,7 @@ def pixel(mine):
     for p in mine.cam_corners:
         found, right = numbers(mine.pixel_jacobian(p.copy()), (2, 3)), mine.lens.project_jacobian(p)
         if not np.allclose(found, right, atol=1e-9):
-            return "the first two columns are right, the third is not" if np.allclose(found[:, :2], right[:, :2]) else \
+            return "the first two columns are correct, but the third is not" if np.allclose(found[:, :2], right[:, :2]) else \
                 "compare it with (project(p + d) - project(p)) / d"
 
 

@@ -26,7 +26,7 @@ def listed(answer):
 def chain(mine):
     found = listed(mine.chain(steps()))
     if len(found) != len(steps()) + 1:
-        return f"{len(found)} poses of {len(steps())} steps: the first pose counts too"
+        return f"{len(found)} poses for {len(steps())} steps: the first pose counts as well"
     if not np.allclose(found[0].log(), 0, atol=1e-12):
         return "the first pose is not the identity"
     if all(np.allclose((step.inverse() @ after).log(), 0, atol=1e-9) for step, after in zip(steps(), found[1:])):
@@ -81,7 +81,7 @@ def gain(mine):
     found = number(mine.gain(mine.report, mine.world.tags))
     if np.isclose(found, right, rtol=1e-9):
         return None
-    return "a reduced error is a factor above one" if np.isclose(found, 1 / right, rtol=1e-9) else f"it returns {found:.2f}: is map_error() right, and which maps are compared?"
+    return "if the error is reduced, the factor is above one" if np.isclose(found, 1 / right, rtol=1e-9) else f"it returns {found:.2f}: is map_error() right, and which maps are compared?"
 
 
 CHECKS = [("chain", 3, chain), ("closed loop", 3, closed), ("error of a map", 2, map_error), ("gain", 2, gain)]

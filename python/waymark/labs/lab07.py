@@ -35,15 +35,15 @@ def step(mine):
                 return "it turns in the wrong direction"
             return f"wheels at {left} and {right} m turn a robot {'less' if abs(found.yaw) > abs(true.yaw) else 'more'} than it returns"
         if np.isclose(np.hypot(found.x, found.y), (left + right) / 2):
-            return f"for {left} and {right} m it drives straight ahead and turns afterwards: a robot does both simultaneously"
-        return f"the turn is right, but the end position is wrong for {left} and {right} m"
+            return f"for {left} and {right} m, it drives straight ahead and turns afterwards, but a robot does both simultaneously"
+        return f"the turn is correct, but the end position is wrong for {left} and {right} m"
 
 
 def trajectory(mine):
     wheels = np.cumsum(np.random.default_rng(7).uniform(-0.2, 1.0, (60, 2)), axis=0)
     found, right = mine.trajectory(wheels.copy(), 0.05, 0.2), driven(wheels, 0.05, 0.2)
     if not isinstance(found, list) or len(found) != len(right):
-        return f"{len(wheels)} samples must give as many poses, in a list"
+        return f"the result must be a list with one pose for each of the {len(wheels)} samples"
     for n, (a, b) in enumerate(zip(found, right)):
         if close(instance(a, geometry.SE2), b):
             continue

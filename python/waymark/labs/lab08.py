@@ -34,7 +34,7 @@ def fix(mine):
             camera = abs(distance(found, there) - np.linalg.norm(mounting.translation[:2])) < 1e-6
             return "that is the pose of the camera, not of the robot" if camera else f"{distance(found, there):.2f} m from the true position: write the frames in a row"
         if abs(wrapped(found.yaw - there.yaw)) > 1e-6:
-            return f"the position is right, the heading is wrong by {np.degrees(abs(wrapped(found.yaw - there.yaw))):.0f} degrees"
+            return f"the position is correct, but the heading is wrong by {np.degrees(abs(wrapped(found.yaw - there.yaw))):.0f} degrees"
 
 
 def carried(mine):

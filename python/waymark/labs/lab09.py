@@ -40,7 +40,7 @@ def invariant(mine):
     for m in mine.landmarks:
         found, right = numbers(mine.invariant_jacobian(m.copy()), (2, 3)), slope(lambda xi: geometry.SE2.exp(xi) @ m, np.zeros(3), 2)
         if not np.allclose(found, right, atol=1e-6):
-            return "right except for the rotation" if np.allclose(found[:, :2], right[:, :2]) else "by how much does a small xi move the landmark?"
+            return "correct except for the rotation" if np.allclose(found[:, :2], right[:, :2]) else "by how much does a small xi move the landmark?"
 
 
 def adjoint(mine):
@@ -52,7 +52,7 @@ def adjoint(mine):
             continue
         if np.allclose(found[:2, :2], right[:2, :2].T, atol=1e-9):
             return "the rotation is inverted"
-        return "right except for the last column" if np.allclose(found[:, :2], right[:, :2], atol=1e-9) else "Ad w is X w X^-1, as a vector"
+        return "correct except for the last column" if np.allclose(found[:, :2], right[:, :2], atol=1e-9) else "Ad w is X w X^-1, as a vector"
 
 
 def share_below(mine):

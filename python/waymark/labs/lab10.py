@@ -5,7 +5,7 @@ from .. import geometry
 from . import instance, number, numbers, several
 from .loops import drive_line
 
-LOOK_AHEAD_M = 0.4  # of the drive that gives the points
+LOOK_AHEAD_M = 0.4  # of the drive that is scored
 
 
 def goal(mine):
@@ -33,7 +33,7 @@ def curvature(mine):
         if np.isclose(found * radius, 1, atol=1e-9):
             continue
         if np.isclose(found * radius, -1):
-            return "right except for its sign: which side is positive?"
+            return "correct except for its sign: which side is positive?"
         if np.isclose(abs(found), abs(radius)):
             return "that is the radius"
         ahead = number(mine.curvature(0.0, 0.0, 0.0, geometry.SE2.exp([0.7, 0, 0.7 / radius]) @ np.zeros(2)))
@@ -49,7 +49,7 @@ def acts_turning(mine, pose):
     if np.isclose(one.yaw, 0, atol=1e-9):
         return "a command of 0.4 m/s and 0.8 rad/s does not turn the robot"
     if np.isclose(one.yaw, -right.yaw, atol=1e-9):
-        return "the robot turns to the wrong side: a positive yaw rate turns to the left"
+        return "the robot turns in the wrong direction: a positive yaw rate turns to the left"
     if not np.isclose(one.yaw, right.yaw, atol=1e-9):
         how = "too little" if abs(one.yaw) < right.yaw else "too much"
         return f"a command of 0.4 m/s and 0.8 rad/s that acts for 0.1 s turns the robot {how}: which yaw rate do the pending commands contain, according to the text?"
@@ -57,7 +57,7 @@ def acts_turning(mine, pose):
         return "a robot that drives and turns ends with the right heading at the wrong position: it turns continuously while it drives, neither before nor after"
     two = pose.inverse() @ instance(mine.acts_at(pose, [(0.4, 0.8), (0.4, 0.8)], 0.1), geometry.SE2)
     if not np.allclose((two.inverse() @ right @ right).log(), 0, atol=1e-9):
-        return "one command is right, two equal ones are not: does each act, for one period?"
+        return "one command is correct, but two equal ones are not: does each act for one period?"
     return None
 
 
@@ -77,7 +77,7 @@ def acts_at(mine):
         return wrong
     found = instance(mine.acts_at(pose, list(under_way), 0.1), geometry.SE2)
     if not np.allclose((right.inverse() @ found).log(), 0, atol=1e-9):
-        return "one command is right, several are not: which acts first?"
+        return "one command is correct, but several are not: which acts first?"
 
 
 def turn_gain(mine):

@@ -58,11 +58,11 @@ def shares_apart(a, b):
 def apart(mine):
     random = np.random.default_rng(15)
     for a, b, what in ((random.normal(size=50), random.normal(size=70), "two samples of the same distribution"),
-                       (random.normal(size=40), 1 + random.normal(size=20), "two samples of which one is shifted"),
+                       (random.normal(size=40), 1 + random.normal(size=20), "two samples, one of which is shifted"),
                        (np.array([1.0, 2.0]), np.array([5.0, 6.0, 7.0]), "1, 2 and 5, 6, 7"), (np.array([5.0, 6.0]), np.array([1.0, 2.0]), "5, 6 and 1, 2")):
         found, right = number(mine.apart(a.copy(), b.copy())), shares_apart(a, b)
         if not np.isclose(found, right, atol=1e-9):
-            return f"it returns {found:.3f} for {what}, which is too {'much' if found > right else 'little'}: it is the largest distance of the two distributions, in either direction"
+            return f"it returns {found:.3f} for {what}, which is too {'much' if found > right else 'little'}: it is the largest distance between the two distributions, in either direction"
 
 
 def differ(mine):
@@ -72,7 +72,7 @@ def differ(mine):
             a, b = random.normal(size=60), random.normal(size=90) + shift
             wrong[which] += truth(mine.differ(a, b)) is not bool(shares_apart(a, b) > 1.358 * np.sqrt(150 / 5400))
     if any(wrong):
-        return f"of 100 pairs of the same distribution it is wrong about {wrong[0]}, of 100 others about {wrong[1]}"
+        return f"it is wrong for {wrong[0]} of 100 pairs with the same distribution, and for {wrong[1]} of 100 other pairs"
 
 
 def robots(mine):

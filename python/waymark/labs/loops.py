@@ -1,4 +1,5 @@
-"""Experiments of labs 8, 9 and 10 with the functions written in them: two localisations of a lap, two filters over many runs, a drive along a line."""
+"""Experiments for labs 8, 9 and 10 with the functions written in them: two localisations of a lap, two filters in many runs, a
+drive along a line."""
 import numpy as np
 
 from .. import geometry
@@ -60,7 +61,8 @@ def seen(state, m):
 
 
 def run_filters(mine, sights, runs=60):
-    """Lab 9: fractions of runs within their 95 %, after 5 m and so many landmark observations: of the EKF, of the right-invariant filter."""
+    """Lab 9: fractions of runs within their 95 % regions, after 5 m and this many landmark observations, for the EKF and for the
+    right-invariant filter."""
     random = np.random.default_rng([9, sights])
     results = [_run_filters(mine, sights, random) for _ in range(runs)]
     return [mine.share_below(*(np.array(part) for part in zip(*(result[which] for result in results))), 7.815) for which in (0, 1)]
@@ -100,7 +102,7 @@ def _run_filters(mine, sights, random):
 
 
 def drive_line(mine, aware, ahead_m=None):
-    """Lab 10: distances from the line [m] and positions of a robot with delay and half the turns.
+    """Lab 10: distances from the line [m] and positions of a robot with a delay that makes only half the commanded turns.
     aware: whether the driver compensates both. ahead_m: a look-ahead distance other than the notebook's."""
     ahead_m = mine.LOOK_AHEAD_M if ahead_m is None else ahead_m
     pose, way, off = geometry.SE2(0, 0.1, 0.7), [], []
