@@ -26,8 +26,8 @@ template <typename T>
   return *held.value_ptr<T>();
 }
 
-/// The sample in an object whose type is exactly one of those in Sample, found by comparing types. pybind11's
-/// variant caster would try one type after another, at 0.1 us each. Requires the GIL.
+/// The sample in an object whose type is exactly one of those in Sample, found by comparing types. The
+/// variant caster of pybind11 would try one type after another, at 0.1 us each. Requires the GIL.
 template <std::size_t... kIndex>
 [[nodiscard]] std::optional<Sample> exact_sample(const py::handle& object, std::index_sequence<kIndex...>) {
   static const std::array<PyObject*, sizeof...(kIndex)> types{

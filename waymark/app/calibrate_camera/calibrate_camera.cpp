@@ -23,7 +23,7 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Speed of the marks in each picture: the larger of the speeds since the previous and until the next
-/// picture, so that pictures at a start or a stop count as moving.
+/// picture. Pictures at a start or a stop therefore count as moving.
 std::vector<double> speeds_px_s(const std::vector<StampedMarks>& pictures) {
   std::vector<double> speeds(pictures.size(), 0);
   for (std::size_t i = 1; i < pictures.size(); ++i) {

@@ -60,8 +60,8 @@ With --ros2, velocity commands (Twist, TwistStamped) are published only if --com
 zero command is sent; a second process sends it even if this one is killed. Commands are sent as the type with a
 subscriber. The verb fails if another program publishes one of the topics.
 
-Exit code: 0 played to the end, 1 the file is not a recording, could not be read or is damaged (intact parts are
-played), 2 wrong usage, 130 stopped by Ctrl-C.
+Exit code: 0 played to the end, 1 not a recording, unreadable, or damaged (intact parts are played), 2 wrong usage,
+130 stopped by Ctrl-C.
 
 Examples:
   waymark play lap.mcap

@@ -112,9 +112,9 @@ struct EvaluationInputs {
 [[nodiscard]] Status check_effects(const EvaluateTrajectoryJob& job, const Reference* reference,
                                    const GivenFields& given);
 
-/// Warns if the trajectories have few common times, if they are from different drives (both recordings
-/// contain wheel odometry, and it differs), or if their distance is as large as the reference. Reads the
-/// odometry of both files again if they are recordings.
+/// Warns if the trajectories have few common times, if they are from different drives, or if their distance
+/// is as large as the reference. Drives are different if both recordings contain wheel odometry and it
+/// differs. Reads the odometry of both files again if they are recordings.
 [[nodiscard]] std::vector<std::string> comparison_warnings(const TrajectoryReport& report,
                                                            const Reference& reference,
                                                            const JobControl& control = {});

@@ -145,14 +145,14 @@ Verb map_video_verb() {
       .name = "video",
       .sentence = "Make a tag map from the video of a hand-held camera",
       .help =
-          R"(Makes a map from a video (mp4, mkv, webm, avi), or from the recording of a camera alone, in six degrees of freedom,
-without robot, odometry or floor. --camera and --tag-size-m are required. Each tag must be in an image together with a
-tag connected to the anchor. It writes map.yaml, layout.json (WPILib, PhotonVision), layout.fmap (Limelight), poses.yaml
-(TagSLAM), trajectory.txt (of the camera) and summary.json. With --prior, that map defines the anchor pose, and all tags
-are compared with it; with --prior-sigma-m, all its tags define the map frame. The scale is set by --tag-size-m or by
-measured distances (--distance). The map is levelled by the anchor, or by tags known to hang upright or to lie on the
-floor (--upright, --floor). See docs/howto/video.md. For a recording with odometry, use `waymark map lap`, which also
-makes a route.
+          R"(Makes a map from a video (mp4, mkv, webm, avi), or from the recording of a camera alone. Tags have six degrees of
+freedom; no robot, odometry or floor is needed. The flags --camera and --tag-size-m are required. Each tag must be in an
+image together with a tag connected to the anchor. It writes map.yaml, layout.json (WPILib, PhotonVision), layout.fmap
+(Limelight), poses.yaml (TagSLAM), trajectory.txt (of the camera) and summary.json. With --prior, that map defines the
+anchor pose, and all tags are compared with it; with --prior-sigma-m, all its tags define the map frame. The scale is
+set by --tag-size-m or by measured distances (--distance). The map is levelled by the anchor, or by tags known to hang
+upright or to lie on the floor (--upright, --floor). See docs/howto/video.md. For a recording with odometry, use
+`waymark map lap`, which also makes a route.
 
 Exit code: 0 map written (possibly with warnings), 1 no map could be made or written, 2 wrong usage, 130 Ctrl-C.
 

@@ -41,12 +41,11 @@ Verb simulate_verb() {
       .name = "simulate",
       .sentence = "Simulate a recording with the rates, gaps, noise and speeds of a real one",
       .help =
-          R"(Measures the properties of a recording: rates and gaps of each sensor, noise of corners, gyro and accelerometer,
-fraction of missed tags, image latency, command delay, and speeds of the robot. It then simulates a robot with these
-properties on the line in a world, for the same duration, and prints both side by side, measured in the same way.
-Properties that cannot be determined from the recording are taken from the robot file. The simulated robot has one
-camera. If the recording has several, the one with the most data is imitated. The simulated robot follows a line, so it
-never turns on the spot.
+          R"(Measures a recording: rates and gaps of each sensor, noise of corners, gyro and accelerometer, fraction of missed tags,
+image latency, command delay, and robot speeds. It then simulates a robot with these properties on the line in a world,
+for the same duration, and prints both side by side, measured in the same way. Properties that cannot be determined from
+the recording are taken from the robot file. The simulated robot has one camera. If the recording has several, the one
+with the most data is imitated. The simulated robot follows a line, so it never turns on the spot.
 
 Exit code: 0 a recording was written, 1 a recording could not be read or written, 2 wrong usage.
 

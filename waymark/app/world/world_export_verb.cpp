@@ -28,7 +28,7 @@ Verb world_export_verb() {
       .sentence = "Write a world and a robot as SDF, for Gazebo Fortress",
       .help =
           R"(Writes world.sdf (SDF 1.9), the bitmaps of the tags, robot.yaml, and gazebo.yaml, the profile used by Waymark to drive
-the robot in Gazebo. world.sdf contains the tags as textured planes, boards, walls, furniture, light, and the robot with
+the robot in Gazebo. The world contains the tags as textured planes, boards, walls, furniture, light, and the robot with
 its diff-drive plugin, camera, IMU and lidar. See docs/howto/gazebo.md.
 
 Exit code: 0 the folder was written, 1 a file cannot be read, or the folder cannot be written, 2 wrong usage.

@@ -22,8 +22,8 @@ Verb world_from_recording_verb() {
       .sentence = "Make a world and a robot with the statistics of a recorded drive",
       .help =
           R"(Measures the properties of a drive using its map. It writes world.yaml with tags and route from the map, and robot.yaml
-with rates, latency, and noise of corners, gyro and accelerometer. robot.yaml also contains the fraction of missed tags,
-detection range, odometry errors, and the response to commands. If the recording contains images taken in motion,
+with the properties of the robot. These are rates, latency, noise of corners, gyro and accelerometer, fraction of missed
+tags, detection range, odometry errors, and the response to commands. If the recording contains images taken in motion,
 camera.yaml contains exposure time and lens blur, for --config. Values that the recording does not determine are taken
 from the robot file and listed as "not determined". Walls and furniture are unknown. `waymark report` then compares a
 simulated drive with the real one.
