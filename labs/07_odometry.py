@@ -109,7 +109,7 @@ if lab.points == 10:
 
 # %% [markdown]
 # ## Your own robot
-# Record a lap of your robot with its wheel angles and tags (`waymark teach`), store it beside the notebook as own.mcap, and run this cell. A real robot has no ground
+# Record a lap of your robot with its wheel angles and tags (`waymark teach`), store it next to the notebook as own.mcap, and run this cell. A real robot has no ground
 # truth: the cell uses the trajectory that `waymark map` estimates from the tags; radius and track are those of the robot file in the recording.
 #
 # **Question:** how far are its two scales from those of the simulated robots? By how much do they differ between two of its laps?

@@ -17,7 +17,7 @@ import sys
 
 MAKE = {
     "samples": "Create it next to the notebook: waymark samples samples",
-    "plant": "tools/make_notebooks.py FOLDER writes it beside the notebooks.",
+    "plant": "tools/make_notebooks.py FOLDER writes it next to the notebooks.",
 }
 
 
