@@ -109,7 +109,7 @@ Result<RobotSetup> load_robot(const std::string& robot, const std::string& world
     return fail(ErrorCode::InvalidArgument, fmt::format("unknown robot '{}'", robot), {.key = "robot"},
                 suggestion(robot, robot_kind_names(processes)));
   if (world.empty())
-    return fail(ErrorCode::InvalidArgument, "the simulated robot requires `world`", {.key = "world"},
+    return fail(ErrorCode::InvalidArgument, "`world` is required for the simulated robot", {.key = "world"},
                 "For example `world=circuit24`.");
   return load_setup(world, robot_file, seed);
 }
