@@ -8,7 +8,7 @@ usage() {
 usage: ./test.sh [--quick | --only PARTS | --full[=PARTS] [--again]] [--require-data] [--tidy-base REV]
 
 Installs what it needs (Debian packages; prints their names), builds, and runs
-  1. the house rules: allowed edges, includes, formatting
+  1. the house rules: allowed edges, includes, words, formatting
   2. the build (preset check: warnings are errors; files of a room compiled together) and all unit, system and consumer tests
   3. the tests of what reads foreign bytes under address and undefined behaviour sanitizers
   4. the fuzzers, ten seconds each
@@ -128,8 +128,8 @@ run_short_tests() {  # steps are joined by &&: bash does not stop at errors in w
 }
 
 house_rules() {
-  step "house rules: includes, formatting"
-  tools/check_includes.py && git ls-files '*.cpp' '*.hpp' | xargs clang-format-16 --dry-run --Werror
+  step "house rules: includes, words, formatting"
+  tools/check_includes.py && tools/check_words.py && git ls-files '*.cpp' '*.hpp' | xargs clang-format-16 --dry-run --Werror
 }
 
 long_tests() {  # long_tests REGEX: the tests with a label that matches (a room, a file of tests/, or full_…), with as many runs as WAYMARK_FULL asks for

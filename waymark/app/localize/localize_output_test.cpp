@@ -150,7 +150,8 @@ TEST(LocalizeText, ContainsCountsPoseAndNis) {
       text, AllOf(HasSubstr("4 estimates in 12.0 s, 75.0 % of them certain, the first after 1.25 s"),
                   HasSubstr("19 of 20 observations accepted, NIS 1.10"), HasSubstr("x 1.000 m, y 2.000 m")));
   EXPECT_THAT(localization_warnings(report), IsEmpty());
-  EXPECT_THAT(to_text(LocalizeReport{}), AllOf(HasSubstr("no estimate within 0.0 s\n"), Not(HasSubstr("nan"))));
+  EXPECT_THAT(to_text(LocalizeReport{}),
+              AllOf(HasSubstr("no estimate within 0.0 s\n"), Not(HasSubstr("nan"))));
 }
 
 TEST(LocalizeReport, UnknownValuesAreNull) {

@@ -150,7 +150,7 @@ freedom; no robot, odometry or floor is needed. The flags --camera and --tag-siz
 image together with a tag connected to the anchor. It writes map.yaml, layout.json (WPILib, PhotonVision), layout.fmap
 (Limelight), poses.yaml (TagSLAM), trajectory.txt (of the camera) and summary.json. With --prior, that map defines the
 anchor pose, and all tags are compared with it; with --prior-sigma-m, all its tags define the map frame. The scale is
-set by --tag-size-m or by measured distances (--distance). The map is levelled by the anchor, or by tags known to hang
+set by --tag-size-m or by measured distances (--distance). The map is levelled by the anchor, or by tags known to be
 upright or to lie on the floor (--upright, --floor). See docs/howto/video.md. For a recording with odometry, use
 `waymark map lap`, which also makes a route.
 
