@@ -205,11 +205,10 @@ void Teacher::warn_of_links(TeachSummary& summary) const {
   if (summary.unreachable.empty() || !first_anchored_cam_) return;
   std::string names;
   for (const TagId& tag : summary.unreachable) names += (names.empty() ? "" : ", ") + to_string(tag);
-  summary.warnings.push_back(
-      fmt::format("never in view with a tag that is connected to the anchor, and so placed by odometry "
-                  "alone: {}. Add a tag "
-                  "in between, or observe both from one position",
-                  names));
+  summary.warnings.push_back(fmt::format(
+      "placed by odometry alone, because never seen together with a tag that is connected to the anchor: "
+      "{}. Add a tag in between, or observe both from one position",
+      names));
 }
 
 void Teacher::warn_of_stamps(TeachSummary& summary) const {

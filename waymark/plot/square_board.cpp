@@ -71,7 +71,7 @@ tl::unexpected<Error> squares_do_not_fit(const SquareBoardOptions& options) {
     const double middle_mm = (fitting_mm + failing_mm) / 2;
     (split_of(options, middle_mm).pages() <= most_pages ? fitting_mm : failing_mm) = middle_mm;
   }
-  const std::string largest = fmt::format("The largest squares that fit have {:g} m",
+  const std::string largest = fmt::format("The largest squares that fit are {:g} m wide",
                                           std::floor(10 * fitting_mm + kToleranceMm) / 1e4);
   return fail(ErrorCode::InvalidArgument,
               fmt::format("{} x {} squares of {} do not fit on {}{}", options.board.columns,

@@ -50,13 +50,13 @@ tl::unexpected<Error> does_not_fit(const BoardOptions& options) {
   }
   const double largest_mm = std::floor(fitting_mm * 10 + kToleranceMm) / 10;
   std::string hint = largest_mm >= 1.0
-                         ? fmt::format("The largest tags that fit have {:g} m.", largest_mm / 1e3)
+                         ? fmt::format("The largest tags that fit are {:g} m wide.", largest_mm / 1e3)
                          : std::string("Not even tags of 1 mm fit: reduce `cols` and `rows`.");
   const auto& papers = known_papers();
   const auto enough = std::find_if(papers.begin(), papers.end(), [&](const Paper& paper) {
     return place_on(options, size_mm, paper).has_value();
   });
-  if (enough != papers.end()) hint += fmt::format(" The smallest sufficient paper is {}.", enough->name);
+  if (enough != papers.end()) hint += fmt::format(" The smallest paper size that fits is {}.", enough->name);
   const Box board = extent(options, size_mm);
   return fail(
       ErrorCode::InvalidArgument,

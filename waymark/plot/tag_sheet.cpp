@@ -155,7 +155,7 @@ tl::unexpected<Error> tags_do_not_fit(const Family& family, const SheetOptions& 
   const auto enough = std::find_if(papers.begin(), papers.end(),
                                    [&](const Paper& paper) { return fits(family, size_mm, paper, options); });
   if (enough != papers.end()) {
-    hint += fmt::format(" The smallest sufficient paper is {}.", enough->name);
+    hint += fmt::format(" The smallest paper size that fits is {}.", enough->name);
   }
   return fail(ErrorCode::InvalidArgument, what, {.key = options.per_page > 1 ? "per_page" : "tag_size_m"},
               hint);

@@ -77,7 +77,7 @@ Result<DriverDecision> TeachSession::decide(Duration uptime, SensorTime now) {
   for (const std::string& message : decision->messages) lap_.listener().on_message(message);
   const SessionRequest request = requests_(uptime);
   for (const std::string& message : request.messages) lap_.listener().on_message(message);
-  if (request.pose) lap_.listener().on_message("the given pose has no effect while a lap is taught");
+  if (request.pose) lap_.listener().on_message("the given pose has no effect while a lap is being taught");
   finished_ = decision->done = decision->done || request.end;
   if (finished_ || request.command_zero) decision->command = {};
   return decision;

@@ -277,7 +277,7 @@ std::vector<NextStep> next_steps(const RecordingInfo& info) {
   if (!info.contents.empty())
     steps.push_back({"Print the samples in real time.", "waymark play " + shell_word(info.file)});
   if (info.contents.empty() && info.report.messages > 0)
-    steps.push_back({"List the messages. Waymark does not use their types.",
+    steps.push_back({"Print the messages, although Waymark does not use their types.",
                      "waymark play --messages " + shell_word(info.file)});
   return steps;
 }

@@ -71,7 +71,7 @@ Result<Descriptor> open_pipe(const std::string& path) {
   struct stat node {};
   Descriptor pipe(::open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
   if (!pipe.open() || ::fstat(pipe.number(), &node) != 0 || !S_ISFIFO(node.st_mode))
-    return fail(ErrorCode::Unwritable, "not a named pipe, and it cannot be created", {.source = path},
+    return fail(ErrorCode::Unwritable, "not a named pipe, and one cannot be created here", {.source = path},
                 "Choose a path that does not exist.");
   if (::flock(pipe.number(), LOCK_EX | LOCK_NB) != 0)
     return fail(ErrorCode::InvalidArgument,

@@ -133,7 +133,7 @@ class SessionTasks final : public OperatorTasks {
     control_.note(input.usage());
     std::error_code ignored;
     if (job_.map.empty() && fs::exists(map_folder_ / "map.yaml", ignored))
-      control_.note(fmt::format("{0} contains the map of an earlier session; to use it, give `map={0}`",
+      control_.note(fmt::format("{0} contains the map of an earlier session; to use it, set `map={0}`",
                                 map_folder_.string()));
   }
 

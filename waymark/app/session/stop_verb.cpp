@@ -18,7 +18,7 @@ ExitCode stop(Console& console) {
     else
       console.note("no answer from " + one.drive + "; if it does not respond, its watchdog stops the robot");
   }
-  if (answers.empty()) console.note("no drive of this user is running");
+  if (answers.empty()) console.note("this user has no running drive");
   return !answers.empty() && std::ranges::all_of(answers, &StopAnswer::answered) ? ExitCode::Ok
                                                                                  : ExitCode::SomeFailed;
 }

@@ -144,7 +144,7 @@ std::optional<Error> damage_of_data(const ByteSource& source, std::uint64_t summ
   if (crc == promised) return std::nullopt;
   return Error{
       ErrorCode::Unreadable,
-      "wrong checksum (CRC-32) of the recording: bytes were changed or lost, " +
+      "checksum (CRC-32) mismatch in the recording: bytes were changed or lost, " +
           changed_part(source, options),
       at(source, 0),
       "Copy the file again from its source. If the new copy has the same error, check its values: tag "

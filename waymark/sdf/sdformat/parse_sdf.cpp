@@ -164,7 +164,7 @@ Status check_xml(const fs::path& file) {
   tinyxml2::XMLDocument document;
   if (document.LoadFile(file.c_str()) == tinyxml2::XML_SUCCESS) return {};
   return fail(ErrorCode::Unreadable, fmt::format("not valid XML ({})", document.ErrorName()),
-              {.source = file.string(), .line = document.ErrorLineNum()}, "Give a world or a model in SDF.");
+              {.source = file.string(), .line = document.ErrorLineNum()}, "Specify an SDF world or model.");
 }
 
 tl::unexpected<Error> no_scene(const sdf::Errors& problems, const fs::path& file) {
@@ -173,7 +173,7 @@ tl::unexpected<Error> no_scene(const sdf::Errors& problems, const fs::path& file
   const sdf::Error& first = problems.front();
   if (first.LineNumber()) place.line = *first.LineNumber();
   if (first.XmlPath()) place.key = *first.XmlPath();
-  return fail(ErrorCode::Unreadable, first.Message(), place, "Give a world or a model in SDF.");
+  return fail(ErrorCode::Unreadable, first.Message(), place, "Specify an SDF world or model.");
 }
 
 }  // namespace

@@ -207,11 +207,12 @@ Status check_memory(const std::vector<FamilyId>& ids, const DetectorOptions& opt
   for (const FamilyId id : ids) bytes += decode_table_bytes(family(id), options.max_hamming);
   const std::int64_t needed_mib = (bytes + kMiB - 1) / kMiB;
   if (needed_mib <= options.memory_limit_mib) return {};
-  return fail(ErrorCode::LimitExceeded,
-              fmt::format("correcting {} bits of {} requires decoding tables of {} MiB, more than {} MiB",
-                          options.max_hamming, fmt::join(options.families, ", "), needed_mib,
-                          options.memory_limit_mib),
-              {.key = "max_hamming"}, "Lower `max_hamming`, use fewer families or raise `memory_limit_mib`.");
+  return fail(
+      ErrorCode::LimitExceeded,
+      fmt::format("correcting {} bits of {} needs {} MiB of decoding tables, more than the limit of {} MiB",
+                  options.max_hamming, fmt::join(options.families, ", "), needed_mib,
+                  options.memory_limit_mib),
+      {.key = "max_hamming"}, "Lower `max_hamming`, use fewer families or raise `memory_limit_mib`.");
 }
 
 }  // namespace
