@@ -7,7 +7,7 @@ int main(int argc, char** argv) {
   if (argc != 3) return std::fprintf(stderr, "usage: waymark_map RECORDING MAP_FOLDER\n"), 2;
   // [quoted by docs/howto/cpp.md]
   waymark::JobControl control;
-  control.progress = [](const waymark::JobProgress& now) { std::fprintf(stderr, "%s\n", now.words.c_str()); };
+  control.progress = [](const waymark::JobProgress& now) { std::fprintf(stderr, "%s\n", now.text.c_str()); };
   const auto report = waymark::map_recording({.lap = argv[1], .folder = argv[2]}, control);
   if (!report) {
     std::fprintf(stderr, "%s\n", waymark::to_string(report.error()).c_str());

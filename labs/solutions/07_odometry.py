@@ -25,7 +25,7 @@ def scales(measured, true):
 WRONG = {
     "turned the other way": ("(right_m - left_m) / track_m", "(left_m - right_m) / track_m", "it turns in the wrong direction"),
     "half the track": ("(right_m - left_m) / track_m", "(right_m - left_m) / (track_m / 2)", "m turn a robot less than it returns"),
-    "straight with the heading at the beginning": ("geometry.SE2.exp([(left_m + right_m) / 2, 0, (right_m - left_m) / track_m])", "geometry.SE2((left_m + right_m) / 2, 0, (right_m - left_m) / track_m)", "m, it drives straight ahead and turns afterwards: a robot"),
+    "straight with the heading at the beginning": ("geometry.SE2.exp([(left_m + right_m) / 2, 0, (right_m - left_m) / track_m])", "geometry.SE2((left_m + right_m) / 2, 0, (right_m - left_m) / track_m)", "m, it drives straight ahead and turns afterwards, but a robot"),
     "steps in the frame of the first pose": ("poses[-1] @ step(left, right, track_m)", "step(left, right, track_m) @ poses[-1]", "is wrong: in whose frame is a step?"),
     "radius forgotten": ("np.diff(wheels, axis=0) * radius_m", "np.diff(wheels, axis=0)", "is wrong: how far did the wheels roll since the previous"),
     "angles taken for steps": ("np.diff(wheels, axis=0) * radius_m:", "wheels[1:] * radius_m:", "is wrong: how far did the wheels roll since the previous"),

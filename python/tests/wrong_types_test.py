@@ -106,7 +106,7 @@ class Numbers(unittest.TestCase):
     def test_codes_with_more_bits_than_the_family_are_refused(self):
         for call in (lambda code: families.turned("tag16h5", code, 1), lambda code: families.min_rotational_distance("tag16h5", 0, code)):
             call(0xFFFF)
-            with self.assertRaisesRegex(errors.InvalidArgument, "more bits than the 16 of tag16h5"):
+            with self.assertRaisesRegex(errors.InvalidArgument, r"\(code\): 0x10000 .*16 bits of tag16h5"):
                 call(0x10000)
 
     def test_maps_without_a_common_tag_have_no_errors(self):
@@ -119,7 +119,7 @@ class Numbers(unittest.TestCase):
     def test_a_camera_of_another_size_is_refused(self):
         lens = camera.pinhole(64, 48, 50, 50, 32, 24)
         self.assertEqual(tags.Detector().detect(np.zeros((48, 64), np.uint8), lens), [])
-        with self.assertRaisesRegex(errors.InvalidArgument, "64 x 48 pixels, the image 48 x 64"):
+        with self.assertRaisesRegex(errors.InvalidArgument, r"\(camera\): .*64 x 48 .*48 x 64"):
             tags.Detector().detect(np.zeros((64, 48), np.uint8), lens)
 
 

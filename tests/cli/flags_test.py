@@ -395,7 +395,7 @@ class Flags(InFolder):
         if listed:
             return listed[1]
         flag = key.rsplit(".", 1)[1].replace("_", "-")
-        found = re.search(rf"^  --{flag}(,--no-{flag}\S*)?(?: \S+?=(\S+))?", text, re.M)
+        found = re.search(rf"^  --{flag}(?![\w-])(,--no-{flag}\S*)?(?: \S+?=(\S+))?", text, re.M)
         return "true" if found[1] else found[2]
 
 

@@ -99,7 +99,7 @@ class Report(unittest.TestCase):
         self.assertLess(float(aside[11]), 20)  # position sigma [mm]
         real = self.folder / "real.mcap"  # as of a real robot: without ground truth
         run("convert", estimate, real, "--topics", "/odom,/waymark/pose")
-        beside = self.page(self.demo / "lap.mcap", real).row(f"{real} (its estimate)")
+        beside = self.page(self.demo / "lap.mcap", real).row(f"{real} (estimate)")
         self.assertLess(float(beside[3]), 80)  # cross-track error [mm]
 
     def test_one_recording_alone(self):

@@ -89,7 +89,7 @@ class Sheet(InFolder):
                 ("tags sheet --ids 0 --tag-size-m 160 -o t.pdf", "0.16"),
                 ("tags sheet --ids 0 --tag-size-m 0 -o t.pdf", "(--tag-size-m): 0 m"),
                 ("tags sheet --ids 0 --tag-size-m -0.1 -o t.pdf", "(--tag-size-m): -0.1 m"),
-                ("tags sheet --ids 0 --tag-size-m nan -o t.pdf", "(--tag-size-m): nan"),
+                ("tags sheet --ids 0 --tag-size-m nan -o t.pdf", "(--tag-size-m): 'nan'"),
                 ("tags sheet --ids 0 --tag-size-m inf -o t.pdf", "(--tag-size-m): inf m"),
                 ("tags sheet --ids 0 --tag-size-m big -o t.pdf", "--tag-size-m"),
                 ("tags sheet --ids 0 -o t.pdf", "--tag-size-m"),

@@ -57,7 +57,7 @@ class Teach(InFolder):
                 (["teach", "--world", "circuit24", "--driver", "scriptd", "-o", "x"], 2, "'scripted'?"),
                 ([*TEACH, "-o", "x.bag"], 2, "x.bag: "),
                 ([*TEACH, "-o", "x", "--speed-m-s", "3"], 2, "limo, 1 m/s"),
-                ([*TEACH, "-o", "x", "--speed-m-s", "nan"], 2, "(--speed-m-s): nan"),
+                ([*TEACH, "-o", "x", "--speed-m-s", "nan"], 2, "(--speed-m-s): 'nan'"),
                 ([*TEACH, "-o", "x", "--set", "camera.exposure_ms=20"], 2, "--images"),
                 ([*TEACH, "-o", "x", "--images", "--set", "camera.exposure=20"], 2, "'exposure_ms'?"),
                 ([*TEACH, "-o", "x", "--exposure-ms", "20"], 2, "'--exposure-ms'"),

@@ -38,7 +38,7 @@ class Ci(unittest.TestCase):
         self.assertNotEqual(wrong(self.text, self.readme.replace("./demo.sh\n./test.sh", "./demo.sh")), [])
 
     def test_its_system_is_that_of_the_readme(self):
-        name, version = re.search(r"## Try it\nOn (\w+) (\d+)", self.readme).groups()
+        name, version = re.search(r"## Try it\nYou need (\w+) (\d+)", self.readme).groups()
         for job in workflow.jobs(self.text).values():
             self.assertEqual(job["container"], f"{name.lower()}:{version}")
             self.assertIn("timeout-minutes", job)

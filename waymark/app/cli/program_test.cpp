@@ -185,7 +185,7 @@ TEST(Program, TheFlagsOfALineImplyItsVerb) {
   EXPECT_EQ(run({"usual"}).out, run({"show"}).out);
   EXPECT_EQ(run({"usual", "count", "--up-to", "5"}).out, "1 to 5\n");
   expect_usage({"usual", "show", "--up-to", "5"}, {"prog usual show: ", "'--up-to' of `prog usual show`",
-                                                   "`prog usual count`", "`prog usual show --help`"});
+                                                   "`prog usual count`", "`prog usual count --help`"});
   EXPECT_EQ(run({"usual", "--count", "x"}).err.substr(0, 12), "prog usual: ")
       << "the verb as the user typed it";
   EXPECT_THAT(run({"usual", "--help"}).out, HasSubstr("count"));
@@ -250,7 +250,7 @@ TEST(Program, ALineMayImplyASiblingOfItsVerb) {
                {"prog beside show: (--up-to): 'x'", "`prog beside count --help`"});
   expect_usage({"beside", "show", "--up-to", "5", "--word", "no"},
                {"prog beside show: ", "'--word' of `prog beside count`", "`prog beside show`",
-                "`prog beside count --help`"});
+                "`prog beside show --help`"});
   EXPECT_THAT(run({"beside", "show", "--help"}).out, HasSubstr("prog beside show"));
   EXPECT_THAT(run({"beside", "show", "--up-to", "5", "--help"}).out, HasSubstr("prog beside count"));
   EXPECT_THAT(run({"show", "--up-to", "5"}).err, Not(HasSubstr("' of `")))

@@ -80,8 +80,8 @@ TEST(CameraInfo, ReportsInvalidParameters) {
   EXPECT_TRUE((info_error("442.17", "-442.17")).starts_with("c.yaml:7 (camera_matrix.data): "));
   EXPECT_NE((info_error("442.17", "-442.17")).find("-442.17"), std::string::npos);
   testing::expect_on_page("config", info_error("442.17", "-442.17"));
-  EXPECT_THAT(info_error("443.88", "0"),
-              StartsWith("c.yaml:7 (camera_matrix.data): fy: the focal length 0 is not possible."));
+  EXPECT_THAT(info_error("443.88", "0"), ::testing::AllOf(StartsWith("c.yaml:7 (camera_matrix.data): fy: "),
+                                                          ::testing::HasSubstr(" 0")));
   EXPECT_TRUE((info_error("442.17", ".nan")).starts_with("c.yaml:7 (camera_matrix.data[0]): "));
   testing::expect_on_page("config", info_error("442.17", ".nan"));
   EXPECT_TRUE((info_error("0.000000,", "0.5,")).starts_with("c.yaml:7 (camera_matrix.data): "));

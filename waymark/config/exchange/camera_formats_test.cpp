@@ -83,8 +83,9 @@ TEST(Camchain, ReportsErrors) {
   EXPECT_NE((chain_error("[500.0, 501.0, 319.5, 239.5]", "[500.0, 501.0, 319.5]")).find("3 numbers"),
             std::string::npos);
   testing::expect_on_page("config", chain_error("[500.0, 501.0, 319.5, 239.5]", "[500.0, 501.0, 319.5]"));
-  EXPECT_THAT(chain_error("[500.0,", "[-500.0,"),
-              StartsWith("c.yaml:20 (cam1.intrinsics): fx: the focal length -500 is not possible."));
+  EXPECT_THAT(
+      chain_error("[500.0,", "[-500.0,"),
+      ::testing::AllOf(StartsWith("c.yaml:20 (cam1.intrinsics): fx: "), ::testing::HasSubstr("-500")));
   EXPECT_TRUE((chain_error("radtan", "radtn")).starts_with("c.yaml:19 (cam1.distortion_model): "));
   testing::expect_on_page("config", chain_error("radtan", "radtn"));
   EXPECT_TRUE((chain_error("radtan", "none")).starts_with("c.yaml:18 (cam1.distortion_coeffs): "));
