@@ -61,17 +61,28 @@ def identifiers_apart(line):
     return re.sub(r"(?<=[a-z])(?=[A-Z][a-z])", " ", line) if not re.search(r"\bk[A-Z]", line) else line
 
 
+def suspicious_lines(names):
+    """(file, line number, line) of the lines that may contain a banned word: grep is far quicker than one search per word and line."""
+    words = "|".join(row[0].replace("(?:", "(").replace(" ", "[ _]?") for row in rows_of(BANNED))
+    words = re.sub(r"\(\?[!=][^)]*\)", "", words)  # grep knows no lookahead
+    for start in range(0, len(names), 500):
+        found = subprocess.run(["grep", "-nHaiE", "-e", words, *names[start:start + 500], "/dev/null"], cwd=ROOT, capture_output=True,
+                               check=False).stdout.decode("utf-8", errors="replace")
+        for line in found.splitlines():
+            name, number, text = line.split(":", 2)
+            yield name, int(number), text
+
+
 def uses(paths):
     """(file, line number, word, instead, line) for each use."""
     rows = list(banned())
-    for name in files(paths):
-        for number, line in enumerate((ROOT / name).read_text(encoding="utf-8", errors="replace").splitlines(), 1):
-            shown = identifiers_apart(line)
-            for pattern, instead, right in rows:
-                for match in pattern.finditer(shown):
-                    around = shown[max(0, match.start() - 30):match.end() + 30]
-                    if not (right and right.search(around)):
-                        yield name, number, match.group(0), instead, line.strip()
+    for name, number, line in suspicious_lines(list(files(paths))):
+        shown = identifiers_apart(line)
+        for pattern, instead, right in rows:
+            for match in pattern.finditer(shown):
+                around = shown[max(0, match.start() - 30):match.end() + 30]
+                if not (right and right.search(around)):
+                    yield name, number, match.group(0), instead, line.strip()
 
 
 def plain(text):
