@@ -78,9 +78,8 @@ ImageView image_view(const py::handle& value, const char* name) {
            "Scale to 0 … 255 and convert with .astype(numpy.uint8).");
   if (array.ndim() != 2)
     refuse(name, fmt::format("the shape is {}, expected (height, width)", shape_text(shape_of(array))),
-           "waymark.image.read() returns grey images; convert an array with "
-           "image.mean(axis=2).astype(numpy.uint8) "
-           "does.");
+           "waymark.image.read() returns grey images; image.mean(axis=2).astype(numpy.uint8) converts an "
+           "array.");
   const py::ssize_t height = array.shape(0);
   const py::ssize_t width = array.shape(1);
   constexpr py::ssize_t kMaxSize = std::numeric_limits<int>::max();

@@ -23,7 +23,7 @@ def first_drive(place: Place, *options: str) -> Run:
 
 
 def failures(run: Run) -> list[str]:
-    return [f"{found['check']}: {found['words']}" for found in run.report["findings"] if found["level"] == "fail"]
+    return [f"{found['check']}: {found['message']}" for found in run.report["findings"] if found["level"] == "fail"]
 
 
 def check(name: str, run: Run, right: bool) -> bool:
