@@ -19,13 +19,13 @@
 
 namespace waymark {
 
-// Tag transforms in a recording.
+// Reading tag transforms from a recording.
 namespace {
 
 /// The last transform of each tag.
 struct TagTransforms {
   std::map<TagId, ros2::TransformStamped> in_map{};
-  std::set<std::string> elsewhere{};  ///< tags with a different parent frame, and its name
+  std::set<std::string> elsewhere{};  ///< tags with a different parent frame, which is appended to the name
 
   void add(const ros2::TransformStamped& transform) {
     const Result<TagId> tag = parse_tag_id(transform.child_frame_id);
@@ -61,7 +61,7 @@ Result<TagTransforms> transforms_of(const std::filesystem::path& path, const Job
   return found;
 }
 
-/// YAML as printed by `tf2_echo`, which parse_any_map() reads.
+/// The YAML format printed by `tf2_echo`, which parse_any_map() can read.
 std::string yaml_of(const TagTransforms& found) {
   std::string text = "transforms:\n";
   for (const auto& [tag, transform] : found.in_map) {

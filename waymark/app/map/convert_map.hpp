@@ -14,8 +14,8 @@
 namespace waymark {
 
 /// Reads a map from the transforms in a recording (any tf2_msgs/TFMessage topic, such as /tf_static). For
-/// each tag, the last transform from the frame `map` is used. Transforms from other frames, such as a
-/// camera's, are ignored with a warning.
+/// each tag, the last transform from the frame `map` is used. Transforms from other frames, such as a camera
+/// frame, are ignored with a warning.
 [[nodiscard]] Result<ReadMap> read_map_transforms(const std::filesystem::path& path,
                                                   std::optional<double> tag_size_m,
                                                   const JobControl& control = {});
@@ -24,12 +24,12 @@ namespace waymark {
 [[nodiscard]] Status write_map_transforms(const std::filesystem::path& path, const MapFile& map);
 
 struct ConvertMapJob {
-  std::string input{};   ///< a map in any format, or the folder of a map.yaml
-  std::string output{};  ///< file to write
+  std::string input{};   ///< a map file in any format, or the folder that contains a map.yaml
+  std::string output{};  ///< the file to write
   MapForm form = MapForm::Waymark;
-  std::optional<double> tag_size_m{};  ///< for tags without a size in the file
+  std::optional<double> tag_size_m{};  ///< for tags whose size is not in the file
   std::vector<std::string> remove{};   ///< tags to omit
-  bool force = false;                  ///< whether an existing file is replaced
+  bool force = false;                  ///< whether an existing file may be replaced
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -45,9 +45,9 @@ struct ConvertMapJob {
   }
 };
 
-/// The map without the removed tags, with warnings about data that the format cannot represent.
+/// The map without the removed tags, and warnings about data that the output format cannot represent.
 struct ConvertMapReport : ReadMap {
-  std::string output{};  ///< the written file
+  std::string output{};  ///< path of the written file
   MapForm to = MapForm::Waymark;
 };
 

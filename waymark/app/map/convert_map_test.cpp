@@ -1,4 +1,4 @@
-// Maps are written to a recording as transforms, read back, and converted between formats; tags are removed,
+// Maps are written to a recording as transforms, read back, and converted between formats. Tags are removed,
 // and invalid input is rejected.
 #include "waymark/app/map/convert_map.hpp"
 
@@ -116,7 +116,7 @@ TEST_F(MapTransforms, RejectsAMissingFolder) {
   EXPECT_EQ(status.error().code, ErrorCode::Unwritable);
 }
 
-/// The tags of circuit24, with observations.
+/// A map of the tags in circuit24, with observations.
 MapFile circuit_map() {
   MapFile map{.tags = test::circuit().tags,
               .anchor = test::circuit().anchor,

@@ -22,7 +22,7 @@ struct ConvertMapArgs {
   bool json = false;
 };
 
-/// The format set by --to. Without --to, an output that ends in .fmap is written as FMAP.
+/// The format set by --to. Without --to, FMAP is used if the output name ends in .fmap.
 std::string form_of(const ConvertMapArgs& args) {
   const bool fmap = args.job.output.ends_with(".fmap");
   return args.to->count() == 0 && fmap ? "fmap" : args.form;

@@ -19,7 +19,7 @@ Error not_in_the_map(const TagId& tag, const char* field) {
           .place = {.key = field}};
 }
 
-/// The number of frames in which each map tag is observed.
+/// The number of frames in which each tag of the map is observed.
 std::map<TagId, int> frames_of(const RecordedLap& recorded, const TagMap& map) {
   std::map<TagId, int> frames;
   for (const TagFrame& frame : recorded.frames) {
@@ -67,10 +67,10 @@ Status check_extension(const MapJob& job) {
   return job.route_name.empty() ? Status() : check_route_name(job.route_name, "route_name");
 }
 
-/// A map without covariances is treated as measured by hand: each tag is assigned this standard deviation,
+/// Treats a map without covariances as measured by hand: assigns this standard deviation to each tag,
 /// independently of the other tags.
 void take_as_measured(double sigma_m, TagMap& map) {
-  constexpr double kSigma_rad = 0.01;  // of a sheet attached to a wall by eye
+  constexpr double kSigma_rad = 0.01;  // for a sheet attached to a wall by eye
   if (std::ranges::any_of(map.tags, [](const auto& tag) { return tag.second.covariance.has_value(); }))
     return;
   Vector6 variance;

@@ -1,4 +1,4 @@
-// Extending a map with a lap: frozen, removed and unobserved tags, routes, warnings.
+// Extending a map with a lap: frozen, removed and unobserved tags, routes, and warnings.
 #include "waymark/app/map/map_extension.hpp"
 
 #include <gmock/gmock.h>
@@ -103,7 +103,7 @@ TEST_F(MapExtension, KeepsFrozenAndUnobservedTags) {
       1e-9);
   EXPECT_EQ(map.provenance.back(), (std::pair<std::string, std::string>{"extends", "old.mcap"}));
   const std::size_t older = report->lap.observations.size();
-  EXPECT_LE(older, map.observations.size()) << "those of the extended map are included";
+  EXPECT_LE(older, map.observations.size()) << "observations from the extended map are included";
   EXPECT_GT(map.observations.at(some), 4);
 }
 

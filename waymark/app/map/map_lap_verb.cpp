@@ -20,7 +20,7 @@ namespace {
 struct MapLapArgs {
   explicit MapLapArgs(CLI::App& verb);
 
-  /// Builds the job: method, options, anchor, tag sizes and ground truth.
+  /// Builds the job from the flags: method, options, anchor, tag sizes and ground truth.
   [[nodiscard]] Result<MapJob> make_job() const;
   /// Reads the prior map and the map to be extended, and stores both in the job made by make_job().
   [[nodiscard]] Status read_maps(MapJob& made) const;

@@ -36,9 +36,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Laps whose recording contains tag poses but no corners.
+// Laps whose recordings contain tag poses but no corners.
 
-/// Wheel odometry, with the more accurate yaw rates of the gyro if there is one.
+/// Wheel odometry, with yaw rates from the gyro if there is one, because they are more accurate.
 std::vector<Odometry> best_odometry(const RecordedLap& recorded) {
   const Trajectory gyro = gyro_odometry(recorded.odometry, recorded.imu);
   if (gyro.size() < 2) return recorded.odometry;
@@ -85,7 +85,7 @@ Result<MapFile> map_poses(const RecordedLap& recorded, const MapJob& job, MapRep
 
 namespace {
 
-/// Adds a warning for each change since the prior map.
+/// Adds a warning for each change relative to the prior map.
 void compare_with_prior(const MapJob& job, MapReport& report) {
   if (!job.prior) return;
   for (const std::string& note : job.prior->notes) report.warnings.push_back("prior map: " + note);
@@ -112,14 +112,15 @@ bool adds_a_route(const MapJob& job) {
   return !job.route_name.empty() && fs::equivalent(job.extended_folder, job.folder, ignored);
 }
 
-/// The named routes of an older map, which do not belong to the new one.
+/// The named routes in the output folder that belong to an older map, not to the new one.
 std::vector<std::string> orphaned_routes(const MapJob& job) {
   std::vector<std::string> names = adds_a_route(job) ? std::vector<std::string>() : route_names(job.folder);
   std::erase(names, job.route_name);
   return names;
 }
 
-/// Files in the output folder that become backups. The files of other routes of the same map are not touched.
+/// Files in the output folder that will be renamed to backups. Files of other routes on the same map are left
+/// untouched.
 std::vector<std::string> replaced_files(const MapJob& job) {
   std::vector<std::string> routes = orphaned_routes(job);
   routes.push_back(job.route_name);
@@ -136,7 +137,7 @@ void warn_of_orphaned_routes(const MapJob& job, int number, MapReport& report) {
                   fmt::join(names, ", "), number, job.folder.string()));
 }
 
-/// Warns that stations of the older route are not valid on the new one.
+/// Warns that the stations on the older route are not valid for the new one.
 void warn_of_stations(const MapJob& job, MapReport& report) {
   const Result<Route> older = read_route(job.folder / route_file_name(job.route_name));
   if (!older || older->stations.empty()) return;
@@ -169,8 +170,8 @@ Status copy_other_routes(const MapJob& job, const fs::path& folder) {
               {.source = job.folder.string()});
 }
 
-/// Covariances of the trajectory, one line per pose: position and rotation about the map axes, lower
-/// triangle, row by row.
+/// Covariances of the trajectory, one line per pose: the lower triangle, row by row, for position and
+/// rotation about the map axes.
 std::string covariance_csv(const MappedLap& lap) {
   std::string text =
       "# stamp_s, covariance of x y z [m] and of the rotation about x y z of the map [rad], lower triangle, "
@@ -187,7 +188,7 @@ std::string covariance_csv(const MappedLap& lap) {
   return text;
 }
 
-/// The route, with the data from lap and map that are needed to replay it.
+/// The route, with the data from the lap and the map that are needed to replay it.
 Route route_for_replay(const RecordedLap& recorded, const MapFile& map, const MapReport& report) {
   Route route = with_map(report.lap.route, map.tags);
   if (!recorded.frames.empty())
@@ -195,7 +196,7 @@ Route route_for_replay(const RecordedLap& recorded, const MapFile& map, const Ma
   return route;
 }
 
-/// Odometry parameters estimated from the lap, as a calibration; empty for a lap without odometry.
+/// Odometry parameters estimated from the lap, as a calibration. Empty if the lap has no odometry.
 std::optional<Calibration> odometry_of(const RecordedLap& recorded, const MappedLap& lap) {
   if (!lap.bundle || !(lap.bundle->odometry_scales_sigma.yaw > 0) || !lap.bundle->turn_noise)
     return std::nullopt;
@@ -214,7 +215,8 @@ std::optional<Calibration> odometry_of(const RecordedLap& recorded, const Mapped
   return found;
 }
 
-/// The robot file, with the camera mounting estimated from the lap if the map was made with it.
+/// The content of the robot file. If the map was made with a camera mounting estimated from the lap, it
+/// contains that mounting.
 Result<std::string> robot_with_mounting(const std::string& robot, const MappedLap& lap) {
   if (!lap.bundle || !lap.bundle->mounting_used) return robot;
   return with_camera_mounting(robot, lap.bundle->mounting->base_T_cam);
@@ -255,7 +257,7 @@ Status write_texts(const RecordedLap& recorded, const MapJob& job, const MapFile
   return status;
 }
 
-/// Draws map and trajectory before and after the optimisation.
+/// Draws the map and the trajectory before and after optimisation.
 Status write_before_and_after(const MapJob& job, const fs::path& folder, MapReport& report) {
   const BundleFigures& figures = *report.lap.bundle;
   std::vector<plot::PathLayer> layers;
@@ -290,7 +292,7 @@ Status write_figures(const RecordedLap& recorded, const MapJob& job, const fs::p
                       plot::tags_in_view_figure("Tags in view", recorded.frames), svg, report.files);
 }
 
-/// Writes all files of a map folder, or none. Existing files become backups.
+/// Writes all files in a map folder, or none. Existing files are kept as backups.
 Status write_map_folder(const RecordedLap& recorded, const MapJob& job, const MapFile& map,
                         const Stopwatch& watch, MapReport& report) {
   Result<StagedFolder> staged = StagedFolder::open(job.folder);
@@ -316,7 +318,7 @@ Status write_map_folder(const RecordedLap& recorded, const MapJob& job, const Ma
   return {};
 }
 
-// The job.
+// Running the job.
 
 /// The true trajectory, aligned with the estimated one.
 Result<Trajectory> aligned_to(const Trajectory& estimated, const Trajectory& truth) {
@@ -333,7 +335,8 @@ Result<Trajectory> aligned_to(const Trajectory& estimated, const Trajectory& tru
   return aligned;
 }
 
-/// Compares only the trajectories, after alignment, because the transform between their frames is unknown.
+/// Compares only the trajectories, after aligning them, because the transform between their frames is
+/// unknown.
 void compare_aligned(const RecordedLap& recorded, MapReport& report) {
   Result<Trajectory> aligned = aligned_to(report.lap.trajectory, recorded.truth);
   if (!aligned) {
@@ -346,8 +349,8 @@ void compare_aligned(const RecordedLap& recorded, MapReport& report) {
   report.trajectory_errors = trajectory_errors(report.lap.trajectory, report.true_path);
 }
 
-/// Compares the result with the ground truth, if it is known. The trajectory is aligned only if neither the
-/// world nor the anchor pose is known; otherwise the map frame must be that of the ground truth.
+/// Compares the result with the ground truth, if known. The trajectory is aligned only if neither the world
+/// nor the anchor pose is known; otherwise the map frame must be that of the ground truth.
 Status compare_with_truth(const RecordedLap& recorded, const MapJob& job, const TeachSetup& setup,
                           MapReport& report) {
   std::optional<World> world = job.truth;
@@ -398,7 +401,7 @@ Result<MapFile> map_corners(const RecordedLap& recorded, const MapJob& job, cons
   return map_file_of(job, setup->anchor, report.lap);
 }
 
-/// Makes a map from tag corners, or from tag poses if there are no corners.
+/// Makes a map from tag corners or, if there are none, from tag poses.
 Result<MapFile> map_corners_or_poses(RecordedLap& recorded, const MapJob& job, const MapProgress& progress,
                                      MapReport& report) {
   if (recorded.frames.empty() && !recorded.tag_poses.empty()) {
@@ -413,7 +416,8 @@ Result<MapFile> map_corners_or_poses(RecordedLap& recorded, const MapJob& job, c
   return map_corners(recorded, job, overrides, options, progress, report);
 }
 
-/// Warns if the lap may already be part of the extended map, which stores only the names of its recordings.
+/// Warns if the lap may already have been used for the extended map, which stores only the names of its
+/// recordings.
 void warn_of_repeated_recording(const MapJob& job, MapReport& report) {
   if (!job.extend) return;
   const std::string name = std::filesystem::path(job.lap).filename().string();
@@ -429,7 +433,7 @@ void warn_of_repeated_recording(const MapJob& job, MapReport& report) {
   }
 }
 
-/// Warns if the given tag size differs from sizes in the extended map, which are not changed.
+/// Warns if the given tag size differs from sizes in the extended map, because those are not changed.
 void warn_of_size(const MapJob& job, MapReport& report) {
   if (!job.extend || !job.overrides.tag_size_m) return;
   const double asked = *job.overrides.tag_size_m;
@@ -446,7 +450,7 @@ void warn_of_size(const MapJob& job, MapReport& report) {
                   asked, counted(others, "tag"), known));
 }
 
-/// The robot file overrides the recording, and is copied into the map folder.
+/// Applies the robot file. It overrides the recording, and is copied to the map folder later.
 Status use_robot(const MapJob& job, RecordedLap& recorded, MapReport& report) {
   if (job.robot.empty()) return {};
   if (Status status = take_robot(job.robot, recorded.setup, report.warnings); !status) return status;
@@ -501,7 +505,8 @@ Result<MapReport> map_recording(const MapJob& job, const JobControl& control) {
 // The report as fields.
 namespace {
 
-/// "tag36h11:7": {"used": 76, "elsewhere": 12, "inexact_corners": 2}, for tags with rejected observations.
+/// For each tag with rejected observations, the number of observations used and the numbers rejected by
+/// reason, such as "tag36h11:7": {"used": 76, "elsewhere": 12, "inexact_corners": 2}.
 ReportFields rejected_by_tag(const BundleFigures& bundle, const std::map<TagId, int>& used) {
   ReportFields by_tag;
   for (const auto& [tag, counts] : bundle.left_out) {
@@ -531,7 +536,8 @@ ReportFields fields(const MountingOffset& offset) {
 
 struct MountingOffsets {
   bool used = false;
-  std::array<MountingOffset, 6> offsets{};  ///< along and about x, y, z of the base
+  /// Translations along, then rotations about, the x, y and z axes of the base.
+  std::array<MountingOffset, 6> offsets{};
 };
 
 ReportFields fields(const MountingOffsets& mounting) {
@@ -650,7 +656,8 @@ ReportFields fields(const MapReport& report) {
 // The report as text.
 namespace {
 
-/// Reports the part of the lap without gyro data; empty if there is none, or no gyro.
+/// States what fraction of the lap has no gyro data. Empty if the fraction is negligible, or if there is no
+/// gyro.
 std::string gyro_text(const BundleFigures& b) {
   constexpr double kMinReportedShare = 0.005;
   if (b.without_gyro_share < kMinReportedShare || b.without_gyro_share == 1) return {};
@@ -659,7 +666,7 @@ std::string gyro_text(const BundleFigures& b) {
   return fmt::format("no gyro data for {:.0f} % of the lap: {}\n", 100 * b.without_gyro_share, what);
 }
 
-/// Reports the part of the lap that repeats the route, if it is longer than the usual overlap.
+/// States how much of the lap repeats the route. Empty if this is no longer than the usual overlap.
 std::string repetition_text(const MappedLap& lap) {
   if (lap.route_repeated_m <= kUsualOverlap_m) return {};
   return fmt::format("the last {:.2f} m of the lap repeat the route and are not part of it\n",

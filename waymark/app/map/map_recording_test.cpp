@@ -21,7 +21,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-/// Twelve seconds of a lap, with enough tags for a map.
+/// Twelve seconds of a lap, which contain enough tags for a map.
 const std::string& short_lap() {
   static const std::string file =
       test::record_lap(testing::fresh_folder("jobs_short_lap") / "lap.mcap", 5, {.for_s = 12});
@@ -94,7 +94,7 @@ TEST_F(MapLap, RequiresFactsMissingInTheRecording) {
   EXPECT_FALSE(fs::exists(folder_)) << "no files are left behind";
   MapJob job{.lap = file, .folder = folder_};
   job.overrides.tag_size_m = 0.16;
-  EXPECT_FALSE(map_recording(job, {})) << "the anchor is unknown, too";
+  EXPECT_FALSE(map_recording(job, {})) << "the anchor is unknown as well";
   job.overrides.anchor = to_string(test::circuit().anchor);
   const auto with = map_recording(job, {});
   ASSERT_TRUE(with) << to_string(with.error());
@@ -157,7 +157,7 @@ TEST(MapPoses, MapFrameIsTheStartOfTheLap) {
                map->tags.find(lap_tag(3))->map_T_tag.translation())
                   .norm(),
               1.8, 0.05)
-      << "distances between tags are correct";
+      << "distances between tags must be correct";
   EXPECT_THAT(report.warnings, IsEmpty());
 }
 

@@ -7,8 +7,8 @@
 namespace waymark::cli {
 namespace {
 
-/// The subcommand for a command line that does not name one, chosen by --tagslam or --camera, else by the
-/// content of the files.
+/// The subcommand for a command line that does not name one. It is implied by --tagslam or --camera, or else
+/// by the content of the files.
 std::string implied_subcommand(const std::vector<std::string>& words) {
   if (has_word(words, "--tagslam")) return "scene";
   const auto is_video = [](const std::string& word) { return kind_of(word) == FileKind::Video; };
