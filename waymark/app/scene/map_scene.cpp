@@ -22,7 +22,7 @@
 namespace waymark {
 namespace {
 
-/// "3, 4, 7", with at most twelve entries.
+/// A list such as "3, 4, 7", with at most twelve entries.
 std::string number_list(const std::vector<TagId>& tags) {
   std::vector<std::string> numbers;
   constexpr std::size_t kMaxListed = 12;
@@ -34,8 +34,8 @@ std::string number_list(const std::vector<TagId>& tags) {
                      all > kMaxListed ? fmt::format(" and {} more", all - kMaxListed) : "");
 }
 
-/// Limits a covariance to that of an unknown pose. The sum for a body and a tag on it may be larger, and
-/// readers of maps reject implausibly large values.
+/// Limits a covariance to that of an unknown pose. The sum of the covariances of a body and of a tag on it
+/// may be larger, and map readers reject implausibly large values.
 Matrix6 at_most_unknown(const Matrix6& P) {
   constexpr double kUnknown = 1e6;
   const double largest = P.diagonal().maxCoeff();
@@ -86,7 +86,7 @@ Trajectory trajectory_of(const SceneRecording& recording, const SceneMap& map, s
   return trajectory;
 }
 
-/// Writes into a temporary folder; the report contains the final paths.
+/// Writes to a temporary folder, but reports the final paths.
 Status write_scene(const MapSceneJob& job, const SceneRecording& recording,
                    const std::filesystem::path& folder, MapSceneReport& report) {
   const auto write = [&](const std::string& name, const std::string& text) -> Status {
@@ -126,7 +126,8 @@ Status write_scene_folder(const MapSceneJob& job, const SceneRecording& recordin
   report.files.push_back((job.folder / "summary.json").string());
   status = write_text_file(staged->path() / "summary.json", json_text(fields(report)));
   if (!status) return staged->failed(status.error());
-  std::vector<std::string> routes = route_names(job.folder);  // of a lap's map in this folder
+  // Empty unless the folder contains a map made from a lap.
+  std::vector<std::string> routes = route_names(job.folder);
   routes.emplace_back();
   const auto backups = staged->put_in_place(files_of_map(routes));
   return backups ? Status() : tl::unexpected(backups.error());
@@ -145,7 +146,7 @@ void warn(MapSceneReport& report) {
   for (const std::vector<TagId>& group : map.unconnected) {
     const bool tied = std::ranges::any_of(map.left_out_cuts, [&](const SceneCut& cut) {
       return cut.beyond == group;
-    });  // reported by scene_warnings
+    });  // reported by scene_warnings()
     if (tied) continue;
     report.warnings.push_back(
         fmt::format("omitted tag{} {}, which {} never observed together with a tag connected to the map",
@@ -169,7 +170,7 @@ void warn(MapSceneReport& report) {
   }
 }
 
-/// Estimated intrinsics by camera and parameter, with standard deviations and the given values; empty if the
+/// Estimated intrinsics by camera and parameter, with standard deviations and the given values. Empty if the
 /// intrinsics are fixed.
 std::optional<ReportFields> intrinsics_fields(const SceneMap& map) {
   if (map.intrinsics.empty()) return std::nullopt;

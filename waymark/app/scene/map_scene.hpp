@@ -10,14 +10,14 @@
 #include "waymark/base/fields.hpp"
 #include "waymark/mapping/scene/scene_values.hpp"
 
-/// `waymark map scene`: scenes of cameras and bodies described by TagSLAM's files.
+/// `waymark map scene`: maps scenes with cameras and bodies that are described by TagSLAM files.
 namespace waymark {
 
 struct MapSceneJob {
   std::string recording{};
-  std::filesystem::path tagslam{};  ///< folder of TagSLAM's files
-  std::filesystem::path folder{};   ///< for the output
-  std::filesystem::path against{};  ///< folder of another solution; empty: none
+  std::filesystem::path tagslam{};  ///< folder with the TagSLAM files
+  std::filesystem::path folder{};   ///< the output folder
+  std::filesystem::path against{};  ///< folder with another solution to compare with; empty if there is none
   SceneMapOptions options{};
 
   template <class Self, class Visitor>
@@ -58,7 +58,7 @@ struct MapSceneReport {
   double peak_rss_mib = 0;
 };
 
-/// Maps the recording and writes map.yaml (tags on static bodies), poses.yaml and camera_poses.yaml (in
+/// Maps the recording, and writes map.yaml (tags on static bodies), poses.yaml and camera_poses.yaml (in
 /// TagSLAM's format), trajectory_BODY.txt for each moving body, and summary.json. Writes nothing if no map
 /// can be made.
 [[nodiscard]] Result<MapSceneReport> map_scene_recording(const MapSceneJob& job, const JobControl& control);
@@ -66,7 +66,7 @@ struct MapSceneReport {
 [[nodiscard]] ReportFields fields(const MapSceneReport& report);
 [[nodiscard]] ReportFields fields(const SceneCut& cut);
 [[nodiscard]] ReportFields fields(const CostAtValues& cost);
-/// The printed report of a map in this folder.
+/// The printed report for a map in this folder.
 [[nodiscard]] std::string to_text(const MapSceneReport& report, const std::string& folder);
 
 }  // namespace waymark

@@ -1,4 +1,4 @@
-// A scene described by TagSLAM's files: a rig with one camera faces tags on a wall.
+// A scene described by TagSLAM files: a rig with one camera faces tags on a wall.
 #include "waymark/app/scene/map_scene.hpp"
 
 #include <gmock/gmock.h>
@@ -48,10 +48,10 @@ CameraModel rig_camera() {
   return CameraModel::make(PinholeRadtan{.fx = 400, .fy = 400, .cx = 320, .cy = 240}, 640, 480).value();
 }
 
-/// The z axis of the lab points out of the wall, that of a tag into it.
+/// The z axis of the lab frame points out of the wall; that of a tag points into it.
 SE3 wall_T_tag(int number) { return {SO3::exp({M_PI, 0, 0}), {0.5 * number, number % 2 == 0 ? 0 : 0.3, 0}}; }
 
-/// The camera moves along the wall, two metres away, and rotates slightly.
+/// The camera moves along the wall at a distance of two metres and rotates slightly.
 SE3 wall_T_cam(int step) {
   const double s = 0.1 * step;
   return {SO3::exp({M_PI, 0, 0}) * SO3::from_rpy(0.1 * std::sin(s), 0.15 * std::cos(2 * s), 0.05 * s),
@@ -60,7 +60,7 @@ SE3 wall_T_cam(int step) {
 
 SensorTime at_step(int step) { return SensorTime(std::chrono::milliseconds(100 * step + 1000)); }
 
-/// TagSLAM's files and a recording of 40 frames.
+/// The TagSLAM files and a recording with 40 frames.
 struct TagslamScene {
   fs::path folder = testing::fresh_folder("jobs_scene");
   fs::path recording = folder / "tags.mcap";
@@ -125,7 +125,7 @@ TEST_F(MapScene, TagAndCameraPosesAreAccurate) {
     const SE3 apart = rig[static_cast<std::size_t>(step)].map_T_base.inverse() * wall_T_cam(step);
     squared_m2 += apart.translation().squaredNorm() / 40;
   }
-  EXPECT_LT(std::sqrt(squared_m2), 0.012) << "0.1 px at 2 m and 400 px";
+  EXPECT_LT(std::sqrt(squared_m2), 0.012) << "0.1 px at 2 m with a focal length of 400 px";
 }
 
 TEST_F(MapScene, SummaryMatchesTheWrittenFiles) {
@@ -134,7 +134,7 @@ TEST_F(MapScene, SummaryMatchesTheWrittenFiles) {
   const auto json = nlohmann::json::parse(read_text_file(out_ / "summary.json", 1 << 20).value());
   EXPECT_EQ(json["tags"], 5);
   EXPECT_EQ(json["frames"], 40);
-  EXPECT_NEAR(json["noise_px"].get<double>(), 0.1, 0.02) << "noise of the simulated corners";
+  EXPECT_NEAR(json["noise_px"].get<double>(), 0.1, 0.02) << "noise added to the simulated corners";
   EXPECT_LE(json["rejected_observations"].get<int>(), 3);
   EXPECT_FALSE(json.contains("against"));
   for (const std::string& file : report->files) EXPECT_TRUE(fs::exists(file)) << file;
@@ -174,7 +174,7 @@ TEST_F(MapScene, CancellingWritesNothing) {
 TEST_F(MapScene, CovariancesOfUndeterminedPosesAreReadBack) {
   MapSceneJob job = wall_scene().job(out_);
   job.recording = (testing::fresh_folder("jobs_scene_exact") / "exact.mcap").string();
-  TagslamScene::record(job.recording, 0);  // not determined by the normal equations without noise
+  TagslamScene::record(job.recording, 0);  // without noise, the normal equations do not determine all poses
   const auto report = map_scene_recording(job, {});
   ASSERT_TRUE(report) << to_string(report.error());
   EXPECT_THAT(report->warnings, Contains(HasSubstr("not determined")));

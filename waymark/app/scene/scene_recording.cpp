@@ -26,7 +26,7 @@ bool contains_tags(const LogChannel& channel) {
   return type == ros2::ApriltagArrayStamped::kType || type == ros2::AprilTagDetectionArray::kType;
 }
 
-/// Topics are compared without a leading slash.
+/// Removes the leading slash, which is ignored when topics are compared.
 std::string_view without_slash(std::string_view topic) {
   return topic.starts_with('/') ? topic.substr(1) : topic;
 }
@@ -63,7 +63,7 @@ class Reader {
     }
   }
 
-  /// Adds the detections of a camera.
+  /// Adds the detections from a camera.
   Status tags(std::size_t camera, const LogChannel& channel, std::uint64_t log_time, ByteSpan cdr) {
     SampleDecoder decoder([&](const Sample& sample) -> Status {
       const auto* frame = std::get_if<TagFrame>(&sample);
@@ -151,7 +151,7 @@ namespace {
 
 constexpr std::size_t kMaxBytes = std::size_t{1} << 27U;
 
-/// Reads the file or, if it does not exist, its compressed form (.gz, .bz2, .zst).
+/// Reads the file or, if it does not exist, a compressed version (.gz, .bz2, .zst).
 Result<std::string> read_maybe_compressed(const std::filesystem::path& path) {
   std::error_code ignored;
   std::filesystem::path found = path;
@@ -172,7 +172,7 @@ Result<std::string> read_maybe_compressed(const std::filesystem::path& path) {
   return tl::unexpected(error);
 }
 
-/// Calls visit() with the cells of each row after the header; visit() returns false for an invalid pose.
+/// Calls visit() with the cells of each row after the header. visit() returns false if the pose is invalid.
 Status for_rows(const std::filesystem::path& path, std::size_t columns,
                 const std::function<bool(const std::vector<std::string>&)>& visit) {
   const auto text = read_maybe_compressed(path);

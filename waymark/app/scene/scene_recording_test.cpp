@@ -1,4 +1,4 @@
-// Solutions from other programs: rows with poses, plain or compressed, and invalid rows.
+// Solutions from other programs: pose tables, plain or compressed, and invalid rows.
 #include "waymark/app/scene/scene_recording.hpp"
 
 #include <fstream>
