@@ -43,12 +43,12 @@ std::map<TagId, int> count_tags(const std::vector<SceneFrame>& frames) {
   return count;
 }
 
-/// Fails on duplicate videos: their images would count as independent, and the covariances would be too
-/// small.
+/// Fails if a video is listed twice, because its images would count as independent and the covariances would
+/// be too small.
 Status check_videos_differ(const std::vector<std::string>& videos) {
   for (std::size_t i = 0; i < videos.size(); ++i)
     for (std::size_t k = 0; k < i; ++k) {
-      std::error_code ignored;  // a missing file is reported when it is read
+      std::error_code ignored;  // missing files are reported when they are read
       if (videos[i] == videos[k] || std::filesystem::equivalent(videos[i], videos[k], ignored))
         return fail(ErrorCode::InvalidArgument, "duplicate video", {.source = videos[i]},
                     "Give each video only once; otherwise its images would count twice, as independent "
@@ -57,8 +57,8 @@ Status check_videos_differ(const std::vector<std::string>& videos) {
   return {};
 }
 
-/// Detects the tags in all videos. The stamps of each video start one second after the end of the previous
-/// one.
+/// Detects the tags in all videos. The timestamps in each video start one second after the end of the
+/// previous video.
 Result<std::vector<SceneFrame>> detect_in_videos(const MapVideoJob& job, const TagFinder& finder,
                                                  const JobControl& control,
                                                  std::vector<std::string>& warnings) {
@@ -80,7 +80,7 @@ Result<std::vector<SceneFrame>> detect_in_videos(const MapVideoJob& job, const T
   return frames;
 }
 
-/// The error for a map from which all tags were rejected.
+/// The error if all tags were rejected from the map.
 Error no_tag_left(const MapVideoJob& job, const SceneMap& map) {
   std::string message = "no tag remains in the map";
   if (!map.rejected.empty())
@@ -93,7 +93,7 @@ Error no_tag_left(const MapVideoJob& job, const SceneMap& map) {
           fmt::format("Check {}the tag size and the camera calibration.", distances)};
 }
 
-/// The map file, with all tags whose pose is determined.
+/// The map file, with all tags whose poses are determined.
 MapFile video_map_file(const MapVideoJob& job, const VideoAnchors& anchors, const SceneMap& map) {
   MapFile file{.anchor = anchors.first, .provenance = {{"method", "bundle"}}};
   if (!job.videos.empty())
@@ -117,7 +117,7 @@ MapFile video_map_file(const MapVideoJob& job, const VideoAnchors& anchors, cons
   return file;
 }
 
-/// Relative standard deviation of the common tag size; empty if the size is exact.
+/// Relative standard deviation of the common tag size. Empty if the size is exact.
 std::optional<double> relative_size_sigma(const MapVideoJob& job) {
   if (!(job.tag_size_sigma_m > 0)) return std::nullopt;
   return job.tag_size_sigma_m / *job.sizes.default_size_m;
@@ -162,7 +162,8 @@ void list_distances(const MapVideoJob& job, MapVideoReport& report) {
   }
 }
 
-constexpr double kSuspectChi2 = 16;  // up to 10 with a compressed video and a correct calibration
+// Values up to 10 are normal for a compressed video and a correct calibration.
+constexpr double kSuspectChi2 = 16;
 
 void warn_of(const VideoAnchors& anchors, MapVideoReport& report) {
   const SceneMap& map = report.map;
@@ -218,7 +219,8 @@ Status write_all(const MapVideoJob& job, const Stopwatch& watch, MapVideoReport&
   report.wall_s = watch.seconds();
   write("summary.json", json_text(fields(report)));
   if (!status) return staged->failed(status.error());
-  std::vector<std::string> routes = route_names(job.folder);  // of a lap's map in this folder
+  // Empty unless the folder contains a map made from a lap.
+  std::vector<std::string> routes = route_names(job.folder);
   routes.emplace_back();
   const auto backups = staged->put_in_place(files_of_map(routes));
   return backups ? Status() : tl::unexpected(backups.error());
@@ -362,7 +364,7 @@ Result<MapVideoReport> map_video(const MapVideoJob& job, const TagFinder& finder
 
 namespace {
 
-/// A map tag and its number of observations.
+/// A tag in the map and its number of observations.
 struct VideoTag {
   TagId id{};
   MappedTag tag{};

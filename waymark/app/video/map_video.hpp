@@ -17,7 +17,8 @@
 #include "waymark/samples/trajectory.hpp"
 #include "waymark/tags/tag_finder.hpp"
 
-/// `waymark map video`: tags in six degrees of freedom from the video of a hand-held camera.
+/// `waymark map video`: estimates tag poses in six degrees of freedom from videos taken with a hand-held
+/// camera.
 namespace waymark {
 
 /// A measured distance between the centres of two tags.
@@ -26,44 +27,49 @@ struct MeasuredDistance {
   double measured_m = 0, sigma_m = 0.005;
 };
 
-/// Parses "3,7,2.41" (ids, metres), or "3,7,2.41,0.002" with a standard deviation. Errors name the field
-/// `distance`.
+/// Parses "3,7,2.41" (two tag ids and a distance in metres), or "3,7,2.41,0.002" with a standard deviation.
+/// Errors name the field `distance`.
 [[nodiscard]] Result<MeasuredDistance> parse_distance(const std::string& text);
 
 struct MapVideoJob {
-  static constexpr double kFlat_m = 0.005;  ///< flatness of floors and walls (standard deviation)
+  static constexpr double kFlat_m = 0.005;  ///< flatness of floors and walls, as a standard deviation
   static constexpr double kUsualLevelSigma_deg = 1;
   static constexpr double kUsualPriorSigma_deg = 2;
 
-  std::vector<std::string> videos{};  ///< from one camera in one place; or recordings from a camera alone
+  /// Videos, or recordings from a camera without a robot. All must be from the same camera in the same place.
+  std::vector<std::string> videos{};
   std::optional<CameraModel> camera{};
-  /// Standard deviations of the calibrated intrinsics, in the order of intrinsics_of(). The intrinsics are
-  /// adjusted accordingly, and their uncertainty is included in every covariance. Empty: exact.
+  /// Standard deviations of the calibrated intrinsics, in the order used by intrinsics_of(). The intrinsics
+  /// are adjusted accordingly, and their uncertainty is included in every covariance. If empty, the
+  /// intrinsics are exact.
   Eigen::VectorXd intrinsics_sigma{};
-  double readout_s = 0;  ///< of a rolling shutter, first row to last; negative: from the bottom; 0: global
+  /// Readout time of a rolling shutter, from the first row to the last. Negative if rows are read from the
+  /// bottom, and 0 for a global shutter.
+  double readout_s = 0;
   TagSizes sizes{};
-  /// Standard deviation of the default size. All tags have the same relative error, because they were printed
-  /// on the same printer.
+  /// Standard deviation of the default size. All tags are assumed to have the same relative error, because
+  /// they were printed on the same printer.
   double tag_size_sigma_m = 0.0005;
-  /// Default: all observed tags in `prior` if prior_sigma_m or prior_sigma_deg is set; else the tag with the
-  /// most observations (among those in `prior`, if any). If there are several anchors, they must have poses
-  /// in `prior`.
+  /// By default, all observed tags in `prior` if prior_sigma_m or prior_sigma_deg is set; otherwise the tag
+  /// with the most observations (among those in `prior`, if any). If several anchors are set, their poses
+  /// must be in `prior`.
   std::vector<TagId> anchors{};
-  /// Pose of a single anchor. Default: the pose in `prior`, else upright at the origin.
+  /// Pose of a single anchor. By default, the pose in `prior` or, if there is none, upright at the origin.
   std::optional<SE3> map_T_anchor{};
-  TagMap prior{};                    ///< older map, compared with the new one; empty: none
-  std::optional<FieldSize> field{};  ///< for the layouts; default: the bounding box of the tags
+  TagMap prior{};  ///< an older map to compare with; empty if there is none
+  /// Size written to the layouts; by default, the bounding box of the tags.
+  std::optional<FieldSize> field{};
   /// Standard deviations of positions and orientations in `prior`, in addition to its covariances. If neither
-  /// is given, `prior` is exact. If only that of the positions is given, kUsualPriorSigma_deg applies to
+  /// is set, `prior` is exact. If only the one for positions is set, kUsualPriorSigma_deg applies to
   /// orientations.
   std::optional<double> prior_sigma_m{}, prior_sigma_deg{};
   std::vector<MeasuredDistance> distances{};
-  std::vector<TagId> upright{};              ///< upright on a vertical wall
-  std::vector<TagId> floor{};                ///< lie on the floor, z = 0
-  std::vector<std::vector<TagId>> planes{};  ///< each entry: tags in one plane with an unknown pose
-  /// Standard deviation of the orientations of these tags; default: kUsualLevelSigma_deg.
+  std::vector<TagId> upright{};              ///< tags that hang upright on vertical walls
+  std::vector<TagId> floor{};                ///< tags that lie on the floor (z = 0)
+  std::vector<std::vector<TagId>> planes{};  ///< groups of tags that share a plane with an unknown pose
+  /// Standard deviation of the orientations of these tags. The default is kUsualLevelSigma_deg.
   std::optional<double> level_sigma_deg{};
-  std::filesystem::path folder{};  ///< for the output
+  std::filesystem::path folder{};  ///< the output folder
   SearchOptions search{};
 
   template <class Self, class Visitor>
@@ -99,21 +105,22 @@ struct MapVideoJob {
   }
 };
 
-/// Reads the older map of the place, in any format, and the field size if the map is a field layout.
+/// Reads the older map of the same place, in any format. If it is a field layout, the field size is read as
+/// well.
 [[nodiscard]] Status read_prior_map(const std::string& file, MapVideoJob& job);
-/// Fails if fields contradict each other or lack their prerequisites; map_video() and map_views() check
-/// this as well.
+/// Fails if fields contradict each other or lack their prerequisites. map_video() and map_views() check this
+/// as well.
 [[nodiscard]] Status check(const MapVideoJob& job);
 
 /// Deviation of a tag from its pose in the prior map.
 struct TagBesidePrior {
   TagId tag{};
   Eigen::Vector3d off_m = Eigen::Vector3d::Zero();    ///< estimate minus prior, in the map frame
-  Eigen::Vector3d sigma_m = Eigen::Vector3d::Zero();  ///< of the estimate
+  Eigen::Vector3d sigma_m = Eigen::Vector3d::Zero();  ///< standard deviations of the estimate
   double turned_rad = 0;
 };
 
-/// A measured distance and the one in the map.
+/// A measured distance, and the corresponding distance in the map.
 struct MeasuredResidual {
   MeasuredDistance given{};
   double found_m = 0;
@@ -122,34 +129,34 @@ struct MeasuredResidual {
 struct MapVideoReport {
   SceneMap map{};
   MapFile file{};           ///< content of map.yaml
-  Trajectory trajectory{};  ///< map_T_camera
+  Trajectory trajectory{};  ///< the camera poses (map_T_camera)
   std::size_t pictures = 0;
-  /// Chi-square of the corner residuals per degree of freedom, with the detector's covariances, over images
-  /// with several tags; 1 if these covariances are consistent.
+  /// Chi-square of the corner residuals per degree of freedom, computed with the detector's covariances over
+  /// images with several tags. It is 1 if these covariances are consistent.
   double corner_chi2_per_dof = 0;
-  std::vector<MeasuredResidual> measured{};  ///< one per distance
+  std::vector<MeasuredResidual> measured{};  ///< one entry per measured distance
   std::vector<TagBesidePrior> beside{};
   std::vector<std::string> warnings{};
   std::vector<std::string> files{};
   double wall_s = 0;
 };
 
-/// Detects the tags in every image, adjusts all observations together, and writes map.yaml, layout.json
-/// (WPILib), layout.fmap (Limelight), poses.yaml (TagSLAM), trajectory.txt and summary.json into the folder:
-/// all of them or none. For families that FMAP does not support, layout.fmap is not written.
+/// Detects the tags in every image and adjusts all observations jointly. Writes all or none of map.yaml,
+/// layout.json (WPILib), layout.fmap (Limelight), poses.yaml (TagSLAM), trajectory.txt and summary.json to
+/// the folder. layout.fmap is omitted for tag families that FMAP does not support.
 [[nodiscard]] Result<MapVideoReport> map_video(const MapVideoJob& job, const TagFinder& finder,
                                                const JobControl& control);
-/// Makes a map from given detections of one camera, with one view per frame. Reads no video and writes
-/// nothing.
+/// Makes a map from the given detections from one camera, with one view per frame. Reads no video and writes
+/// no files.
 [[nodiscard]] Result<MapVideoReport> map_views(const MapVideoJob& job, std::vector<SceneFrame> frames,
                                                const JobControl& control);
-/// Standard deviations of a tag's centre along the map axes; zero if unknown.
+/// Standard deviations of the tag centre along the map axes. Zero if unknown.
 [[nodiscard]] Eigen::Vector3d position_sigma_m(const MappedTag& tag);
 /// The content of `--json` and summary.json.
 [[nodiscard]] ReportFields fields(const MapVideoReport& report);
 [[nodiscard]] ReportFields fields(const TagBesidePrior& tag);
 [[nodiscard]] ReportFields fields(const MeasuredResidual& distance);
-/// The printed report of a map in this folder.
+/// The printed report for a map in this folder.
 [[nodiscard]] std::string to_text(const MapVideoReport& report, const std::string& folder);
 
 }  // namespace waymark

@@ -1,6 +1,7 @@
-// Walks around a room of 24 tags with a hand-held camera and a rolling shutter: accuracy and consistency of
-// the map are compared with ground truth. WAYMARK_FULL=1 runs 100 walks. For a phone video of two tags taped
-// to a wall (WPIcal's field.mp4), the map is compared with geometry that needs no camera model.
+// Walks around a room of 24 tags with a hand-held camera and a rolling shutter. The accuracy and consistency
+// of the map are checked against ground truth. WAYMARK_FULL=1 runs 100 walks. For a phone video of two tags
+// taped to a wall (WPIcal's field.mp4), the map is compared with a geometric measurement that needs no camera
+// model.
 #include <cstdlib>
 
 #include <gmock/gmock.h>
@@ -42,8 +43,8 @@ struct Walked {
   MapVideoJob job;
 };
 
-/// A walk and a job to map it. The errors of camera, tag size and distance are drawn from their stated
-/// standard deviations.
+/// A walk and a job that maps it. The errors of the camera, the tag size and the distance are drawn from
+/// their stated standard deviations.
 Walked walk(std::uint64_t seed, const testing::HandWalkOptions& options) {
   Random random(seed);
   const double print = 1 + 0.003 * random.normal();
@@ -68,7 +69,7 @@ Walked walk(std::uint64_t seed, const testing::HandWalkOptions& options) {
   return walked;
 }
 
-/// Sums over the tags; `inside` counts the tags in their 95 % ellipsoids.
+/// Sums over all tags. `inside` is the number of tags within their 95 % ellipsoids.
 struct WalkErrors {
   int tags = 0, inside = 0;
   double square_m2 = 0, nees = 0;
@@ -122,15 +123,15 @@ TEST(MapWalk, TagErrorsAreConsistentWithTheirCovariances) {
     nees += errors.nees / errors.tags;
   }
   const double mean = share_sum / walks;
-  // Tags in one walk are not independent, so the interval is computed from the fractions per walk.
+  // Tags in the same walk are not independent, so the interval is computed from the fractions for each walk.
   const double interval = 1.96 * std::sqrt(std::max(0.0, share_square / walks - mean * mean) / walks);
   const double rmse_m = std::sqrt(square_m2 / walks);
   std::printf("%d walks: rmse %.4f m, 95 %% ellipsoids contain %.1f +- %.1f %% of tags, nees %.2f\n", walks,
               rmse_m, 100 * mean, 100 * interval, nees / walks);
   EXPECT_LT(rmse_m, full() ? 0.011 : 0.03)
-      << "at 30 images per second (target 0.010; measured 0.0103), at 10";
+      << "at 30 images per second (target 0.010, measured 0.0103), or at 10";
   if (!full()) {
-    EXPECT_GT(mean, 0.6) << "mean of two walks";
+    EXPECT_GT(mean, 0.6) << "mean over two walks";
     return;
   }
   EXPECT_GT(mean, 0.92);
@@ -148,7 +149,7 @@ TEST(MapWalk, IgnoringTheRollingShutterCostsAccuracy) {
   EXPECT_LT(walk_errors(*rolling, walked.world).square_m2, walk_errors(*global, walked.world).square_m2);
 }
 
-/// Detections of two seconds of a walk, rendered with motion blur and a rolling shutter.
+/// Detections from two seconds of a walk, rendered with motion blur and a rolling shutter.
 std::vector<SceneFrame> filmed(const World& world, const CameraModel& camera, double readout_s) {
   SceneCameraOptions options;
   options.exposure_ms = 6;
@@ -207,7 +208,7 @@ TEST(MapWalk, UprightTagsLevelAMapWithATiltedAnchor) {
   const SE3 tilted_anchor = true_anchor * SE3(SO3::exp({0.05, 0, 0.03}), {0, 0, 0});
   walked.job.map_T_anchor = tilted_anchor;
   const auto tilted = map_views(walked.job, walked.frames, {});
-  for (int id : {0, 6, 9, 13, 16, 21}) {  // rotated by up to 0.1 rad on the wall
+  for (int id : {0, 6, 9, 13, 16, 21}) {  // rotated in the plane of the wall by up to 0.1 rad
     const SE3& map_T_tag = walked.world.tags.tags.at({FamilyId::Tag36h11, id}).map_T_tag;
     if (std::abs((map_T_tag.rotation() * Eigen::Vector3d::UnitY()).z() + 1) < 2e-3)
       walked.job.upright.push_back({FamilyId::Tag36h11, id});
@@ -216,7 +217,7 @@ TEST(MapWalk, UprightTagsLevelAMapWithATiltedAnchor) {
   walked.job.level_sigma_deg = to_degrees(0.04);
   const auto level = map_views(walked.job, walked.frames, {});
   ASSERT_TRUE(tilted && level) << (level ? "" : to_string(level.error()));
-  const auto height_error_m = [&](const MapVideoReport& report) {  // on the far wall
+  const auto height_error_m = [&](const MapVideoReport& report) {  // of a tag on the far wall
     const TagId far{FamilyId::Tag36h11, 14};
     return std::abs(report.file.tags.tags.at(far).map_T_tag.translation().z() -
                     walked.world.tags.tags.at(far).map_T_tag.translation().z());
@@ -257,7 +258,7 @@ TEST(MapWalk, SeveralPriorTagsDefineTheMapFrame) {
   EXPECT_LT(std::sqrt(errors.square_m2 / errors.tags), 0.01);
   EXPECT_LT(errors.nees / errors.tags, 4);
   EXPECT_GT(report->file.tags.tags.at(kAnchor).covariance->diagonal().maxCoeff(), 0)
-      << "the prior is not exact";
+      << "the prior must not be treated as exact";
 }
 
 TEST(MapWalk, RejectsUnobservedTagsInMeasurements) {
@@ -271,22 +272,23 @@ TEST(MapWalk, RejectsUnobservedTagsInMeasurements) {
   walked.job.anchors = {kAnchor, walked.frames.front().views.front().detections.back().tag};
   if (walked.job.anchors.front() == walked.job.anchors.back()) walked.job.anchors.back().number = 3;
   EXPECT_FALSE(map_views(walked.job, walked.frames, {}))
-      << "two anchors without a map that contains their poses";
+      << "two anchors require a map that contains their poses";
 }
 
 const TagId kThree{FamilyId::Tag36h11, 3};
 const TagId kFour{FamilyId::Tag36h11, 4};
 
-/// Distance between the tags from the homography of both squares on one plane, which needs no focal length.
-/// It uses OpenCV's findHomography and the corners in 32 images, detected with OpenCV's aruco module.
-/// Distance and rotation of the squares are estimated with Gauss-Newton (0.2 px rms): 0.5100 m without a lens
-/// model, 0.5120 m with that from testcalibration.mp4.
+/// Distance between the tags, computed from the homography of both squares in one plane, which requires no
+/// focal length. It uses OpenCV's findHomography and the corners in 32 images, detected with OpenCV's aruco
+/// module. The distance and rotation between the squares are estimated with Gauss-Newton (0.2 px rms): 0.5100
+/// m without a lens model, and 0.5120 m with the one from testcalibration.mp4.
 constexpr double kApart_m = 0.511;
 constexpr double kApartSigma_m = 0.002;
 
 /// OpenCV's calibration from testcalibration.mp4 (ChArUco, DICT_5X5_1000, 12 x 8 squares of 0.709 in, markers
 /// of 0.551 in). The board always faces the camera and hardly moves, so its 53 images contain no more
-/// information than one. OpenCV's standard deviations are therefore multiplied by the square root of 53.
+/// information than a single one. OpenCV's standard deviations are therefore multiplied by the square root of
+/// 53.
 MapVideoJob field_job(const std::filesystem::path& video) {
   PinholeRadtan lens{.fx = 2124.8, .fy = 2123.8, .cx = 989.8, .cy = 537.5, .coefficients = 4};
   lens.k = {0.21398, -1.45215, 0.001403, 0.000213, 0, 0, 0, 0};
@@ -297,7 +299,7 @@ MapVideoJob field_job(const std::filesystem::path& video) {
   return job;
 }
 
-/// The detections in every image, computed once.
+/// The detections in every image, computed only once.
 const std::vector<SceneFrame>& field_frames(const std::filesystem::path& video) {
   static const std::vector<SceneFrame> frames = [&] {
     std::vector<SceneFrame> all;
@@ -321,7 +323,7 @@ Apart apart(const MapVideoReport& report) {
   const MappedTag& three = report.file.tags.tags.at(kThree);
   const MappedTag& four = report.file.tags.tags.at(kFour);
   const Eigen::Vector3d between = four.map_T_tag.translation() - three.map_T_tag.translation();
-  Eigen::Matrix<double, 3, 6> J;  // tag 3 is exact and contributes nothing
+  Eigen::Matrix<double, 3, 6> J;  // tag 3 is exact, so it contributes nothing
   J << Eigen::Matrix3d::Identity(), -SO3::hat(four.map_T_tag.translation());
   const Eigen::Vector3d along = between.normalized();
   return {between.norm(), std::sqrt(along.dot(J * *four.covariance * J.transpose() * along))};
@@ -353,7 +355,8 @@ TEST(FieldVideo, AFlatWallDeterminesTheFocalLength) {
               found.sigma_m, lens.found[0], lens.sigma[0]);
   EXPECT_NEAR(found.distance_m, kApart_m, 3 * std::hypot(found.sigma_m, kApartSigma_m));
   EXPECT_LT(found.sigma_m, 0.012);
-  // Orthogonality of the plane's axes in single images gives 1690 to 1790 px, by lens model and constraint.
+  // The orthogonality of the axes of the plane in single images gives 1690 to 1790 px, depending on the lens
+  // model and the constraint.
   EXPECT_NEAR(lens.found[0], 1740, 50 + 2 * lens.sigma[0]);
   EXPECT_LT(lens.sigma[0], 0.7 * lens.prior_sigma[0])
       << "the camera hardly moves, so successive images count as one";

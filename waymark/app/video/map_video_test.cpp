@@ -1,4 +1,4 @@
-// Makes a map from the rendered video of a walk with a hand-held camera, and compares it with ground truth.
+// Makes a map from a rendered video of a walk with a hand-held camera, and compares it with ground truth.
 #include "waymark/app/video/map_video.hpp"
 
 #include <cmath>
@@ -28,7 +28,7 @@ CameraModel walk_camera() {
   return CameraModel::make(PinholeRadtan{.fx = 520, .fy = 521, .cx = 318, .cy = 243}, 640, 480).value();
 }
 
-/// Six tags on two walls that meet; tag 0 hangs upright at the origin (map x points into it).
+/// Six tags on two adjacent walls. Tag 0 hangs upright at the origin (map x points into it).
 TagMap walk_truth() {
   const SO3 on_wall = SO3::from_matrix((Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished());
   TagMap truth;
@@ -45,7 +45,7 @@ TagMap walk_truth() {
   return truth;
 }
 
-/// Pose of the hand-held camera in image k of n: it moves along the wall and shakes.
+/// Pose of the hand-held camera in image k of n. It moves along the wall and shakes.
 SE3 hand_at(int k, int n) {
   const double s = static_cast<double>(k) / n;
   const Eigen::Vector3d at(-1.3 - 0.15 * std::sin(5 * s), 0.4 - 1.2 * s, 0.05 * std::sin(9 * s));
@@ -57,7 +57,7 @@ SE3 hand_at(int k, int n) {
 
 class Walk : public ::testing::Test {
  protected:
-  /// Renders a video of the walk with this number of images.
+  /// Renders a video of the walk with the given number of images.
   void film(int images) {
     const CameraModel camera = walk_camera();
     auto writer = VideoWriter::create(at("walk.mp4"), 640, 480, {.quality = 18});
@@ -113,7 +113,7 @@ TEST_F(Walk, TagErrorsAreConsistentWithTheirCovariances) {
   EXPECT_LT(std::sqrt(square / count), 0.01) << "map RMSE [m]";
   EXPECT_THAT(report->warnings, ::testing::Each(::testing::Not(HasSubstr("detector's covariances"))));
   EXPECT_LT(nees / count, 4)
-      << "NEES per coordinate, 1 if the covariances are consistent; tags are not independent";
+      << "NEES per coordinate; 1 if the covariances are consistent, but tags are not independent";
   EXPECT_GE(report->map.correlated_frames, 1);
   EXPECT_GT(report->trajectory.size(), 25U);
   const SE3 end = report->trajectory.back().map_T_base;

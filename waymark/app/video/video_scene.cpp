@@ -11,8 +11,8 @@
 namespace waymark::internal {
 namespace {
 
-constexpr double kExact = 1e-6;  // [m, rad]
-constexpr double kOpen_m = 10;   // for a pose that other measurements determine
+constexpr double kExact = 1e-6;  // for exact poses [m, rad]
+constexpr double kOpen_m = 10;   // for poses that are determined by other measurements
 constexpr double kOpen_rad = 0.25;
 
 Status require_observed(const TagId& tag, const char* field, const std::map<TagId, int>& count) {
@@ -21,7 +21,7 @@ Status require_observed(const TagId& tag, const char* field, const std::map<TagI
               "`waymark detect` lists the tags in a video.");
 }
 
-/// Standard deviations of a pose prior: position perpendicular to and along the map's z axis, and rotation
+/// Standard deviations of a pose prior: position perpendicular to the map's z axis and along it, and rotation
 /// about horizontal axes and about z.
 struct PriorSigmas {
   double level_m = kExact, height_m = kExact;
@@ -39,7 +39,7 @@ ScenePrior pose_prior(const SE3& map_T_tag, const PriorSigmas& sigmas) {
   return prior;
 }
 
-/// Prior of a tag in an older map: its pose in that map, with its covariance plus the given variances.
+/// Prior for a tag in an older map: its pose in that map, with its covariance plus the given variances.
 ScenePrior prior_of_mapped_tag(const MapVideoJob& job, const MappedTag& tag) {
   Matrix6 P = Matrix6::Zero();
   if (tag.covariance) {
@@ -53,7 +53,7 @@ ScenePrior prior_of_mapped_tag(const MapVideoJob& job, const MappedTag& tag) {
   return {.mean = tag.map_T_tag, .sqrt_information = whitening_of(P)};
 }
 
-/// Prior of a single anchor: exact, except for tilt or height if upright or floor tags determine them.
+/// Prior for a single anchor. It is exact, except for tilt or height if upright or floor tags determine them.
 PriorSigmas single_anchor_sigmas(const MapVideoJob& job) {
   PriorSigmas sigmas;
   if (!job.upright.empty() || !job.floor.empty()) sigmas.tilt_rad = kOpen_rad;

@@ -1,4 +1,4 @@
-// Prior knowledge in the scene of a video: anchors and measurements.
+// Prior knowledge in a video scene: anchors and measurements.
 #include "waymark/app/video/video_scene.hpp"
 
 #include <gmock/gmock.h>
@@ -87,8 +87,8 @@ TEST(VideoAnchors, SeveralHaveThePosesAndDeviationsOfTheOlderMap) {
   several.prior_sigma_deg = to_degrees(0.02);
   const auto anchors = video_anchors(several, kSeen);
   ASSERT_TRUE(anchors);
-  ASSERT_EQ(anchors->tags.size(), 2U) << "99 was not observed";
-  EXPECT_EQ(anchors->first, tag(8)) << "observed more often than 3";
+  ASSERT_EQ(anchors->tags.size(), 2U) << "tag 99 was not observed";
+  EXPECT_EQ(anchors->first, tag(8)) << "observed more often than tag 3";
   EXPECT_THAT(anchors->exact, IsEmpty());
   const ScenePrior& eight = anchors->tags.at(tag(8));
   const Matrix6 P = (eight.sqrt_information.transpose() * eight.sqrt_information).inverse();
@@ -98,7 +98,7 @@ TEST(VideoAnchors, SeveralHaveThePosesAndDeviationsOfTheOlderMap) {
   }
   several.prior.tags.at(tag(8)).covariance = Matrix6(0.04 * 0.04 * Matrix6::Identity());
   EXPECT_GT(sigma_of(video_anchors(several, kSeen)->tags.at(tag(8)), 1), 0.04)
-      << "in addition to its own covariance";
+      << "added to its own covariance";
   MapVideoJob exact = job();
   exact.prior = prior_with({3, 8});
   exact.anchors = {tag(3), tag(8)};
@@ -142,7 +142,7 @@ TEST(VideoScene, CameraIsOnTheMovingBodyAndTagsOnTheStaticOne) {
   EXPECT_TRUE(scene->bodies[kWalls].is_static);
   EXPECT_FALSE(scene->bodies[kHand].is_static);
   EXPECT_EQ(scene->bodies[kWalls].default_tag_size_m, 0.165);
-  ASSERT_EQ(scene->bodies[kWalls].tags.size(), 2U) << "the anchor, and the tag of another size";
+  ASSERT_EQ(scene->bodies[kWalls].tags.size(), 2U) << "the anchor and the tag with a different size";
   for (const SceneTag& listed : scene->bodies[kWalls].tags)
     EXPECT_EQ(listed.size_m, listed.id == tag(3) ? 0.1 : 0.165);
 }
@@ -165,7 +165,7 @@ TEST(VideoScene, ContainsEveryMeasurement) {
   EXPECT_EQ(scene->coordinates[0].measured_m, 0);
   EXPECT_EQ(scene->coordinates[0].sigma_m, MapVideoJob::kFlat_m);
   ASSERT_EQ(scene->distances.size(), 1U);
-  EXPECT_EQ(scene->distances[0].corner_a, -1) << "between centres";
+  EXPECT_EQ(scene->distances[0].corner_a, -1) << "measured between centres";
   EXPECT_EQ(scene->distances[0].measured_m, 1.5);
   ASSERT_EQ(scene->planes.size(), 1U);
   EXPECT_EQ(scene->planes[0].tags, (std::vector<int>{3, 5}));
@@ -191,7 +191,7 @@ TEST(VideoScene, RejectsTagsThatAreUnobservedOrWithoutSize) {
   asked = job();
   asked.sizes = {};
   asked.sizes.size_by_tag_m[tag(5)] = 0.1;
-  EXPECT_FALSE(scene_of(asked)) << "3 and 8 have no size";
+  EXPECT_FALSE(scene_of(asked)) << "tags 3 and 8 have no size";
 }
 
 }  // namespace
