@@ -15,8 +15,8 @@
 namespace waymark {
 namespace {
 
-constexpr int kMinRedundancy = 20;   // residuals minus unknowns
-constexpr double kMaxError_px = 10;  // corners with larger errors are not used for a pose
+constexpr int kMinRedundancy = 20;   // number of residuals minus number of unknowns
+constexpr double kMaxError_px = 10;  // corners with larger errors are not used for poses
 constexpr double kTolerance_px = 1e-4;
 
 using Vector8 = Eigen::Matrix<double, 8, 1>;
@@ -26,7 +26,7 @@ CornerCovariance covariance_of(const TagDetection& detection) {
   return detection.corner_covariance_px2.value_or(default_px * default_px * CornerCovariance::Identity());
 }
 
-/// Corner residuals of a tag along the principal axes of their covariance.
+/// Corner residuals of a tag, along the principal axes of their covariance.
 struct Residuals {
   Vector8 squares_px2;
   Vector8 variances_px2;
@@ -68,7 +68,7 @@ double common_corner_error_px(const std::vector<PosedTags>& images, const TagMap
   const auto too_large = [&](double sigma_px) {
     double chi2 = 0;
     for (const Residuals& one : all) chi2 += one.chi2(sigma_px);
-    return !(chi2 <= redundancy);  // true as well for NaN, from a singular covariance
+    return !(chi2 <= redundancy);  // also true for NaN, which results from a singular covariance
   };
   if (!too_large(0)) return 0;
   double low = 0, high = kMaxError_px;
@@ -85,12 +85,14 @@ TagFrame with_corner_error(TagFrame frame, double sigma_px) {
 
 namespace {
 
-constexpr auto kMaxGap = std::chrono::milliseconds(250);  // to the images used to compute the motion
-constexpr int kMaxIterations = 8;         // a pose found in a late iteration still helps its neighbours
-constexpr std::size_t kLiveImages = 100;  // live-camera images used for the corner error
+// Maximum time between an image and those used to compute its motion.
+constexpr auto kMaxGap = std::chrono::milliseconds(250);
+// Large, because a pose found in a late iteration can still help its neighbours.
+constexpr int kMaxIterations = 8;
+constexpr std::size_t kLiveImages = 100;  // number of live images used to estimate the corner error
 constexpr int kImagesPerUpdate = 5;
-constexpr double kInitialError_px = 1;     // large, so that no image is rejected before the motion is known
-constexpr double kConvergedChange = 0.02;  // relative change of the corner error
+constexpr double kInitialError_px = 1;  // large enough that no image is rejected before the motion is known
+constexpr double kConvergedChange = 0.02;  // relative change of the corner error at convergence
 
 SE3 map_T_optical(const CameraMoment& moment) {
   return moment.map_T_body->mean * SE3(body_R_optical(), Eigen::Vector3d::Zero());
@@ -98,11 +100,11 @@ SE3 map_T_optical(const CameraMoment& moment) {
 
 struct CameraMotion {
   SE3 cam_T_map{};
-  Vector6 twist{};  ///< left tangent of cam_T_map per second
+  Vector6 twist{};  ///< rate of change of cam_T_map, as a left tangent per second
 };
 
-/// The nearest moment with a pose in the direction of `step`, or moment i if there is none; null if neither
-/// has a pose.
+/// The nearest moment with a pose in the direction of `step`. If there is none, moment i, or null if it has
+/// no pose either.
 const CameraMoment* neighbour(const std::vector<CameraMoment>& moments, std::size_t i, int step) {
   const CameraMoment& here = moments[i];
   const auto end = static_cast<std::ptrdiff_t>(moments.size());
@@ -114,7 +116,7 @@ const CameraMoment* neighbour(const std::vector<CameraMoment>& moments, std::siz
   return here.map_T_body ? &here : nullptr;
 }
 
-/// The motion at moment i, from the poses before and after it; moment i itself may have no pose.
+/// The motion at moment i, computed from the poses before and after it. Moment i itself need not have a pose.
 std::optional<CameraMotion> motion_at(const std::vector<CameraMoment>& moments, std::size_t i) {
   const CameraMoment* before = neighbour(moments, i, -1);
   const CameraMoment* after = neighbour(moments, i, +1);
@@ -127,7 +129,7 @@ std::optional<CameraMotion> motion_at(const std::vector<CameraMoment>& moments, 
   return CameraMotion{SE3::exp(since_s * twist) * before_T_map, twist};
 }
 
-/// Moves the corners to where they were at the time of the middle row.
+/// Moves the corners to where they were when the middle row was read.
 TagFrame at_middle_row(const CameraMotion& motion, const TagMap& map, const CameraModel& camera,
                        double readout_s, TagFrame frame) {
   for (TagDetection& detection : frame.detections) {
@@ -143,7 +145,7 @@ TagFrame at_middle_row(const CameraMotion& motion, const TagMap& map, const Came
   return frame;
 }
 
-/// The tags of an image used for its pose. The moment must have a pose.
+/// The tags in an image that were used for its pose. The moment must have a pose.
 PosedTags posed(const TagFrame& frame, const CameraMoment& moment) {
   PosedTags image{.cam_T_map = map_T_optical(moment).inverse()};
   for (const std::size_t k : moment.used) image.detections.push_back(frame.detections[k]);
@@ -174,7 +176,7 @@ CameraMoment camera_moment(const TagFrame& frame, const TagMap& map, const Camer
   const CameraPoseEstimate& best = pose->estimates.front();
   moment.used = best.detections;
   moment.tags = static_cast<int>(moment.used.size());
-  // A rotation on the right does not change the covariance of a left perturbation.
+  // Multiplying a rotation on the right does not change the covariance of a left perturbation.
   const SE3 cam_T_body(body_R_optical().inverse(), Eigen::Vector3d::Zero());
   moment.map_T_body = Uncertain<SE3>{best.map_T_cam * cam_T_body, best.covariance};
   return moment;
@@ -195,7 +197,7 @@ CameraMoment LiveMoments::of(const TagFrame& frame) {
 CameraMoments camera_moments(const std::vector<TagFrame>& frames, const TagMap& map,
                              const CameraModel& camera, double readout_s) {
   CameraMoments all{.corner_error_px = kInitialError_px};
-  std::vector<TagFrame> corrected = frames;  // with the corners as a global shutter would produce them
+  std::vector<TagFrame> corrected = frames;  // the frames as a global shutter would have captured them
   for (int k = 0; k < kMaxIterations; ++k) {
     const std::vector<CameraMoment> before = std::move(all.moments);
     all.moments.clear();

@@ -15,43 +15,43 @@
 #include "waymark/samples/tag_map.hpp"
 #include "waymark/tags/tag_finder.hpp"
 
-/// Poses of a camera without a robot, with a common corner error estimated from residuals.
+/// Camera poses without a robot, with a common corner error that is estimated from residuals.
 namespace waymark {
 
-/// The tags of one image used for a pose, and that pose.
+/// The tags in one image that were used for a pose, and that pose.
 struct PosedTags {
   std::vector<TagDetection> detections{};
   SE3 cam_T_map{};
 };
 
-/// Standard deviation [px] of an additional error of all corner coordinates, on top of their covariances. It
-/// covers errors that the detector cannot observe, caused by video compression, lens, printed tags, and map.
-/// The errors are assumed independent with equal variance. The result makes the sum of squared normalised
-/// residuals equal to its expectation (method of moments). 0 if no such error is needed, or with fewer than
-/// 20 redundant residuals. O(tags).
+/// Standard deviation [px] of an additional error in all corner coordinates, on top of their covariances. It
+/// covers errors that the detector cannot observe, caused by video compression, the lens, the printed tags,
+/// or the map. These errors are assumed to be independent with equal variance. The result makes the sum of
+/// squared normalised residuals equal to its expectation (method of moments). It is 0 if no additional error
+/// is needed, or if there are fewer than 20 redundant residuals. O(tags).
 [[nodiscard]] double common_corner_error_px(const std::vector<PosedTags>& images, const TagMap& map,
                                             const CameraModel& camera);
 
-/// Adds this error to the corner covariances in an image.
+/// Adds an error with this standard deviation to the corner covariances in an image.
 [[nodiscard]] TagFrame with_corner_error(TagFrame frame, double sigma_px);
 
-/// Pose of a camera from the tags of one image. The camera body has x forward, y left, z up
+/// A camera pose computed from the tags in one image. The camera body has x forward, y left, z up
 /// (body_R_optical()).
 struct CameraMoment {
-  SensorTime stamp{};               ///< live camera: since 1970; video: since its first image
-  Duration age{};                   ///< live camera: CameraPicture::age
-  int tags = 0;                     ///< map tags used for the pose; without a pose: detected tags
-  std::vector<std::size_t> used{};  ///< indices of the tags used, ascending, in the image's detections
-  /// Nothing if no map tag was detected, or if the pose is ambiguous.
+  SensorTime stamp{};  ///< since 1970 for a live camera, since the first image for a video
+  Duration age{};      ///< CameraPicture::age for a live camera
+  int tags = 0;        ///< number of map tags used for the pose or, without a pose, of detected tags
+  std::vector<std::size_t> used{};  ///< indices of these tags in the image's detections, ascending
+  /// `nullopt` if no map tag was detected, or if the pose is ambiguous.
   std::optional<Uncertain<SE3>> map_T_body{};
-  const char* why = "";  ///< why there is no pose although tags were detected
+  const char* why = "";  ///< the reason why there is no pose although tags were detected
 };
 
-/// Pose from the tags of one global-shutter image.
+/// Computes the pose from the tags in one global-shutter image.
 [[nodiscard]] CameraMoment camera_moment(const TagFrame& frame, const TagMap& map, const CameraModel& camera);
 
-/// Poses of a live camera, image by image. The corner error (common_corner_error_px()) is estimated from the
-/// last 100 images with a pose. O(1) per image.
+/// Computes the poses of a live camera, image by image. The corner error (common_corner_error_px()) is
+/// estimated from the last 100 images with a pose. O(1) per image.
 class LiveMoments {
  public:
   /// Both arguments must outlive this object.
@@ -64,35 +64,35 @@ class LiveMoments {
   const TagMap* map_;
   const CameraModel* camera_;
   std::deque<PosedTags> last_{};
-  int since_ = 0;  ///< images since the last update
+  int since_ = 0;  ///< number of images with a pose since the last update
   double corner_error_px_ = 0;
 };
 
-/// Poses of all images of a video.
+/// Poses for all images in a video.
 struct CameraMoments {
-  std::vector<CameraMoment> moments{};  ///< one per image
-  /// Corner error from the residuals of all images [px] (common_corner_error_px()); included in the
-  /// covariances of the poses.
+  std::vector<CameraMoment> moments{};  ///< one entry per image
+  /// Corner error [px], estimated from the residuals in all images (common_corner_error_px()). It is included
+  /// in the covariances of the poses.
   double corner_error_px = 0;
 };
 
-/// Poses of images with ascending stamps. `readout_s` is the readout time of a rolling shutter from the first
-/// row to the last (negative: from the bottom; 0: global shutter). Each corner is used at the time of its
-/// row, with the motion between the previous and the next pose within 0.25 s. The covariance of that motion
-/// is not included in the covariances of the poses. O(images).
+/// Computes poses for images with ascending timestamps. `readout_s` is the readout time of a rolling shutter
+/// from the first row to the last (negative if rows are read from the bottom, 0 for a global shutter). Each
+/// corner is used at the time its row was read. The motion is computed from the previous and the next pose
+/// within 0.25 s; its covariance is not included in the covariances of the poses. O(images).
 [[nodiscard]] CameraMoments camera_moments(const std::vector<TagFrame>& frames, const TagMap& map,
                                            const CameraModel& camera, double readout_s);
 
-/// The message that is recorded and published. The moment must have a pose.
+/// The message to be recorded and published. The moment must have a pose.
 [[nodiscard]] ros2::PoseWithCovarianceStamped pose_message(const CameraMoment& moment);
 
-/// The camera for a job without a robot. Fails if no calibration file is given.
+/// The camera for a job without a robot. Fails if no calibration file is specified.
 [[nodiscard]] Result<DescribedCamera> read_given_camera(const CameraDescription& camera);
 
-/// Fails on a map that contains only points.
+/// Fails if the map contains only points.
 [[nodiscard]] Status check_tag_poses(const TagMap& map, const std::string& source);
 
-/// A detector for the tag families in the map, which must contain tags.
+/// A detector for the tag families in the map, which must contain at least one tag.
 [[nodiscard]] Result<TagFinder> tag_finder_for(const TagMap& map);
 
 }  // namespace waymark

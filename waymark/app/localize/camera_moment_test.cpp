@@ -1,4 +1,4 @@
-// The common corner error is estimated from residuals, and adding it makes the poses consistent.
+// The common corner error is estimated from residuals. Adding it makes the poses consistent.
 #include "waymark/app/localize/camera_moment.hpp"
 
 #include <cmath>
@@ -20,7 +20,7 @@ CameraModel lens() {
   return CameraModel::make(PinholeRadtan{.fx = 500, .fy = 500, .cx = 320, .cy = 240}, 640, 480).value();
 }
 
-/// Tags 1.5 m ahead, each tilted differently.
+/// Tags at a distance of 1.5 m, each tilted differently.
 TagMap wall() {
   TagMap map;
   for (int i = 0; i < kTags; ++i)
@@ -32,8 +32,8 @@ TagMap wall() {
 
 SE3 map_T_cam(int k) { return {SO3::exp({0.01 * k, 0, 0}), {0.01 * k - 0.1, 0.005 * k, 0}}; }
 
-/// Images whose corners have standard deviation kClaimed_px in their covariances, and an additional error
-/// with standard deviation `extra_px`.
+/// Images whose corner covariances claim a standard deviation of kClaimed_px, with an additional error whose
+/// standard deviation is `extra_px`.
 std::vector<TagFrame> images(double extra_px, int count) {
   Random random(20261128);
   std::vector<TagFrame> frames;
@@ -64,7 +64,7 @@ std::vector<PosedTags> with_true_poses(const std::vector<TagFrame>& frames) {
 }
 
 TEST(CornerError, IsEstimatedFromResiduals) {
-  // True poses leave 32 degrees of freedom per image; the estimate assumes 6 fewer.
+  // With true poses there are 32 degrees of freedom per image, but the estimate assumes 6 fewer.
   const double dof_ratio = 32.0 / 26.0;
   for (const double extra_px : {0.05, 0.2, 1.0}) {
     const double estimated = common_corner_error_px(with_true_poses(images(extra_px, 200)), wall(), lens());
@@ -77,7 +77,7 @@ TEST(CornerError, IsEstimatedFromResiduals) {
 
 TEST(CornerError, IsZeroWithTooFewResiduals) {
   std::vector<PosedTags> one = with_true_poses(images(1, 1));
-  one[0].detections.resize(3);  // redundancy 24 - 6 = 18
+  one[0].detections.resize(3);  // the redundancy is 24 - 6 = 18
   EXPECT_EQ(common_corner_error_px(one, wall(), lens()), 0);
   one[0].detections.push_back({.tag = {FamilyId::Tag16h5, 1}});  // not in the map
   EXPECT_EQ(common_corner_error_px(one, wall(), lens()), 0);
@@ -89,7 +89,8 @@ TEST(CornerError, IsAddedToGivenAndDefaultCovariances) {
   const TagFrame with = with_corner_error(frame, 0.3);
   EXPECT_NEAR((*with.detections[0].corner_covariance_px2)(3, 3), 0.1, 1e-12);
   EXPECT_NEAR((*with.detections[0].corner_covariance_px2)(3, 4), 0, 1e-12);
-  EXPECT_NEAR((*with.detections[1].corner_covariance_px2)(0, 0), 0.04 + 0.09, 1e-12) << "default 0.2 px";
+  EXPECT_NEAR((*with.detections[1].corner_covariance_px2)(0, 0), 0.04 + 0.09, 1e-12)
+      << "the default is 0.2 px";
 }
 
 TEST(CornerError, MakesRejectedPosesConsistent) {
@@ -113,10 +114,10 @@ TEST(CornerError, MakesRejectedPosesConsistent) {
         "extra %.2f px: estimated %.3f px, %zu of 300 with a pose (singly %zu rejected), NEES %.2f of 6\n",
         extra_px, estimated_px, known, rejected, nees);
     EXPECT_GE(known, 297U);
-    EXPECT_GT(nees, 5);  // 99.9 % interval of 300 poses: 6 +- 0.66
+    EXPECT_GT(nees, 5);  // the 99.9 % interval for 300 poses is 6 +- 0.66
     EXPECT_LT(nees, 7);
     EXPECT_NEAR(estimated_px, extra_px, 0.02);
-    if (extra_px > 0) EXPECT_GT(rejected, 100U) << "otherwise this test proves nothing";
+    if (extra_px > 0) EXPECT_GT(rejected, 100U) << "otherwise, this test would prove nothing";
   }
 }
 

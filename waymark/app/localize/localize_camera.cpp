@@ -17,7 +17,7 @@
 namespace waymark {
 namespace {
 
-/// Localises camera images, and shows and records the results.
+/// Localises camera images, displays the results, and records them.
 class CameraLog {
  public:
   CameraLog(const LocalizeCameraJob& job, const CameraModel& model, const TagMap& map, LocalizeOutput& output)

@@ -16,17 +16,18 @@ namespace waymark {
 
 class LiveFeed;
 
-/// `waymark localize camera`: poses of a live camera without a robot, hand-held or on a tripod.
+/// `waymark localize camera`: estimates the poses of a live camera without a robot, hand-held or on a tripod.
 struct LocalizeCameraJob {
-  std::string source{};  ///< address of the camera: v4l2:/dev/video0
+  std::string source{};  ///< camera address, such as v4l2:/dev/video0
   std::string map{};
   CameraDescription camera{};
-  std::string output{};  ///< recording or TUM file to write; empty: none
+  std::string output{};  ///< recording or TUM file to write; if empty, none is written
   std::optional<double> tag_size_m{};
-  double duration_s = 0;  ///< 0: until cancelled
-  std::string images{};   ///< how images are recorded: raw, jpeg; empty: not recorded
+  double duration_s = 0;  ///< 0 means until cancelled
+  std::string images{};   ///< "raw" or "jpeg"; if empty, images are not recorded
   LiveFeed* feed = nullptr;
-  std::function<void(const CameraMoment&)> on_moment = [](const CameraMoment&) {};  ///< for every image
+  /// Called for every image.
+  std::function<void(const CameraMoment&)> on_moment = [](const CameraMoment&) {};
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -47,19 +48,19 @@ struct LocalizeCameraJob {
 
 struct LocalizeCameraReport {
   CameraWatchEnd end{};
-  std::size_t known = 0;  ///< images with a pose
+  std::size_t known = 0;  ///< number of images with a pose
 };
 
-/// Calibration of the job's camera. Fails if none is set, and on an invalid job.
+/// Reads the calibration of the job's camera. Fails if none is set, or if the job is invalid.
 [[nodiscard]] Result<CameraModel> read_camera(const LocalizeCameraJob& job);
 
-/// Localises an open camera until it ends, `duration_s` has passed, or the control cancels. A recording
-/// contains tags and poses (/waymark/pose) with stamps since 1970.
+/// Localises the images from an open camera until it ends, `duration_s` has elapsed, or the job is cancelled.
+/// A recording contains tags and poses (/waymark/pose), with timestamps since 1970.
 [[nodiscard]] Result<LocalizeCameraReport> localize_camera(LiveCamera& camera, const CameraModel& model,
                                                            const LocalizeCameraJob& job,
                                                            const JobControl& control);
 
-/// "812 images in 27.0 s, 640 with a pose"
+/// A summary such as "812 images in 27.0 s, 640 with a pose".
 [[nodiscard]] std::string to_text(const LocalizeCameraReport& report);
 
 }  // namespace waymark

@@ -22,7 +22,7 @@ inline JobField camera() {
   return {"camera FILE",
           "Camera calibration (calibration.yaml, ROS camera_info, kalibr YAML or PhotonVision JSON)"};
 }
-/// For a live robot or camera.
+/// For live robots and cameras.
 inline JobField duration_s() {
   return {"duration_s NUMBER", "End after this many seconds. Default: at Ctrl-C", 0.01, 1e6};
 }

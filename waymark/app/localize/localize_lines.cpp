@@ -10,13 +10,13 @@
 namespace waymark {
 namespace {
 
-/// The largest standard deviation of the position [m].
+/// The standard deviation of the position in the worst direction [m].
 double position_sigma_m(const Uncertain<SE3>& pose) {
   const Eigen::Matrix3d position = coordinate_covariance(pose).topLeftCorner<3, 3>();
   return std::sqrt(symmetric_eigen<3>(position).values.maxCoeff());
 }
 
-/// A pose in six degrees of freedom, for JSON.
+/// A pose in six degrees of freedom, to be written as JSON.
 struct BodyPose {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();

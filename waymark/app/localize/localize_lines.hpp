@@ -10,13 +10,13 @@
 #include "waymark/base/time.hpp"
 #include "waymark/localization/method.hpp"
 
-/// Printed lines with the pose of a robot or a camera, as text or as JSON, each with its line end.
-/// `since_s`: time since the first line.
+/// Prints the pose of a robot or a camera as lines of text or JSON, each ending with a newline. `since_s` is
+/// the time since the first line.
 namespace waymark {
 
-/// The newest estimate at the time of a line.
+/// The newest estimate at the time a line is printed.
 struct EstimateMoment {
-  SensorTime now{};  ///< clock of the robot
+  SensorTime now{};  ///< time on the robot's clock
   std::optional<LocalizationEstimate> estimate{};
 };
 
@@ -42,7 +42,7 @@ class EstimateLines {
   std::optional<SensorTime> first_{};
 };
 
-/// Prints at most one line per `every_s`, measured by the stamps of the moments.
+/// Prints at most one line per `every_s`, according to the timestamps of the moments.
 class MomentLines {
  public:
   MomentLines(double every_s, bool json, std::function<void(const std::string&)> print)

@@ -43,7 +43,7 @@ TEST(EstimateLine, HasNoPoseWithoutAnEstimate) {
 TEST(MomentLine, ContainsTheLargestStandardDeviation) {
   CameraMoment moment{.stamp = at_s(5), .age = std::chrono::milliseconds(40), .tags = 2};
   Uncertain<SE3> pose{.mean = SE3(SO3::from_rpy(0.1, -0.2, 0.3), Eigen::Vector3d(1, 2, 3))};
-  // Correlated, so that the worst direction is not along an axis.
+  // Correlated, so that the worst direction is not along any axis.
   Eigen::Matrix3d position;
   position << 5e-4, 4e-4, 0, 4e-4, 5e-4, 0, 0, 0, 1e-4;
   pose.covariance.setZero();

@@ -22,7 +22,7 @@
 
 namespace waymark {
 
-// Reading the inputs.
+// Reading inputs.
 namespace {
 
 namespace fs = std::filesystem;
@@ -37,7 +37,7 @@ bool is_wanted(const Sample& sample) {
          std::holds_alternative<ImuSample>(sample) || std::holds_alternative<TruthPose>(sample);
 }
 
-/// Detects tags in the images of a recording that contains no observations.
+/// Detects tags in the recorded images if the recording contains no observations.
 Status detect_tags(const std::string& path, const CameraChoice& frames, LocalizeInputs& inputs,
                    const JobControl& control) {
   Result<RecordedLap> lap = read_lap_files({path}, control, nullptr, frames);
@@ -85,7 +85,7 @@ Status read_log(const std::string& path, const CameraChoice& frames, LocalizeInp
   return {};
 }
 
-/// Reads the recordings of one drive; at most one of them may contain odometry.
+/// Reads the recordings of a single drive. At most one of them may contain odometry.
 Status read_logs(const LocalizeJob& job, LocalizeInputs& inputs, const JobControl& control) {
   std::string with_odometry;
   for (const std::string& log : job.logs) {
@@ -163,12 +163,13 @@ Status read_calibration_of(const LocalizeJob& job, LocalizeInputs& inputs) {
   return {};
 }
 
-/// Must run last: options set by the caller override the robot file and the calibration.
+/// Applies the options set by the caller. It must run last, because they override the robot file and the
+/// calibration.
 Status apply_requested(const LocalizeJob& job, LocalizeInputs& inputs) {
   return job.asked ? job.asked(inputs.setup.filter) : Status();
 }
 
-/// Rejects invalid input before anything runs.
+/// Rejects invalid input before the localizer runs.
 Status check_inputs(const LocalizeJob& job, LocalizeInputs& inputs) {
   const auto count = [&](auto is) { return std::ranges::count_if(inputs.samples, is); };
   const auto lacks = [&](const std::string& what) {
@@ -196,7 +197,7 @@ Status check_inputs(const LocalizeJob& job, LocalizeInputs& inputs) {
   return {};
 }
 
-/// Reads the inputs that depend neither on the recording nor on the robot: options and map.
+/// Reads the inputs that depend on neither the recording nor the robot: the options and the map.
 Result<LocalizeInputs> read_map_of(const LocalizeJob& job) {
   LocalizeInputs inputs;
   if (!std::ranges::all_of(job.start, [](double x) { return std::isfinite(x); }))
@@ -220,7 +221,7 @@ Result<LocalizeInputs> read_map_of(const LocalizeJob& job) {
   return inputs;
 }
 
-/// Applies the mounting of a planar sensor, then the calibration, which overrides it.
+/// Applies the mounting of a planar sensor and then the calibration, which overrides it.
 Status apply_mounting(const LocalizeJob& job, LocalizeInputs& inputs) {
   if (job.sensor_pose.size() == 3) {
     inputs.planar_sensor = true;
@@ -275,7 +276,7 @@ Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, const JobCon
   const bool poses = std::ranges::any_of(
       inputs.samples, [](const Sample& s) { return std::holds_alternative<TagPoseFrame>(s); });
   if (poses && !inputs.planar_sensor && !inputs.setup.sensor.camera && job.robot.empty()) {
-    // The only plausible assumption is a camera that looks forward from above the base origin.
+    // The only plausible assumption is a camera that looks forward from a point above the base origin.
     inputs.setup.sensor.base_T_sensor =
         SE3(body_R_optical(), inputs.setup.sensor.base_T_sensor.translation());
     inputs.mounting_guessed = true;
@@ -316,17 +317,17 @@ Status run(Localizer& localizer, const LocalizeInputs& inputs, bool hindsight, c
   return {};
 }
 
-/// Results of a first run over the recording, from which the filter parameters are corrected.
+/// Results of a first run over the recording, which are used to correct the filter parameters.
 struct FirstRun {
   std::optional<SystematicVerdict> suspect{};
-  double latency_off_s = 0;                 ///< correction of the latency, estimated from innovations
-  bool corners = false;                     ///< the recording contains tag corners
-  bool noise_inconsistent = false;          ///< for the NIS of single observations
-  bool lasting_noise_inconsistent = false;  ///< for the NIS of averaged observations
+  double latency_off_s = 0;                 ///< correction to the latency, estimated from innovations
+  bool corners = false;                     ///< whether the recording contains tag corners
+  bool noise_inconsistent = false;          ///< according to the NIS of single observations
+  bool lasting_noise_inconsistent = false;  ///< according to the NIS of averaged observations
 };
 
-/// NIS of all observations, with outliers capped. Tags that contradict the map are excluded, unless there are
-/// many.
+/// NIS summed over all observations, with outliers capped. Tags that contradict the map are excluded, unless
+/// there are many such tags.
 class NisSums {
  public:
   explicit NisSums(const Landmarks& landmarks)
@@ -342,7 +343,8 @@ class NisSums {
     sums.rows += record.rows;
   }
   [[nodiscard]] std::optional<double> per_row(const TagWatch& watch) const {
-    constexpr double kMinUsableShare = 0.5;  // if fewer rows are usable, the tags are not the cause
+    // If the fraction of usable rows is smaller, the tags are not the cause.
+    constexpr double kMinUsableShare = 0.5;
     Sums total;
     Sums usable;
     for (std::size_t i = 0; i < all_.size(); ++i) {
@@ -383,15 +385,15 @@ FirstRun first_run(const LocalizerSetup& setup, const std::vector<Sample>& sampl
   FirstRun found{.suspect = tracker.suspect(),
                  .noise_inconsistent = per_row && noise_is_inconsistent(*per_row, {}),
                  .lasting_noise_inconsistent = noise_is_inconsistent(0, tracker.lasting_nis())};
-  const auto fit = tracker.systematic().fit(SystematicVector::Constant(0.1));  // a weak prior
+  const auto fit = tracker.systematic().fit(SystematicVector::Constant(0.1));  // with a weak prior
   constexpr Eigen::Index kLatency = 7;
   if (fit) found.latency_off_s = fit->value[kLatency];
   found.corners = tracker.sees_corners();
   return found;
 }
 
-/// Estimates the latency from innovations with Gauss-Newton steps, each of which requires one run. Returns
-/// nothing if they do not converge.
+/// Estimates the latency from innovations with Gauss-Newton steps, each of which requires a run over the
+/// recording. Returns `nullopt` if they do not converge.
 std::optional<double> find_latency(LocalizerSetup setup, const std::vector<Sample>& samples, FirstRun& first,
                                    const JobControl& control) {
   constexpr int kMaxRuns = 6;
@@ -409,7 +411,7 @@ std::optional<double> find_latency(LocalizerSetup setup, const std::vector<Sampl
   return setup.filter.camera_latency_s;
 }
 
-/// True only for cameras: with coarse ranges, latency cannot be distinguished from yaw noise.
+/// Only true for cameras, because with coarse ranges latency cannot be distinguished from yaw noise.
 bool is_camera_latency(const FirstRun& first) {
   return first.suspect && first.suspect->suspect == Suspect::CameraLatency && first.corners;
 }
@@ -430,10 +432,10 @@ std::string noise_message(const NoiseFit& fit) {
       fit.motion_ratio, fit.turn_ratio, fit.sensor_ratio, fit.tag_sigma_m);
 }
 
-/// Estimates noise and latency from the recording; returns one message per change. An inconsistent NIS of
-/// single observations is corrected first, since all other tests depend on the noise. Inconsistent means
-/// alone are considered only if no parameter is suspect, because a wrong parameter causes lasting errors as
-/// well.
+/// Estimates noise and latency from the recording, and returns one message per change. An inconsistent NIS of
+/// single observations is corrected first, because all other tests depend on the noise. If only the NIS of
+/// averaged observations is inconsistent, it is considered only if no parameter is suspect, because a wrong
+/// parameter also causes lasting errors.
 std::vector<std::string> adapt(const std::vector<Sample>& samples, LocalizerSetup& setup, FirstRun& first,
                                const JobControl& control) {
   std::vector<std::string> messages;
@@ -483,7 +485,7 @@ Result<LocalizeReport> localize(const LocalizeJob& job, const LocalizeInputs& in
   const Status status = run(*localizer, inputs, hindsight, control, *output);
   Result<LocalizeReport> report = output->close(!status);
   if (!status) {
-    std::error_code ignored;  // a part of the drive could be mistaken for all of it
+    std::error_code ignored;  // otherwise, a part of the drive could be mistaken for all of it
     if (control.cancelled() && std::filesystem::is_regular_file(job.output, ignored))
       std::filesystem::remove(job.output, ignored);
     return tl::unexpected(status.error());

@@ -17,26 +17,26 @@
 
 namespace waymark {
 
-/// `waymark localize log`: poses of a robot from a recording of its drive and a tag map.
+/// `waymark localize log`: estimates the poses of a robot from the recording of a drive and a tag map.
 struct LocalizeJob {
   std::vector<std::string> logs{};
   std::string map{};
-  std::string robot{};        ///< file or name; empty: from the recording or the map folder
-  std::string calibration{};  ///< calibration.yaml; empty: none
-  std::string output{};       ///< recording or TUM file to write; empty: none
+  std::string robot{};        ///< file or name; if empty, taken from the recording or the map folder
+  std::string calibration{};  ///< path of a calibration.yaml; empty if there is none
+  std::string output{};       ///< recording or TUM file to write; if empty, none is written
   std::optional<double> tag_size_m{};
-  CameraChoice frames{};              ///< for a recording with several cameras
-  std::vector<double> sensor_pose{};  ///< x, y [m], yaw [deg] of a planar sensor; empty: not set
-  std::vector<double> start{};        ///< x, y [m], yaw [deg]; empty: unknown
+  CameraChoice frames{};              ///< for recordings with several cameras
+  std::vector<double> sensor_pose{};  ///< x, y [m] and yaw [deg] of a planar sensor; empty if not set
+  std::vector<double> start{};        ///< x, y [m] and yaw [deg]; empty if unknown
   LocalizationKind method = LocalizationKind::Riekf;
-  /// Standard deviation of tag positions if the map has no covariances; used only to calibrate from a lap.
+  /// Standard deviation of tag positions if the map has no covariances. Only used for calibration from a lap.
   double map_sigma_m = 0.01;
-  /// If false, motion and observation noise are estimated from the recording if it does not fit the assumed
-  /// noise.
+  /// If false, and the recording is inconsistent with the assumed noise, motion and observation noise are
+  /// estimated from the recording.
   bool no_adapt = false;
   RiekfOptions filter{};
-  /// Applies the filter options that the caller set explicitly. They override the robot file and the
-  /// calibration, which override `filter`.
+  /// Applies the filter options that were explicitly set by the caller. They override the robot file and the
+  /// calibration, both of which override `filter`.
   std::function<Status(RiekfOptions&)> asked{};
   AnchorOptions anchor{};
 
@@ -64,30 +64,32 @@ struct LocalizeJob {
   }
 };
 
-/// Fails on a job without a recording, and on contradictory values.
+/// Fails if the job has no recording or contains contradictory values.
 [[nodiscard]] Status check_job(const LocalizeJob& job);
 
-/// All inputs read by a job.
+/// All inputs that are read for a job.
 struct LocalizeInputs {
   LocalizerSetup setup{};
-  std::vector<Sample> samples{};  ///< in order of their stamps
+  std::vector<Sample> samples{};  ///< in the order of their timestamps
   std::vector<std::string> warnings{};
-  RecordingSetup recorded{};   ///< camera setup contained in the recording
-  std::string first_damage{};  ///< of the recordings; empty if they are intact
+  RecordingSetup recorded{};   ///< camera setup read from the recording
+  std::string first_damage{};  ///< first damage found in the recordings; empty if they are intact
   std::size_t observations = 0;
-  bool mounting_guessed = false;  ///< true if it was unknown and therefore assumed
-  bool planar_sensor = false;     ///< `sensor_pose` was set: x forward, y left; else optical axes
+  bool mounting_guessed = false;  ///< whether the mounting was unknown and had to be assumed
+  /// Whether `sensor_pose` was set. If so, the sensor has x forward and y left; otherwise it has optical
+  /// axes.
+  bool planar_sensor = false;
 };
 
 [[nodiscard]] Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, const JobControl& control);
 
-/// The same for a connected robot instead of a recording, without samples. `robot_yaml`: content of the robot
-/// file. Fails if the map contains only points, because the camera needs tag poses.
+/// Reads the inputs for a connected robot instead of a recording, so there are no samples. `robot_yaml` is
+/// the content of the robot file. Fails if the map contains only points, because the camera needs tag poses.
 [[nodiscard]] Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job,
                                                           const RobotDescription& robot,
                                                           const std::string& robot_yaml);
 
-/// Starts the localizer at `start`, if set.
+/// Starts the localizer at the pose `start`, if set.
 void start_localizer(const LocalizeJob& job, Localizer& localizer);
 
 /// Copies the calibrated values into the filter options.
@@ -97,27 +99,28 @@ struct LocalizeReport {
   LocalizationKind method = LocalizationKind::Riekf;
   std::size_t estimates = 0;
   std::size_t certain = 0;
-  std::optional<double> first_fix_s{};  ///< after the first sample
-  std::size_t compared = 0;             ///< map tag observations that were compared with an estimate
+  std::optional<double> first_fix_s{};  ///< time after the first sample
+  std::size_t compared = 0;  ///< number of map tag observations that were compared with an estimate
   std::size_t accepted = 0;
-  double nis_mean = 0;  ///< of accepted observations, per degree of freedom; 1 if all assumptions hold
-  std::optional<double> lasting_nis{};  ///< Tracker::lasting_nis()
+  double nis_mean = 0;  ///< NIS of accepted observations per degree of freedom; 1 if all assumptions hold
+  std::optional<double> lasting_nis{};  ///< see Tracker::lasting_nis()
   double duration_s = 0;
   double wall_s = 0;
   std::optional<LocalizationEstimate> last{};
   std::vector<std::string> problems{};
 };
 
-/// Localises the samples and writes the output: odometry and ground truth unchanged, certain estimates on
-/// /waymark/pose, uncertain ones on /waymark/pose_uncertain, and each compared observation on /waymark/nis.
+/// Localises the samples and writes the output. Odometry and ground truth are copied unchanged. Certain
+/// estimates are written to /waymark/pose, uncertain ones to /waymark/pose_uncertain, and each compared
+/// observation to /waymark/nis.
 [[nodiscard]] Result<LocalizeReport> localize(const LocalizeJob& job, const LocalizeInputs& inputs,
                                               const JobControl& control);
 /// Fields of the `--json` object.
 [[nodiscard]] ReportFields fields(const LocalizeReport& report);
 
-/// The printed report: estimates, observations, last pose.
+/// The printed report: estimates, observations, and the last pose.
 [[nodiscard]] std::string to_text(const LocalizeReport& report);
-/// Warnings about the report, with suggested remedies.
+/// Warnings about the results, with suggested remedies.
 [[nodiscard]] std::vector<std::string> localization_warnings(const LocalizeReport& report);
 
 }  // namespace waymark

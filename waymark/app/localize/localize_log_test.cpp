@@ -1,4 +1,4 @@
-// Precedence of the sources of camera, mounting and filter options, and localisation of a recording.
+// Precedence among the sources of camera, mounting and filter options, and localisation from a recording.
 #include "waymark/app/localize/localize_log.hpp"
 
 #include <gmock/gmock.h>
@@ -20,7 +20,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-/// Three seconds of a lap, the map of its world, and two robot files with different mountings.
+/// Three seconds of a lap, a map of its world, and two robot files with different mountings.
 struct InputFiles {
   fs::path folder = testing::fresh_folder("jobs_inputs");
   std::string lap = test::record_lap(folder / "lap.mcap", 91, {.for_s = 3});
@@ -41,7 +41,7 @@ struct InputFiles {
     EXPECT_TRUE(write_text_file(folder / name, *yaml));
   }
   [[nodiscard]] LocalizeJob job() const { return {.logs = {lap}, .map = map_folder.string()}; }
-  /// How far the job's camera mounting is ahead of the true one.
+  /// How far the camera mounting used by the job is ahead of the true one.
   [[nodiscard]] double ahead_m(const LocalizeJob& job) const {
     const auto inputs = read_localize_inputs(job, {});
     EXPECT_TRUE(inputs) << to_string(inputs.error());
@@ -56,7 +56,7 @@ const InputFiles& input_files() {
 
 TEST(LocalizeInputsOf, UseTheMountingOfTheRecordingUnlessAFileIsGiven) {
   LocalizeJob job = input_files().job();
-  EXPECT_NEAR(input_files().ahead_m(job), 0, 1e-9) << "from the recording, not the file next to the map";
+  EXPECT_NEAR(input_files().ahead_m(job), 0, 1e-9) << "from the recording, not from the file next to the map";
   job.robot = (input_files().folder / "ahead.yaml").string();
   EXPECT_NEAR(input_files().ahead_m(job), 0.1, 1e-9);
   const auto inputs = read_localize_inputs(job, {});
@@ -195,7 +195,7 @@ TEST(LocalizeLogOutput, RecordsMethodSourceAndOptions) {
   EXPECT_TRUE(lap->frames.empty());
 }
 
-/// Ten seconds of a lap, and the map of its world.
+/// Ten seconds of a lap, and a map of its world.
 struct Scene {
   fs::path folder = testing::fresh_folder("jobs_localize");
   std::string lap = test::record_lap(folder / "lap.mcap", 8, {.for_s = 10});
@@ -224,7 +224,7 @@ TEST(LocalizeLog, ReportAgreesWithTheEvaluationAgainstGroundTruth) {
   ASSERT_TRUE(report) << to_string(report.error());
   EXPECT_GT(report->certain, report->estimates / 2);
   EXPECT_NEAR(report->duration_s, 10, 0.5);
-  // Compares the written estimates with the ground truth in the recording.
+  // Compares the written estimates with the ground truth from the recording.
   const EvaluateTrajectoryJob job{.estimate = output, .reference = scene().lap};
   const auto inputs = read_evaluation(job, {});
   ASSERT_TRUE(inputs) << to_string(inputs.error());
@@ -249,7 +249,8 @@ TEST(LocalizeLog, LeavesNoFileIfCancelled) {
   ASSERT_TRUE(inputs);
   bool stop = false;
   JobControl control;
-  control.cancelled = [&] { return stop || fs::exists(output); };  // during the run that writes
+  // Cancels during the run that writes the output.
+  control.cancelled = [&] { return stop || fs::exists(output); };
   const auto report = localize(job, *inputs, control);
   ASSERT_FALSE(report);
   stop = true;
@@ -275,7 +276,7 @@ TEST(LocalizeLog, ChoosesTheOutputFormatByTheExtension) {
 TEST(LocalizeLog, RejectsInvalidJobsBeforeRunning) {
   const auto two_odometries = localized({.logs = {scene().lap, scene().lap}, .map = scene().map});
   ASSERT_FALSE(two_odometries);
-  EXPECT_EQ(two_odometries.error().code, ErrorCode::InvalidArgument) << "two recordings with odometry";
+  EXPECT_EQ(two_odometries.error().code, ErrorCode::InvalidArgument) << "two recordings contain odometry";
   EXPECT_FALSE(localized({.logs = {scene().lap}, .map = "/nowhere/map.yaml"}));
   EXPECT_FALSE(localized({.logs = {"/nowhere/lap.mcap"}, .map = scene().map}));
   const auto no_recording = localized({.map = scene().map});

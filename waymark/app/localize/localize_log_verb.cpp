@@ -23,7 +23,7 @@ ExitCode localize_log(const LocalizeLogArgs& args, Console& console) {
   if (valid) valid = check_job(job);
   if (!valid) return fail_usage(valid.error(), console);
   job.asked = [&args](RiekfOptions& filter) { return args.method.apply(filter); };
-  job.no_adapt = job.no_adapt || args.method.set_filter();  // options set by the caller are not adapted
+  job.no_adapt = job.no_adapt || args.method.set_filter();  // options set by the caller must not be adapted
   const JobControl control = control_from(console);
   Result<LocalizeInputs> inputs = read_localize_inputs(job, control);
   if (!inputs) return fail_with(inputs.error(), console);

@@ -21,7 +21,7 @@ constexpr const char* kYaml = "application/yaml";
 
 std::string extension_of(const std::string& path) { return std::filesystem::path(path).extension().string(); }
 
-/// Whether the output contains only poses, as text.
+/// Whether the output is a text file that contains only poses.
 bool writes_tum(const std::string& path) {
   return extension_of(path) == ".txt" || extension_of(path) == ".tum";
 }

@@ -1,4 +1,4 @@
-// Files written by a localizer run, and its report.
+// Files written during a localizer run, and the report on it.
 #include "waymark/app/localize/localize_output.hpp"
 
 #include <fstream>
@@ -48,8 +48,8 @@ TEST_F(Output, WritesCertainPosesAndCountsUncertainOnes) {
   EXPECT_TRUE(output->on_sample(Odometry{.stamp = at_ms(1000)}));
   EXPECT_TRUE(output->on_estimate(estimate(1500, 0, false)));
   EXPECT_TRUE(output->on_estimate(estimate(2500, 1)));
-  EXPECT_TRUE(output->on_estimate(estimate(2500, 7))) << "the same stamp again";
-  EXPECT_TRUE(output->on_estimate(estimate(2000, 7))) << "an older one";
+  EXPECT_TRUE(output->on_estimate(estimate(2500, 7))) << "a repeated timestamp is skipped";
+  EXPECT_TRUE(output->on_estimate(estimate(2000, 7))) << "an older timestamp is skipped";
   EXPECT_TRUE(output->on_estimate(estimate(3000, 2)));
   EXPECT_TRUE(output->on_sample(Odometry{.stamp = at_ms(4000)}));
   const auto report = output->close(false);
@@ -91,7 +91,7 @@ TEST_F(Output, RecordsEstimatesAndComparisons) {
   ASSERT_TRUE(report) << to_string(report.error());
   EXPECT_EQ(report->compared, 2U);
   EXPECT_EQ(report->accepted, 1U);
-  EXPECT_NEAR(report->nis_mean, 0.5, 1e-12) << "accepted observations only, per degree of freedom";
+  EXPECT_NEAR(report->nis_mean, 0.5, 1e-12) << "only accepted observations count, per degree of freedom";
   const auto poses = read_estimate(path_, "");
   ASSERT_TRUE(poses) << to_string(poses.error());
   EXPECT_EQ(poses->size(), 1U);
@@ -112,7 +112,7 @@ TEST_F(Output, FailsAtTheStartIfItCannotBeWritten) {
   ASSERT_FALSE(nameless);
   EXPECT_EQ(nameless.error().place.key, "`output`");
   EXPECT_FALSE(check_localize_output("/nowhere/poses.txt"));
-  EXPECT_TRUE(check_localize_output("")) << "no output";
+  EXPECT_TRUE(check_localize_output("")) << "an empty path means no output";
   EXPECT_TRUE(open(""));
 }
 

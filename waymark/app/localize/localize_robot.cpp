@@ -19,7 +19,7 @@ namespace {
 
 constexpr const char* kPhase = "localizing";
 
-/// Shows the estimates to viewers, and receives their requests.
+/// Shows the estimates to viewers and receives their requests.
 class LocalizeViewers {
  public:
   LocalizeViewers(const RobotSetup& setup, const LocalizeRobotJob& job, const TagMap& tags)
@@ -87,7 +87,7 @@ LocalizeListener listener_of(const LocalizeRobotJob& job, LocalizeOutput& output
           .on_message = control.note};
 }
 
-/// The job used to read calibration, map and start, as for a recording.
+/// A job for reading calibration, map and start pose in the same way as for a recording.
 LocalizeJob filter_job(const LocalizeRobotJob& job) {
   return {.map = job.map,
           .calibration = job.calibration,
@@ -116,7 +116,7 @@ Status check_job(const LocalizeRobotJob& job) {
               {.key = "lag_s"}, "Set `lag_s`, for example to 2, or `method=riekf`.");
 }
 
-/// Adds the values that the output does not provide.
+/// Adds the values that LocalizeOutput does not provide.
 void complete(LocalizeReport& report, LocalizationKind method, Localizer& localizer) {
   report.method = method;
   report.problems = localizer.method().problems();
@@ -133,7 +133,7 @@ Result<RobotSetup> load_listening_robot(const LocalizeRobotJob& job) {
   auto setup = load_kind(job.robot, {}, job.robot_file.empty() ? robot_file_in(folder) : job.robot_file, 1);
   if (!setup) {
     std::vector<std::string> kinds = robot_kind_names(true);
-    kinds.erase(kinds.begin());  // the simulated robot cannot be driven by another program
+    kinds.erase(kinds.begin());  // another program cannot drive the simulated robot
     return fail(ErrorCode::InvalidArgument, fmt::format("unknown robot '{}'", job.robot), {.key = "robot"},
                 fmt::format("Known: {}.", fmt::join(kinds, ", ")));
   }
@@ -157,7 +157,7 @@ Result<LocalizeRobotReport> localize_robot(const RobotSetup& setup, const Locali
   Result<Localizer> localizer = Localizer::make(inputs->setup);
   if (!localizer) return tl::unexpected(localizer.error());
   start_localizer(reading, *localizer);
-  // Opened before the robot starts, so that an unwritable file does not cost a drive.
+  // The output is opened before the robot starts, so that no drive is wasted if the file cannot be written.
   Result<LocalizeOutput> output = LocalizeOutput::open(job.output, inputs->setup,
                                                        {.name = "process:" + setup.process.text(),
                                                         .map = job.map,
@@ -181,10 +181,11 @@ Result<LocalizeRobotReport> localize_robot(const RobotSetup& setup, const Locali
   Status status = driven ? Status() : tl::unexpected(driven.error());
   for (const LocalizationEstimate& estimate : session.localizer().smoothed())
     if (status) status = output->on_estimate(estimate);
-  Result<LocalizeReport> report = output->close(!status);  // also if the drive failed
+  Result<LocalizeReport> report = output->close(!status);  // closed even if the drive failed
   if (!status) return tl::unexpected(status.error());
   if (!report) return tl::unexpected(report.error());
-  if (report->estimates == 0 && !job.output.ends_with(".mcap")) fresh.discard();  // an empty table
+  // Discard a table without rows.
+  if (report->estimates == 0 && !job.output.ends_with(".mcap")) fresh.discard();
   complete(*report, job.method, session.localizer());
   report->wall_s = watch.seconds();
   return LocalizeRobotReport{std::move(*report), session.end(*driven)};

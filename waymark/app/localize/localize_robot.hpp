@@ -16,26 +16,27 @@ namespace waymark {
 
 class LiveFeed;
 
-/// `waymark localize robot`: localises a robot that another program drives.
+/// `waymark localize robot`: localises a robot that is driven by another program.
 struct LocalizeRobotJob {
-  std::string robot{};  ///< KIND:ADDRESS
+  std::string robot{};  ///< given as KIND:ADDRESS
   std::string map{};
-  std::string robot_file{};   ///< robot description; empty: robot.yaml next to the map, else the default for
-                              ///< the robot kind
-  std::string calibration{};  ///< calibration.yaml; empty: none
-  std::string output{};       ///< recording of every sample, or TUM file to write; empty: none
+  /// Robot description. If empty, robot.yaml next to the map or, if there is none, the default for the robot
+  /// kind.
+  std::string robot_file{};
+  std::string calibration{};  ///< path of a calibration.yaml; empty if there is none
+  std::string output{};       ///< recording of every sample, or TUM file to write; if empty, none is written
   std::optional<double> tag_size_m{};
-  std::vector<double> start{};                ///< x, y [m], yaw [deg]; empty: unknown
-  std::vector<std::string> camera_sources{};  ///< cameras on this computer: [NAME=]ADDRESS
+  std::vector<double> start{};                ///< x, y [m] and yaw [deg]; empty if unknown
+  std::vector<std::string> camera_sources{};  ///< cameras on this computer, given as [NAME=]ADDRESS
   PictureSettings pictures{};
-  double duration_s = 0;  ///< 0: until stopped
-  double every_s = 1;     ///< between calls of `on_report`
-  std::string images{};   ///< how images are recorded: raw, jpeg; empty: not recorded
+  double duration_s = 0;  ///< 0 means until stopped
+  double every_s = 1;     ///< time between calls to `on_report`
+  std::string images{};   ///< "raw" or "jpeg"; if empty, images are not recorded
   LocalizationKind method = LocalizationKind::Riekf;
   RiekfOptions filter{};
   std::function<Status(RiekfOptions&)> asked{};  ///< see LocalizeJob::asked
   AnchorOptions anchor{};
-  LiveFeed* feed = nullptr;  ///< null without viewers
+  LiveFeed* feed = nullptr;  ///< null if there are no viewers
   /// See LocalizeListener::on_report.
   std::function<void(SensorTime, const std::optional<LocalizationEstimate>&)> on_report =
       [](SensorTime, const std::optional<LocalizationEstimate>&) {};
@@ -75,13 +76,13 @@ struct LocalizeRobotReport {
   LocalizeEnd end{};
 };
 
-/// Loads the robot of the job with the cameras on this computer (add_live_cameras()). No commands are sent to
-/// the robot. Fails on an unknown robot or an invalid job.
+/// Loads the job's robot together with the cameras on this computer (add_live_cameras()). No commands are
+/// sent to the robot. Fails if the robot is unknown or the job is invalid.
 [[nodiscard]] Result<RobotSetup> load_listening_robot(const LocalizeRobotJob& job);
 
-/// Localises the robot of the setup until stopped or cancelled. Nothing is sent to the robot. Fails like
-/// localize(), on a robot that waits for commands (lockstep), and if the robot process ends; the recording up
-/// to that point is kept.
+/// Localises the robot in the setup until stopped or cancelled. Nothing is sent to the robot. Fails for the
+/// same reasons as localize(), if the robot waits for commands (lockstep), and if the robot process ends. The
+/// recording up to that point is kept.
 [[nodiscard]] Result<LocalizeRobotReport> localize_robot(const RobotSetup& setup, const LocalizeRobotJob& job,
                                                          const JobControl& control);
 

@@ -8,7 +8,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// The error of a job that is rejected before its robot starts.
+/// The error for a job that is rejected before its robot starts.
 Error refused(const LocalizeRobotJob& job) {
   const auto setup = load_listening_robot(job);
   EXPECT_FALSE(setup);

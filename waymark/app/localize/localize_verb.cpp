@@ -10,7 +10,7 @@
 namespace waymark::cli {
 namespace {
 
-/// The value of a flag, "--robot ros2:limo" or "--robot=ros2:limo"; empty if it is not given.
+/// The value of a flag given as "--robot ros2:limo" or "--robot=ros2:limo". Empty if the flag is not given.
 std::string value_of(const std::vector<std::string>& words, const std::string& flag) {
   for (std::size_t i = 0; i < words.size(); ++i) {
     if (words[i].starts_with(flag + "=")) return words[i].substr(flag.size() + 1);
@@ -19,7 +19,7 @@ std::string value_of(const std::vector<std::string>& words, const std::string& f
   return {};
 }
 
-/// The subcommand for a command line that omits it.
+/// The subcommand implied by a command line that does not name one.
 std::string implied_subcommand(const std::vector<std::string>& words, const std::vector<Verb>& verbs) {
   if (is_robot_kind(value_of(words, "--robot"))) return "robot";
   const std::vector<std::string> inputs = inputs_of(words, verbs);

@@ -32,7 +32,7 @@ Status write(const LocalizeVideoJob& job, const CameraModel& camera, const std::
   }
   const auto closed = output->close(!status);
   if (status && closed) return {};
-  std::error_code ignored;  // a part of the video could be mistaken for all of it
+  std::error_code ignored;  // otherwise, a part of the video could be mistaken for all of it
   if (std::filesystem::is_regular_file(job.output, ignored)) std::filesystem::remove(job.output, ignored);
   return status ? tl::unexpected(closed.error()) : status;
 }

@@ -12,14 +12,15 @@
 
 namespace waymark {
 
-/// `waymark localize video`: camera poses for a video, from a tag map.
+/// `waymark localize video`: estimates the camera poses in a video from a tag map.
 struct LocalizeVideoJob {
-  std::string video{};  ///< video, or recording of a camera without a robot
+  std::string video{};  ///< a video, or a recording from a camera without a robot
   std::string map{};
   CameraDescription camera{};
-  std::string output{};  ///< recording or TUM file to write; empty: none
+  std::string output{};  ///< recording or TUM file to write; if empty, none is written
   std::optional<double> tag_size_m{};
-  std::function<void(const CameraMoment&)> on_moment = [](const CameraMoment&) {};  ///< for every image
+  /// Called for every image.
+  std::function<void(const CameraMoment&)> on_moment = [](const CameraMoment&) {};
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -43,16 +44,17 @@ struct LocalizeVideoJob {
 
 struct LocalizeVideoReport {
   VideoTags video{};
-  std::size_t known = 0;       ///< images with a pose
-  double corner_error_px = 0;  ///< CameraMoments::corner_error_px
+  std::size_t known = 0;       ///< number of images with a pose
+  double corner_error_px = 0;  ///< see CameraMoments::corner_error_px
 };
 
-/// Detects the tags in all images, then computes the poses. The output is written completely or not at all;
-/// a recording contains tags, poses (/waymark/pose) and the camera, with stamps since the first image.
+/// Detects the tags in all images, then computes the poses. The output is written completely or not at all. A
+/// recording contains the tags, the poses (/waymark/pose) and the camera, with timestamps since the first
+/// image.
 [[nodiscard]] Result<LocalizeVideoReport> localize_video(const LocalizeVideoJob& job,
                                                          const JobControl& control);
 
-/// "812 images, 640 with a pose"
+/// A summary such as "812 images, 640 with a pose".
 [[nodiscard]] std::string to_text(const LocalizeVideoReport& report);
 
 }  // namespace waymark

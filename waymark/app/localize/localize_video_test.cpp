@@ -1,4 +1,4 @@
-// Poses of a hand-held camera: from simulated corners with ground truth, and from a rendered video.
+// Poses of a hand-held camera, estimated from simulated corners with ground truth and from a rendered video.
 #include "waymark/app/localize/localize_video.hpp"
 
 #include <cmath>
@@ -30,7 +30,8 @@ CameraModel phone() {
   return CameraModel::make(PinholeRadtan{.fx = 520, .fy = 521, .cx = 318, .cy = 243}, 640, 480).value();
 }
 
-/// Detections of a walk through a room with a rolling shutter of `readout_s`, and ground truth.
+/// Ground truth and detections for a walk through a room, with a rolling shutter whose readout time is
+/// `readout_s`.
 struct Filmed {
   World world = testing::walk_room(0.165);
   std::vector<TagFrame> frames{};
@@ -53,7 +54,7 @@ Filmed filmed(double readout_s) {
 
 struct Errors {
   double rms_m = 0;
-  double nees = 0;  ///< mean; 6 expected
+  double nees = 0;  ///< mean NEES; 6 is expected
   std::size_t known = 0;
 };
 
@@ -114,7 +115,7 @@ TEST(CameraMoments, NeedAMapWithTags) {
   EXPECT_TRUE(tag_finder_for(map));
 }
 
-/// A video of three tags on a wall, taken by a camera that moves past them.
+/// A video of three tags on a wall, recorded by a camera that moves past them.
 class FilmedWall : public ::testing::Test {
  protected:
   static SE3 camera_at(int k) { return {SO3(), {-0.2 + 0.04 * k, 0.02 * k, -0.01 * k}}; }
@@ -179,11 +180,12 @@ TEST_F(FilmedWall, RecordingGivesTheSamePosesAsTheVideo) {
   const TagFinder finder = std::move(*make_tag_finder());
   ASSERT_TRUE(
       convert_video({.input = at("walk.mp4"), .output = at("tags.mcap"), .camera = phone()}, finder, {}));
-  EXPECT_FALSE(is_of_camera(at("tags.mcap"), false)) << "it may be a lap whose odometry is in another file";
+  EXPECT_FALSE(is_of_camera(at("tags.mcap"), false)) << "it may be a lap with odometry in another file";
   EXPECT_TRUE(is_of_camera(at("tags.mcap"), true));
   EXPECT_TRUE(is_of_camera(at("walk.mp4"), false));
   for (const char* unreadable : {"nothing.mp4", "nothing.mcap", "map.yaml"})
-    EXPECT_TRUE(is_of_camera(at(unreadable), true)) << "the error is reported on opening: " << unreadable;
+    EXPECT_TRUE(is_of_camera(at(unreadable), true))
+        << "the error is reported when the file is opened: " << unreadable;
   std::vector<SE3> of_video, of_recording;
   for (const auto& [file, poses] : {std::pair("walk.mp4", &of_video), {"tags.mcap", &of_recording}}) {
     job_.video = at(file);
@@ -204,7 +206,7 @@ TEST_F(FilmedWall, TruncatedRecordingIsLocalisedUpToItsEnd) {
       convert_video({.input = at("walk.mp4"), .output = at("cut.mcap"), .camera = phone()}, finder, {}));
   const auto whole = fs::file_size(at("cut.mcap"));
   job_.video = at("cut.mcap");
-  fs::resize_file(at("cut.mcap"), whole - 200);  // the end of the summary is missing
+  fs::resize_file(at("cut.mcap"), whole - 200);  // cuts off the end of the summary
   EXPECT_TRUE(is_of_camera(at("cut.mcap"), true));
   const auto all = localize_video(job_, {});
   ASSERT_TRUE(all) << to_string(all.error());
