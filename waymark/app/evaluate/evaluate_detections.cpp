@@ -15,7 +15,7 @@
 namespace waymark {
 namespace {
 
-/// Detections in all images, with counts.
+/// Detections in all images, and counts.
 struct Reports {
   std::vector<PictureReport> reports{};
   DetectSummary summary{};
@@ -39,11 +39,11 @@ Result<Reports> read_reports(const EvaluateDetectionsJob& job) {
   return Reports{.reports = std::move(*reports)};
 }
 
-/// The images to score, each with its ground truth. Notes report which images are skipped and why.
+/// The images to score, each with its ground truth. Notes report which images are skipped, and why.
 Result<std::vector<ImageDetections>> join(std::vector<PictureReport> reports, const DetectionTruth& truth,
                                           const JobControl& control) {
   std::vector<ImageDetections> images;
-  std::map<std::string, std::string> seen;  // name in the ground truth -> path
+  std::map<std::string, std::string> seen;  // from the name in the ground truth to the path
   std::size_t without_truth = 0;
   for (PictureReport& report : reports) {
     if (report.error) continue;
@@ -98,7 +98,7 @@ Result<EvaluateDetectionsReport> evaluate_detections(const EvaluateDetectionsJob
   return report;
 }
 
-// As fields.
+// Conversion to report fields.
 ReportFields fields(const CornerScores& corners) {
   return {{"tags", "Number of correct detections", corners.tags},
           {"rmse_px", "Root mean square of the Euclidean corner error", corners.rmse_px},
@@ -196,8 +196,8 @@ std::string between(const ClassScores& scores) {
                              : fmt::format("{:g} - {:g}", scores.low, scores.high);
 }
 
-/// Rounds to the printed digits and turns -0 into 0, because the mean of errors that cancel may have either
-/// sign.
+/// Rounds to the printed digits and turns -0 into 0, because the mean of errors that cancel out may have
+/// either sign.
 double rounded_to_print(double value) { return std::round(value * 1e4) / 1e4 + 0.0; }
 
 void put_corner_columns(Text& text, const std::optional<CornerScores>& corners) {
@@ -206,7 +206,7 @@ void put_corner_columns(Text& text, const std::optional<CornerScores>& corners) 
       rounded_to_print(corners->bias_y_px), rounded_to_print(corners->bias_outward_px));
 }
 
-/// One row per class: number of tags, recall, corner errors.
+/// One row per class: number of tags, recall, and corner errors.
 void put_classes(Text& text, const char* title, const std::vector<ClassScores>& classes) {
   put(text, "\n{:<14}{:>7}{:>9}{:>9}{:>9}{:>9}{:>9}\n", title, "tags", "recall %", "RMSE px", "bias x",
       "bias y", "outward");
@@ -218,7 +218,7 @@ void put_classes(Text& text, const char* title, const std::vector<ClassScores>& 
   }
 }
 
-/// Recall in percent: one row per size, one column per tilt.
+/// Recall in percent, with one row per size and one column per tilt.
 void put_grid(Text& text, const DetectionScores& scores) {
   if (scores.by_tilt.empty()) return;
   put(text, "\nrecall %, by size (rows) and tilt (columns)\n{:<14}", "size px");

@@ -10,14 +10,14 @@
 #include "waymark/base/fields.hpp"
 #include "waymark/evaluation/detections.hpp"
 
-/// `waymark evaluate detections`: compares detected tags with the true corners.
+/// `waymark evaluate detections`: compares detected tags with their true corners.
 namespace waymark {
 
 struct EvaluateDetectionsJob {
-  std::string truth{};                 ///< CSV
-  std::vector<std::string> sources{};  ///< images to run the detector on
+  std::string truth{};                 ///< CSV file with the true corners
+  std::vector<std::string> sources{};  ///< images in which to detect tags
   bool recursive = false;
-  std::string detections{};  ///< or JSON output of `waymark detect`; -: standard input
+  std::string detections{};  ///< JSON output of `waymark detect` to use instead; "-" for standard input
   ClassEdges edges{};
   MatchOptions matching{};
 
@@ -35,20 +35,20 @@ struct EvaluateDetectionsJob {
   }
 };
 
-/// Fails unless either images or detections are given, on invalid class edges, and on options without
-/// effect.
+/// Fails unless either images or detections are given. Also fails on invalid class edges, and on options that
+/// have no effect.
 [[nodiscard]] Status check_effects(const EvaluateDetectionsJob& job, const GivenFields& given);
 inline constexpr const char* kNothingDetected = "the detector does not run if `detections` is given";
 
 struct EvaluateDetectionsReport {
-  std::optional<DetectionScores> scores{};  ///< empty: see error
+  std::optional<DetectionScores> scores{};  ///< empty if `error` is set
   std::optional<Error> error{};
-  std::size_t failed = 0;  ///< images that were skipped or failed
-  bool stopped = false;    ///< cancelled; only the images up to that point are scored
+  std::size_t failed = 0;  ///< number of images that were skipped or failed
+  bool stopped = false;    ///< whether it was cancelled; if so, only the images up to that point are scored
 };
 
-/// Fails if the ground truth or the detections cannot be read. Notes report skipped images. `finder` is used
-/// if images are given.
+/// Fails if the ground truth or the detections cannot be read. Skipped images are reported in notes. `finder`
+/// is used if images are given.
 [[nodiscard]] Result<EvaluateDetectionsReport> evaluate_detections(const EvaluateDetectionsJob& job,
                                                                    const TagFinder& finder,
                                                                    const JobControl& control);
@@ -57,7 +57,8 @@ struct EvaluateDetectionsReport {
 [[nodiscard]] ReportFields fields(const CornerScores& corners);
 [[nodiscard]] ReportFields fields(const CornerConsistency& consistency);
 
-/// Text tables with totals, with recall, corner error and bias by size and by tilt, and with recall by both.
+/// Text tables: the totals, then recall, corner error and bias by size and by tilt, and finally recall by
+/// both.
 [[nodiscard]] std::string to_text(const DetectionScores& scores);
 
 }  // namespace waymark

@@ -1,4 +1,4 @@
-// Detections compared with ground truth: counts, corner errors, skipped images, and text.
+// Detections compared with ground truth: counts, corner errors, skipped images, and text output.
 #include "waymark/app/evaluate/evaluate_detections.hpp"
 
 #include <sstream>
@@ -20,7 +20,7 @@ using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-/// A square of 40 px at (`x_px`, 100), shifted by `off_px` in x.
+/// A square with a side of 40 px at (`x_px`, 100), shifted by `off_px` in x.
 TagDetection square_at(int number, double x_px, double off_px = 0) {
   TagDetection detection{.tag = {FamilyId::Tag36h11, number}};
   detection.corners_px = {Eigen::Vector2d(x_px + off_px, 100),
@@ -73,8 +73,8 @@ TEST_F(EvaluateDetections, CountsCorrectMissedWrongAndFalseDetections) {
   EXPECT_EQ(json["truth"], 3);
   EXPECT_EQ(json["detections"], 3);
   EXPECT_EQ(json["correct"], 1);
-  EXPECT_EQ(json["wrong_ids"], 1) << "tag 9 where tag 3 is";
-  EXPECT_EQ(json["false_positives"], 1) << "tag 5 where there is no tag";
+  EXPECT_EQ(json["wrong_ids"], 1) << "tag 9 is reported where tag 3 is";
+  EXPECT_EQ(json["false_positives"], 1) << "tag 5 is reported where there is no tag";
   EXPECT_NEAR(json["recall"].get<double>(), 1.0 / 3, 1e-12);
 }
 
@@ -95,7 +95,7 @@ TEST_F(EvaluateDetections, UnknownValuesAreNull) {
   const auto json = to_json(fields(*report->scores));
   EXPECT_EQ(json["recall"], 0.0);
   EXPECT_TRUE(json["corners"].is_null());
-  EXPECT_TRUE(json["consistency"].is_null()) << "without covariances";
+  EXPECT_TRUE(json["consistency"].is_null()) << "there are no covariances";
 }
 
 TEST_F(EvaluateDetections, UnmatchedImagesAreReported) {

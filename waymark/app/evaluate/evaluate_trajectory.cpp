@@ -38,7 +38,7 @@ Result<TrajectoryRow> score_row(const std::string& name, EstimatedTrajectory pos
   TrajectoryRow row{.name = name, .poses = std::move(poses)};
   row.path = score_path(row.poses, inputs.reference.path);
   if (inputs.reference.timed.empty()) return row;
-  if (row.path) row.path->side_m = {};  // undefined for a driven trajectory
+  if (row.path) row.path->side_m = {};  // undefined for the trajectory of a drive
   const auto pairs = pair_by_time(row.poses, inputs.reference.timed, duration_of(report.options.max_gap_s));
   if (pairs.empty() && !row.poses.empty()) {
     const auto span = [](const auto& timed) {
@@ -59,12 +59,12 @@ Result<TrajectoryRow> score_row(const std::string& name, EstimatedTrajectory pos
   return row;
 }
 
-/// Prints the ATE after alignment if it is much smaller. The frames of the two trajectories may then differ,
-/// for example because the map frame is that of the start of the lap.
+/// Prints the ATE after alignment if it is much smaller than before. In that case the two trajectories may
+/// have different frames, for example because the map frame is defined by the start of the lap.
 void note_frame_difference(const TrajectoryRow& row, const EvaluationInputs& inputs,
                            const TrajectoryReport& report, const JobControl& control) {
   constexpr double kLarge_m = 0.05;
-  constexpr double kMaxRatio = 0.25;  // of the ATE after alignment to that before
+  constexpr double kMaxRatio = 0.25;  // ratio of the ATE after alignment to that before alignment
   if (!row.scores || report.alignment != AlignmentKind::None || row.scores->ate_m.rmse < kLarge_m) return;
   const auto pairs = pair_by_time(row.poses, inputs.reference.timed, duration_of(report.options.max_gap_s));
   const auto aligned = score_trajectory(pairs, AlignmentKind::Se2, report.options);
@@ -75,7 +75,7 @@ void note_frame_difference(const TrajectoryRow& row, const EvaluationInputs& inp
                   aligned->ate_m.rmse));
 }
 
-/// The interval in which estimates are expected: that of the reference, else of the odometry.
+/// The interval in which estimates are expected: that of the reference or, without one, of the odometry.
 std::optional<std::pair<SensorTime, SensorTime>> expected_interval(const EvaluationInputs& inputs) {
   if (!inputs.reference.timed.empty())
     return std::pair(inputs.reference.timed.front().stamp, inputs.reference.timed.back().stamp);
@@ -85,7 +85,7 @@ std::optional<std::pair<SensorTime, SensorTime>> expected_interval(const Evaluat
 }
 
 /// The first estimate at a time covered by odometry. Only the first second is searched, because an image may
-/// precede the first odometry.
+/// precede the first odometry sample.
 std::optional<StampedPose> common_start(const EstimatedTrajectory& estimate, const Trajectory& wheels) {
   constexpr Duration kMaxDelay = std::chrono::seconds(1);
   for (const EstimatedPose& pose : estimate) {
@@ -95,8 +95,8 @@ std::optional<StampedPose> common_start(const EstimatedTrajectory& estimate, con
   return std::nullopt;
 }
 
-/// Adds the rows for dead reckoning, which start at the first pose of the estimate and end at the same time
-/// as it.
+/// Adds the rows for dead reckoning. It starts at the first pose of the estimate, and ends when the estimate
+/// ends.
 Status add_dead_reckoning(const EvaluationInputs& inputs, TrajectoryReport& report) {
   const EstimatedTrajectory estimate = report.rows.front().poses;
   const Trajectory wheels = wheel_odometry(inputs.motion.odometry);
@@ -238,14 +238,15 @@ Result<std::vector<std::string>> write_evaluation_figures(const EvaluationInputs
   return files;
 }
 
-// As fields.
+// Conversion to report fields.
 namespace {
 
 double seconds_of(const EstimatedTrajectory& poses) {
   return poses.empty() ? 0 : to_seconds(poses.back().stamp - poses.front().stamp);
 }
 
-/// Adds rmse, mean, median, p95 and max, with keys such as "ate_rmse_m" (`name` "ate", `unit` "m").
+/// Adds rmse, mean, median, p95 and max with keys such as "ate_rmse_m" (if `name` is "ate" and `unit` is
+/// "m").
 void add_statistics(ReportFields& all, const std::string& name, const std::string& unit,
                     std::string_view sentence, const std::optional<ErrorStatistics>& statistics) {
   const auto add = [&](const char* what, double ErrorStatistics::*member) {
@@ -375,9 +376,10 @@ std::vector<Odometry> odometry_of(const std::string& path, const JobControl& con
   return all;
 }
 
-/// Whether two recordings are from different drives, because their wheel odometry differs at the same times.
+/// Whether two recordings are from different drives. This is the case if their wheel odometry differs at the
+/// same times.
 bool different_drives(const std::string& a, const std::string& b, const JobControl& control) {
-  constexpr double kTolerance = 1e-3;  // [m], [rad]
+  constexpr double kTolerance = 1e-3;  // in metres or radians
   const std::vector<Odometry> first = odometry_of(a, control);
   if (first.empty() || a == b) return false;
   std::size_t common = 0;
@@ -391,7 +393,7 @@ bool different_drives(const std::string& a, const std::string& b, const JobContr
   return 2 * different > common;
 }
 
-/// Root mean square distance of the positions of a reference from their mean [m].
+/// RMS distance of the positions in a reference from their mean [m].
 double spread_of(const Reference& reference) {
   std::vector<Eigen::Vector2d> positions = reference.path.corners;
   for (const StampedPose& pose : reference.timed)
@@ -427,7 +429,7 @@ std::vector<std::string> comparison_warnings(const TrajectoryReport& report, con
     rmse_m = estimate.path->distance_m.rmse;
   }
   constexpr double kMinDistance_m = 0.3;
-  constexpr double kMinRatio = 0.7;  // of the distance to the extent of REF
+  constexpr double kMinRatio = 0.7;  // ratio of the error to the extent of REF
   if (report.alignment == AlignmentKind::None &&
       rmse_m > std::max(kMinDistance_m, kMinRatio * spread_of(reference)))
     all.push_back(
@@ -437,7 +439,7 @@ std::vector<std::string> comparison_warnings(const TrajectoryReport& report, con
   return all;
 }
 
-// As a table.
+// Output as a table.
 namespace {
 
 std::string metres(const std::optional<double>& value) { return value ? fmt::format("{:.4f}", *value) : "-"; }

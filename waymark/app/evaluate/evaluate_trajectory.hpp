@@ -15,18 +15,18 @@
 namespace waymark {
 
 struct EvaluateTrajectoryJob {
-  std::string estimate{};   ///< recording with poses, or TUM file
+  std::string estimate{};   ///< recording with poses, or a TUM file
   std::string reference{};  ///< see read_reference()
   std::string estimate_topic{};
   std::string reference_topic{};
-  std::string odometry{};          ///< recording whose odometry is evaluated as well; empty: none
-  std::string figures{};           ///< folder for figures; empty: none
-  std::string map{};               ///< map whose tags are drawn; empty: none
+  std::string odometry{};          ///< recording whose odometry is also evaluated; empty if there is none
+  std::string figures{};           ///< folder for figures; if empty, none are written
+  std::string map{};               ///< map whose tags are drawn; empty if there is none
   std::string alignment = "none";  ///< see alignment_kind()
-  bool closed = false;             ///< the path of the reference returns to its first point
-  double from_s = 0;               ///< from the start of the estimate, like to_s
+  bool closed = false;             ///< whether the reference path returns to its first point
+  double from_s = 0;               ///< relative to the start of the estimate, like to_s
   double to_s = 1e9;
-  double time_offset_s = 0;  ///< added to the stamps of the reference
+  double time_offset_s = 0;  ///< added to the timestamps of the reference
   TrajectoryScoreOptions scoring{};
 
   template <class Self, class Visitor>
@@ -63,27 +63,27 @@ struct EvaluateTrajectoryJob {
 
 /// Evaluation of one trajectory.
 struct TrajectoryRow {
-  std::string name{};  ///< "estimate", "odometry", "odometry with gyro"
+  std::string name{};  ///< "estimate", "odometry" or "odometry with gyro"
   EstimatedTrajectory poses{};
-  std::optional<TrajectoryScores> scores{};  ///< empty if the reference has no times
+  std::optional<TrajectoryScores> scores{};  ///< empty if the reference contains no times
   std::optional<PathScores> path{};
-  std::size_t pairs = 0;               ///< poses at times covered by the reference
-  std::optional<std::size_t> jumps{};  ///< relative to the reference, else to odometry
+  std::size_t pairs = 0;               ///< number of poses at times covered by the reference
+  std::optional<std::size_t> jumps{};  ///< relative to the reference or, without one, to the odometry
 };
 
 struct TrajectoryReport {
-  std::string estimate{};   ///< file
-  std::string reference{};  ///< file
+  std::string estimate{};   ///< path of the file
+  std::string reference{};  ///< path of the file
   AlignmentKind alignment = AlignmentKind::None;
   TrajectoryScoreOptions options{};
-  std::vector<TrajectoryRow> rows{};  ///< the estimate first
+  std::vector<TrajectoryRow> rows{};  ///< the estimate comes first
   std::optional<double> coverage{};
   std::optional<NisSummary> nis{};
-  std::size_t uncertain = 0;  ///< uncertain estimates, which are not evaluated
+  std::size_t uncertain = 0;  ///< number of uncertain estimates, which are not evaluated
   std::optional<double> time_to_first_fix_s{};
 };
 
-/// The contents of a job's files.
+/// The contents of the files named in a job.
 struct EvaluationInputs {
   EstimatedTrajectory estimate{};
   Reference reference{};
@@ -96,30 +96,30 @@ struct EvaluationInputs {
 [[nodiscard]] Result<TrajectoryReport> evaluate_trajectory(const EvaluateTrajectoryJob& job,
                                                            const EvaluationInputs& inputs,
                                                            const JobControl& control);
-/// Writes figures of the comparison into a folder; returns the files.
+/// Writes figures for the comparison to a folder, and returns their paths.
 [[nodiscard]] Result<std::vector<std::string>> write_evaluation_figures(const EvaluationInputs& inputs,
                                                                         const TrajectoryReport& report,
                                                                         const std::string& folder);
-/// Distance and heading change from the first pose to the last, which are the errors of a robot that returned
-/// to its start. 0 without poses.
+/// Distance and heading change from the first pose to the last. These are the errors for a robot that has
+/// returned to its start. Both are 0 without poses.
 [[nodiscard]] double end_to_start_m(const EstimatedTrajectory& poses);
 [[nodiscard]] double end_to_start_deg(const EstimatedTrajectory& poses);
 
 /// Unknown values are null.
 [[nodiscard]] ReportFields fields(const TrajectoryReport& report);
 
-/// Fails on options without effect. `reference`: nullptr before it is read.
+/// Fails on options that have no effect. `reference` is null if it has not been read yet.
 [[nodiscard]] Status check_effects(const EvaluateTrajectoryJob& job, const Reference* reference,
                                    const GivenFields& given);
 
-/// Warns if the trajectories have few common times, if they are from different drives, or if their distance
-/// is as large as the reference. Drives are different if both recordings contain wheel odometry and it
-/// differs. Reads the odometry of both files again if they are recordings.
+/// Warns if the trajectories have few times in common, if they are from different drives, or if the distance
+/// between them is as large as the reference. Drives are considered different if both recordings contain
+/// wheel odometry and it differs. If the two files are recordings, their odometry is read again.
 [[nodiscard]] std::vector<std::string> comparison_warnings(const TrajectoryReport& report,
                                                            const Reference& reference,
                                                            const JobControl& control = {});
 
-/// A table with one row per trajectory, then lines about consistency, jumps and coverage.
+/// A table with one row per trajectory, followed by lines about consistency, jumps and coverage.
 [[nodiscard]] std::string to_text(const TrajectoryReport& report);
 
 }  // namespace waymark

@@ -21,7 +21,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-/// The pose on an ellipse at this time.
+/// The pose on an ellipse at the given time.
 SE3 on_ellipse(double s) {
   const double angle = 0.2 * s;
   return lift(SE2(3 * std::cos(angle), 2 * std::sin(angle), angle));
@@ -144,7 +144,7 @@ TEST_F(EvaluateTrajectoryFiles, OdometryIsComparedWithTheEstimate) {
   EXPECT_EQ(report->rows[0].name, "estimate");
   EXPECT_EQ(report->rows[1].name, "odometry");
   ASSERT_TRUE(report->rows[1].scores);
-  EXPECT_GT(report->rows[1].scores->ate_m.rmse, 0) << "wheels drift";
+  EXPECT_GT(report->rows[1].scores->ate_m.rmse, 0) << "wheel odometry drifts";
   const auto json = to_json(fields(*report));
   EXPECT_TRUE(json.dump().find("odometry") != std::string::npos);
   EvaluateTrajectoryJob none = job;
@@ -171,7 +171,7 @@ TEST_F(EvaluateTrajectoryFiles, AnImageMayPrecedeTheFirstOdometry) {
   ASSERT_GE(report->rows.size(), 2U);
   EXPECT_EQ(report->rows[1].name, "odometry");
   const auto apart = with_pose_before(std::chrono::seconds(100));
-  ASSERT_FALSE(apart) << "another clock";
+  ASSERT_FALSE(apart) << "the clocks differ";
   EXPECT_THAT(apart.error().message, HasSubstr("does not cover"));
 }
 
@@ -198,7 +198,7 @@ TEST_F(EvaluateTrajectoryFiles, TheFolderOfFiguresIsCreated) {
   EXPECT_EQ(blocked.error().code, ErrorCode::Unwritable);
 }
 
-/// A circle with a radius of 2 m about (`x_m`, 0), ten poses a second.
+/// A circle with a radius of 2 m around (`x_m`, 0), with ten poses per second.
 Trajectory circle(double from_s, double to_s, double x_m = 0) {
   Trajectory path;
   for (int i = static_cast<int>(10 * from_s); i <= static_cast<int>(10 * to_s); ++i)
@@ -229,7 +229,7 @@ TEST_F(ComparisonWarnings, APlausibleErrorIsNoWarning) {
   EXPECT_THAT(
       warnings({.estimate = tum("a.txt", circle(0, 30, 0.25)), .reference = tum("b.txt", circle(0, 30))}),
       IsEmpty())
-      << "0.25 m is an error, not another place";
+      << "0.25 m is an error, not a different place";
 }
 
 TEST_F(ComparisonWarnings, FewCommonTimes) {
@@ -237,7 +237,7 @@ TEST_F(ComparisonWarnings, FewCommonTimes) {
   EXPECT_THAT(warnings({.estimate = tum("a.txt", circle(20, 60)), .reference = reference}),
               ElementsAre(HasSubstr("only 101 of 401 poses of EST")));
   EXPECT_THAT(warnings({.estimate = tum("a.txt", circle(10, 40)), .reference = reference}), IsEmpty())
-      << "two thirds of the times are common";
+      << "two thirds of the times overlap";
 }
 
 TEST_F(ComparisonWarnings, ADistantPlaceUnlessAligned) {
@@ -261,7 +261,7 @@ TEST_F(ComparisonWarnings, OdometryRevealsDifferentDrives) {
   EXPECT_THAT(warnings(job), IsEmpty()) << "the same seed gives the same lap";
 }
 
-/// Ten seconds of a recorded lap.
+/// Ten seconds from a recorded lap.
 struct TenSeconds {
   fs::path folder = testing::fresh_folder("jobs_evaluate_lap");
   std::string lap = test::record_lap(folder / "lap.mcap", 8, {.for_s = 10});
@@ -337,7 +337,7 @@ TEST(TrajectoryText, PrintsOneRowPerTrajectoryAndAVerdict) {
   EXPECT_THAT(to_text(report), HasSubstr("no covariance of the estimate is positive definite"));
 }
 
-/// A report for an estimate with this error; the reference covers `pairs` of its `poses`.
+/// A report on an estimate with the given error. The reference covers `pairs` of its `poses`.
 TrajectoryReport report_of(double rmse_m, std::size_t pairs, std::size_t poses) {
   TrajectoryReport report{.estimate = "/none/a", .reference = "/none/b"};
   TrajectoryRow row{
@@ -371,7 +371,7 @@ TEST(WarningsOfReport, ADistanceAsLargeAsTheReference) {
   aligned.alignment = AlignmentKind::Se2;
   EXPECT_THAT(comparison_warnings(aligned, square_reference(4)), IsEmpty()) << "only shapes are compared";
   EXPECT_THAT(comparison_warnings(report_of(0.2, 90, 100), square_reference(0.1)), IsEmpty())
-      << "the robot did not move";
+      << "the robot hardly moved";
 }
 
 TEST(WarningsOfReport, OdometryRevealsDifferentDrives) {

@@ -12,7 +12,7 @@
 namespace waymark {
 namespace {
 
-/// Fails if the output file exists and `force` is not set, and on options that have no effect.
+/// Fails if the output file exists and `force` is not set, or if an option has no effect.
 Status check_figure_output(const PlotJob& job, const std::filesystem::path& output) {
   if (job.figure.empty() && !job.output.empty())
     return fail(ErrorCode::InvalidArgument, "no effect without `figure`", {.key = "output"},

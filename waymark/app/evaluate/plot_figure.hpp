@@ -7,14 +7,14 @@
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/base/fields.hpp"
 
-/// Writes one figure of a report to a file.
+/// Writes a single figure from a report to a file.
 namespace waymark {
 
 struct PlotJob {
   std::vector<std::string> runs{};  ///< recordings, map folders, or a demo folder
-  std::string figure{};             ///< empty: list the figures, write nothing
-  std::string output{};             ///< .svg, .png or .pdf; empty: FIGURE.svg
-  bool force = false;               ///< replace an existing file
+  std::string figure{};             ///< if empty, the figures are listed and nothing is written
+  std::string output{};             ///< .svg, .png or .pdf; if empty, FIGURE.svg
+  bool force = false;               ///< whether an existing file may be replaced
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -27,12 +27,13 @@ struct PlotJob {
 };
 
 struct PlotReport {
-  std::vector<std::pair<std::string, std::string>> figures{};  ///< name; title and caption
-  std::string written{};                                       ///< file; empty: none
+  /// The name of each figure, and its title with the caption.
+  std::vector<std::pair<std::string, std::string>> figures{};
+  std::string written{};  ///< path of the written file; empty if there is none
 };
 
-/// Draws the figure, or lists the figures of the runs. Fails on an existing file unless `force` is set, and
-/// on an unknown figure (NotFound at `figure`, with the most similar name as hint).
+/// Draws the figure, or lists the figures available for the runs. Fails if the file exists and `force` is not
+/// set, or if the figure is unknown (NotFound at `figure`, with the most similar name as a hint).
 [[nodiscard]] Result<PlotReport> plot_figure(const PlotJob& job, const JobControl& control);
 
 /// One line per figure.

@@ -1,4 +1,4 @@
-// One figure of a report, written to a separate file.
+// A single figure from a report, written to a separate file.
 #include "waymark/app/evaluate/plot_figure.hpp"
 
 #include <algorithm>
@@ -63,10 +63,10 @@ TEST_F(PlotFigure, InvalidJobsAreReportedAndNothingIsWritten) {
   EXPECT_EQ(unknown.error().code, ErrorCode::NotFound);
   EXPECT_EQ(unknown.error().place.key, "figure");
   EXPECT_THAT(unknown.error().hint, HasSubstr(name));
-  EXPECT_FALSE(plot_figure(job_of("", "figure.svg"), {})) << "an output without a figure";
+  EXPECT_FALSE(plot_figure(job_of("", "figure.svg"), {})) << "an output requires a figure";
   PlotJob forced = job_of("");
   forced.force = true;
-  EXPECT_FALSE(plot_figure(forced, {})) << "`force` has no effect on a list";
+  EXPECT_FALSE(plot_figure(forced, {})) << "`force` has no effect when listing figures";
   EXPECT_FALSE(plot_figure(job_of(name, "figure.xyz"), {}));
   EXPECT_FALSE(plot_figure({.runs = {(folder_ / "none.mcap").string()}}, {}));
   EXPECT_EQ(test::names_in(folder_), std::vector<std::string>{});

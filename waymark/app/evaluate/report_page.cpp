@@ -39,7 +39,7 @@ namespace {
 namespace fs = std::filesystem;
 using Rows = std::vector<std::vector<std::string>>;
 
-// Drives side by side.
+// Comparison of drives, side by side.
 
 template <class Stamped>
 double rate_hz(const std::vector<Stamped>& samples) {
@@ -48,11 +48,11 @@ double rate_hz(const std::vector<Stamped>& samples) {
   return seconds > 0 ? static_cast<double>(samples.size() - 1) / seconds : 0;
 }
 
-/// Totals over the detections of a drive.
+/// Totals over all detections in a drive.
 struct DetectionTotals {
   std::size_t tags = 0;
   std::size_t with_two = 0;
-  double longest_gap_s = 0;  ///< without a detection
+  double longest_gap_s = 0;  ///< longest time without a detection
   std::vector<double> sides_px{};
 };
 
@@ -74,7 +74,7 @@ std::string number(double value, int digits) {
   return value > 0 ? fmt::format("{:.{}f}", value, digits) : "-";
 }
 
-/// Origin of the recording: "sim", "process:…", or another; "-" if unknown.
+/// Origin of the recording: "sim", "process:…", or another source. "-" if unknown.
 std::string source_of(const DriveRun& drive) {
   const auto made = drive.lap.setup.metadata.find("waymark");
   if (made == drive.lap.setup.metadata.end()) return "-";
@@ -133,7 +133,8 @@ plot::PageTable sensors_side_by_side(const Runs& runs) {
   std::vector<std::vector<ProfileRow>> columns;
   for (const DriveRun* drive : measured)
     columns.push_back(profile_table(*measured.front()->profile, *drive->profile));
-  std::vector<std::string> keys;  // the first drive may lack rows of the others
+  // Collected from all drives, because the first may lack rows that others have.
+  std::vector<std::string> keys;
   for (const std::vector<ProfileRow>& column : columns) {
     for (const ProfileRow& row : column) {
       if (std::ranges::find(keys, row.key) != keys.end()) continue;
@@ -151,10 +152,10 @@ plot::PageTable sensors_side_by_side(const Runs& runs) {
   return table;
 }
 
-// One drive.
+// Section on one drive.
 namespace {
 
-/// More poses would not be visible in a figure.
+/// More poses would not be distinguishable in a figure.
 constexpr std::size_t kMaxDrawnPoses = 3000;
 
 template <class Pose>
@@ -165,7 +166,7 @@ Trajectory thin(const std::vector<Pose>& poses) {
   return kept;
 }
 
-/// Tags of the map that the robot used, from the recording; empty if there is none.
+/// Tags in the map that the robot used, read from the recording. Empty if it contains no map.
 TagMap tags_of(const DriveRun& drive) {
   const auto text = drive.lap.attachments.find("map.yaml");
   if (text == drive.lap.attachments.end()) return {};
@@ -229,7 +230,8 @@ void add_scores(const DriveRun& drive, Rows& rows) {
     rows.push_back({"NEES (x, y, yaw; expected: 3)", fmt::format("{:.2f}", scores->consistency->nees_mean)});
 }
 
-/// Dead reckoning from the first pose of the ground truth, else of the estimate, else from the origin.
+/// Dead reckoning that starts at the first pose of the ground truth or, without one, of the estimate. If
+/// neither is available, it starts at the origin.
 Trajectory placed_odometry(const DriveRun& drive) {
   const Trajectory wheels = wheel_odometry(drive.lap.odometry);
   if (!drive.lap.truth.empty()) return thin(placed_at(wheels, drive.lap.truth.front()));
@@ -278,26 +280,26 @@ plot::PageSection drive_section(const DriveRun& drive) {
   return section;
 }
 
-// One map.
+// Section on one map.
 namespace {
 
 std::string millimetres(double metres) { return fmt::format("{:.1f}", 1000 * metres); }
 
-/// Largest standard deviation of the tag's centre in any direction.
+/// Standard deviation of the tag centre in the direction in which it is largest.
 std::string sigma_mm(const MappedTag& tag) {
   if (!tag.covariance) return "-";
   const double variance_m2 = symmetric_eigenvalues<3>(tag.covariance->topLeftCorner<3, 3>())[2];
   return millimetres(std::sqrt(std::max(0.0, variance_m2)));
 }
 
-/// Data from a map's lap, used to evaluate the map.
+/// Data from the lap with which a map was made, used to evaluate the map.
 struct LapEvidence {
   std::optional<World> world{};
   std::optional<MappedLap> chain{};  ///< the map before optimisation
   std::map<TagId, TagReprojection> residuals{};
 };
 
-/// Residuals are computed for the first camera only.
+/// Residuals are only computed for the first camera.
 std::vector<TagFrame> frames_of_first_camera(const RecordedLap& lap) {
   std::vector<TagFrame> frames = lap.frames;
   std::erase_if(frames, [&](const TagFrame& frame) {
@@ -358,7 +360,7 @@ std::vector<std::string> error_row(const char* name, const TagMap& map, const Tr
           millimetres(of_path.max_m)};
 }
 
-/// Whether map and world have the same frame, checked at the anchor.
+/// Whether the map and the world have the same frame, judging by the anchor.
 bool same_frame(const MapRun& run, const LapEvidence& evidence) {
   const MappedTag* truth = evidence.world ? evidence.world->tags.find(run.map.anchor) : nullptr;
   const MappedTag* mapped = run.map.tags.find(run.map.anchor);
@@ -414,10 +416,10 @@ plot::PageSection map_section(const MapRun& run, const DriveRun* drive, const Jo
   return section;
 }
 
-// Drives on the same route.
+// Comparison of drives on the same route.
 namespace {
 
-/// Hull of the robot in a drive, for the clearance; a point if unknown.
+/// Hull of the robot that made the drive, used for the clearance. A point if unknown.
 Hull hull_of(const DriveRun& drive) {
   const auto yaml = robot_yaml_of(drive.lap);
   if (!yaml) return {};
@@ -430,7 +432,7 @@ TagMap true_tags(const DriveRun& drive) {
   return world && *world ? (*world)->tags : TagMap{};
 }
 
-/// Driven trajectory: ground truth, or the estimate; empty if unknown.
+/// The driven trajectory: ground truth if available, else the estimate. Empty if neither is known.
 struct DrivenTrajectory {
   Trajectory poses{};
   bool truth = false;
@@ -509,7 +511,7 @@ std::optional<plot::PageSection> comparison_section(const Runs& runs) {
   return section;
 }
 
-// The page.
+// The whole page.
 namespace {
 
 Status add_drive(const std::string& file, Runs& runs, const JobControl& control) {
@@ -548,7 +550,7 @@ Status add_map(const fs::path& folder, Runs& runs) {
   return {};
 }
 
-/// The recordings in a folder in the order in which they were made, oldest first.
+/// The recordings in a folder in the order they were made, oldest first.
 std::vector<std::string> recordings_in(const fs::path& folder) {
   std::vector<std::pair<fs::file_time_type, std::string>> found;
   std::error_code error;
@@ -580,7 +582,7 @@ Status add_folder(const fs::path& folder, Runs& runs, const JobControl& control)
               "Give a folder written by `waymark demo` or `waymark map`, or recordings.");
 }
 
-/// A report replaces an older report, but no other file.
+/// A report may replace an older report, but no other file unless `force` is set.
 Status check_output(const fs::path& output, bool force) {
   const std::string suffix = output.extension().string();
   if (suffix != ".html" && suffix != ".htm")

@@ -1,4 +1,4 @@
-// Reports on drives and maps: sections, tables and figures for the available data, and files after a
+// Reports on drives and maps: sections, tables and figures for the available data, and the files left after a
 // cancellation.
 #include "waymark/app/evaluate/report_page.hpp"
 
@@ -18,7 +18,8 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::SizeIs;
 
-/// A folder like those written by `waymark demo`: a lap, its map, and an estimate of the lap in the map.
+/// A folder like those written by `waymark demo`: a lap, the map made from it, and an estimate of the lap in
+/// that map.
 struct Demo {
   fs::path folder = testing::fresh_folder("jobs_demo");
   std::string lap = test::record_lap(folder / "lap.mcap", 41, {.for_s = 10});
@@ -65,7 +66,7 @@ TEST(ReadRuns, AFolderContainsDrivesAndAMap) {
   ASSERT_THAT(runs.maps, SizeIs(1));
   EXPECT_TRUE(runs.maps[0].route);
   EXPECT_FALSE(runs.maps[0].trajectory.empty());
-  EXPECT_EQ(drive_of(runs.maps[0], runs), &runs.drives[0]) << "map.yaml names its recording";
+  EXPECT_EQ(drive_of(runs.maps[0], runs), &runs.drives[0]) << "map.yaml contains the name of its recording";
   EXPECT_EQ(drive_of(runs.maps[0], runs_of({demo().estimate})), nullptr);
   EXPECT_THAT(runs_of({(demo().folder / "map" / "map.yaml").string()}).maps, SizeIs(1));
 }
@@ -132,7 +133,7 @@ TEST(Comparison, SensorsAreComparedIfTwoDrivesWereMeasured) {
   Runs runs;
   runs.drives = {{.file = "sim"}, {.file = "real"}, {.file = "unknown"}};
   runs.drives[0].profile = RecordingProfile{.duration_s = 10, .corner_sigma_px = 0.1};
-  EXPECT_THAT(sensors_side_by_side(runs).rows, SizeIs(0)) << "one drive alone is not compared";
+  EXPECT_THAT(sensors_side_by_side(runs).rows, SizeIs(0)) << "a single drive is not compared";
   runs.drives[1].profile = RecordingProfile{.duration_s = 12, .image_arrival_delay_s = 0.08};
   const plot::PageTable table = sensors_side_by_side(runs);
   EXPECT_EQ(table.head, (std::vector<std::string>{"quantity", "sim", "real"}));
