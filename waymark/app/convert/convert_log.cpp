@@ -22,8 +22,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Time in a recording [ns], given in seconds after its first message, or as "@…" seconds on the recording's
-/// clock.
+/// Converts a time in a recording to nanoseconds. It is given in seconds after the first message or, with a
+/// leading "@", in seconds on the recording's clock.
 Result<std::uint64_t> moment(const std::string& text, std::uint64_t start_ns, const char* field) {
   const bool absolute = text.starts_with('@');
   std::size_t used = 0;
@@ -71,7 +71,7 @@ Result<ExportOptions> export_options(const ConvertJob& job, MessageLog& log) {
   return options;
 }
 
-/// A file, or the folder of a bag, is written to a temporary path and renamed once it is complete.
+/// An output file or bag folder. It is written to a temporary path and renamed once it is complete.
 struct Output {
   fs::path path;
   fs::path temporary;
@@ -111,14 +111,14 @@ Result<std::string> format_of(const ConvertJob& job) {
               "Use the extension .mcap, .tum or .csv, or set `format`; `format=rosbag2` writes a folder.");
 }
 
-/// Fails if `kind` is set for a format that stores all kinds of samples.
+/// Fails if `kind` is set but the format stores all kinds of samples.
 Status check_kind(const ConvertJob& job, const std::string& format) {
   if (job.kind.empty() || format == "csv") return {};
   return fail(ErrorCode::InvalidArgument, fmt::format("'{}' has no effect on {}", job.kind, format),
               {.key = "kind"}, "Use an output that ends in .csv, or `topics` for other formats.");
 }
 
-/// The layout of a bag. Fails on bag options if another format is written.
+/// The layout of a bag. Fails if bag options are set for any other format.
 Result<BagFormat> bag_format_of(const ConvertJob& job, const std::string& format) {
   BagFormat bag;
   const std::string& unused = job.ros_distro.empty() ? job.storage : job.ros_distro;
@@ -167,14 +167,14 @@ Result<ExportReport> write_out(const std::string& format, const BagFormat& bag, 
   if (report && !error) return report;
   std::error_code ignored;
   fs::remove_all(out.temporary, ignored);
-  // Errors name the requested path.
+  // Errors must name the requested path, not the temporary one.
   if (!report && report.error().place.source.starts_with(out.temporary.string()))
     report.error() = named_output(std::move(report.error()), out.path);
   if (error) return fail(ErrorCode::Unwritable, error.message(), {.source = out.path.string()});
   return report;
 }
 
-/// Adds the camera of a robot to recordings that contain no camera calibration.
+/// Adds a robot's camera to recordings that contain no camera calibration.
 Status add_robot(const ConvertJob& job, const std::string& format, const MessageLog& log,
                  ExportOptions& options) {
   if (job.robot.empty()) return {};

@@ -13,17 +13,18 @@
 namespace waymark {
 
 struct ConvertJob {
-  std::vector<std::string> inputs{};  ///< recordings of one drive, merged by stamp
-  std::string output{};               ///< new file, or new folder for rosbag2
-  std::string format{};      ///< mcap, rosbag2, tum or csv; empty: according to the output's extension
-  std::string ros_distro{};  ///< for rosbag2: humble or jazzy; empty: jazzy
-  std::string storage{};     ///< for rosbag2: sqlite3 or mcap; empty: default of the ROS release
-  std::vector<std::string> topics{};  ///< only these; empty: all
-  std::string from{};                 ///< [s] after the start, or with @ on the recording's clock; empty: all
+  std::vector<std::string> inputs{};  ///< recordings from the same drive, merged by timestamp
+  std::string output{};               ///< a new file, or a new folder for rosbag2
+  std::string format{};      ///< mcap, rosbag2, tum or csv; if empty, chosen by the extension of the output
+  std::string ros_distro{};  ///< humble or jazzy, for rosbag2; if empty, jazzy
+  std::string storage{};     ///< sqlite3 or mcap, for rosbag2; if empty, the default of the ROS release
+  std::vector<std::string> topics{};  ///< topics to convert; if empty, all topics
+  /// Seconds after the start or, with a leading @, on the recording's clock; if empty, no limit.
+  std::string from{};
   std::string to{};
-  std::string kind{};            ///< content of a .csv: detections, odometry, imu, range-bearing
-  std::string robot{};           ///< robot file or name, whose camera is added to tables and LCM logs
-  double tag_latency_s = 0.065;  ///< camera latency of an MBot, from exposure to stamp
+  std::string kind{};            ///< content of a .csv output: detections, odometry, imu or range-bearing
+  std::string robot{};           ///< file or name of a robot whose camera is added to tables and LCM logs
+  double tag_latency_s = 0.065;  ///< camera latency of an MBot, from exposure to timestamp
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -60,10 +61,10 @@ struct ConvertJob {
   }
 };
 
-/// User options for a conversion: recordings, then the output.
+/// User options for a conversion: the recordings, followed by the output.
 struct ConvertRequest {
   std::string first{};
-  std::vector<std::string> rest{};  ///< further inputs, then the output
+  std::vector<std::string> rest{};  ///< additional inputs, followed by the output
   ConvertJob job{};                 ///< without inputs and output
 
   template <class Self, class Visitor>
@@ -81,25 +82,25 @@ struct ConvertRequest {
     ConvertJob::fields(self.job, visit);
   }
 };
-/// The job with inputs and output.
+/// The job, including inputs and output.
 [[nodiscard]] ConvertJob described_convert(const ConvertRequest& request);
 
-/// Fails on options that apply only to recordings. Call it if the input is not a recording.
+/// Fails if options are given that only apply to recordings. Call this if the input is not a recording.
 [[nodiscard]] Status check_no_recording(const GivenFields& given);
 
 struct ConvertReport {
   std::vector<std::string> inputs{};
   std::string output{};
-  std::string format{};  ///< of the output
+  std::string format{};  ///< format of the output
   LogFormat input_format = LogFormat::Mcap;
   std::string input_description{};
   ExportReport exported{};
 };
 
-/// The output appears only when it is complete. The error code is InvalidArgument for an invalid job, and a
-/// different one for file errors.
+/// Converts the recordings. The output file does not appear until it is complete. The error code is
+/// InvalidArgument for an invalid job, and a different one for file errors.
 [[nodiscard]] Result<ConvertReport> convert_log(const ConvertJob& job, const JobControl& control);
-/// Number of messages written, by topic.
+/// The number of messages written, by topic.
 [[nodiscard]] std::string to_text(const ConvertReport& report);
 [[nodiscard]] ReportFields fields(const ConvertReport& report);
 

@@ -117,7 +117,7 @@ TEST(RecordingInfo, ListsContentsAndNextSteps) {
   bool maps = false;
   for (const NextStep& step : next_steps(*info))
     maps = maps || step.command == "waymark map " + lap() + " -o map";
-  EXPECT_TRUE(maps) << "the recording contains anchor, tag size and camera, so no flag is needed";
+  EXPECT_TRUE(maps) << "the recording contains the anchor, the tag size and the camera, so no flag is needed";
   const auto quick = look_at(lap(), true, {});
   ASSERT_TRUE(quick);
   EXPECT_EQ(quick->report.messages, info->report.messages);
@@ -147,7 +147,7 @@ TEST(ReportPage, FiguresHaveUniqueNames) {
   for (const plot::PageFigure& figure : figures_of(*page)) names.push_back(figure.name);
   std::ranges::sort(names);
   EXPECT_EQ(std::ranges::adjacent_find(names), names.end());
-  EXPECT_FALSE(read_runs({testing::fresh_folder("jobs_empty").string()}, {})) << "an empty folder";
+  EXPECT_FALSE(read_runs({testing::fresh_folder("jobs_empty").string()}, {})) << "the folder is empty";
 }
 
 }  // namespace

@@ -16,24 +16,24 @@
 namespace waymark::cli {
 namespace {
 
-/// Flags of `waymark convert` for videos and live cameras: camera, tag size, detector, --pictures,
+/// Flags of `waymark convert` for videos and live cameras: camera, tag size, detector, --pictures and
 /// --duration-s. Must not be moved in memory, because the command line is parsed into its members.
 class ConvertVideoFlags {
  public:
   explicit ConvertVideoFlags(CLI::App& verb);
 
-  /// Fails if one of these flags is given. Call it if the input is a recording.
+  /// Fails if one of these flags is given. Call this if the input is a recording.
   [[nodiscard]] Status check_unused() const;
   /// Writes the tags detected in a video to a recording and prints the result.
   [[nodiscard]] ExitCode convert(const std::string& input, const std::string& output, bool json,
                                  Console& console) const;
-  /// Writes the tags detected by a live camera to a recording, until --duration-s has passed or Ctrl-C is
+  /// Writes the tags detected by a live camera to a recording until --duration-s has elapsed or Ctrl-C is
   /// pressed.
   [[nodiscard]] ExitCode record(const std::string& address, const std::string& output, bool json,
                                 Console& console) const;
 
  private:
-  /// Job and detector made from the flags.
+  /// A job and a detector, created from the flags.
   struct Prepared {
     ConvertVideoJob job{};
     TagFinder finder{};

@@ -17,7 +17,7 @@
 
 namespace waymark {
 
-// Samples as lines.
+// Printing samples as lines.
 namespace {
 
 struct Kind {
@@ -133,7 +133,7 @@ ReportFields fields(const PlayedTagPose& tag) {
           {"cam_T_tag", "Pose of the tag in the camera", PlayedPose{tag.seen.cam_T_tag}}};
 }
 
-/// A key that is used by several kinds has the same description in all of them.
+/// Fields of samples. A key used for several kinds has the same description in all of them.
 struct SampleFields {
   static ReportField camera_field(const std::string& camera) {
     return {"camera", "tags, tag_poses, pictures: name of the camera", camera};
@@ -227,10 +227,10 @@ ReportFields fields(const PlayedMessage& message) {
           {"size_bytes", "`messages`: size of the message", message.size_bytes}};
 }
 
-// Playing.
+// Playback.
 namespace {
 
-/// Waits until a recorded time is due.
+/// Waits until the time of a recorded message is due.
 class PlaybackPace {
  public:
   PlaybackPace(double speed, const std::function<bool()>& cancelled) : speed_(speed), cancelled_(cancelled) {}
@@ -244,7 +244,7 @@ class PlaybackPace {
         static_cast<double>(std::max<std::int64_t>(0, time_ns - *first_ns_)) * 1e-9 / speed_;
     const auto due = begin_ + std::chrono::duration_cast<steady_clock::duration>(
                                   std::chrono::duration<double>(std::min(since_s, kMaxWait_s)));
-    // Sleeps in slices, so that cancellation takes effect quickly.
+    // Sleep in slices, so that cancellation takes effect quickly.
     while (!cancelled_() && steady_clock::now() < due)
       std::this_thread::sleep_for(std::min<steady_clock::duration>(due - steady_clock::now(), kSlice));
     return !cancelled_();
@@ -260,7 +260,7 @@ class PlaybackPace {
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 };
 
-/// The error with which a visitor stops reading a log.
+/// The error returned by a visitor to stop reading a log.
 tl::unexpected<Error> stop_visit() { return fail(ErrorCode::LimitExceeded, "stopped"); }
 
 std::string message_line(const LogChannel& channel, const LogMessage& message, std::uint64_t start,
@@ -311,7 +311,7 @@ Result<LogSelection> select_part(MessageLog& log, const LogPart& part) {
           fmt::format("the recording ends before this time, {:.3f} s after its first message", duration_s),
           {.key = "from"}, "Use a smaller value.");
   }
-  constexpr double kMax_s = 1e9;  // 30 years
+  constexpr double kMax_s = 1e9;  // about 30 years
   if (part.from_s > 0)
     selection.from = start + static_cast<std::uint64_t>(std::min(part.from_s, kMax_s) * 1e9);
   if (part.to_s < kMax_s) selection.to = start + static_cast<std::uint64_t>(part.to_s * 1e9);

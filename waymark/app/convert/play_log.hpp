@@ -12,20 +12,20 @@
 #include "waymark/recording/message_log.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
-/// `waymark play`: samples of a recording as text or JSON, one per line.
+/// `waymark play`: prints the samples in a recording as text or JSON, one per line.
 namespace waymark {
 
 /// "odometry", "tags", …, as in LogContents.
 [[nodiscard]] const char* kind_of(const Sample& sample);
 
-/// "  12.340  odometry   x 1.200 m, y …"; seconds since `start`.
+/// A line such as "  12.340  odometry   x 1.200 m, y …". The time is in seconds since `start`.
 [[nodiscard]] std::string to_text(const Sample& sample, SensorTime start);
 
-/// `kind`, `stamp_ns` and the values of that kind. For images, only the size is given. In JSON, non-finite
-/// numbers are null.
+/// `kind`, `stamp_ns` and the values for that kind of sample. Only the size is included for images. In JSON,
+/// non-finite numbers are null.
 [[nodiscard]] ReportFields fields(const Sample& sample);
 
-/// A message of the recording, without its data.
+/// A message in the recording, without its data.
 struct PlayedMessage {
   std::string topic{};
   std::string type{};
@@ -37,8 +37,8 @@ struct PlayedMessage {
 
 /// A part of a recording.
 struct LogPart {
-  std::vector<std::string> topics{};  ///< empty: all
-  double from_s = 0;                  ///< after the first message
+  std::vector<std::string> topics{};  ///< if empty, all topics
+  double from_s = 0;                  ///< seconds after the first message
   double to_s = std::numeric_limits<double>::infinity();
 
   template <class Self, class Visitor>
@@ -53,14 +53,14 @@ struct LogPart {
               .without_default());
   }
 };
-/// Fails on an unknown topic (the hint contains the most similar one), on an invalid interval, and if the
-/// recording ends before the interval.
+/// Fails if a topic is unknown (the hint contains the most similar one), if the interval is invalid, or if
+/// the recording ends before the interval.
 [[nodiscard]] Result<LogSelection> select_part(MessageLog& log, const LogPart& part);
 
 struct PlayOptions {
-  double speed = 1;       ///< playback rate; 0: without waiting
-  bool messages = false;  ///< messages as recorded instead of samples
-  bool json = false;      ///< one JSON object per line instead of text
+  double speed = 1;       ///< playback rate; 0 means without waiting
+  bool messages = false;  ///< whether to print messages as recorded instead of samples
+  bool json = false;      ///< whether to print one JSON object per line instead of text
 };
 
 /// User options for playing a recording.
@@ -68,8 +68,8 @@ struct PlayRequest {
   std::string file{};
   LogPart part{};
   PlayOptions options{};
-  bool ros2 = false;      ///< publish on ROS 2 instead of printing
-  bool commands = false;  ///< with `ros2`: also velocity commands
+  bool ros2 = false;      ///< whether to publish on ROS 2 instead of printing
+  bool commands = false;  ///< if `ros2`, whether to publish velocity commands as well
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -92,16 +92,16 @@ struct PlayRequest {
   }
 };
 
-/// Fails on an invalid playback rate, and on options that have no effect.
+/// Fails if the playback rate is invalid, or if an option has no effect.
 [[nodiscard]] Status check_effects(const PlayRequest& request, const GivenFields& given);
 
 /// Passes one line per selected sample or message to `on_line` when it is due. Fails with LimitExceeded if
-/// `on_line` returns false, or if `cancelled`, which is also called while waiting, returns true.
+/// `on_line` returns false or `cancelled` returns true. `cancelled` is also called while waiting.
 [[nodiscard]] Status play_log(MessageLog& log, const LogSelection& selection, const PlayOptions& options,
                               const std::function<bool(const std::string&)>& on_line,
                               const std::function<bool()>& cancelled);
 
-/// Like play_log(), but passes the messages themselves. An error from `on_message` ends playback.
+/// Like play_log(), but passes on the messages themselves. An error from `on_message` ends playback.
 [[nodiscard]] Status play_messages(MessageLog& log, const LogSelection& selection, double speed,
                                    const MessageLog::Visitor& on_message,
                                    const std::function<bool()>& cancelled);

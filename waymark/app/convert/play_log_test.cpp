@@ -1,4 +1,4 @@
-// Selecting a part of a recording, and printing it as lines.
+// Selecting part of a recording, and printing it as lines.
 #include "waymark/app/convert/play_log.hpp"
 
 #include <algorithm>
@@ -60,7 +60,7 @@ TEST(SampleText, EveryKindHasAUniqueNameOneLineAndAnObject) {
     EXPECT_EQ(json["kind"], kind_of(sample));
     EXPECT_EQ(json["stamp_ns"], 12'000'000'000);
     EXPECT_EQ(json_line(Json::parse(json_line(json))), json_line(json))
-        << "a parsed line is written unchanged";
+        << "parsing a line and writing it again leaves it unchanged";
   }
   EXPECT_EQ(kinds.size(), std::variant_size_v<Sample>);
 }
@@ -87,7 +87,7 @@ TEST(SampleText, TheObjectContainsTheValues) {
   EXPECT_EQ(json(5)["map_T_base"]["quaternion_xyzw"][3], 1.0);
   EXPECT_FALSE(json(6).contains("pixels"));
   EXPECT_THAT(json_line(fields(all_kinds()[9])), HasSubstr(R"("ranges_m":[1.0,null,9.0])"))
-      << "JSON has no infinity";
+      << "JSON cannot represent infinity";
   EXPECT_EQ(json(10)["buttons"], Json::parse("[0,1]"));
 }
 
@@ -109,7 +109,7 @@ std::unique_ptr<MessageLog> open_lap() {
   return std::move(*log);
 }
 
-/// Number of messages of a part.
+/// The number of messages in a part.
 std::size_t messages_of(const LogPart& part) {
   const auto log = open_lap();
   const auto selection = select_part(*log, part);
@@ -187,7 +187,7 @@ TEST(PlayLog, EndsIfTheReaderStopsOrIfCancelled) {
   const Status cancelled = play_log(
       *log, {}, {.speed = 0}, [&](const std::string&) { return ++lines > 0; }, [] { return true; });
   EXPECT_FALSE(cancelled);
-  EXPECT_EQ(lines, 3) << "no line after the cancellation";
+  EXPECT_EQ(lines, 3) << "no line is printed after cancellation";
 }
 
 }  // namespace

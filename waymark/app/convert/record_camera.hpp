@@ -15,8 +15,8 @@ struct RecordCameraReport {
   CameraWatchEnd end{};
 };
 
-/// `waymark convert v4l2:… lap.mcap`: writes the tags detected by a live camera, and its images if requested,
-/// to the output of the job. Ends after `duration_s` (0: no limit), or if the control cancels. Errors: like
+/// `waymark convert v4l2:… lap.mcap`: writes the tags detected by a live camera to the job's output, and its
+/// images if requested. Ends after `duration_s` (0 means no limit), or if cancelled. Errors are those of
 /// convert_video().
 [[nodiscard]] Result<RecordCameraReport> record_camera(const ConvertVideoJob& job, double duration_s,
                                                        const TagFinder& finder, const JobControl& control);

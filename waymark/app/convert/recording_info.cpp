@@ -16,7 +16,7 @@
 namespace waymark {
 namespace {
 
-/// Adds problems with the camera of the recording.
+/// Adds problems with the recorded camera.
 void add_camera_problems(RecordingInfo& info) {
   const ChosenCamera& chosen = info.setup.chosen;
   for (const auto& problem : {chosen.ambiguous, chosen.camera_error, chosen.mounting_error})
@@ -37,9 +37,10 @@ Result<RecordingInfo> look_at(const std::string& file, bool quick, const JobCont
                      .attachments = log.attachments()};
   Result<LogContents> contents = contents_of(log, !quick);
   if (!contents) return tl::unexpected(contents.error());
-  info.problems = log.problems();  // of the messages; the next visit clears them
+  // Problems with the messages; must be copied before the next visit clears them.
+  info.problems = log.problems();
   info.contents = std::move(*contents);
-  // Uses the recorded robot setup. An invalid camera is reported as a problem, not as an error.
+  // Use the recorded robot setup, if valid. An invalid camera is reported as a problem, not as an error.
   Result<RecordingSetup> setup = log.setup();
   if (setup) info.setup = std::move(*setup);
   if (quick) {
@@ -63,7 +64,7 @@ Result<RecordingInfo> look_at(const std::string& file, bool quick, const JobCont
   return info;
 }
 
-// As fields.
+// Conversion to report fields.
 namespace {
 
 struct InfoTopic {
@@ -179,16 +180,16 @@ ReportFields fields(const RecordingInfo& info) {
           {"next", "Possible next steps with the recording", next_steps(info)}};
 }
 
-// Next steps.
+// Suggesting next steps.
 namespace {
 
-/// Data that is required for a tag map but missing from the recording, as flags or text.
+/// Data that are required for a tag map but missing from the recording.
 struct MapNeeds {
-  std::vector<std::string> flags{};    ///< that supply it
-  std::vector<std::string> missing{};  ///< descriptions
+  std::vector<std::string> flags{};    ///< flags that supply the data
+  std::vector<std::string> missing{};  ///< descriptions of the data
 };
 
-/// Whether the recording contains this value: "anchor", "tag_size_m".
+/// Whether the metadata in the recording contain this key, such as "anchor" or "tag_size_m".
 bool is_in_metadata(const RecordingInfo& info, const char* key) {
   const auto block = info.setup.metadata.find("waymark");
   return block != info.setup.metadata.end() && block->second.contains(key);
@@ -220,7 +221,7 @@ NextStep map_step(const RecordingInfo& info) {
                       fmt::join(needs.flags, " "))};
 }
 
-/// A new file in the working folder, because the folder of the recording may be read-only.
+/// A new file in the working directory, because the folder that contains the recording may be read-only.
 std::string output_in_working_folder(const RecordingInfo& info, const char* suffix) {
   return shell_word(std::filesystem::path(info.file).filename().string() + suffix);
 }
@@ -263,7 +264,7 @@ std::vector<NextStep> next_steps(const RecordingInfo& info) {
     steps.push_back({"Make a tag map from the recorded tag poses.",
                      fmt::format("waymark map {}{} -o map", shell_word(info.file),
                                  is_in_metadata(info, "tag_size_m") ? ""
-                                 : info.format == LogFormat::Lcm    ? " --tag-size-m 0.054"  // an MBot's
+                                 : info.format == LogFormat::Lcm    ? " --tag-size-m 0.054"  // for an MBot
                                                                     : " --tag-size-m 0.16")});
   }
   const char* robot = corners && !(info.setup.camera && info.setup.base_T_cam) ? " --robot robot.yaml" : "";
@@ -285,7 +286,7 @@ std::vector<NextStep> next_steps(const RecordingInfo& info) {
 // Text output.
 namespace {
 
-/// A date if the stamps are times since 1970, else seconds on the robot's clock.
+/// A date if the timestamps are times since 1970; otherwise seconds on the robot's clock.
 std::string start_text(std::uint64_t start_ns) {
   constexpr std::uint64_t kYear2000 = 946'684'800;
   constexpr std::uint64_t kSecond = 1'000'000'000;
@@ -324,7 +325,7 @@ std::string topics_text(const RecordingInfo& info) {
   return text;
 }
 
-/// Defects in the stamps of a topic; empty if there are none.
+/// Defects in the timestamps of a topic. Empty if there are none.
 std::string stamps_text(const TopicReport& topic) {
   std::vector<std::string> defects;
   const StampStatistics& stamps = topic.stamps;

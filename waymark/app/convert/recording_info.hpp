@@ -15,7 +15,7 @@ namespace waymark {
 /// A possible next step with a recording.
 struct NextStep {
   std::string sentence{};
-  std::string command{};  ///< empty if there is no command
+  std::string command{};  ///< empty if no command applies
 };
 
 struct RecordingInfo {
@@ -24,7 +24,7 @@ struct RecordingInfo {
   std::string description{};
   LogSummary summary{};
   LogReport report{};
-  bool quick = false;  ///< only the index was read; stamps were not analysed
+  bool quick = false;  ///< whether only the index was read; if so, timestamps were not analysed
   LogContents contents{};
   RecordingSetup setup{};
   std::vector<LogAttachment> attachments{};
@@ -33,7 +33,7 @@ struct RecordingInfo {
 
 struct InfoJob {
   std::string file{};
-  bool quick = false;  ///< read only the index
+  bool quick = false;  ///< whether to read only the index
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -45,17 +45,17 @@ struct InfoJob {
   }
 };
 
-/// Reads all messages of the recording, or only its index if `quick`. If cancelled, the summary covers the
-/// part that was read.
+/// Reads all messages in the recording, or only its index if `quick`. If cancelled, the summary covers the
+/// part that has been read.
 [[nodiscard]] Result<RecordingInfo> look_at(const std::string& file, bool quick, const JobControl& control);
 
-/// The verbs that can use this recording, and the additional data that other verbs require.
+/// The verbs that can use this recording, and the additional data required by others.
 [[nodiscard]] std::vector<NextStep> next_steps(const RecordingInfo& info);
 [[nodiscard]] ReportFields fields(const NextStep& step);
 
 [[nodiscard]] ReportFields fields(const RecordingInfo& info);
 
-/// The text of `waymark info`: overview, topics, stamps, metadata, attachments, next steps.
+/// The text printed by `waymark info`: overview, topics, timestamps, metadata, attachments and next steps.
 [[nodiscard]] std::string to_text(const RecordingInfo& info);
 
 }  // namespace waymark

@@ -1,5 +1,5 @@
-// Summaries of intact and damaged recordings, recovery of damaged ones, and the commands that `waymark info`
-// suggests.
+// Summaries of intact and damaged recordings, recovery of damaged ones, and the commands suggested by
+// `waymark info`.
 #include "waymark/app/convert/recording_info.hpp"
 
 #include <fstream>
@@ -37,7 +37,7 @@ std::string bytes_of(const fs::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// A file with this fraction of the lap's bytes.
+/// Writes a file that contains only the given fraction of the lap's bytes.
 std::string cut_lap(const fs::path& folder, double fraction) {
   const std::string bytes = bytes_of(short_lap());
   const fs::path file = folder / "cut.mcap";
@@ -78,7 +78,7 @@ TEST(RecordingInfo, TextAndJsonHaveTheSameContent) {
   }
   EXPECT_THAT(text, AllOf(HasSubstr("metadata waymark\n  anchor: tag36h11:0"),
                           HasSubstr("robot.yaml (application/yaml")));
-  EXPECT_THAT(text, HasSubstr("'" + short_lap() + "'")) << "commands quote a name with a space";
+  EXPECT_THAT(text, HasSubstr("'" + short_lap() + "'")) << "file names with a space are quoted in commands";
   EXPECT_EQ(json["next"].size(), next_steps(*info).size());
   EXPECT_THAT(text, HasSubstr("s on the robot's clock")) << "the clock of a simulated lap starts at 0";
 }
@@ -273,7 +273,7 @@ TEST(ShellWord, OnlyWordsWithShellCharactersAreQuoted) {
 
 class LookAt : public ::testing::Test {
  protected:
-  // Not shared by the suite, because CTest runs several tests at once, each in its own process.
+  // Not shared by the suite, because CTest runs several tests at the same time, each in its own process.
   std::string file_ = test::record_lap(testing::fresh_folder("jobs_look_at") / "lap.mcap", 21, {.for_s = 3});
 };
 

@@ -11,7 +11,7 @@
 namespace waymark {
 namespace {
 
-/// "lap.recovered.mcap" for "lap.mcap" and for "lap".
+/// Returns "lap.recovered.mcap" for both "lap.mcap" and "lap".
 std::string recovered_name(const std::string& file) {
   const std::filesystem::path path(file);
   const bool has_suffix = path.extension() == ".mcap" || path.extension() == ".MCAP";

@@ -6,12 +6,12 @@
 #include "waymark/base/fields.hpp"
 #include "waymark/recording/mcap/recover.hpp"
 
-/// `waymark recover`: copies the intact part of a damaged recording to a new one.
+/// `waymark recover`: copies the intact part of a damaged recording to a new file.
 namespace waymark {
 
 struct RecoverJob {
   std::string file;
-  std::string output{};  ///< empty: lap.recovered.mcap next to lap.mcap
+  std::string output{};  ///< if empty, lap.recovered.mcap next to lap.mcap
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
