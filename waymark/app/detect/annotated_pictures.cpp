@@ -21,7 +21,7 @@ std::string lower(std::string text) {
   return text;
 }
 
-/// "a__photo.jpg" for "a/photo.jpg"; ".." and a leading "/" are dropped.
+/// "a__photo.jpg" for "a/photo.jpg". Any ".." and a leading "/" are dropped.
 std::string flattened(const std::string& path) {
   std::string name;
   for (const auto& part : std::filesystem::path(path).lexically_normal().relative_path()) {
@@ -60,7 +60,7 @@ Result<AnnotatedVideo> AnnotatedVideo::create(const std::string& path, const std
                   "Set `annotate` to another name.");
     if (has_rate || input.error || kind_of(input.path) != FileKind::Video) continue;
     const Result<VideoReader> reader = VideoReader::open(input.path);
-    if (!reader) continue;  // reported when it is read
+    if (!reader) continue;  // the error is reported when the video is read
     video.options_.rate_hz = reader->info().mean_rate_hz.value_or(video.options_.rate_hz);
     video.options_.rotation_deg = reader->info().rotation_deg;
     has_rate = true;

@@ -11,28 +11,29 @@
 namespace waymark {
 
 /// Unique file names for annotated pictures in one folder: "photo.png" for "a/photo.jpg". If two names would
-/// collide (ignoring case, like some file systems), both contain the whole path: "a__photo.jpg.png". If these
-/// collide as well, numbers are appended. The result depends only on the list.
+/// collide (case is ignored, as in some file systems), both contain the whole path: "a__photo.jpg.png". If
+/// these also collide, numbers are appended. The result depends only on the list.
 [[nodiscard]] std::vector<std::string> annotation_names(const std::vector<std::string>& pictures);
 
-/// Writes annotated pictures as a video with the size of the first picture and the stamps of all. Pictures
-/// without timestamps are spaced at the video's frame rate.
+/// Writes annotated pictures to a video, which has the size of the first picture and the timestamps of all of
+/// them. Pictures without timestamps are spaced at the video's frame rate.
 class AnnotatedVideo {
  public:
-  /// Fails if `path` is one of the inputs. Rate and rotation are those of the first video among them.
+  /// Fails if `path` is one of the inputs. The rate and rotation are taken from the first video among the
+  /// inputs.
   [[nodiscard]] static Result<AnnotatedVideo> create(const std::string& path,
                                                      const std::vector<Input>& inputs);
 
   [[nodiscard]] Status add(const ColorImage& picture, std::optional<SensorTime> stamp);
-  /// Completes the file; without pictures no file is written.
+  /// Completes the file. If there are no pictures, no file is written.
   [[nodiscard]] Status close();
 
  private:
   std::filesystem::path path_{};
   VideoWriterOptions options_{};
   std::optional<VideoWriter> writer_{};
-  std::optional<SensorTime> last_{};  ///< stamp of the last picture in the output
-  Duration shift_{};                  ///< added to stamps, as each input starts at zero
+  std::optional<SensorTime> last_{};  ///< timestamp of the last picture in the output
+  Duration shift_{};                  ///< added to timestamps, because each input starts at zero
 };
 
 }  // namespace waymark

@@ -14,7 +14,7 @@
 namespace waymark {
 namespace {
 
-/// Detection for one camera; if there are several, each has its own thread.
+/// Detection for one camera. If there are several cameras, each has its own thread.
 class CameraDetection {
  public:
   CameraDetection(const DetectCamerasJob& job, const JobControl& control, std::mutex& mutex,

@@ -18,19 +18,19 @@ namespace waymark {
 struct DetectCamerasJob {
   std::vector<std::string> addresses{};
   std::optional<PoseSetup> poses{};
-  double duration_s = 0;              ///< 0: until the control cancels it
-  std::optional<PageOptions> page{};  ///< page that shows the camera; requires a single camera
+  double duration_s = 0;              ///< 0 means until cancelled
+  std::optional<PageOptions> page{};  ///< page that shows the camera; can only be set for a single camera
   std::function<void(const PictureReport&, const PoseList&, Duration age)> on_picture{};
 };
 
-/// User options for detection, except for detector and camera.
+/// User options for detection, except those for the detector and the camera.
 struct DetectRequest {
   DetectJob job{};
-  bool view = false;  ///< show the page of one live camera
+  bool view = false;  ///< whether to show a page with the live camera; requires a single camera
   PageOptions page{};
   bool json = false;
-  bool covariance = false;  ///< in JSON lines
-  double duration_s = 0;    ///< DetectCamerasJob::duration_s
+  bool covariance = false;  ///< whether JSON lines include covariances
+  double duration_s = 0;    ///< see DetectCamerasJob::duration_s
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -49,22 +49,22 @@ struct DetectRequest {
   }
 };
 
-/// Whether the inputs are live cameras. Fails on fields that have no effect on these inputs.
+/// Whether the inputs are live cameras. Fails if fields are given that have no effect on these inputs.
 [[nodiscard]] Result<bool> is_camera_input(const std::vector<std::string>& sources, const GivenFields& given);
 
-/// Result for one camera; an error ends only this camera.
+/// Result for one camera. An error in one camera does not end the others.
 struct DetectedCamera {
   std::string address{};
   Result<CameraWatchEnd> end{};
 };
 
-/// One line with the numbers of images, tags and lost images, preceded by the address if there are several
+/// One line with the numbers of images, tags and lost images. It begins with the address if there are several
 /// cameras. The camera must not have failed.
 [[nodiscard]] std::string to_text(const DetectedCamera& camera, bool several);
 
-/// Detects tags in the images of all cameras until each has ended. Each of several cameras has its own
-/// thread; calls of on_picture and of the control are serialised. Fails if a camera or the page cannot be
-/// opened.
+/// Detects tags in the images of all cameras until each has ended. If there are several cameras, each has its
+/// own thread, and calls to on_picture and to the job control are serialised. Fails if a camera or the page
+/// cannot be opened.
 [[nodiscard]] Result<std::vector<DetectedCamera>> detect_cameras(const DetectCamerasJob& job,
                                                                  const TagFinder& finder,
                                                                  const JobControl& control);

@@ -26,16 +26,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Output of annotated pictures.
+/// Where annotated pictures are written.
 struct Annotations {
-  fs::path folder;                      ///< empty: none
-  std::optional<AnnotatedVideo> video;  ///< instead of a folder
+  fs::path folder;                      ///< empty if none are written to a folder
+  std::optional<AnnotatedVideo> video;  ///< used instead of a folder
   std::vector<std::string> names;
-  bool failed = false;  ///< the folder cannot be created
+  bool failed = false;  ///< whether creating the folder failed
 };
 
-/// Creates the folder, or prepares the video. Fails if the folder contains input images, because annotated
-/// images could overwrite them.
+/// Creates the folder, or prepares the video. Fails if the folder contains input images, because they could
+/// be overwritten by annotated ones.
 Result<Annotations> prepare_annotations(const std::string& folder, const std::vector<Input>& inputs,
                                         const JobControl& control) {
   Annotations annotations;
@@ -72,7 +72,7 @@ Result<Annotations> prepare_annotations(const std::string& folder, const std::ve
   return annotations;
 }
 
-/// `name` for an image file, with the stamp added for an image in a recording: "lap_12.345000000.png".
+/// `name` for an image file. For an image in a recording, the timestamp is added: "lap_12.345000000.png".
 std::string annotation_name(const std::string& name, const PictureReport& report, const Input& input) {
   if (report.image == input.path) return name;
   const std::size_t stamp = report.image.rfind('#');
@@ -129,13 +129,13 @@ Result<DetectSummary> detect_pictures(const DetectJob& job, const TagFinder& fin
 
 namespace {
 
-/// Root mean square of the standard deviations of the corner coordinates; nothing without a covariance.
+/// Root mean square of the standard deviations of the corner coordinates. `nullopt` without a covariance.
 std::optional<double> sigma_px(const TagDetection& detection) {
   if (!detection.corner_covariance_px2) return std::nullopt;
   return std::sqrt(std::max(0.0, detection.corner_covariance_px2->trace() / 8));
 }
 
-/// Angle between the line of sight and the normal of the tag.
+/// Angle between the line of sight and the tag's normal.
 double incidence_deg(const SE3& cam_T_tag) {
   const Eigen::Vector3d normal = cam_T_tag.rotation() * Eigen::Vector3d::UnitZ();
   return to_degrees(std::acos(std::clamp(normal.dot(cam_T_tag.translation().normalized()), -1.0, 1.0)));

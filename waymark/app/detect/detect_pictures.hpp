@@ -10,14 +10,15 @@
 #include "waymark/app/common/detect_all.hpp"
 #include "waymark/base/fields.hpp"
 
-/// `waymark detect`: detects tags in images, with optional poses and annotated images.
+/// `waymark detect`: detects tags in images, and optionally computes poses and writes annotated images.
 namespace waymark {
 
 struct DetectJob {
-  std::vector<std::string> sources{};  ///< files, folders, patterns, recordings, videos
-  bool recursive = false;              ///< search folders recursively
+  std::vector<std::string> sources{};  ///< files, folders, patterns, recordings or videos
+  bool recursive = false;              ///< whether to search folders recursively
   std::optional<PoseSetup> poses{};
-  /// Output of annotated pictures: a folder, or a video if the name has a video extension; empty: none.
+  /// Where annotated pictures are written: a folder, or a video if the name has a video extension. If empty,
+  /// none are written.
   std::string annotate_folder{};
 
   template <class Self, class Visitor>
@@ -32,24 +33,25 @@ struct DetectJob {
   }
 };
 
-/// Called for each picture, in order; `poses` has one entry per detection, or is empty. Returns whether to
-/// continue.
+/// Called for each picture, in order. `poses` either has one entry per detection or is empty. Returns whether
+/// to continue.
 using EachDetected = std::function<bool(const PictureReport& report, const PoseList& poses)>;
 
-/// If a picture fails, it is counted and noted, its report contains the error, and the other pictures are
-/// processed. The whole job fails if annotated pictures would overwrite inputs.
+/// Detects tags in the pictures. If a picture fails, it is counted and noted, and its report contains the
+/// error, but the other pictures are still processed. The whole job fails if annotated pictures would
+/// overwrite inputs.
 [[nodiscard]] Result<DetectSummary> detect_pictures(const DetectJob& job, const TagFinder& finder,
                                                     const JobControl& control, const EachDetected& each);
 
-/// Poses of the tags in a picture. Empty, with an error in the report, if the calibration is for another
-/// image size.
+/// Poses of the tags in a picture. Empty if the calibration is for a different image size; the report then
+/// contains an error.
 [[nodiscard]] PoseList poses_for(PictureReport& report, const PoseSetup& setup);
 
-/// The detections in one image as a text table that ends with a newline. Requires report.detected.
+/// The detections in one image as a text table that ends with a newline. report.detected must be set.
 [[nodiscard]] std::string to_text(const PictureReport& report);
 
-/// Poses of the tags in one image as a text table that ends with a newline: both solutions, with standard
-/// deviations. Empty without poses.
+/// Poses of the tags in one image as a text table that ends with a newline. It contains both solutions with
+/// standard deviations. Empty if there are no poses.
 [[nodiscard]] std::string to_text(std::span<const TagDetection> detections, const PoseList& poses);
 
 }  // namespace waymark

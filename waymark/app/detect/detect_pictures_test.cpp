@@ -1,4 +1,4 @@
-// Detection in images and videos with drawn tags: tables, scores, annotated output, conversion to a
+// Detection in images and videos with drawn tags: tables, scores, annotated output, and conversion to a
 // recording.
 #include "waymark/app/detect/detect_pictures.hpp"
 
@@ -97,7 +97,7 @@ TEST_F(DetectPictures, EstimatesTheDistanceOfATag) {
   EXPECT_NEAR(json["detections"][0]["pose"]["cam_t_tag_m"][2].get<double>(), 0.16 * focal_px / 80, 0.01);
 }
 
-/// A row of tags from the middle of the image to its edge, taken with a lens with barrel distortion.
+/// A row of tags from the middle of the image to its edge, seen through a lens with barrel distortion.
 class DetectThroughALens : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -117,7 +117,7 @@ class DetectThroughALens : public ::testing::Test {
     truth_ = std::move(picture.tags);
   }
 
-  /// Root mean square error of the detected corners.
+  /// RMS error of the detected corners.
   double rms_px(const std::string& name, const std::optional<PoseSetup>& poses) {
     double sum = 0;
     int corners = 0;
@@ -207,7 +207,7 @@ TEST_F(DetectPictures, ScoresDetectionsWithGroundTruth) {
   EXPECT_FALSE(evaluate_detections(job, finder_, {}));
 }
 
-/// JSON of `waymark detect` for a board of 6 x 5 tags of 4 cm, projected without noise.
+/// The JSON output of `waymark detect` for a board of 6 x 5 tags of 4 cm, projected without noise.
 std::string board_detections(const CameraModel& camera, int pictures) {
   const TargetOptions board{.columns = 6, .rows = 5, .tag_size_m = 0.04};
   const TagMap tags = CalibrationTarget::make(board)->tags();
@@ -290,7 +290,7 @@ TEST(DetectionsText, HasOneRowPerTag) {
   ASSERT_EQ(lines.size(), 4U);
   const auto first = columns_of(lines[2]);
   EXPECT_EQ(first, (std::vector<std::string>{"tag36h11:3", "70.00", "120.00", "40.0", "-", "61.2", "1"}));
-  EXPECT_EQ(columns_of(lines[3])[4], "0.200") << "root of the mean variance of the coordinates";
+  EXPECT_EQ(columns_of(lines[3])[4], "0.200") << "square root of the mean variance of the coordinates";
 }
 
 TEST(DetectionsText, UnrefinedCornersAreReportedWithTheReason) {
@@ -320,7 +320,7 @@ TEST(DetectionsText, PosesHaveBothSolutionsOrTheErrorMessage) {
   const auto first = columns_of(lines[1]);
   EXPECT_EQ(std::vector<std::string>(first.begin(), first.begin() + 7),
             (std::vector<std::string>{"tag36h11:3", "0.1000", "-0.2000", "2.0000", "2.2", "2.2", "1.0"}))
-      << "1 mm, plus 1 mrad of camera rotation at 2 m";
+      << "1 mm, combined with 1 mrad of camera rotation at 2 m";
   EXPECT_THAT(lines[2], HasSubstr("or (ratio "));
   EXPECT_THAT(lines[3], HasSubstr("unknown size"));
 }
@@ -395,7 +395,7 @@ TEST_F(TagVideo, ACalibrationOfAnotherSizeIsReportedOnce) {
       });
   ASSERT_TRUE(summary) << to_string(summary.error());
   EXPECT_EQ(summary->failed, static_cast<std::size_t>(kPictures));
-  EXPECT_EQ(errors, static_cast<std::size_t>(kPictures)) << "one in every report";
+  EXPECT_EQ(errors, static_cast<std::size_t>(kPictures)) << "every report contains an error";
   EXPECT_THAT(notes, ::testing::UnorderedElementsAre(HasSubstr("640x480"), HasSubstr("rotation")));
 }
 

@@ -23,7 +23,8 @@ ExitCode print_ends(const std::vector<DetectedCamera>& cameras, Console& console
   return code;
 }
 
-/// `waymark detect v4l2:…`, until Ctrl-C. If a camera fails, the exit code is that of the failure.
+/// `waymark detect v4l2:…`, which runs until Ctrl-C is pressed. If a camera fails, the exit code is that of
+/// the failure.
 ExitCode detect_live(DetectCamerasJob job, bool json, bool covariance, const TagFinder& finder,
                      Console& console) {
   job.on_picture = [&](const PictureReport& report, const PoseList& poses, Duration age) {
