@@ -22,8 +22,8 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Speed of the marks in each picture: the larger of the speeds since the previous and until the next
-/// picture. Pictures at a start or a stop therefore count as moving.
+/// Speed of the marks in each picture: the larger of the speeds from the previous picture and to the next
+/// one. Pictures at a start or a stop therefore count as moving.
 std::vector<double> speeds_px_s(const std::vector<StampedMarks>& pictures) {
   std::vector<double> speeds(pictures.size(), 0);
   for (std::size_t i = 1; i < pictures.size(); ++i) {
@@ -85,10 +85,10 @@ std::vector<std::size_t> choose_views(const std::vector<StampedMarks>& pictures,
   return chosen;
 }
 
-// Calibration.
+// Detecting the target and calibrating.
 namespace {
 
-/// An image and the target in it.
+/// An image and the target detected in it.
 struct TargetImage {
   PictureReport report{};
   TargetPicture marks{};
@@ -100,12 +100,12 @@ Image copy_of(const ImageView& image) {
   return copy;
 }
 
-/// The target in all readable images, which must have the same size.
+/// The target in all readable images. All images must have the same size.
 struct TargetImages {
   std::vector<std::string> names{};
   std::vector<std::vector<TagDetection>> detections{};
   std::vector<TargetPicture> marks{};
-  std::vector<double> marker_shares{};  ///< SeenTarget::marker_share, for the images that have one
+  std::vector<double> marker_shares{};  ///< SeenTarget::marker_share for the images in which it is known
   int width_px = 0;
   int height_px = 0;
 };
@@ -139,7 +139,7 @@ std::vector<std::size_t> views_of_video(const std::vector<TargetImage>& images,
   return choose_views(pictures, diagonal_px, options);
 }
 
-/// Reads the images of a job in order, and selects views from videos.
+/// Reads the images for a job in order, and selects views from videos.
 class ImageReader {
  public:
   ImageReader(const CalibrateCameraJob& job, const CalibrationTarget& target, const JobControl& control)
@@ -212,8 +212,8 @@ class ImageReader {
   const JobControl& control_;
   std::vector<Input> inputs_{};
   std::size_t video_ = 0;                    ///< index of the current input
-  std::vector<TargetImage> video_images_{};  ///< its images so far, if it is a video
-  Image without_target_{};                   ///< first image that does not show the target
+  std::vector<TargetImage> video_images_{};  ///< images read so far from the current input, if it is a video
+  Image without_target_{};                   ///< the first image in which the target was not found
   std::string without_target_name_{};
   TargetImages seen_{};
   Status status_{};
@@ -246,7 +246,7 @@ Result<CalibrateCameraReport> calibrate_camera(const CalibrateCameraJob& job, co
     return fail(ErrorCode::NotFound, "no image of the board could be read", {},
                 "Check the board (`target`, `cols`, `rows`, `dictionary`). In a video, hold it still from "
                 "time to time.");
-  const auto lens = lens_model(job.fit.lens);  // nothing: auto
+  const auto lens = lens_model(job.fit.lens);  // `nullopt` for "auto"
   const CameraCalibrationOptions options = fit_options(job.fit);
   Result<CameraCalibration> found =
       target.is_board()
@@ -267,8 +267,8 @@ Result<CalibrateCameraReport> calibrate_camera(const CalibrateCameraJob& job, co
 // Output files and JSON.
 namespace {
 
-/// Chosen by the extension if no format is given: .json means PhotonVision, and .yaml, which several formats
-/// share, means Waymark's.
+/// The output format. If none is given, it is chosen by the file extension: .json means PhotonVision, and
+/// .yaml, which is used by several formats, means Waymark's own.
 std::string format_of(const CameraFitJob& job) {
   if (!job.format.empty()) return job.format;
   return job.output.ends_with(".json") ? "photonvision" : "waymark";
@@ -316,7 +316,7 @@ Status write_calibration_yaml(const CameraFitJob& job, const CalibrateCameraRepo
   return write_calibration(job.output, calibration);
 }
 
-/// Whether the output format can represent a lens, tested with a sample camera.
+/// Tests with a sample camera whether the output format can represent a lens.
 Status check_format_supports(const CameraFitJob& job, LensModel lens) {
   if (job.output.empty() || format_of(job) == "waymark") return {};
   constexpr int kSide_px = 100;

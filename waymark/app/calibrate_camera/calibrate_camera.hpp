@@ -13,7 +13,7 @@
 #include "waymark/mapping/camera/camera_calibration.hpp"
 #include "waymark/mapping/camera/target_mark.hpp"
 
-/// `waymark calibrate camera`: estimates the intrinsics of a camera from images of a printed board.
+/// `waymark calibrate camera`: estimates a camera's intrinsics from images of a printed board.
 namespace waymark {
 
 /// Selection of views from a video.
@@ -42,27 +42,27 @@ struct VideoViewOptions {
   }
 };
 
-/// The target in one image of a video.
+/// The target in one image from a video.
 struct StampedMarks {
   SensorTime stamp{};
   TargetPicture marks{};
 };
 
-/// Indices of the selected views, ascending. Pictures are considered in order of increasing corner speed, and
-/// selected if they differ enough from all selected before. If more than `most_views` result, the most
-/// similar ones are removed. `diagonal_px`: image diagonal. O(pictures * views * marks).
+/// Ascending indices of the selected views. Pictures are considered in order of increasing corner speed, and
+/// selected if they differ enough from all those already selected. If more than `most_views` are selected,
+/// the most similar ones are removed. `diagonal_px` is the image diagonal. O(pictures * views * marks).
 [[nodiscard]] std::vector<std::size_t> choose_views(const std::vector<StampedMarks>& pictures,
                                                     double diagonal_px, const VideoViewOptions& options = {});
 
-/// Options for the camera fit and its outputs.
+/// Options for the camera fit and for its outputs.
 struct CameraFitJob {
   std::string lens = "auto";
-  std::string output{};  ///< calibration.yaml; empty: none
-  /// Format of `output`: waymark (calibration.yaml, with standard deviations), ros, kalibr, photonvision,
-  /// opencv; empty: chosen by the file extension.
+  std::string output{};  ///< path of the calibration; if empty, none is written
+  /// Format of `output`: waymark (calibration.yaml, with standard deviations), ros, kalibr, photonvision or
+  /// opencv. If empty, it is chosen by the file extension.
   std::string format{};
-  std::string camera_info{};  ///< output in ROS camera_info format; empty: none
-  bool force = false;         ///< outputs may replace existing files
+  std::string camera_info{};  ///< path of an output in ROS camera_info format; if empty, none is written
+  bool force = false;         ///< whether outputs may replace existing files
   CameraCalibrationOptions options{};
 
   template <class Self, class Visitor>
@@ -86,13 +86,14 @@ struct CameraFitJob {
   }
 };
 
-/// Rejects options that have no effect without an output.
+/// Rejects options that have no effect because there is no output.
 void refuse_without_output(const CameraFitJob& fit, FieldRefusals& refused);
 
 struct CalibrateCameraJob {
-  std::vector<std::string> sources{};  ///< images of the board; or `detections`
+  std::vector<std::string> sources{};  ///< images of the board; not used with `detections`
   bool recursive = false;
-  std::string detections{};  ///< JSON of `waymark detect` with corner covariances; -: standard input
+  /// JSON output of `waymark detect` with corner covariances; "-" for standard input.
+  std::string detections{};
   TargetOptions target{};
   CameraFitJob fit{};
   VideoViewOptions views{};
@@ -113,28 +114,28 @@ struct CalibrateCameraJob {
   }
 };
 
-/// Fails unless either images or detections are given, and on options without effect.
+/// Fails unless either images or detections are given. Also fails on options that have no effect.
 [[nodiscard]] Status check_job(const CalibrateCameraJob& job, const GivenFields& given);
 
 struct CalibrateCameraReport {
-  /// Initially a placeholder camera of one pixel.
+  /// Initially a placeholder camera with one pixel.
   CameraCalibration found{
       .camera = CameraModel::make(PinholeRadtan{.fx = 1, .fy = 1, .cx = 0.5, .cy = 0.5}, 1, 1).value()};
-  std::vector<std::string> pictures{};  ///< names, in the order of found.views
+  std::vector<std::string> pictures{};  ///< image names, in the order of found.views
   std::vector<TargetPicture> marks{};   ///< one entry per picture
-  std::string mark_kind = "tags";       ///< kind of the marks: "tags" or "corners"
+  std::string mark_kind = "tags";       ///< kind of marks: "tags" or "corners"
 };
 
-/// Fails if an output cannot be written, or if its format cannot represent the lens. Called before images are
-/// read.
+/// Fails if an output cannot be written, or if its format cannot represent the lens. Call this before images
+/// are read.
 [[nodiscard]] Status check_outputs(const CameraFitJob& job);
 
-/// Fit options; `lenses` are those that the output format can represent.
+/// Options for the fit. `lenses` contains those that the output format can represent.
 [[nodiscard]] CameraCalibrationOptions fit_options(const CameraFitJob& job);
-/// Note about lenses that "auto" does not try because of the output format; empty: none.
+/// A note about lenses that "auto" does not try because of the output format. Empty if there are none.
 [[nodiscard]] std::string untried_lenses_note(const CameraFitJob& job);
 
-/// Detects the target in the images (tags with `finder`) or reads the detections, and fits the camera.
+/// Detects the target in the images (using `finder` for tags) or reads the detections, and fits the camera.
 [[nodiscard]] Result<CalibrateCameraReport> calibrate_camera(const CalibrateCameraJob& job,
                                                              const CalibrationTarget& target,
                                                              const TagFinder& finder,
@@ -144,8 +145,8 @@ struct CalibrateCameraReport {
 [[nodiscard]] double sigma_of(const CameraCalibration& found, std::size_t parameter);
 [[nodiscard]] ReportFields fields(const CalibrateCameraReport& report);
 
-/// Tables with parameters and standard deviations, tried lenses, images, and parts of the image, followed by
-/// advice.
+/// Tables with the parameters and their standard deviations, the lenses tried, the images, and the parts of
+/// the image, followed by advice.
 [[nodiscard]] std::string to_text(const CalibrateCameraReport& report);
 
 }  // namespace waymark

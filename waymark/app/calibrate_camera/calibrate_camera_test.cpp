@@ -1,5 +1,5 @@
-// Selection of views from a video, lenses by output format, and calibration from a rendered video of a board
-// that alternately moves and stops.
+// Selection of views from a video, lenses for each output format, and calibration from a rendered video of a
+// board that alternately moves and stops.
 #include "waymark/app/calibrate_camera/calibrate_camera.hpp"
 
 #include <cmath>
@@ -28,7 +28,8 @@ using ::testing::HasSubstr;
 using ::testing::Lt;
 using ::testing::Not;
 
-/// A board with tags at image position x, in a picture taken k/30 s after the first one.
+/// A board whose tags are at the horizontal image position `x_px`, in a picture taken k/30 s after the first
+/// one.
 StampedMarks board_at(int k, double x_px, int tags = 6) {
   StampedMarks picture{.stamp = SensorTime(std::chrono::microseconds(33'333 * k))};
   for (int i = 0; i < tags; ++i) {
@@ -64,7 +65,7 @@ TEST(VideoViews, TakesOneStillPicturePerPosition) {
     for (int i = 0; i < 10; ++i) pictures.push_back(board_at(k++, x_px + 0.1 * i));
   };
   stay(10);
-  for (int i = 1; i < 10; ++i) pictures.push_back(board_at(k++, 10 + 20 * i));  // 600 px/s
+  for (int i = 1; i < 10; ++i) pictures.push_back(board_at(k++, 10 + 20 * i));  // moves at 600 px/s
   stay(210);
   const auto chosen = choose_views(pictures, 800);
   ASSERT_EQ(chosen.size(), 2U);
@@ -132,7 +133,7 @@ TEST(CheckOutputs, RejectsTheExtensionOfAnotherFormat) {
 constexpr int kStops = 9;
 constexpr int kPicturesPerStop = 3;
 
-/// Pose of the board at a stop, or between two stops if `stop` has a fraction.
+/// Pose of the board at a stop or, if `stop` has a fractional part, between two stops.
 SE3 cam_T_board_at(double stop) {
   const SO3 tilt = SO3::exp(
       {to_radians(30) * std::cos(2.0 * stop), to_radians(30) * std::sin(2.0 * stop), 0.15 * std::sin(stop)});
@@ -163,7 +164,7 @@ TEST(CalibrateVideo, UsesTheStopsAndEstimatesTheFocalLength) {
   };
   for (int stop = 0; stop < kStops; ++stop) {
     for (int i = 0; i < kPicturesPerStop; ++i) show(stop);
-    show(stop + 0.5);  // between two stops: too fast
+    show(stop + 0.5);  // between two stops, where it moves too fast
   }
   ASSERT_TRUE(writer->close());
   job.sources = {(folder / "board.mp4").string()};
@@ -175,11 +176,11 @@ TEST(CalibrateVideo, UsesTheStopsAndEstimatesTheFocalLength) {
   ASSERT_TRUE(report) << to_string(report.error());
   EXPECT_THAT(notes, ::testing::Contains(::testing::HasSubstr("36 images")));
   EXPECT_GE(report->pictures.size(), 6U);
-  std::set<int> stops;  // a subset, as some views are similar
+  std::set<int> stops;  // not necessarily all stops, because some views are similar
   for (const std::string& name : report->pictures) {
     const int index = static_cast<int>(std::lround(std::stod(name.substr(name.rfind('#') + 1)) / 0.033));
-    EXPECT_LT(index % (kPicturesPerStop + 1), kPicturesPerStop) << "between two stops: " << name;
-    EXPECT_TRUE(stops.insert(index / (kPicturesPerStop + 1)).second) << "selected twice: " << name;
+    EXPECT_LT(index % (kPicturesPerStop + 1), kPicturesPerStop) << "taken between two stops: " << name;
+    EXPECT_TRUE(stops.insert(index / (kPicturesPerStop + 1)).second) << "stop selected twice: " << name;
   }
   ASSERT_EQ(report->found.names[0], "fx_px");
   EXPECT_NEAR(report->found.parameters[0], 512, 2.5);

@@ -53,7 +53,7 @@ ExitCode calibrate_by_images(const CalibrateCameraArgs& args, Console& console) 
                          console);
 }
 
-/// "guided" if the words name a live camera or options of guided calibration, else "camera".
+/// "guided" if the words include a live camera or an option for guided calibration, else "camera".
 std::string implied_verb(const std::vector<std::string>& words) {
   const bool guided = has_word(words, "--guided") || has_word(words, "--resume") ||
                       std::ranges::any_of(words, is_camera_address);

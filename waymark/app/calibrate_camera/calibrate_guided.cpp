@@ -17,13 +17,14 @@
 namespace waymark {
 namespace {
 
-/// Reports the state of the calibration: one line per view, and the missing views once per second.
+/// Reports the state of the calibration: one line per view, and once per second the views that are still
+/// missing.
 class StatusReporter {
  public:
   StatusReporter(const GuidedCalibration& guided, const JobControl& control)
       : guided_(guided), control_(control) {}
 
-  /// Called after each image; returns whether something was reported.
+  /// Call this after each image. Returns whether anything was reported.
   bool report(SensorTime stamp, bool is_view) {
     constexpr Duration kPeriod = std::chrono::seconds(1);
     if (!is_view && last_ && stamp >= *last_ && stamp - *last_ < kPeriod) return false;
@@ -41,10 +42,10 @@ class StatusReporter {
   const GuidedCalibration& guided_;
   const JobControl& control_;
   std::optional<SensorTime> last_{};
-  bool absent_ = false;  ///< the last report was that no image shows the board
+  bool absent_ = false;  ///< whether the last report was that no image shows the board
 };
 
-/// Fixes automatic controls, with a note, because they would change lens or noise between two views.
+/// Locks automatic controls, with a note, because they would change the lens or the noise between views.
 void lock_controls(LiveCamera& camera, const JobControl& control) {
   std::vector<std::string> locked;
   for (const CameraControl& each : camera.controls()) {
@@ -111,7 +112,7 @@ Status from_files(const CalibrateGuidedJob& job, GuidedCalibration& guided, cons
   return status;
 }
 
-/// Fails on inputs that are not image sequences.
+/// Fails if an input is not an image sequence.
 Status check_sequences(const CalibrateGuidedJob& job) {
   for (const Input& input : find_inputs(job.sources, job.recursive)) {
     if (input.error) continue;

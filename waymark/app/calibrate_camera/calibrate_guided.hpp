@@ -14,10 +14,10 @@ namespace waymark {
 struct CalibrateGuidedJob {
   std::vector<std::string> sources{};  ///< a live camera, or videos and recordings
   bool recursive = false;
-  std::string folder{};  ///< stores the views; empty: they are not stored
-  bool view = false;     ///< show the live camera in the browser
+  std::string folder{};  ///< where views are stored; if empty, they are not stored
+  bool view = false;     ///< whether to show the live camera in the browser
   PageOptions page{};
-  TargetOptions target{};  ///< a board
+  TargetOptions target{};  ///< must be a board
   CameraFitJob fit{};
   GuideOptions guide{};
 
@@ -44,11 +44,11 @@ struct CalibrateGuidedJob {
   }
 };
 
-/// Fails without a source, on a live camera among other sources, on single images (a guided calibration
-/// selects views from image sequences), and on given fields that have no effect.
+/// Fails if there is no source, if a live camera is combined with other sources, or if a source is a single
+/// image, because views are selected from image sequences. Also fails on given fields that have no effect.
 [[nodiscard]] Status check_job(const CalibrateGuidedJob& job, const GivenFields& given);
 
-/// Takes views until the calibration is accurate enough, the source ends, or the control cancels, and then
+/// Captures views until the calibration is accurate enough, the source ends, or the job is cancelled. Then
 /// calibrates with all views. The state is reported as progress and notes.
 [[nodiscard]] Result<CalibrateCameraReport> calibrate_guided(const CalibrateGuidedJob& job,
                                                              const CalibrationTarget& target,

@@ -11,7 +11,7 @@
 namespace waymark::cli {
 namespace {
 
-/// Whether a word is the name of a recorded drive; the file need not exist.
+/// Whether a word is the file name of a recorded drive. The file need not exist.
 bool is_drive(const std::string& word) {
   const std::string suffix = std::filesystem::path(word).extension().string();
   std::error_code ignored;
@@ -19,8 +19,8 @@ bool is_drive(const std::string& word) {
          suffix == ".csv" || std::filesystem::exists(std::filesystem::path(word) / "metadata.yaml", ignored);
 }
 
-/// The verb that a command line implies: guided for a live camera, robot for a recorded drive, else camera. A
-/// recording together with a board description implies camera.
+/// The verb implied by a command line: "guided" for a live camera, "robot" for a recorded drive, otherwise
+/// "camera". A recording combined with a board description implies "camera".
 std::string implied_verb(const std::vector<std::string>& words, const std::vector<Verb>& verbs) {
   if (words.empty()) return {};
   const std::vector<std::string> inputs = inputs_of(words, verbs);

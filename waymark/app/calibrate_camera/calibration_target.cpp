@@ -21,8 +21,8 @@
 namespace waymark {
 namespace {
 
-/// Tags on a board as drawn by `waymark tags board style=separate`, numbered from the lower left to the
-/// right, then upwards. The origin is at the centre, with x right and y down.
+/// The tags on a board as drawn by `waymark tags board style=separate`, numbered row by row from the lower
+/// left. The origin is at the centre, with x pointing right and y down.
 TagMap tag_board(const TargetOptions& board) {
   const double pitch_m = board.tag_size_m * (1 + board.spacing);
   TagMap tags;
@@ -66,7 +66,7 @@ Result<TagMap> tag_target(const TargetOptions& options) {
 
 constexpr const char* kTags = "apriltag_36h11";
 
-/// Whether a dictionary ("4x4_100", "DICT_4X4_100") contains the markers of another ("4x4_50").
+/// Whether one dictionary ("4x4_100", "DICT_4X4_100") contains the markers of another ("4x4_50").
 bool contains_dictionary(std::string dictionary, const std::string& other) {
   std::ranges::transform(dictionary, dictionary.begin(), [](unsigned char c) { return std::tolower(c); });
   constexpr std::string_view kPrefix = "dict_";
@@ -121,7 +121,7 @@ Result<CalibrationTarget> CalibrationTarget::make(const TargetOptions& options) 
   target.finder_ = *std::move(finder);
   target.board_ = *std::move(board);
   target.places_m_ = board_corners(*target.board_);
-  // Reports an unknown dictionary before any image is read.
+  // Report an unknown dictionary before any image is read.
   if (const auto tried = target.finder_->find(Image(64, 64, 255), *target.board_); !tried)
     return tl::unexpected(tried.error());
   return target;
@@ -161,7 +161,7 @@ std::string CalibrationTarget::absence_advice(const ImageView& image) const {
 }
 
 std::optional<std::string> CalibrationTarget::marker_size_warning(std::vector<double> shares) const {
-  constexpr double kTolerance = 0.05;  // blur changes the apparent size of small markers by 1 to 2 %
+  constexpr double kTolerance = 0.05;  // blur alone changes the apparent size of small markers by 1 to 2 %
   if (!board_ || board_->kind != BoardKind::Charuco || shares.empty()) return std::nullopt;
   const double share = median(std::move(shares));
   const double given = board_->marker_m / board_->size_m;

@@ -14,17 +14,17 @@ namespace waymark {
 
 /// Description of a calibration target.
 struct TargetOptions {
-  std::string kind = "tags";  ///< "tags", or a board_kind()
-  int columns = 0;            ///< tags per row; of a chessboard, squares
+  std::string kind = "tags";  ///< "tags", or a name known to board_kind()
+  int columns = 0;            ///< number of tags per row or, for a chessboard, of squares
   int rows = 0;
-  double tag_size_m = 0;  ///< for tags and AprilGrids
-  double spacing = 0.3;   ///< gap between two tags, as a fraction of their size
-  int first_id = 0;       ///< id of the lower left tag, or of the first marker
+  double tag_size_m = 0;  ///< used for tags and AprilGrids
+  double spacing = 0.3;   ///< gap between two tags, as a fraction of the tag size
+  int first_id = 0;       ///< ID of the lower left tag, or of the first marker
   double square_size_m = 0;
   double marker_size_m = 0;
   std::string dictionary = "4x4_50";
   bool legacy_pattern = false;
-  std::string map{};  ///< map file with known tag poses, instead of a board
+  std::string map{};  ///< map file with known tag poses, used instead of a board
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -67,38 +67,38 @@ struct TargetOptions {
   }
 };
 
-/// Rejects given fields that have no effect on this kind of target.
+/// Rejects fields that are given but have no effect on this kind of target.
 void refuse_of_other_targets(const TargetOptions& options, FieldRefusals& refused);
 
-/// A finder that detects nothing, for jobs that only read images and detect boards themselves.
+/// A finder that detects nothing, for jobs that only read images and detect boards by other means.
 [[nodiscard]] TagFinder no_tags();
 
-/// The board; nothing for tags. Fails (InvalidArgument) on invalid options.
+/// The board, or `nullopt` for tags. Fails with InvalidArgument if options are invalid.
 [[nodiscard]] Result<std::optional<CalibrationBoard>> board_of(const TargetOptions& options);
 
-/// The target in one image.
+/// The target detected in one image.
 struct SeenTarget {
   TargetPicture marks{};
-  /// For ChArUco boards: ratio of marker side to square side, as observed in the image.
+  /// Ratio of marker side to square side, as observed in the image. Only set for ChArUco boards.
   std::optional<double> marker_share{};
 };
 
 /// A calibration target and its detector.
 class CalibrationTarget {
  public:
-  /// Reads the map, or loads the board finder. Fails (InvalidArgument) on invalid options.
+  /// Reads the map, or loads the board finder. Fails with InvalidArgument if options are invalid.
   [[nodiscard]] static Result<CalibrationTarget> make(const TargetOptions& options);
 
-  /// Tags with known poses; empty for a board.
+  /// Tags with known poses. Empty for a board.
   [[nodiscard]] const TagMap& tags() const { return tags_; }
   [[nodiscard]] bool is_board() const { return board_.has_value(); }
-  /// Kind of the marks: "tags" or "corners".
+  /// Kind of marks: "tags" or "corners".
   [[nodiscard]] const char* mark_kind() const { return is_board() ? "corners" : "tags"; }
-  /// Marks in an image: board corners, or tags detected by `finder`.
+  /// The marks in an image: board corners, or tags detected by `finder`.
   [[nodiscard]] Result<SeenTarget> find(const ImageView& image, const TagFinder& finder) const;
-  /// Advice if no image shows the target, derived from one of the images. Slow.
+  /// Advice to give if no image shows the target, derived from one of the images. Slow.
   [[nodiscard]] std::string absence_advice(const ImageView& image) const;
-  /// A warning if the given marker size of a ChArUco board is inconsistent with the images.
+  /// A warning if the given marker size for a ChArUco board is inconsistent with the images.
   [[nodiscard]] std::optional<std::string> marker_size_warning(std::vector<double> shares) const;
 
  private:
@@ -108,7 +108,7 @@ class CalibrationTarget {
   TagMap tags_{};
   std::optional<CalibrationBoard> board_{};
   std::optional<BoardFinder> finder_{};
-  std::vector<Eigen::Vector2d> places_m_{};  ///< corners of the board
+  std::vector<Eigen::Vector2d> places_m_{};  ///< corner positions on the board
 };
 
 }  // namespace waymark

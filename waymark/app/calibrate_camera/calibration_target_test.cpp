@@ -31,9 +31,10 @@ TEST(CalibrationTarget, ABoardOfTagsCountsFromTheLowerLeft) {
     EXPECT_EQ(tag->size_m, 0.1);
     return Eigen::Vector3d(tag->map_T_tag.translation());
   };
-  EXPECT_LT((place(10) - Eigen::Vector3d(-0.15, 0.075, 0)).norm(), 1e-12) << "lower left: y points down";
-  EXPECT_LT((place(12) - Eigen::Vector3d(0.15, 0.075, 0)).norm(), 1e-12) << "lower right";
-  EXPECT_LT((place(13) - Eigen::Vector3d(-0.15, -0.075, 0)).norm(), 1e-12) << "above the first";
+  EXPECT_LT((place(10) - Eigen::Vector3d(-0.15, 0.075, 0)).norm(), 1e-12)
+      << "the lower left tag; y points down";
+  EXPECT_LT((place(12) - Eigen::Vector3d(0.15, 0.075, 0)).norm(), 1e-12) << "the lower right tag";
+  EXPECT_LT((place(13) - Eigen::Vector3d(-0.15, -0.075, 0)).norm(), 1e-12) << "the tag above the first one";
 }
 
 TEST(CalibrationTarget, CanBeAMap) {
@@ -57,7 +58,7 @@ TEST(CalibrationTarget, RejectsInvalidOptions) {
               HasSubstr("tags 585 to 588"));
   EXPECT_THAT(refusal({.columns = 2, .rows = 2, .tag_size_m = 0.1, .first_id = -1}), HasSubstr("`first_id`"));
   EXPECT_THAT(refusal({.columns = 100000, .rows = 100000, .tag_size_m = 0.1}), HasSubstr("0 to 586"))
-      << "no overflow, and no board of 10^10 tags";
+      << "must neither overflow nor create a board with 10^10 tags";
 }
 
 TEST(CalibrationTarget, MakesABoardByKind) {
@@ -71,8 +72,8 @@ TEST(CalibrationTarget, MakesABoardByKind) {
   EXPECT_EQ((*chess)->size_m, 0.03);
   const auto grid = board_of({.kind = "aprilgrid", .columns = 6, .rows = 6, .tag_size_m = 0.088});
   ASSERT_TRUE(grid) << to_string(grid.error());
-  EXPECT_EQ((*grid)->size_m, 0.088) << "for an AprilGrid, the tag size";
-  EXPECT_FALSE(board_of({.kind = "chessboard", .columns = 8, .rows = 6})) << "no square size";
+  EXPECT_EQ((*grid)->size_m, 0.088) << "for an AprilGrid, it is the tag size";
+  EXPECT_FALSE(board_of({.kind = "chessboard", .columns = 8, .rows = 6})) << "the square size is missing";
   EXPECT_FALSE(
       board_of({.kind = "charuco", .columns = 8, .rows = 6, .square_size_m = 0.03, .marker_size_m = 0.04}))
       << "the marker is larger than its square";

@@ -190,7 +190,7 @@ void GuidedCalibration::judge() {
                          ? Result<CameraCalibration>(fail(ErrorCode::InvalidArgument, "too few views"))
                          : calibrate_camera(views_, width_px_, height_px_, lens, fit_.options);
   for (std::size_t i = 0; i < views_.size(); ++i) {
-    // Before the first fit, the tilt of the board is unknown.
+    // The tilt of the board is unknown before the first fit.
     const SE3 target_T_cam = found ? found->views[i].target_T_cam : SE3();
     waymark::add_view(status_.coverage, views_[i], target_T_cam, width_px_, height_px_);
   }

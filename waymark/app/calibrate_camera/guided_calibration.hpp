@@ -9,7 +9,7 @@
 #include "waymark/app/common/report_fields.hpp"
 #include "waymark/mapping/camera/calibration_views.hpp"
 
-/// Calibrates a camera while a person holds a board in front of it: `waymark calibrate guided`.
+/// `waymark calibrate guided`: calibrates a camera while a person holds a board in front of it.
 namespace waymark {
 
 struct GuideOptions {
@@ -33,50 +33,50 @@ struct GuideOptions {
 
 /// State of a guided calibration.
 struct GuideStatus {
-  GuideOptions wanted{};     ///< required views and accuracy
-  CaptureVerdict picture{};  ///< result for the last image
+  GuideOptions wanted{};     ///< the required views and accuracy
+  CaptureVerdict picture{};  ///< verdict on the last image
   ViewCoverage coverage{};
-  std::array<int, 9> in_picture{};          ///< corners in each ninth of the last picture
-  std::vector<std::string> missing{};       ///< missing views as text; empty: none
-  std::optional<double> held_out_rms_px{};  ///< of the calibration with the views so far
-  std::optional<double> focal_share{};      ///< relative standard deviation of its focal length
-  std::string absence{};  ///< advice if no image has shown the target for seconds; else empty
+  std::array<int, 9> in_picture{};          ///< number of corners in each ninth of the last picture
+  std::vector<std::string> missing{};       ///< descriptions of the missing views; empty if there are none
+  std::optional<double> held_out_rms_px{};  ///< held-out RMS error with the views so far
+  std::optional<double> focal_share{};      ///< relative standard deviation of the focal length
+  std::string absence{};  ///< Advice if no image has shown the target for several seconds; otherwise empty.
   bool good_enough = false;
 };
 
-/// For example "7 views, 0.21 px, focal length +- 0.3 %; hold still; still needed: tilt the board so that its
-/// left edge is nearer to the camera".
+/// A text such as "7 views, 0.21 px, focal length +- 0.3 %; hold still; still needed: tilt the board so that
+/// its left edge is nearer to the camera".
 [[nodiscard]] std::string to_text(const GuideStatus& status);
 
-/// Existing and required views, for each part of the image and each tilt (docs/formats/live.md).
+/// The existing and the required views for each part of the image and each tilt (docs/formats/live.md).
 [[nodiscard]] ReportFields fields(const GuideStatus& status);
 
-/// Takes views from the images of a camera until the calibration is accurate enough.
+/// Captures views from camera images until the calibration is accurate enough.
 class GuidedCalibration {
  public:
-  /// The views are stored in `folder` as images, or not at all if it is empty. All referenced arguments must
-  /// outlive this.
+  /// Views are stored as images in `folder`, or not at all if it is empty. All arguments passed by reference
+  /// must outlive this object.
   GuidedCalibration(const CameraFitJob& fit, const CalibrationTarget& target, const TagFinder& finder,
                     const GuideOptions& options, std::string folder);
 
-  /// Adds the views stored in the folder by an earlier calibration; returns their number. Fails on images of
-  /// different sizes.
+  /// Adds the views stored in the folder by an earlier calibration, and returns their number. Fails if the
+  /// images have different sizes.
   [[nodiscard]] Result<std::size_t> resume(const JobControl& control);
-  /// Processes the next image; returns whether it became a view. Fails if its size differs from that of the
-  /// views, or if it cannot be stored. Each new view requires a fit.
+  /// Processes the next image, and returns whether it became a view. Fails if its size differs from that of
+  /// earlier views, or if it cannot be stored. Each new view requires a fit.
   [[nodiscard]] Result<bool> take(SensorTime stamp, const ImageView& image);
   [[nodiscard]] const GuideStatus& status() const { return status_; }
-  /// Marks in the last image.
+  /// The marks in the last image.
   [[nodiscard]] const TargetPicture& marks() const { return marks_; }
 
-  /// Calibrates with all views, like calibrate_camera(). Fails with too few views.
+  /// Calibrates with all views, like calibrate_camera(). Fails if there are too few views.
   [[nodiscard]] Result<CalibrateCameraReport> finish() const;
 
  private:
   [[nodiscard]] Status add_view(std::string name, TargetPicture marks, int width_px, int height_px);
   [[nodiscard]] Status keep(const ImageView& image, std::string& name) const;
   void judge();
-  /// If no image has shown the target for a while, searches for other boards once.
+  /// Searches for other boards, once, if no image has shown the target for a while.
   void explain_absence(SensorTime stamp, const ImageView& image);
 
   const CameraFitJob& fit_;
@@ -89,7 +89,7 @@ class GuidedCalibration {
   std::vector<std::string> names_{};
   std::vector<TargetPicture> views_{};
   std::vector<double> marker_shares_{};
-  bool seen_ = false;  ///< an image has shown the target
+  bool seen_ = false;  ///< whether any image has shown the target
   std::optional<SensorTime> first_{};
   int width_px_ = 0;
   int height_px_ = 0;

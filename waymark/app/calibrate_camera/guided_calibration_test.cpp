@@ -1,5 +1,5 @@
 // Guided calibration with a board in front of a camera: status as text and JSON, selected and missing views,
-// resuming.
+// and resuming.
 #include "waymark/app/calibrate_camera/guided_calibration.hpp"
 
 #include <cmath>
@@ -25,7 +25,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-/// Seven views: one tilt to the left is missing, and two parts of the image have too few corners.
+/// Seven views, where one tilt to the left is missing and two parts of the image have too few corners.
 GuideStatus some_views(const GuideOptions& options) {
   GuideStatus status{.wanted = options};
   status.picture = CaptureVerdict::Moving;
@@ -79,7 +79,7 @@ TEST(GuidedCalibration, JsonHasNoAccuracyBeforeTheFirstFit) {
   EXPECT_FALSE(json.contains("held_out_rms_px"));
 }
 
-/// A camera, a board of tags in front of it, and the inputs of a guided calibration.
+/// A camera, a board of tags in front of it, and the inputs for a guided calibration.
 struct Guide {
   CameraFitJob fit{.lens = "none"};
   CalibrationTarget target = CalibrationTarget::make({.columns = 5, .rows = 4, .tag_size_m = 0.04}).value();
@@ -90,7 +90,7 @@ struct Guide {
   Random random{20261125};
   int pictures = 0;
 
-  /// Image of the board at a stop.
+  /// An image of the board at a stop.
   Image picture_at(double stop, double aside_m = 0) {
     const SO3 tilt = SO3::exp({to_radians(30) * std::cos(2.0 * stop), to_radians(30) * std::sin(2.0 * stop),
                                0.15 * std::sin(stop)});
@@ -103,7 +103,7 @@ struct Guide {
     return photograph(camera, scene, {}, random).value().image;
   }
   SensorTime next() { return SensorTime(std::chrono::milliseconds(33 * pictures++)); }
-  /// Repeats an image until the board counts as at rest; returns whether it became a view.
+  /// Repeats an image until the board counts as being at rest, and returns whether it became a view.
   bool hold(GuidedCalibration& guided, const Image& image) {
     bool taken = false;
     for (int i = 0; i < 3; ++i) {
@@ -119,11 +119,11 @@ TEST(GuidedViews, TakesEachViewOnceStoresItAndResumesFromTheFolder) {
   Guide guide;
   const fs::path folder = testing::fresh_folder("jobs_guided") / "views";
   GuidedCalibration guided(guide.fit, guide.target, guide.finder, guide.options, folder.string());
-  EXPECT_THAT(guided.status().missing, Not(IsEmpty())) << "before the first image";
+  EXPECT_THAT(guided.status().missing, Not(IsEmpty())) << "views are missing before the first image";
   for (int stop = 0; stop < 4; ++stop) {
     const Image picture = guide.picture_at(stop);
     EXPECT_TRUE(guide.hold(guided, picture)) << stop;
-    EXPECT_FALSE(*guided.take(guide.next(), picture.view())) << "duplicate view";
+    EXPECT_FALSE(*guided.take(guide.next(), picture.view())) << "a duplicate view is not added";
     EXPECT_EQ(guided.status().picture, CaptureVerdict::Known);
     EXPECT_EQ(guided.status().coverage.views, static_cast<std::size_t>(stop + 1));
     EXPECT_EQ(guided.status().held_out_rms_px.has_value(), stop == 3) << "the first fit has four views";
@@ -145,9 +145,9 @@ TEST(GuidedViews, TakesEachViewOnceStoresItAndResumesFromTheFolder) {
   const auto resumed = again.resume(control);
   ASSERT_TRUE(resumed) << to_string(resumed.error());
   EXPECT_EQ(*resumed, 4U);
-  EXPECT_EQ(notes.size(), 1U) << "for the broken image";
+  EXPECT_EQ(notes.size(), 1U) << "there is a note on the broken image";
   EXPECT_NEAR(*again.status().focal_share, *guided.status().focal_share, 0.1 * *guided.status().focal_share);
-  EXPECT_FALSE(guide.hold(again, guide.picture_at(2))) << "duplicate view";
+  EXPECT_FALSE(guide.hold(again, guide.picture_at(2))) << "a duplicate view is not added";
   EXPECT_TRUE(guide.hold(again, guide.picture_at(0, 0.11)));
   EXPECT_TRUE(fs::exists(folder / "view-005.png")) << "existing files are not overwritten";
 }
