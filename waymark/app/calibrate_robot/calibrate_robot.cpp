@@ -19,12 +19,12 @@
 
 namespace waymark {
 
-// Calibration from a lap.
+// Calibrating from a lap.
 namespace {
 
 namespace fs = std::filesystem;
 
-/// Applies the robot file and the given calibration, which take precedence over the recording.
+/// Applies the robot file and the given calibration. Both take precedence over the recording.
 Status apply_files(const LocalizeJob& job, RecordingSetup& setup, const JobControl& control) {
   std::vector<std::string> warnings;
   if (Status status = take_robot(job.robot, setup, warnings); !status) return status;
@@ -38,8 +38,8 @@ Status apply_files(const LocalizeJob& job, RecordingSetup& setup, const JobContr
   return {};
 }
 
-/// Tag size and anchor. The map frame does not matter here, so if the recording contains no anchor, the tag
-/// observed most often is used.
+/// The tag size and the anchor. If the recording contains no anchor, the tag observed most often is used,
+/// because the map frame does not matter here.
 SetupOverrides overrides_of(const LocalizeJob& job, const RecordedLap& recorded) {
   SetupOverrides overrides{.tag_size_m = job.tag_size_m};
   if (setup_of(recorded, overrides)) return overrides;
@@ -54,7 +54,7 @@ SetupOverrides overrides_of(const LocalizeJob& job, const RecordedLap& recorded)
   return overrides;
 }
 
-/// Reports a tag size that differs from that in the recording, because it changes the calibration.
+/// Reports if the given tag size differs from the one in the recording, because it affects the calibration.
 void report_size_conflict(const RecordedLap& recorded, const SetupOverrides& given,
                           const JobControl& control) {
   const Result<TeachSetup> setup = setup_of(recorded, {.anchor = given.anchor});
@@ -63,8 +63,8 @@ void report_size_conflict(const RecordedLap& recorded, const SetupOverrides& giv
                            *given.tag_size_m, *setup->sizes.default_size_m));
 }
 
-/// Adds the job's map, if any: its tags are constrained by their covariances, and one of them becomes the
-/// anchor.
+/// Adds the map, if the job has one. Its tags are constrained by their covariances, and one of them becomes
+/// the anchor.
 Status take_map(const LocalizeJob& job, RecordedLap& recorded, SetupOverrides& overrides,
                 std::optional<LapPrior>& prior) {
   if (job.map.empty()) return {};
@@ -144,10 +144,10 @@ Result<LapCalibration> calibrate_recorded_lap(const LocalizeJob& job, double fro
   return found;
 }
 
-// Calibration from innovations, choice of the method, and report.
+// Calibrating from innovations, choosing the method, and reporting.
 namespace {
 
-/// Advice on how to drive to make each value observable, in the order of Calibrated.
+/// For each value, advice on how to drive to make it observable, in the order of Calibrated.
 constexpr std::array<const char*, kCalibrated> kDriveAdvice = {
     "Turn on the spot in both directions with tags in view.",
     "Turn on the spot in both directions with tags in view.",
@@ -163,7 +163,7 @@ constexpr std::array<const char*, kCalibrated> kDriveAdvice = {
     "Observe the same tags from near and far.",
     "Observe the same tags from near and far."};
 
-/// The samples between two times, counted from the first sample.
+/// The samples in an interval. Times are relative to the first sample.
 std::vector<Sample> within(const std::vector<Sample>& samples, double from_s, double to_s) {
   std::vector<Sample> kept;
   for (const Sample& sample : samples) {
@@ -188,7 +188,7 @@ Calibration calibration_of(const LocalizeInputs& inputs, const InnovationFit& fi
   value[static_cast<std::size_t>(Calibrated::MountingPitch)] = camera_mounting(base_T_sensor).pitch_rad;
   for (std::size_t i = 0; i < kCalibrated; ++i) {
     const std::string name(to_string(static_cast<Calibrated>(i)));
-    if (fit.sigma[i] == 0) continue;  // not estimated
+    if (fit.sigma[i] == 0) continue;  // this value was not estimated
     CalibratedValue& entry = calibration.values[name];
     entry = {.value = value[i], .sigma = fit.sigma[i]};
     if (fit.known[i]) {
@@ -247,7 +247,7 @@ Result<CalibrateRobotReport> by_innovations(const CalibrateRobotJob& job, const 
   int runs = 0;
   InnovationFitOptions options;
   if (inputs->mounting_guessed)
-    options.keep_sigma = 0;  // the mounting was only assumed, so no given value is kept
+    options.keep_sigma = 0;  // the mounting was only assumed, so no given value should be kept
   options.keep_going = [&] {
     control.progress({fmt::format("filter run {} of about 20", ++runs)});
     return !control.cancelled();

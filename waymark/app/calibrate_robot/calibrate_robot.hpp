@@ -15,22 +15,23 @@
 namespace waymark {
 
 enum class CalibrateRobotBy : std::uint8_t {
-  Either,       ///< Lap if can_calibrate_by_lap(), else Innovations
-  Lap,          ///< tags, trajectory and parameters jointly, by bundle adjustment
-  Innovations,  ///< the parameters with the smallest filter innovations; requires a map
+  Either,       ///< Lap if can_calibrate_by_lap() is true, otherwise Innovations
+  Lap,          ///< estimates tags, trajectory and parameters jointly by bundle adjustment
+  Innovations,  ///< finds the parameters that minimise the filter innovations; requires a map
 };
 
 struct CalibrateRobotJob {
-  LocalizeJob drive{};  ///< recordings, map, robot, earlier calibration, filter; `output`: calibration.yaml
+  /// Recordings, map, robot, earlier calibration and filter. `output` is the path of the new calibration.
+  LocalizeJob drive{};
   CalibrateRobotBy by = CalibrateRobotBy::Either;
-  double from_s = 0;  ///< start of the interval to use, relative to the first sample; to_s: its end
+  double from_s = 0;  ///< start of the interval to use, relative to the first sample; to_s is its end
   double to_s = std::numeric_limits<double>::infinity();
 };
 
 /// User options for a calibration.
 struct CalibrateRobotRequest {
   CalibrateRobotJob job{};
-  std::string by{};  ///< lap, innovations; empty: either
+  std::string by{};  ///< "lap" or "innovations"; if empty, either
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -68,32 +69,34 @@ struct CalibrateRobotRequest {
 
 struct CalibrateRobotReport {
   Calibration calibration{};
-  std::optional<LapCalibration> lap{};         ///< set by method lap
-  std::optional<InnovationFit> innovations{};  ///< set by method innovations
+  std::optional<LapCalibration> lap{};         ///< set by the lap method
+  std::optional<InnovationFit> innovations{};  ///< set by the innovations method
   std::vector<std::string> warnings{};
 };
 
-/// Whether method lap is possible. With a map: if it is a Waymark map and the recording contains tag corners
-/// and odometry. Without a map: always true, because method innovations requires one; the recording is not
-/// read.
+/// Whether the lap method is possible. With a map, this requires a Waymark map and a recording that contains
+/// tag corners and odometry. Without a map, the result is always true, because the innovations method
+/// requires a map; the recording is then not read.
 [[nodiscard]] bool can_calibrate_by_lap(const LocalizeJob& job, const JobControl& control);
 
-/// Reads the job's recording between two times, relative to its first frame with tags, and estimates map and
-/// calibration jointly. Uses logs, robot, calibration, tag_size_m and, if given, the map from the job.
+/// Reads the part of the job's recording between two times, relative to its first frame with tags, and
+/// estimates the map and the calibration jointly. Uses the job's logs, robot, calibration, tag_size_m and, if
+/// set, map.
 [[nodiscard]] Result<LapCalibration> calibrate_recorded_lap(const LocalizeJob& job, double from_s,
                                                             double to_s, const JobControl& control);
 
-/// Estimates the calibration; writes nothing. Fails before reading if the output cannot be written.
+/// Estimates the calibration, but writes nothing. If the output cannot be written, fails before reading any
+/// input.
 [[nodiscard]] Result<CalibrateRobotReport> calibrate_robot(const CalibrateRobotJob& job,
                                                            const JobControl& control);
-/// Writes the calibration to the job's output, if set. An existing file is renamed. Returns its new name, or
-/// an empty string if there was none. Fails, and writes nothing, if the drive determines no value, or if the
-/// estimated values fit no better than the given ones.
+/// Writes the calibration to the job's output, if set. If a file already exists, it is renamed, and its new
+/// name is returned; otherwise the returned string is empty. Fails without writing anything if the drive
+/// determines no value, or if the estimated values fit no better than the given ones.
 [[nodiscard]] Result<std::string> write_robot_calibration(const CalibrateRobotJob& job,
                                                           const CalibrateRobotReport& report);
 [[nodiscard]] ReportFields fields(const CalibrateRobotReport& report);
 
-/// One line per value, with its standard deviation, or with advice on how to drive.
+/// One line per value, with its standard deviation or with advice on how to drive.
 [[nodiscard]] std::string to_text(const CalibrateRobotReport& report);
 
 }  // namespace waymark

@@ -1,4 +1,4 @@
-// Calibration of a robot from a drive past tags, with methods lap and innovations, and its output.
+// Calibration of a robot from a drive past tags, using the lap and innovations methods, and the output files.
 #include "waymark/app/calibrate_robot/calibrate_robot.hpp"
 
 #include <gmock/gmock.h>
@@ -51,7 +51,7 @@ TEST(CalibrateByLap, AWrongMountingIsEstimatedWithinItsStandardDeviation) {
   control.note = [&](const std::string& note) { notes += note; };
   const auto report = calibrate_robot(job, control);
   ASSERT_TRUE(report) << to_string(report.error());
-  EXPECT_THAT(notes, HasSubstr("robot file")) << "warning: robot file and recording differ";
+  EXPECT_THAT(notes, HasSubstr("robot file")) << "warns that the robot file and the recording differ";
   const auto yaw = report->calibration.values.find("mounting_yaw_rad");
   ASSERT_NE(yaw, report->calibration.values.end());
   const double truth_rad = camera_mounting(calibration_drive().base_T_cam).yaw_rad;
@@ -117,7 +117,7 @@ TEST(CalibrateByInnovations, MinimisesInnovationsAndCanBeCancelled) {
   const auto stopped = calibrate_robot(job, control);
   ASSERT_FALSE(stopped);
   EXPECT_THAT(stopped.error().message, HasSubstr("nothing was written"));
-  EXPECT_LE(runs, 3) << "ends after the current run";
+  EXPECT_LE(runs, 3) << "must end after the current run";
 }
 
 TEST(TakeCalibrated, ReplacesOnlyObservableFilterOptions) {

@@ -32,7 +32,7 @@ Result<CalibrateRobotJob> job_of(const CalibrateRobotArgs& args) {
   if (job.by == CalibrateRobotBy::Lap || job.drive.map.empty())
     return fail(ErrorCode::InvalidArgument, "filter options have no effect on method lap", {.key = "by"},
                 "Omit them, or set `by=innovations` and `map`.");
-  job.by = CalibrateRobotBy::Innovations;  // filter options imply the method
+  job.by = CalibrateRobotBy::Innovations;  // filter options imply this method
   return job;
 }
 
