@@ -14,7 +14,7 @@ namespace waymark {
 
 namespace {
 
-/// Sets the anchor in the report: that of the world, else its first tag.
+/// Sets the anchor in the report to that of the world if it has one, else to its first tag.
 void set_anchor(const World& world, ExportWorldReport& report) {
   const auto& tags = world.tags.tags;
   auto anchor = tags.find(world.anchor);

@@ -17,7 +17,7 @@ namespace waymark {
 /// User options for an export.
 struct ExportWorldRequest {
   std::string world{};
-  std::string folder{};  ///< ExportWorldJob::folder
+  std::string folder{};  ///< see ExportWorldJob::folder
   std::string robot_file = "limo-gazebo";
 
   template <class Self, class Visitor>
@@ -35,20 +35,20 @@ struct ExportWorldRequest {
 struct ExportWorldJob {
   World world{};
   RobotDescription robot;
-  std::string robot_yaml{};        ///< text of the robot's file
-  std::filesystem::path folder{};  ///< output; new or empty
+  std::string robot_yaml{};        ///< content of the robot file
+  std::filesystem::path folder{};  ///< output folder, new or empty
 };
 
 struct ExportWorldReport {
   std::vector<std::string> files{};
-  std::vector<std::string> notes{};  ///< differences between the world and its SDF
+  std::vector<std::string> notes{};  ///< differences between the world and the exported SDF
   std::size_t tags = 0;
-  std::string anchor{};   ///< anchor for teaching; empty: the world has no tag
-  double tag_size_m = 0;  ///< of the anchor
+  std::string anchor{};   ///< anchor for teaching; empty if the world has no tags
+  double tag_size_m = 0;  ///< size of the anchor tag
 };
 
-/// Writes world.sdf with the bitmaps of its tags (write_sdf_world()), robot.yaml, and gazebo.yaml, the
-/// profile used by Waymark to drive the robot in Gazebo. Fails on a non-empty folder.
+/// Writes world.sdf with the tag bitmaps (write_sdf_world()), robot.yaml, and gazebo.yaml, the profile used
+/// by Waymark to drive the robot in Gazebo. Fails if the folder is not empty.
 [[nodiscard]] Result<ExportWorldReport> export_world(const ExportWorldJob& job);
 [[nodiscard]] std::string to_text(const ExportWorldReport& report, const std::filesystem::path& folder);
 [[nodiscard]] ReportFields fields(const ExportWorldReport& report);

@@ -34,7 +34,7 @@ TEST(ExportWorld, PrintsTheTeachCommandWithAnchorAndSize) {
   unnamed.anchor = {FamilyId::Tag36h11, 500};
   EXPECT_THAT(to_text(exported(unnamed, "unnamed"), "unnamed"),
               HasSubstr("--anchor tag36h11:0 --tag-size-m 0.16"))
-      << "the first tag";
+      << "the first tag becomes the anchor";
 
   World bare = world;
   bare.tags.tags.clear();
@@ -59,7 +59,7 @@ TEST(ExportWorld, WritesWorldTagsRobotAndProfile) {
   EXPECT_NEAR(report->tag_size_m, 0.16, 1e-9);
   EXPECT_EQ(test::names_in(folder).size(), report->files.size());
   for (const std::string& file : report->files) EXPECT_TRUE(fs::exists(folder / file)) << file;
-  EXPECT_TRUE(read_robot(folder / "robot.yaml")) << "an unchanged copy";
+  EXPECT_TRUE(read_robot(folder / "robot.yaml")) << "the robot file is copied unchanged";
   const std::string text = to_text(*report, folder);
   EXPECT_THAT(text,
               AllOf(HasSubstr("ign gazebo -r '"), HasSubstr("--tag-size-m 0.16"), HasSubstr("24 tags")));

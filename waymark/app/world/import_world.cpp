@@ -29,31 +29,31 @@
 namespace waymark {
 namespace {
 
-// Tags in the textures of a scene.
+// Finding tags in the textures of a scene.
 
 /// A tag in the texture of a visual.
 struct PaintedTag {
   TagId tag{};
-  MappedTag placed{};       ///< pose (frame world) and size
-  std::size_t visual = 0;   ///< index in SdfScene::visuals
-  double margin_cells = 0;  ///< white margin around its total width, to the nearest image edge
-  double error = 0;         ///< relative difference of width and height from their mean
+  MappedTag placed{};       ///< pose in the world frame, and size
+  std::size_t visual = 0;   ///< index into SdfScene::visuals
+  double margin_cells = 0;  ///< white margin outside the tag's total width, up to the nearest image edge
+  double error = 0;         ///< relative deviation of width and height from their mean
 };
 
 struct PaintedTags {
-  std::vector<PaintedTag> tags{};       ///< in the order of the visuals and of triangles_of()
-  std::vector<std::string> warnings{};  ///< unreadable images, mirrored tags
+  std::vector<PaintedTag> tags{};       ///< ordered by visual, then as in triangles_of()
+  std::vector<std::string> warnings{};  ///< warnings about unreadable images and mirrored tags
 };
 
-/// Corners of a tag in the texture, and its white margin in cells.
+/// Corners of a tag in a texture, and its white margin in cells.
 struct TextureTag {
   TagId tag{};
   std::array<Eigen::Vector2d, 4> uv{};
   double margin_cells = 0;
 };
 
-/// A texture prepared for detection. It is enlarged, because a cell may have few pixels, and surrounded with
-/// white, because a tag may fill the whole image.
+/// A texture prepared for detection. It is enlarged, because a cell may be only a few pixels wide, and
+/// surrounded with white, because a tag may fill the whole image.
 struct FramedImage {
   Image image;
   int enlarged = 1;
@@ -106,7 +106,7 @@ Result<std::vector<TextureTag>> tags_in(const std::string& file, const TagFinder
   return tags;
 }
 
-/// Pose and size of a tag, from its corners TL, TR, BR, BL.
+/// Computes the pose and size of a tag from its corners TL, TR, BR, BL.
 PaintedTag placed(const TextureTag& tag, const PlacedQuad& quad, const SE3& world_T_visual) {
   const auto& p = quad.visual_p;
   const Eigen::Vector3d right = (p[1] - p[0] + p[2] - p[3]) / 2;
@@ -165,10 +165,10 @@ class TextureSearch {
   std::map<std::string, std::vector<TextureTag>> textures_{};
 };
 
-/// Tags from `families` in the textures of a scene. They are detected in the images, regardless of file
-/// names, and placed on the shape according to the texture coordinates. Tags that are smaller than 5 mm, or
-/// not square within 2 %, are ignored, because they are on the narrow sides of a board. Fails on unknown
-/// families.
+/// Finds tags from `families` in the textures of a scene. They are detected in the images, regardless of file
+/// names, and placed on the shape according to the texture coordinates. Tags are ignored if they are smaller
+/// than 5 mm, or if they are not square within 2 %, because they are on the narrow sides of a board. Fails if
+/// a family is unknown.
 Result<PaintedTags> find_painted_tags(const SdfScene& scene, const std::vector<std::string>& families) {
   const auto finder = make_tag_finder({.families = families, .max_hamming = 0});
   if (!finder) return tl::unexpected(finder.error());
@@ -179,11 +179,11 @@ Result<PaintedTags> find_painted_tags(const SdfScene& scene, const std::vector<s
   return found;
 }
 
-// Conversion of a scene to a world.
+// Converting a scene to a world.
 
 using Vec3 = Eigen::Vector3d;
 
-/// Thickness of the board [m] if `back` is on the back of the board of `front`.
+/// Thickness [m] of the board that carries `front`, if `back` is on its back.
 std::optional<double> board_between(const MappedTag& front, const MappedTag& back) {
   const SE3 front_T_back = front.map_T_tag.inverse() * back.map_T_tag;
   const Vec3& t = front_T_back.translation();
@@ -233,14 +233,14 @@ void take_tags(const std::vector<PaintedTag>& painted, World& world, std::vector
                     boards_m.size(), world.tags.tags.size()));
 }
 
-/// The box for a shape: rotated about z if one of the shape's axes is vertical, else its bounding box along
-/// the world axes. `exact` is set if the shape itself is such an upright box.
+/// The box that represents a shape. It is rotated about z if one of the shape's axes is vertical; otherwise
+/// it is the bounding box along the world axes. `exact` is set if the shape itself is such an upright box.
 Occluder upright_box(const SdfVisual& visual, bool& exact) {
   const Eigen::Matrix3d R = visual.world_T_visual.rotation().matrix();
   Occluder box{.centre_m = visual.world_T_visual * visual.visual_t_centre, .reflectance = visual.reflectance};
   exact = visual.shape == SdfShape::Box;
   for (int up = 0; up < 3; ++up) {
-    constexpr double kVertical = 0.9998;  // within a degree
+    constexpr double kVertical = 0.9998;  // within about a degree of the vertical
     if (std::abs(R(2, up)) < kVertical) continue;
     const int along = (up + 1) % 3, across = (up + 2) % 3;
     box.yaw_rad = std::atan2(R(1, along), R(0, along));
@@ -253,7 +253,7 @@ Occluder upright_box(const SdfVisual& visual, bool& exact) {
   return box;
 }
 
-/// Whether the visual is just a thin board that carries a tag.
+/// Whether the visual is merely a thin board that carries a tag.
 bool carries_a_tag(const SdfVisual& visual, const World& world) {
   constexpr double kThin_m = 0.05;
   if (visual.size_m.minCoeff() > kThin_m) return false;
@@ -285,7 +285,7 @@ void take_scenery(const SdfScene& scene, World& world, std::vector<std::string>&
           "{} is omitted: its shape is unknown, or its size is not from 1 mm to 1 km", visual.name));
       continue;
     }
-    if (box.centre_m.z() + box.size_m.z() / 2 < 0.01) continue;  // part of the floor
+    if (box.centre_m.z() + box.size_m.z() / 2 < 0.01) continue;  // this is part of the floor
     if (!exact) ++approximated;
     world.occluders.push_back(box);
   }
@@ -318,7 +318,7 @@ Result<World> world_of(const SdfScene& scene, const std::vector<std::string>& fa
 
 namespace {
 
-/// Sets the line to drive to one metre ahead of a model, or of the origin.
+/// Sets the line to drive to one metre straight ahead of a model or of the origin.
 Status short_line(const SdfScene& scene, const std::string& start, ImportWorldReport& report) {
   const auto model = std::ranges::find_if(
       scene.models, [&](const SdfModelPose& m) { return start.empty() ? !m.fixed : m.name == start; });
@@ -352,7 +352,7 @@ Result<ImportWorldReport> import_world(const ImportWorldJob& job, const JobContr
   auto world = world_of(*scene, job.families, report.warnings);
   if (!world) {
     for (const std::string& warning : report.warnings)
-      control.note("warning: " + warning);  // may explain the error
+      control.note("warning: " + warning);  // the warnings may explain the error
     Error error = world.error();
     if (error.place.source.empty()) error.place.source = job.file.string();
     return tl::unexpected(std::move(error));

@@ -15,14 +15,16 @@
 namespace waymark {
 
 struct ImportWorldJob {
-  std::filesystem::path file{};                  ///< .sdf, .world
-  std::filesystem::path output{};                ///< world.yaml to write
-  std::vector<std::filesystem::path> folders{};  ///< searched first for models and textures
+  std::filesystem::path file{};                  ///< path of the SDF world or model (.sdf, .world)
+  std::filesystem::path output{};                ///< path of the world.yaml to write
+  std::vector<std::filesystem::path> folders{};  ///< searched for models and textures before all others
   std::vector<std::string> families = {"tag36h11"};
-  std::string path{};   ///< line to drive, from a table with columns x and y or a recording; empty: one metre
-                        ///< ahead of `start`
-  std::string start{};  ///< model at which this metre starts; empty: the first model that is not static, else
-                        ///< the origin
+  /// Line to drive, from a table with columns x and y or from a recording. If empty, one metre ahead of
+  /// `start`.
+  std::string path{};
+  /// Model at which this metre starts. If empty, the first model that is not static or, if there is none, the
+  /// origin.
+  std::string start{};
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -46,18 +48,19 @@ struct ImportWorldJob {
 struct ImportWorldReport {
   std::string file{};  ///< path of the world file
   World world{};
-  std::vector<std::string> lights{};    ///< as text; ignored, because the renderer has its own lighting
-  std::vector<std::string> warnings{};  ///< simplifications and omissions
+  /// Descriptions of lights; ignored, because the renderer has its own lighting.
+  std::vector<std::string> lights{};
+  std::vector<std::string> warnings{};  ///< warnings about simplifications and omissions
 };
 
-/// Places the tags of the most common family where their textures are. Upright boxes become furniture; other
-/// shapes are replaced by their bounding boxes. A board with the same tag on its back becomes a two-sided
-/// board. Fails on a world without a readable tag.
+/// Places the tags from the most common family where their textures are. Upright boxes become furniture, and
+/// other shapes are replaced by their bounding boxes. A board with the same tag on its back becomes a
+/// two-sided board. Fails if the world contains no readable tag.
 [[nodiscard]] Result<World> world_of(const SdfScene& scene, const std::vector<std::string>& families,
                                      std::vector<std::string>& warnings);
 
-/// Reads an SDF world and writes it as a Waymark world. Fails if the SDF module is not installed, no tag can
-/// be read, or the result is invalid.
+/// Reads an SDF world and writes it as a Waymark world. Fails if the SDF module is not installed, if no tag
+/// can be read, or if the result is invalid.
 [[nodiscard]] Result<ImportWorldReport> import_world(const ImportWorldJob& job, const JobControl& control);
 [[nodiscard]] std::string to_text(const ImportWorldReport& report);
 [[nodiscard]] ReportFields fields(const ImportWorldReport& report);

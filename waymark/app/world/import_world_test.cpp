@@ -19,7 +19,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-/// A scene of upright planes, each with a tag as its texture.
+/// A scene of upright planes, each of which has a tag as its texture.
 struct PaintedScene {
   fs::path folder;
   SdfScene scene{.name = "painted"};
@@ -29,7 +29,7 @@ struct PaintedScene {
       EXPECT_TRUE(write_image((folder / texture.name).string(), texture.image.view()));
   }
   std::string texture(int number) const { return (folder / fmt::format("tag36h11_{}.png", number)).string(); }
-  /// Adds a plane with a tag, its normal along x, one metre above the floor.
+  /// Adds a plane with a tag, one metre above the floor, with its normal along x.
   void add_tag(int number, double y_m, double size_m = 0.2) {
     SdfVisual plane{.name = fmt::format("tag{}::link::visual", number),
                     .world_T_visual = SE3({}, {2, y_m, 1}),
@@ -63,7 +63,7 @@ TEST(WorldOfSdf, PlacesTagsAtTheirTextures) {
   EXPECT_LT((three.map_T_tag.translation() - Eigen::Vector3d(2, 0, 1)).norm(), 0.005);
   EXPECT_LT((three.map_T_tag.rotation() * Eigen::Vector3d::UnitZ() + Eigen::Vector3d::UnitX()).norm(), 0.02)
       << "the z axis points into the wall";
-  EXPECT_LT(three.size_m, 0.2) << "without its white margin";
+  EXPECT_LT(three.size_m, 0.2) << "the white margin is not part of the tag";
   EXPECT_EQ(world->anchor.number, 3);
   EXPECT_THAT(world->occluders, IsEmpty());
 }
@@ -95,7 +95,7 @@ TEST(WorldOfSdf, ShapesBecomeUprightFurniture) {
   ASSERT_EQ(world->occluders.size(), 3U);
   EXPECT_NEAR(world->occluders[0].yaw_rad, 0.5, 1e-9);
   EXPECT_LT((world->occluders[0].size_m - Eigen::Vector3d(1, 2, 3)).norm(), 1e-9);
-  EXPECT_GT(world->occluders[2].size_m.z(), 0.5) << "bounding box of the ramp";
+  EXPECT_GT(world->occluders[2].size_m.z(), 0.5) << "this is the bounding box of the ramp";
   EXPECT_THAT(warnings, Contains(HasSubstr("2 shapes")));
   EXPECT_THAT(warnings, Contains(HasSubstr("dust")));
   EXPECT_THAT(warnings, Contains(HasSubstr("cart")));

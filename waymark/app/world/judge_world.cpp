@@ -15,12 +15,13 @@
 namespace waymark {
 namespace {
 
-/// Range of sizes of printed tags; other sizes are probably in the wrong unit.
+/// Plausible sizes of printed tags. Other sizes were probably given in the wrong unit.
 constexpr double kSmallestTagMetres = 0.01;
 constexpr double kLargestTagMetres = 2;
 constexpr std::size_t kMaxListed = 5;
 
-/// One warning per pair of overlapping tags; beyond kMaxListed, only their number.
+/// One warning per pair of overlapping tags. After kMaxListed warnings, only the number of remaining pairs is
+/// given.
 std::vector<std::string> overlap_warnings(const WorldCheck& check) {
   std::vector<std::string> warnings;
   for (const auto& [a, b] : check.overlapping) {
@@ -48,11 +49,11 @@ std::vector<std::string> warnings_about(const World& world, const WorldCheck& ch
 Trajectory as_trajectory(const std::vector<SE3>& poses) {
   Trajectory trajectory;
   for (const SE3& pose : poses) trajectory.push_back({SensorTime(Duration(trajectory.size())), pose});
-  if (!trajectory.empty()) trajectory.push_back(trajectory.front());  // closes the circle
+  if (!trajectory.empty()) trajectory.push_back(trajectory.front());  // close the circle
   return trajectory;
 }
 
-/// Optical (z) axes of about twelve of the camera poses, as line segments.
+/// Optical (z) axes for about twelve of the camera poses, as line segments.
 plot::Series view_axes(const std::vector<SE3>& map_T_cam, double length_m, plot::Color color) {
   plot::Series series{.name = "", .color = color};
   for (std::size_t i = 0; i < map_T_cam.size(); i += std::max<std::size_t>(map_T_cam.size() / 12, 1)) {
@@ -65,7 +66,7 @@ plot::Series view_axes(const std::vector<SE3>& map_T_cam, double length_m, plot:
   return series;
 }
 
-/// The tags that are hidden along the longest parts of the line.
+/// The tags that are hidden over the longest parts of the line.
 std::string hidden_to_text(std::vector<HiddenTag> hidden) {
   std::ranges::stable_sort(hidden, std::ranges::greater{}, &HiddenTag::from_m);
   std::string text;

@@ -33,7 +33,7 @@ TEST(JudgeWorld, AcceptsTheCircuitAndRejectsWrongUnitsAndTooFewTags) {
   EXPECT_THAT(too_large->warnings, Contains(HasSubstr("millimetres")));
   World sparse = test::circuit();
   while (sparse.tags.tags.size() > 2) sparse.tags.tags.erase(std::prev(sparse.tags.tags.end()));
-  EXPECT_FALSE(judge_world(sparse, robot.model, robot.camera, {})->good) << "too few tags in view";
+  EXPECT_FALSE(judge_world(sparse, robot.model, robot.camera, {})->good) << "too few tags are in view";
 }
 
 TEST(JudgeWorld, WarnsOnceAboutASizeInMillimetres) {
@@ -67,7 +67,7 @@ TEST(JudgeWorld, NamesOverlappingTags) {
   EXPECT_EQ(to_json(fields(*verdict))["overlapping_tags"][0][1], to_string(second));
 }
 
-/// Tags whose corners are visible and whose centres are not hidden by walls; occlusion by other tags is
+/// Tags whose corners are visible and whose centres are not hidden by walls. Occlusion by other tags is
 /// ignored.
 std::vector<TagId> in_view_ignoring_paper(const World& world, const CameraModel& camera,
                                           const SE3& map_T_cam) {

@@ -23,8 +23,8 @@ namespace waymark {
 namespace {
 
 constexpr std::size_t kMaxTableBytes = std::size_t{1} << 24U;
-constexpr double kPointEvery_m = 0.15;  // along the part of the line that is kept
-/// A drawn loop may start at a corner, so it may close from the side, but not from ahead.
+constexpr double kPointEvery_m = 0.15;  // minimum distance between points on the line that is kept
+/// A drawn loop may start at a corner, so it may be closed from the side, but not from straight ahead.
 constexpr LapClosing kClosing{.distance_m = 0.6, .angle_rad = 2.2};
 
 std::vector<std::string> cells_of(const std::string& line) {
@@ -47,7 +47,7 @@ std::optional<double> number(const std::vector<std::string>& cells, std::size_t 
   return value;
 }
 
-/// Points from the columns x and y of a table, or from its first two columns if it has no header line.
+/// Points from the columns x and y of a table. Without a header line, the first two columns are used.
 Result<std::vector<Eigen::Vector2d>> points_of_table(const std::string& path) {
   const auto text = read_text_file(path, kMaxTableBytes);
   if (!text) return tl::unexpected(text.error());
@@ -84,7 +84,7 @@ Result<std::vector<Eigen::Vector2d>> points_of_table(const std::string& path) {
   return points;
 }
 
-/// Robot positions in a recording: ground truth if available, else odometry.
+/// Robot positions from a recording: ground truth if available, otherwise odometry.
 Result<std::vector<Eigen::Vector2d>> points_of_recording(const std::string& path, const JobControl& control) {
   const auto log = open_log(path, control.log_options());
   if (!log) return tl::unexpected(log.error());
@@ -102,7 +102,7 @@ Result<std::vector<Eigen::Vector2d>> points_of_recording(const std::string& path
   return truth.empty() ? odometry : truth;
 }
 
-/// Points at least kPointEvery_m apart.
+/// Keeps only points that are at least kPointEvery_m apart.
 std::vector<Eigen::Vector2d> thin_out(const std::vector<Eigen::Vector2d>& points) {
   std::vector<Eigen::Vector2d> kept;
   for (const Eigen::Vector2d& point : points)
@@ -112,10 +112,10 @@ std::vector<Eigen::Vector2d> thin_out(const std::vector<Eigen::Vector2d>& points
 
 struct DrivableLine {
   World world{};
-  double repeated_m = 0;  ///< length cut off because it repeats the loop
+  double repeated_m = 0;  ///< length that was cut off because it repeats the loop
 };
 
-/// A line that a driver can follow, open or closed. A part that repeats a loop is cut off, as in routes.
+/// A line, open or closed, that a driver can follow. Any part that repeats a loop is cut off, as for routes.
 DrivableLine line_of(const std::string& name, const std::vector<Eigen::Vector2d>& points) {
   constexpr double kStep_m = 0.05;
   DrivableLine line{.world = {.name = name, .path_closed = false}};
@@ -126,7 +126,7 @@ DrivableLine line_of(const std::string& name, const std::vector<Eigen::Vector2d>
   if (!loop) return line;
   line.world.path_closed = true;
   line.repeated_m = kStep_m * static_cast<double>(even.points.size() - *loop);
-  path_m.resize(even.sources[*loop]);  // the closing point is on the segment that ends here
+  path_m.resize(even.sources[*loop]);  // the loop closes on the segment that ends here
   if (path_m.size() > 3 && (path_m.back() - path_m.front()).norm() < kPointEvery_m / 2) path_m.pop_back();
   return line;
 }

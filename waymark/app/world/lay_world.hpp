@@ -9,17 +9,17 @@
 #include "waymark/simulation/world/tag_layout.hpp"
 #include "waymark/simulation/world/world_check.hpp"
 
-/// `waymark world new`: a world with tags placed along a drawn or driven line.
+/// `waymark world new`: makes a world with tags placed along a drawn or driven line.
 namespace waymark {
 
 struct LayWorldJob {
-  std::string path{};      ///< the line: a .csv or .txt with columns x and y [m], or a recording of a drive
-  std::string output{};    ///< world to write
-  RobotDescription robot;  ///< the layout depends on its body and camera
+  std::string path{};  ///< the line: a .csv or .txt file with columns x and y [m], or a recording of a drive
+  std::string output{};    ///< path of the world to write
+  RobotDescription robot;  ///< its body and camera determine the layout
   TagLayoutOptions layout{};
 };
 
-/// User options for a new world.
+/// User options for creating a world.
 struct LayWorldRequest {
   std::string path{};
   std::string output{};
@@ -36,7 +36,7 @@ struct LayWorldRequest {
           JobField("robot_file NAME", "Body and camera of the robot: a name, or a .yaml file"));
   }
 };
-/// Reads the robot file. Fails if it is unreadable, and like check_new_world().
+/// Reads the robot file. Fails if it is unreadable, or for the same reasons as check_new_world().
 [[nodiscard]] Result<LayWorldJob> described_lay_world(const LayWorldRequest& request,
                                                       const TagLayoutOptions& layout);
 
@@ -49,13 +49,13 @@ struct LayWorldReport {
   WorldCheck check{};
 };
 
-/// Reads only the line from such a file, as points at least 0.15 m apart; it may be open or closed. A part
-/// that repeats a loop is cut off, with a note. Fails with fewer than three points, or with points more than
-/// 500 m from the start.
+/// Reads only the line from a file like LayWorldJob::path, as points at least 0.15 m apart. The line may be
+/// open or closed. A part that repeats a loop is cut off, with a note. Fails if there are fewer than three
+/// points, or if a point is more than 500 m from the start.
 [[nodiscard]] Result<World> read_line(const std::string& path, const JobControl& control);
 
-/// Places tags along the line and writes the world; an existing file is renamed. A line that returns to its
-/// start is treated as a lap, unless it continues elsewhere (points_of_first_loop()).
+/// Places tags along the line and writes the world. An existing file is renamed. A line that returns to its
+/// start is treated as a lap, unless it then continues elsewhere (points_of_first_loop()).
 [[nodiscard]] Result<LayWorldReport> lay_world(const LayWorldJob& job, const JobControl& control);
 [[nodiscard]] std::string to_text(const LayWorldReport& report);
 [[nodiscard]] ReportFields fields(const LayWorldReport& report);

@@ -58,7 +58,7 @@ TEST_F(LayWorld, RejectsInvalidLines) {
   const auto no_point = laid("x,y\n0,0\nhere,there\n");
   ASSERT_FALSE(no_point);
   EXPECT_EQ(no_point.error().place.line, 3);
-  EXPECT_FALSE(laid("0,0\n0.2,0\n")) << "two points";
+  EXPECT_FALSE(laid("0,0\n0.2,0\n")) << "two points are too few";
   const auto millimetres = laid("0,0\n2000,0\n4000,0\n");
   ASSERT_FALSE(millimetres);
   EXPECT_EQ(millimetres.error().code, ErrorCode::LimitExceeded);
@@ -66,7 +66,8 @@ TEST_F(LayWorld, RejectsInvalidLines) {
   EXPECT_FALSE(fs::exists(output_));
 }
 
-/// Points 0.1 m apart along straight segments ('u') and arcs of radius 1 m to the left ('l') and right ('r').
+/// Points 0.1 m apart along straight segments ('u') and arcs with a radius of 1 m to the left ('l') and right
+/// ('r').
 std::string table_of(const std::vector<std::pair<char, double>>& parts) {
   std::string table = "x,y\n";
   SE2 at;
@@ -102,7 +103,7 @@ TEST_F(LayWorld, CutsALineOnlyIfItRepeatsItsLoop) {
   parts.insert(parts.end(), right.begin(), right.end());
   World line = line_of_table(file, table_of(parts));
   EXPECT_TRUE(line.path_closed);
-  EXPECT_NEAR(length_of(line), 2 * loop_m, 0.3) << "two loops";
+  EXPECT_NEAR(length_of(line), 2 * loop_m, 0.3) << "two different loops";
 
   parts = left;
   parts.insert(parts.end(), left.begin(), left.end());
@@ -110,11 +111,11 @@ TEST_F(LayWorld, CutsALineOnlyIfItRepeatsItsLoop) {
   control.note = [this](const std::string& words) { notes_.push_back(words); };
   line = line_of_table(file, table_of(parts), control);
   EXPECT_TRUE(line.path_closed);
-  EXPECT_NEAR(length_of(line), loop_m, 0.3) << "one loop, driven twice";
+  EXPECT_NEAR(length_of(line), loop_m, 0.3) << "one loop that was driven twice";
   EXPECT_THAT(notes_, ElementsAre(HasSubstr("repeat")));
 
   line = line_of_table(file, table_of({{'u', 5}, {'l', half_m}, {'u', 7}}));
-  EXPECT_FALSE(line.path_closed) << "there and back";
+  EXPECT_FALSE(line.path_closed) << "it returns without closing a loop";
   EXPECT_NEAR(length_of(line), 12 + half_m, 0.3);
 }
 
@@ -123,7 +124,7 @@ TEST_F(LayWorld, ADrawnPolygonMayBeginAtACorner) {
   EXPECT_TRUE(square.path_closed);
   EXPECT_EQ(square.path_m.size(), 4U);
   EXPECT_FALSE(line_of_table(folder_ / "line.csv", "0,0\n3,0\n3,3\n3,0\n0,0\n").path_closed)
-      << "there and back";
+      << "it returns along the same line";
 }
 
 TEST_F(LayWorld, ADriveThatReturnsToItsStartIsALap) {

@@ -12,11 +12,12 @@
 namespace waymark {
 namespace {
 
-/// Follows the line in the world at the speeds in the recording.
+/// Follows the line in the world at the speeds from the recording.
 Result<LapEnd> drive_like(const SimulatedSetup& setup, const RecordingProfile& profile,
                           const LapListener& listener) {
   const auto path = sample_path(setup.world.path_m, setup.world.path_closed, 0.02);
-  constexpr DriverOptions kDriver{.overlap_m = 1e6};  // the driver must not stop before the recording ends
+  // Large, because the driver must not stop before the recording ends.
+  constexpr DriverOptions kDriver{.overlap_m = 1e6};
   ScriptedDriver driver(path, setup.world.path_closed, kDriver, Random(setup.robot.seed + 1000));
   const auto drive = [&](const SE2& map_T_base, Duration uptime, SensorTime) -> Result<DriverDecision> {
     const VelocityCommand steady = driver.drive(map_T_base, SensorTime(uptime));

@@ -25,8 +25,8 @@ struct SimulateLikeJob {
   }
 };
 
-/// Drives the simulated robot along the line in its world and records the drive. Speeds and duration are
-/// those in the profile `like`. Returns the profile of the new recording.
+/// Drives the simulated robot along the line in its world and records the drive. The speeds and the duration
+/// are taken from the profile `like`. Returns the profile of the new recording.
 [[nodiscard]] Result<RecordingProfile> simulate_like(const RobotSetup& setup, const RecordingProfile& like,
                                                      const SimulateLikeJob& job, const JobControl& control);
 

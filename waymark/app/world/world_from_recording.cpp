@@ -30,11 +30,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A drive and its map.
+/// A drive and the map made from it.
 struct MappedDrive {
   MapFolder place{};
   RobotDescription robot;
-  Trajectory trajectory{};  ///< of the map
+  Trajectory trajectory{};  ///< trajectory stored with the map
   RecordedLap lap{};
   RecordingProfile profile{};
 };
@@ -49,8 +49,8 @@ Result<RobotDescription> robot_of(const MapFolder& place, const WorldFromRecordi
               "Set `robot` to a .yaml file, or to a name that `waymark robots` lists.");
 }
 
-/// Distances between observed tag centres and those projected using map and trajectory [px]; infinite for
-/// tags that are not in the map or cannot be projected.
+/// Distances [px] between the observed tag centres and those projected using the map and the trajectory. They
+/// are infinite for tags that are not in the map or cannot be projected.
 std::vector<double> observation_errors_px(const MappedDrive& drive) {
   constexpr Duration kMaxGap = std::chrono::milliseconds(500);
   std::vector<double> errors_px;
@@ -71,9 +71,9 @@ std::vector<double> observation_errors_px(const MappedDrive& drive) {
   return errors_px;
 }
 
-/// Fails if map and trajectory are from a different drive, because the trajectory covers a different time, or
-/// the observed tags do not match the map. For recorded tag poses, which have no pixel positions, only the
-/// time is checked.
+/// Fails if the map and the trajectory are from a different drive. This is the case if the trajectory covers
+/// a different time, or if the observed tags do not match the map. For recorded tag poses, which have no
+/// pixel positions, only the time is checked.
 Status check_place(const MappedDrive& drive, const WorldFromRecordingJob& job) {
   const auto mismatch = [&](const char* why) {
     return fail(ErrorCode::InvalidArgument, fmt::format("the map was not made from this recording: {}", why),
@@ -137,7 +137,7 @@ Result<World> world_of(const MappedDrive& drive, const std::string& name) {
   return world;
 }
 
-/// Data from the recording that RecordedLap does not contain.
+/// Data from the recording that are not in RecordedLap.
 struct Remaining {
   std::vector<StampedCommand> commands{};
   std::vector<EdgeBlur> edges{};
@@ -164,7 +164,7 @@ Result<Remaining> read_remaining(const WorldFromRecordingJob& job, const std::ve
   return rest;
 }
 
-/// Stores estimated values in the robot's simulation options, and lists them in the report.
+/// Stores estimated values in the robot's simulation options and lists them in the report.
 class RobotEstimates {
  public:
   explicit RobotEstimates(WorldFromRecordingReport& report) : report_(report) {}
@@ -182,13 +182,13 @@ class RobotEstimates {
   WorldFromRecordingReport& report_;
 };
 
-/// The rotation scale with which the simulated odometry turns like the recorded odometry.
+/// The rotation scale that makes the simulated odometry turn like the recorded odometry.
 std::optional<double> rotation_scale(const SimulatedRobotOptions& robot, std::optional<double> yaw_scale) {
   if (!yaw_scale || robot.sensors.odometry == "truth") return std::nullopt;
   return (robot.sensors.odometry == "wheels" ? robot.dynamics.turn_gain : 1.0) / *yaw_scale;
 }
 
-/// Sets the simulation options of `robot`, and lists the estimated quantities in the report.
+/// Sets the simulation options of `robot` and lists the estimated quantities in the report.
 void estimate_robot(const MappedDrive& drive, const Remaining& rest, SimulatedRobotOptions& robot,
                     WorldFromRecordingReport& report) {
   constexpr double kRangeQuantile = 0.995;

@@ -1,5 +1,5 @@
-// A robot with hidden simulation options drives a lap. The options of its twin are estimated from recording
-// and map.
+// A robot with hidden simulation options drives a lap. The options of its twin are estimated from the
+// recording and the map.
 #include "waymark/app/world/world_from_recording.hpp"
 
 #include <filesystem>
@@ -22,9 +22,9 @@ using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-constexpr double kTolerance = 0.2;  // relative
+constexpr double kTolerance = 0.2;  // relative tolerance
 
-/// Sets options that do not occur in any file that the job reads.
+/// Sets options that do not occur in any of the files read by the job.
 void set_hidden_values(SimulatedRobotOptions& robot) {
   robot.camera_rate_hz = 12;
   robot.camera_latency_s = 0.07;
@@ -97,7 +97,8 @@ TEST_F(WorldOfADrivenLap, RejectsAMapOfAnotherPlaceAndWritesNothing) {
   ASSERT_TRUE(teach_lap(load_setup("mbot-square", "limo", 1).value(), {.output = lap_there}, {}));
   ASSERT_TRUE(map_recording({.lap = lap_there, .folder = folder_ / "other"}, {}));
   WorldFromRecordingJob other = job();
-  other.map = folder_ / "other";  // its time matches, because both recordings start at the same time
+  // The time of this map matches, because both recordings start at the same time.
+  other.map = folder_ / "other";
   const auto elsewhere = world_from_recording(other, {});
   ASSERT_FALSE(elsewhere);
   EXPECT_EQ(elsewhere.error().code, ErrorCode::InvalidArgument);
@@ -122,7 +123,7 @@ TEST_F(WorldOfADrivenLap, RejectsANonEmptyFolder) {
   EXPECT_FALSE(fs::exists(folder_ / "map/robot.1.yaml"));
 }
 
-/// The first 15 s of a lap, with their map.
+/// The first 15 s of a lap, and the map made from them.
 struct MappedDrive {
   fs::path folder = testing::fresh_folder("jobs_world_from");
   std::string lap = test::record_lap(folder / "lap.mcap", 31, {.for_s = 15});
@@ -157,13 +158,13 @@ TEST(WorldFromRecording, WritesTagsRouteAndRobotBehaviour) {
   const std::string text = to_text(*report, folder);
   EXPECT_THAT(text, AllOf(HasSubstr("waymark teach --world "), HasSubstr("not determined")));
   const auto json = to_json(fields(*report));
-  EXPECT_TRUE(json["quantities"]["camera.exposure_ms"].is_null()) << "no images in the recording";
+  EXPECT_TRUE(json["quantities"]["camera.exposure_ms"].is_null()) << "the recording contains no images";
 }
 
 TEST(WorldFromRecording, RejectsAMapOfAnotherDrive) {
   const std::string other =
       test::record_lap(mapped_drive().folder / "other.mcap", 32, {.for_s = 3, .odometry = true});
-  // Same place and time, but the tags in the map are moved.
+  // The place and time are the same, but the tags in the map have been moved.
   const fs::path moved = mapped_drive().folder / "moved";
   fs::copy(mapped_drive().map, moved);
   MapFile map = read_map(moved / "map.yaml").value();
