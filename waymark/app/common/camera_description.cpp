@@ -118,7 +118,7 @@ std::vector<plot::FrameAxes> axes_of(std::span<const TagDetection> detections, c
     const auto origin = at(0, 0, 0);
     const auto x = at(1, 0, 0);
     const auto y = at(0, 1, 0);
-    const auto z = at(0, 0, -1);  // towards the reader, so that it is in view
+    const auto z = at(0, 0, -1);  // points towards the viewer, so that it is visible
     if (origin && x && y && z) axes.push_back({*origin, *x, *y, *z});
   }
   return axes;
@@ -196,7 +196,7 @@ Result<std::optional<PoseSetup>> described_poses(const CameraDescription& camera
 Status check_picture_size(const CameraModel& camera, int width_px, int height_px) {
   Status fits = check_camera_matches_image(camera, width_px, height_px);
   if (fits) return fits;
-  fits.error().code = ErrorCode::Unsupported;  // these images with this calibration
+  fits.error().code = ErrorCode::Unsupported;  // images of this size with this calibration
   const bool scales = scaled_camera(camera, width_px, height_px).has_value();
   if (scales)
     fits.error().hint = fmt::format(

@@ -22,23 +22,24 @@ struct PoseSetup {
   TagSizes sizes{};
 };
 
-/// Accepted sizes of printed tags [m]; other values are centimetres or millimetres by mistake.
+/// Limits for the size of printed tags [m]; values outside them were probably entered in centimetres or
+/// millimetres.
 inline constexpr double kMinTagSize_m = 0.001;
 inline constexpr double kMaxTagSize_m = 10;
 
-/// Parses several sizes: "0.16" for all tags, "tag36h11:7=0.08" (or "7=0.08" for tag36h11) for one tag.
+/// Parses tag sizes: "0.16" applies to all tags, "tag36h11:7=0.08" (or "7=0.08" for tag36h11) to one tag.
 [[nodiscard]] Result<TagSizes> parse_tag_sizes(const std::vector<std::string>& words);
 
-/// One pose per detection, in order, or the error of that detection (tag size unknown, corners outside the
-/// range of the lens model …).
+/// One entry per detection, in order: its pose, or the reason why there is none (unknown tag size, corners
+/// outside the range of the lens model, …).
 using PoseList = std::vector<Result<TagPose>>;
 
 [[nodiscard]] PoseList poses_of(std::span<const TagDetection> detections, const PoseSetup& setup);
 
-/// "pose" and "other_pose" (null if there is only one), or "pose_error"; empty without poses.
+/// "pose" and "other_pose" (null if there is only one), or "pose_error"; empty if poses were not computed.
 [[nodiscard]] ReportFields pose_fields(const std::optional<Result<TagPose>>& pose);
 
-/// The axes of each tag, half a side long, in image coordinates.
+/// The axes of each tag in image coordinates; their length is half the side of the tag.
 [[nodiscard]] std::vector<plot::FrameAxes> axes_of(std::span<const TagDetection> detections,
                                                    const PoseList& poses, const PoseSetup& setup);
 
@@ -46,9 +47,9 @@ using PoseList = std::vector<Result<TagPose>>;
 struct CameraDescription {
   std::string
       file{};  ///< calibration.yaml, ROS camera_info, kalibr's YAML, PhotonVision's JSON, OpenCV's YAML
-  std::string name{};  ///< of the camera, if the file has several
-  std::string size{};  ///< image size "1280x720" to which the calibration is scaled; empty: unscaled
-  std::optional<double> readout_ms{};  ///< of a rolling shutter; overrides the file
+  std::string name{};  ///< name of the camera, if the file describes several
+  std::string size{};  ///< image size ("1280x720") to which the calibration is scaled; not scaled if empty
+  std::optional<double> readout_ms{};  ///< readout time of a rolling shutter; overrides the file
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -64,7 +65,7 @@ struct CameraDescription {
 /// User options for tag poses.
 struct PoseRequest {
   CameraDescription camera{};
-  std::vector<std::string> sizes{};  ///< in the form of parse_tag_sizes()
+  std::vector<std::string> sizes{};  ///< in the format of parse_tag_sizes()
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -81,21 +82,22 @@ struct PoseRequest {
 
 struct DescribedCamera {
   CameraModel camera;
-  /// Standard deviations of the intrinsics (intrinsics_of) if the file is a calibration.yaml; else
+  /// Standard deviations of the intrinsics (intrinsics_of) if the file is a calibration.yaml; otherwise
   /// empty.
   Eigen::VectorXd intrinsics_sigma{};
-  double readout_s = 0;  ///< of a rolling shutter, first row to last, negative from the bottom; 0: global
+  double readout_s = 0;  ///< readout time of a rolling shutter from the first row to the last, negative if it
+                         ///< starts at the bottom; 0 for a global shutter
 };
 
-/// Reads the file. Errors name the field at fault (camera_size), or the file.
+/// Reads the file. Errors name either the invalid field (camera_size) or the file.
 [[nodiscard]] Result<DescribedCamera> read_camera(const CameraDescription& description);
 
-/// Input of pose estimation from a camera and sizes in the form of parse_tag_sizes(); nothing if neither is
-/// given. Fails also if only one of them is given.
+/// Creates the setup for pose estimation from a camera and from sizes in the format of parse_tag_sizes();
+/// `nullopt` if neither is specified. Fails if only one of them is specified.
 [[nodiscard]] Result<std::optional<PoseSetup>> described_poses(const CameraDescription& camera,
                                                                const std::vector<std::string>& tag_sizes);
 
-/// Fails (Unsupported) if the image size is not that of the camera.
+/// Fails (Unsupported) if the image size differs from that of the camera.
 [[nodiscard]] Status check_picture_size(const CameraModel& camera, int width_px, int height_px);
 
 }  // namespace waymark

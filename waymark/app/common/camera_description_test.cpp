@@ -1,4 +1,4 @@
-// Tests a camera as described by a user: file, name, image size, shutter.
+// Tests reading a user's description of a camera: file, name, image size, shutter.
 #include "waymark/app/common/camera_description.hpp"
 
 #include <filesystem>
@@ -23,7 +23,7 @@ CameraModel pose_camera() {
   return CameraModel::make(PinholeRadtan{.fx = 500, .fy = 500, .cx = 320, .cy = 240}, 640, 480).value();
 }
 
-/// A tag of 0.2 m, two metres ahead, slightly rotated.
+/// A 0.2 m tag two metres ahead, slightly rotated.
 SE3 true_pose() { return {SO3::from_rpy(0.2, 0.5, 0.1), {0.1, -0.2, 2}}; }
 
 TagDetection seen(int number, double size_m = 0.2) {

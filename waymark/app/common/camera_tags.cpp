@@ -174,7 +174,7 @@ ReportFields fields(const ConvertedVideo& converted) {
 
 namespace {
 
-/// The tags of one sample, if it is an image or its tags.
+/// The tags in a sample that is an image or already contains tags.
 class SampleTags {
  public:
   SampleTags(const std::string& path, const TagFinder& finder, const CameraModel& camera, bool has_tags)
@@ -245,7 +245,7 @@ bool is_of_camera(const std::string& path, bool calibrated) {
   if (!calibrated) return false;
   const auto log = open_log(path);
   const auto contents = log ? contents_of(**log) : tl::unexpected(log.error());
-  if (!contents || contents->empty()) return true;  // its reader reports the error
+  if (!contents || contents->empty()) return true;  // its reader will report the error
   const auto has = [&](const char* what) { return contents->contains(what); };
   return (has("tags") || has("pictures")) && !has("odometry") && !has("imu");
 }

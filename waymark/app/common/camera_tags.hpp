@@ -13,10 +13,10 @@
 #include "waymark/samples/tag_sizes.hpp"
 #include "waymark/tags/tag_finder.hpp"
 
-/// Videos as streams of tags: for recordings, and for maps.
+/// Reads videos as streams of tags, for recordings and maps.
 namespace waymark {
 
-/// Result of detection in a video.
+/// Result of detecting tags in a video.
 struct VideoTags {
   VideoInfo info{};
   std::size_t pictures = 0;
@@ -24,40 +24,42 @@ struct VideoTags {
   std::vector<VideoProblem> problems{};
 };
 
-/// Called with each image and its tags, in order; the view is valid during the call.
+/// Called with each image and its tags, in order; the view is valid only during the call.
 using EachVideoTags = std::function<Status(const VideoFrame& picture, TagFrame& tags)>;
 
-/// Detects the tags in every image, with the lens model of `camera` if given; its size must be that
-/// of the images. Fails if the video cannot be opened, if `each` fails, and on cancellation.
+/// Detects the tags in every image, using the lens model of `camera` if set; the images must have the size of
+/// that camera. Fails if the video cannot be opened, if `each` fails, or if the job is cancelled.
 [[nodiscard]] Result<VideoTags> find_video_tags(const std::string& path, const TagFinder& finder,
                                                 const CameraModel* camera, const JobControl& control,
                                                 const EachVideoTags& each);
 
-/// `waymark convert walk.mp4 lap.mcap`: writes the tags of a video, or of a live camera, as a recording.
+/// `waymark convert walk.mp4 lap.mcap`: writes the tags detected in a video, or by a live camera, to a
+/// recording.
 struct ConvertVideoJob {
   std::string input{};
-  std::string output{};  ///< new file
-  std::optional<CameraModel>
-      camera{};            ///< written as /camera_info, at the origin of the base and straight ahead
+  std::string output{};                 ///< must not exist yet
+  std::optional<CameraModel> camera{};  ///< written to /camera_info; the camera is mounted at the origin of
+                                        ///< the base and looks straight ahead
   TagSizes sizes{};        ///< stored in the recording
-  std::string pictures{};  ///< recorded as raw or jpeg; empty: not recorded
+  std::string pictures{};  ///< format of the recorded images, raw or jpeg; they are not recorded if empty
 };
 
-/// Receives an image and its tags, in order; the view is valid during the call.
+/// Receives an image and its tags, in order; the view is valid only during the call.
 using TakeTagPicture = std::function<Status(const ImageView& picture, const TagFrame& tags)>;
 
-/// Writes the images passed by `all`, and their tags, to the job's output, which appears if `all`
-/// succeeds. `format`: of the input, stored in the recording. Errors: as convert_video().
+/// Writes the images that `all` passes on, and their tags, to the output of the job. The output file appears
+/// only if `all` succeeds. `format` is the format of the input and is stored in the recording. Errors are
+/// those of convert_video().
 [[nodiscard]] Status record_tags(const ConvertVideoJob& job, const std::string& format,
                                  const std::function<Status(const TakeTagPicture&)>& all);
 
-/// The output appears only when it is complete. Errors: InvalidArgument for an invalid job; other codes
-/// concern a file.
+/// The output appears only when it is complete. Errors: InvalidArgument if the job is invalid; other codes
+/// refer to a file.
 [[nodiscard]] Result<VideoTags> convert_video(const ConvertVideoJob& job, const TagFinder& finder,
                                               const JobControl& control);
 [[nodiscard]] std::string to_text(const ConvertVideoJob& job, const VideoTags& found);
 
-/// Report of `waymark convert` on a video.
+/// Report of `waymark convert` for a video.
 struct ConvertedVideo {
   std::string input{};
   std::string output{};
@@ -65,22 +67,23 @@ struct ConvertedVideo {
 };
 [[nodiscard]] ReportFields fields(const ConvertedVideo& converted);
 
-// Data of a camera without a robot: a video, or the recording of a live camera.
+// Data from a camera without a robot: a video, or a recording of a live camera.
 
-/// Whether a file is of a camera without a robot. This is true of videos and, if the caller sets a camera
-/// calibration, of recordings with tags or images and neither odometry nor an IMU. It is also true of
-/// unreadable and empty files, so that their reader reports the error.
+/// Whether a file is from a camera without a robot. This is true for videos and, if the caller provides a
+/// camera calibration, for recordings that contain tags or images but neither odometry nor IMU data. It is
+/// also true for unreadable and empty files, so that their reader reports the error.
 [[nodiscard]] bool is_of_camera(const std::string& path, bool calibrated);
 
-/// Fails unless is_of_camera(), that is, for the recording of a robot. `hint` names the verb that accepts it.
+/// Fails if is_of_camera() is false, that is, for the recording of a robot. `hint` names the verb that
+/// accepts such a file.
 [[nodiscard]] Status check_of_camera(const std::string& path, const std::string& hint);
 
 /// Called with the tags of each image, in order.
 using EachTagFrame = std::function<Status(TagFrame& tags)>;
 
-/// The tags of every image of a video or of such a recording: recorded tags, else those detected in its
-/// images with the lens model of `camera`. Errors: as find_video_tags(); a recording of several
-/// cameras.
+/// The tags in every image of a video or of such a recording. Recorded tags are used if there are any;
+/// otherwise tags are detected in the images, using the lens model of `camera`. Fails as find_video_tags()
+/// does, and on recordings from several cameras.
 [[nodiscard]] Result<VideoTags> find_camera_tags(const std::string& path, const TagFinder& finder,
                                                  const CameraModel& camera, const JobControl& control,
                                                  const EachTagFrame& each);

@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Limits the size of files while it lives, so that writing fails as on a full disk.
+/// Limits the size of files during its lifetime, so that writing fails as it does on a full disk.
 class LargestFile {
  public:
   explicit LargestFile(rlim_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
@@ -36,7 +36,7 @@ class LargestFile {
   void (*handler_)(int);
 };
 
-/// Noise, which does not compress.
+/// An image of noise, which does not compress.
 Image noise(int width, int height) {
   Random random(20261126);
   Image image(width, height);

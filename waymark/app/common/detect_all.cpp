@@ -24,10 +24,10 @@ namespace {
 
 using nlohmann::json;
 
-/// Rounds to this resolution, and -0 to 0, so that results that differ only in the last bit print the same
-/// bytes.
+/// Rounds to the given resolution and replaces -0 by 0, so that results that differ only in the last bit are
+/// printed identically.
 double rounded_to(double value, double per_unit) {
-  constexpr double kMaxRounded = 1e9;  // larger doubles do not have these decimals
+  constexpr double kMaxRounded = 1e9;  // larger doubles have fewer decimals than this
   return std::abs(value) < kMaxRounded ? std::round(value * per_unit) / per_unit + 0.0 : value;
 }
 
@@ -100,7 +100,8 @@ ReportFields fields(const DetectionLine& line) {
   return all;
 }
 
-/// Whether brackets and braces are nested deeper than YamlLimits allows, as in the other text readers.
+/// Whether brackets and braces are nested deeper than YamlLimits allows, which is also the limit for the
+/// other text readers.
 bool is_nested_too_deep(std::string_view json_text) {
   std::size_t depth = 0;
   bool in_string = false;
@@ -119,8 +120,8 @@ bool is_nested_too_deep(std::string_view json_text) {
   return false;
 }
 
-/// Reads values of one JSON object. The first value that is missing or has the wrong type is kept as the
-/// error.
+/// Reads values from one JSON object. The error of the first value that is missing or has the wrong type is
+/// kept.
 class ReportReader {
  public:
   ReportReader(const json& object, Place place, std::string path)
@@ -147,7 +148,7 @@ class ReportReader {
     refuse(key, "is not a string");
     return {};
   }
-  /// rows x columns numbers, row by row; all zero when there is an error.
+  /// Reads rows x columns numbers, row by row; all are zero after an error.
   std::vector<double> table(const char* key, std::size_t rows, std::size_t columns) {
     std::vector<double> numbers;
     const json* value = find(key);
@@ -291,7 +292,8 @@ std::string internal::name_of_picture(const std::string& path, SensorTime stamp)
 
 namespace {
 
-/// Detects the tags in the image of the report. The lens of a camera with another image size is not applied.
+/// Detects the tags in the image of the report. The lens model of the camera is used only if the image has
+/// its size.
 void find_in(const ImageView& image, const TagFinder& finder, const CameraModel* camera,
              PictureReport& report) {
   const bool fits = camera != nullptr && check_picture_size(*camera, image.width, image.height);
@@ -306,7 +308,7 @@ void find_in(const ImageView& image, const TagFinder& finder, const CameraModel*
   report.refinements = std::move(found->refinements);
 }
 
-/// Reads the image and detects its tags; a failure is stored in the report.
+/// Reads the image and detects its tags; a failure is recorded in the report.
 Image process(const Input& input, const TagFinder& finder, const CameraModel* camera, PictureReport& report) {
   report.image = input.path;
   report.error = input.error;
@@ -322,7 +324,7 @@ Image process(const Input& input, const TagFinder& finder, const CameraModel* ca
   return std::move(*image);
 }
 
-/// Detects the tags in an image of a recording or a video.
+/// Detects the tags in one image from a recording or a video.
 PictureReport report_on(const std::string& path, SensorTime stamp, const ImageView& image,
                         const TagFinder& finder, const CameraModel* camera) {
   PictureReport report{.image = internal::name_of_picture(path, stamp),
@@ -333,7 +335,7 @@ PictureReport report_on(const std::string& path, SensorTime stamp, const ImageVi
   return report;
 }
 
-/// Counts a processed image. Its error becomes a note, unless an earlier image had the same error.
+/// Counts a processed image. Its error is printed as a note, unless an earlier image had the same one.
 void count(const PictureReport& report, const JobControl& control, DetectSummary& summary) {
   summary.tags += report.detections.size();
   ++(report.error ? summary.failed : summary.pictures);
@@ -342,7 +344,7 @@ void count(const PictureReport& report, const JobControl& control, DetectSummary
   if (summary.noted.insert(words).second) control.note(words);
 }
 
-/// A failure of the whole file.
+/// Records a failure that affects the whole file.
 void fail_with(Error error, const std::string& path, const JobControl& control, DetectSummary& summary) {
   if (error.place.source.empty()) error.place.source = path;
   control.note(to_string(error));
@@ -358,7 +360,7 @@ LogSelection pictures_of(const MessageLog& log) {
   return selection;
 }
 
-/// Processes every image of a recording, input number `index`. Returns whether to go on.
+/// Processes every image of the recording that is input number `index`. Returns whether to continue.
 bool detect_recording(std::size_t index, const std::string& path, const TagFinder& finder,
                       const CameraModel* camera, const JobControl& control, const EachPicture& each,
                       DetectSummary& summary) {
@@ -395,7 +397,7 @@ bool detect_recording(std::size_t index, const std::string& path, const TagFinde
   return going;
 }
 
-/// Missing images are failures; other problems become notes.
+/// Counts missing images as failures and prints other problems as notes.
 void report_problems(const std::string& path, const VideoReader& reader, const JobControl& control,
                      DetectSummary& summary) {
   for (const VideoProblem& problem : reader.problems()) {
@@ -406,7 +408,7 @@ void report_problems(const std::string& path, const VideoReader& reader, const J
   }
 }
 
-/// The same for a video. Damage counts as one failure; other problems of the file become notes.
+/// The same for a video. Damage counts as one failure; other problems with the file are printed as notes.
 bool detect_video(std::size_t index, const std::string& path, const TagFinder& finder,
                   const CameraModel* camera, const JobControl& control, const EachPicture& each,
                   DetectSummary& summary) {

@@ -23,65 +23,65 @@
 
 namespace waymark {
 
-/// Report of `waymark detect` on one image.
+/// Report of `waymark detect` for one image.
 struct PictureReport {
-  std::string image{};                   ///< the path as given or found
-  std::optional<SensorTime> stamp = {};  ///< of an image of a recording or a video
+  std::string image{};                   ///< the path as specified or found
+  std::optional<SensorTime> stamp = {};  ///< timestamp of an image from a recording or a video
   int width_px = 0;                      ///< 0 if the image could not be read
   int height_px = 0;
-  bool detected = false;  ///< the detector ran; if false, `detections` is meaningless
+  bool detected = false;  ///< whether the detector ran; if not, `detections` is meaningless
   std::vector<TagDetection> detections = {};
   std::vector<RefinementOutcome> refinements = {};  ///< one per detection; empty if nothing was refined
-  std::optional<Error> error = {};  ///< failure for this image; other members are valid if set
+  std::optional<Error> error = {};  ///< failure for this image; other members that are set remain valid
 };
 
 /// One line of the JSON output of detect, which parse_reports() reads.
 struct PictureLine {
   PictureReport report{};
   PoseList poses{};                ///< one per detection, or empty
-  bool with_covariance = false;    ///< corner_covariance_px2 as well
-  std::optional<double> age_ms{};  ///< of a live camera
+  bool with_covariance = false;    ///< whether corner_covariance_px2 is included
+  std::optional<double> age_ms{};  ///< age of an image from a live camera
 };
-/// Keys may be added, but keep their meaning. Corners are rounded to 1e-6 px.
+/// Keys may be added, but existing keys never change their meaning. Corners are rounded to 1e-6 px.
 [[nodiscard]] ReportFields fields(const PictureLine& line);
 
-/// Parses the JSON output of `waymark detect`, one object per line; unknown keys are ignored, blank lines
-/// skipped. The error names the line and the key. Fails also on JSON that
-/// is nested deeper than YamlLimits allows.
+/// Parses the JSON output of `waymark detect`, one object per line. Unknown keys are ignored and blank lines
+/// are skipped. Errors name the line and the key. Fails also if the JSON is nested deeper than YamlLimits
+/// allows.
 [[nodiscard]] Result<std::vector<PictureReport>> parse_reports(std::string_view text,
                                                                const std::string& source);
 
-/// Result for a list of inputs.
+/// Summary of a run over a list of inputs.
 struct DetectSummary {
-  std::size_t pictures = 0;  ///< processed without an error
+  std::size_t pictures = 0;  ///< number of images processed without an error
   std::size_t tags = 0;
   std::size_t failed = 0;
   bool stopped = false;             ///< cancelled before the end of the list
-  bool annotations_failed = false;  ///< their folder could not be created
-  std::set<std::string> noted{};    ///< errors already reported as notes; each is reported once
+  bool annotations_failed = false;  ///< a folder for annotated images could not be created
+  std::set<std::string> noted{};    ///< errors already printed as notes, so that each is printed only once
 };
 
-/// Called with each report, in the order of the inputs; `image` is empty if it could not be read.
-/// May add an error to the report, which then counts as failed. Returns whether to continue. The image is
-/// valid only during the call.
+/// Called with each report, in the order of the inputs; `image` is empty if it could not be read, and is
+/// valid only during the call. May add an error to the report, which then counts as failed. Returns whether
+/// to continue.
 using EachPicture = std::function<bool(std::size_t index, PictureReport& report, const ImageView& image)>;
 
-/// Reads each input, including all images of a recording or a video, and detects their tags. Corners are
-/// refined with the lens of `camera` in images of its size; null if the lens is unknown. Errors become notes
-/// and the next input is processed; cancelling stops between two images. Images of a recording or a video are
-/// named FILE#SECONDS by their stamp.
+/// Detects the tags in each input, including all images in a recording or a video. Corners are refined with
+/// the lens model of `camera` in images of its size; `camera` is null if the lens is unknown. After an error,
+/// a note is printed and the next input is processed. The job can be cancelled between two images. Images
+/// from a recording or a video are named FILE#SECONDS after their timestamps.
 [[nodiscard]] DetectSummary detect_all(const std::vector<Input>& inputs, const TagFinder& finder,
                                        const CameraModel* camera, const JobControl& control,
                                        const EachPicture& each);
 
 namespace internal {
 
-/// "lap.mcap#12.345000000".
+/// Returns a name such as "lap.mcap#12.345000000".
 [[nodiscard]] std::string name_of_picture(const std::string& path, SensorTime stamp);
 
 }  // namespace internal
 
-/// Creates a finder for tags of these families (empty: those of the options), with or without corner
+/// Creates a finder for tags of these families (those in the options if empty), with or without corner
 /// refinement.
 [[nodiscard]] Result<TagFinder> described_finder(DetectorOptions options, const RefinementOptions& refinement,
                                                  const std::vector<std::string>& families, bool refined);

@@ -1,4 +1,4 @@
-// Tests detection in the images of a recording, and laps that contain images instead of tags.
+// Tests tag detection in recorded images, and laps that contain images instead of tags.
 #include "waymark/app/common/detect_all.hpp"
 
 #include <algorithm>
@@ -62,7 +62,7 @@ TEST(DetectionsJson, RoundTrips) {
       RC_ASSERT(a.hamming == b.hamming);
       for (std::size_t c = 0; c < 4; ++c) RC_ASSERT((a.corners_px[c] - b.corners_px[c]).norm() <= 1e-6);
       RC_ASSERT(a.corner_covariance_px2 ==
-                b.corner_covariance_px2);  // shortest digits that give the same double
+                b.corner_covariance_px2);  // the shortest decimal form that yields the same double
     }
   });
 }
@@ -181,7 +181,7 @@ Image painted_picture(double x_px) {
 
 TagFinder plain_finder() { return {.detector = std::move(make_apriltag_detector({}).value())}; }
 
-/// A recording of three images, the last without a tag.
+/// A recording of three images, the last of which shows no tag.
 class DetectRecording : public ::testing::Test {
  protected:
   void SetUp() override {

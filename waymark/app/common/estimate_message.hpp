@@ -5,14 +5,14 @@
 
 namespace waymark {
 
-/// Topics of a recording of `waymark localize`, in addition to that of its estimates.
+/// Topics in a recording by `waymark localize`, in addition to the topic of its estimates.
 inline constexpr const char* kUncertainTopic = "/waymark/pose_uncertain";
 inline constexpr const char* kNisTopic = "/waymark/nis";
 
-/// An estimate as a message: its covariance fills the rows of x, y and the rotation about z.
+/// Converts an estimate to a message. Its covariance fills the rows for x, y and the rotation about z.
 [[nodiscard]] ros2::PoseWithCovarianceStamped estimate_message(const LocalizationEstimate& estimate);
 
-/// Observations compared with the estimate, as diagnostics: one status per observation.
+/// Converts comparisons of observations with the estimate to diagnostics, with one status per observation.
 [[nodiscard]] ros2::DiagnosticArray nis_message(const NisRecord& record);
 
 }  // namespace waymark

@@ -9,16 +9,16 @@
 
 namespace waymark {
 
-/// Whether the user gave the field of this name ("camera_size").
+/// Whether the user set the field with this name (such as "camera_size").
 using GivenFields = std::function<bool(const char* field)>;
 
-/// Refuses fields that have no effect in this job. status() is the error of the first such field that the
-/// user gave.
+/// Refuses fields that have no effect in this job. status() returns the error for the first such field that
+/// the user set.
 class FieldRefusals {
  public:
   explicit FieldRefusals(GivenFields given) : given_(std::move(given)) {}
 
-  /// Refuses `names` if `when` holds; `why` is the message of the error.
+  /// Refuses the fields `names` if `when` is true; `why` is the error message.
   void fields(bool when, std::initializer_list<const char*> names, const std::string& why,
               const std::string& hint) {
     for (const char* name : names)

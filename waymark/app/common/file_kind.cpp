@@ -46,7 +46,7 @@ bool is_number(std::string_view word) {
   return error == std::errc() && end == word.data() + word.size();
 }
 
-/// A word that may name a column: "x_m", "Z-Rotation".
+/// Whether a word may be the name of a column, such as "x_m" or "Z-Rotation".
 bool is_column(std::string_view word) {
   return !word.empty() && std::ranges::all_of(word, [](unsigned char c) {
     return c == '_' || c == '-' || c >= 0x80 || (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') ||
@@ -54,7 +54,7 @@ bool is_column(std::string_view word) {
   });
 }
 
-/// The beginning of a file, and parts of it that several rows of the table use.
+/// The beginning of a file, and those parts of it that several rows of the table use.
 class FileHead {
  public:
   FileHead(fs::path path, bool folder, std::string_view bytes, std::uint64_t size)
@@ -71,7 +71,7 @@ class FileHead {
   [[nodiscard]] bool folder() const { return folder_; }
   [[nodiscard]] std::optional<LogFormat> log() const { return log_; }
   [[nodiscard]] ByteSpan bytes() const { return as_bytes(bytes_); }
-  [[nodiscard]] std::string_view text() const { return text_; }  ///< empty: not text
+  [[nodiscard]] std::string_view text() const { return text_; }  ///< empty if the file is not text
   [[nodiscard]] bool json() const { return json_; }
   [[nodiscard]] bool begins(std::string_view magic) const { return bytes_.starts_with(magic); }
   [[nodiscard]] bool holds(const char* name) const {
@@ -79,7 +79,8 @@ class FileHead {
     return folder_ && fs::exists(path_ / name, ignored);
   }
 
-  /// The text after a key, at the top level of YAML or anywhere in JSON, up to the end of the head.
+  /// The text after a key, up to the end of the head. The key must be at the top level in YAML, but may be
+  /// anywhere in JSON.
   [[nodiscard]] std::optional<std::string_view> value(std::string_view key) const {
     for (std::size_t at = text_.find(key); at != std::string_view::npos; at = text_.find(key, at + 1)) {
       const std::string_view rest = text_.substr(at + key.size());
@@ -96,12 +97,12 @@ class FileHead {
   [[nodiscard]] bool has_any(std::initializer_list<std::string_view> keys) const {
     return std::ranges::any_of(keys, [&](std::string_view key) { return has(key); });
   }
-  /// Whether the value of the key `format` begins with this name.
+  /// Whether the value of the key `format` starts with this name.
   [[nodiscard]] bool has_format(std::string_view name) const {
     const auto format = value("format");
     return format && trimmed(format->substr(0, format->find('\n')), " \t\r\"'").starts_with(name);
   }
-  /// Whether an indented line begins with the key.
+  /// Whether any indented line starts with the key.
   [[nodiscard]] bool has_below(std::string_view key) const {
     for (std::size_t at = text_.find(key); at != std::string_view::npos; at = text_.find(key, at + 1))
       if (at > 0 && text_[at - 1] == ' ' && text_.substr(at + key.size()).starts_with(':')) return true;
@@ -110,9 +111,10 @@ class FileHead {
 
   /// The words of the first line that is neither blank nor a comment.
   [[nodiscard]] const std::vector<std::string_view>& words() const { return words_; }
-  /// Column names of a table: from that line or, if it contains numbers, from the comment before it.
+  /// The column names of a table, taken from that line or, if it contains numbers, from the comment before
+  /// it.
   [[nodiscard]] const std::vector<std::string_view>& columns() const { return columns_; }
-  /// Whether that line contains commas, and the next line as many.
+  /// Whether that line contains commas, and the next line contains the same number of them.
   [[nodiscard]] bool even() const { return even_; }
   [[nodiscard]] bool has_column(std::initializer_list<std::string_view> names) const {
     return std::ranges::any_of(
@@ -151,7 +153,7 @@ class FileHead {
   bool even_ = false;
 };
 
-/// How the kinds are recognised.
+/// Predicates that recognise each kind of file.
 namespace is {
 
 template <LogFormat format>
@@ -200,7 +202,7 @@ bool fmap(const FileHead& head) { return looks_like_fmap(head.text()); }
 bool wpilib_layout(const FileHead& head) {
   return looks_like_wpilib_layout(head.text()) && (!head.json() || head.has("ID"));
 }
-/// `tag_N:` below `tags:`.
+/// A map with `tag_N:` under `tags:`.
 bool academy_map(const FileHead& head) {
   const auto tags = head.json() ? std::nullopt : head.value("tags");
   const std::string_view below = trimmed(tags.value_or(""), " \t\r\n");
@@ -225,7 +227,7 @@ bool document(const FileHead& head) {
          head.begins("<html");
 }
 
-/// Eight numbers; commas may separate them.
+/// Rows of eight numbers, optionally separated by commas.
 bool trajectory(const FileHead& head) {
   return head.words().size() == 8 && std::ranges::all_of(head.words(), is_number);
 }
@@ -235,7 +237,7 @@ bool true_corners(const FileHead& head) {
 }
 bool path(const FileHead& head) { return head.has_column({"x", "x_m"}) && head.has_column({"y", "y_m"}); }
 bool points(const FileHead& head) { return path(head) && head.has_column({"id", "landmark", "tag"}); }
-/// A header and rows, or rows of numbers alone.
+/// A header followed by rows, or rows of numbers without a header.
 bool table(const FileHead& head) {
   return head.even() && (!head.columns().empty() || std::ranges::all_of(head.words(), is_number));
 }
@@ -255,21 +257,21 @@ constexpr std::uint32_t kOfLog = kOfTable | uses_of(Use::AnyMap);
 constexpr std::uint32_t kOfMap = uses_of(Use::MapFolder, Use::OwnMap, Use::Map, Use::AnyMap, Use::Page);
 constexpr std::uint32_t kOfOthersMap = uses_of(Use::Map, Use::AnyMap);
 
-/// A kind of files.
+/// A kind of file.
 struct KindRow {
   FileKind kind;
-  std::string_view name;             ///< "this is NAME"
-  bool (*is)(const FileHead& head);  ///< how it is recognised
-  std::uint32_t uses;                ///< its uses
-  std::string_view verbs{};          ///< which verbs accept it; {0}: its path
+  std::string_view name;             ///< name as in "this is NAME"
+  bool (*is)(const FileHead& head);  ///< recognises this kind
+  std::uint32_t uses;                ///< what files of this kind can be used for
+  std::string_view verbs{};          ///< the verbs that accept it, where {0} stands for the path
 };
 
 constexpr std::string_view kMapLog = "`waymark map {0}` maps it, `waymark info {0}` lists its contents.";
 constexpr std::string_view kConvertMap = "`waymark map convert {0} map.yaml` converts it to map.yaml.";
 
-/// The table of kinds, in the order in which they are tried: by bytes, then by keys, and tables last, because
-/// many texts begin like a table. A kind may have several rows; all columns except `is` are read from its
-/// first row.
+/// The table of kinds, in the order in which they are tried: first by bytes, then by keys, and finally as
+/// tables, because many texts begin like a table. A kind may have several rows; all members except `is` are
+/// taken from the first one.
 constexpr std::array kFileKinds = {
     KindRow{FileKind::MapFolder, "a map folder", is::map_folder, kOfMap,
             "`waymark replay {0}` drives its route, `waymark view {0}` shows it."},
@@ -344,7 +346,7 @@ const KindRow* row_of_kind(FileKind kind) {
   return row == kFileKinds.end() ? nullptr : &*row;
 }
 
-/// "not WANTED".
+/// The name of the expected use, as in "not WANTED".
 constexpr std::string_view wanted_name(FileUse use) {
   switch (use) {
     case Use::Recording:

@@ -13,8 +13,8 @@
 #include "waymark/base/error.hpp"
 #include "waymark/recording/message_log.hpp"
 
-/// The kind of a file. The table in file_kind.cpp has one row per kind: how its content is recognised, its
-/// name, its uses, and the verbs that accept it. Every verb that depends on the kind of a file uses this
+/// Determines the kind of a file. The table in file_kind.cpp specifies how each kind is recognised, its name,
+/// its uses, and the verbs that accept it. Every verb whose behaviour depends on the kind of a file uses this
 /// table.
 namespace waymark {
 
@@ -25,7 +25,7 @@ enum class FileKind : std::uint8_t {
   BagFolder,  ///< a folder of .db3 or .mcap files
   Ros1Bag,
   LcmLog,
-  Packed,  ///< with bzip2, gzip or zstd: read as a recording only
+  Packed,  ///< compressed with bzip2, gzip or zstd; can only be read as a recording
   Video,
   Image,
   MapFolder,
@@ -33,21 +33,21 @@ enum class FileKind : std::uint8_t {
   AcademyMap,     ///< the Robotics Academy's apriltags_poses.yaml
   WpilibLayout,   ///< JSON or CSV
   Fmap,           ///< Limelight field map
-  TagslamBodies,  ///< `bodies` of TagSLAM, also its poses.yaml
-  TagslamFile,    ///< another file of a TagSLAM folder
+  TagslamBodies,  ///< `bodies` from TagSLAM, or its poses.yaml
+  TagslamFile,    ///< any other file in a TagSLAM folder
   TagslamFolder,
-  TagTransforms,  ///< transforms of tf as YAML
+  TagTransforms,  ///< transforms from tf as YAML
   Route,
   Calibration,  ///< calibration.yaml
-  Camera,       ///< camera_info of ROS, camchain of kalibr, calibration of PhotonVision or OpenCV
+  Camera,       ///< camera_info from ROS, camchain from kalibr, or a calibration from PhotonVision or OpenCV
   Robot,
   World,
   SdfWorld,
   Faults,
-  TopicProfile,  ///< topics of a robot with ROS 2 or in Gazebo
+  TopicProfile,  ///< topics of a robot that uses ROS 2 or Gazebo
   Detections,    ///< output of `waymark detect --json`
   Document,      ///< SVG, PDF or HTML
-  Trajectory,    ///< TUM
+  Trajectory,    ///< TUM format
   CsvLog,        ///< a table with a time column
   TrueCorners,   ///< a table with the columns image, id, x0 …
   Points,        ///< a table with the columns id, x, y
@@ -55,7 +55,7 @@ enum class FileKind : std::uint8_t {
   Table,         ///< any other table
 };
 
-/// The use of a file, with its reader.
+/// What a file is used for. The comments name the function that reads it.
 enum class FileUse : std::uint8_t {
   Recording,      ///< open_log()
   Video,          ///< VideoReader, or open_log() for the images of a recording
@@ -63,7 +63,7 @@ enum class FileUse : std::uint8_t {
   Estimate,       ///< read_estimate()
   Reference,      ///< read_reference()
   Line,           ///< read_line()
-  MapFolder,      ///< its map.yaml, route.yaml, …
+  MapFolder,      ///< a folder with map.yaml, route.yaml, …
   OwnMap,         ///< read_map()
   Map,            ///< read_landmarks()
   AnyMap,         ///< read_any_map(), read_map_transforms()
@@ -79,28 +79,28 @@ enum class FileUse : std::uint8_t {
   TagslamFolder,  ///< read_tagslam_folder()
 };
 
-/// The kind of a file or folder, from at most the first 64 KiB of its content. Videos and map.yaml are also
-/// recognised by their names, so that their readers report a file that is missing or damaged. Unknown if the
-/// file does not exist, has none of the kinds, or is a pipe or device, which is not read.
+/// Determines the kind of a file or folder from at most the first 64 KiB of its content. Videos and map.yaml
+/// are also recognised by their names, so that their readers can report a missing or damaged file. Returns
+/// Unknown if the file does not exist, does not match any kind, or is a pipe or device, which are not read.
 [[nodiscard]] FileKind kind_of(const std::filesystem::path& path);
-/// The same for content in memory, such as that of a pipe; `path` is its name.
+/// The same for content in memory, such as data from a pipe; `path` is its name.
 [[nodiscard]] FileKind kind_of_content(std::string_view content, const std::filesystem::path& path);
 
-/// Whether open_log() is the only reader of this kind. False for CsvLog, because a table may contain
-/// anything.
+/// Whether only open_log() reads files of this kind. False for CsvLog, because a table may contain anything.
 [[nodiscard]] bool is_recording(FileKind kind);
-/// Whether it is a table with a header.
+/// Whether files of this kind are tables with a header.
 [[nodiscard]] bool is_table_kind(FileKind kind);
 
-/// The kind of `path` and the verbs that accept it, such as "lap.mcap: this is a recording (MCAP), not a tag
-/// map. `waymark map lap.mcap` maps it." Nothing if its kind is unknown or has this use.
+/// Describes the kind of `path` and the verbs that accept it, for example "lap.mcap: this is a recording
+/// (MCAP), not a tag map. `waymark map lap.mcap` maps it." Returns `nullopt` if its kind is unknown or suits
+/// this use.
 [[nodiscard]] std::optional<Error> wrong_kind(const std::filesystem::path& path, FileUse wanted);
 
-/// The kind and the verbs of a known file in one sentence; empty if its kind is unknown.
+/// Describes the kind of a file and the verbs that accept it in one sentence; empty if the kind is unknown.
 [[nodiscard]] std::string described_kind(const std::filesystem::path& path);
 
-/// The result of a reader of `path`. If it failed on a file of the wrong kind, the error of wrong_kind() with
-/// the code of the reader.
+/// Passes on the result of reading `path`. If reading failed because the file is of the wrong kind, returns
+/// the error from wrong_kind() with the code of the original error.
 template <class Value>
 [[nodiscard]] Result<Value> or_wrong_kind(Result<Value> read, const std::filesystem::path& path,
                                           FileUse wanted) {
@@ -112,7 +112,8 @@ template <class Value>
   return read;
 }
 
-/// open_log() and open_logs() with the limits of a job and the error of wrong_kind().
+/// Call open_log() and open_logs() with the limits of a job, and report files of the wrong kind as
+/// wrong_kind() does.
 [[nodiscard]] Result<std::unique_ptr<MessageLog>> open_recording(const std::filesystem::path& path,
                                                                  const JobControl& control = {});
 [[nodiscard]] Result<std::unique_ptr<MessageLog>> open_recordings(const std::vector<std::string>& paths,

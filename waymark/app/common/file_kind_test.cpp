@@ -1,4 +1,4 @@
-// Tests the kind of every file that the program writes or reads, and of unknown files.
+// Tests that every file the program writes or reads, and unknown files, are assigned the right kind.
 #include "waymark/app/common/file_kind.hpp"
 
 #include <fstream>
@@ -210,7 +210,7 @@ TEST_F(FileKinds, EmptyTruncatedAndRandomFilesAreUnknown) {
   }
 }
 
-/// No truncation of a known file may crash or read beyond the end.
+/// Truncating a known file at any point must neither crash nor cause an out-of-bounds read.
 TEST_F(FileKinds, EveryTruncationOfAFileHasAKind) {
   for (const std::string& text : {to_yaml(map_of_two()), map_as(MapForm::Academy), map_as(MapForm::Wpilib),
                                   std::string(testing::kCamchain), std::string("t_s,x_m\n1,2\n")})

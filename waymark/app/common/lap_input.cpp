@@ -47,7 +47,7 @@ std::optional<std::string> metadata(const RecordingSetup& setup, const std::stri
   return value == block->second.end() ? std::nullopt : std::optional(value->second);
 }
 
-/// tag36h11, and the family of the anchor if the recording specifies one.
+/// Returns tag36h11 and, if the recording specifies an anchor, its family.
 std::vector<std::string> usual_families(MessageLog& log, const CameraChoice& choice) {
   std::vector<std::string> families = DetectorOptions{}.families;
   const auto setup = log.setup(choice);
@@ -135,7 +135,7 @@ Result<TeachSetup> setup_of(const RecordedLap& lap, const SetupOverrides& overri
     if (camera_alone) message += " and no odometry";
     if (!lap.setup.problems.empty())  // the recording may be truncated
       message += fmt::format("; first problem found: {}", to_string(lap.setup.problems.front()));
-    if (camera_alone)  // of a camera without a robot: a robot file does not help
+    if (camera_alone)  // for a camera without a robot, a robot file does not help
       return fail(
           ErrorCode::NotFound, std::move(message), {},
           "To map the recording of one camera without a robot, use `waymark map video` with `camera`. "
@@ -219,7 +219,7 @@ Result<RecordedLap> read_lap_files(const std::vector<std::string>& paths, const 
                                    const TagFinder* finder, const CameraChoice& choice) {
   const auto log = open_recordings(paths, control);
   if (!log) return tl::unexpected(log.error());
-  std::optional<TagFinder> usual;  // made when it is needed
+  std::optional<TagFinder> usual;  // created only when needed
   const FrameFinder find = [&](const CameraFrame& picture, const CameraModel* camera) -> Result<TagFrame> {
     if (control.cancelled())
       return fail(ErrorCode::Unreadable, "stopped before its tags were found", {.source = paths.front()});

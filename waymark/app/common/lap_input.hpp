@@ -12,77 +12,78 @@
 #include "waymark/simulation/world/world.hpp"
 #include "waymark/tags/tag_finder.hpp"
 
-/// A recorded lap, with the metadata of Waymark's recordings (docs/formats/recording.md, "Metadata
+/// A recorded lap with the metadata that Waymark stores in recordings (docs/formats/recording.md, "Metadata
 /// and attachments").
 namespace waymark {
 
-/// Names of the metadata in a Waymark recording.
+/// Names of the metadata entries in Waymark recordings.
 namespace lap_facts {
 inline constexpr const char* kMetadata = "waymark";
 inline constexpr const char* kAnchor = "anchor";
 inline constexpr const char* kAnchorPose = "map_T_anchor";
 inline constexpr const char* kTagSize = "tag_size_m";
-inline constexpr const char* kTagSizes = "tag_sizes_m";  ///< of tags of another size: "tag36h11:7=0.08 …"
+inline constexpr const char* kTagSizes = "tag_sizes_m";  ///< tags whose size differs: "tag36h11:7=0.08 …"
 inline constexpr const char* kRobotFile = "robot.yaml";
 inline constexpr const char* kWorldFile = "truth/world.yaml";
 }  // namespace lap_facts
 
-/// Pose of a tag at the map origin: its z is the map's x, its -y the map's z.
+/// Pose of a tag at the map origin. Its z axis is the map's x axis, and its -y axis is the map's z axis.
 [[nodiscard]] SE3 anchor_at_origin();
 
-/// The caller's overrides for metadata that are missing or wrong in the recording.
+/// Values set by the caller in place of metadata that are missing or wrong in the recording.
 struct SetupOverrides {
-  std::optional<std::string> anchor{};  ///< "tag36h11:0", or a number of tag36h11
+  std::optional<std::string> anchor{};  ///< "tag36h11:0", or an ID in tag36h11
   std::optional<SE3> map_T_anchor{};
   std::optional<double> tag_size_m{};
-  std::map<TagId, double> size_by_tag_m{};  ///< of tags of another size [m]
+  std::map<TagId, double> size_by_tag_m{};  ///< tags whose size differs [m]
 };
 
-/// Sizes as metadata of a recording: kTagSize, and kTagSizes if some tags have another size.
+/// Adds the sizes to the metadata of a recording, as kTagSize and, if some tags have a different size,
+/// kTagSizes.
 void add_tag_sizes(const TagSizes& sizes, std::map<std::string, std::string>& facts);
 
-/// "tag36h11:0", or a number of tag36h11. Errors name the field that holds the text, if there is one.
+/// Parses "tag36h11:0", or an ID in tag36h11. Errors name the field that contains the text, if any.
 [[nodiscard]] Result<TagId> tag_named(const std::string& text, const char* field = nullptr);
-/// The tags of several texts, each a comma-separated list: "3,tag36h11:7". Errors name this field.
+/// Parses several texts, each a comma-separated list of tags such as "3,tag36h11:7". Errors name this field.
 [[nodiscard]] Result<std::vector<TagId>> tags_named(const std::vector<std::string>& texts, const char* field);
 
-/// An anchor pose in user units: x, y, z [m], then roll, pitch, yaw [deg] of the tag frame. Fails on
-/// non-finite numbers and on positions more than 10 km from the origin.
+/// An anchor pose in user units: x, y, z [m], followed by the roll, pitch and yaw of the tag frame [deg].
+/// Fails on non-finite numbers and on positions more than 10 km from the origin.
 [[nodiscard]] Result<SE3> anchor_pose_of(const std::vector<double>& numbers);
 
-/// Setup for mapping a recording. Fails, with a hint that names the field, if neither the recording nor the
-/// overrides contain a value. An anchor other than the recording's is at the map origin, with the map's z
-/// opposite to the tag's y and its x along the tag's z.
+/// Creates the setup for mapping a recording. Fails if a value is specified in neither the recording nor the
+/// overrides; the hint names the field. An anchor that differs from the recorded one is placed at the map
+/// origin, with the map's z axis opposite to the tag's y axis and its x axis along the tag's z axis.
 [[nodiscard]] Result<TeachSetup> setup_of(const RecordedLap& lap, const SetupOverrides& overrides);
 
-/// The sizes from the overrides, else from the recording; no default size if neither contains one. Fails on
-/// invalid recorded sizes.
+/// Returns the sizes from the overrides or, if they contain none, from the recording. There is no default
+/// size. Fails if the recorded sizes are invalid.
 [[nodiscard]] Result<TagSizes> tag_sizes_of(const RecordedLap& lap, const SetupOverrides& overrides);
 
-/// The world of the recording, if it is recorded.
+/// The world in which the recording was made, if the file contains it.
 [[nodiscard]] Result<std::optional<World>> true_world(const RecordedLap& lap);
 
-/// The robot file in the recording, as text; nothing if there is none.
+/// The robot file stored in the recording, as text; `nullopt` if there is none.
 [[nodiscard]] std::optional<std::string> robot_yaml_of(const RecordedLap& lap);
 
-/// Opens and reads a recording of any kind. If it contains only images, their tags are detected
-/// (tag36h11 and the family of the recorded anchor, default settings). With a `finder`, the images are used
-/// even if the recording contains tags, and the call fails without images. Cancelling ends it with an error.
+/// Opens and reads a recording of any kind. If it contains only images, tags are detected in them (tag36h11
+/// and the family of the recorded anchor, default settings). If a `finder` is set, the images are used even
+/// if the recording contains tags, and the call fails if there are no images. Cancelling makes the call fail.
 [[nodiscard]] Result<RecordedLap> read_lap_file(const std::string& path, const JobControl& control = {},
                                                 const TagFinder* finder = nullptr);
-/// The same for several files of one lap, such as tables, and for the camera named by `choice`.
+/// The same for a lap in several files, such as tables, and for the camera selected by `choice`.
 [[nodiscard]] Result<RecordedLap> read_lap_files(const std::vector<std::string>& paths,
                                                  const JobControl& control, const TagFinder* finder,
                                                  const CameraChoice& choice);
 
 struct RobotDescription;
 
-/// Differences of camera and mounting between a robot file and a recording, one sentence each.
+/// Differences in camera and mounting between a robot file and a recording, with one sentence for each.
 [[nodiscard]] std::vector<std::string> disagreements(const RobotDescription& robot,
                                                      const RecordingSetup& setup);
 
-/// Sets camera and mounting from the robot file (or its name), and adds a sentence to `warnings` if the
-/// recording differs. Does nothing without a file.
+/// Sets the camera and its mounting from the robot file (a path or a name), and adds a sentence to `warnings`
+/// if the recording differs. Does nothing if no file is specified.
 [[nodiscard]] Status take_robot(const std::string& robot, RecordingSetup& setup,
                                 std::vector<std::string>& warnings);
 

@@ -1,4 +1,4 @@
-// Tests the setup from a recorded lap, overrides by the caller or a robot file, and missing data.
+// Tests the setup derived from a recorded lap, overrides by the caller or a robot file, and missing data.
 #include "waymark/app/common/lap_input.hpp"
 
 #include <limits>
@@ -21,7 +21,7 @@ using ::testing::IsEmpty;
 
 RobotDescription lap_robot() { return read_robot(WAYMARK_SHARE "/robots/limo.yaml").value(); }
 
-/// A lap whose recording is complete.
+/// A lap whose recording contains all metadata.
 RecordedLap whole_lap() {
   RecordedLap lap;
   lap.setup.camera = lap_robot().camera;
@@ -51,7 +51,7 @@ TEST(TagsNamed, ReadsCommaSeparatedLists) {
   }
 }
 
-// Roll, pitch and yaw are those of REP 103, about the fixed axes x, y, z in this order.
+// Roll, pitch and yaw follow REP 103: rotations about the fixed axes x, y and z, in this order.
 TEST(AnchorPose, AnglesAreRotationsAboutFixedAxes) {
   Random random(20261124);
   for (int trial = 0; trial < 50; ++trial) {

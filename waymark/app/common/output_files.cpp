@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The topmost folder of the path that does not exist; empty if the path exists.
+/// The topmost folder in the path that does not exist; empty if the path exists.
 fs::path first_missing(fs::path folder) {
   fs::path missing;
   std::error_code error;
@@ -28,7 +28,7 @@ fs::path first_missing(fs::path folder) {
   return missing;
 }
 
-/// Removes the folder and its parents up to `made`, while they are empty.
+/// Removes the folder and its parents up to and including `made`, as long as they are empty.
 void remove_empty(fs::path folder, const fs::path& made) {
   std::error_code error;
   for (; !made.empty() && !folder.empty() && !error; folder = folder.parent_path()) {
@@ -46,7 +46,7 @@ bool same_bytes(const fs::path& a, const fs::path& b) {
          std::equal(std::istreambuf_iterator<char>(in_a), {}, std::istreambuf_iterator<char>(in_b));
 }
 
-/// Creates a folder with a unique name in this one; empty if that fails.
+/// Creates a uniquely named folder inside `folder`; empty if that fails.
 fs::path folder_inside(const fs::path& folder) {
   std::string name = (folder / ".waymark-XXXXXX").string();
   return ::mkdtemp(name.data()) != nullptr ? fs::path(name) : fs::path();
@@ -69,7 +69,7 @@ class Renames {
   std::vector<std::pair<fs::path, fs::path>> done_;
 };
 
-/// The longest existing part of this path, if it is not a folder; else empty.
+/// The longest existing part of this path if it is not a folder; otherwise empty.
 fs::path file_in_the_way(const fs::path& folder) {
   std::error_code error;
   fs::path part = folder;
@@ -103,7 +103,7 @@ Status check_output_file(const fs::path& file) {
   const Place place{.source = file.string()};
   if (fs::is_directory(status))
     return fail(ErrorCode::Unwritable, "the output is a folder", place, "Give a file name.");
-  if (fs::exists(status) && !fs::is_regular_file(status)) return {};  // a device, or a pipe
+  if (fs::exists(status) && !fs::is_regular_file(status)) return {};  // devices and pipes
   const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
   if (const fs::path in_the_way = file_in_the_way(folder); !in_the_way.empty())
     return fail(ErrorCode::Unwritable,

@@ -130,7 +130,7 @@ TEST_F(Staged, AnExistingFileBecomesABackupUnlessItIsIdentical) {
   EXPECT_FALSE(fs::exists(file));
 }
 
-/// Whether the recording exists after a session in which this happened.
+/// Whether the recording still exists after this session.
 bool stays(const std::function<void(FreshFile&)>& session) {
   const std::filesystem::path path = testing::fresh_folder("fresh_file") / "lap.mcap";
   EXPECT_TRUE(write_text_file(path, "head"));

@@ -42,7 +42,7 @@ Input no_stream(const std::string& source) {
                 "Record a video file first: ffmpeg -i SOURCE -t 10 walk.mp4");
 }
 
-/// Adds the images that `iterator` visits; false if the folder cannot be read.
+/// Adds the images that `iterator` visits. Returns false if the folder cannot be read.
 template <class Iterator>
 bool collect(Iterator iterator, std::error_code& error, std::vector<std::string>& paths) {
   for (; !error && iterator != Iterator(); iterator.increment(error)) {
@@ -59,7 +59,7 @@ std::vector<Input> in_folder(const std::string& folder, bool recursive) {
   std::error_code error;
   const bool read = recursive ? collect(fs::recursive_directory_iterator(folder, error), error, paths)
                               : collect(fs::directory_iterator(folder, error), error, paths);
-  std::vector<Input> inputs;  // images found before a read error are kept
+  std::vector<Input> inputs;  // keeps images found before a read error
   if (!read)
     inputs.push_back(failed(folder, ErrorCode::Unreadable, "cannot read the folder: " + error.message()));
   if (read && paths.empty()) {
@@ -101,7 +101,7 @@ std::vector<Input> of_pattern(const std::string& pattern) {
   std::vector<std::string> paths(found.gl_pathv, found.gl_pathv + (outcome == 0 ? found.gl_pathc : 0));
   globfree(&found);
   if (paths.empty()) return {failed(pattern, ErrorCode::NotFound, "nothing matches this pattern")};
-  std::sort(paths.begin(), paths.end());  // glob sorts by the locale
+  std::sort(paths.begin(), paths.end());  // glob() sorts by locale
   std::vector<Input> inputs;
   for (std::string& path : paths) {
     std::error_code ignored;

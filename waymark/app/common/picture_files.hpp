@@ -8,18 +8,18 @@
 
 namespace waymark {
 
-/// One input to process: the path of an image, or the error of a SOURCE.
+/// One input to process: the path of an image, or the error for a SOURCE.
 struct Input {
   std::string path{};
   std::optional<Error> error = {};
 };
 
-/// The images of the SOURCEs on a command line. A SOURCE is a file of any name, a folder, or a glob pattern
-/// that the shell did not expand. A folder means its .jpg .jpeg .png .pgm .ppm .pbm .pnm files in any case,
-/// with `recursive` also those in subfolders. SOURCEs keep their order; the images of a folder or pattern are
-/// sorted by the bytes of their names. An image named twice is listed once. A SOURCE that does not exist,
-/// contains no image or is a stream yields an error and does not affect the others. Recordings and videos are
-/// listed as they are.
+/// Lists the images for the SOURCEs on a command line. A SOURCE is a file with any name, a folder, or a glob
+/// pattern that the shell did not expand. A folder stands for its .jpg .jpeg .png .pgm .ppm .pbm .pnm files
+/// (case-insensitive) and, with `recursive`, for those in its subfolders. SOURCEs keep their order; the
+/// images in a folder or pattern are sorted by the bytes of their names. An image specified twice is listed
+/// once. A SOURCE that does not exist, contains no image or is a stream yields an error and does not affect
+/// the others. Recordings and videos are listed unchanged.
 [[nodiscard]] std::vector<Input> find_inputs(const std::vector<std::string>& sources, bool recursive);
 
 }  // namespace waymark

@@ -33,7 +33,7 @@ class Sources : public ::testing::Test {
   }
   [[nodiscard]] std::string at(const std::string& name) const { return (folder_ / name).string(); }
 
-  /// The paths found, relative to the folder, or "!" and the error.
+  /// The paths found, relative to the folder; errors appear as "!" and the error.
   [[nodiscard]] std::vector<std::string> found(const std::vector<std::string>& names,
                                                bool recursive = false) const {
     std::vector<std::string> sources;
@@ -58,14 +58,14 @@ TEST_F(Sources, ImagesOfAFolderAreSortedByBytes) {
 TEST_F(Sources, FilesKeepTheirOrderWithoutDuplicates) {
   EXPECT_THAT(found({"b.png", "a.JPG", "./b.png"}), ElementsAre("b.png", "a.JPG"));
   EXPECT_THAT(found({"notes.txt"}),
-              ElementsAre("notes.txt"));  // a named file is tried with any suffix
+              ElementsAre("notes.txt"));  // a file specified by name is accepted with any suffix
 }
 
 TEST_F(Sources, PatternsAreExpanded) {
   EXPECT_THAT(found({"*/*.jpeg"}), ElementsAre("inner/c.jpeg"));
   EXPECT_THAT(found({"[ab].*"}), ElementsAre("a.JPG", "b.png"));
   EXPECT_THAT(found({"odd[1].png"}),
-              ElementsAre("odd[1].png"));  // an existing file is preferred to a pattern
+              ElementsAre("odd[1].png"));  // an existing file takes precedence over a pattern
   EXPECT_THAT(found({"*.tiff"}), ElementsAre(HasSubstr("nothing matches this pattern")));
   EXPECT_THAT(found({"em*"}), ElementsAre(HasSubstr("only folders match")));
 }

@@ -19,7 +19,8 @@ bool of_a_camera(const Sample& sample) {
          std::holds_alternative<CameraFrame>(sample);
 }
 
-/// Time from stamp to recording of each camera sample of a topic; empty unless each message is one sample.
+/// Delay between the timestamp and the log time of each camera sample on a topic; empty unless each message
+/// contains exactly one sample.
 std::vector<double> delays_of(MessageLog& log, const std::string& topic) {
   LogSelection selection;
   selection.topics.insert(topic);
@@ -40,7 +41,7 @@ std::vector<double> delays_of(MessageLog& log, const std::string& topic) {
 
 std::optional<double> image_latency(MessageLog& log) {
   constexpr std::size_t kMinSamples = 20;
-  constexpr double kMinLatency_s = 1e-6;  // below it the log time is the stamp
+  constexpr double kMinLatency_s = 1e-6;  // if the latency is lower, the log time is the timestamp
   std::vector<double> most;
   for (const LogChannel& channel : log.channels()) {
     std::vector<double> delays = delays_of(log, channel.topic);
@@ -93,7 +94,7 @@ std::vector<ProfileRow> profile_table(const RecordingProfile& like, const Record
   };
   add("duration_s", "duration [s]", of(&RecordingProfile::duration_s));
   std::vector<std::string> kinds = {"camera", "odometry", "imu", "lidar", "commands"};
-  for (const auto& [kind, stream] : like.streams)  // one of several cameras: "camera left"
+  for (const auto& [kind, stream] : like.streams)  // names one of several cameras: "camera left"
     if (std::ranges::find(kinds, kind) == kinds.end()) kinds.push_back(kind);
   for (const std::string& kind : kinds) {
     std::string key = kind;
@@ -155,12 +156,12 @@ SimulatedRobotOptions options_like(const RecordingProfile& profile, SimulatedRob
   take(profile.miss_probability, options.tag_camera.miss_probability);
   if (profile.corner_sigma_px) {
     options.tag_camera.corner_sigma_px = *profile.corner_sigma_px;
-    options.tag_camera.small_tag_sigma_px = 0;  // the measured noise contains both
+    options.tag_camera.small_tag_sigma_px = 0;  // the measured noise already includes it
   }
   take(profile.image_arrival_delay_s, options.camera_latency_s);
   options.camera_latency_s = std::clamp(options.camera_latency_s, 0.0, 10.0);
-  // The measured delay is the sum of the command delay and the lag of the motors; at most half of the sum is
-  // lag.
+  // The measured delay is the sum of the command delay and the motor lag; at most half of it is attributed to
+  // the lag.
   if (profile.command_delay_s) {
     options.dynamics.speed_lag_s = std::min(options.dynamics.speed_lag_s, *profile.command_delay_s / 2);
     options.dynamics.command_delay_s = *profile.command_delay_s - options.dynamics.speed_lag_s;

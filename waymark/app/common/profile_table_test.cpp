@@ -1,5 +1,5 @@
 // Tests the profile of a recording as a table and as simulator options. The reference is the simulator that
-// wrote the recording, whose rates and noises are known.
+// wrote the recording, because its rates and noise are known.
 #include "waymark/app/common/profile_table.hpp"
 
 #include <algorithm>

@@ -13,7 +13,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Odometry calibration from the lap of the route or, for a route without a lap, from the first route.
+/// Reads the odometry calibration from the lap of the route or, for a route without a lap, of the first
+/// route.
 Result<std::optional<Calibration>> odometry_in(const fs::path& folder, const std::string& route_name) {
   std::error_code ignored;
   for (const std::string& route : {route_name, std::string()}) {
@@ -26,8 +27,8 @@ Result<std::optional<Calibration>> odometry_in(const fs::path& folder, const std
   return std::optional<Calibration>();
 }
 
-/// Uses the odometry calibration of the lap if it is for this robot. A given calibration and options that
-/// differ from their default override it.
+/// Applies the odometry calibration from the lap if it belongs to this robot. An explicitly specified
+/// calibration, and options that differ from their defaults, take precedence.
 void take_odometry(const std::optional<Calibration>& found, const RobotModel& robot, ReplayerSetup& setup) {
   if (!found) return;
   for (const auto& [key, name] : found->provenance) {
@@ -50,7 +51,7 @@ void take_odometry(const std::optional<Calibration>& found, const RobotModel& ro
   setup.replay.odometry = odometry_prior(odometry);
 }
 
-/// Standard deviations of the placement of the robot by hand at the start of the route.
+/// Standard deviations of the robot's pose when placed by hand at the start of the route.
 constexpr double kPlaced_m = 0.25;
 constexpr double kPlaced_rad = 0.25;
 
@@ -123,8 +124,8 @@ Result<std::unique_ptr<Replayer>> make_replayer(const MapFolder& folder, const R
                                                                                  .anchor = setup.anchor,
                                                                                  .live = true});
   if (!method) return tl::unexpected(method.error());
-  // The robot is placed near the start of the route, so one tag determines the pose. Tags that contradict the
-  // placement outweigh it.
+  // The robot is placed near the start of the route, so a single tag determines the pose. Tags that
+  // contradict this placement take precedence.
   (*method)->start_from(folder.route.points.front().map_T_base, kPlaced_m, kPlaced_rad);
   Route route = folder.route;
   if (!route.longest_without_tags_m)

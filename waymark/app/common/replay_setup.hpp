@@ -12,23 +12,23 @@
 #include "waymark/samples/calibration.hpp"
 #include "waymark/samples/route.hpp"
 
-/// Makes a Replayer for any robot from a folder written by `waymark map`.
+/// Creates a Replayer for any robot from a folder written by `waymark map`.
 namespace waymark {
 
-/// The contents of a map folder that a replay uses.
+/// The contents of a map folder that are needed for replay.
 struct MapFolder {
   std::filesystem::path path{};
   MapFile map{};
   Route route{};
-  std::optional<RobotDescription> robot{};  ///< of robot.yaml; nothing if the folder has none
-  std::optional<Calibration> odometry{};    ///< estimated from the lap; empty in folders of older maps
+  std::optional<RobotDescription> robot{};  ///< from robot.yaml; `nullopt` if the folder does not contain it
+  std::optional<Calibration> odometry{};    ///< estimated from the lap; empty in folders with older maps
 };
 
-/// Reads map.yaml, a route (empty: route.yaml; else route-NAME.yaml) and robot.yaml. Fails, with the file,
-/// on a folder without a map or that route, and on a route of another map.
+/// Reads map.yaml, a route (route.yaml if the name is empty, otherwise route-NAME.yaml) and robot.yaml.
+/// Fails, naming the file, if the map or the route does not exist, or if the route belongs to another map.
 [[nodiscard]] Result<MapFolder> read_map_folder(const std::filesystem::path& folder,
                                                 const std::string& route = {});
-/// The same without robot.yaml, for a robot that is described elsewhere.
+/// The same without robot.yaml, for a robot whose description comes from elsewhere.
 [[nodiscard]] Result<MapFolder> read_map_and_route(const std::filesystem::path& folder,
                                                    const std::string& route = {});
 
@@ -36,17 +36,20 @@ struct ReplayerSetup {
   LocalizationKind method = LocalizationKind::Riekf;
   RiekfOptions filter{};
   AnchorOptions anchor{};
-  std::optional<Calibration> calibration{};  ///< of camera and mounting; its values replace the robot's
-  ReplayOptions replay{};                    ///< laps, controller, limits; the lidar mounting is the robot's
+  std::optional<Calibration> calibration{};  ///< calibration of camera and mounting; replaces the values in
+                                             ///< the robot description
+  ReplayOptions replay{};                    ///< laps, controller, limits; the lidar mounting is taken from
+                                             ///< the robot
 };
 
-/// A replayer of the folder's route for this robot, which is expected to start near the route's first point.
-/// The lap's odometry calibration is used for a robot of the same name, unless the setup changes it from the
-/// default.
+/// Creates a Replayer for the folder's route and this robot, which is expected to start near the first point
+/// of the route. The odometry calibration from the lap is used if it is for a robot with the same name,
+/// unless the setup changes the default.
 [[nodiscard]] Result<std::unique_ptr<Replayer>> make_replayer(const MapFolder& folder,
                                                               const RobotDescription& robot,
                                                               const ReplayerSetup& setup = {});
-/// The same for the robot of the folder. Fails (NotFound) if the folder contains no robot.yaml.
+/// The same for the robot described in the folder. Fails (NotFound) if the folder does not contain
+/// robot.yaml.
 [[nodiscard]] Result<std::unique_ptr<Replayer>> make_replayer(const MapFolder& folder,
                                                               const ReplayerSetup& setup = {});
 

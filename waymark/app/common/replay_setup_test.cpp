@@ -18,13 +18,13 @@ const RobotDescription& replay_robot() {
   return robot;
 }
 
-/// The route of the scripted driver in circuit24.
+/// The route driven by the scripted driver in circuit24.
 const Route& true_route() {
   static const Route route = build_route(test::drive(3).truth).value();
   return route;
 }
 
-/// The folder of a perfect map of circuit24.
+/// A folder with a perfect map of circuit24.
 class ReplaySetup : public ::testing::Test {
  protected:
   void SetUp() override {

@@ -32,7 +32,7 @@ std::optional<T> known(const T& value) {
 
 }  // namespace
 
-// Here, where ReportField is complete.
+// Defined here, where ReportField is a complete type.
 ReportValue::ReportValue() = default;
 ReportValue::ReportValue(const ReportValue& other) = default;
 ReportValue::ReportValue(ReportValue&& other) noexcept = default;

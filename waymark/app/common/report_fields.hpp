@@ -16,8 +16,9 @@
 
 #include "waymark/base/error.hpp"
 
-/// The content of a report, listed once. `--json`, the keys in `--help-all` and docs/reference/cli.md, and
-/// the attributes in Python are generated from it. A report is a plain struct with a free function:
+/// Lists the content of a report in a single place. `--json`, the keys in `--help-all` and
+/// docs/reference/cli.md, and the attributes in Python are generated from it. A report is a plain struct with
+/// a free function:
 ///
 ///     ReportFields fields(const TeachReport& report) {
 ///       return {{"file", "Recording that was written", report.file},
@@ -29,15 +30,15 @@ namespace waymark {
 struct ReportField;
 using ReportFields = std::vector<ReportField>;
 
-/// A struct for which fields() is defined.
+/// A type for which fields() is defined.
 template <class T>
 concept IsReport = requires(const T& report) {
   { fields(report) } -> std::same_as<ReportFields>;
 };
 
-/// A value of a report: a number, a bool, a text, or another report. An optional is null if empty, a range is
-/// a list, and ReportFields is an object whose keys depend on the data. It stores its type and the keys of
-/// nested reports, even for an empty list or a null value.
+/// A value in a report: a number, a bool, a text, or another report. An optional becomes null if it is empty,
+/// a range becomes a list, and ReportFields becomes an object whose keys depend on the data. The type and the
+/// keys of nested reports are kept even for an empty list or a null value.
 class ReportValue {
  public:
   using List = std::vector<ReportValue>;
@@ -55,12 +56,12 @@ class ReportValue {
   ReportValue(const T& given);  // NOLINT(google-explicit-constructor): tables of fields() read as tables
 
   [[nodiscard]] const Content& content() const { return content_; }
-  /// "number", "integer", "text", "bool", "object" or "list"; "value" if unknown.
+  /// Returns "number", "integer", "text", "bool", "object" or "list"; "value" if unknown.
   [[nodiscard]] std::string_view type() const { return type_; }
   [[nodiscard]] bool may_be_null() const { return may_be_null_; }
-  /// Omitted from the output, because it has no value; the reference lists it.
+  /// Whether it is omitted from the output because it has no value; the reference still lists it.
   [[nodiscard]] bool is_left_out() const { return is_left_out_; }
-  /// The keys of this object, or of each object in this list; empty for other types.
+  /// The keys of this object, or of the objects in this list; empty for other types.
   [[nodiscard]] ReportFields keys() const;
 
  private:
@@ -71,17 +72,17 @@ class ReportValue {
   std::string_view type_ = "value";
   bool may_be_null_ = false;
   bool is_left_out_ = false;
-  ReportFields keys_;  ///< if the content does not contain them
+  ReportFields keys_;  ///< used if the content does not include them
 };
 
 /// One key of a report.
 struct ReportField {
-  std::string name{};           ///< with its unit: "lap_s"
-  std::string_view sentence{};  ///< description; lives as long as the program
+  std::string name{};           ///< includes the unit: "lap_s"
+  std::string_view sentence{};  ///< description; must have static storage duration
   ReportValue value{};
 };
 
-/// A key that is omitted if it has no value (an optional in a table is null instead).
+/// A key that is omitted if it has no value, whereas an optional in a table becomes null.
 template <class T>
 [[nodiscard]] ReportValue if_any(const std::optional<T>& value) {
   ReportValue made(value);
@@ -90,22 +91,24 @@ template <class T>
   return made;
 }
 
-/// A member of an optional: part(report.scores, &Scores::rmse_m), also of a function.
+/// Accesses a member through an optional, as in part(report.scores, &Scores::rmse_m). The member may also be
+/// a function.
 template <class T, class Member>
 [[nodiscard]] auto part(const std::optional<T>& whole, const Member& member) {
   using Part = std::remove_cvref_t<std::invoke_result_t<const Member&, const T&>>;
   return whole ? std::optional<Part>(std::invoke(member, *whole)) : std::nullopt;
 }
 
-/// "code", "message" and, if known, "source", "line", "byte", "key", "hint".
+/// Returns "code", "message" and, if known, "source", "line", "byte", "key", "hint".
 [[nodiscard]] ReportFields fields(const Error& error);
 
-/// An object with the keys in order. O(values).
+/// Converts to an object with the keys in order. O(values).
 [[nodiscard]] nlohmann::ordered_json to_json(const ReportFields& fields);
-/// One line of JSON with its end of line; bytes that are not UTF-8 (file names) become U+FFFD.
+/// Converts to one line of JSON, including the newline. Bytes that are not valid UTF-8 (file names) become
+/// U+FFFD.
 [[nodiscard]] std::string json_line(const nlohmann::ordered_json& value);
 [[nodiscard]] std::string json_line(const ReportFields& fields);
-/// The same over several lines, for a file.
+/// The same, spread over several lines for a file.
 [[nodiscard]] std::string json_text(const ReportFields& fields);
 
 namespace detail {

@@ -1,4 +1,4 @@
-// Tests reports as JSON: keys, values, types, and errors on one line each.
+// Tests the conversion of reports to JSON: keys, values, types, and errors on one line each.
 #include "waymark/app/common/report_fields.hpp"
 
 #include <algorithm>

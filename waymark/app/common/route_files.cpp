@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kPrefix = "route-";
 
-/// The files of one route of a map.
+/// The files that belong to one route of a map.
 constexpr std::array<std::pair<const char*, const char*>, 11> kOfRoute = {{{"route", ".yaml"},
                                                                            {"route", ".svg"},
                                                                            {"trajectory", ".txt"},

@@ -4,8 +4,8 @@
 
 namespace waymark {
 
-/// A text as one word of a command to be copied. It is unchanged if it has no special meaning to a shell,
-/// else in single quotes.
+/// Quotes a text as one word of a shell command that users can copy. The text is unchanged if it has no
+/// special meaning to a shell; otherwise it is put in single quotes.
 [[nodiscard]] std::string shell_word(const std::string& text);
 
 }  // namespace waymark

@@ -7,7 +7,7 @@
 namespace waymark {
 namespace {
 
-/// The word as the shell reads it.
+/// The word as a shell interprets it.
 std::string echoed(const std::string& word) {
   const std::string command = "printf %s " + word;
   std::FILE* pipe = ::popen(command.c_str(), "r");

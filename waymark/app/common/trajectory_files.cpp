@@ -25,7 +25,7 @@
 
 namespace waymark {
 
-// Data of a recording by `waymark localize` in addition to its poses.
+// Reads what `waymark localize` records in addition to poses.
 namespace {
 
 std::optional<double> number_of(const std::string& text) {
@@ -35,7 +35,7 @@ std::optional<double> number_of(const std::string& text) {
   return value;
 }
 
-/// NIS over its degrees of freedom; nothing if the status lacks one of them.
+/// NIS divided by its degrees of freedom; `nullopt` if the status lacks either value.
 std::optional<double> nis_of(const ros2::DiagnosticStatus& status) {
   std::optional<double> nis;
   std::optional<double> freedom;
@@ -216,7 +216,7 @@ Result<Reference> path_of_table(std::string_view text, const std::string& path, 
   return Reference{{}, std::move(*corners)};
 }
 
-/// A folder is always opened as a recording.
+/// Folders are always opened as recordings.
 bool is_log(const std::string& path) {
   std::error_code ignored;
   return std::filesystem::is_directory(path, ignored) || is_recording(kind_of(path));

@@ -10,39 +10,41 @@
 #include "waymark/samples/robot_samples.hpp"
 #include "waymark/samples/trajectory.hpp"
 
-/// Trajectories and paths from files of several formats.
+/// Reads trajectories and paths from files in several formats.
 namespace waymark {
 
-/// An estimate from a recording of any kind (`topic`, else /waymark/pose, else its only topic of poses) or a
-/// TUM file, in time order. Fails on a file that is neither, a missing topic, and without poses.
+/// Reads an estimate from a recording of any kind (from `topic`, else /waymark/pose, else the only topic with
+/// poses) or from a TUM file, in time order. Fails if the file is neither, if the topic is missing, or if
+/// there are no poses.
 [[nodiscard]] Result<EstimatedTrajectory> read_estimate(const std::string& path, const std::string& topic,
                                                         const JobControl& control = {});
 
-/// Consistency of observations with the estimate, recorded by `waymark localize` on /waymark/nis.
+/// Consistency of the observations with the estimate, recorded by `waymark localize` on /waymark/nis.
 struct NisSummary {
-  double mean = 0;  ///< of accepted observations, over their degrees of freedom; 1 when consistent
-  std::size_t observations = 0;  ///< accepted
+  double mean = 0;  ///< mean NIS of accepted observations divided by their degrees of freedom; 1 if they are
+                    ///< consistent
+  std::size_t observations = 0;  ///< number of accepted observations
   std::size_t rejected = 0;
 };
 
-/// Summary of the NIS of EST between two times; nothing if EST is not a recording or lacks this
+/// Summarizes the NIS recorded in EST between two times; `nullopt` if EST is not a recording or lacks this
 /// topic.
 [[nodiscard]] std::optional<NisSummary> read_nis(const std::string& path, SensorTime from, SensorTime to,
                                                  const JobControl& control = {});
 
-/// Number of poses of EST on the topic of uncertain estimates, between two times.
+/// Number of poses in EST on the topic of uncertain estimates, between two times.
 [[nodiscard]] std::size_t count_uncertain(const std::string& path, SensorTime from, SensorTime to,
                                           const JobControl& control = {});
 
-/// Reference with which an estimate is compared.
+/// A reference with which an estimate is compared.
 struct Reference {
   Trajectory timed{};  ///< empty if only the path is known
   FloorPath path{};
 };
 
-/// A reference from a recording (`topic`, else /truth/pose, else its only topic of poses), a TUM file, a
-/// route.yaml, or a CSV file of corners. The CSV file has the columns x_m and y_m and is a path without
-/// times; `closed`: the path returns to its first corner.
+/// Reads a reference from a recording (from `topic`, else /truth/pose, else the only topic with poses), a TUM
+/// file, a route.yaml, or a CSV file of corners. The CSV file has the columns x_m and y_m and describes a
+/// path without times; if `closed`, the path returns to its first corner.
 [[nodiscard]] Result<Reference> read_reference(const std::string& path, const std::string& topic, bool closed,
                                                const JobControl& control = {});
 
@@ -51,7 +53,7 @@ struct Motion {
   std::vector<ImuSample> imu{};
 };
 
-/// The odometry and the gyro of a recording. Fails if it has no odometry.
+/// Reads the odometry and the gyro data from a recording. Fails if it has no odometry.
 [[nodiscard]] Result<Motion> read_motion(const std::string& path, const JobControl& control = {});
 
 }  // namespace waymark

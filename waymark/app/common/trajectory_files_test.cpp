@@ -1,4 +1,4 @@
-// Tests trajectories, references and NIS from files of all formats.
+// Tests reading trajectories, references and NIS from files in all formats.
 #include "waymark/app/common/trajectory_files.hpp"
 
 #include <gmock/gmock.h>
@@ -31,7 +31,8 @@ class TrajectoryFiles : public ::testing::Test {
     EXPECT_TRUE(write_text_file(folder_ / name, words));
     return (folder_ / name).string();
   }
-  /// A recording as written by `waymark localize`: estimates, uncertain estimates, NIS, odometry.
+  /// A recording like those written by `waymark localize`, with estimates, uncertain estimates, NIS and
+  /// odometry.
   [[nodiscard]] std::string estimates() const {
     const fs::path file = folder_ / "estimate.mcap";
     auto recorder = SampleRecorder::open(std::move(*create_file(file)));
