@@ -6,10 +6,11 @@
 /// Shared by the verbs that calibrate a camera.
 namespace waymark::cli {
 
-/// Makes the target. Fails also if an output file of `fit` cannot be written, so that no work is lost later.
+/// Creates the target. Fails also if an output file of `fit` cannot be written, so that no work is lost
+/// later.
 [[nodiscard]] Result<CalibrationTarget> usable_target(const TargetOptions& target, const CameraFitJob& fit);
 
-/// Prints a calibration, as one JSON object or as tables, and writes the files of the job.
+/// Prints a calibration as one JSON object or as tables, and writes the files that the job requests.
 [[nodiscard]] ExitCode print_and_write(const Result<CalibrateCameraReport>& report, const CameraFitJob& fit,
                                        bool json, Console& console);
 

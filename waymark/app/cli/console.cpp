@@ -28,13 +28,14 @@ std::atomic<int> ending_signal{SIGINT};
 std::atomic<unsigned> received_signals{0};  ///< one bit per signal
 std::atomic<Duration::rep> first_received{0};
 static_assert(std::atomic<Duration::rep>::is_always_lock_free, "a signal handler sets it");
-TerminalSettings terminal;  // restored at the end, because reading keys turns the echo off
+TerminalSettings terminal;  // restored on exit, because echo is turned off while keys are read
 
-/// timeout(1) and some shells send a signal to the program and then to its process group; both are the same
+/// timeout(1) and some shells send a signal to the program and then to its process group; both count as one
 /// key press.
 constexpr Duration kSameKeyPress = std::chrono::milliseconds(200);
 
-/// The second occurrence of a signal prints a message and ends the program at once, as without a handler.
+/// The second occurrence of a signal prints a message and ends the program at once, as if there were no
+/// handler.
 extern "C" void raise_flag(int signal) {
   constexpr std::string_view kMessage =
       "\nwaymark: second signal: ended at once; unfinished files are not completed\n";
@@ -62,7 +63,7 @@ void watch_signals() {
   on_interrupt.sa_flags = SA_RESTART;
   sigaction(SIGINT, &on_interrupt, nullptr);
   sigaction(SIGTERM, &on_interrupt, nullptr);
-  struct sigaction on_hangup {};  // the terminal was closed; under nohup it does not matter
+  struct sigaction on_hangup {};  // the terminal was closed, which has no effect under nohup
   if (sigaction(SIGHUP, nullptr, &on_hangup) == 0 && on_hangup.sa_handler != SIG_IGN)
     sigaction(SIGHUP, &on_interrupt, nullptr);
   struct sigaction ignore {};
@@ -86,7 +87,7 @@ const char* interrupted_by() {
 
 namespace {
 
-/// The warning with "#" for each number.
+/// The warning with each number replaced by "#".
 std::string kind_of(const std::string& warning) {
   std::string kind;
   const auto in_number = [](char c) { return (c >= '0' && c <= '9') || c == '.' || c == '-' || c == '+'; };
@@ -112,7 +113,7 @@ std::vector<std::string> folded_warnings(const std::vector<std::string>& warning
   }
   std::vector<std::string> result;
   for (const auto& alike : kinds) {
-    // A fourth warning takes no more space than the line that would count it.
+    // A fourth warning takes up no more space than the line that would report one more.
     const std::size_t shown = alike.size() <= kShownOfAKind + 1 ? alike.size() : kShownOfAKind;
     for (std::size_t i = 0; i < shown; ++i) result.push_back(*alike[i]);
     if (shown < alike.size())
@@ -130,7 +131,7 @@ std::int64_t now_ms() {
   return std::chrono::duration_cast<std::chrono::milliseconds>(since_start).count();
 }
 
-/// Ignores failures, because a message that cannot be written (closed pipe, full disk) is no reason to stop.
+/// Ignores failures, because failing to write a message (closed pipe, full disk) is no reason to stop.
 void put(std::FILE* file, std::string_view text) {
   static_cast<void>(std::fwrite(text.data(), 1, text.size(), file));
   static_cast<void>(std::fflush(file));

@@ -17,15 +17,15 @@ namespace waymark::cli {
 /// refinement. Must not move while the command line is parsed.
 class DetectorFlags {
  public:
-  /// `group`: the help group of --family and --no-refine.
+  /// `group` is the help group that contains --family and --no-refine.
   DetectorFlags(Settings& settings, const char* group);
 
-  /// Applies defaults, then the settings, then flags. Fails on an unknown family, a value out of range, and
-  /// on options of the refinement with --no-refine.
+  /// Applies the defaults, then the settings, then the flags. Fails on an unknown family, on a value out of
+  /// range, and on refinement options together with --no-refine.
   [[nodiscard]] Result<TagFinder> make() const;
-  /// Whether any of these flags or options was given.
+  /// Whether any of these flags or options was set.
   [[nodiscard]] bool given() const;
-  /// Fails if one of them is on the command line. For verbs and modes without detection.
+  /// Fails if any of them is on the command line. For verbs and modes that do not detect tags.
   [[nodiscard]] Status refuse_all(const std::string& why, const std::string& hint) const;
 
  private:
@@ -44,12 +44,12 @@ class PoseFlags {
   PoseFlags(const PoseFlags&) = delete;
   PoseFlags& operator=(const PoseFlags&) = delete;
 
-  /// Nothing if no flag was given. Fails if only the camera or only the tag size was given, on an unreadable
-  /// file and on an invalid size.
+  /// Returns `nullopt` if none of the flags was set. Fails if only the camera or only the tag size was set,
+  /// if the file cannot be read, or if a size is invalid.
   [[nodiscard]] Result<std::optional<PoseSetup>> make() const {
     return described_poses(words_.camera, words_.sizes);
   }
-  /// Fails if one of them was given. For modes without poses.
+  /// Fails if any of them was set. For modes that do not compute poses.
   [[nodiscard]] Status refuse_all(const std::string& why, const std::string& hint) const;
 
  private:

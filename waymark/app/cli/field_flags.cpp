@@ -13,7 +13,7 @@ bool is_field(std::string_view word) {
   return !word.empty() && word.front() >= 'a' && word.front() <= 'z' && std::ranges::all_of(word, fits);
 }
 
-/// "--tag-size-m 0.16" for "tag_size_m=0.16"; nothing if there is no such flag.
+/// Returns "--tag-size-m 0.16" for "tag_size_m=0.16"; `nullopt` if there is no such flag.
 std::optional<std::string> flag_of(std::string_view word, const HasFlag& has_flag) {
   const std::string_view field = word.substr(0, word.find('='));
   if (!is_field(field) || !has_flag(flag_name(field))) return std::nullopt;
@@ -22,7 +22,7 @@ std::optional<std::string> flag_of(std::string_view word, const HasFlag& has_fla
   return flag + " " + std::string(word.substr(field.size() + 1));
 }
 
-/// The command with its fields as flags.
+/// The command with its fields replaced by flags.
 std::string command_of(std::string_view command, const HasFlag& has_flag) {
   std::string text;
   while (!command.empty()) {
@@ -51,7 +51,7 @@ std::string with_flags(std::string_view text, const HasFlag& has_flag) {
       written += "`" + command_of(quoted, has_flag) + "`";
     } else if (const auto flag = flag_of(quoted, has_flag)) {
       written += *flag;
-    } else {  // the second backtick may open the next quotation
+    } else {  // the second backtick may start the next quoted part
       written += "`" + std::string(quoted);
       text.remove_prefix(end);
       continue;

@@ -19,20 +19,20 @@
 #include "waymark/base/fields.hpp"
 #include "waymark/config/option_layers.hpp"
 
-/// Converts options to flags: those of a struct (OptionFlags), those of a job (add_fields) and single ones
-/// (add_option). --config and --set are the layers below them (Settings).
+/// Converts options to flags: those in a struct (OptionFlags), those of a job (add_fields) and individual
+/// ones (add_option). Values from --config and --set have lower precedence (Settings).
 namespace waymark::cli {
 
-/// The group of flags that only --help-all shows.
+/// The group of flags that are shown only by --help-all.
 inline constexpr const char* kMoreGroup = "More";
 /// The group of flags that --help shows.
 inline constexpr const char* kFirstGroup = "Options";
 
-/// A key of --set and --config without a flag.
+/// A key of --set and --config that has no flag.
 struct SettingOnlyKey {
   std::string key;       ///< "camera.exposure_ms"
-  std::string usual;     ///< its default, as YAML
-  std::string sentence;  ///< with its range
+  std::string usual;     ///< default value, as YAML
+  std::string sentence;  ///< description with the range
 };
 
 /// Thrown by Settings while the command line is parsed.
@@ -42,20 +42,20 @@ struct SettingsError : CLI::ValidationError {
   waymark::Error error;
 };
 
-/// The options of a verb by name: --config FILE.yaml and --set SECTION.KEY=VALUE, which are layers below the
-/// flags. Unknown sections and keys are refused while the command line is parsed, with their place. Must not
-/// move while the command line is parsed.
+/// The options of a verb by name, set by --config FILE.yaml and --set SECTION.KEY=VALUE. Flags take
+/// precedence over both. Unknown sections and keys are rejected while the command line is parsed, with their
+/// location. Must not move while the command line is parsed.
 class Settings : public OptionLayers {
  public:
   explicit Settings(CLI::App& app);
   Settings(const Settings&) = delete;
   Settings& operator=(const Settings&) = delete;
 
-  /// The verb whose options they are.
+  /// The verb that these options belong to.
   [[nodiscard]] CLI::App& app() const { return app_; }
-  /// Sets the example in the help of --set; only the first call has an effect.
+  /// Sets the example shown in the help for --set; only the first call has an effect.
   void name_example(const std::string& assignment);
-  /// Adds a key to the list in --help-all.
+  /// Adds a key to the list that --help-all prints.
   void add_key(SettingOnlyKey key) { keys_.push_back(std::move(key)); }
 
  private:
@@ -69,14 +69,15 @@ class Settings : public OptionLayers {
   std::vector<SettingOnlyKey> keys_;
 };
 
-/// "--quad-decimate" for "quad_decimate".
+/// Returns "--quad-decimate" for "quad_decimate".
 [[nodiscard]] inline std::string flag_name(std::string_view field_name) {
   std::string flag = "--" + std::string(field_name);
   std::replace(flag.begin(), flag.end(), '_', '-');
   return flag;
 }
 
-/// The field's sentence with its range or default: "Look for quads in a smaller image. From 1 to 8.".
+/// The description of the field, including its range or default: "Look for quads in a smaller image. From 1
+/// to 8.".
 template <class Value>
 [[nodiscard]] std::string flag_help(const Value& usual, const Field& field) {
   std::string range;
@@ -92,19 +93,20 @@ template <class Value>
   return std::string(field.sentence) + range;
 }
 
-/// How the options of a struct are given.
+/// How the options in a struct can be set.
 enum class Reach : std::uint8_t {
   Flags,        ///< by flags, --set and --config
   SettingsOnly  ///< by --set and --config
 };
 
-/// An option struct on the command line, generated from its fields(). Each field, also of nested structs, is
-/// a key of a section of --set and --config. Unless SettingsOnly, it is also a flag: name with dashes,
-/// sentence, range, default. Must not move while the command line is parsed.
+/// An option struct on the command line, generated from its fields(). Each field, including those of nested
+/// structs, is a key in a section of --set and --config. Unless SettingsOnly is specified, it is also a flag,
+/// with dashes in its name, description, range and default. Must not move while the command line is parsed.
 template <HasFields Options>
 class OptionFlags {
  public:
-  /// `title`: the group of the flags in the help; the section is added to it, unless it is "Options".
+  /// `title` is the group of the flags in the help; the name of the section is added to it, unless it is
+  /// "Options".
   OptionFlags(Settings& settings, std::string section, const std::string& title, Reach reach = Reach::Flags)
       : settings_(settings), section_(std::move(section)) {
     settings_.add_section(section_, [](const YamlCursor& cursor) {
@@ -131,14 +133,15 @@ class OptionFlags {
   OptionFlags(const OptionFlags&) = delete;
   OptionFlags& operator=(const OptionFlags&) = delete;
 
-  /// Whether any of the options was given, by a flag, --set or --config.
+  /// Whether any of the options was set by a flag, --set or --config.
   [[nodiscard]] bool given() const { return settings_.given(section_) || !first_argument().empty(); }
-  /// Whether this field was given, such as "lag_s" or "motion.slide_m_s".
+  /// Whether this field was set, such as "lag_s" or "motion.slide_m_s".
   [[nodiscard]] bool given(std::string_view key) const {
     return settings_.given(section_ + "." + std::string(key)) || !first_argument(key).empty();
   }
-  /// The first of these options on the command line, as given: "--reach-m" or "--set follower.reach_m=0.4";
-  /// empty if there is none. With `key` only this field counts, such as "lag_s" or "motion.slide_m_s".
+  /// The first of these options on the command line as typed, such as "--reach-m" or "--set
+  /// follower.reach_m=0.4"; empty if there is none. If `key` is set, only this field counts, such as "lag_s"
+  /// or "motion.slide_m_s".
   [[nodiscard]] std::string first_argument(std::string_view key = {}) const {
     for (std::size_t i = 0; i < flags_.size(); ++i) {
       if (flags_[i] != nullptr && flags_[i]->count() > 0 && (key.empty() || keys_[i] == key))
@@ -146,8 +149,8 @@ class OptionFlags {
     }
     return settings_.first_assignment(section_, std::string(key));
   }
-  /// Overwrites `options` with the values of the file, then of --set, then of flags. Fails if a value is
-  /// outside its range.
+  /// Overwrites `options` with the values from the file, then from --set, then from flags. Fails if a value
+  /// is out of range.
   [[nodiscard]] Status apply(Options& options) const {
     if (Status status = check_leaf_ranges(given_); !status) {
       status.error().place.key = flag_name(status.error().place.key);
@@ -175,7 +178,7 @@ class OptionFlags {
   static std::string group_of(const std::string& title, const std::string& key) {
     return title == kFirstGroup ? title : fmt::format("{} (--set {}.KEY=VALUE)", title, key);
   }
-  /// nullptr for lists and structures, whose flags a verb adds by hand.
+  /// nullptr for lists and structs, whose flags the verb adds itself.
   template <class Value>
   static CLI::Option* add_flag(CLI::App& app, Value& value, const Field& field, const std::string& group) {
     const std::string flag = flag_name(field.name);
@@ -198,11 +201,11 @@ class OptionFlags {
   std::string section_;
   Options given_{};
   std::vector<CLI::Option*> flags_;
-  std::vector<std::string> keys_;  ///< of the fields, such as "motion.slide_m_s"
+  std::vector<std::string> keys_;  ///< keys of the fields, such as "motion.slide_m_s"
 };
 
-/// Fails if one of the options is on the command line. Use it for options without effect; a --config file may
-/// still contain them, because verbs share it.
+/// Fails if any of the options is on the command line. Use this for options without effect; a --config file
+/// may still contain them, because several verbs can share it.
 template <HasFields Options>
 [[nodiscard]] Status refuse(const OptionFlags<Options>& flags, const std::string& why,
                             const std::string& hint, std::string_view key = {}) {
@@ -211,48 +214,48 @@ template <HasFields Options>
   return fail(ErrorCode::InvalidArgument, why, {.key = argument}, hint);
 }
 
-/// Why lag_s is refused for filters other than the smoother.
+/// Why lag_s is rejected for filters other than the smoother.
 inline constexpr const char* kNoDelay = "only the smoother of `waymark localize` has a delay";
 
-/// Asks whether a flag, "--tag-size-m" or "tag_size_m", is on the command line. `app` must outlive the
-/// result.
+/// Returns a predicate for whether a flag ("--tag-size-m" or "tag_size_m") is on the command line. `app` must
+/// outlive the result.
 [[nodiscard]] GivenFields given_on(const CLI::App& app);
 
-/// Refuses fields and options that have no effect in this run. status() is the error of the first one that is
-/// on the command line.
+/// Refuses fields and options that have no effect in this run. status() returns the error for the first of
+/// them that is on the command line.
 class Refusals : public FieldRefusals {
  public:
   explicit Refusals(const CLI::App& app) : FieldRefusals(given_on(app)) {}
 
-  /// Refuses the options of a struct, or with `key` one of them.
+  /// Refuses all options in a struct or, if `key` is set, only one of them.
   template <HasFields Options>
   void options(bool when, const OptionFlags<Options>& flags, const std::string& why, const std::string& hint,
                std::string_view key = {}) {
     if (when && status_) status_ = refuse(flags, why, hint, key);
   }
-  /// Refuses all options of a group with refuse_all(): DetectorFlags, PoseFlags.
+  /// Refuses all options in a group that has refuse_all(), such as DetectorFlags or PoseFlags.
   template <class Group>
   void all(bool when, const Group& group, const std::string& why, const std::string& hint) {
     if (when && status_) status_ = group.refuse_all(why, hint);
   }
 };
 
-// Flags in one call:
-// add_option(app, "--speed-m-s FLOAT", speed, "Cruising speed", kShown, between(0.01, 5)).
+// Add a flag in a single call: add_option(app, "--speed-m-s FLOAT", speed, "Cruising speed", kShown,
+// between(0.01, 5)).
 
-/// The help shows the value before parsing as default.
+/// The help shows the value that the variable has before parsing as the default.
 inline constexpr auto kShown = [](CLI::Option& option) { option.capture_default_str(); };
 inline constexpr auto kRequired = [](CLI::Option& option) { option.required(); };
 /// Only --help-all shows it.
 inline constexpr auto kMore = [](CLI::Option& option) { option.group(kMoreGroup); };
-/// Takes exactly `count` values: the next word is an input.
+/// Accepts exactly `count` values, so that the next word is an input.
 [[nodiscard]] inline auto exactly(int count) {
   return [count](CLI::Option& option) { option.expected(count)->allow_extra_args(false); };
 }
-/// Takes comma-separated values in one word.
+/// Accepts several comma-separated values in one word.
 inline constexpr auto kByCommas = [](CLI::Option& option) { option.delimiter(','); };
 
-/// A separate group in --help-all.
+/// Puts the flag in a separate group in --help-all.
 [[nodiscard]] inline auto in_group(std::string name) {
   return [name = std::move(name)](CLI::Option& option) { option.group(name); };
 }
@@ -264,8 +267,8 @@ template <class Number>
   return [words = std::move(words)](CLI::Option& option) { option.check(CLI::IsMember(words)); };
 }
 
-/// `names`: the names on the command line, then the name of the value: "-o,--output FILE". A name without a
-/// dash is an input.
+/// `names` lists the names on the command line, followed by the name of the value: "-o,--output FILE". A name
+/// without a dash denotes an input.
 template <class Value, class... Trait>
 CLI::Option* add_option(CLI::App& app, const std::string& names, Value& value, const std::string& sentence,
                         const Trait&... traits) {
@@ -290,15 +293,15 @@ void add_choice(CLI::App& app, const std::string& name);
 
 // The flags of a job, generated from its fields().
 
-/// "-o,--output" for "output", "--tag-size-m" for "tag_size_m"; for an input its name, and the flag for its
-/// alternative name.
+/// Returns "-o,--output" for "output" and "--tag-size-m" for "tag_size_m". For an input, returns its name and
+/// the flag that sets it alternatively.
 [[nodiscard]] std::string names_of(const JobField& field);
-/// The name of the value in the help.
+/// The name of the value as shown in the help.
 [[nodiscard]] std::string type_of(const JobField& field);
-/// Sets what does not depend on the type of the value: group, allowed values, default.
+/// Sets everything that does not depend on the type of the value: group, allowed values, default.
 void arrange(CLI::Option& option, const JobField& field);
 
-/// Sets the flags that this one needs or excludes; they must have been added.
+/// Sets which flags this one needs or excludes; those flags must already have been added.
 void link(CLI::App& app, const JobField& field);
 
 template <class Value>
@@ -325,7 +328,7 @@ void add_fields(CLI::App& app, Job& job) {
   Job::fields(job, [&](auto&, const JobField& field) { link(app, field); });
 }
 
-/// The `prepare` of a verb with only the flags of its job.
+/// A `prepare` function for a verb that has only the flags of its job.
 template <HasFields Job>
 [[nodiscard]] std::function<Run(CLI::App&)> prepared_job(ExitCode (*run)(const Job&, Console&)) {
   return [run](CLI::App& app) -> Run {
@@ -347,13 +350,13 @@ struct JobArgs {
   bool json = false;
 };
 
-// Names of output files, whose extension must match the format that is written.
+// Validate the names of output files, whose extensions must match the format to be written.
 
-/// For CLI11's transform(): the name of a recording to write. The format is MCAP: a name without an extension
-/// gets .mcap, and other extensions are refused.
+/// For CLI11's transform(): the name of a recording to be written. The format is MCAP, so a name without an
+/// extension gets .mcap, and other extensions are rejected.
 [[nodiscard]] CLI::Validator recording_name();
 
-/// For CLI11's check(): the name of a YAML file to write must end in .yaml or .yml, or be a device.
+/// For CLI11's check(): the name of a YAML file to be written must end in .yaml or .yml, or be a device.
 [[nodiscard]] CLI::Validator yaml_name();
 
 }  // namespace waymark::cli

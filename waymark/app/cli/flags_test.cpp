@@ -11,7 +11,7 @@ using test::Inner;
 using test::OptionFile;
 using test::Outer;
 
-/// A verb with a section whose fields are flags and one without flags.
+/// A verb with one section whose fields are flags and one section without flags.
 struct Args {
   explicit Args(CLI::App& app)
       : settings(app),
@@ -23,7 +23,7 @@ struct Args {
 };
 
 struct Parsed {
-  Outer outer{.count = 7};  // as from a robot file
+  Outer outer{.count = 7};  // as if read from a robot file
   Inner inner{};
   std::string error{};
   bool outer_given = false;
@@ -59,16 +59,19 @@ TEST_F(OptionFile, AFlagOverridesSetAndSetOverridesTheFile) {
   EXPECT_EQ(all.outer.motion.noise, 0.4);
   EXPECT_EQ(parse({"--set", "outer.reach_m=2", "--config", file}).outer.reach_m, 2);
   EXPECT_EQ(parse({"--set", "outer.reach_m=2", "--set", "outer.reach_m=4"}).outer.reach_m,
-            4);  // the last one
+            4);  // the last one wins
   EXPECT_EQ(parse({"--config", file}).outer.reach_m, 1);
-  EXPECT_EQ(parse({"--reach-m", "0.5", "--config", file}).outer.reach_m, 0.5);  // also a flag of the default
+  EXPECT_EQ(parse({"--reach-m", "0.5", "--config", file}).outer.reach_m, 0.5);  // a flag that sets the
+                                                                                // default value counts as
+                                                                                // well
 }
 
 TEST_F(OptionFile, ReportsWhichOptionsWereGiven) {
   const std::string file = write("outer: {reach_m: 1}\n");
   EXPECT_FALSE(parse({}).outer_given);
   EXPECT_TRUE(parse({"--config", file}).outer_given);
-  EXPECT_EQ(parse({"--config", file}).first_argument, "");  // is not on the command line
+  EXPECT_EQ(parse({"--config", file}).first_argument, "");  // the option is in the file, not on the command
+                                                            // line
   EXPECT_EQ(parse({"--set", "outer.count=2"}).first_argument, "--set outer.count=2");
   EXPECT_EQ(parse({"--count", "2"}).first_argument, "--count");
   EXPECT_FALSE(parse({"--set", "inner.noise=0.5"}).outer_given);

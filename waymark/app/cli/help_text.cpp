@@ -19,13 +19,13 @@ std::string replaced(std::string text, std::string_view from, std::string_view t
   return text;
 }
 
-/// Like help_line(), with an indentation that is part of the name.
+/// Like help_line(), but the name includes the indentation.
 std::string key_line(const std::string& name, const std::string& sentence) {
   constexpr std::size_t kIndentOfParser = 2;
   return help_line(name.substr(kIndentOfParser), sentence);
 }
 
-/// Number of flags that --help does not show.
+/// Number of flags that --help omits.
 std::size_t count_more(const CLI::App& app) {
   return app
       .get_options([](const CLI::Option* option) {
@@ -123,7 +123,7 @@ std::string WrappingFormatter::make_first_group(const CLI::App& app) const {
 }
 
 std::string WrappingFormatter::make_option_name(const CLI::Option* option, bool is_positional) const {
-  // The value of a flag that is also an input has the name of the input.
+  // The value of a flag that is also an input is named like the input.
   const bool of_input = !is_positional && option->get_positional();
   const std::string value = of_input ? " " + option->get_name(true) : "";
   return replaced(CLI::Formatter::make_option_name(option, is_positional), "{false}", "") + value;

@@ -12,22 +12,22 @@
 
 namespace waymark::cli {
 
-/// The text wrapped between words to lines of at most `width` columns; longer words are not split.
+/// Wraps the text between words to lines of at most `width` columns; longer words are not split.
 [[nodiscard]] std::string wrapped(std::string_view text, std::size_t width);
 
-/// Longest line of a help text.
+/// Maximum length of a line in a help text.
 inline constexpr std::size_t kHelpColumns = 100;
 
-/// A line of a flag group, with the sentence in the same column as the descriptions of flags.
+/// One line in a group of flags, with the sentence aligned with the descriptions of the flags.
 [[nodiscard]] std::string help_line(const std::string& name, const std::string& sentence);
 
-/// Help in 100 columns, with wrapped descriptions and plain names for value types. --help shows the group
-/// "Options" and the number of the other flags; --help-all shows all groups.
+/// Formats help in 100 columns, with wrapped descriptions and plain names for value types. --help shows the
+/// group "Options" and the number of other flags; --help-all shows all groups.
 class WrappingFormatter : public CLI::Formatter {
  public:
-  /// Fields named in sentences are printed as flags of the program.
+  /// Fields named in sentences are printed as the program's flags.
   explicit WrappingFormatter(HasFlag has_flag = {});
-  /// --help-all also lists the keys of `report`.
+  /// Makes --help-all also list the keys of `report`.
   [[nodiscard]] std::shared_ptr<WrappingFormatter> with_report(ReportFields report) const;
   std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override;
   std::string make_option_name(const CLI::Option* option, bool is_positional) const override;

@@ -13,13 +13,13 @@
 
 namespace waymark::cli {
 
-/// The flags of verbs that write printable pages: --family, --paper, --orientation, --dpi, --output, --force,
+/// Flags for verbs that write printable pages: --family, --paper, --orientation, --dpi, --output, --force,
 /// --json.
 class PaperFlags {
  public:
   explicit PaperFlags(CLI::App& verb);
 
-  /// Sets paper and orientation of `options`. Fails if the format of the output is unknown.
+  /// Sets the paper and the orientation in `options`. Fails if the output format is unknown.
   template <class Options>
   [[nodiscard]] Status apply(Options& options) const {
     if (Status status = apply_paper(request_, options); !status) return status;
@@ -30,8 +30,8 @@ class PaperFlags {
   }
   [[nodiscard]] Result<FamilyId> family() const { return requested_family(request_); }
 
-  /// After apply(): writes the pages of a layout to their files and prints the report, then the note `words`.
-  /// `target`: PageFiles::target.
+  /// Call after apply(). Writes the pages of a layout to their files, prints the report, and then prints the
+  /// note `words`. `target` is PageFiles::target.
   template <class Layout>
   [[nodiscard]] ExitCode write(const Layout& layout, const std::vector<plot::Drawing>& pages,
                                Console& console, const std::string& words = {},
@@ -49,7 +49,7 @@ class PaperFlags {
   }
 
  private:
-  /// Prints why a page was not written, and returns the exit code.
+  /// Prints why a page was not written and returns the exit code.
   [[nodiscard]] static ExitCode fail_writing(const Error& error, Console& console);
 
   const CLI::App& app_;
@@ -57,11 +57,11 @@ class PaperFlags {
   bool json_ = false;
 };
 
-/// Shows the flag --tag-size-m as required, without a default. Call after the option flags were added.
+/// Shows --tag-size-m as a required flag without a default. Call after the option flags have been added.
 CLI::Option* name_tag_size(CLI::App& app);
 
-/// Fails unless a size was `given`, by the flag or otherwise, and on an invalid size; the message helps users
-/// who entered millimetres.
+/// Fails unless a size was set, by the flag or otherwise (`given`), and if the size is invalid. The message
+/// also helps users who entered millimetres.
 [[nodiscard]] Status check_tag_size(const CLI::Option& tag_size, bool given);
 
 }  // namespace waymark::cli

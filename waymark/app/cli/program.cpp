@@ -33,7 +33,7 @@
 namespace waymark::cli {
 namespace {
 
-/// A verb with its part of the parser.
+/// A verb and its part of the parser.
 struct Node {
   const Verb* verb = nullptr;
   CLI::App* app = nullptr;
@@ -45,7 +45,8 @@ bool names_word(const std::vector<std::string>& words, std::string_view word) {
   return std::ranges::count(words, word) > 0;
 }
 
-/// Adds flags only to verbs among the words, because adding all flags takes longer than running many verbs.
+/// Adds flags only for the verbs named on the command line, because adding all flags takes longer than
+/// running many verbs.
 Node grow(const Verb& verb, CLI::App& app, const std::vector<std::string>& words) {
   Node node{&verb, &app, {}, {}};
   app.set_help_flag("-h,--help", "Print this and stop");
@@ -71,7 +72,7 @@ const Verb* find_verb(const std::vector<Verb>& verbs, std::string_view name) {
 
 bool asks_for_help(std::string_view word) { return word == "-h" || word == "--help" || word == "--help-all"; }
 
-/// Number and name of the values of a flag.
+/// Number of values that a flag takes, and their name.
 struct FlagValues {
   int least = 0;
   int most = 0;
@@ -90,7 +91,7 @@ void add_flags(const CLI::App& app, FlagTable& table) {
   }
 }
 
-/// Adds the flags of a verb and of all verbs below it.
+/// Adds the flags of a verb and of all its subverbs.
 void add_flags(const Verb& verb, FlagTable& table) {
   CLI::App app;
   if (verb.prepare) static_cast<void>(verb.prepare(app));
@@ -98,7 +99,7 @@ void add_flags(const Verb& verb, FlagTable& table) {
   for (const Verb& child : verb.verbs) add_flags(child, table);
 }
 
-/// Marks the words that are neither flags nor values of flags.
+/// Returns the positions of the words that are neither flags nor values of flags.
 std::vector<std::size_t> input_places(const std::vector<std::string>& words, const FlagTable& flags) {
   std::vector<std::size_t> places;
   int values = 0;  // number of words that may still belong to the last flag
@@ -119,7 +120,7 @@ std::vector<std::size_t> input_places(const std::vector<std::string>& words, con
   return places;
 }
 
-/// The index of the first word after `verb` that is neither a flag nor a value of one, if any.
+/// The index of the first word after `verb` that is neither a flag nor the value of a flag, if any.
 std::optional<std::size_t> first_input(const Verb& verb, const std::vector<std::string>& words) {
   if (words.empty()) return std::nullopt;
   if (!words.front().starts_with('-')) return 0;  // avoids building the table of flags
@@ -134,11 +135,11 @@ bool is_file(const std::string& word) {
   return std::filesystem::exists(word, ignored);
 }
 
-/// Whether a verb does nothing by itself, so that a command line must name one of the verbs below it.
+/// Whether a verb does nothing by itself, so that a command line must name one of its subverbs.
 bool only_leads_on(const Verb& verb) { return !verb.prepare && !verb.usual_verb; }
 
-/// Moves a verb that follows flags before them: "map -o m lap lap.mcap" becomes "map lap -o m lap.mcap". If
-/// `verb` takes inputs and a file of that name exists, the word is an input.
+/// Moves a verb that follows flags to their front: "map -o m lap lap.mcap" becomes "map lap -o m lap.mcap".
+/// If `verb` takes inputs and a file with that name exists, the word is treated as an input.
 void put_verb_first(const Verb& verb, const std::vector<std::string>::iterator from,
                     const std::vector<std::string>::iterator end) {
   const std::vector<std::string> rest(from, end);
@@ -151,8 +152,8 @@ void put_verb_first(const Verb& verb, const std::vector<std::string>::iterator f
   std::rotate(from, at, at + 1);
 }
 
-/// The verb of which the first input is a misspelt name: "lap" for "lapp" if no such file exists. Empty:
-/// none.
+/// The verb whose misspelt name is the first input: "lap" for "lapp" if no such file exists. Empty if there
+/// is none.
 std::string misspelt_verb(const Verb& verb, const std::string& input) {
   if (input.find_first_of("./:*") != std::string::npos || is_file(input)) return {};
   std::vector<std::string> names;
@@ -162,14 +163,14 @@ std::string misspelt_verb(const Verb& verb, const std::string& input) {
 
 /// The verb that a command line implies.
 struct MeantVerb {
-  const Verb* verb = nullptr;  ///< nullptr: the line names all its verbs
-  std::string typed{};         ///< the word that it replaces; empty: none
-  std::string misspelt{};      ///< the input that is neither a verb nor a file, and similar to `nearest`
+  const Verb* verb = nullptr;  ///< nullptr if the command line names all its verbs
+  std::string typed{};         ///< the word that it replaces; empty if there is none
+  std::string misspelt{};      ///< an input that is neither a verb nor a file, and is similar to `nearest`
   std::string nearest{};
 };
 
-/// Inserts the implied verb: "map lap.mcap" becomes "map lap lap.mcap", and
-/// "calibrate camera v4l2:/dev/video0" becomes "calibrate guided v4l2:/dev/video0".
+/// Inserts the implied verb, so that "map lap.mcap" becomes "map lap lap.mcap", and "calibrate camera
+/// v4l2:/dev/video0" becomes "calibrate guided v4l2:/dev/video0".
 MeantVerb complete(const Verb& program, std::vector<std::string>& words) {
   const Verb* parent = nullptr;
   const Verb* verb = &program;
@@ -198,14 +199,14 @@ MeantVerb complete(const Verb& program, std::vector<std::string>& words) {
   return {beside, verb->name};
 }
 
-/// The node of the verb tree that the words lead to.
+/// The node in the verb tree to which the words lead.
 struct Chosen {
   const Node* node = nullptr;
   const Node* parent = nullptr;
-  std::string name;          ///< "waymark evaluate detections", as the user named it
-  std::string full_name;     ///< with the implied verb
-  std::string unknown_verb;  ///< the word in place of a verb that is not one; empty: none
-  std::size_t verbs = 0;     ///< number of verbs at the beginning of the words
+  std::string name;          ///< such as "waymark evaluate detections", as typed by the user
+  std::string full_name;     ///< includes the implied verb
+  std::string unknown_verb;  ///< an unknown word where a verb is expected; empty if there is none
+  std::size_t verbs = 0;     ///< number of verbs at the beginning of the command line
 };
 
 Chosen choose(const Node& root, const std::vector<std::string>& words, const MeantVerb& meant) {
@@ -229,7 +230,7 @@ Chosen choose(const Node& root, const std::vector<std::string>& words, const Mea
   return chosen;
 }
 
-/// Whether a verb of the program has the flag. The first call lists all flags.
+/// Whether any verb of the program has the flag. The first call lists all flags.
 HasFlag has_flag_of(const Verb& program) {
   return [&program, flags = std::make_shared<FlagTable>()](std::string_view flag) {
     if (flags->empty()) add_flags(program, *flags);
@@ -253,14 +254,14 @@ std::string unknown_flag(const CLI::App& root) {
   return {};
 }
 
-/// "0.01" for the parser's "0.010000".
+/// Returns "0.01" for the parser's "0.010000".
 std::string short_number(const std::string& number) {
   if (number.find('.') == std::string::npos) return number;
   const std::string shorter = number.substr(0, number.find_last_not_of('0') + 1);
   return shorter.ends_with('.') ? shorter.substr(0, shorter.size() - 1) : shorter;
 }
 
-/// The first of comma-separated values that is not a number; a single value as a whole.
+/// The first of several comma-separated values that is not a number; a single value is returned unchanged.
 std::string first_not_number(const std::string& values) {
   for (const std::string& value : CLI::detail::split(values, ',')) {
     double number = 0;
@@ -269,8 +270,8 @@ std::string first_not_number(const std::string& values) {
   return values;
 }
 
-/// Rewrites messages of the parser. "--seed: Value abc not in range 0 to 9" becomes "(--seed): 'abc' is not a
-/// number from 0 to 9". "Could not convert: --laps = 1e" becomes "(--laps): '1e' is not a number". "--seed:
+/// Rewords messages from the parser. "--seed: Value abc not in range 0 to 9" becomes "(--seed): 'abc' is not
+/// a number from 0 to 9". "Could not convert: --laps = 1e" becomes "(--laps): '1e' is not a number". "--seed:
 /// At Most 1 required but received 2" becomes "(--seed): given more than once". "--kind: imus not in
 /// {imu,odometry}" becomes "(--kind): unknown value 'imus'. Did you mean 'imu'?".
 std::string plain_words(const std::string& words) {
@@ -295,12 +296,12 @@ std::string plain_words(const std::string& words) {
   return words;
 }
 
-/// Whether a command line with one of these verbs may imply another of them.
+/// Whether a command line that contains one of these verbs may imply another one.
 bool any_usual_verb(const std::vector<Verb>& verbs) {
   return std::ranges::any_of(verbs, [](const Verb& verb) { return verb.verbs.empty() && verb.usual_verb; });
 }
 
-/// The sibling of the chosen verb that has the flag, if the verb may be implied.
+/// A sibling of the chosen verb that has the flag, if the chosen verb may have been implied.
 std::string verb_with(const std::string& flag, const Chosen& chosen) {
   if (chosen.parent == nullptr) return {};
   const Verb& parent = *chosen.parent->verb;
@@ -321,7 +322,8 @@ std::vector<std::string> names_of(const std::vector<Node>& nodes) {
   return names;
 }
 
-/// The message for a ParseError, with the verb that has an unknown flag, or the nearest valid flag.
+/// The message for a ParseError. For an unknown flag, it names the verb that has it, or the most similar
+/// valid flag.
 std::string explain(const CLI::ParseError& error, const CLI::App& root, const Chosen& chosen) {
   if (chosen.parent != nullptr && !chosen.node->children.empty() && !chosen.node->run)
     return fmt::format("no verb given. Verbs: {}.", fmt::join(names_of(chosen.node->children), ", "));
@@ -341,7 +343,7 @@ ExitCode misused(Console& console, const std::string& name, const std::string& w
   return ExitCode::Usage;
 }
 
-/// The flag with the value "nan", which passes every range check; empty if there is none.
+/// The flag with the value "nan", which would pass any range check; empty if there is none.
 std::string flag_without_number(const CLI::App& app) {
   for (const CLI::Option* option : app.get_options()) {
     if (option->get_lnames().empty()) continue;
@@ -352,8 +354,8 @@ std::string flag_without_number(const CLI::App& app) {
   return {};
 }
 
-/// The message for a flag without its values (a flag, an empty word or nothing follows it), or for an empty
-/// input. Empty: all values are there.
+/// The message for a flag whose values are missing (it is followed by a flag, an empty word or nothing), or
+/// for an empty input. Empty if no value is missing.
 std::string missing_value(std::span<const std::string> words, const CLI::App& app) {
   FlagTable flags;
   add_flags(app, flags);
@@ -378,7 +380,7 @@ std::string missing_value(std::span<const std::string> words, const CLI::App& ap
   return {};
 }
 
-/// The message for a flag before its verb; empty if the words begin with a verb or request help.
+/// The message for a flag that precedes its verb; empty if the words begin with a verb or ask for help.
 std::string flag_before_verb(const Verb& program, const std::vector<std::string>& words) {
   if (words.empty() || !words.front().starts_with('-') || asks_for_help(words.front()) ||
       words.front() == "--version")
@@ -430,7 +432,7 @@ ExitCode parse_and_run(const Verb& program, std::vector<std::string> words, std:
       chosen.node->run && !missing.empty())
     return misused(console, chosen.full_name, missing);
   try {
-    std::reverse(words.begin(), words.end());  // CLI11 expects the last word first
+    std::reverse(words.begin(), words.end());  // CLI11 expects the words in reverse order
     app.parse(std::move(words));
   } catch (const CLI::CallForAllHelp&) {
     console.print_help(app.help("", CLI::AppFormatMode::All));
@@ -476,7 +478,7 @@ int run_program(const Verb& program, std::vector<std::string> words, std::FILE* 
     code = parse_and_run(program, std::move(words), out, err);
   } catch (const std::bad_alloc&) {
     std::fputs(fmt::format("{}: out of memory\n", program.name).c_str(), err);
-  } catch (const std::exception& error) {  // thrown by a library; this code base does not throw
+  } catch (const std::exception& error) {  // from a library; Waymark itself does not throw exceptions
 
     std::fputs(fmt::format("{}: internal error: {}. Please report it.\n", program.name, error.what()).c_str(),
                err);

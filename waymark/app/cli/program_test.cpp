@@ -37,7 +37,7 @@ struct SomeOptions {
   }
 };
 
-/// The verb prints its options, applied over a configuration with count = 7.
+/// A verb that prints its options, applied to a configuration with count = 7.
 Run prepare_show(CLI::App& app) {
   const auto settings = std::make_shared<Settings>(app);
   const auto flags = std::make_shared<OptionFlags<SomeOptions>>(*settings, "some", "Some");
@@ -153,8 +153,8 @@ TEST(Program, ValuesOutsideTheirRangeAreUsageErrors) {
   EXPECT_EQ(run({"show", "--count"}).code, 2);
 }
 
-/// Expects wrong usage: nothing on standard output, and each part in the message. The whole text is on the
-/// golden page.
+/// Expects a usage error: nothing on standard output, and a message that contains each of the parts. The
+/// golden page contains the full text.
 void expect_usage(const std::vector<std::string>& words, const std::vector<std::string>& parts) {
   const Outcome outcome = run(words);
   EXPECT_EQ(outcome.code, 2);
@@ -221,7 +221,7 @@ TEST(Program, AFlagWithoutItsValueIsReported) {
                             {"show", "--word", "--"}}) {
     expect_usage(words, {"prog show: --word", "(TEXT)", "`prog show --help`"});
   }
-  expect_usage({"show", "--count", "-3"}, {"(--count): -3"});  // a number, not a flag
+  expect_usage({"show", "--count", "-3"}, {"(--count): -3"});  // a number rather than a flag
   expect_usage({"place", ""}, {"prog place: ", "`prog place --help`"});
 }
 
@@ -311,7 +311,7 @@ TEST(Program, HelpAllShowsAllGroups) {
     EXPECT_EQ(outcome.code, 0);
     EXPECT_EQ(outcome.err, "");
     EXPECT_THAT(outcome.out, HasSubstr("Some (--set some.KEY=VALUE):"));
-    EXPECT_THAT(outcome.out, HasSubstr("some.list=[]"));  // has no flag
+    EXPECT_THAT(outcome.out, HasSubstr("some.list=[]"));  // the list has no flag
     for (const char* part : {"Usage: prog show", "--tag-size-m", "Side of the tag. From 0.1 to 2.", "=0.5",
                              "Look twice. On", "--no-careful", "Example:\n  prog show"}) {
       EXPECT_THAT(outcome.out, HasSubstr(part));

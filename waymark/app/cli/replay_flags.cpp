@@ -3,7 +3,7 @@
 namespace waymark::cli {
 namespace {
 
-/// Keys of the follower that all controllers use.
+/// Keys of the follower that are used by every controller.
 bool every_controller_uses(std::string_view key) { return key == "stop_within_m" || key == "brake_m_s2"; }
 
 }  // namespace

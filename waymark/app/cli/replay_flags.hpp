@@ -11,11 +11,12 @@ namespace waymark::cli {
 /// line is parsed.
 class ReplayFlags {
  public:
-  /// SettingsOnly: only options of the default method and controller, for verbs that do not offer the choice.
+  /// With SettingsOnly there are only options for the default method and controller. Use it for verbs that do
+  /// not let users choose them.
   ReplayFlags(Settings& settings, Reach reach);
 
-  /// Overwrites the job's options with the given ones. Fails on options of a method or a controller that the
-  /// job does not use.
+  /// Overwrites the job's options with those set by the user. Fails on options for a method or a controller
+  /// that the job does not use.
   [[nodiscard]] Status apply(ReplayJob& job) const;
 
  private:

@@ -16,18 +16,18 @@
 /// Shared by the verbs that drive or simulate a robot.
 namespace waymark::cli {
 
-/// The place on the ROS 2 network: flags override the environment variables of ROS 2.
+/// The ROS 2 network to join: flags take precedence over the ROS 2 environment variables.
 class Ros2Flags {
  public:
   explicit Ros2Flags(CLI::App& app);
   Ros2Flags(const Ros2Flags&) = delete;
   Ros2Flags& operator=(const Ros2Flags&) = delete;
 
-  /// Options for a node with this name. Fails on invalid environment variables and on an unknown ROS 2
-  /// release.
+  /// Options for a node with this name. Fails if an environment variable is invalid or the ROS 2 release is
+  /// unknown.
   [[nodiscard]] Result<BusOptions> options(const std::string& node = "waymark",
                                            const std::string& usual_distro = "") const;
-  /// Fails if one of the flags was given. For runs that do not join the network.
+  /// Fails if any of the flags was set. For runs that do not join the network.
   [[nodiscard]] Status refuse_all(const std::string& why, const std::string& hint) const;
 
  private:
@@ -38,20 +38,22 @@ class Ros2Flags {
 /// The flags --robot, --world, --robot-file and --seed. Must not move while the command line is parsed.
 class SetupFlags {
  public:
-  /// `robot_file_default`: the first choice without --robot-file, as named in the help. Without a `world` the
-  /// flag --world is required. With `processes` the robot may be a process: --robot process:CMD.
+  /// `robot_file_default` is the robot used first if --robot-file is not specified, as described in the help.
+  /// If `world` is empty, the flag --world is required. With `processes`, the robot may be a process: --robot
+  /// process:CMD.
   explicit SetupFlags(CLI::App& app, const std::string& world = {}, bool processes = false,
                       const std::string& robot_file_default = {});
   SetupFlags(const SetupFlags&) = delete;
   SetupFlags& operator=(const SetupFlags&) = delete;
 
-  /// `robot_file`: the robot's file if no flag names one; empty: the default of load_setup().
+  /// `robot_file` is used if no flag specifies a robot file; if it is also empty, load_setup() uses its
+  /// default.
   [[nodiscard]] Result<RobotSetup> make(const std::string& robot_file = {}) const {
     return requested_setup(request_, processes_, robot_file, given_on(app_));
   }
-  /// Whether the robot is simulated and its world is not given.
+  /// Whether the robot is simulated and no world is specified.
   [[nodiscard]] bool lacks_world() const { return request_.robot == "sim" && request_.world.empty(); }
-  /// Flags for the command line of a simulated robot with this setup.
+  /// Flags that make a simulated robot use this setup.
   [[nodiscard]] std::vector<std::string> as_words() const { return request_.as_words(); }
 
  private:
@@ -60,17 +62,17 @@ class SetupFlags {
   RobotRequest request_{};
 };
 
-/// The simulated camera and its scene: the sections camera and scene. Must not move while the command line is
-/// parsed.
+/// The simulated camera and its scene, set in the sections camera and scene. Must not move while the command
+/// line is parsed.
 class SceneFlags {
  public:
-  /// `has_flag`: whether the verb has --images.
+  /// `has_flag` says whether the verb has --images.
   SceneFlags(Settings& settings, Reach reach, bool has_flag = true);
 
-  /// Sets the options if there are images. Without images, fails on an option on the command line.
+  /// Sets the options if images are rendered. Otherwise, fails if any of these options is on the command
+  /// line.
   [[nodiscard]] Status apply(bool images, std::optional<DetectingCameraOptions>& pictures) const;
-  /// Flags for the command line of a simulated robot with the given options: those of its setup, --images,
-  /// and
+  /// Flags that pass the options set by the user to a simulated robot: those of its setup, --images, and
   /// "--set SECTION.KEY=VALUE".
   [[nodiscard]] std::vector<std::string> as_words(const SetupFlags& setup, bool images) const;
 
@@ -81,21 +83,22 @@ class SceneFlags {
   OptionFlags<SceneOptions> scene_;
 };
 
-/// Whether a simulated robot has images.
+/// Whether a simulated robot renders images.
 enum class Pictures : std::uint8_t { OnDemand, Always, Never };
 
-/// The flags --images, --threads, --faults, and the options of camera and scene. Must not move while the
+/// The flags --images, --threads and --faults, and the camera and scene options. Must not move while the
 /// command line is parsed.
 class PictureFlags {
  public:
-  /// Without `detects` the verb has no --threads, because nothing is detected. With Pictures::Never it has no
-  /// --images, and a --config file may contain options of camera and scene only for other verbs.
+  /// If `detects` is false, the verb has no --threads, because nothing is detected. With Pictures::Never it
+  /// has no --images; camera and scene options in a --config file are then accepted, but only apply to other
+  /// verbs.
   PictureFlags(Settings& settings, Reach reach, bool detects = true, Pictures pictures = Pictures::OnDemand);
   PictureFlags(const PictureFlags&) = delete;
   PictureFlags& operator=(const PictureFlags&) = delete;
 
-  /// Adds the fault script and the flags to the setup; passes an error on. Fails on flags of a simulated
-  /// robot if the robot is a process.
+  /// Adds the fault script and the flags to the setup, or returns its error. Fails if the robot is a process
+  /// and flags for a simulated robot are set.
   [[nodiscard]] Result<RobotSetup> apply(Result<RobotSetup> setup) const;
 
  private:
@@ -104,8 +107,8 @@ class PictureFlags {
   SceneFlags scene_;
 };
 
-/// The wire of a robot process in this program: standard input and output. Messages go to the console, which
-/// must outlive the wire.
+/// Creates the connection of a robot process to its host through standard input and output. Messages are
+/// printed to the console, which must outlive it.
 [[nodiscard]] RobotWire standard_wire(Console& console, bool listen_only = false);
 
 }  // namespace waymark::cli

@@ -7,10 +7,10 @@
 
 namespace waymark::cli {
 
-/// Whether another program may be the simulation behind the wire: the flag --plant.
+/// Whether the flag --plant, which selects another program as the simulation, is offered.
 enum class PlantFlag : std::uint8_t { Shown, None };
 
-/// The flags of a simulated robot with any protocol: --config, --set, those of its setup, --images, --faults,
+/// Flags for a simulated robot with any protocol: --config, --set, those for its setup, --images, --faults,
 /// --plant. Must not move while the command line is parsed.
 class RobotSimFlags {
  public:
@@ -19,8 +19,8 @@ class RobotSimFlags {
   RobotSimFlags(const RobotSimFlags&) = delete;
   RobotSimFlags& operator=(const RobotSimFlags&) = delete;
 
-  /// Runs the robot on its wire, until Ctrl-C or the end of its input. An error in the options of the wire is
-  /// a usage error.
+  /// Runs the robot on its wire until Ctrl-C or the end of its input. An error in the wire options is a usage
+  /// error.
   [[nodiscard]] ExitCode run(const Result<SimWire>& wire, Console& console) const;
 
  private:

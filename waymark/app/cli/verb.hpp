@@ -15,32 +15,34 @@ class App;
 
 namespace waymark::cli {
 
-/// Runs a verb after the command line was parsed.
+/// Runs a verb after the command line has been parsed.
 using Run = std::function<ExitCode(Console&)>;
 
-/// A verb of the command line. It runs (`prepare`), has further verbs (`verbs`), or both; with both, it runs
-/// if the next word is not one of `verbs`. In a line without one of `verbs`, `usual_verb` chooses one of
-/// them, or a sibling of this verb.
+/// A verb on the command line. It can be run (`prepare`), has subverbs (`verbs`), or both. With both, it is
+/// run if the next word is not one of `verbs`. If the command line names none of `verbs`, `usual_verb`
+/// selects one of them, or a sibling of this verb.
 struct Verb {
   std::string name;
-  std::string sentence;  ///< in the list of verbs
-  std::string help;      ///< at the end of its --help: an example with its output, exit codes
-  std::function<Run(CLI::App&)> prepare = {};  ///< adds the flags; called once, before parsing
-  std::function<ReportFields()> report = {};   ///< the output of --json; --help-all lists its keys
+  std::string sentence;  ///< description in the list of verbs
+  std::string help;      ///< printed at the end of --help: an example with its output, exit codes
+  std::function<Run(CLI::App&)> prepare = {};  ///< adds the flags; called once before parsing
+  std::function<ReportFields()> report = {};   ///< describes the output of --json, whose keys --help-all
+                                               ///< lists
   std::vector<Verb> verbs = {};
-  /// The implied verb, one of `verbs` or of the siblings, of a line that names none of `verbs`. `words`:
-  /// those after this verb ("lap.mcap", "--json").
+  /// Returns the verb (one of `verbs`, or a sibling) that is implied by a command line that names none of
+  /// `verbs`. `words` are those that follow this verb ("lap.mcap", "--json").
   std::function<std::string(const std::vector<std::string>& words)> usual_verb = {};
 };
 
-/// Whether the words contain a flag, also with its value: "--robot=ros2:limo".
+/// Whether the words contain a flag, including the form with a value: "--robot=ros2:limo".
 [[nodiscard]] bool has_word(const std::vector<std::string>& words, const std::string& flag);
 
-/// The words that are neither flags nor values of flags, according to the flags of `verbs`.
+/// The words that are neither flags nor values of flags, based on the flags of `verbs`.
 [[nodiscard]] std::vector<std::string> inputs_of(const std::vector<std::string>& words,
                                                  const std::vector<Verb>& verbs);
 
-/// The `prepare` of a verb whose flags are members of Args: its constructor adds them to the verb.
+/// A `prepare` function for a verb whose flags are members of Args. The constructor of Args adds them to the
+/// verb.
 template <class Args>
 [[nodiscard]] std::function<Run(CLI::App&)> prepared(ExitCode (*run)(const Args&, Console&)) {
   return [run](CLI::App& app) -> Run {
@@ -53,13 +55,13 @@ template <class Args>
   return [run](CLI::App&) -> Run { return run; };
 }
 
-/// The `report` of a verb that prints fields(Report) with --json.
+/// A `report` function for a verb that prints fields(Report) with --json.
 template <IsReport Report>
 [[nodiscard]] ReportFields report_of() {
   return fields(Report{});
 }
-/// The same if --json prints one of several reports. Lists each key once, with the sentence of the first
-/// report.
+/// The same for a verb whose --json prints one of several reports. Each key is listed once, with the sentence
+/// from the first report that has it.
 template <IsReport... Reports>
 [[nodiscard]] ReportFields report_of_any() {
   ReportFields all;
@@ -69,7 +71,7 @@ template <IsReport... Reports>
   return all;
 }
 
-// One line per verb; main.cpp lists them.
+// Each verb is declared on one line; main.cpp lists them.
 
 [[nodiscard]] Verb detect_verb();
 [[nodiscard]] Verb cameras_verb();
