@@ -21,11 +21,12 @@ using nlohmann::ordered_json;
 using std::chrono::milliseconds;
 
 constexpr Duration kTextPeriod = milliseconds(200);
-constexpr Duration kControlsPeriod = std::chrono::seconds(2);  // each control read is a USB transfer
+constexpr Duration kControlsPeriod = std::chrono::seconds(2);  // reading the controls takes a USB transfer
+                                                               // each
 constexpr double kSmoothing = 0.1;
 constexpr const char* kText = "camera.json";
 
-/// "snapshot-20261123-183201.125"
+/// Returns a name such as "snapshot-20261123-183201.125".
 std::string name_at(const char* what, SensorTime stamp) {
   const auto ms = std::chrono::floor<milliseconds>(stamp.time_since_epoch()).count();
   const std::time_t seconds = ms / 1000;
@@ -45,7 +46,7 @@ CameraPage::CameraPage(LiveCamera& camera, LiveFeed& feed, const std::optional<P
 }
 
 void CameraPage::show(const CameraPicture& seen, const PoseList& poses) {
-  // With this time, the page shows the age since exposure, not since detection.
+  // Lets the page show the time since exposure rather than since detection.
   const std::int64_t now_ns = seen.frame.stamp.time_since_epoch().count();
   feed_.publish(seen.frame, now_ns);
   feed_.publish(TagFrame{seen.frame.stamp, seen.frame.camera, seen.found.detections}, now_ns);
@@ -87,7 +88,7 @@ void CameraPage::obey(const ViewerOrder& order, const CameraPicture& seen) {
       return;
     }
     default:
-      return;  // orders meant for robots
+      return;  // orders for robots
   }
 }
 

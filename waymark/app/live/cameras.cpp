@@ -87,7 +87,7 @@ std::string mode_text(const CameraMode& mode) {
 
 std::string control_text(const CameraControl& control) {
   std::string words;
-  const double entry = control.value - control.min;  // drivers may report values outside the menu
+  const double entry = control.value - control.min;  // drivers may report values that are not in the menu
   if (entry >= 0 && entry < static_cast<double>(control.words.size()))
     words = fmt::format(" ({})", printable(control.words[static_cast<std::size_t>(entry)]));
   return fmt::format("  {} {:g}{}, from {:g} to {:g}{}\n", control.name, control.value, words, control.min,
@@ -168,7 +168,8 @@ ReportFields fields(const CamerasReport& report) {
 
 namespace {
 
-constexpr Duration kMinJump = std::chrono::milliseconds(50);  // slewing changes a clock by less per second
+constexpr Duration kMinJump = std::chrono::milliseconds(50);  // slewing adjusts a clock by less than this per
+                                                              // second
 constexpr int kTries = 5;
 
 }  // namespace
@@ -182,7 +183,7 @@ SystemClocks system_clocks() {
 SystemStamps::SystemStamps(SystemClocks clocks)
     : clocks_(std::move(clocks)), difference_(measured()), latest_(difference_) {}
 
-/// The offset from the pair of readings that took the shortest time.
+/// The offset determined by the pair of readings that took the shortest time.
 Duration SystemStamps::measured() const {
   Duration best{};
   Duration least = Duration::max();
@@ -211,7 +212,7 @@ constexpr Duration kWatchSlice = std::chrono::milliseconds(100);
 constexpr Duration kClockPeriod = std::chrono::seconds(1);
 constexpr Duration kCameraSilence = std::chrono::seconds(10);
 
-/// One run of watch_camera().
+/// A single run of watch_camera().
 class Watcher {
  public:
   Watcher(LiveCamera& camera, const TagFinder& finder, const CameraWatch& watch)

@@ -23,29 +23,29 @@ struct CameraAddress {
   std::string address{};
 };
 
-/// Parses "v4l2:/dev/video0" or, with the name of the robot camera, "left=v4l2:/dev/video2". The default name
-/// is `name`. Fails with InvalidArgument if `word` is not an address.
+/// Parses "v4l2:/dev/video0" or, with the name of the robot camera, "left=v4l2:/dev/video2". Without a name,
+/// `name` is used. Fails with InvalidArgument if `word` is not an address.
 [[nodiscard]] Result<CameraAddress> parse_camera_address(const std::string& word, const std::string& name);
 
-/// Whether a word is the address of a live camera: "v4l2:/dev/video0,size=1280x720",
+/// Whether a word is the address of a live camera, such as "v4l2:/dev/video0,size=1280x720" or
 /// "gstreamer:libcamerasrc".
 [[nodiscard]] bool is_camera_address(std::string_view word);
 
-/// Whether the inputs are live cameras. Fails on a mixture of cameras and files, and on duplicate cameras.
+/// Whether the inputs are live cameras. Fails if cameras and files are mixed, or if a camera is listed twice.
 [[nodiscard]] Result<bool> are_cameras(const std::vector<std::string>& sources);
 
 /// Whether the only input is a live camera. Fails if there are several inputs and one of them is a camera.
 [[nodiscard]] Result<bool> is_only_camera(const std::vector<std::string>& sources);
 
-/// Opens the camera at an address; `name`: camera name in its samples. Errors: InvalidArgument for an invalid
-/// address, and those of the camera driver.
+/// Opens the camera at an address; `name` is the name of the camera in its samples. Fails with
+/// InvalidArgument if the address is invalid, and with the errors of the camera driver.
 [[nodiscard]] Result<std::unique_ptr<LiveCamera>> open_live_camera(const std::string& address,
                                                                    const std::string& name = "cam");
 
-/// The list of `waymark cameras`.
+/// Lists cameras for `waymark cameras`.
 struct CamerasJob {
-  std::string device{};   ///< only this device; empty: all
-  bool controls = false;  ///< list all controls
+  std::string device{};   ///< lists only this device; all devices if empty
+  bool controls = false;  ///< whether to list all controls
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -59,31 +59,32 @@ struct CamerasReport {
 };
 [[nodiscard]] Result<CamerasReport> find_cameras(const CamerasJob& job);
 
-/// The cameras on this computer as a table; ends with a newline. With `controls`, all controls are listed
-/// with their ranges.
+/// Formats the cameras connected to this computer as a table that ends with a newline. With `controls`, all
+/// controls are listed with their ranges.
 [[nodiscard]] std::string to_text(const CamerasReport& report, bool controls);
 [[nodiscard]] ReportFields fields(const CameraMode& mode);
 [[nodiscard]] ReportFields fields(const CameraControl& control);
 [[nodiscard]] ReportFields fields(const CameraDevice& device);
 [[nodiscard]] ReportFields fields(const CamerasReport& report);
 
-/// The clocks of this computer; tests pass their own.
+/// The clocks of this computer, which tests can replace.
 struct SystemClocks {
   std::function<Duration()> steady;  ///< time since boot, monotonic
-  std::function<Duration()> system;  ///< time since 1970; can be set
+  std::function<Duration()> system;  ///< time since 1970; jumps when the clock is set
 };
 [[nodiscard]] SystemClocks system_clocks();
 
-/// Converts stamps of the steady clock to times since 1970. The offset between the clocks is measured once,
-/// so that time differences are unaffected if the system clock is changed; take_jump() reports such a change.
+/// Converts timestamps from the steady clock to times since 1970. The offset between the clocks is measured
+/// once, so that time differences are not affected when the system clock is set; take_jump() reports such a
+/// change.
 class SystemStamps {
  public:
   explicit SystemStamps(SystemClocks clocks = system_clocks());
 
   [[nodiscard]] SensorTime at(SensorTime steady) const { return steady + difference_; }
-  /// The current time, consistent with at().
+  /// The current time on the same scale as at().
   [[nodiscard]] SensorTime now() const { return SensorTime(clocks_.steady() + difference_); }
-  /// A message if the system clock was set since the last call.
+  /// Returns a message if the system clock has been set since the last call.
   [[nodiscard]] std::optional<std::string> take_jump();
 
  private:
@@ -94,7 +95,7 @@ class SystemStamps {
   Duration latest_{};
 };
 
-/// An image of a live camera and the tags in it. Stamps are times since 1970.
+/// An image from a live camera and the tags detected in it. Timestamps are times since 1970.
 struct CameraPicture {
   CameraFrame frame{};
   FoundTags found{};
@@ -103,10 +104,11 @@ struct CameraPicture {
 
 /// Options and callbacks of watch_camera().
 struct CameraWatch {
-  double duration_s = std::numeric_limits<double>::infinity();  ///< from the first image on
-  /// Lens model for tag edges distorted by the lens; its image size must match. nullptr: none.
+  double duration_s = std::numeric_limits<double>::infinity();  ///< counted from the first image
+  /// Lens model used for straight tag edges that the lens bends; its image size must match. nullptr if the
+  /// lens is unknown.
   const CameraModel* camera = nullptr;
-  std::function<Status(CameraPicture&)> on_picture{};  ///< an error ends the watch
+  std::function<Status(CameraPicture&)> on_picture{};  ///< called with each image; an error ends the watch
   std::function<void(const std::string&)> on_message = [](const std::string&) {};
   std::function<bool()> should_stop = [] { return false; };
 };
@@ -114,13 +116,13 @@ struct CameraWatch {
 struct CameraWatchEnd {
   std::size_t pictures = 0;
   std::size_t tags = 0;
-  double seconds = 0;  ///< from the first image to the last
+  double seconds = 0;  ///< time from the first to the last image
   CameraCounts counts{};
-  bool stopped = false;  ///< by should_stop()
+  bool stopped = false;  ///< whether should_stop() ended it
 };
 
-/// Repeatedly detects the tags in the newest image from a camera. Fails if the camera fails, if it delivers
-/// no image for ten seconds, or if on_picture() fails.
+/// Detects the tags in the newest image from a camera, over and over. Fails if the camera fails, if it
+/// delivers no image for ten seconds, or if on_picture() fails.
 [[nodiscard]] Result<CameraWatchEnd> watch_camera(LiveCamera& camera, const TagFinder& finder,
                                                   const CameraWatch& watch);
 

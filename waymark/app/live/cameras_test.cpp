@@ -29,7 +29,7 @@ TEST(SystemStamps, KeepTimeDifferencesWhenTheClockIsSet) {
   const SensorTime before = stamps.at(SensorTime(steady));
   EXPECT_EQ(before.time_since_epoch(), system);
   steady += seconds(1);
-  system += seconds(1) + milliseconds(1);  // slewed
+  system += seconds(1) + milliseconds(1);  // as slewed by 1 ms
   EXPECT_FALSE(stamps.take_jump());
   steady += seconds(1);
   system -= seconds(3600);
@@ -45,7 +45,7 @@ using std::chrono::milliseconds;
 
 using ::testing::HasSubstr;
 
-/// Sends a text first, then an image every ten milliseconds.
+/// Sends a text first, then an image every 10 ms.
 class SteadyCamera final : public LiveCamera {
  public:
   Result<std::optional<RobotEvent>> next(Duration /*most*/) override {

@@ -20,7 +20,7 @@
 namespace waymark {
 namespace {
 
-/// A background process that changes the terminal settings is stopped (SIGTTOU), which would stop the robot
+/// A background process that changes the terminal settings is stopped by SIGTTOU, which would stop the robot
 /// as well.
 bool in_foreground() {
   const pid_t group = tcgetpgrp(STDIN_FILENO);
@@ -101,7 +101,7 @@ Result<std::unique_ptr<OperatorInput>> make_operator_input(const std::string& na
   if (!viewers) return make_input(name, speed_m_s, setup, false);
   std::unique_ptr<OperatorInput> other;
   ViewerInput::MakeScript script = [] { return std::unique_ptr<LapDriver>(); };
-  if (name == "page") {  // on request a script drives the path of the world, if it has one
+  if (name == "page") {  // on request, a script drives along the path in the world, if there is one
     script = [speed_m_s, &setup] {
       auto driver = ScriptDriver::make(setup, speed_m_s);
       return driver ? std::move(*driver) : std::unique_ptr<LapDriver>();

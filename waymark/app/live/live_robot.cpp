@@ -46,8 +46,10 @@ VelocityCommand slowed(const VelocityCommand& command, double max_speed_m_s, con
 
 namespace {
 
-constexpr Duration kRobotSlice = std::chrono::milliseconds(2);  // longest image delay caused by the robot
-constexpr Duration kMaxImageAge = std::chrono::seconds(1);      // the same as for messages (StampGate)
+constexpr Duration kRobotSlice = std::chrono::milliseconds(2);  // longest delay of an image caused by waiting
+                                                                // for the robot
+constexpr Duration kMaxImageAge = std::chrono::seconds(1);      // the limit that also applies to messages
+                                                                // (StampGate)
 
 }  // namespace
 
@@ -55,7 +57,8 @@ bool RobotWithCameras::more() const {
   return robot_.more() || std::ranges::any_of(cameras_, [](const auto& camera) { return camera->more(); });
 }
 
-/// Keeps the stamps of each camera increasing, even if the estimate of the robot's clock moves back.
+/// Keeps the timestamps of each camera increasing, even if the estimated offset of the robot's clock
+/// decreases.
 bool RobotWithCameras::move_to_robots_clock(CameraFrame& frame) {
   const auto now = robot_.now();
   const Duration age = steady_now() - frame.stamp.time_since_epoch();
@@ -97,8 +100,8 @@ Result<std::optional<RobotEvent>> RobotWithCameras::receive_from_robot(Duration 
 
 Result<std::optional<RobotEvent>> RobotWithCameras::next(Duration most) {
   const Duration deadline = steady_now() + most;
-  // Poll the robot first. If detection takes longer than the frame period, a camera would always have an
-  // image and starve the robot.
+  // Poll the robot first. If detection takes longer than the frame period, a camera always has an image ready
+  // and would starve the robot.
   auto event = receive_from_robot(Duration(0));
   while (event && !*event) {
     if (!robot_.more()) event = next_of_cameras();
@@ -118,7 +121,7 @@ Pacing pacing_of(const ProcessRobot& robot) {
   });
 }
 
-/// Fails for a robot in lockstep, because cameras on this computer cannot follow its simulated time.
+/// Fails if the robot runs in lockstep, because cameras on this computer cannot follow its simulated time.
 Result<std::vector<std::unique_ptr<LiveCamera>>> open_cameras(const RobotSetup& setup,
                                                               const ProcessRobot& robot) {
   std::vector<std::unique_ptr<LiveCamera>> cameras;
@@ -133,7 +136,7 @@ Result<std::vector<std::unique_ptr<LiveCamera>>> open_cameras(const RobotSetup& 
   return cameras;
 }
 
-/// Fails for a robot in lockstep, which would wait forever for a command.
+/// Fails if the robot runs in lockstep, because it would wait forever for a command.
 Status check_listening(const RobotSetup& setup, const ProcessRobot& robot) {
   if (!setup.process.listen_only || !robot.hello().lockstep) return {};
   return fail(ErrorCode::InvalidArgument,
@@ -141,7 +144,7 @@ Status check_listening(const RobotSetup& setup, const ProcessRobot& robot) {
               {.source = "process:" + setup.process.text()}, "Run the robot in real time.");
 }
 
-/// The families of the tags and the anchor in the world.
+/// The families of the tags in the world and of the anchor.
 std::vector<std::string> families_in(const World& world) {
   std::vector<std::string> families = families_of(world.tags);
   const std::string anchors(to_string(world.anchor.family));

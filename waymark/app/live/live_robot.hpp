@@ -19,30 +19,30 @@
 #include "waymark/samples/robot_samples.hpp"
 #include "waymark/tags/tag_finder.hpp"
 
-/// Driving a robot process.
+/// Drives a robot process.
 namespace waymark {
 
 /// Speed limit for a real robot until it has passed its first drive (`waymark commission`).
 inline constexpr double kUncommissionedSpeed_m_s = 0.15;
 
-/// A sentence that explains why a robot is limited to kUncommissionedSpeed_m_s, and names the command that
-/// lifts the limit. Nothing for a simulated robot, or if the robot file contains a passed commission that is
-/// still valid.
+/// Explains in one sentence why a robot is limited to kUncommissionedSpeed_m_s, and names the command that
+/// lifts the limit. `nullopt` for a simulated robot, and if the robot file contains a successful commission
+/// that is still valid.
 [[nodiscard]] std::optional<std::string> lacks_commission(const RobotSetup& setup, const RobotHello& hello);
 
-/// The command, scaled along the same arc so that the speed is at most `max_speed_m_s`, and speed and yaw
-/// rate are within the robot's limits. Applies to commands from any driver.
+/// Scales the command along the same arc so that the speed is at most `max_speed_m_s`, and the speed and yaw
+/// rate are within the limits of the robot. Applies to commands from any driver.
 [[nodiscard]] VelocityCommand slowed(const VelocityCommand& command, double max_speed_m_s,
                                      const MotionLimits& limits);
 
-/// A robot with cameras on this computer, as one source for the samples of both. Image stamps are converted
-/// to the robot's clock when the image arrives. Images before the robot's first sample are skipped. So are
-/// images that waited for more than a second while this computer was busy, because later robot samples have
-/// already been processed. Tags reported for one of these cameras by the robot's own detector (corners or
-/// poses) are skipped too, because the images contain more information.
+/// Combines a robot and cameras on this computer into one source of samples. Image timestamps are converted
+/// to the robot's clock when the image arrives. Images taken before the robot's first sample are skipped.
+/// Images that waited for more than a second while this computer was busy are also skipped, because later
+/// robot samples have already been processed. If the robot's own detector reports tags (corners or poses) for
+/// one of these cameras, they are skipped too, because the images contain more information.
 class RobotWithCameras final : public Source {
  public:
-  /// The robot must outlive this; `names`: names of the cameras.
+  /// The robot must outlive this object; `names` are the names of the cameras.
   RobotWithCameras(Source& robot, std::vector<std::unique_ptr<LiveCamera>> cameras,
                    std::set<std::string> names)
       : robot_(robot), cameras_(std::move(cameras)), names_(std::move(names)) {}
@@ -62,21 +62,23 @@ class RobotWithCameras final : public Source {
   std::vector<std::unique_ptr<LiveCamera>> cameras_;
   std::set<std::string> names_;
   std::size_t turn_ = 0;                      ///< index of the camera that is polled first
-  std::map<std::string, SensorTime> newest_;  ///< newest stamp by camera
+  std::map<std::string, SensorTime> newest_;  ///< newest timestamp of each camera
 };
 
-/// A robot process, the detector for its images, and the loop from samples to commands.
+/// A robot process, a detector for its images, and the loop that turns samples into commands.
 class LiveRobot {
  public:
-  /// Starts the robot of the setup, waits for its hello (or until the control cancels), and opens the cameras
-  /// on this computer. Reports the speed limit as a note, if there is one.
+  /// Starts the robot of the setup, waits for its hello message (or until the control cancels), and opens the
+  /// cameras on this computer. If the speed is limited, prints a note.
   static Result<std::unique_ptr<LiveRobot>> open(const RobotSetup& setup, JobControl control);
-  /// The same for a first drive: the speed limit applies without a note.
+  /// The same for a first drive, for which the speed limit applies without a note.
   static Result<std::unique_ptr<LiveRobot>> open_first(const RobotSetup& setup, JobControl control);
 
-  /// RobotLoop::drive() with commands limited to speed_limit_m_s(). Texts from the robot become notes.
+  /// Calls RobotLoop::drive() with commands limited to speed_limit_m_s(). Texts from the robot are printed as
+  /// notes.
   Result<RobotLoopEnd> drive(RobotListener listener);
-  /// The limit for a real robot that has not been commissioned (lacks_commission()); else infinity.
+  /// The speed limit for a real robot that has not been commissioned (lacks_commission()); otherwise
+  /// infinity.
   [[nodiscard]] double speed_limit_m_s() const;
   /// The robot process, for jobs that send no commands.
   [[nodiscard]] ProcessRobot& process() { return *robot_; }
@@ -91,7 +93,7 @@ class LiveRobot {
   RobotLoop loop_;
   JobControl control_;
   MotionLimits limits_{};                 ///< from the robot file
-  std::optional<std::string> limited_{};  ///< why the speed is limited; empty: not limited
+  std::optional<std::string> limited_{};  ///< why the speed is limited; empty if it is not
 };
 
 }  // namespace waymark

@@ -82,7 +82,7 @@ using std::chrono::milliseconds;
 
 using std::chrono::seconds;
 
-/// A robot whose clock is 1000 s ahead of this computer's.
+/// A robot whose clock is 1000 s ahead of the clock of this computer.
 class AheadRobot final : public Source {
  public:
   Result<std::optional<RobotEvent>> next(Duration most) override {
@@ -100,7 +100,8 @@ class AheadRobot final : public Source {
     return started ? std::optional(SensorTime(steady_now() + seconds(1000))) : std::nullopt;
   }
   std::deque<RobotEvent> waiting{};
-  bool polled = true;  ///< more() reports waiting events; false: they are in a pipe that only next() reads
+  bool polled = true;  ///< whether more() reports waiting events; if not, they are in a pipe that only next()
+                       ///< reads
   bool started = false;
 };
 
@@ -147,7 +148,7 @@ TEST(RobotWithCameras, MovesStampsToTheRobotsClock) {
   ASSERT_TRUE(event && *event);
   const SensorTime stamp = stamp_of(std::get<Sample>(**event));
   EXPECT_NEAR(to_seconds(stamp.time_since_epoch() - taken), 1000, 1e-3);
-  rig.camera->take_picture(taken - milliseconds(5));  // earlier than the previous image
+  rig.camera->take_picture(taken - milliseconds(5));  // taken before the previous image
   const auto second = rig.both->next(milliseconds(10));
   ASSERT_TRUE(second && *second);
   EXPECT_GT(stamp_of(std::get<Sample>(**second)), stamp);

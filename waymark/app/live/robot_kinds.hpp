@@ -12,44 +12,46 @@
 /// Robots named KIND:ADDRESS, each driven by its own process (docs/formats/robot-process.md).
 namespace waymark {
 
-/// The command that starts a robot, and the robot's files.
+/// The command that starts a robot, and the files it uses.
 struct RobotStart {
-  std::string robot_file{};  ///< robot file if the user gives none; empty: the default of load_setup()
+  std::string robot_file{};  ///< robot file used if the user does not specify one; if empty, load_setup()
+                             ///< uses its default
   RobotCommand process{};
-  std::string topics{};  ///< digest of the topic map; empty: the robot has none
+  std::string topics{};  ///< digest of the topic map; empty if the robot has none
 };
 
 /// A row in the table of robot kinds.
 struct RobotKind {
-  std::string_view name;     ///< before the colon
-  std::string_view address;  ///< name of the part after the colon in the help
+  std::string_view name;     ///< name, which precedes the colon
+  std::string_view address;  ///< placeholder in the help for the address, which follows the colon
   std::string_view help;     ///< meaning of the address
-  /// `robot_file`: the file given by the user; empty: none. Fails on an invalid address.
+  /// `robot_file` is the file specified by the user, empty if there is none. Fails if the address is invalid.
   Result<RobotStart> (*start)(const std::string& address, const std::string& robot_file);
 };
 
 /// All robot kinds.
 [[nodiscard]] std::span<const RobotKind> robot_kinds();
 
-/// "sim" and, with `processes`, each kind as KIND:ADDRESS.
+/// Returns "sim" and, with `processes`, each kind as KIND:ADDRESS.
 [[nodiscard]] std::vector<std::string> robot_kind_names(bool processes);
-/// The same names with the meaning of each address, for the help.
+/// The same names with an explanation of each address, for the help.
 [[nodiscard]] std::string robot_kinds_help(bool processes);
 
-/// Whether a word begins with a robot kind and a colon.
+/// Whether a word starts with a robot kind and a colon.
 [[nodiscard]] bool is_robot_kind(std::string_view word);
 
-/// The setup of a robot `KIND:ADDRESS`: load_setup() with its process. Nothing if `robot` does not begin with
-/// a robot kind.
+/// The setup for a robot `KIND:ADDRESS`: load_setup() plus its process. `nullopt` if `robot` does not start
+/// with a robot kind.
 [[nodiscard]] std::optional<Result<RobotSetup>> load_kind(const std::string& robot, const std::string& world,
                                                           const std::string& robot_file, std::uint64_t seed);
 
-/// The setup of the robot with this name: "sim", which drives in a world, or, with `processes`, KIND:ADDRESS.
+/// The setup for the robot with this name: "sim", which drives in a world, or, with `processes`,
+/// KIND:ADDRESS.
 [[nodiscard]] Result<RobotSetup> load_robot(const std::string& robot, const std::string& world,
                                             const std::string& robot_file, std::uint64_t seed,
                                             bool processes);
 
-/// Adds the cameras of `camera_source`, [NAME=]ADDRESS each, to the setup of a robot process.
+/// Adds the cameras in `camera_source`, each in the form [NAME=]ADDRESS, to the setup of a robot process.
 [[nodiscard]] Status add_live_cameras(const std::vector<std::string>& words, RobotSetup& setup);
 
 /// Whether the robot sends tags instead of images, so that no detection runs on this computer.
@@ -60,15 +62,15 @@ struct RobotRequest {
   std::string robot = "sim";
   std::string world{};
   std::string robot_file{};
-  std::vector<std::string> camera_sources{};  ///< cameras on this computer for a robot process
+  std::vector<std::string> camera_sources{};  ///< cameras on this computer, used with a robot process
   PictureSettings pictures{};
   std::uint64_t seed = 1;
 
-  /// The flags that make this program simulate the robot.
+  /// Flags that make this program simulate the requested robot.
   [[nodiscard]] std::vector<std::string> as_words() const;
 };
-/// Makes the setup for a request. With `processes`, the robot may be a process. `robot_file` is used if the
-/// request contains none. Also fails on given fields that have no effect on this robot.
+/// Creates the setup for a request. With `processes`, the robot may be a process. `robot_file` is used if the
+/// request does not specify one. Fails also if fields are set that have no effect on this robot.
 [[nodiscard]] Result<RobotSetup> requested_setup(const RobotRequest& request, bool processes,
                                                  const std::string& robot_file, const GivenFields& given);
 

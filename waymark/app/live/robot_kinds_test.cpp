@@ -38,7 +38,7 @@ TEST(RobotKinds, TheKindSelectsHowTheRobotIsStarted) {
 TEST(RobotKinds, AnInvalidAddressIsAnError) {
   for (const RobotKind& kind : robot_kinds()) {
     const std::string address =
-        kind.name == "mbot" ? "udpm://300.0.0.1:7" : "";  // an empty address is its default
+        kind.name == "mbot" ? "udpm://300.0.0.1:7" : "";  // an empty address selects the default address
     const auto setup = load_kind(fmt::format("{}:{}", kind.name, address), "", "", 1);
     ASSERT_TRUE(setup.has_value()) << kind.name;
     ASSERT_FALSE(*setup) << kind.name;

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t kMaxFileBytes = std::size_t{1} << 22U;
 
-/// Path and content of a file.
+/// Path and content of a file that was found.
 struct Found {
   std::string path;
   std::string text;
@@ -31,7 +31,7 @@ Result<Found> find(const char* folder, const std::string& name, FileUse use) {
   return Found{path->string(), *text};
 }
 
-/// The robot named by the user, else that named by the world, else the default.
+/// The robot specified by the user, else the one named in the world, else the default.
 Result<std::string> name_of_robot(const std::string& robot_file, const Found& world_file) {
   constexpr const char* kDefaultRobot = "limo";
   if (!robot_file.empty()) return robot_file;

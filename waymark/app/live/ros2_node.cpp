@@ -21,7 +21,7 @@ namespace {
 
 constexpr Duration kMaxWait = std::chrono::seconds(3);
 
-/// The first field of messages with images, calibration or tags.
+/// The header with which messages for images, calibration and tags begin.
 struct Headed {
   ros2::Header header{};
   WAYMARK_ROS2_FIELDS(self.header)
@@ -33,7 +33,7 @@ struct HeadedOdometry {
   WAYMARK_ROS2_FIELDS(self.header, self.child_frame_id)
 };
 
-/// The topic from which the camera frame is read: the one with the smallest messages.
+/// The topic from which the camera frame is read, which is the one with the smallest messages.
 std::pair<std::string, std::string_view> camera_topic_of(const Ros2Profile& profile) {
   if (!profile.camera_info_topic.empty()) return {profile.camera_info_topic, ros2::CameraInfo::kType};
   if (!profile.detections_topic.empty())
@@ -103,7 +103,8 @@ void RobotFrames::receive_transforms(const BusMessage& message) {
   const auto decoded = cdr::decode<ros2::TFMessage>(message.bytes);
   if (!decoded) return;
   for (const ros2::TransformStamped& link : decoded->transforms)
-    tree_.add(link.header.frame_id, link.child_frame_id, std::nullopt);  // only parent and child
+    tree_.add(link.header.frame_id, link.child_frame_id, std::nullopt);  // only the parent and the child
+                                                                         // matter
 }
 
 void RobotFrames::end(Bus& bus, std::optional<std::size_t>& number) {
@@ -145,7 +146,7 @@ constexpr std::size_t kOdometryKept = 100;
 constexpr std::size_t kMaxPathPoses = 5000;
 constexpr const char* kServices[] = {"start_teach", "map", "replay", "pause", "stop"};
 
-/// A phase in which a service has an effect, and the button that it presses.
+/// A phase in which a service has an effect, and the button that it corresponds to.
 struct Rule {
   std::string_view service;
   std::string_view phase;
@@ -162,14 +163,14 @@ constexpr Rule kRules[] = {
     {"stop", "teaching", OrderKind::Stop},
 };
 
-/// The newest odometry that is not later than the stamp, else the oldest.
+/// The newest odometry that is not later than the timestamp, or else the oldest one.
 const Odometry* odometry_at(const std::deque<Odometry>& all, SensorTime stamp) {
   const auto later = std::ranges::find_if(all, [&](const Odometry& one) { return one.stamp > stamp; });
   if (all.empty()) return nullptr;
   return later == all.begin() ? &*later : &*std::prev(later);
 }
 
-/// Whether two statuses are equal, except for values that change continuously during a drive, which are
+/// Whether two statuses are equal, ignoring values that change continuously during a drive; those are
 /// published with the next regular status.
 bool is_unchanged(LiveStatus now, const LiveStatus& before) {
   now.driven_m = before.driven_m;
@@ -245,7 +246,7 @@ void Ros2Node::receive(const BusMessage& message) {
   const Result<GivenPose> given = read_initial_pose(message.bytes);
   if (given) return feed_.order({.kind = ViewerOrder::Kind::GivePose, .pose = *given});
   ++refused_poses_;
-  status_published_ = {};  // publish the count at once
+  status_published_ = {};  // publish the count immediately
   feed_.order({.kind = ViewerOrder::Kind::Message,
                .message = fmt::format("initial pose rejected ({} so far): {}", refused_poses_,
                                       to_string(given.error()))});
@@ -342,7 +343,7 @@ void Ros2Node::mount(const std::string& camera) {
     publish("/tf_static", *mountings, true);
 }
 
-/// Uses the smallest difference, because transport can only add delay.
+/// Uses the smallest difference, because transport only ever adds delay.
 void Ros2Node::keep_clock(const LiveSample& sample) {
   const auto* received = std::get_if<Sample>(&sample.value);
   const auto* odometry = received != nullptr ? std::get_if<Odometry>(received) : nullptr;

@@ -26,11 +26,11 @@
 
 namespace waymark {
 
-/// Robot data for a Ros2Node.
+/// Data about the robot that a Ros2Node needs.
 struct NodeRobot {
-  std::optional<Ros2Profile> profile{};  ///< for a robot with its own ROS 2 nodes
+  std::optional<Ros2Profile> profile{};  ///< set if the robot has its own ROS 2 nodes
   std::vector<MountedCamera> cameras{};
-  bool own_pictures = true;  ///< the camera "cam" is the one on the profile's topics
+  bool own_pictures = true;  ///< whether the camera "cam" is the one on the profile's topics
 };
 
 /// The frame names of a robot, taken from its odometry and camera messages; the defaults are odom, base_link
@@ -41,10 +41,10 @@ class RobotFrames {
   explicit RobotFrames(NodeRobot robot);
 
   Status join(Bus& bus);
-  /// Handles a message from its own subscriptions. Returns false for other messages.
+  /// Handles a message for one of its own subscriptions. Returns false for other messages.
   bool take(Bus& bus, const BusMessage& message);
-  /// Call on the robot's first sample. Names that do not arrive within three seconds are set to their
-  /// defaults.
+  /// Call when the robot's first sample arrives. Names that have not arrived three seconds later are set to
+  /// their defaults.
   void robot_started(Duration now);
   /// Whether all names are final.
   [[nodiscard]] bool settled(Duration now) const;
@@ -52,8 +52,9 @@ class RobotFrames {
   [[nodiscard]] std::string odom() const;
   [[nodiscard]] std::string base() const;
   [[nodiscard]] std::string camera(std::string_view name) const;
-  /// Call for each camera with images or tags. Returns all camera mountings that this program must publish,
-  /// because no transform on the network connects their frames to the base; nothing if they are unchanged.
+  /// Call for each camera that provides images or tags. Returns all camera mountings that this program must
+  /// publish, because no transform on the network connects their frames to the base; `nullopt` if nothing has
+  /// changed.
   [[nodiscard]] std::optional<ros2::TFMessage> mount(Bus& bus, const std::string& camera, Duration now);
 
  private:
@@ -68,7 +69,7 @@ class RobotFrames {
   std::string odom_{};
   std::string base_{};
   std::string camera_{};
-  std::optional<std::size_t> odometry_{};  ///< subscriptions; reset once their names have arrived
+  std::optional<std::size_t> odometry_{};  ///< subscriptions, which are reset once their names have arrived
   std::optional<std::size_t> pictures_{};
   std::optional<std::size_t> fixed_{};
   std::optional<std::size_t> moving_{};
@@ -80,10 +81,10 @@ class RobotFrames {
 
 /// Publishes a drive on ROS 2 (docs/howto/ros2.md): /tf from map to odom (REP 105), /waymark/pose,
 /// /waymark/tags, /waymark/path, /waymark/markers, /waymark/image/compressed (if subscribed) and
-/// /diagnostics. Also publishes /tf_static for cameras whose frames are not connected to the base. The
-/// services /waymark/start_teach, map, replay, pause and stop (std_srvs/Trigger) act as the buttons of the
-/// drive. A pose on /initialpose sets the robot's pose. Runs on its own thread, which receives the updates of
-/// the feed.
+/// /diagnostics. Also publishes /tf_static if frames of cameras are not connected to the base. The services
+/// /waymark/start_teach, map, replay, pause and stop (std_srvs/Trigger) act as the buttons for the drive. A
+/// pose on /initialpose sets the robot's pose. Runs on its own thread, which receives the updates from the
+/// feed.
 class Ros2Node {
  public:
   /// The feed must outlive the node.
@@ -110,7 +111,8 @@ class Ros2Node {
   void publish_item(const ros2::PoseWithCovarianceStamped& estimate);
   void publish_item(const ros2::DiagnosticArray& compared);
   void publish_status(const LiveStatus& status);
-  /// The index of the publisher for a topic. Nothing if it cannot be created; the drive continues without it.
+  /// The index of the publisher for a topic. `nullopt` if it cannot be created; the drive then continues
+  /// without it.
   std::optional<std::size_t> publisher_of(const std::string& topic, std::string_view type,
                                           const TopicQos& qos);
   template <class Message>
@@ -121,7 +123,7 @@ class Ros2Node {
   LiveFeed& feed_;
   RobotFrames frames_;
   LiveStatus status_{};
-  std::deque<double> behind_s_{};         ///< this computer's clock minus odometry stamps
+  std::deque<double> behind_s_{};         ///< this computer's clock minus odometry timestamps
   std::optional<CameraFrame> picture_{};  ///< newest image
   Duration shown_{};                      ///< when the last image was published
   std::shared_ptr<const ros2::MarkerArray> shapes_{};
@@ -135,13 +137,14 @@ class Ros2Node {
   std::thread thread_{};
 };
 
-/// The button that a service presses in a phase of the drive (OperatorState), or why it has no effect.
+/// The button that a service presses in the current phase of the drive (OperatorState), or why it has no
+/// effect.
 struct ServiceButton {
   std::optional<ViewerOrder::Kind> press{};
   std::string words{};
 };
 [[nodiscard]] ServiceButton button_of_service(const std::string& service, const std::string& phase);
-/// Names of the services in the operator's messages.
+/// Names of the services in messages to the operator.
 [[nodiscard]] ViewerLabels service_labels();
 
 }  // namespace waymark

@@ -171,7 +171,7 @@ TEST_F(Node, MapToOdomAndOdometryGiveTheEstimatedPose) {
 TEST_F(Node, ServicesAnswerClientsOfBothKindsAndPressButtons) {
   feed_.set_status({.phase = "idle"});
   ASSERT_FALSE(sent("rt/diagnostics", 1).empty());
-  const std::vector<std::uint8_t> plain = {0, 1, 0, 0, 0};  // rmw_fastrtps: only a padding byte
+  const std::vector<std::uint8_t> plain = {0, 1, 0, 0, 0};  // rmw_fastrtps adds only a padding byte
   RequestIdentity client{.sequence = 7};
   client.guid[3] = 9;
   request("rq/waymark/pauseRequest", plain, client);
@@ -183,7 +183,7 @@ TEST_F(Node, ServicesAnswerClientsOfBothKindsAndPressButtons) {
   EXPECT_EQ(network_.answered[0].guid, client.guid);
   EXPECT_TRUE(feed_.take_orders().empty());
 
-  std::vector<std::uint8_t> headed = {0, 1, 0, 0};  // rmw_cyclonedds: a header of 16 bytes before it
+  std::vector<std::uint8_t> headed = {0, 1, 0, 0};  // rmw_cyclonedds puts a 16-byte header in front
   for (std::uint8_t i = 0; i < 17; ++i) headed.push_back(i);
   request("rq/waymark/start_teachRequest", headed);
   replies = sent("rr/waymark/start_teachReply", 1);
@@ -229,7 +229,7 @@ TEST_F(Node, PublishesImagesWithTagsToSubscribers) {
   const SensorTime stamp(std::chrono::seconds(100));
   feed_.publish(Sample(CameraFrame{.stamp = stamp, .camera = "front", .image = Image(64, 48)}), 0);
   feed_.publish(Sample(TagFrame{.stamp = stamp + std::chrono::seconds(1), .camera = "front"}),
-                0);  // of another image
+                0);  // belongs to another image
   TagDetection tag;
   tag.corners_px = {{{10, 10}, {30, 10}, {30, 30}, {10, 30}}};
   feed_.publish(Sample(TagFrame{.stamp = stamp, .camera = "front", .detections = {tag}}), 0);

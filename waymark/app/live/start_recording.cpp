@@ -25,7 +25,7 @@ std::string text_of(const SE3& a_T_b) {
   return fmt::format("{} {} {} {} {} {} {}", p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w());
 }
 
-/// Attachment with the effective options of the job.
+/// The attachment that contains the effective options of the job.
 std::string options_yaml(const SimulatedRobotOptions& robot) { return "robot:\n" + write_fields(robot, 2); }
 
 }  // namespace

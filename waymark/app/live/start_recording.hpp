@@ -8,24 +8,25 @@
 #include "waymark/pipeline/teacher.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 
-/// Metadata and attachments of our recordings (docs/formats/recording.md, "Metadata and attachments").
+/// Writes the metadata and attachments of Waymark recordings (docs/formats/recording.md, "Metadata and
+/// attachments").
 namespace waymark {
 
-/// The parts of a setup that are needed for teaching: camera, tag sizes, the anchor and its pose.
+/// The parts of a setup that are needed for teaching: camera, tag sizes, anchor, and its pose.
 [[nodiscard]] TeachSetup teach_setup(const SimulatedSetup& setup);
 
-/// Sets up a world in which only the anchor is known. The anchor is at the origin until the lap is mapped.
+/// Sets up a world in which only the anchor is known, and lies at the origin until the lap is mapped.
 void place_lone_anchor(World& world, const TagId& anchor, double tag_size_m);
 
-/// Help of the field `durable`.
+/// Help for the field `durable`.
 inline constexpr std::string_view kDurableHelp =
     "Sync the recording to disk every second, so that at most one second is lost in a power cut; causes more "
     "disk writes";
 
 /// The anchor of the map for a robot process without a world file.
 struct LoneAnchor {
-  std::string anchor{};   ///< "tag36h11:0", or its id; empty: not given
-  double tag_size_m = 0;  ///< 0: not given
+  std::string anchor{};   ///< "tag36h11:0", or an ID; empty if not specified
+  double tag_size_m = 0;  ///< 0 if not specified
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -37,26 +38,26 @@ struct LoneAnchor {
                    10.0));
   }
 };
-/// Sets the anchor of a setup without a known world. Fails if it is missing in this case, or if it is given
-/// for a known world.
+/// Sets the anchor in a setup without a known world. Fails if the anchor is not specified in this case, or if
+/// it is specified although the world is known.
 [[nodiscard]] Status place_lone_anchor(RobotSetup& setup, const LoneAnchor& given);
-/// As above, but the default is the anchor of an existing map. Ignores an unreadable map, because the code
-/// that loads it reports the error.
+/// The same, except that the anchor defaults to that of an existing map. An unreadable map is ignored,
+/// because the code that loads it will report the error.
 [[nodiscard]] Status place_lone_anchor(RobotSetup& setup, const LoneAnchor& given, const std::string& map);
 
-/// Fails if `images` is set but the robot has no `pictures` to record.
+/// Fails if `images` is set but the robot sends no images (`pictures`) that could be recorded.
 [[nodiscard]] Status check_recorded_images(bool pictures, const std::string& images);
 
-/// Origin and options of a recording.
+/// How a recording was made, and with which options.
 struct Making {
   std::string verb;      ///< verb of waymark
   std::string driver;    ///< source of the commands: "scripted", "pursuit"
-  std::string options;   ///< its effective options, as YAML
-  bool durable = false;  ///< sync every second, so that at most one second is lost in a power cut
+  std::string options;   ///< effective options, as YAML
+  bool durable = false;  ///< whether to sync every second, so that a power cut loses at most one second
 };
 
-/// Creates a recording that contains metadata, effective options, the robot file and, as ground truth, the
-/// world file. Fails if the file exists.
+/// Creates a recording with metadata, effective options, the robot file and, as ground truth, the world file.
+/// Fails if the file already exists.
 [[nodiscard]] Result<SampleRecorder> start_recording(const std::string& path, const Making& making,
                                                      const RobotSetup& setup);
 

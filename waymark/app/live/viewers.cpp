@@ -69,7 +69,7 @@ Status refuse_in_process(const RobotSetup& setup, const char* key) {
               "Use `waymark run view=true`, or `robot=process:CMD`.");
 }
 
-/// The robot of a setup, for its ROS 2 node.
+/// Describes the robot of a setup to its ROS 2 node.
 Result<NodeRobot> node_robot(const RobotSetup& setup) {
   constexpr std::string_view kRos2 = "ros2:";
   NodeRobot robot{.cameras = setup.simulated.cameras(), .own_pictures = setup.live_cameras.empty()};
@@ -185,7 +185,7 @@ void SessionViewers::show_camera(const SimulatedSetup& setup) {
 }
 
 void SessionViewers::show_map(const std::filesystem::path& folder) {
-  constexpr std::size_t kMaxShownBytes = std::size_t{2} << 20U;  // limits the memory of the page
+  constexpr std::size_t kMaxShownBytes = std::size_t{2} << 20U;  // limits the memory used by the page
 
   if (feed_ == nullptr) return;
   for (const char* name : {"map.yaml", "route.yaml", "robot.yaml"}) {

@@ -23,12 +23,12 @@
 
 namespace waymark {
 
-/// Options of the page's server.
+/// Options for the server of the page.
 struct PageOptions {
-  int port = 8642;  ///< any free port if it is in use; 0: any
+  int port = 8642;  ///< any free port if this one is in use, or if 0
   std::string listen = "127.0.0.1";
-  std::string token = {};  ///< empty: a random one if required
-  bool open = false;       ///< opens the page in the browser
+  std::string token = {};  ///< if empty, a random one is used where a token is required
+  bool open = false;       ///< whether to open the page in the browser
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -43,7 +43,7 @@ struct PageOptions {
     visit(self.open, JobField("open", "Open the page in the browser"));
   }
 
-  /// The same fields, for a page that is served only with the field `view`.
+  /// The same fields for a page that is served only if the field `view` is set.
   template <class Self, class Visitor>
   static void fields_of_view(Self& self, Visitor&& visit) {
     fields(self, [&](auto& value, const JobField& field) {
@@ -54,9 +54,9 @@ struct PageOptions {
 
 /// How viewers can watch a running session.
 struct ViewerOptions {
-  bool view = false;         ///< in the browser
-  bool ros2 = false;         ///< on the ROS 2 network
-  std::string ros_distro{};  ///< release of ROS 2 for the node list; empty: not listed
+  bool view = false;         ///< whether to show it in the browser
+  bool ros2 = false;         ///< whether to publish it on the ROS 2 network
+  std::string ros_distro{};  ///< ROS 2 release whose node list shows this node; not listed if empty
   PageOptions page{};
 
   template <class Self, class Visitor>
@@ -72,37 +72,37 @@ struct ViewerOptions {
   }
 };
 
-/// Options of the server. A server that other machines can reach, or that shows a robot (`live`), gets a
-/// random token if none is given. Fails on a token that is too weak.
+/// Options for the server. A server that other machines can reach, or that shows a robot (`live`), gets a
+/// random token if none is specified. Fails if the token is too weak.
 [[nodiscard]] Result<ServerOptions> server_options(const PageOptions& page, bool live);
 
-/// Passes the page's address to `address`, and opens the page if requested. Notes report a different port,
-/// and the addresses for other machines.
+/// Passes the address of the page to `address`, and opens the page if requested. Prints notes if the port
+/// differs from the requested one, and about the addresses for other machines.
 void announce(const HttpServer& server, const PageOptions& page, const JobControl& control,
               const std::function<void(const std::string&)>& address);
 
-/// Opens the page in the desktop's browser; false on failure.
+/// Opens the page in the default browser; returns false on failure.
 [[nodiscard]] bool open_browser(const std::string& url);
 
-/// The page of a running robot, served on its own thread until this object is destroyed. The robot's loop
+/// The page for a running robot, served on its own thread until this object is destroyed. The robot's loop
 /// must have ended by then.
 class LivePage {
  public:
-  /// Fails if the robot of the setup is not a process, because a simulated robot in this process runs as fast
-  /// as possible, which is too fast to watch.
+  /// Fails if the robot of the setup is not a process, because a simulated robot inside this process runs as
+  /// fast as possible, which is too fast to watch.
   static Result<std::unique_ptr<LivePage>> start(const PageOptions& page, const RobotSetup& setup,
                                                  const JobControl& control);
   /// Starts a ROS 2 node instead of a page, configured by the environment variables of ROS 2. It appears in
   /// the node list of the release `distro`.
   static Result<std::unique_ptr<LivePage>> start_ros2(const RobotSetup& setup, const std::string& distro);
   static Result<std::unique_ptr<LivePage>> start_ros2(const std::string& distro);
-  /// The page for a different source of the feed, with this name.
+  /// The page for a different source of updates to the feed, with this name.
   static Result<std::unique_ptr<LivePage>> start(const PageOptions& page, const std::string& name,
                                                  const JobControl& control);
-  /// Page or node, as the options request; nullptr for neither.
+  /// Opens the page or the node, as requested in the options; nullptr if neither is requested.
   static Result<std::unique_ptr<LivePage>> open(const ViewerOptions& viewers, const RobotSetup& setup,
                                                 const JobControl& control);
-  /// Page or node for a different source of the feed with this name, such as a live camera.
+  /// The same for a different source of updates to the feed with this name, such as a live camera.
   static Result<std::unique_ptr<LivePage>> open(const ViewerOptions& viewers, const std::string& name,
                                                 const JobControl& control);
   ~LivePage();
@@ -121,13 +121,13 @@ class LivePage {
   std::thread thread_{};
 };
 
-/// The system clock in the unit of the feed.
+/// The time on the system clock, in the unit that the feed uses.
 [[nodiscard]] std::int64_t host_now_ns();
 
-/// A listener that also passes samples to the feed, if there is one, and ends if the control cancels.
+/// A listener that also passes samples to the feed, if there is one, and stops once the control cancels.
 [[nodiscard]] RobotListener watched(RobotListener listener, LiveFeed* feed, const JobControl& control);
 
-/// Shows a session, a taught lap or a replay to viewers. Without a feed the functions do nothing.
+/// Shows a session, a lap being taught, or a replay to viewers. Without a feed, the functions do nothing.
 class SessionViewers {
  public:
   explicit SessionViewers(LiveFeed* feed) : feed_(feed) {}
@@ -137,8 +137,8 @@ class SessionViewers {
   void show_map(const std::filesystem::path& folder);
   void show_status(const Operator& session, const OperatorInput& input);
   void show_status(LiveStatus status);
-  /// A listener for a replay's decisions that shows estimates, consistency checks and progress. Viewers
-  /// receive only the newest of each.
+  /// A listener for the decisions made during a replay. It shows estimates, consistency checks and progress;
+  /// viewers receive only the newest of each.
   [[nodiscard]] std::function<void(const ReplayStep&)> watch(double goal_m);
 
  private:
@@ -152,9 +152,9 @@ class SessionViewers {
 /// Viewers of a single phase, as run by `waymark teach` and `waymark replay`.
 class PhaseViewers {
  public:
-  /// `keys_taken`: a driver reads the keys of the terminal itself.
+  /// `keys_taken` says whether a driver reads the keys of the terminal itself.
   PhaseViewers(LiveFeed* feed, const SimulatedSetup& setup, OperatorState phase, bool keys_taken = false);
-  /// Orders from viewers and from the space bar. This must outlive the result.
+  /// Orders from viewers and from the space bar. This object must outlive the result.
   [[nodiscard]] SessionRequests requests();
   [[nodiscard]] SessionViewers& viewers() { return viewers_; }
 
