@@ -20,7 +20,7 @@
 namespace waymark {
 namespace {
 
-/// Options of driver and camera for the recording, as YAML.
+/// The driver and camera options for the recording, as YAML.
 std::string making_yaml(const SimulatedSetup& setup, const TeachJob& job, const DriverOptions& driver) {
   std::string yaml =
       "driver:\n" +
@@ -65,12 +65,12 @@ Result<LapEnd> drive(const SimulatedSetup& setup, const SimulatedDriver& driver,
       listener, driver.script != nullptr ? kTenMinutes : kAnHour);
 }
 
-/// Topic of the ground truth of images; no estimator reads it.
+/// The topic with the ground truth for images, which no estimator reads.
 std::string truth_topic(const std::string& camera) {
   return "/truth" + topic_of_camera(camera, topics::kTags);
 }
 
-/// The exact corners of all tags that are completely in view.
+/// The exact corners of all tags that are completely visible.
 TagFrame true_corners(const SeenPicture& seen) {
   TagFrame frame{.stamp = seen.found.stamp, .camera = seen.found.camera};
   for (const SceneTagTruth& tag : seen.picture.tags) {
@@ -80,7 +80,8 @@ TagFrame true_corners(const SeenPicture& seen) {
   return frame;
 }
 
-/// Records a rendered image and its ground truth; its detected tags are a sample of the lap.
+/// Records a rendered image and its ground truth; the tags detected in it are recorded as a sample of the
+/// lap.
 Status record_rendered(const SeenPicture& seen, const std::string& images, SampleRecorder& recorder) {
   Status status = recorder.add_message(truth_topic(seen.found.camera), seen.found.stamp,
                                        ros2::to_ros(true_corners(seen)));
@@ -133,7 +134,7 @@ Result<TeachReport> teach_process(const RobotSetup& setup, const TeachJob& job, 
   const Stopwatch watch;
   const auto driver = make_lap_driver(job.driver, job.speed_m_s, setup.simulated);
   if (!driver) return tl::unexpected(driver.error());
-  // Opened before the robot starts, so that an unwritable file is reported before the drive.
+  // Open the file before the robot starts, so that an unwritable one is reported before the drive.
   Result<SampleRecorder> recorder =
       start_recording(job.output,
                       {.verb = "teach",
@@ -155,7 +156,7 @@ Result<TeachReport> teach_process(const RobotSetup& setup, const TeachJob& job, 
   };
   if (const std::string usage = (*driver)->usage(); !usage.empty()) control.note(usage);
   const auto driven = (*robot)->drive(watched(std::move(listener), job.feed, control));
-  const Status closed = recorder->close();              // also after an error, to keep the recorded part
+  const Status closed = recorder->close();              // also after an error, to keep what has been recorded
   const bool hung_up = !driven && control.cancelled();  // the terminal was closed
   if (!driven && driven.error().place.key == "driver") fresh.discard();  // nothing was driven
   if (!driven && !hung_up) return tl::unexpected(driven.error());
@@ -214,7 +215,7 @@ LapMonitor lap_of(const SimulatedSetup& setup, TeachListener listener) {
 
 namespace {
 
-/// A pair of tags connected by few frames.
+/// A pair of tags connected by too few frames.
 struct WeakLink {
   WeakLink() = default;
   explicit WeakLink(const TagLink& link)

@@ -17,19 +17,20 @@ namespace waymark {
 
 class LiveFeed;
 
-/// Default speed of a teach lap. Slower robots are driven at their maximum speed.
+/// Default speed for teaching a lap. Slower robots are driven at their maximum speed.
 inline constexpr double kUsualSpeed_m_s = 0.3;
 
 struct TeachJob {
-  std::string output;                  ///< recording to write
-  std::string driver = "scripted";     ///< one of lap_drivers()
+  std::string output;                  ///< path of the recording to write
+  std::string driver = "scripted";     ///< a name from lap_drivers()
   double speed_m_s = kUsualSpeed_m_s;  ///< cruising speed of the driver
-  double second_speed_m_s = 0;         ///< alternates with speed_m_s (scripted); 0: none
+  double second_speed_m_s = 0;         ///< alternates with speed_m_s (scripted); not used if 0
   double wander_m = 0.02;              ///< standard deviation of the lateral deviation (scripted)
   double wander_time_s = 3;            ///< its correlation time
-  double overlap_m = 1;                ///< distance driven past the start of a closed lap (scripted)
-  bool durable = false;                ///< a power cut loses at most one second
-  std::string images{};                ///< format of recorded images: raw, jpeg; empty: not recorded
+  double overlap_m = 1;                ///< distance driven beyond the start of a closed lap (scripted)
+  bool durable = false;                ///< whether a power cut may lose at most one second
+  std::string images{};                ///< format of recorded images (raw, jpeg); they are not recorded if
+                                       ///< empty
   LiveFeed* feed = nullptr;            ///< for viewers; may be nullptr
 
   template <class Self, class Visitor>
@@ -68,33 +69,34 @@ struct TeachReport {
   std::string file{};  ///< the recording
   TeachSummary summary{};
   LapEnd end{};
-  double worst_blur_px = 0;  ///< from yaw rate, exposure time and focal length
+  double worst_blur_px = 0;  ///< computed from yaw rate, exposure time and focal length
   int blurred_frames = 0;
   int abrupt_moments = 0;
   double wall_s = 0;
 };
 
-/// Fails on speeds beyond the robot's limit, on a second speed without the scripted driver of a simulated
-/// robot, and on images to record if there are none.
+/// Fails if a speed exceeds the limit of the robot, if a second speed is set without the scripted driver of a
+/// simulated robot, or if images should be recorded but there are none.
 [[nodiscard]] Status check_teach(const TeachJob& job, const RobotSetup& setup);
 
-/// Records a lap with the robot of the setup, simulated or a process. For a process, "scripted" needs the
-/// world and a robot that sends ground truth. Cancelling stops the robot and closes the file.
+/// Records a lap with the robot of the setup, which is either simulated or a process. For a process,
+/// "scripted" requires the world and a robot that sends ground truth. Cancelling stops the robot and closes
+/// the file.
 [[nodiscard]] Result<TeachReport> teach_lap(const RobotSetup& setup, const TeachJob& job,
                                             const JobControl& control);
-/// Distance, frames, detections, and whether the lap can be mapped. `loop`: whether the route should be
+/// Distance, frames, detections, and whether the lap can be mapped. `loop` says whether the route should be
 /// closed.
 [[nodiscard]] std::string to_text(const TeachReport& report, bool loop);
 [[nodiscard]] ReportFields fields(const TeachReport& report);
 
-/// Fails on fields of the scripted driver of a simulated robot if another driver or robot is used.
+/// Fails if fields for the scripted driver of a simulated robot are set, but another driver or robot is used.
 [[nodiscard]] Status check_effects(const TeachJob& job, const RobotSetup& setup, const GivenFields& given);
 
-/// A listener that records a lap, with images in the format `images` (raw, jpeg; empty: no images), and
-/// passes texts to the control. All arguments must outlive the listener.
+/// A listener that records a lap and passes texts to the control. Images are recorded in the format `images`
+/// (raw, jpeg; none are recorded if empty). All arguments must outlive the listener.
 [[nodiscard]] TeachListener lap_listener(SampleRecorder& recorder, const std::string& images,
                                          const JobControl& control);
-/// The teach lap of the setup, for lap_listener().
+/// The lap to be taught with this setup, for lap_listener().
 [[nodiscard]] LapMonitor lap_of(const SimulatedSetup& setup, TeachListener listener);
 
 }  // namespace waymark

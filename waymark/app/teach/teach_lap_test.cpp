@@ -25,7 +25,7 @@ using ::testing::StartsWith;
 
 std::string words(const Status& status) { return status ? "" : to_string(status.error()); }
 
-/// The field that an error names; its text is on the golden page.
+/// The field named in an error; the golden page contains the full text.
 std::string field_of(const Status& status) {
   if (status) return "";
   testing::expect_on_page("teach", status.error());
@@ -90,14 +90,14 @@ std::string bytes_of(const fs::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// Cancels at the given call.
+/// A control that cancels the job on the given call to cancelled().
 JobControl cancelled_at_call(int call) {
   JobControl control;
   control.cancelled = [call, asked = 0]() mutable { return ++asked >= call; };
   return control;
 }
 
-/// Tests laps of the simulated robot, in this process.
+/// Tests laps with a robot simulated in this process.
 class TeachLap : public ::testing::Test {
  protected:
   [[nodiscard]] std::string lap(const char* name = "lap.mcap") const { return (folder_ / name).string(); }
