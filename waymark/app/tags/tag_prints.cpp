@@ -145,7 +145,7 @@ std::string to_text(const plot::SquareBoardLayout& layout, const std::vector<std
                      board.columns, board.rows, board.size_m, counted(pages, "page"), layout.paper.name);
 }
 
-// Report fields.
+// Conversion to report fields.
 namespace {
 
 void add_print(ReportFields& all, const plot::Paper& paper, const plot::Footer& footer,

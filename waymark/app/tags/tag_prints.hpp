@@ -14,29 +14,30 @@
 #include "waymark/plot/tag_board.hpp"
 #include "waymark/plot/tag_sheet.hpp"
 
-/// Printable pages with boards or sheets of tags, and their files.
+/// Lays out printable pages with boards or sheets of tags, and writes their files.
 namespace waymark {
 
-/// The written files, and the error that ended writing early.
+/// The files written, and the error if writing stopped early.
 struct WrittenPages {
   std::vector<std::string> files;
   Status status{};
 };
 
-/// The file of one of several pages: "tags-07.png" is page 7 of 24 of "tags.png". A single page keeps the
-/// name.
+/// The file name for one of several pages: "tags-07.png" is page 7 of 24 for "tags.png". The name of a single
+/// page is unchanged.
 [[nodiscard]] std::string page_path(const std::string& path, std::size_t page, std::size_t pages);
 
-/// Where pages go.
+/// Where and how pages are written.
 struct PageFiles {
   plot::FileFormat format = plot::FileFormat::Pdf;
   std::string path{};
-  double dpi = 300;      ///< resolution of PNG
-  bool replace = false;  ///< existing files; otherwise they are an error (Unwritable), and nothing is written
-  std::string target{};  ///< content of a .yaml file next to the first page; empty: none
+  double dpi = 300;      ///< resolution of PNG files
+  bool replace = false;  ///< whether to overwrite existing files; otherwise they cause an error (Unwritable),
+                         ///< and nothing is written
+  std::string target{};  ///< content of a .yaml file written next to the first page; not written if empty
 };
 
-/// Writes pages to one PDF, or to one SVG or PNG each. Stops at the first error, or if cancelled.
+/// Writes pages to a single PDF, or to one SVG or PNG file each. Stops at the first error, or if cancelled.
 [[nodiscard]] WrittenPages write_pages(const std::vector<plot::Drawing>& pages, const PageFiles& to,
                                        const JobControl& control);
 
@@ -64,7 +65,8 @@ struct PageRequest {
     visit(self.files.replace, JobField("force", "Replace existing files").less());
   }
 };
-/// Sets paper and orientation of page options. Fails also on an output file of an unknown format.
+/// Sets the paper and the orientation of the page options. Fails also if the format of the output file is
+/// unknown.
 template <class Options>
 [[nodiscard]] Status apply_paper(const PageRequest& request, Options& options) {
   const auto paper = plot::parse_paper(request.paper);
@@ -76,14 +78,14 @@ template <class Options>
   const auto format = plot::format_of(request.files.path);
   return format ? Status() : tl::unexpected(format.error());
 }
-/// The requested family; the error names the field.
+/// The requested family; an error names the field.
 [[nodiscard]] Result<FamilyId> requested_family(const PageRequest& request);
 
-/// The printed markers of a ChArUco board, in the order of board_markers(); empty for a chessboard. Loads
-/// OpenCV for the dictionaries.
+/// The markers printed on a ChArUco board, in the order of board_markers(); empty for a chessboard. Loads
+/// OpenCV, which provides the dictionaries.
 [[nodiscard]] Result<std::vector<plot::Cells>> printed_markers(const CalibrationBoard& board);
 
-/// A chessboard or a ChArUco board with its markers on its pages. Errors: those of check_board(),
+/// Lays out a chessboard, or a ChArUco board with its markers. Fails with the errors of check_board(),
 /// printed_markers() and layout_square_board().
 [[nodiscard]] Result<plot::SquareBoardLayout> plan_square_board(plot::SquareBoardOptions options);
 
@@ -91,8 +93,8 @@ template <class Options>
 struct BoardRequest {
   std::string style = "aprilgrid";
   bool kalibr_yaml = false;
-  CalibrationBoard squares{};  ///< for a chessboard or ChArUco board
-  bool tiled = false;          ///< distribute it over as many pages as it needs
+  CalibrationBoard squares{};  ///< used for a chessboard or ChArUco board
+  bool tiled = false;          ///< whether to distribute it over as many pages as it needs
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -126,17 +128,17 @@ struct BoardRequest {
   [[nodiscard]] bool of_squares() const { return style == "chessboard" || style == "charuco"; }
 };
 
-/// Fails on a style that is neither a plot::BoardStyle (tags) nor a BoardKind (squares).
+/// Fails if a style is neither a plot::BoardStyle (tags) nor a BoardKind (squares).
 [[nodiscard]] Status check_board_style(const std::string& style);
-/// The same, and fails on fields without effect on the style.
+/// The same, and fails if fields are set that have no effect on this style.
 [[nodiscard]] Status check_effects(const BoardRequest& board, const GivenFields& given);
 
 /// A board of tags on its page, and its target file for Kalibr.
 struct PlannedBoard {
   plot::BoardLayout layout;
-  std::string kalibr_target;  ///< empty: not requested
+  std::string kalibr_target;  ///< empty if not requested
 };
-/// Errors: those of layout_board(), and those of kalibr_target() with the key kalibr_yaml.
+/// Fails with the errors of layout_board(), and with those of kalibr_target() under the key kalibr_yaml.
 [[nodiscard]] Result<PlannedBoard> plan_board(const plot::BoardOptions& options, bool kalibr);
 
 [[nodiscard]] std::string to_text(const plot::BoardLayout& layout, const std::vector<std::string>& files);
@@ -144,7 +146,7 @@ struct PlannedBoard {
 [[nodiscard]] std::string to_text(const plot::SquareBoardLayout& layout,
                                   const std::vector<std::string>& files);
 
-/// A layout and its written files.
+/// A layout and the files written for it.
 template <class Layout>
 struct Printed {
   Layout layout{};

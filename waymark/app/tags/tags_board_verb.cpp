@@ -35,7 +35,7 @@ Result<PlannedBoard> plan(const BoardArgs& args) {
 }
 
 Result<plot::SquareBoardLayout> plan_squares(const BoardArgs& args) {
-  // Does not use board.apply(), which needs a tag size; these boards have none.
+  // Does not use board.apply(), because it requires a tag size, which these boards do not have.
   const auto given = [&args](const char* flag, auto& value) {
     const CLI::Option* option = args.settings.app().get_option(flag);
     if (option->count() > 0) value = option->as<std::remove_reference_t<decltype(value)>>();
@@ -56,7 +56,7 @@ ExitCode draw_squares(const BoardArgs& args, Console& console) {
   const auto layout = plan_squares(args);
   if (layout) return args.paper.write(*layout, plot::draw_square_board(*layout), console);
   const ErrorCode code = layout.error().code;
-  return code == ErrorCode::NotFound || code == ErrorCode::Unsupported  // the module
+  return code == ErrorCode::NotFound || code == ErrorCode::Unsupported  // the OpenCV module is missing
              ? console.failed(layout.error(), ExitCode::SomeFailed)
              : fail_usage(layout.error(), console);
 }
