@@ -27,17 +27,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The board of write_board_pictures(); the same values are in the command of kPieces.
+/// The board drawn by write_board_pictures(); the command in kPieces contains the same values.
 constexpr int kSampleBoardColumns = 6;
 constexpr int kSampleBoardRows = 5;
 constexpr double kSampleBoardTag_m = 0.03;
-/// Side of the tags of write_tag_pictures().
+/// Size of the tags drawn by write_tag_pictures().
 constexpr double kSampleTag_m = 0.16;
 
 constexpr int kTagPictures = 6;
 constexpr int kBoardPictures = 15;
 
-/// A webcam of 640 x 480 with barrel distortion.
+/// A 640 x 480 webcam with barrel distortion.
 Result<CameraModel> sample_lens() {
   const PinholeRadtan lens{.fx = 612.4,
                            .fy = 611.1,
@@ -80,7 +80,7 @@ PhotographScene three_tags(int picture, Random& random) {
   return scene;
 }
 
-/// The board at different angles and distances, in all parts of the image.
+/// The board at various angles and distances, in all parts of the image.
 SE3 cam_T_board_of(int picture, Random& random) {
   const double about = 2 * std::numbers::pi * picture * 4 / kBoardPictures;
   const double tilt_rad = picture % 5 == 0 ? 0.05 : 0.55;
@@ -90,8 +90,8 @@ SE3 cam_T_board_of(int picture, Random& random) {
   return {tilted, {0.16 * away_m * std::cos(1.7 * picture), 0.12 * away_m * std::sin(1.7 * picture), away_m}};
 }
 
-/// Writes six images of three tags each, 1.png to 6.png, and the camera model, camera.yaml. The file
-/// truth.json contains the tags of each image with their corners [px] and their poses in the camera frame [m,
+/// Writes six images with three tags each, 1.png to 6.png, and the camera model, camera.yaml. The file
+/// truth.json contains the tags in each image with their corners [px] and their poses in the camera frame [m,
 /// quaternion x y z w].
 Status write_tag_pictures(const fs::path& folder, std::uint64_t seed) {
   const Result<CameraModel> lens = sample_lens();
@@ -109,7 +109,7 @@ Status write_tag_pictures(const fs::path& folder, std::uint64_t seed) {
   return written ? write_lens(folder, *lens) : written;
 }
 
-/// Writes fifteen images of a board of 6 x 5 tags, 01.png to 15.png, with the camera model of camera.yaml.
+/// Writes fifteen images of a board with 6 x 5 tags, 01.png to 15.png, using the camera model in camera.yaml.
 Status write_board_pictures(const fs::path& folder, std::uint64_t seed) {
   const Result<CameraModel> lens = sample_lens();
   const Result<CalibrationTarget> target = CalibrationTarget::make(
@@ -137,7 +137,7 @@ Status write_board_pictures(const fs::path& folder, std::uint64_t seed) {
 constexpr const char* kWorld = "circuit24";
 constexpr const char* kRobot = "limo";
 
-/// A piece of the folder.
+/// One item of sample data in the folder.
 struct Piece {
   const char* name;
   const char* what;
@@ -158,7 +158,7 @@ constexpr std::array kPieces = {
     Piece{"calibration", "fifteen images of a board with the camera model of calibration/camera.yaml",
           "waymark calibrate camera calibration cols=6 rows=5 tag_size_m=0.03 output=calibration.yaml"}};
 
-/// The robot of the setup with errors that its file does not describe.
+/// The robot of the setup, with errors that its robot file does not describe.
 RobotSetup other_physics(RobotSetup setup) {
   SimulatedRobotOptions& robot = setup.simulated.robot;
   robot.seed += 1;
@@ -206,7 +206,7 @@ Status write_all(const SamplesJob& job, const fs::path& folder, const JobControl
   return status ? write_text_file(folder / "README.txt", readme_of(job.seed, control)) : status;
 }
 
-/// Fails unless the folder is missing or empty.
+/// Fails if the folder exists and is not empty.
 Status check_place(const fs::path& folder) {
   std::error_code error;
   if (!fs::exists(folder, error) && !error) return {};
@@ -220,7 +220,7 @@ Status unwritable(const fs::path& folder, const std::error_code& error) {
               {.source = folder.string()}, "Choose another folder for the samples.");
 }
 
-/// Removes a folder with its content, unless it was renamed.
+/// Removes a folder with its content, unless it has been renamed.
 class Draft {
  public:
   explicit Draft(fs::path path) : path_(std::move(path)) {}
@@ -249,7 +249,7 @@ Result<SamplesReport> write_samples(const SamplesJob& job, const JobControl& con
     if (!error) fs::create_directories(draft / name, error);
   if (error) return tl::unexpected(unwritable(target, error).error());
   if (Status written = write_all(job, draft, control); !written) return tl::unexpected(written.error());
-  fs::remove(target, error);  // succeeds only on an empty folder
+  fs::remove(target, error);  // only removes an empty folder
   fs::rename(draft, target, error);
   if (error) return tl::unexpected(unwritable(target, error).error());
   SamplesReport report{.folder = job.folder, .seed = job.seed};

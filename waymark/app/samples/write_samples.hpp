@@ -12,7 +12,7 @@
 namespace waymark {
 
 struct SamplesJob {
-  std::string folder{};    ///< folder to create; must be missing or empty
+  std::string folder{};    ///< folder to create; must not exist or be empty
   std::uint64_t seed = 1;  ///< seed of all noise
 
   template <class Self, class Visitor>
@@ -27,15 +27,15 @@ struct SamplesReport {
   std::string folder{};
   std::uint64_t seed = 0;
   std::vector<std::string>
-      files{};  ///< files and folders, relative to the folder, in the order of README.txt
+      files{};  ///< written files and folders, relative to the folder, in the order of README.txt
 };
 
 /// Writes a taught lap (lap.mcap), its map (map/), images of tags (pictures/) and of a calibration board
-/// (calibration/), with ground truth, and README.txt. Also writes a lap of the same robot whose wheels,
-/// motors, gyro and camera differ from its file (other.mcap). Writes everything or nothing. The same seed
-/// gives the same files, except for the run times in map/summary.json.
+/// (calibration/), all with ground truth, and README.txt. Also writes a lap of the same robot with wheels,
+/// motors, gyro and camera that differ from its robot file (other.mcap). Writes either everything or nothing.
+/// The same seed produces the same files, except for the run times in map/summary.json.
 [[nodiscard]] Result<SamplesReport> write_samples(const SamplesJob& job, const JobControl& control);
-/// One line per piece, and the path of README.txt.
+/// One line per item, followed by the path of README.txt.
 [[nodiscard]] std::string to_text(const SamplesReport& report);
 [[nodiscard]] ReportFields fields(const SamplesReport& report);
 

@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Cancels at the given call.
+/// A control that cancels the job on the given call to cancelled().
 JobControl cancelled_at_call(int call) {
   JobControl control;
   control.cancelled = [call, asked = 0]() mutable { return ++asked >= call; };
