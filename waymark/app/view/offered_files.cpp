@@ -14,8 +14,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The files of a folder that the page can show: recordings, and the files of a map in it or in map/. Links
-/// out of the folder go to `left_out`, so that write access to the folder does not expose other files.
+/// The files in a folder that the page can show: recordings, and the files of a map in the folder or in map/.
+/// Links that lead outside the folder are added to `left_out`, so that write access to the folder does not
+/// expose other files.
 std::vector<OfferedFile> files_of(const fs::path& folder, std::vector<OfferedFile>& left_out) {
   std::vector<OfferedFile> files;
   std::error_code none;
@@ -26,7 +27,8 @@ std::vector<OfferedFile> files_of(const fs::path& folder, std::vector<OfferedFil
   std::ranges::sort(files, {}, &OfferedFile::name);
   for (const fs::path& place : {folder, folder / "map"}) {
     if (!fs::is_regular_file(place / "map.yaml", none)) continue;
-    for (const fs::directory_entry& entry : fs::directory_iterator(place, none)) {  // of `waymark optimize`
+    for (const fs::directory_entry& entry : fs::directory_iterator(place, none)) {  // written by `waymark
+                                                                                    // optimize`
       const std::string name = entry.path().filename().string();
       if (name.starts_with("route-") && name.ends_with(".yaml"))
         files.push_back({name, entry.path(), OfferedFile::Kind::Text});
@@ -46,7 +48,7 @@ std::vector<OfferedFile> files_of(const fs::path& folder, std::vector<OfferedFil
   return files;
 }
 
-/// The error for a file that cannot be shown, with its actual type and a hint.
+/// The error for a file that cannot be shown, with its actual kind and a hint.
 Error not_shown(const std::string& path, FileKind kind) {
   if (auto wrong = wrong_kind(path, FileUse::Page); wrong && !is_recording(kind)) {
     wrong->code = ErrorCode::Unsupported;
