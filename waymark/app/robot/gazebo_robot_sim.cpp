@@ -45,8 +45,8 @@ class GazeboRobotSim {
   }
 
  private:
-  /// Checked before publishing, because two simulations on the same topics would look like one robot that
-  /// jumps.
+  /// Run this check before publishing, because two simulations on the same topics would look like a single
+  /// robot that jumps.
   Status check_no_other_simulation() {
     for (const GazeboTopic& topic : link_.topics()) {
       if (topic.name != profile_.odometry_topic) continue;
@@ -67,7 +67,7 @@ class GazeboRobotSim {
     return {};
   }
 
-  /// A value of the type that a topic carries.
+  /// A value of the type published on a topic.
   [[nodiscard]] GazeboValue like(GazeboKind kind) const {
     switch (kind) {
       case GazeboKind::Odometry:
@@ -90,7 +90,7 @@ class GazeboRobotSim {
     return GazeboClock{};
   }
 
-  /// Publishes the value, if the profile names a topic for it.
+  /// Publishes the value, if the profile specifies a topic for it.
   Status publish_item(GazeboKind kind, const GazeboValue& value) {
     const auto known = publishers_.find(kind);
     return known == publishers_.end() ? Status() : link_.publish(known->second, value);
@@ -113,7 +113,7 @@ class GazeboRobotSim {
     return status ? publish_item(GazeboKind::Image, frame) : status;
   }
 
-  /// Waits until real time reaches simulated time; on a busy computer the simulation runs slower.
+  /// Waits until real time reaches simulated time. On a busy computer, the simulation runs slower.
   void wait(PlantPace& pace, const std::function<bool()>& should_stop) {
     pace.leave_out(plant_.uptime());
     do {

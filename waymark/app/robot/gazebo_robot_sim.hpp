@@ -11,7 +11,7 @@
 namespace waymark {
 
 struct GazeboSimOptions {
-  std::string profile{};  ///< name, or path of a .yaml file
+  std::string profile{};  ///< name or path of a .yaml file
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -22,10 +22,10 @@ struct GazeboSimOptions {
   }
 };
 
-/// Runs a plant with this camera on the network of Gazebo until cancelled. Publishes the topics of the
-/// profile (images, calibration, odometry, IMU, lidar, poses, clock), stamped with simulated time at most as
-/// fast as real time, and obeys its commands. As in Gazebo, a command is valid until the next one, so the
-/// plant has no watchdog.
+/// Runs a plant with this camera on the Gazebo network until cancelled. Publishes the topics in the profile
+/// (images, calibration, odometry, IMU, lidar, poses, clock) and obeys the commands. Messages are timestamped
+/// with simulated time, which runs at most as fast as real time. As in Gazebo, a command is valid until the
+/// next one, so the plant has no watchdog.
 [[nodiscard]] Status run_gazebo_robot_sim(GazeboLink& link, const GazeboProfile& profile, Plant& plant,
                                           const CameraModel& camera, const JobControl& control);
 

@@ -40,7 +40,7 @@ constexpr std::size_t kMaxWaitingBytes = std::size_t{1} << 20U;
 constexpr double kBatteryVolts = 11.8;
 constexpr Duration kStatePeriod = std::chrono::milliseconds(100);
 
-/// Keeps both ends of a pseudo-terminal open, so that it does not hang up without a driver.
+/// Keeps both ends of a pseudo-terminal open, so that it does not hang up when no driver is connected.
 struct Terminal {
   Descriptor master;
   Descriptor slave;
@@ -104,7 +104,7 @@ class LimoRobotSim {
       status = sample ? speak(std::move(*sample), pace.left_out()) : tl::unexpected(sample.error());
       write_lines();
       pace.leave_out(plant_.uptime());
-      do {  // until the next sample is due, and at least all waiting bytes
+      do {  // loop until the next sample is due, but at least until all waiting bytes are read
         obey(pace.ahead(plant_.uptime()));
       } while (pace.ahead(plant_.uptime()) > Duration(0) && !should_stop());
     }
@@ -131,7 +131,7 @@ class LimoRobotSim {
     }
   }
 
-  /// Drops data that the driver does not read in time, as a wire does.
+  /// Drops data that the driver does not read in time, as a serial line does.
   void put(const LimoFrame& frame) {
     const std::string bytes = out_.pass(encode(frame));
     std::size_t written = 0;
@@ -199,7 +199,7 @@ class LimoRobotSim {
   SensorTime next_state_{};
   SensorTime imu_at_{};
   double yaw_rad_ = 0;
-  Duration switched_on_{};  ///< on this machine's steady clock
+  Duration switched_on_{};  ///< on the steady clock of this machine
 };
 
 }  // namespace

@@ -14,11 +14,11 @@
 
 namespace waymark {
 
-/// Faults of a bad cable on a serial wire.
+/// Faults that a bad cable causes on a serial line.
 struct WireFaultOptions {
   double noise = 0;    ///< probability that a byte is changed
   double dropped = 0;  ///< probability that a byte is lost
-  double torn = 0;     ///< probability that a frame loses its end
+  double torn = 0;     ///< probability that the end of a frame is lost
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -37,7 +37,7 @@ struct WireFaultOptions {
   }
 };
 
-/// Deterministic by seed.
+/// Applies the faults. Deterministic for a given seed.
 class WireFaults {
  public:
   WireFaults(const WireFaultOptions& options, std::uint64_t seed) : options_(options), random_(seed) {}
@@ -51,9 +51,9 @@ class WireFaults {
 };
 
 struct LimoSimOptions {
-  std::string
-      beside{};  ///< named pipe, created if missing, for data that are not on LIMO's wire; empty: none
-  WireFaultOptions faults{};  ///< in both directions
+  std::string beside{};  ///< named pipe, created if missing, for data that LIMO does not send over its wire;
+                         ///< not used if empty
+  WireFaultOptions faults{};  ///< faults in both directions
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -65,11 +65,12 @@ struct LimoSimOptions {
   }
 };
 
-/// Runs a plant in real time as a LIMO with the wheels of the setup at the other end of a pseudo-terminal,
-/// until cancelled. It sends frames at the rates of its sensors and its state at 10 Hz, and obeys commands
-/// after a request (0x421). `on_port` gets the path of the terminal once. Images or tags, lidar and ground
-/// truth go to the pipe as lines of a robot process, stamped by this machine's steady clock. Lines that are
-/// not read in time are dropped. The faults of the wire depend on the seed of the setup's robot.
+/// Simulates, in real time and until cancelled, a LIMO with the wheels of the setup at the other end of a
+/// pseudo-terminal. Frames are sent at the rates of its sensors and its state at 10 Hz; commands are obeyed
+/// after a request (0x421). `on_port` is called once with the path of the terminal. Images or tags, lidar and
+/// ground truth are written to the pipe as lines of a robot process, timestamped by the steady clock of this
+/// machine. Lines that are not read in time are dropped. The wire faults depend on the seed of the robot in
+/// the setup.
 [[nodiscard]] Status run_limo_robot_sim(Plant& plant, const SimulatedSetup& setup,
                                         const LimoSimOptions& options,
                                         const std::function<void(const std::string&)>& on_port,

@@ -1,4 +1,4 @@
-// Tests that faults of a cable occur at the given rates, and are the same for the same seed.
+// Tests that cable faults occur at the specified rates and are the same for the same seed.
 #include "waymark/app/robot/limo_robot_sim.hpp"
 
 #include <cmath>
@@ -12,7 +12,7 @@ namespace {
 constexpr int kFrames = 4000;
 const std::vector<std::uint8_t> kFrame = {0x55, 0x0e, 0x02, 0x21, 1, 2, 3, 4, 5, 6, 7, 8, 9, 0x7f};
 
-/// Number of received bytes of `kFrames` frames, and of changed bytes in complete frames.
+/// Number of bytes received from `kFrames` frames, and number of changed bytes in complete frames.
 struct Received {
   double bytes = 0, changed = 0, whole = 0;
 };

@@ -72,7 +72,8 @@ class MbotRobotSim {
       const Duration left_out = pace.left_out();
       pace.leave_out(plant_.uptime());
       switched_on_ += pace.left_out() - left_out;
-      bool waits = true;  // until the next sample is due, and at least all waiting messages
+      bool waits = true;  // wait until the next sample is due, but at least until all waiting messages are
+                          // read
       while (status && waits && !should_stop()) {
         auto message = link_.next(pace.ahead(plant_.uptime()));
         if (!message) return tl::unexpected(message.error());
@@ -85,7 +86,7 @@ class MbotRobotSim {
 
  private:
   struct Waiting {
-    Duration due{};  ///< in uptime of the robot
+    Duration due{};  ///< uptime of the robot
     mbot::TagArray tags{};
   };
 
@@ -147,7 +148,7 @@ class MbotRobotSim {
     const auto at_m = floats({pose.x(), pose.y(), pose.yaw()});
     return publish("TRUE_POSE", mbot::Pose2D{utime(truth.stamp), at_m[0], at_m[1], at_m[2]});
   }
-  /// Like the detector of an MBot, uses the likelier pose of each single tag.
+  /// Like the detector on an MBot, uses the more likely of the two poses of each tag.
   Status publish_item(const TagFrame& frame) {
     Waiting waiting{.due = std::max(frame.stamp.time_since_epoch() + kTagLatency, plant_.uptime())};
     if (generation_ == MbotGeneration::Jetson) waiting.tags.utime = utime(frame.stamp + kTagLatency);
@@ -171,7 +172,7 @@ class MbotRobotSim {
   CameraModel camera_;
   TagMap tags_;
   MbotGeneration generation_;
-  Duration switched_on_{};  ///< on this machine's clock
+  Duration switched_on_{};  ///< on the clock of this machine
   Duration next_timesync_{};
   mbot::Encoders encoders_{};
   Presence presence_{};

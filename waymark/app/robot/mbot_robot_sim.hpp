@@ -11,10 +11,10 @@
 
 namespace waymark {
 
-/// The tag publisher of an MBot.
+/// The program that publishes the tags on an MBot.
 enum class MbotGeneration : std::uint8_t {
-  Jetson,  ///< quaternions x, y, z, w; stamped when published
-  Pi5,     ///< quaternions w, x, y, z; never stamped (utime 0)
+  Jetson,  ///< quaternions x, y, z, w; timestamped on publishing
+  Pi5,     ///< quaternions w, x, y, z; never timestamped (utime 0)
 };
 
 /// Parses the name of the tag publisher: "jetson" or "pi5".
@@ -38,9 +38,10 @@ struct MbotSimOptions {
   }
 };
 
-/// Runs a plant in real time as an MBot on LCM with the setup's camera and tags, until cancelled. Channels,
-/// types, units and signs are those of a real MBot's log, stamped by this machine's clock; TRUE_POSE
-/// (pose2D_t) is the ground truth. It obeys MBOT_VEL_CMD. Tags are sent as poses, 65 ms after the exposure.
+/// Simulates, in real time and until cancelled, an MBot on LCM with the camera and the tags of the setup.
+/// Channels, types, units and signs are those in the log of a real MBot. Messages are timestamped by the
+/// clock of this machine; TRUE_POSE (pose2D_t) contains the ground truth. The robot obeys MBOT_VEL_CMD. Tags
+/// are sent as poses, 65 ms after the exposure.
 [[nodiscard]] Status run_mbot_robot_sim(LcmLink& link, Plant& plant, const SimulatedSetup& setup,
                                         MbotGeneration generation, const JobControl& control);
 

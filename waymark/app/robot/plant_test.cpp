@@ -1,5 +1,5 @@
-// Tests the real time of a simulated robot on a slow computer, and another simulation behind a wire, which is
-// this program.
+// Tests how a simulated robot keeps real time on a slow computer, and how another simulation is used behind a
+// wire; that simulation is this program.
 #include "waymark/app/robot/plant.hpp"
 
 #include <vector>
@@ -52,7 +52,7 @@ TEST_F(PlantPaceTest, SkipsLongDelays) {
 
 TEST_F(PlantPaceTest, NotesSkippedTimeEveryTenSeconds) {
   Duration uptime = seconds(2);
-  for (int i = 0; i < 300; ++i) {  // half of real time, for 30 s
+  for (int i = 0; i < 300; ++i) {  // 30 s at half of real time
     now_ += milliseconds(100);
     uptime += milliseconds(50);
     pace_.leave_out(uptime);
@@ -65,7 +65,7 @@ using ::testing::HasSubstr;
 
 const char* const kOther = "exec '" WAYMARK_PROGRAM "' robot-sim --world circuit24 --seed 4 --lockstep";
 
-/// The odometry at this uptime of the plant.
+/// The odometry of the plant at this uptime.
 Odometry odometry_after(Plant& plant, Duration uptime) {
   Odometry newest;
   while (plant.uptime() < uptime) {

@@ -23,15 +23,15 @@ namespace {
 constexpr Duration kOrderPeriod = std::chrono::milliseconds(50);
 constexpr int kPictureQuality = 92;
 
-/// The commands on standard input.
+/// Reads the commands from standard input.
 class OrderInput {
  public:
-  /// The newest command; waits up to `most` for one.
+  /// Returns the newest command; waits up to `most` for one.
   std::optional<RobotOrderLine> newest(Duration most) {
     pollfd ready{STDIN_FILENO, POLLIN, 0};
     const auto ms = std::chrono::ceil<std::chrono::milliseconds>(most).count();
     std::optional<RobotOrderLine> found;
-    constexpr int kMaxReads = 100;  // ends the loop on an input that never pauses
+    constexpr int kMaxReads = 100;  // ends the loop if the input never pauses
     for (int reads = 0; reads < kMaxReads && !ended_ && poll(&ready, 1, found ? 0 : static_cast<int>(ms)) > 0;
          ++reads) {
       std::string bytes;
@@ -46,7 +46,7 @@ class OrderInput {
     }
     return found;
   }
-  /// Waits for the answer to this step.
+  /// Waits for the response to this step.
   void wait_for(std::int64_t step) { answer_to_ = step; }
   [[nodiscard]] bool ended() const { return ended_; }
 
@@ -56,7 +56,7 @@ class OrderInput {
   bool ended_ = false;
 };
 
-/// A simulated robot on standard input and output.
+/// A simulated robot that communicates through standard input and output.
 class SimulatedProcess {
  public:
   SimulatedProcess(Plant& plant, std::string name, bool pictures, const ProcessSimOptions& options,
@@ -94,7 +94,7 @@ class SimulatedProcess {
     return {};
   }
 
-  /// The plant's uptime on this computer's clock.
+  /// The plant's uptime according to this computer's clock.
   [[nodiscard]] Duration due() const {
     return factor_ > 0 ? Duration(std::llround(static_cast<double>(plant_.uptime().count()) / factor_))
                        : Duration(0);
@@ -138,7 +138,7 @@ class SimulatedProcess {
   std::string name_;
   bool pictures_;
   bool lockstep_;
-  double factor_;  ///< maximum real-time factor; 0: any
+  double factor_;  ///< maximum real-time factor; unlimited if 0
   std::function<bool()> cancelled_;
   PlantPace pace_;
   OrderInput orders_{};

@@ -7,10 +7,10 @@
 
 namespace waymark {
 
-/// The clock of a simulated robot process (`waymark robot-sim process`).
+/// Determines the clock of a simulated robot process (`waymark robot-sim process`).
 struct ProcessSimOptions {
-  bool lockstep = false;  ///< simulated time waits for the answer to each step
-  double pace = 0;        ///< with lockstep: maximum real-time factor; 0: as fast as possible
+  bool lockstep = false;  ///< whether simulated time waits for the response to each step
+  double pace = 0;        ///< maximum real-time factor in lockstep; as fast as possible if 0
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -28,8 +28,8 @@ struct ProcessSimOptions {
   }
 };
 
-/// Runs the plant of a setup with the protocol of robot processes on standard input and output, until the
-/// input ends or the control cancels.
+/// Runs the plant of a setup as a robot process on standard input and output, until the input ends or the
+/// control cancels.
 [[nodiscard]] Status run_process_robot_sim(Plant& plant, const SimulatedSetup& setup,
                                            const ProcessSimOptions& options, const JobControl& control);
 

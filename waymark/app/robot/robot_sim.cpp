@@ -29,7 +29,7 @@ std::vector<std::string> lines_of(const SimWire& wire) {
   return {};
 }
 
-/// A plant that notes its first command, when a driver is connected.
+/// A plant that prints a note on its first command, which shows that a driver is connected.
 class ReportingPlant final : public Plant {
  public:
   ReportingPlant(Plant& plant, const JobControl& control) : plant_(plant), control_(control) {}
@@ -122,7 +122,7 @@ Result<std::unique_ptr<Plant>> make_plant(const SimWire& wire, const RobotSetup&
 
 Status run_robot_sim(const SimWire& wire, Plant& plant, const SimulatedSetup& setup,
                      const std::function<void(const std::string&)>& on_port, const JobControl& control) {
-  if (std::holds_alternative<ProcessSimOptions>(wire))  // its parent process reads the notes
+  if (std::holds_alternative<ProcessSimOptions>(wire))  // the notes are read by its parent process
     return std::visit(Speaker{plant, setup, on_port, control}, wire);
   ReportingPlant reporting(plant, control);
   return std::visit(Speaker{reporting, setup, on_port, control}, wire);

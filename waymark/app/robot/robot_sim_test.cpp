@@ -1,4 +1,4 @@
-// Tests the requirements of each wire of a simulated robot, before anything is opened.
+// Tests what each wire requires of a simulated robot, checked before anything is opened.
 #include "waymark/app/robot/robot_sim.hpp"
 
 #include <gmock/gmock.h>
@@ -52,7 +52,8 @@ TEST(RobotSim, StartsAtTheBeginningOfThePath) {
 
 TEST(RobotSim, RefusesAProgramThatDoesNotSendWhatTheWireNeeds) {
   RobotSetup setup = setup_with(false);
-  setup.process = "exec '" WAYMARK_PROGRAM "' robot-sim --world circuit24 --lockstep";  // corners, no images
+  setup.process = "exec '" WAYMARK_PROGRAM "' robot-sim --world circuit24 --lockstep";  // sends corners, no
+                                                                                        // images
   const auto plant = make_plant(GazeboSimOptions{}, setup, {});
   ASSERT_FALSE(plant);
   EXPECT_THAT(to_string(plant.error()), HasSubstr("image"));

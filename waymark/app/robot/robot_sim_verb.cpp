@@ -3,7 +3,7 @@
 namespace waymark::cli {
 namespace {
 
-/// The verb that the flag of a wire implies.
+/// The verb implied by a flag that belongs to a wire.
 std::string wire_named_by(const std::vector<std::string>& words) {
   for (const char* wire : {"limo", "mbot", "gazebo", "ros2"})
     if (has_word(words, std::string("--") + wire)) return wire;

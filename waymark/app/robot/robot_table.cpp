@@ -17,7 +17,7 @@
 namespace waymark {
 namespace {
 
-/// The text wrapped at spaces to this width.
+/// Wraps the text at spaces to this width.
 std::string wrapped(const std::string& text) {
   constexpr std::size_t kWidth = 100;
   std::string lines;
@@ -31,7 +31,7 @@ std::string wrapped(const std::string& text) {
   return lines;
 }
 
-/// Degrees without negative zero.
+/// Converts to degrees, avoiding negative zero.
 double tenths(double rad) { return std::round(10 * to_degrees(rad)) / 10 + 0.0; }
 
 std::string camera_lines(const MountedCamera& camera) {
@@ -91,7 +91,7 @@ std::string topics_of(const Ros2Profile& profile) {
   return words;
 }
 
-/// The profiles of this kind for the robot.
+/// The profiles of this kind that are for the robot.
 template <class Find>
 void add_profiles(const std::string& kind, const Find& find, const std::string& robot,
                   std::vector<std::string>& ways) {

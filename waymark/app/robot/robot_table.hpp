@@ -8,21 +8,21 @@
 
 namespace waymark {
 
-/// A robot as text: its description with sources (`comment` of its file), body, limits, wheels, each camera
-/// with its mounting, and its behaviour in simulation.
+/// Formats a robot as text: its description with sources (`comment` in its file), body, limits, wheels, each
+/// camera with its mounting, and its behaviour in simulation.
 [[nodiscard]] std::string robot_text(const RobotDescription& robot, const std::string& comment);
 
-/// Ways to connect to a robot of that name, one line each: kinds of `robot` and ROS 2 profiles for it, with
-/// their addresses or topics; last, a robot process.
+/// How to connect to a robot with this name, one way per line: the kinds of `robot` and the ROS 2 profiles
+/// for it, with their addresses or topics, and finally a robot process.
 [[nodiscard]] std::vector<std::string> ways_to_reach(const std::string& robot);
 
-/// The robots that come with this program, one per line, and the errors of unreadable files.
+/// The robots included with this program, one per line, and the errors for unreadable files.
 struct RobotTable {
   std::string text{};
   std::vector<Error> errors{};
 };
 [[nodiscard]] Result<RobotTable> robot_table();
-/// A robot, by name or path of its file, and how to connect to it.
+/// Describes a robot, specified by its name or the path of its file, and how to connect to it.
 [[nodiscard]] Result<std::string> explained_robot(const std::string& name);
 
 }  // namespace waymark

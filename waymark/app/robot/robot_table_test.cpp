@@ -38,7 +38,7 @@ TEST(RobotText, WrapsLongCommentsAtSpaces) {
   std::istringstream lines(robot_text(limo(), comment));
   std::string line;
   std::string joined;
-  std::getline(lines, line);  // the name
+  std::getline(lines, line);  // skips the name
   while (std::getline(lines, line) && !line.starts_with("body:")) {
     EXPECT_LE(line.size(), 100U);
     joined += (joined.empty() ? "" : " ") + line;

@@ -44,7 +44,7 @@ class Ros2RobotSim {
                  " on ROS 2, obeying /cmd_vel, until Ctrl-C");
     Status status = publish("/tf_static", mountings(SensorTime(now)), kFixed);
     const Duration look_again =
-        steady_now() + std::chrono::seconds(2);  // finds a robot that started at the same time
+        steady_now() + std::chrono::seconds(2);  // detects a robot that is started at the same time
     bool looked = false;
     while (status && !should_stop()) {
       if (!looked && steady_now() > look_again) {
@@ -54,7 +54,7 @@ class Ros2RobotSim {
       auto sample = plant_.next();
       status = sample ? speak(std::move(*sample), pace.left_out()) : tl::unexpected(sample.error());
       pace.leave_out(plant_.uptime());
-      do {  // until the next sample is due, and at least all waiting messages
+      do {  // loop until the next sample is due, but at least until all waiting messages are read
         const auto message = bus_.next(pace.ahead(plant_.uptime()));
         if (message) obey(message->bytes);
       } while (pace.ahead(plant_.uptime()) > Duration(0) && !should_stop());
@@ -63,7 +63,7 @@ class Ros2RobotSim {
   }
 
  private:
-  /// The transforms of all sensors; the IMU has the axes of the base.
+  /// The transforms of all sensors; the axes of the IMU are those of the base.
   [[nodiscard]] ros2::TFMessage mountings(SensorTime now) const {
     ros2::TFMessage message{
         {ros2::to_ros_transform(now, ros2::kBaseFrame, kOpticalFrame, model_.base_T_cam)}};
@@ -75,8 +75,8 @@ class Ros2RobotSim {
     return message;
   }
 
-  /// Checked before publishing, for the duration of discovery, because two robots on the same topics would
-  /// look like one robot that jumps.
+  /// Run this check before publishing, for as long as discovery takes, because two robots on the same topics
+  /// would look like a single robot that jumps.
   Status check_no_other_simulation(const std::function<bool()>& should_stop) {
     constexpr Duration kDiscovery = std::chrono::milliseconds(1500);
     constexpr Duration kLookFor = std::chrono::milliseconds(50);
@@ -157,7 +157,7 @@ class Ros2RobotSim {
   RobotModel model_;
   CameraModel camera_;
   LidarOptions lidar_;
-  Duration switched_on_{};  ///< on this machine's clock
+  Duration switched_on_{};  ///< on the clock of this machine
   std::map<std::string, std::size_t> publishers_{};
 };
 

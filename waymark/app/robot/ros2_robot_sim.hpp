@@ -11,10 +11,11 @@ struct Ros2SimOptions {
   BusOptions network{};
 };
 
-/// Runs a plant in real time as a ROS 2 robot with the setup's camera, until the control cancels. Topics,
-/// qualities of service and frames are those of LIMO's driver and camera (share/ros2/limo.yaml). They are
-/// stamped by this machine's clock; /truth/pose is the ground truth. The robot obeys /cmd_vel (Twist). For a
-/// plant without images it publishes tag corners (/tag_detections). Notes its start once.
+/// Simulates a ROS 2 robot with the camera of the setup in real time, until the control cancels. Topics,
+/// quality-of-service settings and frames are those of LIMO's driver and camera (share/ros2/limo.yaml).
+/// Messages are timestamped by the clock of this machine; /truth/pose contains the ground truth. The robot
+/// obeys /cmd_vel (Twist). A plant without images publishes tag corners (/tag_detections). Prints a single
+/// note when it starts.
 [[nodiscard]] Status run_ros2_robot_sim(Bus& bus, Plant& plant, const SimulatedSetup& setup,
                                         const JobControl& control);
 
