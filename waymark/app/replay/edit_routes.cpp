@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The arc length given by at_m or at_tag.
+/// The arc length specified by at_m or at_tag.
 Result<double> place_of(const RoutesJob& job, const Route& route) {
   if (job.at_tag.empty()) return job.at_m.value_or(0);
   const Result<MapFile> map = read_map(fs::path(job.folder) / "map.yaml");
@@ -51,7 +51,7 @@ Status add_station(const RoutesJob& job, Route& route) {
   const Result<double> arc_length_m = place_of(job, route);
   if (!arc_length_m) return tl::unexpected(arc_length_m.error());
   Station station{.name = job.station, .arc_length_m = *arc_length_m, .pause_s = job.pause_s.value_or(5)};
-  // Replaces a station of this name; the dwell time is kept unless given.
+  // Replaces an existing station with this name; its dwell time is kept unless a new one is set.
   const auto before = std::ranges::find(route.stations, job.station, &Station::name);
   if (before != route.stations.end() && !job.pause_s) station.pause_s = before->pause_s;
   std::erase_if(route.stations, [&](const Station& other) { return other.name == station.name; });

@@ -9,17 +9,17 @@
 #include "waymark/base/fields.hpp"
 #include "waymark/samples/route.hpp"
 
-/// `waymark routes`: the routes in a map folder, and their stations.
+/// `waymark routes`: lists the routes in a map folder and edits their stations.
 namespace waymark {
 
 struct RoutesJob {
-  std::string folder{};  ///< written by `waymark map`
-  /// Only this route; nothing: all routes, or the taught route if a station is edited.
+  std::string folder{};  ///< folder written by `waymark map`
+  /// Only this route. If not set, all routes, or the route taught first if a station is edited.
   std::optional<std::string> route{};
   std::string station{};            ///< station to add or move
-  std::optional<double> at_m{};     ///< its arc length along the route [m]
-  std::string at_tag{};             ///< instead of at_m: the tag that it is nearest to
-  std::optional<double> pause_s{};  ///< dwell time; nothing: 5 s, or that of the moved station
+  std::optional<double> at_m{};     ///< arc length of the station along the route [m]
+  std::string at_tag{};             ///< used instead of at_m: the tag nearest to the station
+  std::optional<double> pause_s{};  ///< dwell time; defaults to 5 s, or to that of the moved station
   std::string remove{};             ///< station to remove
 
   template <class Self, class Visitor>
@@ -42,12 +42,12 @@ struct RoutesJob {
 };
 
 struct NamedRoute {
-  std::string name{};  ///< empty: the taught route
+  std::string name{};  ///< empty for the route taught first
   Route route{};
 };
 using NamedRoutes = std::vector<NamedRoute>;
 
-/// Writes the requested change and returns the requested routes.
+/// Makes the requested change and returns the requested routes.
 [[nodiscard]] Result<NamedRoutes> edit_routes(const RoutesJob& job);
 [[nodiscard]] std::string to_text(const NamedRoute& named);
 [[nodiscard]] ReportFields fields(const NamedRoute& named);

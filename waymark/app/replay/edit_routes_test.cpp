@@ -25,7 +25,7 @@ Route straight() {
   return route;
 }
 
-/// A map with one tag next to a straight route of 4 m.
+/// A map with one tag next to a straight 4 m route.
 class EditRoutes : public ::testing::Test {
  protected:
   void SetUp() override {

@@ -32,7 +32,7 @@ plot::PathLayer layer(const std::string& name, const Route& route, const TagMap&
   return result;
 }
 
-/// Writes the route and its figure; existing files of a route of this name are renamed.
+/// Writes the route and its figure; existing files of a route with this name are renamed.
 Status write_route_files(const OptimizeJob& job, const Route& taught, const TagMap& tags,
                          OptimizeReport& result) {
   Result<StagedFolder> staged = StagedFolder::open(job.folder);
@@ -97,7 +97,8 @@ Result<OptimizeReport> optimize_route_of(const OptimizeJob& job) {
   auto found = optimize_route(*taught, {&map->tags, &robot->model, &robot->camera}, job.profile, job.options);
   if (!found) return tl::unexpected(found.error());
   OptimizeReport result{.name = job.name, .found = std::move(*found)};
-  if (job.profile.speed_m_s > 0) {  // the route contains the speed, which may be above the limiter's default
+  if (job.profile.speed_m_s > 0) {  // the route specifies the speed, which may exceed the default of the
+                                    // limiter
     for (RoutePoint& point : result.found.route.points)
       point.speed_m_s = std::copysign(job.profile.speed_m_s, point.speed_m_s);
   }

@@ -7,11 +7,11 @@
 #include "waymark/base/fields.hpp"
 #include "waymark/replay/route_optimizer.hpp"
 
-/// `waymark optimize`: computes a faster or smoother route close to a taught one.
+/// `waymark optimize`: computes a faster or smoother route that stays close to a taught one.
 namespace waymark {
 
 struct OptimizeJob {
-  std::string folder{};       ///< written by `waymark map`
+  std::string folder{};       ///< folder written by `waymark map`
   std::string name = "best";  ///< name of the new route
   OptimizerOptions options{};
   ProfileOptions profile{};
@@ -23,25 +23,24 @@ struct OptimizeJob {
   }
 };
 
-/// Reads the options of the optimisation from a .yaml file.
+/// Reads the optimisation options from a .yaml file.
 [[nodiscard]] Result<OptimizerOptions> read_weights(const std::string& path);
 
 struct OptimizeReport {
   std::string name{};  ///< name of the new route
   OptimizedRoute found{};
   std::vector<std::string> files{};    ///< written files
-  std::vector<std::string> backups{};  ///< replaced files; they now have a number in their names
+  std::vector<std::string> backups{};  ///< new names of replaced files, which contain a number
 };
 
-/// Optimises the route and writes it with its figure; both files or none. Existing files of this name are
-/// renamed.
+/// Optimises the route and writes it with its figure, either both files or neither. Existing files with this
+/// name are renamed.
 [[nodiscard]] Result<OptimizeReport> optimize_route_of(const OptimizeJob& job);
-/// The command that replays the route as optimised. The route contains the speed; the command sets the
-/// limits.
+/// The command that replays the optimised route. The route specifies the speed; the command sets the limits.
 [[nodiscard]] std::string drive_command(const OptimizeJob& job);
-/// A table of the taught and the optimised route.
+/// A table that compares the taught route with the optimised one.
 [[nodiscard]] std::string to_text(const OptimizedRoute& found);
-/// The same for a report, with the file and the command that drives the route.
+/// The same for a report, including the file and the command that drives the route.
 [[nodiscard]] std::string to_text(const OptimizeJob& job, const OptimizeReport& report);
 [[nodiscard]] ReportFields fields(const OptimizeReport& report);
 [[nodiscard]] ReportFields fields(const RouteFigures& figures);

@@ -17,7 +17,7 @@ using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-/// The folder of a map of circuit24 with the route of a lap.
+/// A map folder for circuit24 with the route of a lap.
 class OptimizeRoute : public ::testing::Test {
  protected:
   void SetUp() override {

@@ -102,8 +102,8 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMaxMapBytes = std::size_t{1} << 26U;
 
-/// The reference path of a route without a lap: the route itself, followed by a tenth of it again if it is
-/// closed.
+/// The reference path for a route without a lap: the route itself and, if it is closed, the first tenth of it
+/// again.
 Trajectory path_of(const Route& route) {
   Trajectory path;
   const std::size_t beyond = route.closed ? route.points.size() / 10 : 0;
@@ -184,7 +184,7 @@ Result<ReplayFiles> load_replay(const ReplayJob& job, const JobControl& control)
 }
 
 Status check_drive(const ReplayJob& job, const Route& route) {
-  constexpr double kMinSpeed_m_s = 0.005;  // slower motion cannot be distinguished from a stationary robot
+  constexpr double kMinSpeed_m_s = 0.005;  // a slower robot cannot be distinguished from a stationary one
   const double speed_m_s = job.replay.profile.speed_m_s;
   if (speed_m_s > 0 && speed_m_s < kMinSpeed_m_s)
     return fail(ErrorCode::InvalidArgument, fmt::format("{:g} m/s is too slow for a route", speed_m_s),
@@ -200,8 +200,8 @@ Status take_calibration(const std::string& path, ReplayJob& job) {
   Result<Calibration> calibration = or_wrong_kind(read_calibration(path), path, FileUse::Calibration);
   if (!calibration) return tl::unexpected(calibration.error());
   take_calibrated(*calibration, job.filter);
-  // Both are ratios to the commanded yaw rate. Controlled wheels turn as commanded; the turn of the robot is
-  // smaller by the gain.
+  // Both are ratios to the commanded yaw rate. Controlled wheels turn as commanded, whereas the robot turns
+  // less by this gain.
   if (const auto gain = calibration->observable_value("yaw_scale")) job.replay.actuators.turn_gain = *gain;
   job.calibration = std::move(*calibration);
   return {};
@@ -241,7 +241,7 @@ Result<std::optional<SampleRecorder>> record_replay(const RobotSetup& setup, con
       setup);
   if (!recorder) return tl::unexpected(recorder.error());
   for (const std::string& name :
-       {std::string("map.yaml"), route_file_name(job.route)}) {  // the inputs of the replay
+       {std::string("map.yaml"), route_file_name(job.route)}) {  // the input files of the replay
     const auto text = read_text_file(job.folder / name, kMaxMapBytes);
     if (!text) return tl::unexpected(text.error());
     Status status = recorder->add_attachment(name, "application/yaml", {}, *text);
@@ -322,7 +322,8 @@ Result<ReplayReport> replay_simulated(const RobotSetup& setup, const ReplayJob& 
 
 namespace {
 
-/// The setup with the map tags if its world is unknown: for the recording and the evaluation.
+/// Adds the tags of the map to the setup if its world is unknown. They are needed for the recording and the
+/// evaluation.
 RobotSetup with_map_tags(const RobotSetup& setup, const MapFile& map) {
   RobotSetup extended = setup;
   for (const auto& [tag, mapped] : map.tags.tags) extended.known_tags.push_back(tag);
@@ -376,7 +377,7 @@ Result<ReplayReport> LiveReplay::finish(const ReplayEnd& end) {
 
 namespace {
 
-/// replay_route() for a robot process.
+/// Implements replay_route() for a robot process.
 Result<ReplayReport> replay_process(const RobotSetup& setup, const ReplayJob& job,
                                     const JobControl& control) {
   const Stopwatch watch;
@@ -436,8 +437,8 @@ std::string with_reason(std::string_view state, std::string_view reason) {
 
 std::string ending(const ReplayReport& report, std::string_view stopped_by) {
   const ReplayEnd& end = report.end;
-  const double driven_m =
-      std::round(100 * report.end.driven_m) / 100 + 0.0;  // prints a small backward motion without "-0.00"
+  const double driven_m = std::round(100 * report.end.driven_m) / 100 + 0.0;  // avoids printing "-0.00" for a
+                                                                              // small backward motion
   const std::string where =
       fmt::format("{:.2f} m along a route of {:.2f} m", driven_m, report.route_length_m);
   if (end.finished) return "the route was driven to its end";
@@ -457,7 +458,7 @@ std::string ending(const ReplayReport& report, std::string_view stopped_by) {
 
 namespace {
 
-/// Counts observations, not tags; a tag that is covered for a second at 20 Hz counts 20 times.
+/// Counts observations, not tags: at 20 Hz, a tag that is covered for one second counts 20 times.
 std::string missed_text(const ReplayEnd& end) {
   int all = 0;
   for (const auto& [reason, count] : end.missed_tags) all += count;

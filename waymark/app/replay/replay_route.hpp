@@ -24,7 +24,7 @@
 
 namespace waymark {
 
-/// A stop of a replay at a station.
+/// A stop at a station during a replay.
 struct StationVisit {
   std::string name{};
   double arc_length_m = 0;
@@ -32,8 +32,8 @@ struct StationVisit {
   double dwell_s = 0;
 };
 
-/// Reports the state of a replay: stops at stations as notes, each change of state as a /diagnostics message
-/// in the recording.
+/// Reports the state of a replay: stops at stations as notes, and each change of state as a /diagnostics
+/// message in the recording.
 class ReplayNotes {
  public:
   explicit ReplayNotes(const JobControl& control) : control_(control) {}
@@ -50,10 +50,10 @@ class ReplayNotes {
   std::vector<StationVisit> visits_;
 };
 
-/// Outputs of a running replay: the recording, the true path, the stations, a progress line.
+/// Outputs of a running replay: the recording, the true path, the stations, and a progress line.
 class ReplayLog {
  public:
-  /// `images`: format of recorded images (raw, jpeg; empty: not recorded).
+  /// `images` is the format of recorded images (raw, jpeg; not recorded if empty).
   ReplayLog(std::optional<SampleRecorder> recorder, std::string images, double goal_m,
             const JobControl& control)
       : recorder_(std::move(recorder)),
@@ -64,7 +64,7 @@ class ReplayLog {
 
   Status on_sample(const Sample& sample);
   Status on_step(SensorTime now, const ReplayStep& step);
-  /// The listener of a session for this log, which must outlive it.
+  /// A session listener that writes to this log, which must outlive it.
   [[nodiscard]] ReplayListener listener();
   /// Closes the recording.
   Status close();
@@ -87,16 +87,16 @@ struct ReplayJob {
   std::filesystem::path folder;  ///< contains map.yaml and route.yaml
   std::string route{};           ///< name of another route in the folder (route-NAME.yaml)
   LocalizationKind method = LocalizationKind::Riekf;
-  std::string output{};  ///< recording to write; empty: none
-  bool durable = false;  ///< recording: a power cut loses at most one second
-  std::string images{};  ///< format of recorded images: raw, jpeg; empty: not recorded
-  /// Recording of the lap for the evaluation. If empty, the ground truth of the route's lap in the folder is
-  /// used. A route without it (an optimised one) is its own reference.
+  std::string output{};  ///< path of the recording to write; none is written if empty
+  bool durable = false;  ///< whether a power cut may lose at most one second of the recording
+  std::string images{};  ///< format of recorded images (raw, jpeg); they are not recorded if empty
+  /// Recording of the lap, used for evaluation. If empty, the ground truth for the route's lap in the folder
+  /// is used. A route without ground truth (an optimised one) is its own reference.
   std::string taught{};
   RiekfOptions filter{};
   AnchorOptions anchor{};
   ReplayOptions replay{};                    ///< laps, controller, limits
-  std::optional<Calibration> calibration{};  ///< of the robot's camera
+  std::optional<Calibration> calibration{};  ///< calibration of the robot's camera
   LiveFeed* feed = nullptr;                  ///< for viewers; may be nullptr
 };
 
@@ -105,7 +105,7 @@ struct ReplayRequest {
   ReplayJob job{};
   std::string method = "riekf";         ///< parsed by choose_replay()
   std::string controller = "follower";  ///< parsed by choose_replay()
-  std::string calibration{};            ///< calibration.yaml; empty: none
+  std::string calibration{};            ///< path of calibration.yaml; empty if there is none
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -140,73 +140,77 @@ struct ReplayRequest {
   }
 };
 
-/// Applies calibration.yaml over the robot's file: camera and mounting, the odometry scales of the filter,
-/// and the initial turn gain of the follower. An empty path changes nothing.
+/// Applies calibration.yaml in place of the values in the robot file: camera and mounting, the odometry
+/// scales in the filter, and the initial turn gain in the follower. Does nothing if the path is empty.
 [[nodiscard]] Status take_calibration(const std::string& path, ReplayJob& job);
 
-/// A localisation method for replays, by name. Fails on an unknown name, and on the smoother, because its
-/// estimates are delayed.
+/// Returns a localisation method for replays by name. Fails on an unknown name and on the smoother, because
+/// its estimates are delayed.
 [[nodiscard]] Result<LocalizationKind> parse_replay_method(const std::string& name);
 
-/// Sets method and controller of the job by name. Fails also on an invalid number of laps.
+/// Sets the method and the controller of the job by name. Fails also if the number of laps is invalid.
 [[nodiscard]] Status choose_replay(const std::string& method, const std::string& controller, ReplayJob& job);
-/// Fails if images are to be recorded without a recording or without images.
+/// Fails if images should be recorded but there is no recording or there are no images.
 [[nodiscard]] Status check_recording(const ReplayJob& job, const RobotSetup& setup);
 
-/// The files of a replay.
+/// The files that a replay reads.
 struct ReplayFiles : MapFolder {
-  Trajectory taught{};  ///< true path of the teach lap; empty: unknown
+  Trajectory taught{};  ///< true path of the teach lap; empty if unknown
 };
 
-/// Reads the folder of the job.
+/// Reads the files from the folder of the job.
 [[nodiscard]] Result<ReplayFiles> load_replay(const ReplayJob& job, const JobControl& control);
-/// Fails on more or less than one lap of an open route, and on a speed that cannot be distinguished from
-/// zero.
+/// Fails if an open route should be driven for more or less than one lap, or if the speed cannot be
+/// distinguished from zero.
 [[nodiscard]] Status check_drive(const ReplayJob& job, const Route& route);
-/// The setup of the Replayer for this job.
+/// The Replayer setup for this job.
 [[nodiscard]] ReplayerSetup replayer_setup(const ReplayJob& job);
 
 struct ReplayReport {
   ReplayEnd end{};
   double route_length_m = 0;
   Trajectory true_path{};
-  Trajectory taught_path{};                    ///< empty: unknown
-  std::optional<ReplayJudgement> judgement{};  ///< nothing without ground truth of replay and teach lap
+  Trajectory taught_path{};                    ///< empty if unknown
+  std::optional<ReplayJudgement> judgement{};  ///< set only if the ground truth of both the replay and the
+                                               ///< teach lap is known
   std::vector<StationVisit> visits{};
   std::vector<std::string> warnings{};
-  double allowed_s = 0;  ///< limit of simulated time, after which the replay is aborted
+  double allowed_s = 0;  ///< maximum simulated time, after which the replay is aborted
   double wall_s = 0;
 };
 
-/// Distance along the route that a replay of the job drives [m].
+/// Distance along the route that a replay will drive for this job [m].
 [[nodiscard]] double goal_m(const Route& route, const ReplayJob& job);
 
-/// Simulated time after which a replay is aborted. It is one minute plus three times the time for the
-/// requested speed and the stations, or plus the time at 0.05 m/s if that is longer.
+/// Simulated time after which a replay is aborted. It is one minute plus the larger of two durations: three
+/// times that needed at the requested speed with the stops at stations, and that needed at 0.05 m/s.
 [[nodiscard]] double time_allowed_s(const Route& route, const ReplayJob& job, const RobotModel& robot);
 
-/// The job with the limiter's maximum speed reduced to this speed.
+/// The job with the maximum speed of the limiter reduced to this speed.
 [[nodiscard]] ReplayJob slowed(ReplayJob job, double max_speed_m_s);
-/// Warnings about requested speeds above the limit of the limiter or of the robot.
+/// Warnings about requested speeds that exceed the maximum of the limiter or of the robot.
 [[nodiscard]] std::vector<std::string> speed_warnings(const ReplayJob& job, const Route& route,
                                                       const RobotModel& robot);
 
-/// Begins the requested recording, with map and route as attachments; nothing if none is requested.
+/// Starts the requested recording, with the map and the route as attachments; `nullopt` if no recording is
+/// requested.
 [[nodiscard]] Result<std::optional<SampleRecorder>> record_replay(const RobotSetup& setup,
                                                                   const ReplayJob& job);
-/// Compares the true path with the taught path, or adds a warning that explains why that is impossible.
+/// Compares the true path with the taught one, or adds a warning that explains why this is impossible.
 void judge(const RobotSetup& setup, ReplayReport& report);
 
-/// Drives the route of the folder with the robot of the setup, simulated or a process.
+/// Drives the route in the folder with the robot of the setup, which is either simulated or a process.
 [[nodiscard]] Result<ReplayReport> replay_route(const RobotSetup& setup, const ReplayJob& job,
                                                 const JobControl& control);
 
-/// State and reason: "stopped: a tag is near". If the reason begins with the state, only the reason.
+/// The state and its reason: "stopped: a tag is near". If the reason starts with the state, returns only the
+/// reason.
 [[nodiscard]] std::string with_reason(std::string_view state, std::string_view reason);
 
-/// The end as text: "stopped 3.10 m along a route of 17.40 m: …". `stopped_by`: who cancelled.
+/// Describes how the replay ended: "stopped 3.10 m along a route of 17.40 m: …". `stopped_by` says who
+/// cancelled it.
 [[nodiscard]] std::string ending(const ReplayReport& report, std::string_view stopped_by = "its caller");
-/// The same with one line each for stops, stations and errors.
+/// The same, followed by one line each for stops, stations and errors.
 [[nodiscard]] std::string to_text(const ReplayReport& report, std::string_view stopped_by = "its caller");
 /// Whether the robot drove all requested laps.
 [[nodiscard]] bool succeeded(const ReplayReport& report);
@@ -215,23 +219,23 @@ void judge(const RobotSetup& setup, ReplayReport& report);
 [[nodiscard]] ReportFields fields(const ReplayReport& report);
 [[nodiscard]] ReportFields fields(const StationVisit& visit);
 
-/// A replay with a robot process, and the objects that it needs.
+/// A replay with a robot process, and the objects it needs.
 class LiveReplay {
  public:
-  /// `on_step`: called with each decision before it is recorded.
+  /// `on_step` is called with each decision before it is recorded.
   static Result<std::unique_ptr<LiveReplay>> make(const RobotSetup& setup, const ReplayJob& job,
                                                   const ReplayFiles& files, const JobControl& control,
                                                   std::function<void(const ReplayStep&)> on_step,
                                                   SessionRequests requests = no_requests());
 
   [[nodiscard]] ReplaySession& session() { return *session_; }
-  /// Closes the recording and returns the report, with errors if the ground truth is known.
+  /// Closes the recording and returns the report. It includes errors if the ground truth is known.
   [[nodiscard]] Result<ReplayReport> finish(const ReplayEnd& end);
 
  private:
   LiveReplay(RobotSetup setup, const ReplayFiles& files) : setup_(std::move(setup)), files_(files) {}
 
-  RobotSetup setup_;  ///< contains the map tags if the world is unknown
+  RobotSetup setup_;  ///< contains the tags of the map if the world is unknown
   const ReplayFiles& files_;
   std::unique_ptr<Replayer> replayer_{};
   std::unique_ptr<ReplayLog> log_{};

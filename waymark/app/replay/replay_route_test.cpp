@@ -178,14 +178,14 @@ TEST(ReplayReportText, ReportsAStopOnce) {
   EXPECT_EQ(with_reason("done", ""), "done");
 }
 
-/// Cancels at the given call.
+/// A control that cancels the job on the given call to cancelled().
 JobControl cancelled_at_call(int call) {
   JobControl control;
   control.cancelled = [call, asked = 0]() mutable { return ++asked >= call; };
   return control;
 }
 
-/// Tests replays of the simulated robot, in this process.
+/// Tests replays with a robot simulated in this process.
 class ReplayRoute : public ::testing::Test {
  protected:
   [[nodiscard]] std::string lap(const char* name = "lap.mcap") const { return (folder_ / name).string(); }

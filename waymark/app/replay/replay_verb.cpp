@@ -30,7 +30,7 @@ struct ReplayArgs : ReplayRequest {
   bool json = false;
 };
 
-/// The robot in its world; fails on flags without effect.
+/// The robot in its world. Fails if flags are set that have no effect.
 Result<RobotSetup> make_setup(const ReplayArgs& args) {
   Result<RobotSetup> made = args.pictures.apply(args.setup.make(robot_file_in(args.job.folder)));
   if (!made) return made;
@@ -43,7 +43,7 @@ Result<RobotSetup> make_setup(const ReplayArgs& args) {
   return made;
 }
 
-/// The job with its calibration, overridden by the given options.
+/// The job with its calibration applied, and then the options set by the user.
 Result<ReplayJob> job_of(const ReplayArgs& args, ReplayJob calibrated) {
   Status status = choose_replay(args.method, args.controller, calibrated);
   if (status) status = args.options.apply(calibrated);
@@ -52,10 +52,10 @@ Result<ReplayJob> job_of(const ReplayArgs& args, ReplayJob calibrated) {
 }
 
 ExitCode replay(const ReplayArgs& args, Console& console) {
-  if (const auto usable = job_of(args, args.job); !usable)  // before files are read
+  if (const auto usable = job_of(args, args.job); !usable)  // report errors before files are read
     return fail_usage(usable.error(), console);
   if (const Status valid = check_map_folder(args.job.folder); !valid && args.setup.lacks_world())
-    return console.failed(valid.error(), ExitCode::SomeFailed);  // before asking for a world
+    return console.failed(valid.error(), ExitCode::SomeFailed);  // check this before asking for a world
   const Result<RobotSetup> setup = make_setup(args);
   if (!setup) return fail_usage(setup.error(), console);
   ReplayJob calibrated = args.job;

@@ -63,7 +63,7 @@ std::vector<std::string> robot_difference_warnings(const RobotSetup& setup, cons
   const std::string name = printable(setup.simulated.model.name);
   if (!fs::equivalent(taught, setup.robot_path, ignored)) {
     const auto other = read_robot(taught);
-    if (!other) return {};  // the code that needs the file reports the error
+    if (!other) return {};  // code that needs the file will report the error
     const auto found = robot_differences(*other, setup.robot());
     if (found.empty()) return {};
     return {

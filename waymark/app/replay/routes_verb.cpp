@@ -13,7 +13,7 @@ struct RoutesArgs : JobArgs<RoutesJob> {
 
 ExitCode routes(const RoutesArgs& args, Console& console) {
   RoutesJob job = args.job;
-  if (args.given("route") && !job.route) job.route = "";  // an empty name: the taught route
+  if (args.given("route") && !job.route) job.route = "";  // an empty name selects the route taught first
   const Result<NamedRoutes> found = edit_routes(job);
   if (!found) return fail_with(found.error(), console);
   for (const NamedRoute& named : *found) console.print(args.json ? json_line(fields(named)) : to_text(named));
