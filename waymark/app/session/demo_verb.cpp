@@ -33,7 +33,7 @@ struct DemoArgs {
   bool json = false;
 };
 
-/// The same session in real time with a page, until the user ends it.
+/// Runs the same session in real time with a page, until the user ends it.
 ExitCode watched_demo(const DemoArgs& args, const DemoJob& demo, RobotSetup& setup, Console& console) {
   Status status = clear_demo_folder(args.job.folder);
   if (status)
@@ -54,7 +54,7 @@ ExitCode watched_demo(const DemoArgs& args, const DemoJob& demo, RobotSetup& set
 ExitCode demo(const DemoArgs& args, Console& console) {
   DemoJob job = args.job;
   std::optional<DetectingCameraOptions> pictures;
-  Status usable = args.options.apply(job.replay);  // fail before files are read
+  Status usable = args.options.apply(job.replay);  // report errors before files are read
   if (usable) usable = args.scene.apply(job.images, pictures);
   Result<RobotSetup> setup = usable ? args.setup.make() : tl::unexpected(usable.error());
   if (!setup) return fail_usage(setup.error(), console);

@@ -24,7 +24,7 @@
 namespace waymark {
 namespace {
 
-/// The lidar for robots whose file has none: that of LIMO, with eight scans per second.
+/// For robots whose file does not describe a lidar, the one on LIMO is used, with eight scans per second.
 constexpr double kUsualLidar_hz = 8;
 
 Result<TagMap> tags_of(const RobotSetup& setup, const ExploreJob& job) {
@@ -34,7 +34,7 @@ Result<TagMap> tags_of(const RobotSetup& setup, const ExploreJob& job) {
   return file->tags;
 }
 
-/// Evaluates an exploring robot against ground truth.
+/// Compares an exploring robot with ground truth.
 class Judge {
  public:
   Judge(const World& world, const Hull& hull) : world_(world), hull_(hull) {}
@@ -79,7 +79,7 @@ class Judge {
  private:
   const World& world_;
   Hull hull_;
-  std::map<SensorTime, SE2> path_{};  ///< of the last second
+  std::map<SensorTime, SE2> path_{};  ///< path during the last second
   double distance_m_ = 0;
   int collisions_ = 0;
   double nearest_now_m_ = std::numeric_limits<double>::infinity();
@@ -89,7 +89,7 @@ class Judge {
   double heading_square_ = 0;
 };
 
-/// Listeners of an exploring robot: evaluation, recording and control.
+/// The listeners for an exploring robot: evaluation, recording and control.
 ExploreListener listener_of(Judge& judge, std::optional<SampleRecorder>& recorder,
                             const JobControl& control) {
   return {.on_sample = [&judge, &recorder](const Sample& sample) -> Status {
@@ -106,7 +106,7 @@ ExploreListener listener_of(Judge& judge, std::optional<SampleRecorder>& recorde
 }
 
 Explorer explorer_of(const SimulatedSetup& setup, const ExploreOptions& options) {
-  constexpr std::uint64_t kExploreSeed = 2000;  // makes the turns independent of the sensor noise
+  constexpr std::uint64_t kExploreSeed = 2000;  // makes the turns independent of sensor noise
   const LidarOptions& lidar = setup.robot.lidar;
   return {options, setup.model, SE2(lidar.x_m, lidar.y_m, to_radians(lidar.yaw_deg)),
           Random(setup.robot.seed + kExploreSeed)};

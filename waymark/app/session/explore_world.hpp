@@ -14,9 +14,9 @@
 namespace waymark {
 
 struct ExploreJob {
-  std::string map{};  ///< map.yaml or its folder; empty: the tags of the world
+  std::string map{};  ///< map.yaml or its folder; if empty, the tags of the world are used
   double minutes = 3;
-  std::string output{};  ///< recording to write; empty: none
+  std::string output{};  ///< path of the recording to write; none is written if empty
   ExploreOptions explore{};
   RiekfOptions filter{};
 
@@ -32,17 +32,18 @@ struct ExploreJob {
 
 struct ExploreReport {
   bool interrupted = false;
-  std::string halt_reason{};  ///< why the robot was stopped at the end; empty: it was driving
+  std::string halt_reason{};  ///< why the robot was stationary at the end; empty if it was driving
   double seconds = 0;
   double distance_m = 0;
   int turns = 0;
-  std::vector<std::string> seen{};  ///< observed map tags
+  std::vector<std::string> seen{};  ///< map tags that were observed
   std::size_t tags = 0;             ///< number of map tags
-  int collisions = 0;               ///< of the hull, by ground truth
-  double nearest_m = 0;             ///< smallest distance from the hull to an obstacle, by ground truth
-  std::size_t estimates = 0;        ///< number of poses, twenty per second from the first one on
-  double certain_fraction = 0;      ///< share of the time with a certain pose
-  /// Errors of certain poses against ground truth; nothing if there was none.
+  int collisions = 0;               ///< collisions of the hull, according to ground truth
+  double nearest_m = 0;             ///< smallest distance between the hull and an obstacle, according to
+                                    ///< ground truth
+  std::size_t estimates = 0;        ///< number of poses, at twenty per second from the first one on
+  double certain_fraction = 0;      ///< fraction of the time in which the pose was certain
+  /// Errors of certain poses relative to ground truth; `nullopt` if there were none.
   std::optional<double> position_rmse_m{};
   std::optional<double> position_p95_m{};
   std::optional<double> position_max_m{};
@@ -50,7 +51,7 @@ struct ExploreReport {
   double wall_s = 0;
 };
 
-/// Drives the robot at random through the world while it is localised. Cancelling stops the robot and closes
+/// Drives the robot through the world at random while localising it. Cancelling stops the robot and closes
 /// the file.
 [[nodiscard]] Result<ExploreReport> explore_world(RobotSetup setup, const ExploreJob& job,
                                                   const JobControl& control);

@@ -41,7 +41,7 @@ TEST(ExploreReportText, HasErrorsAgainstGroundTruth) {
   EXPECT_EQ(to_json(fields(report))["heading_rmse_deg"], 0.4);
 }
 
-/// Cancels at the given call.
+/// A control that cancels the job on the given call to cancelled().
 JobControl cancelled_at_call(int call) {
   JobControl control;
   control.cancelled = [call, asked = 0]() mutable { return ++asked >= call; };

@@ -15,13 +15,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Added to the seed of the teach lap, so that the replay has different noise.
+/// Added to the seed of the teach lap to give the replay different noise.
 constexpr std::uint64_t kReplaySeed = 1000;
 
-/// Marks a folder that a demo wrote.
+/// Marks a folder that was written by a demo.
 constexpr const char* kMark = "written-by-waymark-demo.txt";
 
-/// Files that a demo writes. map.yaml is included because the figures of a map folder have the same names.
+/// Files that a demo writes. map.yaml is included because a map folder contains figures with the same names.
 std::vector<std::string> own_names() {
   std::vector<std::string> names = {"lap.mcap",    "replay.mcap", "map",
                                     "report.html", "map.yaml",    "route.yaml"};
@@ -59,7 +59,7 @@ Status write_figures(const fs::path& folder, const RecordedLap& lap, DemoReport&
   return status;
 }
 
-/// report.html, as `waymark report FOLDER` writes it.
+/// Writes report.html in the same way as `waymark report FOLDER`.
 Status write_report(const fs::path& folder, const JobControl& control) {
   const Result<Runs> runs = read_runs({folder.string()}, control);
   if (!runs) return tl::unexpected(runs.error());

@@ -15,7 +15,7 @@ namespace waymark {
 struct DemoJob {
   std::string folder = "demo";
   bool images = false;
-  ReplayJob replay{};  ///< laps and options; the demo sets files and noise
+  ReplayJob replay{};  ///< laps and options; the files and the noise are set by the demo
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -35,15 +35,17 @@ struct DemoReport {
   double wall_s = 0;
 };
 
-/// Prepares the folder and removes the recordings of an earlier demo. Fails without changing anything if the
+/// Prepares the folder and removes recordings from an earlier demo. Fails without changing anything if the
 /// folder contains a lap or a map that was not written by a demo.
 [[nodiscard]] Status clear_demo_folder(const std::string& folder);
-/// Runs teach, map and replay, and writes figures and the report. An error names the step that failed.
+/// Teaches a lap, maps it and replays it, and writes figures and the report. An error names the step that
+/// failed.
 [[nodiscard]] Result<DemoReport> run_demo(const RobotSetup& setup, const DemoJob& job,
                                           const JobControl& control);
 /// One line per value: step, name, value.
 [[nodiscard]] std::string to_text(const DemoReport& report);
-/// The same after a line with world and robot, and before a line with time and folder.
+/// The same, preceded by a line with the world and the robot, and followed by a line with the time and the
+/// folder.
 [[nodiscard]] std::string to_text(const DemoReport& report, const RobotSetup& setup, const DemoJob& job);
 [[nodiscard]] ReportFields fields(const DemoReport& report);
 

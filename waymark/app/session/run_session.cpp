@@ -33,7 +33,7 @@ std::string free_name(const fs::path& folder, const std::string& stem) {
 
 namespace {
 
-/// The folder in which a map is made before it is renamed.
+/// The folder in which a map is created before that folder is renamed.
 fs::path beside(const fs::path& folder) { return folder.string() + ".new"; }
 
 Result<std::string> replace_folder(const fs::path& folder, const fs::path& fresh) {
@@ -49,7 +49,9 @@ Result<std::string> replace_folder(const fs::path& folder, const fs::path& fresh
   if (!error) fs::rename(fresh, folder, error);
   if (!error) return kept.string();
   std::error_code ignored;
-  if (!kept.empty() && !fs::exists(folder, ignored)) fs::rename(kept, folder, ignored);  // restore it
+  if (!kept.empty() && !fs::exists(folder, ignored))
+    fs::rename(kept, folder, ignored);  // restore the previous
+                                        // folder
   return fail(ErrorCode::Unwritable, "cannot rename the folder of the new map: " + error.message(),
               {.source = folder.string()});
 }
@@ -84,7 +86,7 @@ Result<std::string> MapInTheMaking::take() {
 
 namespace {
 
-/// map_recording() without notes, for any thread.
+/// Calls map_recording() without printing notes; may be used on any thread.
 MapMaker map_quietly(std::function<bool()> cancelled) {
   return [cancelled = std::move(cancelled)](const std::string& lap, const fs::path& folder) -> Status {
     JobControl control;
@@ -94,7 +96,7 @@ MapMaker map_quietly(std::function<bool()> cancelled) {
   };
 }
 
-/// The lap that is recorded.
+/// The lap being recorded.
 class RecordedSessionLap {
  public:
   RecordedSessionLap(SampleRecorder recorder, const RobotSetup& setup, const SessionJob& job,
@@ -102,7 +104,7 @@ class RecordedSessionLap {
       : recorder_(std::move(recorder)),
         lap_(lap_of(setup.simulated, lap_listener(recorder_, job.images, control))) {}
   Status add(const Sample& sample) { return lap_.receive(sample); }
-  /// Closes the file and notes the warnings of the lap.
+  /// Closes the file and prints the warnings for the lap as notes.
   Status close(const JobControl& control) {
     const Status closed = recorder_.close();
     for (const std::string& warning : lap_.summary().warnings) control.note("warning: " + warning);
@@ -114,7 +116,7 @@ class RecordedSessionLap {
   LapMonitor lap_;
 };
 
-/// Recordings, maps and notes of an operator's session.
+/// The recordings, maps and notes of an operator's session.
 class SessionTasks final : public OperatorTasks {
  public:
   SessionTasks(const RobotSetup& setup, const SessionJob& job, const JobControl& control)
@@ -126,7 +128,7 @@ class SessionTasks final : public OperatorTasks {
     viewers_.show_camera(setup.simulated);
   }
 
-  /// Of replays.
+  /// Limits the speed of replays.
   void limit_speed(double most_m_s) { most_m_s_ = most_m_s; }
 
   void begin(const OperatorInput& input) {
@@ -220,11 +222,11 @@ class SessionTasks final : public OperatorTasks {
   std::unique_ptr<LiveReplay> replay_{};
   MapInTheMaking mapping_{};
   double most_m_s_ = std::numeric_limits<double>::infinity();
-  bool taken_ = false;  ///< a map was installed and is not loaded yet
+  bool taken_ = false;  ///< whether a map has been installed but not yet loaded
   SessionViewers viewers_;
 };
 
-/// Creates the folder; true if it did not exist.
+/// Creates the folder. Returns true if it did not exist.
 Result<bool> make_folder(const fs::path& folder) {
   std::error_code error;
   const bool made = fs::create_directories(folder, error);
@@ -259,7 +261,7 @@ Result<SessionReport> run_session(const RobotSetup& setup, const SessionJob& job
   const auto robot = LiveRobot::open(setup, control);
   if (!robot) {
     std::error_code ignored;
-    if (*made) fs::remove(job.folder, ignored);  // still empty
+    if (*made) fs::remove(job.folder, ignored);  // only if it is still empty
     return tl::unexpected(robot.error());
   }
   OperatorSession session(*input, tasks, !job.map.empty(), [&] { return stop_key.pressed(); });

@@ -16,27 +16,27 @@
 #include "waymark/base/fields.hpp"
 #include "waymark/runtime/operator_session.hpp"
 
-/// The files of an operator's session. Existing files are not overwritten.
+/// Manages the files of an operator's session. Existing files are not overwritten.
 namespace waymark {
 
-/// "lap.mcap", or "lap.2.mcap" if that exists.
+/// Returns "lap.mcap", or "lap.2.mcap" if that file exists.
 [[nodiscard]] std::string free_name(const std::filesystem::path& folder, const std::string& stem);
 
 /// Maps a recorded lap into a folder. May be called on any thread; prints nothing.
 using MapMaker = std::function<Status(const std::string& lap, const std::filesystem::path& folder)>;
 
-/// Makes a map on its own thread in the folder NAME.new next to the target folder. Removes files that an
-/// interrupted session left there.
+/// Creates a map on its own thread, in the folder NAME.new next to the target folder. Removes any files left
+/// there by an interrupted session.
 class MapInTheMaking {
  public:
   void begin(const MapMaker& make, const std::string& lap, const std::filesystem::path& folder);
-  /// Whether a map was begun and not yet moved to the target folder.
+  /// Whether mapping has been started and the map has not yet been moved to the target folder.
   [[nodiscard]] bool under_way() const { return made_.valid(); }
   [[nodiscard]] bool ready() const;
   /// Waits for the map and moves it to the target folder. An existing folder is renamed to NAME.1, or the
-  /// next free number. Returns the new name of that folder; empty if there was none.
+  /// next free number. Returns its new name; empty if there was none.
   [[nodiscard]] Result<std::string> take();
-  /// Time since the map was begun.
+  /// Time since mapping was started.
   [[nodiscard]] double seconds() const;
 
  private:
@@ -45,27 +45,27 @@ class MapInTheMaking {
   std::chrono::steady_clock::time_point began_{};
 };
 
-// The operator's session with its files: teach, map, replay, with one button.
+// An operator's session with its files: teach, map and replay with one button.
 
 class LiveFeed;
 
 struct SessionJob {
   std::filesystem::path folder;  ///< for lap.mcap, map/, replay.mcap
-  std::string map{};             ///< folder of an existing map: the session begins in the state ready
+  std::string map{};             ///< folder of an existing map; if set, the session starts in the state ready
   std::string driver = "gamepad";
   double speed_m_s = kUsualSpeed_m_s;
-  std::string images{};      ///< format of recorded images: raw, jpeg; empty: not recorded
-  ReplayJob replay{};        ///< method and options; the session sets folder and output
-  MapMaker make_map{};       ///< empty: map_recording()
+  std::string images{};      ///< format of recorded images (raw, jpeg); they are not recorded if empty
+  ReplayJob replay{};        ///< method and options; the session sets the folder and the output
+  MapMaker make_map{};       ///< map_recording() if empty
   LiveFeed* feed = nullptr;  ///< for viewers; may be nullptr
 };
 
 /// A session as requested by the user, without option structs.
 struct RunRequest {
   SessionJob job{};
-  std::string calibration{};  ///< calibration.yaml; empty: none
-  bool images = false;        ///< the simulated robot sends images
-  double pace = 1;            ///< real-time factor of a simulated robot with a page; 0: as fast as possible
+  std::string calibration{};  ///< path of calibration.yaml; empty if there is none
+  bool images = false;        ///< whether the simulated robot sends images
+  double pace = 1;            ///< real-time factor of a simulated robot with a page; as fast as possible if 0
   LoneAnchor anchor{};
 
   template <class Self, class Visitor>
@@ -106,32 +106,33 @@ struct RunRequest {
 
 struct SessionReport {
   int laps_taught = 0;
-  std::vector<double> mapping_s{};  ///< time from the end of each lap to its map
-  bool map_failed = false;          ///< the last lap could not be mapped
+  std::vector<double> mapping_s{};  ///< time from the end of each lap until its map is complete
+  bool map_failed = false;          ///< whether the last lap could not be mapped
   std::vector<ReplayReport> replays{};
   bool interrupted = false;
-  std::string state{};   ///< the last state
-  std::string reason{};  ///< reason of the last stop or failure
+  std::string state{};   ///< the final state
+  std::string reason{};  ///< reason for the last stop or failure
   double wall_s = 0;
 };
 
-/// Fails if a route is given without a map, or does not exist.
+/// Fails if a route is specified without a map, or does not exist.
 [[nodiscard]] Status check_session(const SessionJob& job);
 
 /// Runs the session until the operator ends it, or the control cancels it. The setup must have a process.
 [[nodiscard]] Result<SessionReport> run_session(const RobotSetup& setup, const SessionJob& job,
                                                 const JobControl& control);
-/// The same with an existing input; `driver` is then only a name in the recordings.
+/// The same with an existing input; `driver` is then only the name stored in the recordings.
 [[nodiscard]] Result<SessionReport> run_session(const RobotSetup& setup, const SessionJob& job,
                                                 std::unique_ptr<OperatorInput> input,
                                                 const JobControl& control);
-/// Whether every replay was completed, and the last lap was mapped.
+/// Whether every replay was completed and the last lap was mapped.
 [[nodiscard]] bool succeeded(const SessionReport& report);
-/// The number of laps, and the end of each replay.
+/// The number of laps, and how each replay ended.
 [[nodiscard]] std::string to_text(const SessionReport& report, std::string_view stopped_by = "its caller");
 [[nodiscard]] ReportFields fields(const SessionReport& report);
 
-/// Fails on fields without effect for this robot and driver; `view`: with a page.
+/// Fails if fields are set that have no effect for this robot and driver. `view` says whether there is a
+/// page.
 [[nodiscard]] Status check_effects(const RunRequest& request, const RobotSetup& setup, bool view,
                                    const GivenFields& given);
 

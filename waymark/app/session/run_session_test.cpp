@@ -1,5 +1,5 @@
-// Tests the files of an operator's session, and a session with a simulated gamepad and a robot process: teach
-// with the sticks, map, replay, pause, resume, stop with a stick, replay again.
+// Tests the files of an operator's session. Then tests a session with a simulated gamepad and a robot
+// process: teach with the sticks, map, replay, pause, resume, stop with a stick, and replay again.
 #include "waymark/app/session/run_session.hpp"
 
 #include <cmath>
@@ -134,7 +134,7 @@ GamepadState at_rest() {
   return {.axes = std::vector<float>(6, 0.0F), .buttons = std::vector<std::int32_t>(15, 0)};
 }
 
-/// A simulated pad, moved by the class below.
+/// A simulated gamepad, operated by the class below.
 class FakePad final : public Gamepad {
  public:
   explicit FakePad(std::shared_ptr<GamepadState> state) : state_(std::move(state)) {}
@@ -148,14 +148,14 @@ class FakePad final : public Gamepad {
   std::shared_ptr<GamepadState> state_;
 };
 
-/// Stick position that the driver maps to this share of the maximum.
+/// The stick position that the driver converts to this fraction of the maximum.
 float stick(double share) {
   constexpr double kDeadZone = 0.1;
   const double beyond = std::min(1.0, std::abs(share));
   return share == 0 ? 0.0F : static_cast<float>(std::copysign(kDeadZone + (1 - kDeadZone) * beyond, share));
 }
 
-/// Follows the path of the world and tests the buttons in order.
+/// Follows the path in the world and tests the buttons in order.
 class Hand final : public OperatorInput {
  public:
   Hand(const SimulatedSetup& setup, double& moved_while_paused_m, int& pauses)
@@ -188,7 +188,7 @@ class Hand final : public OperatorInput {
   std::string usage() const override { return pad_->usage(); }
 
  private:
-  /// Presses once, after half a second, because buttons are debounced.
+  /// Presses a button once, half a second after entering the state, because buttons are debounced.
   void press(int button) {
     if (in_state_s_ > 0.5 && in_state_s_ < 0.56) state_->buttons[static_cast<std::size_t>(button)] = 1;
   }

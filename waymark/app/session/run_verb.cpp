@@ -32,14 +32,14 @@ struct RunArgs : RunRequest {
   bool json = false;
 };
 
-/// The robot in its world; a simulated robot becomes a process too.
+/// The robot in its world; a simulated robot is run as a process as well.
 Result<RobotSetup> make_setup(const RunArgs& args) {
   Result<RobotSetup> made = args.setup.make();
   if (!made) return made;
-  std::optional<DetectingCameraOptions> pictures;  // of the robot's own process
+  std::optional<DetectingCameraOptions> pictures;  // images from the robot's own process
   Status status = check_effects(args, *made, args.live.view, given_on(args.settings.app()));
   if (status) status = args.scene.apply(args.images, pictures);
-  // A script can run at any rate. A person, who drives or watches, needs a real-time factor.
+  // A script can run at any speed. A person who drives or watches needs a fixed real-time factor.
   const SimulatedTime time{.lockstep = args.job.driver == "scripted" || args.live.view,
                            .pace = args.live.view ? args.pace : 0};
   if (status && made->process.empty())
