@@ -35,7 +35,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A line of standard input without newline. Fails at the end of the input, and if cancelled.
+/// Reads a line from standard input, without its newline. Fails at the end of the input, or if cancelled.
 Result<std::string> typed_line(const std::function<bool()>& cancelled) {
   std::string line;
   while (!cancelled()) {
@@ -55,17 +55,18 @@ Result<std::string> typed_line(const std::function<bool()>& cancelled) {
 constexpr VelocityCommand kFirstForward{.speed_m_s = 0.1, .yaw_rate_rad_s = 0};
 constexpr VelocityCommand kFirstTurn{.speed_m_s = 0, .yaw_rate_rad_s = 0.4};
 
-/// The steps of commission(), in order. Each adds its findings; after an error the next step is impossible.
+/// The steps of commission(), in order. Each step adds its findings; if it fails, the next one is impossible.
 class FirstDrive {
  public:
   FirstDrive(const RobotSetup& setup, const CommissionJob& job, const CommissionPerson& person,
              const JobControl& control);
 
-  /// With lifted wheels: forward, left.
+  /// With lifted wheels, drives forward and turns left.
   Status drive_lifted();
-  /// 0.5 m forward, 90 degrees to the left, 0.3 m forward.
+  /// Drives 0.5 m forward, turns 90 degrees to the left, and drives 0.3 m forward.
   Status drive_on_floor();
-  /// For robots in real time: `waymark stop`, space bar, no commands, a killed driver, no data.
+  /// For robots in real time, tests the stops: `waymark stop`, space bar, no commands, a killed driver, no
+  /// data.
   Status try_stops();
 
   [[nodiscard]] CommissionReport& report() { return report_; }
@@ -104,7 +105,7 @@ TagWitness witness_of(const RobotSetup& setup, double tag_size_m) {
   return witness;
 }
 
-/// The ratio measured by this origin, else by the first one.
+/// The ratio measured by the source with this origin, or else by the first one.
 double ratio_of(const std::vector<MotionReading>& readings, const char* origin) {
   double ratio = 0;
   for (const MotionReading& reading : readings) {
@@ -131,7 +132,7 @@ Status FirstDrive::open() {
 }
 
 Status FirstDrive::wait_for(const std::string& words) {
-  robot_.reset();  // no process can drive while a person handles the robot
+  robot_.reset();  // ensures that no process can drive while a person handles the robot
   return person_.ready(words);
 }
 
@@ -216,7 +217,7 @@ using V = CommissionVerdict;
 
 constexpr const char* kNoPerson = "a person at the terminal (omit `yes`)";
 
-/// A temporary folder, removed with its content.
+/// A temporary folder that is removed with its content.
 class ScratchFolder {
  public:
   ScratchFolder() {
@@ -237,7 +238,7 @@ class ScratchFolder {
 
 double command_timeout_s() { return to_seconds(CommandWatchOptions{}.timeout); }
 
-/// The socket is in a temporary folder, so that no other drive of this user is stopped.
+/// Uses a socket in a temporary folder, so that no other drive of this user is stopped.
 Status FirstDrive::stop_by_request() {
   const ScratchFolder folder;
   std::atomic<bool> asked{false};
@@ -260,7 +261,8 @@ Status FirstDrive::stop_by_request() {
   return {};
 }
 
-/// Repeats the drive if the key was pressed before the wheels turn, because then no stop can be measured.
+/// Repeats the drive if the key was pressed before the wheels turned, because no stop can be measured in that
+/// case.
 Status FirstDrive::stop_by_key() {
   StopKey key(false);
   if (!person_.present || !key.watched()) {
@@ -301,7 +303,7 @@ Status FirstDrive::stop_by_silence() {
   return {};
 }
 
-/// Starts the robot again and checks that it is stationary, if its process ended before that was observed.
+/// If the robot's process ended before the robot was seen to be stationary, starts it again and checks this.
 Status FirstDrive::check_rest_again(MotionTiming& timing) {
   const Duration began = steady_now();
   if (Status opened = open(); !opened) return opened;
@@ -389,7 +391,7 @@ bool nothing_failed(const CommissionReport& report) {
   });
 }
 
-/// Runs the steps until one fails. True if the last step was run.
+/// Runs the steps until one fails. Returns true if the last step was run.
 Result<bool> take_steps(FirstDrive& drive, const CommissionJob& job) {
   Status status;
   if (!job.skip_lifted) {
@@ -422,7 +424,7 @@ CommissionRecord record_of(const CommissionReport& report, const RobotSetup& set
   return record;
 }
 
-/// Copies an existing file to NAME.1, or the next free number. Returns the name of the backup.
+/// Copies an existing file to NAME.1, or the next free number, and returns the name of the backup.
 Result<std::string> back_up(const fs::path& file) {
   std::error_code error;
   if (!fs::exists(file, error)) return std::string();
@@ -492,7 +494,9 @@ Result<CommissionReport> commission(const RobotSetup& setup, const CommissionJob
     const bool of_job = std::ranges::find(fields, error.place.key) != fields.end();
     const bool of_message = !error.place.key.empty() && !of_job;
     if (report.findings.empty() && !of_message) return tl::unexpected(error);
-    if (of_job) error.place.key = fmt::format("`{}`", error.place.key);  // printed in a sentence
+    if (of_job)
+      error.place.key = fmt::format("`{}`", error.place.key);  // because it is printed within a
+                                                               // sentence
     report.findings.push_back(
         {"end",
          {of_message ? error.place.key : "drive", CommissionVerdict::Fail, to_string(error),

@@ -1,4 +1,4 @@
-// Tests the report of a first drive as JSON.
+// Tests the JSON report of a first drive.
 #include "waymark/app/commission/commission.hpp"
 
 #include <gtest/gtest.h>

@@ -15,7 +15,7 @@ constexpr Duration kOrderEvery = std::chrono::milliseconds(50);
 
 Duration seconds(double value) { return Duration(std::llround(value * 1e9)); }
 
-/// The driving child process; killed with this object.
+/// The child process that drives; killed when this object is destroyed.
 class DrivingChild {
  public:
   explicit DrivingChild(pid_t pid) : pid_(pid) {}
@@ -36,7 +36,7 @@ class DrivingChild {
   pid_t pid_;
 };
 
-/// Receives samples for this time and repeats the command, if there is one.
+/// Receives samples for this long and repeats the command, if there is one.
 Status listen(ProcessRobot& robot, MotionTrace& trace, double for_s,
               const std::optional<VelocityCommand>& command, const std::function<bool()>& cancelled) {
   const Duration until = steady_now() + seconds(for_s);
@@ -58,7 +58,7 @@ Status listen(ProcessRobot& robot, MotionTrace& trace, double for_s,
   return {};
 }
 
-/// Commands zero until data have arrived; returns the begun trace.
+/// Commands zero until data have arrived; returns the trace recorded so far.
 Result<MotionTrace> rested(ProcessRobot& robot, const StopTrial& trial) {
   constexpr double kRest_s = 0.7;
   MotionTrace trace{.commanded = trial.command};
@@ -92,7 +92,7 @@ Result<MotionTrace> kill_driver(ProcessRobot& robot, const StopTrial& trial) {
     return tl::unexpected(status.error());
   child.end();
   trace->ceased = robot.now();
-  constexpr double kEnding_s = 6;  // longer than the watchdog waits before it ends the robot's process
+  constexpr double kEnding_s = 6;  // longer than the watchdog waits before ending the robot's process
   (void)listen(robot, *trace, kEnding_s, {}, trial.cancelled);
   if (trial.cancelled()) return fail(ErrorCode::Unreadable, "stopped");
   return trace;

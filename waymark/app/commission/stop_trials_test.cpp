@@ -1,5 +1,5 @@
-// Tests with robots of a few lines of shell, in real time, that the watchdog stops them when their driver
-// ends.
+// Tests in real time, with robots written as a few lines of shell, that the watchdog stops them when their
+// driver ends.
 #include "waymark/app/commission/stop_trials.hpp"
 
 #include <cstdlib>
@@ -11,7 +11,8 @@
 namespace waymark {
 namespace {
 
-/// Drives at the last commanded speed; `obeys`: a shell pattern of orders that it ignores.
+/// A robot that drives at the last commanded speed and ignores lines that match the shell pattern
+/// `passes_over`.
 std::unique_ptr<ProcessRobot> robot(const std::string& passes_over) {
   const std::string script =
       R"(echo '{"type":"hello","protocol_version":1,"name":"tiny"}'; v=0; while true; do )"
