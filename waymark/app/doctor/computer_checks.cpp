@@ -35,10 +35,10 @@ namespace {
 constexpr double kOldDays = 180;
 constexpr std::uint64_t kMinFree_bytes = 200'000'000;
 constexpr std::uint64_t kSome_bytes = 2'000'000'000;
-constexpr double kMaxShare = 0.5;  // the rest is for mapping, the page and other programs
+constexpr double kMaxShare = 0.5;  // the rest is reserved for mapping, the page and other programs
 constexpr double kNoCore = 0.9;
 constexpr Duration kLook = std::chrono::seconds(1);
-constexpr Duration kFirst = std::chrono::seconds(5);  // some cameras need seconds for the first image
+constexpr Duration kFirst = std::chrono::seconds(5);  // some cameras take seconds to deliver the first image
 
 constexpr const char* kCalibrate = "waymark calibrate camera help=true";
 
@@ -88,8 +88,8 @@ std::vector<DoctorLine> check_cameras(const std::vector<CameraDevice>& devices) 
 }
 
 std::string flat_picture_warning(const ImageView& image) {
-  constexpr std::size_t kEvery = 4;     // pixel stride, for speed
-  constexpr double kOutliers = 0.0005;  // share of pixels ignored at both ends
+  constexpr std::size_t kEvery = 4;     // stride in pixels, for speed
+  constexpr double kOutliers = 0.0005;  // fraction of the pixels that is ignored at either end
   constexpr double kDark = 40;
   std::vector<double> levels;
   for (int y = 0; y < image.height; ++y)
@@ -234,7 +234,7 @@ std::vector<std::string> gamepads() {
   return found;
 }
 
-/// Adds one line for the devices of a kind, and one for each device without permission.
+/// Adds one line that lists the devices of a kind, and one for each device that the user may not open.
 void add_kind(const std::string& key, const std::string& what, const std::vector<std::string>& paths,
               std::vector<DoctorLine>& lines) {
   if (paths.empty()) return;
@@ -259,9 +259,9 @@ std::vector<DoctorLine> check_devices() {
 
 namespace {
 
-constexpr double kNoise = 3;  // standard deviation in grey levels, as of a webcam indoors
+constexpr double kNoise = 3;  // standard deviation in grey levels, as for a webcam indoors
 
-/// Draws a tag with its white border, with cells of `cell_px`.
+/// Draws a tag with its white border; its cells have `cell_px` pixels per side.
 void draw_tag(Image& image, int id, int left, int top, int cell_px) {
   const std::vector<std::uint8_t> cells = bitmap({FamilyId::Tag36h11, id});
   const int side = static_cast<int>(std::lround(std::sqrt(static_cast<double>(cells.size()))));
@@ -272,7 +272,7 @@ void draw_tag(Image& image, int id, int left, int top, int cell_px) {
     }
 }
 
-/// Four tags on a structured background, with noise.
+/// Four tags on a textured background, with noise.
 Image drawn_picture(int width, int height) {
   Image image(width, height);
   for (int y = 0; y < height; ++y)
@@ -291,7 +291,7 @@ Image drawn_picture(int width, int height) {
   return image;
 }
 
-/// Delivers the same image repeatedly at a rate.
+/// Delivers the same image repeatedly, at a fixed rate.
 class DrawnCamera final : public Source {
  public:
   explicit DrawnCamera(const LoopTrial& trial)

@@ -14,7 +14,7 @@
 namespace waymark {
 namespace {
 
-/// The given calibration, else calibration.yaml in the current folder.
+/// The calibration specified by the user, or else calibration.yaml in the current folder.
 std::string calibration_file(const DoctorJob& job) {
   std::error_code ignored;
   const std::string found = std::filesystem::exists("calibration.yaml", ignored) ? "calibration.yaml" : "";
@@ -27,7 +27,7 @@ DoctorLine calibration_line(const std::string& file) {
           "waymark doctor camera=FILE"};
 }
 
-/// The checks for a kind of robot, which do not move it.
+/// The checks for one kind of robot. They do not move it.
 struct RobotCheck {
   std::string_view kind;
   std::vector<DoctorLine> (*check)(const std::string& address, const DoctorCancelled& cancelled);
@@ -35,7 +35,7 @@ struct RobotCheck {
 constexpr std::array kRobotChecks = {RobotCheck{"ros2", check_ros2}, RobotCheck{"limo", check_limo},
                                      RobotCheck{"mbot", check_mbot}, RobotCheck{"gazebo", check_gazebo}};
 
-/// The lines of a robot `KIND:ADDRESS`. Fails on a kind that is unknown or has no checks.
+/// The lines for a robot `KIND:ADDRESS`. Fails if the kind is unknown or has no checks.
 Result<std::vector<DoctorLine>> check_robot(const std::string& robot, const DoctorCancelled& cancelled) {
   std::vector<std::string> names;
   for (const RobotKind& kind : robot_kinds()) {
@@ -53,7 +53,7 @@ Result<std::vector<DoctorLine>> check_robot(const std::string& robot, const Doct
               suggestion(robot, names));
 }
 
-/// Runs the loop trial.
+/// Runs the loop trial and reports its result.
 Result<DoctorLine> processor_line(const LoopTrial& trial, const DoctorCancelled& cancelled) {
   const auto finder = make_tag_finder();
   if (!finder) return tl::unexpected(finder.error());

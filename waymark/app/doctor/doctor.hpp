@@ -9,15 +9,16 @@
 
 namespace waymark {
 
-/// Inputs of `waymark doctor`.
+/// Inputs for `waymark doctor`.
 struct DoctorJob {
-  std::string robot{};        ///< KIND:ADDRESS of a robot to listen to, without moving it; empty: none
-  std::string calibration{};  ///< empty: calibration.yaml in the current folder, if it exists
+  std::string robot{};        ///< KIND:ADDRESS of a robot to listen to without moving it; empty if there is
+                              ///< none
+  std::string calibration{};  ///< if empty, calibration.yaml in the current folder is used if it exists
   std::vector<std::string> sources{};  ///< addresses of cameras to open
-  std::string map{};                   ///< map whose tags should be in view of the sources; empty: none
+  std::string map{};                   ///< map whose tags the sources should see; empty if there is none
   std::string folder = ".";            ///< folder for recordings
   LoopTrial trial{};
-  TagSizeTrial tag{};  ///< measured with each source; without a distance: not measured
+  TagSizeTrial tag{};  ///< measured with each source if its distance is set
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -56,14 +57,14 @@ struct DoctorReport {
   std::vector<DoctorLine> checks{};  ///< in the order of the output
 };
 
-/// Runs all checks. Takes two seconds for the loop and one for each camera. Fails on an unknown robot, if the
-/// detector cannot be made, and if cancelled.
+/// Runs all checks. Takes two seconds for the loop and one for each camera. Fails if the robot is unknown, if
+/// the detector cannot be created, or if cancelled.
 [[nodiscard]] Result<DoctorReport> run_doctor(
     const DoctorJob& job, const DoctorCancelled& cancelled = [] { return false; });
 
-/// Whether one of the checks failed.
+/// Whether any of the checks failed.
 [[nodiscard]] bool any_failed(const DoctorReport& report);
-/// One line per check, followed by the command that fixes it.
+/// One line per check, followed by the command that fixes the problem.
 [[nodiscard]] std::string to_text(const DoctorReport& report);
 [[nodiscard]] ReportFields fields(const DoctorLine& line);
 [[nodiscard]] ReportFields fields(const DoctorReport& report);

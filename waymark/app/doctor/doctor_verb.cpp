@@ -8,7 +8,7 @@ struct DoctorArgs : JobArgs<DoctorJob> {
   explicit DoctorArgs(CLI::App& app) : JobArgs(app, "Print one JSON object instead of lines") {}
 };
 
-/// The report with commands to copy: flags instead of fields.
+/// The report with commands that users can copy, in which fields are replaced by flags.
 DoctorReport with_flags_in_commands(DoctorReport report, const Console& console) {
   for (DoctorLine& line : report.checks) {
     if (!line.command.starts_with("waymark ")) continue;

@@ -28,7 +28,7 @@
 namespace waymark {
 namespace {
 
-/// Longest wait for a message before cancellation is checked.
+/// Maximum time to wait for a message before checking for cancellation.
 constexpr Duration kDoctorSlice = std::chrono::milliseconds(100);
 
 DoctorLine odometry_line(const NetworkTraffic& traffic, const std::string& howto) {
@@ -147,7 +147,7 @@ DoctorLine check_drive(const LimoState& state) {
           state.drive == LimoDrive::Ackermann ? "`robot_file=limo-ackermann`" : ""};
 }
 
-/// The lines for the received data.
+/// The lines that describe the received data.
 std::vector<DoctorLine> limo_lines(const std::string& port, const LimoPortActivity& traffic) {
   std::vector<DoctorLine> lines = {check_frames(port, traffic)};
   if (traffic.frames == 0) return lines;
@@ -233,7 +233,7 @@ struct BatteryBegin {
   static constexpr std::string_view kType = "sensor_msgs/msg/BatteryState";
   ros2::Header header{};
   float voltage = 0, temperature = 0, current = 0, charge = 0, capacity = 0, design_capacity = 0;
-  float percentage = 0;  ///< 0 to 1; NaN: not measured
+  float percentage = 0;  ///< from 0 to 1, or NaN if it is not measured
   WAYMARK_ROS2_FIELDS(self.header, self.voltage, self.temperature, self.current, self.charge, self.capacity,
                       self.design_capacity, self.percentage)
 };
@@ -271,7 +271,7 @@ class Ros2Listener {
     return {};
   }
   [[nodiscard]] NetworkTraffic& traffic() { return traffic_; }
-  /// Fails if several robots are found, because one command would move all of them.
+  /// Fails if several robots are found, because a single command would move all of them.
   [[nodiscard]] std::vector<DoctorLine> robot_lines() const {
     if (robots_.size() < 2) return {};
     return {{"robots", DoctorLevel::Fail,
@@ -312,11 +312,11 @@ class Ros2Listener {
   const Ros2Profile& profile_;
   NetworkTraffic traffic_{};
   PublisherNames names_{};
-  std::set<Guid> robots_{};   ///< publishers of received odometry
-  std::set<Guid> drivers_{};  ///< publishers of received commands
+  std::set<Guid> robots_{};   ///< publishers of the received odometry
+  std::set<Guid> drivers_{};  ///< publishers of the received commands
 };
 
-/// Errors in the robot file of the profile, which would prevent a drive.
+/// Errors in the profile's robot file that would prevent a drive.
 std::vector<DoctorLine> profile_lines(const Ros2Profile& profile) {
   std::vector<DoctorLine> lines;
   const auto wrong = [&](const Error& error) {
@@ -331,7 +331,7 @@ std::vector<DoctorLine> profile_lines(const Ros2Profile& profile) {
   return lines;
 }
 
-/// The peers on the network, and topics of the profile that cannot be received.
+/// The peers on the network, and the topics in the profile that cannot be received.
 std::vector<DoctorLine> peer_lines(const Bus& bus, const BusOptions& options, const Ros2Profile& profile) {
   const bool alone = bus.participants().empty();
   std::vector<DoctorLine> lines = {{"peers", alone ? DoctorLevel::Fail : DoctorLevel::Ok,
@@ -374,7 +374,7 @@ namespace {
 
 constexpr const char* kGazeboHowTo = "docs/howto/gazebo.md";
 
-/// Arrival time and stamp of a message.
+/// Arrival time and timestamp of a message.
 struct Moment {
   Duration arrived{};
   SensorTime stamp{};

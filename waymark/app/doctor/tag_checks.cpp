@@ -21,17 +21,17 @@ namespace waymark {
 namespace {
 
 constexpr double kMapLook_s = 2;
-constexpr int kMissPeriod = 5;  // a tag is reported if it is missed more often than once in this many images
+constexpr int kMissPeriod = 5;  // a tag is reported if it is missed in more than one out of this many images
 
 DoctorLine map_warning(std::string words, std::string command) {
   return {"map", DoctorLevel::Warn, std::move(words), std::move(command)};
 }
-/// A line for a check that cannot be done.
+/// A line for a check that could not be performed.
 DoctorLine map_failed(std::string words, std::string command) {
   return {"map", DoctorLevel::Fail, std::move(words), std::move(command)};
 }
 
-/// Whether the pose is certain enough to predict other tags in the image.
+/// Whether the pose is certain enough to predict where other tags appear in the image.
 bool certain(const CameraPoseEstimate& pose) {
   constexpr double kMaxSigma_m = 0.1;
   constexpr double kMaxSigma_rad = 0.05;
@@ -128,7 +128,7 @@ DoctorLine tag_warning(std::string words, std::string command = "waymark doctor 
   return {"tag size", DoctorLevel::Warn, std::move(words), std::move(command)};
 }
 
-/// A line for a measurement that cannot be done.
+/// A line for a measurement that could not be performed.
 DoctorLine tag_failed(std::string words, std::string command = "waymark doctor help=true") {
   return {"tag size", DoctorLevel::Fail, std::move(words), std::move(command)};
 }

@@ -1,5 +1,5 @@
-// Tests the map tags that a stationary camera misses, with reasons, and the printed size of a tag in front of
-// the camera.
+// Tests the reasons reported for map tags that a stationary camera misses, and the measured size of a printed
+// tag in front of the camera.
 #include "waymark/app/doctor/tag_checks.hpp"
 
 #include <array>
@@ -25,7 +25,7 @@ const CameraModel kCamera =
 
 TagId tag(int number) { return {FamilyId::Tag36h11, number}; }
 
-/// Four tags in front of the camera, which is at the map origin, not in one plane, and one tag behind it.
+/// Four tags in different planes in front of the camera, which is at the map origin, and one tag behind it.
 TagMap wall() {
   TagMap map;
   for (int number = 0; number < 4; ++number)
@@ -36,9 +36,9 @@ TagMap wall() {
   return map;
 }
 
-using Levels = std::array<double, 2>;  ///< of black and white
+using Levels = std::array<double, 2>;  ///< grey levels of black and white
 
-/// The wall; `levels` of each tag.
+/// An image of the wall; `levels` returns the grey levels of each tag.
 Image picture(const std::function<Levels(int)>& levels, std::uint64_t seed) {
   Image image(640, 480, 140);
   for (const auto& [id, mapped] : wall().tags) {
@@ -53,7 +53,7 @@ Image picture(const std::function<Levels(int)>& levels, std::uint64_t seed) {
 
 constexpr Levels kPlain = {30, 220};
 
-/// Ten images of the wall, changed by `change`.
+/// The result for ten images of the wall, each modified by `change`.
 DoctorLine looked_at(const std::function<Levels(int)>& levels,
                      const std::function<void(Image&, int)>& change) {
   DetectorOptions options;
@@ -87,7 +87,7 @@ TEST(DoctorMap, IsOkIfAllExpectedTagsAreDetected) {
 TEST(DoctorMap, NamesATagThatIsCoveredOrFaint) {
   const DoctorLine covered = looked_at(kAllPlain, [](Image& image, int) { cover(image, 80, 160); });
   EXPECT_EQ(covered.level, DoctorLevel::Warn);
-  // With three detected tags the camera pose is ambiguous in some images.
+  // If only three tags are detected, the camera pose is ambiguous in some images.
   EXPECT_THAT(covered.message,
               AllOf(HasSubstr("4 map tags"), HasSubstr("1 missed: tag36h11:0 in "), HasSubstr(" occluded)")));
   testing::expect_on_page("doctor", covered.message);
@@ -97,7 +97,7 @@ TEST(DoctorMap, NamesATagThatIsCoveredOrFaint) {
               AllOf(HasSubstr("1 missed: tag36h11:2 in "), HasSubstr(" too faint)")));
 }
 
-/// In one of ten images the tag is covered, as by a person who walks by.
+/// The tag is covered in one out of ten images, as by a person walking past.
 TEST(DoctorMap, IgnoresATagThatIsMissedOnce) {
   const auto once = [](Image& image, int i) {
     if (i == 4) cover(image, 80, 160);
@@ -110,7 +110,7 @@ TEST(DoctorMap, ReportsWhyTagsCannotBeChecked) {
   EXPECT_EQ(empty.level, DoctorLevel::Fail);
   EXPECT_THAT(empty.message, HasSubstr("10 images"));
   testing::expect_on_page("doctor", empty.message);
-  // Two exchanged map tags.
+  // Two tags in the map are swapped.
   DetectorOptions options;
   const auto finder = make_tag_finder(options).value();
   TagMap exchanged = wall();
@@ -126,7 +126,7 @@ TEST(DoctorMap, ReportsWhyTagsCannotBeChecked) {
   testing::expect_on_page("doctor", line.message);
 }
 
-/// Detections of a tag with this side at this distance, with 0.1 px of noise.
+/// Detections of a tag with this side length at this distance, with 0.1 px of noise.
 std::vector<TagDetection> held(double size_m, double distance_m, int number = 5) {
   Random random(3);
   std::vector<TagDetection> all(9);
