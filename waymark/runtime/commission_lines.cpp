@@ -23,7 +23,7 @@ namespace {
 
 double seconds_between(SensorTime from, SensorTime to) { return to_seconds(to - from); }
 
-/// Whether a list has at least two samples with time between them.
+/// Whether a list has at least two samples that are separated in time.
 template <class T>
 bool spans(const std::vector<T>& samples) {
   return samples.size() >= 2 && samples.back().stamp > samples.front().stamp;
@@ -37,7 +37,7 @@ double median_of(const std::vector<T>& samples, const Value& value) {
   return median(std::move(values));
 }
 
-/// The tag that was in view for the longest time, with its first and last observation.
+/// The tag that was visible for the longest time, with its first and last observation.
 std::optional<std::pair<TagPlace, TagPlace>> longest_view(const std::vector<TagPlace>& places) {
   std::map<TagId, std::pair<TagPlace, TagPlace>> views;
   for (const TagPlace& place : places)
@@ -53,7 +53,7 @@ std::optional<std::pair<TagPlace, TagPlace>> longest_view(const std::vector<TagP
   return longest;
 }
 
-/// Sum of the steps, each less than half a turn.
+/// The sum of the heading changes between samples, each of less than half a turn.
 double turned_rad(const std::vector<Odometry>& odometry) {
   double sum = 0;
   for (std::size_t i = 1; i < odometry.size(); ++i)
@@ -61,7 +61,7 @@ double turned_rad(const std::vector<Odometry>& odometry) {
   return sum;
 }
 
-/// Distance along yaw, or the length of a motion in another direction (which judge_axes() reports).
+/// The distance along yaw or, for motion in another direction (which judge_axes() reports), its length.
 double ahead_m(const OdometryLeg& leg) {
   const double ahead = leg.moved_m.dot(Eigen::Vector2d(std::cos(leg.yaw_rad), std::sin(leg.yaw_rad)));
   const double length = leg.moved_m.norm();
@@ -149,13 +149,13 @@ std::vector<MotionReading> turn_readings(const MotionTrace& steady, const Motion
 
 namespace {
 
-/// Comparison of a reading with the command.
+/// Result of comparing one reading with the command.
 struct ReadingClass {
   enum class Kind : std::uint8_t { Fits, OtherUnit, OtherSize, Still };
   Kind kind = Kind::Fits;
   bool reversed = false;
-  double factor = 1;      ///< factor of the other unit
-  const char* unit = "";  ///< "degrees instead of radians"
+  double factor = 1;      ///< conversion factor if the reading is in a different unit
+  const char* unit = "";  ///< such as "degrees instead of radians"
 
   [[nodiscard]] bool right() const { return kind == Kind::Fits && !reversed; }
   friend bool operator==(const ReadingClass& a, const ReadingClass& b) {
@@ -163,11 +163,12 @@ struct ReadingClass {
   }
 };
 
-/// Comparison of all readings with the command.
+/// Result of comparing all readings with the command.
 struct ReadingVerdict {
-  bool command_wrong = false;  ///< all readings agree, and they are from at least two sources
-  bool either = false;         ///< only one source contradicts: it is wrong, or the command is
-  double size = 1;             ///< actual over commanded motion; by tags if available
+  bool command_wrong = false;  ///< whether all readings agree and come from at least two sources
+  bool either = false;         ///< whether the only source contradicts the command, so that either may be
+                               ///< wrong
+  double size = 1;             ///< ratio of actual to commanded motion, measured with tags if possible
 };
 
 constexpr double kMinRatio = 0.2;
@@ -189,8 +190,8 @@ std::span<const Factor> factors_of(ReadingUnit unit) {
 
 bool fits(double ratio) { return ratio >= kMinRatio && ratio <= kMaxRatio; }
 
-/// Ratios from 0.2 to 3 are accepted, because a skidding robot turns only a third as much as commanded. Units
-/// are recognised within the same bounds; of two possible factors the nearer one is used.
+/// Ratios from 0.2 to 3 are accepted, because a skidding robot may turn only a third as much as commanded.
+/// The same bounds apply when units are recognised; if two conversion factors fit, the nearer one is used.
 ReadingClass classify(const MotionReading& reading) {
   using Kind = ReadingClass::Kind;
   const double size = std::abs(reading.ratio);
@@ -208,7 +209,7 @@ ReadingClass classify(const MotionReading& reading) {
   return found;
 }
 
-/// "is reversed, in degrees instead of radians"; empty if the reading is right.
+/// Returns a text such as "is reversed, in degrees instead of radians"; empty if the reading is right.
 std::string describe(const ReadingClass& reading) {
   using Kind = ReadingClass::Kind;
   std::string text;
@@ -250,7 +251,7 @@ using Lines = std::vector<CommissionLine>;
 
 constexpr double kSettle_s = 0.6;
 
-/// Description of one axis of the commands.
+/// Describes one axis of the commands.
 struct Axis {
   const char* command;  ///< key of the command
   const char* unit;
@@ -260,7 +261,7 @@ struct Axis {
 
 bool still(const MotionReading& reading) { return classify(reading).kind == ReadingClass::Kind::Still; }
 
-/// Noise and drift are below this share of the command.
+/// Whether a reading is small enough relative to the command to be noise or drift.
 bool is_noise(const MotionReading& reading) {
   constexpr double kNoiseShare = 0.1;
   return std::abs(reading.ratio) < kNoiseShare;
@@ -338,8 +339,8 @@ Lines judge_axis(const std::vector<MotionReading>& readings, const Axis& axis, S
   return lines;
 }
 
-/// Detects swapped axes: the other axis moved instead of the commanded one. The command is swapped if all
-/// sources agree, otherwise the odometry.
+/// Detects swapped axes, where the robot moved along the axis that was not commanded. If all sources agree,
+/// the command is swapped; otherwise the odometry is.
 void find_swap(const std::vector<MotionReading>& asked, const std::vector<MotionReading>& other,
                const Axis& axis, Lines& lines) {
   const auto moved = [&](const char* key) {
@@ -354,7 +355,7 @@ void find_swap(const std::vector<MotionReading>& asked, const std::vector<Motion
         "other motion",
         axis.command);
     lines.front().remedy = std::string(axis.command) + " in the robot's program";
-    lines.resize(1);  // the lines of the sensors are consequences
+    lines.resize(1);  // the sensor lines are only consequences of this
     return;
   }
   for (CommissionLine& line : lines) {
@@ -371,7 +372,7 @@ std::vector<MotionReading> without(std::vector<MotionReading> readings, std::str
   return readings;
 }
 
-/// The readings relative to another value.
+/// The readings divided by a different reference value.
 std::vector<MotionReading> relative_to(std::vector<MotionReading> readings, double asked) {
   for (MotionReading& reading : readings) reading.ratio = reading.measured / asked;
   return readings;
@@ -381,7 +382,7 @@ std::vector<MotionReading> counted(std::vector<MotionReading> readings, Ground g
   return ground == Ground::Floor ? readings : without(without(std::move(readings), "tags"), "imu");
 }
 
-/// The robot's own sensors alone cannot reveal a common error.
+/// The robot's own sensors cannot reveal an error that they all share.
 void miss_tags(const std::vector<MotionReading>& readings, Ground ground, Lines& lines) {
   if (ground == Ground::Lifted || without(readings, "tags").size() < readings.size()) return;
   lines.push_back({"tags", V::Warn,
@@ -389,7 +390,7 @@ void miss_tags(const std::vector<MotionReading>& readings, Ground ground, Lines&
                    "a tag ahead of the robot, and `tag_size_m`"});
 }
 
-/// Both sides turn forwards in a straight motion.
+/// In a straight motion, the wheels on both sides turn forwards.
 void judge_sides(const MotionTrace& steady, const RobotModel& model, Lines& lines) {
   const auto rates = wheel_rates(steady);
   if (!rates) return;
@@ -404,7 +405,7 @@ void judge_sides(const MotionTrace& steady, const RobotModel& model, Lines& line
   }
 }
 
-/// A turn is about z.
+/// A turn is a rotation about z.
 void judge_gyro_axes(const MotionTrace& steady, const MotionTrace& standing, Lines& lines) {
   const auto gyro = rotation_by_gyro(steady, standing);
   constexpr double kShare = 0.2;
@@ -479,13 +480,13 @@ bool all_pass(const std::vector<CommissionLine>& lines) {
 
 namespace {
 
-/// Speed of a robot at its outer edge: forward speed plus yaw rate times 0.2 m, in any unit.
+/// Speed of the outer edge of the robot: forward speed plus yaw rate times 0.2 m, in any unit.
 double pace_of(const Odometry& odometry) {
   constexpr double kEdge_m = 0.2;
   return std::abs(odometry.speed_m_s) + kEdge_m * std::abs(odometry.yaw_rate_rad_s);
 }
 
-/// Wrong axes of a position, reversed or swapped.
+/// Reversed or swapped axes of the position.
 struct AxesFault {
   Eigen::Matrix2d sent_R_right;
   const char* message;
@@ -500,7 +501,7 @@ std::array<AxesFault, 8> axes_faults() {
   return {{{m(1, 0, 0, 1), ""},
            {m(1, 0, 0, -1), "odometry.y_m is reversed: left must be positive"},
            {m(-1, 0, 0, 1), "odometry.x_m is reversed: forward must be positive"},
-           {m(-1, 0, 0, -1), ""},  // backwards: judge_forward() decides whether this is wrong
+           {m(-1, 0, 0, -1), ""},  // driven backwards; judge_forward() decides whether this is wrong
            {m(0, 1, 1, 0), "odometry.x_m and odometry.y_m are swapped"},
            {m(0, 1, -1, 0), "odometry.x_m and odometry.y_m are swapped, and y_m is reversed"},
            {m(0, -1, 1, 0), "odometry.x_m and odometry.y_m are swapped, and x_m is reversed"},
@@ -572,7 +573,7 @@ MotionTiming timing_of(const MotionTrace& trace) {
   for (const Odometry& odometry : steady_part(trace, 0.6).odometry) paces.push_back(pace_of(odometry));
   const double steady = median(paces);
   const Odometry* at_end = nullptr;
-  constexpr double kStanding = 0.15;  // share of the former speed, above the noise of a twist
+  constexpr double kStanding = 0.15;  // fraction of the previous speed, chosen above the noise of a twist
   if (!(steady > 0)) return timing;
   for (const Odometry& odometry : trace.odometry) {
     const double pace = pace_of(odometry);

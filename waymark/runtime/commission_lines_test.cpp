@@ -1,4 +1,4 @@
-// Tests first drives of a simulated robot in which each sign, axis and unit is wrong in turn and must be
+// Tests first drives with a simulated robot in which each sign, axis and unit is wrong in turn and must be
 // reported.
 #include "waymark/runtime/commission_lines.hpp"
 
@@ -30,7 +30,7 @@ TEST(Commission, ACorrectRobotPasses) {
 struct Case {
   const char* name;
   Wrong wrong;
-  const char* message;  ///< expected in the failures
+  const char* message;  ///< expected in the failing lines
   const char* not_words = "@";
 };
 
@@ -225,7 +225,7 @@ TEST(Commission, TagsAreAnIndependentSource) {
       << "tags were in view";
   EXPECT_NE(failures(lines).find("odometry.speed_m_s is reversed"), std::string::npos);
   for (TagPlace& place : trace.tags)
-    place.base_p_tag_m *= -1;  // the camera points backwards, but is configured to point forwards
+    place.base_p_tag_m *= -1;  // the camera points backwards, although it is configured to point forwards
   EXPECT_NE(failures(judge_forward(trace, model(), Ground::Floor)).find("camera_mounting is reversed"),
             std::string::npos);
 }

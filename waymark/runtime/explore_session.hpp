@@ -14,26 +14,26 @@ namespace waymark {
 
 /// Callbacks of an ExploreSession; an error ends the drive.
 struct ExploreListener {
-  /// Every sample, after explorer and localizer received it.
+  /// Called with every sample, after the explorer and the localizer have received it.
   std::function<Status(const Sample&)> on_sample = [](const Sample&) { return Status(); };
-  /// Every decision with the current estimate, before its command is sent.
+  /// Called with every decision and the current estimate, before the command is sent.
   std::function<Status(SensorTime, const ExploreStep&, const std::optional<LocalizationEstimate>&)> on_step =
       [](SensorTime, const ExploreStep&, const std::optional<LocalizationEstimate>&) { return Status(); };
-  /// Progress, at each decision.
+  /// Called with the progress at each decision.
   std::function<void(const std::string&)> on_progress = [](const std::string&) {};
 };
 
-/// Result of exploration, or its state so far.
+/// Result of an exploration, or its state so far.
 struct ExploreEnd {
-  bool finished = false;      ///< it ran for its full time
-  bool interrupted = false;   ///< it was ended from outside
-  double seconds = 0;         ///< since the robot was switched on
-  std::string halt_reason{};  ///< why the robot was stopped at the end; empty if it moved
+  bool finished = false;      ///< whether it ran for its full time
+  bool interrupted = false;   ///< whether it was ended from outside
+  double seconds = 0;         ///< time since the robot was switched on
+  std::string halt_reason{};  ///< why the robot was stationary at the end; empty if it was moving
   int turns = 0;
-  std::map<TagId, int> seen{};  ///< number of frames with each map tag
+  std::map<TagId, int> seen{};  ///< number of frames in which each map tag was observed
 };
 
-/// Runs a robot that explores and localises itself for a given time.
+/// Runs a robot that explores while localising itself, for a given time.
 class ExploreSession {
  public:
   ExploreSession(Explorer explorer, Localizer localizer, TagMap tags, double most_s,
@@ -46,10 +46,10 @@ class ExploreSession {
 
   Status receive(const Sample& sample);
   Result<DriverDecision> decide(Duration uptime, SensorTime now);
-  /// Callbacks that drive a robot with this session; set should_stop to end it from outside.
+  /// Callbacks that let this session drive a robot; set should_stop to end the session from outside.
   [[nodiscard]] RobotListener listener();
   [[nodiscard]] ExploreEnd end() const;
-  /// The result, combined with that of the loop.
+  /// The result, combined with the result of the loop.
   [[nodiscard]] ExploreEnd end(const RobotLoopEnd& loop) const;
 
  private:

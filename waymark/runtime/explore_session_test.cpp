@@ -1,4 +1,4 @@
-// Tests exploration on the loop, with a simulated robot and clock.
+// Tests exploration in the robot loop, with a simulated robot and clock.
 #include "waymark/runtime/explore_session.hpp"
 
 #include <vector>
@@ -14,7 +14,7 @@ namespace {
 
 using std::chrono::seconds;
 
-/// A scan with all ranges equal.
+/// A scan in which all ranges are equal.
 LaserScan ring(float range_m) {
   return {.angle_min_rad = -3.1,
           .angle_increment_rad = 0.1,
@@ -23,7 +23,7 @@ LaserScan ring(float range_m) {
           .ranges_m = std::vector<float>(63, range_m)};
 }
 
-/// One tag on a wall; the frames of the robot contain it and another that is not in the map.
+/// One tag on a wall; frames from the robot contain this tag and another one that is not in the map.
 TagMap one_tag() {
   TagMap map;
   map.tags[TagId{FamilyId::Tag36h11, 0}] = {.map_T_tag = SE3({}, {3, 0, 0.3}), .size_m = 0.2};

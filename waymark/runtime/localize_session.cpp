@@ -49,7 +49,7 @@ void LocalizeSession::notice_silence(Stream& stream, Duration uptime) const {
                      : "Is the robot still running?"));
 }
 
-/// Warns once if the robot observes tags for a while without an estimate.
+/// Warns once if the robot has observed tags for a while but there is no estimate.
 void LocalizeSession::notice_foreign_tags(Duration uptime) {
   if (estimated_ || tags_.empty() || foreign_tags_reported_) return;
   constexpr double kPatience_s = 3;
@@ -67,7 +67,7 @@ Result<DriverDecision> LocalizeSession::decide(Duration uptime, SensorTime now) 
   notice_foreign_tags(uptime);
   if (estimating_) estimated_at_ = uptime;
   estimating_ = false;
-  // Reports immediately after the clock of the robot was set back.
+  // Reports immediately after the robot's clock has been set back.
   if (!next_report_ || now >= *next_report_ || now < *next_report_ - 2 * options_.report_every) {
     next_report_ = now + options_.report_every;
     auto estimate = localizer_.estimate();

@@ -15,16 +15,16 @@ namespace waymark {
 
 /// Callbacks of a LocalizeSession; an error ends the session.
 struct LocalizeListener {
-  /// Every sample, after the localizer received it.
+  /// Called with every sample, after the localizer has received it.
   std::function<Status(const Sample&)> on_sample = [](const Sample&) { return Status(); };
-  /// Every observation of a map tag with its prediction.
+  /// Called with every observation of a map tag and its prediction.
   std::function<Status(const NisRecord&)> on_comparison = [](const NisRecord&) { return Status(); };
-  /// Every estimate with a newer stamp than the last one, certain or not.
+  /// Called with every estimate that is newer than the previous one, whether or not it is certain.
   std::function<Status(const LocalizationEstimate&)> on_estimate = [](const LocalizationEstimate&) {
     return Status();
   };
-  /// The newest estimate, once per LocalizeSessionOptions::report_every of the robot's time. None if there is
-  /// no estimate, or none newer for LocalizeSessionOptions::silence_s.
+  /// Called with the newest estimate each time LocalizeSessionOptions::report_every has passed on the robot's
+  /// clock. It is `nullopt` if there is no estimate, or no new one for LocalizeSessionOptions::silence_s.
   std::function<void(SensorTime, const std::optional<LocalizationEstimate>&)> on_report =
       [](SensorTime, const std::optional<LocalizationEstimate>&) {};
   std::function<void(const std::string&)> on_message = [](const std::string&) {};
@@ -32,20 +32,20 @@ struct LocalizeListener {
 
 struct LocalizeSessionOptions {
   Duration report_every = std::chrono::seconds(1);
-  double most_s = std::numeric_limits<double>::infinity();  ///< duration of the session
-  /// Time without odometry, or without tags and images, after which on_message is called, once per silence.
+  double most_s = std::numeric_limits<double>::infinity();  ///< maximum duration of the session
+  /// Time without odometry, or without tags and images, after which on_message is called, once each time.
   double silence_s = 2;
 };
 
 /// Result of a localisation session.
 struct LocalizeEnd {
-  bool finished = false;     ///< it ran for its full time, or was ended by a button
-  bool interrupted = false;  ///< it was ended by a signal
-  double seconds = 0;        ///< duration by the robot's clock
+  bool finished = false;     ///< whether it ran for its full time or was ended by a button
+  bool interrupted = false;  ///< whether it was ended by a signal
+  double seconds = 0;        ///< duration on the robot's clock
 };
 
-/// Localises a robot that another program drives. Use it with RobotLoopOptions::listen_only, because this
-/// session always decides zero.
+/// Localises a robot that is driven by another program. Use it with RobotLoopOptions::listen_only, because
+/// this session always commands zero.
 class LocalizeSession {
  public:
   LocalizeSession(Localizer localizer, LocalizeListener listener, SessionRequests requests = no_requests(),
@@ -57,17 +57,17 @@ class LocalizeSession {
 
   Status receive(const Sample& sample);
   Result<DriverDecision> decide(Duration uptime, SensorTime now);
-  /// Callbacks that connect this session to a robot; set should_stop to end it from outside.
+  /// Callbacks that connect this session to a robot; set should_stop to end the session from outside.
   [[nodiscard]] RobotListener listener();
 
   [[nodiscard]] Localizer& localizer() { return localizer_; }
-  /// The result, combined with that of the loop.
+  /// The result, combined with the result of the loop.
   [[nodiscard]] LocalizeEnd end(const RobotLoopEnd& loop) const;
 
  private:
   struct Stream {
     const char* name;
-    bool received = false;  ///< since the last decision
+    bool received = false;  ///< whether a sample arrived since the last decision
     bool silence_reported = false;
     Duration last{};
     bool ever_received = false;
@@ -81,9 +81,10 @@ class LocalizeSession {
   SessionRequests requests_;
   LocalizeSessionOptions options_;
   std::vector<Stream> streams_ = {{.name = "odometry"}, {.name = "tags or images"}};
-  std::optional<SensorTime> estimated_{};  ///< stamp of the newest estimate
-  bool estimating_ = false;                ///< there is a newer estimate since the last decision
-  Duration estimated_at_{};                ///< uptime of the decision after the newest estimate
+  std::optional<SensorTime> estimated_{};  ///< timestamp of the newest estimate
+  bool estimating_ = false;                ///< whether there has been a newer estimate since the last
+                                           ///< decision
+  Duration estimated_at_{};                ///< uptime at the first decision after the newest estimate
   std::set<TagId> tags_{};                 ///< tags observed before the first estimate
   std::optional<Duration> tags_since_{};
   bool foreign_tags_reported_ = false;

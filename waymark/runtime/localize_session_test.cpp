@@ -1,4 +1,5 @@
-// Tests localising a robot that another program drives, on the loop, with a simulated robot and clock.
+// Tests localising a robot that is driven by another program, in the robot loop, with a simulated robot and
+// clock.
 #include "waymark/runtime/localize_session.hpp"
 
 #include <utility>
@@ -58,7 +59,7 @@ struct Drive {
             options) {}
 
   Result<LocalizeEnd> drive() {
-    (void)robot.command({0.2, 0});  // by another program
+    (void)robot.command({0.2, 0});  // sent by another program
     RobotLoop loop(robot, robot, robot.pacing(), {}, {.timeout_s = 30, .listen_only = true});
     RobotListener listener = session.listener();
     listener.should_stop = [this] { return stop_at && robot.clock >= *stop_at; };

@@ -13,29 +13,29 @@
 
 namespace waymark {
 
-/// Driver of a lap that is taught: a person, or a script that follows a known path.
+/// Drives the lap to be taught: a person, or a script that follows a known path.
 class LapDriver {
  public:
   virtual ~LapDriver() = default;
   LapDriver(const LapDriver&) = delete;
   LapDriver& operator=(const LapDriver&) = delete;
 
-  /// Receives every sample of the robot, in order.
+  /// Receives every sample from the robot, in order.
   virtual void receive(const Sample& /*sample*/) {}
-  /// The current command; `done` when the lap is over.
+  /// Returns the current command; `done` is true when the lap is over.
   [[nodiscard]] virtual Result<DriverDecision> drive(Duration uptime, SensorTime now) = 0;
-  /// How to drive, in one line; empty if the driver needs no instructions.
+  /// Instructions for driving, in one line; empty if none are needed.
   [[nodiscard]] virtual std::string usage() const { return {}; }
 
  protected:
   LapDriver() = default;
 };
 
-/// Slows down a simulated robot for a person: before each decision it waits until the clock of this computer
-/// has advanced as far as that of the robot.
+/// Slows down a simulated robot for a person. Before each decision, it waits until the clock of this computer
+/// has advanced as far as the robot's clock.
 class PacedDriver final : public LapDriver {
  public:
-  /// `clock` is monotonic; `wait` returns after the duration has passed on it.
+  /// `clock` is monotonic; `wait` returns once the duration has passed on it.
   PacedDriver(std::unique_ptr<LapDriver> driver, std::function<Duration()> clock,
               std::function<void(Duration)> wait)
       : driver_(std::move(driver)), clock_(std::move(clock)), wait_(std::move(wait)) {}
@@ -51,38 +51,40 @@ class PacedDriver final : public LapDriver {
   std::optional<Duration> start_{};
 };
 
-/// Paced by the steady clock.
+/// A driver that is paced by the steady clock.
 [[nodiscard]] std::unique_ptr<LapDriver> in_real_time(std::unique_ptr<LapDriver> driver);
 
-/// Current input of the operator.
+/// The operator's current input.
 struct OperatorRequest {
   std::vector<OperatorEvent> events{};
-  VelocityCommand command{};          ///< of sticks or keys, whether or not the state permits it
+  VelocityCommand command{};          ///< command from the sticks or keys, whether or not the state permits
+                                      ///< it
   std::optional<GamepadState> pad{};  ///< recorded like any other sample
   std::vector<std::string>
-      messages{};                   ///< messages for the operator, e.g. about input that was not understood
-  std::optional<GivenPose> pose{};  ///< of SessionRequest
+      messages{};                   ///< messages for the operator, such as that an input was not understood
+  std::optional<GivenPose> pose{};  ///< pose, as in SessionRequest
 };
 
-/// Source of the operator's buttons and sticks: a gamepad, a keyboard, another program, the page, a script.
+/// A source of the operator's buttons and sticks: a gamepad, a keyboard, another program, the page, or a
+/// script.
 class OperatorInput {
  public:
   virtual ~OperatorInput() = default;
   OperatorInput(const OperatorInput&) = delete;
   OperatorInput& operator=(const OperatorInput&) = delete;
 
-  /// Called 20 times per second; does not block. An error ends the session.
+  /// Called 20 times per second. Must not block. An error ends the session.
   [[nodiscard]] virtual Result<OperatorRequest> read(Duration uptime, SensorTime now,
                                                      OperatorState state) = 0;
-  /// Receives every sample of the robot; a script follows the ground truth.
+  /// Receives every sample from the robot, because a script follows the ground truth.
   virtual void receive(const Sample& /*sample*/) {}
-  /// How to use it, in one line.
+  /// Instructions for using it, in one line.
   [[nodiscard]] virtual std::string usage() const = 0;
-  /// Names of its buttons.
+  /// The names of its buttons.
   [[nodiscard]] virtual OperatorButtons buttons(OperatorState /*state*/) const { return {}; }
-  /// Whether it is used by a person who watches the robot.
+  /// Whether it is used by a person who can see the robot.
   [[nodiscard]] virtual bool is_person() const { return true; }
-  /// Whether keys on the page drive the robot while teaching.
+  /// Whether keys on the page drive the robot during teaching.
   [[nodiscard]] virtual bool page_drives() const { return false; }
   /// Whether a script could drive the lap now.
   [[nodiscard]] virtual bool has_script() const { return false; }
@@ -91,10 +93,10 @@ class OperatorInput {
   OperatorInput() = default;
 };
 
-/// A script instead of an operator: it teaches one lap, replays it once, and ends the session.
+/// A script that replaces the operator. It teaches one lap, replays it once, and ends the session.
 class ScriptInput final : public OperatorInput {
  public:
-  /// `stays`: whether it leaves the session running, so that viewers may continue.
+  /// `stays` says whether the session is left running so that viewers can continue it.
   ScriptInput(std::unique_ptr<LapDriver> driver, bool stays) : driver_(std::move(driver)), stays_(stays) {}
 
   Result<OperatorRequest> read(Duration uptime, SensorTime now, OperatorState state) override;

@@ -37,7 +37,7 @@ TEST(PacedDriver, WaitsForTheClock) {
         waits.push_back(wait);
         clock += wait;
       });
-  ASSERT_TRUE(paced.drive(seconds(1), {}));  // both clocks start with the first decision
+  ASSERT_TRUE(paced.drive(seconds(1), {}));  // both clocks start at the first decision
   ASSERT_TRUE(paced.drive(seconds(1) + milliseconds(50), {}));
   clock += milliseconds(200);  // this computer was overloaded
   ASSERT_TRUE(paced.drive(seconds(1) + milliseconds(100), {}));

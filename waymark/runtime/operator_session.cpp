@@ -12,7 +12,7 @@ using A = OperatorAction;
 using E = OperatorEvent;
 using S = OperatorState;
 
-/// Whether a sample is from the robot, and neither operator input nor a command.
+/// Whether a sample comes from the robot, rather than being operator input or a command.
 bool is_of_robot(const Sample& sample) {
   return !std::holds_alternative<GamepadState>(sample) && !std::holds_alternative<StampedCommand>(sample);
 }
@@ -58,7 +58,7 @@ RobotListener OperatorSession::listener() {
   return listener;
 }
 
-/// Only while a lap is taught: a replay detects silence itself.
+/// Used only while a lap is taught, because a replay detects silence itself.
 void OperatorSession::notice_silence(Duration uptime) {
   constexpr Duration kSilence = std::chrono::seconds(2);
   if (std::exchange(received_, false) || !lap_open_) {
@@ -77,7 +77,8 @@ void OperatorSession::restart_from(const GivenPose& given) {
   replay_->restart_from(given);
 }
 
-/// The replay is also updated while paused, so that it keeps its position; permit() blocks its commands.
+/// The replay is also updated while it is paused, so that it keeps its position; permit() suppresses its
+/// commands.
 Result<VelocityCommand> OperatorSession::replay(Duration uptime, SensorTime now) {
   const bool paused = operator_.state() == S::Paused;
   if (operator_.state() != S::Replaying && !paused) return VelocityCommand{};
@@ -167,7 +168,7 @@ Status OperatorSession::end_replay(bool interrupted) {
   ReplayEnd end = std::exchange(replay_, nullptr)->end();
   end.interrupted = interrupted;
   if (interrupted) end.reason = "stopped by a signal";
-  if (end.reason.empty())  // it ended while driving
+  if (end.reason.empty())  // the replay ended while driving
     end.reason = operator_.state() == S::Over ? "the session was ended" : operator_.reason();
   return tasks_.end_replay(end);
 }

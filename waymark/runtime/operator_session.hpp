@@ -10,55 +10,55 @@
 
 namespace waymark {
 
-/// Tasks of an operator's session that involve recordings and maps. Only take_map() blocks, until the map is
-/// complete. An error ends the session unless stated otherwise.
+/// The tasks of an operator's session that involve recordings and maps. Only take_map() blocks, until the map
+/// is complete. An error ends the session unless stated otherwise.
 class OperatorTasks {
  public:
   virtual ~OperatorTasks() = default;
   OperatorTasks(const OperatorTasks&) = delete;
   OperatorTasks& operator=(const OperatorTasks&) = delete;
 
-  /// Starts the recording of a lap.
+  /// Starts recording a lap.
   [[nodiscard]] virtual Status start_lap() = 0;
-  /// Adds a sample of the lap.
+  /// Adds a sample to the lap.
   [[nodiscard]] virtual Status add_to_lap(const Sample& sample) = 0;
-  /// Closes the recording of the lap.
+  /// Closes the lap's recording.
   [[nodiscard]] virtual Status end_lap() = 0;
 
-  /// Starts mapping the last lap on another thread. Meanwhile the session sends zero to the robot 20 times
-  /// per second.
+  /// Starts mapping the last lap on another thread. During mapping, the session sends zero to the robot 20
+  /// times per second.
   [[nodiscard]] virtual Status start_map() = 0;
-  /// Whether mapping has ended, with or without a map.
+  /// Whether mapping has ended, either with or without a map.
   [[nodiscard]] virtual bool map_ended() const = 0;
-  /// Installs the map; blocks until it is complete. An error explains why mapping failed, and does not end
-  /// the session.
+  /// Installs the map; blocks until it is complete. An error explains why mapping failed; it does not end the
+  /// session.
   [[nodiscard]] virtual Status take_map() = 0;
   /// Reads the map for replays. An error does not end the session.
   [[nodiscard]] virtual Status load_map() = 0;
 
-  /// Starts a replay in the map; the returned session stays valid until end_replay().
+  /// Starts a replay in the map; the returned session remains valid until end_replay().
   [[nodiscard]] virtual Result<ReplaySession*> start_replay() = 0;
-  /// Closes the recording of the replay.
+  /// Closes the replay's recording.
   [[nodiscard]] virtual Status end_replay(const ReplayEnd& end) = 0;
 
-  /// Called when the state changes; `session.prompt()` describes the operator's options.
+  /// Called when the state changes; `session.prompt()` describes what the operator can do.
   virtual void on_state(const Operator& /*session*/, const OperatorButtons& /*buttons*/) {}
-  /// Called before each decision, for viewers.
+  /// Called before each decision, to inform viewers.
   virtual void on_decision(const Operator& /*session*/, const OperatorInput& /*input*/) {}
-  /// A message for the operator.
+  /// Called with a message for the operator.
   virtual void on_message(const std::string& /*message*/) {}
 
  protected:
   OperatorTasks() = default;
 };
 
-/// Teaching, mapping and replay with one button: runs the state table of `Operator` on the loop. The robot
-/// moves only during teaching and replay.
+/// Teaches, maps and replays with one button, by running the state table of `Operator` in the robot loop. The
+/// robot moves only during teaching and replay.
 class OperatorSession {
  public:
-  /// Input and tasks must outlive the session. `has_map`: load_map() has already succeeded, and the session
-  /// starts in the state ready. `stop_pressed`: a stop that is independent of the input, such as the space
-  /// bar.
+  /// The input and the tasks must outlive the session. If `has_map` is true, load_map() has already
+  /// succeeded, and the session starts in the state ready. `stop_pressed` reports a stop that does not depend
+  /// on the input, such as the space bar.
   OperatorSession(
       OperatorInput& input, OperatorTasks& tasks, bool has_map = false,
       std::function<bool()> stop_pressed = [] { return false; })
@@ -67,18 +67,18 @@ class OperatorSession {
         stop_pressed_(std::move(stop_pressed)),
         operator_({}, has_map ? OperatorState::Ready : OperatorState::Idle) {}
 
-  /// Reports the initial state with its prompt.
+  /// Reports the initial state and its prompt.
   void begin() { tasks_.on_state(operator_, input_.buttons(operator_.state())); }
   Status receive(const Sample& sample);
   Result<DriverDecision> decide(Duration uptime, SensorTime now);
-  /// Callbacks that drive a robot with this session; set should_stop to end it from outside.
+  /// Callbacks that let this session drive a robot; set should_stop to end the session from outside.
   [[nodiscard]] RobotListener listener();
-  /// Ends any lap, replay or mapping in progress after the drive ended. `interrupted`: whether a signal ended
-  /// it.
+  /// Call after the drive has ended. Ends any lap, replay or mapping still in progress. `interrupted` says
+  /// whether a signal ended the drive.
   Status finish(bool interrupted);
 
   [[nodiscard]] OperatorState state() const { return operator_.state(); }
-  /// Reason of the last stop or failure.
+  /// The reason for the last stop or failure.
   [[nodiscard]] const std::string& reason() const { return operator_.reason(); }
   [[nodiscard]] int laps_taught() const { return laps_taught_; }
   /// Whether the last lap could not be mapped.
@@ -102,7 +102,7 @@ class OperatorSession {
   std::function<bool()> stop_pressed_;
   Operator operator_;
   bool lap_open_ = false;
-  bool received_ = false;     ///< a sample of the robot was received since the last decision
+  bool received_ = false;     ///< whether a sample from the robot has been received since the last decision
   Duration last_received_{};  ///< uptime
   bool silence_reported_ = false;
   bool mapping_ = false;

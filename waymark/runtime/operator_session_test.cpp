@@ -1,4 +1,4 @@
-// Tests an operator's session from start to end, with failing tasks and inputs.
+// Tests an operator's session from start to end, including tasks and inputs that fail.
 #include "waymark/runtime/operator_session.hpp"
 
 #include <memory>
@@ -125,7 +125,7 @@ TEST(OperatorSession, AnotherLapCanBeTaughtWithAMap) {
 
 TEST(OperatorSession, StaysStoppedWhileMapping) {
   Drive run(way_to(S::Mapping) + PlannedInput::Step{S::Ready, 0.5, E::Quit});
-  run.tasks.decisions_to_map = 200;  // ten seconds
+  run.tasks.decisions_to_map = 200;  // corresponds to ten seconds
   ASSERT_TRUE(run.drive());
   EXPECT_GT(to_seconds(run.robot.clock), 10);
   EXPECT_EQ(run.tasks.maps_loaded, 1);
@@ -194,7 +194,7 @@ TEST(OperatorSession, ReportsButtonsWithoutEffectButNotSticks) {
   testing::expect_on_page("session", run.tasks.words.front());
 }
 
-// Tests every exit from each state of an operator's session, and each fault in each state.
+// Tests every way out of each state of an operator's session, and each fault in each state.
 
 class InEachState : public ::testing::TestWithParam<S> {};
 INSTANTIATE_TEST_SUITE_P(OperatorSession, InEachState, ::testing::ValuesIn(kStates), name_of);
@@ -304,7 +304,7 @@ TEST_P(InEachState, ALostViewerCausesNoMotion) {
     if (session.state() == GetParam() && !reached) reached = uptime;
     if (reached && !lost && uptime - *reached > milliseconds(500)) {
       control = ViewerControl::Lost;
-      orders.push_back({.kind = ViewerOrder::Kind::Go});  // from the viewer that has left
+      orders.push_back({.kind = ViewerOrder::Kind::Go});  // sent by the viewer that has left
       lost = uptime;
       lost_at_m = robot.x_m();
     }
@@ -313,7 +313,7 @@ TEST_P(InEachState, ALostViewerCausesNoMotion) {
   RobotLoop loop(robot, robot, robot.pacing(), {}, {.timeout_s = 12});
   ASSERT_TRUE(loop.drive(listener));
   ASSERT_TRUE(lost);
-  // The stick of the plan is at the robot, so a person is present and teaching continues.
+  // In this test plan the stick at the robot is used, so a person is present and teaching continues.
   if (GetParam() != S::Teaching) {
     EXPECT_NEAR(robot.x_m(), lost_at_m, 0.1);
   }

@@ -18,7 +18,7 @@ bool is_sensed(const Sample& sample) {
          !std::holds_alternative<GamepadState>(sample);
 }
 
-/// The reason without its advice, which does not apply after the end.
+/// Removes the advice from a reason, because it no longer applies after the end.
 std::string without_advice(std::string reason) {
   constexpr std::string_view kAdvice = "Check the robot, then resume";
   if (!reason.ends_with(kAdvice)) return reason;
@@ -67,8 +67,8 @@ void ReplaySession::notice_jump(const Odometry& odometry) {
   odometry_ = odometry;
 }
 
-/// A real silence shows in the stamps and on this computer's clock. A clock jump shows only in the stamps, an
-/// overloaded computer only on its clock.
+/// Real silence is visible both in the timestamps and on this computer's clock. A jump of the robot's clock
+/// is visible only in the timestamps, and an overload of this computer only on its own clock.
 void ReplaySession::pause_after_silence(Duration uptime) {
   if (newest_ == newest_before_) return;
   const double stamps_s = newest_before_ ? to_seconds(*newest_ - *newest_before_) : 0;
@@ -101,7 +101,8 @@ Result<DriverDecision> ReplaySession::follow(Duration uptime, SensorTime now) {
   if (goes_on || !goes_) goes_ = uptime;
   if (Status status = listener_.on_step(now, step); !status) return tl::unexpected(status.error());
   end_.finished = step.state == ReplayState::Finished;
-  const bool over = !is_live(step.state);  // finished, refused, or ended before the whole route was driven
+  const bool over = !is_live(step.state);  // whether it is finished, was refused, or ended before the whole
+                                           // route was driven
   end_.given_up = !over && to_seconds(uptime - *goes_) >= options_.give_up_s;
   return DriverDecision{.command = step.command, .done = over || end_.given_up};
 }

@@ -1,4 +1,4 @@
-// Tests every end of a replay on the loop, with a simulated robot and clock.
+// Tests every way in which a replay can end, in the robot loop, with a simulated robot and clock.
 #include "waymark/runtime/replay_session.hpp"
 
 #include <gmock/gmock.h>
@@ -12,7 +12,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// A session on the loop with the robot at a given position.
+/// A session in the robot loop, with the robot at a given position.
 struct Drive {
   explicit Drive(const SE2& start = {}, bool lost = false)
       : robot(start),
@@ -179,7 +179,7 @@ TEST(ReplaySession, ARequestPausesResumesAndEndsIt) {
   EXPECT_EQ(ended.robot.last(), VelocityCommand{});
 }
 
-// Simulates RViz's "2D Pose Estimate" while the robot drives.
+// Simulates "2D Pose Estimate" in RViz while the robot is driving.
 TEST(ReplaySession, AGivenPoseStopsTheRobotUntilResumed) {
   Drive run;
   double given_at_m = 0;
@@ -236,7 +236,7 @@ TEST(ReplaySession, ContinuesAutomaticallyOnlyAfterAShortSilence) {
   EXPECT_TRUE(resumed->finished) << resumed->reason;
 }
 
-// The samples arrive late: the motion in the meantime is unknown.
+// The samples arrive late, so the motion in the meantime is unknown.
 TEST(ReplaySession, StaysStoppedAfterTheComputerWasSuspended) {
   Replayer replayer = test::tiny_replayer();
   SE2 odom_T_base;
@@ -256,7 +256,7 @@ TEST(ReplaySession, StaysStoppedAfterTheComputerWasSuspended) {
   };
   drive(30, true);
   EXPECT_GT(step.command.speed_m_s, 0.1);
-  step.command = {};  // of the watchdog
+  step.command = {};  // as commanded by the watchdog
   drive(30, false);
   drive(20, true);
   EXPECT_EQ(step.command, VelocityCommand{});
@@ -272,7 +272,7 @@ TEST(ReplaySession, ReportsARestartOfTheRobot) {
   std::vector<std::string> words;
   ReplaySession session(replayer, {.on_message = [&](const std::string& text) { words.push_back(text); }});
   int messages = 0;
-  for (const double x_m : {2.0, 2.02, 0.0, 0.02})  // back to the origin of odom
+  for (const double x_m : {2.0, 2.02, 0.0, 0.02})  // jumps back to the origin of odom
     ASSERT_TRUE(session.receive(
         Odometry{.stamp = SensorTime(milliseconds(50 * ++messages)), .odom_T_base = SE2(x_m, 0, 0)}));
   EXPECT_EQ(words.size(), 1U);

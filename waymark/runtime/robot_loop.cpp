@@ -99,7 +99,7 @@ Duration RobotLoop::patience() const {
 Status RobotLoop::take_event(const RobotListener& listener) {
   Result<std::optional<RobotEvent>> event = source_.next(patience());
   if (!event) return tl::unexpected(event.error());
-  if (!*event) {  // in lockstep: the answer was lost
+  if (!*event) {  // in lockstep, this means that the response was lost
     return pacing_.lockstep && pictures_.empty() && !options_.listen_only ? robot_.command(last_) : Status();
   }
   if (const auto* text = std::get_if<RobotText>(&**event)) listener.on_text(text->text);
@@ -108,8 +108,8 @@ Status RobotLoop::take_event(const RobotListener& listener) {
   return sample != nullptr ? receive(std::move(*sample), listener) : Status();
 }
 
-/// Searches the pending image if no other event is pending. In lockstep every image is searched, otherwise
-/// only the newest.
+/// Searches the pending image if there is no other pending event. In lockstep every image is searched,
+/// otherwise only the newest.
 Status RobotLoop::search_picture(const RobotListener& listener) {
   if (pictures_.empty() || (!pacing_.lockstep && source_.more())) return {};
   const CameraFrame picture = *pictures_.pop();
@@ -119,7 +119,8 @@ Status RobotLoop::search_picture(const RobotListener& listener) {
   const auto expected =
       camera != nullptr ? listener.expected(*camera, picture.stamp) : std::vector<ExpectedTag>();
   auto found = sequence.find(picture.image, camera != nullptr ? &camera->camera : nullptr, expected);
-  if (!found) {  // a single failure does not end the drive; if all fail, the image age stops the robot
+  if (!found) {  // a single failure does not end the drive; if all searches fail, the age of the last image
+                 // stops the robot
     listener.on_text("an image was skipped: " + to_string(found.error()));
     return {};
   }
@@ -164,10 +165,11 @@ Status RobotLoop::run(const RobotListener& listener, RobotLoopEnd& end) {
     if (status) status = decide(listener, end);
     if (!status) return status;
   }
-  end.interrupted = end.interrupted || listener.should_stop();  // also if the last decision was the end
+  end.interrupted = end.interrupted || listener.should_stop();  // also counts if the last decision ended the
+                                                                // drive
   if (options_.listen_only || (end.done && !end.interrupted && last_ == VelocityCommand{})) return {};
   const Status sent = command_zero();
-  if (!sent && !end.interrupted) return sent;  // after an interruption the robot may have ended first
+  if (!sent && !end.interrupted) return sent;  // after an interruption, the robot may have ended first
   const auto now = source_.now();
   return now ? listener.on_sample(StampedCommand{*now, {}}) : Status();
 }

@@ -17,29 +17,30 @@
 
 namespace waymark {
 
-/// The clock of a drive.
+/// Determines the clock of a drive.
 struct Pacing {
   /// Monotonic clock.
   std::function<Duration()> clock;
-  /// Lockstep: the robot's time does not advance until each of its requests is answered. Commands are then
-  /// decided on its requests, every image is searched for tags, and the clock counts from the start of the
-  /// robot. Otherwise commands are decided periodically, and only the newest image is searched.
+  /// In lockstep, the robot's time does not advance until each of its requests has been answered. Commands
+  /// are then decided on request, every image is searched for tags, and the clock starts when the robot
+  /// starts. Otherwise commands are decided periodically, and only the newest image is searched.
   bool lockstep = false;
 };
 
-/// The steady clock of this computer.
+/// Uses the steady clock of this computer.
 [[nodiscard]] Pacing real_time();
-/// The clock of a robot that waits for its commands.
+/// Uses the clock of a robot that waits for its commands.
 [[nodiscard]] Pacing lockstep_time(std::function<Duration()> robots_clock);
 
-/// Skips frames of a camera that are older than its newest one, because out of order they would be recorded
-/// as a trajectory that goes back in time. A stamp that goes back by more than one second is a clock jump; it
-/// is passed on and reported elsewhere.
+/// Skips camera frames that are older than the newest one from the same camera; recording them would produce
+/// a trajectory that goes back in time. If a timestamp goes back by more than one second, the clock has
+/// jumped; such a frame is passed on, and the jump is reported elsewhere.
 class FrameOrder {
  public:
-  /// False if the sample is to be skipped. Samples that are not from a camera pass.
+  /// Returns false if the sample should be skipped. Samples that are not from a camera always pass.
   bool pass(const Sample& sample);
-  /// Reports the number of skipped frames each time it has doubled since the last report.
+  /// Returns a message with the number of skipped frames each time this number has doubled since the last
+  /// report.
   [[nodiscard]] std::optional<std::string> take_report() { return std::exchange(words_, std::nullopt); }
   [[nodiscard]] int left_out() const { return left_out_; }
 
@@ -49,13 +50,13 @@ class FrameOrder {
   std::optional<std::string> words_{};
 };
 
-/// Images waiting for the detector. Only the newest of each camera is kept, so that a slow detector does not
-/// process outdated images.
+/// Images waiting to be searched. Only the newest image from each camera is kept, so that a slow detector
+/// does not search outdated ones.
 class PictureQueue {
  public:
-  /// Replaces a waiting image of the same camera, which is counted as dropped.
+  /// Replaces a waiting image from the same camera, which then counts as dropped.
   void push(CameraFrame picture);
-  /// The image that has waited longest; none if the queue is empty.
+  /// Returns the image that has waited longest; `nullopt` if the queue is empty.
   [[nodiscard]] std::optional<CameraFrame> pop();
   [[nodiscard]] bool empty() const { return waiting_.empty(); }
   [[nodiscard]] int dropped() const { return dropped_; }
@@ -68,66 +69,68 @@ class PictureQueue {
 /// A driver's decision.
 struct DriverDecision {
   VelocityCommand command{};
-  bool done = false;                    ///< the drive is over; the command is the last one
+  bool done = false;                    ///< whether the drive is over; the command is then the last one
   std::optional<GamepadState> pad{};    ///< gamepad state of the driver, recorded like any other sample
-  std::vector<std::string> messages{};  ///< messages for the driver, e.g. that the gamepad was unplugged
+  std::vector<std::string> messages{};  ///< messages for the driver, such as that the gamepad was unplugged
 };
 
 /// Callbacks of RobotLoop.
 struct RobotListener {
-  /// Called with every sample in order of arrival, tags directly after the image in which they were found,
-  /// and the commands sent. If the robot reports the commands that drive it, those are passed instead. An
-  /// error ends the drive.
+  /// Called with every sample in the order of arrival. Tags directly follow the image in which they were
+  /// found. Commands that are sent are passed as well; if the robot reports the commands that drive it, those
+  /// are passed instead. An error ends the drive.
   std::function<Status(const Sample&)> on_sample = [](const Sample&) { return Status(); };
-  /// Called for a command 20 times per second and directly after each image; in lockstep, on each request of
+  /// Asked for a command 20 times per second and directly after each image; in lockstep, on each request from
   /// the robot. An error ends the drive.
   std::function<Result<DriverDecision>(Duration uptime, SensorTime now)> decide;
-  /// Tags expected in an image, from pose and map. They are decoded there with more bit errors, and a reason
-  /// is reported if one is not found.
+  /// The tags expected in an image, based on the pose and the map. More bit errors are tolerated when these
+  /// are decoded, and a reason is reported for each one that is not found.
   std::function<std::vector<ExpectedTag>(const MountedCamera& camera, SensorTime stamp)> expected =
       [](const MountedCamera&, SensorTime) { return std::vector<ExpectedTag>(); };
-  /// Called after each image with expected tags, with those that were not found.
+  /// Called after each image in which tags were expected, with those that were not found.
   std::function<void(std::vector<MissedTag> missed)> on_missed = [](const std::vector<MissedTag>&) {};
   /// Whether to stop the robot and end the drive now.
   std::function<bool()> should_stop = [] { return false; };
-  /// Messages from the robot for the user.
+  /// Called with messages from the robot to the user.
   std::function<void(const std::string&)> on_text = [](const std::string&) {};
 };
 
-/// Detection of tags in the images of a robot. Without a finder images are passed on like any other sample.
+/// How tags are detected in images from a robot. If there is no finder, images are passed on like any other
+/// sample.
 struct PictureSearch {
   const TagFinder* finder = nullptr;     ///< must outlive the loop
-  std::vector<MountedCamera> cameras{};  ///< with lens models, for curved tag edges; images of other cameras
-                                         ///< are assumed free of distortion
+  std::vector<MountedCamera> cameras{};  ///< cameras with lens models, for tag edges that are curved; other
+                                         ///< cameras are assumed to be free of distortion
 };
 
 struct RobotLoopOptions {
-  Duration period = std::chrono::milliseconds(50);   ///< between decisions, in real time
-  Duration resend = std::chrono::milliseconds(100);  ///< time after which an answer in lockstep is sent again
+  Duration period = std::chrono::milliseconds(50);   ///< time between decisions in real time
+  Duration resend = std::chrono::milliseconds(100);  ///< time after which a response in lockstep is sent
+                                                     ///< again
   double timeout_s = std::numeric_limits<double>::infinity();
-  /// In real time: the drive fails if the robot has sent no sensor sample for this time.
+  /// In real time, the drive fails if the robot has not sent any sensor sample within this time.
   double first_sample_s = 15;
-  /// Listen only: no command is sent, not even zero, and decisions are not recorded.
+  /// If true, the loop only listens. No command is sent, not even zero, and decisions are not recorded.
   bool listen_only = false;
 };
 
 struct RobotLoopEnd {
-  bool done = false;         ///< by the driver
-  bool interrupted = false;  ///< by should_stop()
+  bool done = false;         ///< whether the driver ended the drive
+  bool interrupted = false;  ///< whether should_stop() ended the drive
   bool timed_out = false;
-  Duration uptime{};   ///< since the drive began; in lockstep since the start of the robot
-  double seconds = 0;  ///< by the clock of the robot, from its first sample
+  Duration uptime{};   ///< time since the drive started or, in lockstep, since the robot started
+  double seconds = 0;  ///< duration on the robot's clock, from its first sample
 };
 
-/// The loop between samples and commands of any robot. The last command is always zero, unless the loop only
+/// The loop from samples to commands for any robot. The last command is always zero, unless the loop only
 /// listens.
 class RobotLoop {
  public:
-  /// Source and robot must outlive the loop.
+  /// The source and the robot must outlive the loop.
   RobotLoop(Source& source, Robot& robot, Pacing pacing, PictureSearch search = {},
             const RobotLoopOptions& options = {});
 
-  /// Drives until the driver is done, the time is over, should_stop() returns true, or an error occurs.
+  /// Drives until the driver is done, the time is up, should_stop() returns true, or an error occurs.
   Result<RobotLoopEnd> drive(const RobotListener& listener);
   /// Number of images that were not searched because the detector was too slow.
   [[nodiscard]] int dropped_pictures() const { return pictures_.dropped(); }
@@ -158,7 +161,7 @@ class RobotLoop {
   Duration next_decision_{};
   std::optional<SensorTime> first_{};
   VelocityCommand last_{};
-  bool robot_reports_commands_ = false;  ///< its samples contain the commands that drive it
+  bool robot_reports_commands_ = false;  ///< whether its samples contain the commands that drive it
 };
 
 }  // namespace waymark

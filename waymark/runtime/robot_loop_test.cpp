@@ -1,4 +1,5 @@
-// Tests the loop with a scripted robot and clock: order of events, commands sent, and every end.
+// Tests the loop with a scripted robot and clock: the order of events, the commands sent, and every way in
+// which it can end.
 #include "waymark/runtime/robot_loop.hpp"
 
 #include <cmath>
@@ -18,7 +19,7 @@ using std::chrono::seconds;
 
 SensorTime at(Duration since) { return SensorTime(since); }
 
-/// A robot that sends scripted events at given times; waiting advances the clock.
+/// A robot that sends scripted events at given times. Waiting for it advances the clock.
 class FakeRobot final : public Source, public Robot {
  public:
   void schedule(Duration when, RobotEvent event) { script_.push_back({when, std::move(event)}); }
@@ -51,7 +52,7 @@ class FakeRobot final : public Source, public Robot {
   [[nodiscard]] const std::vector<Duration>& waited() const { return waited_; }
 
   Duration clock{};
-  bool ends = false;  ///< after its last event
+  bool ends = false;  ///< whether the robot ends after its last event
   bool deaf = false;
   std::vector<VelocityCommand> commands{};
 
@@ -61,7 +62,7 @@ class FakeRobot final : public Source, public Robot {
   bool received_ = false;
 };
 
-/// Finds one tag in each image, with the value of the first pixel as its number.
+/// Finds one tag in each image; its ID is the value of the first pixel.
 class FakeFinder final : public Detector {
  public:
   using Detector::detect;
@@ -77,7 +78,7 @@ CameraFrame picture(Duration when, std::uint8_t number, const std::string& camer
   return frame;
 }
 
-/// Drives forwards and stores everything it receives.
+/// Drives forwards and keeps everything it receives.
 struct Driver {
   RobotListener listener() {
     RobotListener listener;
@@ -123,8 +124,8 @@ TEST(RobotLoop, SkipsImagesOlderThanTheNewest) {
     robot.schedule(milliseconds(ms), Sample(picture(milliseconds(stamp_ms), 1, camera)));
   };
   schedule(100, 90, "left");
-  schedule(200, 80, "left");   // out of order
-  schedule(300, 85, "right");  // another camera has its own order
+  schedule(200, 80, "left");   // older than the previous frame
+  schedule(300, 85, "right");  // each camera is ordered separately
   schedule(400, 190, "left");
   schedule(9000, 8990, "left");
   schedule(9100, 100, "left");  // a clock jump is passed on
@@ -219,7 +220,7 @@ TEST(RobotLoop, ReportsExpectedTagsThatWereNotFound) {
   RobotListener listener = driver.listener();
   listener.expected = [](const MountedCamera& camera, SensorTime stamp) {
     EXPECT_EQ(camera.name, "cam");
-    if (stamp == at(milliseconds(10))) return std::vector<ExpectedTag>();  // no estimate yet
+    if (stamp == at(milliseconds(10))) return std::vector<ExpectedTag>();  // there is no estimate yet
     return std::vector<ExpectedTag>{{{FamilyId::Tag36h11, 8}, {{{10, 10}, {40, 10}, {40, 40}, {10, 40}}}}};
   };
   std::vector<MissedTag> missed;
@@ -268,7 +269,8 @@ TEST(RobotLoop, SearchesEveryImageInLockstepAndDecidesOnRequest) {
 TEST(RobotLoop, ResendsALostAnswerInLockstepAndRecordsItOnce) {
   FakeRobot robot;
   robot.schedule(milliseconds(10), CommandRequest{at(milliseconds(10))});
-  robot.schedule(milliseconds(350), CommandRequest{at(milliseconds(10))});  // the answer was lost
+  robot.schedule(milliseconds(350), CommandRequest{at(milliseconds(10))});  // sent again because the response
+                                                                            // was lost
   Driver driver{.decisions = 2};
   ASSERT_TRUE(RobotLoop(robot, robot, robot.pacing(true)).drive(driver.listener()));
   ASSERT_EQ(robot.commands.size(), 5U) << "the answer, three repetitions, the final zero";
@@ -391,7 +393,7 @@ TEST(RobotLoop, ListenOnlySendsNothing) {
     }
     robot.ends = true;
     Driver driver;
-    driver.decisions = lockstep ? 1000 : 5;  // in lockstep the process of the robot ends first
+    driver.decisions = lockstep ? 1000 : 5;  // in lockstep, the robot's process ends first
     RobotLoop loop(robot, robot, robot.pacing(lockstep), {}, {.listen_only = true});
     EXPECT_EQ(loop.drive(driver.listener()).has_value(), !lockstep);
     EXPECT_GE(driver.uptimes.size(), 5U) << "decide() is called nevertheless";

@@ -14,11 +14,12 @@ namespace waymark {
 struct SessionRequest {
   bool end = false;
   std::string reason{};         ///< why the session ends
-  bool command_zero = false;    ///< send zero, regardless of the driver's decision
-  std::optional<bool> pause{};  ///< pause or resume of a replay, if it changed
-  /// A given pose of the robot: a replay stays stopped until it is resumed.
+  bool command_zero = false;    ///< whether to send zero, regardless of the driver's decision
+  std::optional<bool> pause{};  ///< whether a replay should pause (true) or resume (false), if this has
+                                ///< changed
+  /// A pose set for the robot, after which a replay remains stopped until it is resumed.
   std::optional<GivenPose> pose{};
-  std::vector<std::string> messages{};  ///< for the person who runs the program
+  std::vector<std::string> messages{};  ///< messages for the person who runs the program
 };
 
 /// Called before each decision.

@@ -14,13 +14,13 @@ Status StepRobot::command(const VelocityCommand& command) {
 void StepRobot::finish() {
   if (std::exchange(obeyed_, {}) == VelocityCommand{}) return;
   clock_ += period_;
-  (void)step_({}, SensorTime(clock_));  // the drive is over: samples and error are discarded
+  (void)step_({}, SensorTime(clock_));  // the drive is over, so samples and errors are discarded
 }
 
 Result<std::optional<RobotEvent>> StepRobot::next(Duration /*most*/) {
   if (events_.empty()) {
     clock_ += period_;
-    obeyed_ = command_;  // set also if the function fails, because it may have begun
+    obeyed_ = command_;  // set even if the function fails, because the motion may have started
     Result<std::vector<Sample>> measured = step_(command_, SensorTime(clock_));
     if (!measured) return tl::unexpected(measured.error());
     for (Sample& sample : *measured) events_.emplace_back(std::move(sample));

@@ -11,7 +11,7 @@ namespace {
 
 using ::testing::ElementsAre;
 
-/// Kinematics on the floor: odometry and one tag at the end of each period.
+/// Kinematics on the floor, with odometry and one tag at the end of each period.
 class Kinematics {
  public:
   Result<std::vector<Sample>> operator()(const VelocityCommand& command, SensorTime now) {

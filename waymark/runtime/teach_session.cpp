@@ -11,7 +11,7 @@ namespace waymark {
 TeachMonitorOptions monitor_options(const CameraModel& camera, std::optional<double> exposure_ms) {
   TeachMonitorOptions options;
   if (exposure_ms) options.exposure_ms = *exposure_ms;
-  // Pixels per radian in the centre of the image, for any camera model.
+  // Pixels per radian at the image centre, for any camera model.
   const auto ahead = camera.project(Eigen::Vector3d(0, 0, 1));
   const auto beside = camera.project(Eigen::Vector3d(1e-3, 0, 1));
   if (ahead && beside) options.focal_length_px = std::max(1.0, (*beside - *ahead).norm() / 1e-3);
@@ -55,7 +55,7 @@ Status TeachSession::receive(const Sample& sample) {
   return lap_.receive(sample);
 }
 
-/// Reports once per silence.
+/// Reports each silence only once.
 void TeachSession::notice_silence(Stream& stream, Duration uptime, const char* what) {
   if (stream.received)
     stream = {.received = false, .silence_reported = false, .last = uptime, .ever_received = true};

@@ -12,30 +12,30 @@
 
 namespace waymark {
 
-/// Callbacks of a taught lap.
+/// Callbacks for teaching a lap.
 struct TeachListener {
-  /// Called with every sample, in order, for a recording. An error ends the lap.
+  /// Called with every sample, in order, so that it can be recorded. An error ends the lap.
   std::function<Status(const Sample&)> on_sample = [](const Sample&) { return Status(); };
-  /// Progress and current warnings, after each image that was searched for tags.
+  /// Called with the progress and current warnings, after each image that was searched for tags.
   std::function<void(const std::string&)> on_progress = [](const std::string&) {};
-  /// A message for the driver.
+  /// Called with a message for the driver.
   std::function<void(const std::string&)> on_message = [](const std::string&) {};
 };
 
-/// Passes the samples of a lap to teacher and monitor, and to the listener that records them.
+/// Passes the samples of a lap to the teacher and the monitor, and to the listener that records them.
 class LapMonitor {
  public:
   LapMonitor(TeachSetup setup, const TeachMonitorOptions& monitor, TeachListener listener)
       : teacher_(std::move(setup)), monitor_(monitor), listener_(std::move(listener)) {}
 
   Status receive(const Sample& sample);
-  /// Summary of the teacher with the warnings of the monitor.
+  /// The teacher's summary, including the warnings from the monitor.
   [[nodiscard]] TeachSummary summary() const;
   [[nodiscard]] const TeachMonitor& monitor() const { return monitor_; }
   [[nodiscard]] const TeachListener& listener() const { return listener_; }
 
  private:
-  /// Progress line, with the time since the first frame of the lap.
+  /// A progress line with the time since the first frame of the lap.
   [[nodiscard]] std::string progress(SensorTime stamp, std::size_t tags);
 
   Teacher teacher_;
@@ -44,16 +44,16 @@ class LapMonitor {
   std::optional<SensorTime> began_{};
 };
 
-/// Monitor options for a camera: exposure time, and pixels per radian in the centre of its image.
+/// The monitor options for a camera: exposure time, and pixels per radian at the image centre.
 [[nodiscard]] TeachMonitorOptions monitor_options(const CameraModel& camera,
                                                   std::optional<double> exposure_ms = {});
 
 struct TeachSessionOptions {
-  /// Time without odometry or camera frames after which on_message is called. Infinite: never.
+  /// Time without odometry or camera frames after which on_message is called; never if infinite.
   double silence_s = std::numeric_limits<double>::infinity();
 };
 
-/// Runs one lap: the driver decides, all samples are passed to the monitor, and zero is sent when the lap is
+/// Runs one lap. The driver decides, all samples are passed to the monitor, and zero is sent when the lap is
 /// over.
 class TeachSession {
  public:
@@ -64,18 +64,18 @@ class TeachSession {
 
   Status receive(const Sample& sample);
   Result<DriverDecision> decide(Duration uptime, SensorTime now);
-  /// Callbacks that drive a robot with this session; set should_stop to end it from outside.
+  /// Callbacks that let this session drive a robot; set should_stop to end the session from outside.
   [[nodiscard]] RobotListener listener();
 
   [[nodiscard]] const LapMonitor& lap() const { return lap_; }
-  /// Whether the lap is over: the driver was done, or a request ended it.
+  /// Whether the lap is over, because the driver was done or a request ended it.
   [[nodiscard]] bool finished() const { return finished_; }
-  /// The result, combined with that of the loop.
+  /// The result, combined with the result of the loop.
   [[nodiscard]] LapEnd end(const RobotLoopEnd& loop) const;
 
  private:
   struct Stream {
-    bool received = false;  ///< since the last decision
+    bool received = false;  ///< whether a sample arrived since the last decision
     bool silence_reported = false;
     Duration last{};
     bool ever_received = false;

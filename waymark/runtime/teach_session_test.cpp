@@ -1,4 +1,5 @@
-// Tests every end of a taught lap on the loop, and its messages, with a simulated robot and clock.
+// Tests every way in which teaching a lap can end, and its messages, in the robot loop, with a simulated
+// robot and clock.
 #include "waymark/runtime/teach_session.hpp"
 
 #include <string>
@@ -39,7 +40,7 @@ TeachSetup tiny_setup() {
   return setup;
 }
 
-/// A session on the loop.
+/// A session in the robot loop.
 struct Drive {
   explicit Drive(const TeachSessionOptions& options = {})
       : session(
@@ -113,7 +114,8 @@ TEST(TeachSession, SummarisesTheLap) {
 TEST(TeachSession, CountsTheTimeOfTheLap) {
   std::vector<std::string> lines;
   LapMonitor lap(tiny_setup(), {}, {.on_progress = [&](const std::string& line) { lines.push_back(line); }});
-  for (const int second : {90000, 90001, 90012})  // a clock that started with the computer
+  for (const int second : {90000, 90001, 90012})  // timestamps from a clock that was started with the
+                                                  // computer
     ASSERT_TRUE(lap.receive(TagFrame{.stamp = SensorTime(seconds(second))}));
   ASSERT_EQ(lines.size(), 3U);
   EXPECT_TRUE(lines.front().starts_with("0.0 s, ")) << lines.front();
@@ -122,7 +124,7 @@ TEST(TeachSession, CountsTheTimeOfTheLap) {
 
 TEST(TeachSession, WarnsOfAbruptStartsOnTheProgressLineAndInTheSummary) {
   Drive lap;
-  ASSERT_TRUE(lap.drive());  // from standstill to 0.3 m/s between two samples
+  ASSERT_TRUE(lap.drive());  // accelerates from standstill to 0.3 m/s between two samples
   EXPECT_GT(lap.session.lap().monitor().abrupt_moments(), 0);
 }
 

@@ -8,9 +8,9 @@ namespace {
 using E = OperatorEvent;
 using S = OperatorState;
 
-/// A silent page stops driving after this time.
+/// If the page goes silent, driving stops after this time.
 constexpr Duration kHold = std::chrono::milliseconds(500);
-/// Longer than 0.3 s, within which an operator's session ignores a second press.
+/// Longer than the 0.3 s within which an operator's session ignores a second press.
 constexpr Duration kAskAgain = std::chrono::milliseconds(400);
 
 }  // namespace
@@ -40,7 +40,7 @@ void ViewerRequests::apply_order(const ViewerOrder& order, Duration uptime, S st
   }
   if (order.kind == Kind::Script) {
     request.script = true;
-    commanded_at_.reset();  // of a viewer that was driving
+    commanded_at_.reset();  // set by a viewer that was driving
   }
   if (order.kind != Kind::Velocity) return;
   if (state != S::Teaching && order.command != VelocityCommand{}) request.events.push_back(E::StickMoved);
@@ -50,13 +50,13 @@ void ViewerRequests::apply_order(const ViewerOrder& order, Duration uptime, S st
 
 ViewerRequests::Request ViewerRequests::read(Duration uptime, S state) {
   Request request;
-  // The order matters: a viewer whose orders were read held control at that time; if control is lost now, it
-  // left afterwards.
+  // The order matters: a viewer whose orders were read was in control at that time. If control turns out to
+  // be lost now, that viewer left afterwards.
   const std::vector<ViewerOrder> orders = link_.take_orders();
   const ViewerControl control = link_.control();
   notice_control(control, uptime, state);
   for (const ViewerOrder& order : orders) {
-    // Orders of a viewer that has left cause no motion.
+    // Orders from a viewer that has left must not cause motion.
     if (control == ViewerControl::Lost && order.kind != ViewerOrder::Kind::Stop) continue;
     apply_order(order, uptime, state, request);
   }
@@ -81,7 +81,7 @@ Result<OperatorRequest> ViewerInput::read(Duration uptime, SensorTime now, S sta
   if (page.script && has_script() && state == S::Teaching) scripting_ = true;
   if (state != S::Teaching || page.drive) scripting_ = false;
   if (state != S::Teaching && std::exchange(script_used_, false))
-    script_ = make_script_();  // for the next lap
+    script_ = make_script_();  // create a new one for the next lap
   script_used_ = script_used_ || scripting_;
   if (scripting_ && !page.command_zero) {
     const Result<DriverDecision> decision = script_->drive(uptime, now);
@@ -133,7 +133,7 @@ std::vector<std::string> viewer_commands(S state, bool has_script) {
   if (state != S::Mapping && state != S::Over) commands.emplace_back("go");
   if (state == S::Teaching || state == S::Replaying || state == S::Paused) commands.emplace_back("stop");
   if (state == S::Teaching && has_script) commands.emplace_back("script");
-  // In other states "go" has this effect, or a drive is active.
+  // In other states "go" already has this effect, or a drive is in progress.
   if (state == S::Ready || state == S::Done || state == S::Stopped) commands.emplace_back("teach");
   if (state != S::Over) commands.emplace_back("quit");
   return commands;

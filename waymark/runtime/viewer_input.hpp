@@ -16,9 +16,9 @@
 
 namespace waymark {
 
-/// An order of a viewer.
+/// An order from a viewer.
 struct ViewerOrder {
-  /// SetControl, Snapshot and Record are for a camera that is shown without a robot. Message is for the
+  /// SetControl, Snapshot and Record apply to a camera that is shown without a robot. Message is shown to the
   /// person who runs the program.
   enum class Kind : std::uint8_t {
     Go,
@@ -34,17 +34,17 @@ struct ViewerOrder {
     Teach
   };
   Kind kind = Kind::Stop;
-  VelocityCommand command{};  ///< of Velocity
-  std::string control{};      ///< of SetControl: name of the control, as in CameraControl
-  double value = 0;           ///< of SetControl
-  GivenPose pose{};           ///< of GivePose
-  std::string message{};      ///< of Message
+  VelocityCommand command{};  ///< command for Velocity
+  std::string control{};      ///< name of the control for SetControl, as in CameraControl
+  double value = 0;           ///< value for SetControl
+  GivenPose pose{};           ///< pose for GivePose
+  std::string message{};      ///< text for Message
 };
 
-/// Whether a viewer holds control, or left without releasing it.
+/// Whether a viewer is in control, or has left without releasing control.
 enum class ViewerControl : std::uint8_t { None, Held, Lost };
 
-/// Texts for the operator about the buttons of viewers.
+/// What messages to the operator call the viewers' buttons.
 struct ViewerLabels {
   std::string alone = "the page has the buttons";
   std::string beside = "the page has the same buttons";
@@ -54,30 +54,30 @@ struct ViewerLabels {
   };
 };
 
-/// Source of viewers' orders.
+/// The source of orders from viewers.
 struct ViewerLink {
-  /// Orders since the last call, oldest first.
+  /// Returns the orders since the last call, oldest first.
   std::function<std::vector<ViewerOrder>()> take_orders = [] { return std::vector<ViewerOrder>(); };
   std::function<ViewerControl()> control = [] { return ViewerControl::None; };
   ViewerLabels labels{};
 };
 
-/// Converts viewers' orders to events and commands. If the viewer in control leaves, a taught robot stops
-/// until another person takes over, and a replay pauses.
+/// Converts orders from viewers to events and commands. If the viewer in control leaves, a robot that is
+/// being taught stops until another person takes over, and a replay pauses.
 class ViewerRequests {
  public:
   explicit ViewerRequests(ViewerLink link) : link_(std::move(link)) {}
 
   struct Request {
     std::vector<OperatorEvent> events{};
-    std::optional<VelocityCommand> drive{};  ///< a viewer drives with the keys of the page
-    bool script = false;                     ///< a viewer requested the script
-    bool command_zero = false;               ///< zero, regardless of other inputs
-    std::optional<GivenPose> pose{};         ///< given by a viewer
-    std::vector<std::string> messages{};     ///< for the person who runs the program
+    std::optional<VelocityCommand> drive{};  ///< command from a viewer who drives with the keys of the page
+    bool script = false;                     ///< whether a viewer requested the script
+    bool command_zero = false;               ///< whether to send zero, regardless of other inputs
+    std::optional<GivenPose> pose{};         ///< pose set by a viewer
+    std::vector<std::string> messages{};     ///< messages for the person who runs the program
   };
   [[nodiscard]] Request read(Duration uptime, OperatorState state);
-  /// A person at the robot pressed a button, so the robot is attended.
+  /// Call when a person at the robot presses a button, which shows that the robot is attended.
   void driver_is_present() { command_zero_ = false; }
   [[nodiscard]] const ViewerLabels& labels() const { return link_.labels; }
 
@@ -94,10 +94,11 @@ class ViewerRequests {
   Duration pause_asked_{};
 };
 
-/// The page, alone or in addition to another input. A script drives a taught lap on request, if there is one.
+/// The page, either alone or in addition to another input. If there is a script, it can be asked to drive the
+/// lap to be taught.
 class ViewerInput final : public OperatorInput {
  public:
-  /// Creates a driver for the start of the lap; nullptr if there is no script.
+  /// Creates a driver at the start of the lap; returns nullptr if there is no script.
   using MakeScript = std::function<std::unique_ptr<LapDriver>()>;
   ViewerInput(ViewerLink link, std::unique_ptr<OperatorInput> other, MakeScript make_script)
       : requests_(std::move(link)),
@@ -123,21 +124,21 @@ class ViewerInput final : public OperatorInput {
   std::unique_ptr<LapDriver> script_;
   bool scripting_ = false;
   bool script_used_ = false;
-  bool truth_received_ = false;  ///< a script requires the ground truth
+  bool truth_received_ = false;  ///< whether ground truth has been received, which a script requires
 };
 
-/// Viewers of a session that has only one state of the operator's session: a taught lap or a replay. Go
-/// pauses a replay and ends a lap.
+/// Handles viewers of a session that consists of a single phase, either teaching a lap or a replay. Go pauses
+/// a replay and ends a lap.
 class PhaseRequests {
  public:
-  /// `stop_pressed`: the space bar. Without a link there are no viewers.
+  /// `stop_pressed` reports the space bar. Without a link there are no viewers.
   PhaseRequests(std::optional<ViewerLink> link, OperatorState phase, std::function<bool()> stop_pressed)
       : phase_(phase), stop_pressed_(std::move(stop_pressed)) {
     if (link) requests_.emplace(std::move(*link));
   }
 
   [[nodiscard]] SessionRequest read(Duration uptime);
-  /// The phase with the pause of a replay.
+  /// The phase, which also shows whether a replay is paused.
   [[nodiscard]] OperatorState phase() const { return phase_; }
 
  private:
@@ -146,7 +147,7 @@ class PhaseRequests {
   std::function<bool()> stop_pressed_;
 };
 
-/// The orders that have an effect in this state: "go", "stop", "script", "teach", "quit".
+/// The orders that have an effect in this state, out of "go", "stop", "script", "teach", "quit".
 [[nodiscard]] std::vector<std::string> viewer_commands(OperatorState state, bool has_script);
 
 }  // namespace waymark

@@ -18,7 +18,7 @@ using Kind = ViewerOrder::Kind;
 
 constexpr Duration seconds(double value) { return Duration(static_cast<std::int64_t>(value * 1e9)); }
 
-/// Viewers simulated by a list of orders and a control state.
+/// Simulates viewers with a list of orders and a control state.
 struct FakeViewers {
   void order(const ViewerOrder& order) { orders.push_back(order); }
   void set_control(Control now) { control = now; }
@@ -62,14 +62,14 @@ TEST_F(Orders, TheScriptTakesOverFromAReleasedKey) {
   EXPECT_TRUE(act.script);
   EXPECT_FALSE(act.drive);
   feed_.order({.kind = Kind::Velocity, .command = {0.1, 0}});
-  EXPECT_TRUE(orders_.read(seconds(1.2), S::Teaching).drive);  // a key takes over from the script
+  EXPECT_TRUE(orders_.read(seconds(1.2), S::Teaching).drive);  // pressing a key takes over from the script
 }
 
 TEST_F(Orders, KeysStopAReplayLikeSticks) {
   feed_.set_control(Control::Held);
   feed_.order({.kind = Kind::Velocity, .command = {0.3, 0}});
   EXPECT_EQ(orders_.read(seconds(1), S::Replaying).events, std::vector<E>{E::StickMoved});
-  feed_.order({.kind = Kind::Velocity});  // a released key
+  feed_.order({.kind = Kind::Velocity});  // a key was released
   EXPECT_TRUE(orders_.read(seconds(2), S::Replaying).events.empty());
 }
 
@@ -88,11 +88,11 @@ TEST_F(Orders, TheRobotStopsWhileTeachingUntilAPersonIsPresent) {
   EXPECT_FALSE(orders_.read(seconds(5), S::Teaching).command_zero);
   feed_.set_control(Control::Lost);
   EXPECT_TRUE(orders_.read(seconds(6), S::Teaching).command_zero);
-  orders_.driver_is_present();  // at the robot
+  orders_.driver_is_present();  // the button at the robot was pressed
   EXPECT_FALSE(orders_.read(seconds(7), S::Teaching).command_zero);
 }
 
-/// A previous press has no effect, although the session ignores a second press within 0.3 s.
+/// A previous press does not prevent this, although the session ignores a second press within 0.3 s.
 TEST_F(Orders, AReplayPausesWhenItsViewerLeaves) {
   for (const double since_press : {0.05, 0.25, 0.5, 3.0}) {
     FakeViewers feed;
@@ -112,7 +112,7 @@ TEST_F(Orders, AReplayPausesWhenItsViewerLeaves) {
         (void)session.handle(event, seconds(t));
     }
     EXPECT_EQ(session.state(), S::Paused) << since_press;
-    feed.set_control(Control::Held);  // and resumes on request
+    feed.set_control(Control::Held);  // it resumes on request
     feed.order({.kind = Kind::Go});
     for (const E event : orders.read(seconds(t), session.state()).events)
       (void)session.handle(event, seconds(t));
@@ -139,7 +139,7 @@ TEST_F(Orders, ReleasingControlHasNoEffect) {
   }
 }
 
-/// Drives for three decisions.
+/// Drives until its third decision.
 class ShortScript final : public LapDriver {
  public:
   Result<DriverDecision> drive(Duration /*uptime*/, SensorTime /*now*/) override {
@@ -238,7 +238,7 @@ TEST(ViewerCommands, AreThoseWithAnEffect) {
   EXPECT_FALSE(offers(S::Mapping, "go"));
   EXPECT_TRUE(offers(S::Replaying, "stop"));
   EXPECT_TRUE(offers(S::Paused, "stop"));
-  EXPECT_FALSE(offers(S::Teaching, "script"));  // no script available
+  EXPECT_FALSE(offers(S::Teaching, "script"));  // no script is available
   EXPECT_TRUE(offers(S::Teaching, "script", true));
   EXPECT_FALSE(offers(S::Replaying, "script", true));
   EXPECT_FALSE(offers(S::Over, "quit"));
