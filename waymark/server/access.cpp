@@ -22,7 +22,7 @@ bool same(std::string_view given, std::string_view wanted) {
   return difference == 0;
 }
 
-/// The value of a name in "a=1; b=2".
+/// The value that belongs to a name in "a=1; b=2".
 std::string_view cookie_value(std::string_view cookies, std::string_view name) {
   while (!cookies.empty()) {
     const std::size_t end = cookies.find(';');
@@ -34,7 +34,7 @@ std::string_view cookie_value(std::string_view cookies, std::string_view name) {
   return {};
 }
 
-/// A page's origin is "http://" and the host it was loaded from.
+/// The origin of a page is "http://" followed by the host that it was loaded from.
 bool is_own_origin(const AccessClaim& claim, const AccessPolicy& policy) {
   constexpr std::string_view kScheme = "http://";
   if (claim.origin.empty()) return true;
@@ -89,7 +89,7 @@ std::string token_cookie(const AccessPolicy& policy) {
 }
 
 std::string make_token() {
-  std::random_device device;  // random source of the system on Linux
+  std::random_device device;  // the system's random source on Linux
   std::string token;
   for (int i = 0; i < 4; ++i) token += fmt::format("{:08x}", device());
   return token;

@@ -24,7 +24,7 @@ TEST(Access, LocallyEveryoneMayWatchAndTheTokenCommands) {
   AccessClaim claim = from_here();
   claim.cookie = "other=1; waymark_8642=0123456789abcdef";
   EXPECT_TRUE(rights_of(claim, kHere).token);
-  claim.cookie = "waymark_8643=0123456789abcdef";  // cookie of another server on this machine
+  claim.cookie = "waymark_8643=0123456789abcdef";  // the cookie of another server on this machine
   EXPECT_FALSE(rights_of(claim, kHere).token);
 }
 
@@ -34,7 +34,7 @@ TEST(Access, AWrongTokenGivesNoRights) {
     EXPECT_FALSE(rights_of(from_here(target), kHere).token) << token;
     EXPECT_EQ(rights_of(from_here(target), kRemote).refusal, Refusal::NoToken) << token;
   }
-  const AccessPolicy without{.port = 8642};  // without a token no request has it
+  const AccessPolicy without{.port = 8642};  // if no token is set, no request has it
   EXPECT_FALSE(rights_of(from_here("/?token="), without).token);
 }
 
@@ -47,7 +47,7 @@ TEST(Access, AForeignPageGetsNoRightsFromTheCookie) {
     EXPECT_EQ(rights_of(claim, kHere).refusal, Refusal::ForeignPage) << origin;
     EXPECT_EQ(rights_of(claim, kRemote).refusal, Refusal::ForeignPage) << origin;
   }
-  claim.origin = "https://app.foxglove.dev";  // the user entered the token there
+  claim.origin = "https://app.foxglove.dev";  // where the user entered the token
   claim.target = "/?token=0123456789abcdef";
   EXPECT_EQ(rights_of(claim, kHere).refusal, Refusal::None);
 }

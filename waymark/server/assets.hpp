@@ -5,13 +5,13 @@
 
 namespace waymark {
 
-/// A file of the page, compressed with gzip.
+/// A file that belongs to the page, compressed with gzip.
 struct Asset {
   std::string_view name;  ///< "index.html"
   std::span<const unsigned char> gzip;
 };
 
-/// The page embedded at build time; empty if the program was built without it.
+/// The files of the page, embedded at build time; empty if the program was built without it.
 [[nodiscard]] std::span<const Asset> viewer_assets();
 
 }  // namespace waymark

@@ -17,7 +17,9 @@ void BackgroundThread::begin() {
   static_cast<void>(sched_setscheduler(0, SCHED_BATCH, &none));
   static_cast<void>(setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), kNice));
   cpu_set_t allowed;
-  if (sched_getaffinity(0, sizeof allowed, &allowed) != 0) return;  // more processors than a cpu_set_t holds
+  if (sched_getaffinity(0, sizeof allowed, &allowed) != 0)
+    return;  // fails if there are more processors than
+             // a cpu_set_t can hold
   for (int cpu = 0; cpu < CPU_SETSIZE; ++cpu) {
     if (CPU_ISSET(static_cast<std::size_t>(cpu), &allowed)) allowed_.push_back(cpu);
   }

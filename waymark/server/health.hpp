@@ -12,7 +12,7 @@
 
 namespace waymark {
 
-/// One indicator on the page: a level shown as a colour, and a text.
+/// An indicator on the page, with a level that is shown as a colour, and a text.
 struct HealthLight {
   enum class Level : std::uint8_t { Unknown, Good, Uncertain, Bad };
   std::string name;  ///< "camera"
@@ -21,10 +21,10 @@ struct HealthLight {
 };
 [[nodiscard]] std::string_view to_string(HealthLight::Level level);
 
-/// State of the robot's sensors and drive, from the samples received.
+/// The state of the robot's sensors and its drive, derived from received samples.
 class RobotHealth {
  public:
-  /// `now`: host clock at reception.
+  /// `now` is the time on the host clock when the sample was received.
   void receive(const Sample& sample, Duration now);
   [[nodiscard]] std::vector<HealthLight> lights(const LiveStatus& status, Duration now) const;
 
@@ -32,7 +32,7 @@ class RobotHealth {
   struct Stream {
     std::optional<Duration> first{};
     Duration last{};
-    double rate_hz = 0;  ///< smoothed
+    double rate_hz = 0;  ///< smoothed rate
   };
   enum : std::size_t { kCamera, kOdometry, kImu, kLidar, kStreams };
   [[nodiscard]] HealthLight light_of(std::size_t stream, Duration now) const;

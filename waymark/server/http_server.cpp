@@ -52,30 +52,31 @@ using asio::ip::tcp;
 using Request = http::request<http::empty_body>;
 
 constexpr std::size_t kMaxMessageBytes = 64 * 1024;
-/// A viewer that does not answer a ping within this time is disconnected (its cable may be unplugged).
+/// A viewer that does not respond to a ping within this time is disconnected (the network cable may have been
+/// unplugged).
 constexpr std::chrono::seconds kPingTimeout{4};
 
 }  // namespace
 
-// WebSockets of the viewers of a running robot (RFC 6455, by Boost.Beast). Single-threaded.
+// WebSockets for the viewers of a running robot (RFC 6455, using Boost.Beast). Single-threaded.
 
 class LiveSocket;
 
 /// All sockets and the hub that serves them.
 class LiveSockets {
  public:
-  /// `now`: host clock, as in the feed.
+  /// `now` returns the time on the host clock, as in the feed.
   LiveSockets(LiveFeed& feed, std::string robot_name, std::function<Duration()> now);
   ~LiveSockets();
   LiveSockets(const LiveSockets&) = delete;
   LiveSockets& operator=(const LiveSockets&) = delete;
 
-  /// Accepts an authorised upgrade and holds its seat while it is connected. Returns a function that closes
-  /// the connection.
+  /// Accepts an authorised upgrade, which keeps its seat while it is connected. Returns a function that
+  /// closes the connection.
   std::function<void()> accept(boost::beast::tcp_stream stream,
                                const boost::beast::http::request<boost::beast::http::empty_body>& request,
                                bool may_command, std::shared_ptr<void> seat);
-  /// Forwards data from the robot.
+  /// Forwards new data from the robot.
   void tick();
 
  private:
@@ -87,7 +88,7 @@ class LiveSockets {
   std::map<LiveHub::Id, std::weak_ptr<LiveSocket>> sockets_{};
 };
 
-/// One viewer. Reads one frame at a time and, concurrently, writes one frame at a time.
+/// A single viewer. Reads one frame at a time and, concurrently, writes one frame at a time.
 class LiveSocket : public std::enable_shared_from_this<LiveSocket> {
  public:
   LiveSocket(beast::tcp_stream stream, LiveSockets& all, std::shared_ptr<void> seat)
@@ -105,7 +106,7 @@ class LiveSocket : public std::enable_shared_from_this<LiveSocket> {
       if (!protocol.empty()) answer.set(http::field::sec_websocket_protocol, protocol);
     }));
     stream_.read_message_max(kMaxMessageBytes);
-    stream_.auto_fragment(false);  // an image is one frame, so that no other frame interrupts it
+    stream_.auto_fragment(false);  // an image is sent as one frame, so that no other frame can interrupt it
     request_ = std::move(request);
     stream_.async_accept(request_,
                          [self = shared_from_this(), protocol, may_command](beast::error_code error) {
@@ -130,9 +131,9 @@ class LiveSocket : public std::enable_shared_from_this<LiveSocket> {
     });
   }
 
-  /// The server is being destroyed.
+  /// Called when the server is being destroyed.
   void forget() { gone_ = true; }
-  /// Closes the connection: pending operations end with an error.
+  /// Closes the connection, so that pending operations end with an error.
   void hang_up() {
     beast::error_code ignored;
     beast::get_lowest_layer(stream_).socket().close(ignored);
@@ -141,7 +142,7 @@ class LiveSocket : public std::enable_shared_from_this<LiveSocket> {
  private:
   void begin(const std::string& protocol, bool may_command) {
     const auto id = all_->hub_.join(protocol, may_command, all_->now_());
-    if (!id) {  // no room for more viewers
+    if (!id) {  // no more viewers are admitted
       return stream_.async_close(websocket::close_code::try_again_later,
                                  [self = shared_from_this()](beast::error_code) {});
     }
@@ -184,7 +185,7 @@ class LiveSocket : public std::enable_shared_from_this<LiveSocket> {
   Request request_;
   beast::flat_buffer buffer_;
   LiveHub::Id id_ = 0;
-  OutFrame frame_;  ///< being sent
+  OutFrame frame_;  ///< the frame being sent
   bool writing_ = false;
   bool gone_ = false;
 };
@@ -213,20 +214,20 @@ void LiveSockets::tick() {
 }
 
 void LiveSockets::flush() {
-  std::vector<std::shared_ptr<LiveSocket>> all;  // write() may remove one
+  std::vector<std::shared_ptr<LiveSocket>> all;  // write() may remove an element
   for (const auto& [id, weak] : sockets_) {
     if (auto socket = weak.lock()) all.push_back(std::move(socket));
   }
   for (const auto& socket : all) socket->write();
 }
 
-/// State shared by all connections of a server; outlives them.
+/// State shared by all connections to a server, which outlives them.
 struct SharedByConnections {
   OfferedThings offered{};
   AccessPolicy policy{};
   std::unique_ptr<LiveSockets> live{};
   Seats seats{};
-  std::map<Seats::Id, std::function<void()>> hang_up{};  ///< closes the connection of a seat
+  std::map<Seats::Id, std::function<void()>> hang_up{};  ///< functions that close the connection in each seat
 
   void drop(Seats::Id id) {
     if (const auto found = hang_up.find(id); found != hang_up.end()) std::function<void()>(found->second)();
@@ -246,7 +247,7 @@ std::string_view field(const http::request<http::empty_body>& request, http::fie
   return {value.data(), value.size()};
 }
 
-/// A seat that is released when its connection, WebSocket or not, ends.
+/// A seat that is released when its connection ends, whether or not it is a WebSocket.
 class HeldSeat {
  public:
   HeldSeat(std::shared_ptr<SharedByConnections> shared, Seats::Id id) : shared_(std::move(shared)), id_(id) {}
@@ -263,8 +264,9 @@ class HeldSeat {
   Seats::Id id_;
 };
 
-/// One connection: requests are read and answered in turn. A file is sent block by block; the next block is
-/// read after the client has received the previous one, so a slow client costs one block of memory.
+/// A connection, whose requests are read and answered one by one. A file is sent block by block; the next
+/// block is read after the client has received the previous one, so that a slow client takes up only one
+/// block of memory.
 class Connection : public std::enable_shared_from_this<Connection> {
  public:
   Connection(tcp::socket socket, std::shared_ptr<SharedByConnections> shared, Seats::Id seat)
@@ -294,7 +296,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     http::async_read(stream_, buffer_, *parser_,
                      [self = shared_from_this()](beast::error_code error, std::size_t) {
                        if (!error) self->answer();
-                       // an invalid or too long request ends the connection
+                       // an invalid or overlong request ends the connection
                      });
   }
 
@@ -340,7 +342,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
                              });
   }
 
-  /// Returns false if the request is not authorised; it then gets a reply like any other request.
+  /// Returns false if the request is not authorised; it is then answered like any other request.
   bool upgrade(const http::request<http::empty_body>& request, const AccessRights& rights) {
     if (rights.refusal != AccessRights::Refusal::None) return false;
     shared_->hang_up[seat_->id()] = shared_->live->accept(std::move(stream_), request, rights.token, seat_);
@@ -368,7 +370,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     piece_.resize(static_cast<std::size_t>(std::min<std::uint64_t>(left_, kPieceBytes)));
     file_.read(piece_.data(), static_cast<std::streamsize>(piece_.size()));
     if (file_.gcount() != static_cast<std::streamsize>(piece_.size()))
-      return;  // the file has become shorter: close the connection
+      return;  // the file has become shorter, so close the connection
     left_ -= piece_.size();
     stream_.expires_after(kTimeout);
     asio::async_write(stream_, asio::buffer(piece_),
@@ -398,8 +400,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
   std::shared_ptr<HeldSeat> seat_;
 };
 
-/// Reads requests of one client and answers them in turn until either side closes. Closes the connection at
-/// once if no seat is free.
+/// Reads requests from one client and answers them one by one until either side closes the connection. Closes
+/// the connection immediately if no seat is free.
 void serve_connection(tcp::socket socket, std::shared_ptr<SharedByConnections> shared) {
   const auto admission = shared->seats.admit();
   if (!admission) return;
@@ -407,10 +409,10 @@ void serve_connection(tcp::socket socket, std::shared_ptr<SharedByConnections> s
   std::make_shared<Connection>(std::move(socket), std::move(shared), admission->id)->begin();
 }
 
-/// Descriptors reserved for the recording, the robot's pipes and other files of this process.
+/// Descriptors reserved for the recording, the pipes to the robot, and other files of this process.
 constexpr std::uint64_t kKeptDescriptors = 64;
-/// Delay after a failed accept, because the connection stays in the system's queue and would fail again at
-/// once.
+/// Delay after a failed accept(), because the connection remains in the system's queue and accept() would
+/// fail again immediately.
 constexpr std::chrono::milliseconds kAcceptRetryDelay{100};
 
 std::size_t allowed_connections() {
@@ -419,7 +421,7 @@ std::size_t allowed_connections() {
   return seats_for(limit.rlim_cur, kKeptDescriptors);
 }
 
-/// Addresses by which other machines reach this one, as in a URL ("192.168.1.7", "[fd00::7]"); excludes
+/// Addresses at which other machines can reach this one, as in a URL ("192.168.1.7", "[fd00::7]"). Excludes
 /// loopback and link-local addresses.
 std::vector<std::string> own_addresses(bool with_ipv6) {
   std::vector<std::string> all;
@@ -453,7 +455,7 @@ struct HttpServer::Inside {
   tcp::acceptor acceptor{context};
   asio::steady_timer timer{context};
   asio::steady_timer accept_retry{context};
-  /// Signalled by the loop of the robot; writing to it never blocks.
+  /// Signalled by the robot loop; writing to it never blocks.
   asio::posix::stream_descriptor feed_event{context};
   std::uint64_t feed_events = 0;
   LiveFeed* feed = nullptr;
@@ -465,10 +467,10 @@ struct HttpServer::Inside {
   Inside& operator=(const Inside&) = delete;
   ~Inside() {
     if (feed != nullptr) feed->set_wake([] {});
-    shared->live.reset();  // sockets still held by the context must not use it
+    shared->live.reset();  // sockets still held by the context must not use it any more
   }
 
-  /// The address for a URL that a browser on this machine can open.
+  /// The address to use in a URL that a browser on this machine can open.
   [[nodiscard]] std::string host() const {
     const std::string text = address.to_string();
     if (address.is_v6()) return address.is_unspecified() ? "[::1]" : fmt::format("[{}]", text);

@@ -13,21 +13,21 @@
 namespace waymark {
 
 struct ServerOptions {
-  std::uint16_t port = 8642;          ///< any free port if it is 0 or in use
-  std::string address = "127.0.0.1";  ///< any address except loopback requires a token
-  std::string token = {};             ///< empty: no viewer may command
+  std::uint16_t port = 8642;          ///< any free port if this one is in use, or if 0
+  std::string address = "127.0.0.1";  ///< any address other than loopback requires a token
+  std::string token = {};             ///< if empty, no viewer may send commands
   std::vector<OfferedFile> offered{};
   LiveFeed* feed = nullptr;  ///< feed of a running robot; must outlive the server
   std::string robot_name = {};
 };
 
-/// HTTP server on one port, with WebSockets for a running robot. Everything runs in the thread that calls
-/// run(). Holds at most 64 connections including WebSockets, fewer if this process may only open few files
-/// (`Seats` decides which connections are dropped). A request is at most 8 KiB. Drops a connection if its
-/// first request is incomplete after 5 s or any other operation takes longer than 30 s.
+/// An HTTP server on one port, with WebSockets for a running robot. Everything runs on the thread that calls
+/// run(). Accepts up to 64 connections including WebSockets, or fewer if this process may only open a few
+/// files (`Seats` decides which connections are dropped). A request may have up to 8 KiB. A connection is
+/// dropped if its first request is incomplete after 5 s, or if any other operation takes longer than 30 s.
 class HttpServer {
  public:
-  /// Fails if no port is free, if the address does not belong to this machine or requires a token, and if the
+  /// Fails if no port is free, if the address does not belong to this machine or requires a token, or if the
   /// program was built without Boost.Beast.
   static Result<HttpServer> listen(ServerOptions options);
 
@@ -36,11 +36,11 @@ class HttpServer {
   ~HttpServer();
 
   [[nodiscard]] std::uint16_t port() const;
-  /// URL of the page for a browser on this machine, with the token if one is set.
+  /// The URL of the page for a browser on this machine, including the token if one is set.
   [[nodiscard]] std::string url() const;
-  /// URLs for other machines if the server listens on all networks; else empty.
+  /// URLs for other machines if the server listens on all networks; otherwise empty.
   [[nodiscard]] std::vector<std::string> urls_from_elsewhere() const;
-  /// Serves until `stop` returns true; it is called ten times per second.
+  /// Serves until `stop`, which is called ten times per second, returns true.
   void run(const std::function<bool()>& stop);
 
  private:

@@ -19,7 +19,7 @@ namespace {
 
 constexpr const char* kToken = "0123456789abcdef";
 
-/// A connection to a port of this machine; reads time out after one second.
+/// A connection to a port on this machine, whose reads time out after one second.
 class Client {
  public:
   explicit Client(std::uint16_t port) : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
@@ -39,11 +39,11 @@ class Client {
     EXPECT_TRUE(connected_);
     (void)::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
   }
-  /// Sends a text frame of the WebSocket (RFC 6455, section 5.2), masked with zeros.
+  /// Sends a WebSocket text frame (RFC 6455, section 5.2), masked with zeros.
   void send_text(const std::string& text) const {
     send(std::string("\x81") + static_cast<char>(0x80U | text.size()) + std::string(4, '\0') + text);
   }
-  /// The next bytes received; empty at the end.
+  /// The next bytes received; empty at the end of the stream.
   [[nodiscard]] std::string receive() const {
     std::array<char, 65536> bytes{};
     const ssize_t count = ::recv(socket_, bytes.data(), bytes.size(), 0);

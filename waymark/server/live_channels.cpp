@@ -48,15 +48,15 @@ void LiveChannels::put_picture(const CameraFrame& frame, std::int64_t host_ns,
   const std::string topic = topic_of_camera(frame.camera, kCompressed);
   if (!target(topic, ros2::CompressedImage::kType, wanted).wanted) return;
   auto jpeg = encode_jpeg(frame.image, kPictureQuality);
-  if (!jpeg) return;  // an image without pixels
+  if (!jpeg) return;  // images may have no pixels
   const CameraFrame head{.stamp = frame.stamp, .camera = frame.camera};
   put(topic,
       ros2::CompressedImage{.header = ros2::to_ros(head).header, .format = "jpeg", .data = std::move(*jpeg)},
       host_ns, wanted, out);
 }
 
-/// The transform from odom to base_link is the odometry. The one from map to odom places base_link at the
-/// estimate.
+/// The transform from odom to base_link is the odometry. The transform from map to odom is such that
+/// base_link is at the estimate.
 void LiveChannels::put_frames(const LiveSample& sample, const std::set<std::uint32_t>& wanted,
                               std::vector<LiveMessage>& out) {
   ros2::TFMessage frames;

@@ -13,40 +13,40 @@
 
 namespace waymark {
 
-/// A stream of messages of one type, as in a recording.
+/// A stream of messages of the same type, as in a recording.
 struct LiveChannel {
   std::uint32_t id = 0;
   std::string topic;     ///< "/odom"
   std::string type;      ///< "nav_msgs/msg/Odometry"
-  bool json = false;     ///< JSON objects instead of ROS messages
-  bool newest = false;   ///< an unsent message (image) is replaced by a newer one
-  bool latched = false;  ///< new viewers receive the last message
+  bool json = false;     ///< whether messages are JSON objects rather than ROS messages
+  bool newest = false;   ///< whether a newer message replaces one that has not been sent yet (images)
+  bool latched = false;  ///< whether new viewers receive the last message
 };
 
-/// One message for viewers; they share its bytes.
+/// A message for viewers, which share its bytes.
 struct LiveMessage {
   std::uint32_t channel = 0;
   std::int64_t host_ns = 0;
   std::shared_ptr<const Bytes> cdr;
 };
 
-/// Converts samples of a robot to ROS 2 messages on the topics of docs/formats/recording.md. Images become
-/// JPEG. Also publishes the transforms of map, odom, base_link and the camera.
+/// Converts samples from a robot to ROS 2 messages on the topics in docs/formats/recording.md. Images become
+/// JPEG. Also publishes the transforms between map, odom, base_link and the camera.
 class LiveChannels {
  public:
-  /// Messages of a sample. Messages of channels not in `wanted` are not encoded, but the channels are
-  /// registered.
+  /// Converts a sample to messages. Messages on channels that are not in `wanted` are not encoded, but their
+  /// channels are registered.
   [[nodiscard]] std::vector<LiveMessage> encode(const LiveSample& sample,
                                                 const std::set<std::uint32_t>& wanted);
   [[nodiscard]] std::vector<LiveMessage> encode(const LiveFeed::Mounted& camera, std::int64_t host_ns);
   [[nodiscard]] std::vector<LiveMessage> encode(const ros2::MarkerArray& shapes, std::int64_t host_ns);
-  /// An object that is already JSON text, on a latched JSON channel.
+  /// A message on a latched JSON channel, from an object that is already JSON text.
   [[nodiscard]] LiveMessage encode_json(const std::string& topic, std::string_view object,
                                         std::int64_t host_ns);
 
-  /// All channels so far; an id is an index into it.
+  /// All channels so far; an ID is an index into this list.
   [[nodiscard]] const std::vector<LiveChannel>& known() const { return known_; }
-  /// The last message of a latched channel; nullptr if there is none.
+  /// The last message on a latched channel; nullptr if there is none.
   [[nodiscard]] const LiveMessage* latched(std::uint32_t channel) const;
 
  private:

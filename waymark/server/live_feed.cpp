@@ -115,7 +115,7 @@ std::vector<ViewerOrder> LiveFeed::take_orders() {
 
 void LiveFeed::order(const ViewerOrder& order) {
   const std::scoped_lock hand(order_box_);
-  // The number of orders is limited in case the robot does not read them; a stop is never dropped.
+  // The number of orders is limited, because the robot might not read them; a stop is never dropped.
   if (orders_.size() >= kMaxOrders) {
     if (order.kind != ViewerOrder::Kind::Stop) return;
     orders_.clear();

@@ -26,7 +26,7 @@ TEST(LiveFeed, StateAndTextsAreKeptForLaterViewers) {
   feed.set_status({.phase = "ready"});
   feed.show_text("map.yaml", "tags: []");
   EXPECT_EQ(feed.take().status.phase, "ready");
-  EXPECT_EQ(feed.take().texts->by_name.at("map.yaml"), "tags: []");  // and is kept
+  EXPECT_EQ(feed.take().texts->by_name.at("map.yaml"), "tags: []");  // and it is kept
   feed.show_text("map.yaml", "tags: []");
   EXPECT_EQ(feed.take().texts->version, 1u);
 }
@@ -66,15 +66,15 @@ TEST(LiveFeed, ReusesTheMemoryOfReturnedImages) {
     auto& frame = std::get<CameraFrame>(std::get<Sample>(updates.samples[0].value));
     EXPECT_EQ(frame.image.row(47)[63], grey);
     if (place != nullptr) {
-      EXPECT_EQ(frame.image.row(0), place);  // no new allocation
+      EXPECT_EQ(frame.image.row(0), place);  // memory is reused
     }
     place = frame.image.row(0);
     feed.give_back(std::move(frame));
-    feed.publish(odometry_at(grey), grey);  // the queue is handed over
+    feed.publish(odometry_at(grey), grey);  // hands over the queue
     static_cast<void>(feed.take());
   }
   feed.publish(Sample(CameraFrame{.image = Image(8, 4)}), 1);
-  EXPECT_EQ(taken().image.width(), 8);  // images of another size
+  EXPECT_EQ(taken().image.width(), 8);  // images with a different size
 }
 
 TEST(LiveFeed, OrdersAreBoundedAndAStopIsNeverDropped) {
@@ -88,7 +88,7 @@ TEST(LiveFeed, OrdersAreBoundedAndAStopIsNeverDropped) {
   EXPECT_TRUE(feed.take_orders().empty());
 }
 
-/// The robot's side continues while the server holds the lock; every lost sample is counted.
+/// The robot's side continues while the server holds the lock, and every lost sample is counted.
 TEST(LiveFeedThreads, EveryLostSampleIsCounted) {
   constexpr std::int64_t kSamples = 20000;
   std::atomic<int> rings{0};
@@ -114,7 +114,7 @@ TEST(LiveFeedThreads, EveryLostSampleIsCounted) {
   }
   over = true;
   server.join();
-  feed.publish(odometry_at(kSamples), kSamples);  // hands over the samples kept so far
+  feed.publish(odometry_at(kSamples), kSamples);  // hands over the samples that were kept
   listen();
   EXPECT_TRUE(in_order);
   EXPECT_EQ(received + feed.dropped(), static_cast<std::uint64_t>(kSamples) + 1);

@@ -40,12 +40,12 @@ std::optional<OutFrame> Outbox::next() {
 namespace {
 
 constexpr std::size_t kMaxSubscriptions = 256;
-/// A page sends a message every half second while its window is visible; other holders of control send or
-/// publish something. Answers to pings do not show that a person is present.
+/// A page sends a message every half second while its window is visible; other clients in control send or
+/// publish something. Responses to pings do not show that a person is present.
 constexpr Duration kSilence = std::chrono::seconds(3);
 constexpr Duration kStatePeriod = std::chrono::milliseconds(200);
 constexpr const char* kStateTopic = "/waymark/state";
-constexpr std::uint32_t kControlMark = 0xffffffffU;  // larger than any channel id
+constexpr std::uint32_t kControlMark = 0xffffffffU;  // larger than any channel ID
 
 }  // namespace
 
@@ -99,7 +99,7 @@ void LiveHub::put_text(Client& client, std::string text, std::optional<std::uint
 }
 
 void LiveHub::warn(Client& client, const std::string& words) {
-  // Droppable, so that a viewer that repeatedly sends invalid messages does not fill its queue.
+  // This frame may be dropped, so that a viewer that keeps sending invalid messages does not fill its queue.
   put(client, {.text = true, .head = status_message(words)});
 }
 

@@ -21,26 +21,27 @@
 
 namespace waymark {
 
-/// One frame for a viewer. Viewers share the body; the head is separate.
+/// One frame for a viewer. The body is shared between viewers; the head is not.
 struct OutFrame {
   bool text = false;
-  std::string head{};                   ///< the whole of a text frame, or the first bytes of a binary one
-  std::shared_ptr<const Bytes> body{};  ///< the rest, if any
-  std::optional<std::uint32_t> newest_of{};  ///< replaces a waiting frame with the same mark
-  bool must_arrive = false;  ///< never dropped, because the viewer cannot interpret later frames without it
+  std::string head{};                        ///< an entire text frame, or the first bytes of a binary frame
+  std::shared_ptr<const Bytes> body{};       ///< the rest of the frame, if any
+  std::optional<std::uint32_t> newest_of{};  ///< replaces a waiting frame that has the same mark
+  bool must_arrive = false;  ///< whether it must not be dropped, because the viewer cannot interpret later
+                             ///< frames without it
 
   [[nodiscard]] std::size_t size() const { return head.size() + (body ? body->size() : 0); }
 };
 
-/// Queue of one viewer, bounded in number and bytes. If a viewer does not keep up, the oldest droppable
-/// frames are dropped and counted.
+/// The queue for one viewer, limited in the number of frames and in bytes. If a viewer cannot keep up, the
+/// oldest frames that may be dropped are dropped and counted.
 class Outbox {
  public:
   static constexpr std::size_t kMaxFrames = 256;
   static constexpr std::size_t kMaxBytes = std::size_t{4} << 20U;
 
-  /// False if even frames that must arrive do not fit: the viewer has stopped reading and should be
-  /// disconnected.
+  /// Returns false if not even the frames that must arrive fit, in which case the viewer has stopped reading
+  /// and should be disconnected.
   [[nodiscard]] bool put(OutFrame frame);
   [[nodiscard]] std::optional<OutFrame> next();
   [[nodiscard]] bool empty() const { return frames_.empty(); }
@@ -55,34 +56,34 @@ class Outbox {
   std::uint64_t dropped_ = 0;
 };
 
-/// Supported subprotocols of a WebSocket: the page's own, and two names of the Foxglove protocol with
+/// WebSocket subprotocols that are supported: the page's own, and two names for the Foxglove protocol with
 /// identical messages.
 inline constexpr std::string_view kPageProtocol = "waymark.v1";
 inline constexpr std::string_view kFoxgloveProtocols[] = {"foxglove.sdk.v1", "foxglove.websocket.v1"};
 
-/// The first supported subprotocol among those offered ("a, b"); empty if none is supported.
+/// The first supported subprotocol in an offer such as "a, b"; empty if none is supported.
 [[nodiscard]] std::string_view choose_protocol(std::string_view offered);
 
-/// All viewers of a running robot. Decides what each viewer receives and which one may command. Every viewer
-/// may stop the robot; only the one that holds control can move it. Contains no sockets and no clocks;
+/// All viewers of a running robot. Decides what each viewer receives and which one may send commands. Every
+/// viewer may stop the robot, but only the one in control can move it. Uses neither sockets nor clocks;
 /// single-threaded.
 class LiveHub {
  public:
   using Id = std::uint32_t;
   static constexpr std::size_t kMaxClients = 16;
-  /// Maximum number of viewers without the token.
+  /// Maximum number of viewers that do not have the token.
   static constexpr std::size_t kMaxWatchers = 12;
 
-  /// `name`: robot name for display.
+  /// `name` is the robot name shown to viewers.
   LiveHub(LiveFeed& feed, std::string name) : feed_(feed), name_(std::move(name)) {}
 
-  /// Adds a viewer; returns nothing if the limit is reached. `may_command`: it has the token.
+  /// Adds a viewer; returns `nullopt` if the limit is reached. `may_command` says whether it has the token.
   [[nodiscard]] std::optional<Id> join(std::string_view protocol, bool may_command, Duration now);
-  /// Removes a viewer; if it held control, the robot is stopped or paused.
+  /// Removes a viewer. If it was in control, the robot is stopped or the replay is paused.
   void leave(Id id);
   void receive_text(Id id, std::string_view text, Duration now);
   void receive_binary(Id id, std::span<const std::uint8_t> bytes, Duration now);
-  /// Forwards the robot's data since the last call. `now`: host clock, as in the feed.
+  /// Forwards the robot's data since the last call. `now` is the time on the host clock, as in the feed.
   void tick(Duration now);
 
   /// The next frame for this viewer.
@@ -98,9 +99,10 @@ class LiveHub {
     bool page = false;
     bool may_command = false;
     Outbox outbox{};
-    std::map<std::uint32_t, std::uint32_t> channel_of{};  ///< by subscription
-    std::size_t advertised = 0;                           ///< number of channels sent to it
-    std::map<std::uint32_t, std::string> publishes{};     ///< topics of its own channels
+    std::map<std::uint32_t, std::uint32_t> channel_of{};  ///< channels by subscription
+    std::size_t advertised = 0;                           ///< number of channels announced to the viewer
+    std::map<std::uint32_t, std::string> publishes{};     ///< topics on which the viewer publishes, by
+                                                          ///< channel
     std::uint64_t texts_version = 0;
     std::string last_control{};
     Duration received{};
@@ -116,7 +118,7 @@ class LiveHub {
   void send_control(Id id, Client& client);
   void send_texts(Client& client);
   void pass_order(Id id, Client& client, const ViewerOrder& order);
-  /// Takes control for the client if it is free. Returns whether the client now holds control.
+  /// Gives control to the client if it is free. Returns whether the client is now in control.
   bool take(Id id, Client& client);
   void release(Id id, bool lost);
   void subscribe(Client& client, const ClientSubscribe& message);

@@ -30,7 +30,7 @@ TEST(Outbox, BytesAreBounded) {
   while (box.next()) {
   }
   EXPECT_EQ(box.bytes(), 0u);
-  EXPECT_TRUE(box.put(data(Outbox::kMaxBytes + 1)));  // too large by itself, so it is dropped
+  EXPECT_TRUE(box.put(data(Outbox::kMaxBytes + 1)));  // too large on its own, so it is dropped
   EXPECT_TRUE(box.empty());
 }
 
@@ -49,7 +49,7 @@ TEST(Outbox, KeepsFramesThatMustArrive) {
   Outbox box;
   const OutFrame word{.text = true, .head = "word", .must_arrive = true};
   for (std::size_t i = 0; i < Outbox::kMaxFrames; ++i) EXPECT_TRUE(box.put(word));
-  EXPECT_TRUE(box.put(data(1)));  // dropped at once
+  EXPECT_TRUE(box.put(data(1)));  // dropped immediately
   EXPECT_EQ(box.dropped(), 1u);
   EXPECT_FALSE(box.put(word));
 }
@@ -70,7 +70,7 @@ class Hub : public ::testing::Test {
     now_ += Duration(static_cast<std::int64_t>(seconds * 1e9));
     hub_.tick(now_);
   }
-  /// Everything sent to a viewer since the last call: parsed texts, and binary frames.
+  /// Everything sent to a viewer since the last call: parsed texts and binary frames.
   struct Output {
     std::vector<Json> texts;
     std::vector<OutFrame> messages;
@@ -127,7 +127,7 @@ TEST_F(Hub, FoxgloveReceivesItsSubscriptions) {
   odometry(1);
   pass(0.01);
   const Output first = output_of(id);
-  EXPECT_TRUE(first.messages.empty());  // no subscription yet
+  EXPECT_TRUE(first.messages.empty());  // there is no subscription yet
   const std::uint32_t odom = channel_of(first, "/odom");
   send(id, subscription(odom));
   odometry(2);
@@ -172,7 +172,7 @@ TEST_F(Hub, MapMarkersAreLatchedAndSentAgainOnChange) {
   const Output first = output_of(id);
   ASSERT_EQ(first.messages.size(), 1u);
   pass(0.01);
-  EXPECT_TRUE(output_of(id).messages.empty());  // the same map
+  EXPECT_TRUE(output_of(id).messages.empty());  // the map is unchanged
   feed_.show_shapes(shapes(3));
   pass(0.01);
   const Output then = output_of(id);
@@ -224,7 +224,7 @@ TEST_F(Hub, OnlyOneViewerHoldsControl) {
   pass(0.01);
   EXPECT_EQ(output_of(second).of("control").back()["yours"], false);
   EXPECT_EQ(output_of(first).of("control").back()["yours"], true);
-  send(second, kRelease);  // it does not hold control
+  send(second, kRelease);  // this viewer is not in control
   EXPECT_EQ(feed_.control(), Control::Held);
   send(first, kRelease);
   EXPECT_EQ(feed_.control(), Control::None);
@@ -254,7 +254,7 @@ TEST_F(Hub, ASilentHolderLosesControl) {
   EXPECT_EQ(feed_.control(), Control::Held);
   pass(0.2);
   EXPECT_EQ(feed_.control(), Control::Lost);
-  send(id, kGo);  // it sends again
+  send(id, kGo);  // this viewer sends again
   EXPECT_EQ(feed_.control(), Control::Held);
 }
 
@@ -344,7 +344,7 @@ TEST_F(Hub, InvalidMessagesAreAnsweredAndBounded) {
   }
   EXPECT_LE(output_of(id).texts.size(), Outbox::kMaxFrames);
   EXPECT_FALSE(hub_.lost(id));
-  send(4711, kGo);  // unknown viewer
+  send(4711, kGo);  // a viewer that does not exist
   EXPECT_TRUE(feed_.take_orders().empty());
 }
 

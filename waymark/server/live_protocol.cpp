@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr double kMaxSpeed_m_s = 10;  // sanity limit; robots have lower limits
+constexpr double kMaxSpeed_m_s = 10;  // sanity limit; the limits of robots are lower
 constexpr double kMaxYawRate_rad_s = 20;
 constexpr double kMaxControl = 1e9;
 constexpr std::size_t kMaxName = 256;
@@ -44,7 +44,7 @@ std::optional<std::uint32_t> id_of(const Json& object, const char* key) {
   return object.is_object() && found != object.end() ? id_of(*found) : std::nullopt;
 }
 
-/// A list in a message; nullptr if missing or longer than kMaxNamed.
+/// A list in a message; nullptr if it is missing or longer than kMaxNamed.
 const Json* list_of(const Json& message, const char* key) {
   const auto found = message.find(key);
   if (found == message.end() || !found->is_array() || found->size() > kMaxNamed) return nullptr;
@@ -116,7 +116,7 @@ Result<ViewerOrder> drive_order(std::optional<double> speed_m_s, std::optional<d
   return ViewerOrder{.kind = ViewerOrder::Kind::Velocity, .command = {*speed_m_s, *yaw_rate_rad_s}};
 }
 
-/// {"do": "set", "control": "exposure_ms", "value": 5}, {"do": "snapshot"}, {"do": "record"}.
+/// Parses {"do": "set", "control": "exposure_ms", "value": 5}, {"do": "snapshot"} or {"do": "record"}.
 Result<ViewerOrder> camera_order(const Json& message) {
   using Kind = ViewerOrder::Kind;
   const std::string what = word_of(message, "do").value_or("");
@@ -196,7 +196,7 @@ namespace {
 
 using OrderedJson = nlohmann::ordered_json;
 
-/// Names and reasons may contain any bytes; invalid UTF-8 is replaced.
+/// Names and reasons may contain any bytes; bytes that are not valid UTF-8 are replaced.
 std::string written(const OrderedJson& json) {
   return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
@@ -210,7 +210,8 @@ void append_little(std::string& out, Number value) {
 
 std::string server_info(std::string_view name) {
   OrderedJson info{{"op", "serverInfo"}, {"name", name}};
-  info["capabilities"] = OrderedJson::array({"clientPublish"});  // without the token only a stop
+  info["capabilities"] = OrderedJson::array({"clientPublish"});  // viewers without the token can only stop
+                                                                 // the robot
   info["supportedEncodings"] = OrderedJson::array({"json"});
   info["metadata"] = {{"ROS_DISTRO", "humble"}};
   return written(info);

@@ -13,8 +13,8 @@
 namespace waymark {
 namespace {
 
-/// The page runs only its own scripts. It connects to this server, and to addresses of recordings that the
-/// user enters.
+/// The page may only run its own scripts. It may connect to this server, and to addresses of recordings that
+/// the user enters.
 constexpr const char* kPolicy =
     "default-src 'none'; script-src 'self'; worker-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
     "connect-src 'self' https: http://127.0.0.1:* http://localhost:*; base-uri 'none'; form-action 'none'; "
@@ -41,7 +41,7 @@ std::string_view media_type(std::string_view name) {
   return "application/octet-stream";
 }
 
-/// Text as a JSON string.
+/// Converts a text to a JSON string.
 std::string json_string(std::string_view text) {
   std::string out = "\"";
   for (const char c : text) {
@@ -57,7 +57,7 @@ std::string json_string(std::string_view text) {
   return out + '"';
 }
 
-/// A name as part of a URL.
+/// Encodes a name for use in a URL.
 std::string percent_encoded(std::string_view text) {
   std::string out;
   for (const char c : text) {
@@ -109,7 +109,7 @@ HttpReply session(const OfferedThings& offered) {
           fmt::format(R"({{"files":[{}],"live":{}}})", files, offered.live)};
 }
 
-/// `rest` is "N/NAME": only the number is used, the name is for display.
+/// `rest` is "N/NAME". Only the number is used; the name is for display.
 HttpReply offered_file(std::string_view rest, std::string_view range,
                        const std::vector<OfferedFile>& offered) {
   const auto index = number<std::size_t>(rest.substr(0, rest.find('/')));
@@ -195,7 +195,7 @@ ByteRange parse_range(std::string_view header, std::uint64_t size) {
   const auto first = number<std::uint64_t>(from);
   const auto last = number<std::uint64_t>(to);
   if ((!first && !from.empty()) || (!last && !to.empty()) || (!first && !last)) return {};
-  if (!first) {  // the last `length` bytes
+  if (!first) {  // a suffix range: the last `length` bytes
     const std::uint64_t length = std::min(*last, size);
     if (length == 0) return {.kind = ByteRange::Kind::Unsatisfiable};
     return {.kind = ByteRange::Kind::Part, .first = size - length, .length = length};

@@ -13,25 +13,26 @@
 
 namespace waymark {
 
-/// A file that the server offers. Other files cannot be requested.
+/// A file offered by the server. Other files cannot be requested.
 struct OfferedFile {
   enum class Kind : std::uint8_t { Recording, Text };
   std::string name;  ///< as shown on the page
   std::filesystem::path path;
   Kind kind = Kind::Recording;
-  /// The offered folder; links must not lead outside it. Empty if the file itself was given.
+  /// The offered folder, which links must not leave. Empty if the file itself was specified.
   std::filesystem::path within{};
 };
 
-/// Whether the file is in the folder after all links are resolved. False if a link target does not exist.
+/// Whether the file is in the folder after all links have been resolved. False if a link points to something
+/// that does not exist.
 [[nodiscard]] bool lies_within(const std::filesystem::path& file, const std::filesystem::path& folder);
 
 struct OfferedThings {
   std::vector<OfferedFile> files{};
-  bool live = false;  ///< a running robot
+  bool live = false;  ///< whether a robot is running
 };
 
-/// Relevant fields of a request. Header fields that were not sent are empty.
+/// The fields of a request that matter here. Header fields that were not sent are empty.
 struct HttpRequest {
   std::string_view method;
   std::string_view target;  ///< "/files/0/lap.mcap"
@@ -45,31 +46,31 @@ struct HttpRequest {
 /// A part of a file.
 struct FilePart {
   std::filesystem::path path;
-  std::uint64_t first = 0;   ///< [byte]
-  std::uint64_t length = 0;  ///< [byte]
+  std::uint64_t first = 0;   ///< offset of the first byte
+  std::uint64_t length = 0;  ///< number of bytes
 };
 
 struct HttpReply {
   int status = 200;
   std::vector<std::pair<std::string, std::string>> headers;
-  std::variant<std::string, std::string_view, FilePart> body;  ///< a view has static lifetime
+  std::variant<std::string, std::string_view, FilePart> body;  ///< a view must have static storage duration
 
   [[nodiscard]] std::uint64_t length() const;
 };
 
-/// Reply to a request: the page, `session.json` (the offered files), `files/N/NAME` by ranges, or
-/// `tags/FAMILY/ID` (the printed cells of a tag). Requests without the required rights get an error
-/// (access.hpp). A page opened with the token in the address gets the token as a cookie and is redirected to
-/// the address without it. Never fails; reads only the size of a file, not its contents.
+/// Replies to a request for the page, `session.json` (the list of offered files), `files/N/NAME` in ranges,
+/// or `tags/FAMILY/ID` (the printed cells of a tag). Requests without the required rights get an error
+/// (access.hpp). A page that was opened with the token in the address receives it as a cookie and is
+/// redirected to the address without the token. Never fails; reads only the size of a file, not its content.
 [[nodiscard]] HttpReply reply_to(const HttpRequest& request, const OfferedThings& offered,
                                  const AccessPolicy& policy);
 
-/// Reply to a refused request: status and text.
+/// The reply to a refused request: status and text.
 [[nodiscard]] HttpReply refusal_of(AccessRights::Refusal refusal, const AccessPolicy& policy);
 
-/// First byte and length of "bytes=0-99", "bytes=100-" or "bytes=-50" within `size` bytes.
+/// First byte and length requested by "bytes=0-99", "bytes=100-" or "bytes=-50" for a file of `size` bytes.
 struct ByteRange {
-  /// Whole: also for an unsupported header.
+  /// An unsupported header also counts as Whole.
   enum class Kind : std::uint8_t { Whole, Part, Unsatisfiable };
   Kind kind = Kind::Whole;
   std::uint64_t first = 0;

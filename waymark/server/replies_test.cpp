@@ -38,7 +38,7 @@ std::string header(const HttpReply& reply, std::string_view name) {
   return {};
 }
 
-/// An offered file of ten bytes.
+/// Offers a file of ten bytes.
 class Replies : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -157,7 +157,7 @@ TEST_F(Replies, DoesNotFollowLinksOutOfAnOfferedFolder) {
     offered.files.push_back({name, folder / name, OfferedFile::Kind::Text, folder});
   EXPECT_EQ(reply_to(get("/files/0/x"), offered, kPolicy).status, 200);
   EXPECT_EQ(reply_to(get("/files/1/x"), offered, kPolicy).status, 404);
-  offered.files[1].within.clear();  // given by the user
+  offered.files[1].within.clear();  // specified by the user
   EXPECT_EQ(reply_to(get("/files/1/x"), offered, kPolicy).status, 200);
   fs::remove_all(folder);
 }
