@@ -13,15 +13,16 @@
 namespace waymark {
 namespace {
 
-constexpr double kBehind_m = 0.1;  // tags on one wall do not occlude each other
+constexpr double kBehind_m = 0.1;  // tags on the same wall do not occlude each other
 
-/// Area of the image that a tag covers, with a white margin of an eighth of its side.
+/// The image area covered by a tag with a white margin of one eighth of its side.
 struct Print {
   double distance_m = 0;
   Eigen::AlignedBox2d box_px;
 };
 
-/// All map tags that are completely in the image and face the camera, regardless of size and incidence.
+/// All map tags that are entirely within the image and face the camera, regardless of size and angle of
+/// incidence.
 std::vector<Print> prints_before(const TagMap& map, const CameraModel& camera, const SE3& cam_T_map) {
   constexpr VisibilityLimits kAny = {.min_side_px = 4, .max_incidence_rad = 1.5, .margin_px = 0};
   constexpr double kWithMargin = 1.25;

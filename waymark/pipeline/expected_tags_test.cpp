@@ -1,4 +1,5 @@
-// Tests the expected tags in an image from pose and map, and the description of tags that were not found.
+// Tests which tags are expected in an image, given the pose and the map, and the description of tags that
+// were not found.
 #include "waymark/pipeline/expected_tags.hpp"
 
 #include <numbers>
@@ -16,7 +17,7 @@ namespace {
 
 constexpr SensorTime kImageStamp{std::chrono::seconds(10)};
 
-/// Looks along the x axis of the base, 0.2 m above the floor.
+/// A camera that looks along the x axis of the base from 0.2 m above the floor.
 MountedCamera camera() {
   Eigen::Matrix3d base_R_cam;
   base_R_cam << 0, 0, 1, -1, 0, 0, 0, -1, 0;
@@ -26,9 +27,9 @@ MountedCamera camera() {
           .base_T_cam = SE3(SO3::from_matrix(base_R_cam), {0.1, 0, 0.2})};
 }
 
-/// A wall across x = 2 m with tags that face the robot, and a tag behind the robot.
+/// A wall at x = 2 m with tags that face the robot, and a tag behind the robot.
 TagMap wall() {
-  Eigen::Matrix3d map_R_tag;  // z points into the tag: along map x
+  Eigen::Matrix3d map_R_tag;  // z points into the tag, along the map's x axis
   map_R_tag << 0, 0, 1, -1, 0, 0, 0, -1, 0;
   TagMap map;
   for (int number = 0; number < 3; ++number)

@@ -47,7 +47,8 @@ std::vector<ObservedFrame> observe_anchor(const TaughtLap& taught, const TeachSe
   return observed;
 }
 
-/// No observation of the anchor at its given pose is consistent with a robot that drives on the floor.
+/// The error if no observation of the anchor at its specified pose is consistent with a robot that drives on
+/// the floor.
 tl::unexpected<Error> misplaced_anchor(const TagId& anchor) {
   return fail(
       ErrorCode::InvalidArgument,
@@ -62,8 +63,8 @@ double tilt_between(const SE3& map_T_tag, const SE3& other) {
   return std::acos(std::clamp(up(map_T_tag).dot(up(other)), -1.0, 1.0));
 }
 
-/// The given pose, rotated about its centre by the smallest rotation that yields the observed tilt. Position
-/// and heading are as given, and the floor normal is the z axis of the map.
+/// The specified pose, rotated about its centre by the smallest rotation that results in the observed tilt.
+/// Position and heading are unchanged, and the floor normal is the z axis of the map.
 SE3 leaning_as(const SE3& stance, const SE3& given) {
   const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
   const Eigen::Vector3d floor_up = given.rotation() * (stance.rotation().inverse() * up);
@@ -71,11 +72,11 @@ SE3 leaning_as(const SE3& stance, const SE3& given) {
   return {level * given.rotation(), given.translation()};
 }
 
-/// Places the map by the pose of the anchor on the floor, with a message if the anchor is not upright. A
-/// given pose is compared with the observations and rotated to the observed tilt.
+/// Aligns the map with the pose of the anchor relative to the floor. Returns a message if the anchor is not
+/// upright. A specified pose is compared with the observations and rotated to the observed tilt.
 Result<std::string> place_anchor(const TaughtLap& taught, const MapLapOptions& options, TeachSetup& setup) {
   constexpr double kMaxTiltDifference =
-      to_radians(60);  // a pose from few observations may be the mirrored one
+      to_radians(60);  // a pose from only a few observations may be the mirrored one
   const auto stance =
       anchor_stance(observe_anchor(taught, setup), setup.anchor, setup.base_T_cam, options.chain.floor);
   if (!stance) return std::string();
@@ -90,7 +91,7 @@ Result<std::string> place_anchor(const TaughtLap& taught, const MapLapOptions& o
   return describe(*stance, setup.anchor);
 }
 
-/// The floor under the trajectory of the chain.
+/// The floor plane under the trajectory estimated by the chain.
 FloorPlane driven_floor(const Trajectory& trajectory) {
   std::vector<double> z_m;
   z_m.reserve(trajectory.size());
@@ -98,7 +99,7 @@ FloorPlane driven_floor(const Trajectory& trajectory) {
   return {.z_m = median(std::move(z_m))};
 }
 
-/// The trajectory projected along the floor normal, also if the map that is extended is tilted.
+/// The trajectory projected along the floor normal, even if the map to be extended is tilted.
 Trajectory along_the_floor(const MappedLap& lap) {
   Trajectory trajectory = lap.trajectory;
   const SE3 floor_T_map = map_T_floor(lap.map.floor).inverse();
@@ -106,7 +107,8 @@ Trajectory along_the_floor(const MappedLap& lap) {
   return trajectory;
 }
 
-/// Message about the difference between the given and the observed tilt of the anchor, if it is visible.
+/// A message about the difference between the specified and the observed tilt of the anchor, if it is large
+/// enough to matter.
 std::string describe_lean(const TeachSetup& given, const MappedTag& anchor) {
   constexpr double kMinReportedTilt = to_radians(1);
   const double lean = tilt_between(given.map_T_anchor, anchor.map_T_tag);
@@ -117,7 +119,7 @@ std::string describe_lean(const TeachSetup& given, const MappedTag& anchor) {
       to_string(given.anchor), to_degrees(lean));
 }
 
-/// No observation of the anchor was accepted in the result.
+/// The error if no observation of the anchor was accepted in the result.
 tl::unexpected<Error> lost_anchor(const TeachSetup& setup) {
   if (setup.anchor_pose_given) return misplaced_anchor(setup.anchor);
   return fail(ErrorCode::NotFound,
@@ -128,7 +130,7 @@ tl::unexpected<Error> lost_anchor(const TeachSetup& setup) {
               "(`anchor=ID`).");
 }
 
-/// Maps by chaining tag to tag, without optimisation.
+/// Maps by chaining from tag to tag, without optimisation.
 Result<MappedLap> by_chain(const TaughtLap& taught, const TeachSetup& setup, const MapLapOptions& options) {
   const std::vector<ObservedFrame> observed = observe_all(taught, setup);
   Result<ChainResult> chain =
@@ -247,7 +249,7 @@ std::vector<PointFrame> as_points(const PoseLap& lap) {
   return frames;
 }
 
-/// Poses of each tag in space, from observations near its estimated position.
+/// The 3D poses of each tag, computed from the observations near its estimated position.
 std::map<TagId, std::vector<SE3>> placed_observations(const PoseLap& lap, const LandmarkMap& points) {
   constexpr double kNear = 0.15;
   std::map<TagId, std::vector<SE3>> placed;
@@ -271,8 +273,8 @@ struct Stance {
   double z_sigma_m = 0.05;
 };
 
-/// The height is the median. The orientation is the mean of the observation with the most others near it, and
-/// of these others. A square observed from the front has two possible poses, so the mean of all is
+/// The height is the median. For the orientation, the observation with the most others near it is averaged
+/// with those. A square observed from the front has two possible poses, so the mean of all observations is
 /// meaningless.
 Stance stance_of(const std::vector<SE3>& observations) {
   constexpr double kAgree = 0.35;
@@ -301,12 +303,13 @@ Stance stance_of(const std::vector<SE3>& observations) {
   }
   stance.map_R_tag = SO3::exp(mean) * stance.map_R_tag;
   stance.z_m = median(std::move(z));
-  // Uses the scatter instead of the error of the mean, because observations of one drive share their errors.
+  // Uses the scatter instead of the standard error of the mean, because observations from the same drive
+  // share their errors.
   stance.rotation_sigma_rad = std::max(0.02, std::sqrt(squares));
   return stance;
 }
 
-/// Tags in the middle of larger ones have the same position and fewer observations.
+/// Tags in the centre of larger ones, which have the same position and fewer observations.
 std::map<TagId, TagId> nested(const LandmarkMap& points) {
   constexpr double kSamePlace = 0.03;
   std::map<TagId, TagId> inner;

@@ -22,11 +22,11 @@ TeachSetup some_setup() {
           .base_T_cam = base_T_cam(),
           .sizes = {.default_size_m = 0.16},
           .anchor = kAnchor,
-          // An upright tag that faces towards smaller x.
+          // An upright tag that faces in the direction of smaller x.
           .map_T_anchor = SE3(base_T_cam().rotation(), {4, 0.4, 0.3})};
 }
 
-/// One metre straight ahead in 20 frames with both tags in view.
+/// A drive of one metre straight ahead; both tags are visible in each of the 20 frames.
 TaughtLap some_lap(const TeachSetup& setup) {
   TagMap tags;
   tags.tags[kAnchor] = {.map_T_tag = setup.map_T_anchor, .size_m = 0.16};

@@ -90,7 +90,7 @@ std::vector<LocalizationEstimate> Localizer::smoothed() const {
   if (!smooths_) return {};
   RiekfLocalizer* const filter = method_->filter();
   std::vector<LocalizationEstimate> run = smooth(filter->tracker().trace());
-  const bool lags = method_.get() != filter;  // it contains the filter
+  const bool lags = method_.get() != filter;  // whether the method wraps the filter, as the smoother does
   const auto newest = lags ? estimate() : std::nullopt;
   if (newest)
     std::erase_if(run, [&](const LocalizationEstimate& past) { return past.stamp <= newest->stamp; });

@@ -15,50 +15,50 @@ namespace waymark {
 
 enum class LocalizationKind : std::uint8_t {
   Riekf,     ///< right-invariant extended Kalman filter
-  Ekf,       ///< the same with coordinate errors
-  Anchor,    ///< nearest tag and odometry
+  Ekf,       ///< the same filter with errors expressed in coordinates
+  Anchor,    ///< nearest tag plus odometry
   Smoother,  ///< the right-invariant filter with a backward pass
 };
 
 struct LocalizerSetup {
   Landmarks landmarks{};
-  TagMap
-      tags{};  ///< the same map with tag poses; empty if it has none (the method anchor is then unavailable)
+  TagMap tags{};  ///< the same map with tag poses; empty if they are unknown, in which case the anchor method
+                  ///< is unavailable
   MountedSensor sensor{};
   LocalizationKind method = LocalizationKind::Riekf;
   RiekfOptions filter{};
   AnchorOptions anchor{};
-  /// The estimate is used to drive a robot: the latency is estimated during the run
-  /// (RiekfLocalizer::estimate_camera_latency()), and the replay detects motion by hand during a standstill
-  /// (Tracker::trust_standstill()).
+  /// Whether the estimate is used to drive a robot. If so, the latency is estimated during the run
+  /// (RiekfLocalizer::estimate_camera_latency()), and the replay detects whether the robot is moved by hand
+  /// at standstill (Tracker::trust_standstill()).
   bool live = false;
 };
 
-/// Names that parse_localization_method() accepts: riekf, ekf, anchor, smoother.
+/// The names that parse_localization_method() accepts: riekf, ekf, anchor, smoother.
 [[nodiscard]] std::vector<std::string> localization_methods();
 [[nodiscard]] std::string_view to_string(LocalizationKind method);
-/// Fails (InvalidArgument, with a suggestion) on an unknown name.
+/// Fails (InvalidArgument, with a suggestion) if the name is unknown.
 [[nodiscard]] Result<LocalizationKind> parse_localization_method(std::string_view name);
 
-/// Fails on an empty map, on overlapping tags, and if map or sensors lack data that the method needs.
+/// Fails if the map is empty, if tags overlap, or if the map or the sensors lack data that the method needs.
 [[nodiscard]] Result<std::unique_ptr<LocalizationMethod>> make_localization_method(
     const LocalizerSetup& setup);
 
-/// The localisation phase: takes samples in order, from a robot or a log, and provides an estimate at any
-/// time.
+/// The localisation phase. Accepts samples in order, from a robot or a recording, and provides an estimate at
+/// any time.
 class Localizer {
  public:
   static Result<Localizer> make(const LocalizerSetup& setup);
 
   /// Commands, scans, images and ground truth are ignored.
   void add(const Sample& sample);
-  /// The newest estimate; none before the first fix. `certain`: whether it is reliable. With the fixed-lag
-  /// smoother the estimate is one lag old.
+  /// The newest estimate; `nullopt` before the first fix. `certain` says whether it is reliable. With the
+  /// fixed-lag smoother, the estimate is one lag behind.
   [[nodiscard]] std::optional<LocalizationEstimate> estimate() const { return method_->estimate(); }
-  /// The smoothed run if the method is smoother (with a lag: only the end, which estimate() has not returned
-  /// yet); otherwise empty.
+  /// The smoothed run if the method is the smoother; otherwise empty. With a lag, it contains only the end
+  /// that estimate() has not returned yet.
   [[nodiscard]] std::vector<LocalizationEstimate> smoothed() const;
-  /// The filter of the method; nullptr if it has none.
+  /// The filter used by the method; nullptr if there is none.
   [[nodiscard]] RiekfLocalizer* filter() { return method_->filter(); }
 
   [[nodiscard]] LocalizationMethod& method() { return *method_; }

@@ -19,14 +19,14 @@ CameraModel some_camera() {
   return CameraModel::make(PinholeRadtan{.fx = 440, .fy = 440, .cx = 320, .cy = 240}, 640, 480).value();
 }
 
-/// The camera is 0.2 m above the base and points forward.
+/// The camera points forward from 0.2 m above the base.
 SE3 mounting() { return {body_R_optical(), {0.05, 0, 0.2}}; }
 
 /// A wall of tags three metres ahead, all facing the robot.
 TagMap wall() {
   TagMap map;
   for (int i = 0; i < 5; ++i) {
-    const SO3 map_R_tag = body_R_optical();  // like the camera: x right, y down, z into the wall
+    const SO3 map_R_tag = body_R_optical();  // axes as for a camera: x right, y down, z into the wall
     map.tags[{FamilyId::Tag36h11, i}] = {.map_T_tag = SE3(map_R_tag, {3, 0.5 * (i - 2), 0.3}),
                                          .size_m = kSize_m};
   }

@@ -21,7 +21,7 @@ struct Transition {
   A action;
 };
 
-/// All transitions. Any other event is refused.
+/// All permitted transitions; any other event is refused.
 constexpr std::array kTransitions{
     Transition{S::Idle, E::Go, S::Teaching, A::StartLap},
     Transition{S::Idle, E::Teach, S::Teaching, A::StartLap},
@@ -30,7 +30,8 @@ constexpr std::array kTransitions{
     Transition{S::Stopped, E::Teach, S::Teaching, A::StartLap},
     Transition{S::Teaching, E::Go, S::Mapping, A::FinishLap},
     Transition{S::Teaching, E::Stop, S::Idle, A::DropLap},
-    Transition{S::Teaching, E::StickMoved, S::Teaching, A::Nothing},  // the sticks drive while teaching
+    Transition{S::Teaching, E::StickMoved, S::Teaching, A::Nothing},  // the sticks drive the robot during
+                                                                      // teaching
     Transition{S::Mapping, E::MapMade, S::Ready, A::Nothing},
     Transition{S::Mapping, E::MapFailed, S::Idle, A::Nothing},
     Transition{S::Ready, E::Go, S::Replaying, A::StartReplay},
@@ -51,7 +52,7 @@ std::string usual_reason(E event) {
   return {};
 }
 
-/// Why an event has no effect in a state.
+/// Explains why an event has no effect in a state.
 std::string refusal(S state, E event) {
   if (state == S::Over) return "the session has ended";
   if (event == E::Go && state == S::Mapping) return "mapping is in progress: wait";
@@ -143,7 +144,7 @@ std::optional<OperatorEvent> OperatorPad::add(const GamepadState& pad) {
   // Uses only the four stick axes, because the rest position of triggers depends on the gamepad.
   constexpr std::size_t kStickAxes = 4;
   for (std::size_t i = 0; i < std::min(kStickAxes, pad.axes.size()); ++i) {
-    if (!(std::abs(pad.axes[i]) < options_.stick_motion)) return E::StickMoved;  // NaN counts as motion
+    if (!(std::abs(pad.axes[i]) < options_.stick_motion)) return E::StickMoved;  // NaN is treated as motion
   }
   return std::nullopt;
 }

@@ -11,80 +11,81 @@
 
 namespace waymark {
 
-/// State of the operator's session (Martins and Ramos, "AprilTag-based Trajectory Tracking for the LIMOS
+/// The state of an operator's session (Martins and Ramos, "AprilTag-based Trajectory Tracking for the LIMOS
 /// Robot": a person teaches with a gamepad, presses a button, and the robot repeats).
 enum class OperatorState : std::uint8_t {
-  Idle,      ///< no map yet
-  Teaching,  ///< a person drives, and the lap is recorded
-  Mapping,   ///< the lap is mapped; the robot is at standstill
+  Idle,      ///< there is no map yet
+  Teaching,  ///< a person drives, and the lap is being recorded
+  Mapping,   ///< the lap is being mapped while the robot stands still
   Ready,     ///< a route is available
   Replaying,
-  Paused,   ///< a replay is paused; the robot is at standstill
-  Done,     ///< the route was driven to its end
-  Stopped,  ///< the replay was ended early; see reason()
+  Paused,   ///< a replay is paused, and the robot stands still
+  Done,     ///< the route has been driven to its end
+  Stopped,  ///< a replay ended early; see reason()
   Over,     ///< the session has ended
 };
 
-/// Events of the session. Go is its main button: Y, or triangle.
+/// Events in a session. Go is the main button (Y or triangle).
 enum class OperatorEvent : std::uint8_t {
   Go,
-  Stop,            ///< B, or circle
-  StickMoved,      ///< a person uses the sticks
-  MapMade,         ///< the lap was mapped
-  MapFailed,       ///< mapping failed
+  Stop,            ///< B or circle
+  StickMoved,      ///< a person is using the sticks
+  MapMade,         ///< mapping the lap succeeded
+  MapFailed,       ///< mapping the lap failed
   ReplayFinished,  ///< the robot has reached the goal
-  ReplayStopped,   ///< the replay was aborted, or refused to start
+  ReplayStopped,   ///< the replay was aborted or refused to start
   Quit,
-  Teach,  ///< teach another lap, whether or not there is a map
+  Teach,  ///< request to teach another lap, whether or not there is a map
 };
 
 [[nodiscard]] std::string_view to_string(OperatorState state);
 [[nodiscard]] std::string_view to_string(OperatorEvent event);
 
-/// Action that the owner of the session takes next.
+/// The action that the owner of the session must take next.
 enum class OperatorAction : std::uint8_t {
   Nothing,
   StartLap,      ///< start recording
   FinishLap,     ///< end the recording and map the lap
   DropLap,       ///< end the recording without mapping it
-  StartReplay,   ///< from the current position of the robot
-  PauseReplay,   ///< the robot stops; the replay keeps its position on the route
-  ResumeReplay,  ///< from the nearest point ahead
+  StartReplay,   ///< start at the robot's current position
+  PauseReplay,   ///< stop the robot; the replay keeps its position on the route
+  ResumeReplay,  ///< continue from the nearest point ahead
   EndReplay,
   Leave,  ///< end the current activity
 };
 
 struct OperatorOptions {
-  Duration bounce = std::chrono::milliseconds(300);  ///< further presses of Go within this time are ignored
+  Duration bounce = std::chrono::milliseconds(300);  ///< Go is ignored if it is pressed again within this
+                                                     ///< time
 };
 
-/// Names of the buttons in prompts.
+/// The names used for buttons in prompts.
 struct OperatorButtons {
   std::string go = "Y (triangle)";
   std::string stop = "B (circle)";
   std::string drive = "hold the left shoulder and drive";
 };
 
-/// The operator's session as a state table. Pure: time is an argument; only commands that permit() returns
-/// reach the robot.
+/// An operator's session as a state table. It has no side effects, and time is passed as an argument. Only
+/// commands returned by permit() may reach the robot.
 class Operator {
  public:
   explicit Operator(const OperatorOptions& options = {}, OperatorState start = OperatorState::Idle)
       : options_(options), state_(start) {}
 
-  /// Returns the action for an event, or an error that explains why the event has no effect now. `reason`:
-  /// cause of MapFailed and ReplayStopped.
+  /// Returns the action for an event, or an error that explains why the event has no effect now. `reason` is
+  /// the cause of MapFailed or ReplayStopped.
   Result<OperatorAction> handle(OperatorEvent event, Duration now, std::string reason = {});
 
   [[nodiscard]] OperatorState state() const { return state_; }
   [[nodiscard]] Duration since() const { return since_; }
   /// Why the last replay or mapping ended early; empty otherwise.
   [[nodiscard]] const std::string& reason() const { return reason_; }
-  /// The operator's options now, in one line.
+  /// What the operator can do now, in one line.
   [[nodiscard]] std::string prompt(const OperatorButtons& buttons = {}) const;
 
-  /// The command that may be sent to the robot: the person's while teaching, the replay's while replaying,
-  /// zero in every other state.
+  /// The command that may be sent to the robot: the person's command while teaching, the replay's command
+  /// while replaying, and zero in every other state.
   [[nodiscard]] VelocityCommand permit(const VelocityCommand& person, const VelocityCommand& replay) const;
 
  private:
@@ -96,19 +97,20 @@ class Operator {
 };
 
 struct OperatorPadOptions {
-  int go_button = 3;          ///< Y, or triangle (numbers: inputs/gamepad)
-  int stop_button = 1;        ///< B, or circle
-  int quit_button = 4;        ///< back
-  double stick_motion = 0.3;  ///< deflection of a stick that counts as intended
+  int go_button = 3;          ///< Y or triangle (for the numbers, see inputs/gamepad)
+  int stop_button = 1;        ///< B or circle
+  int quit_button = 4;        ///< back button
+  double stick_motion = 0.3;  ///< deflection above which a stick is considered to be moved on purpose
 };
 
-/// Converts gamepad states to events: a button once when it is pressed, the sticks while they are deflected.
+/// Converts gamepad states to events: one event when a button is pressed, and events for the sticks as long
+/// as they are deflected.
 class OperatorPad {
  public:
   explicit OperatorPad(const OperatorPadOptions& options = {}) : options_(options) {}
 
-  /// The event of this gamepad state; Stop has priority. The first state causes no event: a button that is
-  /// already held when the session begins does not count.
+  /// The event for this gamepad state; Stop takes precedence. The first state never causes an event, so a
+  /// button that is already pressed when the session starts has no effect.
   [[nodiscard]] std::optional<OperatorEvent> add(const GamepadState& pad);
 
  private:

@@ -52,7 +52,7 @@ TEST(Operator, ASessionFromIdleToDone) {
 }
 
 TEST(Operator, EveryTransitionAndEveryRefusal) {
-  // An independent copy of the table: state, event, result.
+  // An independent copy of the table, with state, event and result.
   const std::map<std::pair<S, E>, std::pair<S, A>> expected = {
       {{S::Idle, E::Go}, {S::Teaching, A::StartLap}},
       {{S::Idle, E::Teach}, {S::Teaching, A::StartLap}},
@@ -120,7 +120,7 @@ TEST(Operator, AStoppedRobotMovesOnlyAfterGoOrTeach) {
     Duration now{};
     for (int i = 0; i < 200; ++i) {
       const bool could_move = session.permit(kPerson, kReplay) != VelocityCommand{};
-      const E event = kEvents[random.index(kEvents.size() - 1)];  // all except Quit
+      const E event = kEvents[random.index(kEvents.size() - 1)];  // any event except Quit
       (void)session.handle(event, now += milliseconds(400));
       const bool can_move = session.permit(kPerson, kReplay) != VelocityCommand{};
       ASSERT_TRUE(could_move || !can_move || event == E::Go || event == E::Teach)

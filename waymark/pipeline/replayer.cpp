@@ -27,7 +27,7 @@ struct Row {
   ReplayTransition then;
 };
 
-/// All transitions; docs/concepts/replay.md has the diagram. Any other event has no effect.
+/// All transitions; see the diagram in docs/concepts/replay.md. Any other event has no effect.
 constexpr std::array kReplayTable{
     Row{State::Waiting, Event::GateOpen, {State::Driving, Action::BeginRoute}},
     Row{State::Waiting, Event::GateShut, {State::Refused, Action::Nothing}},
@@ -165,7 +165,7 @@ void Replayer::resume() {
   handle(ReplayEvent::Resume);
 }
 
-/// The only function that changes the state.
+/// This is the only function that changes the state.
 void Replayer::handle(ReplayEvent event) {
   const std::optional<ReplayTransition> then = transition(state_, event);
   if (!then) return;
@@ -198,7 +198,8 @@ void Replayer::track(const LocalizationEstimate& estimate) {
   if (state_ == ReplayState::Driving) follower_.integrate(*progress_, moved);
 }
 
-/// Starts only near the route and along it; otherwise reports where to place the robot.
+/// Lets the replay start only near the route and in its direction; otherwise reports where to place the
+/// robot.
 void Replayer::pass_start_gate() {
   const auto refusal = start_refusal(progress_->cross_track_m, progress_->heading_error_rad, options_.safety);
   if (!refusal) return handle(ReplayEvent::GateOpen);
@@ -218,7 +219,7 @@ double Replayer::remaining_m(const RouteProgress& at) const {
   return std::min(station_m, options_.laps * route_.length_m - driven_m_ - ahead);
 }
 
-/// For controllers without a stop at stations.
+/// For controllers that do not stop at stations themselves.
 VelocityCommand Replayer::slow_for_station(VelocityCommand command) const {
   const double left = stations_.left_m(way_m()) - options_.follower.stop_within_m;
   const double most = std::max(0.05, std::sqrt(std::max(0.0, 2 * options_.follower.brake_m_s2 * left)));
@@ -231,11 +232,11 @@ bool Replayer::at_goal() const {
   return progress_->arc_length_m >= route_.length_m - options_.follower.stop_within_m;
 }
 
-/// Length of the route before the start, plus the parts skipped by resume().
+/// Length of the route before the start, plus the parts that resume() skipped.
 double Replayer::left_out_m() const { return skipped_m_ + (route_.closed ? 0.0 : start_way_m_); }
 
-/// After more than one second without any sensor sample, or with this computer suspended, the motion in the
-/// meantime is unknown: the operator has to check the robot.
+/// If no sensor sample arrived for more than one second, or this computer was suspended, the motion during
+/// that time is unknown, and the operator has to check the robot.
 void Replayer::notice_silence(double dt_s) {
   constexpr double kMaxSilence_s = 1.0;
   if (dt_s > kMaxSilence_s && state_ != ReplayState::Waiting)
@@ -257,7 +258,7 @@ VelocityCommand Replayer::steer(SensorTime now, const LocalizationEstimate& esti
   return follower_.follow(route_, then, at, remaining_m(at), predictor_.options(), predictor_.turning());
 }
 
-/// Reasons to stop that the limiter cannot detect itself.
+/// Reasons to stop that are not detected by the limiter itself.
 std::string Replayer::alarm() const {
   if (!pause_.empty()) return pause_;
   if (!contradiction_.empty()) return contradiction_;
@@ -319,14 +320,14 @@ void Replayer::drive(SensorTime now, double dt_s, ReplayStep& step) {
   if (state_ == ReplayState::AtStation) serve_station(dt_s, step);
 }
 
-/// The dwell time counts from standstill.
+/// The dwell time starts when the robot has come to a standstill.
 void Replayer::serve_station(double dt_s, ReplayStep& step) {
   step.station = *stations_.current();
   step.reason = fmt::format("at '{}': continues in {:.1f} s", step.station->name, stations_.left_s());
   if (last_command_ == VelocityCommand{}) stations_.dwell(std::clamp(dt_s, 0.0, 0.5));
 }
 
-/// The required certainty is higher at the start than during the drive.
+/// A higher certainty is required at the start than during the drive.
 bool Replayer::certain(const std::optional<LocalizationEstimate>& estimate) const {
   if (!estimate || !estimate->certain) return false;
   return state_ != ReplayState::Waiting ||
@@ -334,7 +335,7 @@ bool Replayer::certain(const std::optional<LocalizationEstimate>& estimate) cons
 }
 
 void Replayer::follow_estimate(const LocalizationEstimate& estimate) {
-  // After a stuck data feed the estimate jumps; the first contradiction is more informative.
+  // The estimate jumps after a data feed has been stuck; the contradiction found first is more informative.
   if (contradiction_.empty()) watch_.check(estimate.map_T_base);
   predictor_.observe(estimate.stamp, estimate.map_T_base, state_ == ReplayState::Driving);
   track(estimate);
@@ -378,7 +379,7 @@ ReplayStep Replayer::step(SensorTime now) {
   lost_certainty_ = was_certain_ && !known;
   was_certain_ = was_certain_ || known;
   given_ = given_ && !known;
-  if (!known) step.estimate.reset();  // an uncertain estimate is not used for driving
+  if (!known) step.estimate.reset();  // an uncertain estimate must not be used for driving
   watch_.tick(now);
   const double dt_s = last_step_ ? to_seconds(now - *last_step_) : kUsualPeriod_s;
   last_step_ = now;

@@ -22,7 +22,7 @@
 
 namespace waymark {
 
-/// Controller that follows the route.
+/// The controller that follows the route.
 enum class ReplayController : std::uint8_t {
   Follower,  ///< curvature feed-forward with error feedback
   Pursuit,   ///< pure pursuit
@@ -32,35 +32,36 @@ enum class ReplayController : std::uint8_t {
 /// The names of the controllers: follower, pursuit, pose.
 [[nodiscard]] std::vector<std::string> replay_controllers();
 [[nodiscard]] std::string_view to_string(ReplayController controller);
-/// Fails (InvalidArgument, with a suggestion) on a name that is not one of replay_controllers().
+/// Fails (InvalidArgument, with a suggestion) if the name is not in replay_controllers().
 [[nodiscard]] Result<ReplayController> parse_controller(std::string_view name);
 
 enum class ReplayState : std::uint8_t {
-  Waiting,     ///< for the first estimate
-  Refused,     ///< the start gate refused the pose of the robot
-  Driving,     ///< along the route
-  AtStation,   ///< stopped at a station; continues when the dwell time is over
-  Stopped,     ///< by the limiter; continues when the reason is gone, after a lasting reason only with Resume
-  Finished,    ///< the whole route was driven
-  Incomplete,  ///< at the end of the route, with parts of it not driven
+  Waiting,     ///< waiting for the first estimate
+  Refused,     ///< the start gate refused the robot's pose
+  Driving,     ///< driving along the route
+  AtStation,   ///< stopped at a station; continues once the dwell time is over
+  Stopped,     ///< stopped by the limiter; continues once the reason no longer applies or, if the reason is
+               ///< lasting, only after Resume
+  Finished,    ///< the whole route has been driven
+  Incomplete,  ///< at the end of the route, but parts of it have not been driven
 };
 
-/// Findings of a step, in order of evaluation.
+/// Findings in a step, in the order of evaluation.
 enum class ReplayEvent : std::uint8_t {
-  GateOpen,        ///< near the route and pointing along it
-  GateShut,        ///< too far from the route, or heading away from it
-  GoalReached,     ///< at the end of the route, or of its last lap, with all of it driven
-  EndReached,      ///< at the end, with a part of the route not driven
+  GateOpen,        ///< the robot is near the route and points along it
+  GateShut,        ///< the robot is too far from the route, or points away from it
+  GoalReached,     ///< the robot is at the end of the route, or of its last lap, and has driven all of it
+  EndReached,      ///< the robot is at the end, but part of the route has not been driven
   LimiterStops,    ///< there is a reason to stop
-  LimiterAllows,   ///< no reason to stop, and no station is being served
-  StationReached,  ///< no reason to stop, and a station is being served
-  Resume,          ///< a person asks to continue
+  LimiterAllows,   ///< there is no reason to stop, and the robot is not at a station
+  StationReached,  ///< there is no reason to stop, and the robot is at a station
+  Resume,          ///< a person requests to continue
 };
 
 enum class ReplayAction : std::uint8_t {
   Nothing,
-  BeginRoute,  ///< distances to stations count from here
-  CountStop,   ///< count one more stop
+  BeginRoute,  ///< measure distances to stations from here
+  CountStop,   ///< count another stop
 };
 
 struct ReplayTransition {
@@ -70,15 +71,16 @@ struct ReplayTransition {
   friend bool operator==(const ReplayTransition&, const ReplayTransition&) = default;
 };
 
-/// The replay phase as a state table: the result of an event in a state; none if it has no effect. Pure.
+/// The replay phase as a state table: the result of an event in a state, or `nullopt` if the event has no
+/// effect. A pure function.
 [[nodiscard]] std::optional<ReplayTransition> transition(ReplayState from, ReplayEvent event);
 
-/// Whether commands may be sent at all; false after a refusal and at the end.
+/// Whether commands may be sent at all. False after a refusal and at the end.
 [[nodiscard]] constexpr bool is_live(ReplayState state) {
   return state != ReplayState::Refused && state != ReplayState::Finished && state != ReplayState::Incomplete;
 }
 
-/// "driving", "stopped", …
+/// Returns "driving", "stopped", …
 [[nodiscard]] std::string_view to_string(ReplayState state);
 [[nodiscard]] std::string_view to_string(ReplayEvent event);
 
@@ -101,21 +103,22 @@ struct ReplayOptions {
 struct ReplayStep {
   ReplayState state = ReplayState::Waiting;
   VelocityCommand command{};
-  std::optional<std::string> reason{};  ///< of a refusal, a stop, or the dwell time at a station
-  bool lasting = false;                 ///< a stop that only resume() ends
-  std::optional<Station> station{};     ///< at which the robot is stopped
+  std::optional<std::string> reason{};  ///< reason for a refusal or a stop, or the dwell time at a station
+  bool lasting = false;                 ///< whether only resume() ends the stop
+  std::optional<Station> station{};     ///< the station at which the robot is stopped
   std::optional<LocalizationEstimate> estimate{};
-  std::vector<NisRecord> compared{};  ///< observations and their predictions since the last step
+  std::vector<NisRecord> compared{};  ///< observations since the last step, with their predictions
   std::optional<RouteProgress> progress{};
-  double driven_m = 0;   ///< along the route since the start
-  double turn_gain = 1;  ///< actual over commanded turn, as learned so far
+  double driven_m = 0;   ///< distance driven along the route since the start
+  double turn_gain = 1;  ///< ratio of actual to commanded turn, as learned so far
 };
 
-/// The replay phase: estimate, follow, limit. Each finding of a step is an event, and transition() defines
-/// its effect. Add samples in stamp order; call step() at the rate of commands, at least 20 Hz.
+/// The replay phase: localise, follow the route, limit the command. Each finding in a step is an event whose
+/// effect is defined by transition(). Add samples in the order of their timestamps, and call step() at the
+/// rate of commands, which must be at least 20 Hz.
 class Replayer {
  public:
-  /// `map`: for the clearance around tags.
+  /// `map` is used to keep clear of tags.
   Replayer(std::unique_ptr<LocalizationMethod> method, Route route, TagMap map, RobotModel robot,
            const ReplayOptions& options);
 
@@ -124,26 +127,26 @@ class Replayer {
   void add(const Odometry& odometry);
   void add(const ImuSample& imu);
   void add(const LaserScan& scan);
-  /// Tags expected in a current image. (The camera reports those that were not found, with reasons.)
+  /// The tags expected in the current image. The camera reports those that were not found, with reasons.
   [[nodiscard]] std::vector<ExpectedTag> expected(const MountedCamera& camera, SensorTime stamp) const {
     return expected_tags(map_, camera, method_->estimate(), stamp);
   }
   void add(std::vector<MissedTag> missed) { missed_ = std::move(missed); }
-  /// The command for `now`, against which the age of the newest odometry is measured.
+  /// The command for the time `now`, relative to which the age of the newest odometry is measured.
   [[nodiscard]] ReplayStep step(SensorTime now);
 
-  /// Pauses the replay: the robot brakes and stays stopped with this reason until resume().
+  /// Pauses the replay. The robot brakes and remains stopped for this reason until resume().
   void pause(std::string reason);
-  /// Call after the operator checked the robot. Clears lasting alarms and pauses. The robot continues from
-  /// the nearest point of the route that it has not passed yet, if the start gate permits.
+  /// Call after the operator has checked the robot. Clears lasting alarms and pauses. If the start gate
+  /// permits, the robot continues from the nearest point on the route that has not been passed yet.
   void resume();
 
-  /// Sets the pose of the robot. The robot brakes and stays stopped, as after pause(), until resume(). It
-  /// then continues from this pose, if tags observed in the meantime agree with it.
+  /// Sets the pose of the robot. As after pause(), the robot brakes and remains stopped until resume(). It
+  /// then continues from this pose, provided that tags observed in the meantime agree with it.
   void restart_from(const GivenPose& given);
 
   [[nodiscard]] int stops() const { return stops_; }
-  /// Findings about map and observations: LocalizationMethod::problems().
+  /// Findings about the map and the observations, from LocalizationMethod::problems().
   [[nodiscard]] std::vector<std::string> problems() const { return method_->problems(); }
   [[nodiscard]] const Route& route() const { return route_; }
 
@@ -159,7 +162,7 @@ class Replayer {
   [[nodiscard]] double left_out_m() const;
   void notice_silence(double dt_s);
   [[nodiscard]] double remaining_m(const RouteProgress& at) const;
-  /// Arc length, increasing over the laps of a closed route.
+  /// Arc length, which keeps increasing over the laps of a closed route.
   [[nodiscard]] double way_m() const { return start_way_m_ + driven_m_; }
   [[nodiscard]] VelocityCommand slow_for_station(VelocityCommand command) const;
   [[nodiscard]] VelocityCommand steer(SensorTime now, const LocalizationEstimate& estimate);
@@ -179,33 +182,34 @@ class Replayer {
   StationStops stations_;
   ReplayWatch watch_;
   MotionConsistency consistency_;
-  std::string contradiction_{};  ///< between two sources of motion; lasting
+  std::string contradiction_{};  ///< contradiction between two sources of motion; lasting
   ReplayState state_ = ReplayState::Waiting;
   std::optional<RouteProgress> progress_{};
   std::optional<SensorTime> newest_odometry_{};
   std::optional<SensorTime> newest_gyro_{};
   std::optional<SensorTime> newest_picture_{};
-  bool reports_accepted_ = false;                ///< the method reports which observations it accepted
-  std::optional<SensorTime> newest_accepted_{};  ///< observation of a tag
-  std::optional<SensorTime> newest_fix_{};       ///< pose from the tags of one image
-  double accepted_path_m_ = 0;                   ///< distance by the wheels at newest_accepted_
-  std::vector<MissedTag> missed_{};              ///< in the newest image with expected tags
+  bool reports_accepted_ = false;                ///< whether the method reports which observations it
+                                                 ///< accepted
+  std::optional<SensorTime> newest_accepted_{};  ///< newest accepted observation of a tag
+  std::optional<SensorTime> newest_fix_{};       ///< newest pose computed from the tags in one image
+  double accepted_path_m_ = 0;                   ///< distance measured by the wheels at newest_accepted_
+  std::vector<MissedTag> missed_{};              ///< expected tags missed in the newest image
   std::optional<LaserScan> scan_{};
   double start_way_m_ = 0;
   double driven_m_ = 0;
-  double skipped_m_ = 0;   ///< length of the route skipped by resume()
-  bool received_ = false;  ///< any sensor since the last step
+  double skipped_m_ = 0;   ///< length of the route that resume() skipped
+  bool received_ = false;  ///< whether any sensor sample has arrived since the last step
   double silent_s_ = 0;    ///< time since the last sample of any sensor
-  std::string silence_{};  ///< reason of a stop after a silence; lasting
+  std::string silence_{};  ///< reason for a stop after a silence; lasting
   VelocityCommand last_command_{};
   std::optional<SensorTime> last_step_{};
   std::string refusal_{};
   std::string pause_{};
-  bool was_certain_ = false;     ///< a certain estimate existed
-  bool lost_certainty_ = false;  ///< a certain estimate existed, but no longer does
-  bool given_ = false;           ///< a pose was given and is not confirmed yet
-  bool unsure_ = false;          ///< stopped for position uncertainty
-  bool find_ahead_ = false;      ///< after resume()
+  bool was_certain_ = false;     ///< whether a certain estimate has existed
+  bool lost_certainty_ = false;  ///< whether a certain estimate has existed, but no longer does
+  bool given_ = false;           ///< whether a pose was set that has not been confirmed yet
+  bool unsure_ = false;          ///< whether the robot is stopped because its position is uncertain
+  bool find_ahead_ = false;      ///< set by resume()
   int stops_ = 0;
 };
 

@@ -22,7 +22,7 @@ constexpr std::array kReplayEvents{Event::GateOpen,       Event::GateShut,     E
                                    Event::EndReached,     Event::LimiterStops, Event::LimiterAllows,
                                    Event::StationReached, Event::Resume};
 
-// Tests every cell of seven states and eight events: only the transitions listed here exist.
+// Tests every combination of seven states and eight events; only the transitions listed here exist.
 TEST(ReplayPhase, EveryCellOfTheTable) {
   const std::map<std::pair<State, Event>, ReplayTransition> expected = {
       {{State::Waiting, Event::GateOpen}, {State::Driving, Action::BeginRoute}},
@@ -50,7 +50,7 @@ TEST(ReplayPhase, EveryCellOfTheTable) {
   }
 }
 
-// Nothing leaves Finished, only Resume leaves Refused, and only the start gate leaves Waiting.
+// No event leaves Finished, only Resume leaves Refused, and only the start gate leaves Waiting.
 TEST(ReplayPhase, AFinishedOrRefusedReplayDoesNotMove) {
   for (const Event event : kReplayEvents) {
     EXPECT_FALSE(transition(State::Finished, event)) << to_string(event);

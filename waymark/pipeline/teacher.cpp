@@ -11,7 +11,7 @@
 namespace waymark {
 namespace {
 
-/// Connected components (union-find with path halving).
+/// Computes connected components (union-find with path halving).
 class Groups {
  public:
   TagId root(TagId tag) {
@@ -22,7 +22,7 @@ class Groups {
     }
     return it->first;
   }
-  /// False if they were already connected.
+  /// Returns false if they were already connected.
   bool join(const TagId& a, const TagId& b) {
     const TagId root_a = root(a);
     const TagId root_b = root(b);
@@ -78,13 +78,13 @@ std::vector<TagId> TagLinks::unreachable(const TagId& anchor) const {
 
 namespace {
 
-constexpr double kAnchorWindowSeconds =
-    10;                                   // maximum time from start and end to an observation of the anchor
+constexpr double kAnchorWindowSeconds = 10;  // maximum time between the start or the end and an observation
+                                             // of the anchor
 constexpr double kSamePlaceMetres = 1.0;  // maximum distance between those observations
 constexpr double kMinObservations = 5;
-constexpr int kMinLinkFrames = 5;        // that connect two parts of a map
-constexpr double kJumpSeconds = 0.5;     // larger steps are not those of a working clock
-constexpr double kShortestMetres = 0.5;  // of a route that is not a loop
+constexpr int kMinLinkFrames = 5;        // for links that connect two parts of a map
+constexpr double kJumpSeconds = 0.5;     // a working clock never makes larger steps
+constexpr double kShortestMetres = 0.5;  // for a route that is not a loop
 
 }  // namespace
 
@@ -103,7 +103,7 @@ TaughtFrame Teacher::add(const TagFrame& frame) {
   return taught;
 }
 
-/// Equation 3.1 if the anchor is in view: the pose of the first camera, whichever camera observed it.
+/// Equation 3.1 if the anchor is visible: the pose of the first camera, whichever camera observed the anchor.
 std::optional<SE3> Teacher::anchored(const ObservedFrame& observed) const {
   std::optional<SE3> map_T_cam;
   for (const TagPoseObservation& seen : observed.tags) {
@@ -159,16 +159,17 @@ void Teacher::keep_anchor_observation(SensorTime stamp, const SE3& map_T_cam) {
     last_anchor_observations_.pop_front();
 }
 
-/// If the lap overlaps its start, one observation of the overlap is from nearly the same position; the last
-/// one is from the end of the overlap.
+/// If the lap overlaps its start, one of the observations during the overlap is made from nearly the same
+/// position, whereas the last one is made at the end of the overlap.
 bool Teacher::came_back(SensorTime since) const {
   return std::ranges::any_of(last_anchor_observations_, [since](const AnchorObservation& seen) {
     return seen.stamp >= since && seen.apart_m < kSamePlaceMetres && seen.driven_m > 2 * kSamePlaceMetres;
   });
 }
 
-/// Samples of all kinds are approximately in order. An image stamped earlier than other samples is late if
-/// images continue in order; only a clock reset makes their stamps go back.
+/// Samples of different kinds are only approximately in order. An image with an earlier timestamp than other
+/// samples is merely late if the images themselves remain in order; their timestamps go back only if the
+/// clock was reset.
 void Teacher::receive(SensorTime stamp, bool is_frame) {
   const double since_s = received_ ? to_seconds(stamp - *received_) : 0;
   const bool goes_on = !newest_frame_ || stamp >= *newest_frame_;
@@ -192,7 +193,7 @@ void Teacher::add(const Odometry& odometry) {
   odometry_ = odometry;
 }
 
-/// Warns of tags that are weakly or not at all connected to the others.
+/// Warns about tags that are weakly connected to the others, or not at all.
 void Teacher::warn_of_links(TeachSummary& summary) const {
   summary.weak_links = links_.weak(kMinLinkFrames);
   summary.unreachable = links_.unreachable(setup_.anchor);
@@ -309,7 +310,7 @@ void TeachMonitor::count(const std::string& camera, std::size_t tags) {
 
 void TeachMonitor::follow(const Odometry& odometry) {
   yaw_rate_rad_s_ = odometry.yaw_rate_rad_s;
-  // A clock that jumped back restarts the window.
+  // If the clock jumped back, the window starts again.
   if (!speeds_.empty() && odometry.stamp <= speeds_.back().stamp) speeds_.clear();
   speeds_.push_back({odometry.stamp, odometry.speed_m_s});
   while (to_seconds(speeds_.back().stamp - speeds_.front().stamp) > options_.window_s) speeds_.pop_front();

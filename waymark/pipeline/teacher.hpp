@@ -26,20 +26,20 @@ struct TagLink {
   int frames = 0;
 };
 
-/// Co-visibility of tags, which connects the map. A tag that few frames connect to the others is weakly
-/// determined, and so are all tags connected only through it.
+/// Records which tags are visible together, which is what connects the map. A tag that is connected to the
+/// others by only a few frames is weakly determined, as are all tags that are connected only through it.
 class TagLinks {
  public:
-  /// Adds the tags of one frame, in any order, each once.
+  /// Adds the tags in one frame, in any order, without duplicates.
   void add(std::span<const TagId> tags) { add(tags, {}); }
-  /// `beside`: tags of another camera at the same time, which were added before.
+  /// `beside` lists tags in the simultaneous frame of another camera, which has already been added.
   void add(std::span<const TagId> tags, std::span<const TagId> beside);
 
-  /// The weak links that connect the map: edges of the maximum spanning forest (Kruskal, "On the shortest
-  /// spanning subtree of a graph", Proc. AMS 7, 1956) with fewer than `frames` frames, the weakest first.
-  /// O(links log links).
+  /// The weak links that hold the map together: edges of the maximum spanning forest (Kruskal, "On the
+  /// shortest spanning subtree of a graph", Proc. AMS 7, 1956) with fewer than `frames` frames, in order of
+  /// increasing strength. O(links log links).
   [[nodiscard]] std::vector<TagLink> weak(int frames) const;
-  /// Observed tags that no chain of frames connects to `anchor`, in order.
+  /// Observed tags, in order, that no chain of frames connects to `anchor`.
   [[nodiscard]] std::vector<TagId> unreachable(const TagId& anchor) const;
 
  private:
@@ -49,49 +49,53 @@ class TagLinks {
   std::map<std::pair<TagId, TagId>, int> together_{};
 };
 
-/// Parameters required before a lap is taught.
+/// Parameters that are required before a lap is taught.
 struct TeachSetup {
   CameraModel camera;
   SE3 base_T_cam{};
   TagSizes sizes{};
   TagId anchor{};
   SE3 map_T_anchor{};
-  bool closed_route = true;       ///< the lap should end where it began
-  bool anchor_pose_given = true;  ///< false: mapping places the map by the pose of the anchor on the floor
-  std::vector<MountedCamera>
-      more_cameras{};  ///< other than the first; frames without the name of one of them are from the first
+  bool closed_route = true;       ///< whether the lap should end where it started
+  bool anchor_pose_given = true;  ///< if false, mapping places the map according to the pose of the anchor
+                                  ///< relative to the floor
+  std::vector<MountedCamera> more_cameras{};  ///< cameras other than the first; frames that carry none of
+                                              ///< their names are from the first
 };
 
-/// Result of one frame of the teach phase; all of it is recorded.
+/// Result for one frame in the teach phase; all of it is recorded.
 struct TaughtFrame {
   ObservedFrame observed{};        ///< cam_T_tag(t) of every visible tag
-  std::optional<SE3> map_T_cam{};  ///< of the first camera, if the anchor is in view
-  bool low_observability = false;  ///< fewer than two tags in all cameras; marked, not a reason to abort
+  std::optional<SE3> map_T_cam{};  ///< pose of the first camera, if the anchor is visible
+  bool low_observability = false;  ///< whether all cameras together see fewer than two tags; the frame is
+                                   ///< marked, but this is no reason to abort
 };
 
-/// The counters of Algorithm 1, line 15, with their evaluation.
+/// The counters of Algorithm 1, line 15, and what they show.
 struct TeachSummary {
   int frames = 0;
   int detections = 0;
   int low_observability_frames = 0;
   double duration_s = 0;
-  double distance_m = 0;         ///< by odometry
-  double longest_blind_s = 0;    ///< without a single tag
-  std::map<TagId, int> seen{};   ///< number of frames with each tag
-  bool anchor_at_start = false;  ///< in the first seconds
-  bool anchor_at_end = false;    ///< in the last seconds
-  /// The anchor was observed at both ends, and in the last seconds at least once from nearly the position of
-  /// the first observation; a lap may continue beyond it.
+  double distance_m = 0;         ///< distance measured by odometry
+  double longest_blind_s = 0;    ///< longest time without a single tag
+  std::map<TagId, int> seen{};   ///< number of frames that contain each tag
+  bool anchor_at_start = false;  ///< whether the anchor was observed in the first seconds
+  bool anchor_at_end = false;    ///< whether the anchor was observed in the last seconds
+  /// Whether the anchor was observed at both ends and, in the last seconds, at least once from nearly the
+  /// position of the first observation. The lap may continue beyond that position.
   bool closed_loop = false;
   double clock_back_s = 0;           ///< largest backward jump of the sensor clock
-  double longest_silence_s = 0;      ///< without any sample at all
+  double longest_silence_s = 0;      ///< longest time without any sample
   int odometry_jumps = 0;            ///< number of odometry resets (odometry_jumped())
-  double image_arrival_delay_s = 0;  ///< delay of tags relative to the odometry of their time, if long
-  /// Whether the lap can be mapped. The anchor and another tag were observed, and clock and odometry did not
-  /// jump. The loop is closed if it should be; otherwise at least half a metre was driven.
+  double image_arrival_delay_s = 0;  ///< delay between tags and odometry measured at the same time, if it is
+                                     ///< long
+  /// Whether the lap can be mapped. This requires that the anchor and another tag were observed, that neither
+  /// the clock nor the odometry jumped, and that the loop is closed if it should be; otherwise at least half
+  /// a metre must have been driven.
   bool mappable = false;
-  std::vector<TagLink> weak_links{};  ///< links with few frames whose loss would split the map; weakest first
-  std::vector<TagId> unreachable{};   ///< not connected to the anchor by any chain of frames
+  std::vector<TagLink> weak_links{};  ///< links of few frames whose loss would split the map, weakest first
+  std::vector<TagId> unreachable{};   ///< tags that no chain of frames connects to the anchor
   std::vector<std::string> warnings{};
 
   [[nodiscard]] double two_tags_fraction() const;
@@ -104,8 +108,9 @@ class Teacher {
   explicit Teacher(TeachSetup setup) : setup_(std::move(setup)) {}
 
   TaughtFrame add(const TagFrame& frame);
-  /// Only counts, and computes no pose except that of the anchor; for monitoring a lap that is recorded and
-  /// mapped later. The summary equals that of add(), unless a detection has no pose. Several times as fast.
+  /// Only counts observations and computes no pose except that of the anchor. For monitoring a lap while it
+  /// is recorded, to be mapped later. The summary equals that of add(), unless a detection has no pose.
+  /// Several times as fast as add().
   void watch(const TagFrame& frame);
   /// The same for a robot that sends tag poses without corners.
   void watch(const TagPoseFrame& frame);
@@ -117,8 +122,8 @@ class Teacher {
   /// An observation of the anchor.
   struct AnchorObservation {
     SensorTime stamp{};
-    double apart_m = 0;   ///< distance from its first observation
-    double driven_m = 0;  ///< distance driven until then
+    double apart_m = 0;   ///< distance from the position of its first observation
+    double driven_m = 0;  ///< distance driven before it
   };
 
   void count(SensorTime stamp, const std::string& camera, const std::vector<TagId>& tags,
@@ -137,12 +142,12 @@ class Teacher {
   TagLinks links_{};
   std::optional<SensorTime> first_{};
   SensorTime last_{};
-  std::optional<SensorTime> received_{};  ///< stamp of the last sample of any kind that was not late
+  std::optional<SensorTime> received_{};  ///< timestamp of the last sample of any kind that was not late
   std::optional<SensorTime> newest_frame_{};
   TagsInView in_view_{};
   SensorTime last_tag_{};
   std::optional<StampedPose> first_anchored_cam_{};
-  std::deque<AnchorObservation> last_anchor_observations_{};  ///< of the last seconds
+  std::deque<AnchorObservation> last_anchor_observations_{};  ///< observations in the last seconds
   std::optional<Odometry> odometry_{};
 };
 
@@ -164,21 +169,21 @@ struct TeachMonitorOptions {
   }
 };
 
-/// Monitors a teach lap while it is driven, and warns while the driver can still correct it.
+/// Monitors a lap while it is being taught, and warns while the driver can still correct problems.
 class TeachMonitor {
  public:
   explicit TeachMonitor(const TeachMonitorOptions& options) : options_(options) {}
 
-  /// Adds samples in order; only odometry and tag frames are used.
+  /// Adds samples, which must be in order; only odometry and tag frames are used.
   void add(const Sample& sample);
 
-  /// Image motion of a distant point during the exposure: yaw rate x exposure x focal length [px].
+  /// Motion of a distant point in the image during the exposure: yaw rate x exposure x focal length [px].
   [[nodiscard]] double motion_blur_px() const;
-  /// Change of the odometry speed over the window.
+  /// Change in the odometry speed over the window.
   [[nodiscard]] double acceleration_m_s2() const;
-  /// Current problems, a few words each; empty if there are none.
+  /// Current problems, in a few words each; empty if there are none.
   [[nodiscard]] std::vector<std::string> live() const;
-  /// Problems that lasted long enough to degrade the lap, with remedies.
+  /// Problems that lasted long enough to degrade the lap, and how to avoid them.
   [[nodiscard]] std::vector<std::string> summary() const;
   [[nodiscard]] double worst_blur_px() const { return worst_blur_px_; }
   [[nodiscard]] int blurred_frames() const { return blurred_frames_; }
@@ -195,7 +200,7 @@ class TeachMonitor {
   TeachMonitorOptions options_;
   std::deque<Speed> speeds_{};
   double yaw_rate_rad_s_ = 0;
-  std::map<std::string, std::size_t> tags_{};  ///< number of tags in the last frame of each camera
+  std::map<std::string, std::size_t> tags_{};  ///< number of tags in the last frame from each camera
   bool abrupt_ = false;
   int frames_ = 0;
   int blurred_frames_ = 0;

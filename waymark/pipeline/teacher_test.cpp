@@ -36,7 +36,7 @@ TEST(TagLinks, FindsLinksWithFewFrames) {
   EXPECT_EQ(weak[0].first, tag(1));
   EXPECT_EQ(weak[0].second, tag(2));
   EXPECT_EQ(weak[0].frames, 3);
-  // With a second chain of frames the map does not depend on the weak link.
+  // If a second chain of frames exists, the map does not depend on the weak link.
   see(links, {3, 0}, 30);
   EXPECT_TRUE(links.weak(10).empty());
   EXPECT_EQ(links.weak(45).size(), 2U);
@@ -62,8 +62,8 @@ TeachSetup setup_with(bool closed) {
           .closed_route = closed};
 }
 
-/// A drive with two tags ahead all the time, at `speed_m_s` for `seconds`; from `jump_at_s` on, the clock is
-/// off by `jump_s`.
+/// A drive during which two tags ahead are always visible, at `speed_m_s` for `seconds`. The clock is off by
+/// `jump_s` from `jump_at_s` on.
 TeachSummary driven(bool closed, double seconds, double jump_at_s = 1e9, double jump_s = 0) {
   const std::array<Eigen::Vector2d, 4> corners{Eigen::Vector2d(300, 200), {340, 200}, {340, 240}, {300, 240}};
   Teacher teacher(setup_with(closed));
@@ -107,14 +107,14 @@ TEST(Teacher, TagPosesCountLikeCorners) {
   EXPECT_TRUE(summary.mappable);
 }
 
-/// Drives a circle of 8 m with the anchor at its centre, and 1.5 m more, or `most_m` in total.
+/// Drives once around an 8 m circle with the anchor at its centre, and 1.5 m further, or `most_m` in total.
 TeachSummary driven_round(double most_m) {
   const double radius_m = 4 / std::numbers::pi;
   Teacher teacher(setup_with(true));
   for (int i = 0; 0.03 * i <= most_m; ++i) {
     const double angle = 0.03 * i / radius_m;
     teacher.add(Odometry{.stamp = at(0.1 * i), .odom_T_base = SE2(0.03 * i, 0, 0)});
-    // The anchor faces up, so that its pose in the image depends on the position on the circle.
+    // The anchor faces up, so that its pose relative to the camera depends on the position on the circle.
     const SE3 cam_T_tag(SO3::exp({0, 0, angle}), Eigen::Vector3d(0, radius_m, 1));
     teacher.watch(TagPoseFrame{.stamp = at(0.1 * i), .tags = {{tag(0), cam_T_tag}, {tag(1), cam_T_tag}}});
   }
