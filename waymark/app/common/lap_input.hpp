@@ -53,7 +53,7 @@ void add_tag_sizes(const TagSizes& sizes, std::map<std::string, std::string>& fa
 
 /// Creates the setup for mapping a recording. Fails if a value is specified in neither the recording nor the
 /// overrides; the hint names the field. An anchor that differs from the recorded one is placed at the map
-/// origin, with the map's z axis opposite to the tag's y axis and its x axis along the tag's z axis.
+/// origin. The map's z axis is then opposite to the tag's y axis, and its x axis is along the tag's z axis.
 [[nodiscard]] Result<TeachSetup> setup_of(const RecordedLap& lap, const SetupOverrides& overrides);
 
 /// Returns the sizes from the overrides or, if they contain none, from the recording. There is no default
