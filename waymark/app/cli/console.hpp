@@ -50,8 +50,8 @@ enum class ExitCode : std::uint8_t {
 class Console {
  public:
   /// `verb` is the prefix of each message ("waymark detect: …"). Fields named in texts are printed as flags
-  /// of the program (with_flags()), and the field of an error as a flag of the verb if `has_own` is true for
-  /// it; inputs keep their names. If `has_flag` is empty, fields are printed unchanged.
+  /// of the program (with_flags()), and fields of errors as flags of the verb if `has_own` is true for them.
+  /// Inputs keep their names. If `has_flag` is empty, fields are printed unchanged.
   explicit Console(std::string verb, std::FILE* out = stdout, std::FILE* err = stderr, HasFlag has_flag = {},
                    HasFlag has_own = {});
 
@@ -70,7 +70,7 @@ class Console {
   }
   /// Prints each warning as "warning: ...", after folding them with folded_warnings().
   void warn(const std::vector<std::string>& warnings);
-  /// Prints the first lines, then how many remain and `where_all`, which says where to find them.
+  /// Prints the first lines, then how many remain and `where_all`, which explains where to find them.
   void note_first(const std::vector<std::string>& lines, std::string_view where_all);
   /// Redraws the progress line ("12/60 photo.png"), at most ten times a second and only on a terminal.
   void progress(std::size_t done, std::size_t all, std::string_view what);

@@ -153,7 +153,7 @@ void put_verb_first(const Verb& verb, const std::vector<std::string>::iterator f
 }
 
 /// The verb whose misspelt name is the first input: "lap" for "lapp" if no such file exists. Empty if there
-/// is none.
+/// is no such verb.
 std::string misspelt_verb(const Verb& verb, const std::string& input) {
   if (input.find_first_of("./:*") != std::string::npos || is_file(input)) return {};
   std::vector<std::string> names;

@@ -66,7 +66,7 @@ class SetupFlags {
 /// line is parsed.
 class SceneFlags {
  public:
-  /// `has_flag` says whether the verb has --images.
+  /// `has_flag` is true if the verb has --images.
   SceneFlags(Settings& settings, Reach reach, bool has_flag = true);
 
   /// Sets the options if images are rendered. Otherwise, fails if any of these options is on the command
