@@ -16,7 +16,7 @@ namespace waymark {
 /// standard input is not a terminal or is read by a driver, and while this program is in the background.
 class StopKey {
  public:
-  /// `taken` says whether a driver reads the keys.
+  /// `taken` is true if a driver reads the keys.
   explicit StopKey(bool taken);
 
   /// Whether the key has been pressed since the last call. Does not block.

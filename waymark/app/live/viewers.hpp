@@ -152,7 +152,7 @@ class SessionViewers {
 /// Viewers of a single phase, as run by `waymark teach` and `waymark replay`.
 class PhaseViewers {
  public:
-  /// `keys_taken` says whether a driver reads the keys of the terminal itself.
+  /// `keys_taken` is true if a driver reads the keys of the terminal itself.
   PhaseViewers(LiveFeed* feed, const SimulatedSetup& setup, OperatorState phase, bool keys_taken = false);
   /// Orders from viewers and from the space bar. This object must outlive the result.
   [[nodiscard]] SessionRequests requests();
