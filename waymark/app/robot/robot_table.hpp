@@ -12,8 +12,8 @@ namespace waymark {
 /// camera with its mounting, and its behaviour in simulation.
 [[nodiscard]] std::string robot_text(const RobotDescription& robot, const std::string& comment);
 
-/// How to connect to a robot with this name, one way per line: the kinds of `robot` and the ROS 2 profiles
-/// for it, with their addresses or topics, and finally a robot process.
+/// How to connect to a robot with this name. There is one line for each kind of `robot` and each ROS 2
+/// profile that suits it, with its address or topics, and finally one for a robot process.
 [[nodiscard]] std::vector<std::string> ways_to_reach(const std::string& robot);
 
 /// The robots included with this program, one per line, and the errors for unreadable files.
