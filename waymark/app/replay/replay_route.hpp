@@ -182,8 +182,9 @@ struct ReplayReport {
 /// Distance along the route that a replay will drive for this job [m].
 [[nodiscard]] double goal_m(const Route& route, const ReplayJob& job);
 
-/// Simulated time after which a replay is aborted. It is one minute plus the larger of two durations: three
-/// times that needed at the requested speed with the stops at stations, and that needed at 0.05 m/s.
+/// Simulated time after which a replay is aborted. It is one minute plus three times the time needed for
+/// driving at the requested speed and for the stops at stations. If three times the driving time is less than
+/// that at 0.05 m/s, the latter is used instead.
 [[nodiscard]] double time_allowed_s(const Route& route, const ReplayJob& job, const RobotModel& robot);
 
 /// The job with the maximum speed of the limiter reduced to this speed.
@@ -207,7 +208,7 @@ void judge(const RobotSetup& setup, ReplayReport& report);
 /// reason.
 [[nodiscard]] std::string with_reason(std::string_view state, std::string_view reason);
 
-/// Describes how the replay ended: "stopped 3.10 m along a route of 17.40 m: …". `stopped_by` says who
+/// Describes how the replay ended: "stopped 3.10 m along a route of 17.40 m: …". `stopped_by` describes who
 /// cancelled it.
 [[nodiscard]] std::string ending(const ReplayReport& report, std::string_view stopped_by = "its caller");
 /// The same, followed by one line each for stops, stations and errors.

@@ -14,9 +14,9 @@ namespace waymark {
 [[nodiscard]] std::vector<std::string> robot_differences(const RobotDescription& taught,
                                                          const RobotDescription& now);
 
-/// Warnings to be shown before a replay: the robot of the setup differs from robot.yaml in the map folder, or
-/// robot.yaml describes a robot other than the default file for `robot`. Empty if they agree or there is
-/// nothing to compare.
+/// Warnings for the user before a replay. They report that the robot of the setup differs from robot.yaml in
+/// the map folder, or that the default file for `robot` describes a robot other than robot.yaml. Empty if
+/// they agree or there is nothing to compare.
 [[nodiscard]] std::vector<std::string> robot_difference_warnings(const RobotSetup& setup,
                                                                  const std::filesystem::path& map_folder);
 
