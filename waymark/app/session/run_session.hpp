@@ -131,8 +131,7 @@ struct SessionReport {
 [[nodiscard]] std::string to_text(const SessionReport& report, std::string_view stopped_by = "its caller");
 [[nodiscard]] ReportFields fields(const SessionReport& report);
 
-/// Fails if fields are set that have no effect for this robot and driver. `view` says whether there is a
-/// page.
+/// Fails if fields are set that have no effect for this robot and driver. `view` is true if there is a page.
 [[nodiscard]] Status check_effects(const RunRequest& request, const RobotSetup& setup, bool view,
                                    const GivenFields& given);
 
