@@ -75,8 +75,8 @@ struct TeachReport {
   double wall_s = 0;
 };
 
-/// Fails if a speed exceeds the limit of the robot, if a second speed is set without the scripted driver of a
-/// simulated robot, or if images should be recorded but there are none.
+/// Fails if a speed exceeds the limit of the robot, or if images should be recorded but there are none. Fails
+/// also if a second speed is set without the scripted driver of a simulated robot.
 [[nodiscard]] Status check_teach(const TeachJob& job, const RobotSetup& setup);
 
 /// Records a lap with the robot of the setup, which is either simulated or a process. For a process,
@@ -84,7 +84,7 @@ struct TeachReport {
 /// the file.
 [[nodiscard]] Result<TeachReport> teach_lap(const RobotSetup& setup, const TeachJob& job,
                                             const JobControl& control);
-/// Distance, frames, detections, and whether the lap can be mapped. `loop` says whether the route should be
+/// Distance, frames, detections, and whether the lap can be mapped. `loop` is true if the route should be
 /// closed.
 [[nodiscard]] std::string to_text(const TeachReport& report, bool loop);
 [[nodiscard]] ReportFields fields(const TeachReport& report);
