@@ -68,10 +68,10 @@ struct CommissionReport {
   std::string kept{};        ///< backup of the previous file; empty if there was none
 };
 
-/// Drives the robot of the setup, which must be a process, at 0.1 m/s and 0.4 rad/s, and writes the result to
-/// its file (for a simulated robot only if `output` is set). If a check with lifted wheels fails, the robot
-/// is not driven on the floor. Fails if the robot cannot be started or the file cannot be written. The robot
-/// is always stopped at the end.
+/// Drives the robot of the setup, which must be a process, at 0.1 m/s and 0.4 rad/s. Writes the result to the
+/// robot's file (for a simulated robot only if `output` is set). If a check with lifted wheels fails, the
+/// robot is not driven on the floor. Fails if the robot cannot be started or the file cannot be written. The
+/// robot is always stopped at the end.
 [[nodiscard]] Result<CommissionReport> commission(const RobotSetup& setup, const CommissionJob& job,
                                                   const CommissionPerson& person, const JobControl& control);
 
