@@ -96,7 +96,7 @@ class OperatorInput {
 /// A script that replaces the operator. It teaches one lap, replays it once, and ends the session.
 class ScriptInput final : public OperatorInput {
  public:
-  /// `stays` says whether the session is left running so that viewers can continue it.
+  /// `stays` is true if the session should be left running, so that viewers can continue it.
   ScriptInput(std::unique_ptr<LapDriver> driver, bool stays) : driver_(std::move(driver)), stays_(stays) {}
 
   Result<OperatorRequest> read(Duration uptime, SensorTime now, OperatorState state) override;

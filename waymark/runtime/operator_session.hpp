@@ -73,8 +73,8 @@ class OperatorSession {
   Result<DriverDecision> decide(Duration uptime, SensorTime now);
   /// Callbacks that let this session drive a robot; set should_stop to end the session from outside.
   [[nodiscard]] RobotListener listener();
-  /// Call after the drive has ended. Ends any lap, replay or mapping still in progress. `interrupted` says
-  /// whether a signal ended the drive.
+  /// Call after the drive has ended. Ends any lap, replay or mapping still in progress. `interrupted` is true
+  /// if a signal ended the drive.
   Status finish(bool interrupted);
 
   [[nodiscard]] OperatorState state() const { return operator_.state(); }
