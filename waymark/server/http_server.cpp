@@ -265,7 +265,7 @@ class HeldSeat {
 };
 
 /// A connection, whose requests are read and answered one by one. A file is sent block by block; the next
-/// block is read after the client has received the previous one, so that a slow client takes up only one
+/// block is read after the client has received the previous one. A slow client therefore takes up only one
 /// block of memory.
 class Connection : public std::enable_shared_from_this<Connection> {
  public:

@@ -77,7 +77,7 @@ class LiveHub {
   /// `name` is the robot name shown to viewers.
   LiveHub(LiveFeed& feed, std::string name) : feed_(feed), name_(std::move(name)) {}
 
-  /// Adds a viewer; returns `nullopt` if the limit is reached. `may_command` says whether it has the token.
+  /// Adds a viewer; returns `nullopt` if the limit is reached. `may_command` is true if it has the token.
   [[nodiscard]] std::optional<Id> join(std::string_view protocol, bool may_command, Duration now);
   /// Removes a viewer. If it was in control, the robot is stopped or the replay is paused.
   void leave(Id id);
