@@ -52,7 +52,7 @@ class Localizer {
 
   /// Commands, scans, images and ground truth are ignored.
   void add(const Sample& sample);
-  /// The newest estimate; `nullopt` before the first fix. `certain` says whether it is reliable. With the
+  /// The newest estimate; `nullopt` before the first fix. `certain` is true if it is reliable. With the
   /// fixed-lag smoother, the estimate is one lag behind.
   [[nodiscard]] std::optional<LocalizationEstimate> estimate() const { return method_->estimate(); }
   /// The smoothed run if the method is the smoother; otherwise empty. With a lag, it contains only the end

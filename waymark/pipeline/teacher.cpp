@@ -80,7 +80,7 @@ namespace {
 
 constexpr double kAnchorWindowSeconds = 10;  // maximum time between the start or the end and an observation
                                              // of the anchor
-constexpr double kSamePlaceMetres = 1.0;  // maximum distance between those observations
+constexpr double kSamePlaceMetres = 1.0;     // maximum distance between those observations
 constexpr double kMinObservations = 5;
 constexpr int kMinLinkFrames = 5;        // for links that connect two parts of a map
 constexpr double kJumpSeconds = 0.5;     // a working clock never makes larger steps
@@ -159,8 +159,8 @@ void Teacher::keep_anchor_observation(SensorTime stamp, const SE3& map_T_cam) {
     last_anchor_observations_.pop_front();
 }
 
-/// If the lap overlaps its start, one of the observations during the overlap is made from nearly the same
-/// position, whereas the last one is made at the end of the overlap.
+/// If the lap overlaps its start, one of the observations is made from nearly the same position, but the last
+/// one is made at the end of the overlap.
 bool Teacher::came_back(SensorTime since) const {
   return std::ranges::any_of(last_anchor_observations_, [since](const AnchorObservation& seen) {
     return seen.stamp >= since && seen.apart_m < kSamePlaceMetres && seen.driven_m > 2 * kSamePlaceMetres;

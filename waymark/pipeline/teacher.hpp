@@ -90,9 +90,9 @@ struct TeachSummary {
   int odometry_jumps = 0;            ///< number of odometry resets (odometry_jumped())
   double image_arrival_delay_s = 0;  ///< delay between tags and odometry measured at the same time, if it is
                                      ///< long
-  /// Whether the lap can be mapped. This requires that the anchor and another tag were observed, that neither
-  /// the clock nor the odometry jumped, and that the loop is closed if it should be; otherwise at least half
-  /// a metre must have been driven.
+  /// Whether the lap can be mapped. This requires that the anchor and another tag were observed, and that
+  /// neither the clock nor the odometry jumped. In addition, the loop must be closed if it should be;
+  /// otherwise at least half a metre must have been driven.
   bool mappable = false;
   std::vector<TagLink> weak_links{};  ///< links of few frames whose loss would split the map, weakest first
   std::vector<TagId> unreachable{};   ///< tags that no chain of frames connects to the anchor
