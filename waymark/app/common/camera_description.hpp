@@ -16,7 +16,7 @@
 
 namespace waymark {
 
-/// Input of pose estimation: the camera and the tag sizes.
+/// Input for pose estimation: the camera and the tag sizes.
 struct PoseSetup {
   CameraModel camera;
   TagSizes sizes{};

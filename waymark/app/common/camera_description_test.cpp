@@ -40,7 +40,7 @@ TEST(ParseTagSizes, ReadsADefaultAndSizesById) {
   EXPECT_EQ(sizes->size_m({FamilyId::Tag25h9, 3}).value(), 0.2);
   const auto some = parse_tag_sizes({"7=0.08"});
   ASSERT_TRUE(some);
-  EXPECT_FALSE(some->size_m({FamilyId::Tag36h11, 1})) << "no size for all others";
+  EXPECT_FALSE(some->size_m({FamilyId::Tag36h11, 1})) << "there is no size for other tags";
   EXPECT_EQ(parse_tag_sizes({"0.1", "0.2"})->default_size_m, 0.2) << "the last one is used";
   EXPECT_TRUE(parse_tag_sizes({}));
 }

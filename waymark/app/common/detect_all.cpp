@@ -24,8 +24,8 @@ namespace {
 
 using nlohmann::json;
 
-/// Rounds to the given resolution and replaces -0 by 0, so that results that differ only in the last bit are
-/// printed identically.
+/// Rounds to the given resolution and replaces -0 with 0, so that results that differ only in the last bit
+/// are printed identically.
 double rounded_to(double value, double per_unit) {
   constexpr double kMaxRounded = 1e9;  // larger doubles have fewer decimals than this
   return std::abs(value) < kMaxRounded ? std::round(value * per_unit) / per_unit + 0.0 : value;

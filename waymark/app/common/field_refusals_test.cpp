@@ -34,7 +34,7 @@ TEST(JobFields, AreNamedOnce) {
   for (const auto& names : {field_names<MapJob>(), field_names<LocalizeJob>()}) {
     const std::set<std::string> once(names.begin(), names.end());
     EXPECT_EQ(once.size(), names.size());
-    EXPECT_THAT(names, ::testing::Contains("camera_frame")) << "fields of nested structs count";
+    EXPECT_THAT(names, ::testing::Contains("camera_frame")) << "fields of nested structs are included";
   }
 }
 

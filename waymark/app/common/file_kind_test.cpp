@@ -234,7 +234,7 @@ TEST_F(FileKinds, AFileOfTheWrongKindIsReportedWithTheVerbsThatTakeIt) {
 
   const auto not_opened = open_recording(folder_ / "world");
   ASSERT_FALSE(not_opened);
-  EXPECT_EQ(not_opened.error().code, ErrorCode::Unsupported) << "the code is that of the reader";
+  EXPECT_EQ(not_opened.error().code, ErrorCode::Unsupported) << "the code is the one set by the reader";
   EXPECT_THAT(not_opened.error().message, HasSubstr("this is a simulated world, not a recording"));
   const auto several = open_recordings({lap, (folder_ / "world").string()}, {});
   ASSERT_FALSE(several);

@@ -112,15 +112,15 @@ TEST(SetupOf, AnAnchorOtherThanTheRecordedOneIsAtTheOrigin) {
   EXPECT_EQ(other->map_T_anchor.translation(), Eigen::Vector3d::Zero());
   const auto same = setup_of(whole_lap(), {.anchor = "4"});
   ASSERT_TRUE(same);
-  EXPECT_TRUE(same->anchor_pose_given) << "the same tag by its number";
+  EXPECT_TRUE(same->anchor_pose_given) << "the same tag, specified by its ID";
 }
 
 TEST(SetupOf, AnAnchorAtTheOriginIsUpright) {
   const SE3 pose = anchor_at_origin();
   EXPECT_LT((pose.rotation() * Eigen::Vector3d(0, -1, 0) - Eigen::Vector3d::UnitZ()).norm(), 1e-12)
-      << "up on the tag is up in the map";
+      << "the upward direction of the tag is up in the map";
   EXPECT_LT((pose.rotation() * Eigen::Vector3d(0, 0, 1) - Eigen::Vector3d::UnitX()).norm(), 1e-12)
-      << "into the tag is ahead";
+      << "the direction into the tag is ahead in the map";
 }
 
 TEST(SetupOf, MissingDataAreErrorsWithAHint) {
@@ -153,7 +153,7 @@ TEST(SetupOf, InvalidMetadataAreErrors) {
     facts[lap_facts::kAnchorPose] = pose;
     EXPECT_FALSE(setup_of(lap, {})) << pose;
   }
-  EXPECT_TRUE(setup_of(lap, {.map_T_anchor = SE3()})) << "a given pose replaces it";
+  EXPECT_TRUE(setup_of(lap, {.map_T_anchor = SE3()})) << "a specified pose replaces it";
   facts[lap_facts::kAnchor] = "tag99h1:0";
   EXPECT_FALSE(setup_of(lap, {}));
 }
@@ -197,7 +197,7 @@ TEST(Disagreements, OnlyLargeDifferencesAreReported) {
   const RobotDescription robot = lap_robot();
   RecordingSetup setup{.camera = robot.camera, .base_T_cam = robot.model.base_T_cam};
   EXPECT_THAT(disagreements(robot, setup), IsEmpty());
-  EXPECT_THAT(disagreements(robot, {}), IsEmpty()) << "a recording without setup";
+  EXPECT_THAT(disagreements(robot, {}), IsEmpty()) << "the recording contains no setup";
   setup.base_T_cam = robot.model.base_T_cam * SE3(SO3(), {0.004, 0, 0});
   EXPECT_THAT(disagreements(robot, setup), IsEmpty()) << "within the accuracy of a ruler";
   setup.base_T_cam = robot.model.base_T_cam * SE3(SO3(), {0.03, 0, 0});
@@ -265,7 +265,7 @@ TEST(Disagreements, AnotherLensIsReported) {
   EXPECT_THAT(disagreements(robot, setup), ElementsAre(HasSubstr("(324.0, 240.0)")));
   setup.camera = pinhole(401, 322, 241);
   EXPECT_THAT(disagreements(robot, setup), IsEmpty())
-      << "within the difference of two calibrations of one camera";
+      << "within the difference between two calibrations of the same camera";
   setup.camera = pinhole(800, 640, 480, 1280, 960);
   EXPECT_THAT(disagreements(robot, setup),
               ElementsAre(AllOf(HasSubstr("640 x 480"), HasSubstr("1280 x 960"))));
@@ -281,7 +281,7 @@ TEST(TakeRobot, TheFileOverridesTheRecordingWithAWarning) {
   EXPECT_EQ(setup.base_T_cam->matrix(), lap_robot().model.base_T_cam.matrix());
   EXPECT_EQ(warnings.size(), 2U);
   ASSERT_TRUE(take_robot(WAYMARK_SHARE "/robots/limo-front-rear.yaml", setup, warnings));
-  EXPECT_EQ(setup.more_cameras.size(), 1U) << "all cameras of the file";
+  EXPECT_EQ(setup.more_cameras.size(), 1U) << "all cameras in the file";
 }
 
 TEST(TakeRobot, DoesNothingWithoutANameAndFailsOnAnUnknownOne) {

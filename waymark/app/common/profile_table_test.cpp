@@ -64,7 +64,7 @@ TEST(ProfileTable, RowsWithoutAnyValueAreOmitted) {
   ASSERT_NE(row_of(rows, "camera_rate_hz"), nullptr);
   EXPECT_EQ(row_of(rows, "camera_rate_hz")->recording, 10);
   EXPECT_EQ(row_of(rows, "camera_rate_hz")->simulation, 9);
-  ASSERT_NE(row_of(rows, "camera_left_rate_hz"), nullptr) << "one of several cameras";
+  ASSERT_NE(row_of(rows, "camera_left_rate_hz"), nullptr) << "this is one of several cameras";
   EXPECT_EQ(row_of(rows, "camera_left_rate_hz")->simulation, std::nullopt);
   EXPECT_EQ(row_of(rows, "imu_rate_hz"), nullptr) << "one sample has no rate";
   EXPECT_EQ(row_of(rows, "lidar_rate_hz"), nullptr);
@@ -94,7 +94,7 @@ TEST(ProfileTable, MeasuredOptionsAreSetAndOthersKept) {
   EXPECT_EQ(options.imu_rate_hz, before.imu_rate_hz) << "not measured";
   EXPECT_EQ(options.sensors.gyro_noise_rad_s, 0.123);
   EXPECT_EQ(options.tag_camera.corner_sigma_px, 0.4);
-  EXPECT_EQ(options.tag_camera.small_tag_sigma_px, 0) << "the measured noise contains both";
+  EXPECT_EQ(options.tag_camera.small_tag_sigma_px, 0) << "the measured noise already includes it";
   EXPECT_EQ(options.camera_latency_s, 10);
   EXPECT_DOUBLE_EQ(options.dynamics.speed_lag_s + options.dynamics.command_delay_s, 0.3);
   EXPECT_DOUBLE_EQ(options.dynamics.speed_lag_s, 0.1);
@@ -119,7 +119,7 @@ TEST(ProfileTable, GapsBecomeFaultsBetweenTheSamples) {
 
 TEST(ProfileTable, LatencyIsUnknownIfMessagesWereRecordedAtTheirStamps) {
   EXPECT_EQ(image_latency_of("/nowhere/lap.mcap", {}), std::nullopt);
-  EXPECT_EQ(image_latency_of(lap(), {}), std::nullopt) << "recorded at its stamps";
+  EXPECT_EQ(image_latency_of(lap(), {}), std::nullopt) << "the log times are the timestamps";
 }
 
 }  // namespace

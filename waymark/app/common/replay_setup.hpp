@@ -20,7 +20,8 @@ struct MapFolder {
   std::filesystem::path path{};
   MapFile map{};
   Route route{};
-  std::optional<RobotDescription> robot{};  ///< from robot.yaml; `nullopt` if the folder does not contain it
+  std::optional<RobotDescription> robot{};  ///< read from robot.yaml; `nullopt` if the folder does not
+                                            ///< contain it
   std::optional<Calibration> odometry{};    ///< estimated from the lap; empty in folders with older maps
 };
 

@@ -35,7 +35,7 @@ TEST_F(RouteFiles, AreNamedAfterTheirRoute) {
   EXPECT_THAT(all, Contains("map.yaml"));
   EXPECT_THAT(all, Contains("summary.json"));
   EXPECT_THAT(all, Contains("summary-kitchen.json"));
-  EXPECT_THAT(all, ::testing::Not(Contains("robot.yaml"))) << "the robot's file is not the map's";
+  EXPECT_THAT(all, ::testing::Not(Contains("robot.yaml"))) << "the robot file does not belong to the map";
 }
 
 TEST_F(RouteFiles, NamedRoutesAreListedInOrderWithoutBackups) {

@@ -71,7 +71,7 @@ TEST_F(TrajectoryFiles, UncertainEstimatesAndNisAreCountedBetweenTwoTimes) {
   ASSERT_TRUE(nis);
   EXPECT_EQ(nis->observations, 9U);
   EXPECT_EQ(nis->rejected, 1U);
-  EXPECT_NEAR(nis->mean, 12.0 / 8, 1e-3) << "the mean of 8 … 16 over eight degrees of freedom";
+  EXPECT_NEAR(nis->mean, 12.0 / 8, 1e-3) << "the mean of 8 … 16 divided by eight degrees of freedom";
   EXPECT_EQ(read_nis(file, at_second(0), at_second(1))->observations, 2U);
   EXPECT_FALSE(read_nis(file, at_second(50), at_second(100)));
   EXPECT_FALSE(read_nis("/nowhere", at_second(0), at_second(1)));
