@@ -63,7 +63,7 @@ class Console {
   void note(std::string_view message);
   /// Prints an error, with its field shown as the flag that sets it (naming_flag()).
   void note(const Error& error) { note(to_string(naming_flag(error, has_own_))); }
-  /// Prints the error and returns the code: for use in `return console.failed(error, ExitCode::Usage);`.
+  /// Prints the error and returns the code, as in `return console.failed(error, ExitCode::Usage);`.
   [[nodiscard]] ExitCode failed(const Error& error, ExitCode code) {
     note(error);
     return code;

@@ -46,7 +46,7 @@ TEST(NamingFlag, WritesTheFieldAsFlag) {
 }
 
 TEST(NamingFlag, KeepsKeysWithoutFlag) {
-  EXPECT_EQ(named({.source = "a.yaml", .key = "tag_size_m"}), "tag_size_m") << "a key of the file";
+  EXPECT_EQ(named({.source = "a.yaml", .key = "tag_size_m"}), "tag_size_m") << "a key in the file";
   EXPECT_EQ(named({.key = "fx"}), "fx");
   EXPECT_EQ(named({.key = "tag36h11:3"}), "tag36h11:3");
 }

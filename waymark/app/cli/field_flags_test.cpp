@@ -32,7 +32,7 @@ TEST(FieldFlags, OtherTextStaysUnchanged) {
        {"", "`", "no field", "`unknown`", "`Tag_Size_m`", "`tag_size_m", "a `b c` d", "``", "```", "`--json`",
         "`waymark map unknown=3`", "`9`", "`é`"})
     EXPECT_EQ(written(text), text);
-  EXPECT_EQ(written("a ` b `json`"), "a ` b --json") << "an odd backtick before a field";
+  EXPECT_EQ(written("a ` b `json`"), "a ` b --json") << "an unmatched backtick before a field";
 }
 
 TEST(FieldFlags, ASecondConversionChangesNothing) {

@@ -95,8 +95,8 @@ template <class Value>
 
 /// How the options in a struct can be set.
 enum class Reach : std::uint8_t {
-  Flags,        ///< by flags, --set and --config
-  SettingsOnly  ///< by --set and --config
+  Flags,        ///< settable by flags, --set and --config
+  SettingsOnly  ///< settable only by --set and --config
 };
 
 /// An option struct on the command line, generated from its fields(). Each field, including those of nested

@@ -478,7 +478,7 @@ int run_program(const Verb& program, std::vector<std::string> words, std::FILE* 
     code = parse_and_run(program, std::move(words), out, err);
   } catch (const std::bad_alloc&) {
     std::fputs(fmt::format("{}: out of memory\n", program.name).c_str(), err);
-  } catch (const std::exception& error) {  // from a library; Waymark itself does not throw exceptions
+  } catch (const std::exception& error) {  // thrown by a library; Waymark itself does not throw exceptions
 
     std::fputs(fmt::format("{}: internal error: {}. Please report it.\n", program.name, error.what()).c_str(),
                err);

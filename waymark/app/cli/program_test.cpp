@@ -190,7 +190,7 @@ TEST(Program, TheFlagsOfALineImplyItsVerb) {
       << "the verb as the user typed it";
   EXPECT_THAT(run({"usual", "--help"}).out, HasSubstr("count"));
   EXPECT_THAT(run({"help", "usual", "count"}).out, HasSubstr("--up-to"));
-  EXPECT_EQ(run({"usual", "--count=2", "--up-to", "5"}).code, 2) << "flags of two verbs";
+  EXPECT_EQ(run({"usual", "--count=2", "--up-to", "5"}).code, 2) << "the flags belong to two verbs";
 }
 
 TEST(Program, AVerbMayFollowFlags) {
