@@ -99,7 +99,7 @@ class SystemStamps {
 struct CameraPicture {
   CameraFrame frame{};
   FoundTags found{};
-  Duration age{};  ///< from the middle of the exposure to the end of detection
+  Duration age{};  ///< time from the middle of the exposure to the end of detection
 };
 
 /// Options and callbacks of watch_camera().

@@ -43,7 +43,7 @@ TEST(Inputs, AScriptNeedsAWorldWithAPath) {
 
 TEST(Inputs, ThePageNeedsViewers) {
   const SimulatedSetup setup = load_setup("circuit24", "", 1)->simulated;
-  EXPECT_FALSE(viewer_link(nullptr)) << "no feed, no viewers";
+  EXPECT_FALSE(viewer_link(nullptr)) << "without a feed there are no viewers";
   const auto alone = make_operator_input("page", 0.3, setup);
   ASSERT_FALSE(alone);
   EXPECT_EQ(alone.error().place.key, "driver");

@@ -92,7 +92,7 @@ class LiveRobot {
   TagFinder finder_;
   RobotLoop loop_;
   JobControl control_;
-  MotionLimits limits_{};                 ///< from the robot file
+  MotionLimits limits_{};                 ///< limits from the robot file
   std::optional<std::string> limited_{};  ///< why the speed is limited; empty if it is not
 };
 

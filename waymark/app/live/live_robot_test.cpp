@@ -70,7 +70,7 @@ TEST(CommissionLimit, KeepsWithinTheRobotsLimits) {
   constexpr double kAny = std::numeric_limits<double>::infinity();
   const VelocityCommand fast = slowed({.speed_m_s = 9, .yaw_rate_rad_s = -9}, kAny, kLimits);
   EXPECT_DOUBLE_EQ(fast.speed_m_s, 1);
-  EXPECT_DOUBLE_EQ(fast.yaw_rate_rad_s, -1) << "the same arc";
+  EXPECT_DOUBLE_EQ(fast.yaw_rate_rad_s, -1) << "the arc is unchanged";
   const VelocityCommand spin = slowed({.speed_m_s = 0.1, .yaw_rate_rad_s = 20}, kAny, kLimits);
   EXPECT_DOUBLE_EQ(spin.speed_m_s, 0.01);
   EXPECT_DOUBLE_EQ(spin.yaw_rate_rad_s, 2);

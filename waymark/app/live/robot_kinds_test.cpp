@@ -30,7 +30,8 @@ TEST(RobotKinds, TheKindSelectsHowTheRobotIsStarted) {
   EXPECT_THAT((*ros2)->process.words,
               ElementsAre(self, "ros2", "robot", "turtlebot3", "--robot-file", "turtlebot3-waffle-pi"));
   EXPECT_EQ((*ros2)->robot().model.name, load_setup("", "turtlebot3-waffle-pi", 1)->robot().model.name);
-  EXPECT_EQ((*load_kind("ros2:limo", "", "mbot", 1))->process.words.back(), "mbot") << "named by the user";
+  EXPECT_EQ((*load_kind("ros2:limo", "", "mbot", 1))->process.words.back(), "mbot")
+      << "specified by the user";
   EXPECT_FALSE(load_kind("sim", "", "", 1).has_value());
   EXPECT_FALSE(load_kind("ros2", "", "", 1).has_value()) << "no colon";
 }

@@ -60,7 +60,7 @@ struct RobotSetup {
                                                    ///< process
   std::vector<TagId> known_tags{};                 ///< tags in the map used for the drive
   std::string robot_path{};                        ///< path of the robot file
-  std::optional<CommissionRecord> commissioned{};  ///< from the robot file
+  std::optional<CommissionRecord> commissioned{};  ///< commission recorded in the robot file
   CommissionGround ground{};                       ///< robot and topics for which the commission is valid
   std::string usual_robot_file{};  ///< the default file for this robot if the user specified a different one;
                                    ///< otherwise empty

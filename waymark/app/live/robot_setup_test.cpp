@@ -30,7 +30,7 @@ TEST(LoadSetup, PrefersTheGivenRobotThenThatOfTheWorldThenLimo) {
   const auto other = load_setup("mbot-square", "limo", 1);
   ASSERT_TRUE(other);
   EXPECT_EQ(other->simulated.model.name, circuit->simulated.model.name)
-      << "the robot named by the user takes precedence";
+      << "the robot specified by the user takes precedence";
   EXPECT_EQ(other->world_yaml, square->world_yaml);
   EXPECT_EQ(other->robot().model.name, other->simulated.model.name);
 }

@@ -21,7 +21,7 @@ namespace {
 
 constexpr Duration kMaxWait = std::chrono::seconds(3);
 
-/// The header with which messages for images, calibration and tags begin.
+/// The first field of messages for images, calibration and tags.
 struct Headed {
   ros2::Header header{};
   WAYMARK_ROS2_FIELDS(self.header)

@@ -164,7 +164,7 @@ TEST_F(Node, MapToOdomAndOdometryGiveTheEstimatedPose) {
   EXPECT_EQ(message->transforms[0].child_frame_id, "odom");
   const SE3 map_T_odom = ros2::from_ros(message->transforms[0]);
   EXPECT_TRUE((map_T_odom * lift(odom_T_base)).matrix().isApprox(lift(map_T_base).matrix(), 1e-12))
-      << "uses the odometry at the stamp of the estimate, not a later one";
+      << "uses the odometry at the timestamp of the estimate, not a later one";
   EXPECT_EQ(sent("rt/waymark/pose", 1).size(), 1U);
 }
 

@@ -43,7 +43,7 @@ TEST(LoneAnchor, DefaultsToTheAnchorOfAnExistingMap) {
   setup.process = "true";
   const fs::path none = testing::fresh_folder("lone_anchor");
   EXPECT_TRUE(place_lone_anchor(setup, {}, none.string())) << "the code that loads the map reports the error";
-  EXPECT_FALSE(place_lone_anchor(setup, {}, "")) << "without a map the anchor must be given";
+  EXPECT_FALSE(place_lone_anchor(setup, {}, "")) << "without a map, the anchor must be specified";
   ASSERT_TRUE(place_lone_anchor(setup, {.anchor = "3", .tag_size_m = 0.1}, none.string()));
   EXPECT_EQ(to_string(setup.simulated.world.anchor), "tag36h11:3");
 }
