@@ -199,7 +199,7 @@ class LimoRobotSim {
   SensorTime next_state_{};
   SensorTime imu_at_{};
   double yaw_rad_ = 0;
-  Duration switched_on_{};  ///< on the steady clock of this machine
+  Duration switched_on_{};  ///< time on the steady clock of this machine
 };
 
 }  // namespace

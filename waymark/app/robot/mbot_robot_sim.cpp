@@ -172,7 +172,7 @@ class MbotRobotSim {
   CameraModel camera_;
   TagMap tags_;
   MbotGeneration generation_;
-  Duration switched_on_{};  ///< on the clock of this machine
+  Duration switched_on_{};  ///< time on the clock of this machine
   Duration next_timesync_{};
   mbot::Encoders encoders_{};
   Presence presence_{};

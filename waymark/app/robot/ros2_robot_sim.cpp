@@ -157,7 +157,7 @@ class Ros2RobotSim {
   RobotModel model_;
   CameraModel camera_;
   LidarOptions lidar_;
-  Duration switched_on_{};  ///< on the clock of this machine
+  Duration switched_on_{};  ///< time on the clock of this machine
   std::map<std::string, std::size_t> publishers_{};
 };
 
