@@ -97,7 +97,7 @@ struct ReplayJob {
   AnchorOptions anchor{};
   ReplayOptions replay{};                    ///< laps, controller, limits
   std::optional<Calibration> calibration{};  ///< calibration of the robot's camera
-  LiveFeed* feed = nullptr;                  ///< for viewers; may be nullptr
+  LiveFeed* feed = nullptr;                  ///< feed for viewers; may be nullptr
 };
 
 /// A replay as requested by the user, without option structs.

@@ -15,8 +15,8 @@ namespace waymark {
                                                          const RobotDescription& now);
 
 /// Warnings for the user before a replay. They report that the robot of the setup differs from robot.yaml in
-/// the map folder, or that the default file for `robot` describes a robot other than robot.yaml. Empty if
-/// they agree or there is nothing to compare.
+/// the map folder, or that the default file for `robot` describes a different robot than robot.yaml does.
+/// Empty if they agree or there is nothing to compare.
 [[nodiscard]] std::vector<std::string> robot_difference_warnings(const RobotSetup& setup,
                                                                  const std::filesystem::path& map_folder);
 
