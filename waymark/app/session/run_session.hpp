@@ -50,14 +50,14 @@ class MapInTheMaking {
 class LiveFeed;
 
 struct SessionJob {
-  std::filesystem::path folder;  ///< for lap.mcap, map/, replay.mcap
+  std::filesystem::path folder;  ///< folder for lap.mcap, map/ and replay.mcap
   std::string map{};             ///< folder of an existing map; if set, the session starts in the state ready
   std::string driver = "gamepad";
   double speed_m_s = kUsualSpeed_m_s;
   std::string images{};      ///< format of recorded images (raw, jpeg); they are not recorded if empty
   ReplayJob replay{};        ///< method and options; the session sets the folder and the output
   MapMaker make_map{};       ///< map_recording() if empty
-  LiveFeed* feed = nullptr;  ///< for viewers; may be nullptr
+  LiveFeed* feed = nullptr;  ///< feed for viewers; may be nullptr
 };
 
 /// A session as requested by the user, without option structs.

@@ -36,7 +36,7 @@ void write_words(const fs::path& path, const std::string& words) { std::ofstream
 
 std::string words_in(const fs::path& path) { return read_text_file(path, 1 << 20).value_or("no file"); }
 
-/// Writes this text into map.yaml of the given folder.
+/// A map maker that writes this text to map.yaml in its folder.
 MapMaker maker_of(const std::string& words) {
   return [words](const std::string& lap, const fs::path& folder) -> Status {
     fs::create_directories(folder);
