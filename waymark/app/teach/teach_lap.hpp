@@ -31,7 +31,7 @@ struct TeachJob {
   bool durable = false;                ///< whether a power cut may lose at most one second
   std::string images{};                ///< format of recorded images (raw, jpeg); they are not recorded if
                                        ///< empty
-  LiveFeed* feed = nullptr;            ///< for viewers; may be nullptr
+  LiveFeed* feed = nullptr;            ///< feed for viewers; may be nullptr
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
