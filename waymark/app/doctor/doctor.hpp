@@ -54,7 +54,7 @@ struct DoctorJob {
 };
 
 struct DoctorReport {
-  std::vector<DoctorLine> checks{};  ///< in the order of the output
+  std::vector<DoctorLine> checks{};  ///< in the order in which they are printed
 };
 
 /// Runs all checks. Takes two seconds for the loop and one for each camera. Fails if the robot is unknown, if

@@ -32,7 +32,7 @@ TEST(NetworkLines, ReportsTheDataOfARobotOnANetwork) {
   traffic.others_commands = 0;
   traffic.silent_publishers = 1;
   traffic.silent_names = "/teleop";
-  EXPECT_EQ(level_of(traffic, "commands"), "warn") << "the program may begin to send commands";
+  EXPECT_EQ(level_of(traffic, "commands"), "warn") << "the program may start to send commands";
   const std::string warning = to_text(DoctorReport{network_lines(traffic, "docs")});
   EXPECT_THAT(warning, HasSubstr("/cmd_vel"));
   EXPECT_THAT(warning, HasSubstr("/teleop"));

@@ -48,7 +48,8 @@ struct MapTagTrial {
 struct TagSizeTrial {
   std::vector<std::string> families = {"tag36h11"};  ///< families that the tag may belong to
   double size_m = 0;                                 ///< nominal side length of the black square
-  double distance_m = 0;                             ///< from the front of the lens to the tag centre
+  double distance_m = 0;                             ///< measured from the front of the lens to the tag
+                                                     ///< centre
   double distance_sigma_m = 0.01;                    ///< standard deviation of that measurement, including
                                                      ///< the position of the optical centre
 };
