@@ -282,7 +282,7 @@ TEST_P(InEachState, AGivenPosePausesAReplayAndHasNoOtherEffect) {
   ASSERT_FALSE(run.tasks.words.empty());
   testing::expect_on_page("session", run.tasks.words[0]);
   if (GetParam() == S::Replaying) {
-    EXPECT_LT(run.robot.x_m(), 0.5) << "it was stopped on its way";
+    EXPECT_LT(run.robot.x_m(), 0.5) << "it was stopped while driving";
   }
 }
 

@@ -201,7 +201,7 @@ TEST(ReplaySession, AGivenPoseStopsTheRobotUntilResumed) {
   ASSERT_TRUE(end);
   testing::expect_on_page("replay", reason);
   EXPECT_TRUE(end->finished) << end->reason;
-  EXPECT_NEAR(run.robot.x_m(), 1.7, 0.1) << "the goal relative to the given pose";
+  EXPECT_NEAR(run.robot.x_m(), 1.7, 0.1) << "the goal relative to the pose that was set";
 }
 
 TEST(ReplaySession, ContinuesAutomaticallyOnlyAfterAShortSilence) {

@@ -45,7 +45,8 @@ class FrameOrder {
   [[nodiscard]] int left_out() const { return left_out_; }
 
  private:
-  std::map<std::pair<std::size_t, std::string>, SensorTime> newest_{};  ///< by sample type and camera
+  std::map<std::pair<std::size_t, std::string>, SensorTime> newest_{};  ///< newest timestamp by sample type
+                                                                        ///< and camera
   int left_out_ = 0;
   std::optional<std::string> words_{};
 };
@@ -155,7 +156,7 @@ class RobotLoop {
   RobotLoopOptions options_;
   FrameOrder order_{};
   PictureQueue pictures_{};
-  std::map<std::string, TagSequence> sequences_{};  ///< by camera name
+  std::map<std::string, TagSequence> sequences_{};  ///< tag sequences by camera name
   bool due_ = false;
   Duration began_{};
   Duration next_decision_{};

@@ -183,7 +183,7 @@ TEST(RobotLoop, RecordsTheCommandsThatARobotReports) {
   ASSERT_EQ(recorded.size(), 2U) << "without those that were sent";
   EXPECT_EQ(recorded[0].command, (VelocityCommand{0.2, -0.5}));
   EXPECT_EQ(recorded[1].command, (VelocityCommand{0.2, 0.5}));
-  EXPECT_EQ(robot.commands.size(), 4U) << "commands are sent nevertheless";
+  EXPECT_EQ(robot.commands.size(), 4U) << "commands are still sent";
 }
 
 TEST(RobotLoop, SearchesOnlyTheNewestImagePerCameraInRealTime) {
@@ -263,7 +263,7 @@ TEST(RobotLoop, SearchesEveryImageInLockstepAndDecidesOnRequest) {
   EXPECT_EQ(loop.dropped_pictures(), 0);
   EXPECT_EQ(driver.all<TagFrame>().size(), 6U);
   EXPECT_EQ(driver.uptimes, (std::vector<Duration>{milliseconds(50), milliseconds(100), milliseconds(150)}));
-  EXPECT_EQ(robot.commands.size(), 3U) << "one answer per request";
+  EXPECT_EQ(robot.commands.size(), 3U) << "one response per request";
 }
 
 TEST(RobotLoop, ResendsALostAnswerInLockstepAndRecordsItOnce) {
@@ -273,7 +273,7 @@ TEST(RobotLoop, ResendsALostAnswerInLockstepAndRecordsItOnce) {
                                                                             // was lost
   Driver driver{.decisions = 2};
   ASSERT_TRUE(RobotLoop(robot, robot, robot.pacing(true)).drive(driver.listener()));
-  ASSERT_EQ(robot.commands.size(), 5U) << "the answer, three repetitions, the final zero";
+  ASSERT_EQ(robot.commands.size(), 5U) << "the response, three repetitions, the final zero";
   EXPECT_EQ(robot.commands[1], robot.commands[0]);
   EXPECT_EQ(robot.commands[3], robot.commands[0]);
   EXPECT_EQ(driver.all<StampedCommand>().size(), 2U);
@@ -312,7 +312,7 @@ TEST(RobotLoop, EveryEndSendsZero) {
     EXPECT_TRUE(end->interrupted);
     EXPECT_FALSE(end->done);
     EXPECT_EQ(robot.commands.back(), VelocityCommand{});
-    EXPECT_EQ(stopped.all<StampedCommand>().back().command, VelocityCommand{}) << "also recorded";
+    EXPECT_EQ(stopped.all<StampedCommand>().back().command, VelocityCommand{}) << "it is recorded as well";
 
     Driver slow{.decisions = 1000};
     const auto late =
@@ -396,7 +396,7 @@ TEST(RobotLoop, ListenOnlySendsNothing) {
     driver.decisions = lockstep ? 1000 : 5;  // in lockstep, the robot's process ends first
     RobotLoop loop(robot, robot, robot.pacing(lockstep), {}, {.listen_only = true});
     EXPECT_EQ(loop.drive(driver.listener()).has_value(), !lockstep);
-    EXPECT_GE(driver.uptimes.size(), 5U) << "decide() is called nevertheless";
+    EXPECT_GE(driver.uptimes.size(), 5U) << "decide() is still called";
     EXPECT_TRUE(robot.commands.empty());
     EXPECT_TRUE(driver.all<StampedCommand>().empty());
   }

@@ -56,7 +56,7 @@ TEST(StepRobot, ExecutesEachCommandForOnePeriod) {
   const auto driven = RobotLoop(robot, robot, robot.pacing()).drive(listener);
   ASSERT_TRUE(driven);
   EXPECT_THAT(kinematics.commands, ElementsAre(0, 0.1, ::testing::DoubleEq(0.2), ::testing::DoubleEq(0.3), 0))
-      << "zero at the end";
+      << "zero is sent at the end";
   EXPECT_NEAR(kinematics.map_T_base.x(), 0.06, 1e-12);
   EXPECT_NEAR(to_seconds(driven->uptime), 0.4, 1e-9);
 }

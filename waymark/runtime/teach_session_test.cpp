@@ -144,7 +144,7 @@ TEST(TeachSession, StopsWhileRequested) {
     return SessionRequest{.command_zero = uptime >= seconds(1) && uptime < seconds(3)};
   };
   ASSERT_TRUE(lap.drive());
-  EXPECT_NEAR(lap.robot.x_m(), 2 * 0.3, 0.05) << "driven for two of four seconds";
+  EXPECT_NEAR(lap.robot.x_m(), 2 * 0.3, 0.05) << "it drove for two out of four seconds";
 }
 
 TEST(TeachSession, ASignalInterruptsIt) {
@@ -171,7 +171,7 @@ TEST(TeachSession, ReportsEachSilenceOnce) {
   twice.robot.silent = {milliseconds(500), milliseconds(2000)};
   twice.robot.camera_silent = {milliseconds(2500), milliseconds(3900)};
   ASSERT_TRUE(twice.drive());
-  EXPECT_EQ(twice.words.size(), 3U) << "both sensors, and the camera again";
+  EXPECT_EQ(twice.words.size(), 3U) << "both sensors are reported, and the camera a second time";
 
   Drive unasked;
   unasked.robot.silent = {seconds(1), seconds(3)};
