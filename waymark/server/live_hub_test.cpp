@@ -291,7 +291,7 @@ TEST_F(Hub, EveryViewerCanStopTheRobot) {
     hub_.receive_binary(studio, {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, now_);
     EXPECT_EQ(stops(), word == "stop") << word;
   }
-  EXPECT_EQ(hub_.holder(), holder) << "a stop does not take control";
+  EXPECT_EQ(hub_.holder(), holder) << "sending a stop does not take control";
 }
 
 TEST_F(Hub, ASilentFoxgloveLosesControlWithAnOpenSocket) {
@@ -303,7 +303,7 @@ TEST_F(Hub, ASilentFoxgloveLosesControlWithAnOpenSocket) {
     hub_.receive_binary(id, {reinterpret_cast<const std::uint8_t*>(twist.data()), twist.size()}, now_);
     pass(0.5);
   }
-  EXPECT_EQ(feed_.control(), Control::Held) << "publishing keeps control";
+  EXPECT_EQ(feed_.control(), Control::Held) << "publishing is enough to keep control";
   pass(2.4);
   EXPECT_EQ(feed_.control(), Control::Held);
   pass(0.2);

@@ -16,7 +16,7 @@ namespace waymark {
 /// A file offered by the server. Other files cannot be requested.
 struct OfferedFile {
   enum class Kind : std::uint8_t { Recording, Text };
-  std::string name;  ///< as shown on the page
+  std::string name;  ///< name shown on the page
   std::filesystem::path path;
   Kind kind = Kind::Recording;
   /// The offered folder, which links must not leave. Empty if the file itself was specified.
