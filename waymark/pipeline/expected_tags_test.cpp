@@ -1,5 +1,5 @@
-// Tests which tags are expected in an image, given the pose and the map, and the description of tags that
-// were not found.
+// Tests which tags are expected in an image, given the pose and the map. Also tests the description of tags
+// that were not found.
 #include "waymark/pipeline/expected_tags.hpp"
 
 #include <numbers>

@@ -136,7 +136,8 @@ TEST(Operator, ABouncingButtonCountsOnce) {
   ASSERT_TRUE(session.handle(E::Go, seconds(1)));
   EXPECT_FALSE(session.handle(E::Go, seconds(1) + milliseconds(299)));
   EXPECT_EQ(session.state(), S::Teaching);
-  EXPECT_FALSE(session.handle(E::Go, seconds(1) + milliseconds(400))) << "within the bounce time";
+  EXPECT_FALSE(session.handle(E::Go, seconds(1) + milliseconds(400)))
+      << "within the time in which presses are ignored";
   EXPECT_TRUE(session.handle(E::Go, seconds(1) + milliseconds(700)));
 }
 

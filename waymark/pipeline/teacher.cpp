@@ -82,9 +82,9 @@ constexpr double kAnchorWindowSeconds = 10;  // maximum time between the start o
                                              // of the anchor
 constexpr double kSamePlaceMetres = 1.0;     // maximum distance between those observations
 constexpr double kMinObservations = 5;
-constexpr int kMinLinkFrames = 5;        // for links that connect two parts of a map
+constexpr int kMinLinkFrames = 5;        // minimum for a link that connects two parts of a map
 constexpr double kJumpSeconds = 0.5;     // a working clock never makes larger steps
-constexpr double kShortestMetres = 0.5;  // for a route that is not a loop
+constexpr double kShortestMetres = 0.5;  // minimum length of a route that is not a loop
 
 }  // namespace
 
