@@ -37,10 +37,10 @@ using EachVideoTags = std::function<Status(const VideoFrame& picture, TagFrame& 
 /// recording.
 struct ConvertVideoJob {
   std::string input{};
-  std::string output{};                 ///< must not exist yet
+  std::string output{};                 ///< path of the output, which must not exist yet
   std::optional<CameraModel> camera{};  ///< written to /camera_info; the camera is mounted at the origin of
                                         ///< the base and looks straight ahead
-  TagSizes sizes{};        ///< stored in the recording
+  TagSizes sizes{};                     ///< tag sizes to be stored in the recording
   std::string pictures{};  ///< format of the recorded images, raw or jpeg; they are not recorded if empty
 };
 

@@ -28,7 +28,7 @@ class Stopwatch {
 struct JobProgress {
   std::string text{};
   std::size_t done = 0;
-  std::size_t all = 0;  ///< 0 if unknown
+  std::size_t all = 0;  ///< total count; 0 if unknown
 };
 
 /// Callbacks of a running job. All are called on the caller's thread, while the job waits.

@@ -256,7 +256,7 @@ Focal focal_of(const CameraModel& camera) {
 std::vector<std::string> disagreements(const RobotDescription& robot, const RecordingSetup& setup) {
   constexpr double kTolerance_m = 0.005;
   constexpr double kTolerance_rad = 0.5 * M_PI / 180;
-  constexpr double kFocalTolerance = 0.005;  // relative
+  constexpr double kFocalTolerance = 0.005;  // relative to the focal length
   constexpr double kCenterTolerance_px = 3;
   std::vector<std::string> differences;
   if (setup.base_T_cam) {

@@ -103,7 +103,7 @@ Status check_output_file(const fs::path& file) {
   const Place place{.source = file.string()};
   if (fs::is_directory(status))
     return fail(ErrorCode::Unwritable, "the output is a folder", place, "Give a file name.");
-  if (fs::exists(status) && !fs::is_regular_file(status)) return {};  // devices and pipes
+  if (fs::exists(status) && !fs::is_regular_file(status)) return {};  // accepts devices and pipes
   const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
   if (const fs::path in_the_way = file_in_the_way(folder); !in_the_way.empty())
     return fail(ErrorCode::Unwritable,

@@ -77,7 +77,7 @@ class ReportValue {
 
 /// One key of a report.
 struct ReportField {
-  std::string name{};           ///< includes the unit: "lap_s"
+  std::string name{};           ///< name including the unit, such as "lap_s"
   std::string_view sentence{};  ///< description; must have static storage duration
   ReportValue value{};
 };
