@@ -30,7 +30,7 @@ inline constexpr const char* kFirstGroup = "Options";
 
 /// A key of --set and --config that has no flag.
 struct SettingOnlyKey {
-  std::string key;       ///< "camera.exposure_ms"
+  std::string key;       ///< such as "camera.exposure_ms"
   std::string usual;     ///< default value, as YAML
   std::string sentence;  ///< description with the range
 };
@@ -193,7 +193,7 @@ class OptionFlags {
   }
   template <class Value>
   static std::string usual_text(const Value& value) {
-    std::string text = internal::write_value(value, 0);  // " 8\n"
+    std::string text = internal::write_value(value, 0);  // for example " 8" and a newline
     while (!text.empty() && text.back() == '\n') text.pop_back();
     return text.substr(std::min(text.find_first_not_of(' '), text.size()));
   }
@@ -246,7 +246,7 @@ class Refusals : public FieldRefusals {
 /// The help shows the value that the variable has before parsing as the default.
 inline constexpr auto kShown = [](CLI::Option& option) { option.capture_default_str(); };
 inline constexpr auto kRequired = [](CLI::Option& option) { option.required(); };
-/// Only --help-all shows it.
+/// Shown only by --help-all.
 inline constexpr auto kMore = [](CLI::Option& option) { option.group(kMoreGroup); };
 /// Accepts exactly `count` values, so that the next word is an input.
 [[nodiscard]] inline auto exactly(int count) {

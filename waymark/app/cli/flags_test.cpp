@@ -59,7 +59,7 @@ TEST_F(OptionFile, AFlagOverridesSetAndSetOverridesTheFile) {
   EXPECT_EQ(all.outer.motion.noise, 0.4);
   EXPECT_EQ(parse({"--set", "outer.reach_m=2", "--config", file}).outer.reach_m, 2);
   EXPECT_EQ(parse({"--set", "outer.reach_m=2", "--set", "outer.reach_m=4"}).outer.reach_m,
-            4);  // the last one wins
+            4);  // the last value is used
   EXPECT_EQ(parse({"--config", file}).outer.reach_m, 1);
   EXPECT_EQ(parse({"--reach-m", "0.5", "--config", file}).outer.reach_m, 0.5);  // a flag that sets the
                                                                                 // default value counts as
