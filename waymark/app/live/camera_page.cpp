@@ -88,7 +88,7 @@ void CameraPage::obey(const ViewerOrder& order, const CameraPicture& seen) {
       return;
     }
     default:
-      return;  // orders for robots
+      return;  // ignores orders that are meant for robots
   }
 }
 

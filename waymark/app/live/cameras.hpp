@@ -118,7 +118,7 @@ struct CameraWatchEnd {
   std::size_t tags = 0;
   double seconds = 0;  ///< time from the first to the last image
   CameraCounts counts{};
-  bool stopped = false;  ///< whether should_stop() ended it
+  bool stopped = false;  ///< whether should_stop() ended the watch
 };
 
 /// Detects the tags in the newest image from a camera, over and over. Fails if the camera fails, if it

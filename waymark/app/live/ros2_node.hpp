@@ -131,7 +131,7 @@ class Ros2Node {
   ros2::Path path_{};
   Duration status_published_{};
   std::map<std::string, std::size_t> publishers_{};
-  std::size_t initial_pose_ = 0;  ///< subscription
+  std::size_t initial_pose_ = 0;  ///< index of the subscription
   int refused_poses_ = 0;
   std::atomic<bool> over_ = false;
   std::thread thread_{};

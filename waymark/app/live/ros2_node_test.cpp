@@ -229,7 +229,7 @@ TEST_F(Node, PublishesImagesWithTagsToSubscribers) {
   const SensorTime stamp(std::chrono::seconds(100));
   feed_.publish(Sample(CameraFrame{.stamp = stamp, .camera = "front", .image = Image(64, 48)}), 0);
   feed_.publish(Sample(TagFrame{.stamp = stamp + std::chrono::seconds(1), .camera = "front"}),
-                0);  // belongs to another image
+                0);  // these tags belong to another image
   TagDetection tag;
   tag.corners_px = {{{10, 10}, {30, 10}, {30, 30}, {10, 30}}};
   feed_.publish(Sample(TagFrame{.stamp = stamp, .camera = "front", .detections = {tag}}), 0);

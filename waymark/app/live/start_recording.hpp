@@ -26,7 +26,7 @@ inline constexpr std::string_view kDurableHelp =
 /// The anchor of the map for a robot process without a world file.
 struct LoneAnchor {
   std::string anchor{};   ///< "tag36h11:0", or an ID; empty if not specified
-  double tag_size_m = 0;  ///< 0 if not specified
+  double tag_size_m = 0;  ///< tag size; 0 if not specified
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -50,7 +50,7 @@ struct LoneAnchor {
 
 /// How a recording was made, and with which options.
 struct Making {
-  std::string verb;      ///< verb of waymark
+  std::string verb;      ///< the verb of waymark that makes the recording
   std::string driver;    ///< source of the commands: "scripted", "pursuit"
   std::string options;   ///< effective options, as YAML
   bool durable = false;  ///< whether to sync every second, so that a power cut loses at most one second
