@@ -32,7 +32,7 @@ std::array<float, 3> floats(const Eigen::Vector3d& v) {
 mbot::Tag tag_of(const TagPoseSolution& pose, int id, MbotGeneration generation) {
   constexpr double kMillimetres = 1000;
   const SO3& cam_R_tag = pose.cam_T_tag.rotation();
-  const Eigen::Vector4f q = cam_R_tag.quaternion().coeffs().cast<float>();  // x, y, z, w
+  const Eigen::Vector4f q = cam_R_tag.quaternion().coeffs().cast<float>();  // in the order x, y, z, w
   mbot::Tag tag{.id = id, .position = floats(kMillimetres * pose.cam_T_tag.translation())};
   tag.angles_rpy = floats(to_degrees(1) * cam_R_tag.rpy());
   tag.angles_quat = generation == MbotGeneration::Pi5 ? std::array{q[3], q[0], q[1], q[2]}

@@ -24,7 +24,7 @@ enum class MbotGeneration : std::uint8_t {
 
 struct MbotSimOptions {
   std::string address = "udpm://239.255.76.67:7667?ttl=0";
-  std::string generation = "jetson";  ///< parsed by mbot_generation()
+  std::string generation = "jetson";  ///< text parsed by mbot_generation()
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {

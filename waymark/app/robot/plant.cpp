@@ -129,7 +129,7 @@ class ProcessPlant final : public Plant {
   std::unique_ptr<ProcessRobot> process_;
   ProcessPlantOptions options_;
   std::optional<Duration> switched_on_{};  ///< time on the clock of the process
-  SensorTime newest_{};                    ///< relative to switched_on_
+  SensorTime newest_{};                    ///< newest timestamp, relative to switched_on_
   VelocityCommand command_{};
   Duration commanded_at_{};  ///< uptime of the newest command
 };
