@@ -84,7 +84,7 @@ class ReplayLog {
 class LiveFeed;
 
 struct ReplayJob {
-  std::filesystem::path folder;  ///< contains map.yaml and route.yaml
+  std::filesystem::path folder;  ///< folder that contains map.yaml and route.yaml
   std::string route{};           ///< name of another route in the folder (route-NAME.yaml)
   LocalizationKind method = LocalizationKind::Riekf;
   std::string output{};  ///< path of the recording to write; none is written if empty
@@ -170,7 +170,7 @@ struct ReplayReport {
   ReplayEnd end{};
   double route_length_m = 0;
   Trajectory true_path{};
-  Trajectory taught_path{};                    ///< empty if unknown
+  Trajectory taught_path{};                    ///< true path of the teach lap; empty if unknown
   std::optional<ReplayJudgement> judgement{};  ///< set only if the ground truth of both the replay and the
                                                ///< teach lap is known
   std::vector<StationVisit> visits{};
