@@ -56,7 +56,7 @@ struct SessionJob {
   double speed_m_s = kUsualSpeed_m_s;
   std::string images{};      ///< format of recorded images (raw, jpeg); they are not recorded if empty
   ReplayJob replay{};        ///< method and options; the session sets the folder and the output
-  MapMaker make_map{};       ///< map_recording() if empty
+  MapMaker make_map{};       ///< creates the map; map_recording() if empty
   LiveFeed* feed = nullptr;  ///< feed for viewers; may be nullptr
 };
 
