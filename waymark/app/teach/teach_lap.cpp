@@ -158,7 +158,9 @@ Result<TeachReport> teach_process(const RobotSetup& setup, const TeachJob& job, 
   const auto driven = (*robot)->drive(watched(std::move(listener), job.feed, control));
   const Status closed = recorder->close();              // also after an error, to keep what has been recorded
   const bool hung_up = !driven && control.cancelled();  // the terminal was closed
-  if (!driven && driven.error().place.key == "driver") fresh.discard();  // nothing was driven
+  if (!driven && driven.error().place.key == "driver")
+    fresh.discard();  // discard the recording if nothing
+                      // was driven
   if (!driven && !hung_up) return tl::unexpected(driven.error());
   fresh.keep();
   if (!closed) return tl::unexpected(closed.error());

@@ -26,7 +26,7 @@ struct TeachJob {
   double speed_m_s = kUsualSpeed_m_s;  ///< cruising speed of the driver
   double second_speed_m_s = 0;         ///< alternates with speed_m_s (scripted); not used if 0
   double wander_m = 0.02;              ///< standard deviation of the lateral deviation (scripted)
-  double wander_time_s = 3;            ///< its correlation time
+  double wander_time_s = 3;            ///< correlation time of the lateral deviation
   double overlap_m = 1;                ///< distance driven beyond the start of a closed lap (scripted)
   bool durable = false;                ///< whether a power cut may lose at most one second
   std::string images{};                ///< format of recorded images (raw, jpeg); they are not recorded if
@@ -66,7 +66,7 @@ struct TeachJob {
 };
 
 struct TeachReport {
-  std::string file{};  ///< the recording
+  std::string file{};  ///< path of the recording
   TeachSummary summary{};
   LapEnd end{};
   double worst_blur_px = 0;  ///< computed from yaw rate, exposure time and focal length
