@@ -136,7 +136,7 @@ struct BoardRequest {
 /// A board of tags on its page, and its target file for Kalibr.
 struct PlannedBoard {
   plot::BoardLayout layout;
-  std::string kalibr_target;  ///< empty if not requested
+  std::string kalibr_target;  ///< text of the target file; empty if not requested
 };
 /// Fails with the errors of layout_board(), and with those of kalibr_target() under the key kalibr_yaml.
 [[nodiscard]] Result<PlannedBoard> plan_board(const plot::BoardOptions& options, bool kalibr);
