@@ -13,7 +13,7 @@ namespace waymark {
 
 struct SamplesJob {
   std::string folder{};    ///< folder to create; must not exist or be empty
-  std::uint64_t seed = 1;  ///< seed of all noise
+  std::uint64_t seed = 1;  ///< seed for all random noise
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
