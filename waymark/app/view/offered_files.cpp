@@ -27,7 +27,8 @@ std::vector<OfferedFile> files_of(const fs::path& folder, std::vector<OfferedFil
   std::ranges::sort(files, {}, &OfferedFile::name);
   for (const fs::path& place : {folder, folder / "map"}) {
     if (!fs::is_regular_file(place / "map.yaml", none)) continue;
-    for (const fs::directory_entry& entry : fs::directory_iterator(place, none)) {  // written by `waymark
+    for (const fs::directory_entry& entry : fs::directory_iterator(place, none)) {  // includes the routes
+                                                                                    // written by `waymark
                                                                                     // optimize`
       const std::string name = entry.path().filename().string();
       if (name.starts_with("route-") && name.ends_with(".yaml"))
