@@ -509,7 +509,7 @@ std::array<AxesFault, 8> axes_faults() {
 }
 
 bool explains(const AxesFault& fault, const OdometryLeg& leg) {
-  constexpr double kNear = 0.9;  // cosine
+  constexpr double kNear = 0.9;  // cosine of the largest angle between directions that are considered equal
   const Eigen::Vector2d ahead(std::cos(leg.yaw_rad), std::sin(leg.yaw_rad));
   return (fault.sent_R_right * ahead).dot(leg.moved_m.normalized()) > kNear;
 }

@@ -103,7 +103,7 @@ class OperatorSession {
   Operator operator_;
   bool lap_open_ = false;
   bool received_ = false;     ///< whether a sample from the robot has been received since the last decision
-  Duration last_received_{};  ///< uptime
+  Duration last_received_{};  ///< uptime at the last sample from the robot
   bool silence_reported_ = false;
   bool mapping_ = false;
   ReplaySession* replay_ = nullptr;

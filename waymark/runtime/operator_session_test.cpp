@@ -125,7 +125,7 @@ TEST(OperatorSession, AnotherLapCanBeTaughtWithAMap) {
 
 TEST(OperatorSession, StaysStoppedWhileMapping) {
   Drive run(way_to(S::Mapping) + PlannedInput::Step{S::Ready, 0.5, E::Quit});
-  run.tasks.decisions_to_map = 200;  // corresponds to ten seconds
+  run.tasks.decisions_to_map = 200;  // decisions in ten seconds
   ASSERT_TRUE(run.drive());
   EXPECT_GT(to_seconds(run.robot.clock), 10);
   EXPECT_EQ(run.tasks.maps_loaded, 1);

@@ -75,7 +75,7 @@ struct DriverDecision {
   std::vector<std::string> messages{};  ///< messages for the driver, such as that the gamepad was unplugged
 };
 
-/// Callbacks of RobotLoop.
+/// Callbacks for RobotLoop.
 struct RobotListener {
   /// Called with every sample in the order of arrival. Tags directly follow the image in which they were
   /// found. Commands that are sent are passed as well; if the robot reports the commands that drive it, those
@@ -99,7 +99,7 @@ struct RobotListener {
 /// How tags are detected in images from a robot. If there is no finder, images are passed on like any other
 /// sample.
 struct PictureSearch {
-  const TagFinder* finder = nullptr;     ///< must outlive the loop
+  const TagFinder* finder = nullptr;     ///< finder, which must outlive the loop
   std::vector<MountedCamera> cameras{};  ///< cameras with lens models, for tag edges that are curved; other
                                          ///< cameras are assumed to be free of distortion
 };

@@ -112,7 +112,7 @@ TEST_F(Orders, AReplayPausesWhenItsViewerLeaves) {
         (void)session.handle(event, seconds(t));
     }
     EXPECT_EQ(session.state(), S::Paused) << since_press;
-    feed.set_control(Control::Held);  // it resumes on request
+    feed.set_control(Control::Held);  // the replay resumes on request
     feed.order({.kind = Kind::Go});
     for (const E event : orders.read(seconds(t), session.state()).events)
       (void)session.handle(event, seconds(t));
