@@ -21,9 +21,9 @@ struct AccessPolicy {
 
 /// Fields in a request that identify its sender. Fields that were not sent are empty.
 struct AccessClaim {
-  std::string_view host;    ///< "localhost:8642"
-  std::string_view origin;  ///< "http://localhost:8642"
-  std::string_view target;  ///< "/live?token=…"
+  std::string_view host;    ///< such as "localhost:8642"
+  std::string_view origin;  ///< such as "http://localhost:8642"
+  std::string_view target;  ///< such as "/live?token=…"
   std::string_view cookie;
 };
 

@@ -7,7 +7,7 @@ namespace waymark {
 
 /// A file that belongs to the page, compressed with gzip.
 struct Asset {
-  std::string_view name;  ///< "index.html"
+  std::string_view name;  ///< such as "index.html"
   std::span<const unsigned char> gzip;
 };
 

@@ -74,7 +74,7 @@ HealthLight RobotHealth::light_of(std::size_t which, Duration now) const {
 
 std::vector<HealthLight> RobotHealth::lights(const LiveStatus& status, Duration now) const {
   std::vector<HealthLight> lights{light_of(kCamera, now), light_of(kOdometry, now)};
-  for (const std::size_t extra : {std::size_t{kImu}, std::size_t{kLidar}}) {  // sensors that are optional
+  for (const std::size_t extra : {std::size_t{kImu}, std::size_t{kLidar}}) {  // only for optional sensors
     if (streams_[extra].first) lights.push_back(light_of(extra, now));
   }
   lights.push_back(estimate_light(status));

@@ -15,9 +15,9 @@ namespace waymark {
 /// An indicator on the page, with a level that is shown as a colour, and a text.
 struct HealthLight {
   enum class Level : std::uint8_t { Unknown, Good, Uncertain, Bad };
-  std::string name;  ///< "camera"
+  std::string name;  ///< such as "camera"
   Level level = Level::Unknown;
-  std::string message;  ///< "29.8 per second"
+  std::string message;  ///< such as "29.8 per second"
 };
 [[nodiscard]] std::string_view to_string(HealthLight::Level level);
 

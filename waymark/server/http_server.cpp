@@ -597,7 +597,7 @@ void HttpServer::run(const std::function<bool()>& stop) {
   inside_->context.run();
 }
 
-#else  // without Boost.Beast
+#else  // built without Boost.Beast
 
 namespace waymark {
 

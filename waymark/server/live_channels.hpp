@@ -16,8 +16,8 @@ namespace waymark {
 /// A stream of messages of the same type, as in a recording.
 struct LiveChannel {
   std::uint32_t id = 0;
-  std::string topic;     ///< "/odom"
-  std::string type;      ///< "nav_msgs/msg/Odometry"
+  std::string topic;     ///< such as "/odom"
+  std::string type;      ///< such as "nav_msgs/msg/Odometry"
   bool json = false;     ///< whether messages are JSON objects rather than ROS messages
   bool newest = false;   ///< whether a newer message replaces one that has not been sent yet (images)
   bool latched = false;  ///< whether new viewers receive the last message

@@ -26,7 +26,7 @@ TEST(LiveFeed, StateAndTextsAreKeptForLaterViewers) {
   feed.set_status({.phase = "ready"});
   feed.show_text("map.yaml", "tags: []");
   EXPECT_EQ(feed.take().status.phase, "ready");
-  EXPECT_EQ(feed.take().texts->by_name.at("map.yaml"), "tags: []");  // and it is kept
+  EXPECT_EQ(feed.take().texts->by_name.at("map.yaml"), "tags: []");  // the text is kept
   feed.show_text("map.yaml", "tags: []");
   EXPECT_EQ(feed.take().texts->version, 1u);
 }
@@ -66,7 +66,7 @@ TEST(LiveFeed, ReusesTheMemoryOfReturnedImages) {
     auto& frame = std::get<CameraFrame>(std::get<Sample>(updates.samples[0].value));
     EXPECT_EQ(frame.image.row(47)[63], grey);
     if (place != nullptr) {
-      EXPECT_EQ(frame.image.row(0), place);  // memory is reused
+      EXPECT_EQ(frame.image.row(0), place);  // the memory is reused
     }
     place = frame.image.row(0);
     feed.give_back(std::move(frame));

@@ -35,11 +35,11 @@ struct OfferedThings {
 /// The fields of a request that matter here. Header fields that were not sent are empty.
 struct HttpRequest {
   std::string_view method;
-  std::string_view target;  ///< "/files/0/lap.mcap"
-  std::string_view host;    ///< "localhost:8642"
+  std::string_view target;  ///< such as "/files/0/lap.mcap"
+  std::string_view host;    ///< such as "localhost:8642"
   std::string_view origin;
   std::string_view cookie;
-  std::string_view range;  ///< "bytes=0-99"
+  std::string_view range;  ///< such as "bytes=0-99"
   bool accepts_gzip = false;
 };
 

@@ -157,7 +157,7 @@ TEST_F(Replies, DoesNotFollowLinksOutOfAnOfferedFolder) {
     offered.files.push_back({name, folder / name, OfferedFile::Kind::Text, folder});
   EXPECT_EQ(reply_to(get("/files/0/x"), offered, kPolicy).status, 200);
   EXPECT_EQ(reply_to(get("/files/1/x"), offered, kPolicy).status, 404);
-  offered.files[1].within.clear();  // specified by the user
+  offered.files[1].within.clear();  // as for a file specified by the user
   EXPECT_EQ(reply_to(get("/files/1/x"), offered, kPolicy).status, 200);
   fs::remove_all(folder);
 }

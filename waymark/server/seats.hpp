@@ -46,7 +46,7 @@ class Seats {
   [[nodiscard]] std::size_t count(Guest guest) const;
 
   std::size_t most_;
-  std::map<Id, Guest> guests_{};  // oldest first
+  std::map<Id, Guest> guests_{};  // ordered from oldest to newest
   Id next_ = 1;
 };
 
