@@ -30,8 +30,8 @@ enum class OperatorEvent : std::uint8_t {
   Go,
   Stop,            ///< B or circle
   StickMoved,      ///< a person is using the sticks
-  MapMade,         ///< mapping the lap succeeded
-  MapFailed,       ///< mapping the lap failed
+  MapMade,         ///< the lap has been mapped
+  MapFailed,       ///< the lap could not be mapped
   ReplayFinished,  ///< the robot has reached the goal
   ReplayStopped,   ///< the replay was aborted or refused to start
   Quit,

@@ -209,7 +209,7 @@ class Replayer {
   bool lost_certainty_ = false;  ///< whether a certain estimate has existed, but no longer does
   bool given_ = false;           ///< whether a pose was set that has not been confirmed yet
   bool unsure_ = false;          ///< whether the robot is stopped because its position is uncertain
-  bool find_ahead_ = false;      ///< set by resume()
+  bool find_ahead_ = false;      ///< whether to search for the nearest point ahead, set by resume()
   int stops_ = 0;
 };
 

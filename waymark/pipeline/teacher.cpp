@@ -93,13 +93,13 @@ double TeachSummary::two_tags_fraction() const {
 }
 
 TaughtFrame Teacher::add(const TagFrame& frame) {
-  TaughtFrame taught{.observed = observe(frame, setup_)};  // lines 5 and 9
-  taught.map_T_cam = anchored(taught.observed);            // lines 11 to 13
+  TaughtFrame taught{.observed = observe(frame, setup_)};  // Algorithm 1, lines 5 and 9
+  taught.map_T_cam = anchored(taught.observed);            // Algorithm 1, lines 11 to 13
   std::vector<TagId> tags;
   tags.reserve(taught.observed.tags.size());
   for (const TagPoseObservation& seen : taught.observed.tags) tags.push_back(seen.tag);
-  count(frame.stamp, frame.camera, tags, taught.map_T_cam);    // line 15
-  taught.low_observability = in_view_.count(frame.stamp) < 2;  // lines 6 and 7
+  count(frame.stamp, frame.camera, tags, taught.map_T_cam);    // Algorithm 1, line 15
+  taught.low_observability = in_view_.count(frame.stamp) < 2;  // Algorithm 1, lines 6 and 7
   return taught;
 }
 

@@ -123,7 +123,7 @@ class Teacher {
   struct AnchorObservation {
     SensorTime stamp{};
     double apart_m = 0;   ///< distance from the position of its first observation
-    double driven_m = 0;  ///< distance driven before it
+    double driven_m = 0;  ///< distance driven before this observation
   };
 
   void count(SensorTime stamp, const std::string& camera, const std::vector<TagId>& tags,
