@@ -14,8 +14,8 @@
 namespace waymark {
 
 /// Map tags that a detector should reliably find in an image taken from this pose, unless something else
-/// occludes them. They are large enough, not viewed obliquely, and not behind another map tag. O(tags) plus
-/// O(visible tags^2).
+/// occludes them. They are large enough, not viewed obliquely, and not behind another map tag. O(tags +
+/// visible tags^2).
 [[nodiscard]] std::vector<ExpectedTag> expected_tags(const TagMap& map, const CameraModel& camera,
                                                      const SE3& map_T_cam);
 

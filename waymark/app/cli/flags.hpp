@@ -294,7 +294,7 @@ void add_choice(CLI::App& app, const std::string& name);
 // The flags of a job, generated from its fields().
 
 /// Returns "-o,--output" for "output" and "--tag-size-m" for "tag_size_m". For an input, returns its name and
-/// the flag that sets it alternatively.
+/// the alternative flag.
 [[nodiscard]] std::string names_of(const JobField& field);
 /// The name of the value as shown in the help.
 [[nodiscard]] std::string type_of(const JobField& field);

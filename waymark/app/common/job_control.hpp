@@ -37,8 +37,8 @@ struct JobControl {
   std::function<void(const JobProgress&)> progress = [](const JobProgress&) {};
   /// Called rarely, with a sentence about the input that is not repeated in the summary.
   std::function<void(const std::string&)> note = [](const std::string&) {};
-  /// Converts a text for display outside the notes, for example on a page. The program replaces fields with
-  /// its flags.
+  /// Converts a text that is displayed elsewhere than in the notes, for example on a page. The program
+  /// replaces fields with its flags.
   std::function<std::string(std::string_view)> for_users = [](std::string_view text) {
     return std::string(text);
   };

@@ -88,7 +88,8 @@ struct ReplayJob {
   std::string route{};           ///< name of another route in the folder (route-NAME.yaml)
   LocalizationKind method = LocalizationKind::Riekf;
   std::string output{};  ///< path of the recording to write; none is written if empty
-  bool durable = false;  ///< whether a power cut may lose at most one second of the recording
+  bool durable = false;  ///< whether to sync the recording every second, so that a power cut loses at most
+                         ///< one second
   std::string images{};  ///< format of recorded images (raw, jpeg); they are not recorded if empty
   /// Recording of the lap, used for evaluation. If empty, the ground truth for the route's lap in the folder
   /// is used. A route without ground truth (an optimised one) is its own reference.

@@ -12,7 +12,7 @@
 namespace waymark {
 
 struct SamplesJob {
-  std::string folder{};    ///< folder to create; must not exist or be empty
+  std::string folder{};    ///< folder to create; must be missing or empty
   std::uint64_t seed = 1;  ///< seed for all random noise
 
   template <class Self, class Visitor>

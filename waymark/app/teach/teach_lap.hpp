@@ -28,7 +28,8 @@ struct TeachJob {
   double wander_m = 0.02;              ///< standard deviation of the lateral deviation (scripted)
   double wander_time_s = 3;            ///< correlation time of the lateral deviation
   double overlap_m = 1;                ///< distance driven beyond the start of a closed lap (scripted)
-  bool durable = false;                ///< whether a power cut may lose at most one second
+  bool durable = false;                ///< whether to sync every second, so that a power cut loses at most
+                                       ///< one second
   std::string images{};                ///< format of recorded images (raw, jpeg); they are not recorded if
                                        ///< empty
   LiveFeed* feed = nullptr;            ///< feed for viewers; may be nullptr
