@@ -26,7 +26,7 @@ struct LiveStatus {
   std::string reason = {};                 ///< reason for the last stop; empty if there was none
   std::vector<std::string> commands = {};  ///< orders accepted in this phase: "go", "stop", "script",
                                            ///< "teach", "quit"
-  bool page_drives = false;          ///< whether keys on the page drive the robot during teaching
+  bool page_drives = false;                ///< whether keys on the page drive the robot during teaching
   std::optional<bool> certain = {};  ///< whether the estimate is reliable; `nullopt` without an estimator
   std::string halted = {};           ///< why the replay is halted; empty if it is not
   double driven_m = 0;
