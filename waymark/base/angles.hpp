@@ -4,7 +4,7 @@
 
 namespace waymark {
 
-/// Input and output use degrees, computations use radians (docs/conventions.md, Units).
+/// Degrees are used for input and output, radians for computations (docs/conventions.md, Units).
 [[nodiscard]] constexpr double to_degrees(double angle_rad) { return angle_rad * 180 / std::numbers::pi; }
 [[nodiscard]] constexpr double to_radians(double angle_deg) { return angle_deg * std::numbers::pi / 180; }
 

@@ -1,4 +1,4 @@
-// The small headers of the room: time, angles, order statistics.
+// Tests of the small headers in this room: time, angles and order statistics.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>

@@ -11,10 +11,10 @@
 namespace waymark {
 
 /// One field of an option struct. YAML keys, command line flags, Python keywords and the reference page are
-/// generated from it. The name ends with the unit, if any ("tag_size_m").
+/// generated from it. The name ends in the unit, if it has one ("tag_size_m").
 struct Field {
-  std::string_view name;      ///< snake_case key; the flag is the same with dashes
-  std::string_view sentence;  ///< what it does and when to change it
+  std::string_view name;                                  ///< snake_case key; the flag uses dashes instead
+  std::string_view sentence;                              ///< what it does and when to change it
   double min = -std::numeric_limits<double>::infinity();  ///< smallest allowed value, for numbers
   double max = std::numeric_limits<double>::infinity();   ///< largest allowed value, for numbers
 };
@@ -38,10 +38,10 @@ template <HasFields Options>
   return names;
 }
 
-/// The error of a number outside the range of its field.
+/// The error for a number outside its field's range.
 [[nodiscard]] tl::unexpected<Error> outside_range(double number, const Field& field);
 
-/// Checks each number against its range; the error is the first that is outside its range (or NaN).
+/// Checks each number against its range. The error reports the first one that is out of range or NaN.
 template <HasFields Options>
 [[nodiscard]] Status check_ranges(const Options& options) {
   Status status;
@@ -57,7 +57,7 @@ template <HasFields Options>
   return status;
 }
 
-/// Calls `visit(value, field)` for all fields of a struct and of its nested structs, in order; calls
+/// Calls `visit(value, field)` for all fields of a struct and its nested structs, in order; calls
 /// `enter(field)` before the fields of a nested struct and `leave()` after them.
 template <HasFields Options, class Visit, class Enter, class Leave>
 void visit_leaves(Options& options, const Visit& visit, const Enter& enter, const Leave& leave) {
@@ -84,12 +84,12 @@ template <HasFields Options>
 }
 
 /// A field of a job: a Field with additional properties for a command line flag or argument. A job lists its
-/// fields like an option struct; flags and their help are generated from them:
+/// fields as an option struct does; flags and their help are generated from them:
 ///
 ///     visit(self.output, JobField("output FILE", "Recording to write (.mcap)").required());
 struct JobField : Field {
-  /// `named`: the key and the name of its value, "tag_size_m NUMBER"; a switch has only the key. The flag has
-  /// dashes instead of underscores. The range is checked if both of its ends are given.
+  /// `named` is the key followed by the name of its value, such as "tag_size_m NUMBER"; a switch has only a
+  /// key. The flag has dashes instead of underscores. The range is checked if both ends are given.
   constexpr JobField(std::string_view named, std::string_view what,
                      double least = -std::numeric_limits<double>::infinity(),
                      double most = std::numeric_limits<double>::infinity())
@@ -99,12 +99,11 @@ struct JobField : Field {
   /// A positional argument instead of a flag, shown as the name of its value ("RUN", or "RUN ...").
   [[nodiscard]] constexpr JobField input() const { return with(&JobField::is_input, true); }
   [[nodiscard]] constexpr JobField required() const { return with(&JobField::is_required, true); }
-  /// Rarely needed: the short help omits it.
+  /// Rarely needed, so the short help omits it.
   [[nodiscard]] constexpr JobField less() const { return with(&JobField::is_less, true); }
   /// The value must be one of these comma-separated words: "jpeg,raw".
   [[nodiscard]] constexpr JobField one_of(std::string_view all) const { return with(&JobField::words, all); }
-  /// Text of the default in the help, if it differs from the initial value or if the initial value is
-  /// zero.
+  /// The default shown in the help, if it differs from the initial value or if the initial value is zero.
   [[nodiscard]] constexpr JobField usually(std::string_view text) const {
     return with(&JobField::usual, text);
   }
@@ -114,7 +113,7 @@ struct JobField : Field {
   [[nodiscard]] constexpr JobField grouped(std::string_view title) const {
     return with(&JobField::group, title);
   }
-  /// Requires these other fields, or is incompatible with those (excludes()): "limo,mbot".
+  /// Requires these other fields ("limo,mbot"); excludes() lists fields that must not be set as well.
   [[nodiscard]] constexpr JobField needs(std::string_view keys) const {
     return with(&JobField::needed, keys);
   }
@@ -125,7 +124,7 @@ struct JobField : Field {
   [[nodiscard]] constexpr JobField also(std::string_view other) const {
     return with(&JobField::alias, other);
   }
-  /// A list that is given as one comma-separated word.
+  /// A list written as one comma-separated word.
   [[nodiscard]] constexpr JobField comma_separated() const { return with(&JobField::has_commas, true); }
   /// A list; the flag is repeated for each element.
   [[nodiscard]] constexpr JobField repeated() const { return with(&JobField::is_repeated, true); }
@@ -145,7 +144,7 @@ struct JobField : Field {
   bool has_no_default = false;
   bool has_commas = false;
   bool is_repeated = false;
-  int count = 0;  ///< number of elements of a list; 0: any
+  int count = 0;  ///< number of elements in a list; 0 means any
 
  private:
   template <class Value>

@@ -11,7 +11,8 @@ namespace waymark {
 namespace {
 
 constexpr unsigned char kDelete = 0x7f;
-/// U+0080 to U+009F are also control characters for terminals. Their UTF-8 is this byte, then 0x80 to 0x9f.
+/// Terminals also treat U+0080 to U+009F as control characters. In UTF-8 they are this byte followed by 0x80
+/// to 0x9f.
 constexpr unsigned char kLeadOfControls = 0xc2;
 
 bool continues(unsigned char byte) { return (byte & 0xc0U) == 0x80U; }
@@ -24,14 +25,14 @@ std::string printable(std::string_view text) {
   for (std::size_t i = 0; i < text.size(); ++i) {
     const auto byte = static_cast<unsigned char>(text[i]);
     const unsigned char next = i + 1 < text.size() ? static_cast<unsigned char>(text[i + 1]) : 0;
-    const bool alone = continues(byte) && before < kDelete;  // not valid UTF-8; a control of 8-bit terminals
+    const bool alone = continues(byte) && before < kDelete;  // invalid UTF-8; a control on 8-bit terminals
     const bool begins_control = byte == kLeadOfControls && continues(next) && next < 0xa0U;
     const bool control = byte < ' ' || byte == kDelete || alone || begins_control;
     if (control)
       out += fmt::format("\\x{:02x}", byte);
     else
       out += text[i];
-    // A continuation byte after an escaped one is a lone byte as well.
+    // A continuation byte that follows an escaped byte is also alone.
     before = control ? static_cast<unsigned char>(0) : byte;
   }
   return out;
@@ -41,7 +42,7 @@ namespace {
 
 char lower(char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); }
 
-/// Insertions, deletions, substitutions and swaps of neighbours ("optimal string alignment").
+/// Counts insertions, deletions, substitutions and swaps of adjacent characters ("optimal string alignment").
 std::size_t edits(std::string_view a, std::string_view b) {
   std::vector<std::vector<std::size_t>> cost(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
   for (std::size_t i = 0; i <= a.size(); ++i) cost[i][0] = i;

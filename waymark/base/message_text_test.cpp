@@ -23,15 +23,15 @@ TEST(Printable, ControlCharactersAreEscaped) {
   EXPECT_EQ(printable("battery low: 12.1 V"), "battery low: 12.1 V");
   EXPECT_EQ(printable("\x1b[2Jgone\r\n\tover\x7f"), "\\x1b[2Jgone\\x0d\\x0a\\x09over\\x7f");
   EXPECT_EQ(printable("\x1b]0;title\x07"), "\\x1b]0;title\\x07");
-  EXPECT_EQ(printable("Grüße, 日本, 🤖"), "Grüße, 日本, 🤖") << "letters stay";
+  EXPECT_EQ(printable("Grüße, 日本, 🤖"), "Grüße, 日本, 🤖") << "letters are kept";
   EXPECT_EQ(printable("\xc2\x9b"
                       "31m"),
             "\\xc2\\x9b31m")
-      << "a control character in two bytes";
+      << "a two-byte control character";
   EXPECT_EQ(printable("a\x9b"
                       "31m"),
             "a\\x9b31m")
-      << "and in one";
+      << "a one-byte control character";
   EXPECT_EQ(printable(std::string("a\0b", 3)), "a\\x00b");
   EXPECT_EQ(printable(""), "");
 }

@@ -6,8 +6,8 @@
 
 namespace waymark {
 
-/// The value below which `share` (0 to 1) of the values lie; one of the values, without interpolation. T{}
-/// for an empty list. O(n).
+/// The value below which a fraction `share` (0 to 1) of the values lies. It is one of the values, without
+/// interpolation; T{} for an empty list. O(n).
 template <class T>
 [[nodiscard]] T quantile(std::vector<T> values, double share) {
   if (values.empty()) return T{};

@@ -23,7 +23,7 @@ class Random {
   [[nodiscard]] double normal();
   /// Normal with the given mean and standard deviation.
   [[nodiscard]] double normal(double mean, double sigma);
-  /// An independent stream, e.g. one per sensor, so that adding draws to one does not shift the others.
+  /// An independent stream, e.g. one per sensor, so that extra draws from one do not affect the others.
   [[nodiscard]] Random fork();
 
  private:

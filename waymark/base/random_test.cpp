@@ -11,7 +11,7 @@ namespace {
 
 TEST(Random, TheSameSeedGivesTheSameNumbersOnAllPlatforms) {
   Random random(1);
-  // Fixed by the standard for mt19937_64, seed 1, first two draws.
+  // The first two draws of mt19937_64 with seed 1, as fixed by the standard.
   EXPECT_DOUBLE_EQ(random.uniform(), static_cast<double>(2469588189546311528ULL >> 11) * 0x1.0p-53);
   EXPECT_DOUBLE_EQ(random.uniform(), static_cast<double>(2516265689700432462ULL >> 11) * 0x1.0p-53);
 }

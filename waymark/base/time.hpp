@@ -8,8 +8,8 @@ namespace waymark {
 /// Duration on any clock: int64 nanoseconds.
 using Duration = std::chrono::duration<std::int64_t, std::nano>;
 
-/// The clock of the sensor that made the measurement. It has no now(), because time is an argument in the
-/// core.
+/// The clock of the sensor that made the measurement. It has no now(), because the core takes time as an
+/// argument.
 struct SensorClock {
   using duration = Duration;
   using rep = duration::rep;
@@ -27,13 +27,13 @@ struct HostClock {
   static constexpr bool is_steady = false;
 };
 
-/// When a measurement was made (for a camera: the middle of the exposure). Subtracting time points of
-/// different clocks does not compile.
+/// The time at which a measurement was made (for a camera, the middle of the exposure). Subtracting time
+/// points from different clocks does not compile.
 using SensorTime = SensorClock::time_point;
-/// When a measurement arrived at the computer.
+/// The time at which a measurement arrived at the computer.
 using HostTime = HostClock::time_point;
 
-/// Seconds as double, for formulas only.
+/// Converts to seconds as a double, for use in formulas only.
 [[nodiscard]] constexpr double to_seconds(Duration duration) {
   return static_cast<double>(duration.count()) * 1e-9;
 }
