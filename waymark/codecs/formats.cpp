@@ -7,7 +7,7 @@
 namespace waymark::codecs {
 namespace {
 
-/// First bytes of a file type: `magic` at `offset`.
+/// Magic bytes of a file type: `magic` at `offset`.
 struct Signature {
   std::size_t offset;
   std::string_view magic;

@@ -11,7 +11,7 @@
 
 namespace waymark::codecs {
 
-/// The bytes of an image and their name in errors.
+/// An encoded image and its name in errors.
 struct Input {
   std::span<const std::uint8_t> bytes;
   std::string_view name;
@@ -22,11 +22,11 @@ struct Input {
   [[nodiscard]] Place whole() const { return {.source = std::string(name)}; }
 };
 
-/// Rows of `channels` interleaved bytes to encode; not owned.
+/// Pixels to encode, as rows with `channels` interleaved bytes per pixel; not owned.
 struct Pixels {
   const std::uint8_t* data = nullptr;
   int width = 0, height = 0;
-  int channels = 1;  ///< 1 grey, 3 RGB
+  int channels = 1;  ///< 1 for grey, 3 for RGB
   int stride = 0;    ///< [byte]
 
   [[nodiscard]] const std::uint8_t* row(int y) const {
@@ -34,10 +34,10 @@ struct Pixels {
   }
 };
 
-/// Recognises the format by content; the error names the apparent file type.
+/// Recognises the format from the content; the error names the apparent file type.
 [[nodiscard]] Result<ImageFormat> recognise(const Input& input);
 
-/// Fails (LimitExceeded) if the image has more than max_pixels.
+/// Fails (LimitExceeded) if the image has more than max_pixels pixels.
 [[nodiscard]] Status check_limit(const ImageInfo& info, const Input& input, const DecodeOptions& options);
 
 /// The error for input that ends before its image is complete.
@@ -59,9 +59,9 @@ template <class Reader>
 /// Result of an encoder.
 using Bytes = Result<std::vector<std::uint8_t>>;
 
-// Conversion to grey, in integers and rounded once.
+// Conversion to grey in integer arithmetic, rounded once.
 
-/// Rec. 601 luma times 1000. Samples up to 65535.
+/// Rec. 601 luma times 1000, for samples up to 65535.
 [[nodiscard]] constexpr std::uint64_t luma_1000(std::uint64_t r, std::uint64_t g, std::uint64_t b) {
   return 299 * r + 587 * g + 114 * b;
 }
@@ -71,19 +71,19 @@ using Bytes = Result<std::vector<std::uint8_t>>;
   return static_cast<std::uint8_t>((510 * numerator + denominator) / (2 * denominator));
 }
 
-/// Grey byte of a sample 0..max.
+/// Grey byte for a sample in 0..max.
 [[nodiscard]] constexpr std::uint8_t grey_byte(std::uint64_t value, std::uint64_t max) {
   return to_byte(value, max);
 }
 
-/// Grey byte of a colour 0..max.
+/// Grey byte for a colour in 0..max.
 [[nodiscard]] constexpr std::uint8_t grey_byte(std::uint64_t r, std::uint64_t g, std::uint64_t b,
                                                std::uint64_t max) {
   return to_byte(luma_1000(r, g, b), 1000 * max);
 }
 
-/// Grey byte of luma_1000 over white with opacity alpha 0..max. 510 * 1000 * max^2 stays below 2^64 for 16
-/// bits.
+/// Grey byte for luma_1000 composited over white with opacity alpha in 0..max. For 16 bits, 510 * 1000 *
+/// max^2 stays below 2^64.
 [[nodiscard]] constexpr std::uint8_t grey_byte_over_white(std::uint64_t luma_1000_value, std::uint64_t alpha,
                                                           std::uint64_t max) {
   return to_byte(luma_1000_value * alpha + 1000 * max * (max - alpha), 1000 * max * max);

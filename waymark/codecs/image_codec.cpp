@@ -34,7 +34,7 @@ tl::unexpected<Error> out_of_memory(Place place) {
               "Reduce its size.");
 }
 
-/// Converts exhausted memory to an Error, because exceptions must not leave the room.
+/// Converts an out-of-memory exception to an Error, because exceptions must not leave the room.
 template <class Work>
 auto without_exceptions(const Place& place, Work work) -> decltype(work()) {
   try {
@@ -51,7 +51,7 @@ Pixels pixels_of(const ColorImage& image) {
   return {image.empty() ? nullptr : image.row_bytes(0), image.width(), image.height(), 3, 3 * image.width()};
 }
 
-/// Encodes an image that is not empty.
+/// Encodes a non-empty image.
 template <class Picture, class Encode>
 Bytes encode(const Picture& image, Encode encode_pixels) {
   if (image.empty()) return fail(ErrorCode::InvalidArgument, "an empty image cannot be encoded");

@@ -28,7 +28,7 @@ Image random_image(int width, int height, std::uint64_t seed) {
   return image;
 }
 
-/// Smooth, like photographs, so that JPEG compresses it well.
+/// A smooth image, like a photograph, so that JPEG compresses it well.
 Image smooth_image(int width, int height) {
   Image image(width, height);
   for (int y = 0; y < height; ++y) {
@@ -44,7 +44,7 @@ std::vector<std::uint8_t> bytes_of(std::string_view text) { return {text.begin()
 
 Result<Image> decode(std::string_view text) { return decode_image(bytes_of(text), "in"); }
 
-/// The largest difference of two images of the same size.
+/// The largest difference between two images of the same size.
 int largest_difference(const Image& a, const Image& b) {
   int largest = 0;
   for (int y = 0; y < a.height(); ++y) {

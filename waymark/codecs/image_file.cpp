@@ -40,7 +40,7 @@ Result<File> open_to_read(const fs::path& path) {
     return fail(ErrorCode::Unreadable, "is a folder, not an image", place_of(path),
                 "Name an image file in it.");
   }
-  // Non-blocking: opening a pipe without a writer would block forever.
+  // Opened in non-blocking mode, because opening a pipe without a writer would otherwise block forever.
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
   struct stat info {};
   if (descriptor >= 0 && ::fstat(descriptor, &info) == 0 && S_ISFIFO(info.st_mode)) {
@@ -80,7 +80,8 @@ Result<std::vector<std::uint8_t>> read_bytes(const fs::path& path) {
   return bytes;
 }
 
-/// Converts exhausted memory (a large file) to an Error, because exceptions must not leave the room.
+/// Converts an out-of-memory exception (due to a large file) to an Error, because exceptions must not leave
+/// the room.
 Result<std::vector<std::uint8_t>> read_all(const fs::path& path) {
   try {
     return read_bytes(path);

@@ -9,7 +9,7 @@
 
 namespace waymark {
 
-/// Default quality of JPEG files, which moves tag edges by less than the noise of a camera.
+/// Default quality of JPEG files. It shifts tag edges by less than camera noise does.
 inline constexpr int kJpegFileQuality = 95;
 
 /// Reads an image from a file, like decode_image(). Errors: NotFound, Unreadable (a folder, no permission, an
@@ -19,9 +19,9 @@ inline constexpr int kJpegFileQuality = 95;
 /// Reads the header of an image file, like probe().
 [[nodiscard]] Result<ImageInfo> probe_image(const std::filesystem::path& path);
 
-/// Writes an image; the suffix determines the format: .png, .jpg or .jpeg (kJpegFileQuality), .pgm, .ppm or
-/// .pnm, any case. Errors: InvalidArgument (empty image, unknown suffix; colour into .pgm), Unwritable
-/// (missing folder, no permission, full disk). An incomplete file is removed.
+/// Writes an image in the format given by the file extension (case-insensitive): .png, .jpg or .jpeg
+/// (kJpegFileQuality), .pgm, .ppm or .pnm. Errors: InvalidArgument (empty image, unknown extension, colour
+/// image in a .pgm), Unwritable (missing folder, no permission, full disk). An incomplete file is removed.
 [[nodiscard]] Status write_image(const std::filesystem::path& path, const ImageView& image);
 [[nodiscard]] Status write_image(const std::filesystem::path& path, const ColorImage& image);
 

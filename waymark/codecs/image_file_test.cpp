@@ -106,7 +106,7 @@ TEST(ImageFile, AFullDiskIsReported) {
   if (!fs::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
   const fs::path link = testing::fresh_folder("full") / "a.png";
   fs::create_symlink("/dev/full", link);
-  for (const int size : {4, 500}) {  // reported at close, reported at write
+  for (const int size : {4, 500}) {  // a full disk is reported on closing, and on writing
     const Status full = write_image(link, noise(size, size));
     ASSERT_FALSE(full);
     EXPECT_EQ(full.error().code, ErrorCode::Unwritable);

@@ -10,7 +10,7 @@
 
 #include <fmt/format.h>
 
-// Requires <cstddef> and <cstdio> before it, and must precede jerror.h.
+// Must be included after <cstddef> and <cstdio>, and before jerror.h.
 #include <jpeglib.h>
 
 #include <jerror.h>
@@ -18,11 +18,11 @@
 namespace waymark::codecs {
 namespace {
 
-// Progressive files usually have about ten; each requires a pass over the image.
+// Progressive files usually have about ten scans; each requires a pass over the image.
 constexpr int kMaxScans = 200;
 
-/// Warnings after which libjpeg makes up pixel values. Other warnings (stray bytes between segments, unknown
-/// versions) are harmless and common in webcam streams.
+/// Whether libjpeg makes up pixel values after this warning. Other warnings (stray bytes between segments,
+/// unknown versions) are harmless and common in webcam streams.
 bool loses_pixels(int code) {
   constexpr std::array kCodes = {JWRN_ARITH_BAD_CODE, JWRN_BOGUS_PROGRESSION, JWRN_HIT_MARKER,
                                  JWRN_HUFF_BAD_CODE,  JWRN_JPEG_EOF,          JWRN_MUST_RESYNC,
@@ -30,8 +30,8 @@ bool loses_pixels(int code) {
   return std::find(kCodes.begin(), kCodes.end(), code) != kCodes.end();
 }
 
-/// Decoder of one JPEG. libjpeg reports errors by longjmp, which skips destructors. Therefore everything that
-/// owns memory is in this object or outside, and the skipped frames hold only plain values.
+/// Decoder for one JPEG. libjpeg reports errors with longjmp, which skips destructors. Therefore all memory
+/// is owned by this object or its callers, and the skipped stack frames hold only plain values.
 class JpegReader {
  public:
   explicit JpegReader(const Input& input) : input_(input) {
@@ -40,7 +40,7 @@ class JpegReader {
     errors_.emit_message = [](j_common_ptr c, int level) {
       if (level < 0 && loses_pixels(c->err->msg_code)) self(c).stop();
     };
-    errors_.output_message = [](j_common_ptr) {};  // never to stderr
+    errors_.output_message = [](j_common_ptr) {};  // never print to stderr
     source_.init_source = [](j_decompress_ptr) {};
     source_.term_source = [](j_decompress_ptr) {};
     source_.fill_input_buffer = [](j_decompress_ptr c) -> boolean { self(c).run_out(); };
@@ -80,7 +80,7 @@ class JpegReader {
     }
     row_.resize(inks ? 4 * static_cast<std::size_t>(image.width()) : 0);
     const bool good = guarded([&] {
-      // Coefficients of a progressive file: 2 bytes per sample, up to 4 channels.
+      // The coefficients of a progressive file take 2 bytes per sample, in up to 4 channels.
       const auto memory = 8 * options.max_pixels + (std::int64_t{64} << 20);
       cinfo_.mem->max_memory_to_use =
           static_cast<long>(std::min<std::int64_t>(memory, std::numeric_limits<long>::max()));
@@ -120,7 +120,7 @@ class JpegReader {
     return *static_cast<JpegReader*>(cinfo->client_data);
   }
 
-  /// Runs C calls; false when libjpeg failed.
+  /// Runs C calls; returns false if libjpeg fails.
   template <class Calls>
   bool guarded(Calls calls) {
     if (setjmp(jump_) != 0) return false;
@@ -146,7 +146,7 @@ class JpegReader {
     source_.bytes_in_buffer -= static_cast<std::size_t>(count);
   }
 
-  /// A file of several scans may end before the scan of some channel; libjpeg then fills the channel with
+  /// A file with several scans may end before the scan of a channel; libjpeg then fills the channel with
   /// mid-grey.
   void expect_all_channels() {
     for (int i = 0; i < cinfo_.num_components; ++i) {
@@ -229,14 +229,14 @@ Result<Image> decode_jpeg(const Input& input, const DecodeOptions& options) {
 
 namespace {
 
-/// Encoder of one JPEG into memory that libjpeg grows. As in the reader, frames that longjmp skips own
+/// Encodes one JPEG into memory that libjpeg grows. As in the reader, the stack frames that longjmp skips own
 /// nothing.
 class JpegWriter {
  public:
   JpegWriter() {
     cinfo_.err = jpeg_std_error(&errors_);
     errors_.error_exit = [](j_common_ptr c) { static_cast<JpegWriter*>(c->client_data)->stop(); };
-    errors_.output_message = [](j_common_ptr) {};  // never to stderr
+    errors_.output_message = [](j_common_ptr) {};  // never print to stderr
     cinfo_.client_data = this;
   }
   ~JpegWriter() {

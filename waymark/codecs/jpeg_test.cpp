@@ -9,7 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-// Requires <cstddef> and <cstdio> before it.
+// Must be included after <cstddef> and <cstdio>.
 #include <jpeglib.h>
 
 #include "tests/support/golden_page.hpp"
@@ -31,7 +31,7 @@ struct Recipe {
   bool progressive = false;
   bool arithmetic = false;
   unsigned restart_interval = 0;
-  bool luma_last = false;  ///< one scan per channel, the first channel in the last scan
+  bool luma_last = false;  ///< one scan per channel, with the first channel in the last scan
 };
 
 Bytes write(const Recipe& recipe, const Bytes& samples) {
@@ -167,7 +167,7 @@ TEST(Jpeg, TruncationAnywhereIsAnErrorNeverAGreyImage) {
 }
 
 TEST(Jpeg, AMissingPartInTheMiddleIsAnError) {
-  // As after an interrupted transfer: three quarters of the data, then the end marker.
+  // As after an interrupted transfer, only three quarters of the data precede the end marker.
   for (const auto& [kind, whole] : all_kinds()) {
     Bytes half(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(whole.size() * 3 / 4));
     half.insert(half.end(), {0xff, 0xd9});

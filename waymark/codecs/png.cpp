@@ -14,24 +14,24 @@ namespace {
 
 constexpr std::size_t kMaxChunkMemory = std::size_t{8} << 20;  // limit for chunks other than pixels
 constexpr std::uint64_t kMaxDeflateRatio =
-    1032;  // RFC 1951: 258 bytes from one bit of length and one of distance
+    1032;  // RFC 1951: 258 bytes from one length bit and one distance bit
 
-/// Pixels of a pass of an interlaced PNG (W3C, "Portable Network Graphics", section 8.2).
+/// The pixels in one pass of an interlaced PNG (W3C, "Portable Network Graphics", section 8.2).
 struct Pass {
   int x, y, step_x, step_y;
 };
 constexpr std::array kAdam7 = {Pass{0, 0, 8, 8}, Pass{4, 0, 8, 8}, Pass{0, 4, 4, 8}, Pass{2, 0, 4, 4},
                                Pass{0, 2, 2, 4}, Pass{1, 0, 2, 2}, Pass{0, 1, 1, 2}};
 
-/// Decoder of one PNG. libpng reports errors by longjmp, which skips destructors. Therefore everything that
-/// owns memory is in this object or outside, and the skipped frames hold only plain values.
+/// Decoder for one PNG. libpng reports errors with longjmp, which skips destructors. Therefore all memory is
+/// owned by this object or its callers, and the skipped stack frames hold only plain values.
 class PngReader {
  public:
   explicit PngReader(const Input& input) : input_(input) {
     png_ = png_create_read_struct(
         PNG_LIBPNG_VER_STRING, this,
         [](png_structp png, png_const_charp text) { self(png_get_error_ptr(png)).stop(text); },
-        [](png_structp, png_const_charp) {});  // warnings concern unused chunks; never to stderr
+        [](png_structp, png_const_charp) {});  // warnings concern unused chunks and are not printed to stderr
     if (png_ != nullptr) info_ = png_create_info_struct(png_);
   }
   ~PngReader() { png_destroy_read_struct(&png_, &info_, nullptr); }
@@ -49,7 +49,7 @@ class PngReader {
                           PNG_UINT_31_MAX);  // check_limit() limits the number of pixels
       png_set_chunk_malloc_max(png_, kMaxChunkMemory);
       png_set_keep_unknown_chunks(png_, PNG_HANDLE_CHUNK_NEVER, nullptr,
-                                  -1);  // all chunks but the pixels and those they require
+                                  -1);  // all chunks except the pixels and those needed to decode them
       png_read_info(png_, info_);
     });
     if (!good) return error();
@@ -85,8 +85,8 @@ class PngReader {
     return {};
   }
 
-  /// The ratio of deflate is limited, so a short file that claims more rows is rejected before memory is
-  /// allocated.
+  /// The compression ratio of deflate is limited, so a short file that claims more rows is rejected before
+  /// memory is allocated.
   [[nodiscard]] Status check_plausible() const {
     const std::uint64_t width = png_get_image_width(png_, info_);
     const std::uint64_t height = png_get_image_height(png_, info_);
@@ -100,7 +100,7 @@ class PngReader {
  private:
   static PngReader& self(void* pointer) { return *static_cast<PngReader*>(pointer); }
 
-  /// Runs C calls; false when libpng failed.
+  /// Runs C calls; returns false if libpng fails.
   template <class Calls>
   bool guarded(Calls calls) {
     if (setjmp(jump_) != 0) return false;
@@ -126,7 +126,7 @@ class PngReader {
   /// image in memory.
   void read_passes(Image& image) {
     for (const Pass& pass : kAdam7) {
-      if (pass.x >= image.width()) continue;  // the file does not contain passes without pixels
+      if (pass.x >= image.width()) continue;  // passes without pixels are not stored in the file
       const int columns = (image.width() - pass.x + pass.step_x - 1) / pass.step_x;
       for (int y = pass.y; y < image.height(); y += pass.step_y)
         read_row(image.row(y) + pass.x, columns, pass.step_x);
@@ -192,7 +192,7 @@ Result<Image> decode_png(const Input& input, const DecodeOptions& options) {
 
 namespace {
 
-/// Encoder of one PNG. As in the reader, frames that longjmp skips own nothing.
+/// Encodes one PNG. As in the reader, the stack frames that longjmp skips own nothing.
 class PngWriter {
  public:
   PngWriter() {
@@ -225,7 +225,7 @@ class PngWriter {
   [[nodiscard]] const char* message() const { return message_.data(); }
 
  private:
-  /// Exceptions must not cross the frames of libpng.
+  /// Exceptions must not cross libpng's stack frames.
   static void append(png_structp png, png_bytep data, png_size_t count) {
     auto& bytes = static_cast<PngWriter*>(png_get_io_ptr(png))->bytes_;
     bool stored = true;

@@ -17,7 +17,7 @@ namespace {
 using ::testing::HasSubstr;
 using Bytes = std::vector<std::uint8_t>;
 
-/// A PNG of any kind, written by libpng from rows in its own format (16 bits big-endian).
+/// A PNG of any kind, written by libpng from rows as stored in a PNG (16 bits big-endian).
 struct Recipe {
   int width = 0, height = 0;
   int color_type = PNG_COLOR_TYPE_GRAY;
@@ -97,7 +97,7 @@ TEST(Png, PalettesAreLookedUp) {
   Recipe recipe{.width = 3, .height = 1, .color_type = PNG_COLOR_TYPE_PALETTE, .depth = 2};
   recipe.palette = {{255, 0, 0}, {10, 20, 30}, {255, 255, 255}};
   EXPECT_EQ(first_row(write(recipe, {0b00011000})), (std::vector{76, 18, 255}));
-  recipe.palette_alpha = {0, 255};  // the first is fully transparent: white
+  recipe.palette_alpha = {0, 255};  // the first is fully transparent, so it is rendered white
   EXPECT_EQ(first_row(write(recipe, {0b00011000})), (std::vector{255, 18, 255}));
 }
 
@@ -179,14 +179,14 @@ TEST(Png, AChecksumErrorHasItsPlace) {
   testing::expect_on_page("files", image.error());
 }
 
-/// Sets width and height of a PNG and recomputes the checksum of its header.
+/// Sets the width and height of a PNG and recomputes the checksum of its header.
 Bytes with_size(Bytes png, std::uint32_t width, std::uint32_t height) {
   const auto put = [&](std::size_t at, std::uint32_t value) {
     for (std::size_t i = 0; i < 4; ++i) png[at + i] = static_cast<std::uint8_t>(value >> (24 - 8 * i));
   };
   put(16, width);
   put(20, height);
-  std::uint32_t crc = 0xffffffffU;  // over type and content
+  std::uint32_t crc = 0xffffffffU;  // computed over type and content
   for (std::size_t i = 12; i < 29; ++i) {
     crc ^= png[i];
     for (int k = 0; k < 8; ++k) crc = (crc >> 1U) ^ ((crc & 1U) != 0 ? 0xedb88320U : 0U);

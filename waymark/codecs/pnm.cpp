@@ -27,7 +27,7 @@ struct Header {
   }
 };
 
-/// Tokenizer of a PNM.
+/// Tokenizer for PNM.
 class Reader {
  public:
   Reader(const Input& input, std::size_t position) : input_(input), position_(position) {}
@@ -104,12 +104,12 @@ Result<Header> read_header(const Input& input) {
   return header;
 }
 
-/// Whether the input can contain all samples that the header claims; checked before allocation.
+/// Checks, before allocation, that the input can contain all samples that the header claims.
 Status check_complete(const Input& input, const Header& header) {
   const std::uint64_t there = input.bytes.size() - header.pixels;
   const std::uint64_t bytes_each = header.max > 255 ? 2 : 1;
-  // Text has at least one digit per sample and white space between samples. samples() < 2^63 * 3 cannot be
-  // doubled, so `there` is halved.
+  // In text, each sample has at least one digit and samples are separated by white space. samples() < 2^63 *
+  // 3 cannot be doubled without overflow, so `there` is halved.
   const bool complete =
       header.text ? header.samples() <= there / 2 + 1 : header.samples() <= there / bytes_each;
   if (complete) return {};
@@ -133,7 +133,7 @@ class TextSamples {
   Reader reader_;
 };
 
-/// Samples as bytes, or as big-endian pairs of bytes for a maximum above 255 (P5, P6).
+/// Samples as bytes, or as big-endian byte pairs if the maximum exceeds 255 (P5, P6).
 class RawSamples {
  public:
   RawSamples(const Input& input, const Header& header)
@@ -151,7 +151,7 @@ class RawSamples {
   Input input_;
 };
 
-/// Fills the image from Text- or RawSamples.
+/// Fills the image from TextSamples or RawSamples.
 template <class Samples>
 Status fill(Image& image, const Header& header, Samples samples) {
   std::array<std::uint64_t, 3> pixel{};
