@@ -11,7 +11,8 @@
 
 namespace waymark {
 
-/// A marker of a dictionary: the cells within its black border, row by row from the top left; true is black.
+/// A marker from a dictionary: the cells within its black border, row by row from the top left; true means
+/// black.
 struct MarkerCells {
   int width = 0;
   std::vector<bool> black{};
@@ -19,8 +20,9 @@ struct MarkerCells {
 
 /// The corners of a board found in one image.
 struct FoundBoard {
-  std::vector<BoardCorner> corners{};  ///< by number; empty: no board found
-  /// For a ChArUco board: side of its markers divided by the side of their squares, measured in the image.
+  std::vector<BoardCorner> corners{};  ///< ordered by number; empty if no board was found
+  /// For a ChArUco board, the side of its markers divided by the side of its squares, as measured in the
+  /// image.
   std::optional<double> marker_share{};
 };
 
@@ -41,12 +43,12 @@ class BoardFinder {
   /// The cells of a printed marker. Fails (InvalidArgument) on an unknown dictionary or number.
   [[nodiscard]] Result<MarkerCells> marker(const std::string& dictionary, int number) const;
 
-  /// Identifies the dictionary of the markers in an image, for any board. Returns the smallest dictionary
-  /// that contains all of them ("5x5_100"), or "aprilgrid" for tags of tag36h11 with a border of two cells.
-  /// Empty if fewer than four markers of any dictionary are found. Slow, because it tries all dictionaries.
+  /// Identifies the dictionary of the markers in an image of any board. Returns the smallest dictionary that
+  /// contains all of them ("5x5_100"), or "aprilgrid" for tag36h11 tags with a two-cell border. Empty unless
+  /// at least four markers of some dictionary are found. Slow, because it tries all dictionaries.
   [[nodiscard]] Result<std::string> name_markers(const ImageView& image) const;
 
-  /// The functions of the module; for the module only.
+  /// The module's functions, for use by the module only.
   struct Functions {
     void (*find)(const ImageView&, const CalibrationBoard&, FoundBoard&, Error&) = nullptr;
     void (*marker)(const std::string&, int, MarkerCells&, Error&) = nullptr;

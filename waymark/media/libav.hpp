@@ -17,7 +17,7 @@ extern "C" {
 
 #include "waymark/base/error.hpp"
 
-/// The functions of libavformat, libavcodec and libavutil used here, looked up at first use.
+/// The functions of libavformat, libavcodec and libavutil used here, looked up on first use.
 namespace waymark::internal {
 
 // clang-format has no stable layout for these lists.
@@ -73,13 +73,13 @@ struct Libav {
 #undef WAYMARK_LIBAV_MEMBER
 };
 
-/// The libraries, loaded by the first call and then kept; their own messages are disabled. Fails
-/// (Unsupported) if they are missing; the hint names the packages to install. Thread-safe.
+/// The libraries, which the first call loads and which stay loaded; their own log messages are disabled.
+/// Fails (Unsupported) if they are missing; the hint names the packages to install. Thread-safe.
 [[nodiscard]] Result<const Libav*> libav();
 /// The library's description of an error code.
 [[nodiscard]] std::string text_of(const Libav& av, int error);
 
-/// Frees what the libraries allocated.
+/// Frees memory allocated by the libraries.
 struct LibavDeleter {
   const Libav* av = nullptr;
   void operator()(AVCodecContext* codec) const { av->avcodec_free_context(&codec); }

@@ -21,7 +21,7 @@
 
 namespace waymark::internal {
 
-/// Problems of one video, one entry per kind.
+/// Problems found in one video, with one entry per kind.
 class VideoProblems {
  public:
   explicit VideoProblems(std::string source) : source_(std::move(source)) {}
@@ -29,8 +29,8 @@ class VideoProblems {
   /// Counts a problem; the first of a kind keeps its message and place.
   void add(const std::string& key, ErrorCode code, const std::string& message,
            std::optional<std::int64_t> byte = {}, const std::string& hint = {});
-  /// Call at the end of a file of `size_bytes`. Checks whether its images or its packets end before its
-  /// stated duration.
+  /// Checks whether the images or packets of a file of `size_bytes` end before its stated duration. Must be
+  /// called at the end of the file.
   void add_end(const VideoInfo& info, Duration last_picture, Duration last_packet, std::int64_t size_bytes);
   /// Reports the rotation that players apply.
   void add_rotation(const VideoInfo& info);
@@ -88,7 +88,7 @@ namespace {
 /// "12.345 s".
 std::string in_seconds(Duration since_start) { return fmt::format("{:.3f} s", to_seconds(since_start)); }
 
-/// One component of one row, as eight bits.
+/// One component of one row, converted to eight bits.
 class Component {
  public:
   Component(const AVFrame& frame, const AVPixFmtDescriptor& format, std::size_t which)
@@ -145,10 +145,10 @@ void fill_from_rgb(const AVFrame& frame, const AVPixFmtDescriptor& format, Image
   }
 }
 
-/// The luma of a decoded image. Returns its own plane if that has eight bits and rows in order. Otherwise
-/// converts it into `storage`: rounds deeper samples down to eight bits, unpacks packed formats, applies Rec.
-/// 601 to RGB. Fails (Unsupported) on palettes, Bayer patterns, floating point, and images in the memory of a
-/// graphics card.
+/// The luma of a decoded image. Returns the image's own plane if it has eight bits and its rows are in order.
+/// Otherwise converts the luma into `storage`: rounds deeper samples down to eight bits, unpacks packed
+/// formats, applies Rec. 601 to RGB. Fails (Unsupported) on palettes, Bayer patterns, floating point, and
+/// images in graphics memory.
 Result<ImageView> luma_of(const Libav& av, const AVFrame& frame, Image& storage) {
   const AVPixFmtDescriptor* format = av.av_pix_fmt_desc_get(static_cast<AVPixelFormat>(frame.format));
   constexpr std::uint64_t kUnknown = AV_PIX_FMT_FLAG_PAL | AV_PIX_FMT_FLAG_BITSTREAM |
@@ -332,23 +332,23 @@ struct VideoStream {
 
 namespace {
 
-/// The time in nanoseconds; nothing if the time is missing or implausible.
+/// The time in nanoseconds; empty if it is missing or implausible.
 std::optional<Duration> time_of(const Libav& av, std::int64_t ticks, AVRational time_base) {
   if (ticks == AV_NOPTS_VALUE || time_base.num <= 0 || time_base.den <= 0) return std::nullopt;
   constexpr AVRational kNanoseconds = {1, 1'000'000'000};
-  constexpr std::int64_t kMaxTime_ns = 1'000'000'000'000'000'000;  // 30 years
+  constexpr std::int64_t kMaxTime_ns = 1'000'000'000'000'000'000;  // about 30 years
   const std::int64_t ns = av.av_rescale_q(ticks, time_base, kNanoseconds);
   if (ns < -kMaxTime_ns || ns > kMaxTime_ns) return std::nullopt;
   return Duration(ns);
 }
 
-// Containers of videos. Excluded: play lists and other formats that name further files, images, and formats
-// that read from networks and devices.
+// Video containers. Playlists and other formats that refer to other files, image formats, and formats that
+// read from networks or devices are excluded.
 constexpr const char* kContainers =
     "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,mpegts,mpeg,h264,hevc,mjpeg,ivf,obu,m4v,flv,ogg,wav,mp3,aac,"
     "flac";
 
-/// A file may name other files; those are never opened.
+/// A file may refer to other files, which are never opened.
 int open_nothing(AVFormatContext* /*context*/, AVIOContext** opened, const char* /*url*/, int /*flags*/,
                  AVDictionary** /*options*/) {
   *opened = nullptr;
@@ -374,7 +374,7 @@ Status open_container(VideoStream& video) {
   AVDictionary* options = nullptr;
   av.av_dict_set(&options, "format_whitelist", kContainers, 0);
   const int opened =
-      av.avformat_open_input(&video.format, nullptr, nullptr, &options);  // frees the format if it fails
+      av.avformat_open_input(&video.format, nullptr, nullptr, &options);  // frees the format on failure
   av.av_dict_free(&options);
   if (opened < 0) return no_video(*video.input, text_of(av, opened));
   const int found = av.avformat_find_stream_info(video.format, nullptr);
@@ -406,7 +406,7 @@ Status open_decoder(VideoStream& video, const VideoReaderOptions& options) {
     return fail(ErrorCode::LimitExceeded, "not enough memory");
   video.codec->pkt_timebase = video.stream->time_base;
   video.codec->thread_count = options.threads;
-  // With frame threads, whether damage is detected depends on the order of threads.
+  // With frame threading, whether damage is detected depends on the order in which threads run.
   video.codec->thread_type = FF_THREAD_SLICE;
   video.codec->max_pixels = options.max_pixels;
   if (static_cast<std::int64_t>(coded.width) * coded.height > options.max_pixels)
@@ -523,11 +523,11 @@ struct VideoReader::Impl {
   Image storage{};
   std::optional<Duration> origin{};  ///< origin of the stamps
   std::optional<Duration> last{};    ///< stamp of the previous image
-  std::optional<Duration> read{};    ///< newest time of a packet, intact or damaged
+  std::optional<Duration> read{};    ///< latest packet time, whether intact or damaged
   std::int64_t delivered = 0;
   int failures = 0;  ///< consecutive read errors
   bool wait_for_key = false;
-  bool drained = false;  ///< the decoder was flushed: no packet follows
+  bool drained = false;  ///< the decoder has been flushed, so no packets follow
   bool ended = false;
 };
 

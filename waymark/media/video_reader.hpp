@@ -16,8 +16,8 @@
 namespace waymark {
 
 struct VideoReaderOptions {
-  std::int64_t max_pixels = 100'000'000;  ///< per image; more is a LimitExceeded error
-  int threads = 0;                        ///< decoder threads; 0: one per core
+  std::int64_t max_pixels = 100'000'000;  ///< per image; exceeding this is a LimitExceeded error
+  int threads = 0;                        ///< decoder threads; 0 means one per core
   double gap_s = 1.0;                     ///< a longer time without images is reported
 
   template <class Self, class Visitor>
@@ -30,13 +30,13 @@ struct VideoReaderOptions {
   }
 };
 
-/// Properties of a video file, before any image is decoded.
+/// Properties of a video file, available before any image is decoded.
 struct VideoInfo {
   std::string container{};  ///< libavformat's name: "mov,mp4,m4a,3gp,3g2,mj2", "matroska,webm"
   std::string codec{};      ///< "h264", "hevc", "vp9", "av1", "mjpeg", …
   int width_px = 0;         ///< as stored, before any rotation
   int height_px = 0;
-  /// Degrees by which a player rotates the images clockwise for display (a phone held upright: 90). Images
+  /// Degrees by which a player rotates the images clockwise for display (90 for a phone held upright). Images
   /// are returned as stored.
   double rotation_deg = 0;
   std::optional<double> mean_rate_hz{};
@@ -44,15 +44,15 @@ struct VideoInfo {
   std::optional<std::int64_t> frames{};  ///< if the file states it
 };
 
-/// One image. The view is valid until the next call of VideoReader::next().
+/// One image. The view is valid until the next call to VideoReader::next().
 struct VideoFrame {
   ImageView luma{};        ///< as stored: full range or 16 to 235
   SensorTime stamp{};      ///< presentation time since the first image
-  std::int64_t index = 0;  ///< among the returned images
+  std::int64_t index = 0;  ///< index among the returned images
   bool is_key = false;     ///< decoded independently of other images
 };
 
-/// A problem of a video that should be shown to users.
+/// A problem with a video that should be shown to users.
 struct VideoProblem {
   std::string
       key{};  ///< stable key: video.damaged, video.no_whole_picture (to the end), video.truncated, video.gap,
@@ -76,12 +76,12 @@ class VideoReader {
   ~VideoReader();
 
   [[nodiscard]] const VideoInfo& info() const;
-  /// The next image; nothing at the end. Stamps increase. Damage is skipped and added to the problems. Fails
-  /// only if reading cannot continue (LimitExceeded).
+  /// The next image; empty at the end. Stamps always increase. Damaged data are skipped and added to the
+  /// problems. Fails only if reading cannot continue (LimitExceeded).
   [[nodiscard]] Result<std::optional<VideoFrame>> next();
-  /// Problems found so far; complete after next() has returned nothing.
+  /// Problems found so far; complete once next() has returned an empty value.
   [[nodiscard]] const std::vector<VideoProblem>& problems() const;
-  /// Fraction of the file that was read, 0 to 1.
+  /// Fraction of the file read so far, 0 to 1.
   [[nodiscard]] double progress() const;
 
  private:

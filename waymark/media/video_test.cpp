@@ -40,7 +40,7 @@ using ::testing::HasSubstr;
 constexpr int kWidth = 160;
 constexpr int kHeight = 120;
 
-/// A gradient and a moving bright block: image k of a video.
+/// Image k of a video: a gradient with a moving bright block.
 Image picture(int k, int width = kWidth, int height = kHeight) {
   Image image(width, height);
   const int left = 10 + 7 * k % (width - 50);
@@ -61,7 +61,7 @@ double mean_difference(const ImageView& a, const ImageView& b) {
   return sum / a.width / a.height;
 }
 
-/// Unevenly spaced.
+/// Stamps are unevenly spaced.
 SensorTime stamp_of(int k) { return SensorTime(std::chrono::milliseconds(1000 + 40 * k + 7 * (k % 3))); }
 
 Status write(const fs::path& path, int pictures, const VideoWriterOptions& options = {}, int width = kWidth,
@@ -85,7 +85,7 @@ struct Seen {
   }
 };
 
-/// Reads to the end. `index_at` returns the number of the image with this stamp.
+/// Reads to the end. `index_at` returns the number of the image with a given stamp.
 Seen read(VideoReader& reader, const std::function<int(SensorTime)>& index_at, int width = kWidth,
           int height = kHeight) {
   Seen seen;
@@ -101,7 +101,7 @@ Seen read(VideoReader& reader, const std::function<int(SensorTime)>& index_at, i
   return seen;
 }
 
-/// The image whose stamp, since the first, is nearest.
+/// The image whose stamp, relative to the first, is nearest.
 int nearest(SensorTime stamp) {
   int best = 0;
   const Duration since = stamp.time_since_epoch();
@@ -140,7 +140,7 @@ TEST_P(EveryKind, ImagesAndStampsRoundTrip) {
     return steady ? SensorTime(std::chrono::milliseconds(1000 + 40 * k)) : stamp_of(k);
   };
   constexpr int kPictures = 20;
-  // Includes an odd side.
+  // One side is odd.
   const Status written =
       write(path, kPictures, {.codec = kind.codec, .quality = 15, .rate_hz = 25}, kWidth + 1, kHeight, stamp);
   ASSERT_TRUE(written) << to_string(written.error());
@@ -261,7 +261,7 @@ TEST(Video, ImagesAfterDamageAreSkippedUntilTheNextIntactOne) {
     // No images between key frames are predicted from later ones.
     ASSERT_TRUE(write(folder / name, 150, {.quality = 20, .key_interval = 25}));
     const auto whole = bytes_of(folder / name);
-    for (int hole = 0; hole < 8; ++hole) {  // in the middle of an image, across its edges, across several
+    for (int hole = 0; hole < 8; ++hole) {  // within an image, across its edges, across several images
       const std::string where = fmt::format("{}, hole {}", name, hole);
       auto bytes = whole;
       const std::size_t first = bytes.size() * 2 / 5 + static_cast<std::size_t>(hole) * 97;
@@ -280,12 +280,12 @@ TEST(Video, ImagesAfterDamageAreSkippedUntilTheNextIntactOne) {
   }
 }
 
-// All further images are predicted from damaged ones, and the file has its full length.
+// All later images are predicted from damaged ones, and the file has its full length.
 TEST(Video, AFileWithoutIntactImagesAfterDamageIsNotReportedAsTruncated) {
   const fs::path path = testing::fresh_folder("video_hole_to_end") / "walk.mp4";
   auto writer = VideoWriter::create(path, kWidth, kHeight, {.quality = 20, .key_interval = 10000});
   ASSERT_TRUE(writer) << to_string(writer.error());
-  for (int k = 0; k < 150; ++k)  // back and forth: a jump would create a key frame
+  for (int k = 0; k < 150; ++k)  // moves back and forth, because a jump would create a key frame
     ASSERT_TRUE(writer->add(picture(std::abs(k % 12 - 6)).view(), stamp_of(k)));
   ASSERT_TRUE(writer->close());
   auto bytes = bytes_of(path);

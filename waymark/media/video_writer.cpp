@@ -22,19 +22,19 @@
 namespace waymark::internal {
 namespace {
 
-/// An image in the layout of encoders: a luma plane, and two chroma planes with half its width and height;
-/// full range.
+/// An image in the layout that encoders require: a luma plane, and two chroma planes with half its width and
+/// height; full range.
 struct Yuv420 {
   std::uint8_t* y = nullptr;
   std::uint8_t* cb = nullptr;
   std::uint8_t* cr = nullptr;
   std::ptrdiff_t y_stride = 0, cb_stride = 0, cr_stride = 0;
-  int width = 0, height = 0;  ///< even; a missing last column or row is repeated
+  int width = 0, height = 0;  ///< even; the last column or row is repeated if necessary
 };
 
 constexpr std::uint8_t kNoColor = 128;
 
-/// 128 and a weighted sum of four pixels, weights in 1e-4.
+/// 128 plus a weighted sum of four pixels, with weights in units of 1e-4.
 std::uint8_t chroma(int sum) {
   constexpr int kShare = 4 * 10'000;
   const int rounded = (sum + (sum >= 0 ? kShare / 2 : -kShare / 2)) / kShare;
@@ -55,7 +55,7 @@ void fill(const ImageView& image, const Yuv420& to) {
   }
 }
 
-/// Rec. 601; chroma is the mean of four pixels.
+/// Converts to Rec. 601; each chroma value is the mean over four pixels.
 void fill(const ColorImage& image, const Yuv420& to) {
   const auto pixel = [&](int x, int y) {
     return image.row(std::min(y, image.height() - 1))[std::min(x, image.width() - 1)];
@@ -87,7 +87,7 @@ struct Encoder {
   std::vector<std::pair<const char*, std::string>> settings;
 };
 
-/// Encoders of a codec, the preferred first; the caller skips those that a build lacks.
+/// Encoders for a codec, in order of preference; the caller skips those missing from a build.
 std::vector<Encoder> encoders_of(VideoCodec codec, int quality) {
   const std::string crf = std::to_string(quality);
   const std::string crf63 = std::to_string(quality * 63 / 51);
@@ -113,7 +113,7 @@ void set_quality(AVCodecContext& encoder, int quality) {
 }
 
 /// Opens the first installed encoder for this codec. The container determines `needs_global_header` and
-/// `may_reorder` (images predicted from later ones).
+/// `may_reorder` (whether images may be predicted from later ones).
 Result<LibavPtr<AVCodecContext>> open_encoder(const Libav& av, VideoCodec codec, int width_px, int height_px,
                                               AVRational time_base, bool needs_global_header,
                                               bool may_reorder, const VideoWriterOptions& options) {
@@ -190,7 +190,7 @@ struct VideoWriter::Impl {
   std::optional<SensorTime> first{};
   SensorTime last{};
   std::int64_t last_ticks = -1;
-  bool begun = false;  ///< the header is written
+  bool begun = false;  ///< the header has been written
   bool done = false;
 };
 
@@ -232,7 +232,7 @@ VideoWriter::Impl::~Impl() {
   if (!done) std::filesystem::remove(beside, ignored);
 }
 
-/// Stores the rotation for players; containers without a field for it lose it.
+/// Stores the rotation for players; it is lost in containers without a field for it.
 Status VideoWriter::Impl::add_rotation(double clockwise_deg) {
   if (clockwise_deg == 0) return {};
   constexpr std::size_t kMatrix = 9 * sizeof(std::int32_t);
@@ -281,7 +281,7 @@ Status VideoWriter::Impl::open(int width, int height, const VideoWriterOptions& 
   return begun ? Status() : unwritable(error);
 }
 
-/// Passes an image to the encoder (nullptr: flushes the encoder), and writes its packets to the file.
+/// Passes an image to the encoder (nullptr flushes it) and writes the encoder's packets to the file.
 Status VideoWriter::Impl::encode(AVFrame* picture) {
   int got = av.avcodec_send_frame(encoder.get(), picture);
   while (got >= 0) {

@@ -15,32 +15,33 @@ namespace waymark {
 enum class VideoCodec : std::uint8_t { H264, Hevc, Vp9, Av1, Mjpeg };
 
 struct VideoWriterOptions {
-  /// Default: VP9 in .webm, motion JPEG in .avi, H.264 in others.
+  /// By default, VP9 in .webm, Motion JPEG in .avi and H.264 in all others.
   std::optional<VideoCodec> codec{};
-  int quality = 20;         ///< 0 (best) to 51, the rate factor of H.264; other codecs use an equivalent
-  double rate_hz = 30;      ///< the nominal rate; the time step of .avi, which has no other stamps
-  int key_interval = 60;    ///< [images] between two that are decoded independently
-  double rotation_deg = 0;  ///< by which players rotate the images clockwise
+  int quality = 20;         ///< 0 (best) to 51, the H.264 rate factor; other codecs use an equivalent
+  double rate_hz = 30;      ///< nominal rate; also the time step in .avi files, which have no other stamps
+  int key_interval = 60;    ///< number of images between two that are decoded independently
+  double rotation_deg = 0;  ///< clockwise rotation that players apply to the images
 };
 
 /// Writes a video file. It is a temporary file in the same folder until close() renames it.
 class VideoWriter {
  public:
-  /// .mp4 .mov .m4v .mkv .webm .avi. Odd sides are padded by repeating the last column or row. Errors:
-  /// InvalidArgument (size, name), Unsupported (no libav, no encoder for this codec), Unwritable.
+  /// Opens a .mp4, .mov, .m4v, .mkv, .webm or .avi file. Odd sides are padded by repeating the last column or
+  /// row. Errors: InvalidArgument (size, name), Unsupported (no libav, no encoder for this codec),
+  /// Unwritable.
   [[nodiscard]] static Result<VideoWriter> create(const std::filesystem::path& path, int width_px,
                                                   int height_px, const VideoWriterOptions& options = {});
   VideoWriter(VideoWriter&&) noexcept;
   VideoWriter& operator=(VideoWriter&&) noexcept;
-  /// Without close() the file is removed.
+  /// Removes the file unless close() has been called.
   ~VideoWriter();
 
   /// Grey levels become luma unchanged (full range). Stamps must increase; they are stored in microseconds
-  /// (.mkv and .webm: milliseconds). Errors: InvalidArgument (another size, a stamp that does not increase),
-  /// Unwritable.
+  /// (.mkv and .webm: milliseconds). Errors: InvalidArgument (a different size, a stamp that does not
+  /// increase), Unwritable.
   [[nodiscard]] Status add(const ImageView& image, SensorTime stamp);
   [[nodiscard]] Status add(const ColorImage& image, SensorTime stamp);
-  /// Finishes the file and moves it to its name.
+  /// Finishes the file and renames it to its final name.
   [[nodiscard]] Status close();
 
  private:

@@ -59,7 +59,7 @@ std::string plain(std::string_view name) {
   return lower.starts_with(kPrefix) ? lower.substr(kPrefix.size()) : lower;
 }
 
-/// All names, the smallest dictionary of each width first.
+/// All names, with the smallest dictionary of each width first.
 std::vector<std::string> dictionary_names() {
   std::vector<std::string> names;
   names.reserve(kDictionaries.size());
@@ -77,7 +77,7 @@ Result<cv::Ptr<cv::aruco::Dictionary>> marker_dictionary(const std::string& name
               {.key = "dictionary"}, suggestion(wanted, dictionary_names()));
 }
 
-constexpr int kAprilGridBorder = 2;  // cells
+constexpr int kAprilGridBorder = 2;  // in cells
 
 std::size_t count_markers(const cv::Mat& grey, const cv::Ptr<cv::aruco::Dictionary>& dictionary,
                           int border_cells) {
@@ -108,13 +108,12 @@ Result<MarkerCells> marker_cells(const std::string& name, int number) {
 }
 
 std::string name_markers(const ImageView& image) {
-  constexpr std::size_t kMinMarkers = 4;  // fewer may be misreadings
+  constexpr std::size_t kMinMarkers = 4;  // fewer may be misread
   const cv::Mat grey(image.height, image.width, CV_8UC1, const_cast<std::uint8_t*>(image.data),
                      static_cast<std::size_t>(image.stride));
   std::string best;
   std::size_t most = kMinMarkers - 1;
-  for (const std::string& name :
-       dictionary_names()) {  // of those that contain all, the first is the smallest
+  for (const std::string& name : dictionary_names()) {  // the first that contains all of them is the smallest
     const std::size_t count = count_markers(grey, *marker_dictionary(name), 1);
     if (count > most) best = name;
     most = std::max(most, count);
@@ -147,7 +146,7 @@ bool may_show_chessboard(const cv::Mat& grey, const cv::Size& inner) {
   return cv::checkChessboard(small, inner) || cv::checkChessboard(grey, inner);
 }
 
-/// The markers of a board in an image, by number; duplicates are omitted.
+/// The markers of a board found in an image, by number; duplicates are omitted.
 using SeenMarkers = std::map<int, std::vector<cv::Point2f>>;
 
 Result<SeenMarkers> find_markers(const cv::Mat& grey, const std::string& name, int border_cells,
@@ -175,7 +174,7 @@ Result<SeenMarkers> find_markers(const cv::Mat& grey, const std::string& name, i
 
 double distance_px(const cv::Point2f& a, const cv::Point2f& b) { return std::hypot(a.x - b.x, a.y - b.y); }
 
-/// A corner to be refined, and the radius around it without other edges.
+/// A corner to be refined, and a radius around it that contains no other edges.
 struct Guess {
   int number = 0;
   cv::Point2f at{};
@@ -197,7 +196,7 @@ std::vector<BoardCorner> refine(const cv::Mat& grey, const std::vector<Guess>& g
     std::vector<cv::Point2f> point{at};
     cv::cornerSubPix(grey, point, {window, window}, {-1, -1},
                      {cv::TermCriteria::EPS | cv::TermCriteria::COUNT, 50, 1e-3});
-    // OpenCV resets a diverged corner to exactly its start.
+    // OpenCV resets a corner that diverges to exactly its initial position.
     if (point.front() != at && distance_px(point.front(), at) < window)
       corners.push_back(corner_at(guess.number, point.front()));
   }
@@ -239,7 +238,7 @@ cv::Point2f predicted_corner(const BoardMarker& marker, const std::vector<cv::Po
   return point.front();
 }
 
-/// A corner between two markers, estimated from those of the two that were found. Nothing if their estimates
+/// A corner between two markers, estimated from those of the two that were found. Empty if their estimates
 /// contradict each other.
 std::optional<Guess> guess_between(int number, const Eigen::Vector2d& corner_m, const CalibrationBoard& board,
                                    const std::vector<BoardMarker>& markers, const SeenMarkers& seen) {
@@ -258,7 +257,7 @@ std::optional<Guess> guess_between(int number, const Eigen::Vector2d& corner_m, 
   return Guess{number, at, free_px};
 }
 
-/// Side of a marker divided by the side of its square, using the homography of the square. With wide edges
+/// Side of a marker divided by the side of its square, using the homography of the square. If edges are wide,
 /// the detector's corners lie inside the marker, so they are refined.
 double share_of_square(const cv::Mat& grey, const std::array<cv::Point2f, 4>& square,
                        std::vector<cv::Point2f> marker) {
@@ -274,7 +273,7 @@ double share_of_square(const cv::Mat& grey, const std::array<cv::Point2f, 4>& sq
   return sum / 4;
 }
 
-/// The median over the markers whose squares have all four corners; nothing if too few markers qualify.
+/// The median over the markers whose squares have all four corners; empty if too few markers qualify.
 std::optional<double> share_of_squares(const cv::Mat& grey, const CalibrationBoard& board,
                                        const SeenMarkers& seen, const std::vector<BoardCorner>& corners) {
   constexpr std::size_t kMinMarkers = 4;
@@ -290,7 +289,7 @@ std::optional<double> share_of_squares(const cv::Mat& grey, const CalibrationBoa
     };
     const int column = cells(marker.middle_m.x(), board.columns);
     const int row = cells(marker.middle_m.y(), board.rows);
-    const int first = (row - 1) * inner + column - 1;  // the corner of the square at its upper left
+    const int first = (row - 1) * inner + column - 1;  // the corner at the square's upper left
     const std::array<int, 4> around = {first, first + 1, first + inner + 1, first + inner};
     const auto found = seen.find(marker.id);
     const bool within = column > 0 && row > 0 && column < inner && row + 1 < board.rows;
@@ -319,7 +318,7 @@ Result<FoundBoard> find_charuco(const cv::Mat& grey, const CalibrationBoard& boa
   return found;
 }
 
-/// Corners of the tags of an AprilGrid; each is also the corner of a black square. OpenCV's tags of this
+/// Finds the tag corners of an AprilGrid; each is also the corner of a black square. OpenCV's tags of this
 /// family are rotated by 180 degrees, so they begin with the lower right corner.
 Result<FoundBoard> find_april_grid(const cv::Mat& grey, const CalibrationBoard& board) {
   constexpr int kBorderCells = 2;

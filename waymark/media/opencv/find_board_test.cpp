@@ -1,5 +1,5 @@
-// Checks on boards rendered from their geometry that corners are found at their rendered positions with the
-// board's numbers.
+// Renders boards from their geometry and checks that corners are found at their rendered positions, with the
+// numbers of the board.
 #include "waymark/media/opencv/find_board.hpp"
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace {
 constexpr int kWidth = 640;
 constexpr int kHeight = 480;
 
-/// Homography from board to image: a mild perspective, about 700 px per metre.
+/// Homography from the board to the image, with mild perspective and about 700 px per metre.
 Eigen::Matrix3d view(double tilt = 0.3) {
   Eigen::Matrix3d H;
   H << 1500, 90, 320, -60, 1450, 240, tilt, -0.5 * tilt, 1;
@@ -69,7 +69,7 @@ Image painted(const CalibrationBoard& board, const Eigen::Matrix3d& px_H_board) 
   return image;
 }
 
-/// A chessboard is symmetric under half a turn; its corners may be numbered from the other end.
+/// A chessboard is symmetric under half a turn, so its corners may be numbered from the other end.
 void expect_corners(const CalibrationBoard& board, const Eigen::Matrix3d& px_H_board, std::size_t fewest) {
   const auto found = find_board(painted(board, px_H_board).view(), board);
   ASSERT_TRUE(found) << to_string(found.error());
@@ -127,7 +127,7 @@ TEST(FindBoard, FindsNothingWithoutABoard) {
 
 TEST(FindBoard, ATooSmallOrUnknownDictionaryIsAnError) {
   CalibrationBoard large = charuco();
-  large.first_id = 45;  // of 50, and 17 markers
+  large.first_id = 45;  // of 50 ids, but the board has 17 markers
   const auto found = find_board(painted(charuco(), view()).view(), large);
   ASSERT_FALSE(found);
   EXPECT_EQ(found.error().place.key, "dictionary");

@@ -1,4 +1,4 @@
-// The only symbol of the module libwaymark-boards.so.
+// The only symbol exported by the module libwaymark-boards.so.
 #include <exception>
 #include <string>
 #include <utility>
@@ -7,7 +7,7 @@
 
 namespace {
 
-/// OpenCV reports errors as exceptions, which must not cross the border of the module.
+/// OpenCV reports errors as exceptions, which must not cross the module boundary.
 template <class Value, class Call>
 void call(const Call& made, Value& value, waymark::Error& error) {
   try {
