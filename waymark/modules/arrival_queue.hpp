@@ -13,9 +13,9 @@
 
 namespace waymark {
 
-/// A queue from the network's threads to one receiver, with the messages of all subscriptions in order of
+/// A queue from the network threads to one receiver. It holds the messages of all subscriptions in order of
 /// arrival. At most `depth` messages per subscription are queued; when the queue is full, the oldest are
-/// dropped and counted. `Message` has a member `subscription` with the number of its subscription.
+/// dropped and counted. `Message` must have a member `subscription` with the number of its subscription.
 /// Thread-safe.
 template <class Message>
 class ArrivalQueue {

@@ -7,13 +7,13 @@
 namespace waymark {
 
 /// A third-party library that is loaded on first use and never unloaded, so that programs that do not need it
-/// start without it.
+/// can start without it.
 class SharedLibrary {
  public:
-  /// `name`: the file name for the loader, such as "liblcm.so.1".
+  /// `name` is the file name passed to the loader, such as "liblcm.so.1".
   explicit SharedLibrary(std::string name);
 
-  /// Sets `function` to the symbol; null if it is missing.
+  /// Sets `function` to the symbol, or to null if the symbol is missing.
   template <class Function>
   void look_up(const char* symbol, Function& function) {
     function = reinterpret_cast<Function>(find(symbol));
