@@ -20,9 +20,9 @@ namespace {
   F(SDL_GameControllerGetButton) F(SDL_GameControllerSetLED) F(SDL_GameControllerRumble)
 // clang-format on
 
-/// The functions of SDL used here, looked up on first use. Linking SDL would load 36 shared libraries for
-/// windows and sound, and every start would take 1.6 times the processor time. (Measured in one run as
-/// medians of starts that print the version, with and without LD_PRELOAD=libSDL2-2.0.so.0.)
+/// The SDL functions used here, looked up on first use. Linking against SDL would load 36 shared libraries
+/// for windows and sound, and every start would take 1.6 times the processor time. (These are medians of
+/// starts that print the version, measured in one run with and without LD_PRELOAD=libSDL2-2.0.so.0.)
 struct Libsdl {
 // NOLINTNEXTLINE(bugprone-macro-parentheses): a declaration
 #define WAYMARK_SDL_MEMBER(name) decltype(&::name) name = nullptr;
@@ -41,8 +41,8 @@ Result<Libsdl> load() {
               "Install it: sudo apt install libsdl2-2.0-0; or use `driver=keyboard`.");
 }
 
-/// The library, loaded by the first call and kept. Unsupported if it is missing, with the package in the
-/// hint. May be called from any thread.
+/// The library, which the first call loads and which stays loaded. Fails (Unsupported) if it is missing; the
+/// hint names the package. Thread-safe.
 Result<const Libsdl*> libsdl() {
   static const Result<Libsdl> loaded = load();
   if (!loaded) return tl::unexpected(loaded.error());
@@ -98,7 +98,7 @@ class SdlGamepad final : public Gamepad {
   }
 
  private:
-  /// Whether a gamepad is connected; searches again after it was unplugged.
+  /// Whether a gamepad is connected; searches again after it has been unplugged.
   bool attached() {
     if (pad_ != nullptr && sdl_.SDL_GameControllerGetAttached(pad_) == SDL_TRUE) return true;
     if (pad_ != nullptr) sdl_.SDL_GameControllerClose(pad_);
@@ -107,7 +107,7 @@ class SdlGamepad final : public Gamepad {
   }
 
   const Libsdl& sdl_;
-  SDL_GameController* pad_;  ///< nullptr: unplugged
+  SDL_GameController* pad_;  ///< nullptr while unplugged
 };
 
 }  // namespace

@@ -35,11 +35,10 @@ class Gamepad {
   Gamepad() = default;
 };
 
-/// Opens the first connected gamepad. Its layout is that of an Xbox controller, independent of its make
-/// (SDL's database). Axes: 0 left stick, left positive; 1 left stick, forward positive; 2, 3 right stick; 4,
-/// 5 triggers, 0 to 1. Buttons: 0 A, 1 B, 2 X, 3 Y, 4 back, 5 guide, 6 start, 7, 8 sticks, 9, 10 shoulders,
-/// 11 to 14 cross up, down, left, right. Fails if no gamepad is connected or the program was built without
-/// SDL2.
+/// Opens the first connected gamepad. Whatever its make, its layout is that of an Xbox controller (from SDL's
+/// database). Axes: 0 left stick, left positive; 1 left stick, forward positive; 2, 3 right stick; 4, 5
+/// triggers, 0 to 1. Buttons: 0 A, 1 B, 2 X, 3 Y, 4 back, 5 guide, 6 start, 7, 8 sticks, 9, 10 shoulders, 11
+/// to 14 cross up, down, left, right. Fails if no gamepad is connected or the program was built without SDL2.
 [[nodiscard]] Result<std::unique_ptr<Gamepad>> open_gamepad();
 
 }  // namespace waymark

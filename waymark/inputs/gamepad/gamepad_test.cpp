@@ -1,4 +1,4 @@
-// Tests with a virtual device of SDL, which is opened like a real gamepad.
+// Tests with a virtual SDL device, which is opened like a real gamepad.
 #include "waymark/inputs/gamepad/gamepad.hpp"
 
 #include <gtest/gtest.h>
@@ -32,7 +32,8 @@ namespace {
 
 SensorTime at(int ms) { return SensorTime(std::chrono::milliseconds(ms)); }
 
-/// A virtual gamepad with light and motors, connected until unplug(), and again from plug_in() on.
+/// A virtual gamepad with a light and motors. It is connected until unplug() is called, and again after
+/// plug_in().
 class VirtualPad {
  public:
   VirtualPad() {
@@ -137,7 +138,7 @@ TEST(Gamepad, WorksAgainAfterReconnectionWithLightAndRumble) {
 
   device.unplug();
   EXPECT_FALSE((*pad)->poll(at(0)));
-  (*pad)->show({.light_rgb = {1, 2, 3}});  // without effect
+  (*pad)->show({.light_rgb = {1, 2, 3}});  // has no effect
   EXPECT_FALSE((*pad)->poll(at(50)));
   device.plug_in();
   ASSERT_TRUE(device.plugged_in());

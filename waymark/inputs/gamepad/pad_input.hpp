@@ -13,7 +13,7 @@
 
 namespace waymark {
 
-/// Functions of sticks and buttons. Their numbers are defined in gamepad.hpp.
+/// Settings for driving with sticks and buttons, whose numbers are defined in gamepad.hpp.
 struct GamepadOptions {
   double speed_m_s = 0.5;
   double yaw_rate_rad_s = 1.0;
@@ -54,8 +54,8 @@ class StickDriver {
 
   /// Sets the state of the gamepad. A missing axis is centred, a missing button is not pressed.
   void add(const GamepadState& state);
-  /// The command now; empty once the button that ends the lap was pressed. Zero if the dead-man button is not
-  /// held or the gamepad has been silent for silence_s.
+  /// The current command; empty once the button that ends the lap has been pressed. Zero if the dead-man
+  /// button is not held or the gamepad has sent nothing for silence_s.
   [[nodiscard]] std::optional<VelocityCommand> drive(SensorTime now) const;
 
  private:
@@ -68,14 +68,14 @@ class StickDriver {
 class HeldPad {
  public:
   /// The current state. While the gamepad is unplugged, and afterwards until its dead-man button is released
-  /// once, sticks are centred and no button is pressed.
+  /// once, sticks are reported as centred and buttons as not pressed.
   struct Poll {
     GamepadState state{};
     bool there = true;
     std::vector<std::string> messages{};  ///< messages about disconnection and reconnection
   };
 
-  /// `dead_man_button`: its number as in gamepad.hpp.
+  /// `dead_man_button` is a button number as defined in gamepad.hpp.
   HeldPad(std::unique_ptr<Gamepad> pad, int dead_man_button)
       : pad_(std::move(pad)), dead_man_button_(dead_man_button) {}
 
@@ -91,7 +91,7 @@ class HeldPad {
   std::optional<PadSignal> shown_{};
 };
 
-/// A driver of a lap with a gamepad.
+/// Drives a lap with a gamepad.
 class PadLapDriver final : public LapDriver {
  public:
   PadLapDriver(std::unique_ptr<Gamepad> pad, double speed_m_s)
@@ -107,11 +107,11 @@ class PadLapDriver final : public LapDriver {
   StickDriver driver_;
 };
 
-/// Light and rumble for a state of the session: blue while teaching, green while replaying, red if a replay
-/// ended before its goal. It rumbles when a replay pauses or ends.
+/// The light and rumble for a session state: blue while teaching, green while replaying, red if a replay
+/// ended before its goal. The gamepad rumbles when a replay pauses or ends.
 [[nodiscard]] PadSignal signal_of(OperatorState state);
 
-/// An operator with a gamepad. A replay pauses when the pad is unplugged.
+/// An operator who uses a gamepad. A replay pauses when the gamepad is unplugged.
 class PadInput final : public OperatorInput {
  public:
   PadInput(std::unique_ptr<Gamepad> pad, double speed_m_s)

@@ -14,7 +14,7 @@
 namespace waymark {
 namespace {
 
-/// A gamepad whose state the test sets.
+/// A gamepad whose state is set by the test.
 class FakeGamepad final : public Gamepad {
  public:
   Result<GamepadState> poll(SensorTime now) override {
@@ -86,7 +86,7 @@ using E = OperatorEvent;
 
 constexpr std::size_t kB = 1, kY = 3, kBack = 4, kLeftShoulder = 9;
 
-/// A gamepad with the state of the test; unplugged if it has no buttons.
+/// A gamepad whose state is set by the test; it counts as unplugged if it has no buttons.
 class FakePad final : public Gamepad {
  public:
   explicit FakePad(const GamepadState& state) : state_(state) {}
@@ -161,7 +161,7 @@ TEST_F(Pad, UnpluggingStopsTheRobotUntilTheButtonIsReleasedOnce) {
   const auto back = driver.drive({}, at(150));
   ASSERT_EQ(back->messages.size(), 1U);
   testing::expect_on_page("inputs", back->messages[0]);
-  EXPECT_EQ(back->command, VelocityCommand{}) << "the shoulder button was not released yet";
+  EXPECT_EQ(back->command, VelocityCommand{}) << "the shoulder button has not been released yet";
   state_.buttons[kLeftShoulder] = 0;
   (void)driver.drive({}, at(200));
   state_.buttons[kLeftShoulder] = 1;
@@ -184,7 +184,7 @@ TEST_F(Pad, UnpluggingPausesAReplay) {
   EXPECT_TRUE(read(1500, OperatorState::Teaching).events.empty());
 }
 
-/// Records the signals to show.
+/// Records the signals that it is asked to show.
 class ShownPad final : public Gamepad {
  public:
   explicit ShownPad(std::vector<PadSignal>& shown) : shown_(shown) {}

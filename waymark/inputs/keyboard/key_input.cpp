@@ -31,7 +31,7 @@ std::optional<DriverKey> letter(char byte) {
   }
 }
 
-/// The arrow key whose sequence ends in this byte, as A in ESC [ A or ESC O A.
+/// The arrow key whose sequence ends in this byte, such as A in ESC [ A or ESC O A.
 std::optional<DriverKey> arrow(char byte) {
   switch (byte) {
     case 'A':
@@ -60,7 +60,7 @@ std::vector<DriverKey> take_keys(std::string& bytes) {
       ++at;
       continue;
     }
-    if (at + 1 == bytes.size()) {  // Escape alone, since a terminal sends the bytes of an arrow together
+    if (at + 1 == bytes.size()) {  // Escape alone, because the bytes of an arrow key arrive together
       keys.push_back(DriverKey::Finish);
       ++at;
       continue;

@@ -15,10 +15,10 @@
 
 namespace waymark {
 
-/// Functions of keys.
+/// Actions assigned to keys.
 enum class DriverKey : std::uint8_t { Forward, Back, Left, Right, Stop, Finish };
 
-/// Parses the bytes of a terminal: w a s d, arrows, space (stop), q or Escape alone (finish). Other keys are
+/// Parses bytes from a terminal: w a s d, arrows, space (stop), q or Escape alone (finish). Other keys are
 /// skipped. An incomplete key sequence stays in `bytes` for the next call.
 [[nodiscard]] std::vector<DriverKey> take_keys(std::string& bytes);
 
@@ -40,15 +40,15 @@ struct KeyboardOptions {
 };
 
 /// Converts keys to commands. A terminal repeats only the key pressed last, so forward and back continue
-/// while any key is held. Left and right turn while they are held; forward drives straight again. Without a
-/// key for hold_s the robot stops (dead-man switch).
+/// while any key is held. Left and right turn while they are held; forward drives straight again. If no key
+/// arrives for hold_s, the robot stops (dead-man switch).
 class KeyDriver {
  public:
   explicit KeyDriver(const KeyboardOptions& options) : options_(options) {}
 
-  /// `now`: time since any fixed moment; must not decrease.
+  /// `now` is the time since an arbitrary fixed moment and must not decrease.
   void press(DriverKey key, Duration now);
-  /// The command now; empty once the finish key was pressed.
+  /// The current command; empty once the finish key has been pressed.
   [[nodiscard]] std::optional<VelocityCommand> drive(Duration now) const;
 
  private:
@@ -60,7 +60,7 @@ class KeyDriver {
   bool finished_ = false;
 };
 
-/// A driver of a lap with the keys of a terminal.
+/// Drives a lap with the keys of a terminal.
 class KeyLapDriver final : public LapDriver {
  public:
   KeyLapDriver(std::unique_ptr<TerminalKeys> keys, double speed_m_s)
@@ -77,7 +77,7 @@ class KeyLapDriver final : public LapDriver {
   std::string bytes_{};
 };
 
-/// An operator at the keys of a terminal.
+/// An operator who uses the keys of a terminal.
 class KeyInput final : public OperatorInput {
  public:
   KeyInput(std::unique_ptr<TerminalKeys> keys, double speed_m_s)

@@ -8,8 +8,9 @@
 
 namespace waymark {
 
-/// A program as the operator. It writes lines "go", "stop", "quit", "drive 0.3 -0.1" (m/s, rad/s); the end of
-/// the input ends the session. A drive command ends after half a second, or on "go" or "stop".
+/// An operator that is a program. It writes lines such as "go", "stop", "quit", "drive 0.3 -0.1" (m/s,
+/// rad/s); the end of the input ends the session. A drive command ends after half a second, or on "go" or
+/// "stop".
 class LineInput final : public OperatorInput {
  public:
   /// Makes the descriptor non-blocking; the caller keeps ownership.

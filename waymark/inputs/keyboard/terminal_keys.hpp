@@ -9,7 +9,7 @@
 
 namespace waymark {
 
-/// The settings of a terminal before keys are read from it.
+/// The settings that a terminal had before keys were read from it.
 struct TerminalSettings {
   int descriptor = -1;
   bool is_terminal = false;
@@ -17,7 +17,7 @@ struct TerminalSettings {
 };
 [[nodiscard]] TerminalSettings terminal_settings(int descriptor);
 
-/// Restores the settings, except for a program in the background. May be called by a signal handler.
+/// Restores the settings unless the program runs in the background. May be called from a signal handler.
 void restore_terminal(const TerminalSettings& settings);
 
 /// A terminal in raw mode: keys arrive immediately and are not echoed; Ctrl-C works as usual. The destructor
@@ -30,7 +30,7 @@ class TerminalKeys {
   TerminalKeys(const TerminalKeys&) = delete;
   TerminalKeys& operator=(const TerminalKeys&) = delete;
 
-  /// The bytes typed since the last call; does not block. Fails if the terminal is gone.
+  /// The bytes typed since the last call; does not block. Fails if the terminal has been closed.
   [[nodiscard]] Result<std::string> read();
 
  private:
