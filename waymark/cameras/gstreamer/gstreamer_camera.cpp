@@ -28,7 +28,7 @@ namespace internal {
 #define WAYMARK_GLIB(F) F(g_error_free) F(g_free)
 // clang-format on
 
-/// The functions of GStreamer used here, looked up on first use.
+/// The GStreamer functions used here, looked up on first use.
 struct Gstreamer {
 // NOLINTNEXTLINE(bugprone-macro-parentheses): a declaration
 #define WAYMARK_GSTREAMER_MEMBER(name) decltype(&::name) name = nullptr;
@@ -81,21 +81,21 @@ Result<Gstreamer> load() {
   return gst;
 }
 
-/// The libraries, loaded and initialized by the first call and kept. Unsupported if they are missing, with
-/// the packages in the hint. May be called from any thread.
+/// The libraries, which the first call loads and initializes and which stay loaded. Fails (Unsupported) if
+/// they are missing; the hint names the packages. Thread-safe.
 Result<const Gstreamer*> gstreamer() {
   static const Result<Gstreamer> loaded = load();
   if (!loaded) return tl::unexpected(loaded.error());
   return &*loaded;
 }
 
-// videoconvert converts any format to grey; it only copies grey images and luma planes.
+// videoconvert converts any format to grey; grey images and luma planes are merely copied.
 constexpr const char* kTail =
     " ! videoconvert ! video/x-raw,format=GRAY8 ! appsink name=waymark max-buffers=1 drop=true";
 constexpr Duration kStart = std::chrono::seconds(10);
-constexpr Duration kPoll = std::chrono::milliseconds(100);  // between checks for an error
+constexpr Duration kPoll = std::chrono::milliseconds(100);  // interval between checks for an error
 
-/// GStreamer pads rows to four bytes.
+/// GStreamer pads rows to a multiple of four bytes.
 constexpr int stride_of(int width) { return (width + 3) / 4 * 4; }
 
 }  // namespace
@@ -177,7 +177,7 @@ std::optional<Error> GstreamerCamera::Impl::failed() const {
   GError* error = nullptr;
   gchar* detail = nullptr;
   gst.gst_message_parse_error(message, &error, &detail);
-  // The last line contains the reason; the lines before it are locations in the library's source.
+  // The last line contains the reason; the lines before it are locations in the library's source code.
   const std::string lines = detail != nullptr ? detail : "";
   const std::string last_line = lines.substr(lines.rfind('\n') + 1);
   Error failure{ErrorCode::Unreadable,
@@ -197,7 +197,7 @@ bool GstreamerCamera::Impl::pull(Duration timeout) {
   return waiting != nullptr;
 }
 
-/// The stamp on the steady clock; on some systems the origin of the pipeline's clock differs.
+/// The stamp on the steady clock; on some systems the pipeline's clock has a different origin.
 Duration GstreamerCamera::Impl::stamp_of(const GstBuffer& buffer) const {
   const Duration now = steady_now();
   GstClock* clock = gst.gst_element_get_clock(pipeline);

@@ -9,14 +9,13 @@
 
 namespace waymark {
 
-/// The scheme of these cameras' addresses: "gstreamer:libcamerasrc", "gstreamer:rtspsrc location=… !
-/// decodebin".
+/// Address scheme of these cameras: "gstreamer:libcamerasrc", "gstreamer:rtspsrc location=… ! decodebin".
 inline constexpr std::string_view kGstreamerScheme = "gstreamer:";
 
-/// Provides the images of a GStreamer pipeline: ribbon-cable cameras (libcamerasrc), network cameras
-/// (rtspsrc), files, test images. The pipeline has the syntax of gst-launch-1.0, without a sink; conversion
-/// to grey and an appsink that keeps the newest image are appended. Stamps are those of the pipeline's
-/// buffers, converted to this computer's steady clock.
+/// Provides the images from a GStreamer pipeline, such as those of ribbon-cable cameras (libcamerasrc),
+/// network cameras (rtspsrc), files or test images. The pipeline is written in gst-launch-1.0 syntax, without
+/// a sink; conversion to grey and an appsink that keeps the newest image are appended. The timestamps of the
+/// pipeline's buffers are converted to this computer's steady clock.
 class GstreamerCamera final : public LiveCamera {
  public:
   /// Errors: InvalidArgument (invalid pipeline), Unsupported (no GStreamer), Unreadable (the pipeline does
@@ -25,7 +24,7 @@ class GstreamerCamera final : public LiveCamera {
                                                                      const std::string& name = "cam");
   ~GstreamerCamera() override;
 
-  /// Fails if the pipeline fails. The end of the pipeline is reported once as text.
+  /// Fails if the pipeline fails. Reports the end of the pipeline once, as text.
   Result<std::optional<RobotEvent>> next(Duration timeout) override;
   [[nodiscard]] bool more() const override;
   [[nodiscard]] std::optional<SensorTime> now() const override;

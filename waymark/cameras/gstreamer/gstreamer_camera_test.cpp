@@ -22,7 +22,7 @@ std::unique_ptr<GstreamerCamera> open(const std::string& pipeline) {
   return camera ? std::move(*camera) : nullptr;
 }
 
-/// All images until the pipeline's end.
+/// All images up to the end of the pipeline.
 std::vector<CameraFrame> all_pictures(GstreamerCamera& camera) {
   std::vector<CameraFrame> pictures;
   while (!camera.ended()) {
@@ -38,7 +38,7 @@ std::vector<CameraFrame> all_pictures(GstreamerCamera& camera) {
   return pictures;
 }
 
-/// Images of 30 px width, so that GStreamer pads the rows.
+/// The images are 30 px wide, so that GStreamer pads the rows.
 TEST(GstreamerCameraThreads, DeliversTheImagesOfAFile) {
   constexpr int kHeight = 20;
   constexpr int kStride = 32;
@@ -52,7 +52,7 @@ TEST(GstreamerCameraThreads, DeliversTheImagesOfAFile) {
   ASSERT_NE(camera, nullptr);
   const auto pictures = all_pictures(*camera);
   std::filesystem::remove(path);
-  ASSERT_GE(pictures.size(), 3U);  // only the newest ones on a busy computer
+  ASSERT_GE(pictures.size(), 3U);  // a busy computer may deliver only the newest ones
   EXPECT_THAT(camera->description(), HasSubstr("30 x 20 px"));
   for (const CameraFrame& picture : pictures) {
     const int first = picture.image.view().at(0, 0);

@@ -25,10 +25,9 @@ struct FilledBuffer {
   std::uint32_t index = 0;
   std::span<const std::uint8_t> bytes{};
   std::uint32_t sequence = 0;       ///< the driver's number of the image
-  std::optional<Duration> stamp{};  ///< the driver's stamp of the steady clock; empty: another clock
-  bool start_of_exposure =
-      false;             ///< the stamp is of the start of the exposure, else of the end of the transfer
-  bool damaged = false;  ///< reported by the driver
+  std::optional<Duration> stamp{};  ///< the driver's stamp; empty if it is not from the steady clock
+  bool start_of_exposure = false;  ///< the stamp marks the start of the exposure, not the end of the transfer
+  bool damaged = false;            ///< reported by the driver
 };
 
 /// A device that streams into buffers mapped from its driver (VIDIOC_REQBUFS with V4L2_MEMORY_MMAP). take()
@@ -36,7 +35,7 @@ struct FilledBuffer {
 class CaptureStream {
  public:
   /// Opens the device, sets format, rate and controls, and starts streaming. Errors: those of open_device();
-  /// Unsupported (no matching format), Unreadable (another program streams).
+  /// Unsupported (no matching format), Unreadable (another program is streaming).
   [[nodiscard]] static Result<std::shared_ptr<CaptureStream>> open(const V4l2Options& options);
   CaptureStream(const CaptureStream&) = delete;
   CaptureStream& operator=(const CaptureStream&) = delete;
@@ -44,7 +43,7 @@ class CaptureStream {
 
   /// Waits for an image up to `timeout`, or until `wake` becomes readable.
   void wait(Duration timeout, int wake) const;
-  /// The next filled buffer; does not block. NotFound: the device was unplugged.
+  /// The next filled buffer; does not block. Fails (NotFound) if the device has been unplugged.
   [[nodiscard]] Result<std::optional<FilledBuffer>> take();
   void give_back(std::uint32_t index);
 
@@ -79,11 +78,11 @@ class CaptureStream {
 struct TakenPicture {
   std::shared_ptr<CaptureStream> stream{};
   FilledBuffer buffer{};
-  Duration arrived{};  ///< steady clock
+  Duration arrived{};  ///< on the steady clock
   std::optional<Duration> exposure{};
 };
 
-/// A thread that empties a stream, and reopens the device after it was unplugged.
+/// A thread that drains a stream and reopens the device after it has been unplugged.
 class CaptureThread {
  public:
   CaptureThread(std::shared_ptr<CaptureStream> stream, V4l2Options options, std::string by_id);
@@ -91,16 +90,17 @@ class CaptureThread {
   CaptureThread(const CaptureThread&) = delete;
   CaptureThread& operator=(const CaptureThread&) = delete;
 
-  /// Waits for an image, a report, or the end. The caller must return the image's buffer with give_back().
+  /// Waits for an image, a report, or the end of the stream. The caller must return the image's buffer with
+  /// give_back().
   [[nodiscard]] std::optional<TakenPicture> take(Duration timeout);
   [[nodiscard]] std::optional<std::string> take_reports();
   [[nodiscard]] bool more() const;
-  /// The error that ended the stream; empty while it runs.
+  /// The error that ended the stream; empty while the stream is running.
   [[nodiscard]] std::optional<Error> ended() const;
   /// The current stream; null while the camera is unplugged.
   [[nodiscard]] std::shared_ptr<CaptureStream> stream() const;
   [[nodiscard]] CameraCounts counts() const;
-  /// Queries the exposure time again for the next image.
+  /// Makes the next image query the exposure time again.
   void exposure_changed();
 
  private:

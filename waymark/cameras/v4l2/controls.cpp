@@ -17,11 +17,11 @@
 namespace waymark::internal {
 namespace {
 
-constexpr double kExposureUnit_ms = 0.1;  // of V4L2_CID_EXPOSURE_ABSOLUTE
+constexpr double kExposureUnit_ms = 0.1;  // unit of V4L2_CID_EXPOSURE_ABSOLUTE
 constexpr std::int64_t kMaxControls = 64;
 
-/// A control that affects measurements, the control of its automatic mode, and the latter's value for manual
-/// mode.
+/// A control that affects measurements, the control that sets its automatic mode, and the value of the latter
+/// for manual mode.
 struct MeasuringControl {
   const char* name;
   std::uint32_t id;
@@ -65,7 +65,7 @@ std::optional<std::int32_t> value_of(int device, std::uint32_t id) {
 }
 
 /// Whether the camera sets the control automatically. Aperture priority (the common automatic mode of
-/// webcams) counts as automatic exposure; shutter priority does not, because the user sets the time.
+/// webcams) counts as automatic exposure; shutter priority does not, because the user sets the exposure time.
 bool is_automatic(int device, const MeasuringControl& control) {
   const auto mode = value_of(device, control.auto_id);
   if (!mode) return false;
@@ -93,7 +93,7 @@ bool is_plain(const v4l2_queryctrl& query) {
           query.type == V4L2_CTRL_TYPE_MENU);
 }
 
-/// The driver's controls in the order of their ids.
+/// The driver's controls, ordered by id.
 std::vector<v4l2_queryctrl> query_controls(int device) {
   std::vector<v4l2_queryctrl> all;
   v4l2_queryctrl query{};

@@ -101,7 +101,7 @@ std::vector<CameraDevice> list_cameras() {
 namespace waymark::internal {
 namespace {
 
-constexpr std::uint32_t kMaxEntries = 256;  // per list of a driver
+constexpr std::uint32_t kMaxEntries = 256;  // per list reported by a driver
 constexpr double kUsefulRate_hz = 60;
 
 /// Relative cost of the conversion to grey: copying is cheapest, decoding most expensive.
@@ -192,7 +192,7 @@ bool may_read(const CameraMode& mode, const V4l2Options& options) {
   return mode.readable && (!options.format || mode.format == to_string(*options.format));
 }
 
-/// The mode's size nearest to the requested one.
+/// The mode's size that is nearest to the requested one.
 std::pair<int, int> nearest_size(const CameraMode& mode, std::pair<int, int> wanted) {
   if (!mode.largest) return {mode.width, mode.height};
   return {std::clamp(wanted.first, std::min(mode.min_width, mode.width), mode.width),

@@ -17,7 +17,7 @@ constexpr int kWidth = 64;
 
 constexpr int kHeight = 48;
 
-/// Uniform grey images with the levels `first`, `first` + 1, …, so that any pixel identifies the image.
+/// Uniform grey images with levels `first`, `first` + 1, …, so that any pixel identifies the image.
 std::vector<std::uint8_t> levels(int count, int first = 50) {
   std::vector<std::uint8_t> bytes;
   for (int i = 0; i < count; ++i)
@@ -58,7 +58,7 @@ TEST(V4l2Modes, ADeviceOfAnySizeHasTheRequestedOrTheCurrentSize) {
   testing::expect_on_page("cameras", too_large.error());
 }
 
-// A webcam whose current uncompressed size does not exist in the requested format.
+// A webcam whose current uncompressed size is not available in the requested format.
 TEST(V4l2Modes, WithoutASizeChoosesTheNearestOfTheFormat) {
   const std::vector<CameraMode> modes = {
       {.format = "YUYV", .width = 640, .height = 480, .rates_hz = {30}},

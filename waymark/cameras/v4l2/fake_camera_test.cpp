@@ -1,4 +1,4 @@
-// Tests of the fake camera that the tests of this room use (tests/fake_v4l2).
+// Tests of the fake camera used by the tests in this room (tests/fake_v4l2).
 #include <cerrno>
 
 #include <gtest/gtest.h>
@@ -27,8 +27,8 @@ constexpr std::uint32_t kPixels = kSide * kSide;
   for (volatile std::uint8_t& byte : bytes) byte = 0xff;
 }
 
-/// Requests four buffers of the fake camera while the address space is limited to `limit` bytes; 0 or an
-/// errno.
+/// Requests four buffers of the fake camera while the address space is limited to `limit` bytes. Returns 0 or
+/// an errno.
 int request_buffers(int camera, rlim_t limit) {
   v4l2_requestbuffers request{};
   request.count = 4;
@@ -44,7 +44,7 @@ int request_buffers(int camera, rlim_t limit) {
   return error;
 }
 
-// The fake camera calls the kernel using a variadic function, which reads whole registers.
+// The fake camera calls the kernel through a variadic function, which reads whole registers.
 TEST(FakeV4l2, MapsItsBuffersWithAnyStackContents) {
   FakeCamera fake;
   fake.add_mode("GREY", kSide, kSide, 1000, std::vector<std::uint8_t>(kPixels, 50));

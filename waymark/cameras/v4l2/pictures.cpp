@@ -87,7 +87,7 @@ Result<Image> to_grey(std::span<const std::uint8_t> bytes, const RawLayout& layo
 namespace waymark::internal {
 namespace {
 
-constexpr Duration kMaxAhead = std::chrono::milliseconds(20);  // the tick of a driver's clock, with room
+constexpr Duration kMaxAhead = std::chrono::milliseconds(20);  // the driver's clock tick, with margin
 constexpr Duration kMaxAge = std::chrono::seconds(2);
 
 }  // namespace
@@ -117,7 +117,7 @@ std::optional<std::string> PictureStamps::take_reports() { return std::exchange(
 
 namespace {
 
-constexpr int kStep = 61;  // not a divisor of common widths, so that the samples are not in columns
+constexpr int kStep = 61;  // not a divisor of common widths, so that samples do not align in columns
 constexpr Duration kMinFrozenTime = std::chrono::seconds(1);
 constexpr int kFrozenPictures = 10;
 constexpr int kBlack = 24;         // black is 16 in video range

@@ -13,7 +13,7 @@
 
 namespace waymark {
 
-/// The supported pixel formats, named by their four-character codes of Video4Linux.
+/// The supported pixel formats, named after their Video4Linux four-character codes.
 enum class PixelFormat : std::uint8_t { Grey, Nv12, Yuyv, Uyvy, Mjpg };
 
 /// "GREY", "NV12", "YUYV", "UYVY", "MJPG".
@@ -21,12 +21,12 @@ enum class PixelFormat : std::uint8_t { Grey, Nv12, Yuyv, Uyvy, Mjpg };
 [[nodiscard]] std::optional<PixelFormat> pixel_format_named(std::string_view name);
 [[nodiscard]] std::vector<std::string> pixel_format_names();
 
-/// Memory layout of a device's image.
+/// Memory layout of an image from a device.
 struct RawLayout {
   PixelFormat format = PixelFormat::Grey;
   int width = 0;   ///< [px]
   int height = 0;  ///< [px]
-  int stride = 0;  ///< [byte] from row to row; not used for MJPG
+  int stride = 0;  ///< bytes from one row to the next; not used for MJPG
 
   friend bool operator==(const RawLayout&, const RawLayout&) = default;
 };
@@ -42,18 +42,20 @@ struct RawLayout {
 
 namespace waymark::internal {
 
-/// Computes stamps of images on the steady clock, at the middle of the exposure. Images with an invalid
-/// driver stamp (another clock, in the future, too old, decreasing) are stamped at their arrival instead.
+/// Computes steady-clock stamps of images, at the middle of the exposure. Images whose driver stamp is
+/// invalid (from another clock, in the future, too old, or decreasing) are stamped with their arrival time
+/// instead.
 class PictureStamps {
  public:
   struct Stamped {
     Duration stamp{};     ///< strictly increasing
     bool driver = false;  ///< computed from the driver's stamp
   };
-  /// `driver`: stamp of the start of the exposure or of the end of the transfer; `exposure`: exposure time.
+  /// `driver` is the stamp of the start of the exposure or of the end of the transfer; `exposure` is the
+  /// exposure time.
   [[nodiscard]] Stamped add(std::optional<Duration> driver, bool start_of_exposure,
                             std::optional<Duration> exposure, Duration arrived);
-  /// The reason why the driver's stamps cannot be used; reported once.
+  /// Why the driver's stamps cannot be used; reported once.
   [[nodiscard]] std::optional<std::string> take_reports();
 
  private:
@@ -65,13 +67,13 @@ class PictureStamps {
   bool reported_ = false;
 };
 
-/// Detects images that are black (covered lens) or identical for a second. If the driver's numbers and stamps
-/// do not advance either, identical images mean a frozen camera. Otherwise the source may be still and
-/// without noise, which is reported once. Samples one in 61 pixels.
+/// Detects images that are black (covered lens) or that stay identical for a second. Identical images mean a
+/// frozen camera if the driver's numbers and stamps do not advance either. Otherwise the source may be static
+/// and free of noise, which is reported once. Samples one pixel in 61.
 class PictureFaults {
  public:
-  /// Returns a message when a fault begins or ends. `stamp`: steady clock. `counted`: the driver's number and
-  /// stamp are later than those of the previous image.
+  /// Returns a message when a fault begins or ends. `stamp` is on the steady clock; `counted` means that the
+  /// driver's number and stamp have advanced since the previous image.
   [[nodiscard]] std::optional<std::string> add(const ImageView& image, Duration stamp, bool counted);
 
  private:
@@ -82,7 +84,7 @@ class PictureFaults {
   std::vector<std::uint8_t> before_{};
   Duration same_since_{};
   int same_ = 0;            ///< number of consecutive identical images
-  int same_uncounted_ = 0;  ///< of these, images whose driver number or stamp did not advance
+  int same_uncounted_ = 0;  ///< of these, the number for which the driver's number or stamp did not advance
   bool still_reported_ = false;
   Fault fault_ = Fault::None;
 };

@@ -1,4 +1,4 @@
-// Stamps, conversion and faults of images, without a device.
+// Tests of the stamps, conversion and faults of images, without a device.
 #include "waymark/cameras/v4l2/pictures.hpp"
 
 #include <set>
@@ -35,7 +35,7 @@ TEST(PictureStamps, AreAtTheMiddleOfTheExposureForStampsOfStartAndEnd) {
   EXPECT_FALSE(begins.take_reports() || ends.take_reports());
 }
 
-// For any driver stamps, the stamps increase and are not later than the arrival.
+// Whatever the driver stamps are, the computed stamps increase and are not later than the arrival.
 TEST(PictureStamps, IncreaseForAnyDriverStamps) {
   Random random(20261124);
   for (int trial = 0; trial < 50; ++trial) {
@@ -107,7 +107,7 @@ TEST(PictureFaults, DistinguishesAFrozenImageFromAStaticSceneWithNoise) {
   EXPECT_LE(33 * reported_at, 1100);
 }
 
-// A board that moves every two seconds, before a source without noise whose numbers advance.
+// A board that moves every two seconds, seen by a noise-free source whose numbers advance.
 TEST(PictureFaults, ReportsAStillSourceOnce) {
   PictureFaults faults;
   std::vector<std::string> reports;
@@ -138,7 +138,7 @@ TEST(Grey, EveryRawFormatGivesTheSameLumaWithPaddedRows) {
     ASSERT_TRUE(grey) << name;
     for (int y = 0; y < 48; ++y)
       EXPECT_TRUE(std::equal(expected.row(y), expected.row(y) + 64, grey->row(y))) << name << " row " << y;
-    bytes.resize(bytes.size() - 13);  // the last row's padding may be missing, but no pixel
+    bytes.resize(bytes.size() - 13);  // the last row's padding may be missing, but none of its pixels
     EXPECT_FALSE(to_grey(bytes, layout)) << name;
   }
   EXPECT_FALSE(pixel_format_named("H264"));

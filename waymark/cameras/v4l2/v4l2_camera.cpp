@@ -18,7 +18,7 @@
 namespace waymark {
 namespace {
 
-constexpr Duration kRepeat = std::chrono::seconds(10);  // between reports of damaged images
+constexpr Duration kRepeat = std::chrono::seconds(10);  // interval between reports of damaged images
 
 /// A message about controls in automatic mode that affect measurements.
 std::optional<std::string> automatic_text(const std::vector<CameraControl>& controls) {
@@ -32,7 +32,7 @@ std::optional<std::string> automatic_text(const std::vector<CameraControl>& cont
 
 /// A message if the camera's rate differs from the requested one.
 std::optional<std::string> rate_text(double asked_hz, double rate_hz) {
-  constexpr double kTolerance = 0.02;  // 29.97 Hz is 30
+  constexpr double kTolerance = 0.02;  // 29.97 Hz counts as 30 Hz
   if (asked_hz <= 0 || rate_hz <= 0 || std::abs(rate_hz / asked_hz - 1) < kTolerance) return std::nullopt;
   return fmt::format(
       "requested {:.4g} Hz, but the camera delivers {:.4g} Hz in this size and format (`waymark cameras` "
@@ -54,7 +54,8 @@ struct V4l2Camera::Impl {
   void report_if(const std::optional<std::string>& report) {
     if (report) reports.push_back(*report);
   }
-  /// Reports the first damaged image, then at most every `kRepeat` the number of damaged images since.
+  /// Reports the first damaged image and then, at most every `kRepeat`, the number of damaged images since
+  /// the last report.
   void note_damaged(const std::string& why, Duration now) {
     ++damaged;
     ++damaged_unreported;

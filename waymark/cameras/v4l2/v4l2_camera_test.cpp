@@ -30,7 +30,7 @@ constexpr int kWidth = 64;
 
 constexpr int kHeight = 48;
 
-/// Uniform grey images with the levels `first`, `first` + 1, …, so that any pixel identifies the image.
+/// Uniform grey images with levels `first`, `first` + 1, …, so that any pixel identifies the image.
 std::vector<std::uint8_t> levels(int count, int first = 50) {
   std::vector<std::uint8_t> bytes;
   for (int i = 0; i < count; ++i)
@@ -44,7 +44,7 @@ std::unique_ptr<V4l2Camera> open(V4l2Options options = {}) {
   return camera ? std::move(*camera) : nullptr;
 }
 
-/// The next image; appends messages before it to `reports`.
+/// Returns the next image and appends the messages before it to `reports`.
 std::optional<CameraFrame> next_picture(V4l2Camera& camera, std::vector<std::string>* reports = nullptr,
                                         Duration timeout = milliseconds(2000)) {
   const auto deadline = std::chrono::steady_clock::now() + timeout;
@@ -81,13 +81,12 @@ TEST(V4l2CameraThreads, DeliversImagesInOrderWithStampsAtTheMiddleOfTheExposure)
     const auto picture = next_picture(*camera);
     ASSERT_TRUE(picture);
     const int steps = picture->image.view().at(3, 5) - first->image.view().at(3, 5);
-    // 20 ms between images by the driver's stamps, not by their arrival.
+    // Images are 20 ms apart by the driver's stamps, not by their arrival.
     EXPECT_NEAR(to_seconds(picture->stamp - first->stamp), 0.02 * steps, 2e-5);
     EXPECT_GT(picture->stamp, last);
     last = picture->stamp;
   }
-  // 20 ms from the start of the exposure to the arrival, exposure time 10 ms: the middle is 15 ms before the
-  // arrival.
+  // The exposure starts 20 ms before the arrival and lasts 10 ms, so its middle is 15 ms before the arrival.
   const auto picture = next_picture(*camera);
   const Duration age =
       std::chrono::steady_clock::now().time_since_epoch() - picture->stamp.time_since_epoch();
@@ -120,7 +119,7 @@ TEST(V4l2CameraThreads, ASlowReaderGetsTheNewestImage) {
   ASSERT_TRUE(picture);
   const Duration age =
       std::chrono::steady_clock::now().time_since_epoch() - picture->stamp.time_since_epoch();
-  EXPECT_LT(to_seconds(age), 0.06);  // a queue of six would be 200 ms behind
+  EXPECT_LT(to_seconds(age), 0.06);  // a queue of six images would lag by 200 ms
   EXPECT_GE(camera->counts().dropped, 20U);
   EXPECT_EQ(camera->counts().lost, 0U);
 }
