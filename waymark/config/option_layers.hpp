@@ -15,8 +15,8 @@ struct AssignmentSource {
   std::string how_to_write = "Write SECTION.KEY=VALUE.";  ///< hint for an invalid assignment
 };
 
-/// Options by section and key, in layers: a YAML file, then assignments "SECTION.KEY=VALUE", each of which
-/// overrides earlier layers. A section is an option struct.
+/// Options by section and key, in layers: first a YAML file, then assignments "SECTION.KEY=VALUE", each of
+/// which overrides earlier layers. A section is an option struct.
 class OptionLayers {
  public:
   /// Reads a section to check that it is valid.
@@ -24,16 +24,16 @@ class OptionLayers {
 
   explicit OptionLayers(AssignmentSource assignments = {});
   void add_section(const std::string& name, Check check);
-  /// Loads the layers; an empty `file` is omitted. Fails, with the place, on unknown sections and keys and on
-  /// invalid values.
+  /// Loads the layers; an empty `file` means that there is none. Fails, reporting the place, on unknown
+  /// sections and keys and on invalid values.
   [[nodiscard]] Status load(const std::string& file, const std::vector<std::string>& assignments);
 
   /// Whether a layer sets a section or a key, such as "filter.lag_s".
   [[nodiscard]] bool given(const std::string& path) const;
-  /// The first assignment to the section, or to one key of it, with the prefix of its source. Empty if the
-  /// section has no assignment.
+  /// The first assignment to the section or to one of its keys, with the prefix of its source. Empty if there
+  /// is no such assignment.
   [[nodiscard]] std::string first_assignment(const std::string& section, const std::string& key = {}) const;
-  /// The values of all layers for the section as assignments, in order of precedence.
+  /// The values that all layers set in the section, as assignments in order of precedence.
   [[nodiscard]] std::vector<std::string> assignments(const std::string& section) const;
   /// Applies all layers of the section to `options`. Cannot fail after load().
   template <HasFields Options>

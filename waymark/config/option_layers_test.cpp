@@ -91,7 +91,7 @@ TEST_F(OptionFile, InvalidFilesAreErrorsWithTheirLine) {
 TEST_F(OptionFile, ConvertsASectionToAssignments) {
   const std::string file = write("inner: {noise: 0.2, on: true}\n");
   const Parsed parsed = parse({"inner.noise=0.5"}, file);
-  ASSERT_EQ(parsed.inner_again.size(), 3);  // noise and on of the file, noise of --set
+  ASSERT_EQ(parsed.inner_again.size(), 3);  // `noise` and `on` from the file, `noise` from --set
   const Parsed again = parse(parsed.inner_again);
   EXPECT_EQ(again.error, "");
   EXPECT_EQ(again.inner.noise, 0.5);

@@ -16,15 +16,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kMaxLevels = 5;  // from a module to its install prefix
+constexpr int kMaxLevels = 5;  // from a module up to its install prefix
 
 bool is_folder(const fs::path& path) {
   std::error_code ignored;
   return fs::is_directory(path, ignored);
 }
 
-/// If this code runs in a library (the Python module, or that of an application), share/waymark of its
-/// install prefix: PREFIX/lib/python3/dist-packages/waymark/_waymark.so. Empty if there is none.
+/// If this code runs in a library (the Python module, or that of an application), share/waymark in the
+/// library's install prefix, the PREFIX in PREFIX/lib/python3/dist-packages/waymark/_waymark.so. Empty if
+/// there is none.
 fs::path beside_module() {
   Dl_info module{};
   if (::dladdr(reinterpret_cast<const void*>(&share_folder), &module) == 0 || module.dli_fname == nullptr)
@@ -48,13 +49,13 @@ std::vector<std::string> names_in(const fs::path& folder) {
   return names;
 }
 
-/// The field for a file of the folder.
+/// The default field for files in the folder.
 std::string_view usual_field(std::string_view folder) {
   if (folder == "worlds") return "world";
   return folder == "robots" ? "robot_file" : "profile";
 }
 
-/// "place/world.yaml" for the folder "place" if worlds are searched; empty if it does not exist.
+/// When searching for worlds, "place/world.yaml" for the folder "place"; empty if it does not exist.
 std::string file_inside(std::string_view folder, const std::string& name) {
   const fs::path file = fs::path(name) / (std::string(folder.substr(0, folder.size() - 1)) + ".yaml");
   std::error_code ignored;
@@ -93,7 +94,7 @@ Result<fs::path> find_shared(std::string_view folder, const std::string& name, s
   const std::vector<std::string> names = names_in(*share / folder);
   if (std::ranges::find(names, name) != names.end()) return *share / folder / (name + ".yaml");
   std::error_code ignored;
-  if (fs::is_regular_file(name, ignored)) return fs::path(name);  // the reader of the file reports its kind
+  if (fs::is_regular_file(name, ignored)) return fs::path(name);  // the file's reader reports its kind
   const std::string file = file_inside(folder, name);
   std::string message = fmt::format("there is no '{}' in {}", name, (*share / folder).string());
   if (is_folder(name)) message += ", and the folder of this name is not a .yaml file";

@@ -20,7 +20,7 @@
 namespace waymark {
 namespace {
 
-/// First bytes of files that are easily confused with text files.
+/// Magic bytes of file types that are easily mistaken for text.
 struct Beginning {
   std::string_view magic;
   std::string_view what;
@@ -53,7 +53,7 @@ std::optional<Beginning> no_text(std::string_view beginning) {
   return std::nullopt;
 }
 
-/// A file or a pipe opened for reading. A signal ends the wait for the writer of a pipe.
+/// A file or a pipe opened for reading. A signal interrupts waiting for a pipe's writer.
 class OpenFile {
  public:
   explicit OpenFile(int number) : number_(number) {}
@@ -63,7 +63,7 @@ class OpenFile {
   OpenFile(const OpenFile&) = delete;
   OpenFile& operator=(const OpenFile&) = delete;
   [[nodiscard]] int number() const { return number_; }
-  /// Like read(2): 0 at the end, -1 with errno on failure.
+  /// Like read(2), returns 0 at the end and -1 with errno on failure.
   [[nodiscard]] ssize_t read(char* into, std::size_t size) const {
     pollfd ready{.fd = number_, .events = POLLIN, .revents = 0};
     while (true) {
@@ -77,7 +77,7 @@ class OpenFile {
   int number_;
 };
 
-/// `text_only`: files that are not text are rejected.
+/// If `text_only`, files that are not text are rejected.
 Result<std::string> read(const std::filesystem::path& path, std::size_t max_bytes, bool text_only) {
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
@@ -87,13 +87,13 @@ Result<std::string> read(const std::filesystem::path& path, std::size_t max_byte
   if (std::filesystem::is_directory(status)) {
     return fail(ErrorCode::Unreadable, "this is a folder", {.source = path.string()}, "Give a file.");
   }
-  // Non-blocking: opening a pipe without a writer would block forever.
+  // Opened in non-blocking mode, because opening a pipe without a writer would otherwise block forever.
   const OpenFile file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (file.number() < 0) {
     return fail(ErrorCode::Unreadable, "cannot open the file", {.source = path.string()},
                 "Check its permissions.");
   }
-  // Read in blocks, so that memory depends on the actual size; the size of a pipe is unknown.
+  // Reading in blocks makes memory depend on the actual size; the size of a pipe is unknown.
   constexpr std::size_t kBlock = std::size_t{1} << 16U;
   std::string text;
   while (text.size() <= max_bytes) {
@@ -137,7 +137,7 @@ Status write_text_file(const std::filesystem::path& path, std::string_view text)
   if (std::filesystem::is_directory(status))
     return fail(ErrorCode::Unwritable, "this is a folder", {.source = path.string()},
                 "Give the name of a file.");
-  // A device or a pipe is written directly, because a rename would replace it.
+  // A device or a pipe is written to directly, because a rename would replace it.
   const bool direct = std::filesystem::exists(status) && !std::filesystem::is_regular_file(status);
   std::filesystem::path beside = path;
   if (!direct) beside += ".tmp";

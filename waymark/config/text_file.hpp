@@ -13,8 +13,8 @@ namespace waymark {
 inline constexpr std::size_t kMaxTextBytes = std::size_t{1} << 30U;
 
 /// Reads a file or a pipe of at most `max_bytes`. Fails, and reports the kind of file, if it begins like a
-/// recording, an image or a compressed file, or contains zero bytes. A signal while waiting for the writer of
-/// a pipe ends the call with an error.
+/// recording, an image or a compressed file, or contains zero bytes. A signal that arrives while waiting for
+/// a pipe's writer ends the call with an error.
 [[nodiscard]] Result<std::string> read_text_file(const std::filesystem::path& path, std::size_t max_bytes);
 /// Reads a file or a pipe with any content.
 [[nodiscard]] Result<std::string> read_file(const std::filesystem::path& path, std::size_t max_bytes);

@@ -27,20 +27,20 @@ inline constexpr bool kIsOptional<std::optional<T>> = true;
 template <class T>
 inline constexpr bool kNotReadable = false;
 
-/// Fails if a number is outside the range of its field.
+/// Fails if a number is outside its field's range.
 [[nodiscard]] Status check_range(const YamlCursor& cursor, double value, const Field& field);
 
 }  // namespace internal
 
 /// Reads an option struct from a map. A missing key keeps its default. Unknown keys (with the nearest known
-/// key), wrong types and numbers out of range are errors. Fields may be bool, integers, floating point,
-/// std::string, other option structs, and std::vector or std::optional of those. Errors have file, line and
-/// dotted key.
+/// key), wrong types and numbers out of range are errors. Fields may be of type bool, integer, floating
+/// point, std::string, another option struct, or std::vector or std::optional of these. Errors contain file,
+/// line and dotted key.
 template <HasFields Options>
 [[nodiscard]] Result<Options> read_fields(const YamlCursor& cursor);
 
-/// Updates existing options: a missing key keeps its value, also in nested structs. After a failure some
-/// values may have been read.
+/// Updates existing options: a missing key keeps its value, also in nested structs. After a failure, some
+/// values may already have been updated.
 template <HasFields Options>
 [[nodiscard]] Status update_fields(const YamlCursor& cursor, Options& options);
 
@@ -134,8 +134,8 @@ template <HasFields Options>
   return read_fields<Options>(YamlCursor(*root, source));
 }
 
-/// Writes the whole struct as YAML, one field per line, which reads back as the same value. `indent` spaces
-/// precede each line. Empty std::optional fields are omitted. Numbers must be finite.
+/// Writes the whole struct as YAML, one field per line. The text reads back as the same value. Each line is
+/// indented by `indent` spaces. Empty std::optional fields are omitted. Numbers must be finite.
 template <HasFields Options>
 [[nodiscard]] std::string write_fields(const Options& options, int indent = 0) {
   std::string text;
@@ -149,7 +149,7 @@ template <HasFields Options>
 
 namespace internal {
 
-/// One element of a list, or a plain value.
+/// Writes an element of a list, or a plain value.
 template <class T>
 std::string write_plain(const T& value) {
   if constexpr (std::is_same_v<T, bool>) {

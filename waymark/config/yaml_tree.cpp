@@ -22,7 +22,7 @@
 namespace waymark {
 namespace {
 
-/// Exception that leaves yaml-cpp's parser from one of its events. It is caught in this file.
+/// Exception used to leave yaml-cpp's parser from an event handler. It is caught in this file.
 class Refused : public std::runtime_error {
  public:
   explicit Refused(Error error) : std::runtime_error(error.message), error_(std::move(error)) {}

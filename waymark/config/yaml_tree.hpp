@@ -21,13 +21,13 @@ struct YamlNode {
 
   Kind kind = Kind::Null;
   std::int64_t line = 1;                     ///< 1-based
-  std::string text = {};                     ///< of a scalar, unquoted
-  std::vector<std::string> keys = {};        ///< of a map, in the order of the file
+  std::string text = {};                     ///< text of a scalar, unquoted
+  std::vector<std::string> keys = {};        ///< keys of a map, in file order
   std::vector<std::int64_t> key_lines = {};  ///< lines of the keys
-  std::vector<YamlNode> items = {};          ///< of a sequence, or the values of a map (as many as keys)
+  std::vector<YamlNode> items = {};          ///< elements of a sequence, or values of a map (one per key)
 };
 
-/// Limits of a document. Larger documents are errors, so that they cannot exhaust memory or the stack.
+/// Limits on a document. Exceeding them is an error, so that a document cannot exhaust memory or the stack.
 struct YamlLimits {
   std::size_t bytes = std::size_t{1} << 20U;
   std::size_t nodes = 100'000;
@@ -35,8 +35,8 @@ struct YamlLimits {
 };
 
 /// Parses a single document; `source` is its name in errors. Fails on invalid YAML, duplicate or non-scalar
-/// keys, a second non-empty document, and beyond the limits. Anchors and aliases are Unsupported, because
-/// they can expand a small file without bound. O(bytes · log keys).
+/// keys, a second non-empty document, and exceeded limits. Anchors and aliases are Unsupported, because they
+/// can expand a small file without bound. O(bytes · log keys).
 [[nodiscard]] Result<YamlNode> parse_yaml(std::string_view text, const std::string& source,
                                           const YamlLimits& limits = {});
 
@@ -59,7 +59,7 @@ class YamlCursor {
     return fail(code, std::move(message), place(), std::move(hint));
   }
 
-  /// The value of a key of a map; nothing if it is missing or null.
+  /// The value of a map's key; empty if it is missing or null.
   [[nodiscard]] std::optional<YamlCursor> find(std::string_view key) const;
   /// The value of a required key.
   [[nodiscard]] Result<YamlCursor> at(std::string_view key) const;
@@ -74,7 +74,8 @@ class YamlCursor {
   /// All values of a sequence or a map.
   [[nodiscard]] std::vector<YamlCursor> children() const;
 
-  /// Fails unless this is a map (or null) without other keys; the error suggests the nearest known key.
+  /// Fails unless this is a map (or null) with no keys other than these; the error suggests the nearest of
+  /// them.
   [[nodiscard]] Status check_keys(const std::vector<std::string>& known) const;
 
   /// A finite number.
@@ -115,10 +116,10 @@ namespace waymark::internal {
 /// Larger values (in SI units) are mistakes, and would overflow when squared.
 inline constexpr double kOutOfProportion = 1e6;
 
-/// Fails if one of the numbers exceeds that limit.
+/// Fails if one of the numbers exceeds this limit.
 [[nodiscard]] Status check_proportion(const YamlCursor& cursor, std::span<const double> values);
 
-/// Reads several numbers of a map and keeps the first error.
+/// Reads several numbers from a map and keeps the first error.
 class Numbers {
  public:
   explicit Numbers(const YamlCursor& cursor) : cursor_(cursor) {}
@@ -131,7 +132,7 @@ class Numbers {
   /// A number greater than 0 and at most `most`; larger values suggest a wrong unit.
   double plausible(std::string_view key, double most, std::string_view unit);
   double optional_positive(std::string_view key, double fallback);
-  /// A number from low to high.
+  /// A number from low to high, whose key may be missing.
   double optional_within(std::string_view key, double fallback, double low, double high);
   [[nodiscard]] const Status& status() const { return status_; }
 
@@ -140,7 +141,7 @@ class Numbers {
   Status status_;
 };
 
-/// Origin of a file as text, in the order of the file: its optional key `provenance`.
+/// Origin of a file as text, in file order: its optional key `provenance`.
 using Provenance = std::vector<std::pair<std::string, std::string>>;
 [[nodiscard]] Result<Provenance> read_provenance(const YamlCursor& root);
 [[nodiscard]] std::string provenance_yaml(const Provenance& provenance);

@@ -14,7 +14,7 @@ namespace waymark {
 namespace {
 
 constexpr YamlLimits kCameraLimits{.bytes = std::size_t{1} << 18U, .nodes = 20'000, .depth = 16};
-/// JSON calibrations contain all observations, tens of megabytes, which are skipped.
+/// JSON calibrations contain all observations (tens of megabytes), which are skipped.
 constexpr YamlLimits kJsonLimits{.bytes = std::size_t{1} << 28U, .nodes = 20'000, .depth = 16};
 
 /// OpenCV's YAML begins with an invalid directive ("%YAML:1.0"), which is replaced by a comment.
@@ -49,7 +49,7 @@ Result<std::vector<std::string>> recognise(const YamlCursor& root) {
                         "(cam0: …) or a calibration of PhotonVision (JSON) or OpenCV (YAML).");
 }
 
-/// Robot files and calibrations store their camera below this key.
+/// Robot files and calibrations store their camera under this key.
 YamlCursor camera_part(const YamlCursor& root) {
   const auto inside = root.find("camera_info");
   return inside ? *inside : root;

@@ -1,6 +1,6 @@
-// ROS camera_info YAML: the fields of sensor_msgs/CameraInfo as written by camera_calibration_parsers.
-// kalibr camchain: https://github.com/ethz-asl/kalibr/wiki/yaml-formats. TagSLAM uses the same format with
-// additional keys. OpenCV: YAML of FileStorage with the keys of OpenCV's calibration program; pixel centres
+// ROS camera_info YAML: the fields of sensor_msgs/CameraInfo as written by camera_calibration_parsers. kalibr
+// camchain: https://github.com/ethz-asl/kalibr/wiki/yaml-formats. TagSLAM uses the same format with
+// additional keys. OpenCV: FileStorage YAML with the keys used by OpenCV's calibration program; pixel centres
 // at integers. PhotonVision: OpenCV's matrices as JSON; pixel centres at integers.
 #include "waymark/config/exchange/camera_formats.hpp"
 
@@ -23,7 +23,7 @@
 namespace waymark::internal {
 namespace {
 
-/// Offset of pixel centres: integers in the files, +1/2 in Waymark (docs/conventions.md).
+/// Offset between the pixel centres in the files (at integers) and in Waymark (at +1/2; docs/conventions.md).
 constexpr double kHalfPixel = 0.5;
 
 /// A distortion model and its allowed numbers of coefficients.
@@ -70,7 +70,7 @@ Status check_count(const Distortion& model, std::size_t count, const YamlCursor&
                          hint);
 }
 
-/// Adds the place of the values in the file to an error of CameraModel::make().
+/// Adds the place of the values in the file to an error from CameraModel::make().
 Error with_place(Error error, const CameraPlaces& places) {
   const bool about_size = error.place.key == "resolution";
   const bool about_distortion = error.place.key == "distortion";
@@ -83,7 +83,7 @@ Error with_place(Error error, const CameraPlaces& places) {
   return error;
 }
 
-/// c_x or c_y as in the file: the shortest decimal that reads back as the same value.
+/// c_x or c_y as text for the file: the shortest decimal that reads back as the same value.
 std::string centre_text(double centre_px) {
   constexpr int kAllDigits = 17;
   const double in_file = centre_px - kHalfPixel;
@@ -143,7 +143,7 @@ namespace waymark {
 namespace internal {
 namespace {
 
-/// A matrix {rows, cols, data}: its numbers row by row, and their place.
+/// A matrix {rows, cols, data}, with its numbers row by row and their place in the file.
 struct FileMatrix {
   YamlCursor data;
   std::vector<double> values;
@@ -298,7 +298,7 @@ const std::vector<std::string>& known_keys() {
       "T_cn_cnm1",
       "timeshift_cam_imu",
       "cam_overlaps",
-      // keys of TagSLAM
+      // TagSLAM keys
       "tagtopic",
       "rig_body",
       "wiggle_rotation",
@@ -362,7 +362,7 @@ Result<std::optional<Eigen::Matrix4d>> read_transform(const YamlCursor& entry, c
   return std::optional<Eigen::Matrix4d>(T);
 }
 
-/// Reads the optional keys of a camera besides its intrinsics.
+/// Reads a camera's optional keys, all except those of its intrinsics.
 Result<NamedCamera> read_extras(const YamlCursor& entry, NamedCamera named) {
   const auto imu = read_transform(entry, "T_cam_imu");
   if (!imu) return tl::unexpected<Error>(imu.error());
@@ -484,7 +484,7 @@ Result<std::int64_t> required_side(const YamlCursor& root, const char* key) {
                         "Add image_width and image_height, which OpenCV's calibration program writes.");
 }
 
-/// Whether the file marks the lens as a fisheye: a number, OpenCV's form of a bool.
+/// Whether the file marks the lens as a fisheye. OpenCV writes this bool as a number.
 Result<bool> is_fisheye(const YamlCursor& root) {
   const auto flag = find_any(root, {"fisheye_model", "fisheye"});
   if (!flag) return false;
@@ -557,7 +557,7 @@ std::string to_opencv_yaml(const NamedCamera& named) {
 namespace waymark::internal {
 namespace {
 
-/// Reads an image side; PhotonVision writes integers as 1280.0.
+/// Reads the length of an image side; PhotonVision writes integers as 1280.0.
 Result<std::int64_t> side_of(const YamlCursor& cursor) {
   const Result<double> value = cursor.number();
   if (!value) return tl::unexpected(value.error());
@@ -636,7 +636,7 @@ ordered_json matrix(int rows, std::size_t cols, const std::vector<double>& data)
 ordered_json point(const Eigen::Vector2d& p) { return {{"x", p.x()}, {"y", p.y()}}; }
 ordered_json point(const Eigen::Vector3d& p) { return {{"x", p.x()}, {"y", p.y()}, {"z", p.z()}}; }
 
-/// An observation of PhotonVision, which has pixel centres at integers.
+/// An observation in PhotonVision's format, which has pixel centres at integers.
 ordered_json to_json(const CameraObservation& seen) {
   ordered_json places = ordered_json::array();
   ordered_json pixels = ordered_json::array();

@@ -8,34 +8,35 @@
 #include "waymark/config/exchange/camera_file.hpp"
 #include "waymark/config/yaml_tree.hpp"
 
-/// The formats of camera files and their shared parts, for the readers in this folder only. Writers are
-/// declared in camera_file.hpp.
+/// Camera file formats and the parts they share, only for the readers in this folder. Writers are declared in
+/// camera_file.hpp.
 namespace waymark::internal {
 
 /// Maximum side of an image in a camera file [px].
 inline constexpr std::int64_t kLargestSide = 1'000'000;
 
-/// Intrinsics as in files: pixel centres at integers.
+/// Intrinsics as stored in files, with pixel centres at integers.
 struct FileIntrinsics {
   double fx = 0, fy = 0, cx = 0, cy = 0;
 };
 
-/// Places of a camera's values in the file, for the errors of CameraModel::make().
+/// Locations of a camera's values in the file, for errors from CameraModel::make().
 struct CameraPlaces {
   YamlCursor intrinsics;
   YamlCursor resolution;
   YamlCursor distortion;
 };
 
-/// The camera for a distortion model given by its name in either format. `model` is the cursor at the name.
+/// The camera for a distortion model, whose name may be that of either format. `model` is the cursor at the
+/// name.
 [[nodiscard]] Result<CameraModel> make_camera(const YamlCursor& model, const FileIntrinsics& intrinsics,
                                               const std::vector<double>& distortion, std::int64_t width_px,
                                               std::int64_t height_px, const CameraPlaces& places);
 
-/// fx, fy, cx, cy as in files; c_x and c_y are the shortest decimals that read back as the same value after
-/// adding 1/2.
+/// fx, fy, cx, cy as stored in files; c_x and c_y are the shortest decimals that read back as the same value
+/// after adding 1/2.
 [[nodiscard]] std::array<std::string, 4> intrinsics_text(const CameraModel& camera);
-/// The coefficients in the order of the file.
+/// The coefficients in the order used in files.
 [[nodiscard]] std::vector<double> file_distortion(const CameraModel& camera);
 
 [[nodiscard]] bool looks_like_camera_info(const YamlCursor& root);
@@ -47,7 +48,7 @@ struct CameraPlaces {
 [[nodiscard]] bool looks_like_opencv(const YamlCursor& root);
 [[nodiscard]] Result<NamedCamera> read_opencv(const YamlCursor& root);
 
-/// The keys of a camchain that are cameras.
+/// The keys in a camchain that denote cameras.
 [[nodiscard]] std::vector<std::string> camchain_names(const YamlCursor& root);
 [[nodiscard]] Result<NamedCamera> read_camchain_camera(const YamlCursor& entry, std::string name);
 

@@ -1,4 +1,4 @@
-// Camera files as kalibr writes them.
+// Tests of camera files as written by kalibr.
 #include <array>
 #include <chrono>
 #include <string>

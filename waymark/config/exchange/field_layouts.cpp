@@ -143,9 +143,9 @@ Result<std::string> to_fmap(const TagMap& map, const std::optional<FieldSize>& f
 namespace {
 
 constexpr double kInch_m = 0.0254;
-constexpr int kCodes = 587;  // of tag36h11
+constexpr int kCodes = 587;  // number of codes in tag36h11
 
-/// The first line in lower case without spaces.
+/// The first line in lower case and without spaces.
 std::string header_of(std::string_view text) {
   std::string header;
   for (const char c : text.substr(0, text.find('\n')))

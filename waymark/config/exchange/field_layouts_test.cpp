@@ -1,4 +1,4 @@
-// Tests that field maps of Limelight contain the same tags as WPILib's layout of the same field.
+// Tests that Limelight field maps contain the same tags as the WPILib layout of the same field.
 #include "waymark/config/exchange/field_layouts.hpp"
 
 #include <gmock/gmock.h>
@@ -14,7 +14,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// Tag 1 of the field of 2024 as published by Limelight: from the centre of the field, in millimetres and
+/// Tag 1 of the 2024 field as published by Limelight, relative to the centre of the field, in millimetres and
 /// metres.
 constexpr const char* kFmap = R"({"type": "frc", "fiducials": [{"family": "apriltag3_36h11_classic", "id": 1,
   "size": 165.1, "unique": true, "transform": [-0.5, -0.866025, 0, 6.808597, 0.866025, -0.5, 0, -3.859403,
@@ -111,7 +111,7 @@ TEST(WpilibLayout, CsvIsInInchesAndDegrees) {
   const MappedTag& tag = map->tags.begin()->second;
   EXPECT_DOUBLE_EQ(tag.size_m, 0.2);
   EXPECT_LT((tag.map_T_tag.translation() - Eigen::Vector3d(9.27608, 6.137656, 1.867916)).norm(), 1e-9);
-  // It faces +x and leans down by 30 degrees, so its inward normal points back and up.
+  // The tag faces +x and is tilted down by 30 degrees, so its inward normal points back and up.
   expect_axis(tag.map_T_tag, Eigen::Vector3d::UnitZ(), Eigen::Vector3d(-std::cos(M_PI / 6), 0, 0.5));
   EXPECT_TRUE(parse_wpilib_layout("ID,X,Y,Z,Rotation\n1,593.68,9.68,53.38,120\n", "2024.csv"));
 }
@@ -175,7 +175,7 @@ TEST(WpilibLayout, ReadsTheFieldOf2024) {
   const auto map = read_any_map(folder / "2024-crescendo.json");
   ASSERT_TRUE(map) << to_string(map.error());
   EXPECT_EQ(map->map.tags.tags.size(), 16U);
-  // Tags 3 and 4 are side by side on the wall x = 16.579 m, 0.565 m apart, and are read from the field.
+  // Tags 3 and 4 are side by side on the wall x = 16.579 m, 0.565 m apart, and face the field.
   const SE3& third = map->map.tags.find({FamilyId::Tag36h11, 3})->map_T_tag;
   const SE3& fourth = map->map.tags.find({FamilyId::Tag36h11, 4})->map_T_tag;
   EXPECT_NEAR((third.inverse() * fourth).translation().x(), -0.56515, 1e-9);

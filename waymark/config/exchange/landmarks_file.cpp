@@ -27,7 +27,7 @@ struct Columns {
   std::size_t y = 0;
 };
 
-/// The first of these names that is a column.
+/// The column with the first of these names that exists.
 std::optional<std::size_t> column_of(const CsvTable& table, std::initializer_list<std::string_view> names) {
   for (const std::string_view name : names)
     if (const auto column = table.column(name)) return column;
@@ -82,7 +82,7 @@ std::optional<int> number_in(std::string_view key) {
   return error == std::errc() ? std::optional(number) : std::nullopt;
 }
 
-/// [x, y, z, yaw] of the centre of a board; yaw is the heading of a robot that faces it.
+/// Reads [x, y, z, yaw] of a board's centre; yaw is the heading of a robot that faces the board.
 Result<SE3> academy_pose(const YamlCursor& cursor) {
   const Result<std::vector<double>> n = cursor.exactly_numbers(4);
   if (!n) return tl::unexpected(n.error());

@@ -20,7 +20,7 @@ TEST(LandmarksFile, PointsOfATable) {
   EXPECT_FALSE(five.oriented);
   EXPECT_DOUBLE_EQ(five.map_T_tag.translation().x(), -0.37);
   EXPECT_GE(file->landmarks.find(TagId{FamilyId::TagCustom48h12, 1}), 0)
-      << "no family given: any family matches";
+      << "without a family, any family matches";
 }
 
 TEST(LandmarksFile, TagsOfTheAcademyFaceTheViewer) {
@@ -45,7 +45,7 @@ TEST(LandmarksFile, WaymarkMapsKeepSizesAndCovariances) {
   map.tags.tags[{.number = 3}] = tag;
   const auto file = parse_landmarks(to_yaml(map), "map.yaml");
   ASSERT_TRUE(file) << to_string(file.error());
-  // A rotation of the frame by 0.01 rad moves a tag 5 m away by 5 cm, which is its uncertainty.
+  // Rotating the frame by 0.01 rad moves a tag that is 5 m away by 5 cm, which is its uncertainty.
   EXPECT_NEAR(file->landmarks[0].covariance(1, 1), 1e-4 * (1 + 25), 1e-4 * 0.2);
 }
 

@@ -24,7 +24,7 @@ namespace {
 constexpr YamlLimits kExchangeLimits{.bytes = std::size_t{1} << 26U, .nodes = 2'000'000, .depth = 16};
 constexpr int kTag36h11Codes = 587;
 
-/// A pose from position and rotation vector, with the standard deviations in its own axes if given.
+/// A pose from position and rotation vector, with standard deviations along its own axes if they are given.
 Result<Uncertain<SE3>> tagslam_pose(const YamlCursor& at) {
   const auto p = at.read_at("position", read_xyz);
   if (!p) return tl::unexpected(p.error());
@@ -99,7 +99,7 @@ Status read_body(const YamlCursor& body, std::optional<double> tag_size_m, ReadM
   return {};
 }
 
-/// Reads tags of static bodies with a known pose.
+/// Reads the tags on static bodies with known poses.
 Result<ReadMap> read_tagslam_map(const YamlCursor& root, std::optional<double> tag_size_m) {
   ReadMap map{.form = MapForm::Tagslam};
   const Result<YamlCursor> bodies = root.at("bodies");

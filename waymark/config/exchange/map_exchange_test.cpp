@@ -14,7 +14,7 @@ using ::testing::HasSubstr;
 constexpr TagId kFirst{FamilyId::Tag36h11, 3};
 constexpr TagId kSecond{FamilyId::Tag36h11, 7};
 
-/// Upright tags, which all forms can represent.
+/// Upright tags, which all formats can represent.
 MapFile some_map() {
   MapFile map{.anchor = kFirst, .provenance = {{"method", "bundle"}}};
   map.tags.tags[kFirst] = {SE3(SO3::from_rpy(0, 0, 0.7) * body_R_optical(), {1, 2, 0.3}), 0.16};

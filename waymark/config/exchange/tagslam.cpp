@@ -38,14 +38,14 @@ class TagslamReader {
   std::string text(const YamlCursor& at, std::string_view key, std::string fallback);
   std::set<int> ids(const YamlCursor& at, std::string_view key);
   std::vector<double> numbers(const YamlCursor& at, std::string_view key, std::size_t count);
-  /// {x:, y:, z:} or [x, y, z]; zero if missing.
+  /// Reads {x:, y:, z:} or [x, y, z]; zero if missing.
   Eigen::Vector3d vector(const YamlCursor& at, std::string_view key, double fallback = 0);
   double positive(const YamlCursor& at, std::string_view key);
-  /// Seconds with up to nine decimals, exact; quoted or not.
+  /// Reads seconds with up to nine decimals exactly, quoted or not.
   SensorTime time(const YamlCursor& at, std::string_view key);
 
-  /// A matrix W of TagSLAM (rotation first) converted to translation first. TagSLAM stores the 36 numbers by
-  /// columns (only then are its own results the minimum of its cost).
+  /// Reads a TagSLAM matrix W (rotation first) and converts it to translation first. TagSLAM stores the 36
+  /// numbers column by column; only with this order do its own results minimise its cost.
   Matrix6 sqrt_information(const YamlCursor& at, std::string_view key);
   ScenePrior prior(const YamlCursor& at, const SE3& mean, const Eigen::Vector3d& sigma_m,
                    const Eigen::Vector3d& sigma_rad);
@@ -62,7 +62,7 @@ void each(const YamlCursor& at, std::string_view key, const Visit& visit) {
   for (const YamlCursor& item : list ? list->children() : std::vector<YamlCursor>()) visit(item);
 }
 
-/// "1527206556.891942748" in nanoseconds; nothing for other text.
+/// Converts "1527206556.891942748" to nanoseconds; `nullopt` for any other text.
 std::optional<std::int64_t> nanoseconds_of(std::string_view text) {
   constexpr std::size_t kDigits = 9;
   const std::size_t point = std::min(text.find('.'), text.size());
@@ -155,15 +155,15 @@ ScenePrior TagslamReader::prior(const YamlCursor& at, const SE3& mean, const Eig
   return ScenePrior::of(mean, sigma_m, sigma_rad);
 }
 
-/// A prior on TagSLAM's tag frame (y up, z towards the viewer) converted to Waymark's.
+/// Converts a prior on TagSLAM's tag frame (y up, z towards the viewer) to Waymark's tag frame.
 ScenePrior of_our_tag(const ScenePrior& theirs) {
   return {theirs.mean * half_turn(), theirs.sqrt_information * half_turn().adjoint()};
 }
 
-/// A corner by TagSLAM's number (BL, BR, TR, TL) as a corner of Waymark.
+/// Converts TagSLAM's number of a corner (BL, BR, TR, TL) to Waymark's.
 int our_corner(int theirs) { return theirs < 0 ? theirs : 3 - theirs; }
 
-/// Names of the keys of a camera.
+/// The key names used for a camera.
 struct TagslamCameraKeys {
   std::string_view intrinsics, resolution, distortion, model, topic;
 };
@@ -204,7 +204,7 @@ Result<CameraOnBody> read_tagslam_camera(const YamlCursor& entry, std::string na
                       .wiggle_rad = wiggle_rad};
 }
 
-/// Reads the odometry keys of a body; both files have the same keys except for T_body_odom.
+/// Reads the odometry keys of a body. Both files have the same keys, except for T_body_odom.
 void read_tagslam_odometry(const YamlCursor& body, TagslamReader& read, SceneBody& into) {
   into.odometry_frame = read.text(body, "odom_frame_id", "");
   SceneMotionNoise& noise = into.odometry;
@@ -230,7 +230,7 @@ void read_tagslam_odometry(const YamlCursor& body, TagslamReader& read, SceneBod
     into.stays_put = SceneMotionNoise{.sigma_m = stays_m, .sigma_rad = stays_rad};
 }
 
-/// Reads `tag_id_remap` and `squash`, the same in both files.
+/// Reads `tag_id_remap` and `squash`, which are the same in both files.
 void read_tagslam_times(const YamlCursor& root, TagslamReader& read, TagScene& scene) {
   each(root, "tag_id_remap", [&](const YamlCursor& entry) {
     each(entry, "remaps", [&](const YamlCursor& at) {
@@ -250,7 +250,7 @@ struct Defaults {
   double sigma_m = 0.05, sigma_rad = 0.01;
 };
 
-/// Reads position, rotation (rotation vector), and their noise or R.
+/// Reads the position, the rotation (as a rotation vector), and their noise or R.
 ScenePrior read_tagslam_pose(const YamlCursor& pose, const Defaults& defaults, TagslamReader& read) {
   const SE3 mean(SO3::exp(read.vector(pose, "rotation")), read.vector(pose, "position"));
   if (pose.find("R")) return {mean, read.sqrt_information(pose, "R")};
@@ -258,7 +258,7 @@ ScenePrior read_tagslam_pose(const YamlCursor& pose, const Defaults& defaults, T
                     read.vector(pose, "rotation_noise", defaults.sigma_rad));
 }
 
-/// Adds a board of tags in a grid, or with every second tag omitted.
+/// Adds a board with a grid of tags, optionally with every second tag omitted.
 void add_board(const YamlCursor& board, bool staggered, TagslamReader& read, SceneBody& body) {
   const int rows = read.integer(board, "tag_rows", 0);
   const int columns = read.integer(board, "tag_columns", 0);
@@ -332,7 +332,7 @@ SceneBody read_tagslam_body(const YamlCursor& entry, std::string name, const Def
   return body;
 }
 
-/// Visits a sequence of maps with one key each, the name.
+/// Visits a sequence of maps, each with a single key: the name.
 template <class Visit>
 void for_named(const YamlCursor& root, std::string_view key, const Visit& visit) {
   const auto list = root.find(key);
@@ -492,7 +492,7 @@ Result<YamlNode> parse_tagslam_file(const std::filesystem::path& path) {
   return parse_yaml(*text, path.string(), {.bytes = kMaxTagslamBytes, .nodes = 1'000'000});
 }
 
-/// TagSLAM's files do not contain the family; large ids exclude tag36h11.
+/// TagSLAM's files do not contain the family; ids that are too large rule out tag36h11.
 void name_family(TagScene& scene) {
   bool larger = false;
   for (const SceneBody& body : scene.bodies) {

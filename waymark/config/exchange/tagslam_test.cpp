@@ -1,4 +1,4 @@
-// Tests files of TagSLAM: their contents, both forms, and errors.
+// Tests of TagSLAM files: their contents, both formats, and errors.
 #include "waymark/config/exchange/tagslam.hpp"
 
 #include <filesystem>
@@ -49,7 +49,7 @@ class TagslamFolder : public ::testing::Test {
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
   void write(const char* name, const std::string& text) { std::ofstream(folder_ / name) << text; }
-  /// Error of reading after one word of a file is replaced.
+  /// The error that occurs on reading a file in which one word has been replaced.
   std::string without(const char* name, std::string text, const std::string& from, const std::string& to) {
     text.replace(text.find(from), from.size(), to);
     write(name, text);

@@ -11,28 +11,29 @@
 
 namespace waymark {
 
-/// Valid names in `values`, in the order of the file.
+/// Valid names in `values`, in the order used in the file.
 [[nodiscard]] const std::vector<std::string>& calibration_names();
 
-/// Reads calibration.yaml (docs/formats/calibration.md). Errors have file, line and key: not a calibration,
-/// an unknown or missing key, a negative standard deviation, an unknown verdict, or parameters that
+/// Reads calibration.yaml (docs/formats/calibration.md). Fails with file, line and key on a file of another
+/// kind, an unknown or missing key, a negative standard deviation, an unknown verdict, or parameters that
 /// CameraModel::make() rejects.
 [[nodiscard]] Result<Calibration> read_calibration(const std::filesystem::path& path);
 [[nodiscard]] Result<Calibration> parse_calibration(std::string_view text, const std::string& source);
 
-/// Reads back as exactly the same calibration.
+/// The text reads back as exactly the same calibration.
 [[nodiscard]] std::string to_yaml(const Calibration& calibration);
 /// Fails if the path is an existing file that is not a calibration.
 [[nodiscard]] Status check_calibration_place(const std::filesystem::path& path);
-/// Fails (InvalidArgument) on a non-finite number or an unknown name without writing, and if the path is an
-/// existing file that is not a calibration.
+/// Fails (InvalidArgument) without writing on a non-finite number or an unknown name. Also fails if the path
+/// is an existing file that is not a calibration.
 [[nodiscard]] Status write_calibration(const std::filesystem::path& path, const Calibration& calibration);
 
-/// Standard deviations of a camera's parameters in the order of intrinsics_of(); next to zero for parameters
-/// without one. Empty if the calibration has none of them. The file does not contain correlations.
+/// Standard deviations of a camera's parameters, in the order of intrinsics_of(). A parameter without one
+/// gets a value close to zero. Empty if the calibration contains none of them. Correlations are not stored in
+/// the file.
 [[nodiscard]] Eigen::VectorXd intrinsics_sigma(const CameraModel& camera, const Calibration& calibration);
 
-/// base_T_cam with the calibrated parts of the mounting replaced.
+/// base_T_cam with the calibrated components of the mounting replaced.
 [[nodiscard]] SE3 calibrated_mounting(const SE3& base_T_cam, const Calibration& calibration);
 
 }  // namespace waymark

@@ -111,7 +111,7 @@ std::string to_yaml(const CommissionRecord& record) {
   return text;
 }
 
-/// The text without the top-level block of a key.
+/// The text without a key's top-level block.
 std::string without_block(std::string_view text) {
   std::string kept;
   bool inside = false;

@@ -26,7 +26,7 @@ Result<FaultKind> kind_of(const YamlCursor& entry) {
                                       suggestion(*name, known));
 }
 
-/// The keys of a kind in addition to fault, at_s and for_s.
+/// The keys of a fault kind in addition to fault, at_s and for_s.
 std::vector<std::string> keys_of(FaultKind kind) {
   switch (kind) {
     case FaultKind::TagMoved:

@@ -66,7 +66,7 @@ TEST(FaultsFile, InvalidInputIsReportedWithFileLineAndKey) {
   EXPECT_FALSE(parse_faults("fault: x\n", "f.yaml", circuit()));
 }
 
-// Worlds and robots that come with Waymark fit together.
+// Worlds and robots shipped with Waymark must fit together.
 struct Shipped {
   const char* world;
   const char* robot;

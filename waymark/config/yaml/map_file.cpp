@@ -32,7 +32,7 @@ Result<SE3> read_pose(const YamlCursor& entry) {
   return SE3(*rotation, Eigen::Vector3d((*p)[0], (*p)[1], (*p)[2]));
 }
 
-/// The symmetric matrix of an upper triangle, row-major.
+/// The symmetric matrix with this upper triangle (row-major).
 template <int N>
 Eigen::Matrix<double, N, N> symmetric(const std::vector<double>& upper) {
   Eigen::Matrix<double, N, N> P;
@@ -89,7 +89,7 @@ Status read_tie(const YamlCursor& entry, MappedTag& mapped) {
   return {};
 }
 
-/// Checks that ties connect tags of the map and end at a tag without a tie.
+/// Checks that ties connect tags in the map and end at a tag without a tie.
 Status check_ties(const YamlCursor& root, const TagMap& map) {
   std::set<TagId> fine;
   for (const auto& [id, mapped] : map.tags) {
@@ -172,7 +172,7 @@ Result<FloorPlane> read_floor(const YamlCursor& root) {
   const auto n = floor->read_at("normal", [](const YamlCursor& c) { return c.exactly_numbers(3); });
   if (!n) return tl::unexpected(n.error());
   const Eigen::Vector3d normal((*n)[0], (*n)[1], (*n)[2]);
-  constexpr double kUpright = 0.5;  // cosine
+  constexpr double kUpright = 0.5;  // cosine of the largest angle to the vertical
   if (!(std::abs(normal.norm() - 1) < 1e-6) || normal.z() < kUpright)
     return floor->at("normal")->fail_here(ErrorCode::InvalidArgument,
                                           "the normal of the floor must have length 1 and point upwards");

@@ -15,23 +15,24 @@ namespace waymark {
 /// Contents of map.yaml (docs/formats/map.md).
 struct MapFile {
   TagMap tags{};
-  std::map<TagId, int> observations{};  ///< number of frames with a tag; missing if unknown
+  std::map<TagId, int> observations{};  ///< number of frames that show a tag; no entry if unknown
   TagId anchor{};                       ///< the tag whose pose was given
-  /// Origin of the map as text, in the order of the file: method, recording, …
+  /// Origin of the map as text, in file order: method, recording, …
   std::vector<std::pair<std::string, std::string>> provenance{};
 };
 
-/// Reads a map. Errors have file, line and key: not a map, an unknown or missing key, a duplicate tag, or a
-/// tag that is not in its family. Invalid quaternions, covariances without 21 numbers, and an anchor that is
-/// not among the tags are errors too.
+/// Reads a map. Fails with file, line and key on a file of another kind, an unknown or missing key, a
+/// duplicate tag, or a tag that is not in its family. Invalid quaternions, covariances without 21 numbers,
+/// and an anchor that is not among the tags are errors too.
 [[nodiscard]] Result<MapFile> read_map(const std::filesystem::path& path);
 /// map.yaml in the folder if the path is a folder, else the path itself.
 [[nodiscard]] std::filesystem::path map_file_of(const std::filesystem::path& map_or_folder);
 [[nodiscard]] Result<MapFile> parse_map(std::string_view text, const std::string& source);
 
-/// Reads back as exactly the same map except for the norm of the quaternions. Every number must be finite.
+/// The text reads back as exactly the same map, except for the norms of the quaternions. Every number must be
+/// finite.
 [[nodiscard]] std::string to_yaml(const MapFile& map);
-/// Fails (InvalidArgument) on a non-finite number without writing.
+/// Fails (InvalidArgument) without writing if a number is not finite.
 [[nodiscard]] Status write_map(const std::filesystem::path& path, const MapFile& map);
 
 }  // namespace waymark

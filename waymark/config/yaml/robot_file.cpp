@@ -46,7 +46,7 @@ Result<std::optional<MotionNoise>> read_robot_motion(const std::filesystem::path
 
 namespace {
 
-constexpr double kMaxMetres = 20;  ///< of hull, wheels and mounting
+constexpr double kMaxMetres = 20;  ///< limit for hull, wheels and mounting
 
 /// Reads one part of the file with its required keys.
 template <class Read>
@@ -87,7 +87,7 @@ Status read_model(const YamlCursor& root, RobotModel& model) {
 constexpr const char* kMounting = "camera_mounting";
 constexpr const char* kInfo = "camera_info";
 
-/// Lens and mounting, at the root or in an entry of `cameras`.
+/// Reads lens and mounting, either at the root or in an entry of `cameras`.
 Result<MountedCamera> read_camera_at(const YamlCursor& entry, std::string name) {
   CameraMounting at;
   Status status =
@@ -126,7 +126,7 @@ Result<std::string> read_camera_name(const YamlCursor& entry, const std::vector<
   return name;
 }
 
-/// Reads the list of cameras, or the only one, which needs no name.
+/// Reads the list of cameras, or a single camera, which needs no name.
 Result<std::vector<MountedCamera>> read_robot_cameras(const YamlCursor& root) {
   constexpr std::size_t kMaxCameras = 16;
   std::vector<MountedCamera> cameras;

@@ -26,7 +26,7 @@ TEST(RobotFile, TheLimoMatchesItsDataSheet) {
   EXPECT_EQ(limo->model.name, "limo");
   EXPECT_EQ(limo->model.hull.width_m, 0.22);
   EXPECT_EQ(limo->camera.width_px(), 640);
-  // Points straight ahead project to the image centre, points on the left to the left of it.
+  // Points straight ahead project to the image centre, and points on the left project to the left of it.
   const SE3 cam_T_base = limo->model.base_T_cam.inverse();
   const Eigen::Vector3d ahead = cam_T_base * Eigen::Vector3d(2.084, 0, 0.18);
   EXPECT_TRUE(ahead.isApprox(Eigen::Vector3d(0, 0, 2), 1e-12));

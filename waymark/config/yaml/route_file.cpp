@@ -64,7 +64,7 @@ double median_spacing_m(const Route& route) {
   return spacings[spacings.size() / 2];
 }
 
-/// Checks that points have even spacing and are not farther apart than their arc lengths.
+/// Checks that points are evenly spaced and no farther apart than their arc lengths.
 Status check_spacing(const YamlCursor& points, const Route& route) {
   constexpr double kSlack_m = 0.01;
   const double most_m = 3 * median_spacing_m(route) + 0.02;

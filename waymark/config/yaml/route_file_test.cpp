@@ -16,7 +16,7 @@
 namespace waymark {
 namespace {
 
-/// A circle of 2 m with even steps: closed by one more step, or ending where it began.
+/// A circle of 2 m with even steps, either closed by one more step or ending where it began.
 Route some_route(bool closed) {
   Random random(5);
   Route route{.closed = closed};
@@ -89,7 +89,7 @@ std::string without_lines(const std::string& text, std::size_t first, std::size_
   return kept;
 }
 
-/// The file in the older form, without the values that describe its points.
+/// The file in the older format, without the values that describe its points.
 std::string as_before(std::string text) {
   for (const char* key : {"point_count", "closing_gap_m", "points_checksum"}) {
     const std::size_t begin = text.find(key);
@@ -143,7 +143,8 @@ TEST(RouteFile, RejectsSpeedsAgainstThePoints) {
   EXPECT_TRUE(parse_route(to_yaml(route), "r.yaml")) << "consistently backward";
 }
 
-/// Forward to 0.5 m, backward to 0.2 m, forward to 0.8 m: a point has the speed with which it is reached.
+/// Drives forward to 0.5 m, backward to 0.2 m and forward to 0.8 m. The speed at a point is the speed with
+/// which it is reached.
 Route with_turning_points() {
   Route route;
   const auto add = [&](double x_m, double speed_m_s) {
@@ -201,7 +202,8 @@ TEST(RouteFile, RejectsARouteOfAnotherMap) {
   TagMap extended = map;
   extended.tags[{FamilyId::Tag36h11, 9}] = map.tags.begin()->second;
   extended.tags.erase({FamilyId::Tag36h11, 0});
-  EXPECT_TRUE(check_map(*back, extended, "r.yaml")) << "one tag removed and one added: the same map";
+  EXPECT_TRUE(check_map(*back, extended, "r.yaml"))
+      << "removing one tag and adding one leaves the map the same";
   TagMap other = map;
   for (auto& [id, tag] : other.tags) tag.map_T_tag = SE3(SO3(), {0, 1, 0}) * tag.map_T_tag;
   const Status refused = check_map(*back, other, "r.yaml");

@@ -18,10 +18,10 @@ namespace {
 
 constexpr YamlLimits kWorldLimits{.bytes = std::size_t{1} << 22U, .nodes = 200'000, .depth = 16};
 
-/// A point [x, y] of a list.
+/// Reads a point [x, y] from a list.
 [[nodiscard]] Result<Eigen::Vector2d> read_point(const YamlCursor& point);
 
-/// Adds a tag to a world; fails on an id that is not in the family or a duplicate.
+/// Adds a tag to a world; fails if its id is a duplicate or not in the family.
 Result<TagId> place_tag(const YamlCursor& entry, FamilyId family, const SE3& map_T_tag, double size_m,
                         World& world);
 
@@ -160,8 +160,8 @@ Result<TagId> place_tag(const YamlCursor& entry, FamilyId family_id, const SE3& 
   return tag;
 }
 
-/// Reads optional contents of a world besides single tags: panels (whose tags are added to those of the
-/// world), walls, occluders, keep_outs, floor, tag_margin_cells, corners_through_paper. `size_m` is the
+/// Reads the optional contents of a world other than single tags: panels (whose tags are added to those of
+/// the world), walls, occluders, keep_outs, floor, tag_margin_cells, corners_through_paper. `size_m` is the
 /// default tag size.
 Status read_scenery(const YamlCursor& root, FamilyId family, double size_m, World& world) {
   Numbers value(root);

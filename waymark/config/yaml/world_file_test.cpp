@@ -90,7 +90,7 @@ floor: {texture: tiles, cell_m: 0.25}
   ASSERT_EQ(world->panels.size(), 1U);
   const MappedTag* tag = world->tags.find({FamilyId::Tag36h11, 7});
   ASSERT_NE(tag, nullptr);
-  // A viewer of a board that faces -x has map -y on the right.
+  // For a viewer of a board that faces -x, map -y is on the right.
   EXPECT_TRUE(tag->map_T_tag.translation().isApprox(Eigen::Vector3d(2, -0.2, 0.55), 1e-12));
   ASSERT_EQ(world->walls.size(), 1U);
   EXPECT_EQ(as_box(world->walls[0]).size_m, Eigen::Vector3d(4, 0.1, 2));
