@@ -19,7 +19,7 @@
 namespace waymark {
 namespace {
 
-/// A file descriptor that is closed on destruction.
+/// A file descriptor that is closed by the destructor.
 class Descriptor {
  public:
   explicit Descriptor(int fd) : fd_(fd) {}
@@ -63,7 +63,7 @@ class FileSink final : public ByteSink {
   }
 
   Status sync() override {
-    // EINVAL: a pipe or device that cannot be synced has no data to lose.
+    // A pipe or device that cannot be synced (EINVAL) has no data to lose.
     if (::fdatasync(fd_.get()) != 0 && errno != EINVAL) {
       return fail(ErrorCode::Unwritable, fmt::format("cannot sync: {}", reason()),
                   {.source = path_.string()});
@@ -79,8 +79,8 @@ class FileSink final : public ByteSink {
     const auto size = static_cast<off_t>(size_);
     if (::ftruncate(fd_.get(), size) == 0) (void)::lseek(fd_.get(), size, SEEK_SET);
   }
-  // A new file survives a power cut only if its folder entry is synced too. Failures are ignored: nothing
-  // else can be done about them.
+  // A new file survives a power cut only if its folder entry is synced too. Failures are ignored, because
+  // nothing else can be done about them.
   void sync_name() const {
     const std::filesystem::path folder = path_.has_parent_path() ? path_.parent_path() : ".";
     const Descriptor fd(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
@@ -184,7 +184,7 @@ Error named_output(Error error, const std::filesystem::path& output) {
 }
 
 Status rename_to_new(const std::filesystem::path& from, const std::filesystem::path& to) {
-  // link() fails if the name is taken, rename() does not. Some file systems have no links.
+  // link() fails if the name is taken, whereas rename() does not. Some file systems have no links.
   const bool linked = ::link(from.c_str(), to.c_str()) == 0;
   const bool no_links = !linked && (errno == EPERM || errno == EOPNOTSUPP || errno == EMLINK);
   std::error_code ignored;
@@ -199,7 +199,7 @@ Status rename_to_new(const std::filesystem::path& from, const std::filesystem::p
 }
 
 Result<std::unique_ptr<ByteSource>> open_file(const std::filesystem::path& path) {
-  // Non-blocking: opening a pipe without a writer would block forever.
+  // Opened in non-blocking mode, because opening a pipe without a writer would otherwise block forever.
   const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   struct stat info {};
   if (fd >= 0 && ::fstat(fd, &info) == 0 && S_ISFIFO(info.st_mode)) {
@@ -223,8 +223,9 @@ std::unique_ptr<ByteSink> memory_sink(Bytes& bytes) { return std::make_unique<Me
 
 namespace {
 
-/// Opens an unnamed file in `folder`; -1 and errno on failure. Uses O_TMPFILE if the file system supports it;
-/// otherwise (NFS, older overlays) a process that is killed between two calls leaves an empty file.
+/// Opens an unnamed file in `folder`; returns -1 and sets errno on failure. Uses O_TMPFILE if the file system
+/// supports it. Otherwise (NFS, older overlays), a process that is killed between two calls leaves an empty
+/// file behind.
 int open_unnamed(const std::filesystem::path& folder) {
   const int unnamed = ::open(folder.c_str(), O_TMPFILE | O_EXCL | O_RDWR | O_CLOEXEC, S_IRUSR | S_IWUSR);
   if (unnamed >= 0) return unnamed;

@@ -12,7 +12,7 @@
 
 namespace waymark {
 
-/// Destination of a writer's bytes, in order. Bytes that write() accepted survive a crash of the process.
+/// Receives a writer's bytes in order. Bytes that write() accepted survive a crash of the process.
 class ByteSink {
  public:
   virtual ~ByteSink() = default;
@@ -26,7 +26,7 @@ class ByteSink {
 class ByteSource {
  public:
   virtual ~ByteSource() = default;
-  /// Current size; a recording in progress grows.
+  /// The current size; a recording in progress grows.
   [[nodiscard]] virtual Result<std::uint64_t> size() const = 0;
   /// Fills all of `out` from `offset`, or fails.
   virtual Status read(std::uint64_t offset, std::span<std::uint8_t> out) const = 0;
@@ -35,8 +35,8 @@ class ByteSource {
 
 /// Creates a file. Fails if it exists: a recording is never overwritten.
 [[nodiscard]] Result<std::unique_ptr<ByteSink>> create_file(const std::filesystem::path& path);
-/// Changes the place of an error to `output`: the temporary file next to it, where the error occurred, has
-/// been removed.
+/// Changes the place of an error to `output`, because the temporary file next to it, where the error
+/// occurred, has been removed.
 [[nodiscard]] Error named_output(Error error, const std::filesystem::path& output);
 /// Renames a finished file atomically. Fails if a file with the new name exists; the file then keeps its old
 /// name.

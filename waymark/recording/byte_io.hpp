@@ -50,8 +50,9 @@ void append_little_endian(Bytes& out, T value) {
   out.insert(out.end(), raw, raw + sizeof(T));
 }
 
-/// Reads forward through bytes it does not own. A read past the end sets failed(); from then on numbers are
-/// zero and spans are empty. It never reads out of bounds, so one check of failed() at the end is enough.
+/// Reads forward through bytes it does not own. A read past the end sets failed(); from then on, numbers are
+/// zero and spans are empty. Nothing is ever read out of bounds, so one check of failed() at the end is
+/// enough.
 class ByteReader {
  public:
   explicit ByteReader(ByteSpan bytes) : bytes_(bytes) {}
@@ -98,7 +99,7 @@ class ByteReader {
 
 inline void append(Bytes& out, ByteSpan part) { out.insert(out.end(), part.begin(), part.end()); }
 
-/// ByteReader for numbers in big-endian order.
+/// A ByteReader for numbers in big-endian order.
 class BigEndianReader {
  public:
   explicit BigEndianReader(ByteSpan bytes) : in_(bytes) {}
@@ -119,7 +120,7 @@ class BigEndianReader {
   void numbers(std::array<T, kCount>& out) {
     for (T& value : out) value = number<T>();
   }
-  /// `count` numbers. A count that exceeds the remaining bytes fails before memory is allocated.
+  /// Reads `count` numbers. A count that exceeds the remaining bytes fails before memory is allocated.
   template <class T>
   void numbers(std::vector<T>& out, std::uint64_t count) {
     if (failed() || count > remaining() / sizeof(T)) {

@@ -74,7 +74,7 @@ class Walk {
       out_.push_back(0);
       return true;
     }
-    align(4);  // time, duration: seconds, nanoseconds
+    align(4);  // time and duration: seconds, nanoseconds
     append(out_, in_.take(8));
     return !in_.failed();
   }
@@ -130,13 +130,14 @@ Status Ros1Transcoder::transcode(ByteSpan message, Bytes& out) const {
 namespace waymark {
 namespace {
 
-/// The ROS 1 spelling of the type is in the channel metadata, or in MCAP files the schema name.
+/// The type in ROS 1 spelling, which is stored in the channel metadata or, in MCAP files, as the schema name.
 std::string ros1_type(const LogChannel& channel) {
   const auto name = channel.metadata.find("ros1_type");
   return name == channel.metadata.end() ? ros::short_type(channel.type) : name->second;
 }
 
-/// Whether the definition in a recording has the same byte layout as the built-in definition of that name.
+/// Whether the definition in a recording has the same byte layout as the built-in definition of the same
+/// name.
 bool fits_ours(const LogChannel& channel) {
   const std::string ours = ros2::schema_text(channel.type);
   if (ours.empty() || channel.schema_encoding != "ros2msg" || channel.schema.empty()) return true;

@@ -14,24 +14,24 @@
 
 namespace waymark::ros {
 
-/// Converts messages of one ROS 1 type to the form of ROS 2 (plain little-endian CDR). It uses the definition
-/// in the recording, so unknown message types are converted too. Header.seq is dropped: ROS 2 has no such
-/// field.
+/// Converts messages of one ROS 1 type to the ROS 2 encoding (plain little-endian CDR). It uses the
+/// definition in the recording, so unknown message types are converted too. Header.seq is dropped, because
+/// ROS 2 has no such field.
 class Ros1Transcoder {
  public:
-  /// `type` in ROS 1 spelling: "sensor_msgs/Image". Fails if the definition is invalid.
+  /// `type` is in ROS 1 spelling: "sensor_msgs/Image". Fails if the definition is invalid.
   static Result<Ros1Transcoder> make(std::string_view type, std::string_view definition);
 
-  /// Type in ROS 2 spelling: "sensor_msgs/msg/Image". tf/tfMessage becomes tf2_msgs/msg/TFMessage.
+  /// The type in ROS 2 spelling: "sensor_msgs/msg/Image". tf/tfMessage becomes tf2_msgs/msg/TFMessage.
   [[nodiscard]] const std::string& type() const { return type_; }
-  /// The ROS 2 definition if one is built in and has the same byte layout (field names may differ: k, not K).
-  /// Otherwise the recorded definition in ROS 2 syntax.
+  /// The ROS 2 definition if one is built in and has the same byte layout (field names may differ, such as k
+  /// and K). Otherwise, the recorded definition in ROS 2 syntax.
   [[nodiscard]] const std::string& schema() const { return schema_; }
   /// Whether the ROS 2 type of the same name has this byte layout (true for types without a built-in
   /// definition).
   [[nodiscard]] bool same_as_ros2() const { return same_; }
 
-  /// Whether a message loses its Header.seq.
+  /// Whether messages lose their Header.seq.
   [[nodiscard]] bool drops_sequence_numbers() const;
 
   /// Appends the converted message to `out`. Fails unless the message ends exactly where its definition does.
@@ -55,7 +55,7 @@ class CdrChannels {
  public:
   struct Channel {
     LogChannel channel{};  ///< type, schema and encoding of ROS 2
-    /// Whether the channel's definition has the byte layout of the ROS 2 type of that name. If not, the
+    /// Whether the channel's definition has the byte layout of the ROS 2 type with that name. If not, the
     /// built-in structs cannot decode its messages.
     bool known_layout = true;
     std::optional<ros::Ros1Transcoder> transcoder{};
@@ -68,10 +68,11 @@ class CdrChannels {
 
   explicit CdrChannels(Note note) : note_(std::move(note)) {}
 
-  /// The converted channel; nullptr if its definition is invalid (noted) or its encoding is not a ROS
-  /// encoding.
+  /// The converted channel; nullptr if its definition is invalid (which is noted) or its encoding is not a
+  /// ROS encoding.
   const Channel* channel(const LogChannel& channel);
-  /// The converted message; nothing if it does not match its definition (noted) or the channel has none.
+  /// The converted message; empty if it does not match its definition (which is noted) or the channel cannot
+  /// be converted.
   std::optional<Message> convert(const LogChannel& channel, const LogMessage& message);
 
  private:

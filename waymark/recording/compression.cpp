@@ -46,7 +46,7 @@ Result<ByteSpan> decompress_zstd(ByteSpan packed, std::size_t size, Bytes& room)
   const unsigned long long promised = ZSTD_getFrameContentSize(packed.data(), packed.size());
   const bool known = promised != ZSTD_CONTENTSIZE_UNKNOWN;
   if (promised == ZSTD_CONTENTSIZE_ERROR) return damaged("zstd", "not a zstd frame");
-  // Checked before allocation. With several concatenated frames the total may exceed the size in the first
+  // Checked before allocation. With several concatenated frames, the total may exceed the size in the first
   // header.
   if (known && promised > size) return damaged("zstd", fmt::format("{} bytes instead of {}", promised, size));
   room.resize(size);
@@ -68,13 +68,13 @@ Result<ByteSpan> decompress_lz4(ByteSpan packed, std::size_t size, Bytes& room) 
   room.resize(size);
   std::size_t filled = 0;
   std::size_t used = 0;
-  std::size_t more = 1;  // 0 when the frame has ended
+  std::size_t more = 1;  // 0 once the frame has ended
   while (more != 0 && used < packed.size()) {
     std::size_t out = room.size() - filled;
     std::size_t in = packed.size() - used;
     more = LZ4F_decompress(context.get(), room.data() + filled, &out, packed.data() + used, &in, nullptr);
     if (LZ4F_isError(more) != 0) return damaged("lz4", LZ4F_getErrorName(more));
-    if (out == 0 && in == 0) break;  // needs more output than `size`
+    if (out == 0 && in == 0) break;  // more output than `size` is needed
     filled += out;
     used += in;
   }
@@ -223,7 +223,7 @@ class BoundedFile {
     return status;
   }
 
-  std::optional<Error> refusal{};  ///< a limit was exceeded; not damage
+  std::optional<Error> refusal{};  ///< a limit was exceeded, which is not damage
 
  private:
   Status refused(Error error) {

@@ -1,4 +1,4 @@
-// Round trips and damage of compressed bytes: MCAP chunks, and files compressed as a whole.
+// Round trips and damage of compressed bytes, both in MCAP chunks and in files compressed as a whole.
 #include "waymark/recording/compression.hpp"
 
 #include <bzlib.h>

@@ -27,7 +27,7 @@ namespace {
 
 constexpr const char* kContentsHint = "`waymark info` lists the contents of a recording.";
 
-/// Derives the progress of a visit from log times; periodically calls the caller's function.
+/// Derives the progress of a visit from log times and periodically calls the caller's function.
 class ExportProgress {
  public:
   ExportProgress(const MessageLog& log, const ExportOptions& options) : report_(options.progress) {
@@ -51,7 +51,7 @@ class ExportProgress {
   std::uint64_t count_ = 0;
 };
 
-/// Maps channels of the source to channels of the file being written.
+/// Maps channels in the source to channels in the file being written.
 class McapExport {
  public:
   McapExport(mcap::Writer writer, MessageLog& log, const ExportOptions& options)
@@ -71,7 +71,7 @@ class McapExport {
     ByteSpan data = message.data;
     if (channel.encoding == "ros1") {
       const auto converted = cdr_.convert(channel, message);
-      if (!converted) return {};  // noted
+      if (!converted) return {};  // already noted
       as = &converted->channel->channel;
       data = converted->data;
       if (converted->channel->transcoder->drops_sequence_numbers()) {
@@ -151,7 +151,7 @@ Status add_blocks(mcap::Writer& writer, const Blocks& blocks) {
   return {};
 }
 
-/// Whether messages of a channel stay valid until the next one. ROS delivers them to late subscribers too.
+/// Whether messages on a channel stay valid until the next one. ROS delivers them to late subscribers too.
 bool is_latched(const LogChannel& channel) {
   const auto qos = channel.metadata.find("offered_qos_profiles");
   const bool latched =
@@ -160,8 +160,8 @@ bool is_latched(const LogChannel& channel) {
   return latched || channel.topic.ends_with("/tf_static") || channel.type.ends_with("/CameraInfo");
 }
 
-/// Writes earlier messages that are still valid to the beginning of a part that begins later: the newest
-/// message of each latched topic and all fixed transforms. O(messages before it on these topics).
+/// For a part that begins later, writes earlier messages that are still valid to its beginning: the newest
+/// message of each latched topic and all fixed transforms. O(earlier messages on these topics).
 Status add_latched(McapExport& exported, MessageLog& log, const LogSelection& selection) {
   LogSelection before{.to = selection.from};
   for (const LogChannel& channel : log.channels())
@@ -195,7 +195,7 @@ Result<ExportReport> export_messages(MessageLog& log, std::unique_ptr<ByteSink> 
       return exported.add(channel, message);
     });
   if (status) status = add_attachments(exported.writer(), log);
-  // Copied before the log is read again: each visit clears the problems of the previous one.
+  // Copied before the log is read again, because each visit clears the problems of the previous one.
   exported.report().problems = log.problems();
   exported.noted().append_to(exported.report().problems);
   if (status) status = add_blocks(exported.writer(), blocks_of(log, exported.report(), options));
@@ -204,7 +204,7 @@ Result<ExportReport> export_messages(MessageLog& log, std::unique_ptr<ByteSink> 
   return std::move(exported.report());
 }
 
-/// Topic that SampleRecorder uses, without the name of a further camera.
+/// The topic that SampleRecorder uses, without the name of an additional camera.
 const char* topic_of(const Sample& sample) {
   struct Visitor {
     const char* operator()(const TagFrame&) const { return topics::kTags; }
@@ -222,7 +222,7 @@ const char* topic_of(const Sample& sample) {
   return std::visit(Visitor{}, sample);
 }
 
-/// Topic that SampleRecorder uses, with the name of a further camera.
+/// The topic that SampleRecorder uses, with the name of an additional camera.
 std::string topic_with_camera(const Sample& sample) {
   const char* topic = topic_of(sample);
   return std::visit(
@@ -298,7 +298,7 @@ Status write_text(const fs::path& path, const std::string& text) {
   return sink ? (*sink)->write(as_bytes(text)) : tl::unexpected(sink.error());
 }
 
-/// Notes metadata and attachments, which a SQLite bag cannot store.
+/// Notes that a SQLite bag cannot store metadata and attachments.
 void note_omitted_metadata(MessageLog& log, LogProblems& noted) {
   const auto setup = log.setup();
   if (log.attachments().empty() && (!setup || setup->metadata.empty())) return;
@@ -336,7 +336,8 @@ Result<ExportReport> export_rosbag2(MessageLog& log, const fs::path& folder, con
   const std::string file = fmt::format("{}_0{}", name, format.suffix());
   ExportOptions as_bag = options;
   as_bag.qos = format.qos();
-  // Always MCAP first, so that channels, their counts and times are known before the first message is stored.
+  // MCAP is always written first, so that channels, their counts and times are available before the first
+  // message is stored.
   const bool is_final = format.storage == BagStorage::Mcap;
   const fs::path mcap = folder / (is_final ? file : "messages.mcap");
   Result<ExportReport> report = export_to(log, mcap, as_bag);
@@ -402,7 +403,7 @@ const char* kind_of(const Sample& sample) {
   return "";
 }
 
-/// Writes the rows of one sample: a tag frame has one row per tag.
+/// Writes the rows of one sample; a tag frame has one row per tag.
 struct RowWriter {
   Lines& lines;
   ExportReport& report;
@@ -442,7 +443,7 @@ struct RowWriter {
   }
 };
 
-/// The kind to export, if the recording contains exactly one kind that fits a table.
+/// The kind to export if none is given; the recording must contain exactly one kind that fits a table.
 Result<std::string> only_kind(MessageLog& log, const LogSelection& selection) {
   std::set<std::string> found;
   Status status = log.visit_samples(selection, [&](const Sample& sample) {

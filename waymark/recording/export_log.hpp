@@ -18,23 +18,23 @@ namespace waymark {
 
 struct ExportOptions {
   LogSelection selection{};
-  std::string kind{};  ///< of CSV: "detections", "odometry", "imu", "range-bearing"; empty: the only kind in
-                       ///< the recording
-  /// Metadata blocks to add (MCAP).
+  std::string kind{};  ///< kind of samples in a CSV file: "detections", "odometry", "imu", "range-bearing";
+                       ///< if empty, the only kind in the recording
+  /// Metadata blocks to add to an MCAP file.
   std::map<std::string, std::map<std::string, std::string>> metadata{};
-  /// Camera and its mounting, stored in an MCAP file of samples.
+  /// The camera and its mounting, stored in MCAP files that contain samples.
   std::optional<CameraModel> camera{};
   std::optional<SE3> base_T_cam{};
-  /// Notation of the QoS profiles of an MCAP file's topics; if unset they are copied unchanged.
+  /// Notation of the QoS profiles of the topics in an MCAP file; if unset, the profiles are copied unchanged.
   std::optional<QosNotation> qos{};
-  /// Called periodically with the completed fraction, 0 to 1; an error that it returns stops the export.
+  /// Called periodically with the completed fraction (0 to 1); an error that it returns stops the export.
   std::function<Status(double done)> progress = {};
 };
 
 struct ExportReport {
-  std::uint64_t messages = 0;                       ///< messages or lines written
-  std::map<std::string, std::uint64_t> by_topic{};  ///< by topic name in the output
-  std::vector<LogProblem> problems{};  ///< of the source and of messages that could not be written
+  std::uint64_t messages = 0;                       ///< number of messages or lines written
+  std::map<std::string, std::uint64_t> by_topic{};  ///< counts by topic name in the output
+  std::vector<LogProblem> problems{};  ///< problems in the source, and messages that could not be written
 };
 
 /// Writes MCAP. CDR is copied with its schema and metadata; ROS 1 messages are converted by their
@@ -44,18 +44,19 @@ struct ExportReport {
                                                const ExportOptions& options);
 
 /// Writes a rosbag2 bag: a new folder with metadata.yaml and one file, `name`_0.mcap or .db3, in the layout
-/// of the chosen release. The messages are those of export_mcap(). After an error the caller must remove the
-/// incomplete folder.
+/// of the chosen release. The messages are the same as those written by export_mcap(). After an error the
+/// caller must remove the incomplete folder.
 [[nodiscard]] Result<ExportReport> export_rosbag2(MessageLog& log, const std::filesystem::path& folder,
                                                   const std::string& name, const BagFormat& format,
                                                   const ExportOptions& options);
 
-/// Writes the poses of one topic as TUM lines (timestamp [s] tx ty tz [m] qx qy qz qw). If the selection has
-/// no topic, the only topic with poses is used. Fails if there are several (and lists them) or none.
+/// Writes the poses on one topic as TUM lines (timestamp [s] tx ty tz [m] qx qy qz qw). If no topic is
+/// selected, the only topic with poses is used. Fails if there are none or several, which the error then
+/// lists.
 [[nodiscard]] Result<ExportReport> export_tum(MessageLog& log, std::unique_ptr<ByteSink> sink,
                                               const ExportOptions& options);
 
-/// Writes samples of one kind as a table with units in the column names; open_log() can read it.
+/// Writes samples of one kind as a table with units in the column names; open_log() can read the table.
 [[nodiscard]] Result<ExportReport> export_csv(MessageLog& log, std::unique_ptr<ByteSink> sink,
                                               const ExportOptions& options);
 

@@ -1,4 +1,5 @@
-// Conversions of recordings: poses as TUM lines, several files of one drive as one, progress and its errors.
+// Conversions of recordings: poses as TUM lines, several files from one drive as one, progress, and errors
+// from its callback.
 #include "waymark/recording/export_log.hpp"
 
 #include <limits>
@@ -26,7 +27,7 @@ using ::testing::IsEmpty;
 
 SensorTime at_s(double seconds) { return SensorTime(Duration(std::llround(seconds * 1e9))); }
 
-/// Twenty seconds of odometry along x at 10 Hz; the caller adds further messages.
+/// Twenty seconds of odometry along x at 10 Hz; the caller adds other messages.
 template <class More>
 Bytes drive(More&& more, double from_s = 100) {
   Bytes file;
@@ -128,7 +129,7 @@ TEST(ExportTum, SkipsAndNotesANonFinitePose) {
       *log, "/estimate", {},
       [&](const EstimatedPose& pose) {
         x_m.push_back(pose.map_T_base.translation().x());
-        EXPECT_FALSE(pose.covariance) << "all zeros: unknown";
+        EXPECT_FALSE(pose.covariance) << "all zeros mean unknown";
         return Status();
       },
       problems));

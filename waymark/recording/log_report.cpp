@@ -17,7 +17,7 @@ constexpr std::int64_t kClockJump_ns = 500'000'000;
 
 double interval_of(int bucket) { return std::exp2((bucket + 0.5) / kBucketsPerOctave); }
 
-/// Type of the first field of a message definition, skipping empty lines, comments and constants.
+/// The type of the first field in a message definition, skipping empty lines, comments and constants.
 std::string_view first_type(std::string_view schema) {
   while (!schema.empty()) {
     std::string_view line = schema.substr(0, schema.find('\n'));
@@ -39,7 +39,7 @@ bool begins_with_header(const LogChannel& channel) {
 using Key = std::pair<std::string_view, std::string_view>;
 Key key_of(const LogChannel& channel) { return {channel.topic, channel.type}; }
 
-/// Counters of one topic.
+/// Counters for one topic.
 struct Counting {
   TopicReport report{};
   std::uint64_t first = 0, last = 0;          ///< log times
@@ -59,7 +59,7 @@ struct Counting {
     last = std::max(last, message.log_time);
     ++report.messages;
     const auto stamp = report.has_header ? header_stamp_ns(channel, message.data) : std::nullopt;
-    // Zero is a valid stamp if the robot's clock begins at zero; otherwise the stamp was never set.
+    // A stamp of zero is valid if the robot's clock begins at zero; otherwise the stamp was never set.
     const bool beginning = message.log_time == 0 && stamp.value_or(0) == 0;
     if (!beginning) report.stamps.add(stamp.value_or(message.log_time));
     if (!stamp || *stamp == 0) return;
@@ -144,7 +144,7 @@ std::uint64_t StampStatistics::dropped() const {
 std::optional<std::uint64_t> header_stamp_ns(const LogChannel& channel, ByteSpan message) {
   constexpr std::uint64_t kSecond = 1'000'000'000;
   const bool cdr = channel.encoding == "cdr";
-  // CDR: encapsulation header, then the stamp. ROS 1: sequence number, then the stamp.
+  // In CDR, the stamp follows the encapsulation header; in ROS 1, it follows the sequence number.
   constexpr std::size_t kStampAt = 4;
   if (message.size() < kStampAt + 8 || (cdr && message[1] != 1)) return std::nullopt;
   const auto sec = from_little_endian<std::uint32_t>(message.data() + kStampAt);
@@ -152,7 +152,7 @@ std::optional<std::uint64_t> header_stamp_ns(const LogChannel& channel, ByteSpan
   return sec * kSecond + nsec;
 }
 
-/// Whether this is a static description, which some programs stamp with 0.
+/// Whether messages on this channel are static descriptions, which some programs stamp with 0.
 bool is_description(const LogChannel& channel) {
   return channel.type == ros2::CameraInfo::kType || channel.topic.ends_with("tf_static");
 }

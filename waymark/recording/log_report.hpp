@@ -23,12 +23,12 @@ class StampStatistics {
   [[nodiscard]] std::uint64_t duplicate() const { return duplicate_; }  ///< equal to the previous one
   [[nodiscard]] std::uint64_t backward() const { return backward_; }    ///< earlier than the previous one
   [[nodiscard]] std::uint64_t longest_ns() const { return longest_; }   ///< longest interval
-  /// Median interval [ns], within 0.2 %; nothing with fewer than two stamps.
+  /// Median interval in nanoseconds, to within 0.2 %; empty with fewer than two stamps.
   [[nodiscard]] std::optional<double> median_ns() const;
   /// Whether the stream is periodic: four fifths of the intervals are within 50 % of the median.
   [[nodiscard]] bool periodic() const;
-  /// gaps(): number of intervals of a periodic stream that exceed 1.5 medians; dropped(): number of stamps
-  /// missing in them.
+  /// gaps() is the number of intervals in a periodic stream that exceed 1.5 medians, and dropped() the number
+  /// of stamps missing in them.
   [[nodiscard]] std::uint64_t gaps() const;
   [[nodiscard]] std::uint64_t dropped() const;
 
@@ -39,32 +39,32 @@ class StampStatistics {
   std::uint64_t backward_ = 0;
   std::uint64_t longest_ = 0;
   std::optional<std::uint64_t> last_{};
-  std::map<int, std::uint64_t> intervals_{};  ///< count by 512 log2(interval), so memory is bounded
+  std::map<int, std::uint64_t> intervals_{};  ///< counts by 512 log2(interval), so that memory is bounded
 };
 
-/// One topic.
+/// Timing of one topic.
 struct TopicReport {
   std::string topic{};
   std::string type{};
   std::string encoding{};
   std::uint64_t messages = 0;
   double rate_hz = 0;       ///< over the duration of the topic
-  bool has_header = false;  ///< stamps are those of the message headers, else log times
+  bool has_header = false;  ///< stamps are from message headers, otherwise log times
   StampStatistics stamps{};
-  /// Number of clock jumps. A jump is a shift of stamps against log times by more than half a second, or a
-  /// decrease of the log time between consecutive messages by as much.
+  /// Number of clock jumps. A jump is a shift of the stamps relative to the log times by more than half a
+  /// second. A decrease of the log time by as much between consecutive messages is also a jump.
   std::uint64_t clock_jumps = 0;
   double largest_jump_s = 0;
 };
 
 struct LogReport {
-  std::vector<TopicReport> topics{};  ///< by name
+  std::vector<TopicReport> topics{};  ///< ordered by name
   std::uint64_t messages = 0;
   std::uint64_t start_ns = 0;
   double duration_s = 0;
 };
 
-/// The stamp in the header of a message, for types that begin with one (ROS 2 as CDR, ROS 1).
+/// The stamp in a message's header, for types that begin with a header (ROS 2 as CDR, ROS 1).
 [[nodiscard]] std::optional<std::uint64_t> header_stamp_ns(const LogChannel& channel, ByteSpan message);
 
 /// Reads all messages once. `progress`, if given, is called with the log time [ns] of each message; returning
@@ -73,12 +73,12 @@ struct LogReport {
                                           const std::function<bool(std::uint64_t log_time)>& progress = {});
 
 /// Kinds of samples in the first ten seconds of a recording: "tags", "pictures", "odometry", "wheels", "imu",
-/// "commands", "truth", "tag_poses", "range_bearing", "scans", "gamepad". With `whole` it reads the whole
-/// recording, so problems() is complete. Images are not decoded.
+/// "commands", "truth", "tag_poses", "range_bearing", "scans", "gamepad". If `whole`, reads the whole
+/// recording, so that problems() is complete. Images are not decoded.
 using LogContents = std::set<std::string>;
 [[nodiscard]] Result<LogContents> contents_of(MessageLog& log, bool whole = false);
 
-/// Reports counts and rates from the index alone, if the file has one; stamps are not read. O(index).
+/// Reports counts and rates from the index alone if the file has one, without reading stamps. O(index).
 [[nodiscard]] LogReport quick_report_on(const MessageLog& log);
 
 }  // namespace waymark

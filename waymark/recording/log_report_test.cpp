@@ -1,4 +1,4 @@
-// Timing reports of recordings.
+// Tests of timing reports.
 #include "waymark/recording/log_report.hpp"
 
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ TEST(StampStatistics, ARegularStreamHasNoGaps) {
 TEST(StampStatistics, CountsMissingStamps) {
   StampStatistics stamps;
   for (std::uint64_t i = 1; i <= 300; ++i) {
-    if (i % 50 == 0 || (i > 120 && i <= 130)) continue;  // 6 single ones, none of them in the gap of ten
+    if (i % 50 == 0 || (i > 120 && i <= 130)) continue;  // 6 single stamps, none in the gap of ten
     stamps.add(i * 20 * kMs);
   }
   EXPECT_NEAR(*stamps.median_ns(), 20e6, 20e6 * 0.002);

@@ -20,8 +20,8 @@ bool has_poses(std::string_view type) {
          type == ros2::PoseWithCovarianceStamped::kType;
 }
 
-/// Covariance of x, y and the rotation about z; nothing if all elements are zero, which publishers write for
-/// an unknown covariance.
+/// Covariance of x, y and the rotation about z. Empty if all elements are zero, which publishers write for an
+/// unknown covariance.
 std::optional<Eigen::Matrix3d> planar_covariance(const std::array<double, 36>& covariance) {
   constexpr Eigen::Index kRow[3] = {0, 1, 5};
   const Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>> full(covariance.data());

@@ -29,13 +29,13 @@ using OpenedLog = Result<std::unique_ptr<MessageLog>>;
 /// How a recording format is recognised and read.
 struct FormatRow {
   LogFormat format;
-  std::string_view name;     ///< in JSON
-  std::string_view known{};  ///< name in the list of supported formats; empty: not listed
-  bool samples = false;      ///< contains samples, not messages with ROS types
-  /// Recognises the format by the first bytes and the size of the file; nullptr: never.
+  std::string_view name;     ///< name used in JSON
+  std::string_view known{};  ///< name in the list of supported formats; not listed if empty
+  bool samples = false;      ///< contains samples rather than messages with ROS types
+  /// Recognises the format from the first bytes and the size of the file; nullptr if it cannot be recognised.
   bool (*begins)(ByteSpan head, std::uint64_t size) = nullptr;
   OpenedLog (*open)(std::unique_ptr<ByteSource> source, const LogOptions& options) = nullptr;
-  bool certain = true;  ///< the first bytes identify a recording
+  bool certain = true;  ///< the first bytes identify a recording with certainty
 };
 
 bool begins_with(ByteSpan head, ByteSpan magic) {
@@ -94,7 +94,7 @@ constexpr std::array kFormats = {
 
 const FormatRow& row_of(LogFormat format) { return *std::ranges::find(kFormats, format, &FormatRow::format); }
 
-/// "MCAP, ROS 1 bag, …".
+/// The supported formats as text: "MCAP, ROS 1 bag, …".
 std::string known_formats() {
   std::string names;
   for (const FormatRow& row : kFormats)
@@ -102,11 +102,12 @@ std::string known_formats() {
   return names;
 }
 
-/// Opens uncompressed bytes in the format recognised from their beginning `head`. Fails if no format matches.
+/// Opens uncompressed bytes in the format recognised from their beginning, `head`. Fails if no format
+/// matches.
 Result<std::unique_ptr<MessageLog>> open_by_format(std::unique_ptr<ByteSource> source, ByteSpan head,
                                                    const LogOptions& options) {
   const Place place{.source = source->name()};
-  std::error_code unknown;  // set if the source is not a file, hence not a device
+  std::error_code unknown;  // set if the source is not a file and hence not a device
   if (head.empty() && std::filesystem::is_character_file(place.source, unknown))
     return fail(ErrorCode::Unreadable, "this is a device, not a recording", place,
                 "Name a file or a folder.");
@@ -174,14 +175,14 @@ class UnpackedLog final : public MessageLog {
   std::uint64_t packed_bytes_;
 };
 
-/// Wraps a recording from a compressed file: adds the compression to its description, and the damage found in
-/// it.
+/// Wraps a recording from a compressed file, adding the compression to its description and the damage found
+/// in it to its problems.
 std::unique_ptr<MessageLog> with_packing(std::unique_ptr<MessageLog> log, Packing packing,
                                          const std::optional<Error>& damage, std::uint64_t packed_bytes) {
   return std::make_unique<UnpackedLog>(std::move(log), packing, damage, packed_bytes);
 }
 
-/// Number of bytes at the beginning of a file that are used to recognise its format.
+/// Number of bytes at the beginning of a file from which its format is recognised.
 constexpr std::size_t kHeadBytes = std::size_t{1} << 16U;
 
 /// The first bytes of a file, at most kHeadBytes.
@@ -218,7 +219,7 @@ std::uint64_t recording_start_ns(MessageLog& log) {
   const std::uint64_t start = log.summary().start.value_or(0);
   if (start > 0) return start;
   std::optional<std::uint64_t> next;
-  // The first message is enough: an error of the visitor ends the visit.
+  // The first message is enough, and returning an error from the visitor ends the visit.
   (void)log.visit({.from = 1}, [&](const LogChannel&, const LogMessage& message) -> Status {
     next = message.log_time;
     return fail(ErrorCode::LimitExceeded, "the first message is enough");

@@ -1,5 +1,5 @@
-// Parts of open_log() that need no other program: tables, MCAP and bag folders. Recordings of other programs
-// are tested in tests/recording.
+// Tests the parts of open_log() that need no other program: tables, MCAP and bag folders. Recordings of other
+// programs are tested in tests/recording.
 #include "waymark/recording/message_log.hpp"
 
 #include <filesystem>
@@ -91,7 +91,7 @@ TEST(ExportLog, McapRoundTrips) {
   EXPECT_EQ(tag.corners_px[3], Eigen::Vector2d(10.5, 40.5));
 }
 
-/// A recording of one topic in ROS 1 encoding, as written by `mcap convert` from a bag.
+/// A recording of one topic in ROS 1 encoding, as `mcap convert` writes it from a bag.
 Bytes ros1_mcap(std::uint64_t first_time, int count) {
   Bytes file;
   auto writer = mcap::Writer::open(memory_sink(file), {.profile = "ros1"});
@@ -202,7 +202,7 @@ TEST(LogProblemsTest, CountsRepetitionsAndKeepsTheFirstPlace) {
         return Error{ErrorCode::Unsupported, "millimetres", {}, {}};
       },
       7);
-  EXPECT_EQ(made, 1) << "the message is built only for the first of a key";
+  EXPECT_EQ(made, 1) << "only built for the first problem with a key";
   ASSERT_EQ(problems.list().size(), 2U);
   EXPECT_EQ(problems.list()[0].count, 5U);
   EXPECT_EQ(problems.list()[0].error.message, "row 0");

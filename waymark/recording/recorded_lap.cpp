@@ -66,7 +66,7 @@ void order_frames(RecordedLap& lap) {
 }
 
 void rejoin_odometry(RecordedLap& lap) {
-  SE2 odom_T_later;  // odometry frame after the last jump in the initial one
+  SE2 odom_T_later;  // maps the odometry frame after the last jump into the initial one
   int jumps = 0;
   for (std::size_t i = 1; i < lap.odometry.size(); ++i) {
     Odometry rejoined = lap.odometry[i];

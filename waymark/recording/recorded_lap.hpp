@@ -16,23 +16,23 @@ struct RecordedLap {
   RecordingSetup setup{};
   std::vector<TagFrame> frames{};
   std::vector<Odometry> odometry{};
-  std::vector<TagPoseFrame> tag_poses{};  ///< of robots that do not record corners
+  std::vector<TagPoseFrame> tag_poses{};  ///< from robots that do not record corners
   std::vector<ImuSample> imu{};
   Trajectory truth{};                                ///< empty if unknown
-  std::map<std::string, std::string> attachments{};  ///< their bytes, by name
-  std::vector<std::string> notes{};  ///< describe images and odometry that were reordered or skipped
+  std::map<std::string, std::string> attachments{};  ///< contents by name
+  std::vector<std::string> notes{};  ///< report images and odometry that were reordered or skipped
 };
 
 /// Sorts images by their stamps if they were recorded up to one second out of order. Removes images with the
-/// stamp of another image of the same camera. Both are noted. After a larger backward jump of the clock,
-/// images are not sorted, because those before and after the jump have no common order.
+/// same stamp as another image from the same camera. Both are noted. After a larger backward jump of the
+/// clock, images are not sorted, because those before and after the jump cannot be ordered.
 void order_frames(RecordedLap& lap);
 
 /// Removes resets of the odometry (odometry_jumped()): it continues from the pose before the reset, as if the
-/// robot had been stationary meanwhile. Each reset is noted.
+/// robot had been stationary in the meantime. Each reset is noted.
 void rejoin_odometry(RecordedLap& lap);
 
-/// Detects the tags in an image, for recordings without detections.
+/// Detects the tags in an image, for recordings that contain no detections.
 using FrameFinder = std::function<Result<TagFrame>(const CameraFrame& frame, const CameraModel* camera)>;
 
 enum class TagSource : std::uint8_t {
@@ -41,7 +41,7 @@ enum class TagSource : std::uint8_t {
 };
 
 /// Reads a whole recording of any format; `choice` selects one of several cameras. Images are read only if
-/// `find` is given. Damaged data are skipped and listed in `setup.problems`. Fails if `find` fails, or if
+/// `find` is given. Damaged data are skipped and reported in `setup.problems`. Fails if `find` fails, or if
 /// images were requested and there are none.
 [[nodiscard]] Result<RecordedLap> read_lap(MessageLog& log, const FrameFinder& find = {},
                                            TagSource source = TagSource::AsRecorded,

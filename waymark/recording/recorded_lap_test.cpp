@@ -220,7 +220,7 @@ TEST(RecordedLap, RejoinsOdometryAfterAReset) {
   rejoin_odometry(untouched);
   EXPECT_THAT(untouched.notes, ::testing::IsEmpty());
   EXPECT_EQ(untouched.odometry[7].odom_T_base.translation(), whole.odometry[7].odom_T_base.translation());
-  drive(SE2(), 30);  // after half a second, as if the robot was restarted
+  drive(SE2(), 30);  // after half a second, as if the robot had been restarted
   rejoin_odometry(lap);
   ASSERT_EQ(lap.notes.size(), 1U);
   EXPECT_THAT(lap.notes[0], HasSubstr("1 time"));

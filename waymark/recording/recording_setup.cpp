@@ -48,7 +48,7 @@ std::optional<CameraModel> rectified_camera(const ros2::CameraInfo& info) {
   return camera ? std::optional(*camera) : std::nullopt;
 }
 
-/// Camera drivers without a calibration publish zeros.
+/// Drivers of uncalibrated cameras publish zeros.
 Result<CameraModel> camera_of(const ros2::CameraInfo& info) {
   if (!(info.k[0] > 0))
     return fail(ErrorCode::NotFound, "the camera is not calibrated: its focal length is zero", {},
@@ -136,14 +136,14 @@ namespace {
 
 constexpr std::string_view kOptical = "optical";
 
-/// "/cam/image_raw/compressed" is the compressed form of "/cam/image_raw".
+/// Turns "/cam/image_raw/compressed", the compressed form, into "/cam/image_raw".
 std::string unpacked_topic(std::string topic) {
   constexpr std::string_view kPacked = "/compressed";
   if (topic.ends_with(kPacked)) topic.resize(topic.size() - kPacked.size());
   return topic;
 }
 
-/// The part before the last slash: the namespace that an image topic shares with its calibration.
+/// The part before the last slash, which is the namespace that an image topic shares with its calibration.
 std::string namespace_of(const std::string& topic) {
   const std::string plain = unpacked_topic(topic);
   return plain.substr(0, std::min(plain.rfind('/'), plain.size()));
@@ -153,7 +153,7 @@ bool is_rectified(const std::string& topic) {
   return unpacked_topic(topic).substr(namespace_of(topic).size()).find("rect") != std::string::npos;
 }
 
-/// Whether the frame is `name` in any namespace, for example base_link.
+/// Whether the frame is called `name` in any namespace, for example base_link.
 bool is_named(const std::string& frame, std::string_view name) {
   return frame == name || frame.ends_with("/" + std::string(name));
 }
@@ -195,7 +195,7 @@ class CameraSelector {
   const CameraFacts& facts_;
   const CameraChoice& choice_;
   ChosenCamera chosen_;
-  std::vector<RecordedView> views_;  ///< of the chosen camera
+  std::vector<RecordedView> views_;  ///< views of the chosen camera
   const RecordedMotion* odometry_ = nullptr;
   const RecordedMotion* imu_ = nullptr;
 };
@@ -267,7 +267,8 @@ void CameraSelector::choose_views() {
   keep_one_copy();
 }
 
-/// Keeps one of the raw, compressed and rectified copies of an image, so that tags are not detected twice.
+/// Keeps one of the raw, compressed and rectified copies of an image, so that tags are not detected more than
+/// once.
 void CameraSelector::keep_one_copy() {
   std::vector<const RecordedView*> pictures;
   for (const RecordedView& view : views_)
@@ -374,7 +375,7 @@ std::string CameraSelector::find_camera() {
   return {};
 }
 
-/// The base frame that is connected to the camera by transforms.
+/// The base frame that transforms connect to the camera.
 std::string CameraSelector::find_base(const std::string& camera) {
   if (!choice_.base_frame.empty()) return frame_name(choice_.base_frame);
   if (odometry_ != nullptr && !odometry_->frame.empty()) return odometry_->frame;
@@ -393,7 +394,7 @@ std::string CameraSelector::find_base(const std::string& camera) {
   return "base_link";
 }
 
-/// Optical frames look along z; body frames have z up and x ahead.
+/// Optical frames have z forward; body frames have z up and x forward.
 bool has_axes_of_a_body(const SE3& base_T_frame) {
   constexpr double kNear_rad = 0.8;
   return base_T_frame.rotation().log().norm() < kNear_rad;
@@ -441,7 +442,7 @@ void CameraSelector::find_mounting() {
   chosen_.base_T_cam = *base_T_cam;
 }
 
-/// A camera's IMU has the axes of the camera, not of the base.
+/// The IMU in a camera has the axes of the camera, not of the base.
 void CameraSelector::turn_imu() {
   if (imu_ == nullptr || imu_->frame.empty() || chosen_.base_frame.empty() ||
       imu_->frame == chosen_.base_frame)
@@ -483,7 +484,7 @@ std::vector<ChosenCamera> choose_all_cameras(const CameraFacts& facts, const Cam
 
 namespace {
 
-/// The first camera becomes the selected one; topics that no camera uses are not read.
+/// The first camera becomes the selected camera; topics that no camera uses are not read.
 void use_all(std::vector<ChosenCamera> cameras, RecordingSetup& setup) {
   setup.chosen = cameras.front();
   std::vector<std::string> frames;

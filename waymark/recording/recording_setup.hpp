@@ -21,20 +21,20 @@ namespace waymark {
 struct RecordedCameraInfo {
   std::string topic{};
   std::string frame{};
-  std::optional<CameraModel> camera{};     ///< of the unrectified images
-  std::optional<CameraModel> rectified{};  ///< of the rectified images: projection matrix, no distortion
+  std::optional<CameraModel> camera{};     ///< for the unrectified images
+  std::optional<CameraModel> rectified{};  ///< for the rectified images: projection matrix, no distortion
   std::optional<Error> error{};            ///< why there is no camera model
 };
 
-/// A topic with data of a camera: tags, tag poses or images.
+/// A topic with data from a camera: tags, tag poses or images.
 struct RecordedView {
   std::string topic{};
   std::string frame{};
   bool picture = false;
-  std::string encoding{};  ///< of raw images
+  std::string encoding{};  ///< encoding of raw images
 };
 
-/// A topic of odometry or of an IMU.
+/// A topic with odometry or IMU data.
 struct RecordedMotion {
   std::string topic{};
   std::string frame{};  ///< child_frame_id of odometry, or the frame of an IMU
@@ -49,21 +49,21 @@ struct CameraFacts {
   std::vector<RecordedMotion> motions{};
 };
 
-/// Whether add_fact() uses the first message of a topic of this type.
+/// Whether add_fact() uses the first message on a topic of this type.
 [[nodiscard]] bool first_message_has_facts(std::string_view type);
 
-/// Adds the contents of a message: its frame, a calibration, transforms. Fails on a message that does not
-/// decode.
+/// Adds the contents of a message: its frame, a calibration, transforms. Fails if the message cannot be
+/// decoded.
 [[nodiscard]] Status add_fact(CameraFacts& facts, std::string_view topic, std::string_view type,
                               ByteSpan cdr);
 
-/// A caller's choice of frames and topics of a recording; empty fields are determined from the recording.
+/// A caller's choice of frames and topics in a recording; empty fields are determined from the recording.
 struct CameraChoice {
   std::string base_frame{};
   std::string camera_frame{};
-  std::string camera_topic{};    ///< of its images, tags or calibration, or their namespace
-  std::string odometry_topic{};  ///< if there are several
-  std::string imu_topic{};       ///< if there are several
+  std::string camera_topic{};    ///< topic of the camera's images, tags or calibration, or their namespace
+  std::string odometry_topic{};  ///< choice if there are several
+  std::string imu_topic{};       ///< choice if there are several
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -96,38 +96,39 @@ struct ChosenCamera {
   std::string base_frame{};
   std::string camera_frame{};
   std::set<std::string> unused{};         ///< topics not to read: other cameras, duplicates
-  std::vector<std::string> notes{};       ///< messages about choices among several
+  std::vector<std::string> notes{};       ///< messages about choices made among several candidates
   std::optional<Error> camera_error{};    ///< why there is no calibration
   std::optional<Error> mounting_error{};  ///< why there is no mounting; shows the frame tree
-  std::optional<Error> ambiguous{};       ///< choice that is required before the recording can be used
-  std::vector<std::string> frames{};      ///< of the cameras if there are several and none was selected
+  std::optional<Error> ambiguous{};       ///< choice that must be made before the recording can be used
+  std::vector<std::string> frames{};  ///< frames of the cameras if there are several and none was selected
 };
 
-/// Selects the camera. The base is `base_frame`, else the child_frame_id of the odometry, else base_link or
-/// base_footprint in any namespace. The camera frame is `camera_frame`, else the frame in the header of its
-/// tags or images, else that of its calibration. The mounting is composed of all transforms between the two.
+/// Selects the camera. The base is `base_frame`, otherwise the child_frame_id of the odometry, otherwise
+/// base_link or base_footprint in any namespace. The camera frame is `camera_frame`, otherwise the frame in
+/// the header of its tags or images, otherwise that of its calibration. The mounting is composed of all
+/// transforms between the two.
 [[nodiscard]] ChosenCamera choose_camera(const CameraFacts& facts, const CameraChoice& choice);
 
-/// All cameras of a recording, one per frame of tags or images, in the order of their calibrations. Empty
+/// All cameras in a recording, one per frame of tags or images, in the order of their calibrations. Empty
 /// unless there are several, none was selected, and each has a calibration and a mounting.
 [[nodiscard]] std::vector<ChosenCamera> choose_all_cameras(const CameraFacts& facts,
                                                            const CameraChoice& choice);
 
-/// Robot data of a recording that precede its samples.
+/// Data about the robot in a recording that precede its samples.
 struct RecordingSetup {
   std::optional<CameraModel> camera{};
   std::optional<SE3> base_T_cam{};
-  std::vector<MountedCamera> more_cameras{};                             ///< further cameras if all are used
-  std::map<std::string, std::map<std::string, std::string>> metadata{};  ///< by name
+  std::vector<MountedCamera> more_cameras{};  ///< additional cameras, if all cameras are used
+  std::map<std::string, std::map<std::string, std::string>> metadata{};  ///< blocks by name
   std::vector<Error> problems{};  ///< damage in the file; the rest is read
-  CameraFacts facts{};            ///< cameras and frames of a ROS recording
-  ChosenCamera chosen{};          ///< source of `camera` and `base_T_cam`
+  CameraFacts facts{};            ///< cameras and frames in a ROS recording
+  ChosenCamera chosen{};          ///< the choice from which `camera` and `base_T_cam` were derived
 };
 
-/// Camera model of the camera that a sample names; nullptr if unknown.
+/// The model of the camera that a sample names; nullptr if unknown.
 [[nodiscard]] const CameraModel* lens_of(const RecordingSetup& setup, std::string_view camera);
 
-/// Selects the camera from `facts`; if several are complete and none was selected, selects all of them.
+/// Selects the camera from `facts`. If several are complete and none was selected, selects all of them.
 void choose(RecordingSetup& setup, const CameraChoice& choice = {});
 
 /// Rotates IMU measurements into the axes of the base, if the recording contains the rotation.

@@ -21,7 +21,7 @@ CameraModel some_camera(double focal_px = 400) {
   return *CameraModel::make(PinholeRadtan{.fx = focal_px, .fy = focal_px, .cx = 320, .cy = 240}, 640, 480);
 }
 
-/// A robot with a chain of three transforms, named as by a RealSense.
+/// A robot with a chain of three transforms, named as by a RealSense driver.
 CameraFacts a_robot() {
   CameraFacts facts;
   facts.frames.add("odom", "base_link", SE3());
@@ -55,7 +55,7 @@ TEST(CameraChoice, ComposesAllTransformsOfTheChain) {
 
 TEST(CameraChoice, TheBaseIsTheChildFrameOfTheOdometry) {
   CameraFacts facts = a_robot();
-  facts.frames.add("base_footprint", "base_link", SE3(SO3(), {0, 0, 0.01}));  // a second parent beside odom
+  facts.frames.add("base_footprint", "base_link", SE3(SO3(), {0, 0, 0.01}));  // a second parent, besides odom
   EXPECT_TRUE(choose_camera(facts, {}).base_T_cam);
   facts.motions = {{"/odom", "base_footprint", false}};
   EXPECT_THAT(mounting_error(facts), HasSubstr("base_footprint"));

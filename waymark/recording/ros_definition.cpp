@@ -45,7 +45,7 @@ std::string_view next_word(std::string_view& text) {
   return word;
 }
 
-/// The text of one type, before its fields are resolved.
+/// The text for one type, before its fields are resolved.
 struct Section {
   std::string name;
   std::string_view text;
@@ -84,7 +84,7 @@ class Parser {
   }
 
  private:
-  /// Index of a type among the structs; parses it on first use.
+  /// Index of a type among the structs; the type is parsed on first use.
   Result<std::size_t> structure(std::size_t section) {
     constexpr auto kInWork = static_cast<std::size_t>(-1);
     if (const auto known = done_.find(section); known != done_.end()) {
@@ -172,7 +172,7 @@ class Parser {
     return {};
   }
 
-  /// A name without a package belongs to the same package; "Header" is std_msgs/Header.
+  /// A name without a package is from the same package; "Header" is std_msgs/Header.
   [[nodiscard]] std::optional<std::size_t> find_section(std::string_view type, std::string_view user) const {
     std::string wanted = short_type(type);
     if (wanted.find('/') == std::string::npos)
@@ -233,7 +233,7 @@ namespace {
 constexpr std::size_t kMaxLayout = 1 << 16;
 
 /// Appends the layout of a struct: a digit for the size of a number, 's' for a string, brackets for arrays.
-/// False if it exceeds the limit.
+/// Returns false if the limit is exceeded.
 bool add_layout(const Definition& definition, std::size_t structure, std::string& out) {
   const Struct& s = definition.structs[structure];
   if (s.fields.empty()) out += '1';  // CDR encodes an empty struct as one byte

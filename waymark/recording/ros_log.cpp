@@ -20,7 +20,7 @@ Status RosLog::visit_cdr(const LogSelection& selection, const Visitor& visit) {
 }
 
 Status RosLog::visit_samples(const LogSelection& selection, const SampleVisitor& visit) {
-  // An error of the visitor ends the pass; an error of a message is noted.
+  // An error from the visitor ends the pass; an error in a message is noted.
   bool stopped = false;
   SampleDecoder decoder([&](const Sample& sample) {
     Status status = visit(sample);
@@ -83,7 +83,7 @@ Result<RecordingSetup> RosLog::setup(const CameraChoice& choice) {
   add_first_facts(setup);
   if (Status status = add_facts(fixed, setup); !status) return tl::unexpected(status.error());
   choose(setup, choice);
-  // Most robots publish all fixed transforms on /tf_static; the long /tf is read only if these are not
+  // Most robots publish all fixed transforms on /tf_static; /tf, which is long, is read only if these are not
   // enough.
   if (setup.base_T_cam || moving.empty()) return setup;
   if (Status status = add_facts(moving, setup); !status) return tl::unexpected(status.error());

@@ -9,7 +9,7 @@
 namespace waymark {
 namespace {
 
-// Offered QoS, so that `ros2 bag play` publishes a topic as a robot would.
+// The offered QoS, with which `ros2 bag play` publishes a topic as a robot would.
 constexpr OfferedQos kReliable{};
 constexpr OfferedQos kLatched{.depth = 1, .durability = 1};
 
@@ -85,8 +85,8 @@ Status SampleRecorder::close() {
   return writer_.close();
 }
 
-/// Data that were added before the image also arrived before it. Stamps of another clock, as after a clock
-/// jump, give no such bound.
+/// Data added before the image also arrived before it. Stamps from another clock, as after a clock jump, give
+/// no such bound.
 Duration SampleRecorder::arrival_delay_of_image(SensorTime stamp) const {
   constexpr Duration kMaxArrivalDelay = std::chrono::seconds(2);
   const Duration behind = newest_ ? *newest_ - stamp : Duration{};

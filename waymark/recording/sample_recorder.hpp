@@ -35,12 +35,12 @@ inline constexpr const char* kDiagnostics = "/diagnostics";
 inline constexpr const char* kEstimate = "/waymark/pose";
 }  // namespace topics
 
-/// Topic of a camera's data: at the root for camera "cam", below the camera name for others.
+/// The topic of a camera's data: at the root for the camera "cam", below the camera's name for others.
 [[nodiscard]] std::string topic_of_camera(const std::string& camera, const char* topic);
 
-/// Writes samples as ROS 2 messages into an MCAP recording. Log time is the sample's stamp. For camera data
-/// it is the arrival time: the stamp plus the configured delay, but not earlier than the newest stamp of
-/// other sensors so far.
+/// Writes samples as ROS 2 messages to an MCAP recording. The log time is the sample's stamp. For camera
+/// data, it is the arrival time: the stamp plus the configured delay, but not earlier than the newest stamp
+/// from other sensors so far.
 class SampleRecorder {
  public:
   static Result<SampleRecorder> open(std::unique_ptr<ByteSink> sink, const mcap::WriterOptions& options = {});
@@ -49,7 +49,7 @@ class SampleRecorder {
   /// Records the camera and its mounting, which readers need before the first frame.
   Status add_camera(SensorTime stamp, const CameraModel& camera, const SE3& base_T_cam,
                     const std::string& name = "cam");
-  /// Records all cameras with the stamp of the first sample, so the caller does not need the time of its
+  /// Records all cameras with the stamp of the first sample, so that the caller does not need the time on its
   /// clock.
   void add_cameras_with_first_sample(std::vector<MountedCamera> cameras) { cameras_ = std::move(cameras); }
   /// Writes a message of a Waymark type to any topic.
@@ -59,14 +59,15 @@ class SampleRecorder {
   Status add_attachment(const std::string& name, const std::string& media_type, SensorTime stamp,
                         std::string_view text);
 
-  /// Minimum delay between the stamp and the arrival of images, tags and tag poses.
+  /// The minimum delay between the stamp and the arrival of images, tags and tag poses.
   void set_image_arrival_delay(Duration arrival_delay) { image_arrival_delay_ = arrival_delay; }
 
-  /// Sets the notation of the topics' QoS profiles. Default: numbers, as Humble reads them.
+  /// Sets the notation of the topics' QoS profiles. The default is numbers, which Humble reads.
   void set_qos_notation(QosNotation notation) { qos_notation_ = notation; }
 
   Status flush() { return writer_.flush(); }
-  /// Completes the file with its summary. A recorder that is destroyed without it leaves a recoverable file.
+  /// Completes the file with its summary. A recorder destroyed without calling this leaves a recoverable
+  /// file.
   Status close();
 
  private:
@@ -80,8 +81,8 @@ class SampleRecorder {
   std::map<std::string, std::uint16_t> channels_;
   QosNotation qos_notation_ = QosNotation::Numbers;
   Duration image_arrival_delay_{};
-  Duration arrival_delay_{};              ///< of the sample being added
-  std::optional<SensorTime> newest_{};    ///< of the other sensors
+  Duration arrival_delay_{};              ///< delay of the sample being added
+  std::optional<SensorTime> newest_{};    ///< newest stamp from the other sensors
   std::vector<MountedCamera> cameras_{};  ///< recorded with the first sample
 };
 
@@ -89,7 +90,8 @@ class SampleRecorder {
 
 namespace waymark::topics {
 
-// Topic of each kind of sample. Tags have two: the corner covariances of a TagFrame are recorded separately.
+// The topic for each kind of sample. Tags have two topics, because the corner covariances of a TagFrame are
+// recorded separately.
 [[nodiscard]] inline const char* of(const TagFrame& /**/) { return kTags; }
 [[nodiscard]] inline const char* of(const Odometry& /**/) { return kOdometry; }
 [[nodiscard]] inline const char* of(const WheelTicks& /**/) { return kWheels; }
@@ -104,7 +106,7 @@ namespace waymark::topics {
 
 }  // namespace waymark::topics
 
-/// Values of `record_images` and `pictures`: how images are recorded.
+/// Values of `record_images` and `pictures`, which specify how images are recorded.
 namespace waymark {
 
 /// Records an image as `how` specifies: "raw", "jpeg" (a tenth of the size), or not at all if empty.

@@ -1,4 +1,4 @@
-// Arrival times of camera data in a recording.
+// Tests of the arrival times of camera data in a recording.
 #include "waymark/recording/sample_recorder.hpp"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@ namespace {
 
 SensorTime at_ms(int ms) { return SensorTime(std::chrono::milliseconds(ms)); }
 
-/// Milliseconds from the stamp to the log time of the messages of a topic.
+/// Milliseconds from the stamp to the log time of the messages on a topic.
 std::vector<double> arrival_delays_ms(const std::vector<Sample>& samples, Duration arrival_delay = {}) {
   Bytes file;
   auto recorder = SampleRecorder::open(memory_sink(file));

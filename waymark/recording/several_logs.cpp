@@ -15,7 +15,7 @@ namespace waymark {
 namespace {
 
 constexpr std::uint64_t kOverlapSecond = 1'000'000'000;
-constexpr std::uint64_t kMaxWindows = 10'000;  // per overlap, regardless of the length that the files specify
+constexpr std::uint64_t kMaxWindows = 10'000;  // per overlap, whatever duration the files claim
 
 class SplitLog final : public RosLog {
  public:
@@ -110,7 +110,7 @@ class SplitLog final : public RosLog {
     }
   }
 
-  /// Index of the channel; the same topic and type in several files is one channel.
+  /// Index of the channel; the same topic and type in several files form one channel.
   std::size_t file(const LogChannel& channel) {
     const auto same = std::ranges::find_if(channels_, [&](const LogChannel& known) {
       return known.topic == channel.topic && known.type == channel.type && known.encoding == channel.encoding;
@@ -192,8 +192,8 @@ std::unique_ptr<MessageLog> join_logs(std::vector<std::unique_ptr<MessageLog>> p
 
 namespace {
 
-/// Merged recordings of any formats. Samples are held in memory in order of their stamps; messages are
-/// visited file by file.
+/// Merged recordings of any format. Samples are held in memory, ordered by their stamps; messages are visited
+/// file by file.
 class MergedLog final : public MessageLog {
  public:
   explicit MergedLog(std::vector<std::unique_ptr<MessageLog>> parts) : parts_(std::move(parts)) {
@@ -251,7 +251,7 @@ class MergedLog final : public MessageLog {
   }
 
   using MessageLog::setup;
-  /// The setup of the first part that has a camera.
+  /// The setup from the first part that has a camera.
   Result<RecordingSetup> setup(const CameraChoice& choice) override {
     RecordingSetup all;
     for (const auto& part : parts_) {
@@ -290,10 +290,10 @@ class MergedLog final : public MessageLog {
 
   std::vector<std::unique_ptr<MessageLog>> parts_;
   std::vector<LogChannel> channels_;
-  std::vector<LogProblem> problems_;  ///< of the last visit
+  std::vector<LogProblem> problems_;  ///< problems of the last visit
 };
 
-/// Topic of the odometry; nothing if there is none.
+/// The topic of the odometry; empty if there is none.
 std::optional<std::string> odometry_topic(const MessageLog& log) {
   const auto channel = std::ranges::find_if(log.channels(), [](const LogChannel& c) {
     return c.type.ends_with("/Odometry") && c.messages.value_or(1) > 0;
@@ -305,7 +305,7 @@ bool overlap(const LogSummary& a, const LogSummary& b) {
   return a.start && a.end && b.start && b.end && *a.start < *b.end && *b.start < *a.end;
 }
 
-/// Two files with odometry at the same time contain two drives, or one drive twice.
+/// Two files with odometry at the same time contain two drives, or the same drive twice.
 Status check_one_drive(const std::vector<std::string>& paths,
                        const std::vector<std::unique_ptr<MessageLog>>& parts) {
   for (std::size_t i = 0; i < parts.size(); ++i) {

@@ -5,7 +5,7 @@
 
 #include "waymark/recording/message_log.hpp"
 
-/// Several recordings as one; open_logs() of message_log.hpp opens them.
+/// Several recordings as one; opened by open_logs() in message_log.hpp.
 namespace waymark {
 
 /// Joins consecutive recordings (at least one). Messages that overlap in time are sorted within windows of

@@ -183,7 +183,7 @@ Result<Header> Header::parse(std::string_view line, const std::string& source) {
   for (const Layout& one : layouts()) {
     const bool fits = std::ranges::all_of(
         one.columns, [&](std::string_view name) { return header.find(name).has_value(); });
-    // A pose with covariances is an estimate, not a measurement.
+    // A pose with a covariance is an estimate, not a measurement.
     if (!fits || (one.kind == Kind::OdometryPoses && header.find("cov0"))) continue;
     header.kind_ = one.kind;
     return header;
@@ -198,7 +198,7 @@ std::optional<std::size_t> Header::find(std::string_view name) const {
 }
 
 std::optional<std::int64_t> Header::time(const std::vector<std::string_view>& cells) const {
-  // Keeps the difference of two stamps from overflowing.
+  // Prevents overflow of the difference between two stamps.
   constexpr std::int64_t kMaxNanoseconds = std::numeric_limits<std::int64_t>::max() / 2;
   const auto ns = seconds_ ? seconds_as_ns(cells[time_]) : integer(cells[time_]);
   return ns && *ns >= -kMaxNanoseconds && *ns <= kMaxNanoseconds ? ns : std::nullopt;
@@ -206,8 +206,7 @@ std::optional<std::int64_t> Header::time(const std::vector<std::string_view>& ce
 
 namespace {
 
-constexpr double kHalf =
-    0.5;  // offset from the pixel centres of TagSLAM's bags (and ROS) to those of Waymark
+constexpr double kHalf = 0.5;  // offset from the pixel centres in TagSLAM's bags (and ROS) to Waymark's
 
 Error csv_error(std::string message) { return {ErrorCode::Unsupported, std::move(message), {}, {}}; }
 

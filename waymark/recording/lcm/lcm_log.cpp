@@ -14,8 +14,8 @@
 #include "waymark/recording/lcm/mbot_samples.hpp"
 #include "waymark/recording/message_log.hpp"
 
-/// Event logs of LCM (Lightweight Communications and Marshalling, lcm/eventlog.c): consecutive big-endian
-/// events without file header, index or checksum.
+/// LCM event logs (Lightweight Communications and Marshalling, lcm/eventlog.c): consecutive big-endian events
+/// without a file header, index or checksum.
 namespace waymark::lcm {
 namespace {
 
@@ -24,20 +24,20 @@ constexpr std::size_t kHeaderSize = 28;
 constexpr std::int32_t kMaxChannelName = 63;
 
 struct Event {
-  std::uint64_t offset = 0;  ///< in the file
+  std::uint64_t offset = 0;  ///< position in the file
   std::int64_t number = 0;   ///< counted over all channels
   std::int64_t receive_us = 0;
   std::string_view channel{};
   ByteSpan payload{};
 };
 
-/// Reads events sequentially. Memory: one event and a window of 1 MiB.
+/// Reads events sequentially. Holds one event and a window of 1 MiB in memory.
 class EventReader {
  public:
   EventReader(const ByteSource& source, std::uint64_t size, std::uint64_t max_event_bytes);
 
-  /// The next event, valid until the next call; nothing at the end. After damage it searches byte by byte for
-  /// the next event and notes the number of skipped bytes.
+  /// The next event, valid until the next call; empty at the end. After damage, searches byte by byte for the
+  /// next event and notes the number of skipped bytes.
   std::optional<Event> next(LogProblems& problems);
 
  private:
@@ -83,7 +83,7 @@ std::uint64_t event_size(const Header& header) {
          static_cast<std::uint64_t>(header.payload_size);
 }
 
-/// Whether an event can begin at these bytes, of which the file still has `rest`.
+/// Whether an event can begin at these bytes, if `rest` bytes remain in the file.
 bool plausible_event(ByteSpan bytes, std::uint64_t rest) {
   if (bytes.size() < kHeaderSize) return false;
   const Header header = parse(bytes.first(kHeaderSize));
@@ -112,7 +112,7 @@ ByteSpan EventReader::window(std::uint64_t offset, std::uint64_t size) {
 ByteSpan EventReader::header_at(std::uint64_t offset) {
   const bool inside = offset >= window_start_ && offset + kHeaderSize <= window_start_ + window_.size();
   if (inside) return window(offset, kHeaderSize);
-  // Looking ahead must not move the window, which would be read repeatedly in damaged data.
+  // Looking ahead must not move the window, because damaged data would then be read repeatedly.
   if (offset > size_ || size_ - offset < kHeaderSize || !source_.read(offset, header_)) return {};
   return header_;
 }
@@ -161,7 +161,7 @@ std::optional<Event> EventReader::next(LogProblems& problems) {
   }
   const Header header = parse(window(offset_, kHeaderSize));
   const ByteSpan bytes = window(offset_, event_size(header));
-  if (bytes.empty()) return std::nullopt;  // the file was truncated while reading
+  if (bytes.empty()) return std::nullopt;  // the file was truncated while being read
   const auto channel_size = static_cast<std::size_t>(header.channel_size);
   const Event event{.offset = offset_,
                     .number = header.number,
@@ -180,7 +180,7 @@ namespace {
 
 constexpr std::int64_t kNanosecondsPerTick = 1000;
 
-/// Receive time [ns]; values outside the range of nanoseconds count as 0.
+/// Receive time in nanoseconds; values outside the representable range count as 0.
 std::uint64_t nanoseconds(std::int64_t microseconds) {
   constexpr std::int64_t kMaxMicroseconds = std::numeric_limits<std::int64_t>::max() / kNanosecondsPerTick;
   return microseconds < 0 || microseconds > kMaxMicroseconds
@@ -267,7 +267,7 @@ class LcmLog final : public MessageLog {
     return {};
   }
 
-  /// Index of the channel for a name and type; nothing above the limit of channels.
+  /// Index of the channel for a name and type; empty if there are too many channels.
   std::optional<std::size_t> channel_of(const lcm::Event& event) {
     const std::uint64_t fingerprint = mbot::fingerprint_of(event.payload);
     const auto known = numbers_.find({std::string(event.channel), fingerprint});

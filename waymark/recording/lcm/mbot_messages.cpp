@@ -11,7 +11,7 @@ namespace {
 struct Type {
   std::uint64_t fingerprint;
   std::string_view name;
-  bool stamped = false;  ///< begins with utime
+  bool stamped = false;  ///< the message begins with utime
 };
 constexpr std::array kTypes = {
     Type{kPose2D, "pose2D_t", true},

@@ -9,8 +9,8 @@
 #include "waymark/recording/byte_io.hpp"
 
 /// LCM messages of the MBot (mbot_lcm_base, package mbot_lcm_msgs). Each consists of an 8-byte fingerprint of
-/// the type, then the members in order, big-endian. Units and frames are those of the robot; mbot_samples.hpp
-/// converts them.
+/// its type, followed by the members in order, big-endian. Units and frames are those of the robot;
+/// mbot_samples.hpp converts them.
 namespace waymark::mbot {
 
 inline constexpr std::uint64_t kPose2D = 0x1f317af1246276ac;
@@ -21,9 +21,9 @@ inline constexpr std::uint64_t kTagArray = 0x815931ba2e0b44c2;
 inline constexpr std::uint64_t kLidar = 0x89dc5b879a5056cf;
 inline constexpr std::uint64_t kTimestamp = 0x4d0d41c1f105b12f;
 
-/// Name of the type with a fingerprint ("pose2D_t"); empty for other types.
+/// The name of the type with a given fingerprint ("pose2D_t"); empty for other types.
 [[nodiscard]] std::string_view type_name(std::uint64_t fingerprint);
-/// The first 8 bytes; 0 for shorter payloads.
+/// The first 8 bytes of a payload; 0 if it is shorter.
 [[nodiscard]] std::uint64_t fingerprint_of(ByteSpan payload);
 
 /// The stamp [us] of a message whose type begins with one.
@@ -39,7 +39,7 @@ struct Twist2D {
 };
 struct Encoders {
   std::int64_t utime = 0;
-  std::array<std::int64_t, 3> ticks{};  ///< left, right (counting backwards), unused
+  std::array<std::int64_t, 3> ticks{};  ///< left wheel, right wheel (counting backwards), unused
   std::array<std::int32_t, 3> delta_ticks{};
   std::int32_t delta_time = 0;  ///< [us]
 };
@@ -76,11 +76,11 @@ struct Timestamp {
   std::int64_t utime = 0;
 };
 
-/// Decodes a payload including its fingerprint. Nothing unless the bytes are exactly one such message.
+/// Decodes a payload including its fingerprint. Empty unless the bytes are exactly one such message.
 template <class Message>
 [[nodiscard]] std::optional<Message> decode(ByteSpan payload);
 
-/// Payload of a message.
+/// Encodes a message as a payload.
 [[nodiscard]] Bytes encode(const Pose2D& message);
 [[nodiscard]] Bytes encode(const Twist2D& message);
 [[nodiscard]] Bytes encode(const Encoders& message);

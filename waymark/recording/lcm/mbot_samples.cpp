@@ -66,7 +66,7 @@ SensorTime Samples::stamp(std::int64_t utime, std::int64_t receive_us) {
   constexpr std::int64_t kMaxMicroseconds =
       std::numeric_limits<std::int64_t>::max() / kNanosecondsPerMicrosecond;
   if (utime <= 0 || utime > kMaxMicroseconds)
-    utime = std::clamp<std::int64_t>(receive_us, 0, kMaxMicroseconds);  // noted by the log
+    utime = std::clamp<std::int64_t>(receive_us, 0, kMaxMicroseconds);  // already noted by the log
   return SensorTime(Duration(utime * kNanosecondsPerMicrosecond));
 }
 
@@ -161,7 +161,7 @@ Status Samples::on_lidar(std::string_view channel, std::int64_t receive_us, Byte
 
 namespace {
 
-constexpr double kMaxTagDistance_m = 20;  ///< [m] maximum distance of a detection
+constexpr double kMaxTagDistance_m = 20;  ///< maximum distance of a detection, in metres
 constexpr std::int32_t kNested = 10;      ///< the tag inside tag k has id 10 k
 
 Eigen::Quaterniond quaternion(const Tag& tag, bool w_first) {
@@ -170,7 +170,7 @@ Eigen::Quaterniond quaternion(const Tag& tag, bool w_first) {
                  : Eigen::Quaterniond(double{q[3]}, double{q[0]}, double{q[1]}, double{q[2]});
 }
 
-/// Rotation from roll, pitch, yaw about fixed x, y, z.
+/// Rotation from roll, pitch and yaw about the fixed axes x, y and z.
 Eigen::Quaterniond from_angles(const std::array<float, 3>& rpy, double unit) {
   using Eigen::AngleAxisd;
   return AngleAxisd(double{rpy[2]} * unit, Eigen::Vector3d::UnitZ()) *

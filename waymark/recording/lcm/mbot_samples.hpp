@@ -14,22 +14,22 @@
 
 namespace waymark::mbot {
 
-/// Conventions of an MBot's tags and accelerometer. They differ between publishers and are not part of the
-/// messages, so a first pass over the log determines them.
+/// Conventions of an MBot's tags and accelerometer. They differ between publishers and are not stored in the
+/// messages, so they are determined in a first pass over the log.
 struct Conventions {
-  bool millimetres = false;         ///< else metres
-  bool quaternion_w_first = false;  ///< else x, y, z, w
-  bool angles_in_degrees = false;   ///< of angles_rpy, used only to determine the quaternion order
-  bool tag_y_up = false;            ///< tag frame y up, z towards the reader; else y down, z into the tag
-  bool accelerometer_shows_gravity = false;  ///< the negative of specific force
+  bool millimetres = false;                  ///< otherwise in metres
+  bool quaternion_w_first = false;           ///< otherwise x, y, z, w
+  bool angles_in_degrees = false;            ///< for angles_rpy, used only to determine the quaternion order
+  bool tag_y_up = false;                     ///< y up, z towards the reader; otherwise y down, z into the tag
+  bool accelerometer_shows_gravity = false;  ///< shows the negative of specific force
 };
 
-/// Determines the conventions from all messages of a log. O(1) memory.
+/// Determines the conventions from all messages in a log. O(1) memory.
 class Survey {
  public:
   void add(ByteSpan payload);
   [[nodiscard]] Conventions conventions() const;
-  /// Number of messages that contribute to the result.
+  /// The number of messages that contribute to the result.
   [[nodiscard]] std::uint64_t tags() const { return tags_; }
   [[nodiscard]] std::uint64_t imus() const { return imus_; }
 
@@ -38,9 +38,9 @@ class Survey {
 
   std::array<double, 4> misfit_{};  ///< between quaternion and angles_rpy: {xyzw, wxyz} x {rad, deg}
   std::uint64_t tags_ = 0;
-  std::uint64_t far_tags_ = 0;  ///< beyond the range of detection if read as metres
+  std::uint64_t far_tags_ = 0;  ///< tags that would be beyond the range of detection if read as metres
   std::array<std::uint64_t, 2>
-      turned_away_{};  ///< count of tags with z towards the camera, for either quaternion order
+      turned_away_{};  ///< number of tags with z towards the camera, for either quaternion order
   double accel_z_sum_ = 0;
   std::uint64_t imus_ = 0;
 };
@@ -54,7 +54,7 @@ class Samples {
 
   /// Adds a message received at `receive_us`.
   Status add(std::string_view channel, std::int64_t receive_us, ByteSpan payload);
-  /// Visits samples that are still waiting for a second message.
+  /// Visits samples that are still waiting for another message.
   Status finish();
   /// Sets the conventions for later messages, for callers that determine them while messages arrive.
   void use(const Conventions& conventions) { conventions_ = conventions; }

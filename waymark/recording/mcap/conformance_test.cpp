@@ -118,7 +118,7 @@ bool describe_as(const char* type, const RecordView& view, Json& list) {
   return true;
 }
 
-// The corpus lists the records inside chunks, but neither the chunks nor the message indexes.
+// The corpus lists the records inside chunks, but neither chunks nor message indexes.
 void describe(const RecordView& view, Json& list) {
   const bool known =
       describe_as<Header>("Header", view, list) || describe_as<Footer>("Footer", view, list) ||
@@ -143,7 +143,7 @@ Json expected(const std::filesystem::path& path) {
   return list;
 }
 
-/// The files of the corpus; skips the test without it.
+/// The files in the corpus; skips the test if there is no corpus.
 std::vector<std::filesystem::path> files_of(const std::filesystem::path& corpus) {
   std::vector<std::filesystem::path> files;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(corpus))
@@ -176,7 +176,7 @@ Json of_type(const Json& records, const std::string& type) {
   return list;
 }
 
-// Messages, attachments and metadata are found in order of time, regardless of what a summary omits.
+// Messages, attachments and metadata are found in order of time, whatever a summary omits.
 TEST(McapConformance, EveryFileReadsByIndexWithPartialSummaries) {
   WAYMARK_REAL_DATA(corpus, "mcap-conformance");
   for (const auto& path : files_of(corpus)) {
@@ -213,7 +213,7 @@ TEST(McapConformance, EveryFileReadsByIndexWithPartialSummaries) {
   }
 }
 
-/// Options from the features listed in the name of a file: "OneMessage-ch-mx-st.mcap".
+/// Options from the features listed in a file's name: "OneMessage-ch-mx-st.mcap".
 WriterOptions options_of(const std::string& name) {
   const auto has = [&](const std::string& feature) {
     return name.find("-" + feature + "-") != std::string::npos || name.ends_with("-" + feature);
@@ -232,7 +232,7 @@ WriterOptions options_of(const std::string& name) {
                       .offsets = has("sum")}};
 }
 
-/// Writes the data section of a file again with Writer.
+/// Writes the data section of a file again, using Writer.
 Bytes rewritten(const ByteSource& source, const WriterOptions& options) {
   Bytes file;
   Result<Writer> writer = Writer::open(memory_sink(file), options);
@@ -269,8 +269,8 @@ Bytes rewritten(const ByteSource& source, const WriterOptions& options) {
   return file;
 }
 
-// Files with padding for future fields ("pad") are written without padding, so their bytes equal those of the
-// file with the same name without "pad".
+// Files with padding for future fields ("pad") are written without it, so their bytes equal those of the file
+// whose name lacks "pad".
 TEST(McapConformance, WriterReproducesEveryFileByteForByte) {
   WAYMARK_REAL_DATA(corpus, "mcap-conformance");
   for (const auto& path : files_of(corpus)) {

@@ -1,4 +1,4 @@
-// Recordings whose writer was killed, whose disk was full or whose file was truncated.
+// Recordings whose writer was killed, whose disk was full, or that were truncated.
 #include <algorithm>
 #include <atomic>
 #include <csignal>
@@ -29,7 +29,7 @@ constexpr std::uint64_t kStep = kSecond / 50;
 
 std::uint64_t time_of(std::uint64_t number) { return 5 * kSecond + number * kStep; }
 
-/// Message `number`, deterministic: 50 per second, 0 to 4 KiB.
+/// The content of message `number`, deterministic: 50 messages per second, 0 to 4 KiB each.
 Bytes data_of(std::uint64_t number) {
   Random random(number);
   Bytes data(random.index(4096));
@@ -45,7 +45,7 @@ Result<Writer> start(const fs::path& path, const WriterOptions& options) {
   return writer;
 }
 
-/// Checks that the file contains messages 0, 1, 2, … with their bytes, and returns their number.
+/// Checks that the file contains messages 0, 1, 2, … with their bytes, and returns how many there are.
 std::uint64_t whole_messages(const fs::path& path, bool from_summary) {
   const auto source = open_file(path);
   EXPECT_TRUE(source);
@@ -66,9 +66,9 @@ std::uint64_t whole_messages(const fs::path& path, bool from_summary) {
   return next;
 }
 
-/// Memory shared by two processes.
+/// Memory shared between two processes.
 struct Shared {
-  std::atomic<std::uint64_t>* taken = nullptr;  ///< messages whose write() returned
+  std::atomic<std::uint64_t>* taken = nullptr;  ///< number of messages whose write() has returned
   Shared() {
     void* memory = mmap(nullptr, sizeof(*taken), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     taken = new (memory) std::atomic<std::uint64_t>(0);
@@ -78,8 +78,8 @@ struct Shared {
   Shared& operator=(const Shared&) = delete;
 };
 
-/// Records in a child process and kills it after `enough` messages were accepted. Returns the number
-/// accepted.
+/// Records in a child process and kills it once `enough` messages have been accepted. Returns the number of
+/// accepted messages.
 std::uint64_t record_until_killed(const fs::path& path, const WriterOptions& options, std::uint64_t enough) {
   const Shared shared;
   const pid_t child = fork();
@@ -138,8 +138,8 @@ TEST(McapCrash, RecoveryNeverOverwrites) {
   EXPECT_FALSE(recover_file(folder / "lap.mcap", folder / "lap.mcap"));
 }
 
-// On a full disk, data already written are kept. The file still gets its summary, because the chunk that did
-// not fit is removed.
+// On a full disk, data that have already been written are kept. The file still gets its summary, because the
+// chunk that did not fit is removed.
 TEST(McapCrash, AFullDiskKeepsWrittenDataAndCompletesTheFile) {
   const fs::path folder = testing::fresh_folder("folder");
   const fs::path path = folder / "lap.mcap";
@@ -217,7 +217,7 @@ TEST(McapCrash, ADurableRecordingIsSyncedOncePerSecondNotPerChunk) {
     for (std::uint64_t i = 0; i < 1000; ++i) {
       const int before = syncs;
       ASSERT_TRUE(writer->write(1, time_of(i), time_of(i), data_of(i)));
-      if (syncs != before) safe_messages = i;  // all messages before this one
+      if (syncs != before) safe_messages = i;  // all messages before this one are safe
       if (durable) {
         ASSERT_LE((i - safe_messages) * kStep, kSecond);
       }

@@ -31,7 +31,7 @@ Status file_summary_record(Index& index, std::uint8_t opcode, ByteSpan content, 
   return index.problems.empty() ? Status{} : tl::unexpected(index.problems.front());
 }
 
-/// The footer, if the file ends like a finished file.
+/// The footer, if the file ends as a finished file does.
 std::optional<Footer> read_footer(const ByteSource& source, std::uint64_t size) {
   constexpr std::uint64_t kFooterSize = kRecordPrefixSize + kFooterContent;
   constexpr std::uint64_t kTail = kFooterSize + sizeof(kMagic);
@@ -46,7 +46,7 @@ std::optional<Footer> read_footer(const ByteSource& source, std::uint64_t size) 
   return sound ? std::optional(*footer) : std::nullopt;
 }
 
-/// Whether every message can be found using the index; writers may omit any part of a summary.
+/// Whether every message can be found through the index; writers may omit any part of a summary.
 bool suffices(const Index& index) {
   const Statistics& statistics = index.statistics;
   const bool schemas = std::ranges::all_of(index.channels, [&](const auto& channel) {
@@ -59,8 +59,8 @@ bool suffices(const Index& index) {
          (statistics.message_count == 0 || statistics.chunk_count > 0);
 }
 
-/// Reads the summary into the index. False if it is missing, insufficient or damaged; `damage` then contains
-/// the reason.
+/// Reads the summary into the index. Returns false if it is missing, insufficient or damaged; `damage` then
+/// contains the reason.
 bool index_from_summary(const ByteSource& source, std::uint64_t size, const ReaderOptions& options,
                         const std::optional<Footer>& footer, Index& index, std::optional<Error>& damage) {
   if (!footer) return false;
@@ -89,7 +89,7 @@ Result<Index> index_from_scan(const ByteSource& source, const ReaderOptions& opt
   Scan scan(index);
   bool in_data = true;
   const auto visit = [&](const RecordView& view) {
-    // Records after the data section repeat the summary, which was found unusable before this scan.
+    // Records after the data section repeat the summary, which has already been found unusable.
     in_data = in_data && !is<DataEnd>(view.opcode);
     if (in_data) scan.add(view);
     return Status{};
@@ -101,8 +101,8 @@ Result<Index> index_from_scan(const ByteSource& source, const ReaderOptions& opt
   return index;
 }
 
-/// Checksum of the data section, read from the DataEnd record. 0 if the record has none or does not precede
-/// the summary.
+/// The checksum of the data section, as stored in the DataEnd record. 0 if the record contains none or does
+/// not precede the summary.
 std::uint32_t promised_data_crc(const ByteSource& source, std::uint64_t summary_start) {
   constexpr std::uint64_t kDataEndSize = kRecordPrefixSize + sizeof(std::uint32_t);
   if (summary_start < sizeof(kMagic) + kDataEndSize) return 0;
@@ -112,8 +112,8 @@ std::uint32_t promised_data_crc(const ByteSource& source, std::uint64_t summary_
   return end ? end->data_section_crc : 0;
 }
 
-/// Locates changed bytes of the data section that no chunk checksum covers; mainly metadata, which may
-/// contain the tag size.
+/// Locates changed bytes in the data section that no chunk checksum covers. These are mainly metadata, which
+/// may contain the tag size.
 std::string changed_part(const ByteSource& source, const ReaderOptions& options) {
   std::string metadata;
   const auto stream = read_stream(source, options, [&](const RecordView& view) -> Status {
@@ -153,7 +153,7 @@ std::optional<Error> damage_of_data(const ByteSource& source, std::uint64_t summ
 }
 
 Result<Header> read_header(const ByteSource& source, const ReaderOptions& options) {
-  // Reads the first record only; an error returned by the callback ends the pass.
+  // Reads only the first record; an error returned by the callback ends the pass.
   Header header;
   bool stopped = false;
   const Result<StreamSummary> begin = read_stream(source, options, [&](const RecordView& view) -> Status {
@@ -242,7 +242,7 @@ Bytes encode_summary(const Index& index, std::uint64_t position, const SummaryPa
     footer.summary_offset_start = position + bytes.size();
     for (const SummaryOffset& offset : groups.offsets) encode(bytes, offset);
   }
-  // The CRC covers the summary and the footer up to the CRC field.
+  // The CRC covers the summary and the footer up to its CRC field.
   encode(bytes, footer);
   bytes.resize(bytes.size() - sizeof(footer.summary_crc));
   append_little_endian(bytes, crc32(bytes));

@@ -19,14 +19,14 @@ struct StoredSchema {
   Bytes data{};
 };
 
-/// A message outside of chunks.
+/// A message outside chunks.
 struct LooseMessage {
   std::uint64_t log_time = 0;
-  std::uint64_t offset = 0;  ///< of the record in the file
-  std::uint64_t length = 0;  ///< of the whole record
+  std::uint64_t offset = 0;  ///< offset of the record in the file
+  std::uint64_t length = 0;  ///< length of the whole record
 };
 
-/// Contents and offsets of a file, from its summary or, without a summary, from one pass over the file.
+/// Contents and offsets of a file, from its summary or, if it has none, from one pass over the file.
 struct Index {
   Header header{};
   std::map<std::uint16_t, StoredSchema> schemas{};
@@ -36,15 +36,15 @@ struct Index {
   std::vector<AttachmentIndex> attachments{};
   std::vector<MetadataIndex> metadata{};
   Statistics statistics{};
-  bool from_summary = false;      ///< false: the writer did not finish or wrote no usable summary
+  bool from_summary = false;      ///< false if the writer did not finish or wrote no usable summary
   std::vector<Error> problems{};  ///< damage and truncation
 };
 
-/// Reads the index of a file. O(summary) if it suffices to find all messages, else one pass over the file.
-/// Memory: the summary, or an entry for each chunk (and for each message outside chunks).
+/// Reads a file's index. O(summary) if the summary suffices to find all messages, otherwise one pass over the
+/// file. Memory: the summary, or an entry for each chunk (and for each message outside chunks).
 [[nodiscard]] Result<Index> read_index(const ByteSource& source, const ReaderOptions& options = {});
 
-/// Groups of records in a summary; only tests of readers omit any.
+/// Groups of records in a summary; only tests of readers omit any of them.
 struct SummaryParts {
   bool schemas = true;
   bool channels = true;
@@ -66,7 +66,7 @@ class Scan {
  public:
   explicit Scan(Index& index) : index_(index) {}
 
-  /// Adds a record at view.offset. A record that cannot be decoded is noted among the problems.
+  /// Adds a record at view.offset. A record that cannot be decoded is added to the problems.
   void add(const RecordView& view);
   /// Sets the counts of schemas, channels, attachments and metadata.
   void finish();
@@ -85,7 +85,8 @@ class Scan {
 /// Adds one message to the statistics.
 void count_message(Statistics& statistics, std::uint16_t channel_id, std::uint64_t log_time);
 
-/// Reads the content of the record at an offset into `room`; its kind and length must be those in the index.
+/// Reads the content of the record at an offset into `room`; the record's kind and length must match the
+/// index.
 [[nodiscard]] Result<ByteSpan> read_content(const ByteSource& source, std::uint64_t offset,
                                             std::uint64_t length, Opcode opcode, const ReaderOptions& options,
                                             Bytes& room);

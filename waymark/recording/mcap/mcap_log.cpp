@@ -101,14 +101,14 @@ class McapLog final : public RosLog {
                    {message.log_time, message.publish_time, message.data.bytes});
     };
   }
-  /// Reader options for a new visit, with damage noted.
+  /// Reader options for a new visit that notes damage.
   mcap::ReaderOptions noting_damage() {
     visited_.clear();
     mcap::ReaderOptions options = options_;
     options.on_damage = [this](const Error& error) { visited_.damage("mcap.chunk", [&] { return error; }); };
     return options;
   }
-  /// Notes chunks that begin before the previous one ended, as after a backward clock jump.
+  /// Notes chunks that begin before the previous one ended, as happens after a backward clock jump.
   void note_times() {
     constexpr std::uint64_t kJump_ns = 500'000'000;
     for (std::size_t i = 1; i < index_.chunks.size(); ++i) {
@@ -148,7 +148,7 @@ class McapLog final : public RosLog {
   std::vector<LogChannel> channels_;
   std::map<std::uint16_t, std::size_t> position_;
   LogProblems opened_;
-  LogProblems attached_;  ///< damaged attachments of the last visit_attachments()
+  LogProblems attached_;  ///< damaged attachments in the last visit_attachments()
 };
 
 }  // namespace

@@ -4,7 +4,7 @@
 
 namespace waymark {
 
-/// Opens an MCAP file of any writer.
+/// Opens an MCAP file from any writer.
 [[nodiscard]] Result<std::unique_ptr<MessageLog>> open_mcap_log(std::unique_ptr<ByteSource> source,
                                                                 const LogOptions& options);
 

@@ -1,5 +1,5 @@
-// Memory for writing and reading does not grow with the recording. A separate binary, because a child process
-// starts with the memory of the tests before it.
+// Tests that memory for writing and reading does not grow with the recording. This is a separate binary,
+// because a child process inherits the memory footprint of the tests that ran before it.
 #include <cstdlib>
 #include <filesystem>
 
@@ -45,7 +45,7 @@ bool write_and_read(const std::filesystem::path& path, std::uint64_t bytes) {
   return status && index->from_summary && read == count;
 }
 
-/// Peak memory [KiB] of such a process.
+/// Peak memory of such a process in KiB.
 std::int64_t peak_kib(const std::filesystem::path& path, std::uint64_t bytes) {
   const pid_t child = fork();
   if (child == 0) _exit(write_and_read(path, bytes) ? 0 : 1);
@@ -73,8 +73,7 @@ TEST(McapMemory, DoesNotGrowWithTheRecording) {
   const std::int64_t large_kib = peak_kib(folder / "large.mcap", large);
   RecordProperty("small_kib", std::to_string(small_kib));
   RecordProperty("large_kib", std::to_string(large_kib));
-  // There is one index entry per chunk of 1 MiB, so a recording of 100 times the size needs hardly more
-  // memory.
+  // There is one index entry per 1 MiB chunk, so a recording 100 times as large needs hardly more memory.
   EXPECT_LE(large_kib - small_kib, full ? 8 * 1024 : 1024);
   EXPECT_LE(large_kib, 64 * 1024);
 }

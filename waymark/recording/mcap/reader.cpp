@@ -43,7 +43,7 @@ Result<Metadata> read_metadata(const ByteSource& source, const MetadataIndex& en
 
 namespace {
 
-/// Selected part of a file.
+/// The selected part of a file.
 struct Wanted {
   std::vector<const Channel*> channels{};  ///< by id; nullptr for channels that are not selected
   std::uint64_t from = 0;
@@ -57,10 +57,10 @@ struct Wanted {
   }
 };
 
-/// Messages in time order, of one chunk or of all messages outside chunks.
+/// Messages in time order, from one chunk or from all messages outside chunks.
 struct Run {
   Bytes content;  ///< the chunk as stored in the file
-  Bytes room;     ///< its records, if compressed
+  Bytes room;     ///< the chunk's records, if compressed
   std::vector<Message> messages;
   std::size_t next = 0;
   std::size_t number = 0;  ///< breaks ties
@@ -69,7 +69,7 @@ struct Run {
   [[nodiscard]] std::uint64_t bytes() const { return content.size() + room.size(); }
 };
 
-/// Selected messages of a chunk in file order. Bypasses decode() for speed.
+/// Collects the selected messages of a chunk in file order. Bypasses decode() for speed.
 Status collect(ByteSpan records, const Wanted& wanted, std::vector<Message>& messages) {
   constexpr std::size_t kFields = 22;
   ByteReader in(records);
@@ -132,11 +132,12 @@ Wanted wanted_of(const Index& index, const Selection& selection) {
   return wanted;
 }
 
-/// Chunks that may contain selected messages, in order of their first message; ties by file offset.
+/// Chunks that may contain selected messages, in order of their first message; ties are broken by file
+/// offset.
 std::vector<std::size_t> chunks_in_order(const std::vector<ChunkIndex>& chunks, const Wanted& wanted) {
   const auto may_hold = [&](const ChunkIndex& chunk) {
     if (chunk.message_end_time < wanted.from || chunk.message_start_time >= wanted.to) return false;
-    // Without message indexes the channels of a chunk are unknown.
+    // Without message indexes, the channels in a chunk are unknown.
     return chunk.message_index_offsets.empty() ||
            std::ranges::any_of(chunk.message_index_offsets,
                                [&](const auto& offset) { return wanted.channel(offset.first); });
@@ -217,7 +218,7 @@ class Merge {
     return {};
   }
 
-  /// An empty run that reuses the memory of a finished one.
+  /// An empty run that reuses the memory of a finished run.
   std::unique_ptr<Run> fresh(std::size_t number) {
     std::unique_ptr<Run> run;
     if (spare_.empty()) {

@@ -30,7 +30,7 @@ struct Encoder {
     append(out, part.bytes);
   }
   void write(const Rest& part) { append(out, part.bytes); }
-  // Arrays and maps: size in bytes, then the pairs.
+  // Arrays and maps are encoded as their size in bytes, followed by the pairs.
   template <class Pairs>
     requires requires(const Pairs& pairs) { pairs.begin()->second; }
   void write(const Pairs& pairs) {

@@ -12,7 +12,7 @@
 /// Records of an MCAP file as plain structs, named as in the "MCAP Format Specification", section "Records".
 /// Each lists its fields once, in file order; encode() and decode() use that list.
 ///
-/// Spans point into the bytes that a record was decoded from.
+/// Spans point into the bytes from which a record was decoded.
 namespace waymark::mcap {
 
 inline constexpr std::uint8_t kMagic[8] = {0x89, 'M', 'C', 'A', 'P', 0x30, '\r', '\n'};
@@ -37,7 +37,7 @@ enum class Opcode : std::uint8_t {
   DataEnd = 0x0F,
 };
 
-/// Bytes preceded by a 32-bit or 64-bit count, or the remaining bytes of the record.
+/// Bytes that are either preceded by a 32-bit or 64-bit count, or the rest of the record.
 struct Bytes32 {
   ByteSpan bytes{};
 };
@@ -112,7 +112,7 @@ struct Chunk {
   std::uint64_t message_start_time = 0;
   std::uint64_t message_end_time = 0;
   std::uint64_t uncompressed_size = 0;
-  std::uint32_t uncompressed_crc = 0;  ///< 0: not computed
+  std::uint32_t uncompressed_crc = 0;  ///< 0 if not computed
   std::string compression{};           ///< "", "lz4" or "zstd"
   Bytes64 records{};
   template <class Self, class Visit>
@@ -159,7 +159,7 @@ struct Attachment {
   std::string name{};
   std::string media_type{};
   Bytes64 data{};
-  std::uint32_t crc = 0;  ///< of all fields before it; 0: not computed
+  std::uint32_t crc = 0;  ///< CRC of all fields before it; 0 if not computed
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
     visit(self.log_time, self.create_time, self.name, self.media_type, self.data, self.crc);
@@ -235,14 +235,14 @@ struct SummaryOffset {
 
 struct DataEnd {
   static constexpr auto kOpcode = Opcode::DataEnd;
-  std::uint32_t data_section_crc = 0;  ///< 0: not computed
+  std::uint32_t data_section_crc = 0;  ///< 0 if not computed
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
     visit(self.data_section_crc);
   }
 };
 
-/// Appends the content of a record (without opcode and length).
+/// Appends a record's content (without opcode and length).
 template <class Record>
 void encode_content(Bytes& out, const Record& record);
 
@@ -251,7 +251,7 @@ template <class Record>
 void encode(Bytes& out, const Record& record);
 
 /// Decodes a record from its content. Additional bytes at the end, which the specification allows for future
-/// fields, are ignored. Fails on truncated content.
+/// fields, are ignored. Fails if the content is truncated.
 template <class Record>
 [[nodiscard]] Result<Record> decode(ByteSpan content);
 

@@ -19,7 +19,7 @@ class Salvage {
   Salvage(const ByteSource& source, std::unique_ptr<ByteSink> sink)
       : source_(source), output_(std::move(sink)), scan_(index_) {}
 
-  /// `known`: channels from the summary, for a file whose first records are lost.
+  /// `known` contains channels from the summary, for a file whose first records are lost.
   Status begin(const Index& known, bool begin_is_lost) {
     Status status = output_.put(kMagic);
     if (!begin_is_lost) return status;
@@ -124,7 +124,7 @@ class Salvage {
   bool ended_ = false;
 };
 
-/// Offsets of records from the summary, in order; empty without a summary.
+/// The offsets of records from the summary, in order; empty if there is no summary.
 std::vector<KnownRecord> known_records(const Index& index) {
   std::vector<KnownRecord> known;
   if (!index.from_summary) return known;
@@ -152,7 +152,7 @@ Result<Recovery> recover(const ByteSource& source, std::unique_ptr<ByteSink> sin
   ReaderOptions damaged = options;
   damaged.begin_may_be_lost = true;
   Result<Index> before = read_index(source, damaged);
-  if (!before) before = Index{};  // read_stream() determines whether chunks can be found
+  if (!before) before = Index{};  // read_stream() finds out whether there are chunks
   Salvage salvage(source, std::move(sink));
   if (Status status = salvage.begin(*before, !begins_with_magic(source)); !status)
     return tl::unexpected(status.error());
@@ -185,7 +185,7 @@ Result<Recovery> recover_file(const std::filesystem::path& in, const std::filesy
                 "Files are never overwritten: choose another name.");
   }
   const std::filesystem::path part = out.string() + ".part";
-  const auto named = [&](Error error) {  // errors must not contain the .part file
+  const auto named = [&](Error error) {  // errors must not mention the .part file
     if (error.place.source == part.string()) error = named_output(std::move(error), out);
     return tl::unexpected(std::move(error));
   };

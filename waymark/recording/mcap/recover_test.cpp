@@ -17,7 +17,7 @@ namespace {
 
 std::uint64_t time_of(std::uint64_t number) { return 5'000'000'000 + number * 20'000'000; }
 
-/// Message `number`: 0 to 4 KiB.
+/// The content of message `number`: 0 to 4 KiB.
 Bytes data_of(std::uint64_t number) {
   Random random(number);
   Bytes data(random.index(4096));
@@ -81,7 +81,7 @@ TEST(McapRecover, OmitsADamagedChunkAndKeepsTheOthers) {
   EXPECT_EQ(recovery->chunks, index->chunks.size() - 1);
   EXPECT_EQ(recovery->lost_bytes, index->chunks[1].chunk_length);
   EXPECT_EQ(read_index(*memory_source(file))->metadata.size(), 1U);
-  // Without recovery a visit skips damage only if on_damage is set, and fails otherwise.
+  // Without recovery, a visit skips damage only if on_damage is set; otherwise it fails.
   const auto visit = [](const Channel&, const Message&) { return Status{}; };
   EXPECT_FALSE(visit_messages(*memory_source(damaged), *index, {}, visit));
   int reported = 0;
@@ -118,7 +118,8 @@ TEST(McapRecover, ContinuesAtTheNextChunkAfterADamagedLength) {
   }
 }
 
-/// The writer was killed and a part is lost; without a summary the next chunk must be found by its bytes.
+/// The writer was killed and a part of the file is lost; without a summary, the next chunk must be found by
+/// its bytes.
 TEST(McapRecover, ContinuesAtTheNextChunkWithoutASummary) {
   for (const Compression compression : {Compression::None, Compression::Lz4, Compression::Zstd}) {
     const Bytes whole = some_recording(300, {.compression = compression, .chunk_size_bytes = 1 << 15});

@@ -15,8 +15,8 @@
 namespace waymark::mcap {
 namespace {
 
-// Record prefix, start and end time, unpacked size, CRC; then the compression name with its length, at most
-// "zstd", and the length of the records.
+// Record prefix, start and end time, unpacked size, CRC; then the compression name preceded by its length (at
+// most "zstd"), and the length of the records.
 constexpr std::size_t kToCompression = 1 + 8 + 8 + 8 + 8 + 4;
 
 constexpr std::size_t kHeader = kToCompression + 4 + 4 + 8;
@@ -31,8 +31,8 @@ bool is_chunk(ByteSpan header, std::uint64_t left) {
   return records <= length && length == around + records && kRecordPrefixSize + length <= left;
 }
 
-/// Offset of the next chunk at or after `offset`, recognised by its opcode and by a length consistent with
-/// the lengths inside it and with the file size. Nothing if there is none or the source cannot be read.
+/// The offset of the next chunk at or after `offset`, recognised by its opcode and by a length consistent
+/// with the lengths inside it and with the file size. Empty if there is none or the source cannot be read.
 /// O(bytes).
 std::optional<std::uint64_t> find_chunk(const ByteSource& source, std::uint64_t offset, std::uint64_t size) {
   constexpr std::uint64_t kBlock = 1 << 20;
@@ -60,7 +60,7 @@ Status check_magic(const ByteSource& source, std::uint64_t size) {
   return {};
 }
 
-/// A complete record between offset and size.
+/// A complete record between `offset` and `size`.
 struct Frame {
   std::uint8_t opcode = 0;
   std::uint64_t length = 0;
@@ -108,7 +108,7 @@ Result<RecordView> read_record(const ByteSource& source, std::uint64_t offset, s
   return RecordView{.opcode = frame->opcode, .content = content, .offset = offset};
 }
 
-/// Visits the records of a chunk, after the record of the chunk itself.
+/// Visits the records in a chunk, after the record of the chunk itself.
 Status visit_chunk(const RecordView& view, const ReaderOptions& options, Bytes& room, const Place& place,
                    StreamSummary& summary, const std::function<Status(const RecordView&)>& visit) {
   const auto damaged = [&](Error problem) {

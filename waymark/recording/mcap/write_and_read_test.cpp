@@ -1,4 +1,4 @@
-// Round trips between writer and readers, on complete, truncated and damaged files.
+// Round trips between the writer and the readers, on complete, truncated and damaged files.
 #include <algorithm>
 #include <string>
 #include <tuple>
@@ -21,7 +21,7 @@ struct Sent {
   friend bool operator==(const Sent&, const Sent&) = default;
 };
 
-/// Messages on three topics over 4 s, slightly out of order as sensors deliver them.
+/// Messages on three topics over 4 s, slightly out of order, as sensors deliver them.
 std::vector<Sent> some_messages(std::uint64_t seed) {
   Random random(seed);
   std::vector<Sent> messages;
@@ -104,7 +104,7 @@ TEST_P(EveryCompression, ATruncationLosesOnlyTheTail) {
     ASSERT_TRUE(index) << "truncated at " << cut << ": " << to_string(index.error());
     EXPECT_FALSE(index->from_summary);
     EXPECT_FALSE(index->problems.empty());
-    // Every chunk that is complete before the truncation is found.
+    // Every chunk that was complete before the truncation is found.
     const auto kept = std::ranges::count_if(whole->chunks, [&](const ChunkIndex& chunk) {
       return chunk.chunk_start_offset + chunk.chunk_length <= cut;
     });
@@ -177,7 +177,7 @@ TEST(Mcap, DamageIsReportedAndNeverCrashes) {
                        {.max_record_bytes = 1 << 22});
     if (!status || !index->problems.empty() || !index->from_summary) ++noticed;
   }
-  EXPECT_GT(noticed, 290);  // undetected: bytes that readers do not use (message indexes, record lengths)
+  EXPECT_GT(noticed, 290);  // damage to unused bytes goes undetected (message indexes, record lengths)
 }
 
 TEST(Mcap, RejectsOtherFiles) {
@@ -208,7 +208,7 @@ TEST(Mcap, WritingToAnUnknownChannelIsAnError) {
   EXPECT_FALSE(writer->add_channel("/x", 7, "cdr"));
 }
 
-/// Offset of the n-th occurrence of a text in a file, n from 1.
+/// Offset of the n-th occurrence of a text in a file, counting from 1.
 std::size_t place_of(const Bytes& file, std::string_view text, int n) {
   std::size_t at = 0;
   for (int i = 0; i < n; ++i) at = as_text(file).find(text, i == 0 ? 0 : at + 1);
@@ -235,7 +235,7 @@ TEST(McapDamage, ReportsAChangedByteOfTheMetadata) {
 
 TEST(McapDamage, ReportsADamagedLengthOfTheMetadata) {
   Bytes file = write_file(some_messages(3), {});
-  file[place_of(file, "speed_m_s", 1) - 4] = 5;  // the key's length
+  file[place_of(file, "speed_m_s", 1) - 4] = 5;  // the length of the key
   EXPECT_NE(problems_of(file).find("checksum"), std::string::npos);
 }
 

@@ -16,7 +16,7 @@ tl::unexpected<Error> too_many(std::string_view what) {
   return fail(ErrorCode::LimitExceeded, fmt::format("an MCAP file holds at most {} {}", kMaxIds, what));
 }
 
-/// Encodes opcode, length and fields of a chunk record up to its records.
+/// Encodes the opcode, length and fields of a chunk record that precede its records.
 void encode_chunk_head(Bytes& out, const Chunk& chunk, std::uint64_t records_size) {
   const std::size_t at = out.size();
   encode(out, chunk);  // encoded without records; the last eight bytes are their size
@@ -25,7 +25,7 @@ void encode_chunk_head(Bytes& out, const Chunk& chunk, std::uint64_t records_siz
   put_little_endian(out.data() + out.size() - sizeof(records_size), records_size);
 }
 
-/// encode() specialised for messages: two appends.
+/// encode() specialised for messages, with only two appends.
 void encode_message(Bytes& out, const Message& message) {
   std::uint8_t head[kRecordPrefixSize + 22];
   head[0] = static_cast<std::uint8_t>(Opcode::Message);
@@ -38,7 +38,7 @@ void encode_message(Bytes& out, const Message& message) {
   append(out, message.data.bytes);
 }
 
-/// CRC of an uncompressed chunk and its indexes, combined from the known CRC of the records.
+/// The CRC of an uncompressed chunk and its indexes, combined from the known CRC of the records.
 std::uint32_t crc_of_unpacked(ByteSpan head, const Chunk& chunk, ByteSpan whole) {
   const ByteSpan indexes = whole.subspan(head.size() + static_cast<std::size_t>(chunk.uncompressed_size));
   const std::uint32_t begin = crc32_of_both(crc32(head), chunk.uncompressed_crc, chunk.uncompressed_size);
@@ -230,8 +230,8 @@ Status Writer::put_chunk() {
     }
   }
   entry.message_index_length = out.size() - entry.chunk_length;
-  // Chunk and indexes are written in one call, so a killed process leaves either all of it or a tail that
-  // readers recognise.
+  // The chunk and its indexes are written in one call, so a killed process leaves either all of them or a
+  // tail that readers recognise.
   const std::uint32_t crc = packs ? crc32(out) : crc_of_unpacked(chunk_head, chunk, out);
   if (Status status = put(out, crc); !status) return status;
   index_.chunks.push_back(std::move(entry));
@@ -286,7 +286,7 @@ Status Writer::write_metadata(const Metadata& metadata) {
 Status Writer::close() {
   Status flushed = end_chunk();
   Scan(index_).finish();
-  // Called even after a failure, because the data in the file still need an index, if it fits.
+  // Called even after a failure, because the data in the file still need an index if it fits.
   Status finished = output_->finish(index_, options_.summary);
   if (finished && options_.durable) finished = output_->sync();
   return flushed ? finished : flushed;

@@ -50,21 +50,21 @@ struct WriterOptions {
   std::string profile = "ros2";
   std::string library = "waymark";
   Compression compression = Compression::Zstd;
-  std::size_t chunk_size_bytes = 1 << 20;  ///< a chunk ends at this size
+  std::size_t chunk_size_bytes = 1 << 20;  ///< a chunk ends once it reaches this size
   Duration chunk_duration =
-      std::chrono::seconds(1);  ///< … or at this span of log time, which bounds the loss in a crash
-  /// Syncs each chunk_duration of log time, so that a power cut loses no more data than a crash.
+      std::chrono::seconds(1);  ///< … or this span of log time, which bounds the loss in a crash
+  /// Syncs after each chunk_duration of log time, so that a power cut loses no more data than a crash.
   bool durable = false;
-  bool chunked = true;        ///< false: messages outside chunks, uncompressed and without an index
-  bool message_index = true;  ///< offsets of each channel's messages in a chunk
+  bool chunked = true;        ///< if false, messages are outside chunks, uncompressed and without an index
+  bool message_index = true;  ///< stores the offsets of each channel's messages in a chunk
   SummaryParts summary{};
 };
 
 /// Writes an MCAP file sequentially ("MCAP Format Specification"): chunks with message indexes and CRCs, then
 /// the summary. A file whose writer crashed before close() is complete up to its last chunk and can be read
-/// as a stream. After a write error (a full disk) every further call returns that error; the data already in
-/// the file are kept, and close() still writes a summary if it fits. O(1) per message; memory: one chunk and
-/// an index entry for each chunk.
+/// as a stream. After a write error (a full disk), every later call returns that error; the data already in
+/// the file are kept, and close() still writes a summary if it fits. O(1) per message; holds one chunk and an
+/// index entry per chunk in memory.
 class Writer {
  public:
   static Result<Writer> open(std::unique_ptr<ByteSink> sink, const WriterOptions& options);
@@ -72,25 +72,26 @@ class Writer {
   Writer(Writer&&) noexcept;
   Writer& operator=(Writer&&) noexcept;
 
-  /// Ids count from 1. Equal name and data return the existing id.
+  /// Ids count from 1. If a schema with the same name and data exists, its id is returned.
   Result<std::uint16_t> add_schema(const std::string& name, const std::string& encoding, ByteSpan data);
-  /// schema_id 0: no schema.
+  /// A schema_id of 0 means no schema.
   Result<std::uint16_t> add_channel(const std::string& topic, std::uint16_t schema_id,
                                     const std::string& message_encoding,
                                     const std::map<std::string, std::string>& metadata = {});
-  /// Appends a message; its sequence number counts per channel. Times in nanoseconds.
+  /// Appends a message with its channel's next sequence number. Times are in nanoseconds.
   Status write(std::uint16_t channel_id, std::uint64_t log_time, std::uint64_t publish_time, ByteSpan data);
   /// Appends a message unchanged.
   Status write(const Message& message);
   Status write_attachment(Attachment attachment);
   Status write_metadata(const Metadata& metadata);
 
-  /// Ends the chunk, so that all messages so far are in the file. Call it if no message arrives for a second.
+  /// Ends the chunk, so that all messages so far are in the file. Call this if no message arrives for a
+  /// second.
   Status flush();
-  /// Completes the file with its summary. No calls to write() may follow.
+  /// Completes the file with its summary. write() must not be called afterwards.
   Status close();
 
-  /// Statistics of the file; excludes messages of the current chunk.
+  /// Statistics of the file, without the messages in the current chunk.
   [[nodiscard]] const Statistics& statistics() const { return index_.statistics; }
 
  private:
@@ -120,8 +121,8 @@ class Writer {
   std::optional<Error> failure_;
   std::optional<std::uint64_t> unsynced_since_;  ///< log time of the first unsynced message
 
-  Bytes chunk_;                               ///< space for the head of a chunk, then its records
-  std::vector<MessageIndex> chunk_messages_;  ///< of each channel
+  Bytes chunk_;                               ///< space for the head of a chunk, followed by its records
+  std::vector<MessageIndex> chunk_messages_;  ///< one index per channel
   std::uint64_t chunk_message_count_ = 0;
   std::uint64_t chunk_start_time_ = 0;
   std::uint64_t chunk_end_time_ = 0;

@@ -114,20 +114,20 @@ namespace {
 /// A chunk, or a message outside chunks (in an unchunked bag).
 struct ChunkEntry {
   std::uint64_t offset = 0;
-  std::uint64_t start_time = 0;  ///< [ns] of the first message
-  std::uint64_t end_time = 0;    ///< [ns] of the last
+  std::uint64_t start_time = 0;  ///< time of the first message, in nanoseconds
+  std::uint64_t end_time = 0;    ///< time of the last message, in nanoseconds
   bool bare_message = false;
 };
 
 struct Index {
   std::map<std::uint32_t, Connection> connections{};
   std::vector<ChunkEntry> chunks{};                 ///< in file order
-  std::map<std::uint32_t, std::uint64_t> counts{};  ///< messages of a connection
+  std::map<std::uint32_t, std::uint64_t> counts{};  ///< number of messages by connection
   bool from_file = false;                           ///< the bag has a consistent index
-  std::string compression{};                        ///< of the first chunk: "none", "bz2", "lz4"
+  std::string compression{};                        ///< compression of the first chunk: "none", "bz2", "lz4"
 };
 
-/// An unpacked chunk: all of it, or the part before its damage.
+/// An unpacked chunk: all of it, or the part before damage.
 struct OpenChunk {
   Bytes records{};
   std::optional<Error> damage{};
@@ -137,7 +137,7 @@ struct OpenChunk {
 [[nodiscard]] Result<OpenChunk> open_chunk(const ByteSource& source, const ChunkEntry& entry,
                                            std::uint64_t max_bytes);
 
-/// Calls visit for each record of an unpacked chunk; false if it ends at an invalid record.
+/// Calls visit for each record in an unpacked chunk; returns false if the chunk ends at an invalid record.
 bool visit_chunk(ByteSpan records, const std::function<void(const Record&)>& visit);
 
 Place at(const ByteSource& source, std::uint64_t offset) {
@@ -194,7 +194,7 @@ bool file_chunk_info(Index& index, const Fields& fields, ByteSpan data) {
   return true;
 }
 
-/// The index at the end of the file; nothing if it is missing or inconsistent.
+/// The index at the end of the file; empty if it is missing or inconsistent.
 std::optional<Index> index_at_end(const ByteSource& source, const BagHeader& header, std::uint64_t size) {
   if (header.index_offset < header.end || header.index_offset >= size) return std::nullopt;
   Index index{.from_file = true};
@@ -263,7 +263,7 @@ class Scan {
     } else if (op == Op::Chunk || op == Op::Message) {
       ChunkEntry entry{.offset = place.offset, .bare_message = op == Op::Message};
       const Result<OpenChunk> chunk = open_chunk(source_, entry, max_chunk_bytes_);
-      if (!chunk) return;  // noted during the visit
+      if (!chunk) return;  // already noted during the visit
       bool first = true;
       (void)visit_chunk(chunk->records, [&](const Record& record) {
         if (record.op == Op::Connection) file_connection(record.fields, record.data);

@@ -25,28 +25,28 @@ enum class Op : std::uint8_t {
   Connection = 0x07,
 };
 
-/// The fields of a header; they refer to bytes owned by the caller.
+/// The fields of a header, which refer to bytes owned by the caller.
 class Fields {
  public:
-  /// Nothing unless the bytes are a list of name=value.
+  /// Empty unless the bytes are a list of name=value.
   static std::optional<Fields> parse(ByteSpan header);
   [[nodiscard]] std::optional<ByteSpan> find(std::string_view name) const;
   [[nodiscard]] std::string text(std::string_view name) const;
-  /// Nothing if the field is missing or has another size.
+  /// Empty if the field is missing or has a different size.
   template <class T>
   [[nodiscard]] std::optional<T> number(std::string_view name) const {
     const auto bytes = find(name);
     if (!bytes || bytes->size() != sizeof(T)) return std::nullopt;
     return from_little_endian<T>(bytes->data());
   }
-  /// Seconds and nanoseconds as [ns].
+  /// Seconds and nanoseconds, combined in nanoseconds.
   [[nodiscard]] std::optional<std::uint64_t> time(std::string_view name) const;
 
  private:
   std::vector<std::pair<std::string_view, ByteSpan>> fields_;
 };
 
-/// Two 32-bit numbers as stored in the file, seconds first, as [ns].
+/// Two 32-bit numbers as stored in the file, seconds first, combined in nanoseconds.
 [[nodiscard]] std::uint64_t time_ns(const std::uint8_t* bytes);
 
 /// A record in memory.
@@ -56,7 +56,7 @@ struct Record {
   ByteSpan data{};
 };
 
-/// The next record; nothing at the end or if the bytes are not a record.
+/// The next record; empty at the end or if the bytes are not a record.
 [[nodiscard]] std::optional<Record> next_record(ByteReader& bytes);
 
 /// Location of a record in a file, and its header.
@@ -68,8 +68,8 @@ struct RecordPlace {
   [[nodiscard]] std::uint64_t end() const { return data_offset + data_size; }
 };
 
-/// Reads the header of the record at an offset. Fails with the offset if there is no record. Does not check
-/// whether the data extend past the end of the file.
+/// Reads the header of the record at an offset. Fails, reporting the offset, if there is no record. Does not
+/// check whether the data extend past the end of the file.
 [[nodiscard]] Result<RecordPlace> read_place(const ByteSource& source, std::uint64_t offset);
 
 /// Contents of a connection record.

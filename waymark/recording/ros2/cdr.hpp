@@ -101,8 +101,8 @@ class Decoder {
     std::uint32_t count = 0;
     read(count);
     values.clear();
-    // An element takes at least one byte, so an excessive count stops at the end of the data instead of
-    // exhausting memory.
+    // An element takes at least one byte, so an excessive count ends with the data instead of exhausting
+    // memory.
     for (std::uint32_t i = 0; i < count && !failed() && in_.remaining() > 0; ++i) read(values.emplace_back());
     if (values.size() != count) (void)in_.take(in_.remaining() + 1);
   }

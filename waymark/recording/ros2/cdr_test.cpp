@@ -8,8 +8,8 @@
 namespace waymark::ros2 {
 namespace {
 
-// Expected bytes written by hand from the wire protocol: encapsulation, then each number aligned to its own
-// size.
+// Expected bytes, written by hand from the wire protocol: the encapsulation, then each number aligned to its
+// own size.
 TEST(Cdr, MatchesTheWireProtocol) {
   PoseStamped message;
   message.header.stamp = {1, 2};

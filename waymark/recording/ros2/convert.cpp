@@ -12,7 +12,7 @@
 namespace waymark::ros2 {
 namespace {
 
-constexpr double kHalfPixel = 0.5;  // offset from ROS pixel centres to those of Waymark
+constexpr double kHalfPixel = 0.5;  // offset from pixel centres in ROS to those in Waymark
 
 Result<FamilyId> family_of(const std::string& name) {
   if (name.empty() || name == "mit" || name == "tf36h11") return FamilyId::Tag36h11;
@@ -56,10 +56,11 @@ SO3 rotation(const Quaternion& q) {
   return SO3::from_matrix(Eigen::Quaterniond(q.w, q.x, q.y, q.z).normalized().toRotationMatrix());
 }
 
-/// Sets the image of the tag centre and the homography, defined as in libapriltag. It maps the tag square,
-/// [-1, 1] x [-1, 1] with y down, to pixels; row-major, last element 1. Closed form of Heckbert,
-/// "Fundamentals of Texture Mapping and Image Warping", section 2.2.3. If the corners are not a perspective
-/// image of a square, sets zeros and the mean of the corners.
+/// Sets the image of the tag centre, and the homography as defined in libapriltag. The homography maps the
+/// tag square, [-1, 1] x [-1, 1] with y down, to pixels; it is row-major with last element 1. Uses the closed
+/// form of Heckbert, "Fundamentals of Texture Mapping and Image Warping", section 2.2.3. If the corners are
+/// not a perspective image of a square, sets the homography to zero and the centre to the mean of the
+/// corners.
 void set_homography(AprilTagDetection& detection) {
   std::array<Eigen::Vector2d, 4> px;  // TL TR BR BL
   for (std::size_t i = 0; i < 4; ++i) px[3 - i] = {detection.corners[i].x, detection.corners[i].y};
@@ -216,7 +217,7 @@ TagCornerCovariances covariances_to_ros(const TagFrame& frame) {
 Result<TagFrame> from_ros(const AprilTagDetectionArray& message) {
   TagFrame frame{.stamp = from_ros(message.header.stamp), .camera = camera_of_frame(message.header.frame_id)};
   for (const AprilTagDetection& in : message.detections) {
-    // Older recorders leave the family empty; all of them used 36h11.
+    // Older recorders leave the family empty; all of them used tag36h11.
     const Result<FamilyId> family = parse_family(in.family.empty() ? "tag36h11" : in.family);
     if (!family) return tl::unexpected(family.error());
     TagDetection detection{
@@ -298,7 +299,7 @@ struct PixelLayout {
   std::string_view encoding;
   int bytes = 1;
   enum class Kind : std::uint8_t { Grey8, Grey16, Colour } kind = Kind::Grey8;
-  int first = 0;  ///< Grey8: offset of the grey byte; Colour: of the red byte
+  int first = 0;  ///< Grey8: offset of the grey byte; Colour: offset of the red byte
   int blue = 0;   ///< Colour: offset of the blue byte
 };
 

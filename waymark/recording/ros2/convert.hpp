@@ -11,10 +11,11 @@
 #include "waymark/recording/ros2/messages.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
-/// Detections in TagSLAM bags (berndpfrommer/apriltag_msgs) that were converted from ROS 1.
+/// Detections from TagSLAM bags (berndpfrommer/apriltag_msgs) that were converted from ROS 1.
 namespace waymark::ros2 {
 
-/// Corners: BL, BR, TR, TL of the printed tag; pixel centres as in ROS. The family is "", "mit" or a name.
+/// Corners are BL, BR, TR, TL of the printed tag, with pixel centres as in ROS. The family is "", "mit" or a
+/// name.
 struct Apriltag {
   std::int32_t id = 0;
   std::string family{};
@@ -38,9 +39,9 @@ struct ApriltagArrayStamped {
 
 }  // namespace waymark::ros2
 
-/// Converts between samples and ROS 2 messages. All conventions change here. Pixel centres are at +1/2 in
-/// samples and at integers in ROS. The corner order is TL TR BR BL, in ROS BL BR TR TL. Frame names are
-/// base_link, camera_optical, tag36h11:7.
+/// Converts between samples and ROS 2 messages, which use different conventions. Pixel centres are at +1/2 in
+/// samples and at integers in ROS. The corner order is TL TR BR BL in samples and BL BR TR TL in ROS. Frame
+/// names are base_link, camera_optical and tag36h11:7.
 namespace waymark::ros2 {
 
 inline constexpr std::string_view kMapFrame = "map";
@@ -50,7 +51,7 @@ inline constexpr std::string_view kCameraFrame = "camera_optical";
 inline constexpr std::string_view kLaserFrame = "laser";
 
 /// Frame of a camera in messages: camera_optical for "cam", left_optical for "left". camera_of_frame() is the
-/// inverse. It returns "cam" for an empty frame, and a frame that does not end in _optical unchanged.
+/// inverse. It returns "cam" for an empty frame; a frame that does not end in _optical is returned unchanged.
 [[nodiscard]] std::string camera_frame(std::string_view camera);
 [[nodiscard]] std::string camera_of_frame(std::string_view frame);
 
@@ -75,18 +76,18 @@ inline constexpr std::string_view kLaserFrame = "laser";
 
 [[nodiscard]] AprilTagDetectionArray to_ros(const TagFrame& frame);
 [[nodiscard]] TagCornerCovariances covariances_to_ros(const TagFrame& frame);
-/// Fails on an unknown family. Covariances have their own topic: see add_covariances().
+/// Fails on an unknown family. Covariances are on a separate topic: see add_covariances().
 [[nodiscard]] Result<TagFrame> from_ros(const AprilTagDetectionArray& message);
 /// Fails unless the entries match the detections of the frame.
 [[nodiscard]] Status add_covariances(TagFrame& frame, const TagCornerCovariances& message);
 
-/// Encoding mono8.
+/// The encoding is mono8.
 [[nodiscard]] Image to_ros(const CameraFrame& frame);
-/// Grey image from mono8, 8UC1, mono16, 16UC1 (scaled to 8 bits, rounded), rgb8, bgr8, rgba8, bgra8 (Rec. 601
-/// luma, as decode_image) and the Y of yuv422 and yuv422_yuy2. Fails on other encodings and if the size does
-/// not match the data.
+/// Converts to a grey image from mono8, 8UC1, mono16, 16UC1 (scaled to 8 bits, rounded), rgb8, bgr8, rgba8,
+/// bgra8 (Rec. 601 luma, as decode_image()) and the Y of yuv422 and yuv422_yuy2. Fails on other encodings and
+/// if the size does not match the data.
 [[nodiscard]] Result<CameraFrame> from_ros(const Image& message);
-/// Decodes JPEG, PNG or PNM regardless of `format`; fails like decode_image().
+/// Decodes JPEG, PNG or PNM, whatever `format` is; fails like decode_image().
 [[nodiscard]] Result<CameraFrame> from_ros(const CompressedImage& message);
 
 /// ROS stores angles and limits as float32, with a relative error up to 1e-7.
@@ -104,11 +105,11 @@ inline constexpr std::string_view kLaserFrame = "laser";
 /// Fails on an unknown distortion model and on parameters that CameraModel::make() rejects.
 [[nodiscard]] Result<CameraModel> from_ros(const CameraInfo& message);
 
-// Whether the values of a message are valid for a robot.
+// Whether the values in a message are valid for a robot.
 [[nodiscard]] inline bool sound(const Vector3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
-/// Finite, and with a norm close enough to 1 for a rotation.
+/// Whether it is finite, with a norm close enough to 1 for a rotation.
 [[nodiscard]] inline bool sound(const Quaternion& q) {
   const double squared = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
   return squared > 1e-6 && squared < 1e6;

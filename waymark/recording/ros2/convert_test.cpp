@@ -17,7 +17,7 @@ CameraModel some_camera() {
       .value();
 }
 
-// Corners in messages have the order of apriltag_ros: bottom left first, pixel centres at integers.
+// Corners in messages have the order used by apriltag_ros: bottom left first, pixel centres at integers.
 TEST(Ros2Convert, CornersMatchAprilTagRos) {
   TagFrame frame;
   TagDetection tag{.tag = {FamilyId::Tag36h11, 7}};
@@ -33,7 +33,7 @@ TEST(Ros2Convert, CornersMatchAprilTagRos) {
   EXPECT_EQ(message.detections[0].centre.x, 20);
 }
 
-// x of the tag to the right, y down, the border at 1: libapriltag's H, row-major.
+// x of the tag points to the right, y down, and the border is at 1, as in libapriltag's row-major H.
 TEST(Ros2Convert, TheHomographyMapsTheTagSquareToItsCorners) {
   Eigen::Matrix3d px_H_tag;
   px_H_tag << 40, -7, 210, 5, 33, 120, 0.08, -0.05, 1;

@@ -8,7 +8,7 @@
 namespace waymark {
 namespace {
 
-/// Tolerance within which repeated messages of one transform are equal.
+/// Tolerance within which repeated messages with the same transform are equal.
 constexpr double kSame_m = 5e-4;
 constexpr double kSame_rad = 5e-4;
 constexpr std::size_t kMaxLinks = 10'000;
@@ -107,8 +107,8 @@ tl::unexpected<Error> FrameTree::no_chain(std::string message, std::string hint)
   return fail(ErrorCode::NotFound, message + "; " + text(), {}, std::move(hint));
 }
 
-/// Fails if the path up from a frame returns to itself. Transforms of a cycle contradict each other unless
-/// they multiply to the identity, and the result depends on where the cycle is entered.
+/// Fails if the path up from a frame returns to that frame. The transforms in a cycle contradict each other
+/// unless they multiply to the identity, and the result depends on where the cycle is entered.
 Status FrameTree::check_circle(const std::vector<std::string>& way) const {
   const auto first = std::ranges::find(way, way.back());
   if (first == std::prev(way.end())) return {};

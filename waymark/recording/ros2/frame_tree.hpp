@@ -12,13 +12,13 @@
 
 namespace waymark {
 
-/// The name of a frame without the leading slash that older programs write.
+/// A frame's name without the leading slash that older programs write.
 [[nodiscard]] std::string frame_name(std::string_view name);
 
 /// Frames and their transforms, as in /tf_static and /tf. chain() validates every transform it uses.
 class FrameTree {
  public:
-  /// `parent_T_child` is nothing if the values of the message are invalid.
+  /// `parent_T_child` is empty if the values in the message are invalid.
   void add(std::string_view parent, std::string_view child, const std::optional<SE3>& parent_T_child);
 
   [[nodiscard]] bool empty() const { return links_.empty(); }
@@ -29,20 +29,20 @@ class FrameTree {
   /// Whether `child` is a descendant of `parent`.
   [[nodiscard]] bool below(const std::string& parent, const std::string& child) const;
 
-  /// Composes the transform between two frames of one body. Fails if a frame is missing, the frames are not
-  /// connected, or a transform between them moves, has two parents, is part of a cycle or is invalid. The
-  /// error shows the tree.
+  /// Composes the transform between two frames of one body. Fails if a frame is missing or the frames are not
+  /// connected. Also fails if a transform between them moves, has two parents, is part of a cycle or is
+  /// invalid. The error shows the tree.
   [[nodiscard]] Result<SE3> chain(const std::string& from, const std::string& to) const;
 
-  /// The tree as text for display, one frame per line, children indented, followed by the problems of each
-  /// transform.
+  /// The tree as text for display, with one frame per line and children indented, followed by the problems of
+  /// each transform.
   [[nodiscard]] std::string text() const;
 
  private:
   struct Link {
     std::string parent{};
     std::optional<SE3> parent_T_child{};
-    bool changes = false;  ///< published repeatedly with different values
+    bool changes = false;  ///< has been published with different values
     std::set<std::string> other_parents{};
   };
 

@@ -22,7 +22,7 @@ ros2::Marker marker(std::string group, std::int32_t id, std::int32_t type) {
 
 constexpr double kThickness_m = 0.002;
 
-/// A white sheet, for maps with too many tags to send all cells.
+/// A white sheet, used in maps with too many tags to send all cells.
 ros2::Marker blank(const MappedTag& tag, std::int32_t number) {
   ros2::Marker shape = marker("tags", number, ros2::Marker::kCube);
   shape.pose = ros2::to_ros(tag.map_T_tag);
@@ -43,7 +43,7 @@ ros2::Marker printed(const TagId& id, const MappedTag& tag, std::int32_t number)
   for (int row = 0; row < layout.total_width; ++row) {
     for (int column = 0; column < layout.total_width; ++column) {
       const std::uint8_t cell = cells[at++];
-      if (cell != 0 && cell != 255) continue;  // outside the tag
+      if (cell != 0 && cell != 255) continue;  // cells outside the tag
       const double middle = 0.5 * (layout.total_width - 1);
       shape.points.push_back({.x = (column - middle) * cell_m, .y = (row - middle) * cell_m, .z = 0});
       const float grey = cell == 0 ? 0.0F : 1.0F;
@@ -57,13 +57,13 @@ ros2::Marker label(const TagId& id, const MappedTag& tag, std::int32_t number) {
   ros2::Marker shape = marker("numbers", number, ros2::Marker::kText);
   const Eigen::Vector3d centre = tag.map_T_tag.translation();
   shape.pose.position = {.x = centre.x(), .y = centre.y(), .z = centre.z() + tag.size_m};
-  shape.scale.z = tag.size_m * 0.6;  // letter height
+  shape.scale.z = tag.size_m * 0.6;  // height of the letters
   shape.color = {.r = 0.3F, .g = 0.3F, .b = 0.3F, .a = 1};
   shape.text = std::to_string(id.number);
   return shape;
 }
 
-/// Uncertainty of the tag centre: three standard deviations along each axis of the ellipsoid.
+/// The uncertainty of the tag centre: three standard deviations along each axis of the ellipsoid.
 ros2::Marker ellipsoid(const MappedTag& tag, std::int32_t number) {
   constexpr double kDeviations = 3;
   constexpr double kThinnest_m = 1e-4;  // viewers do not draw flat shapes

@@ -7,9 +7,9 @@
 namespace waymark {
 
 /// A map and its route as markers in the frame `map`. Earlier markers are deleted. Each tag is drawn cell by
-/// cell as printed, with its id above it. If the map contains its covariance, the ellipsoid of three standard
-/// deviations of its centre is added. Maps of more than 300 tags are drawn as plain white sheets instead. The
-/// route is a line on the floor; a route without points is omitted.
+/// cell as printed, with its id above it. If the map contains the tag's covariance, an ellipsoid of three
+/// standard deviations of its centre is added. Tags in maps of more than 300 tags are drawn as plain white
+/// sheets instead. The route is a line on the floor; a route without points is omitted.
 [[nodiscard]] ros2::MarkerArray map_markers(const TagMap& map, const Route& route);
 
 }  // namespace waymark

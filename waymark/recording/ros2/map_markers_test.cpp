@@ -21,14 +21,15 @@ TagMap one_tag() {
 TEST(MapMarkers, DrawsATagAsPrinted) {
   const ros2::MarkerArray all = map_markers(one_tag(), {});
   ASSERT_EQ(all.markers.size(), 3u);
-  EXPECT_EQ(all.markers[0].action, 3);  // delete all earlier markers
+  EXPECT_EQ(all.markers[0].action, 3);  // deletes all earlier markers
   const ros2::Marker& tag = all.markers[1];
   EXPECT_EQ(tag.type, ros2::Marker::kCubeList);
-  ASSERT_EQ(tag.points.size(), 100u);  // 10 x 10 cells with the white margin
+  ASSERT_EQ(tag.points.size(), 100u);  // 10 x 10 cells, including the white margin
   ASSERT_EQ(tag.colors.size(), 100u);
   const auto cells = bitmap({FamilyId::Tag36h11, 7});
   for (std::size_t i = 0; i < cells.size(); ++i) EXPECT_EQ(tag.colors[i].r, cells[i] == 0 ? 0.0F : 1.0F);
-  // The black square has the size of the tag, so the outermost black cell ends half the size from the centre.
+  // The black square has the size of the tag, so the outermost black cell ends at half the size from the
+  // centre.
   double reach = 0;
   for (std::size_t i = 0; i < cells.size(); ++i) {
     if (tag.colors[i].r == 0.0F)

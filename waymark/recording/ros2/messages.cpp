@@ -14,7 +14,7 @@ struct Definition {
   std::string_view text;  ///< the fields of the .msg file
 };
 
-// Definitions of the .msg files of ROS 2 (common_interfaces, rcl_interfaces, geometry2, apriltag_msgs),
+// Definitions from the .msg files of ROS 2 (common_interfaces, rcl_interfaces, geometry2, apriltag_msgs),
 // without comments.
 constexpr std::array kDefinitions = {
     Definition{"builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n"},
@@ -71,7 +71,7 @@ constexpr std::array kDefinitions = {
     Definition{"waymark_msgs/TagCornerCovariances",
                "std_msgs/Header header\nint32[] id\nfloat64[] covariance_px2\n"},
     Definition{"waymark_msgs/TagPose", "string family\nint32 id\ngeometry_msgs/Pose pose\n"},
-    // The type in bags for TagSLAM, in ROS 2 syntax.
+    // The type used in bags for TagSLAM, in ROS 2 syntax.
     Definition{
         "apriltag_msgs/Apriltag",
         "int32 id\nstring family\nint32 hamming\nint32 border\nint32 bits\ngeometry_msgs/Point center\n"
@@ -111,7 +111,7 @@ std::string_view text_of(std::string_view type) {
   return {};
 }
 
-/// The first word of each line, without array brackets, is its type. A type without a package belongs to the
+/// The first word of each line, without array brackets, is its type. A type without a package is from the
 /// same package.
 std::vector<std::string> types_used(std::string_view type, std::string_view text) {
   const std::string package(type.substr(0, type.find('/')));

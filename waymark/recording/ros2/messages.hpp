@@ -127,7 +127,7 @@ struct Imu {
   static constexpr std::string_view kType = "sensor_msgs/msg/Imu";
   Header header{};
   Quaternion orientation{};
-  std::array<double, 9> orientation_covariance{-1};  ///< first element -1: no orientation
+  std::array<double, 9> orientation_covariance{-1};  ///< no orientation if the first element is -1
   Vector3 angular_velocity{};                        ///< [rad/s]
   std::array<double, 9> angular_velocity_covariance{};
   Vector3 linear_acceleration{};  ///< [m/s^2]
@@ -153,7 +153,7 @@ struct RegionOfInterest {
   WAYMARK_ROS2_FIELDS(self.x_offset, self.y_offset, self.height, self.width, self.do_rectify)
 };
 
-/// Pixel centres at integers as in ROS: c_x and c_y are half a pixel less than in CameraModel.
+/// Pixel centres are at integers, as in ROS: c_x and c_y are half a pixel less than in CameraModel.
 struct CameraInfo {
   static constexpr std::string_view kType = "sensor_msgs/msg/CameraInfo";
   Header header{};
@@ -174,8 +174,8 @@ struct Image {
   Header header{};
   std::uint32_t height = 0, width = 0;
   std::string encoding{};         ///< "mono8", "bgr8", … (sensor_msgs/image_encodings.hpp)
-  std::uint8_t is_bigendian = 0;  ///< of 16-bit pixels
-  std::uint32_t step = 0;         ///< [byte] from row to row
+  std::uint8_t is_bigendian = 0;  ///< byte order of 16-bit pixels
+  std::uint32_t step = 0;         ///< bytes from one row to the next
   Bytes data{};
   WAYMARK_ROS2_FIELDS(self.header, self.height, self.width, self.encoding, self.is_bigendian, self.step,
                       self.data)
@@ -189,14 +189,14 @@ struct CompressedImage {
   WAYMARK_ROS2_FIELDS(self.header, self.format, self.data)
 };
 
-/// ranges[i] has direction angle_min + i * angle_increment [rad] about z of the sensor.
+/// ranges[i] is in direction angle_min + i * angle_increment [rad] about the sensor's z axis.
 struct LaserScan {
   static constexpr std::string_view kType = "sensor_msgs/msg/LaserScan";
   Header header{};
   float angle_min = 0, angle_max = 0, angle_increment = 0;  ///< [rad]
-  float time_increment = 0, scan_time = 0;                  ///< [s] from ray to ray, from scan to scan
-  float range_min = 0, range_max = 0;                       ///< [m]
-  std::vector<float> ranges{};                              ///< [m]
+  float time_increment = 0, scan_time = 0;  ///< [s] between consecutive rays, between consecutive scans
+  float range_min = 0, range_max = 0;       ///< [m]
+  std::vector<float> ranges{};              ///< [m]
   std::vector<float> intensities{};
   WAYMARK_ROS2_FIELDS(self.header, self.angle_min, self.angle_max, self.angle_increment, self.time_increment,
                       self.scan_time, self.range_min, self.range_max, self.ranges, self.intensities)
@@ -217,8 +217,8 @@ struct AprilTagPoint {
   WAYMARK_ROS2_FIELDS(self.x, self.y)
 };
 
-/// apriltag_ros orders corners as libapriltag does: BL, BR, TR, TL of the printed tag; pixel centres as in
-/// ROS.
+/// As in libapriltag, apriltag_ros orders corners as BL, BR, TR, TL of the printed tag; pixel centres are as
+/// in ROS.
 struct AprilTagDetection {
   std::string family{};
   std::int32_t id = 0;
@@ -239,21 +239,21 @@ struct AprilTagDetectionArray {
   WAYMARK_ROS2_FIELDS(self.header, self.detections)
 };
 
-/// Waymark type for covariances, which apriltag_msgs cannot hold. One entry per detection, in the order of
-/// the AprilTagDetectionArray with the same stamp.
+/// Waymark type for corner covariances, which apriltag_msgs cannot hold. There is one entry per detection, in
+/// the order of the AprilTagDetectionArray with the same stamp.
 struct TagCornerCovariances {
   static constexpr std::string_view kType = "waymark_msgs/msg/TagCornerCovariances";
   Header header{};
   std::vector<std::int32_t> id{};
   std::vector<double>
-      covariance_px2{};  ///< 64 numbers per entry: 8x8, corners TL TR BR BL as x y x y x y x y
+      covariance_px2{};  ///< 64 numbers per entry: an 8x8 matrix, with corners TL TR BR BL as x y x y x y x y
   WAYMARK_ROS2_FIELDS(self.header, self.id, self.covariance_px2)
 };
 
 struct TagPose {
   std::string family{};
   std::int32_t id = 0;
-  Pose pose{};  ///< of the tag in the camera: centre, x right, y down, z into the tag
+  Pose pose{};  ///< pose of the tag in the camera: centre, x right, y down, z into the tag
   WAYMARK_ROS2_FIELDS(self.family, self.id, self.pose)
 };
 
@@ -265,13 +265,13 @@ struct TagPoseArray {
   WAYMARK_ROS2_FIELDS(self.header, self.tags)
 };
 
-/// Waymark type for range and bearing of a numbered landmark.
+/// Waymark type for the range and bearing of a numbered landmark.
 struct RangeBearing {
   static constexpr std::string_view kType = "waymark_msgs/msg/RangeBearing";
   Header header{};
   std::int64_t landmark = 0;
   double range_m = 0;
-  double bearing_rad = 0;  ///< counter-clockwise from x of the frame in the header
+  double bearing_rad = 0;  ///< counter-clockwise from the x axis of the frame in the header
   WAYMARK_ROS2_FIELDS(self.header, self.landmark, self.range_m, self.bearing_rad)
 };
 
@@ -284,7 +284,7 @@ struct KeyValue {
 };
 
 struct DiagnosticStatus {
-  std::uint8_t level = 0;  ///< 0 ok, 1 warn, 2 error, 3 stale
+  std::uint8_t level = 0;  ///< 0 for ok, 1 for warn, 2 for error, 3 for stale
   std::string name{};
   std::string message{};
   std::string hardware_id{};
@@ -321,7 +321,7 @@ struct MeshFile {
   WAYMARK_ROS2_FIELDS(self.filename, self.data)
 };
 
-/// A shape to draw (visualization_msgs/Marker as of Humble).
+/// A shape to draw (visualization_msgs/Marker as in Humble).
 struct Marker {
   static constexpr std::int32_t kArrow = 0, kCube = 1, kSphere = 2, kLineStrip = 4, kLineList = 5,
                                 kCubeList = 6, kText = 9;
@@ -329,11 +329,11 @@ struct Marker {
   std::string ns{};
   std::int32_t id = 0;
   std::int32_t type = kArrow;
-  std::int32_t action = 0;  ///< 0 add or modify, 2 delete, 3 delete all
+  std::int32_t action = 0;  ///< 0 to add or modify, 2 to delete, 3 to delete all
   Pose pose{};
   Vector3 scale{};  ///< [m]
   ColorRGBA color{};
-  RosDuration lifetime{};  ///< zero: unlimited
+  RosDuration lifetime{};  ///< unlimited if zero
   bool frame_locked = false;
   std::vector<Point> points{};
   std::vector<ColorRGBA> colors{};
@@ -356,7 +356,7 @@ struct MarkerArray {
   WAYMARK_ROS2_FIELDS(self.markers)
 };
 
-/// The schema text of a type as in a ROS 2 recording; empty for a type that is not in this header.
+/// The schema text of a type, as in a ROS 2 recording; empty for a type that is not in this header.
 [[nodiscard]] std::string schema_text(std::string_view type);
 
 }  // namespace waymark::ros2

@@ -11,7 +11,7 @@ namespace {
 
 using Names = std::span<const std::string_view>;
 
-// Names of the policies by rmw's numbers (ros2/rmw, qos_string_conversions.c).
+// Names of the policies, indexed by rmw's numbers (ros2/rmw, qos_string_conversions.c).
 constexpr std::array<std::string_view, 4> kHistory{"system_default", "keep_last", "keep_all", "unknown"};
 constexpr std::array<std::string_view, 5> kReliability{"system_default", "reliable", "best_effort", "unknown",
                                                        "best_available"};
@@ -22,7 +22,7 @@ constexpr std::array<std::string_view, 6> kLiveliness{"system_default",  "automa
 
 constexpr std::string_view kWord = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_";
 
-/// The next word at or after `at`, which moves past it; empty at the end.
+/// The next word at or after `at`, which is advanced past the word; empty at the end.
 std::string_view next_word(std::string_view text, std::size_t& at) {
   const std::size_t begin = std::min(text.find_first_of(kWord, at), text.size());
   at = std::min(text.find_first_not_of(kWord, begin), text.size());
@@ -45,7 +45,7 @@ int policy(std::string_view word, Names names, int otherwise) {
   return value < names.size() ? static_cast<int>(value) : otherwise;
 }
 
-/// The time limit that belongs to a key; nullptr for other keys.
+/// The time limit with a given key; nullptr for other keys.
 QosTime* time_of(OfferedQos& profile, std::string_view key) {
   if (key == "deadline") return &profile.deadline;
   if (key == "lifespan") return &profile.lifespan;

@@ -117,7 +117,7 @@ class Rosbag2Log final : public RosLog {
  private:
   Status load_schema_version() {
     if (!database_.columns("schema").contains("schema_version"))
-      return {};  // Galactic and older have no such table
+      return {};  // Galactic and older releases have no such table
     Result<SqliteDatabase::Query> row = database_.query("SELECT schema_version, ros_distro FROM schema");
     if (!row || !row->next().value_or(false)) return {};
     schema_version_ = row->integer(0);
@@ -148,8 +148,8 @@ class Rosbag2Log final : public RosLog {
     }
   }
 
-  /// Reads message definitions. Bags before Iron have none; built-in definitions of the same name are used
-  /// instead.
+  /// Reads message definitions. Bags from before Iron contain none; built-in definitions with the same names
+  /// are used instead.
   void load_definitions() {
     const std::set<std::string> columns = database_.columns("message_definitions");
     if (columns.contains("topic_type") && columns.contains("encoded_message_definition")) {
@@ -197,7 +197,7 @@ class Rosbag2Log final : public RosLog {
     return {};
   }
 
-  /// Reads the time span. In a damaged file the time index may be intact even if the messages are not;
+  /// Reads the time span. In a damaged file, the time index may be intact even if the messages are not;
   /// otherwise any time is allowed.
   void load_times() {
     const auto one = [&](const char* sql, std::uint64_t otherwise) {
@@ -269,7 +269,7 @@ struct Span {
   std::uint64_t to = 0;  ///< exclusive
 };
 
-/// Time span in which both have messages; nothing if they do not overlap.
+/// The time span in which both have messages; empty if they do not overlap.
 std::optional<Span> common_span(const LogSummary& a, const LogSummary& b) {
   if (!a.start || !a.end || !b.start || !b.end) return std::nullopt;
   const std::uint64_t last = std::min(*a.end, *b.end);
@@ -277,7 +277,7 @@ std::optional<Span> common_span(const LogSummary& a, const LogSummary& b) {
   return span.from < span.to ? std::optional(span) : std::nullopt;
 }
 
-/// Topics that both have with the same type.
+/// Topics that both contain with the same type.
 std::set<std::string> common_topics(const MessageLog& a, const MessageLog& b) {
   std::set<std::string> topics;
   for (const LogChannel& mine : a.channels()) {
@@ -289,7 +289,7 @@ std::set<std::string> common_topics(const MessageLog& a, const MessageLog& b) {
   return topics;
 }
 
-/// Topic, time and a hash of the bytes.
+/// Topic, time and a hash of the bytes of each message.
 using Messages = std::set<std::tuple<std::string, std::uint64_t, std::size_t>>;
 
 Result<Messages> messages_of(MessageLog& log, const std::set<std::string>& topics, const Span& span) {
@@ -313,7 +313,7 @@ Result<Relation> relation_of(MessageLog& shorter, MessageLog& longer) {
   const auto span = common_span(mine, longer.summary());
   const std::set<std::string> topics = common_topics(shorter, longer);
   if (!span || topics.empty()) return Relation::Apart;
-  // Inspecting the first seconds is enough: consecutive parts overlap only briefly.
+  // Inspecting the first seconds is enough, because consecutive parts overlap only briefly.
   const bool much = 2 * (span->to - span->from) > *mine.end - *mine.start;
   if (!much) return Relation::Apart;
   const Span look{span->from, std::min(span->to, span->from + 10 * kSecond)};
@@ -334,9 +334,10 @@ std::string file_of(const MessageLog& log) {
   return summary.files.empty() ? std::string("a file of the folder") : summary.files.front();
 }
 
-/// Files of a folder that no metadata.yaml lists need not belong to one recording. Removes copies (also
-/// truncated or recovered ones), whose messages another file contains, and lists them in `problems`. Fails if
-/// two files have the same topics at the same time and are not copies: two drives.
+/// Files in a folder that are not listed in a metadata.yaml need not belong to one recording. Removes copies
+/// (including truncated or recovered ones), whose messages another file contains, and lists them in
+/// `problems`. Fails if two files have the same topics at the same time and are not copies, because they are
+/// two drives.
 Status remove_copies(std::vector<std::unique_ptr<MessageLog>>& parts, LogProblems& problems) {
   std::vector<std::size_t> order(parts.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
@@ -439,7 +440,7 @@ std::vector<fs::path> files_in(const fs::path& folder) {
   return files;
 }
 
-/// Existing files that the metadata lists, in its order. Missing files are damage.
+/// The existing files that the metadata lists, in that order. Missing files count as damage.
 std::vector<fs::path> listed_files(const fs::path& folder, const BagMetadata& metadata,
                                    LogProblems& problems) {
   std::vector<fs::path> files;
@@ -461,7 +462,7 @@ struct BagFiles {
   bool listed = false;  ///< the files are listed in metadata.yaml
 };
 
-/// Existing files of a bag folder, in order.
+/// The existing files in a bag folder, in order.
 BagFiles files_of(const fs::path& folder, BagMetadata& metadata, LogProblems& problems) {
   std::ifstream yaml(folder / "metadata.yaml");
   const bool there = yaml.is_open();

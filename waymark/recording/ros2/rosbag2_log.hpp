@@ -9,8 +9,8 @@ namespace waymark {
 
 inline constexpr std::string_view kSqliteMagic{"SQLite format 3\0", 16};
 
-/// Opens one .db3 file of rosbag2. `name` is used in messages; `packed_messages`: each message is compressed
-/// with zstd separately (compression mode "message" of a bag's metadata.yaml).
+/// Opens one .db3 file of rosbag2. `name` is used in messages. If `packed_messages`, each message is
+/// compressed separately with zstd (compression mode "message" in a bag's metadata.yaml).
 [[nodiscard]] Result<std::unique_ptr<MessageLog>> open_rosbag2_file(const std::filesystem::path& path,
                                                                     const std::string& name,
                                                                     bool packed_messages,

@@ -135,7 +135,7 @@ class SqliteBag {
 
   Status create(const BagContents& contents) {
     const bool jazzy = format_.release == BagRelease::Jazzy;
-    // The bag is renamed only when complete, so a journal would be useless and double the writes.
+    // The bag is renamed only when complete, so a journal would be useless and would double the writes.
     const std::string tables =
         "PRAGMA journal_mode=OFF; PRAGMA synchronous=OFF; BEGIN;" +
         fmt::format(fmt::runtime(kTables), jazzy ? ", type_description_hash TEXT NOT NULL" : "",

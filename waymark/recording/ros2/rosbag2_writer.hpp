@@ -34,21 +34,21 @@ struct BagFormat {
   }
 };
 
-/// A bag of one file.
+/// A bag that consists of one file.
 struct BagContents {
   std::string file{};                  ///< name within the folder
-  std::vector<LogChannel> channels{};  ///< with message counts; CDR
+  std::vector<LogChannel> channels{};  ///< with message counts, in CDR
   std::uint64_t start_ns = 0;
   std::uint64_t end_ns = 0;  ///< time of the last message
 };
 
-/// The text of metadata.yaml, with keys in the order of rosbag2.
+/// The text of metadata.yaml, with keys in the same order as in rosbag2.
 [[nodiscard]] std::string bag_metadata(const BagFormat& format, const BagContents& contents);
 
-/// Writes all messages of a recording in CDR to a new .db3 file of rosbag2, with the tables of the release
-/// (schema 3 of Humble, 4 of Jazzy; ros2/rosbag2, rosbag2_storage_sqlite3/sqlite_storage.cpp). The table
+/// Writes all messages of a recording in CDR to a new rosbag2 .db3 file, with the tables of the release
+/// (schema 3 for Humble, 4 for Jazzy; ros2/rosbag2, rosbag2_storage_sqlite3/sqlite_storage.cpp). The table
 /// `metadata` also contains the text of metadata.yaml. `progress` is called with each message's time; an
-/// error that it returns stops the export. After an error the caller must remove the file.
+/// error that it returns stops the export. After an error, the caller must remove the file.
 [[nodiscard]] Status write_sqlite_bag(MessageLog& log, const std::filesystem::path& path,
                                       const BagFormat& format, const BagContents& contents,
                                       const std::function<Status(std::uint64_t log_time)>& progress);

@@ -135,7 +135,7 @@ Status SampleDecoder::Impl::on_twist(const Ros2Message& raw) {
                                {message->linear.x, message->angular.z}});
 }
 
-/// Joints of arms and pan heads are skipped: only messages with wheels are samples.
+/// Joints of arms and pan heads are skipped; only messages with wheels are samples.
 Status SampleDecoder::Impl::on_joints(const Ros2Message& raw) {
   const auto message = read<ros2::JointState>(raw);
   if (!message) return tl::unexpected(message.error());

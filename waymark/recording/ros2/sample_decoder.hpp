@@ -21,7 +21,7 @@ class SampleDecoder {
   SampleDecoder& operator=(const SampleDecoder&) = delete;
 
   /// Visits the sample of a message in plain CDR, if its type and topic are supported. log_time [ns] is the
-  /// stamp of types without a header. Fails if a message cannot be decoded or the visitor fails. A tag frame
+  /// stamp for types without a header. Fails if a message cannot be decoded or the visitor fails. A tag frame
   /// waits for the covariances that may follow it.
   Status add(std::string_view topic, std::string_view type, std::uint64_t log_time, ByteSpan cdr);
   /// Visits the tag frame that is still waiting, if any.

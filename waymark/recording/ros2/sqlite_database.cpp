@@ -14,11 +14,11 @@ namespace waymark {
 namespace {
 
 /// How a file is opened. A WAL is the journal of a recorder in write-ahead mode (sqlite.org, "Write-Ahead
-/// Logging"). SQLite creates an index for it next to the file. If no index existed before, the recorder has
-/// ended and the new index is removed again.
+/// Logging"). SQLite creates an index for it next to the file. If there was no index before, the recorder has
+/// ended, and the new index is removed again.
 enum class Access : std::uint8_t { Shared, SharedAndTidy, Immutable };
 
-/// URI of a path that SQLite opens without writing.
+/// URI with which SQLite opens a path without writing.
 std::string read_only_uri(const std::filesystem::path& path, Access access) {
   std::string uri = "file:";
   for (const char c : std::filesystem::absolute(path).string()) {
@@ -73,7 +73,7 @@ Access access_to(const std::filesystem::path& path) {
   return std::filesystem::exists(wal_index_of(path), none) ? Access::Shared : Access::SharedAndTidy;
 }
 
-/// The bytes of a file, mapped copy-on-write.
+/// A file's bytes, mapped copy-on-write.
 std::shared_ptr<unsigned char> mapped(const TemporaryFile& file) {
   const auto size = static_cast<std::size_t>(file.size());
   void* at = ::mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_PRIVATE, file.descriptor(), 0);
@@ -91,7 +91,7 @@ std::shared_ptr<sqlite3> open_mapped(const TemporaryFile& file) {
     return nullptr;
   }
   std::shared_ptr<sqlite3> database(raw, [bytes](sqlite3* open) { sqlite3_close(open); });
-  // An unnamed file has no journal, so it is read in a mode without journal (SQLite, "Database File Format",
+  // An unnamed file has no journal, so it is read in a mode without one (SQLite, "Database File Format",
   // 1.3.3).
   bytes.get()[18] = std::min<unsigned char>(bytes.get()[18], 1);
   bytes.get()[19] = std::min<unsigned char>(bytes.get()[19], 1);

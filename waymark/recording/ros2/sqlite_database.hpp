@@ -21,7 +21,7 @@ namespace waymark {
 class SqliteDatabase {
  public:
   /// `name` is used in messages. The file is treated as untrusted: its views, triggers and functions are not
-  /// run, and values may not exceed max_value_bytes. No files are written next to it.
+  /// run, and values must not exceed max_value_bytes. No files are written next to it.
   static Result<SqliteDatabase> open(const std::filesystem::path& path, std::string name,
                                      std::uint64_t max_value_bytes);
 
@@ -29,13 +29,13 @@ class SqliteDatabase {
   static Result<SqliteDatabase> open(std::shared_ptr<const TemporaryFile> file, std::string name,
                                      std::uint64_t max_value_bytes);
 
-  /// Column names of a table; empty if there is no such table (views do not count).
+  /// A table's column names; empty if there is no such table (views do not count).
   [[nodiscard]] std::set<std::string> columns(const std::string& table) const;
 
   /// Rows of a query, one at a time.
   class Query {
    public:
-    /// False at the end. Fails if the file is damaged.
+    /// Returns false at the end. Fails if the file is damaged.
     Result<bool> next();
     [[nodiscard]] std::int64_t integer(int column) const;
     [[nodiscard]] std::string text(int column) const;
