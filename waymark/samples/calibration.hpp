@@ -19,9 +19,9 @@ enum class CalibrationVerdict : std::uint8_t {
 /// A parameter measured on this robot.
 struct CalibratedValue {
   double value = 0;
-  double sigma = 0;  ///< standard deviation, same unit
+  double sigma = 0;  ///< standard deviation, in the same unit
   CalibrationVerdict verdict = CalibrationVerdict::Known;
-  std::string advice{};  ///< which drive or view would make it observable; empty if none would
+  std::string advice{};  ///< drive or view that would make it observable; empty if there is none
 
   friend bool operator==(const CalibratedValue&, const CalibratedValue&) = default;
 };
@@ -29,21 +29,25 @@ struct CalibratedValue {
 /// All calibrated values of a robot (docs/formats/calibration.md). A missing value was not estimated.
 struct Calibration {
   std::optional<CameraModel> camera{};
-  /// By name. Camera, with uncertainty and pixel centres at +1/2: "fx_px", "fy_px", "cx_px", "cy_px", "k1" …;
-  /// "mounting_x_m" … "mounting_yaw_rad": the camera body on the base (straight ahead if zero). Odometry:
-  /// "odometry_scale": true distance = scale * distance of the wheels; "yaw_scale": true turn = gain * turn
-  /// of the wheels; "yaw_noise_rad_sqrt_m": noise of that turn, over the distance. IMU: "gyro_gain": true
-  /// turn = gain * turn of the gyro; "gyro_bias_rad_s": gyro rate at rest. Motion: "side_slip_s": lateral
-  /// speed per speed and yaw rate, outwards if negative; "turn_lead_s", "odometry_yaw_bias_rad_s": of
-  /// odometry. Images: "camera_latency_s": an image is this much older than its stamp; "readout_s": of a
-  /// rolling shutter, first row to last; "corner_sigma_px". Scales: "sight_scale": true distance of a tag =
-  /// scale * measured distance; "focal_scale": factor by which the focal length of `camera` was multiplied
-  /// (already applied).
+  /// Values by name:
+  ///
+  /// - Camera: "fx_px", "fy_px", "cx_px", "cy_px", "k1" …, with uncertainty and pixel centres at +1/2.
+  /// - Mounting: "mounting_x_m" … "mounting_yaw_rad", the pose of the camera body on the base. The camera
+  ///   points straight ahead if it is zero.
+  /// - Odometry: "odometry_scale": true distance = scale * distance from the wheels; "yaw_scale": true turn =
+  ///   gain * turn from the wheels; "yaw_noise_rad_sqrt_m": noise in that turn, over the distance.
+  /// - IMU: "gyro_gain": true turn = gain * turn from the gyro; "gyro_bias_rad_s": gyro rate at rest.
+  /// - Motion: "side_slip_s": lateral speed per speed and yaw rate, negative if outwards; "turn_lead_s" and
+  ///   "odometry_yaw_bias_rad_s" of the odometry.
+  /// - Images: "camera_latency_s": an image is this much older than its stamp; "readout_s": time from the
+  ///   first row to the last with a rolling shutter; "corner_sigma_px".
+  /// - Scales: "sight_scale": true distance of a tag = scale * measured distance; "focal_scale": factor by
+  ///   which the focal length of `camera` was multiplied (already applied).
   std::map<std::string, CalibratedValue> values{};
-  /// Source of the values, as key and text, in the order of the file.
+  /// Origin of the values, as keys and text in file order.
   std::vector<std::pair<std::string, std::string>> provenance{};
 
-  /// The value of a name if it is observable; nothing if it was not estimated or is not observable.
+  /// The value with this name; empty if it was not estimated or is not observable.
   [[nodiscard]] std::optional<double> observable_value(const std::string& name) const {
     const auto found = values.find(name);
     return found != values.end() && found->second.verdict == CalibrationVerdict::Known

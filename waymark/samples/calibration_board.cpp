@@ -17,7 +17,7 @@ double pitch_of(const CalibrationBoard& board) {
   return board.kind == BoardKind::AprilGrid ? board.size_m * (1 + board.spacing) : board.size_m;
 }
 
-/// The centre of a square or tag; `row` counts from the top.
+/// The centre of a square or tag; `row` is counted from the top.
 Eigen::Vector2d middle_of(const CalibrationBoard& board, int column, int row) {
   return pitch_of(board) * Eigen::Vector2d(column - 0.5 * (board.columns - 1), row - 0.5 * (board.rows - 1));
 }

@@ -39,7 +39,7 @@ TEST(CalibrationBoard, MarkersAreInWhiteSquaresRowByRow) {
   }
   EXPECT_TRUE(is_black_square(charuco(4, 4), 0, 0));
   EXPECT_FALSE(
-      is_black_square(charuco(4, 4, true), 0, 0));  // OpenCV before 4.6: the lower left square is black
+      is_black_square(charuco(4, 4, true), 0, 0));  // before OpenCV 4.6, the lower left square was black
   EXPECT_TRUE(is_black_square(charuco(4, 4, true), 0, 3));
   EXPECT_TRUE(is_black_square(charuco(4, 5, true), 0, 0));
 }

@@ -10,14 +10,14 @@
 
 namespace waymark {
 
-/// Pose of a camera body (x forward, y left, z up) on the base, as measured by hand.
+/// Pose of a camera body (x forward, y left, z up) on the base, as it would be measured by hand.
 struct CameraMounting {
   double x_m = 0;
   double y_m = 0;
   double z_m = 0;
   double roll_rad = 0;
-  double pitch_rad = 0;  ///< downwards is positive
-  double yaw_rad = 0;    ///< to the left is positive
+  double pitch_rad = 0;  ///< positive downwards
+  double yaw_rad = 0;    ///< positive to the left
 };
 
 /// Rotation from optical axes (x right, y down, z forward) to those of a camera body (x forward, y left, z
@@ -38,7 +38,7 @@ struct CameraMounting {
   return {t.x(), t.y(), t.z(), rpy.x(), rpy.y(), rpy.z()};
 }
 
-/// A camera of a robot: its name in samples, its model, and its mounting.
+/// A camera on a robot: its name in samples, its model and its mounting.
 struct MountedCamera {
   std::string name = "cam";
   CameraModel camera;
@@ -49,8 +49,8 @@ struct MountedCamera {
   }
 };
 
-/// The camera of a sample: the one with this name; if the robot has a single camera, that one regardless of
-/// its name. nullptr if not found.
+/// The camera with the name in a sample or, if the robot has only one camera, that one regardless of its
+/// name. nullptr if not found.
 [[nodiscard]] inline const MountedCamera* find_camera(const std::vector<MountedCamera>& cameras,
                                                       std::string_view name) {
   if (cameras.size() == 1) return &cameras.front();
@@ -58,14 +58,14 @@ struct MountedCamera {
   return found == cameras.end() ? nullptr : &*found;
 }
 
-/// Model and mounting of one camera of a setup; the setup must outlive this.
+/// Model and mounting of one camera in a setup, which must outlive this struct.
 struct CameraView {
   const CameraModel& camera;
   const SE3& base_T_cam;
 };
 
-/// For a setup with a first camera (`camera`, `base_T_cam`) and others by name (`more_cameras`): the one with
-/// this name, otherwise the first.
+/// Returns the camera with this name, otherwise the first. The setup has a first camera (`camera`,
+/// `base_T_cam`) and others by name (`more_cameras`).
 template <class Setup>
 [[nodiscard]] CameraView camera_of(const Setup& setup, std::string_view name) {
   const auto found = std::ranges::find(setup.more_cameras, name, &MountedCamera::name);

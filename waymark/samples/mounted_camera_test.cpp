@@ -1,4 +1,4 @@
-// Selection of the camera of a sample, and the tags in view of all cameras.
+// Tests of the selection of a sample's camera, and of the tags in view of all cameras.
 #include "waymark/samples/mounted_camera.hpp"
 
 #include <gtest/gtest.h>
@@ -32,7 +32,7 @@ TEST(MountedCamera, SeveralCamerasAreSelectedByName) {
   EXPECT_EQ(find_camera(two, "left"), nullptr);
   const TwoCameras setup;
   EXPECT_EQ(&camera_of(setup, "rear").camera, &setup.more_cameras[0].camera);
-  EXPECT_EQ(&camera_of(setup, "front").camera, &setup.camera) << "the first";
+  EXPECT_EQ(&camera_of(setup, "front").camera, &setup.camera) << "the first camera";
 }
 
 TEST(TagsInView, AddsUpTheNewestFramesOfAllCameras) {
@@ -50,7 +50,7 @@ TEST(TagsInView, AddsUpTheNewestFramesOfAllCameras) {
   EXPECT_EQ(view.count(at(1060)), 2U);
   EXPECT_TRUE(view.beside("front", at(1060)).empty()) << "not at the same time";
   view.add("front", at(1200), {});
-  EXPECT_EQ(view.count(at(1200)), 0U) << "the rear camera is silent";
+  EXPECT_EQ(view.count(at(1200)), 0U) << "the rear camera has sent nothing recently";
 }
 
 }  // namespace

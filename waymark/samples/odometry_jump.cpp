@@ -5,20 +5,20 @@
 namespace waymark {
 namespace {
 
-/// Samples may be missing; the speed bounds the distance of a robot that drove to the origin in between.
+/// Samples may be missing in between; the speed bounds the distance if the robot drove to the origin.
 bool back_at_origin(const Odometry& before, const Odometry& now, double way_m, double dt_s) {
   constexpr double kAtOrigin_m = 0.02;
   constexpr double kAtOrigin_rad = 0.05;
   constexpr double kAfar_m = 0.3;
-  constexpr double kFaster = 2;  // it may have accelerated in between
+  constexpr double kFaster = 2;  // the robot may have accelerated in between
   return now.odom_T_base.translation().norm() < kAtOrigin_m &&
          std::abs(now.odom_T_base.yaw()) < kAtOrigin_rad &&
          way_m > kAfar_m + kFaster * std::abs(before.speed_m_s) * dt_s;
 }
 
-/// A robot that drives to the origin does not stop there with this accuracy.
+/// A robot that drives to the origin does not stop there this exactly.
 bool restarted_at_origin(const Odometry& now, double way_m) {
-  constexpr double kExactly = 1e-3;  // m, rad, m/s
+  constexpr double kExactly = 1e-3;  // in m, rad and m/s
   constexpr double kAfar_m = 0.1;
   return way_m > kAfar_m && now.odom_T_base.translation().norm() < kExactly &&
          std::abs(now.odom_T_base.yaw()) < kExactly && std::abs(now.speed_m_s) < kExactly;

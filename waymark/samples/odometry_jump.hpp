@@ -4,12 +4,12 @@
 
 namespace waymark {
 
-/// Whether the motion is faster than possible for any robot that repeats routes.
+/// Whether the motion is faster than any robot that repeats routes can move.
 [[nodiscard]] bool faster_than_any_robot(double distance_m, double turn_rad, double dt_s);
 
 /// Whether the odometry was reset between `before` and `now`, as by a restart of the robot, or is from
-/// another drive. It then moved by more than any robot can drive in that time, or returned to the origin of
-/// its frame from afar. False if `now` is not later.
+/// another drive. In both cases it moved farther than any robot can drive in that time, or returned to the
+/// origin of its frame from afar. False if `now` is not later.
 [[nodiscard]] bool odometry_jumped(const Odometry& before, const Odometry& now);
 
 }  // namespace waymark

@@ -9,12 +9,13 @@
 
 namespace waymark {
 
-/// A message of a robot to its operator.
+/// A message from a robot to its operator.
 struct RobotText {
   std::string text{};
 };
 
-/// A robot in lockstep requests its next command: its time does not advance until it receives one.
+/// A request for the next command from a robot in lockstep, whose time does not advance until it receives
+/// one.
 struct CommandRequest {
   SensorTime stamp{};
 };
@@ -29,19 +30,19 @@ class Source {
   Source(const Source&) = delete;
   Source& operator=(const Source&) = delete;
 
-  /// The next event, waiting at most `most`; nothing if none arrives within that time. Fails with the reason
-  /// if there will be no more events.
+  /// The next event, waiting for at most `most`; empty if none arrives in time. Fails with the reason if
+  /// there will be no more events.
   virtual Result<std::optional<RobotEvent>> next(Duration most) = 0;
   /// Whether next() would return an event without waiting.
   [[nodiscard]] virtual bool more() const = 0;
-  /// The current time of the robot's clock; nothing before the first sample.
+  /// The current time on the robot's clock; empty before the first sample.
   [[nodiscard]] virtual std::optional<SensorTime> now() const = 0;
 
  protected:
   Source() = default;
 };
 
-/// A receiver of commands. A robot must stop by itself when commands cease (watchdog).
+/// Receives commands. A robot must stop by itself when commands cease (watchdog).
 class Robot {
  public:
   virtual ~Robot() = default;
@@ -49,8 +50,8 @@ class Robot {
   Robot& operator=(const Robot&) = delete;
 
   virtual Status command(const VelocityCommand& command) = 0;
-  /// Called when the drive is over, for any reason; its last command was zero. Needed for robots that execute
-  /// a command only on the next request for samples, which will not happen again.
+  /// Called when the drive is over for any reason; the last command was zero. Needed by robots that execute a
+  /// command only on the next request for samples, which will not come.
   virtual void finish() {}
 
  protected:

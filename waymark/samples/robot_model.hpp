@@ -6,7 +6,7 @@
 
 namespace waymark {
 
-/// The box around the robot, in base axes: base x in [-rear, front], |y| <= width / 2, z in [0, height].
+/// The box around the robot in base axes: x in [-rear, front], |y| <= width / 2, z in [0, height].
 struct Hull {
   double front_m = 0;
   double rear_m = 0;
@@ -22,13 +22,14 @@ struct MotionLimits {
   double yaw_acceleration_rad_s2 = 0;
 };
 
-/// Geometry and limits of a robot that several rooms need. Frame base: x forward, y left, z up, on the floor.
+/// Geometry and limits of a robot, as needed by several rooms. Base frame: x forward, y left, z up, on the
+/// floor.
 struct RobotModel {
   std::string name{};
   Hull hull{};
   MotionLimits limits{};
   double wheel_radius_m = 0;
-  double track_m = 0;  ///< distance of left and right wheels
+  double track_m = 0;  ///< distance between left and right wheels
   SE3 base_T_cam{};    ///< optical frame: x right, y down, z forward
 };
 

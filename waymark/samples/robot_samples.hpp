@@ -13,10 +13,10 @@
 #include "waymark/image/image.hpp"
 #include "waymark/samples/tag_detection.hpp"
 
-/// Samples from a robot and commands to it, as plain values with a stamp of the sensor clock.
+/// Samples from a robot and commands to it, as plain values stamped on the sensor clock.
 namespace waymark {
 
-/// The tags detected in one image; an empty list means that no tag was detected.
+/// The tags detected in one image; an empty list means that none were detected.
 struct TagFrame {
   SensorTime stamp{};          ///< middle of the exposure
   std::string camera = "cam";  ///< name of the camera
@@ -30,20 +30,20 @@ struct CameraFrame {
   Image image{};
 };
 
-/// The pose of a tag as estimated by the robot's own software, for logs without corners.
+/// The pose of a tag as estimated by the robot's own software, for logs that contain no corners.
 struct SeenTagPose {
   TagId tag{};
   SE3 cam_T_tag{};  ///< tag frame: centre, x right, y down, z into the tag
 };
 
-/// All tag poses of one image.
+/// All tag poses from one image.
 struct TagPoseFrame {
   SensorTime stamp{};
   std::string camera = "cam";
   std::vector<SeenTagPose> tags{};
 };
 
-/// Distance and direction of a numbered landmark, in the plane of the sensor.
+/// Range and bearing of a numbered landmark, in the plane of the sensor.
 struct RangeBearing {
   SensorTime stamp{};
   std::int64_t landmark = 0;
@@ -51,8 +51,8 @@ struct RangeBearing {
   double bearing_rad = 0;  ///< counter-clockwise from the sensor's x axis
 };
 
-/// Pose since the robot was switched on, and velocity, from the wheels (and any other sensors that the
-/// robot's driver fuses).
+/// Pose since the robot was switched on, and velocity. They are measured by the wheels and any other sensors
+/// that the robot's driver fuses.
 struct Odometry {
   SensorTime stamp{};
   SE2 odom_T_base{};
@@ -60,7 +60,7 @@ struct Odometry {
   double yaw_rate_rad_s = 0;  ///< about base z
 };
 
-/// Rotation of each side's wheels since the robot was switched on.
+/// Rotation of the wheels on each side since the robot was switched on.
 struct WheelTicks {
   SensorTime stamp{};
   double left_rad = 0;
@@ -70,14 +70,15 @@ struct WheelTicks {
 struct ImuSample {
   SensorTime stamp{};
   Eigen::Vector3d angular_velocity_rad_s =
-      Eigen::Vector3d::Zero();  ///< of base in an inertial frame, in base axes
+      Eigen::Vector3d::Zero();  ///< of the base relative to an inertial frame, in base axes
   Eigen::Vector3d linear_acceleration_m_s2 = Eigen::Vector3d::Zero();  ///< specific force, in base axes
 };
 
-/// One revolution of a planar lidar: ranges_m[i] lies in direction angle_min_rad + i * angle_increment_rad
-/// about the sensor's z axis. A range outside [range_min_m, range_max_m] (or NaN) means no return.
+/// One revolution of a planar lidar. ranges_m[i] is measured in direction angle_min_rad + i *
+/// angle_increment_rad about the sensor's z axis. A range outside [range_min_m, range_max_m] (or NaN) means
+/// that there was no return.
 struct LaserScan {
-  SensorTime stamp{};  ///< of the first ray
+  SensorTime stamp{};  ///< at the first ray
   double angle_min_rad = 0;
   double angle_increment_rad = 0;
   double time_increment_s = 0;  ///< between consecutive rays
@@ -90,10 +91,10 @@ struct LaserScan {
 struct GamepadState {
   SensorTime stamp{};
   std::vector<float> axes{};            ///< -1 to 1
-  std::vector<std::int32_t> buttons{};  ///< 1 pressed
+  std::vector<std::int32_t> buttons{};  ///< 1 if pressed
 };
 
-/// Velocity command to the wheels. All zero: stop.
+/// Velocity command to the wheels; all zero to stop.
 struct VelocityCommand {
   double speed_m_s = 0;
   double yaw_rate_rad_s = 0;
@@ -107,13 +108,13 @@ struct StampedCommand {
   VelocityCommand command{};
 };
 
-/// Ground truth of a simulator or a motion capture system. Never an input of an estimator.
+/// Ground truth from a simulator or a motion capture system. It is never an input of an estimator.
 struct TruthPose {
   SensorTime stamp{};
   SE3 map_T_base{};
 };
 
-/// Any sample of a source, in stamp order.
+/// Any sample from a source, in stamp order.
 using Sample = std::variant<TagFrame, Odometry, WheelTicks, ImuSample, StampedCommand, TruthPose, CameraFrame,
                             TagPoseFrame, RangeBearing, LaserScan, GamepadState>;
 

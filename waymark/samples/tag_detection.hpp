@@ -17,17 +17,17 @@ using CornerCovariance = Eigen::Matrix<double, 8, 8>;
 /// One tag detected in one image.
 struct TagDetection {
   TagId tag;
-  int hamming = 0;             ///< bits corrected
-  double decision_margin = 0;  ///< [grey level] mean distance of the data bits from the black/white threshold
-  /// TL, TR, BR, BL of the printed tag (where black border meets white border), in distorted pixels, centres
-  /// at +1/2.
+  int hamming = 0;             ///< number of corrected bits
+  double decision_margin = 0;  ///< mean distance of data bits from the black/white threshold [grey levels]
+  /// TL, TR, BR, BL of the printed tag (where the black border meets the white border), in distorted pixels
+  /// with centres at +1/2.
   std::array<Eigen::Vector2d, 4> corners_px{};
-  /// Covariance of corners_px; nothing if the detector does not estimate it.
+  /// Covariance of corners_px; empty if the detector does not estimate it.
   std::optional<CornerCovariance> corner_covariance_px2{};
 };
 
-/// The intersection of a quad's diagonals [px]: the image of a tag's centre under any perspective (the mean
-/// of the corners is not). The mean if the diagonals are parallel.
+/// The intersection of the quad's diagonals [px], which is the image of the tag's centre under any
+/// perspective, unlike the mean of the corners. Returns the mean if the diagonals are parallel.
 [[nodiscard]] inline Eigen::Vector2d center_px(const std::array<Eigen::Vector2d, 4>& corners_px) {
   const Eigen::Vector2d a = corners_px[2] - corners_px[0];
   const Eigen::Vector2d b = corners_px[3] - corners_px[1];

@@ -12,34 +12,35 @@
 
 namespace waymark {
 
-/// Cross-covariance between the errors of two tags of a map.
+/// Cross-covariance between the errors of two tags in a map.
 struct TagTie {
   TagId to{};
-  /// 6x6, rows: this tag, columns: the other; each in its left tangent space in the map frame [m, rad].
+  /// 6x6, with rows for this tag and columns for the other, each in its left tangent space in the map frame
+  /// [m, rad].
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
 };
 
-/// One tag of a map.
+/// One tag in a map.
 struct MappedTag {
   SE3 map_T_tag{};    ///< tag frame: centre, x right, y down, z into the tag
-  double size_m = 0;  ///< side of the square where black border meets white border
-  /// 6x6 covariance of map_T_tag in its tangent (translation, rotation) [m, rad], written in the map frame,
-  /// on the left; nothing if unknown (or surveyed exactly).
+  double size_m = 0;  ///< side of the square where the black border meets the white border
+  /// 6x6 covariance of map_T_tag in the left tangent space (translation, rotation) [m, rad], expressed in the
+  /// map frame; empty if unknown (or surveyed exactly).
   std::optional<Eigen::Matrix<double, 6, 6>> covariance{};
-  /// Tie to the most informative other tag of the map; ties form no cycles. Nothing if unknown.
+  /// Tie to the most informative other tag in the map; ties form no cycles. Empty if unknown.
   std::optional<TagTie> tie{};
 };
 
-/// The floor on which a robot drives: the plane of points p with normal . (p - (0, 0, z_m)) = 0.
+/// The floor on which a robot drives: the plane of all points p with normal . (p - (0, 0, z_m)) = 0.
 struct FloorPlane {
-  double z_m = 0;                                     ///< its height at the map's origin
-  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< upwards, length 1; z is not 0
-  /// Covariance of (z_m, rotation about x, rotation about y) [m, rad]; nothing if unknown.
+  double z_m = 0;                                     ///< height at the map's origin
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< upwards, of length 1; z is not 0
+  /// Covariance of (z_m, rotation about x, rotation about y) [m, rad]; empty if unknown.
   std::optional<Eigen::Matrix3d> covariance{};
 };
 
 /// The frame whose plane z = 0 is the floor. It is rotated from the map by the smallest rotation that makes
-/// the floor level. Its origin is on the floor, at x = y = 0 of a level map.
+/// the floor level. Its origin is on the floor, at x = y = 0 in a level map.
 [[nodiscard]] SE3 map_T_floor(const FloorPlane& floor);
 
 /// The poses of the tags, ordered by id so that results computed from a map have a fixed order.

@@ -8,14 +8,14 @@
 
 namespace waymark {
 
-/// Tag sizes, measured as the side of the square where black border meets white border [m]. One default size,
-/// and others by id.
+/// Tag sizes [m], measured as the side of the square where the black border meets the white border. There is
+/// one default size, and other sizes are given by id.
 struct TagSizes {
   std::optional<double>
-      default_size_m{};  ///< for tags not in size_by_tag_m; nothing: the size of such a tag is unknown
-  std::map<TagId, double> size_by_tag_m{};  ///< tags printed in a different size
+      default_size_m{};  ///< for tags not in size_by_tag_m; if empty, the size of such tags is unknown
+  std::map<TagId, double> size_by_tag_m{};  ///< tags printed at a different size
 
-  /// The size of one tag [m]. Fails if it has neither its own size nor a default, or if the size is not
+  /// The size of one tag [m]. Fails if neither its own size nor a default is given, or if the size is not
   /// positive and finite. O(log n).
   [[nodiscard]] Result<double> size_m(const TagId& tag) const;
   /// Fails on the first size that is not a positive finite number. O(n).
@@ -24,7 +24,7 @@ struct TagSizes {
   friend bool operator==(const TagSizes&, const TagSizes&) = default;
 };
 
-/// Whether the side of a tag [m] is valid: positive and finite.
+/// Whether a tag's side length [m] is valid, i.e. positive and finite.
 [[nodiscard]] bool is_tag_size(double size_m);
 
 }  // namespace waymark

@@ -16,7 +16,7 @@ TEST(TagSizes, OwnSizeOverridesTheDefault) {
   const TagSizes sizes{.default_size_m = 0.16, .size_by_tag_m = {{kSmall, 0.05}}};
   EXPECT_EQ(sizes.size_m(kSmall).value(), 0.05);
   EXPECT_EQ(sizes.size_m(kOther).value(), 0.16);
-  EXPECT_EQ(sizes.size_m({FamilyId::Tag16h5, 3}).value(), 0.16) << "an id means a family and a number";
+  EXPECT_EQ(sizes.size_m({FamilyId::Tag16h5, 3}).value(), 0.16) << "an id consists of a family and a number";
   EXPECT_TRUE(sizes.check());
 }
 

@@ -10,14 +10,14 @@
 
 namespace waymark {
 
-/// The tags in view of all cameras of a robot: the newest frame of each camera, while it is recent.
+/// The tags in view of all cameras on a robot: the newest frame from each camera, as long as it is recent.
 class TagsInView {
  public:
   void add(const std::string& camera, SensorTime stamp, std::vector<TagId> tags) {
     views_[camera] = {stamp, std::move(tags)};
   }
 
-  /// The number of tags in frames about as old as `stamp`; a tag in the view of two cameras counts twice.
+  /// The number of tags in frames about as old as `stamp`; a tag seen by two cameras counts twice.
   [[nodiscard]] std::size_t count(SensorTime stamp) const {
     std::size_t tags = 0;
     for (const auto& [camera, view] : views_) {
@@ -26,8 +26,8 @@ class TagsInView {
     }
     return tags;
   }
-  /// The tags in frames of the other cameras with the same stamp: synchronised cameras observe from one robot
-  /// pose.
+  /// The tags in frames from the other cameras with the same stamp. Synchronised cameras capture them from
+  /// the same robot pose.
   [[nodiscard]] std::vector<TagId> beside(const std::string& camera, SensorTime stamp) const {
     std::vector<TagId> tags;
     for (const auto& [name, view] : views_) {

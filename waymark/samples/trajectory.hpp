@@ -18,16 +18,16 @@ struct StampedPose {
 /// Poses of the base in order of time.
 using Trajectory = std::vector<StampedPose>;
 
-/// Estimated pose of the base, with its covariance.
+/// An estimated pose of the base, with its covariance.
 struct EstimatedPose {
   SensorTime stamp{};
   SE3 map_T_base{};
-  /// Covariance of x [m], y [m] and yaw [rad] in ordinary map coordinates; nothing if the source does not
+  /// Covariance of x [m], y [m] and yaw [rad] in ordinary map coordinates; empty if the source does not
   /// provide it.
   std::optional<Eigen::Matrix3d> covariance{};
 };
 
-/// In order of time.
+/// Estimated poses in order of time.
 using EstimatedTrajectory = std::vector<EstimatedPose>;
 
 }  // namespace waymark

@@ -32,7 +32,7 @@ TEST(Visibility, TagsThatADetectorCannotFindAreNotVisible) {
   EXPECT_TRUE(visible_corners(camera(), SE3(SO3(), {1.4, 0, 2}), 0.2));
 }
 
-// Dense sampling of both bodies gives an upper bound of the distance; no pair of samples may be nearer than
+// Dense sampling of both bodies gives an upper bound on the distance; no pair of samples may be nearer than
 // the result.
 TEST(Clearance, AgreesWithBruteForce) {
   Random random(1);
