@@ -9,7 +9,7 @@ namespace waymark {
 namespace {
 
 /// d(px)/d(xi) = J_px_q [I, -p^] for a point p that moves with the perturbed frame. J_px_q is the derivative
-/// with respect to the point, and both are in the axes of the perturbed frame.
+/// with respect to the point; both p and J_px_q are in the axes of the perturbed frame.
 void carry(const Matrix23& J_px_q, const Eigen::Vector3d& p, double sign, int row,
            Eigen::Matrix<double, 8, 6>& J) {
   for (int i = 0; i < 2; ++i) {

@@ -128,7 +128,7 @@ TEST(CornerFactor, ResidualHasUnitVarianceUnderItsOwnNoise) {
     chi2 += corner_residual(noisy, camera, scene.poses)->squaredNorm();
   }
   EXPECT_NEAR(chi2 / kDraws, 8,
-              4 * 4 / std::sqrt(kDraws));  // four standard deviations of a mean of chi-square, 8 dof
+              4 * 4 / std::sqrt(kDraws));  // 4 sigma for the mean of chi-square with 8 dof
 }
 
 TEST(CornerFactor, HasNoResidualBehindTheCamera) {

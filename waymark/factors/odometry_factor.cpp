@@ -3,7 +3,7 @@
 namespace waymark {
 namespace {
 
-/// d(off, yaw)/d(xi) in the frame of a: the origin of b moves by rho + phi x t, its x axis by phi x forward.
+/// d(off, yaw)/d(xi) in frame a: the origin of b moves by rho + phi x t, its x axis by phi x forward.
 Eigen::Matrix<double, 3, 6> planar_jacobian(const SE3& a_T_b, const Eigen::Vector3d& forward,
                                             const SO2& b_R_a) {
   Eigen::Matrix<double, 3, 6> J = Eigen::Matrix<double, 3, 6>::Zero();
@@ -18,7 +18,7 @@ Eigen::Matrix<double, 3, 6> planar_jacobian(const SE3& a_T_b, const Eigen::Vecto
 
 using ScaleJacobian = Eigen::Matrix<double, 3, OdometryScales::kCount>;
 
-/// The twist that wheels should measure for a motion, and its derivatives.
+/// The twist that the wheels should measure for a motion, and its derivatives.
 SE2::Tangent predicted_twist(const SE2::Tangent& twist, const OdometryFactor& factor,
                              const OdometryScales& scales, Eigen::Matrix3d& J_twist, ScaleJacobian& J) {
   const double slip = factor.duration_s > 0 ? scales.lateral_slip_s / factor.duration_s : 0;

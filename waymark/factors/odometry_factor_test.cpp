@@ -1,4 +1,4 @@
-// Analytic and numeric Jacobians; a motion as measured has no residual.
+// Compares analytic with numeric Jacobians; the residual is zero if the motion equals the measured one.
 #include "waymark/factors/odometry_factor.hpp"
 
 #include <gtest/gtest.h>
@@ -57,18 +57,18 @@ TEST(OdometryFactor, AMotionAsMeasuredHasNoResidual) {
   const SE2 motion(0.2, -0.05, 0.3);
   EXPECT_LT(odometry_residual({motion}, {}, a, a * lift(motion)).norm(), 1e-12);
   EXPECT_LT(odometry_residual({SE2::exp(motion.log() / 2)}, {2, 2}, a, a * lift(motion)).norm(), 1e-12);
-  const SE2 slipped = SE2::exp({0.2, 0.05 * 0.2 * 0.3 / 0.5, 0.3});  // to the left by 0.05 s v yaw_rate
+  const SE2 slipped = SE2::exp({0.2, 0.05 * 0.2 * 0.3 / 0.5, 0.3});  // 0.05 s * v * yaw_rate to the left
   EXPECT_LT(odometry_residual({SE2::exp({0.2, 0, 0.3}), Eigen::Matrix3d::Identity(), 0.5}, {1, 1, 0.05, 0}, a,
                               a * lift(slipped))
                 .norm(),
             1e-12);
-  const SE2 earlier = SE2::exp({0.2 - 0.1 * 0.3, 0, 0.3});  // 0.1 s earlier it was slower by 0.3 m/s
+  const SE2 earlier = SE2::exp({0.2 - 0.1 * 0.3, 0, 0.3});  // 0.1 s earlier, the speed was 0.3 m/s lower
   EXPECT_LT(odometry_residual({SE2::exp({0.2, 0, 0.3}), Eigen::Matrix3d::Identity(), 0.5, {0.3, 0, 0}},
                               {1, 1, 0, 0.1}, a, a * lift(earlier))
                 .norm(),
             1e-12);
   const SE2 turned_earlier =
-      SE2::exp({0.2, 0, 0.3 - 0.02 * 0.5 - 0.01 * 0.5});  // measured 0.02 s ahead, and a bias
+      SE2::exp({0.2, 0, 0.3 - 0.02 * 0.5 - 0.01 * 0.5});  // turns measured 0.02 s early, plus a bias
   EXPECT_LT(odometry_residual({SE2::exp({0.2, 0, 0.3}), Eigen::Matrix3d::Identity(), 0.5, {0, 0, 0.5}},
                               {1, 1, 0, 0, 0.02, 0.01}, a, a * lift(turned_earlier))
                 .norm(),

@@ -7,7 +7,7 @@ namespace {
 
 Eigen::Matrix2d rotation(double angle) { return Eigen::Rotation2Dd(angle).toRotationMatrix(); }
 
-/// d(R(a) v)/da = (-y, x) of R(a) v; for R(a)^T v it is the negative.
+/// d(R(a) v)/da = (-y, x) of R(a) v; for R(a)^T v, it is the negative of this.
 Eigen::Vector2d quarter_turn(const Eigen::Vector2d& turned) { return {-turned.y(), turned.x()}; }
 
 }  // namespace
@@ -34,7 +34,7 @@ Eigen::Vector3d planar_motion_residual(const PlanarMotionFactor& factor, const E
   const SE2::Tangent scaled(scales.x() * factor.twist.x(), scales.x() * factor.twist.y(),
                             scales.y() * factor.twist.z());
   const SE2 motion = SE2::exp(scaled);
-  // `motion` is not used for yaw, because its yaw is wrapped.
+  // Yaw is not taken from `motion`, where it is wrapped.
   const Eigen::Vector3d r(way.x() - motion.x(), way.y() - motion.y(), map_X_b.z() - map_X_a.z() - scaled.z());
   if (J != nullptr) {
     J->a.setZero();
@@ -44,7 +44,7 @@ Eigen::Vector3d planar_motion_residual(const PlanarMotionFactor& factor, const E
     J->b.setZero();
     J->b.topLeftCorner<2, 2>() = a_R_map;
     J->b(2, 2) = 1;
-    // The end of the motion moves by J_right d(scaled) in its own axes.
+    // The end of the motion moves by J_right d(scaled) in the axes of that end pose.
     Eigen::Matrix<double, 3, 2> J_scaled = Eigen::Matrix<double, 3, 2>::Zero();
     J_scaled.col(0).head<2>() = factor.twist.head<2>();
     J_scaled(2, 1) = factor.twist.z();

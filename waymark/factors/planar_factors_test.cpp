@@ -1,4 +1,4 @@
-// A robot in the plane among points: analytic and numeric Jacobians, and cases without residual.
+// A robot in the plane among points: analytic and numeric Jacobians, and cases with zero residual.
 #include "waymark/factors/planar_factors.hpp"
 
 #include <numbers>

@@ -16,7 +16,7 @@ Eigen::Matrix<double, N, N> inverse_factor(const Eigen::Matrix<double, N, N>& co
   return whitening;
 }
 
-/// d(origin of X)/d(xi): [I, -t^].
+/// d(origin of X)/d(xi) = [I, -t^].
 Matrix36 origin_jacobian(const SE3& X) {
   Matrix36 J;
   J << Eigen::Matrix3d::Identity(), -SO3::hat(X.translation());

@@ -1,4 +1,5 @@
-// Poses, and points of tags on bodies: analytic and numeric Jacobians; values as measured have no residual.
+// Factors for poses and for points on tags: analytic and numeric Jacobians, and zero residuals for values
+// that equal the measurements.
 #include "waymark/factors/pose_factors.hpp"
 
 #include <gtest/gtest.h>
@@ -21,7 +22,7 @@ Matrix6 random_covariance(Random& random) {
   return A * A.transpose() + Matrix6::Identity();
 }
 
-/// Compares J_r_X of a residual of two poses with numeric ones.
+/// Compares the Jacobians J_r_X of a residual that depends on two poses with numeric ones.
 template <int N, class Residual, class Jacobian>
 void expect_jacobians(const Residual& residual, const SE3& a, const SE3& b, const Jacobian& J_a,
                       const Jacobian& J_b) {
